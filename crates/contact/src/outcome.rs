@@ -1,0 +1,133 @@
+//! What solving a scene leaves: observables, a certificate, the work done, the fields, and whether it counts as solved.
+//!
+//! Everything here must stay encodable by formats that do not describe themselves (no flattened, tagged or skipped fields).
+
+use serde::{Deserialize, Serialize};
+
+/// How a solve ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Status {
+    /// The certificate meets the requested tolerance.
+    Certified,
+    /// It does not; the figures of the last iterate are kept, but it is not a solution.
+    Failed {
+        /// What went wrong, in words with figures.
+        reason: String,
+    },
+}
+
+/// The deterministic result of one job: same scene and numerics, same bytes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Whether it counts as solved.
+    pub status: Status,
+    /// Quantities in SI units.
+    pub observables: Observables,
+    /// Solver-independent residuals.
+    pub certificate: Certificate,
+    /// What it took.
+    pub work: WorkDone,
+}
+
+/// Integral quantities of a solution. Forces and moments are those of the punch on the foundation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Observables {
+    /// Normal force P = Σ p₁ |e| [N].
+    pub load: f64,
+    /// Tangential force along x, Σ p₂ |e| [N].
+    pub force_x: f64,
+    /// Tangential force along y, Σ p₃ |e| [N].
+    pub force_y: f64,
+    /// Moment about x, Σ y p₁ |e| [N m], work-conjugate to tilt_x.
+    pub moment_x: f64,
+    /// Moment about y, −Σ x p₁ |e| [N m], work-conjugate to tilt_y.
+    pub moment_y: f64,
+    /// Moment about z, Σ (x p₃ − y p₂) |e| [N m], work-conjugate to twist.
+    pub moment_z: f64,
+    /// Area with p₁ > 0 [m²].
+    pub contact_area: f64,
+    /// Area in contact that sticks [m²].
+    pub stick_area: f64,
+    /// Area in contact that slips [m²].
+    pub slip_area: f64,
+    /// Elements in contact.
+    pub contact_elements: u64,
+    /// Elements that stick.
+    pub stick_elements: u64,
+    /// Elements that slip.
+    pub slip_elements: u64,
+    /// Largest p₁ [Pa].
+    pub peak_pressure: f64,
+    /// Largest |p_t| [Pa].
+    pub peak_traction: f64,
+    /// Elastic energy ½ Σ p·(A p) |e| [J].
+    pub energy: f64,
+    /// Energy lost to friction in this step, −Σ p_t·w_t |e| ≥ 0 [J].
+    pub dissipation: f64,
+    /// Elements at which the ceiling u is active; above 0 the result solves equation (3) but not (1).
+    pub ceiling_elements: u64,
+    /// Elements in contact at the edge of Ω although the punch goes on beyond it; above 0, Ω is too small.
+    pub edge_elements: u64,
+    /// Elements along x and y.
+    pub mesh_x: u64,
+    /// Elements along y.
+    pub mesh_y: u64,
+    /// Element size along x [m].
+    pub element_x: f64,
+    /// Element size along y [m].
+    pub element_y: f64,
+}
+
+/// Residuals of a claimed solution, computed by code that shares nothing with the solvers ([`crate::certificate`]).
+/// All are relative and dimensionless, 0 for an exact solution.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Certificate {
+    /// ‖p − Gᵘ_μ(p − E(εp + Ap − f))‖ / ‖p‖, E = 1/(largest diagonal entry of A).
+    pub residual: f64,
+    /// −min(p₁, 0) / max |p₁|: tension, 0 when there is none.
+    pub tension: f64,
+    /// Largest penetration −min(w₁, 0) over max |(A p)₁|.
+    pub penetration: f64,
+    /// Largest gap under pressure, max (w₁ p₁)/(max p₁ · max|(Ap)₁|).
+    pub gap_under_pressure: f64,
+    /// Largest (|p_t| − μ p₁)₊ / max p₁.
+    pub cone_violation: f64,
+    /// Largest angle between slip and −traction [rad] over elements whose slip is well above rounding.
+    pub slip_angle: f64,
+    /// |Σ w·p| imbalance of forces: difference between the stored and the recomputed resultants over the load.
+    pub force_imbalance: f64,
+}
+
+/// What a solve took; deterministic, unlike seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WorkDone {
+    /// Iterations of the method (for Seidel, sweeps).
+    pub iterations: u64,
+    /// Operator applications, counting a full Seidel sweep over the contact as one.
+    pub operator_applications: u64,
+}
+
+/// Fields on the grid in SI units, row-major with x fastest, masked elements zero.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Fields {
+    /// Elements along x and y.
+    pub shape: [u32; 2],
+    /// Centre of element (0, 0) [m].
+    pub origin: [f64; 2],
+    /// Element size [m].
+    pub element: [f64; 2],
+    /// p₁ [Pa].
+    pub pressure: Vec<f64>,
+    /// p₂ [Pa], of the punch on the foundation.
+    pub traction_x: Vec<f64>,
+    /// p₃ [Pa].
+    pub traction_y: Vec<f64>,
+    /// w₁ [m].
+    pub gap: Vec<f64>,
+    /// w₂ [m], the foundation's surface relative to the punch.
+    pub slip_x: Vec<f64>,
+    /// w₃ [m].
+    pub slip_y: Vec<f64>,
+    /// 0 outside the sole, 1 open, 2 stick, 3 slip.
+    pub state: Vec<u8>,
+}

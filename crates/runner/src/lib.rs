@@ -1,0 +1,1 @@
+//! Coordinator and workers over iceoryx2 shared memory.

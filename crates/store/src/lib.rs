@@ -1,0 +1,1 @@
+//! Durable results: records in sled, fields in content-addressed files.

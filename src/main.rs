@@ -1,0 +1,2 @@
+//! The `tribosweep` command.
+fn main() {}
