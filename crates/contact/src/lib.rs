@@ -13,5 +13,6 @@
 //! The crate touches no files, starts no processes, reads no clock and prints nothing.
 #![forbid(unsafe_code)]
 
+pub mod grid;
 pub mod outcome;
 pub mod scene;
