@@ -13,6 +13,7 @@
 //! The crate touches no files, starts no processes, reads no clock and prints nothing.
 #![forbid(unsafe_code)]
 
+pub mod foundation;
 pub mod grid;
 pub mod outcome;
 pub mod scene;

@@ -1,0 +1,134 @@
+//! The homogeneous isotropic half-space, or two of them pressed together.
+
+use super::kernel::{self, Integrals};
+use crate::scene::{Material, Projection};
+
+/// The elasticity of one half-space, or of two summed: it enters the plane of contact through three compliances only.
+/// Their unit is 1/shear modulus, \[1/Pa\] in SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HalfSpace {
+    /// Σ (1−ν)/G > 0.
+    pub direct: f64,
+    /// Σ ν/G ≥ 0.
+    pub cross: f64,
+    /// (1−2ν)/2G of the foundation minus that of the punch: normal–tangential coupling, of either sign.
+    pub coupling: f64,
+}
+
+/// Displacement of one element under unit traction on another: the six different entries of the 3 × 3 block; xn = −nx,
+/// yn = −ny, yx = xy. The first letter is the displacement's direction, the second the traction's.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Coefficient {
+    /// Normal displacement under pressure.
+    pub nn: f64,
+    /// Displacement along x under traction along x.
+    pub xx: f64,
+    /// Displacement along y under traction along y.
+    pub yy: f64,
+    /// Displacement along x under traction along y, and the reverse.
+    pub xy: f64,
+    /// Normal displacement (into the foundation) under traction along x.
+    pub nx: f64,
+    /// Normal displacement under traction along y.
+    pub ny: f64,
+}
+
+impl Coefficient {
+    /// As the block \[displacement\]\[traction\] in the order n, x, y.
+    pub fn block(&self) -> [[f64; 3]; 3] {
+        [[self.nn, self.nx, self.ny], [-self.nx, self.xx, self.xy], [-self.ny, self.xy, self.yy]]
+    }
+}
+
+impl HalfSpace {
+    /// A foundation and what presses on it; a rigid punch (`None`) adds nothing.
+    pub fn new(foundation: &Material, punch: Option<&Material>) -> Self {
+        let compliance = |m: &Material| {
+            let (g, nu) = (m.shear_modulus, m.poisson);
+            ((1.0 - nu) / g, nu / g, (1.0 - 2.0 * nu) / (2.0 * g))
+        };
+        let (direct, cross, coupling) = compliance(foundation);
+        let (d, c, k) = punch.map_or((0.0, 0.0, 0.0), compliance);
+        Self { direct: direct + d, cross: cross + c, coupling: coupling - k }
+    }
+
+    /// The same bodies in another unit of compliance.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self { direct: self.direct * factor, cross: self.cross * factor, coupling: self.coupling * factor }
+    }
+
+    /// Displacement per unit traction for these geometric integrals (Boussinesq and Cerruti; K. L. Johnson, Contact
+    /// Mechanics, 1985, chapter 3): with r² = x² + y²,
+    /// nn: direct/2π · 1/r, xx: 1/2π · (direct/r + cross x²/r³), xy: cross/2π · xy/r³, nx: coupling/2π · x/r².
+    pub fn coefficient(&self, geometry: &Integrals) -> Coefficient {
+        let [direct, cross, coupling] = [self.direct, self.cross, self.coupling].map(|c| c / std::f64::consts::TAU);
+        Coefficient {
+            nn: direct * geometry.inv_r,
+            xx: direct * geometry.inv_r + cross * geometry.xx,
+            yy: direct * geometry.inv_r + cross * geometry.yy,
+            xy: cross * geometry.xy,
+            nx: coupling * geometry.x,
+            ny: coupling * geometry.y,
+        }
+    }
+
+    /// Displacement of an element of size hx × hy, `offset` (Δi, Δj) elements away from the loaded one, receiver minus source,
+    /// per unit traction; its unit is length × compliance. See [`kernel::element`] for its accuracy.
+    pub fn influence(&self, offset: [i64; 2], hx: f64, hy: f64, projection: Projection) -> Coefficient {
+        self.coefficient(&kernel::element(offset, hx, hy, projection))
+    }
+
+    /// Displacement at the point (x, y) under unit traction on the rectangle |x| ≤ a, |y| ≤ b.
+    pub fn influence_at(&self, x: f64, y: f64, a: f64, b: f64) -> Coefficient {
+        self.coefficient(&kernel::point(x, y, a, b))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn material(shear_modulus: f64, poisson: f64) -> Material {
+        Material { shear_modulus, poisson }
+    }
+
+    #[test]
+    fn displacement_at_a_point_meets_the_reference() {
+        let reference = include_str!("../../tests/reference/half_space_point_influence.csv");
+        let mut rows = 0;
+        for line in reference.lines().skip(1) {
+            let v: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+            let [x, y, a, b, nu, axx, ayy, azz, axy, azx, azy] = v[..] else { panic!("{line}") };
+            let got = HalfSpace::new(&material(1.0, nu), None).influence_at(x, y, a, b);
+            for (got, exact) in [(got.xx, axx), (got.yy, ayy), (got.nn, azz), (got.xy, axy), (got.nx, azx), (got.ny, azy)] {
+                assert!((got - exact).abs() <= 1e-13 * exact.abs(), "{got} {exact} {line}");
+            }
+            rows += 1;
+        }
+        assert!(rows > 70);
+    }
+
+    #[test]
+    fn compliances_of_two_bodies_add_and_their_couplings_subtract() {
+        let (steel, rubber) = (material(80e9, 0.3), material(1e6, 0.5));
+        let alone = HalfSpace::new(&steel, None);
+        assert_eq!(alone.coupling, (1.0 - 0.6) / 160e9);
+        let pair = HalfSpace::new(&steel, Some(&rubber));
+        assert_eq!(pair.direct, 0.7 / 80e9 + 0.5 / 1e6);
+        assert_eq!(pair.cross, 0.3 / 80e9 + 0.5 / 1e6);
+        assert_eq!(pair.coupling, alone.coupling, "an incompressible body does not couple");
+        assert_eq!(HalfSpace::new(&steel, Some(&steel)).coupling, 0.0);
+        assert_eq!(HalfSpace::new(&rubber, Some(&steel)).coupling, -alone.coupling);
+    }
+
+    #[test]
+    fn pressure_pushes_down_and_surface_points_inwards() {
+        let block = HalfSpace::new(&material(1.0, 0.25), None).influence([2, 1], 1.0, 1.0, Projection::Average).block();
+        assert!(block[0][0] > 0.0);
+        // A point at positive x under pressure at the origin moves towards the origin, and sinks under traction along +x that
+        // pushes material towards it… upwards on the far side: reciprocity makes one the negative of the other.
+        assert!(block[1][0] < 0.0 && block[2][0] < 0.0);
+        assert_eq!(block[0][1], -block[1][0]);
+        assert_eq!(block[1][2], block[2][1]);
+    }
+}
