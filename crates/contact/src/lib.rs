@@ -15,5 +15,6 @@
 
 pub mod foundation;
 pub mod grid;
+pub mod influence;
 pub mod outcome;
 pub mod scene;

@@ -1,0 +1,87 @@
+//! Assembly of the influence coefficients and application of the operators made of them.
+
+use contact::foundation::half_space::HalfSpace;
+use contact::grid::Grid;
+use contact::influence::{Dense, Influence, InfluenceTable, Scratch, Toeplitz};
+use contact::scene::{Material, Projection};
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use std::hint::black_box;
+
+const SIDES: [usize; 5] = [32, 64, 128, 256, 512];
+
+fn grid(n: usize) -> Grid {
+    Grid::new(n, n, 2.0 / n as f64, 2.0 / n as f64, [1.0 / n as f64 - 1.0; 2]).expect("a square")
+}
+
+fn bodies() -> HalfSpace {
+    HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.3 }, None)
+}
+
+fn table(n: usize) -> InfluenceTable {
+    InfluenceTable::new(&grid(n), &bodies(), Projection::Average)
+}
+
+fn field(n: usize) -> Vec<f64> {
+    (0..3 * n * n).map(|e| (e as f64 * 0.7).sin()).collect()
+}
+
+fn coefficients(c: &mut Criterion) {
+    let mut group = c.benchmark_group("coefficients");
+    group.sample_size(10);
+    for projection in [Projection::Average, Projection::Midpoint] {
+        for n in SIDES {
+            let grid = grid(n);
+            let id = BenchmarkId::new(format!("{projection:?}"), n);
+            group.bench_function(id, |b| b.iter(|| InfluenceTable::new(black_box(&grid), &bodies(), projection)));
+        }
+    }
+    let long = Grid::new(512, 512, 1e-3, 1.0, [0.0; 2]).expect("a rectangle");
+    group.bench_function("elements of 1 × 1000, 512", |b| {
+        b.iter(|| InfluenceTable::new(black_box(&long), &bodies(), Projection::Average));
+    });
+    group.finish();
+}
+
+fn application(c: &mut Criterion) {
+    let mut group = c.benchmark_group("application");
+    group.sample_size(20);
+    let mut run = |name: &str, n: usize, operator: &dyn Influence, threads: usize| {
+        let (p, mut out) = (field(n), vec![0.0; 3 * n * n]);
+        let mut scratch = Scratch::with_threads(operator, threads);
+        group.bench_function(BenchmarkId::new(name, n), |b| b.iter(|| operator.apply(&mut out, black_box(&p), &mut scratch)));
+        group.bench_function(BenchmarkId::new(format!("{name}, normal only"), n), |b| {
+            b.iter(|| operator.apply_normal(&mut out[..n * n], black_box(&p[..n * n]), &mut scratch));
+        });
+    };
+    for n in [32, 48] {
+        run("dense", n, &Dense::new(&table(n)), 1);
+    }
+    for n in SIDES {
+        let toeplitz = Toeplitz::new(&table(n));
+        run("fft, 1 thread", n, &toeplitz, 1);
+        run("fft, 2 threads", n, &toeplitz, 2);
+    }
+    group.finish();
+
+    let mut group = c.benchmark_group("preparation");
+    group.sample_size(10);
+    for n in SIDES {
+        let table = table(n);
+        group.bench_function(BenchmarkId::new("symbols", n), |b| b.iter(|| Toeplitz::new(black_box(&table))));
+    }
+    group.finish();
+}
+
+fn column(c: &mut Criterion) {
+    let mut group = c.benchmark_group("column");
+    for n in [32, 64, 128, 256] {
+        let (table, mut displacement) = (table(n), vec![0.0; 3 * n * n]);
+        group.bench_function(BenchmarkId::new("add", n), |b| {
+            b.iter(|| table.add_column(black_box(n * n / 3), [1.0, 0.5, -0.5], &mut displacement));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, coefficients, application, column);
+criterion_main!(benches);

@@ -1,0 +1,303 @@
+//! Laws that every [`Influence`] obeys, run by each implementation on the same cases.
+
+use proptest::prelude::*;
+use proptest::test_runner::{Config, TestRunner};
+
+use super::{Influence, InfluenceTable, Scratch};
+use crate::foundation::half_space::HalfSpace;
+use crate::grid::Grid;
+use crate::scene::{Material, Projection};
+
+/// Agreement demanded, relative to the largest displacement.
+const ROUNDING: f64 = 2e-13;
+
+/// A grid as numbers, so that a law can turn or mirror it, two bodies, and two fields.
+#[derive(Clone, Debug)]
+struct Case {
+    n: [usize; 2],
+    h: [f64; 2],
+    inside: Vec<bool>,
+    foundation: Material,
+    punch: Material,
+    projection: Projection,
+    p: Vec<f64>,
+    q: Vec<f64>,
+}
+
+impl Case {
+    fn grid(&self) -> Grid {
+        Grid::new(self.n[0], self.n[1], self.h[0], self.h[1], [0.0; 2]).unwrap().with_mask(self.inside.clone()).unwrap()
+    }
+
+    fn bodies(&self) -> HalfSpace {
+        HalfSpace::new(&self.foundation, Some(&self.punch))
+    }
+}
+
+fn cases() -> impl Strategy<Value = Case> {
+    let material =
+        || (0.5..2.0, prop_oneof![Just(0.0), Just(0.5), 0.0..0.5]).prop_map(|(shear_modulus, poisson)| Material { shear_modulus, poisson });
+    let side = || prop_oneof![Just(1_usize), 2..14_usize];
+    (side(), side()).prop_flat_map(move |(nx, ny)| {
+        let k = nx * ny;
+        let mask = prop_oneof![Just(vec![true; k]), proptest::collection::vec(prop::bool::weighted(0.7), k)];
+        let field = || proptest::collection::vec(-1.0..1.0, 3 * k);
+        let size = || (-1.5..1.5).prop_map(|exponent: f64| 10_f64.powf(exponent));
+        let projection = prop_oneof![Just(Projection::Average), Just(Projection::Midpoint)];
+        let fields = (field(), field());
+        (size(), prop_oneof![Just(None), size().prop_map(Some)], mask, material(), material(), projection, fields).prop_map(
+            move |(hx, hy, inside, foundation, punch, projection, (p, q))| Case {
+                n: [nx, ny],
+                h: [hx, hy.unwrap_or(hx)], // square elements half the time
+                inside,
+                foundation,
+                punch,
+                projection,
+                p,
+                q,
+            },
+        )
+    })
+}
+
+/// Implementation under test, made from a table.
+type Build = fn(&InfluenceTable) -> Box<dyn Influence>;
+
+/// Checks all laws on random cases and on grids that are a single element, a row, and a column.
+pub(crate) fn hold(build: Build) {
+    let mut runner = TestRunner::new(Config { cases: 96, failure_persistence: None, ..Config::default() });
+    runner.run(&cases(), |case| Ok(check(build, &case))).unwrap_or_else(|error| panic!("{error}"));
+    for n in [[1, 1], [1, 9], [17, 1], [40, 23]] {
+        let k = n[0] * n[1];
+        let wave = |phase: f64| (0..3 * k).map(|e| (e as f64 * 1.7 + phase).sin()).collect::<Vec<_>>();
+        for projection in [Projection::Average, Projection::Midpoint] {
+            check(
+                build,
+                &Case {
+                    n,
+                    h: [0.1, 0.3],
+                    inside: (0..k).map(|e| e % 5 != 1).collect(),
+                    foundation: Material { shear_modulus: 1.0, poisson: 0.3 },
+                    punch: Material { shear_modulus: 4.0, poisson: 0.1 },
+                    projection,
+                    p: wave(0.0),
+                    q: wave(1.0),
+                },
+            );
+        }
+    }
+}
+
+/// Checks that 1, 2, 3 and 7 threads give the same bytes.
+pub(crate) fn same_on_any_number_of_threads(build: Build) {
+    for n in [[33, 20], [2, 50], [1, 1], [50, 2]] {
+        let grid = Grid::new(n[0], n[1], 1.0, 0.5, [0.0; 2]).unwrap().masked_by(|x, _| x != 3.0);
+        let bodies = HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.2 }, None);
+        let operator = build(&InfluenceTable::new(&grid, &bodies, Projection::Average));
+        let p: Vec<f64> = (0..3 * grid.len()).map(|e| (e as f64 * 0.7).sin()).collect();
+        let on = |threads| {
+            let mut out = vec![f64::NAN; p.len()];
+            operator.apply(&mut out, &p, &mut Scratch::with_threads(&*operator, threads));
+            out
+        };
+        let one = on(1);
+        assert!(one.iter().all(|u| u.is_finite()));
+        for threads in [2, 3, 7] {
+            assert_eq!(on(threads), one, "{n:?} on {threads} threads");
+        }
+    }
+}
+
+fn check(build: Build, case: &Case) {
+    let grid = case.grid();
+    let a = operator(build, &grid, &case.bodies(), case.projection);
+    let ap = apply(&*a, &case.p);
+    let aq = apply(&*a, &case.q);
+    let size = ap.iter().chain(&aq).fold(0.0_f64, |m, u| m.max(u.abs()));
+
+    is_the_sum_over_sources(case, &ap, size);
+    leaves_masked_elements_alone(case, &*a, &ap);
+    is_self_adjoint_and_non_negative(case, &ap, &aq, size);
+    is_linear(case, &*a, &ap, &aq, size);
+    normal_part_is_the_normal_block(case, &*a, size);
+    mirrors(build, case, &ap, size);
+    turns(build, case, &ap, size);
+    is_the_same_everywhere(build, case, size);
+    superposes_bodies(build, case, &ap, size);
+    scales(build, case, &ap);
+}
+
+fn operator(build: Build, grid: &Grid, bodies: &HalfSpace, projection: Projection) -> Box<dyn Influence> {
+    build(&InfluenceTable::new(grid, bodies, projection))
+}
+
+/// A p in memory that held something else before.
+fn apply(a: &dyn Influence, p: &[f64]) -> Vec<f64> {
+    let mut out = vec![f64::NAN; p.len()];
+    let mut scratch = Scratch::new(a);
+    a.apply(&mut out, &vec![1e3; p.len()], &mut scratch);
+    a.apply(&mut out, p, &mut scratch);
+    out
+}
+
+fn close(what: &str, got: &[f64], expected: &[f64], size: f64) {
+    assert_eq!(got.len(), expected.len());
+    for (e, (got, expected)) in got.iter().zip(expected).enumerate() {
+        assert!((got - expected).abs() <= ROUNDING * size, "{what}: {got} instead of {expected} at {e}");
+    }
+}
+
+/// The definition, with coefficients that have not been through a table.
+fn is_the_sum_over_sources(case: &Case, ap: &[f64], size: f64) {
+    let (grid, bodies, k) = (case.grid(), case.bodies(), case.grid().len());
+    let mut expected = vec![0.0; 3 * k];
+    for receiver in grid.active() {
+        let (ri, rj) = grid.position(receiver);
+        for source in grid.active() {
+            let (si, sj) = grid.position(source);
+            let offset = [ri as i64 - si as i64, rj as i64 - sj as i64];
+            let block = bodies.influence(offset, grid.hx(), grid.hy(), case.projection).block();
+            for c in 0..3 {
+                expected[c * k + receiver] += (0..3).map(|d| block[c][d] * case.p[d * k + source]).sum::<f64>();
+            }
+        }
+    }
+    close("sum over sources", ap, &expected, size);
+}
+
+fn leaves_masked_elements_alone(case: &Case, a: &dyn Influence, ap: &[f64]) {
+    let k = case.inside.len();
+    let mut other = case.p.clone();
+    for e in (0..3 * k).filter(|e| !case.inside[e % k]) {
+        assert_eq!(ap[e], 0.0, "displacement of masked element");
+        other[e] = 1e9;
+    }
+    assert_eq!(apply(a, &other), ap, "traction on masked elements counts");
+}
+
+fn is_self_adjoint_and_non_negative(case: &Case, ap: &[f64], aq: &[f64], size: f64) {
+    let product = |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(a, b)| a * b).sum::<f64>();
+    let rounding = ROUNDING * size * ap.len() as f64;
+    assert!((product(ap, &case.q) - product(&case.p, aq)).abs() <= rounding, "not self-adjoint");
+    // Collocation at midpoints need not be positive.
+    if case.projection == Projection::Average && case.inside.contains(&true) {
+        let norm: f64 = (0..ap.len()).filter(|e| case.inside[e % case.inside.len()]).map(|e| case.p[e] * case.p[e]).sum();
+        assert!(product(ap, &case.p) > 0.0 || norm == 0.0, "negative energy");
+    }
+}
+
+fn is_linear(case: &Case, a: &dyn Influence, ap: &[f64], aq: &[f64], size: f64) {
+    let combine = |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(u, v)| 2.5 * u - v).collect::<Vec<_>>();
+    close("linearity", &apply(a, &combine(&case.p, &case.q)), &combine(ap, aq), 4.0 * size);
+}
+
+fn normal_part_is_the_normal_block(case: &Case, a: &dyn Influence, size: f64) {
+    let k = case.inside.len();
+    let mut pressure = vec![0.0; 3 * k];
+    pressure[..k].copy_from_slice(&case.p[..k]);
+    let mut normal = vec![f64::NAN; k];
+    a.apply_normal(&mut normal, &case.p[..k], &mut Scratch::new(a));
+    close("normal block", &normal, &apply(a, &pressure)[..k], size);
+}
+
+/// Moves values to the elements `to` and multiplies vectors by the signed permutation `turn`[new component] = (old, sign).
+fn moved(field: &[f64], to: &dyn Fn(usize) -> usize, turn: [(usize, f64); 3]) -> Vec<f64> {
+    let k = field.len() / 3;
+    let mut out = vec![0.0; 3 * k];
+    for (new, (old, sign)) in turn.into_iter().enumerate() {
+        for e in 0..k {
+            out[new * k + to(e)] = sign * field[old * k + e];
+        }
+    }
+    out
+}
+
+fn moved_mask(inside: &[bool], to: &dyn Fn(usize) -> usize) -> Vec<bool> {
+    let mut out = vec![false; inside.len()];
+    for (e, &flag) in inside.iter().enumerate() {
+        out[to(e)] = flag;
+    }
+    out
+}
+
+fn mirrors(build: Build, case: &Case, ap: &[f64], size: f64) {
+    let [nx, ny] = case.n;
+    let in_x = |e: usize| e / nx * nx + (nx - 1 - e % nx);
+    let in_y = |e: usize| (ny - 1 - e / nx) * nx + e % nx;
+    let flips: [(&dyn Fn(usize) -> usize, [(usize, f64); 3]); 2] =
+        [(&in_x, [(0, 1.0), (1, -1.0), (2, 1.0)]), (&in_y, [(0, 1.0), (1, 1.0), (2, -1.0)])];
+    for (to, turn) in flips {
+        let other = Case { inside: moved_mask(&case.inside, to), ..case.clone() };
+        let a = operator(build, &other.grid(), &case.bodies(), case.projection);
+        close("mirror", &apply(&*a, &moved(&case.p, to, turn)), &moved(ap, to, turn), size);
+    }
+}
+
+/// By a right angle: (x, y) becomes (−y, x).
+fn turns(build: Build, case: &Case, ap: &[f64], size: f64) {
+    let [nx, ny] = case.n;
+    let to = |e: usize| (e % nx) * ny + (ny - 1 - e / nx);
+    let turn = [(0, 1.0), (2, -1.0), (1, 1.0)];
+    let other = Case { n: [ny, nx], h: [case.h[1], case.h[0]], inside: moved_mask(&case.inside, &to), ..case.clone() };
+    let a = operator(build, &other.grid(), &case.bodies(), case.projection);
+    close("right angle", &apply(&*a, &moved(&case.p, &to, turn)), &moved(ap, &to, turn), size);
+}
+
+/// A load moved by one element moves its displacement.
+fn is_the_same_everywhere(build: Build, case: &Case, size: f64) {
+    let [nx, ny] = case.n;
+    if nx < 2 || ny < 2 {
+        return;
+    }
+    let whole = Case { inside: vec![true; nx * ny], ..case.clone() };
+    let a = operator(build, &whole.grid(), &case.bodies(), case.projection);
+    let k = nx * ny;
+    let last = |e: usize| e % nx == nx - 1 || e / nx == ny - 1;
+    let first = |e: usize| e % nx == 0 || e / nx == 0;
+    let p: Vec<f64> = (0..3 * k).map(|e| if last(e % k) { 0.0 } else { case.p[e] }).collect();
+    let onward = |e: usize| (e + nx + 1) % k;
+    let same = [(0, 1.0), (1, 1.0), (2, 1.0)];
+    let keep = |field: Vec<f64>| -> Vec<f64> { field.into_iter().enumerate().map(|(e, u)| if first(e % k) { 0.0 } else { u }).collect() };
+    let here = keep(moved(&apply(&*a, &p), &onward, same));
+    let there = keep(apply(&*a, &moved(&p, &onward, same)));
+    close("translation", &there, &here, 4.0 * size.max(case.h[0].max(case.h[1])));
+}
+
+/// The foundation's displacement plus the punch's, seen from its own side: normal reversed, so the coupling is too.
+fn superposes_bodies(build: Build, case: &Case, ap: &[f64], size: f64) {
+    let grid = case.grid();
+    let below = operator(build, &grid, &HalfSpace::new(&case.foundation, None), case.projection);
+    let above = operator(build, &grid, &HalfSpace::new(&case.punch, None), case.projection);
+    let stay = |e: usize| e;
+    let reverse = [(0, -1.0), (1, 1.0), (2, 1.0)];
+    let seen = moved(&apply(&*above, &moved(&case.p, &stay, reverse)), &stay, reverse);
+    let sum: Vec<f64> = apply(&*below, &case.p).iter().zip(&seen).map(|(u, v)| u + v).collect();
+    close("superposition", ap, &sum, 4.0 * size);
+}
+
+/// Displacement is proportional to length and inversely to the moduli.
+fn scales(build: Build, case: &Case, ap: &[f64]) {
+    let (length, modulus) = (1e-9, 1e12);
+    let stiffer = |m: Material| Material { shear_modulus: m.shear_modulus * modulus, ..m };
+    let other = Case { h: case.h.map(|h| h * length), foundation: stiffer(case.foundation), punch: stiffer(case.punch), ..case.clone() };
+    let a = operator(build, &other.grid(), &other.bodies(), case.projection);
+    let unscaled: Vec<f64> = apply(&*a, &case.p).iter().map(|u| u * modulus / length).collect();
+    close("scaling", &unscaled, ap, ap.iter().fold(0.0_f64, |m, u| m.max(u.abs())));
+}
+
+#[test]
+fn both_operators_agree() {
+    for (nx, ny, hx, hy) in [(24, 24, 1.0, 1.0), (7, 30, 0.2, 1.0), (31, 4, 1.0, 90.0), (1, 1, 1.0, 1.0)] {
+        for projection in [Projection::Average, Projection::Midpoint] {
+            let (cx, cy) = (0.5 * nx as f64 * hx, 0.5 * ny as f64 * hy);
+            let grid = Grid::new(nx, ny, hx, hy, [0.5 * hx - cx, 0.5 * hy - cy]).unwrap();
+            let disk = grid.masked_by(|x, y| (x / cx).powi(2) + (y / cy).powi(2) < 0.9);
+            let bodies = HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.3 }, None);
+            let table = InfluenceTable::new(&disk, &bodies, projection);
+            let p: Vec<f64> = (0..3 * disk.len()).map(|e| ((e * e) as f64 * 0.37).sin()).collect();
+            let dense = apply(&super::Dense::new(&table), &p);
+            let size = dense.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
+            close("dense = FFT", &apply(&super::Toeplitz::new(&table), &p), &dense, size);
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! The influence operator A: tractions on Ω to displacements of Ω, p ↦ A p.
+//!
+//! - [`InfluenceTable`]: the coefficients, one block per offset (Δi, Δj);
+//! - [`Influence`]: an operator made of them, [`Dense`] (the oracle, small grids) or [`Toeplitz`] (FFT, all others).
+
+use realfft::num_complex::Complex;
+
+use crate::grid::Grid;
+
+mod dense;
+#[cfg(test)]
+mod laws;
+mod table;
+mod toeplitz;
+
+pub use dense::Dense;
+pub use table::{Component, InfluenceTable};
+pub use toeplitz::Toeplitz;
+
+/// A discretised influence operator: self-adjoint, and positive definite on Ω in the average projection.
+///
+/// Vector fields are blocks n | x | y, each as long as the grid. The operator is M A M, M the restriction to Ω: what is given on
+/// masked elements is ignored, and the displacement there is set to zero. Same operator and input, same bytes, for
+/// any number of threads.
+pub trait Influence: Send + Sync {
+    /// The grid that the fields live on.
+    fn grid(&self) -> &Grid;
+
+    /// Memory that an application on `threads` threads needs.
+    fn scratch_size(&self, threads: usize) -> ScratchSize;
+
+    /// out = A p, both 3·len of the grid.
+    ///
+    /// # Panics
+    /// If a field has another length.
+    fn apply(&self, out: &mut [f64], p: &[f64], scratch: &mut Scratch);
+
+    /// Normal displacement under pressure alone, out = A₁₁ p₁, both of the grid's length: a third of the work.
+    ///
+    /// # Panics
+    /// If a field has another length.
+    fn apply_normal(&self, out: &mut [f64], pressure: &[f64], scratch: &mut Scratch);
+}
+
+/// Numbers to set aside for an application.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ScratchSize {
+    /// Real numbers.
+    pub real: usize,
+    /// Complex numbers.
+    pub complex: usize,
+}
+
+/// Memory for applications of an operator, owned by the caller so that an iteration allocates once. It carries nothing from
+/// one application to the next, and grows when used for an operator that needs more.
+#[derive(Clone, Debug)]
+pub struct Scratch {
+    threads: usize,
+    real: Vec<f64>,
+    complex: Vec<Complex<f64>>,
+}
+
+impl Scratch {
+    /// Enough for `operator` on as many threads as the current rayon pool has, or on one where that is faster.
+    pub fn new<I: Influence + ?Sized>(operator: &I) -> Self {
+        // Below this an application takes about as long as waking a second thread.
+        const WORTH_A_THREAD: usize = 4096;
+        let threads = (operator.grid().len() / WORTH_A_THREAD).clamp(1, rayon::current_num_threads());
+        Self::with_threads(operator, threads)
+    }
+
+    /// Enough for `operator` on `threads` threads (at least one).
+    pub fn with_threads<I: Influence + ?Sized>(operator: &I, threads: usize) -> Self {
+        let mut scratch = Self { threads: threads.max(1), real: Vec::new(), complex: Vec::new() };
+        scratch.take(operator.scratch_size(scratch.threads));
+        scratch
+    }
+
+    fn take(&mut self, size: ScratchSize) -> (&mut [f64], &mut [Complex<f64>]) {
+        if self.real.len() < size.real {
+            self.real.resize(size.real, 0.0);
+        }
+        if self.complex.len() < size.complex {
+            self.complex.resize(size.complex, Complex::default());
+        }
+        (&mut self.real[..size.real], &mut self.complex[..size.complex])
+    }
+}

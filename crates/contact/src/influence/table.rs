@@ -1,0 +1,218 @@
+//! Influence coefficients of a grid, one block per offset.
+
+use rayon::prelude::*;
+
+use crate::foundation::half_space::{Coefficient, HalfSpace};
+use crate::grid::Grid;
+use crate::scene::Projection;
+
+/// One of the six different entries of a coefficient; xn = −nx, yn = −ny, yx = xy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Component {
+    /// Normal displacement under pressure; even in Δi and in Δj.
+    Nn,
+    /// Displacement along x under traction along x; even in both.
+    Xx,
+    /// Displacement along y under traction along y; even in both.
+    Yy,
+    /// Displacement along x under traction along y; odd in both.
+    Xy,
+    /// Normal displacement under traction along x; odd in Δi, even in Δj.
+    Nx,
+    /// Normal displacement under traction along y; even in Δi, odd in Δj.
+    Ny,
+}
+
+impl Component {
+    /// All six, in the order of their declaration.
+    pub const ALL: [Self; 6] = [Self::Nn, Self::Xx, Self::Yy, Self::Xy, Self::Nx, Self::Ny];
+
+    /// Whether the component changes sign with Δi.
+    pub fn odd_in_x(self) -> bool {
+        matches!(self, Self::Xy | Self::Nx)
+    }
+
+    /// Whether the component changes sign with Δj.
+    pub fn odd_in_y(self) -> bool {
+        matches!(self, Self::Xy | Self::Ny)
+    }
+
+    fn of(self, c: &Coefficient) -> f64 {
+        match self {
+            Self::Nn => c.nn,
+            Self::Xx => c.xx,
+            Self::Yy => c.yy,
+            Self::Xy => c.xy,
+            Self::Nx => c.nx,
+            Self::Ny => c.ny,
+        }
+    }
+}
+
+/// Influence coefficients of every offset that occurs on a grid, |Δi| < nx and |Δj| < ny: displacement of the receiver per
+/// unit traction on the source, Δ = receiver − source. Their unit is the grid's length times the bodies' compliance.
+///
+/// Components that are even in Δj keep the rows Δj ≥ 0 only, so there are 16·nx·ny numbers instead of 24·nx·ny.
+#[derive(Clone, Debug)]
+pub struct InfluenceTable {
+    grid: Grid,
+    /// By [`Component`]: rows of 2nx − 1, from Δj = 0 or, where odd in Δj, from Δj = −(ny − 1).
+    rows: [Vec<f64>; 6],
+}
+
+impl InfluenceTable {
+    /// Computes the coefficients, on the threads of the current rayon pool; the numbers do not depend on how many there are.
+    pub fn new(grid: &Grid, bodies: &HalfSpace, projection: Projection) -> Self {
+        let (nx, ny) = (grid.nx(), grid.ny());
+        let mut quadrant = vec![Coefficient::default(); grid.len()];
+        quadrant.par_chunks_mut(nx).enumerate().for_each(|(dj, row)| {
+            for (di, coefficient) in row.iter_mut().enumerate() {
+                *coefficient = bodies.influence([di as i64, dj as i64], grid.hx(), grid.hy(), projection);
+            }
+        });
+        let width = 2 * nx - 1;
+        let rows = Component::ALL.map(|component| {
+            let stored = if component.odd_in_y() { 2 * ny - 1 } else { ny };
+            let mut values = vec![0.0; stored * width];
+            for (at, row) in values.chunks_exact_mut(width).enumerate() {
+                let dj = (at + ny).abs_diff(stored);
+                let sign_y = if component.odd_in_y() && at + ny < stored { -1.0 } else { 1.0 };
+                let sign_x = if component.odd_in_x() { -sign_y } else { sign_y };
+                for (di, coefficient) in quadrant[dj * nx..(dj + 1) * nx].iter().enumerate() {
+                    let value = component.of(coefficient);
+                    row[nx - 1 - di] = sign_x * value;
+                    row[nx - 1 + di] = sign_y * value;
+                }
+            }
+            values
+        });
+        Self { grid: grid.clone(), rows }
+    }
+
+    /// The grid, with its mask; the coefficients do not depend on the mask.
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// One component at offset Δj, contiguous over Δi = −(nx − 1) … nx − 1.
+    ///
+    /// # Panics
+    /// Unless |Δj| < ny.
+    pub fn row(&self, component: Component, dj: i64) -> &[f64] {
+        let (width, ny) = (2 * self.grid.nx() - 1, self.grid.ny() as i64);
+        assert!(dj.abs() < ny, "offset {dj} on {ny} rows of elements");
+        let at = if component.odd_in_y() { dj + ny - 1 } else { dj.abs() } as usize;
+        &self.rows[component as usize][at * width..(at + 1) * width]
+    }
+
+    /// The coefficient of offset (Δi, Δj).
+    ///
+    /// # Panics
+    /// Unless |Δi| < nx and |Δj| < ny.
+    pub fn coefficient(&self, di: i64, dj: i64) -> Coefficient {
+        let at = (di + self.grid.nx() as i64 - 1) as usize;
+        let value = |component| self.row(component, dj)[at];
+        Coefficient {
+            nn: value(Component::Nn),
+            xx: value(Component::Xx),
+            yy: value(Component::Yy),
+            xy: value(Component::Xy),
+            nx: value(Component::Nx),
+            ny: value(Component::Ny),
+        }
+    }
+
+    /// The largest diagonal entry of the operator.
+    pub fn largest_diagonal(&self) -> f64 {
+        let own = self.coefficient(0, 0);
+        own.nn.max(own.xx).max(own.yy)
+    }
+
+    /// Adds to `displacement` (blocks n | x | y) that under the traction (n, x, y) on the element `source`. Masked receivers get
+    /// theirs too: the caller skips them when it reads.
+    ///
+    /// # Panics
+    /// Unless `source` is an element and `displacement` 3·len of the grid.
+    pub fn add_column(&self, source: usize, traction: [f64; 3], displacement: &mut [f64]) {
+        let (nx, k) = (self.grid.nx(), self.grid.len());
+        assert!(source < k && displacement.len() == 3 * k);
+        let (i, j) = self.grid.position(source);
+        let [tn, tx, ty] = traction;
+        let (un, tangential) = displacement.split_at_mut(k);
+        let (ux, uy) = tangential.split_at_mut(k);
+        for receiver in 0..self.grid.ny() {
+            let dj = receiver as i64 - j as i64;
+            let from = |component| &self.row(component, dj)[nx - 1 - i..][..nx];
+            let to = receiver * nx..(receiver + 1) * nx;
+            let (un, ux, uy) = (&mut un[to.clone()], &mut ux[to.clone()], &mut uy[to]);
+            let (nn, xx, yy) = (from(Component::Nn), from(Component::Xx), from(Component::Yy));
+            let (xy, n_x, n_y) = (from(Component::Xy), from(Component::Nx), from(Component::Ny));
+            for e in 0..nx {
+                un[e] += nn[e] * tn + n_x[e] * tx + n_y[e] * ty;
+                ux[e] += xx[e] * tx + xy[e] * ty - n_x[e] * tn;
+                uy[e] += xy[e] * tx + yy[e] * ty - n_y[e] * tn;
+            }
+        }
+    }
+
+    /// Memory held [bytes].
+    pub fn bytes(&self) -> usize {
+        self.rows.iter().map(|values| size_of_val(values.as_slice())).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Material;
+
+    fn bodies() -> HalfSpace {
+        HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.3 }, None)
+    }
+
+    #[test]
+    fn holds_the_coefficient_of_every_offset() {
+        for (nx, ny) in [(1, 1), (1, 4), (5, 1), (4, 3)] {
+            let grid = Grid::new(nx, ny, 0.5, 0.75, [0.0; 2]).unwrap();
+            for projection in [Projection::Average, Projection::Midpoint] {
+                let table = InfluenceTable::new(&grid, &bodies(), projection);
+                for dj in 1 - ny as i64..ny as i64 {
+                    for di in 1 - nx as i64..nx as i64 {
+                        assert_eq!(table.coefficient(di, dj), bodies().influence([di, dj], 0.5, 0.75, projection));
+                    }
+                    assert_eq!(table.row(Component::Xy, dj).len(), 2 * nx - 1);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_column_is_the_displacement_under_one_element() {
+        let grid = Grid::new(4, 3, 0.5, 0.75, [0.0; 2]).unwrap();
+        let table = InfluenceTable::new(&grid, &bodies(), Projection::Average);
+        let traction = [0.3, -1.0, 0.6];
+        for source in 0..grid.len() {
+            let mut got = vec![1.0; 3 * grid.len()];
+            table.add_column(source, traction, &mut got);
+            let (si, sj) = grid.position(source);
+            for receiver in 0..grid.len() {
+                let (ri, rj) = grid.position(receiver);
+                let block = table.coefficient(ri as i64 - si as i64, rj as i64 - sj as i64).block();
+                for c in 0..3 {
+                    let expected = 1.0 + (0..3).map(|d| block[c][d] * traction[d]).sum::<f64>();
+                    assert!((got[c * grid.len() + receiver] - expected).abs() < 1e-15);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn does_not_depend_on_the_number_of_threads() {
+        let grid = Grid::new(40, 30, 1.0, 0.3, [0.0; 2]).unwrap();
+        let with = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| InfluenceTable::new(&grid, &bodies(), Projection::Average).rows)
+        };
+        assert_eq!(with(1), with(3));
+    }
+}
