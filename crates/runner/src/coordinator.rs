@@ -1,0 +1,671 @@
+//! The coordinator's decisions: a pure function of what it knows, what it hears and the time.
+//!
+//! It has no sockets, no clock, no processes and no database, so every fault can be played to it in a test.
+//! [`Coordinator::step`] takes one [`Input`] and returns the [`Action`]s that the driver must carry out, in order.
+//!
+//! - A job waits, is leased, is being saved, or is done; done is final.
+//! - A reply to a worker is an acknowledgement: it is sent only when everything that the worker reported is durable.
+//! - Commits clock themselves. While one is being written, further results gather and form the next; so a lone result
+//!   never waits for a timer, and under load one commit serves many jobs.
+//! - A worker holds about [`AHEAD`] seconds of work, by the prediction corrected by what jobs really took, so that
+//!   neither transport nor disk stalls short jobs; a job longer than that is never held behind another.
+//! - When a worker dies, the attempt is charged to the job that was running. Others that it held go back uncharged.
+
+use crate::event::{Counts, Event, What};
+use crate::lease::{Lease, LeaseId, Leases, WorkerId};
+use crate::protocol::{Outcome, Report};
+use crate::queue::{GroupIndex, Queue};
+use crate::{Done, Options, Task, Verdict};
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+use study::JobKey;
+
+/// Seconds of predicted work that a worker may hold beyond the job it is running.
+const AHEAD: f64 = 0.1;
+/// Jobs that one worker may hold.
+const MOST_JOBS: usize = 512;
+/// Payload bytes in one reply.
+const MOST_BYTES: usize = 512 << 10;
+/// Workers in a row that die before asking for a job, after which starting more is hopeless.
+const MOST_FAILED_STARTS: u32 = 10;
+/// A worker that was told to leave may take this long.
+const LEAVING: Duration = Duration::from_secs(10);
+
+/// What the coordinator hears.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Input {
+    /// The run begins.
+    Begin,
+    /// A worker process exists.
+    Spawned { worker: WorkerId, pid: u32 },
+    /// A worker process could not be made at all.
+    SpawnFailed { worker: WorkerId, reason: String },
+    /// A worker reports and asks for more.
+    Request { worker: WorkerId, idle: bool, reports: Vec<Report<Vec<u8>>> },
+    /// A worker says something that makes no sense.
+    Nonsense { worker: WorkerId, reason: String },
+    /// A busy worker lives.
+    Heartbeat { worker: WorkerId },
+    /// A worker process is gone; `running` is the lease that it began last.
+    Exited { worker: WorkerId, how: String, running: Option<LeaseId> },
+    /// The last [`Action::Commit`] is durable.
+    Committed,
+    /// Somebody asked to stop, once more.
+    Interrupt,
+    /// Everything that was to be heard up to now was heard: look at the clock.
+    Clock,
+    /// Nothing more to hear at the moment: hand out, commit, recruit.
+    Settled,
+}
+
+/// What the driver must do.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Action {
+    /// Start a worker process.
+    Start(WorkerId),
+    /// Kill a worker process.
+    Kill(WorkerId),
+    /// Answer a worker with these jobs; the reply acknowledges everything it reported.
+    Assign(WorkerId, Vec<(LeaseId, usize)>),
+    /// Answer a worker that it should leave.
+    Dismiss(WorkerId),
+    /// Make these durable, then say [`Input::Committed`].
+    Commit(Vec<Done>),
+    /// Tell the listener.
+    Emit(Event),
+    /// Give up: workers cannot be started.
+    GiveUp(String),
+}
+
+#[derive(Debug)]
+struct Job {
+    key: JobKey,
+    cost: f64,
+    memory: u64,
+    bytes: usize,
+    failures: u32,
+    state: State,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum State {
+    Waiting,
+    Leased(LeaseId),
+    Saving,
+    Done,
+    Quarantined,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Phase {
+    /// The process was asked for; it has not yet asked for a job.
+    Starting,
+    /// It works, or waits for work.
+    Ready,
+    /// It was told to leave.
+    Leaving,
+    /// It was killed by us, for this reason, and has not yet exited.
+    Killed(String),
+}
+
+#[derive(Debug)]
+struct Worker {
+    phase: Phase,
+    pid: Option<u32>,
+    /// It has asked for a job at least once.
+    asked: bool,
+    /// Its request is not answered.
+    asks: bool,
+    /// In the order in which it works on them.
+    leases: VecDeque<LeaseId>,
+    /// Results of it that are not durable.
+    unsaved: usize,
+    group: Option<GroupIndex>,
+    /// Last sign of life.
+    heard: Duration,
+    /// Last request, or grant to an idle worker.
+    progress: Duration,
+}
+
+/// A result on its way to the ledger.
+#[derive(Clone, Debug)]
+struct Saving {
+    job: usize,
+    worker: Option<WorkerId>,
+    seconds: f64,
+    attempts: u32,
+    quarantine: Option<String>,
+}
+
+/// Everything that the coordinator knows.
+#[derive(Debug)]
+pub(crate) struct Coordinator {
+    options: Options,
+    jobs: Vec<Job>,
+    queue: Queue,
+    leases: Leases,
+    workers: BTreeMap<WorkerId, Worker>,
+    hired: WorkerId,
+    /// Lost workers that were not yet replaced.
+    vacancies: VecDeque<WorkerId>,
+    failed_starts: u32,
+    /// Finished, not yet given to the ledger.
+    unsaved: Vec<(Saving, Done)>,
+    /// Given to the ledger.
+    committing: Vec<Saving>,
+    /// Decaying sums of what jobs took and what was predicted, in seconds.
+    took: f64,
+    predicted: f64,
+    interrupts: u32,
+    given_up: bool,
+    counts: Counts,
+    /// Of everything that finished, including on workers lost since.
+    pub(crate) tally: Tally,
+    actions: Vec<Action>,
+    now: Duration,
+}
+
+/// What a run adds up to, beside its counts.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Tally {
+    pub(crate) lost: usize,
+    pub(crate) stale: usize,
+    pub(crate) busy: f64,
+}
+
+impl Coordinator {
+    /// Knows the tasks, has done nothing.
+    pub(crate) fn new(tasks: &[Task], options: &Options) -> Coordinator {
+        let job = |task: &Task| Job {
+            key: task.key,
+            cost: sane(task.cost),
+            memory: task.memory,
+            bytes: task.payload.len(),
+            failures: 0,
+            state: State::Waiting,
+        };
+        Coordinator {
+            options: options.clone(),
+            jobs: tasks.iter().map(job).collect(),
+            queue: Queue::new(tasks.iter().map(|task| (task.group, sane(task.cost)))),
+            leases: Leases::default(),
+            workers: BTreeMap::new(),
+            hired: 0,
+            vacancies: VecDeque::new(),
+            failed_starts: 0,
+            unsaved: Vec::new(),
+            committing: Vec::new(),
+            took: 0.0,
+            predicted: 0.0,
+            interrupts: 0,
+            given_up: false,
+            counts: Counts { waiting: tasks.len(), ..Counts::default() },
+            tally: Tally::default(),
+            actions: Vec::new(),
+            now: Duration::ZERO,
+        }
+    }
+
+    /// Where the run stands.
+    pub(crate) fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// Nothing is left to do or to wait for.
+    pub(crate) fn finished(&self) -> bool {
+        let idle = self.workers.is_empty() && self.unsaved.is_empty() && self.committing.is_empty();
+        idle && (self.stopping() || self.counts.waiting + self.counts.running == 0)
+    }
+
+    /// The time at which [`Input::Clock`] would change something, if nothing else happens.
+    pub(crate) fn alarm(&self) -> Option<Duration> {
+        self.workers.values().filter_map(|worker| Some(self.patience(worker)?.0)).min()
+    }
+
+    /// One step: hear `input` at time `now`, decide.
+    pub(crate) fn step(&mut self, input: Input, now: Duration) -> Vec<Action> {
+        self.now = self.now.max(now);
+        match input {
+            Input::Begin => self.begin(),
+            Input::Spawned { worker, pid } => {
+                if let Some(worker) = self.workers.get_mut(&worker) {
+                    worker.pid = Some(pid);
+                }
+            }
+            Input::SpawnFailed { worker, reason } => {
+                if self.workers.remove(&worker).is_some() {
+                    self.counts.workers -= 1;
+                    self.give_up(reason);
+                }
+            }
+            Input::Request { worker, idle, reports } => self.request(worker, idle, reports),
+            Input::Nonsense { worker, reason } => self.kill(worker, reason),
+            Input::Heartbeat { worker } => {
+                if let Some(worker) = self.workers.get_mut(&worker) {
+                    worker.heard = self.now;
+                }
+            }
+            Input::Exited { worker, how, running } => self.exited(worker, how, running),
+            Input::Committed => self.committed(),
+            Input::Interrupt => self.interrupt(),
+            Input::Clock => self.look_at_the_clock(),
+            Input::Settled => self.settle(),
+        }
+        std::mem::take(&mut self.actions)
+    }
+
+    fn stopping(&self) -> bool {
+        self.interrupts > 0 || self.given_up
+    }
+
+    fn emit(&mut self, what: What) {
+        let event = Event { seconds: self.now.as_secs_f64(), what, counts: self.counts };
+        self.actions.push(Action::Emit(event));
+    }
+
+    fn begin(&mut self) {
+        self.emit(What::RunStarted);
+        for job in 0..self.jobs.len() {
+            let (needed, limit) = (self.jobs[job].memory, self.options.memory_limit);
+            if needed > limit && self.queue.take_this(job) {
+                self.counts.waiting -= 1;
+                let reason = format!("needs {needed} bytes of memory by prediction, the limit is {limit}");
+                self.save(job, None, 0.0, Err(reason));
+            }
+        }
+    }
+
+    fn request(&mut self, id: WorkerId, idle: bool, reports: Vec<Report<Vec<u8>>>) {
+        let Some(worker) = self.workers.get_mut(&id) else {
+            self.tally.stale += reports.len();
+            return;
+        };
+        (worker.heard, worker.progress, worker.asked) = (self.now, self.now, true);
+        let starts = worker.phase == Phase::Starting;
+        if starts {
+            worker.phase = Phase::Ready;
+        }
+        worker.asks = worker.phase == Phase::Ready;
+        if starts {
+            let pid = worker.pid.unwrap_or(0);
+            self.failed_starts = 0;
+            self.emit(What::WorkerStarted { worker: id, pid });
+        }
+        for report in reports {
+            self.report(id, report);
+        }
+        if idle && self.workers.get(&id).is_some_and(|worker| !worker.leases.is_empty()) {
+            self.kill(id, "lost track of the jobs it was given".into());
+        }
+    }
+
+    fn report(&mut self, id: WorkerId, report: Report<Vec<u8>>) {
+        let Some(lease) = self.leases.end(report.lease, id) else {
+            self.tally.stale += 1;
+            return;
+        };
+        if let Some(worker) = self.workers.get_mut(&id) {
+            worker.leases.retain(|&held| held != report.lease);
+        }
+        self.counts.running -= 1;
+        let seconds = report.seconds.max(0.0);
+        self.tally.busy += seconds;
+        match report.outcome {
+            Outcome::Completed(bytes) => {
+                const MEMORY: f64 = 0.95;
+                self.took = MEMORY * self.took + seconds;
+                self.predicted = MEMORY * self.predicted + self.jobs[lease.job].cost;
+                self.save(lease.job, Some(id), seconds, Ok(bytes));
+            }
+            Outcome::Failed(reason) => self.failed(lease.job, Some(id), seconds, reason),
+        }
+    }
+
+    /// One attempt failed; the job is held by nobody.
+    fn failed(&mut self, job: usize, worker: Option<WorkerId>, seconds: f64, reason: String) {
+        self.jobs[job].failures += 1;
+        self.counts.failures += 1;
+        let (key, attempt) = (self.jobs[job].key, self.jobs[job].failures);
+        if attempt < self.options.attempts {
+            self.put_back(job);
+            self.emit(What::Retried { key, attempt, reason });
+        } else {
+            self.save(job, worker, seconds, Err(reason));
+        }
+    }
+
+    fn put_back(&mut self, job: usize) {
+        self.jobs[job].state = State::Waiting;
+        self.queue.put(job);
+        self.counts.waiting += 1;
+    }
+
+    /// The job has its final result, to be made durable.
+    fn save(&mut self, job: usize, worker: Option<WorkerId>, seconds: f64, result: Result<Vec<u8>, String>) {
+        let entry = &mut self.jobs[job];
+        entry.state = State::Saving;
+        let attempts = entry.failures + u32::from(result.is_ok());
+        let saving = Saving { job, worker, seconds, attempts, quarantine: result.as_ref().err().cloned() };
+        let verdict = match result {
+            Ok(bytes) => Verdict::Completed(bytes),
+            Err(reason) => Verdict::Quarantined { reason },
+        };
+        self.unsaved.push((saving, Done { key: entry.key, verdict, worker, seconds, attempts }));
+        self.counts.saving += 1;
+        if let Some(worker) = worker.and_then(|id| self.workers.get_mut(&id)) {
+            worker.unsaved += 1;
+        }
+    }
+
+    fn committed(&mut self) {
+        let saved = std::mem::take(&mut self.committing);
+        let jobs = saved.len();
+        for Saving { job, worker, seconds, attempts, quarantine } in saved {
+            if let Some(worker) = worker.and_then(|id| self.workers.get_mut(&id)) {
+                worker.unsaved -= 1;
+            }
+            self.counts.saving -= 1;
+            let key = self.jobs[job].key;
+            match quarantine {
+                None => {
+                    self.jobs[job].state = State::Done;
+                    self.counts.done += 1;
+                    self.emit(What::Done { key, worker: worker.unwrap_or(0), seconds, attempts });
+                }
+                Some(reason) => {
+                    self.jobs[job].state = State::Quarantined;
+                    self.counts.quarantined += 1;
+                    self.emit(What::Quarantined { key, reason, attempts });
+                }
+            }
+        }
+        if jobs > 0 {
+            self.emit(What::Committed { jobs });
+        }
+    }
+
+    fn exited(&mut self, id: WorkerId, how: String, running: Option<LeaseId>) {
+        let Some(worker) = self.workers.remove(&id) else { return };
+        self.queue.hold(worker.group, None);
+        self.counts.workers -= 1;
+        let expected = matches!(worker.phase, Phase::Leaving) && worker.leases.is_empty();
+        let how = match &worker.phase {
+            Phase::Killed(reason) => format!("{reason} ({how})"),
+            _ => how,
+        };
+        // The marker may name a lease that was reported since; then the next one was about to begin.
+        let culprit = running.filter(|lease| worker.leases.contains(lease)).or(worker.leases.front().copied());
+        for lease in worker.leases {
+            let Some(Lease { job, .. }) = self.leases.end(lease, id) else { continue };
+            self.counts.running -= 1;
+            if Some(lease) == culprit && self.interrupts < 2 {
+                self.failed(job, None, 0.0, format!("its worker was lost: {how}"));
+            } else {
+                self.put_back(job);
+            }
+        }
+        if expected || self.interrupts >= 2 {
+            return;
+        }
+        self.tally.lost += 1;
+        self.emit(What::WorkerLost { worker: id, pid: worker.pid, how: how.clone() });
+        self.vacancies.push_back(id);
+        if !worker.asked {
+            self.failed_starts += 1;
+            if self.failed_starts >= MOST_FAILED_STARTS {
+                self.give_up(format!("{MOST_FAILED_STARTS} workers in a row ended before asking for a job, the last: {how}"));
+            }
+        }
+    }
+
+    fn give_up(&mut self, reason: String) {
+        if !self.given_up {
+            self.given_up = true;
+            self.actions.push(Action::GiveUp(reason));
+        }
+    }
+
+    fn interrupt(&mut self) {
+        self.interrupts += 1;
+        if self.interrupts <= 2 {
+            self.emit(What::Interrupted { now: self.interrupts == 2 });
+        }
+        if self.interrupts >= 2 {
+            for id in self.workers.keys().copied().collect::<Vec<_>>() {
+                self.kill(id, "the run was interrupted".into());
+            }
+        }
+    }
+
+    fn kill(&mut self, id: WorkerId, reason: String) {
+        let Some(worker) = self.workers.get_mut(&id) else { return };
+        if !matches!(worker.phase, Phase::Killed(_)) {
+            worker.phase = Phase::Killed(reason);
+            worker.asks = false;
+            self.actions.push(Action::Kill(id));
+        }
+    }
+
+    fn look_at_the_clock(&mut self) {
+        let late = |(&id, worker): (&WorkerId, &Worker)| {
+            let (deadline, reason) = self.patience(worker)?;
+            (deadline <= self.now).then_some((id, reason))
+        };
+        for (id, reason) in self.workers.iter().filter_map(late).collect::<Vec<_>>() {
+            self.kill(id, reason);
+        }
+    }
+
+    /// Until when to wait for this worker, and what is wrong with it afterwards.
+    fn patience(&self, worker: &Worker) -> Option<(Duration, String)> {
+        let Options { start_timeout, silence, grace, patience, .. } = self.options;
+        match worker.phase {
+            Phase::Killed(_) => None,
+            Phase::Starting => Some((worker.heard + start_timeout, format!("asked for no job within {start_timeout:?} of its start"))),
+            Phase::Leaving => Some((worker.heard + LEAVING, "did not leave when told to".into())),
+            Phase::Ready if worker.leases.is_empty() => None,
+            Phase::Ready => {
+                let predicted = self.held(worker).map(|job| job.cost).sum::<f64>() * self.calibration().unwrap_or(1.0).max(1.0);
+                let allowed = grace.saturating_add(Duration::try_from_secs_f64(predicted * patience).unwrap_or(Duration::MAX));
+                let (silent, late) = (worker.heard + silence, worker.progress.saturating_add(allowed));
+                Some(if silent < late {
+                    (silent, format!("gave no sign of life for {silence:?}"))
+                } else {
+                    (late, format!("finished nothing within its deadline of {:.1} s", allowed.as_secs_f64()))
+                })
+            }
+        }
+    }
+
+    /// What jobs take over what was predicted, once something is known.
+    fn calibration(&self) -> Option<f64> {
+        (self.predicted > 0.0).then(|| self.took / self.predicted)
+    }
+
+    fn held<'a>(&'a self, worker: &'a Worker) -> impl Iterator<Item = &'a Job> {
+        worker.leases.iter().filter_map(|&lease| Some(&self.jobs[self.leases.get(lease)?.job]))
+    }
+
+    /// A worker runs its jobs one after another, so it needs what the largest needs.
+    fn memory(&self, worker: &Worker) -> u64 {
+        self.held(worker).map(|job| job.memory).max().unwrap_or(0)
+    }
+
+    fn settle(&mut self) {
+        if self.committing.is_empty() && !self.unsaved.is_empty() {
+            let (saving, done) = std::mem::take(&mut self.unsaved).into_iter().unzip();
+            self.committing = saving;
+            self.actions.push(Action::Commit(done));
+        }
+        if self.interrupts >= 2 {
+            return;
+        }
+        let asking = self.workers.iter().filter(|(_, worker)| worker.asks && worker.unsaved == 0).map(|(&id, _)| id);
+        for id in asking.collect::<Vec<_>>() {
+            self.answer(id);
+        }
+        self.recruit();
+    }
+
+    fn answer(&mut self, id: WorkerId) {
+        let jobs = if self.stopping() { Vec::new() } else { self.choose(id) };
+        let nothing_left = self.stopping() || self.counts.waiting + self.counts.running == 0;
+        let Some(worker) = self.workers.get_mut(&id) else { return };
+        let idle = worker.leases.is_empty();
+        if jobs.is_empty() && idle {
+            // A job of another worker may yet come back; so stay, unless nothing is out.
+            if nothing_left {
+                (worker.phase, worker.asks, worker.heard) = (Phase::Leaving, false, self.now);
+                self.actions.push(Action::Dismiss(id));
+            }
+            return;
+        }
+        if idle {
+            (worker.heard, worker.progress) = (self.now, self.now);
+        }
+        worker.asks = false;
+        let mut assigned = Vec::with_capacity(jobs.len());
+        for &job in &jobs {
+            let lease = self.leases.grant(job, id);
+            worker.leases.push_back(lease);
+            self.jobs[job].state = State::Leased(lease);
+            assigned.push((lease, job));
+        }
+        self.actions.push(Action::Assign(id, assigned));
+        for job in jobs {
+            self.counts.waiting -= 1;
+            self.counts.running += 1;
+            self.emit(What::Leased { key: self.jobs[job].key, worker: id, attempt: self.jobs[job].failures + 1 });
+        }
+    }
+
+    /// Takes jobs for a worker out of the queue.
+    fn choose(&mut self, id: WorkerId) -> Vec<usize> {
+        let Some(worker) = self.workers.get(&id) else { return Vec::new() };
+        let others: u64 = self.workers.iter().filter(|&(&other, _)| other != id).map(|(_, other)| self.memory(other)).sum();
+        let mut memory = self.memory(worker);
+        let calibration = self.calibration();
+        let seconds = |job: &Job| job.cost * calibration.unwrap_or(f64::INFINITY);
+        let mut ahead: f64 = self.held(worker).map(seconds).sum();
+        let (held, mut group, mut bytes) = (worker.leases.len(), worker.group, 0);
+        // The last jobs are dealt out in ever smaller portions, so that all workers end together.
+        let share = (self.queue.len() / (2 * self.options.workers)).max(1);
+        let mut chosen = Vec::new();
+        while held + chosen.len() < MOST_JOBS && chosen.len() < share {
+            let jobs = &self.jobs;
+            let fits = |job: usize| others.saturating_add(memory.max(jobs[job].memory)) <= self.options.memory_limit;
+            let Some((job, of)) = self.queue.take(group, fits) else { break };
+            let behind = held + chosen.len() > 0;
+            if behind && (ahead + seconds(&self.jobs[job]) > AHEAD || bytes + self.jobs[job].bytes > MOST_BYTES) {
+                self.queue.put(job);
+                break;
+            }
+            ahead += seconds(&self.jobs[job]);
+            memory = memory.max(self.jobs[job].memory);
+            bytes += self.jobs[job].bytes;
+            self.queue.hold(group, Some(of));
+            group = Some(of);
+            chosen.push(job);
+        }
+        if let Some(worker) = self.workers.get_mut(&id) {
+            worker.group = group;
+        }
+        chosen
+    }
+
+    fn recruit(&mut self) {
+        let usable = |worker: &&Worker| matches!(worker.phase, Phase::Starting | Phase::Ready);
+        let mut present = self.workers.values().filter(usable).count();
+        let wanted = self.options.workers.min(self.counts.waiting + self.counts.running);
+        while !self.stopping() && present < wanted {
+            self.hired += 1;
+            present += 1;
+            let id = self.hired;
+            let worker = Worker {
+                phase: Phase::Starting,
+                pid: None,
+                asked: false,
+                asks: false,
+                leases: VecDeque::new(),
+                unsaved: 0,
+                group: None,
+                heard: self.now,
+                progress: self.now,
+            };
+            self.workers.insert(id, worker);
+            self.counts.workers += 1;
+            self.actions.push(Action::Start(id));
+            if let Some(lost) = self.vacancies.pop_front() {
+                self.emit(What::WorkerReplaced { lost, by: id });
+            }
+        }
+    }
+
+    /// Every rule that must hold between two steps; the first one broken, in words.
+    #[cfg(any(test, debug_assertions))]
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let mut tally = Counts { failures: self.counts.failures, workers: self.workers.len(), ..Counts::default() };
+        for (number, job) in self.jobs.iter().enumerate() {
+            let queued = self.queue.contains(number);
+            let saved = self.unsaved.iter().map(|(saving, _)| saving).chain(&self.committing);
+            // Quadratic, so only for studies of the size that tests have.
+            if self.jobs.len() <= 100 && saved.filter(|saving| saving.job == number).count() != usize::from(job.state == State::Saving) {
+                return Err(format!("job {number} is {:?} but that is not what is being saved", job.state));
+            }
+            if queued != (job.state == State::Waiting) {
+                return Err(format!("job {number} is {:?}, in the queue: {queued}", job.state));
+            }
+            if matches!(job.state, State::Waiting | State::Leased(_)) && job.failures >= self.options.attempts {
+                return Err(format!("job {number} is tried again after {} failures", job.failures));
+            }
+            match job.state {
+                State::Waiting => tally.waiting += 1,
+                State::Saving => tally.saving += 1,
+                State::Done => tally.done += 1,
+                State::Quarantined => tally.quarantined += 1,
+                State::Leased(lease) => {
+                    tally.running += 1;
+                    let holder = self.leases.get(lease).filter(|lease| lease.job == number).and_then(|lease| self.workers.get(&lease.worker));
+                    if !holder.is_some_and(|worker| worker.leases.contains(&lease)) {
+                        return Err(format!("lease {lease} of job {number} is in the hands of no live worker"));
+                    }
+                }
+            }
+        }
+        if tally != self.counts {
+            return Err(format!("counted {tally:?}, kept {:?}", self.counts));
+        }
+        let held: usize = self.workers.values().map(|worker| worker.leases.len()).sum();
+        if held != self.leases.len() || held != self.counts.running || self.queue.len() != self.counts.waiting {
+            return Err(format!("{held} leases held, {} granted, {} jobs queued, {:?}", self.leases.len(), self.queue.len(), self.counts));
+        }
+        let memory: u64 = self.workers.values().map(|worker| self.memory(worker)).sum();
+        if memory > self.options.memory_limit {
+            return Err(format!("{memory} bytes of memory are promised, the limit is {}", self.options.memory_limit));
+        }
+        for (id, worker) in &self.workers {
+            if worker.asks && worker.phase != Phase::Ready {
+                return Err(format!("worker {id} asks and is {:?}", worker.phase));
+            }
+            if worker.phase == Phase::Leaving && !worker.leases.is_empty() {
+                return Err(format!("worker {id} was dismissed with jobs in its hands"));
+            }
+        }
+        Ok(())
+    }
+
+    /// The jobs that are durable.
+    #[cfg(test)]
+    fn durable(&self) -> Vec<usize> {
+        (0..self.jobs.len()).filter(|&job| matches!(self.jobs[job].state, State::Done | State::Quarantined)).collect()
+    }
+}
+
+/// A prediction that can be added up and ordered: positive and finite.
+fn sane(cost: f64) -> f64 {
+    if cost.is_finite() { cost.max(1e-6) } else { 1.0 }
+}
+
+#[cfg(test)]
+#[path = "coordinator_tests.rs"]
+mod tests;

@@ -1,0 +1,289 @@
+//! Faults, played to the pure step.
+
+use super::*;
+use proptest::prelude::*;
+use std::collections::BTreeSet;
+
+fn tasks(count: usize) -> Vec<Task> {
+    let task = |number: usize| Task {
+        key: JobKey([number as u8; 32]),
+        payload: vec![0; number % 3],
+        group: (number % 4) as u64,
+        cost: [0.001, 0.02, 5.0, f64::NAN][number % 4],
+        memory: [10, 40, 70, 120][number % 7 % 4],
+    };
+    (0..count).map(task).collect()
+}
+
+fn options(workers: usize) -> Options {
+    Options { workers, ..Options::new(vec!["unused".into()], 100) }
+}
+
+/// Anything that could be heard, sensible or not.
+fn input() -> impl Strategy<Value = Input> {
+    let worker = 0..8u32;
+    let outcome = prop_oneof![3 => Just(Outcome::Completed(vec![1])), 1 => Just(Outcome::Failed("no".to_string()))];
+    let seconds = prop_oneof![Just(0.0), Just(0.01), Just(f64::NAN), Just(f64::INFINITY), Just(-1.0)];
+    let report = (0..40u64, seconds, outcome).prop_map(|(lease, seconds, outcome)| Report { lease, seconds, outcome });
+    prop_oneof![
+        6 => Just(Input::Settled),
+        4 => (worker.clone(), any::<bool>(), proptest::collection::vec(report, 0..5))
+            .prop_map(|(worker, idle, reports)| Input::Request { worker, idle, reports }),
+        6 => worker.clone().prop_map(|worker| Input::Request { worker, idle: false, reports: Vec::new() }),
+        2 => Just(Input::Committed),
+        1 => Just(Input::Clock),
+        1 => worker.clone().prop_map(|worker| Input::Heartbeat { worker }),
+        1 => (worker.clone(), proptest::option::of(0..40u64)).prop_map(|(worker, running)| Input::Exited { worker, how: "gone".into(), running }),
+        1 => worker.clone().prop_map(|worker| Input::Spawned { worker, pid: worker }),
+        1 => worker.clone().prop_map(|worker| Input::Nonsense { worker, reason: "babbles".into() }),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn no_sequence_of_inputs_breaks_a_rule(
+        inputs in proptest::collection::vec((input(), 0..20_000u64), 0..120),
+        (workers, jobs) in (1..5usize, 0..20usize),
+        interrupts in proptest::collection::btree_set(0..240usize, 0..3),
+    ) {
+        let tasks = tasks(jobs);
+        let mut coordinator = Coordinator::new(&tasks, &options(workers));
+        let (mut now, mut durable, mut given) = (0, BTreeSet::new(), BTreeSet::new());
+        let first = [(Input::Begin, 0), (Input::Settled, 0)];
+        for (number, (input, later)) in first.into_iter().chain(inputs).enumerate() {
+            now += later;
+            let interrupt = interrupts.contains(&number).then_some(Input::Interrupt);
+            for input in interrupt.into_iter().chain([input]) {
+                for action in coordinator.step(input, Duration::from_millis(now)) {
+                    if let Action::Commit(done) = action {
+                        for done in done {
+                            prop_assert!(given.insert(done.key), "{} is committed twice", done.key);
+                        }
+                    }
+                }
+                prop_assert_eq!(coordinator.check(), Ok(()));
+                let after: BTreeSet<_> = coordinator.durable().into_iter().collect();
+                prop_assert!(durable.is_subset(&after), "done is final");
+                durable = after;
+            }
+        }
+    }
+
+    #[test]
+    fn every_run_ends_with_every_job_done_or_set_aside(seed in any::<u64>(), faults in 0..40u64, workers in 1..5usize, jobs in 0..40usize) {
+        let mut world = World::new(seed, faults, workers, &tasks(jobs));
+        world.run();
+        let counts = world.coordinator.counts();
+        if !world.given_up {
+            prop_assert_eq!(counts.done + counts.quarantined, jobs);
+        }
+        prop_assert_eq!(world.committed.len(), counts.done + counts.quarantined);
+        for done in world.committed.values() {
+            prop_assert!(done.attempts <= 3);
+            if let Verdict::Quarantined { reason } = &done.verdict {
+                prop_assert!(done.attempts == 3 || reason.starts_with("needs 120 bytes"), "{}", reason);
+            }
+        }
+    }
+}
+
+/// Simulated workers that keep to the protocol until they fail.
+struct World {
+    coordinator: Coordinator,
+    /// Per worker: its jobs, whether it awaits a reply, results to report, whether it hangs.
+    workers: BTreeMap<WorkerId, (VecDeque<LeaseId>, bool, Vec<Report<Vec<u8>>>, bool)>,
+    /// Requests still on their way when their worker died.
+    late: Vec<Input>,
+    committed: BTreeMap<JobKey, Done>,
+    given_up: bool,
+    random: u64,
+    faults: u64,
+    now: Duration,
+}
+
+impl World {
+    fn new(seed: u64, faults: u64, workers: usize, tasks: &[Task]) -> World {
+        let coordinator = Coordinator::new(tasks, &options(workers));
+        World { coordinator, workers: BTreeMap::new(), late: Vec::new(), committed: BTreeMap::new(), given_up: false, random: seed, faults, now: Duration::ZERO }
+    }
+
+    fn random(&mut self, below: u64) -> u64 {
+        self.random = self.random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.random >> 33) % below
+    }
+
+    fn fault(&mut self) -> bool {
+        self.random(200) < self.faults
+    }
+
+    fn run(&mut self) {
+        let mut inbox = VecDeque::from([Input::Begin]);
+        for _ in 0..200_000 {
+            let input = inbox.pop_front().unwrap_or(Input::Settled);
+            let settled = input == Input::Settled;
+            for action in self.coordinator.step(input, self.now) {
+                self.act(action, &mut inbox);
+            }
+            assert_eq!(self.coordinator.check(), Ok(()));
+            if settled && inbox.is_empty() {
+                if self.coordinator.finished() {
+                    return;
+                }
+                self.advance(&mut inbox);
+            }
+        }
+        panic!("the run does not end: {:?}", self.coordinator);
+    }
+
+    fn act(&mut self, action: Action, inbox: &mut VecDeque<Input>) {
+        match action {
+            Action::Start(worker) => {
+                self.workers.insert(worker, (VecDeque::new(), false, Vec::new(), false));
+                inbox.push_back(Input::Spawned { worker, pid: worker });
+            }
+            Action::Kill(worker) | Action::Dismiss(worker) => self.end(worker, inbox),
+            Action::Assign(worker, jobs) => {
+                if let Some((leases, awaits, ..)) = self.workers.get_mut(&worker) {
+                    assert!(*awaits, "a reply that nobody asked for");
+                    leases.extend(jobs.into_iter().map(|(lease, _)| lease));
+                    *awaits = false;
+                }
+            }
+            Action::Commit(done) => {
+                for done in done {
+                    assert!(self.committed.insert(done.key, done).is_none(), "committed twice");
+                }
+                inbox.push_back(Input::Committed);
+            }
+            Action::Emit(_) => {}
+            Action::GiveUp(_) => self.given_up = true,
+        }
+    }
+
+    fn end(&mut self, worker: WorkerId, inbox: &mut VecDeque<Input>) {
+        if let Some((leases, _, reports, _)) = self.workers.remove(&worker) {
+            // What it had computed may still arrive, after its death.
+            self.late.push(Input::Request { worker, idle: false, reports });
+            let running = leases.front().copied().filter(|_| self.random(2) == 0);
+            inbox.push_back(Input::Exited { worker, how: "gone".into(), running });
+        }
+    }
+
+    /// One worker does something, or time passes.
+    fn advance(&mut self, inbox: &mut VecDeque<Input>) {
+        self.now += Duration::from_millis(1 + self.random(50));
+        let count = self.workers.len() as u64;
+        let chosen = if count > 0 { self.random(count) as usize } else { 0 };
+        let Some(worker) = self.workers.keys().nth(chosen).copied() else { return inbox.push_back(Input::Clock) };
+        if self.fault() {
+            return self.end(worker, inbox);
+        }
+        if self.fault() {
+            inbox.extend(self.late.pop());
+        }
+        let (fails, hangs) = (self.fault(), self.fault());
+        let (leases, awaits, reports, hung) = self.workers.get_mut(&worker).unwrap();
+        *hung |= hangs;
+        if *hung {
+            // Only its deadline ends this.
+            self.now += Duration::from_secs(40);
+            inbox.extend(self.workers.keys().filter(|&&other| other != worker).map(|&worker| Input::Heartbeat { worker }));
+            return inbox.push_back(Input::Clock);
+        }
+        if let Some(lease) = leases.pop_front() {
+            let outcome = if fails { Outcome::Failed("no".into()) } else { Outcome::Completed(vec![7]) };
+            reports.push(Report { lease, seconds: 0.01, outcome });
+        }
+        if !*awaits {
+            *awaits = true;
+            let request = Input::Request { worker, idle: leases.is_empty(), reports: std::mem::take(reports) };
+            if fails {
+                inbox.push_back(request.clone());
+            }
+            inbox.push_back(request);
+        }
+    }
+}
+
+fn requests(worker: WorkerId, leases: &[LeaseId]) -> Input {
+    let reports = leases.iter().map(|&lease| Report { lease, seconds: 1e-6, outcome: Outcome::Completed(vec![7]) });
+    Input::Request { worker, idle: true, reports: reports.collect() }
+}
+
+fn assigned(actions: &[Action]) -> Vec<(WorkerId, Vec<LeaseId>)> {
+    let assigned = actions.iter().filter_map(|action| match action {
+        Action::Assign(worker, jobs) => Some((*worker, jobs.iter().map(|&(lease, _)| lease).collect())),
+        _ => None,
+    });
+    assigned.collect()
+}
+
+fn alike(count: usize, cost: f64, memory: u64) -> Vec<Task> {
+    let task = |number: usize| Task { key: JobKey([number as u8; 32]), payload: Vec::new(), group: 0, cost, memory };
+    (0..count).map(task).collect()
+}
+
+/// A coordinator whose workers are up.
+fn started(tasks: &[Task], workers: usize) -> Coordinator {
+    let mut coordinator = Coordinator::new(tasks, &options(workers));
+    coordinator.step(Input::Begin, Duration::ZERO);
+    coordinator.step(Input::Settled, Duration::ZERO);
+    coordinator
+}
+
+#[test]
+fn a_reply_waits_until_what_it_acknowledges_is_durable() {
+    let mut coordinator = started(&alike(200, 1.0, 1), 2);
+    let now = Duration::from_secs(1);
+    coordinator.step(requests(1, &[]), now);
+    assert_eq!(assigned(&coordinator.step(Input::Settled, now)), [(1, vec![1])], "one job, while nothing is known of its length");
+    coordinator.step(requests(1, &[1]), now);
+    let actions = coordinator.step(Input::Settled, now);
+    assert!(matches!(&actions[..], [Action::Commit(done)] if done.len() == 1), "{actions:?}");
+    assert_eq!(coordinator.step(Input::Settled, now), [], "not durable, no reply");
+    coordinator.step(Input::Committed, now);
+    let next = assigned(&coordinator.step(Input::Settled, now));
+    assert_eq!(next[0].1.len(), 49, "short jobs go in batches, but not more than a fair share of what is left");
+}
+
+#[test]
+fn a_long_job_is_not_held_behind_another() {
+    let mut tasks = alike(10, 0.001, 1);
+    tasks[0].cost = 0.5;
+    tasks[1].cost = 0.5;
+    let mut coordinator = started(&tasks, 1);
+    let now = Duration::from_secs(1);
+    coordinator.step(requests(1, &[]), now);
+    assert_eq!(assigned(&coordinator.step(Input::Settled, now)), [(1, vec![1])]);
+    let report = Report { lease: 1, seconds: 0.5, outcome: Outcome::Completed(Vec::new()) };
+    coordinator.step(Input::Request { worker: 1, idle: true, reports: vec![report] }, now);
+    coordinator.step(Input::Settled, now);
+    coordinator.step(Input::Committed, now);
+    assert_eq!(assigned(&coordinator.step(Input::Settled, now)), [(1, vec![2])]);
+}
+
+#[test]
+fn what_does_not_fit_together_waits() {
+    let mut coordinator = started(&alike(3, 1.0, 60), 2);
+    let now = Duration::from_secs(1);
+    coordinator.step(requests(1, &[]), now);
+    coordinator.step(requests(2, &[]), now);
+    assert_eq!(assigned(&coordinator.step(Input::Settled, now)), [(1, vec![1])], "the second worker waits: 60 + 60 > 100");
+    coordinator.step(requests(1, &[1]), now);
+    assert_eq!(assigned(&coordinator.step(Input::Settled, now)), [(2, vec![2])]);
+}
+
+#[test]
+fn the_result_of_a_lost_lease_is_dropped() {
+    let mut coordinator = started(&alike(1, 1.0, 1), 1);
+    let now = Duration::from_secs(1);
+    coordinator.step(requests(1, &[]), now);
+    coordinator.step(Input::Settled, now);
+    coordinator.step(Input::Exited { worker: 1, how: "gone".into(), running: Some(1) }, now);
+    coordinator.step(requests(1, &[1]), now);
+    assert_eq!((coordinator.tally.stale, coordinator.counts().waiting, coordinator.counts().failures), (1, 1, 1));
+    let actions = coordinator.step(Input::Settled, now);
+    assert!(actions.contains(&Action::Start(2)) && !actions.iter().any(|action| matches!(action, Action::Commit(_))));
+}

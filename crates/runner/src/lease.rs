@@ -1,0 +1,65 @@
+//! Leases: a job in the hands of one worker.
+
+use std::collections::BTreeMap;
+
+/// One handing-out of one job; never used twice in a run, so that a result of a lost lease is recognised as stale.
+pub(crate) type LeaseId = u64;
+
+/// One worker process; a replacement gets a new number.
+pub(crate) type WorkerId = u32;
+
+/// A job in the hands of a worker.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Lease {
+    pub(crate) job: usize,
+    pub(crate) worker: WorkerId,
+}
+
+/// All leases that are out.
+#[derive(Debug, Default)]
+pub(crate) struct Leases {
+    out: BTreeMap<LeaseId, Lease>,
+    granted: LeaseId,
+}
+
+impl Leases {
+    /// Hands a job out.
+    pub(crate) fn grant(&mut self, job: usize, worker: WorkerId) -> LeaseId {
+        self.granted += 1;
+        self.out.insert(self.granted, Lease { job, worker });
+        self.granted
+    }
+
+    /// Ends a lease that `worker` claims to have; nothing if it never had it, or has it no more.
+    pub(crate) fn end(&mut self, id: LeaseId, worker: WorkerId) -> Option<Lease> {
+        match self.out.get(&id) {
+            Some(lease) if lease.worker == worker => self.out.remove(&id),
+            _ => None,
+        }
+    }
+
+    /// The lease of this number, while it is out.
+    pub(crate) fn get(&self, id: LeaseId) -> Option<&Lease> {
+        self.out.get(&id)
+    }
+
+    /// How many are out.
+    pub(crate) fn len(&self) -> usize {
+        self.out.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_holder_ends_a_lease_and_only_once() {
+        let mut leases = Leases::default();
+        let id = leases.grant(4, 1);
+        assert_eq!(leases.end(id, 2), None);
+        assert_eq!(leases.end(id, 1), Some(Lease { job: 4, worker: 1 }));
+        assert_eq!(leases.end(id, 1), None);
+        assert_ne!(leases.grant(4, 1), id);
+    }
+}

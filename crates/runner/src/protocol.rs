@@ -1,0 +1,148 @@
+//! What coordinator and worker say to each other, as bytes.
+//!
+//! A message is the format version (one byte) followed by bincode 2 in its standard configuration. Both ends are the
+//! same binary, so a version that differs means that a stranger is on the line.
+
+use crate::lease::LeaseId;
+use bincode::{Decode, Encode};
+
+/// Changes with every change of the layout below.
+const FORMAT: u8 = 1;
+
+/// Bytes that travel with the message or, when they are many, beside it.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+pub(crate) enum Body {
+    /// In the message.
+    Inline(Vec<u8>),
+    /// In a file of the run's root, named after the lease.
+    File {
+        /// BLAKE3 of the content.
+        hash: [u8; 32],
+        /// Bytes.
+        length: u64,
+    },
+}
+
+/// How one attempt at a job ended.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+pub(crate) enum Outcome<B> {
+    /// The job's result.
+    Completed(B),
+    /// The attempt failed, in words; the worker lives on.
+    Failed(String),
+}
+
+/// The end of one lease.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+pub(crate) struct Report<B> {
+    pub(crate) lease: LeaseId,
+    /// Wall-clock time that the job took.
+    pub(crate) seconds: f64,
+    pub(crate) outcome: Outcome<B>,
+}
+
+/// Worker → coordinator: these are done, give me more.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+pub(crate) struct Request<B> {
+    pub(crate) reports: Vec<Report<B>>,
+    /// The worker holds neither jobs nor unreported results.
+    pub(crate) idle: bool,
+}
+
+/// One job for a worker.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+pub(crate) struct Assignment<B> {
+    pub(crate) lease: LeaseId,
+    pub(crate) payload: B,
+}
+
+/// Coordinator → worker: what you reported is durable, and this is next.
+#[derive(Clone, Debug, PartialEq, Encode, Decode)]
+pub(crate) enum Reply<B> {
+    /// More jobs, after those that the worker still holds; may be none if it holds some.
+    Jobs(Vec<Assignment<B>>),
+    /// Leave.
+    Stop,
+}
+
+/// Why bytes are not a message.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum DecodeError {
+    #[error("message format {0}, expected {FORMAT}: coordinator and worker are different builds")]
+    Format(u8),
+    #[error("an empty message")]
+    Empty,
+    #[error("{0} bytes left over after the message")]
+    Rest(usize),
+    #[error("not a message: {0}")]
+    Bincode(#[from] bincode::error::DecodeError),
+}
+
+/// The bytes of a message.
+pub(crate) fn encode(message: &impl Encode) -> Result<Vec<u8>, bincode::error::EncodeError> {
+    let mut bytes = vec![FORMAT];
+    bincode::encode_into_std_write(message, &mut bytes, bincode::config::standard())?;
+    Ok(bytes)
+}
+
+/// The message in these bytes.
+pub(crate) fn decode<M: Decode<()>>(bytes: &[u8]) -> Result<M, DecodeError> {
+    match bytes {
+        [] => Err(DecodeError::Empty),
+        [FORMAT, rest @ ..] => {
+            let (message, used) = bincode::decode_from_slice(rest, bincode::config::standard())?;
+            if used == rest.len() { Ok(message) } else { Err(DecodeError::Rest(rest.len() - used)) }
+        }
+        [format, ..] => Err(DecodeError::Format(*format)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn the_bytes_of_a_request_are_these() {
+        let request = Request {
+            reports: vec![
+                Report { lease: 7, seconds: 0.5, outcome: Outcome::Completed(Body::Inline(vec![1, 2])) },
+                Report { lease: 300, seconds: 0.0, outcome: Outcome::Completed(Body::File { hash: [9; 32], length: 5 }) },
+                Report { lease: 8, seconds: 0.0, outcome: Outcome::Failed("no".into()) },
+            ],
+            idle: true,
+        };
+        let mut golden = vec![1, 3];
+        golden.extend([7, 0, 0, 0, 0, 0, 0, 0xe0, 0x3f, 0, 0, 2, 1, 2]);
+        golden.extend([251, 0x2c, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1]);
+        golden.extend([9; 32]);
+        golden.push(5);
+        golden.extend([8, 0, 0, 0, 0, 0, 0, 0, 0, 1, 2, b'n', b'o']);
+        golden.push(1);
+        assert_eq!(encode(&request).unwrap(), golden);
+        assert_eq!(decode::<Request<Body>>(&golden).unwrap(), request);
+    }
+
+    #[test]
+    fn the_bytes_of_a_reply_are_these() {
+        let reply = Reply::Jobs(vec![Assignment { lease: 1, payload: Body::Inline(vec![4]) }]);
+        assert_eq!(encode(&reply).unwrap(), [1, 0, 1, 1, 0, 1, 4]);
+        assert_eq!(encode(&Reply::<Body>::Stop).unwrap(), [1, 1]);
+    }
+
+    #[test]
+    fn what_is_not_a_message_is_refused() {
+        assert!(matches!(decode::<Reply<Body>>(&[]), Err(DecodeError::Empty)));
+        assert!(matches!(decode::<Reply<Body>>(&[2, 1]), Err(DecodeError::Format(2))));
+        assert!(matches!(decode::<Reply<Body>>(&[1, 1, 0]), Err(DecodeError::Rest(1))));
+        assert!(matches!(decode::<Reply<Body>>(&[1, 5]), Err(DecodeError::Bincode(_))));
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_make_decoding_panic(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
+            let _ = decode::<Request<Body>>(&bytes);
+            let _ = decode::<Reply<Body>>(&bytes);
+        }
+    }
+}

@@ -1,0 +1,268 @@
+//! The directory of a run, the names of its shared memory, and the removal of what dead runs left.
+//!
+//! Both names carry the same tag of 16 base-36 digits: the process-id namespace (2), the coordinator's process id (5)
+//! and start time (7), and the number of the run in that process (2). So a name alone tells whether its owner lives.
+//! Names are short because iceoryx2 puts root and prefix before its own in the path of a socket, which holds 108 bytes.
+
+use rustix::process::getuid;
+use std::fs::{DirBuilder, Metadata};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Where POSIX shared memory lives.
+pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
+/// The beginning of every name of ours.
+const NAME: &str = "tribo";
+const TAG: usize = 16;
+/// iceoryx2 leaves so many bytes of a socket's path for root and prefix together.
+const LONGEST: usize = 60;
+
+/// Why a run has no directory.
+#[derive(Debug, thiserror::Error)]
+#[error("none of {} can hold it: {}", list(.tried), .reasons.join("; "))]
+pub struct RootError {
+    tried: Vec<PathBuf>,
+    reasons: Vec<String>,
+}
+
+fn list(paths: &[PathBuf]) -> String {
+    paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
+}
+
+/// The directory of one run; removed with all shared memory of the run when dropped.
+#[derive(Debug)]
+pub(crate) struct Root {
+    path: PathBuf,
+    tag: String,
+}
+
+impl Root {
+    /// A new directory, for this user only, where its path is short enough.
+    pub(crate) fn new() -> Result<Root, RootError> {
+        static RUNS: AtomicU64 = AtomicU64::new(0);
+        let owner = Owner::this(RUNS.fetch_add(1, Ordering::Relaxed));
+        let mut error = RootError { tried: places(), reasons: Vec::new() };
+        for place in &error.tried {
+            match owner.clone().and_then(|owner| create(place, owner.tag())) {
+                Ok(root) => return Ok(root),
+                Err(reason) => error.reasons.push(reason),
+            }
+        }
+        Err(error)
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What the names of one worker's channel begin with. The end mark keeps worker 1 apart from worker 10.
+    pub(crate) fn prefix(&self, worker: u32) -> String {
+        format!("{NAME}{}{}_", self.tag, base36(worker.into(), 4))
+    }
+
+    /// Removes every trace of one channel.
+    pub(crate) fn remove_channel(&self, worker: u32) {
+        let prefix = self.prefix(worker);
+        remove_prefixed(Path::new(SHARED_MEMORY), &prefix);
+        remove_prefixed(&self.path, &prefix);
+    }
+}
+
+impl Drop for Root {
+    fn drop(&mut self) {
+        remove_prefixed(Path::new(SHARED_MEMORY), &format!("{NAME}{}", self.tag));
+        let _ = std::fs::remove_dir_all(&self.path);
+    }
+}
+
+/// Removes shared memory and directories of runs whose coordinator is dead; returns how many entries. Runs that live,
+/// other users and other software are left alone, and so are runs in other process-id namespaces, whose life cannot be
+/// seen from here.
+pub fn sweep_leftovers() -> usize {
+    let mut removed = 0;
+    for entry in entries(Path::new(SHARED_MEMORY)) {
+        let tag = entry.0.strip_prefix(NAME).and_then(|rest| rest.get(..TAG).filter(|_| is_channel(&rest[TAG..])));
+        if tag.and_then(Owner::parse).is_some_and(|owner| owner.is_dead()) {
+            removed += usize::from(std::fs::remove_file(&entry.1).is_ok());
+        }
+    }
+    for (name, path) in places().iter().flat_map(|place| entries(place)) {
+        if name.len() == TAG && Owner::parse(&name).is_some_and(|owner| owner.is_dead()) {
+            removed += usize::from(std::fs::remove_dir_all(&path).is_ok());
+        }
+    }
+    removed
+}
+
+/// What follows the tag in a name of shared memory: worker, end mark, and what iceoryx2 adds.
+fn is_channel(rest: &str) -> bool {
+    rest.split_once('_').is_some_and(|(worker, _)| worker.len() >= 4 && worker.bytes().all(is_digit))
+}
+
+/// Where directories of runs may be, best first. Each is this user's alone.
+fn places() -> Vec<PathBuf> {
+    let mine = format!("{NAME}-{}", base36(getuid().as_raw().into(), 1));
+    let mut places = vec![std::env::temp_dir().join(&mine)];
+    if let Some(runtime) = std::env::var_os("XDG_RUNTIME_DIR").filter(|dir| Path::new(dir).is_absolute()) {
+        places.push(Path::new(&runtime).join(NAME));
+    }
+    places.push(Path::new("/tmp").join(mine));
+    places.dedup();
+    places
+}
+
+fn create(place: &Path, tag: String) -> Result<Root, String> {
+    let path = place.join(&tag);
+    let root = Root { path, tag };
+    let length = root.path.as_os_str().len() + root.prefix(0).len();
+    if length > LONGEST {
+        return Err(format!("{} is {} bytes too long", place.display(), length - LONGEST));
+    }
+    let private = || {
+        let mut builder = DirBuilder::new();
+        builder.mode(0o700);
+        builder
+    };
+    let explain = |error| format!("{}: {error}", place.display());
+    match private().create(place) {
+        Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => return Err(explain(error)),
+        _ => {}
+    }
+    let found = std::fs::symlink_metadata(place).map_err(explain)?;
+    if !found.is_dir() || !is_mine(&found) || found.mode() & 0o022 != 0 {
+        return Err(format!("{} exists and is not a directory of this user alone", place.display()));
+    }
+    private().create(&root.path).map_err(explain)?;
+    Ok(root)
+}
+
+fn is_mine(metadata: &Metadata) -> bool {
+    metadata.uid() == getuid().as_raw()
+}
+
+/// Entries that belong to this user: name and path.
+fn entries(dir: &Path) -> Vec<(String, PathBuf)> {
+    let Ok(found) = std::fs::read_dir(dir) else { return Vec::new() };
+    let mine = found.flatten().filter(|entry| entry.metadata().is_ok_and(|metadata| is_mine(&metadata)));
+    mine.filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry.path()))).collect()
+}
+
+/// Removes files whose names begin so, in a directory and below.
+fn remove_prefixed(dir: &Path, prefix: &str) {
+    for (name, path) in entries(dir) {
+        let is_dir = std::fs::symlink_metadata(&path).is_ok_and(|metadata| metadata.is_dir());
+        if !is_dir && name.starts_with(prefix) {
+            let _ = std::fs::remove_file(path);
+        } else if is_dir && dir != Path::new(SHARED_MEMORY) {
+            remove_prefixed(&path, prefix);
+        }
+    }
+}
+
+/// Bytes free in shared memory, as far as the system tells.
+pub(crate) fn free_shared_memory() -> Option<u64> {
+    rustix::fs::statvfs(SHARED_MEMORY).ok().map(|stat| stat.f_bavail.saturating_mul(stat.f_frsize))
+}
+
+/// Who made a name.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Owner {
+    namespace: u64,
+    pid: u64,
+    /// Clock ticks between boot and the start of the process; tells a reused process id.
+    start: u64,
+    run: u64,
+}
+
+const NAMESPACES: u64 = 36 * 36;
+
+impl Owner {
+    fn this(run: u64) -> Result<Owner, String> {
+        let pid = std::process::id().into();
+        let (start, _) = process(pid).ok_or("/proc does not show this process")?;
+        Ok(Owner { namespace: namespace().ok_or("/proc does not show the process-id namespace")?, pid, start, run: run % NAMESPACES })
+    }
+
+    fn tag(&self) -> String {
+        [(self.namespace, 2), (self.pid, 5), (self.start, 7), (self.run, 2)].map(|(number, width)| base36(number, width)).concat()
+    }
+
+    fn parse(tag: &str) -> Option<Owner> {
+        if tag.len() != TAG || !tag.bytes().all(is_digit) {
+            return None;
+        }
+        let number = |range| u64::from_str_radix(tag.get(range)?, 36).ok();
+        Some(Owner { namespace: number(0..2)?, pid: number(2..7)?, start: number(7..14)?, run: number(14..16)? })
+    }
+
+    fn is_dead(&self) -> bool {
+        let gone = || process(self.pid).is_none_or(|(start, zombie)| start != self.start || zombie);
+        namespace() == Some(self.namespace) && gone()
+    }
+}
+
+fn is_digit(byte: u8) -> bool {
+    byte.is_ascii_digit() || byte.is_ascii_lowercase()
+}
+
+fn namespace() -> Option<u64> {
+    std::fs::metadata("/proc/self/ns/pid").ok().map(|metadata| metadata.ino() % NAMESPACES)
+}
+
+/// Start time of a process, and whether it is dead and only not yet reaped.
+fn process(pid: u64) -> Option<(u64, bool)> {
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    // The second field is the program's name in parentheses, and may contain anything.
+    let mut fields = stat[stat.rfind(')')? + 1..].split_ascii_whitespace();
+    let zombie = matches!(fields.next()?, "Z" | "X");
+    Some((fields.nth(18)?.parse().ok()?, zombie))
+}
+
+fn base36(mut number: u64, width: usize) -> String {
+    let mut digits = Vec::new();
+    while number > 0 || digits.len() < width {
+        digits.push(char::from_digit((number % 36) as u32, 36).unwrap_or('0'));
+        number /= 36;
+    }
+    digits.iter().rev().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tag_names_its_owner() {
+        let owner = Owner::this(3).unwrap();
+        assert_eq!(owner.tag().len(), TAG);
+        assert_eq!(Owner::parse(&owner.tag()), Some(owner));
+        assert!(!owner.is_dead());
+        assert!(Owner { start: owner.start + 1, ..owner }.is_dead(), "the process id was reused");
+        assert!(Owner { pid: 60_000_000, ..owner }.is_dead());
+        assert!(!Owner { pid: 60_000_000, namespace: (owner.namespace + 1) % NAMESPACES, ..owner }.is_dead(), "not ours to judge");
+        assert_eq!(Owner::parse("0123456789abcde"), None);
+        assert_eq!(Owner::parse("0123456789ABCDEF"), None);
+    }
+
+    #[test]
+    fn a_sweep_takes_the_dead_and_leaves_the_rest() {
+        let live = Root::new().unwrap();
+        let dead = Owner { pid: 60_000_000, ..Owner::this(0).unwrap() };
+        let shm = |name: String| Path::new(SHARED_MEMORY).join(name);
+        let (ours, kept) = (shm(format!("{NAME}{}0001_x.data", dead.tag())), shm(format!("{}x.data", live.prefix(1))));
+        let stranger = shm(format!("{NAME}{}-notes", dead.tag()));
+        let dir = live.path().with_file_name(dead.tag());
+        for path in [&ours, &kept, &stranger] {
+            std::fs::write(path, b"").unwrap();
+        }
+        std::fs::create_dir_all(dir.join("nodes")).unwrap();
+        sweep_leftovers();
+        assert!(!ours.exists() && !dir.exists());
+        assert!(kept.exists() && stranger.exists() && live.path().exists());
+        std::fs::remove_file(stranger).unwrap();
+        let path = live.path().to_owned();
+        drop(live);
+        assert!(!kept.exists() && !path.exists());
+    }
+}

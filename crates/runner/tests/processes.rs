@@ -1,0 +1,429 @@
+//! Real worker processes over real shared memory, killed in every way.
+//!
+//! This binary is also the worker, and the coordinator to be killed: the two ignored tests are what children run.
+
+use runner::{Done, Event, Interrupt, Ledger, Options, RunError, Summary, Task, Verdict, What, Work, WorkerArguments};
+use rustix::process::{Pid, Signal, kill_process};
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+use study::JobKey;
+
+/// A job is a line of text: a verb and its arguments.
+struct Script;
+
+impl Work for Script {
+    fn run(&mut self, payload: &[u8]) -> Vec<u8> {
+        let text = String::from_utf8(payload.to_vec()).unwrap();
+        let words: Vec<_> = text.split(' ').collect();
+        match words[..] {
+            ["square", x] => x.parse::<u64>().unwrap().pow(2).to_string().into(),
+            ["sleep", ms, x] => {
+                std::thread::sleep(Duration::from_millis(ms.parse().unwrap()));
+                x.into()
+            }
+            ["crash"] => kill(std::process::id(), Signal::KILL),
+            ["crash-once", mark] => {
+                if Path::new(mark).exists() {
+                    return b"survived".into();
+                }
+                std::fs::write(mark, "").unwrap();
+                kill(std::process::id(), Signal::KILL)
+            }
+            ["stop"] => kill(std::process::id(), Signal::STOP),
+            ["hang"] => loop {
+                std::thread::sleep(Duration::from_secs(1));
+            },
+            ["huge", length] => (0..length.parse::<u32>().unwrap()).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect(),
+            ["allocate", bytes] => vec![1u8; bytes.parse().unwrap()].iter().map(|&b| u64::from(b)).sum::<u64>().to_string().into(),
+            ["length", ref rest @ ..] => rest.join(" ").len().to_string().into(),
+            ["panic"] => panic!("no such punch"),
+            _ => panic!("no such verb: {text}"),
+        }
+    }
+}
+
+fn kill(pid: u32, signal: Signal) -> ! {
+    send(pid, signal);
+    loop {
+        std::thread::sleep(Duration::from_secs(1));
+    }
+}
+
+fn send(pid: u32, signal: Signal) {
+    let _ = kill_process(Pid::from_raw(pid.try_into().unwrap()).unwrap(), signal);
+}
+
+#[test]
+#[ignore = "what the workers of the other tests run"]
+fn worker() {
+    if let Ok(arguments) = WorkerArguments::parse(&std::env::args().next_back().unwrap()) {
+        runner::work(&arguments, || Script).unwrap();
+    }
+}
+
+fn ourselves(test: &str) -> Vec<std::ffi::OsString> {
+    let exe = std::env::current_exe().unwrap();
+    vec![exe.into(), test.into(), "--exact".into(), "--ignored".into(), "--nocapture".into()]
+}
+
+fn options() -> Options {
+    Options { workers: 2, ..Options::new(ourselves("worker"), 4 << 30) }
+}
+
+fn task(number: u64, payload: impl Into<String>) -> Task {
+    let mut key = [0; 32];
+    key[..8].copy_from_slice(&number.to_be_bytes());
+    Task { key: JobKey(key), payload: payload.into().into_bytes(), group: number % 7, cost: 0.01, memory: 1 << 20 }
+}
+
+fn squares(count: u64) -> Vec<Task> {
+    (0..count).map(|number| task(number, format!("square {number}"))).collect()
+}
+
+fn number(key: JobKey) -> u64 {
+    u64::from_be_bytes(key.0[..8].try_into().unwrap())
+}
+
+/// Keeps results in memory; refuses a second result for a job.
+#[derive(Default)]
+struct Kept {
+    results: BTreeMap<u64, Done>,
+    fail_after: Option<usize>,
+}
+
+impl Ledger for Kept {
+    fn commit(&mut self, results: Vec<Done>) -> Result<(), Box<dyn Error + Send + Sync>> {
+        for done in results {
+            if self.fail_after.is_some_and(|limit| self.results.len() >= limit) {
+                return Err("no space left on device".into());
+            }
+            let number = number(done.key);
+            if self.results.insert(number, done).is_some() {
+                return Err(format!("job {number} was committed twice").into());
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Kept {
+    fn text(&self, number: u64) -> String {
+        match &self.results[&number].verdict {
+            Verdict::Completed(bytes) => String::from_utf8_lossy(bytes).into_owned(),
+            Verdict::Quarantined { reason } => reason.clone(),
+        }
+    }
+}
+
+fn run(tasks: Vec<Task>, options: &Options) -> (Result<Summary, RunError>, Kept, Vec<Event>) {
+    let (mut kept, mut events) = (Kept::default(), Vec::new());
+    let summary = runner::run(tasks, &mut kept, options, &Interrupt::new().unwrap(), &mut |event| events.push(event.clone()));
+    (summary, kept, events)
+}
+
+fn assert_squares(kept: &Kept, count: u64) {
+    assert_eq!(kept.results.len(), count as usize);
+    for number in 0..count {
+        assert_eq!(kept.text(number), (number * number).to_string());
+    }
+}
+
+/// What the runs of a process left in shared memory and in the directories of runs.
+fn leftovers(pid: u32) -> Vec<PathBuf> {
+    let mut digits = String::new();
+    let mut rest = pid;
+    for _ in 0..5 {
+        digits.insert(0, char::from_digit(rest % 36, 36).unwrap());
+        rest /= 36;
+    }
+    let mut found = Vec::new();
+    let mut dirs = vec![PathBuf::from("/dev/shm")];
+    dirs.extend(std::fs::read_dir(std::env::temp_dir()).unwrap().flatten().map(|entry| entry.path()).filter(|path| path.to_string_lossy().contains("/tribo-")));
+    for dir in dirs {
+        let names = std::fs::read_dir(dir).into_iter().flatten().flatten();
+        found.extend(names.map(|entry| entry.path()).filter(|path| {
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            name.strip_prefix("tribo").unwrap_or(&name).get(2..7) == Some(&digits)
+        }));
+    }
+    found
+}
+
+#[test]
+fn every_job_runs_once_and_nothing_is_left() {
+    let exe = Command::new(&ourselves("a_clean_run")[0]).args(&ourselves("a_clean_run")[1..]).stdout(Stdio::null()).spawn();
+    let mut child = exe.unwrap();
+    assert!(child.wait().unwrap().success());
+    assert_eq!(leftovers(child.id()), Vec::<PathBuf>::new());
+}
+
+#[test]
+#[ignore = "run in a process of its own by another test, which looks at what it leaves"]
+fn a_clean_run() {
+    let (summary, kept, events) = run(squares(500), &options());
+    let summary = summary.unwrap();
+    assert_squares(&kept, 500);
+    assert_eq!((summary.done, summary.failures, summary.workers_lost, summary.stale_results), (500, 0, 0, 0));
+    assert!(matches!(events[0].what, What::RunStarted));
+    let last = events.last().unwrap();
+    assert_eq!((&last.what, last.counts.done, last.counts.workers), (&What::Finished, 500, 0));
+    for (number, done) in &kept.results {
+        assert_eq!(done.attempts, 1, "job {number}");
+    }
+}
+
+#[test]
+fn a_job_that_kills_its_worker_is_tried_again() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut tasks = squares(40);
+    tasks.push(task(40, format!("crash-once {}", dir.path().join("mark").display())));
+    let (summary, kept, events) = run(tasks, &options());
+    let summary = summary.unwrap();
+    assert_eq!((summary.done, summary.failures, summary.workers_lost), (41, 1, 1));
+    assert_eq!((kept.text(40).as_str(), kept.results[&40].attempts), ("survived", 2));
+    let lost = events.iter().find_map(|event| if let What::WorkerLost { how, .. } = &event.what { Some(how.as_str()) } else { None });
+    assert_eq!(lost, Some("signal 9, SIGKILL"));
+    assert!(kept.results.values().all(|done| number(done.key) == 40 || done.attempts == 1), "only the culprit is charged");
+}
+
+#[test]
+fn a_job_that_always_kills_is_set_aside_and_the_rest_goes_on() {
+    let mut tasks = squares(60);
+    tasks.push(task(60, "crash"));
+    let (summary, mut kept, events) = run(tasks, &options());
+    let summary = summary.unwrap();
+    assert_eq!((summary.done, summary.quarantined, summary.failures, summary.workers_lost), (60, 1, 3, 3));
+    let set_aside = kept.results.remove(&60).unwrap();
+    assert_eq!(set_aside.attempts, 3);
+    assert_eq!(set_aside.verdict, Verdict::Quarantined { reason: "its worker was lost: signal 9, SIGKILL".into() });
+    assert_squares(&kept, 60);
+    assert!(events.iter().any(|event| matches!(event.what, What::WorkerReplaced { .. })));
+}
+
+#[test]
+fn a_panic_costs_the_attempt_and_not_the_worker() {
+    let mut tasks = squares(20);
+    tasks.push(task(20, "panic"));
+    let (summary, kept, _) = run(tasks, &options());
+    let summary = summary.unwrap();
+    assert_eq!((summary.done, summary.quarantined, summary.failures, summary.workers_lost), (20, 1, 3, 0));
+    assert_eq!(kept.text(20), "panicked: no such punch");
+}
+
+#[test]
+fn a_job_that_hangs_misses_its_deadline() {
+    let options = Options { grace: Duration::from_secs(3), patience: 1.0, attempts: 1, ..options() };
+    let mut tasks = squares(20);
+    tasks.push(task(20, "hang"));
+    let (summary, kept, _) = run(tasks, &options);
+    assert_eq!(summary.unwrap().quarantined, 1);
+    assert!(kept.text(20).contains("finished nothing within its deadline of 3."), "{}", kept.text(20));
+}
+
+#[test]
+fn a_stopped_worker_is_noticed_by_its_silence() {
+    let options = Options { heartbeat: Duration::from_millis(200), silence: Duration::from_secs(4), attempts: 1, ..options() };
+    let (summary, kept, _) = run(vec![task(0, "stop"), task(1, "square 3"), task(2, "sleep 6000 x")], &options);
+    assert_eq!(summary.unwrap().quarantined, 1);
+    assert!(kept.text(0).contains("gave no sign of life for 4s (signal 9, SIGKILL)"), "{}", kept.text(0));
+    assert_eq!((kept.text(1).as_str(), kept.text(2).as_str()), ("9", "x"), "a job longer than the silence is no silence");
+}
+
+#[test]
+fn large_results_and_payloads_travel_as_files() {
+    let mut tasks: Vec<_> = (0..8).map(|number| task(number, format!("huge {}", 200_000 + number * 300_000))).collect();
+    tasks.push(task(8, format!("length {}", "x".repeat(3_000_000))));
+    let (summary, kept, _) = run(tasks, &options());
+    assert_eq!(summary.unwrap().done, 9);
+    for number in 0..8 {
+        let Verdict::Completed(bytes) = &kept.results[&number].verdict else { panic!("job {number} failed") };
+        assert_eq!(bytes, &Script.run(format!("huge {}", 200_000 + number * 300_000).as_bytes()));
+    }
+    assert_eq!(kept.text(8), "3000000");
+}
+
+#[test]
+fn a_job_cannot_take_more_memory_than_its_worker_may() {
+    let options = Options { memory_limit: 1 << 30, address_space_margin: 1 << 30, attempts: 2, ..options() };
+    let mut hungry = task(2, "square 2");
+    hungry.memory = 2 << 30;
+    let (summary, kept, _) = run(vec![task(0, "allocate 3000000000"), task(1, "allocate 1000"), hungry], &options);
+    assert_eq!(summary.unwrap().quarantined, 2);
+    assert!(kept.text(0).contains("SIGABRT: out of memory"), "{}", kept.text(0));
+    assert_eq!(kept.text(1), "1000");
+    assert_eq!(kept.text(2), "needs 2147483648 bytes of memory by prediction, the limit is 1073741824");
+    assert_eq!(kept.results[&2].attempts, 0);
+}
+
+#[test]
+fn workers_that_cannot_start_are_an_error_in_words() {
+    let missing = Options { worker_command: vec!["/no/such/program".into()], ..options() };
+    let error = run(squares(3), &missing).0.unwrap_err().to_string();
+    assert_eq!(error, "workers cannot be started with `/no/such/program`: No such file or directory (os error 2)");
+    let failing = Options { worker_command: vec!["false".into()], ..options() };
+    let error = run(squares(3), &failing).0.unwrap_err().to_string();
+    assert_eq!(error, "workers cannot be started with `false`: 10 workers in a row ended before asking for a job, the last: exit status 1");
+}
+
+#[test]
+fn a_worker_that_never_asks_is_given_up() {
+    let command = vec!["sh".into(), "-c".into(), "exec sleep 1000".into()];
+    let options = Options { worker_command: command, start_timeout: Duration::from_millis(20), ..options() };
+    let error = run(squares(3), &options).0.unwrap_err().to_string();
+    assert!(error.contains("asked for no job within 20ms of its start (signal 9, SIGKILL)"), "{error}");
+}
+
+#[test]
+fn nonsense_is_refused_before_anything_runs() {
+    let two = vec![task(1, "square 1"), task(1, "square 2")];
+    assert!(matches!(run(two, &options()).0, Err(RunError::Duplicate(_))));
+    assert!(matches!(run(squares(1), &Options { workers: 0, ..options() }).0, Err(RunError::Options { .. })));
+    assert!(WorkerArguments::parse("x").is_err());
+    assert_eq!(run(Vec::new(), &options()).0.unwrap().done, 0);
+}
+
+#[test]
+fn a_ledger_that_fails_ends_the_run() {
+    let mut kept = Kept { fail_after: Some(10), ..Kept::default() };
+    let error = runner::run(squares(200), &mut kept, &options(), &Interrupt::new().unwrap(), &mut |_| {}).unwrap_err();
+    assert!(matches!(&error, RunError::Ledger(source) if source.to_string() == "no space left on device"));
+    assert_eq!(kept.results.len(), 10);
+}
+
+#[test]
+fn an_interrupt_keeps_what_is_in_flight_and_begins_nothing() {
+    let tasks: Vec<_> = (0..50).map(|number| Task { cost: 1.0, ..task(number, format!("sleep 300 {number}")) }).collect();
+    let interrupt = Interrupt::new().unwrap();
+    let (mut kept, mut leased) = (Kept::default(), 0);
+    let summary = runner::run(tasks, &mut kept, &options(), &interrupt, &mut |event| {
+        if matches!(event.what, What::Leased { .. }) {
+            leased += 1;
+            if leased == 2 {
+                interrupt.raise();
+            }
+        }
+    });
+    let summary = summary.unwrap();
+    assert!(summary.interrupted);
+    assert_eq!((summary.done, summary.unfinished, kept.results.len(), leased), (2, 48, 2, 2));
+}
+
+#[test]
+fn two_interrupts_end_the_run_now() {
+    let tasks: Vec<_> = (0..5).map(|number| task(number, "hang")).collect();
+    let interrupt = Interrupt::new().unwrap();
+    let mut kept = Kept::default();
+    let summary = runner::run(tasks, &mut kept, &options(), &interrupt, &mut |event| {
+        if matches!(event.what, What::Leased { .. } | What::Interrupted { now: false }) && interrupt.raised() < 2 {
+            interrupt.raise();
+        }
+    });
+    let summary = summary.unwrap();
+    assert_eq!((summary.done, summary.failures, summary.unfinished), (0, 0, 5));
+}
+
+/// Steps of a fixed pseudo-random sequence.
+fn scramble(state: &mut u64) -> u64 {
+    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    *state >> 33
+}
+
+#[test]
+fn workers_killed_at_random_moments_change_no_result() {
+    // Attempts without end: here the killer is outside, and no job is to blame.
+    let options = Options { attempts: u32::MAX, ..options() };
+    let tasks: Vec<_> = (0..300).map(|number| task(number, format!("sleep 5 {number}"))).collect();
+    let (mut kept, mut pids, mut seed, mut events) = (Kept::default(), Vec::new(), 7, 0u64);
+    let summary = runner::run(tasks, &mut kept, &options, &Interrupt::new().unwrap(), &mut |event| {
+        match event.what {
+            What::WorkerStarted { pid, .. } => pids.push(pid),
+            What::WorkerLost { pid: Some(pid), .. } => pids.retain(|&other| other != pid),
+            _ => {}
+        }
+        events += 1;
+        if scramble(&mut seed) % 20 == 0 && !pids.is_empty() {
+            send(pids[(scramble(&mut seed) % pids.len() as u64) as usize], Signal::KILL);
+        }
+    });
+    let summary = summary.unwrap();
+    assert_eq!((summary.done, summary.quarantined), (300, 0));
+    assert!(summary.workers_lost > 5, "{summary:?}");
+    for number in 0..300 {
+        assert_eq!(kept.text(number), number.to_string());
+    }
+}
+
+/// Appends job numbers to a file, one a line, and syncs.
+struct Journal(std::fs::File);
+
+impl Ledger for Journal {
+    fn commit(&mut self, results: Vec<Done>) -> Result<(), Box<dyn Error + Send + Sync>> {
+        let lines: String = results.iter().map(|done| format!("{}\n", number(done.key))).collect();
+        self.0.write_all(lines.as_bytes())?;
+        Ok(self.0.sync_data()?)
+    }
+}
+
+const JOURNAL: &str = "RUNNER_TEST_JOURNAL";
+
+#[test]
+#[ignore = "the coordinator that another test kills"]
+fn coordinator() {
+    let Some(path) = std::env::var_os(JOURNAL) else { return };
+    let mut journal = Journal(std::fs::File::options().append(true).create(true).open(path).unwrap());
+    let tasks = (0..100_000).map(|number| task(number, format!("sleep 2 {number}"))).collect();
+    runner::run(tasks, &mut journal, &options(), &Interrupt::new().unwrap(), &mut |event| {
+        // Only complete lines of ours reach the other side, which reads until it has seen enough.
+        eprintln!("{}", serde_json::to_string(event).unwrap());
+    })
+    .unwrap();
+}
+
+fn lives(pid: u32) -> bool {
+    // A child of a dead coordinator belongs to init, which may reap it late.
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    stat.rsplit(')').next().is_some_and(|rest| !rest.trim_start().starts_with('Z') && !rest.trim().is_empty())
+}
+
+fn within(limit: Duration, condition: impl Fn() -> bool) -> bool {
+    let start = Instant::now();
+    while start.elapsed() < limit {
+        if condition() {
+            return true;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    condition()
+}
+
+#[test]
+fn a_killed_coordinator_takes_its_workers_along_and_the_next_run_cleans_up() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut seed = 3;
+    for round in 0..5 {
+        let command = ourselves("coordinator");
+        let mut child = Command::new(&command[0]);
+        child.args(&command[1..]).env(JOURNAL, dir.path().join(format!("{round}"))).stdout(Stdio::null()).stderr(Stdio::piped());
+        let mut child = child.spawn().unwrap();
+        let enough = 3 + scramble(&mut seed) % 300;
+        let mut pids = Vec::new();
+        for line in BufReader::new(child.stderr.take().unwrap()).lines().take(enough as usize) {
+            let event: serde_json::Value = serde_json::from_str(&line.unwrap()).unwrap();
+            if event["event"] == "worker-started" {
+                pids.push(event["pid"].as_u64().unwrap() as u32);
+            }
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        assert!(within(Duration::from_secs(20), || !pids.iter().any(|&pid| lives(pid))), "round {round}: a worker outlived its coordinator");
+        assert!(!leftovers(child.id()).is_empty(), "round {round}: a killed coordinator cannot clean up after itself");
+        let (summary, kept, _) = run(squares(5), &options());
+        assert_eq!(summary.unwrap().done, 5);
+        assert_squares(&kept, 5);
+        assert_eq!(leftovers(child.id()), Vec::<PathBuf>::new(), "round {round}");
+    }
+}
