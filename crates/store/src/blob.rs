@@ -1,0 +1,233 @@
+//! Blobs: large values as files named by their content.
+//!
+//! A blob is a zstd frame in `blobs/ab/cdef….zst`, where `abcdef…` is the BLAKE3 of the uncompressed content. Names make
+//! writing idempotent and reading verifiable, and no lock is needed: any process may write blobs at any time.
+
+use crate::durable;
+use crate::{ReadError, WriteError};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::{fmt, fs, io};
+
+/// zstd's own default: fields shrink by the same few per cent at every level worth waiting for.
+const LEVEL: i32 = 3;
+
+/// The name of a blob: BLAKE3 of its uncompressed content, shown as 64 lower-case hexadecimal digits.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Digest(pub [u8; 32]);
+
+impl Digest {
+    /// The digest of `content`.
+    pub fn of(content: &[u8]) -> Self {
+        Digest(*blake3::hash(content).as_bytes())
+    }
+}
+
+impl fmt::Display for Digest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+impl fmt::Debug for Digest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Digest({self})")
+    }
+}
+
+/// A text that is no [`Digest`].
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a digest is 64 lower-case hexadecimal digits, not {0:?}")]
+pub struct ParseDigestError(String);
+
+impl FromStr for Digest {
+    type Err = ParseDigestError;
+
+    fn from_str(text: &str) -> Result<Self, ParseDigestError> {
+        let refused = || ParseDigestError(text.to_owned());
+        if text.bytes().any(|byte| byte.is_ascii_uppercase()) {
+            return Err(refused()); // one blob, one name
+        }
+        Ok(Digest(*blake3::Hash::from_hex(text).map_err(|_| refused())?.as_bytes()))
+    }
+}
+
+impl Serialize for Digest {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Digest {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(serde::de::Error::custom)
+    }
+}
+
+/// The blobs of one store. Needs no open store and no lock.
+#[derive(Clone, Debug)]
+pub struct Blobs {
+    directory: PathBuf,
+}
+
+/// One file found under `blobs/`.
+pub(crate) enum Found {
+    Blob {
+        digest: Digest,
+        path: PathBuf,
+        bytes: u64,
+    },
+    /// Left by a writer that was killed, or being written now.
+    Unfinished {
+        path: PathBuf,
+        bytes: u64,
+    },
+    /// Nothing of ours.
+    Stray(PathBuf),
+}
+
+impl Blobs {
+    /// The blobs of the store in the directory `store`.
+    pub fn of(store: &Path) -> Self {
+        Blobs { directory: store.join("blobs") }
+    }
+
+    /// Where the blob is, or would be.
+    pub fn path(&self, digest: &Digest) -> PathBuf {
+        let name = digest.to_string();
+        self.directory.join(&name[..2]).join(format!("{}.zst", &name[2..]))
+    }
+
+    /// Durably stores `content` and returns its name. Storing it again changes nothing, except that a damaged copy is
+    /// replaced by a sound one.
+    ///
+    /// # Errors
+    /// [`WriteError::DiskFull`], [`WriteError::Io`].
+    pub fn put(&self, content: &[u8]) -> Result<Digest, WriteError> {
+        let digest = Digest::of(content);
+        let path = self.path(&digest);
+        if let Ok(Some(_)) = self.get(&digest) {
+            return Ok(digest);
+        }
+        let failed = |source| WriteError::io("write the blob", &path, source);
+        let compressed = zstd::encode_all(content, LEVEL).map_err(failed)?;
+        let shelf = path.parent().unwrap_or(&self.directory);
+        durable::create_directory(&self.directory).and_then(|()| durable::create_directory(shelf)).map_err(failed)?;
+        WriteError::require_space(&self.directory, compressed.len() as u64)?;
+        durable::write(&path, &compressed).map_err(failed)?;
+        Ok(digest)
+    }
+
+    /// The content of a blob, verified against its name; `None` if there is no such blob.
+    ///
+    /// # Errors
+    /// [`ReadError::Blob`] if the file holds anything else, [`ReadError::Io`] if it cannot be read.
+    pub fn get(&self, digest: &Digest) -> Result<Option<Vec<u8>>, ReadError> {
+        let path = self.path(digest);
+        let compressed = match fs::read(&path) {
+            Ok(compressed) => compressed,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            Err(source) => return Err(ReadError::Io { path, source }),
+        };
+        match zstd::decode_all(&compressed[..]) {
+            Ok(content) if Digest::of(&content) == *digest => Ok(Some(content)),
+            Ok(_) => Err(ReadError::Blob { digest: *digest, path, reason: "its content does not match its name".into() }),
+            Err(error) => Err(ReadError::Blob { digest: *digest, path, reason: error.to_string() }),
+        }
+    }
+
+    /// Whether there is such a blob; its content is not looked at.
+    pub fn contains(&self, digest: &Digest) -> bool {
+        self.path(digest).is_file()
+    }
+
+    /// Every file under `blobs/`, in the order of their names.
+    pub(crate) fn found(&self) -> Result<Vec<Found>, ReadError> {
+        let mut found = Vec::new();
+        for shelf in entries(&self.directory)? {
+            if !shelf.is_dir() {
+                found.push(Found::Stray(shelf));
+                continue;
+            }
+            for path in entries(&shelf)? {
+                let bytes = fs::metadata(&path).map(|file| file.len()).unwrap_or(0);
+                let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                let prefix = shelf.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                let digest = name.strip_suffix(".zst").and_then(|rest| format!("{prefix}{rest}").parse().ok());
+                found.push(match digest {
+                    Some(digest) if self.path(&digest) == path => Found::Blob { digest, path, bytes },
+                    _ if name.starts_with(durable::UNFINISHED) => Found::Unfinished { path, bytes },
+                    _ => Found::Stray(path),
+                });
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// The paths in `directory`, sorted; none if it does not exist.
+fn entries(directory: &Path) -> Result<Vec<PathBuf>, ReadError> {
+    let failed = |source| ReadError::Io { path: directory.to_owned(), source };
+    let listing = match fs::read_dir(directory) {
+        Ok(listing) => listing,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(source) => return Err(failed(source)),
+    };
+    let mut paths = listing.map(|entry| entry.map(|e| e.path())).collect::<io::Result<Vec<_>>>().map_err(failed)?;
+    paths.sort();
+    Ok(paths)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn blobs() -> (tempfile::TempDir, Blobs) {
+        let directory = tempfile::tempdir().unwrap();
+        let blobs = Blobs::of(directory.path());
+        (directory, blobs)
+    }
+
+    #[test]
+    fn a_blob_is_written_once_under_the_name_of_its_content() {
+        let (_directory, blobs) = blobs();
+        let content: Vec<u8> = (0..100_000u32).flat_map(|i| (i / 7).to_le_bytes()).collect();
+        assert_eq!(blobs.get(&Digest::of(&content)).unwrap(), None);
+        let digest = blobs.put(&content).unwrap();
+        assert_eq!(digest, Digest::of(&content));
+        let written = fs::metadata(blobs.path(&digest)).unwrap();
+        assert!(written.len() < content.len() as u64 / 2);
+        assert_eq!(blobs.put(&content).unwrap(), digest);
+        assert_eq!(fs::metadata(blobs.path(&digest)).unwrap().modified().unwrap(), written.modified().unwrap());
+        assert_eq!(blobs.get(&digest).unwrap().unwrap(), content);
+        assert_eq!(blobs.found().unwrap().len(), 1);
+    }
+
+    #[test]
+    fn a_damaged_blob_is_refused_and_healed_by_writing_it_again() {
+        let (_directory, blobs) = blobs();
+        let content = b"pressure, traction, gap".repeat(100);
+        let digest = blobs.put(&content).unwrap();
+        let sound = fs::read(blobs.path(&digest)).unwrap();
+        let other = fs::read(blobs.path(&blobs.put(b"another field").unwrap())).unwrap();
+        for damaged in [&b""[..], &sound[..sound.len() / 2], b"garbage", &other] {
+            fs::write(blobs.path(&digest), damaged).unwrap();
+            let error = blobs.get(&digest).unwrap_err();
+            assert!(matches!(&error, ReadError::Blob { digest: d, .. } if *d == digest), "{error}");
+            assert_eq!(blobs.put(&content).unwrap(), digest);
+            assert_eq!(blobs.get(&digest).unwrap().unwrap(), content);
+        }
+    }
+
+    #[test]
+    fn a_digest_has_one_spelling() {
+        let digest = Digest::of(b"");
+        let text = digest.to_string();
+        assert_eq!(text, "af1349b9f5f9a1a6a0404dea36dcc9499bcb25c9adc112b7cc9a93cae41f3262");
+        assert_eq!(text.parse(), Ok(digest));
+        for wrong in ["", "af13", &text.to_uppercase(), &text.replace('a', "g")] {
+            assert!(wrong.parse::<Digest>().is_err(), "{wrong}");
+        }
+    }
+}

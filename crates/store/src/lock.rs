@@ -1,0 +1,92 @@
+//! The lock: who has the store, and where they answer.
+//!
+//! `lock` is held with `flock`, which the kernel releases however its holder ends; there is no stale lock. What the file
+//! says is believed only while the lock is held.
+
+use rustix::fs::{FlockOperation, flock};
+use serde::{Deserialize, Serialize};
+use std::fs::File;
+use std::io::{self, Read, Seek, Write};
+use std::path::Path;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+/// The process that has the store open.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Holder {
+    pub(crate) pid: u32,
+    /// The command line it was started with.
+    pub(crate) command: String,
+    /// When it opened the store, in seconds since 1970.
+    since: u64,
+    /// The abstract Unix socket on which it answers readers; `None` if it only reads and will be gone in a moment.
+    pub(crate) address: Option<String>,
+}
+
+impl Holder {
+    pub(crate) fn this_process(address: Option<String>) -> Self {
+        let words: Vec<String> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
+        Holder { pid: std::process::id(), command: words.join(" "), since: now(), address }
+    }
+
+    /// How long it has had the store.
+    pub(crate) fn held_for(&self) -> Duration {
+        Duration::from_secs(now().saturating_sub(self.since))
+    }
+}
+
+fn now() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
+}
+
+/// The lock, held until dropped.
+#[derive(Debug)]
+pub(crate) struct Lock(File);
+
+impl Lock {
+    /// The lock of the store in `directory`, or whoever has it — who may have been too quick, or too slow, to be named.
+    pub(crate) fn acquire(directory: &Path) -> io::Result<Result<Lock, Option<Holder>>> {
+        let file = File::options().read(true).write(true).create(true).truncate(false).open(directory.join("lock"))?;
+        match flock(&file, FlockOperation::NonBlockingLockExclusive) {
+            Ok(()) => Ok(Ok(Lock(file))),
+            Err(rustix::io::Errno::WOULDBLOCK) => Ok(Err(read(file))),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Says who holds it.
+    pub(crate) fn sign(&mut self, holder: &Holder) -> io::Result<()> {
+        let text = serde_json::to_vec(holder)?;
+        self.0.set_len(0)?;
+        self.0.rewind()?;
+        self.0.write_all(&text)
+    }
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        let _ = self.0.set_len(0); // a courtesy: nobody believes it once it is free
+    }
+}
+
+fn read(mut file: File) -> Option<Holder> {
+    let mut text = String::new();
+    file.read_to_string(&mut text).ok()?;
+    serde_json::from_str(&text).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_second_is_told_about_the_first() {
+        let directory = tempfile::tempdir().unwrap();
+        let mut lock = Lock::acquire(directory.path()).unwrap().unwrap();
+        assert_eq!(Lock::acquire(directory.path()).unwrap().unwrap_err(), None);
+        let holder = Holder::this_process(Some("somewhere".to_owned()));
+        lock.sign(&holder).unwrap();
+        assert_eq!(Lock::acquire(directory.path()).unwrap().unwrap_err(), Some(holder));
+        drop(lock);
+        assert!(Lock::acquire(directory.path()).unwrap().is_ok());
+    }
+}

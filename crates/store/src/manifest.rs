@@ -1,0 +1,131 @@
+//! The manifest: what the store promises to hold, kept outside the database so that the database can be held to it.
+
+use crate::blob::Digest;
+use crate::durable;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::{fs, io};
+
+pub(crate) const FILE: &str = "manifest.json";
+
+/// The layout of the whole directory that this crate writes.
+pub(crate) const FORMAT: u32 = 1;
+
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Manifest {
+    pub(crate) format: u32,
+    /// A lower bound of the number of durable records, exact whenever nothing is being written.
+    pub(crate) records: u64,
+    /// The blob that holds the definition of each study.
+    pub(crate) studies: BTreeMap<String, Digest>,
+    /// Over the other fields, so that a damaged count cannot pass for a count.
+    checksum: String,
+}
+
+/// Why there is no manifest to be had.
+#[derive(Debug)]
+pub(crate) enum Unreadable {
+    Absent,
+    Format(u64),
+    Damaged(String),
+    Io(io::Error),
+}
+
+impl Manifest {
+    pub(crate) fn new(records: u64, studies: BTreeMap<String, Digest>) -> Self {
+        Manifest { format: FORMAT, records, studies, checksum: String::new() }
+    }
+
+    fn sum(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(format!("tribosweep manifest {} {}\n", self.format, self.records).as_bytes());
+        for (name, digest) in &self.studies {
+            hasher.update(&(name.len() as u64).to_le_bytes()).update(name.as_bytes()).update(&digest.0);
+        }
+        hasher.finalize().to_hex()[..32].to_owned()
+    }
+
+    fn to_json(&self) -> io::Result<Vec<u8>> {
+        let sealed = Manifest { checksum: self.sum(), ..self.clone() };
+        let mut text = serde_json::to_vec_pretty(&sealed)?;
+        text.push(b'\n');
+        Ok(text)
+    }
+
+    fn from_json(text: &[u8]) -> Result<Self, Unreadable> {
+        // The format first: a later one may have any other fields.
+        let json: serde_json::Value = serde_json::from_slice(text).map_err(|e| Unreadable::Damaged(e.to_string()))?;
+        match json.get("format").and_then(serde_json::Value::as_u64) {
+            Some(format) if format == u64::from(FORMAT) => {}
+            Some(format) => return Err(Unreadable::Format(format)),
+            None => return Err(Unreadable::Damaged("it has no format number".to_owned())),
+        }
+        let manifest: Manifest = serde_json::from_value(json).map_err(|e| Unreadable::Damaged(e.to_string()))?;
+        if manifest.checksum != manifest.sum() {
+            return Err(Unreadable::Damaged("its checksum does not match its content".to_owned()));
+        }
+        Ok(Manifest { checksum: String::new(), ..manifest })
+    }
+
+    pub(crate) fn read(store: &Path) -> Result<Self, Unreadable> {
+        match fs::read(store.join(FILE)) {
+            Ok(text) => Self::from_json(&text),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Err(Unreadable::Absent),
+            Err(error) => Err(Unreadable::Io(error)),
+        }
+    }
+
+    /// Durably replaces the manifest of the store.
+    pub(crate) fn write(&self, store: &Path) -> io::Result<()> {
+        durable::write(&store.join(FILE), &self.to_json()?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn example() -> Manifest {
+        Manifest::new(120, BTreeMap::from([("stick zone".to_owned(), Digest([0xab; 32]))]))
+    }
+
+    #[test]
+    fn golden_text() {
+        let text = String::from_utf8(example().to_json().unwrap()).unwrap();
+        let golden = r#"{
+  "format": 1,
+  "records": 120,
+  "studies": {
+    "stick zone": "abababababababababababababababababababababababababababababababab"
+  },
+  "checksum": "9b9eba565522b67753b60e9ec55f79a3"
+}
+"#;
+        assert_eq!(text, golden);
+    }
+
+    #[test]
+    fn no_flipped_bit_passes_unnoticed() {
+        let text = example().to_json().unwrap();
+        assert_eq!(Manifest::from_json(&text).unwrap(), example());
+        for at in 0..text.len() {
+            for bit in 0..8 {
+                let mut flipped = text.clone();
+                flipped[at] ^= 1 << bit;
+                // A flip in the white space may leave the same document; nothing else may be accepted.
+                if let Ok(manifest) = Manifest::from_json(&flipped) {
+                    assert_eq!(manifest, example(), "byte {at}, bit {bit}");
+                }
+            }
+            assert!(at + 1 == text.len() || Manifest::from_json(&text[..at]).is_err(), "truncated to {at}");
+        }
+    }
+
+    #[test]
+    fn a_later_format_is_named_whatever_else_it_holds() {
+        assert!(matches!(Manifest::from_json(br#"{"format": 2, "shards": []}"#), Err(Unreadable::Format(2))));
+        assert!(matches!(Manifest::from_json(b"{}"), Err(Unreadable::Damaged(_))));
+    }
+}

@@ -1,0 +1,212 @@
+//! The store, for reading only — also while another process has it open.
+
+use crate::blob::Blobs;
+use crate::error::{OpenError, ReadError};
+use crate::lock::{Holder, Lock};
+use crate::manifest::{self, Manifest, Unreadable};
+use crate::serve::{BATCH, Connection, Request, Response};
+use crate::store::{Core, PATIENCE, definition, definitions, held};
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::{Duration, Instant};
+use study::job::JobKey;
+
+/// Where a [`Reader`] has its records from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// From the files, which the reader has locked until it is dropped.
+    Disk,
+    /// From the process that has the store open.
+    Process {
+        /// Its id.
+        pid: u32,
+        /// Its command line.
+        command: String,
+    },
+}
+
+impl fmt::Display for Origin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Origin::Disk => f.write_str("read from disk"),
+            Origin::Process { pid, command } => write!(f, "served by the running process {pid} ({command})"),
+        }
+    }
+}
+
+enum Source {
+    Disk(Box<Core>),
+    Process(Connection),
+}
+
+/// A store that is only read. What it shows are durable records; in a store that a run is writing, ever more of them.
+pub struct Reader {
+    directory: PathBuf,
+    blobs: Blobs,
+    source: Source,
+}
+
+impl Reader {
+    pub(crate) fn open(directory: &Path) -> Result<Reader, OpenError> {
+        if !directory.join(manifest::FILE).is_file() && !directory.join(crate::store::RECORDS).is_dir() {
+            return Err(OpenError::Missing { directory: directory.to_owned() });
+        }
+        let io = |source| OpenError::Io { action: "lock the store", path: directory.to_owned(), source };
+        let start = Instant::now();
+        let source = loop {
+            let holder = match Lock::acquire(directory).map_err(io)? {
+                Ok(mut lock) => {
+                    lock.sign(&Holder::this_process(None)).map_err(io)?;
+                    break Source::Disk(Box::new(Core::open(directory, lock)?));
+                }
+                Err(holder) => holder,
+            };
+            let patience = PATIENCE.saturating_sub(start.elapsed());
+            let served = holder.as_ref().and_then(|holder| Some((holder, holder.address.as_ref()?)));
+            match served.map(|(holder, address)| (holder, Connection::open(holder, address, patience.max(Duration::from_millis(1))))) {
+                Some((_, Ok(connection))) => break Source::Process(connection),
+                // It has ended since, or has not yet begun; or, when patience ends, it is stuck.
+                Some((holder, Err(source))) if patience.is_zero() => {
+                    let (pid, command) = (holder.pid, holder.command.clone());
+                    return Err(OpenError::Unanswered { directory: directory.to_owned(), pid, command, source });
+                }
+                None if patience.is_zero() => return Err(held(directory, holder)),
+                _ => thread::sleep(Duration::from_millis(5)),
+            }
+        };
+        Ok(Reader { directory: directory.to_owned(), blobs: Blobs::of(directory), source })
+    }
+
+    /// Where the records come from.
+    pub fn origin(&self) -> Origin {
+        match &self.source {
+            Source::Disk(_) => Origin::Disk,
+            Source::Process(connection) => Origin::Process { pid: connection.holder.pid, command: connection.holder.command.clone() },
+        }
+    }
+
+    /// The keys of all records, ascending.
+    ///
+    /// # Errors
+    /// [`ReadError::Unanswered`].
+    pub fn keys(&self) -> Result<Vec<JobKey>, ReadError> {
+        match &self.source {
+            Source::Disk(core) => Ok(core.keys()),
+            Source::Process(connection) => match ask(connection, &Request::Keys)? {
+                Response::Keys(keys) => Ok(keys.into_iter().map(JobKey).collect()),
+                _ => Err(nonsense(connection)),
+            },
+        }
+    }
+
+    /// For each job, whether it has a record.
+    ///
+    /// # Errors
+    /// [`ReadError::Unanswered`].
+    pub fn contains(&self, keys: &[JobKey]) -> Result<Vec<bool>, ReadError> {
+        let connection = match &self.source {
+            Source::Disk(core) => return Ok(keys.iter().map(|key| core.contains(key)).collect()),
+            Source::Process(connection) => connection,
+        };
+        let mut all = Vec::with_capacity(keys.len());
+        for batch in keys.chunks(BATCH) {
+            match ask(connection, &Request::Contains(batch.iter().map(|key| key.0).collect()))? {
+                Response::Contains(some) if some.len() == batch.len() => all.extend(some),
+                _ => return Err(nonsense(connection)),
+            }
+        }
+        Ok(all)
+    }
+
+    /// The record of a job, verified; `None` if it has none.
+    ///
+    /// # Errors
+    /// As [`Store::get`](crate::Store::get), and [`ReadError::Unanswered`].
+    pub fn get(&self, key: &JobKey) -> Result<Option<Vec<u8>>, ReadError> {
+        match self.get_batch(std::slice::from_ref(key)).pop() {
+            Some(record) => record,
+            None => Ok(None),
+        }
+    }
+
+    /// Every record with its key, in the order of the keys. A corrupt one does not hide the others.
+    ///
+    /// # Errors
+    /// As [`Reader::keys`].
+    pub fn records(&self) -> Result<impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)>, ReadError> {
+        Ok(self.select(self.keys()?))
+    }
+
+    /// The records of those of `keys` that have one, in the order given.
+    pub fn select(&self, keys: Vec<JobKey>) -> impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)> {
+        // Few at a time: a record may have 16 KiB, and the caller may stop early.
+        const AT_A_TIME: usize = 256;
+        let batches = keys.len().div_ceil(AT_A_TIME);
+        (0..batches).flat_map(move |i| {
+            let batch = &keys[i * AT_A_TIME..keys.len().min((i + 1) * AT_A_TIME)];
+            let records = batch.iter().copied().zip(self.get_batch(batch));
+            records.filter_map(|(key, record)| Some((key, record.transpose()?))).collect::<Vec<_>>()
+        })
+    }
+
+    /// One answer for each key.
+    fn get_batch(&self, keys: &[JobKey]) -> Vec<Result<Option<Vec<u8>>, ReadError>> {
+        let connection = match &self.source {
+            Source::Disk(core) => return keys.iter().map(|key| core.get(key)).collect(),
+            Source::Process(connection) => connection,
+        };
+        match ask(connection, &Request::Get(keys.iter().map(|key| key.0).collect())) {
+            Ok(Response::Get(records)) if records.len() == keys.len() => {
+                keys.iter().zip(records).map(|(key, record)| record.into_result(key)).collect()
+            }
+            Ok(_) => keys.iter().map(|_| Err(nonsense(connection))).collect(),
+            Err(ReadError::Unanswered { pid, source }) => {
+                let again = || std::io::Error::new(source.kind(), source.to_string());
+                keys.iter().map(|_| Err(ReadError::Unanswered { pid, source: again() })).collect()
+            }
+            Err(other) => vec![Err(other)],
+        }
+    }
+
+    /// The blobs, which are plain files.
+    pub fn blobs(&self) -> &Blobs {
+        &self.blobs
+    }
+
+    /// The definition of a study; `None` if there is none of that name.
+    ///
+    /// # Errors
+    /// [`ReadError::Manifest`], [`ReadError::StudyMissing`], [`ReadError::Blob`], [`ReadError::Io`].
+    pub fn study(&self, name: &str) -> Result<Option<Vec<u8>>, ReadError> {
+        let digest = self.manifest()?.studies.get(name).copied();
+        digest.map(|digest| definition(&self.blobs, name, &digest)).transpose()
+    }
+
+    /// The names of all studies with their definitions, in alphabetical order.
+    ///
+    /// # Errors
+    /// As [`Reader::study`].
+    pub fn studies(&self) -> Result<Vec<(String, Vec<u8>)>, ReadError> {
+        definitions(&self.blobs, self.manifest()?.studies)
+    }
+
+    fn manifest(&self) -> Result<Manifest, ReadError> {
+        let path = self.directory.join(manifest::FILE);
+        Manifest::read(&self.directory).map_err(|unreadable| match unreadable {
+            Unreadable::Io(source) => ReadError::Io { path, source },
+            Unreadable::Absent => ReadError::Manifest { path, reason: "it is missing".to_owned() },
+            Unreadable::Format(found) => ReadError::Manifest { path, reason: format!("its format is {found}") },
+            Unreadable::Damaged(reason) => ReadError::Manifest { path, reason },
+        })
+    }
+}
+
+fn ask(connection: &Connection, request: &Request) -> Result<Response, ReadError> {
+    connection.ask(request).map_err(|source| ReadError::Unanswered { pid: connection.holder.pid, source })
+}
+
+fn nonsense(connection: &Connection) -> ReadError {
+    let source = std::io::Error::new(std::io::ErrorKind::InvalidData, "it did not answer the question");
+    ReadError::Unanswered { pid: connection.holder.pid, source }
+}

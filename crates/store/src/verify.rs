@@ -1,0 +1,148 @@
+//! Looking at everything, and clearing away what nothing refers to.
+
+use crate::blob::{Digest, Found};
+use crate::error::{ReadError, WriteError};
+use crate::store::Store;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+use std::{fs, io};
+use study::job::JobKey;
+
+/// What was found in a store.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Verification {
+    /// Number of sound records.
+    pub records: usize,
+    /// Records that are not what was written, with what is wrong.
+    pub corrupt_records: Vec<(JobKey, String)>,
+    /// Number of sound blobs.
+    pub blobs: usize,
+    /// What the sound blobs take on the disk, in bytes.
+    pub blob_bytes: u64,
+    /// Blobs that are not what was written, with what is wrong.
+    pub corrupt_blobs: Vec<(Digest, String)>,
+    /// Blobs that a record refers to and that are not there, with the first job that does.
+    pub missing_blobs: Vec<(Digest, JobKey)>,
+    /// Number of blobs that no record and no study refers to; [`Store::compact`] removes them.
+    pub unreferenced_blobs: usize,
+    /// Number of studies whose definition is sound.
+    pub studies: usize,
+    /// Studies whose definition cannot be read, with the reason.
+    pub lost_studies: Vec<(String, String)>,
+    /// Files among the blobs that are none of the store's.
+    pub stray_files: Vec<PathBuf>,
+}
+
+impl Verification {
+    /// Whether everything that was ever stored is there and is what was stored.
+    pub fn is_sound(&self) -> bool {
+        self.corrupt_records.is_empty() && self.corrupt_blobs.is_empty() && self.missing_blobs.is_empty() && self.lost_studies.is_empty()
+    }
+}
+
+/// What [`Store::compact`] removed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Compaction {
+    /// Blobs removed because nothing refers to them.
+    pub blobs: usize,
+    /// Half-written files removed, left by processes that were killed.
+    pub unfinished: usize,
+    /// What this freed, in bytes.
+    pub bytes: u64,
+}
+
+impl Store {
+    /// Reads and verifies everything. `references` names the blobs that a record refers to; records are opaque here.
+    ///
+    /// # Errors
+    /// [`ReadError`] only for what hides the rest; damage to single records, blobs and studies is in the answer.
+    pub fn verify(&self, mut references: impl FnMut(&JobKey, &[u8]) -> Vec<Digest>) -> Result<Verification, ReadError> {
+        let mut answer = Verification::default();
+        let mut referenced = BTreeMap::new();
+        for (key, record) in self.records() {
+            match record {
+                Ok(record) => {
+                    answer.records += 1;
+                    for digest in references(&key, &record) {
+                        referenced.entry(digest).or_insert(key);
+                    }
+                }
+                Err(ReadError::Corrupt { reason, .. }) => answer.corrupt_records.push((key, reason)),
+                Err(other) => answer.corrupt_records.push((key, other.to_string())),
+            }
+        }
+        let studies = self.core().manifest().studies.clone();
+        let mut present = BTreeSet::new();
+        for found in self.blobs().found()? {
+            match found {
+                Found::Blob { digest, bytes, .. } => {
+                    present.insert(digest);
+                    match self.blobs().get(&digest) {
+                        Ok(Some(_)) => {
+                            answer.blobs += 1;
+                            answer.blob_bytes += bytes;
+                        }
+                        Ok(None) => drop(present.remove(&digest)),
+                        Err(ReadError::Blob { reason, .. }) => answer.corrupt_blobs.push((digest, reason)),
+                        Err(other) => answer.corrupt_blobs.push((digest, other.to_string())),
+                    }
+                    if !referenced.contains_key(&digest) && !studies.values().any(|study| *study == digest) {
+                        answer.unreferenced_blobs += 1;
+                    }
+                }
+                Found::Unfinished { .. } => {}
+                Found::Stray(path) => answer.stray_files.push(path),
+            }
+        }
+        answer.missing_blobs = referenced.into_iter().filter(|(digest, _)| !present.contains(digest)).collect();
+        for (name, digest) in studies {
+            match crate::store::definition(self.blobs(), &name, &digest) {
+                Ok(_) => answer.studies += 1,
+                Err(error) => answer.lost_studies.push((name, error.to_string())),
+            }
+        }
+        Ok(answer)
+    }
+
+    /// Removes the blobs that are neither in `referenced` nor the definition of a study, and what killed writers left.
+    /// Call it only while nobody is writing blobs whose digests are yet to appear in a record.
+    ///
+    /// # Errors
+    /// [`CompactError`].
+    pub fn compact(&self, referenced: &BTreeSet<Digest>) -> Result<Compaction, CompactError> {
+        let studies: BTreeSet<Digest> = self.core().manifest().studies.values().copied().collect();
+        let mut removed = Compaction::default();
+        for found in self.blobs().found()? {
+            let (path, bytes) = match found {
+                Found::Blob { digest, .. } if referenced.contains(&digest) || studies.contains(&digest) => continue,
+                Found::Blob { path, bytes, .. } => {
+                    removed.blobs += 1;
+                    (path, bytes)
+                }
+                Found::Unfinished { path, bytes } => {
+                    removed.unfinished += 1;
+                    (path, bytes)
+                }
+                Found::Stray(_) => continue,
+            };
+            match fs::remove_file(&path) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                    return Err(WriteError::io("remove the blob", &path, error).into());
+                }
+                _ => removed.bytes += bytes,
+            }
+        }
+        Ok(removed)
+    }
+}
+
+/// Why a store cannot be compacted.
+#[derive(Debug, thiserror::Error)]
+pub enum CompactError {
+    /// What there is cannot be found out.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// What there is cannot be removed.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}

@@ -1,0 +1,67 @@
+//! What the file system under the store allows.
+
+use rustix::fs::{statfs, statvfs};
+use std::io;
+use std::path::Path;
+
+/// sled extends its file by whole segments of 512 KiB and keeps several open, and the manifest is written beside its
+/// predecessor. Stopping this far before the end keeps sled from ever meeting a full disk, which it does not survive.
+const RESERVE: u64 = 8 << 20;
+
+/// File systems on which neither `flock` nor the durability of a rename can be relied on, by the magic number that
+/// `statfs` reports (linux/magic.h and the sources of those that are not in it).
+const NETWORK: [(u32, &str); 13] = [
+    (0x0000_6969, "NFS"),
+    (0x0000_517B, "SMB"),
+    (0xFF53_4D42, "CIFS"),
+    (0xFE53_4D42, "SMB2"),
+    (0x0BD0_0BD0, "Lustre"),
+    (0x4750_4653, "GPFS"),
+    (0x1983_0326, "BeeGFS"),
+    (0x00C3_6400, "Ceph"),
+    (0x5346_414F, "AFS"),
+    (0x6B41_4653, "AFS"),
+    (0x7375_7245, "Coda"),
+    (0xAAD7_AAEA, "PanFS"),
+    (0x0102_1997, "9P"),
+];
+
+/// The name of the network file system that `directory` is on, if it is on one.
+pub(crate) fn network_file_system(directory: &Path) -> io::Result<Option<&'static str>> {
+    // The width of f_type differs between platforms; the numbers have 32 bits.
+    Ok(network_name(statfs(directory)?.f_type as u32))
+}
+
+fn network_name(magic: u32) -> Option<&'static str> {
+    NETWORK.iter().find(|(number, _)| *number == magic).map(|(_, name)| *name)
+}
+
+/// `Err((free, needed))`, in bytes, if writing `bytes` could fill the file system of `directory`.
+pub(crate) fn require(directory: &Path, bytes: u64) -> io::Result<Result<(), (u64, u64)>> {
+    let volume = statvfs(directory)?;
+    let free = volume.f_bavail.saturating_mul(volume.f_frsize);
+    // A record is written once to the log and again when its page is consolidated.
+    let needed = bytes.saturating_mul(4).saturating_add(RESERVE);
+    Ok(if free < needed { Err((free, needed)) } else { Ok(()) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn network_file_systems_are_told_from_local_ones() {
+        assert_eq!(network_name(0x6969), Some("NFS"));
+        assert_eq!(network_name(0xFF53_4D42), Some("CIFS"));
+        for local in [0xEF53 /* ext4 */, 0x5846_5342 /* xfs */, 0x9123_683E /* btrfs */, 0x0102_1994 /* tmpfs */] {
+            assert_eq!(network_name(local), None);
+        }
+        assert_eq!(network_file_system(Path::new("/proc")).ok(), Some(None));
+    }
+
+    #[test]
+    fn no_volume_has_room_for_everything() {
+        let directory = std::env::temp_dir();
+        assert!(matches!(require(&directory, u64::MAX), Ok(Err((_, needed))) if needed == u64::MAX));
+    }
+}

@@ -1,0 +1,194 @@
+//! Other processes: this test binary again, playing one of a few parts.
+
+use super::{key, record, records};
+use std::io::{BufRead, BufReader, Lines, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Stdio};
+use std::time::{Duration, Instant};
+use store::Store;
+
+const PART: &str = "TRIBOSWEEP_STORE_PART";
+const DIRECTORY: &str = "TRIBOSWEEP_STORE_DIRECTORY";
+const FIRST: &str = "TRIBOSWEEP_STORE_FIRST";
+
+/// A process that plays a part; killed when dropped.
+pub(crate) struct Player {
+    pub(crate) process: Child,
+    lines: Lines<BufReader<ChildStdout>>,
+}
+
+/// The command that makes this binary play `part` on the store in `directory`.
+pub(crate) fn command(part: &str, directory: &Path, first: u64) -> Command {
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    command.args(["--exact", "child::plays_its_part", "--ignored", "--nocapture"]);
+    command.env(PART, part).env(DIRECTORY, directory).env(FIRST, first.to_string());
+    command.stdin(Stdio::piped()).stdout(Stdio::piped());
+    command
+}
+
+impl Player {
+    pub(crate) fn start(mut command: Command) -> Player {
+        let mut process = command.spawn().unwrap();
+        let lines = BufReader::new(process.stdout.take().unwrap()).lines();
+        Player { process, lines }
+    }
+
+    /// The next thing it says; `None` when it has ended.
+    pub(crate) fn line(&mut self) -> Option<String> {
+        // The test harness talks too.
+        self.lines.by_ref().map_while(Result::ok).find_map(|line| line.strip_prefix("says ").map(str::to_owned))
+    }
+
+    /// Ends its part; it leaves the store in order.
+    pub(crate) fn dismiss(mut self) {
+        drop(self.process.stdin.take());
+        assert!(self.process.wait().unwrap().success());
+    }
+
+    /// SIGKILL.
+    pub(crate) fn kill(&mut self) {
+        self.process.kill().unwrap();
+        self.process.wait().unwrap();
+    }
+
+    /// What it says until it ends, which it must do within a minute.
+    pub(crate) fn transcript(mut self) -> Vec<String> {
+        let pid = rustix::process::Pid::from_child(&self.process);
+        let (ended, watch) = std::sync::mpsc::channel::<()>();
+        let watchdog = std::thread::spawn(move || {
+            let hung = watch.recv_timeout(Duration::from_secs(60)) == Err(std::sync::mpsc::RecvTimeoutError::Timeout);
+            if hung {
+                let _ = rustix::process::kill_process(pid, rustix::process::Signal::KILL);
+            }
+            hung
+        });
+        let lines = std::iter::from_fn(|| self.line()).collect();
+        let status = self.process.wait().unwrap();
+        drop(ended);
+        assert!(!watchdog.join().unwrap(), "it hung after saying {lines:?}");
+        assert!(status.success(), "it ended with {status} after saying {lines:?}");
+        lines
+    }
+}
+
+impl Drop for Player {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+fn say(what: impl std::fmt::Display) {
+    // On a line of its own: the harness leaves its own unfinished.
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "\nsays {what}").and_then(|()| out.flush()).unwrap();
+}
+
+fn wait_for_dismissal() {
+    let _ = std::io::stdin().lock().lines().next();
+}
+
+#[test]
+#[ignore = "not a test: the part that other processes play in the tests"]
+fn plays_its_part() {
+    let Ok(part) = std::env::var(PART) else { return };
+    let directory = std::path::PathBuf::from(std::env::var_os(DIRECTORY).unwrap());
+    let first: u64 = std::env::var(FIRST).unwrap().parse().unwrap();
+    match part.as_str() {
+        "write" => write(&directory, first),
+        "hold" => {
+            let _store = Store::open(&directory).unwrap();
+            say("open");
+            wait_for_dismissal();
+        }
+        "read" => {
+            let reader = Store::read(&directory).unwrap();
+            say(reader.origin());
+            wait_for_dismissal();
+        }
+        "race" => {
+            let opened = Store::open(&directory);
+            say(if opened.is_ok() { "open" } else { "held" });
+            wait_for_dismissal();
+        }
+        "inspect" => inspect(&directory, first),
+        "fill" => fill(&directory, first),
+        other => panic!("no such part: {other}"),
+    }
+}
+
+/// Commits and removes groups without end, saying which are done. Group g has jobs first + 100 g …, of which a later
+/// group removes a few.
+fn write(directory: &Path, first: u64) {
+    let store = Store::open(directory).unwrap();
+    for group in 0.. {
+        let start = first + 100 * group;
+        store.commit(&records(start..start + size(group))).unwrap();
+        say(format!("committed {group}"));
+        if group % 3 == 2 {
+            let before = first + 100 * (group - 1);
+            store.remove(&(before..before + removed(group)).map(key).collect::<Vec<_>>()).unwrap();
+            say(format!("removed {group}"));
+        }
+    }
+}
+
+/// Number of records in a group, and of those removed from the group before.
+pub(crate) fn size(group: u64) -> u64 {
+    1 + group * 7 % 40
+}
+
+pub(crate) fn removed(group: u64) -> u64 {
+    size(group - 1) / 2
+}
+
+/// Opens the store, which should hold the records 0..count, and says what became of them.
+fn inspect(directory: &Path, count: u64) {
+    let store = match Store::open(directory) {
+        Ok(store) => store,
+        Err(error) => return say(format!("refused: {error}")),
+    };
+    let (mut sound, mut reported) = (0, 0);
+    for i in 0..count {
+        match store.get(&key(i)) {
+            Ok(Some(found)) if found == record(i) => sound += 1,
+            Ok(Some(_)) => return say(format!("WRONG record {i}")),
+            Ok(None) => return say(format!("SILENTLY LOST record {i}")),
+            Err(_) => reported += 1,
+        }
+    }
+    let verified = store.verify(|_, _| Vec::new());
+    let corrupt = verified.as_ref().map_or(0, |found| found.corrupt_records.len());
+    if corrupt != reported {
+        return say(format!("VERIFY found {corrupt} of {reported} corrupt records"));
+    }
+    match store.studies() {
+        Ok(studies) if studies == [("sweep".to_owned(), b"mu = [0.1, 0.3]".to_vec())] => {}
+        Ok(studies) => return say(format!("WRONG studies {studies:?}")),
+        Err(error) => return say(format!("study: {error}")),
+    }
+    say(if reported == 0 { "sound".to_owned() } else { format!("{sound} sound, {reported} reported") });
+}
+
+/// Commits groups of large records until it fails, then says why, and that nothing works afterwards by accident.
+fn fill(directory: &Path, first: u64) {
+    let store = Store::open(directory).unwrap();
+    let start = Instant::now();
+    for group in 0.. {
+        assert!(start.elapsed() < Duration::from_secs(50), "the disk does not fill");
+        let records: Vec<_> = (0..10).map(|i| (key(first + 10 * group + i), vec![group as u8; 16 << 10])).collect();
+        if let Err(error) = store.commit(&records) {
+            say(format!("failed: {error}"));
+            break;
+        }
+        say(format!("committed {group}"));
+    }
+    if let Err(error) = store.commit(&records(0..1)) {
+        say(format!("failed: {error}"));
+    }
+    if let Err(error) = store.blobs().put(&vec![1; 1 << 10]) {
+        say(format!("failed: {error}"));
+    }
+    drop(store);
+    say("closed");
+}

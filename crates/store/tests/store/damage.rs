@@ -1,0 +1,164 @@
+//! Files cut short, bits flipped, garbage: said, never a panic, never a silent loss.
+
+use super::child::{Player, command};
+use super::{key, record, records};
+use std::fs;
+use std::path::{Path, PathBuf};
+use store::{OpenError, Store};
+
+const COUNT: u64 = 1500;
+
+/// A store in good order with enough records for several of sled's segments.
+fn make(directory: &Path) {
+    for group in 0..3 {
+        // Reopened, so that there is a snapshot of sled's to be damaged.
+        let store = Store::open(directory).unwrap();
+        store.commit(&records(group * COUNT / 3..(group + 1) * COUNT / 3)).unwrap();
+        store.put_study("sweep", b"mu = [0.1, 0.3]").unwrap();
+    }
+}
+
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap().map(Result::unwrap) {
+        let target = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy(&entry.path(), &target);
+        } else {
+            fs::copy(entry.path(), target).unwrap();
+        }
+    }
+}
+
+fn files(directory: &Path) -> Vec<PathBuf> {
+    let mut all = Vec::new();
+    for entry in fs::read_dir(directory).unwrap().map(Result::unwrap) {
+        if entry.path().is_dir() {
+            all.extend(files(&entry.path()));
+        } else {
+            all.push(entry.path());
+        }
+    }
+    all.sort();
+    all
+}
+
+fn inspect(directory: &Path) -> String {
+    let transcript = Player::start(command("inspect", directory, COUNT)).transcript();
+    assert_eq!(transcript.len(), 1, "{transcript:?}");
+    transcript[0].clone()
+}
+
+fn acceptable(said: &str) -> bool {
+    said == "sound" || said.ends_with(" reported") || said.starts_with("refused: ") || said.starts_with("study: ")
+}
+
+/// Every file of the store, damaged in every way, each time from a sound copy and in a process of its own: sled may
+/// take its threads, and would take the process if it could.
+#[test]
+fn damage_to_any_file_is_survived_and_said() {
+    let original = tempfile::tempdir().unwrap();
+    make(original.path());
+    let mut random = 7u64;
+    let mut draw = |below: usize| {
+        random = random.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (random >> 33) as usize % below.max(1)
+    };
+    let mut refused = 0;
+    for file in files(original.path()) {
+        let name = file.strip_prefix(original.path()).unwrap().to_owned();
+        let sound = fs::read(&file).unwrap();
+        let size = sound.len();
+        let mut damages: Vec<(String, Option<Vec<u8>>)> = vec![
+            ("removed".into(), None),
+            ("emptied".into(), Some(Vec::new())),
+            ("zeroed".into(), Some(vec![0; size])),
+            ("replaced by garbage".into(), Some((0..size).map(|_| draw(256) as u8).collect())),
+        ];
+        for _ in 0..if name.ends_with("db") { 25 } else { 4 } {
+            let at = draw(size);
+            damages.push((format!("cut to {at}"), Some(sound[..at].to_vec())));
+            let mut flipped = sound.clone();
+            if let Some(byte) = flipped.get_mut(at) {
+                *byte ^= 1 << draw(8);
+            }
+            damages.push((format!("flipped at {at}"), Some(flipped)));
+            let mut blotted = sound.clone();
+            let end = size.min(at + 1 + draw(20_000));
+            blotted[at..end].iter_mut().for_each(|byte| *byte = draw(256) as u8);
+            damages.push((format!("blotted from {at} to {end}"), Some(blotted)));
+        }
+        for (what, content) in damages {
+            let copied = tempfile::tempdir().unwrap();
+            copy(original.path(), copied.path());
+            match content {
+                Some(content) => fs::write(copied.path().join(&name), content).unwrap(),
+                None => fs::remove_file(copied.path().join(&name)).unwrap(),
+            }
+            let said = inspect(copied.path());
+            eprintln!("{} {what}: {said}", name.display());
+            assert!(acceptable(&said), "{} {what}: {said}", name.display());
+            refused += usize::from(said != "sound");
+        }
+    }
+    assert!(refused > 30, "only {refused} damages were noticed");
+}
+
+#[test]
+fn a_database_that_opens_empty_is_refused_and_can_be_salvaged() {
+    let directory = tempfile::tempdir().unwrap();
+    make(directory.path());
+    fs::remove_dir_all(directory.path().join("records")).unwrap();
+    let error = Store::open(directory.path()).err().unwrap();
+    assert!(matches!(error, OpenError::Damaged { .. }), "{error}");
+    assert!(error.to_string().contains("promises 1500 records"), "{error}");
+    assert!(matches!(Store::read(directory.path()), Err(OpenError::Damaged { .. })));
+
+    let salvage = Store::salvage(directory.path()).unwrap();
+    assert_eq!((salvage.kept, salvage.promised, salvage.studies), (0, Some(COUNT), 1));
+    let store = Store::open(directory.path()).unwrap();
+    assert_eq!(store.study("sweep").unwrap().unwrap(), b"mu = [0.1, 0.3]");
+    store.commit(&records(0..10)).unwrap();
+}
+
+#[test]
+fn a_lost_manifest_is_said_and_every_record_salvaged() {
+    let directory = tempfile::tempdir().unwrap();
+    make(directory.path());
+    for damage in [None, Some(&b"{ \"format\": 1, "[..]), Some(b"\0\0\0\0")] {
+        let manifest = directory.path().join("manifest.json");
+        match damage {
+            None => fs::remove_file(&manifest).unwrap(),
+            Some(garbage) => fs::write(&manifest, garbage).unwrap(),
+        }
+        let error = Store::open(directory.path()).err().unwrap();
+        assert!(matches!(&error, OpenError::Damaged { what, .. } if what.contains("manifest.json")), "{error}");
+        let salvage = Store::salvage(directory.path()).unwrap();
+        assert_eq!((salvage.kept as u64, salvage.promised, salvage.studies), (COUNT, None, 0));
+        assert!(salvage.damaged.unwrap().join("db").is_file());
+        let store = Store::open(directory.path()).unwrap();
+        assert!((0..COUNT).all(|i| store.get(&key(i)).unwrap() == Some(record(i))));
+    }
+}
+
+#[test]
+fn a_later_format_is_left_alone() {
+    let directory = tempfile::tempdir().unwrap();
+    make(directory.path());
+    let manifest = directory.path().join("manifest.json");
+    fs::write(&manifest, br#"{ "format": 2 }"#).unwrap();
+    let error = Store::open(directory.path()).err().unwrap();
+    assert!(matches!(error, OpenError::Format { found: 2, .. }), "{error}");
+    assert!(matches!(Store::salvage(directory.path()), Err(OpenError::Format { found: 2, .. })));
+    assert_eq!(fs::read(&manifest).unwrap(), br#"{ "format": 2 }"#);
+}
+
+#[test]
+fn a_salvage_killed_between_its_renames_is_taken_up_again() {
+    let directory = tempfile::tempdir().unwrap();
+    make(directory.path());
+    fs::rename(directory.path().join("records"), directory.path().join("records.salvaged")).unwrap();
+    assert!(matches!(Store::open(directory.path()), Err(OpenError::Damaged { .. })));
+    assert_eq!(Store::salvage(directory.path()).unwrap().kept as u64, COUNT);
+    assert_eq!(Store::open(directory.path()).unwrap().len() as u64, COUNT);
+}
