@@ -75,7 +75,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let summary = runner::run(tasks(10_000, b"payload", cost), &mut journal, &options, &Interrupt::new()?, &mut |_| {})?;
         let seconds = start.elapsed().as_secs_f64();
         let Journal { commits, kept, syncing, .. } = journal;
-        println!("{kept} jobs predicted at {cost} s: {seconds:.3} s, {:.0} jobs/s, {commits} commits taking {syncing:.3?}, {} lost", kept as f64 / seconds, summary.workers_lost);
+        println!(
+            "{kept} jobs predicted at {cost} s: {seconds:.3} s, {:.0} jobs/s, {commits} commits taking {syncing:.3?}, {} lost",
+            kept as f64 / seconds,
+            summary.workers_lost
+        );
     }
     // One job that sleeps and a second worker that waits for it.
     let mut pids = Vec::new();

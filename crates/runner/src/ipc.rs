@@ -14,7 +14,7 @@ use crate::protocol::{Assignment, Body, Outcome, Reply, Report, Request, decode,
 use crate::root::{Root, SHARED_MEMORY, free_shared_memory};
 use crate::supervise::{Process, die_with, is_parent, limit_address_space};
 use crate::transport::{Bytes, Link, Transport, TransportError};
-use crate::worker::{Work, serve};
+use crate::worker::{Work, report_panics, serve};
 use crate::{Options, RunError, spill};
 use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::pending_response::PendingResponse;
@@ -36,6 +36,8 @@ use std::time::Duration;
 
 /// The thread-safe variant, so that a worker's heart can beat on a thread of its own.
 type Shm = ipc_threadsafe::Service;
+type Received = ActiveRequest<Shm, [u8], (), [u8], ()>;
+type Awaited = PendingResponse<Shm, [u8], (), [u8], ()>;
 
 const JOBS: &str = "jobs";
 /// Worker → coordinator.
@@ -196,7 +198,7 @@ impl Grown {
 #[derive(Debug)]
 struct Channel {
     process: Process,
-    request: Option<ActiveRequest<Shm, [u8], (), [u8], ()>>,
+    request: Option<Received>,
     server: Server<Shm, [u8], (), [u8], ()>,
     up: Listener<Shm>,
     down: Notifier<Shm>,
@@ -289,7 +291,8 @@ impl Transport for Processes {
             Reply::Stop => Ok(Reply::Stop),
             Reply::Jobs(jobs) => {
                 let pack = |job: &Assignment<&[u8]>| {
-                    let payload = pack(job.payload, largest, || names.body(job.lease, "payload")).map_err(TransportError::when("cannot hand out a job"))?;
+                    let payload = pack(job.payload, largest, || names.body(job.lease, "payload"))
+                        .map_err(TransportError::when("cannot hand out a job"))?;
                     Ok(Assignment { lease: job.lease, payload })
                 };
                 Ok(Reply::Jobs(jobs.iter().map(pack).collect::<Result<_, _>>()?))
@@ -376,7 +379,9 @@ impl Channel {
         let Request { reports, idle } = decode::<Request<Body>>(message).map_err(|error| error.to_string())?;
         let unpack = |Report { lease, seconds, outcome }| {
             let outcome = match outcome {
-                Outcome::Completed(body) => spill::load(&self.names.body(lease, "result"), body).map_or_else(Outcome::Failed, Outcome::Completed),
+                Outcome::Completed(body) => {
+                    spill::load(&self.names.body(lease, "result"), body).map_or_else(Outcome::Failed, Outcome::Completed)
+                }
                 Outcome::Failed(reason) => Outcome::Failed(reason),
             };
             Report { lease, seconds, outcome }
@@ -394,10 +399,12 @@ impl Channel {
 /// Runs jobs for the coordinator that started this process, until told to stop. `fresh` makes the work, once at the
 /// start and again after a panic.
 ///
-/// From here on the process dies when the coordinator does, and its address space is limited.
+/// From here on the process dies when the coordinator does, its address space is limited, and panics of jobs are
+/// reported instead of printed.
 pub fn work<W: Work>(arguments: &WorkerArguments, fresh: impl Fn() -> W) -> Result<(), WorkerError> {
     die_with(arguments.coordinator).map_err(WorkerError::Setup)?;
     limit_address_space(arguments.address_space).map_err(WorkerError::Setup)?;
+    report_panics();
     let mut wire = Wire::open(arguments)?;
     Ok(serve(&mut wire, fresh)?)
 }
@@ -406,7 +413,7 @@ pub fn work<W: Work>(arguments: &WorkerArguments, fresh: impl Fn() -> W) -> Resu
 #[derive(Debug)]
 struct Wire {
     pulse: Pulse,
-    response: Option<PendingResponse<Shm, [u8], (), [u8], ()>>,
+    response: Option<Awaited>,
     client: Client<Shm, [u8], (), [u8], ()>,
     down: Listener<Shm>,
     up: Arc<Notifier<Shm>>,
@@ -438,7 +445,8 @@ impl Wire {
         match reply {
             Reply::Stop => Reply::Stop,
             Reply::Jobs(jobs) => {
-                let load = |Assignment { lease, payload }| Assignment { lease, payload: spill::load(&self.names.body(lease, "payload"), payload) };
+                let load =
+                    |Assignment { lease, payload }| Assignment { lease, payload: spill::load(&self.names.body(lease, "payload"), payload) };
                 Reply::Jobs(jobs.into_iter().map(load).collect())
             }
         }

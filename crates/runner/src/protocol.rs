@@ -8,6 +8,12 @@ use bincode::{Decode, Encode};
 
 /// Changes with every change of the layout below.
 const FORMAT: u8 = 1;
+/// Messages are smaller. Without a limit, a length in garbage is allocated before its content is missed.
+const LARGEST: usize = 64 << 20;
+
+fn layout() -> impl bincode::config::Config {
+    bincode::config::standard().with_limit::<LARGEST>()
+}
 
 /// Bytes that travel with the message or, when they are many, beside it.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
@@ -81,7 +87,7 @@ pub(crate) enum DecodeError {
 /// The bytes of a message.
 pub(crate) fn encode(message: &impl Encode) -> Result<Vec<u8>, bincode::error::EncodeError> {
     let mut bytes = vec![FORMAT];
-    bincode::encode_into_std_write(message, &mut bytes, bincode::config::standard())?;
+    bincode::encode_into_std_write(message, &mut bytes, layout())?;
     Ok(bytes)
 }
 
@@ -90,7 +96,7 @@ pub(crate) fn decode<M: Decode<()>>(bytes: &[u8]) -> Result<M, DecodeError> {
     match bytes {
         [] => Err(DecodeError::Empty),
         [FORMAT, rest @ ..] => {
-            let (message, used) = bincode::decode_from_slice(rest, bincode::config::standard())?;
+            let (message, used) = bincode::decode_from_slice(rest, layout())?;
             if used == rest.len() { Ok(message) } else { Err(DecodeError::Rest(rest.len() - used)) }
         }
         [format, ..] => Err(DecodeError::Format(*format)),

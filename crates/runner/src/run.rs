@@ -48,10 +48,10 @@ pub(crate) fn drive(
             }
         }
         #[cfg(debug_assertions)]
-        if tasks.len() <= 100 {
-            if let Err(broken) = coordinator.check() {
-                return Err(RunError::Inconsistent(broken));
-            }
+        if tasks.len() <= 100
+            && let Err(broken) = coordinator.check()
+        {
+            return Err(RunError::Inconsistent(broken));
         }
         if !settled || !inbox.is_empty() {
             continue;

@@ -77,7 +77,8 @@ fn describe(status: ExitStatus) -> String {
 
 /// In a worker: die when the coordinator does. Says so if it is already gone.
 pub(crate) fn die_with(coordinator: u32) -> Result<(), String> {
-    rustix::process::set_parent_process_death_signal(Some(Signal::KILL)).map_err(|error| format!("cannot ask for the parent-death signal: {error}"))?;
+    rustix::process::set_parent_process_death_signal(Some(Signal::KILL))
+        .map_err(|error| format!("cannot ask for the parent-death signal: {error}"))?;
     // It may have died before the line above; then nobody will signal.
     if is_parent(coordinator) { Ok(()) } else { Err(format!("process {coordinator}, its coordinator, is not its parent")) }
 }
@@ -91,5 +92,6 @@ pub(crate) fn is_parent(coordinator: u32) -> bool {
 pub(crate) fn limit_address_space(bytes: u64) -> Result<(), String> {
     let hard = rustix::process::getrlimit(Resource::As).maximum;
     let bytes = hard.map_or(bytes, |hard| hard.min(bytes));
-    setrlimit(Resource::As, Rlimit { current: Some(bytes), maximum: Some(bytes) }).map_err(|error| format!("cannot limit the address space to {bytes} bytes: {error}"))
+    setrlimit(Resource::As, Rlimit { current: Some(bytes), maximum: Some(bytes) })
+        .map_err(|error| format!("cannot limit the address space to {bytes} bytes: {error}"))
 }

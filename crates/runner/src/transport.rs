@@ -49,6 +49,5 @@ impl TransportError {
     }
 }
 
-
 #[cfg(test)]
 pub(crate) mod memory;

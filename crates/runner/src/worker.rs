@@ -9,6 +9,8 @@ use crate::transport::{Bytes, Link, TransportError};
 use std::any::Any;
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// What a worker does with a job.
@@ -20,6 +22,9 @@ pub trait Work {
 
 /// Result bytes in one request, beyond the first result.
 const MOST_BYTES: usize = 512 << 10;
+
+/// Characters kept of what a panic said.
+const LONGEST_REASON: usize = 4 << 10;
 
 /// Works until told to stop. After a panic the work is made afresh, for what it kept may be half written.
 pub(crate) fn serve<W: Work>(link: &mut impl Link, fresh: impl Fn() -> W) -> Result<(), TransportError> {
@@ -69,13 +74,19 @@ fn attempt<W: Work>(work: &mut W, fresh: impl Fn() -> W, lease: LeaseId, payload
     let start = Instant::now();
     let outcome = match payload {
         Err(reason) => Outcome::Failed(reason),
-        Ok(payload) => match catch_unwind(AssertUnwindSafe(|| work.run(&payload))) {
-            Ok(result) => Outcome::Completed(result),
-            Err(panic) => {
-                *work = fresh();
-                Outcome::Failed(format!("panicked: {}", message(panic.as_ref())))
+        Ok(payload) => {
+            IN_JOB.store(true, Ordering::SeqCst);
+            let result = catch_unwind(AssertUnwindSafe(|| work.run(&payload)));
+            IN_JOB.store(false, Ordering::SeqCst);
+            match result {
+                Ok(result) => Outcome::Completed(result),
+                Err(panic) => {
+                    *work = fresh();
+                    let reason = format!("panicked{}: {}", place(), message(panic.as_ref()));
+                    Outcome::Failed(reason.chars().take(LONGEST_REASON).collect())
+                }
             }
-        },
+        }
     };
     Report { lease, seconds: start.elapsed().as_secs_f64(), outcome }
 }
@@ -83,4 +94,25 @@ fn attempt<W: Work>(work: &mut W, fresh: impl Fn() -> W, lease: LeaseId, payload
 fn message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|text| text.to_string());
     text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "without a message".into())
+}
+
+/// Where a job panicked, from the hook to the report.
+static PLACE: Mutex<Option<String>> = Mutex::new(None);
+static IN_JOB: AtomicBool = AtomicBool::new(false);
+
+/// In a worker process: a panic in a job is reported with its place, and not printed as well, in the middle of what
+/// the coordinator shows. Any other panic prints as ever.
+pub(crate) fn report_panics() {
+    let print = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        if IN_JOB.load(Ordering::SeqCst) {
+            *PLACE.lock().unwrap_or_else(PoisonError::into_inner) = panic.location().map(|location| format!(" at {location}"));
+        } else {
+            print(panic);
+        }
+    }));
+}
+
+fn place() -> String {
+    PLACE.lock().unwrap_or_else(PoisonError::into_inner).take().unwrap_or_default()
 }

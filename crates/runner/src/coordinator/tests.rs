@@ -92,8 +92,7 @@ proptest! {
 /// Simulated workers that keep to the protocol until they fail.
 struct World {
     coordinator: Coordinator,
-    /// Per worker: its jobs, whether it awaits a reply, results to report, whether it hangs.
-    workers: BTreeMap<WorkerId, (VecDeque<LeaseId>, bool, Vec<Report<Vec<u8>>>, bool)>,
+    workers: BTreeMap<WorkerId, Simulated>,
     /// Requests still on their way when their worker died.
     late: Vec<Input>,
     committed: BTreeMap<JobKey, Done>,
@@ -103,10 +102,27 @@ struct World {
     now: Duration,
 }
 
+#[derive(Default)]
+struct Simulated {
+    leases: VecDeque<LeaseId>,
+    awaits: bool,
+    reports: Vec<Report<Vec<u8>>>,
+    hangs: bool,
+}
+
 impl World {
     fn new(seed: u64, faults: u64, workers: usize, tasks: &[Task]) -> World {
         let coordinator = Coordinator::new(tasks, &options(workers));
-        World { coordinator, workers: BTreeMap::new(), late: Vec::new(), committed: BTreeMap::new(), given_up: false, random: seed, faults, now: Duration::ZERO }
+        World {
+            coordinator,
+            workers: BTreeMap::new(),
+            late: Vec::new(),
+            committed: BTreeMap::new(),
+            given_up: false,
+            random: seed,
+            faults,
+            now: Duration::ZERO,
+        }
     }
 
     fn random(&mut self, below: u64) -> u64 {
@@ -140,12 +156,12 @@ impl World {
     fn act(&mut self, action: Action, inbox: &mut VecDeque<Input>) {
         match action {
             Action::Start(worker) => {
-                self.workers.insert(worker, (VecDeque::new(), false, Vec::new(), false));
+                self.workers.insert(worker, Simulated::default());
                 inbox.push_back(Input::Spawned { worker, pid: worker });
             }
             Action::Kill(worker) | Action::Dismiss(worker) => self.end(worker, inbox),
             Action::Assign(worker, jobs) => {
-                if let Some((leases, awaits, ..)) = self.workers.get_mut(&worker) {
+                if let Some(Simulated { leases, awaits, .. }) = self.workers.get_mut(&worker) {
                     assert!(*awaits, "a reply that nobody asked for");
                     leases.extend(jobs.into_iter().map(|(lease, _)| lease));
                     *awaits = false;
@@ -163,7 +179,7 @@ impl World {
     }
 
     fn end(&mut self, worker: WorkerId, inbox: &mut VecDeque<Input>) {
-        if let Some((leases, _, reports, _)) = self.workers.remove(&worker) {
+        if let Some(Simulated { leases, reports, .. }) = self.workers.remove(&worker) {
             // What it had computed may still arrive, after its death.
             self.late.push(Input::Request { worker, idle: false, reports });
             let running = leases.front().copied().filter(|_| self.random(2) == 0);
@@ -173,7 +189,8 @@ impl World {
 
     /// One worker does something, or time passes.
     fn advance(&mut self, inbox: &mut VecDeque<Input>) {
-        self.now += Duration::from_millis(1 + self.random(50));
+        let later = 1 + self.random(50);
+        self.now += Duration::from_millis(later);
         let count = self.workers.len() as u64;
         let chosen = if count > 0 { self.random(count) as usize } else { 0 };
         let Some(worker) = self.workers.keys().nth(chosen).copied() else { return inbox.push_back(Input::Clock) };
@@ -183,10 +200,10 @@ impl World {
         if self.fault() {
             inbox.extend(self.late.pop());
         }
-        let (fails, hangs) = (self.fault(), self.fault());
-        let (leases, awaits, reports, hung) = self.workers.get_mut(&worker).unwrap();
-        *hung |= hangs;
-        if *hung {
+        let (fails, stops) = (self.fault(), self.fault());
+        let Simulated { leases, awaits, reports, hangs } = self.workers.get_mut(&worker).unwrap();
+        *hangs |= stops;
+        if *hangs {
             // Only its deadline ends this.
             self.now += Duration::from_secs(40);
             inbox.extend(self.workers.keys().filter(|&&other| other != worker).map(|&worker| Input::Heartbeat { worker }));
