@@ -13,8 +13,20 @@
 //! The crate touches no files, starts no processes, reads no clock and prints nothing.
 #![forbid(unsafe_code)]
 
+pub mod certificate;
 pub mod foundation;
+pub mod friction;
 pub mod grid;
 pub mod influence;
+pub mod observables;
+mod operators;
 pub mod outcome;
+pub mod problem;
+pub mod punch;
+pub mod reference;
 pub mod scene;
+mod solve;
+pub mod solver;
+
+pub use operators::{Operator, Operators};
+pub use solve::{conclude, solve};

@@ -339,3 +339,37 @@ impl Numerics {
         Ok(())
     }
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// A steel sphere of 10 mm pressed 1 µm into a like half-space's rigid counterpart; μ = 0.3.
+    pub(crate) fn sphere_on_half_space() -> Scene {
+        Scene {
+            foundation: Foundation { base: Material { shear_modulus: 80e9, poisson: 0.3 } },
+            punch: Punch { shape: Shape::Sphere { radius: 0.01 }, material: None },
+            friction: Friction { mu: 0.3 },
+            domain: None,
+            loading: Loading { steps: vec![Step { approach: 1e-6, ..Step::default() }] },
+        }
+    }
+
+    #[test]
+    fn refuses_what_has_no_meaning_and_names_the_key() {
+        let refused = |change: &dyn Fn(&mut Scene)| {
+            let mut scene = sphere_on_half_space();
+            change(&mut scene);
+            scene.validate().unwrap_err().key
+        };
+        assert!(sphere_on_half_space().validate().is_ok());
+        assert_eq!(refused(&|s| s.foundation.base.poisson = 0.51), "foundation.base.poisson");
+        assert_eq!(refused(&|s| s.foundation.base.poisson = f64::NAN), "foundation.base.poisson");
+        assert_eq!(refused(&|s| s.foundation.base.shear_modulus = 0.0), "foundation.base.shear_modulus");
+        assert_eq!(refused(&|s| s.punch.shape = Shape::Cone { angle: 1.6 }), "punch.angle");
+        assert_eq!(refused(&|s| s.punch.material = Some(Material { shear_modulus: 1.0, poisson: -0.1 })), "punch.material.poisson");
+        assert_eq!(refused(&|s| s.friction.mu = -0.1), "friction.mu");
+        assert_eq!(refused(&|s| s.loading.steps.clear()), "loading.steps");
+        assert_eq!(refused(&|s| s.loading.steps[0].twist = f64::INFINITY), "loading.steps[0].twist");
+    }
+}

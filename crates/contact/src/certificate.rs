@@ -1,0 +1,93 @@
+//! Residuals of a claimed solution, by formulas and arithmetic of their own.
+//!
+//! Nothing here calls [`crate::friction`], [`crate::solver`] or [`crate::observables`]: the conditions of contact and
+//! Coulomb's law are spelled out again, and the operator is whatever the caller trusts independently of the solver.
+
+use crate::outcome::{Certificate, Observables};
+use crate::problem::Problem;
+
+impl Certificate {
+    /// Whether the residuals allow to call it a solution: the natural-map residual, tension, cone violation and the
+    /// balance of forces within `tolerance`. Penetration, gap under pressure and the angle of slip are bounded by
+    /// the natural-map residual; they are reported because they are what a reader can picture.
+    pub fn meets(&self, tolerance: f64) -> bool {
+        [self.residual, self.tension, self.cone_violation, self.force_imbalance].iter().all(|figure| *figure <= tolerance)
+    }
+}
+
+/// Certifies tractions `p` against `problem`. `displacement` is A p and `diagonal` the largest diagonal entry of A, both
+/// from an operator that the solver did not use; `claimed` are the observables [SI] that go out with `p`.
+pub fn certify(problem: &Problem, p: &[f64], displacement: &[f64], diagonal: f64, claimed: &Observables) -> Certificate {
+    let k = problem.grid.len();
+    let (mu, ceiling) = (problem.mu, problem.ceiling);
+    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, |a, b| if b.is_nan() { f64::INFINITY } else { a.max(b) });
+    let active = || problem.grid.active();
+    let peak = largest(&mut active().map(|e| p[e].abs()));
+    let deepest = largest(&mut active().map(|e| (displacement[e] + problem.epsilon * p[e]).abs()).chain([f64::MIN_POSITIVE]));
+    let relative = |value: f64, to: f64| if value == 0.0 { 0.0 } else { value / to };
+
+    // w of equation (3): what the regularised law sees as gap and slip
+    let w = |e: usize, c: usize| displacement[c * k + e] + problem.epsilon * p[c * k + e] - problem.f[c * k + e];
+    let largest_slip = largest(&mut active().filter(|&e| p[e] > 0.0).map(|e| w(e, 1).hypot(w(e, 2))));
+
+    let mut certificate = Certificate::default();
+    let (mut defect, mut size) = (0.0, 0.0);
+    let mut force = [0.0; 3];
+    for e in active() {
+        let [pressure, px, py] = [p[e], p[k + e], p[2 * k + e]];
+        let traction = px.hypot(py);
+        let [gap, slip_x, slip_y] = [w(e, 0), w(e, 1), w(e, 2)];
+
+        // the natural map, written as a nearest point of the truncated cone's section rather than as G
+        let pull = 1.0 / diagonal;
+        let trial = (pressure - pull * gap, px - pull * slip_x, py - pull * slip_y);
+        let allowed = if trial.0 <= 0.0 {
+            0.0
+        } else if trial.0 >= ceiling {
+            ceiling
+        } else {
+            trial.0
+        };
+        let radius = mu * allowed;
+        let trial_traction = trial.1.hypot(trial.2);
+        let shrink = if trial_traction > radius { radius / trial_traction } else { 1.0 };
+        defect += (pressure - allowed).powi(2) + (px - trial.1 * shrink).powi(2) + (py - trial.2 * shrink).powi(2);
+        size += pressure * pressure + px * px + py * py;
+
+        certificate.tension = certificate.tension.max(relative((-pressure).max(0.0), peak));
+        // at the ceiling the law (3) lets the bodies overlap
+        if pressure < ceiling {
+            certificate.penetration = certificate.penetration.max(relative((-gap).max(0.0), deepest));
+        }
+        certificate.gap_under_pressure = certificate.gap_under_pressure.max(relative((gap * pressure).max(0.0), peak * deepest));
+        certificate.cone_violation = certificate.cone_violation.max(relative((traction - mu * pressure).max(0.0), peak));
+        let slip = slip_x.hypot(slip_y);
+        if pressure > 0.0 && slip > 1e-3 * largest_slip && traction > 1e-6 * mu * peak {
+            let against = -(slip_x * px + slip_y * py);
+            let across = slip_x * py - slip_y * px;
+            // sticking elements do not slip beyond the residual; where slip is real, traction must oppose it
+            if traction >= mu * pressure * (1.0 - 1e-6) {
+                certificate.slip_angle = certificate.slip_angle.max(across.abs().atan2(against));
+            }
+        }
+        for (c, total) in force.iter_mut().enumerate() {
+            *total += p[c * k + e];
+        }
+    }
+    certificate.residual = if defect == 0.0 {
+        0.0
+    } else if defect.is_nan() {
+        f64::INFINITY
+    } else {
+        (defect / size).sqrt()
+    };
+
+    let unit = problem.scale.traction() * problem.scale.length * problem.scale.length * problem.grid.element_area();
+    let magnitude: f64 = active().map(|e| p[e].abs().max(p[k + e].abs()).max(p[2 * k + e].abs())).sum::<f64>() * unit;
+    certificate.force_imbalance = [claimed.load, claimed.force_x, claimed.force_y]
+        .iter()
+        .zip(force)
+        .map(|(claim, sum)| relative((claim - sum * unit).abs(), magnitude))
+        .fold(0.0, |a: f64, b| if b.is_nan() { f64::INFINITY } else { a.max(b) });
+    certificate
+}

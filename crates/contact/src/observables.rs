@@ -1,0 +1,109 @@
+//! Load, areas, peaks and energies of a solution, and its fields, in SI units.
+
+use crate::friction::h_u;
+use crate::outcome::{Fields, Observables};
+use crate::problem::Problem;
+
+/// What an element does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum State {
+    /// No part of Ω.
+    Outside = 0,
+    /// p₁ = 0.
+    Open = 1,
+    /// In contact, |p_t| < μ p₁ or no more than it takes.
+    Stick = 2,
+    /// In contact and sliding against the traction.
+    Slip = 3,
+}
+
+/// The state of every element, read off the natural map x = p − E v: an element in contact sticks when the projection
+/// onto its friction disk leaves x_t as it is. `w` = A p − f, `diagonal` = 1/E. Without friction everything in contact slips.
+pub fn states(problem: &Problem, p: &[f64], w: &[f64], diagonal: f64) -> Vec<State> {
+    let k = problem.grid.len();
+    let mut states = vec![State::Outside; k];
+    for e in problem.grid.active() {
+        let x = [0, 1, 2].map(|c| p[c * k + e] - (problem.epsilon * p[c * k + e] + w[c * k + e]) / diagonal);
+        states[e] = if p[e] <= 0.0 {
+            State::Open
+        } else if x[1].hypot(x[2]) < problem.mu * h_u(x[0], problem.ceiling) {
+            State::Stick
+        } else {
+            State::Slip
+        };
+    }
+    states
+}
+
+/// Integral quantities of the tractions `p` with w = A p − f, in SI units.
+pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) -> Observables {
+    let grid = &problem.grid;
+    let k = grid.len();
+    let length = problem.scale.length;
+    let traction = problem.scale.traction();
+    let area = grid.element_area() * length * length;
+    let mut sums = [0.0; 6];
+    let (mut energy, mut dissipation) = (0.0, 0.0);
+    let (mut peak_pressure, mut peak_traction) = (0.0_f64, 0.0_f64);
+    let mut o = Observables {
+        mesh_x: grid.nx() as u64,
+        mesh_y: grid.ny() as u64,
+        element_x: grid.hx() * length,
+        element_y: grid.hy() * length,
+        ..Observables::default()
+    };
+    for e in grid.active() {
+        let [pn, px, py] = [p[e], p[k + e], p[2 * k + e]];
+        let [x, y] = grid.center(e);
+        for (sum, term) in sums.iter_mut().zip([pn, px, py, y * pn, -x * pn, x * py - y * px]) {
+            *sum += term;
+        }
+        energy += (0..3).map(|c| p[c * k + e] * (w[c * k + e] + problem.f[c * k + e])).sum::<f64>();
+        if states[e] == State::Slip {
+            dissipation -= px * (problem.epsilon * px + w[k + e]) + py * (problem.epsilon * py + w[2 * k + e]);
+        }
+        peak_pressure = peak_pressure.max(pn);
+        peak_traction = peak_traction.max(px.hypot(py));
+        o.ceiling_elements += u64::from(pn >= problem.ceiling);
+        o.contact_elements += u64::from(matches!(states[e], State::Stick | State::Slip));
+        o.stick_elements += u64::from(states[e] == State::Stick);
+        let (i, j) = grid.position(e);
+        let at_edge = i == 0 || j == 0 || i + 1 == grid.nx() || j + 1 == grid.ny();
+        o.edge_elements += u64::from(problem.open_edge && at_edge && pn > 0.0);
+    }
+    o.slip_elements = o.contact_elements - o.stick_elements;
+    let force = traction * area;
+    [o.load, o.force_x, o.force_y] = [sums[0], sums[1], sums[2]].map(|sum| sum * force);
+    [o.moment_x, o.moment_y, o.moment_z] = [sums[3], sums[4], sums[5]].map(|sum| sum * force * length);
+    o.contact_area = o.contact_elements as f64 * area;
+    o.stick_area = o.stick_elements as f64 * area;
+    o.slip_area = o.slip_elements as f64 * area;
+    o.peak_pressure = peak_pressure * traction;
+    o.peak_traction = peak_traction * traction;
+    o.energy = 0.5 * energy * force * length;
+    o.dissipation = dissipation * force * length;
+    o
+}
+
+/// The fields in SI units.
+pub fn fields(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) -> Fields {
+    let grid = &problem.grid;
+    let k = grid.len();
+    let (length, traction) = (problem.scale.length, problem.scale.traction());
+    let block = |field: &[f64], c: usize, unit: f64| -> Vec<f64> {
+        (0..k).map(|e| if grid.is_active(e) { field[c * k + e] * unit } else { 0.0 }).collect()
+    };
+    Fields {
+        shape: [grid.nx() as u32, grid.ny() as u32],
+        origin: grid.center(0).map(|x| x * length),
+        element: [grid.hx() * length, grid.hy() * length],
+        pressure: block(p, 0, traction),
+        traction_x: block(p, 1, traction),
+        traction_y: block(p, 2, traction),
+        gap: block(w, 0, length),
+        slip_x: block(w, 1, length),
+        slip_y: block(w, 2, length),
+        state: states.iter().map(|state| *state as u8).collect(),
+    }
+}

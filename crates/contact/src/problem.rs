@@ -1,0 +1,220 @@
+//! A scene bound to a grid: equation (3), p = Gᵘ_μ(p − E(εp + Ap − f)), for one load step.
+//!
+//! A problem is dimensionless: lengths in units of ℓ (half the diameter of Ω), tractions in units of 1/c
+//! (c = Σ(1−ν)/G), so that neither the unit of length nor the moduli can be felt by a solver. Jobs that differ
+//! only in moduli of equal ratio, loads or sizes therefore share their operator.
+
+use crate::foundation::half_space::HalfSpace;
+use crate::friction::g_mu;
+use crate::grid::Grid;
+use crate::punch::{Gap, Surfaces, domain};
+use crate::scene::{Domain, Material, Mesh, Numerics, Projection, Scene, SceneError, Shape};
+
+/// Units in which a [`Problem`] is written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// ℓ [m].
+    pub length: f64,
+    /// c = Σ(1−ν)/G [1/Pa].
+    pub compliance: f64,
+}
+
+impl Scale {
+    /// The unit of traction, 1/c [Pa].
+    pub fn traction(&self) -> f64 {
+        1.0 / self.compliance
+    }
+}
+
+/// Equation (3) on a grid, dimensionless. Fields are three blocks [n | x | y], each as long as the grid.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// Elements, in units of ℓ; masked where the punch has no sole.
+    pub grid: Grid,
+    /// The bodies' summed compliances, in units of c.
+    pub elasticity: HalfSpace,
+    /// How A is discretised.
+    pub projection: Projection,
+    /// μ.
+    pub mu: f64,
+    /// ε; the operator of equation (3) is εI + A.
+    pub epsilon: f64,
+    /// The ceiling u, infinite for none.
+    pub ceiling: f64,
+    /// f, in units of ℓ.
+    pub f: Vec<f64>,
+    /// Elements at whose side away from the grid's middle the punch goes on beyond Ω.
+    pub open_edge: bool,
+    /// Units.
+    pub scale: Scale,
+}
+
+/// The operator that a problem needs, up to everything that does not change it; equal keys share an operator.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OperatorKey {
+    elements: [usize; 2],
+    element: [f64; 2],
+    mask: Option<Vec<bool>>,
+    elasticity: HalfSpace,
+    projection: Projection,
+}
+
+impl Problem {
+    /// Binds a scene to a grid. Refuses what [`Scene::validate`] and [`Numerics::validate`] refuse, a domain that
+    /// cannot be derived, and a grid on which the punch has no sole.
+    pub fn new(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces) -> Result<Self, SceneError> {
+        scene.validate()?;
+        numerics.validate()?;
+        let gap = Gap::new(scene, surfaces)?;
+        let domain = domain(scene)?;
+        let layout = Layout::new(scene, numerics, &domain)?;
+        let (nx, ny) = (layout.nx, layout.ny);
+
+        // Ratios to the foundation's modulus and to Ω's width come first, so that jobs that differ only in a modulus or a
+        // size get the same operator to the last bit and can share it.
+        let modulus = scene.foundation.base.shear_modulus;
+        let relative = |material: &Material| Material { shear_modulus: material.shear_modulus / modulus, poisson: material.poisson };
+        let bodies = HalfSpace::new(&relative(&scene.foundation.base), scene.punch.material.map(|m| relative(&m)).as_ref());
+        let scale = Scale { length: layout.half_diameter, compliance: bodies.direct / modulus };
+        let out_of_range = |key: &str, value: f64| SceneError {
+            key: key.to_owned(),
+            value: format!("{value:e}"),
+            expected: "leads beyond the range of double precision; choose sizes and moduli nearer to 1 in SI units".to_owned(),
+        };
+        if !(scale.compliance.is_normal() && scale.traction().is_normal()) {
+            return Err(out_of_range("foundation.base.shear_modulus", modulus));
+        }
+        let length = scale.length;
+        let [hx, hy] = layout.element;
+        if !(length.is_normal() && hx.is_normal() && hy.is_normal()) {
+            return Err(out_of_range("domain.width_x", domain.width_x));
+        }
+        let center = [domain.center_x / length, domain.center_y / length];
+        let origin = [center[0] - 0.5 * (nx - 1) as f64 * hx, center[1] - 0.5 * (ny - 1) as f64 * hy];
+        let grid = Grid::new(nx, ny, hx, hy, origin).map_err(|error| SceneError {
+            key: "mesh".to_owned(),
+            value: format!("{nx} × {ny}"),
+            expected: error.to_string(),
+        })?;
+        let grid = grid.masked_by(|x, y| match layout.disk {
+            Some(reach) => x.hypot(y) <= hx * reach * (1.0 + 1e-12),
+            None => gap.has_sole(x * length, y * length),
+        });
+        if grid.active_len() == 0 {
+            return Err(SceneError {
+                key: "domain".to_owned(),
+                value: format!("{:e} m × {:e} m around ({:e} m, {:e} m)", domain.width_x, domain.width_y, domain.center_x, domain.center_y),
+                expected: "must hold the centre of at least one element under the punch's sole".to_owned(),
+            });
+        }
+
+        let step = scene.loading.steps[0];
+        let k = grid.len();
+        let mut f = vec![0.0; 3 * k];
+        for e in grid.active() {
+            let [x, y] = grid.center(e).map(|x| x * length);
+            let g0 = match numerics.projection {
+                Projection::Average => gap.mean(x, y, hx * length, hy * length),
+                Projection::Midpoint => gap.at(x, y),
+            };
+            f[e] = (step.approach + step.tilt_x * y - step.tilt_y * x - g0) / length;
+            f[k + e] = (step.shift_x - step.twist * y) / length;
+            f[2 * k + e] = (step.shift_y + step.twist * x) / length;
+        }
+        if let Some(value) = f.iter().find(|value| !value.is_finite()) {
+            return Err(out_of_range("loading.steps[0]", *value));
+        }
+        Ok(Self {
+            grid,
+            elasticity: bodies.scaled(1.0 / bodies.direct),
+            projection: numerics.projection,
+            mu: scene.friction.mu,
+            epsilon: numerics.epsilon,
+            ceiling: numerics.ceiling.map_or(f64::INFINITY, |u| u * scale.compliance),
+            f,
+            open_edge: layout.open_edge,
+            scale,
+        })
+    }
+
+    /// What its operator depends on.
+    pub fn operator_key(&self) -> OperatorKey {
+        OperatorKey {
+            elements: [self.grid.nx(), self.grid.ny()],
+            element: [self.grid.hx(), self.grid.hy()],
+            mask: self.grid.mask().map(<[bool]>::to_vec),
+            elasticity: self.elasticity,
+            projection: self.projection,
+        }
+    }
+
+    /// Relative natural-map residual ‖p − Gᵘ_μ(p − E v)‖ / ‖p‖ with v = εp + w, E = 1/`diagonal`; 0 when p = 0 solves
+    /// the problem, infinite when p = 0 does not. `w` = A p − f. Masked elements do not count.
+    pub fn residual(&self, p: &[f64], w: &[f64], diagonal: f64) -> f64 {
+        let k = self.grid.len();
+        let (mut defect, mut size) = (0.0, 0.0);
+        for e in self.grid.active() {
+            let own = [p[e], p[k + e], p[2 * k + e]];
+            let v = [0, 1, 2].map(|c| self.epsilon * own[c] + w[c * k + e]);
+            let mapped = g_mu([0, 1, 2].map(|c| own[c] - v[c] / diagonal), self.mu, self.ceiling);
+            for c in 0..3 {
+                defect += (own[c] - mapped[c]).powi(2);
+                size += own[c] * own[c];
+            }
+        }
+        if defect == 0.0 { 0.0 } else { (defect / size).sqrt() }
+    }
+}
+
+/// How Ω is cut into elements.
+struct Layout {
+    nx: usize,
+    ny: usize,
+    /// Element size in units of ℓ.
+    element: [f64; 2],
+    /// ℓ [m].
+    half_diameter: f64,
+    /// Whether the punch goes on beyond Ω.
+    open_edge: bool,
+    /// For a disk under its own Ω: the radius that decides what is sole, in elements.
+    disk: Option<f64>,
+}
+
+impl Layout {
+    fn new(scene: &Scene, numerics: &Numerics, domain: &Domain) -> Result<Self, SceneError> {
+        let aspect = domain.width_y / domain.width_x;
+        let (nx, ny) = match numerics.mesh {
+            Mesh::Exact([nx, ny]) => (nx as usize, ny as usize),
+            Mesh::Across(nx) => {
+                let ny = (f64::from(nx) * aspect).round().max(1.0);
+                if ny > f64::from(Mesh::MAX_SIDE) {
+                    return Err(SceneError {
+                        key: "mesh".to_owned(),
+                        value: nx.to_string(),
+                        expected: format!("makes {ny} square elements along y, above {}; give both counts, [nx, ny]", Mesh::MAX_SIDE),
+                    });
+                }
+                (nx as usize, ny as usize)
+            }
+        };
+        let element = [2.0 / (nx as f64 * 1f64.hypot(aspect)), 2.0 * aspect / (ny as f64 * 1f64.hypot(aspect))];
+        let layout = Self { nx, ny, element, half_diameter: 0.5 * domain.width_x.hypot(domain.width_y), open_edge: false, disk: None };
+        Ok(match scene.punch.shape {
+            Shape::FlatDisk { radius } if scene.domain.is_none() && nx == ny => {
+                // The staircase of elements whose centre lies inside the disk has not the disk's area, and load and
+                // stiffness follow the area: elements sized so that the areas agree make the error smaller and its
+                // decrease smooth (closed_forms::flat_disk_with_friction_meets_spence measures it).
+                let reach = 0.5 * nx as f64;
+                let along = |i: usize| i as f64 + 0.5 - reach;
+                let count = (0..nx * ny).filter(|&s| along(s % nx).hypot(along(s / nx)) <= reach).count();
+                let side = (std::f64::consts::PI / count as f64).sqrt();
+                Self { element: [side; 2], half_diameter: radius, disk: Some(reach), ..layout }
+            }
+            Shape::FlatDisk { radius } => Self { open_edge: domain.width_x.min(domain.width_y) < 2.0 * radius * (1.0 - 1e-12), ..layout },
+            Shape::FlatRectangle { width_x, width_y } | Shape::HeightMap { width_x, width_y, .. } => {
+                Self { open_edge: domain.width_x < width_x * (1.0 - 1e-12) || domain.width_y < width_y * (1.0 - 1e-12), ..layout }
+            }
+            Shape::Sphere { .. } | Shape::Ellipsoid { .. } | Shape::Cone { .. } => Self { open_edge: true, ..layout },
+        })
+    }
+}

@@ -1,0 +1,84 @@
+//! Alexandrov's nonlinear Seidel iteration, the project's reference solver.
+//!
+//! Element by element: α, β, γ solve the three own rows of (εI + A)p = f with the newest values of all others; then
+//! p₁ = h_u(α) and (p₂, p₃) = (β, γ) projected onto the disk of radius μ p₁. The source divides β and γ by their own
+//! diagonals; where hx ≠ hy those differ and the fixed point would not have slip opposite to traction, against
+//! Coulomb's law. One scalar for both rows, the larger, keeps the fixed point exact.
+//!
+//! The displacements of all elements are kept up to date as tractions change, so an element that is open and stays open costs
+//! nothing, and are summed afresh before convergence is believed. Memory O(k), a sweep O(k × elements in contact).
+
+use super::{Iterate, Limits, Stop};
+use crate::friction::g_mu;
+use crate::influence::InfluenceTable;
+use crate::problem::Problem;
+
+/// Sweeps without a new smallest residual after which the iteration counts as stalled. The residual of a convergent
+/// run falls in every sweep but for a few while the contact area settles.
+const PATIENCE: u64 = 200;
+
+/// Solves `problem` from the tractions `start` (zero where masked) with the coefficients `table` of its own grid.
+pub fn solve(problem: &Problem, table: &InfluenceTable, start: Vec<f64>, limits: &Limits) -> Iterate {
+    let diagonal = table.coefficient(0, 0);
+    let largest = table.largest_diagonal();
+    let normal = diagonal.nn + problem.epsilon;
+    let tangential = diagonal.xx.max(diagonal.yy) + problem.epsilon;
+    // the certificate measures the same residual along another path of rounding
+    let target = 0.5 * limits.tolerance;
+
+    let elements: Vec<usize> = problem.grid.active().collect();
+    let k = problem.grid.len();
+    let mut p = start;
+    let mut w = displacements(problem, table, &p);
+    let mut sweeps = 0;
+    let (mut best, mut best_at) = (f64::INFINITY, 0);
+    let mut applications = 1;
+    let stop = loop {
+        let mut residual = problem.residual(&p, &w, largest);
+        if residual <= target {
+            w = displacements(problem, table, &p);
+            applications += 1;
+            residual = problem.residual(&p, &w, largest);
+            if residual <= target {
+                break Stop::Converged;
+            }
+        }
+        if residual.is_nan() {
+            break Stop::Diverged;
+        }
+        if residual < best {
+            (best, best_at) = (residual, sweeps);
+        } else if sweeps - best_at > PATIENCE {
+            break Stop::Stalled { residual: best };
+        }
+        if sweeps >= u64::from(limits.max_iterations) {
+            break Stop::OutOfIterations { residual };
+        }
+        for &e in &elements {
+            let own = [p[e], p[k + e], p[2 * k + e]];
+            let v = [0, 1, 2].map(|c| w[c * k + e] + problem.epsilon * own[c]);
+            let new = g_mu([own[0] - v[0] / normal, own[1] - v[1] / tangential, own[2] - v[2] / tangential], problem.mu, problem.ceiling);
+            let change = [new[0] - own[0], new[1] - own[1], new[2] - own[2]];
+            if change != [0.0; 3] {
+                table.add_column(e, change, &mut w);
+                [p[e], p[k + e], p[2 * k + e]] = new;
+            }
+        }
+        sweeps += 1;
+        applications += 1;
+    };
+    Iterate { p, stop, iterations: sweeps, operator_applications: applications }
+}
+
+/// w = A p − f, summed column by column.
+fn displacements(problem: &Problem, table: &InfluenceTable, p: &[f64]) -> Vec<f64> {
+    let k = problem.grid.len();
+    let mut w: Vec<f64> = problem.f.iter().map(|f| -f).collect();
+    for e in problem.grid.active() {
+        let own = [p[e], p[k + e], p[2 * k + e]];
+        if own != [0.0; 3] {
+            table.add_column(e, own, &mut w);
+        }
+    }
+    w
+}

@@ -1,0 +1,44 @@
+//! Scenes and files that the reference tests share.
+#![allow(dead_code, unreachable_pub)] // every test binary uses its part
+
+use contact::outcome::{Fields, Outcome, Status};
+use contact::punch::Surfaces;
+use contact::scene::*;
+use contact::{Operators, solve};
+
+/// A scene of one step with a rigid punch on a homogeneous half-space.
+pub fn scene(shape: Shape, shear_modulus: f64, poisson: f64, mu: f64, step: Step) -> Scene {
+    Scene {
+        foundation: Foundation { base: Material { shear_modulus, poisson } },
+        punch: Punch { shape, material: None },
+        friction: Friction { mu },
+        domain: None,
+        loading: Loading { steps: vec![step] },
+    }
+}
+
+/// A square Ω of side `width` around the origin.
+pub fn square(width: f64) -> Option<Domain> {
+    Some(Domain { width_x: width, width_y: width, center_x: 0.0, center_y: 0.0 })
+}
+
+pub fn numerics(mesh: Mesh, projection: Projection, tolerance: f64) -> Numerics {
+    Numerics { mesh, projection, epsilon: 0.0, ceiling: None, method: Method::Seidel, tolerance, max_iterations: 20_000 }
+}
+
+/// Solves and insists on a certificate.
+pub fn certified(scene: &Scene, numerics: &Numerics) -> (Outcome, Fields) {
+    certified_with(scene, numerics, &Surfaces::new())
+}
+
+pub fn certified_with(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces) -> (Outcome, Fields) {
+    let (outcome, fields) = solve(scene, numerics, surfaces, &mut Operators::default()).expect("a scene with a meaning");
+    assert_eq!(outcome.status, Status::Certified, "{:?}", outcome.certificate);
+    (outcome, fields)
+}
+
+/// The text of a file of tests/reference.
+pub fn reference(name: &str) -> String {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(name);
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}

@@ -1,0 +1,101 @@
+//! Half-space, one-step cases that CONTACT solved on the same discrete problem (midpoint projection): resultants, peaks,
+//! energy and sampled tractions to 1e-6 relative, numbers of elements in contact, sticking and slipping exactly.
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use common::*;
+use contact::punch::{Surface, Surfaces};
+use contact::scene::*;
+use serde_json::Value;
+
+fn case(id: &str) {
+    let file: Value = serde_json::from_str(&reference("peer_cases.json")).unwrap();
+    let case = file["one_step_cases"].as_array().unwrap().iter().find(|case| case["id"] == id).expect("a case of that id");
+    let number = |key: &str| case["params"][key].as_f64().unwrap_or(0.0);
+    let (n, width) = (number("n") as usize, number("L"));
+
+    let mut surfaces: Surfaces = BTreeMap::new();
+    let shape = match case["shape"]["type"].as_str().unwrap() {
+        // gap b1 x² + b3 y²
+        "quadratic" => Shape::Ellipsoid {
+            radius_x: 0.5 / case["shape"]["b1"].as_f64().unwrap(),
+            radius_y: 0.5 / case["shape"]["b3"].as_f64().unwrap(),
+        },
+        "flat" => Shape::FlatRectangle { width_x: width, width_y: width },
+        // the lower envelope of two paraboloids, as a height map whose pixels are the elements
+        "two_spheres" => {
+            let (d, radius) = (case["shape"]["d"].as_f64().unwrap(), case["shape"]["R"].as_f64().unwrap());
+            let at = |i: usize| ((i as f64 + 0.5) / n as f64 - 0.5) * width;
+            let gap = |x: f64, y: f64| ((x.abs() - d).powi(2) + y * y) / (2.0 * radius);
+            let heights: Vec<f64> = (0..n * n).map(|s| -gap(at(s % n), at(s / n))).collect();
+            surfaces.insert("two spheres".to_owned(), Arc::new(Surface::new(n, n, heights).unwrap()));
+            Shape::HeightMap { surface: "two spheres".to_owned(), width_x: width, width_y: width }
+        }
+        other => panic!("unknown shape {other}"),
+    };
+    // a height map counts its gap from its highest pixel, the case from the spheres' own lowest point
+    let lowest = surfaces.values().map(|s| -s.heights().iter().copied().fold(f64::MIN, f64::max)).next().unwrap_or(0.0);
+    // load-controlled cases come with the approach that their solution has
+    let approach = case["expected"]["delta"].as_f64().unwrap();
+    let step = Step { approach: approach - lowest, shift_x: number("wx"), shift_y: number("wy"), twist: number("phi"), ..Step::default() };
+    let mut scene = scene(shape, number("G"), number("nu"), number("mu"), step);
+    scene.domain = square(width);
+    let numerics = numerics(Mesh::Across(n as u32), Projection::Midpoint, 1e-10);
+    let (outcome, fields) = certified_with(&scene, &numerics, &surfaces);
+    let (o, expected) = (outcome.observables, &case["expected"]);
+
+    let near = |name: &str, value: f64, scale: f64| {
+        if let Some(reference) = expected[name].as_f64() {
+            assert!((value - reference).abs() <= 1e-6 * reference.abs().max(scale), "{id}: {name} {value:e} against {reference:e}");
+        }
+    };
+    near("P", o.load, 0.0);
+    near("Qx", o.force_x, 1e-3 * o.load);
+    near("Qy", o.force_y, 1e-3 * o.load);
+    near("Mz", o.moment_z, 1e-3 * o.load * width);
+    near("pz_max", o.peak_pressure, 0.0);
+    near("pt_max", o.peak_traction, 0.0);
+    near("energy", o.energy, 0.0);
+    for (name, count) in [("n_contact", o.contact_elements), ("n_stick", o.stick_elements), ("n_slip", o.slip_elements)] {
+        if let Some(reference) = expected[name].as_u64() {
+            assert_eq!(count, reference, "{id}: {name}");
+        }
+    }
+    let samples = expected["samples"].as_array().unwrap();
+    assert!(!samples.is_empty());
+    for sample in samples {
+        let e = sample["iy"].as_u64().unwrap() as usize * n + sample["ix"].as_u64().unwrap() as usize;
+        for (name, field) in [("pz", &fields.pressure), ("px", &fields.traction_x), ("py", &fields.traction_y)] {
+            let reference = sample[name].as_f64().unwrap();
+            assert!((field[e] - reference).abs() <= 1e-6 * o.peak_pressure, "{id}: {name} of {sample}: {}", field[e]);
+        }
+    }
+}
+
+macro_rules! cases {
+    ($($name:ident: $id:literal),+ $(,)?) => { $(#[test] fn $name() { case($id) })+ };
+}
+
+cases! {
+    hertz_at_given_approach: "hertz_pen_n32",
+    hertz_at_given_load: "hertz_load_n64",
+    two_spheres: "two_spheres_pen_n64",
+    sphere_coupled_64: "sphere_coupled_nu0.3_mu0.3_n64",
+    sphere_coupled_compressible: "sphere_coupled_nu0_mu0.5_n64",
+    sphere_coupled_16: "sphere_coupled_nu0.3_mu0.3_n16",
+    sphere_coupled_32: "sphere_coupled_nu0.3_mu0.3_n32",
+    sphere_shifted: "sphere_shift_coupled_nu0.3_mu0.3_n32",
+    sphere_twisted: "sphere_torsion_nu0.3_mu0.3_n64",
+    sphere_in_gross_slip: "sphere_gross_slip_nu0.3_mu0.2_n64",
+    ellipsoid_shifted_across: "ellipse_shift_y_nu0.25_mu0.4_n64",
+    flat_square: "flat_square_nu0.3_mu0.3_n16",
+}
+
+#[test]
+fn every_one_step_case_has_its_test() {
+    let file: Value = serde_json::from_str(&reference("peer_cases.json")).unwrap();
+    assert_eq!(file["one_step_cases"].as_array().unwrap().len(), 12);
+}

@@ -1,0 +1,272 @@
+//! The command line: what can be asked, with examples.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Parameter studies of elastic contact with Coulomb friction.
+#[derive(Parser)]
+#[command(
+    name = "tribosweep",
+    version,
+    about,
+    disable_help_subcommand = true,
+    after_help = "Start with:\n  tribosweep run sweeps/stick-zone.toml     launch or continue a study\n  tribosweep query stick-zone --sort mu     its results as a table\n\nExit codes: 0 all done, 1 a mistake in what was asked, 2 finished but some jobs failed, 130 interrupted."
+)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    /// Launch a study or continue it; what is in the store is not computed again
+    #[command(after_help = "Examples:\n  tribosweep run sweeps/stick-zone.toml\n  tribosweep run sweeps/stick-zone.toml --workers 4 --json > events.jsonl\n  tribosweep run sweeps/stick-zone.toml --retry-failed\n\nCtrl-C once stops after the jobs in flight, twice stops now. Either way the same command continues.")]
+    Run(RunArgs),
+    /// Say what a study would run: jobs, cached ones, predicted time and memory; runs nothing
+    #[command(after_help = "Examples:\n  tribosweep plan sweeps/stick-zone.toml\n  tribosweep plan sweeps/stick-zone.toml --json")]
+    Plan(PlanArgs),
+    /// Continue a study from the store alone; its file need not exist any more
+    #[command(after_help = "Examples:\n  tribosweep resume stick-zone")]
+    Resume(ResumeArgs),
+    /// List the studies in the store: jobs done, failed, left
+    #[command(after_help = "Examples:\n  tribosweep status\n  tribosweep status stick-zone --json")]
+    Status(StatusArgs),
+    /// Print a study's results as a table
+    #[command(after_help = "Examples:\n  tribosweep query stick-zone --where 'mu > 0.3 && mesh == 24' --select mu,poisson,stick_fraction --sort mu\n  tribosweep query stick-zone --sort=-peak_pressure --format csv > results.csv\n  tribosweep query stick-zone --columns      what can be selected")]
+    Query(QueryArgs),
+    /// Show one result whole: scene, numbers, certificate, provenance, fields
+    #[command(after_help = "Examples:\n  tribosweep show 3fa9c1\n  tribosweep show 3fa9c1 --field pressure\n  tribosweep show 3fa9c1 --field state --output state.png     also .svg .npy .vti .csv")]
+    Show(ShowArgs),
+    /// Draw the figure that answers a study's question
+    #[command(after_help = "Examples:\n  tribosweep plot stick-zone\n  tribosweep plot stick-zone --x mu --y load --series poisson --output load.svg")]
+    Plot(PlotArgs),
+    /// Solve one scene, here and now, in this process; nothing is stored
+    #[command(after_help = "Examples:\n  tribosweep solve sweeps/scenes/sphere.toml\n  tribosweep solve sweeps/scenes/sphere.toml --set friction.mu=0.5 --set mesh=48 --field state")]
+    Solve(SolveArgs),
+    /// Check or tidy the store
+    #[command(subcommand)]
+    Store(StoreCommand),
+    /// Print a completion script for a shell
+    #[command(after_help = "Examples:\n  tribosweep completions bash > /etc/bash_completion.d/tribosweep")]
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+    /// Run jobs for a coordinator (started by it)
+    #[command(hide = true)]
+    Worker {
+        /// What the coordinator tells its worker
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        arguments: Vec<std::ffi::OsString>,
+    },
+}
+
+#[derive(Args, Clone)]
+pub(crate) struct StoreArgs {
+    /// Directory of the store
+    #[arg(long, env = "TRIBOSWEEP_STORE", default_value = ".tribosweep", value_name = "DIR")]
+    pub(crate) store: PathBuf,
+}
+
+#[derive(Args, Clone)]
+pub(crate) struct ExecutionArgs {
+    /// Worker processes [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(crate) workers: Option<u32>,
+    /// Compute failed and quarantined jobs again
+    #[arg(long)]
+    pub(crate) retry_failed: bool,
+    /// Memory that all workers together may use, for example 8GiB [default: 80 % of what is available]
+    #[arg(long, value_name = "SIZE", value_parser = memory_size)]
+    pub(crate) memory: Option<u64>,
+    /// Print events as JSON lines on standard output instead of a progress bar
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct RunArgs {
+    /// The study file
+    pub(crate) study: PathBuf,
+    #[command(flatten)]
+    pub(crate) execution: ExecutionArgs,
+    #[command(flatten)]
+    pub(crate) store: StoreArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct PlanArgs {
+    /// The study file
+    pub(crate) study: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) store: StoreArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct ResumeArgs {
+    /// Name of the study
+    pub(crate) name: String,
+    #[command(flatten)]
+    pub(crate) execution: ExecutionArgs,
+    #[command(flatten)]
+    pub(crate) store: StoreArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct StatusArgs {
+    /// Name of a study [default: all]
+    pub(crate) name: Option<String>,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) store: StoreArgs,
+}
+
+/// Formats of a table.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum TableFormat {
+    /// For reading
+    Table,
+    /// RFC 4180, numbers in full precision
+    Csv,
+    /// An array of objects
+    Json,
+}
+
+#[derive(Args)]
+pub(crate) struct QueryArgs {
+    /// Name of the study
+    pub(crate) name: String,
+    /// Keep the rows for which this holds, for example 'mu > 0.3 && mesh == 24'
+    #[arg(long = "where", value_name = "EXPRESSION")]
+    pub(crate) filter: Option<String>,
+    /// Columns, separated by commas [default: the axes and the usual figures]
+    #[arg(long, value_delimiter = ',', value_name = "COLUMNS")]
+    pub(crate) select: Vec<String>,
+    /// Columns to sort by, separated by commas; -column sorts downwards (write --sort=-column)
+    #[arg(long, value_delimiter = ',', value_name = "COLUMNS", allow_hyphen_values = true)]
+    pub(crate) sort: Vec<String>,
+    /// How to print it
+    #[arg(long, value_enum, default_value = "table")]
+    pub(crate) format: TableFormat,
+    /// The same as --format json
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// List the columns that can be selected, and their units
+    #[arg(long)]
+    pub(crate) columns: bool,
+    #[command(flatten)]
+    pub(crate) store: StoreArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct ShowArgs {
+    /// Key of the result, or its first characters
+    pub(crate) key: String,
+    /// Draw a field: pressure, traction_x, traction_y, traction, gap, slip_x, slip_y, state
+    #[arg(long, value_name = "FIELD")]
+    pub(crate) field: Option<String>,
+    /// Write the field to a file: .png .svg .npy .vti .csv
+    #[arg(long, value_name = "FILE", requires = "field")]
+    pub(crate) output: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) store: StoreArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct PlotArgs {
+    /// Name of the study
+    pub(crate) name: String,
+    /// Column along x [default: the study's figure]
+    #[arg(long)]
+    pub(crate) x: Option<String>,
+    /// Column along y
+    #[arg(long)]
+    pub(crate) y: Option<String>,
+    /// Columns that tell the curves apart, separated by commas
+    #[arg(long, value_delimiter = ',')]
+    pub(crate) series: Option<Vec<String>>,
+    /// Column that tells the panels apart
+    #[arg(long)]
+    pub(crate) panels: Option<String>,
+    /// Keep the rows for which this holds
+    #[arg(long = "where", value_name = "EXPRESSION")]
+    pub(crate) filter: Option<String>,
+    /// Logarithmic x
+    #[arg(long)]
+    pub(crate) log_x: bool,
+    /// Logarithmic y
+    #[arg(long)]
+    pub(crate) log_y: bool,
+    /// File to write, .svg or .png [default: NAME.svg and NAME.png in the current directory]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Print JSON: the files written
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) store: StoreArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct SolveArgs {
+    /// A study file; its axes must leave exactly one job, or be fixed by --set
+    pub(crate) scene: PathBuf,
+    /// Set a key of the scene or the numerics, for example friction.mu=0.5 or punch.radius="2 mm"
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Draw a field: pressure, traction_x, traction_y, traction, gap, slip_x, slip_y, state
+    #[arg(long, value_name = "FIELD")]
+    pub(crate) field: Option<String>,
+    /// Write the field to a file: .png .svg .npy .vti .csv
+    #[arg(long, value_name = "FILE", requires = "field")]
+    pub(crate) output: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum StoreCommand {
+    /// Read every record and every file and say what is damaged
+    #[command(after_help = "Examples:\n  tribosweep store verify")]
+    Verify {
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        store: StoreArgs,
+    },
+    /// Remove files that no record refers to
+    #[command(after_help = "Examples:\n  tribosweep store compact")]
+    Compact {
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        store: StoreArgs,
+    },
+}
+
+/// A size in bytes: a number with an optional unit k, M, G (binary, with or without iB or B).
+fn memory_size(text: &str) -> Result<u64, String> {
+    let split = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
+    let number: f64 = text[..split].parse().map_err(|_| "must be a number with a unit, for example 8GiB".to_owned())?;
+    let unit = match text[split..].trim().to_ascii_lowercase().trim_end_matches("ib").trim_end_matches('b') {
+        "" => 1.0,
+        "k" => 1024.0,
+        "m" => 1024.0 * 1024.0,
+        "g" => 1024.0 * 1024.0 * 1024.0,
+        _ => return Err(format!("unknown unit `{}`; use KiB, MiB or GiB", &text[split..])),
+    };
+    let bytes = number * unit;
+    if bytes >= 1.0 && bytes < u64::MAX as f64 { Ok(bytes as u64) } else { Err("must be at least one byte".to_owned()) }
+}
