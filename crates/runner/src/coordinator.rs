@@ -148,7 +148,9 @@ pub(crate) struct Coordinator {
     hired: WorkerId,
     /// Lost workers that were not yet replaced.
     vacancies: VecDeque<WorkerId>,
+    /// Workers in a row that ended before asking for a job, and why the last one did.
     failed_starts: u32,
+    last_failure: String,
     /// Finished, not yet given to the ledger.
     unsaved: Vec<(Saving, Done)>,
     /// Given to the ledger.
@@ -193,6 +195,7 @@ impl Coordinator {
             hired: 0,
             vacancies: VecDeque::new(),
             failed_starts: 0,
+            last_failure: String::new(),
             unsaved: Vec::new(),
             committing: Vec::new(),
             took: 0.0,
@@ -235,7 +238,7 @@ impl Coordinator {
             Input::SpawnFailed { worker, reason } => {
                 if self.workers.remove(&worker).is_some() {
                     self.counts.workers -= 1;
-                    self.give_up(reason);
+                    self.not_started(reason);
                 }
             }
             Input::Request { worker, idle, reports } => self.request(worker, idle, reports),
@@ -411,18 +414,13 @@ impl Coordinator {
         self.emit(What::WorkerLost { worker: id, pid: worker.pid, how: how.clone() });
         self.vacancies.push_back(id);
         if !worker.asked {
-            self.failed_starts += 1;
-            if self.failed_starts >= MOST_FAILED_STARTS {
-                self.give_up(format!("{MOST_FAILED_STARTS} workers in a row ended before asking for a job, the last: {how}"));
-            }
+            self.not_started(how);
         }
     }
 
-    fn give_up(&mut self, reason: String) {
-        if !self.given_up {
-            self.given_up = true;
-            self.actions.push(Action::GiveUp(reason));
-        }
+    fn not_started(&mut self, reason: String) {
+        self.failed_starts += 1;
+        self.last_failure = reason;
     }
 
     fn interrupt(&mut self) {
@@ -577,6 +575,15 @@ impl Coordinator {
         let usable = |worker: &&Worker| matches!(worker.phase, Phase::Starting | Phase::Ready);
         let mut present = self.workers.values().filter(usable).count();
         let wanted = self.options.workers.min(self.counts.waiting + self.counts.running);
+        if self.failed_starts >= MOST_FAILED_STARTS {
+            // Those that did start go on; without any, there is no hope.
+            if present == 0 && wanted > 0 && !self.stopping() {
+                self.given_up = true;
+                let last = &self.last_failure;
+                self.actions.push(Action::GiveUp(format!("{MOST_FAILED_STARTS} in a row ended before asking for a job, the last: {last}")));
+            }
+            return;
+        }
         while !self.stopping() && present < wanted {
             self.hired += 1;
             present += 1;

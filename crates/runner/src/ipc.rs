@@ -168,10 +168,10 @@ struct Grown(usize);
 impl Grown {
     /// Whether a message of this size can be written without running out of shared memory. Segments grow by powers of
     /// two, old ones stay, and each holds a handful of messages.
-    fn admits(&mut self, length: usize) -> bool {
+    fn admits(&mut self, length: usize, free: impl FnOnce() -> Option<u64>) -> bool {
         let needed = 8 * (length as u64).next_power_of_two() + RESERVE;
         if length > self.0 {
-            if free_shared_memory().is_some_and(|free| free < needed) {
+            if free().is_some_and(|free| free < needed) {
                 return false;
             }
             self.0 = length.next_power_of_two();
@@ -180,14 +180,18 @@ impl Grown {
     }
 
     /// Encodes a message with bodies inside as far as they are small, or none inside if shared memory is short.
-    fn encode<M: bincode::Encode>(&mut self, build: impl Fn(usize) -> Result<M, TransportError>) -> Result<Vec<u8>, TransportError> {
+    fn encode<M: bincode::Encode>(
+        &mut self,
+        free: impl Fn() -> Option<u64>,
+        build: impl Fn(usize) -> Result<M, TransportError>,
+    ) -> Result<Vec<u8>, TransportError> {
         let doing = "cannot encode a message";
         let message = encode(&build(LARGEST_INLINE)?).map_err(TransportError::when(doing))?;
-        if self.admits(message.len()) {
+        if self.admits(message.len(), &free) {
             return Ok(message);
         }
         let message = encode(&build(0)?).map_err(TransportError::when(doing))?;
-        if self.admits(message.len()) {
+        if self.admits(message.len(), &free) {
             return Ok(message);
         }
         Err(TransportError { doing: "cannot send a message", why: format!("{SHARED_MEMORY} is full") })
@@ -298,7 +302,7 @@ impl Transport for Processes {
                 Ok(Reply::Jobs(jobs.iter().map(pack).collect::<Result<_, _>>()?))
             }
         };
-        let message = channel.grown.encode(packed)?;
+        let message = channel.grown.encode(free_shared_memory, packed)?;
         let sent = request.loan_slice_uninit(message.len()).map_err(|error| error.to_string());
         let sent = sent.and_then(|loan| loan.write_from_slice(&message).send().map_err(|error| error.to_string()));
         let sent = sent.and_then(|()| channel.down.notify().map_err(|error| error.to_string()));
@@ -469,7 +473,7 @@ impl Link for Wire {
             };
             Ok(Request { idle: request.idle, reports: request.reports.iter().map(pack).collect() })
         };
-        let message = self.grown.encode(packed)?;
+        let message = self.grown.encode(free_shared_memory, packed)?;
         let doing = "cannot send a request";
         let loan = self.client.loan_slice_uninit(message.len()).map_err(TransportError::when(doing))?;
         let response = loan.write_from_slice(&message).send().map_err(TransportError::when(doing))?;
@@ -563,5 +567,40 @@ impl Pulse {
 impl Drop for Pulse {
     fn drop(&mut self) {
         self.set(Beat::End);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arguments_are_read_as_they_were_written() {
+        let arguments = WorkerArguments {
+            prefix: "tribo0_".into(),
+            coordinator: 42,
+            address_space: 1 << 33,
+            heartbeat: Duration::from_millis(1500),
+            root: "/tmp/a, b".into(),
+        };
+        assert_eq!(WorkerArguments::parse(&arguments.to_string()).unwrap(), arguments);
+        for wrong in ["", "p", "p,1,2,3", "p,1,2,3,", ",1,2,3,/r", "p,-1,2,3,/r", "p,1,2,x,/r"] {
+            assert!(WorkerArguments::parse(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn when_shared_memory_is_short_bodies_travel_as_files() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("body");
+        let bytes = vec![7; 100_000];
+        let build = |largest| Ok(pack(&bytes, largest, || path.clone()).unwrap());
+        let sent = |grown: &mut Grown, free| decode::<Body>(&grown.encode(|| Some(free), build).unwrap()).unwrap();
+        let mut grown = Grown(INITIAL);
+        assert!(matches!(sent(&mut grown, RESERVE), Body::File { length: 100_000, .. }));
+        assert_eq!(sent(&mut grown, 1 << 30), Body::Inline(bytes.clone()));
+        assert_eq!(sent(&mut grown, 0), Body::Inline(bytes.clone()), "the memory that it grew to is there");
+        let none = Grown(4).encode(|| Some(0), build).unwrap_err().to_string();
+        assert_eq!(none, "cannot send a message: /dev/shm is full");
     }
 }

@@ -104,10 +104,11 @@ fn is_channel(rest: &str) -> bool {
 fn places() -> Vec<PathBuf> {
     let mine = format!("{NAME}-{}", base36(getuid().as_raw().into(), 1));
     let mut places = vec![std::env::temp_dir().join(&mine)];
-    if let Some(runtime) = std::env::var_os("XDG_RUNTIME_DIR").filter(|dir| Path::new(dir).is_absolute()) {
+    if let Some(runtime) = std::env::var_os("XDG_RUNTIME_DIR") {
         places.push(Path::new(&runtime).join(NAME));
     }
     places.push(Path::new("/tmp").join(mine));
+    places.retain(|place| place.is_absolute());
     places.dedup();
     places
 }
@@ -115,6 +116,10 @@ fn places() -> Vec<PathBuf> {
 fn create(place: &Path, tag: String) -> Result<Root, String> {
     let path = place.join(&tag);
     let root = Root { path, tag };
+    if root.path.to_str().is_none() {
+        // The worker reads the path from its command line as text.
+        return Err(format!("{} is not UTF-8", place.display()));
+    }
     let length = root.path.as_os_str().len() + root.prefix(0).len();
     if length > LONGEST {
         return Err(format!("{} is {} bytes too long", place.display(), length - LONGEST));

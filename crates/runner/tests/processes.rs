@@ -270,10 +270,13 @@ fn a_job_cannot_take_more_memory_than_its_worker_may() {
 fn workers_that_cannot_start_are_an_error_in_words() {
     let missing = Options { worker_command: vec!["/no/such/program".into()], ..options() };
     let error = run(squares(3), &missing).0.unwrap_err().to_string();
-    assert_eq!(error, "workers cannot be started with `/no/such/program`: No such file or directory (os error 2)");
+    assert_eq!(
+        error,
+        "workers cannot be started with `/no/such/program`: 10 in a row ended before asking for a job, the last: No such file or directory (os error 2)"
+    );
     let failing = Options { worker_command: vec!["false".into()], ..options() };
     let error = run(squares(3), &failing).0.unwrap_err().to_string();
-    assert_eq!(error, "workers cannot be started with `false`: 10 workers in a row ended before asking for a job, the last: exit status 1");
+    assert_eq!(error, "workers cannot be started with `false`: 10 in a row ended before asking for a job, the last: exit status 1");
 }
 
 #[test]
@@ -430,7 +433,6 @@ fn a_killed_coordinator_takes_its_workers_along_and_the_next_run_cleans_up() {
             within(Duration::from_secs(20), || !pids.iter().any(|&pid| lives(pid))),
             "round {round}: a worker outlived its coordinator"
         );
-        assert!(!leftovers(child.id()).is_empty(), "round {round}: a killed coordinator cannot clean up after itself");
         let (summary, kept, _) = run(squares(5), &options());
         assert_eq!(summary.unwrap().done, 5);
         assert_squares(&kept, 5);
