@@ -125,8 +125,8 @@ mod tests {
     fn pressure_pushes_down_and_surface_points_inwards() {
         let block = HalfSpace::new(&material(1.0, 0.25), None).influence([2, 1], 1.0, 1.0, Projection::Average).block();
         assert!(block[0][0] > 0.0);
-        // A point at positive x under pressure at the origin moves towards the origin, and sinks under traction along +x that
-        // pushes material towards it… upwards on the far side: reciprocity makes one the negative of the other.
+        // Pressure at the origin draws a point at x, y > 0 towards it; reciprocity gives the opposite sign to normal
+        // displacement under tangential traction.
         assert!(block[1][0] < 0.0 && block[2][0] < 0.0);
         assert_eq!(block[0][1], -block[1][0]);
         assert_eq!(block[1][2], block[2][1]);

@@ -5,7 +5,7 @@
 //! quadrants can cancel:
 //! - far from the source, one Gauss rule for the projection's own density, in as few points as the distance allows;
 //! - near it, panels on which that density is linear, bisected until each is far enough for its own Gauss rule;
-//! - the panel that touches the origin in closed form ([`corner`]).
+//! - the panel that touches the origin in closed form (`corner`).
 //!
 //! Second differences of antiderivatives, the textbook way, lose about d⁴ of 16 digits at d elements' distance, and as many
 //! again as the element's sides differ.

@@ -155,7 +155,7 @@ impl InfluenceTable {
         }
     }
 
-    /// Memory held [bytes].
+    /// Memory held, in bytes.
     pub fn bytes(&self) -> usize {
         self.rows.iter().map(|values| size_of_val(values.as_slice())).sum()
     }

@@ -84,7 +84,7 @@ impl Toeplitz {
         }
     }
 
-    /// Memory held [bytes], the plans of the transforms left out.
+    /// Memory held, in bytes, the plans of the transforms left out.
     pub fn bytes(&self) -> usize {
         size_of_val(self.symbols.as_slice())
     }
