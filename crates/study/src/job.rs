@@ -1,14 +1,16 @@
 //! A job: one scene with one set of numerics, and the identity under which its result is kept.
 
-use contact::scene::{Numerics, Scene};
+use contact::scene::{Domain, Foundation, Friction, Loading, Material, Numerics, Punch, Scene, SceneError, Shape};
 use serde::{Deserialize, Serialize};
+
+use crate::sheet::settings;
 
 /// Changes whenever the same job would give different numbers; part of every [`JobKey`].
 pub const PHYSICS_VERSION: u32 = 1;
 
 /// One point of a study: everything that determines its result, and nothing else.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(from = "JobText")]
 pub struct Job {
     /// What is asked.
     pub scene: Scene,
@@ -27,11 +29,29 @@ impl Job {
 
     /// The identity of the job: BLAKE3 of the physics version and the canonical text.
     pub fn key(&self) -> JobKey {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(b"tribosweep job ");
-        hasher.update(&PHYSICS_VERSION.to_le_bytes());
-        hasher.update(self.canonical().as_bytes());
-        JobKey(*hasher.finalize().as_bytes())
+        JobKey::of(PHYSICS_VERSION, &self.canonical())
+    }
+
+    /// Reads a [canonical](Job::canonical) text, bit for bit what was written, and refuses what has no meaning.
+    pub fn parse(text: &str) -> Result<Job, JobError> {
+        let job: Job = serde_json::from_str(text)?;
+        job.scene.validate()?;
+        job.numerics.validate()?;
+        if job.canonical() == text { Ok(job) } else { Err(JobError::NotCanonical) }
+    }
+
+    /// The job as the `scene` and `numerics` of a study file, in SI units; read back, it is the same job.
+    pub fn to_toml(&self) -> String {
+        let mut lines = String::new();
+        let mut step = Vec::new();
+        for (key, setting) in settings(self) {
+            match key.path().strip_prefix("scene.loading.steps[0].") {
+                Some(name) => step.push(format!("{name} = {setting}")),
+                None => lines.push_str(&format!("{} = {setting}\n", key.path())),
+            }
+        }
+        lines.push_str(&format!("scene.loading.steps = [{{ {} }}]\n", step.join(", ")));
+        lines
     }
 
     fn normalise_zeros(&mut self) {
@@ -42,13 +62,86 @@ impl Job {
         }
         self.scene.friction.mu += 0.0;
         self.scene.foundation.base.poisson += 0.0;
+        if let Some(material) = &mut self.scene.punch.material {
+            material.poisson += 0.0;
+        }
         self.numerics.epsilon += 0.0;
     }
+}
+
+/// A job as it is read: serde reads no flattened field in a struct that denies unknown ones, as the scene's punch does.
+/// [`Job::parse`] finds unknown ones by comparing texts.
+#[derive(Deserialize)]
+struct JobText {
+    scene: SceneText,
+    numerics: Numerics,
+}
+
+#[derive(Deserialize)]
+struct SceneText {
+    foundation: Foundation,
+    punch: PunchText,
+    friction: Friction,
+    domain: Option<Domain>,
+    loading: Loading,
+}
+
+#[derive(Deserialize)]
+struct PunchText {
+    #[serde(flatten)]
+    shape: Shape,
+    material: Option<Material>,
+}
+
+impl From<JobText> for Job {
+    fn from(JobText { scene, numerics }: JobText) -> Job {
+        let SceneText { foundation, punch: PunchText { shape, material }, friction, domain, loading } = scene;
+        Job { scene: Scene { foundation, punch: Punch { shape, material }, friction, domain, loading }, numerics }
+    }
+}
+
+/// Why a text is not a job.
+#[derive(Debug, thiserror::Error)]
+pub enum JobError {
+    /// It is not a job's JSON.
+    #[error("not a job: {0}")]
+    Json(#[from] serde_json::Error),
+    /// It says something that is no part of a job, or not as this program says it.
+    #[error("not a job: the text is not the canonical text of the job that it describes")]
+    NotCanonical,
+    /// It is one without mechanical meaning.
+    #[error("not a job: {0}")]
+    Scene(#[from] SceneError),
 }
 
 /// The identity of a job: 32 bytes, shown as hexadecimal.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct JobKey(pub [u8; 32]);
+
+impl JobKey {
+    /// The key of a canonical text under a version of the physics.
+    pub fn of(physics: u32, canonical: &str) -> JobKey {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(b"tribosweep job ");
+        hasher.update(&physics.to_le_bytes());
+        hasher.update(canonical.as_bytes());
+        JobKey(*hasher.finalize().as_bytes())
+    }
+}
+
+/// Why a text is not a job's key.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is not a job's key: it must be 64 hexadecimal digits")]
+pub struct ParseKeyError(pub String);
+
+impl std::str::FromStr for JobKey {
+    type Err = ParseKeyError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let hash = blake3::Hash::from_hex(text).map_err(|_| ParseKeyError(text.to_owned()))?;
+        Ok(JobKey(*hash.as_bytes()))
+    }
+}
 
 impl std::fmt::Display for JobKey {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -59,5 +152,77 @@ impl std::fmt::Display for JobKey {
 impl std::fmt::Debug for JobKey {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "JobKey({self})")
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use contact::scene::{Mesh, Step};
+    use proptest::prelude::*;
+
+    pub(crate) fn job() -> Job {
+        let numerics = Numerics {
+            mesh: Mesh::Across(16),
+            projection: Default::default(),
+            epsilon: 0.0,
+            ceiling: None,
+            method: Default::default(),
+            tolerance: 1e-8,
+            max_iterations: 20_000,
+        };
+        Job {
+            scene: Scene {
+                foundation: Foundation { base: Material { shear_modulus: 80e9, poisson: 0.3 } },
+                punch: Punch { shape: Shape::Sphere { radius: 0.05 }, material: None },
+                friction: Friction { mu: 0.3 },
+                domain: None,
+                loading: Loading { steps: vec![Step { approach: 2e-5, ..Step::default() }] },
+            },
+            numerics,
+        }
+    }
+
+    /// A change of this text or key orphans every stored result; it needs a new [`PHYSICS_VERSION`].
+    #[test]
+    fn the_canonical_text_is_fixed() {
+        insta::assert_snapshot!(job().canonical(), @r#"{"scene":{"foundation":{"base":{"shear_modulus":80000000000.0,"poisson":0.3}},"punch":{"shape":"sphere","radius":0.05},"friction":{"mu":0.3},"loading":{"steps":[{"approach":0.00002}]}},"numerics":{"mesh":16,"projection":"average","method":"seidel","tolerance":1e-8,"max_iterations":20000}}"#);
+        insta::assert_snapshot!(job().key(), @"13568a3a1a179757959408a94891aa87bd91c4c2b6ed0343e122bfa927e24086");
+        assert_eq!(job().key().to_string().parse(), Ok(job().key()));
+        assert!("12ab".parse::<JobKey>().is_err());
+    }
+
+    #[test]
+    fn negative_zero_is_zero() {
+        let mut signed = job();
+        signed.scene.loading.steps[0].shift_x = -0.0;
+        signed.scene.foundation.base.poisson = -0.0;
+        signed.scene.punch.material = Some(Material { shear_modulus: 1e9, poisson: -0.0 });
+        let mut plain = signed.clone();
+        plain.scene.loading.steps[0].shift_x = 0.0;
+        plain.scene.foundation.base.poisson = 0.0;
+        plain.scene.punch.material = Some(Material { shear_modulus: 1e9, poisson: 0.0 });
+        assert_eq!(signed.canonical(), plain.canonical());
+    }
+
+    #[test]
+    fn what_is_not_a_job_is_refused() {
+        assert!(Job::parse("{}").is_err());
+        assert!(Job::parse(&job().canonical().replace("\"poisson\":0.3", "\"poisson\":0.6")).is_err());
+        assert!(Job::parse(&job().canonical().replace("\"mesh\":16", "\"mesh\":16,\"colour\":1")).is_err());
+    }
+
+    proptest! {
+        /// The text travels to another process; the last bit of every number must arrive.
+        #[test]
+        fn numbers_travel_bit_for_bit(modulus in 1e-300..1e300f64, mu in 0.0..10.0f64, approach: f64) {
+            prop_assume!(approach.is_finite());
+            let mut job = job();
+            job.scene.foundation.base.shear_modulus = modulus;
+            job.scene.friction.mu = mu;
+            job.scene.loading.steps[0].approach = approach;
+            let back = Job::parse(&job.canonical());
+            prop_assert_eq!(back.ok(), Some(job));
+        }
     }
 }

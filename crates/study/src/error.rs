@@ -1,0 +1,130 @@
+//! What is wrong with a study file, and where.
+
+use std::fmt;
+use std::ops::Range;
+
+use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
+
+/// A place in a study's text: byte offsets.
+pub type Span = Range<usize>;
+
+/// One thing that is wrong.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Problem {
+    /// What is wrong; a lower-case fragment.
+    pub message: String,
+    /// Where.
+    pub span: Span,
+    /// What would be right; shown at the place.
+    pub expected: String,
+    /// Advice beyond the place, or empty.
+    pub help: String,
+    /// A second place that matters, and why it does.
+    pub context: Option<Box<(Span, String)>>,
+}
+
+impl Problem {
+    /// A problem at a place.
+    pub fn new(span: Span, message: impl Into<String>, expected: impl Into<String>) -> Self {
+        Problem { message: message.into(), span, expected: expected.into(), help: String::new(), context: None }
+    }
+
+    /// The same with advice.
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = help.into();
+        self
+    }
+
+    /// The same with a second place.
+    pub fn context(mut self, span: Span, label: impl Into<String>) -> Self {
+        self.context = Some(Box::new((span, label.into())));
+        self
+    }
+}
+
+/// Why a text is no study: at least one [`Problem`], in the order of the file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StudyError {
+    path: String,
+    text: String,
+    problems: Vec<Problem>,
+}
+
+/// Problems beyond these are only counted.
+const MOST_SHOWN: usize = 20;
+
+impl StudyError {
+    pub(crate) fn new(path: &str, text: &str, mut problems: Vec<Problem>) -> Self {
+        for problem in &mut problems {
+            problem.span = within(text, &problem.span);
+            if let Some(context) = &mut problem.context {
+                context.0 = within(text, &context.0);
+            }
+        }
+        let mut seen = std::collections::HashSet::new();
+        problems.retain(|problem| seen.insert(problem.clone()));
+        problems.sort_by_key(|problem| problem.span.start);
+        StudyError { path: path.to_owned(), text: text.to_owned(), problems }
+    }
+
+    /// The problems, in the order of the file.
+    pub fn problems(&self) -> &[Problem] {
+        &self.problems
+    }
+
+    /// Line and column of a problem, counted from 1, columns in characters.
+    pub fn position(&self, problem: &Problem) -> (usize, usize) {
+        let before = self.text.get(..problem.span.start).unwrap_or(&self.text);
+        let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+        (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+    }
+
+    /// Every problem with its line of the file and a caret under the place; with ANSI colours if asked.
+    pub fn render(&self, colours: bool) -> String {
+        let renderer = if colours { Renderer::styled() } else { Renderer::plain() };
+        let mut shown: Vec<String> = self.problems.iter().take(MOST_SHOWN).map(|problem| self.show(problem, &renderer)).collect();
+        if let Some(rest) = self.problems.len().checked_sub(MOST_SHOWN).filter(|rest| *rest > 0) {
+            shown.push(format!("and {rest} more"));
+        }
+        shown.join("\n\n")
+    }
+
+    fn show(&self, problem: &Problem, renderer: &Renderer) -> String {
+        let label = (!problem.expected.is_empty()).then_some(problem.expected.as_str());
+        let mut snippet = Snippet::source(self.text.as_str())
+            .path(self.path.as_str())
+            .annotation(AnnotationKind::Primary.span(problem.span.clone()).label(label));
+        if let Some(context) = &problem.context {
+            let (span, why) = context.as_ref();
+            snippet = snippet.annotation(AnnotationKind::Context.span(span.clone()).label(why.as_str()));
+        }
+        let mut group = Level::ERROR.primary_title(problem.message.as_str()).element(snippet);
+        if !problem.help.is_empty() {
+            group = group.element(Level::HELP.message(problem.help.as_str()));
+        }
+        renderer.render(&[group])
+    }
+}
+
+impl fmt::Display for StudyError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.render(false))
+    }
+}
+
+impl std::error::Error for StudyError {}
+
+/// The span cut to the text, on character boundaries and to its first line, so that it can always be shown.
+fn within(text: &str, span: &Span) -> Span {
+    let floor = |mut at: usize| {
+        at = at.min(text.len());
+        while !text.is_char_boundary(at) {
+            at -= 1;
+        }
+        at
+    };
+    let start = floor(span.start);
+    let end = floor(span.end).max(start);
+    let first_line = text[start..end].find('\n').map_or(end, |at| start + at);
+    start..first_line
+}

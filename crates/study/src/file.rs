@@ -1,0 +1,386 @@
+//! A study: one TOML file that reads like the question.
+//!
+//! ```toml
+//! name = "stick-zone"
+//! question = "How does the stick zone grow with friction?"
+//!
+//! [scene.foundation]
+//! base = { shear_modulus = "80 GPa", poisson = 0.3 }
+//! [scene.punch]
+//! shape = "flat-disk"
+//! radius = "1 mm"
+//! [scene.friction]
+//! mu = 0.3
+//! [scene.loading]
+//! steps = [{ approach = "1 um" }]
+//!
+//! [numerics]
+//! mesh = 64
+//!
+//! [sweep]                     # see `axis`
+//! "friction.mu" = { from = 0.05, to = 0.8, count = 16 }
+//!
+//! [figure]                    # see `figure`; without it a study has one of its own
+//! x = "mu"
+//! y = "stick_fraction"
+//! ```
+//! Numbers are SI or texts with a unit. Everything that could be wrong is refused here, with its place, before anything runs.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use contact::punch::Surfaces;
+use rayon::prelude::*;
+use toml::de::{DeTable, DeValue};
+
+use crate::axis::{self, Axis, Group};
+use crate::columns::{self, Column, Value};
+use crate::error::{Problem, StudyError};
+use crate::figure::{self, Figure};
+use crate::job::{Job, JobError, JobKey};
+use crate::key::{Key, Table};
+use crate::read::{self, Reader, entries};
+use crate::record::{BLOB_LIMIT, DecodeError, Record, decode, encode};
+use crate::sheet::{Given, Sheet, SurfaceNames, TablePlaces, assemble};
+use crate::surface;
+
+/// What is done with the points of a study.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Kind {
+    /// Every point is solved.
+    #[default]
+    Solve,
+}
+
+/// A study whose every point makes sense.
+#[derive(Clone, Debug)]
+pub struct Study {
+    name: String,
+    question: String,
+    kind: Kind,
+    figure: Option<Figure>,
+    groups: Vec<Group>,
+    base: Vec<(Key, Given)>,
+    places: TablePlaces,
+    points: usize,
+    surfaces: Surfaces,
+    surface_names: SurfaceNames,
+    files: BTreeMap<String, Vec<u8>>,
+    path: String,
+    text: String,
+}
+
+/// One point of a study.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// The value of each axis, in the order of [`Study::axes`], in SI units.
+    pub values: Vec<Value>,
+    /// What is to be computed.
+    pub job: Job,
+    /// Its identity; points whose jobs coincide share it, and the result.
+    pub key: JobKey,
+}
+
+impl Point {
+    /// The point of a record by itself, without a study.
+    pub fn of_record(record: &Record) -> Result<Point, JobError> {
+        Ok(Point { values: Vec::new(), job: record.parse_job()?, key: record.key() })
+    }
+}
+
+/// Reads a file that a study names.
+pub type ReadFile<'f> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'f;
+
+const KEYS: &[&str] = &["name", "question", "kind", "scene", "numerics", "sweep", "figure"];
+
+impl Study {
+    /// Reads a study's text. `path` is for messages; `files` reads a file that the study names (a height map), with the
+    /// name as the study writes it, or a stored surface by its hash.
+    pub fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, StudyError> {
+        parse(text, path, files).map_err(|problems| StudyError::new(path, text, problems))
+    }
+
+    /// The name, fit for a file or a directory.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The question, or nothing.
+    pub fn question(&self) -> &str {
+        &self.question
+    }
+
+    /// What is done with the points.
+    pub fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// The figure that answers the question: the file's, else one that its axes suggest, if they do.
+    pub fn figure(&self) -> Option<&Figure> {
+        self.figure.as_ref()
+    }
+
+    /// The groups of axes, the last one fastest.
+    pub fn groups(&self) -> &[Group] {
+        &self.groups
+    }
+
+    /// The axes of all groups, in order.
+    pub fn axes(&self) -> impl Iterator<Item = &Axis> {
+        self.groups.iter().flat_map(Group::axes)
+    }
+
+    /// Every column of the study's results.
+    pub fn columns(&self) -> Vec<Column> {
+        columns::columns(self.axes())
+    }
+
+    /// The surfaces that its jobs name.
+    pub fn surfaces(&self) -> &Surfaces {
+        &self.surfaces
+    }
+
+    /// The text of the file.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Where the text came from.
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
+    /// The number of points; at least one, for a study without axes is its base.
+    #[expect(clippy::len_without_is_empty, reason = "a study is never empty")]
+    pub fn len(&self) -> usize {
+        self.points
+    }
+
+    /// The `index`-th point, `None` from [`len`](Study::len) on. Points are in the order of the axes, the last group fastest.
+    pub fn point(&self, index: usize) -> Option<Point> {
+        let steps = (index < self.points).then(|| axis::steps(&self.groups, index))?;
+        let job = self.job(&steps).ok()?;
+        let values =
+            self.groups.iter().zip(&steps).flat_map(|(group, step)| group.axes.iter().map(|axis| axis.choices[*step].shown.clone()));
+        Some(Point { values: values.collect(), key: job.key(), job })
+    }
+
+    /// Every point, in order. Points whose jobs coincide are all there.
+    pub fn points(&self) -> Vec<Point> {
+        (0..self.points).into_par_iter().filter_map(|index| self.point(index)).collect()
+    }
+
+    /// Everything that is needed to read the study again when its files are gone: text, path and the files it names.
+    pub fn definition(&self) -> Vec<u8> {
+        encode(&(&self.path, &self.text, &self.files))
+    }
+
+    /// Reads a [`definition`](Study::definition).
+    pub fn from_definition(bytes: &[u8]) -> Result<Study, DefinitionError> {
+        let (path, text, files) = decode::<(String, String, BTreeMap<String, Vec<u8>>), BLOB_LIMIT>("the study's definition", bytes)?;
+        let mut read = |name: &str| files.get(name).cloned().ok_or_else(|| "it is not in the study's definition".to_owned());
+        Ok(Study::parse(&text, &path, &mut read)?)
+    }
+
+    fn sheet(&self, steps: &[usize]) -> Sheet<'_> {
+        let mut sheet = Sheet::new(self.base.iter().map(|(key, given)| (*key, given)));
+        for (group, step) in self.groups.iter().zip(steps) {
+            group.axes.iter().for_each(|axis| axis.apply(*step, &mut sheet));
+        }
+        sheet
+    }
+
+    fn job(&self, steps: &[usize]) -> Result<Job, Vec<Problem>> {
+        assemble(&self.sheet(steps), &self.surface_names, &self.places)
+    }
+
+    /// Reads the height maps that any point needs, each once.
+    fn read_surfaces(&mut self, files: &mut ReadFile<'_>) -> Vec<Problem> {
+        let names = |key: Key| {
+            let base = self.base.iter().map(|(key, given)| (key, given));
+            let axes = self.axes().flat_map(|axis| &axis.choices).flat_map(|choice| choice.given.iter().map(|(key, given)| (key, given)));
+            base.chain(axes).any(|(other, _)| *other == key)
+        };
+        if !names(Key::File) && !names(Key::Surface) {
+            return Vec::new();
+        }
+        let mut problems = Vec::new();
+        for index in 0..self.points {
+            let steps = axis::steps(&self.groups, index);
+            let sheet = self.sheet(&steps);
+            let outcome = if let Some((file, unit)) = sheet.height_file() {
+                let wanted = (file.to_owned(), unit.to_owned());
+                match self.surface_names.contains_key(&wanted) {
+                    true => continue,
+                    false => self.read_height_map(wanted, files).map_err(|why| (Key::File, why)),
+                }
+            } else if let Some(name) = sheet.stored_surface() {
+                match self.surfaces.contains_key(name) {
+                    true => continue,
+                    false => self.read_stored_surface(name.to_owned(), files).map_err(|why| (Key::Surface, why)),
+                }
+            } else {
+                continue;
+            };
+            if let Err((key, why)) = outcome {
+                let steps = axis::steps(&self.groups, index);
+                let span = self.sheet(&steps).get(key).map_or(0..0, |given| given.span.clone());
+                let expected = match key {
+                    Key::File => "must be an NPY file or a matrix of text",
+                    _ => "must be the hash of a stored surface",
+                };
+                problems.push(Problem::new(span, format!("cannot use this height map: {why}"), expected));
+                // one bad file is one problem, however many points use it
+                break;
+            }
+        }
+        problems
+    }
+
+    fn read_height_map(&mut self, (file, unit): (String, String), files: &mut ReadFile<'_>) -> Result<(), String> {
+        if !self.files.contains_key(&file) {
+            let bytes = files(&file)?;
+            self.files.insert(file.clone(), bytes);
+        }
+        let bytes = self.files.get(&file).map_or(&[][..], Vec::as_slice);
+        let surface = surface::read(bytes, &unit).map_err(|error| error.to_string())?;
+        let name = surface::name(&surface);
+        self.surfaces.insert(name.clone(), Arc::new(surface));
+        self.surface_names.insert((file, unit), name);
+        Ok(())
+    }
+
+    fn read_stored_surface(&mut self, name: String, files: &mut ReadFile<'_>) -> Result<(), String> {
+        let bytes = files(&name)?;
+        let surface = surface::decode_surface(&bytes).map_err(|error| error.to_string())?;
+        if surface::name(&surface) != name {
+            return Err("its content does not have this hash".to_owned());
+        }
+        self.files.insert(name.clone(), bytes);
+        self.surfaces.insert(name, Arc::new(surface));
+        Ok(())
+    }
+
+    /// Assembles every point: first along each axis with the others at their first value, which reports each bad value
+    /// once; then, if those are good, all of them.
+    fn check(&self) -> Result<(), Vec<Problem>> {
+        let mut problems = Vec::new();
+        for (which, group) in self.groups.iter().enumerate().filter(|(_, group)| group.length > 1) {
+            let mut steps = vec![0; self.groups.len()];
+            for step in 0..group.length {
+                steps[which] = step;
+                problems.extend(self.job(&steps).err().into_iter().flatten());
+                if problems.len() > 1000 {
+                    break;
+                }
+            }
+        }
+        if problems.is_empty() {
+            let check = |index| self.job(&axis::steps(&self.groups, index)).err();
+            problems = (0..self.points).into_par_iter().find_map_first(check).unwrap_or_default();
+        }
+        if problems.is_empty() { Ok(()) } else { Err(problems) }
+    }
+}
+
+/// Why a stored definition is no study.
+#[derive(Debug, thiserror::Error)]
+pub enum DefinitionError {
+    /// The bytes do not decode.
+    #[error(transparent)]
+    Decode(#[from] DecodeError),
+    /// The text in it is refused, by a newer version of the program.
+    #[error(transparent)]
+    Study(#[from] StudyError),
+}
+
+fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<Problem>> {
+    let (root, errors) = DeTable::parse_recoverable(text);
+    // what follows the first error is mostly its echo
+    if let Some(error) = errors.first() {
+        let expected = if error.message() == "duplicate key" { "may be given only once" } else { "" };
+        return Err(vec![Problem::new(error.span().unwrap_or(0..0), format!("not valid TOML: {}", error.message()), expected)]);
+    }
+    let root = root.into_inner();
+    let mut problems = Vec::new();
+    for (name, _) in entries(&root).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref())) {
+        problems.push(read::unknown(name.get_ref(), name.span(), "the study", KEYS));
+    }
+    let name = read_name(&root, &mut problems);
+    let question = read_text(&root, "question", &mut problems).unwrap_or_default();
+    let kind = read_kind(&root, &mut problems);
+    let (base, places) = read_base(text, &root, &mut problems);
+    let groups = root.get("sweep").map(|node| axis::read_sweep(text, node, &mut problems)).unwrap_or_default();
+    let columns = columns::columns(groups.iter().flat_map(Group::axes));
+    let figure = match root.get("figure") {
+        Some(node) => figure::read_figure(node, &groups, &columns, &mut problems),
+        None => figure::default(&groups),
+    };
+    if !problems.is_empty() {
+        return Err(problems);
+    }
+    let mut study = Study {
+        name,
+        question,
+        kind,
+        figure,
+        points: axis::count(&groups).unwrap_or(0),
+        groups,
+        base,
+        places,
+        surfaces: Surfaces::new(),
+        surface_names: SurfaceNames::new(),
+        files: BTreeMap::new(),
+        path: path.to_owned(),
+        text: text.to_owned(),
+    };
+    let unreadable = study.read_surfaces(files);
+    if !unreadable.is_empty() {
+        return Err(unreadable);
+    }
+    study.check()?;
+    Ok(study)
+}
+
+fn read_base(text: &str, root: &DeTable<'_>, problems: &mut Vec<Problem>) -> (Vec<(Key, Given)>, TablePlaces) {
+    let mut reader = Reader::new(text, problems);
+    for (name, node) in entries(root) {
+        match (Table::find(name.get_ref()).filter(|table| table.path == name.get_ref()), node.get_ref()) {
+            (Some(table), DeValue::Table(below)) => reader.table(table, node.span(), entries(below)),
+            (Some(table), _) => {
+                let expected = format!("a table with the keys `{}`", table.names().join("`, `"));
+                reader.problems.push(read::mistyped(table.path, node, &expected));
+            }
+            (None, _) => {}
+        }
+    }
+    (reader.given, reader.places)
+}
+
+fn read_text(root: &DeTable<'_>, name: &str, problems: &mut Vec<Problem>) -> Option<String> {
+    read::text(name, root.get(name)?).map_err(|problem| problems.push(problem)).ok()
+}
+
+fn read_name(root: &DeTable<'_>, problems: &mut Vec<Problem>) -> String {
+    let Some(node) = root.get("name") else {
+        problems.push(Problem::new(0..0, "the study has no name", "needs name = \"…\", under which its results are kept"));
+        return String::new();
+    };
+    let name = read_text(root, "name", problems).unwrap_or_default();
+    let legal = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    let is_name = name.starts_with(|c: char| c.is_ascii_alphanumeric()) && name.chars().all(legal) && name.len() <= 64;
+    if !is_name && matches!(node.get_ref(), DeValue::String(_)) {
+        let expected = "must be 1 to 64 letters, digits, `-`, `_` or `.`, the first a letter or a digit";
+        problems.push(Problem::new(node.span(), format!("`{name}` cannot name a study"), expected));
+    }
+    name
+}
+
+fn read_kind(root: &DeTable<'_>, problems: &mut Vec<Problem>) -> Kind {
+    if let (Some(kind), Some(node)) = (read_text(root, "kind", problems), root.get("kind"))
+        && kind != "solve"
+    {
+        problems.push(Problem::new(node.span(), format!("unknown kind of study `{kind}`"), "must be \"solve\", the only kind so far"));
+    }
+    Kind::Solve
+}

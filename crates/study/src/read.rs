@@ -1,0 +1,246 @@
+//! Reads a parsed TOML tree, which still knows its places, into typed settings.
+
+use std::borrow::Cow;
+
+use contact::scene::Mesh;
+use toml::Spanned;
+use toml::de::{DeInteger, DeTable, DeValue};
+
+use crate::error::{Problem, Span};
+use crate::key::{Key, Quantity, Table, nearest};
+use crate::sheet::{Given, Setting, TablePlaces};
+use crate::units::{Dimension, QuantityError, quantity};
+
+/// A value of the tree with its place.
+pub(crate) type Node<'i> = Spanned<DeValue<'i>>;
+
+/// A key of the tree with its place.
+pub(crate) type Name<'i> = Spanned<Cow<'i, str>>;
+
+/// The entries of a table in the order of the file.
+pub(crate) fn entries<'t, 'i>(table: &'t DeTable<'i>) -> Vec<(&'t Name<'i>, &'t Node<'i>)> {
+    let mut entries: Vec<_> = table.iter().collect();
+    entries.sort_by_key(|(name, _)| name.span().start);
+    entries
+}
+
+/// What a value is, for messages.
+pub(crate) fn noun(value: &DeValue<'_>) -> &'static str {
+    match value {
+        DeValue::String(_) => "a text",
+        DeValue::Integer(_) => "a whole number",
+        DeValue::Float(_) => "a number",
+        DeValue::Boolean(_) => "true or false",
+        DeValue::Datetime(_) => "a date",
+        DeValue::Array(_) => "a list",
+        DeValue::Table(_) => "a table",
+    }
+}
+
+/// `unknown key` with what was probably meant.
+pub(crate) fn unknown(name: &str, span: Span, place: &str, known: &[&str]) -> Problem {
+    let listed = known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    let problem = |expected: String| Problem::new(span.clone(), format!("unknown key `{name}` in {place}"), expected);
+    match nearest(name, known.iter().copied()) {
+        Some(meant) => problem(format!("did you mean `{meant}`?")).help(format!("the keys here are {listed}")),
+        None => problem(format!("the keys here are {listed}")),
+    }
+}
+
+/// The problem of a value of the wrong type.
+pub(crate) fn mistyped(what: &str, node: &Node<'_>, expected: &str) -> Problem {
+    Problem::new(node.span(), format!("`{what}` cannot be {}", noun(node.get_ref())), format!("must be {expected}"))
+}
+
+/// Reads every key below a table; whatever cannot be read is a problem and left out.
+pub(crate) struct Reader<'p> {
+    text: &'p str,
+    pub(crate) given: Vec<(Key, Given)>,
+    pub(crate) places: TablePlaces,
+    pub(crate) problems: &'p mut Vec<Problem>,
+}
+
+impl<'p> Reader<'p> {
+    pub(crate) fn new(text: &'p str, problems: &'p mut Vec<Problem>) -> Self {
+        Reader { text, given: Vec::new(), places: TablePlaces::default(), problems }
+    }
+
+    /// Reads `entries`, which stand in `table`, at `span`.
+    pub(crate) fn table<'t, 'i: 't>(
+        &mut self,
+        table: &'static Table,
+        span: Span,
+        entries: impl IntoIterator<Item = (&'t Name<'i>, &'t Node<'i>)>,
+    ) {
+        // a table that only the dots of its keys imply stands nowhere
+        if self.text.get(span.clone()).is_some_and(|written| written.starts_with(['[', '{'])) {
+            self.places.add(table.path, span);
+        }
+        for (name, node) in entries {
+            let path = format!("{}.{}", table.path, name.get_ref());
+            if let Some(key) = Key::find(&path) {
+                match setting(key, node) {
+                    Ok(setting) => self.given.push((key, Given { setting, span: node.span(), nth: None })),
+                    Err(problem) => self.problems.push(problem),
+                }
+            } else if path == "scene.loading.steps" {
+                self.steps(node);
+            } else if let Some(inner) = Table::find(&path) {
+                match node.get_ref() {
+                    DeValue::Table(below) => self.table(inner, node.span(), self::entries(below)),
+                    _ => {
+                        let names = inner.names().join("`, `");
+                        self.problems.push(mistyped(inner.short(), node, &format!("a table with the keys `{names}`")));
+                    }
+                }
+            } else {
+                let place = format!("`{}`", table.path);
+                self.problems.push(unknown(name.get_ref(), name.span(), &place, &table.names()));
+            }
+        }
+    }
+
+    fn steps(&mut self, node: &Node<'_>) {
+        let expected = "a list of one load step like [{ approach = \"1 um\" }]";
+        let DeValue::Array(steps) = node.get_ref() else {
+            return self.problems.push(mistyped("loading.steps", node, expected));
+        };
+        let (Some(step), 1) = (steps.first(), steps.len()) else {
+            let message = format!("`loading.steps` has {} load steps", steps.len());
+            return self.problems.push(Problem::new(node.span(), message, format!("must be {expected}")));
+        };
+        match (step.get_ref(), Table::find("scene.loading.steps[0]")) {
+            (DeValue::Table(below), Some(table)) => self.table(table, step.span(), entries(below)),
+            _ => self.problems.push(mistyped("loading.steps[0]", step, "a table like { approach = \"1 um\" }")),
+        }
+    }
+}
+
+/// Reads a key's value.
+pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Problem> {
+    let wrong = || mistyped(key.short(), node, &key.quantity().expected());
+    match key.quantity() {
+        Quantity::Number(dimension) => number(key.short(), dimension, node).map(Setting::Number),
+        Quantity::Count => match node.get_ref() {
+            DeValue::Integer(n) => whole(key.short(), n, node.span()).map(Setting::Count),
+            DeValue::Float(x) => Err(fraction(key.short(), x.as_str(), node.span())),
+            _ => Err(wrong()),
+        },
+        Quantity::Mesh => match node.get_ref() {
+            DeValue::Integer(n) => Ok(Setting::Mesh(Mesh::Across(whole(key.short(), n, node.span())?))),
+            DeValue::Float(x) => Err(fraction(key.short(), x.as_str(), node.span())),
+            DeValue::Array(pair) => {
+                let mut sides = Vec::new();
+                for side in pair.iter() {
+                    match side.get_ref() {
+                        DeValue::Integer(n) => sides.push(whole(key.short(), n, side.span())?),
+                        DeValue::Float(x) => return Err(fraction(key.short(), x.as_str(), side.span())),
+                        _ => return Err(wrong()),
+                    }
+                }
+                match sides[..] {
+                    [x, y] => Ok(Setting::Mesh(Mesh::Exact([x, y]))),
+                    _ => {
+                        let message = format!("`{}` is a list of {}", key.short(), sides.len());
+                        Err(Problem::new(node.span(), message, format!("must be {}", key.quantity().expected())))
+                    }
+                }
+            }
+            _ => Err(wrong()),
+        },
+        Quantity::Choice(words) => match node.get_ref() {
+            DeValue::String(word) if words.contains(&word.as_ref()) => Ok(Setting::Word(word.to_string())),
+            DeValue::String(word) => {
+                let problem = |expected: String| Problem::new(node.span(), format!("unknown {} `{word}`", key.name()), expected);
+                let expected = format!("must be {}", key.quantity().expected());
+                Err(match nearest(word, words.iter().copied()) {
+                    Some(meant) => problem(format!("did you mean \"{meant}\"?")).help(expected),
+                    None => problem(expected),
+                })
+            }
+            _ => Err(wrong()),
+        },
+        Quantity::Text => match node.get_ref() {
+            DeValue::String(text) if !text.trim().is_empty() => Ok(Setting::Word(text.to_string())),
+            DeValue::String(_) => Err(Problem::new(node.span(), format!("`{}` is empty", key.short()), format!("the {}", key.meaning()))),
+            _ => Err(wrong()),
+        },
+        Quantity::LengthUnit => match node.get_ref() {
+            DeValue::String(unit) if crate::units::metres(unit).is_some() => Ok(Setting::Word(unit.to_string())),
+            DeValue::String(unit) => {
+                let expected = format!("must be {}", key.quantity().expected());
+                Err(Problem::new(node.span(), format!("`{unit}` is not a unit of length"), expected))
+            }
+            _ => Err(wrong()),
+        },
+    }
+}
+
+/// Reads a number in SI or a text with a unit.
+pub(crate) fn number(what: &str, dimension: Dimension, node: &Node<'_>) -> Result<f64, Problem> {
+    let expected = || format!("must be {}", Quantity::Number(dimension).expected());
+    let bare = match node.get_ref() {
+        DeValue::Integer(n) if n.radix() == 10 => n.as_str().parse::<f64>().ok(),
+        DeValue::Integer(n) => u64::from_str_radix(n.as_str(), n.radix()).ok().map(|n| n as f64),
+        DeValue::Float(x) => x.as_str().parse::<f64>().ok(),
+        DeValue::String(text) => return quantity(text, dimension).map_err(|error| not_a_quantity(what, dimension, error, node.span())),
+        _ => return Err(mistyped(what, node, &Quantity::Number(dimension).expected())),
+    };
+    // −0 is 0, so that the two are one job
+    bare.filter(|x| x.is_finite())
+        .map(|x| x + 0.0)
+        .ok_or_else(|| Problem::new(node.span(), format!("`{what}` is not a finite number"), expected()))
+}
+
+fn not_a_quantity(what: &str, dimension: Dimension, error: QuantityError, span: Span) -> Problem {
+    let message = format!("`{what}`: {error}");
+    let units = || dimension.units().map(|unit| format!("\"{unit}\"")).collect::<Vec<_>>().join(", ");
+    if dimension == Dimension::Pure {
+        let expected = match error {
+            QuantityError::NoUnit { .. } => "must be a number, without quotes",
+            _ => "must be a number without unit, and without quotes",
+        };
+        return Problem::new(span, message, expected);
+    }
+    match error {
+        QuantityError::UnknownUnit { nearest: Some(nearest), .. } => Problem::new(span, message, format!("did you mean \"{nearest}\"?"))
+            .help(format!("units of {} are {}", dimension.noun(), units())),
+        QuantityError::NoUnit { text } => {
+            let expected = format!("write \"{text} {}\", or {text} without quotes for {0}", dimension.unit());
+            Problem::new(span, message, expected).help(format!("units of {} are {}", dimension.noun(), units()))
+        }
+        _ => Problem::new(span, message, format!("must be {}", Quantity::Number(dimension).expected())).help(format!(
+            "units of {} are {}",
+            dimension.noun(),
+            units()
+        )),
+    }
+}
+
+/// Reads a whole number that counts something.
+pub(crate) fn whole(what: &str, n: &DeInteger<'_>, span: Span) -> Result<u32, Problem> {
+    u32::from_str_radix(n.as_str(), n.radix()).map_err(|_| {
+        let message = format!("`{what}` = {n} cannot count anything");
+        Problem::new(span, message, format!("must be a whole number from 0 to {}", u32::MAX))
+    })
+}
+
+fn fraction(what: &str, text: &str, span: Span) -> Problem {
+    Problem::new(span, format!("`{what}` = {text} is not a whole number"), "must be a whole number, without a decimal point")
+}
+
+/// Reads a text.
+pub(crate) fn text(what: &str, node: &Node<'_>) -> Result<String, Problem> {
+    match node.get_ref() {
+        DeValue::String(text) => Ok(text.to_string()),
+        _ => Err(mistyped(what, node, "a text")),
+    }
+}
+
+/// Reads true or false.
+pub(crate) fn switch(what: &str, node: &Node<'_>) -> Result<bool, Problem> {
+    match node.get_ref() {
+        DeValue::Boolean(yes) => Ok(*yes),
+        _ => Err(mistyped(what, node, "true or false")),
+    }
+}

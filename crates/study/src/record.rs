@@ -1,0 +1,345 @@
+//! The record that a job leaves, and the bytes of everything a store keeps.
+//!
+//! A record is `[version, deterministic part, provenance]`: the same job gives the same deterministic part on any
+//! number of workers ([`Record::result_bytes`]); provenance says who computed it, when and how fast.
+//! Every format begins with a version byte and is bincode's standard configuration after it.
+
+use contact::outcome::{Fields, Outcome, Status};
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
+use crate::job::{Job, JobError, JobKey, PHYSICS_VERSION};
+
+/// How a job ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[expect(clippy::large_enum_variant, reason = "nearly every record holds an outcome")]
+pub enum Ending {
+    /// It was computed; whether it counts as solved is in [`Outcome::status`].
+    Finished(Outcome),
+    /// It killed or outlived its workers and was set aside.
+    Quarantined {
+        /// What happened: a signal, a deadline, memory.
+        reason: String,
+        /// How often it was tried.
+        attempts: u32,
+    },
+}
+
+/// Who computed a record, when and how fast. Nothing in here is reproducible.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Provenance {
+    /// Version of the program.
+    pub program: String,
+    /// Time that solving took [s].
+    pub seconds: f64,
+    /// Number of the worker in its run.
+    pub worker: u32,
+    /// The attempt that gave this record, counted from 1.
+    pub attempt: u32,
+    /// When it was finished [s since 1970-01-01 UTC].
+    pub finished: u64,
+}
+
+/// What a job leaves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// Version of the physics that computed it; part of the job's key.
+    pub physics: u32,
+    /// The job's canonical text ([`Job::canonical`]).
+    pub job: String,
+    /// How it ended.
+    pub ending: Ending,
+    /// BLAKE3 digest of the bytes of its fields ([`encode_fields`]), if they were kept.
+    pub fields: Option<[u8; 32]>,
+    /// Who computed it.
+    pub provenance: Provenance,
+}
+
+/// Why bytes are not what they should be.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DecodeError {
+    /// There are no bytes.
+    #[error("{what} is empty")]
+    Empty {
+        /// What was read.
+        what: &'static str,
+    },
+    /// Another version of the program wrote it.
+    #[error("{what} has format {found}, this program reads format {known}")]
+    Version {
+        /// What was read.
+        what: &'static str,
+        /// The version found.
+        found: u8,
+        /// The version known.
+        known: u8,
+    },
+    /// The bytes do not decode.
+    #[error("{what} does not decode: {reason}")]
+    Malformed {
+        /// What was read.
+        what: &'static str,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+const VERSION: u8 = 1;
+
+/// Longest text or list in a record that is believed [bytes]; a corrupt length must not allocate.
+const RECORD_LIMIT: usize = 16 << 20;
+
+/// The same for fields and definitions of studies: six doubles for each element of the largest grid, and room to spare.
+pub(crate) const BLOB_LIMIT: usize = 2 << 30;
+
+impl Record {
+    /// The identity of the job that left it.
+    pub fn key(&self) -> JobKey {
+        JobKey::of(self.physics, &self.job)
+    }
+
+    /// The job that left it.
+    pub fn parse_job(&self) -> Result<Job, JobError> {
+        Job::parse(&self.job)
+    }
+
+    /// `certified`, `failed` or `quarantined`.
+    pub fn status(&self) -> &'static str {
+        match &self.ending {
+            Ending::Finished(Outcome { status: Status::Certified, .. }) => "certified",
+            Ending::Finished(Outcome { status: Status::Failed { .. }, .. }) => "failed",
+            Ending::Quarantined { .. } => "quarantined",
+        }
+    }
+
+    /// Whether it was computed by the physics of this program.
+    pub fn is_current(&self) -> bool {
+        self.physics == PHYSICS_VERSION
+    }
+
+    /// The bytes of the deterministic part: equal for the same job, whoever computed it.
+    pub fn result_bytes(&self) -> Vec<u8> {
+        encode(&(self.physics, &self.job, &self.ending, &self.fields))
+    }
+
+    /// The bytes of the record: [`result_bytes`](Record::result_bytes), then the provenance.
+    pub fn encode(&self) -> Vec<u8> {
+        let mut bytes = self.result_bytes();
+        bytes.extend_from_slice(encode(&self.provenance).get(1..).unwrap_or_default());
+        bytes
+    }
+
+    /// Reads what [`encode`](Record::encode) wrote.
+    pub fn decode(bytes: &[u8]) -> Result<Record, DecodeError> {
+        type Parts = ((u32, String, Ending, Option<[u8; 32]>), Provenance);
+        let ((physics, job, ending, fields), provenance) = decode::<Parts, RECORD_LIMIT>("the record", bytes)?;
+        Ok(Record { physics, job, ending, fields, provenance })
+    }
+}
+
+/// The bytes of fields.
+pub fn encode_fields(fields: &Fields) -> Vec<u8> {
+    encode(fields)
+}
+
+/// Reads what [`encode_fields`] wrote; every list has one value per element.
+pub fn decode_fields(bytes: &[u8]) -> Result<Fields, DecodeError> {
+    const WHAT: &str = "the field file";
+    let fields: Fields = decode::<_, BLOB_LIMIT>(WHAT, bytes)?;
+    let [nx, ny] = fields.shape.map(u64::from);
+    let lists = [&fields.pressure, &fields.traction_x, &fields.traction_y, &fields.gap, &fields.slip_x, &fields.slip_y];
+    let lengths = lists.iter().map(|list| list.len()).chain([fields.state.len()]);
+    match lengths.into_iter().find(|length| *length as u64 != nx.saturating_mul(ny)) {
+        Some(length) => Err(DecodeError::Malformed { what: WHAT, reason: format!("{length} values on {nx} × {ny} elements") }),
+        None => Ok(fields),
+    }
+}
+
+pub(crate) fn encode(value: &impl Serialize) -> Vec<u8> {
+    let mut bytes = vec![VERSION];
+    let body = bincode::serde::encode_to_vec(value, bincode::config::standard());
+    bytes.extend(body.expect("plain data without skipped or borrowed parts always encodes"));
+    bytes
+}
+
+pub(crate) fn decode<T: DeserializeOwned, const LIMIT: usize>(what: &'static str, bytes: &[u8]) -> Result<T, DecodeError> {
+    let (version, body) = bytes.split_first().ok_or(DecodeError::Empty { what })?;
+    if *version != VERSION {
+        return Err(DecodeError::Version { what, found: *version, known: VERSION });
+    }
+    let malformed = |reason: String| DecodeError::Malformed { what, reason };
+    let config = bincode::config::standard().with_limit::<LIMIT>();
+    let (value, read) = bincode::serde::decode_from_slice(body, config).map_err(|error| malformed(error.to_string()))?;
+    match body.len() - read {
+        0 => Ok(value),
+        rest => Err(malformed(format!("{rest} bytes too many"))),
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use contact::outcome::{Certificate, Observables, WorkDone};
+    use proptest::prelude::*;
+
+    fn record(ending: Ending) -> Record {
+        let provenance = Provenance { program: "0.1.0".into(), seconds: 0.25, worker: 1, attempt: 1, finished: 1_700_000_000 };
+        Record { physics: 1, job: crate::job::tests::job().canonical(), ending, fields: Some([7; 32]), provenance }
+    }
+
+    /// Every figure differs from every other, so that no two columns can be mistaken for each other.
+    fn outcome(status: Status) -> Outcome {
+        Outcome {
+            status,
+            observables: Observables {
+                load: 1.0,
+                force_x: 2.0,
+                force_y: 3.0,
+                moment_x: 4.0,
+                moment_y: 5.0,
+                moment_z: 6.0,
+                contact_area: 8.0,
+                stick_area: 2.0,
+                slip_area: 7.5,
+                contact_elements: 9,
+                stick_elements: 10,
+                slip_elements: 11,
+                peak_pressure: 12.0,
+                peak_traction: 13.0,
+                energy: 14.0,
+                dissipation: 15.0,
+                ceiling_elements: 16,
+                edge_elements: 17,
+                mesh_x: 18,
+                mesh_y: 19,
+                element_x: 20.0,
+                element_y: 21.0,
+            },
+            certificate: Certificate {
+                residual: 0.1,
+                tension: 0.2,
+                penetration: 0.3,
+                gap_under_pressure: 0.4,
+                cone_violation: 0.5,
+                slip_angle: 0.6,
+                force_imbalance: 0.7,
+            },
+            work: WorkDone { iterations: 22, operator_applications: 23 },
+        }
+    }
+
+    pub(crate) fn solved() -> Record {
+        record(Ending::Finished(outcome(Status::Certified)))
+    }
+
+    pub(crate) fn failed() -> Record {
+        record(Ending::Finished(outcome(Status::Failed { reason: "residual 0.1 after 22 iterations".into() })))
+    }
+
+    pub(crate) fn quarantined() -> Record {
+        record(Ending::Quarantined { reason: "killed by SIGKILL".into(), attempts: 3 })
+    }
+
+    fn fields() -> Fields {
+        let list = |x: f64| vec![x; 6];
+        Fields {
+            shape: [3, 2],
+            origin: [-1.0, -2.0],
+            element: [0.5, 0.25],
+            pressure: list(1.0),
+            traction_x: list(2.0),
+            traction_y: list(3.0),
+            gap: list(4.0),
+            slip_x: list(5.0),
+            slip_y: list(6.0),
+            state: vec![0, 1, 2, 3, 1, 0],
+        }
+    }
+
+    #[test]
+    fn round_trip() {
+        for record in [solved(), failed(), quarantined()] {
+            assert_eq!(Record::decode(&record.encode()), Ok(record.clone()));
+            assert_eq!(record.key(), record.parse_job().unwrap().key());
+        }
+        assert_eq!(decode_fields(&encode_fields(&fields())), Ok(fields()));
+    }
+
+    #[test]
+    fn provenance_leaves_the_result_alone() {
+        let one = solved();
+        let mut other = solved();
+        other.provenance = Provenance { seconds: 9.0, worker: 7, attempt: 2, ..Provenance::default() };
+        assert_eq!(one.result_bytes(), other.result_bytes());
+        assert_ne!(one.encode(), other.encode());
+        other.fields = None;
+        assert_ne!(one.result_bytes(), other.result_bytes());
+    }
+
+    /// A change of these bytes is a change of the format: it needs a new version and a way to read the old one.
+    #[test]
+    fn golden_bytes() {
+        insta::assert_snapshot!("record", hexadecimal(&solved().encode()));
+        insta::assert_snapshot!("record_failed", hexadecimal(&failed().encode()));
+        insta::assert_snapshot!("record_quarantined", hexadecimal(&quarantined().encode()));
+        insta::assert_snapshot!("fields", hexadecimal(&encode_fields(&fields())));
+    }
+
+    fn hexadecimal(bytes: &[u8]) -> String {
+        let line = |line: &[u8]| line.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
+        bytes.chunks(32).map(line).collect::<Vec<_>>().join("\n")
+    }
+
+    #[test]
+    fn what_is_malformed_says_so() {
+        let message = |bytes: &[u8]| Record::decode(bytes).unwrap_err().to_string();
+        assert_eq!(message(&[]), "the record is empty");
+        assert_eq!(message(&[9, 1]), "the record has format 9, this program reads format 1");
+        let mut long = solved().encode();
+        long.push(0);
+        assert_eq!(message(&long), "the record does not decode: 1 bytes too many");
+        // a text of 2⁶⁴ − 1 bytes
+        let huge = [&[VERSION, 1, 253], &[0xff; 8][..]].concat();
+        assert!(message(&huge).starts_with("the record does not decode"));
+        let mut short = fields();
+        short.gap.pop();
+        assert_eq!(
+            decode_fields(&encode_fields(&short)).unwrap_err().to_string(),
+            "the field file does not decode: 5 values on 3 × 2 elements"
+        );
+        short.shape = [u32::MAX; 2];
+        assert!(decode_fields(&encode_fields(&short)).is_err());
+    }
+
+    #[test]
+    fn every_shorter_record_is_refused() {
+        let bytes = solved().encode();
+        assert!((0..bytes.len()).all(|length| Record::decode(&bytes[..length]).is_err()));
+        let bytes = encode_fields(&fields());
+        assert!((0..bytes.len()).all(|length| decode_fields(&bytes[..length]).is_err()));
+    }
+
+    proptest! {
+        #[test]
+        fn arbitrary_bytes_never_panic(mut bytes in proptest::collection::vec(any::<u8>(), 0..400), versioned: bool) {
+            if let (Some(first), true) = (bytes.first_mut(), versioned) {
+                *first = VERSION;
+            }
+            let _ = Record::decode(&bytes);
+            let _ = decode_fields(&bytes);
+        }
+
+        #[test]
+        fn flipped_bits_never_panic(at in any::<prop::sample::Index>(), bit in 0u8..8, which in 0usize..3) {
+            let mut bytes = [solved(), failed(), quarantined()][which].encode();
+            let at = at.index(bytes.len());
+            bytes[at] ^= 1 << bit;
+            if let Ok(record) = Record::decode(&bytes) {
+                let _ = record.parse_job();
+            }
+            let mut bytes = encode_fields(&fields());
+            let at = at % bytes.len();
+            bytes[at] ^= 1 << bit;
+            let _ = decode_fields(&bytes);
+        }
+    }
+}

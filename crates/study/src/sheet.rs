@@ -1,0 +1,406 @@
+//! A filled-in sheet: for every [`Key`] the value given for it, and where. Base and axes fill the sheet of each point;
+//! from a sheet a [`Job`] is assembled, so that every complaint about a job can point at the text that caused it.
+
+use std::collections::HashMap;
+
+use contact::scene::{
+    Domain, Foundation, Friction, Loading, Material, Mesh, Method, Numerics, Projection, Punch, Scene, SceneError, Shape, Step,
+};
+
+use crate::error::{Problem, Span};
+use crate::job::Job;
+use crate::key::Key;
+use crate::units::Compact;
+
+/// A value of the type that its key's [`Quantity`] calls for.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Setting {
+    /// SI.
+    Number(f64),
+    Count(u32),
+    Mesh(Mesh),
+    Word(String),
+}
+
+impl std::fmt::Display for Setting {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Setting::Number(x) => write!(f, "{}", Compact(*x)),
+            Setting::Count(n) | Setting::Mesh(Mesh::Across(n)) => write!(f, "{n}"),
+            Setting::Mesh(Mesh::Exact([x, y])) => write!(f, "[{x}, {y}]"),
+            Setting::Word(word) => write!(f, "\"{word}\""),
+        }
+    }
+}
+
+/// A value and where it was given.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Given {
+    pub(crate) setting: Setting,
+    pub(crate) span: Span,
+    /// For a value of an axis given as a range: which one, counted from 1.
+    pub(crate) nth: Option<usize>,
+}
+
+/// What was given for each key.
+#[derive(Clone, Copy)]
+pub(crate) struct Sheet<'a>([Option<&'a Given>; Key::COUNT]);
+
+/// The names of the surfaces read from files, by file name and unit.
+pub(crate) type SurfaceNames = HashMap<(String, String), String>;
+
+impl<'a> Sheet<'a> {
+    pub(crate) fn new(given: impl IntoIterator<Item = (Key, &'a Given)>) -> Self {
+        let mut sheet = Sheet([None; Key::COUNT]);
+        given.into_iter().for_each(|(key, given)| sheet.set(key, given));
+        sheet
+    }
+
+    pub(crate) fn set(&mut self, key: Key, given: &'a Given) {
+        self.0[key as usize] = Some(given);
+    }
+
+    pub(crate) fn clear(&mut self, key: Key) {
+        self.0[key as usize] = None;
+    }
+
+    pub(crate) fn get(&self, key: Key) -> Option<&'a Given> {
+        self.0[key as usize]
+    }
+
+    fn word(&self, key: Key) -> Option<&'a str> {
+        match &self.get(key)?.setting {
+            Setting::Word(word) => Some(word),
+            _ => None,
+        }
+    }
+
+    fn number(&self, key: Key) -> Option<f64> {
+        match self.get(key)?.setting {
+            Setting::Number(x) => Some(x),
+            _ => None,
+        }
+    }
+
+    /// The height map's file and unit, when the punch is one that comes from a file.
+    pub(crate) fn height_file(&self) -> Option<(&'a str, &'a str)> {
+        if self.word(Key::Shape) != Some("height-map") {
+            return None;
+        }
+        Some((self.word(Key::File)?, self.word(Key::HeightUnit).unwrap_or("m")))
+    }
+}
+
+impl<'a> Sheet<'a> {
+    /// The stored surface that a height map names.
+    pub(crate) fn stored_surface(&self) -> Option<&'a str> {
+        if self.word(Key::Shape) == Some("height-map") { self.word(Key::Surface) } else { None }
+    }
+}
+
+/// Where the tables of a file stand, for keys that are missing from them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct TablePlaces(Vec<(&'static str, Span)>);
+
+impl TablePlaces {
+    pub(crate) fn add(&mut self, path: &'static str, span: Span) {
+        if !self.0.iter().any(|(known, _)| *known == path) {
+            self.0.push((path, span));
+        }
+    }
+
+    /// The innermost table that stands in the file and holds the key; else the start of the file.
+    fn around(&self, key: Key) -> Span {
+        let holds = |path: &str| key.path().strip_prefix(path).is_some_and(|rest| rest.starts_with('.'));
+        let innermost = self.0.iter().filter(|(path, _)| holds(path)).max_by_key(|(path, _)| path.len());
+        innermost.map_or(0..0, |(_, span)| span.clone())
+    }
+}
+
+/// The keys that a shape needs beyond `shape`; `file` stands for `file` or `surface`.
+fn needed(shape: &str) -> &'static [Key] {
+    match shape {
+        "sphere" | "flat-disk" => &[Key::Radius],
+        "ellipsoid" => &[Key::RadiusX, Key::RadiusY],
+        "flat-rectangle" => &[Key::WidthX, Key::WidthY],
+        "cone" => &[Key::ConeAngle],
+        _ => &[Key::File, Key::WidthX, Key::WidthY],
+    }
+}
+
+/// A word with its article.
+fn a(word: &str) -> String {
+    let article = if word.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {word}")
+}
+
+const SHAPE_KEYS: &[Key] =
+    &[Key::Radius, Key::RadiusX, Key::RadiusY, Key::WidthX, Key::WidthY, Key::ConeAngle, Key::File, Key::HeightUnit, Key::Surface];
+
+/// Assembles the job that a sheet describes. Everything that is missing, out of place or without meaning is reported
+/// at the place that caused it.
+pub(crate) fn assemble(sheet: &Sheet<'_>, surfaces: &SurfaceNames, places: &TablePlaces) -> Result<Job, Vec<Problem>> {
+    let mut missing = Missing { sheet, places, problems: Vec::new() };
+    let job = missing.job(surfaces);
+    if !missing.problems.is_empty() {
+        return Err(missing.problems);
+    }
+    let checked = job.scene.validate().and_then(|()| job.numerics.validate());
+    checked.map_err(|error| vec![locate(&error, sheet, places)])?;
+    Ok(job)
+}
+
+struct Missing<'a> {
+    sheet: &'a Sheet<'a>,
+    places: &'a TablePlaces,
+    problems: Vec<Problem>,
+}
+
+impl Missing<'_> {
+    /// The job; where something is missing a problem is noted and the job is not to be used.
+    fn job(&mut self, surfaces: &SurfaceNames) -> Job {
+        let scene = Scene {
+            foundation: Foundation { base: Material { shear_modulus: self.number(Key::ShearModulus), poisson: self.number(Key::Poisson) } },
+            punch: Punch { shape: self.shape(surfaces), material: self.material() },
+            friction: Friction { mu: self.number(Key::Mu) },
+            domain: self.domain(),
+            loading: Loading {
+                steps: vec![Step {
+                    approach: self.number(Key::Approach),
+                    shift_x: self.number_or(Key::ShiftX, 0.0),
+                    shift_y: self.number_or(Key::ShiftY, 0.0),
+                    tilt_x: self.number_or(Key::TiltX, 0.0),
+                    tilt_y: self.number_or(Key::TiltY, 0.0),
+                    twist: self.number_or(Key::Twist, 0.0),
+                }],
+            },
+        };
+        let numerics = Numerics {
+            mesh: self.mesh(),
+            projection: match self.sheet.word(Key::Projection) {
+                Some("midpoint") => Projection::Midpoint,
+                Some("average") => Projection::Average,
+                _ => Projection::default(),
+            },
+            epsilon: self.number_or(Key::Epsilon, 0.0),
+            ceiling: self.sheet.number(Key::Ceiling),
+            method: match self.sheet.word(Key::Method) {
+                Some("seidel") => Method::Seidel,
+                _ => Method::default(),
+            },
+            tolerance: self.number_or(Key::Tolerance, Numerics::default_tolerance()),
+            max_iterations: match self.sheet.get(Key::MaxIterations).map(|given| &given.setting) {
+                Some(Setting::Count(n)) => *n,
+                _ => Numerics::default_max_iterations(),
+            },
+        };
+        Job { scene, numerics }
+    }
+
+    fn miss(&mut self, key: Key, why: &str) {
+        let span = match self.sheet.get(Key::Shape) {
+            Some(shape) if SHAPE_KEYS.contains(&key) => shape.span.clone(),
+            _ => self.places.around(key),
+        };
+        let message = format!("`{}` is missing{why}", key.short());
+        let expected = format!("needs `{}`: {}", key.name(), key.quantity().expected());
+        self.problems.push(Problem::new(span, message, expected).help(format!("`{}`: {}", key.name(), key.meaning())));
+    }
+
+    fn number(&mut self, key: Key) -> f64 {
+        self.sheet.number(key).unwrap_or_else(|| {
+            self.miss(key, "");
+            f64::NAN
+        })
+    }
+
+    fn number_or(&self, key: Key, default: f64) -> f64 {
+        self.sheet.number(key).unwrap_or(default)
+    }
+
+    fn mesh(&mut self) -> Mesh {
+        match self.sheet.get(Key::Mesh).map(|given| &given.setting) {
+            Some(Setting::Mesh(mesh)) => *mesh,
+            _ => {
+                self.miss(Key::Mesh, "");
+                Mesh::Across(0)
+            }
+        }
+    }
+
+    fn material(&mut self) -> Option<Material> {
+        let keys = [Key::PunchShearModulus, Key::PunchPoisson];
+        let any = keys.iter().any(|key| self.sheet.get(*key).is_some());
+        any.then(|| Material { shear_modulus: self.number(keys[0]), poisson: self.number(keys[1]) })
+    }
+
+    fn domain(&mut self) -> Option<Domain> {
+        let keys = [Key::DomainWidthX, Key::DomainWidthY, Key::DomainCenterX, Key::DomainCenterY];
+        let any = keys.iter().any(|key| self.sheet.get(*key).is_some());
+        any.then(|| Domain {
+            width_x: self.number(keys[0]),
+            width_y: self.number(keys[1]),
+            center_x: self.number_or(keys[2], 0.0),
+            center_y: self.number_or(keys[3], 0.0),
+        })
+    }
+
+    fn shape(&mut self, surfaces: &SurfaceNames) -> Shape {
+        let none = Shape::Sphere { radius: f64::NAN };
+        let Some(shape) = self.sheet.word(Key::Shape) else {
+            self.miss(Key::Shape, "");
+            return none;
+        };
+        self.refuse_foreign(shape);
+        for key in needed(shape) {
+            let given = self.sheet.get(*key).or_else(|| (*key == Key::File).then(|| self.sheet.get(Key::Surface)).flatten());
+            if given.is_none() {
+                self.miss(*key, &format!(": {} needs it", a(shape)));
+            }
+        }
+        let number = |key| self.sheet.number(key).unwrap_or(f64::NAN);
+        match shape {
+            "sphere" => Shape::Sphere { radius: number(Key::Radius) },
+            "flat-disk" => Shape::FlatDisk { radius: number(Key::Radius) },
+            "ellipsoid" => Shape::Ellipsoid { radius_x: number(Key::RadiusX), radius_y: number(Key::RadiusY) },
+            "flat-rectangle" => Shape::FlatRectangle { width_x: number(Key::WidthX), width_y: number(Key::WidthY) },
+            "cone" => Shape::Cone { angle: number(Key::ConeAngle) },
+            "height-map" => {
+                Shape::HeightMap { surface: self.surface(surfaces), width_x: number(Key::WidthX), width_y: number(Key::WidthY) }
+            }
+            // the reader lets only the words of Key::Shape through
+            _ => none,
+        }
+    }
+
+    fn surface(&self, surfaces: &SurfaceNames) -> String {
+        let from_file = self.sheet.height_file().and_then(|(file, unit)| surfaces.get(&(file.to_owned(), unit.to_owned())));
+        from_file.cloned().or_else(|| self.sheet.word(Key::Surface).map(str::to_owned)).unwrap_or_default()
+    }
+
+    /// Notes every key given for the punch that its shape has not.
+    fn refuse_foreign(&mut self, shape: &str) {
+        let is_map = shape == "height-map";
+        for key in SHAPE_KEYS.iter().filter(|key| !needed(shape).contains(key)) {
+            let Some(given) = self.sheet.get(*key) else { continue };
+            let span = given.span.clone();
+            let problem = match key {
+                Key::Surface if is_map => match self.sheet.get(Key::File) {
+                    Some(file) => Problem::new(span, "a height map is a `file` or a stored `surface`, not both", "leave this out")
+                        .context(file.span.clone(), "given here"),
+                    None => continue,
+                },
+                Key::HeightUnit if is_map => match self.sheet.get(Key::Surface) {
+                    Some(_) if self.sheet.get(Key::File).is_none() => {
+                        Problem::new(span, "a stored surface has no `unit`: its heights are in metres", "leave this out")
+                    }
+                    _ => continue,
+                },
+                _ => {
+                    let names = needed(shape).iter().map(|key| format!("`{}`", key.name())).collect::<Vec<_>>().join(", ");
+                    let problem = Problem::new(span, format!("{} has no `{}`", a(shape), key.name()), format!("{} has {names}", a(shape)));
+                    match self.sheet.get(Key::Shape) {
+                        Some(place) if place.span != given.span => problem.context(place.span.clone(), "the shape is given here"),
+                        _ => problem,
+                    }
+                }
+            };
+            self.problems.push(problem);
+        }
+    }
+}
+
+/// Turns what the scene itself found wrong into a problem at the place that gave the value.
+fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces) -> Problem {
+    let key = Key::find(&error.key);
+    let message = |value: &str| format!("`{}` cannot be {value}", error.key);
+    match key.and_then(|key| sheet.get(key)) {
+        Some(given) => {
+            let problem = Problem::new(given.span.clone(), message(&given.setting.to_string()), error.expected.clone());
+            match given.nth {
+                Some(nth) => problem.help(format!("it is value {nth} of this axis")),
+                None => problem,
+            }
+        }
+        None => {
+            let inside = Key::ALL.iter().find(|key| key.short().starts_with(&error.key)).or(Key::ALL.first());
+            let span = key.or(inside.copied()).map_or(0..0, |key| places.around(key));
+            Problem::new(span, message(&error.value), error.expected.clone())
+        }
+    }
+}
+
+/// Every key that a job has, with its value: the opposite of [`assemble`].
+pub(crate) fn settings(job: &Job) -> Vec<(Key, Setting)> {
+    Key::ALL.iter().filter_map(|key| Some((*key, setting(job, *key)?))).collect()
+}
+
+/// The value that a job has for a key; `None` where it has none.
+pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
+    let number = |x: f64| Some(Setting::Number(x));
+    let word = |text: &str| Some(Setting::Word(text.to_owned()));
+    let Scene { foundation: Foundation { base }, punch: Punch { shape, material }, friction, domain, loading } = &job.scene;
+    let step = loading.steps.first();
+    let numerics = &job.numerics;
+    match key {
+        Key::ShearModulus => number(base.shear_modulus),
+        Key::Poisson => number(base.poisson),
+        Key::Shape => word(match shape {
+            Shape::Sphere { .. } => "sphere",
+            Shape::Ellipsoid { .. } => "ellipsoid",
+            Shape::FlatRectangle { .. } => "flat-rectangle",
+            Shape::FlatDisk { .. } => "flat-disk",
+            Shape::Cone { .. } => "cone",
+            Shape::HeightMap { .. } => "height-map",
+        }),
+        Key::Radius => match shape {
+            Shape::Sphere { radius } | Shape::FlatDisk { radius } => number(*radius),
+            _ => None,
+        },
+        Key::RadiusX | Key::RadiusY => match shape {
+            Shape::Ellipsoid { radius_x, radius_y } => number(if key == Key::RadiusX { *radius_x } else { *radius_y }),
+            _ => None,
+        },
+        Key::WidthX | Key::WidthY => match shape {
+            Shape::FlatRectangle { width_x, width_y } | Shape::HeightMap { width_x, width_y, .. } => {
+                number(if key == Key::WidthX { *width_x } else { *width_y })
+            }
+            _ => None,
+        },
+        Key::ConeAngle => match shape {
+            Shape::Cone { angle } => number(*angle),
+            _ => None,
+        },
+        Key::Surface => match shape {
+            Shape::HeightMap { surface, .. } => word(surface),
+            _ => None,
+        },
+        // a job names its surface by content
+        Key::File | Key::HeightUnit => None,
+        Key::PunchShearModulus => number(material.as_ref()?.shear_modulus),
+        Key::PunchPoisson => number(material.as_ref()?.poisson),
+        Key::Mu => number(friction.mu),
+        Key::DomainWidthX => number(domain.as_ref()?.width_x),
+        Key::DomainWidthY => number(domain.as_ref()?.width_y),
+        Key::DomainCenterX => number(domain.as_ref()?.center_x),
+        Key::DomainCenterY => number(domain.as_ref()?.center_y),
+        Key::Approach => number(step?.approach),
+        Key::ShiftX => number(step?.shift_x),
+        Key::ShiftY => number(step?.shift_y),
+        Key::TiltX => number(step?.tilt_x),
+        Key::TiltY => number(step?.tilt_y),
+        Key::Twist => number(step?.twist),
+        Key::Mesh => Some(Setting::Mesh(numerics.mesh)),
+        Key::Projection => word(match numerics.projection {
+            Projection::Average => "average",
+            Projection::Midpoint => "midpoint",
+        }),
+        Key::Epsilon => number(numerics.epsilon),
+        Key::Ceiling => number(numerics.ceiling?),
+        Key::Method => word(match numerics.method {
+            Method::Seidel => "seidel",
+        }),
+        Key::Tolerance => number(numerics.tolerance),
+        Key::MaxIterations => Some(Setting::Count(numerics.max_iterations)),
+    }
+}

@@ -1,0 +1,295 @@
+//! Dimensions and the units a study file may write. Everything behind this file is SI.
+//!
+//! A units library multiplies by 10⁻⁶ in floating point, which turns "10 um" into 9.999999999999999e-6 m and so into
+//! another job than 1e-5. Here a decimal prefix moves the decimal point of the text before it becomes a number, so
+//! the two are the same bits.
+
+/// What a number measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Dimension {
+    /// A pure number.
+    Pure,
+    /// Length [m].
+    Length,
+    /// Area [m²].
+    Area,
+    /// Angle [rad].
+    Angle,
+    /// Pressure and elastic moduli [Pa].
+    Pressure,
+    /// Force [N].
+    Force,
+    /// Moment of a force [N m].
+    Moment,
+    /// Energy [J].
+    Energy,
+    /// Time [s].
+    Time,
+}
+
+impl Dimension {
+    /// The symbol of the SI unit in which everything is computed, stored and shown; empty for a pure number.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Dimension::Pure => "",
+            Dimension::Length => "m",
+            Dimension::Area => "m²",
+            Dimension::Angle => "rad",
+            Dimension::Pressure => "Pa",
+            Dimension::Force => "N",
+            Dimension::Moment => "N m",
+            Dimension::Energy => "J",
+            Dimension::Time => "s",
+        }
+    }
+
+    /// The name with its article, for messages.
+    pub fn noun(self) -> &'static str {
+        match self {
+            Dimension::Pure => "a pure number",
+            Dimension::Length => "a length",
+            Dimension::Area => "an area",
+            Dimension::Angle => "an angle",
+            Dimension::Pressure => "a pressure",
+            Dimension::Force => "a force",
+            Dimension::Moment => "a moment",
+            Dimension::Energy => "an energy",
+            Dimension::Time => "a time",
+        }
+    }
+
+    /// The units that a file may write for it, in the order of the table below.
+    pub fn units(self) -> impl Iterator<Item = &'static str> {
+        UNITS.iter().filter(move |unit| unit.dimension == self).map(|unit| unit.symbol)
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Scale {
+    /// A power of ten, applied to the decimal text.
+    Ten(i32),
+    /// A conventional factor.
+    Times(f64),
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Unit {
+    symbol: &'static str,
+    dimension: Dimension,
+    scale: Scale,
+}
+
+const fn ten(symbol: &'static str, dimension: Dimension, exponent: i32) -> Unit {
+    Unit { symbol, dimension, scale: Scale::Ten(exponent) }
+}
+
+const fn times(symbol: &'static str, dimension: Dimension, factor: f64) -> Unit {
+    Unit { symbol, dimension, scale: Scale::Times(factor) }
+}
+
+/// Every unit that a file may write. µ and μ are read as u. There is no millipascal: it would be a misspelt MPa.
+const UNITS: &[Unit] = &[
+    ten("m", Dimension::Length, 0),
+    ten("cm", Dimension::Length, -2),
+    ten("mm", Dimension::Length, -3),
+    ten("um", Dimension::Length, -6),
+    ten("nm", Dimension::Length, -9),
+    ten("km", Dimension::Length, 3),
+    times("in", Dimension::Length, 0.0254),
+    ten("Pa", Dimension::Pressure, 0),
+    ten("kPa", Dimension::Pressure, 3),
+    ten("MPa", Dimension::Pressure, 6),
+    ten("GPa", Dimension::Pressure, 9),
+    ten("TPa", Dimension::Pressure, 12),
+    ten("bar", Dimension::Pressure, 5),
+    ten("N/mm^2", Dimension::Pressure, 6),
+    times("psi", Dimension::Pressure, 6894.757293168361),
+    times("ksi", Dimension::Pressure, 6894757.293168361),
+    ten("rad", Dimension::Angle, 0),
+    ten("mrad", Dimension::Angle, -3),
+    ten("urad", Dimension::Angle, -6),
+    times("deg", Dimension::Angle, std::f64::consts::PI / 180.0),
+    times("°", Dimension::Angle, std::f64::consts::PI / 180.0),
+    ten("N", Dimension::Force, 0),
+    ten("mN", Dimension::Force, -3),
+    ten("kN", Dimension::Force, 3),
+    ten("MN", Dimension::Force, 6),
+    times("lbf", Dimension::Force, 4.4482216152605),
+];
+
+fn find(symbol: &str) -> Option<&'static Unit> {
+    let plain = symbol.replace(['µ', 'μ'], "u");
+    UNITS.iter().find(|unit| unit.symbol == plain)
+}
+
+/// Why a text is not a quantity of the dimension that its key needs.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum QuantityError {
+    /// It does not begin with a number.
+    #[error("`{text}` does not begin with a number")]
+    NoNumber {
+        /// The text.
+        text: String,
+    },
+    /// The number does not fit a double.
+    #[error("`{text}` is too large a number")]
+    TooLarge {
+        /// The text.
+        text: String,
+    },
+    /// It is a number without a unit.
+    #[error("`{text}` has no unit")]
+    NoUnit {
+        /// The text.
+        text: String,
+    },
+    /// The unit is not in the table.
+    #[error("`{unit}` is not a unit known here")]
+    UnknownUnit {
+        /// The unit as written.
+        unit: String,
+        /// The known unit most like it, of the wanted dimension.
+        nearest: Option<&'static str>,
+    },
+    /// The unit measures something else.
+    #[error("`{text}` is {}, not {}", .found.noun(), .wanted.noun())]
+    WrongDimension {
+        /// The text.
+        text: String,
+        /// What it measures.
+        found: Dimension,
+        /// What it should measure.
+        wanted: Dimension,
+    },
+}
+
+/// The SI value of a text such as `80 GPa`, `0.5mm` or `10 µm`, correctly rounded for units that are powers of ten.
+pub fn quantity(text: &str, wanted: Dimension) -> Result<f64, QuantityError> {
+    let whole = text.trim();
+    let (number, symbol) = split_number(whole).ok_or_else(|| QuantityError::NoNumber { text: text.to_owned() })?;
+    if symbol.is_empty() {
+        return Err(QuantityError::NoUnit { text: whole.to_owned() });
+    }
+    let unit = find(symbol).ok_or_else(|| QuantityError::UnknownUnit {
+        unit: symbol.to_owned(),
+        nearest: wanted.units().find(|known| known.eq_ignore_ascii_case(symbol)),
+    })?;
+    if unit.dimension != wanted {
+        return Err(QuantityError::WrongDimension { text: whole.to_owned(), found: unit.dimension, wanted });
+    }
+    let value = match unit.scale {
+        Scale::Ten(exponent) => shifted(number, exponent),
+        Scale::Times(factor) => number.parse::<f64>().ok().map(|x| x * factor),
+    };
+    value.filter(|x| x.is_finite()).ok_or_else(|| QuantityError::TooLarge { text: whole.to_owned() })
+}
+
+/// The function that turns numbers in a unit of length into metres; `None` if there is no such unit.
+pub fn metres(symbol: &str) -> Option<impl Fn(f64) -> f64 + use<>> {
+    let unit = find(symbol).filter(|unit| unit.dimension == Dimension::Length)?;
+    let scale = unit.scale;
+    // 10⁰ … 10²² are exact doubles, so either branch rounds once.
+    Some(move |x: f64| match scale {
+        Scale::Ten(exponent) if exponent < 0 => x / 10f64.powi(-exponent),
+        Scale::Ten(exponent) => x * 10f64.powi(exponent),
+        Scale::Times(factor) => x * factor,
+    })
+}
+
+/// Splits `1.5e3 um` into `1.5e3` and `um`; `None` if there is no number in front.
+fn split_number(text: &str) -> Option<(&str, &str)> {
+    let bytes = text.as_bytes();
+    let digits = |from: usize| from + bytes[from..].iter().take_while(|b| b.is_ascii_digit()).count();
+    let sign = usize::from(matches!(bytes.first(), Some(b'+' | b'-')));
+    let mut end = digits(sign);
+    let mut figures = end - sign;
+    if bytes.get(end) == Some(&b'.') {
+        let fraction = digits(end + 1);
+        figures += fraction - (end + 1);
+        end = fraction;
+    }
+    if figures == 0 {
+        return None;
+    }
+    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+        let start = end + 1 + usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
+        let exponent = digits(start.min(bytes.len()));
+        if exponent > start {
+            end = exponent;
+        }
+    }
+    Some((&text[..end], text[end..].trim_start()))
+}
+
+/// `number`·10^`shift`, correctly rounded.
+fn shifted(number: &str, shift: i32) -> Option<f64> {
+    let (mantissa, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
+    let exponent = exponent.parse::<i32>().ok()?.checked_add(shift)?;
+    format!("{mantissa}e{exponent}").parse().ok()
+}
+
+/// A number in its shortest exact form, with an exponent when it is far from 1.
+pub(crate) struct Compact(pub(crate) f64);
+
+impl std::fmt::Display for Compact {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let size = self.0.abs();
+        if size == 0.0 || (1e-4..1e6).contains(&size) { write!(f, "{}", self.0) } else { write!(f, "{:e}", self.0) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn decimal_units_are_exact() {
+        for (text, dimension, value) in [
+            ("10 um", Dimension::Length, 1e-5),
+            ("10 µm", Dimension::Length, 1e-5),
+            ("10 μm", Dimension::Length, 1e-5),
+            ("0.5mm", Dimension::Length, 0.0005),
+            ("80 GPa", Dimension::Pressure, 80e9),
+            ("1.5e3 um", Dimension::Length, 1.5e-3),
+            ("-.7E+1 nm", Dimension::Length, -7e-9),
+            ("210 N/mm^2", Dimension::Pressure, 210e6),
+            ("1 kN", Dimension::Force, 1000.0),
+            ("90 deg", Dimension::Angle, std::f64::consts::FRAC_PI_2),
+            ("180°", Dimension::Angle, std::f64::consts::PI),
+            ("1 in", Dimension::Length, 0.0254),
+        ] {
+            assert_eq!(quantity(text, dimension), Ok(value), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_a_quantity_says_why() {
+        let refused = |text: &str, wanted| quantity(text, wanted).unwrap_err().to_string();
+        assert_eq!(refused("5 mm", Dimension::Pressure), "`5 mm` is a length, not a pressure");
+        assert_eq!(refused("0.3 mm", Dimension::Pure), "`0.3 mm` is a length, not a pure number");
+        assert_eq!(refused("80", Dimension::Pressure), "`80` has no unit");
+        assert_eq!(refused("GPa", Dimension::Pressure), "`GPa` does not begin with a number");
+        assert_eq!(refused("", Dimension::Pressure), "`` does not begin with a number");
+        assert_eq!(refused("1e999 m", Dimension::Length), "`1e999 m` is too large a number");
+        assert_eq!(refused("1e99999999999 m", Dimension::Length), "`1e99999999999 m` is too large a number");
+        assert_eq!(quantity("80 mpa", Dimension::Pressure), Err(QuantityError::UnknownUnit { unit: "mpa".into(), nearest: Some("MPa") }));
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_is_a_quantity_or_an_error(text in "\\PC*") {
+            for dimension in [Dimension::Pure, Dimension::Length, Dimension::Pressure] {
+                if let Ok(x) = quantity(&text, dimension) {
+                    prop_assert!(x.is_finite());
+                }
+            }
+        }
+
+        #[test]
+        fn millimetres_are_metres_with_the_point_moved(n in -1_000_000i64..1_000_000) {
+            prop_assert_eq!(quantity(&format!("{n} mm"), Dimension::Length), Ok(n as f64 / 1000.0));
+            prop_assert_eq!(metres("mm").map(|f| f(n as f64)), Some(n as f64 / 1000.0));
+        }
+    }
+}

@@ -1,0 +1,329 @@
+//! Studies that are right: what they expand to, and that nothing a job can say is lost on the way through a file.
+
+use std::collections::HashSet;
+
+use contact::scene::{Domain, Foundation, Friction, Loading, Material, Mesh, Method, Numerics, Projection, Punch, Scene, Shape, Step};
+use proptest::prelude::*;
+use study::{Figure, Job, Study, Value, columns};
+
+const BASE: &str = r#"
+name = "base"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+punch = { shape = "sphere", radius = "10 mm" }
+friction.mu = 0.3
+loading.steps = [{ approach = "1 um" }]
+[numerics]
+mesh = 16
+"#;
+
+fn no_files(name: &str) -> Result<Vec<u8>, String> {
+    Err(format!("{name}: no such file"))
+}
+
+fn read(text: &str) -> Study {
+    Study::parse(text, "study.toml", &mut no_files).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The values of a column at every point, as shown.
+fn shown(study: &Study, name: &str) -> Vec<String> {
+    let columns = study.columns();
+    let column = columns::find(&columns, name).unwrap_or_else(|| panic!("no column {name}"));
+    study.points().iter().map(|point| column.value(point, None).to_string()).collect()
+}
+
+#[test]
+fn a_study_without_axes_is_one_point() {
+    let study = read(BASE);
+    assert_eq!((study.len(), study.points().len(), study.figure()), (1, 1, None));
+    assert!(study.point(1).is_none());
+}
+
+#[test]
+fn units_spelling_and_order_leave_no_trace() {
+    let plain = read(BASE).points()[0].key;
+    let other = r#"
+        name = "other"
+        question = "?"
+        numerics = { tolerance = 1e-8, mesh = 16, projection = "average" }
+        [scene.loading]
+        steps = [{ shift_x = 0, approach = 1e-6 }]
+        [scene.friction]
+        mu = 3e-1
+        [scene.punch]
+        radius = "1cm"
+        shape = "sphere"
+        [scene.foundation.base]
+        poisson = 0.30
+        shear_modulus = 80_000_000_000
+    "#;
+    assert_eq!(read(other).points()[0].key, plain);
+    assert_ne!(read(&BASE.replace("10 mm", "11 mm")).points()[0].key, plain);
+}
+
+#[test]
+fn the_last_axis_is_the_fastest() {
+    let study = read(&format!("{BASE}[sweep]\n\"numerics.mesh\" = [32, [8, 4]]\nfriction.mu = [0.1, 0.2, 0.3]\n"));
+    assert_eq!(shown(&study, "mesh"), ["32", "32", "32", "8x4", "8x4", "8x4"]);
+    assert_eq!(shown(&study, "mu"), ["0.1", "0.2", "0.3", "0.1", "0.2", "0.3"]);
+    assert_eq!(shown(&study, "scene.friction.mu"), shown(&study, "mu"));
+    assert_eq!(study.points()[3].job.numerics.mesh, Mesh::Exact([8, 4]));
+    assert_eq!(study.points()[3].job.scene.friction.mu, 0.1);
+    let columns = study.columns();
+    assert_eq!(columns.iter().take(2).map(|column| column.name).collect::<Vec<_>>(), ["mesh", "mu"]);
+}
+
+#[test]
+fn axes_with_one_table_in_common_keep_their_places() {
+    let sweep = "[sweep]\nfoundation.base.poisson = [0, 0.3]\nmesh = [8, 16]\nfoundation.base.shear_modulus = [\"8 GPa\", \"80 GPa\"]\n";
+    let study = read(&format!("{BASE}{sweep}"));
+    assert_eq!(study.axes().map(|axis| axis.column()).collect::<Vec<_>>(), ["poisson", "mesh", "shear_modulus"]);
+}
+
+#[test]
+fn ranges_hold_their_ends_and_round_numbers_between() {
+    let study = read(&format!("{BASE}[sweep]\nfriction.mu = {{ from = 0, to = 1, count = 11 }}\n"));
+    assert_eq!(shown(&study, "mu"), ["0", "0.1", "0.2", "0.3", "0.4", "0.5", "0.6", "0.7", "0.8", "0.9", "1"]);
+    let study = read(&format!("{BASE}[sweep]\n\"loading.steps[0].shift_x\" = {{ from = \"-0.1 mm\", to = \"0.3 mm\", count = 5 }}\n"));
+    assert_eq!(shown(&study, "shift_x"), ["-0.0001", "0", "0.0001", "0.0002", "0.0003"]);
+    let study = read(&format!("{BASE}[sweep]\npunch.radius = {{ log = true, from = \"1 um\", to = \"100 mm\", count = 6 }}\n"));
+    assert_eq!(shown(&study, "radius"), ["1e-6", "1e-5", "0.0001", "0.001", "0.01", "0.1"]);
+    assert!(study.figure().is_some_and(|figure| figure.log_x && figure.x == "radius"));
+    let study = read(&format!("{BASE}[sweep]\nmesh = {{ log = true, from = 8, to = 64, count = 4 }}\n"));
+    assert_eq!(shown(&study, "mesh"), ["8", "16", "32", "64"]);
+    let study = read(&format!("{BASE}[sweep]\n\"loading.steps[0].tilt_x\" = {{ from = \"5 deg\", to = \"-5 deg\", count = 3 }}\n"));
+    assert_eq!(shown(&study, "tilt_x")[1..], ["0", "-0.08726646259971647"]);
+}
+
+#[test]
+fn zipped_axes_advance_together() {
+    let sweep = "[sweep]\nmesh = [8, 16]\n[[sweep.zip]]\nfriction.mu = [0.1, 0.2]\npunch.radius = [\"1 mm\", \"2 mm\"]\n";
+    let study = read(&format!("{BASE}{sweep}"));
+    assert_eq!(shown(&study, "mesh"), ["8", "8", "16", "16"]);
+    assert_eq!(shown(&study, "mu"), ["0.1", "0.2", "0.1", "0.2"]);
+    assert_eq!(shown(&study, "radius"), ["0.001", "0.002", "0.001", "0.002"]);
+    assert_eq!(study.groups().len(), 2);
+}
+
+#[test]
+fn a_table_replaces_a_table() {
+    let punches = r#"[sweep]
+        punch = [
+            { shape = "cone", angle = "5 deg" },
+            { label = "steel ball", shape = "sphere", radius = "1 mm", material = { shear_modulus = "80 GPa", poisson = 0.3 } },
+        ]
+        loading = [{ label = "shifted", steps = [{ approach = "1 um", shift_x = "1 um" }] }]
+    "#;
+    let study = read(&format!("{BASE}{punches}"));
+    let jobs = study.points();
+    assert_eq!(shown(&study, "punch"), ["cone", "steel ball"]);
+    assert_eq!(shown(&study, "loading"), ["shifted", "shifted"]);
+    assert_eq!(shown(&study, "radius"), ["", "0.001"]);
+    assert!(matches!(jobs[0].job.scene.punch, Punch { shape: Shape::Cone { .. }, material: None }));
+    assert!(jobs[1].job.scene.punch.material.is_some());
+    assert_eq!(jobs[0].job.scene.loading.steps[0].shift_x, 1e-6);
+    // a table may supply what the base leaves out
+    let bare = BASE.replace("punch = { shape = \"sphere\", radius = \"10 mm\" }\n", "");
+    assert_eq!(read(&format!("{bare}{punches}")).len(), 2);
+}
+
+#[test]
+fn points_that_coincide_share_their_key() {
+    let sweep =
+        "[sweep]\npunch = [{ label = \"a\", shape = \"sphere\", radius = 1 }, { label = \"b\", shape = \"sphere\", radius = \"1 m\" }]\n";
+    let study = read(&format!("{BASE}{sweep}"));
+    let points = study.points();
+    assert_eq!(points[0].key, points[1].key);
+    assert_ne!(points[0].values, points[1].values);
+}
+
+#[test]
+fn height_maps_come_from_files_in_any_unit() {
+    let map = r#"punch = { shape = "height-map", file = "rough.csv", unit = "um", width_x = "1 mm", width_y = "2 mm" }"#;
+    let text = BASE.replace("punch = { shape = \"sphere\", radius = \"10 mm\" }", map);
+    let mut asked = Vec::new();
+    let mut files = |name: &str| {
+        asked.push(name.to_owned());
+        Ok(b"0, 1, 2\n3, 4, 5\n".to_vec())
+    };
+    let sweep = "[sweep]\nmesh = [8, 16]\npunch.file = [\"rough.csv\", \"rougher.csv\"]\n";
+    let study = Study::parse(&format!("{text}{sweep}"), "study.toml", &mut files).unwrap();
+    assert_eq!(asked, ["rough.csv", "rougher.csv"]);
+    let points = study.points();
+    let Shape::HeightMap { surface, width_y, .. } = &points[0].job.scene.punch.shape else { panic!("not a height map") };
+    assert_eq!(*width_y, 0.002);
+    assert_eq!(study.surfaces()[surface].heights(), [0.0, 1e-6, 2e-6, 3e-6, 4e-6, 5e-6]);
+    assert_eq!(shown(&study, "file")[..2], ["rough.csv", "rougher.csv"]);
+    assert_eq!(points[0].key, points[1].key, "the content counts, not the name");
+    // the definition needs no files any more
+    let again = Study::from_definition(&study.definition()).unwrap();
+    assert_eq!(again.points(), points);
+    // and a job's own text finds its surface under its hash
+    let stored = study::surface::encode_surface(&study.surfaces()[surface]);
+    let job = format!("name = \"job\"\n{}", points[0].job.to_toml());
+    let alone = Study::parse(&job, "job.toml", &mut |name| if name == surface { Ok(stored.clone()) } else { no_files(name) }).unwrap();
+    assert_eq!(alone.points()[0].job, points[0].job);
+    assert!(Study::parse(&job, "job.toml", &mut |_| Ok(vec![1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0])).is_err());
+}
+
+#[test]
+fn a_damaged_definition_is_an_error() {
+    let bytes = read(BASE).definition();
+    assert_eq!(Study::from_definition(&bytes).unwrap().text(), BASE);
+    for length in 0..bytes.len() {
+        assert!(Study::from_definition(&bytes[..length]).is_err());
+    }
+}
+
+#[test]
+fn figures() {
+    let axes = "[sweep]\nfriction.mu = [0.1, 0.2, 0.3]\nmesh = [8, 16]\nprojection = [\"average\", \"midpoint\"]\n";
+    let study = read(&format!("{BASE}{axes}"));
+    let figure = |x: &str, y: &str, series: &[&str], log_y| Figure {
+        x: x.to_owned(),
+        y: y.to_owned(),
+        series: series.iter().map(|name| (*name).to_owned()).collect(),
+        panels: Some("projection".to_owned()),
+        log_x: false,
+        log_y,
+    };
+    assert_eq!(study.figure(), Some(&figure("mu", "stick_fraction", &["mesh"], false)));
+    let own = "[figure]\nx = \"numerics.mesh\"\ny = \"residual\"\nlog_y = true\npanels = \"projection\"\n";
+    let study = read(&format!("{BASE}{axes}{own}"));
+    assert_eq!(study.figure(), Some(&figure("mesh", "residual", &["mu"], true)));
+}
+
+#[test]
+fn the_stick_zone_study_is_what_it_says() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../sweeps/stick-zone.toml");
+    let study = read(&std::fs::read_to_string(path).unwrap());
+    let points = study.points();
+    let keys: HashSet<_> = points.iter().map(|point| point.key).collect();
+    assert_eq!((study.name(), study.len(), keys.len()), ("stick-zone", 64, 64));
+    assert_eq!(shown(&study, "punch")[..2], ["flat disk", "sphere"]);
+    assert_eq!(shown(&study, "approach")[..2], ["1e-6", "2e-5"]);
+    assert!(points.iter().all(|point| point.job.numerics.tolerance == 1e-8));
+    assert!(study.figure().is_some_and(|figure| figure.panels.as_deref() == Some("punch") && figure.series == ["poisson", "mesh"]));
+}
+
+prop_compose! {
+    fn material()(shear_modulus in 1e-3..1e15f64, poisson in 0.0..=0.5f64) -> Material {
+        Material { shear_modulus, poisson }
+    }
+}
+
+fn length() -> impl Strategy<Value = f64> {
+    (1e-12..1e3f64).prop_union(1e-9..1e-3f64).boxed()
+}
+
+fn shape() -> impl Strategy<Value = Shape> {
+    prop_oneof![
+        length().prop_map(|radius| Shape::Sphere { radius }),
+        length().prop_map(|radius| Shape::FlatDisk { radius }),
+        (length(), length()).prop_map(|(radius_x, radius_y)| Shape::Ellipsoid { radius_x, radius_y }),
+        (length(), length()).prop_map(|(width_x, width_y)| Shape::FlatRectangle { width_x, width_y }),
+        (1e-6..1.5f64).prop_map(|angle| Shape::Cone { angle }),
+        (length(), length()).prop_map(|(width_x, width_y)| Shape::HeightMap { surface: stored().0, width_x, width_y }),
+    ]
+}
+
+/// The name and the bytes of a surface.
+fn stored() -> (String, Vec<u8>) {
+    let surface = study::surface::read(b"0 1\n2 3", "nm").unwrap();
+    (study::surface::name(&surface), study::surface::encode_surface(&surface))
+}
+
+prop_compose! {
+    fn step()(approach in -1e-3..1e-3f64, shift in prop::array::uniform2(-1e-3..1e-3f64), turn in prop::array::uniform3(-1.0..1.0f64), plain: bool) -> Step {
+        let [shift_x, shift_y] = shift;
+        let [tilt_x, tilt_y, twist] = turn;
+        if plain { Step { approach, ..Step::default() } } else { Step { approach, shift_x, shift_y, tilt_x, tilt_y, twist } }
+    }
+}
+
+prop_compose! {
+    fn domain()(width_x in length(), width_y in length(), center_x in -1.0..1.0f64, center_y in prop_oneof![Just(0.0), -1.0..1.0f64]) -> Domain {
+        Domain { width_x, width_y, center_x, center_y }
+    }
+}
+
+prop_compose! {
+    fn numerics()(
+        mesh in prop_oneof![(1u32..4096).prop_map(Mesh::Across), [1u32..4096, 1u32..4096].prop_map(Mesh::Exact)],
+        projection in prop_oneof![Just(Projection::Average), Just(Projection::Midpoint)],
+        epsilon in prop_oneof![Just(0.0), 0.0..1.0f64],
+        ceiling in prop::option::of(1.0..1e12f64),
+        tolerance in 1e-15..0.9f64,
+        max_iterations in 1u32..,
+    ) -> Numerics {
+        Numerics { mesh, projection, epsilon, ceiling, method: Method::Seidel, tolerance, max_iterations }
+    }
+}
+
+prop_compose! {
+    fn job()(
+        base in material(),
+        shape in shape(),
+        material in prop::option::of(material()),
+        mu in 0.0..10.0f64,
+        domain in prop::option::of(domain()),
+        step in step(),
+        numerics in numerics(),
+    ) -> Job {
+        let scene = Scene {
+            foundation: Foundation { base },
+            punch: Punch { shape, material },
+            friction: Friction { mu },
+            domain,
+            loading: Loading { steps: vec![step] },
+        };
+        Job { scene, numerics }
+    }
+}
+
+fn read_job(text: &str) -> Job {
+    let (name, bytes) = stored();
+    let text = format!("name = \"job\"\n{text}");
+    let study = Study::parse(&text, "job.toml", &mut |wanted| if wanted == name { Ok(bytes.clone()) } else { no_files(wanted) });
+    study.unwrap_or_else(|error| panic!("{text}\n{error}")).points()[0].job.clone()
+}
+
+proptest! {
+    /// serde's names are the file's names: what serde writes as TOML is read as the same job.
+    #[test]
+    fn what_serde_writes_is_read(job in job()) {
+        let written = toml::to_string(&job).unwrap();
+        prop_assert_eq!(read_job(&written), job);
+    }
+
+    #[test]
+    fn what_a_job_writes_is_read(job in job()) {
+        prop_assert_eq!(read_job(&job.to_toml()), job.clone());
+        prop_assert_eq!(Job::parse(&job.canonical()).ok(), Some(job));
+    }
+
+    #[test]
+    fn every_key_of_a_job_fills_its_column(job in job()) {
+        let study = Study::parse(&format!("name = \"job\"\n{}", job.to_toml()), "job.toml", &mut |_| Ok(stored().1)).unwrap();
+        let point = study.point(0).unwrap();
+        for column in study.columns() {
+            if column.kind == columns::Kind::Key {
+                let value = column.value(&point, None);
+                let written = job.to_toml().contains(&format!("{} = ", study::key::Key::ALL.iter().find(|key| key.column() == column.name).unwrap().name()));
+                prop_assert!(written || value == Value::Missing, "{}", column.name);
+            }
+        }
+    }
+
+    #[test]
+    fn any_text_is_a_study_or_an_error(text in "\\PC*", at in any::<prop::sample::Index>()) {
+        let _ = Study::parse(&text, "x.toml", &mut no_files).map_err(|error| error.to_string());
+        // and any text inside a good study
+        let good = include_str!("../../../sweeps/stick-zone.toml");
+        let at = (0..=at.index(good.len())).rev().find(|at| good.is_char_boundary(*at)).unwrap();
+        let (before, after) = good.split_at(at);
+        for spoilt in [format!("{before}{text}{after}"), before.to_owned(), after.to_owned()] {
+            let _ = Study::parse(&spoilt, "x.toml", &mut no_files).map_err(|error| error.to_string());
+        }
+    }
+}

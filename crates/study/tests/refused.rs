@@ -1,0 +1,229 @@
+//! Malformed and absurd studies, each with what the reader says about it.
+
+use study::Study;
+
+/// A good study; every case below spoils it in one way.
+const GOOD: &str = r#"name = "good"
+question = "Does it read?"
+
+[scene.foundation]
+base = { shear_modulus = "80 GPa", poisson = 0.3 }
+[scene.punch]
+shape = "sphere"
+radius = "10 mm"
+[scene.friction]
+mu = 0.3
+[scene.loading]
+steps = [{ approach = "1 um" }]
+
+[numerics]
+mesh = 16
+
+[sweep]
+"friction.mu" = [0.1, 0.2]
+"#;
+
+/// Name, what is replaced, and by what.
+const CASES: &[(&str, &str, &str)] = &[
+    ("not TOML", "mesh = 16", "mesh = = 16"),
+    ("unclosed text", "\"good\"", "\"good"),
+    ("key twice", "mesh = 16", "mesh = 16\nmesh = 32"),
+    ("table twice", "[sweep]", "[numerics]\ntolerance = 1e-8\n[sweep]"),
+    ("empty file", GOOD, ""),
+    ("no name", "name = \"good\"\n", ""),
+    ("name with a slash", "\"good\"", "\"../good\""),
+    ("empty name", "\"good\"", "\"\""),
+    ("name is a number", "\"good\"", "7"),
+    ("question is a list", "\"Does it read?\"", "[\"Does it read?\"]"),
+    ("unknown kind", "question =", "kind = \"guess\"\nquestion ="),
+    ("misspelt table", "[numerics]", "[numerik]"),
+    ("misspelt key", "radius =", "raduis ="),
+    ("key of nothing", "mu = 0.3", "mu = 0.3\ncolour = \"red\""),
+    ("key at the top", "name = \"good\"", "name = \"good\"\nmesh = 16"),
+    ("scene is a number", GOOD, "name = \"x\"\nscene = 3\nnumerics = 4"),
+    ("table is a text", "base = { shear_modulus = \"80 GPa\", poisson = 0.3 }", "base = \"rigid\""),
+    ("pressure in millimetres", "80 GPa", "5 mm"),
+    ("unknown unit", "10 mm", "10 furlong"),
+    ("unit in the wrong case", "80 GPa", "80 gpa"),
+    ("millipascal", "80 GPa", "80 mPa"),
+    ("text without unit", "\"10 mm\"", "\"10\""),
+    ("unit without number", "\"10 mm\"", "\"mm\""),
+    ("unit on a pure number", "poisson = 0.3", "poisson = \"0.3 mm\""),
+    ("pure number in quotes", "poisson = 0.3", "poisson = \"0.3\""),
+    ("length is true", "\"10 mm\"", "true"),
+    ("length is a list", "\"10 mm\"", "[\"10 mm\"]"),
+    ("length is a date", "\"10 mm\"", "2024-01-01"),
+    ("length is not a number", "\"10 mm\"", "nan"),
+    ("length is infinite", "\"10 mm\"", "-inf"),
+    ("length overflows", "\"10 mm\"", "1e999"),
+    ("text overflows", "\"10 mm\"", "\"1e999 mm\""),
+    ("negative radius", "\"10 mm\"", "\"-10 mm\""),
+    ("zero modulus", "\"80 GPa\"", "0"),
+    ("Poisson above a half", "poisson = 0.3", "poisson = 0.6"),
+    ("negative Poisson", "poisson = 0.3", "poisson = -0.1"),
+    (
+        "negative friction",
+        "mu = 0.3\n[scene.loading]\nsteps = [{ approach = \"1 um\" }]\n\n[numerics]\nmesh = 16\n\n[sweep]\n\"friction.mu\" = [0.1, 0.2]",
+        "mu = -0.3\n[scene.loading]\nsteps = [{ approach = \"1 um\" }]\n\n[numerics]\nmesh = 16",
+    ),
+    ("unknown shape", "\"sphere\"", "\"spere\""),
+    ("shape of nothing", "\"sphere\"", "\"banana\""),
+    ("no shape", "shape = \"sphere\"\n", ""),
+    ("no radius", "radius = \"10 mm\"\n", ""),
+    ("key of another shape", "radius =", "angle = \"5 deg\"\nradius ="),
+    ("shape with the wrong keys", "\"sphere\"", "\"ellipsoid\""),
+    ("vertical cone", "shape = \"sphere\"\nradius = \"10 mm\"", "shape = \"cone\"\nangle = \"90 deg\""),
+    ("cone in millimetres", "shape = \"sphere\"\nradius = \"10 mm\"", "shape = \"cone\"\nangle = \"5 mm\""),
+    ("half a material", "radius = \"10 mm\"", "radius = \"10 mm\"\nmaterial = { poisson = 0.3 }"),
+    ("half a domain", "[numerics]", "[scene.domain]\nwidth_x = \"1 mm\"\n[numerics]"),
+    ("no foundation", "[scene.foundation]\nbase = { shear_modulus = \"80 GPa\", poisson = 0.3 }\n", ""),
+    ("no approach", "approach = \"1 um\"", "shift_x = \"1 um\""),
+    ("no steps", "[{ approach = \"1 um\" }]", "[]"),
+    ("two steps", "[{ approach = \"1 um\" }]", "[{ approach = \"1 um\" }, { approach = \"2 um\" }]"),
+    ("steps is a table", "[{ approach = \"1 um\" }]", "{ approach = \"1 um\" }"),
+    ("step is a text", "[{ approach = \"1 um\" }]", "[\"1 um\"]"),
+    ("force as approach", "approach = \"1 um\"", "approach = \"1 kN\""),
+    ("no mesh", "mesh = 16\n", "tolerance = 1e-8\n"),
+    ("mesh of 0", "mesh = 16", "mesh = 0"),
+    ("negative mesh", "mesh = 16", "mesh = -3"),
+    ("huge mesh", "mesh = 16", "mesh = 5000"),
+    ("mesh beyond every integer", "mesh = 16", "mesh = 99999999999999999999"),
+    ("broken mesh", "mesh = 16", "mesh = 16.5"),
+    ("mesh of three sides", "mesh = 16", "mesh = [16, 16, 16]"),
+    ("mesh in quotes", "mesh = 16", "mesh = \"16\""),
+    ("tolerance of 1", "mesh = 16", "mesh = 16\ntolerance = 1.0"),
+    ("no iterations", "mesh = 16", "mesh = 16\nmax_iterations = 0"),
+    ("unknown method", "mesh = 16", "mesh = 16\nmethod = \"newton\""),
+    ("unknown projection", "mesh = 16", "mesh = 16\nprojection = \"midpint\""),
+    ("negative ceiling", "mesh = 16", "mesh = 16\nceiling = \"-1 GPa\""),
+    ("empty axis", "[0.1, 0.2]", "[]"),
+    ("axis of one bare value", "[0.1, 0.2]", "0.1"),
+    ("axis on no key", "\"friction.mu\" =", "\"friction.nu\" ="),
+    ("axis on a last segment", "\"friction.mu\" =", "mu ="),
+    ("axis on nothing", "\"friction.mu\" =", "\"weather.wind\" ="),
+    ("axis of texts on a number", "[0.1, 0.2]", "[\"low\", \"high\"]"),
+    ("axis of the wrong unit", "\"friction.mu\" = [0.1, 0.2]", "\"punch.radius\" = [\"1 mm\", \"1 MPa\"]"),
+    ("axis with a bad value", "[0.1, 0.2]", "[0.1, -0.2, 0.3, nan]"),
+    ("axis with two bad values", "\"friction.mu\" = [0.1, 0.2]", "\"foundation.base.poisson\" = [0.1, 0.6, 0.2, 0.7]"),
+    ("axis that repeats itself", "\"friction.mu\" = [0.1, 0.2]", "\"punch.radius\" = [\"1 mm\", 0.001]"),
+    ("axis twice", "\"friction.mu\" = [0.1, 0.2]", "mesh = [16, 32]\n\"numerics.mesh\" = [8, 9]"),
+    ("axis inside an axis", "[0.1, 0.2]", "[0.1, 0.2]\nfriction = [{ mu = 0.1, label = \"low\" }]"),
+    ("sweep is a list", "[sweep]\n\"friction.mu\" = [0.1, 0.2]", "[[sweep]]\nmesh = [1, 2]"),
+    ("range without count", "[0.1, 0.2]", "{ from = 0.1, to = 0.2 }"),
+    ("range of 0", "[0.1, 0.2]", "{ from = 0.1, to = 0.2, count = 0 }"),
+    ("range of 1", "[0.1, 0.2]", "{ from = 0.1, to = 0.2, count = 1 }"),
+    ("range of half a value", "[0.1, 0.2]", "{ from = 0.1, to = 0.2, count = 2.5 }"),
+    ("range that goes nowhere", "[0.1, 0.2]", "{ from = 0.1, to = 0.1, count = 3 }"),
+    ("range with a misspelt key", "[0.1, 0.2]", "{ form = 0.1, to = 0.2, count = 3 }"),
+    ("range with equal ratios from 0", "[0.1, 0.2]", "{ log = true, from = 0, to = 0.2, count = 3 }"),
+    ("range with log in quotes", "[0.1, 0.2]", "{ log = \"yes\", from = 0.1, to = 0.2, count = 3 }"),
+    ("range of words", "\"friction.mu\" = [0.1, 0.2]", "projection = { from = 1, to = 2, count = 2 }"),
+    ("range of broken meshes", "\"friction.mu\" = [0.1, 0.2]", "mesh = { log = true, from = 16, to = 64, count = 4 }"),
+    (
+        "range that leaves what is allowed",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "\"foundation.base.poisson\" = { from = 0.3, to = 0.6, count = 4 }",
+    ),
+    ("range to infinity", "[0.1, 0.2]", "{ from = 0.1, to = inf, count = 3 }"),
+    ("too many points", "[0.1, 0.2]", "{ from = 0.1, to = 0.2, count = 10001 }\nmesh = { from = 1, to = 1001, count = 1001 }"),
+    ("too long a range", "[0.1, 0.2]", "{ from = 0.1, to = 0.2, count = 4000000000 }"),
+    ("zip of unequal lengths", "\"friction.mu\" = [0.1, 0.2]", "[[sweep.zip]]\n\"friction.mu\" = [0.1, 0.2]\nmesh = [8, 16, 32]"),
+    ("zip of nothing", "\"friction.mu\" = [0.1, 0.2]", "[[sweep.zip]]"),
+    ("zip is a table", "\"friction.mu\" = [0.1, 0.2]", "zip = { mesh = [1, 2] }"),
+    ("zip holds a number", "\"friction.mu\" = [0.1, 0.2]", "zip = [1, 2]"),
+    ("punches that are texts", "\"friction.mu\" = [0.1, 0.2]", "punch = [\"sphere\"]"),
+    ("a punch by itself", "\"friction.mu\" = [0.1, 0.2]", "punch = { shape = \"sphere\", radius = 1 }"),
+    (
+        "punches of one name",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "punch = [{ shape = \"sphere\", radius = 1 }, { shape = \"sphere\", radius = 2 }]",
+    ),
+    (
+        "punch without what it needs",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "punch = [{ shape = \"sphere\" }, { shape = \"cone\", angle = \"5 deg\" }]",
+    ),
+    ("materials without names", "\"friction.mu\" = [0.1, 0.2]", "\"foundation.base\" = [{ shear_modulus = 1, poisson = 0 }]"),
+    ("label of nothing", "\"friction.mu\" = [0.1, 0.2]", "friction = [{ label = \" \", mu = 0.3 }]"),
+    ("figure over nothing", "[sweep]", "[figure]\nx = \"mu\"\ny = \"stick_fracton\"\n[sweep]"),
+    ("figure without y", "[sweep]", "[figure]\nx = \"mu\"\n[sweep]"),
+    ("figure over words", "[sweep]", "[figure]\nx = \"shape\"\ny = \"load\"\n[sweep]"),
+    ("figure with a misspelt key", "[sweep]", "[figure]\nx = \"mu\"\ny = \"load\"\nserie = [\"mesh\"]\n[sweep]"),
+    ("figure with a series that is a text", "[sweep]", "[figure]\nx = \"mu\"\ny = \"load\"\nseries = \"mesh\"\n[sweep]"),
+    (
+        "height map without a file",
+        "shape = \"sphere\"\nradius = \"10 mm\"",
+        "shape = \"height-map\"\nwidth_x = \"1 mm\"\nwidth_y = \"1 mm\"",
+    ),
+    (
+        "height map that is not there",
+        "shape = \"sphere\"\nradius = \"10 mm\"",
+        "shape = \"height-map\"\nfile = \"gone.npy\"\nwidth_x = 1\nwidth_y = 1",
+    ),
+    (
+        "ragged height map",
+        "shape = \"sphere\"\nradius = \"10 mm\"",
+        "shape = \"height-map\"\nfile = \"ragged.csv\"\nwidth_x = 1\nwidth_y = 1",
+    ),
+    (
+        "height map in pascal",
+        "shape = \"sphere\"\nradius = \"10 mm\"",
+        "shape = \"height-map\"\nfile = \"ragged.csv\"\nunit = \"Pa\"\nwidth_x = 1\nwidth_y = 1",
+    ),
+    ("height map from nowhere", "shape = \"sphere\"\nradius = \"10 mm\"", "shape = \"height-map\"\nfile = \"\"\nwidth_x = 1\nwidth_y = 1"),
+    (
+        "file and stored surface",
+        "shape = \"sphere\"\nradius = \"10 mm\"",
+        "shape = \"height-map\"\nfile = \"flat.csv\"\nsurface = \"00\"\nwidth_x = 1\nwidth_y = 1",
+    ),
+    (
+        "stored surface that is another",
+        "shape = \"sphere\"\nradius = \"10 mm\"",
+        "shape = \"height-map\"\nsurface = \"flat.csv\"\nwidth_x = 1\nwidth_y = 1",
+    ),
+    (
+        "many things at once",
+        GOOD,
+        "name = \"\"\n[scene.punch]\nshape = \"spere\"\nradius = \"5 MPa\"\n[numerics]\nmesh = 2.5\n[sweep]\nfriction.mu = []\n",
+    ),
+    ("letters beyond ASCII", "mu = 0.3", "μ = 0.3 # Reibung, größer als 0"),
+];
+
+fn files(name: &str) -> Result<Vec<u8>, String> {
+    match name {
+        "flat.csv" => Ok(b"0 0\n0 0".to_vec()),
+        "ragged.csv" => Ok(b"1, 2\n3\n".to_vec()),
+        _ => Err(format!("{name}: no such file")),
+    }
+}
+
+#[test]
+fn every_refusal_is_clear() {
+    assert!(Study::parse(GOOD, "study.toml", &mut files).is_ok());
+    let mut said = String::new();
+    for (name, old, new) in CASES {
+        assert!(GOOD.contains(old), "{name}");
+        let text = GOOD.replacen(old, new, 1);
+        match Study::parse(&text, "study.toml", &mut files) {
+            Ok(_) => panic!("{name}: was not refused"),
+            Err(error) => said.push_str(&format!("## {name}\n{error}\n\n")),
+        }
+    }
+    insta::assert_snapshot!(said);
+}
+
+#[test]
+fn no_two_cases_are_the_same() {
+    let names: std::collections::HashSet<_> = CASES.iter().map(|(name, ..)| name).collect();
+    let texts: std::collections::HashSet<_> = CASES.iter().map(|(_, old, new)| GOOD.replacen(old, new, 1)).collect();
+    assert_eq!((names.len(), texts.len()), (CASES.len(), CASES.len()));
+}
+
+#[test]
+fn positions_are_those_of_an_editor() {
+    let text = GOOD.replace("mu = 0.3", "mu = -1 # µ").replace("\"friction.mu\" = [0.1, 0.2]", "mesh = [8, 0]");
+    let error = Study::parse(&text, "study.toml", &mut files).unwrap_err();
+    let positions: Vec<_> = error.problems().iter().map(|problem| error.position(problem)).collect();
+    assert_eq!(positions, [(10, 6)]);
+    assert!(error.render(true).contains("\u{1b}["));
+}
