@@ -71,7 +71,7 @@ pub enum OpenError {
         /// The format that was found.
         found: u64,
     },
-    /// It does not hold what it promised. Nothing was changed.
+    /// It does not hold what it promised. [`Store::salvage`](crate::Store::salvage) saves what can be read.
     #[error("the store {} is damaged: {what}; put back a copy, or salvage it: what is lost will be computed again", .directory.display())]
     Damaged {
         /// The store.

@@ -77,7 +77,12 @@ pub(crate) fn salvage(directory: &Path) -> Result<Salvage, OpenError> {
 /// The sealed records that open, read from both ends so that one unreadable page hides only itself.
 fn readable(records: &Path) -> BTreeMap<JobKey, Vec<u8>> {
     let mut sound = BTreeMap::new();
-    if let Ok(database) = Database::open(records) {
+    // The log alone is enough: without a snapshot and a configuration, sled derives them anew.
+    let database = Database::open(records).or_else(|fault| match set_aside_derived(records) {
+        Ok(()) => Database::open(records),
+        Err(_) => Err(fault),
+    });
+    if let Ok(database) = database {
         let mut keep = |key: &[u8], sealed: &[u8]| {
             if let Ok(key) = key.try_into().map(JobKey)
                 && record::unseal(&key, sealed).is_ok()
@@ -90,6 +95,18 @@ fn readable(records: &Path) -> BTreeMap<JobKey, Vec<u8>> {
         }
     }
     sound
+}
+
+/// Renames the files of a sled database that only repeat what its log says.
+fn set_aside_derived(records: &Path) -> std::io::Result<()> {
+    for entry in fs::read_dir(records)? {
+        let name = entry?.file_name();
+        let text = name.to_string_lossy();
+        if text.starts_with("snap.") || text == "conf" {
+            fs::rename(records.join(&name), records.join(format!("damaged.{text}")))?;
+        }
+    }
+    Ok(())
 }
 
 /// A name for the damaged database that is not taken.

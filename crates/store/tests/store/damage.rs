@@ -142,6 +142,41 @@ fn a_lost_manifest_is_said_and_every_record_salvaged() {
 }
 
 #[test]
+fn what_only_repeats_the_log_costs_no_record() {
+    for prefix in ["snap.", "conf"] {
+        let directory = tempfile::tempdir().unwrap();
+        make(directory.path());
+        for file in files(&directory.path().join("records")) {
+            if file.file_name().unwrap().to_string_lossy().starts_with(prefix) {
+                fs::write(&file, vec![0; fs::metadata(&file).unwrap().len() as usize]).unwrap();
+            }
+        }
+        assert!(matches!(Store::open(directory.path()), Err(OpenError::Damaged { .. })), "{prefix}");
+        let salvage = Store::salvage(directory.path()).unwrap();
+        assert_eq!((salvage.kept as u64, salvage.studies), (COUNT, 1), "{prefix}");
+        let store = Store::open(directory.path()).unwrap();
+        assert!((0..COUNT).all(|i| store.get(&key(i)).unwrap() == Some(record(i))));
+    }
+}
+
+#[test]
+fn a_database_cut_short_is_salvaged_up_to_the_cut() {
+    let directory = tempfile::tempdir().unwrap();
+    make(directory.path());
+    let log = directory.path().join("records/db");
+    let length = fs::metadata(&log).unwrap().len();
+    fs::File::options().write(true).open(&log).unwrap().set_len(length * 9 / 10).unwrap();
+    let error = Store::open(directory.path()).err().unwrap();
+    assert!(matches!(error, OpenError::Damaged { .. }), "{error}");
+    let salvage = Store::salvage(directory.path()).unwrap();
+    assert!((1000..COUNT as usize).contains(&salvage.kept), "{salvage:?}");
+    assert_eq!(salvage.promised, Some(COUNT));
+    let store = Store::open(directory.path()).unwrap();
+    assert!(store.records().all(|(_, record)| record.is_ok()));
+    assert_eq!(store.len(), salvage.kept);
+}
+
+#[test]
 fn a_later_format_is_left_alone() {
     let directory = tempfile::tempdir().unwrap();
     make(directory.path());
