@@ -13,7 +13,7 @@
 //!
 //! - What [`Store::commit`] acknowledged is on the disk: the log is flushed and its file fsync'ed before it returns.
 //! - `manifest.json` never promises more records than the database durably has: its count is raised after a commit is
-//!   durable and lowered before a removal starts. So a kill at any moment raises no false alarm, and a database file that
+//!   durable — during a run within half a second of commits, else on closing — and lowered before a removal. So a kill at any moment raises no false alarm, and a database file that
 //!   was truncated or replaced — which sled may open as an empty one — is refused with [`OpenError::Damaged`].
 //! - Every record, blob and study definition carries a checksum and is verified whenever it is read.
 //! - One process has the store open. While it is a run, others read through it ([`Store::read`]).

@@ -16,7 +16,7 @@ pub(crate) const FORMAT: u32 = 1;
 #[serde(deny_unknown_fields)]
 pub(crate) struct Manifest {
     pub(crate) format: u32,
-    /// A lower bound of the number of durable records, exact whenever nothing is being written.
+    /// A lower bound of the number of durable records, exact when the store is closed.
     pub(crate) records: u64,
     /// The blob that holds the definition of each study.
     pub(crate) studies: BTreeMap<String, Digest>,

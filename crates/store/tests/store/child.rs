@@ -170,23 +170,23 @@ fn inspect(directory: &Path, count: u64) {
     say(if reported == 0 { "sound".to_owned() } else { format!("{sound} sound, {reported} reported") });
 }
 
-/// Commits groups of large records until it fails, then says why, and that nothing works afterwards by accident.
+/// Commits groups of large records until it fails, then says why it fails again, and whether a blob fits.
 fn fill(directory: &Path, first: u64) {
     let store = Store::open(directory).unwrap();
     let start = Instant::now();
-    for group in 0.. {
+    let group = |group: u64| -> Vec<_> { (0..10).map(|i| (key(first + 10 * group + i), vec![group as u8; 16 << 10])).collect() };
+    let mut number = 0;
+    while let Ok(()) = store.commit(&group(number)) {
         assert!(start.elapsed() < Duration::from_secs(50), "the disk does not fill");
-        let records: Vec<_> = (0..10).map(|i| (key(first + 10 * group + i), vec![group as u8; 16 << 10])).collect();
-        if let Err(error) = store.commit(&records) {
-            say(format!("failed: {error}"));
-            break;
-        }
-        say(format!("committed {group}"));
+        say(format!("committed {number}"));
+        number += 1;
     }
-    if let Err(error) = store.commit(&records(0..1)) {
+    if let Err(error) = store.commit(&group(number)) {
         say(format!("failed: {error}"));
     }
-    if let Err(error) = store.blobs().put(&vec![1; 1 << 10]) {
+    let mut noise = vec![0; 1 << 20];
+    blake3::Hasher::new().finalize_xof().fill(&mut noise);
+    if let Err(error) = store.blobs().put(&noise) {
         say(format!("failed: {error}"));
     }
     drop(store);
