@@ -29,7 +29,7 @@ pub enum Ending {
 pub struct Provenance {
     /// Version of the program.
     pub program: String,
-    /// Time that solving took [s].
+    /// Time that solving took \[s\].
     pub seconds: f64,
     /// Number of the worker in its run.
     pub worker: u32,
@@ -85,7 +85,7 @@ pub enum DecodeError {
 
 const VERSION: u8 = 1;
 
-/// Longest text or list in a record that is believed [bytes]; a corrupt length must not allocate.
+/// Longest text or list in a record that is believed \[bytes\]; a corrupt length must not allocate.
 const RECORD_LIMIT: usize = 16 << 20;
 
 /// The same for fields and definitions of studies: six doubles for each element of the largest grid, and room to spare.

@@ -9,21 +9,21 @@
 pub enum Dimension {
     /// A pure number.
     Pure,
-    /// Length [m].
+    /// Length \[m\].
     Length,
-    /// Area [m²].
+    /// Area \[m²\].
     Area,
-    /// Angle [rad].
+    /// Angle \[rad\].
     Angle,
-    /// Pressure and elastic moduli [Pa].
+    /// Pressure and elastic moduli \[Pa\].
     Pressure,
-    /// Force [N].
+    /// Force \[N\].
     Force,
     /// Moment of a force [N m].
     Moment,
-    /// Energy [J].
+    /// Energy \[J\].
     Energy,
-    /// Time [s].
+    /// Time \[s\].
     Time,
 }
 
