@@ -96,6 +96,12 @@ impl Queue {
         }
     }
 
+    /// How many workers hold the operator of each group.
+    #[cfg(any(test, debug_assertions))]
+    pub(crate) fn holders(&self) -> Vec<usize> {
+        self.groups.iter().map(|group| group.holders).collect()
+    }
+
     /// Takes the next job that `fits` for a worker that holds the operator of group `held`.
     pub(crate) fn take(&mut self, held: Option<GroupIndex>, fits: impl Fn(usize) -> bool) -> Option<(usize, GroupIndex)> {
         let first = |group: GroupIndex| self.groups[group].waiting.iter().copied().find(|&(_, job)| fits(job));

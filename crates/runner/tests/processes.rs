@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::error::Error;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use study::JobKey;
 
@@ -379,18 +379,63 @@ impl Ledger for Journal {
 }
 
 const JOURNAL: &str = "RUNNER_TEST_JOURNAL";
+const JOBS: &str = "RUNNER_TEST_JOBS";
 
 #[test]
-#[ignore = "the coordinator that another test kills"]
+#[ignore = "the coordinator that other tests disturb"]
 fn coordinator() {
-    let Some(path) = std::env::var_os(JOURNAL) else { return };
+    let (Some(path), Ok(jobs)) = (std::env::var_os(JOURNAL), std::env::var(JOBS)) else { return };
     let mut journal = Journal(std::fs::File::options().append(true).create(true).open(path).unwrap());
-    let tasks = (0..100_000).map(|number| task(number, format!("sleep 2 {number}"))).collect();
-    runner::run(tasks, &mut journal, &options(), &Interrupt::new().unwrap(), &mut |event| {
-        // Only complete lines of ours reach the other side, which reads until it has seen enough.
+    let tasks = (0..jobs.parse().unwrap()).map(|number| task(number, format!("sleep 2 {number}"))).collect();
+    // Attempts without end: the killer is outside, and no job is to blame.
+    let options = Options { attempts: u32::MAX, ..options() };
+    runner::run(tasks, &mut journal, &options, &Interrupt::new().unwrap(), &mut |event| {
         eprintln!("{}", serde_json::to_string(event).unwrap());
     })
     .unwrap();
+}
+
+/// Starts a coordinator in a process of its own; its events can be read from its standard error.
+fn start_coordinator(journal: &Path, jobs: u32) -> (Child, impl Iterator<Item = serde_json::Value> + Send + use<>) {
+    let command = ourselves("coordinator");
+    let mut child = Command::new(&command[0]);
+    child.args(&command[1..]).env(JOURNAL, journal).env(JOBS, jobs.to_string()).stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = child.spawn().unwrap();
+    let lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    // The last line of a killed process may be cut off.
+    (child, lines.filter_map(|line| serde_json::from_str(&line.unwrap()).ok()))
+}
+
+fn children(parent: u32) -> Vec<u32> {
+    let numbers = std::fs::read_dir("/proc").unwrap().flatten().filter_map(|entry| entry.file_name().to_str()?.parse().ok());
+    let is_child = |pid: &u32| {
+        let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+        stat.rsplit(')').next().and_then(|rest| rest.split_ascii_whitespace().nth(1)?.parse().ok()) == Some(parent)
+    };
+    numbers.filter(is_child).collect()
+}
+
+#[test]
+fn workers_killed_from_outside_even_while_they_start_change_no_result() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("journal");
+    let (mut child, events) = start_coordinator(&path, 1000);
+    let (mut seed, mut kills) = (11, 0);
+    for event in events {
+        if event["event"] == "done" && scramble(&mut seed).is_multiple_of(12) {
+            let workers = children(child.id());
+            if !workers.is_empty() {
+                send(workers[(scramble(&mut seed) % workers.len() as u64) as usize], Signal::KILL);
+                kills += 1;
+            }
+        }
+    }
+    assert!(child.wait().unwrap().success());
+    assert!(kills > 20, "{kills}");
+    let mut done: Vec<u64> = std::fs::read_to_string(path).unwrap().lines().map(|line| line.parse().unwrap()).collect();
+    done.sort_unstable();
+    assert_eq!(done, (0..1000).collect::<Vec<_>>(), "every job once");
+    assert_eq!(leftovers(child.id()), Vec::<PathBuf>::new());
 }
 
 fn lives(pid: u32) -> bool {
@@ -415,20 +460,20 @@ fn a_killed_coordinator_takes_its_workers_along_and_the_next_run_cleans_up() {
     let dir = tempfile::tempdir().unwrap();
     let mut seed = 3;
     for round in 0..5 {
-        let command = ourselves("coordinator");
-        let mut child = Command::new(&command[0]);
-        child.args(&command[1..]).env(JOURNAL, dir.path().join(format!("{round}"))).stdout(Stdio::null()).stderr(Stdio::piped());
-        let mut child = child.spawn().unwrap();
+        let (mut child, mut events) = start_coordinator(&dir.path().join(format!("{round}")), 100_000);
         let enough = 3 + scramble(&mut seed) % 300;
         let mut pids = Vec::new();
-        for line in BufReader::new(child.stderr.take().unwrap()).lines().take(enough as usize) {
-            let event: serde_json::Value = serde_json::from_str(&line.unwrap()).unwrap();
+        for event in events.by_ref().take(enough as usize) {
             if event["event"] == "worker-started" {
                 pids.push(event["pid"].as_u64().unwrap() as u32);
             }
         }
+        assert!(!leftovers(child.id()).is_empty(), "round {round}: while it lives, nobody cleans up after it");
+        let listen = std::thread::spawn(move || events.for_each(drop));
+        std::thread::sleep(Duration::from_micros(scramble(&mut seed) % 20_000));
         child.kill().unwrap();
-        child.wait().unwrap();
+        assert!(!child.wait().unwrap().success());
+        listen.join().unwrap();
         assert!(
             within(Duration::from_secs(20), || !pids.iter().any(|&pid| lives(pid))),
             "round {round}: a worker outlived its coordinator"

@@ -45,6 +45,10 @@ impl Coordinator {
         if memory > self.options.memory_limit {
             return Err(format!("{memory} bytes of memory are promised, the limit is {}", self.options.memory_limit));
         }
+        let held_by = |group| self.workers.values().filter(|worker| worker.group == Some(group)).count();
+        if let Some((group, holders)) = self.queue.holders().into_iter().enumerate().find(|&(group, holders)| holders != held_by(group)) {
+            return Err(format!("group {group} has {holders} holders, but {} workers hold it", held_by(group)));
+        }
         for (id, worker) in &self.workers {
             if worker.asks && worker.phase != Phase::Ready {
                 return Err(format!("worker {id} asks and is {:?}", worker.phase));

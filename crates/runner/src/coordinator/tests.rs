@@ -304,3 +304,41 @@ fn the_result_of_a_lost_lease_is_dropped() {
     let actions = coordinator.step(Input::Settled, now);
     assert!(actions.contains(&Action::Start(2)) && !actions.iter().any(|action| matches!(action, Action::Commit(_))));
 }
+
+#[test]
+fn a_worker_that_dies_before_it_begins_charges_its_first_job() {
+    let mut coordinator = started(&alike(1, 1.0, 1), 1);
+    let now = Duration::from_secs(1);
+    for worker in 1..=3 {
+        coordinator.step(requests(worker, &[]), now);
+        coordinator.step(Input::Settled, now);
+        coordinator.step(Input::Exited { worker, how: "cannot read its jobs".into(), running: None }, now);
+        assert_eq!(coordinator.counts().failures, worker as usize, "or it would be tried for ever");
+        coordinator.step(Input::Settled, now);
+    }
+    assert_eq!(coordinator.counts().saving, 1);
+}
+
+#[test]
+fn a_worker_that_forgets_its_jobs_is_killed() {
+    let mut coordinator = started(&alike(2, 1.0, 1), 1);
+    let now = Duration::from_secs(1);
+    coordinator.step(requests(1, &[]), now);
+    coordinator.step(Input::Settled, now);
+    assert_eq!(coordinator.step(requests(1, &[]), now), [Action::Kill(1)]);
+    assert_eq!(assigned(&coordinator.step(Input::Settled, now)), [], "and gets no more");
+}
+
+#[test]
+fn the_first_interrupt_dismisses_and_the_second_kills() {
+    let mut coordinator = started(&alike(5, 1.0, 1), 2);
+    let now = Duration::from_secs(1);
+    coordinator.step(requests(1, &[]), now);
+    coordinator.step(Input::Settled, now);
+    coordinator.step(Input::Interrupt, now);
+    coordinator.step(requests(2, &[]), now);
+    let actions = coordinator.step(Input::Settled, now);
+    assert!(actions.contains(&Action::Dismiss(2)) && assigned(&actions).is_empty(), "{actions:?}");
+    let actions = coordinator.step(Input::Interrupt, now);
+    assert!(actions.contains(&Action::Kill(1)), "{actions:?}");
+}
