@@ -6,6 +6,7 @@
 
 use rustix::process::getuid;
 use std::fs::{DirBuilder, Metadata};
+use std::io::ErrorKind;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -73,6 +74,8 @@ impl Drop for Root {
     fn drop(&mut self) {
         remove_prefixed(Path::new(SHARED_MEMORY), &format!("{NAME}{}", self.tag));
         let _ = std::fs::remove_dir_all(&self.path);
+        // Fails, as it should, while other runs are there.
+        let _ = self.path.parent().map(std::fs::remove_dir);
     }
 }
 
@@ -130,16 +133,23 @@ fn create(place: &Path, tag: String) -> Result<Root, String> {
         builder
     };
     let explain = |error| format!("{}: {error}", place.display());
-    match private().create(place) {
-        Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => return Err(explain(error)),
-        _ => {}
+    // The run that ends last removes the place; should that be now, make it again.
+    for _ in 0..10 {
+        match private().create(place) {
+            Err(error) if error.kind() != ErrorKind::AlreadyExists => return Err(explain(error)),
+            _ => {}
+        }
+        let found = std::fs::symlink_metadata(place);
+        if found.is_ok_and(|found| !found.is_dir() || !is_mine(&found) || found.mode() & 0o022 != 0) {
+            return Err(format!("{} exists and is not a directory of this user alone", place.display()));
+        }
+        match private().create(&root.path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => continue,
+            Err(error) => return Err(explain(error)),
+            Ok(()) => return Ok(root),
+        }
     }
-    let found = std::fs::symlink_metadata(place).map_err(explain)?;
-    if !found.is_dir() || !is_mine(&found) || found.mode() & 0o022 != 0 {
-        return Err(format!("{} exists and is not a directory of this user alone", place.display()));
-    }
-    private().create(&root.path).map_err(explain)?;
-    Ok(root)
+    Err(format!("{} is removed whenever it is made", place.display()))
 }
 
 fn is_mine(metadata: &Metadata) -> bool {
@@ -248,6 +258,17 @@ mod tests {
         assert!(!Owner { pid: 60_000_000, namespace: (owner.namespace + 1) % NAMESPACES, ..owner }.is_dead(), "not ours to judge");
         assert_eq!(Owner::parse("0123456789abcde"), None);
         assert_eq!(Owner::parse("0123456789ABCDEF"), None);
+    }
+
+    #[test]
+    fn a_place_too_long_or_not_ours_is_refused() {
+        let tag = || Owner::this(1295).unwrap().tag();
+        let long = std::env::temp_dir().join("x".repeat(40));
+        assert!(create(&long, tag()).unwrap_err().contains("bytes too long"));
+        assert!(!long.exists());
+        assert!(create(Path::new("/proc"), tag()).unwrap_err().contains("/proc"));
+        let length = Root::new().map(|root| root.path().as_os_str().len() + root.prefix(36u32.pow(4) - 1).len());
+        assert!(length.unwrap() <= LONGEST);
     }
 
     #[test]
