@@ -1,1 +1,36 @@
-//! Records to tables and figures.
+//! Records to tables, figures and files.
+//!
+//! Everything here is a pure function from plain data to text or bytes: no files are opened, no terminal is asked
+//! for its width, and the same input gives the same bytes on every machine.
+//!
+//! - [`Table`] is what a study left behind: named columns with units and rows of [`Cell`]s. It can be narrowed with
+//!   [`select`](Table::select), [`sort`](Table::sort) and [`filter`](Table::filter) and written as text for a
+//!   terminal, CSV or JSON.
+//! - [`Figure`] is a row of line charts, made by hand or from a table, drawn as SVG.
+//! - [`Field`] is a quantity on a uniform grid, drawn as a map or written as NPY, VTK or CSV.
+//! - [`png`](fn@png) turns either kind of SVG into a PNG with a font of its own, so that it looks the same everywhere.
+//!
+//! Values are SI throughout; prefixes (GPa, µm) are chosen only where a person reads them.
+#![forbid(unsafe_code)]
+
+mod axis;
+mod delimited;
+mod field;
+
+mod filter;
+mod json;
+mod palette;
+mod plot;
+mod png;
+mod scale;
+mod si;
+mod svg;
+mod table;
+mod terminal;
+
+pub use field::{Field, FieldError, Grid, TerminalInk, Values, VtiError, field_csv, vti};
+pub use filter::FilterError;
+pub use plot::{Axis, Figure, FigureError, FigureSpec, Panel, Series, Style};
+pub use png::{PngError, png};
+pub use table::{Cell, Column, Table, TableError, UnknownColumn};
+pub use terminal::TerminalLayout;

@@ -1,0 +1,144 @@
+//! Fields as files for other programs.
+
+use std::fmt::Write;
+
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use npyz::WriterBuilder;
+use thiserror::Error;
+
+use super::{Field, Grid, Values};
+use crate::delimited::exact;
+use crate::svg::escape;
+
+/// Fields that cannot stand in one file.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum VtiError {
+    /// There is no field.
+    #[error("there is no field to write")]
+    Empty,
+    /// Two fields lie on different grids.
+    #[error("fields `{first}` and `{other}` lie on different grids and cannot share a file")]
+    Grids {
+        /// The first field.
+        first: String,
+        /// The field that differs.
+        other: String,
+    },
+    /// Two fields have the same name.
+    #[error("field `{0}` occurs twice; every field needs a name of its own")]
+    Duplicate(String),
+}
+
+/// The grid that all fields share.
+fn shared_grid<'a>(fields: &[&'a Field]) -> Result<&'a Grid, VtiError> {
+    let Some(first) = fields.first() else { return Err(VtiError::Empty) };
+    for (i, field) in fields.iter().enumerate() {
+        if field.grid != first.grid {
+            return Err(VtiError::Grids { first: first.name.clone(), other: field.name.clone() });
+        }
+        if fields[..i].iter().any(|earlier| earlier.name == field.name) {
+            return Err(VtiError::Duplicate(field.name.clone()));
+        }
+    }
+    Ok(&first.grid)
+}
+
+impl Field {
+    /// The values as NPY (NumPy), version 1: shape (ny, nx), C order, little-endian `f8`, or `u1` for states.
+    ///
+    /// `numpy.load(f)[j, i]` is element (i, j).
+    ///
+    /// # Errors
+    /// Only those of memory; writing to it does not fail.
+    pub fn npy(&self) -> std::io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let shape = [self.grid.ny as u64, self.grid.nx as u64];
+        match &self.values {
+            Values::Number(values) => {
+                let kind = npyz::DType::Plain("<f8".parse().map_err(std::io::Error::other)?);
+                let mut writer = npyz::WriteOptions::new().dtype(kind).shape(&shape).writer(&mut bytes).begin_nd()?;
+                writer.extend(values.iter().copied())?;
+                writer.finish()?;
+            }
+            Values::Category { of, .. } => {
+                let kind = npyz::DType::Plain("|u1".parse().map_err(std::io::Error::other)?);
+                let mut writer = npyz::WriteOptions::new().dtype(kind).shape(&shape).writer(&mut bytes).begin_nd()?;
+                writer.extend(of.iter().copied())?;
+                writer.finish()?;
+            }
+        }
+        Ok(bytes)
+    }
+}
+
+/// Fields on one grid as a VTK image (`.vti`), for ParaView and PyVista.
+///
+/// Every field is cell data on a flat image in the plane z = 0; binary, little-endian, not compressed. States are
+/// bytes. Units stand in VTK's own `UNITS_LABEL`.
+///
+/// # Errors
+/// [`VtiError`].
+///
+/// Source: VTK file formats, <https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html>.
+pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
+    let grid = shared_grid(fields)?;
+    let (nx, ny) = (grid.nx, grid.ny);
+    let mut out = String::from(
+        "<?xml version=\"1.0\"?>\n\
+         <VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n",
+    );
+    // Writing to a string does not fail.
+    let _ = writeln!(
+        out,
+        "<ImageData WholeExtent=\"0 {nx} 0 {ny} 0 0\" Origin=\"{} {} 0\" Spacing=\"{} {} 1\">",
+        exact(grid.origin[0]),
+        exact(grid.origin[1]),
+        exact(grid.element[0]),
+        exact(grid.element[1])
+    );
+    let _ = writeln!(out, "<Piece Extent=\"0 {nx} 0 {ny} 0 0\">\n<CellData Scalars=\"{}\">", escape(&fields[0].name));
+    for field in fields {
+        let (kind, values): (&str, Vec<u8>) = match &field.values {
+            Values::Number(values) => ("Float64", values.iter().flat_map(|x| x.to_le_bytes()).collect()),
+            Values::Category { of, .. } => ("UInt8", of.clone()),
+        };
+        // The length in bytes and the values are encoded as one.
+        let mut block = (values.len() as u64).to_le_bytes().to_vec();
+        block.extend_from_slice(&values);
+        let _ = writeln!(
+            out,
+            "<DataArray type=\"{kind}\" Name=\"{}\" format=\"binary\">\n{}",
+            escape(&field.name),
+            BASE64_STANDARD.encode(block)
+        );
+        if !field.unit.is_empty() {
+            let unit = escape(&field.unit);
+            let _ = writeln!(out, "<InformationKey name=\"UNITS_LABEL\" location=\"vtkDataArray\">{unit}</InformationKey>");
+        }
+        out += "</DataArray>\n";
+    }
+    out += "</CellData>\n</Piece>\n</ImageData>\n</VTKFile>\n";
+    Ok(out)
+}
+
+/// Fields on one grid as CSV: `x,y` of the centre of each element in metres, then a column per field.
+///
+/// Numbers as in [`Table::csv`](crate::Table::csv), an empty field where there is no value; states by name.
+///
+/// # Errors
+/// [`VtiError`].
+pub fn field_csv(fields: &[&Field]) -> Result<String, VtiError> {
+    let grid = shared_grid(fields)?;
+    let header = ["x", "y"].into_iter().chain(fields.iter().map(|f| f.name.as_str())).map(str::to_owned).collect();
+    let rows = (0..grid.len()).map(|e| {
+        let mut row: Vec<String> = grid.centre(e % grid.nx, e / grid.nx).into_iter().map(exact).collect();
+        row.extend(fields.iter().map(|field| match &field.values {
+            Values::Number(values) if values[e].is_nan() => String::new(),
+            Values::Number(values) => exact(values[e]),
+            Values::Category { of, names } => names.get(usize::from(of[e])).cloned().unwrap_or_default(),
+        }));
+        row
+    });
+    Ok(crate::delimited::write(std::iter::once(header).chain(rows)))
+}

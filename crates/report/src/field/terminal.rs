@@ -1,0 +1,184 @@
+//! A field drawn with characters.
+
+use std::fmt::Write;
+
+use super::{Field, Shade, Values, colors, state_color};
+use crate::si::{Unit, significant};
+
+/// What a field is drawn with in [`Field::terminal`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TerminalInk {
+    /// Two coloured pixels per character, by 24-bit ANSI escape sequences: for a terminal.
+    Color,
+    /// Characters of growing weight: for a file, a pipe, or a terminal without colours.
+    Ascii,
+}
+
+const RAMP: &[u8] = b".:-=+*#%@";
+/// Letters of states: the first (ground) is blank.
+const STATES: &[u8] = b" .#o+x*%&=";
+const RESET: &str = "\u{1b}[0m";
+
+impl Field {
+    /// The field as text at most `width` characters wide, y upwards, followed by lines that give the scale.
+    ///
+    /// A pixel averages the elements it covers, or shows the most frequent state. Without colours, numbers are drawn
+    /// with `.:-=+*#%@` from the lowest to the highest, a blank where there is no value.
+    pub fn terminal(&self, width: usize, ink: TerminalInk) -> String {
+        let width = width.clamp(8, 400);
+        let [length, breadth] = self.grid.lengths();
+        // A character is about twice as high as wide, so a pixel is half a character high; never smaller than an
+        // element, never so many that the drawing leaves a screen.
+        let most_rows = 2 * width.min(60);
+        let pixel = (length / width as f64).max(breadth / most_rows as f64).max(self.grid.element[0].min(self.grid.element[1]) / 4.0);
+        let count = |extent: f64, most: usize| ((extent / pixel).round().clamp(1.0, most as f64)) as usize;
+        let across = count(length, width);
+        let rows = count(breadth, most_rows).div_ceil(2);
+        let mut out = String::new();
+        let _ = writeln!(out, "{}", printable(&self.title()));
+        match ink {
+            TerminalInk::Color => {
+                let picture = self.sampled(across, 2 * rows, &colors(&self.values));
+                for row in (0..rows).rev() {
+                    let mut before = None;
+                    for column in 0..across {
+                        let pair = (picture[(2 * row + 1) * across + column], picture[2 * row * across + column]);
+                        if before != Some(pair) {
+                            let ([r, g, b], [s, h, c]) = pair;
+                            let _ = write!(out, "\u{1b}[38;2;{r};{g};{b};48;2;{s};{h};{c}m");
+                            before = Some(pair);
+                        }
+                        out.push('▀');
+                    }
+                    out += RESET;
+                    out.push('\n');
+                }
+            }
+            TerminalInk::Ascii => {
+                let marks: Vec<u8> = match &self.values {
+                    Values::Number(values) => {
+                        let shade = Shade::of(values);
+                        let mark = |x: &Option<f64>| x.map_or(b' ', |x| RAMP[step(shade.at(x))]);
+                        self.averaged(across, rows, values).iter().map(mark).collect()
+                    }
+                    Values::Category { of, .. } => {
+                        let states = self.most_frequent(across, rows, of);
+                        states.iter().map(|&s| STATES[usize::from(s) % STATES.len()]).collect()
+                    }
+                };
+                for row in marks.chunks_exact(across).rev() {
+                    let line: String = row.iter().map(|&c| char::from(c)).collect();
+                    let _ = writeln!(out, "{}", line.trim_end());
+                }
+            }
+        }
+        out += &self.scale_lines(ink);
+        out
+    }
+
+    /// Colours by pixel, from the average of the values or the most frequent state.
+    fn sampled(&self, across: usize, down: usize, colors: &[[u8; 3]]) -> Vec<[u8; 3]> {
+        match &self.values {
+            _ if across == self.grid.nx && down == self.grid.ny => colors.to_vec(),
+            Values::Number(values) => {
+                let shade = Shade::of(values);
+                let color = |x: &Option<f64>| x.map_or(super::NOTHING, |x| shade.color(shade.at(x)));
+                self.averaged(across, down, values).iter().map(color).collect()
+            }
+            Values::Category { of, .. } => self.most_frequent(across, down, of).iter().map(|&s| state_color(usize::from(s))).collect(),
+        }
+    }
+
+    /// The elements that each pixel covers, from the lowest row of pixels.
+    fn covered(&self, across: usize, down: usize) -> impl Iterator<Item = impl Iterator<Item = usize>> {
+        let (nx, ny) = (self.grid.nx, self.grid.ny);
+        let range = |pixel: usize, pixels: usize, elements: usize| {
+            let first = pixel * elements / pixels;
+            first..((pixel + 1) * elements).div_ceil(pixels).max(first + 1).min(elements)
+        };
+        (0..down).flat_map(move |row| {
+            (0..across).map(move |column| {
+                let columns = range(column, across, nx);
+                range(row, down, ny).flat_map(move |j| columns.clone().map(move |i| j * nx + i))
+            })
+        })
+    }
+
+    fn averaged(&self, across: usize, down: usize, values: &[f64]) -> Vec<Option<f64>> {
+        let average = |elements: &mut dyn Iterator<Item = usize>| {
+            let (sum, count) = elements
+                .map(|e| values[e])
+                .filter(|x| crate::scale::drawable(*x, false))
+                .fold((0.0, 0usize), |(sum, count), x| (sum + x, count + 1));
+            (count > 0).then(|| sum / count as f64)
+        };
+        self.covered(across, down).map(|mut elements| average(&mut elements)).collect()
+    }
+
+    fn most_frequent(&self, across: usize, down: usize, of: &[u8]) -> Vec<u8> {
+        let winner = |elements: &mut dyn Iterator<Item = usize>| {
+            let mut votes = [0usize; 256];
+            elements.for_each(|e| votes[usize::from(of[e])] += 1);
+            let most = votes.iter().copied().max().unwrap_or(0);
+            votes.iter().position(|&v| v == most).and_then(|s| u8::try_from(s).ok()).unwrap_or(0)
+        };
+        self.covered(across, down).map(|mut elements| winner(&mut elements)).collect()
+    }
+
+    fn scale_lines(&self, ink: TerminalInk) -> String {
+        let mut line = String::new();
+        match &self.values {
+            Values::Number(values) => {
+                let drawn = || values.iter().filter(|x| crate::scale::drawable(**x, false));
+                let shade = Shade::of(values);
+                if drawn().next().is_none() {
+                    line += "no values";
+                } else {
+                    let unit = Unit::fitting(&self.unit, shade.low.abs().max(shade.high.abs()));
+                    line += &significant(unit.of_si(shade.low), 4);
+                    line.push(' ');
+                    for i in 0..27 {
+                        let fraction = f64::from(i) / 26.0;
+                        match ink {
+                            TerminalInk::Color => {
+                                let [r, g, b] = shade.color(fraction);
+                                let _ = write!(line, "\u{1b}[48;2;{r};{g};{b}m ");
+                            }
+                            TerminalInk::Ascii => line.push(char::from(RAMP[step(fraction)])),
+                        }
+                    }
+                    if ink == TerminalInk::Color {
+                        line += RESET;
+                    }
+                    let _ = write!(line, " {} {}", significant(unit.of_si(shade.high), 4), printable(&unit.name));
+                }
+            }
+            Values::Category { of, names } => {
+                let present = names.iter().enumerate().filter(|(s, _)| of.iter().any(|&o| usize::from(o) == *s));
+                for (state, name) in present {
+                    match ink {
+                        TerminalInk::Color => {
+                            let [r, g, b] = state_color(state);
+                            let _ = write!(line, "\u{1b}[48;2;{r};{g};{b}m  {RESET} {}  ", printable(name));
+                        }
+                        TerminalInk::Ascii => {
+                            let _ = write!(line, "[{}] {}  ", char::from(STATES[state % STATES.len()]), printable(name));
+                        }
+                    }
+                }
+            }
+        }
+        let [length, breadth] = self.grid.lengths();
+        let unit = Unit::fitting("m", length.max(breadth));
+        let extent = |x: f64| significant(unit.of_si(x), 4);
+        format!("{}\n{} × {} {}\n", line.trim_end(), extent(length), extent(breadth), unit.name)
+    }
+}
+
+fn step(fraction: f64) -> usize {
+    ((fraction * RAMP.len() as f64) as usize).min(RAMP.len() - 1)
+}
+
+fn printable(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
+}

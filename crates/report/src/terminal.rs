@@ -1,0 +1,217 @@
+//! A table for a terminal.
+
+use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, TableStyle, Width};
+use unicode_width::UnicodeWidthStr;
+
+use crate::si::{Unit, decade, exponent, trim_zeros};
+use crate::table::{Cell, Table};
+
+/// How [`Table::terminal`] lays a table out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TerminalLayout {
+    /// Characters per line. Text is wrapped and the columns are set in several blocks to keep within it. `None` sets
+    /// every row on one line.
+    pub width: Option<usize>,
+    /// Significant digits of numbers, at least 1.
+    pub digits: usize,
+    /// Whether a column with a unit is shown with an SI prefix, one for the whole column: `peak_pressure [GPa]`.
+    pub prefixes: bool,
+    /// Whether lines and the dash for a missing value may be other than ASCII.
+    pub unicode: bool,
+}
+
+impl Default for TerminalLayout {
+    fn default() -> Self {
+        TerminalLayout { width: None, digits: 6, prefixes: false, unicode: true }
+    }
+}
+
+/// Blanks on both sides of a cell.
+const PADDING: usize = 2;
+/// Between two columns.
+const SEPARATOR: usize = 1;
+/// Text columns are not wrapped to less than this.
+const NARROWEST_TEXT: usize = 20;
+
+/// A column ready to be set.
+struct Set {
+    header: Vec<String>,
+    cells: Vec<String>,
+    numeric: bool,
+    /// The width below which the column is not squeezed.
+    least: usize,
+}
+
+impl Table {
+    /// The table as text: a header with units, numbers aligned at the decimal point, a final newline.
+    ///
+    /// When the columns do not fit into the width, they are set in several blocks, each beginning with the first
+    /// column. Control characters in text are shown as `�`, so that nothing in a record can reach the terminal.
+    pub fn terminal(&self, layout: &TerminalLayout) -> String {
+        let columns: Vec<Set> = (0..self.columns().len()).map(|i| self.set(i, layout)).collect();
+        let mut out = String::new();
+        for block in blocks(&columns, layout.width) {
+            if !out.is_empty() {
+                out.push('\n');
+            }
+            out += &draw(&columns, &block, self.rows().len(), layout);
+        }
+        out
+    }
+
+    fn set(&self, index: usize, layout: &TerminalLayout) -> Set {
+        let column = &self.columns()[index];
+        let numeric = self.cells(index).all(|cell| !matches!(cell, Cell::Text(_)));
+        let largest = self.cells(index).filter_map(Cell::number).map(f64::abs).fold(0.0, f64::max);
+        let unit = if numeric && layout.prefixes { Unit::fitting(&column.unit, largest) } else { Unit::plain(&column.unit) };
+        let mut header = vec![printable(&column.name)];
+        if !unit.name.is_empty() {
+            header.push(format!("[{}]", printable(&unit.name)));
+        }
+        let missing = if layout.unicode { "–" } else { "-" };
+        let whole = self.cells(index).all(|cell| matches!(cell, Cell::Integer(_) | Cell::Missing));
+        let cells = if numeric && !(whole && unit == Unit::plain(&column.unit)) {
+            let values: Vec<Option<f64>> = self
+                .cells(index)
+                .map(|cell| match cell {
+                    Cell::Number(x) => Some(unit.of_si(*x)),
+                    Cell::Integer(i) => Some(unit.of_si(*i as f64)),
+                    Cell::Text(_) | Cell::Missing => None,
+                })
+                .collect();
+            align(&values, layout.digits.clamp(1, 17), missing)
+        } else {
+            let text = |cell: &Cell| match cell {
+                Cell::Number(x) => crate::si::significant(*x, layout.digits.clamp(1, 17)),
+                Cell::Integer(i) => i.to_string(),
+                Cell::Text(text) => printable(text),
+                Cell::Missing => missing.to_owned(),
+            };
+            self.cells(index).map(text).collect()
+        };
+        let widest = |texts: &[String]| texts.iter().map(|t| t.width()).max().unwrap_or(0);
+        let content = widest(&cells);
+        let least = widest(&header).max(if numeric { content } else { content.min(NARROWEST_TEXT) });
+        Set { header, cells, numeric, least }
+    }
+}
+
+/// Text with control characters (escape sequences, line ends) made visible.
+fn printable(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
+}
+
+/// Numbers as text of equal width, aligned at the decimal point; with exponents if a plain number of one of them
+/// would need more than six leading or trailing zeros.
+fn align(values: &[Option<f64>], digits: usize, missing: &str) -> Vec<String> {
+    let decades = || values.iter().flatten().filter(|x| x.is_finite() && **x != 0.0).map(|x| decade(*x, digits));
+    let plain = decades().all(|d| (-5..digits.max(6) as i32).contains(&d));
+    // The part before and including the point is set flush right, the rest flush left.
+    let parts: Vec<(String, String, String)> = values
+        .iter()
+        .map(|value| match value {
+            None => (missing.to_owned(), String::new(), String::new()),
+            Some(x) if !x.is_finite() => (crate::delimited::exact(*x), String::new(), String::new()),
+            Some(x) => {
+                let (number, power) = if *x == 0.0 {
+                    ("0".to_owned(), String::new())
+                } else if plain {
+                    let decimals = (digits as i32 - 1 - decade(*x, digits)).max(0) as usize;
+                    (format!("{x:.decimals$}"), String::new())
+                } else {
+                    let text = format!("{x:.*e}", digits - 1);
+                    (text.split_once('e').map_or(text.clone(), |(m, _)| m.to_owned()), exponent(decade(*x, digits)))
+                };
+                let number = trim_zeros(&number);
+                let point = number.find('.').unwrap_or(number.len());
+                (number[..point].to_owned(), number[point..].to_owned(), power)
+            }
+        })
+        .collect();
+    let widest = |part: fn(&(String, String, String)) -> &str| parts.iter().map(|p| part(p).width()).max().unwrap_or(0);
+    let (before, after, power) = (widest(|p| &p.0), widest(|p| &p.1), widest(|p| &p.2));
+    parts
+        .iter()
+        .map(|(whole, fraction, exponent)| {
+            let blanks = " ".repeat(before - whole.width());
+            if exponent.is_empty() {
+                format!("{blanks}{whole}{fraction:<0$}", after + power)
+            } else {
+                // A blank before an exponent would tear the number apart.
+                let point = if fraction.is_empty() && after > 0 { "." } else { fraction };
+                format!("{blanks}{whole}{point:0<after$}{exponent:<power$}")
+            }
+        })
+        .collect()
+}
+
+/// The columns of each block, as few blocks as fit into the width.
+fn blocks(columns: &[Set], width: Option<usize>) -> Vec<Vec<usize>> {
+    let Some(width) = width else { return vec![(0..columns.len()).collect()] };
+    let space = |i: usize| columns[i].least + PADDING;
+    let mut blocks: Vec<Vec<usize>> = Vec::new();
+    let mut used = 0;
+    for i in 0..columns.len() {
+        match blocks.last_mut() {
+            Some(block) if used + SEPARATOR + space(i) <= width => {
+                block.push(i);
+                used += SEPARATOR + space(i);
+            }
+            Some(block) if block.len() == 1 => {
+                // Nothing fits beside the key column: overflow rather than repeat it alone for ever.
+                block.push(i);
+                used = width;
+            }
+            Some(_) => {
+                blocks.push(vec![0, i]);
+                used = space(0) + SEPARATOR + space(i);
+            }
+            None => {
+                blocks.push(vec![0]);
+                used = space(0);
+            }
+        }
+    }
+    blocks
+}
+
+fn draw(columns: &[Set], block: &[usize], rows: usize, layout: &TerminalLayout) -> String {
+    let mut table = comfy_table::Table::new();
+    // Rules above, below the header and at the end, as in a printed table.
+    let rule = if layout.unicode { '─' } else { '-' };
+    let line = LineStyle::none().fill(rule).junction(rule);
+    table.load_style(TableStyle::new().top_border(line).header_separator(line).bottom_border(line));
+    let least = block.iter().map(|&i| columns[i].least + PADDING + SEPARATOR).sum::<usize>().saturating_sub(SEPARATOR);
+    if let Some(width) = layout.width {
+        table.set_content_arrangement(ContentArrangement::Dynamic);
+        table.set_width(u16::try_from(width.max(least)).unwrap_or(u16::MAX));
+    }
+    let tall = block.iter().map(|&i| columns[i].header.len()).max().unwrap_or(0);
+    table.set_header(block.iter().map(|&i| {
+        // Units stand on one line, also under names that have none.
+        let mut lines = columns[i].header.clone();
+        lines.resize(tall, String::new());
+        lines.join("\n")
+    }));
+    for row in 0..rows {
+        table.add_row(block.iter().map(|&i| columns[i].cells[row].as_str()));
+    }
+    for (position, &i) in block.iter().enumerate() {
+        if let Some(column) = table.column_mut(position) {
+            let alignment = if columns[i].numeric { CellAlignment::Right } else { CellAlignment::Left };
+            column.set_cell_alignment(alignment);
+            let least = u16::try_from(columns[i].least + PADDING).unwrap_or(u16::MAX);
+            column.set_constraint(if columns[i].numeric {
+                ColumnConstraint::Absolute(Width::Fixed(least))
+            } else {
+                ColumnConstraint::LowerBoundary(Width::Fixed(least))
+            });
+        }
+    }
+    let mut text = String::new();
+    for line in table.lines() {
+        text += line.trim_end();
+        text.push('\n');
+    }
+    text
+}
