@@ -87,13 +87,17 @@ impl Scale {
             let count = ((self.high / step + 1e-6).floor() - first).clamp(-1.0, 200.0);
             (0..=count as i64).filter(move |_| count >= 0.0).map(move |i| first + i as f64)
         };
-        let major = multiples(step)
+        let major: Vec<(f64, String)> = multiples(step)
             .map(|i| {
                 let label = format!("{:.decimals$}", i * mantissa * 10f64.powi(power - exponent));
                 let zero = label.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));
                 (i * step, if zero { "0".to_owned() } else { label.replace('-', "−") })
             })
             .collect();
+        if major.len() < 2 && target < 12 {
+            // One number alone gives no scale.
+            return self.linear_ticks(target + 1, factor_out);
+        }
         // 1 → 5 parts, 2 → 4 parts, 5 → 5 parts
         let parts = if mantissa == 2.0 { 4.0 } else { 5.0 };
         let minor = multiples(step / parts).filter(|i| i.rem_euclid(parts) != 0.0).map(|i| i * step / parts).collect();
