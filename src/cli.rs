@@ -21,7 +21,9 @@ pub(crate) struct Cli {
 #[derive(Subcommand)]
 pub(crate) enum Command {
     /// Launch a study or continue it; what is in the store is not computed again
-    #[command(after_help = "Examples:\n  tribosweep run sweeps/stick-zone.toml\n  tribosweep run sweeps/stick-zone.toml --workers 4 --json > events.jsonl\n  tribosweep run sweeps/stick-zone.toml --retry-failed\n\nCtrl-C once stops after the jobs in flight, twice stops now. Either way the same command continues.")]
+    #[command(
+        after_help = "Examples:\n  tribosweep run sweeps/stick-zone.toml\n  tribosweep run sweeps/stick-zone.toml --workers 4 --json > events.jsonl\n  tribosweep run sweeps/stick-zone.toml --retry-failed\n\nCtrl-C once stops after the jobs in flight, twice stops now. Either way the same command continues."
+    )]
     Run(RunArgs),
     /// Say what a study would run: jobs, cached ones, predicted time and memory; runs nothing
     #[command(after_help = "Examples:\n  tribosweep plan sweeps/stick-zone.toml\n  tribosweep plan sweeps/stick-zone.toml --json")]
@@ -33,16 +35,24 @@ pub(crate) enum Command {
     #[command(after_help = "Examples:\n  tribosweep status\n  tribosweep status stick-zone --json")]
     Status(StatusArgs),
     /// Print a study's results as a table
-    #[command(after_help = "Examples:\n  tribosweep query stick-zone --where 'mu > 0.3 && mesh == 24' --select mu,poisson,stick_fraction --sort mu\n  tribosweep query stick-zone --sort=-peak_pressure --format csv > results.csv\n  tribosweep query stick-zone --columns      what can be selected")]
+    #[command(
+        after_help = "Examples:\n  tribosweep query stick-zone --where 'mu > 0.3 && mesh == 24' --select mu,poisson,stick_fraction --sort mu\n  tribosweep query stick-zone --sort=-peak_pressure --format csv > results.csv\n  tribosweep query stick-zone --columns      what can be selected"
+    )]
     Query(QueryArgs),
     /// Show one result whole: scene, numbers, certificate, provenance, fields
-    #[command(after_help = "Examples:\n  tribosweep show 3fa9c1\n  tribosweep show 3fa9c1 --field pressure\n  tribosweep show 3fa9c1 --field state --output state.png     also .svg .npy .vti .csv")]
+    #[command(
+        after_help = "Examples:\n  tribosweep show 3fa9c1\n  tribosweep show 3fa9c1 --field pressure\n  tribosweep show 3fa9c1 --field state --output state.png     also .svg .npy .vti .csv"
+    )]
     Show(ShowArgs),
     /// Draw the figure that answers a study's question
-    #[command(after_help = "Examples:\n  tribosweep plot stick-zone\n  tribosweep plot stick-zone --x mu --y load --series poisson --output load.svg")]
+    #[command(
+        after_help = "Examples:\n  tribosweep plot stick-zone\n  tribosweep plot stick-zone --x mu --y load --series poisson --output load.svg"
+    )]
     Plot(PlotArgs),
     /// Solve one scene, here and now, in this process; nothing is stored
-    #[command(after_help = "Examples:\n  tribosweep solve sweeps/scenes/sphere.toml\n  tribosweep solve sweeps/scenes/sphere.toml --set friction.mu=0.5 --set mesh=48 --field state")]
+    #[command(
+        after_help = "Examples:\n  tribosweep solve sweeps/scenes/sphere.toml\n  tribosweep solve sweeps/scenes/sphere.toml --set friction.mu=0.5 --set mesh=48 --field state"
+    )]
     Solve(SolveArgs),
     /// Check or tidy the store
     #[command(subcommand)]
@@ -57,8 +67,7 @@ pub(crate) enum Command {
     #[command(hide = true)]
     Worker {
         /// What the coordinator tells its worker
-        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-        arguments: Vec<std::ffi::OsString>,
+        argument: String,
     },
 }
 
@@ -239,6 +248,15 @@ pub(crate) enum StoreCommand {
     /// Read every record and every file and say what is damaged
     #[command(after_help = "Examples:\n  tribosweep store verify")]
     Verify {
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        store: StoreArgs,
+    },
+    /// Rebuild a damaged store from what can still be verified; what is lost is computed again by the next run
+    #[command(after_help = "Examples:\n  tribosweep store salvage")]
+    Salvage {
         /// Print JSON
         #[arg(long)]
         json: bool,

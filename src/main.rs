@@ -1,2 +1,58 @@
-//! The `tribosweep` command.
-fn main() {}
+//! The `tribosweep` command: wires studies, runner, store and report together.
+#![forbid(unsafe_code)]
+
+mod cli;
+mod draw;
+mod launch;
+mod ledger;
+mod output;
+mod progress;
+mod query;
+mod results;
+mod show;
+mod solve;
+mod store_commands;
+mod work;
+
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser};
+
+use crate::cli::{Cli, Command};
+use crate::output::Finish;
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // a closed pipe is nobody's mistake
+            let _ = error.print();
+            return if error.use_stderr() { Finish::Mistake.into() } else { Finish::AllDone.into() };
+        }
+    };
+    let finished = match cli.command {
+        Command::Run(args) => launch::run(&args),
+        Command::Plan(args) => launch::plan(&args),
+        Command::Resume(args) => launch::resume(&args),
+        Command::Status(args) => query::status(&args),
+        Command::Query(args) => query::query(&args),
+        Command::Show(args) => show::show(&args),
+        Command::Plot(args) => draw::plot(&args),
+        Command::Solve(args) => solve::solve(&args),
+        Command::Store(command) => store_commands::run(&command),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "tribosweep", &mut script);
+            output::print(&String::from_utf8_lossy(&script))
+        }
+        Command::Worker { argument } => work::run(&argument),
+    };
+    match finished {
+        Ok(finish) => finish.into(),
+        Err(error) if output::is_closed_pipe(&error) => Finish::AllDone.into(),
+        Err(error) => {
+            output::complain(&error);
+            Finish::Mistake.into()
+        }
+    }
+}

@@ -14,6 +14,7 @@
 #![forbid(unsafe_code)]
 
 pub mod certificate;
+mod forecast;
 pub mod foundation;
 pub mod friction;
 pub mod grid;
@@ -28,5 +29,6 @@ pub mod scene;
 mod solve;
 pub mod solver;
 
+pub use forecast::{Forecast, forecast};
 pub use operators::{Operator, Operators};
 pub use solve::{conclude, solve};

@@ -70,11 +70,8 @@ impl Problem {
         let layout = Layout::new(scene, numerics, &domain)?;
         let (nx, ny) = (layout.nx, layout.ny);
 
-        // Ratios to the foundation's modulus and to Ω's width come first, so that jobs that differ only in a modulus or a
-        // size get the same operator to the last bit and can share it.
         let modulus = scene.foundation.base.shear_modulus;
-        let relative = |material: &Material| Material { shear_modulus: material.shear_modulus / modulus, poisson: material.poisson };
-        let bodies = HalfSpace::new(&relative(&scene.foundation.base), scene.punch.material.map(|m| relative(&m)).as_ref());
+        let bodies = relative_bodies(scene);
         let scale = Scale { length: layout.half_diameter, compliance: bodies.direct / modulus };
         let out_of_range = |key: &str, value: f64| SceneError {
             key: key.to_owned(),
@@ -166,12 +163,20 @@ impl Problem {
     }
 }
 
+/// The bodies' compliances in units of 1/G of the foundation. Ratios to its modulus, like those of [`Layout`] to Ω's width, come
+/// first, so that jobs that differ only in a modulus or a size get the same operator to the last bit and can share it.
+pub(crate) fn relative_bodies(scene: &Scene) -> HalfSpace {
+    let modulus = scene.foundation.base.shear_modulus;
+    let relative = |material: &Material| Material { shear_modulus: material.shear_modulus / modulus, poisson: material.poisson };
+    HalfSpace::new(&relative(&scene.foundation.base), scene.punch.material.map(|m| relative(&m)).as_ref())
+}
+
 /// How Ω is cut into elements.
-struct Layout {
-    nx: usize,
-    ny: usize,
+pub(crate) struct Layout {
+    pub(crate) nx: usize,
+    pub(crate) ny: usize,
     /// Element size in units of ℓ.
-    element: [f64; 2],
+    pub(crate) element: [f64; 2],
     /// ℓ [m].
     half_diameter: f64,
     /// Whether the punch goes on beyond Ω.
@@ -181,7 +186,7 @@ struct Layout {
 }
 
 impl Layout {
-    fn new(scene: &Scene, numerics: &Numerics, domain: &Domain) -> Result<Self, SceneError> {
+    pub(crate) fn new(scene: &Scene, numerics: &Numerics, domain: &Domain) -> Result<Self, SceneError> {
         let aspect = domain.width_y / domain.width_x;
         let (nx, ny) = match numerics.mesh {
             Mesh::Exact([nx, ny]) => (nx as usize, ny as usize),

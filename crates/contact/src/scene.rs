@@ -42,7 +42,6 @@ pub struct Material {
 
 /// The punch: its shape, and its material if it is elastic.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct Punch {
     /// Surface shape.
     #[serde(flatten)]

@@ -1,0 +1,165 @@
+//! Figures and fields as files: `plot`, and the fields of `show` and `solve`.
+
+use std::ffi::OsStr;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use contact::outcome::Fields;
+use report::{Field, Figure, FigureSpec, Grid, Table, TerminalInk, Values, field_csv, vti};
+use store::Store;
+
+use crate::cli::PlotArgs;
+use crate::output::{self, Finish};
+use crate::query::tell_origin;
+use crate::results::{Results, stored_study};
+
+/// Dots per inch of PNG files.
+const RESOLUTION: f64 = 300.0;
+
+/// A study's figure in the words of the report.
+pub(crate) fn spec(figure: &study::Figure) -> OwnedSpec {
+    OwnedSpec {
+        x: figure.x.clone(),
+        y: figure.y.clone(),
+        series: figure.series.clone(),
+        panels: figure.panels.clone(),
+        log_x: figure.log_x,
+        log_y: figure.log_y,
+    }
+}
+
+/// Which columns a figure shows.
+#[derive(Clone, Default)]
+pub(crate) struct OwnedSpec {
+    x: String,
+    y: String,
+    series: Vec<String>,
+    panels: Option<String>,
+    log_x: bool,
+    log_y: bool,
+}
+
+/// Draws a table's columns to `stem`.svg and `stem`.png, or to `stem` itself when it ends in one of them.
+pub(crate) fn write_figure(table: &Table, spec: &OwnedSpec, title: &str, stem: &Path) -> Result<Vec<PathBuf>> {
+    let series: Vec<&str> = spec.series.iter().map(String::as_str).collect();
+    let figure = Figure::from_table(
+        table,
+        &FigureSpec {
+            x: &spec.x,
+            y: &spec.y,
+            series: &series,
+            panels: spec.panels.as_deref(),
+            title,
+            log_x: spec.log_x,
+            log_y: spec.log_y,
+        },
+    )?;
+    let svg = figure.svg();
+    let files = match stem.extension().and_then(OsStr::to_str) {
+        Some("svg" | "png") => vec![stem.to_owned()],
+        Some(other) if !other.contains(' ') && stem.file_stem().is_some() && other.len() <= 4 => {
+            bail!("{}: a figure is written as .svg or .png, not .{other}", stem.display())
+        }
+        _ => ["svg", "png"].map(|ending| PathBuf::from(format!("{}.{ending}", stem.display()))).to_vec(),
+    };
+    for file in &files {
+        let bytes = if file.extension() == Some(OsStr::new("png")) { report::png(&svg, RESOLUTION)? } else { svg.clone().into_bytes() };
+        write(file, &bytes)?;
+    }
+    Ok(files)
+}
+
+fn write(file: &Path, bytes: &[u8]) -> Result<()> {
+    std::fs::write(file, bytes).with_context(|| format!("cannot write {}", file.display()))
+}
+
+pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
+    let reader = Store::read(&args.store.store)?;
+    tell_origin(&reader);
+    let results = Results::read(&reader, stored_study(&reader, &args.name)?)?;
+    let own = results.study.figure().map(spec);
+    let asked = args.x.is_some() || args.y.is_some();
+    let mut spec = own.unwrap_or_default();
+    if let Some(x) = &args.x {
+        spec.x.clone_from(x);
+    }
+    if let Some(y) = &args.y {
+        spec.y.clone_from(y);
+    }
+    if spec.x.is_empty() || spec.y.is_empty() {
+        bail!("the study suggests no figure; name its columns with --x and --y (`tribosweep query {} --columns` lists them)", args.name);
+    }
+    if let Some(series) = &args.series {
+        spec.series.clone_from(series);
+    }
+    spec.panels = args.panels.clone().or(spec.panels);
+    // a column cannot be drawn along x and tell the curves apart at once
+    spec.series.retain(|name| *name != spec.x);
+    spec.panels = spec.panels.filter(|name| *name != spec.x);
+    spec.log_x |= args.log_x;
+    spec.log_y |= args.log_y;
+    let mut table = results.table()?;
+    if let Some(expression) = &args.filter {
+        table = table.filter(expression)?;
+    }
+    let title = if asked { results.study.name() } else { results.study.question() };
+    let stem = args.output.clone().unwrap_or_else(|| PathBuf::from(results.study.name()));
+    let files = write_figure(&table, &spec, title, &stem)?;
+    if args.json {
+        return output::print_json(&files);
+    }
+    output::print(&files.iter().map(|file| format!("{}\n", file.display())).collect::<String>())
+}
+
+/// The fields by name.
+const FIELDS: [&str; 8] = ["pressure", "traction_x", "traction_y", "traction", "gap", "slip_x", "slip_y", "state"];
+
+/// One of the fields of a result; masked elements have no value.
+pub(crate) fn field(fields: &Fields, name: &str) -> Result<Field> {
+    let [nx, ny] = fields.shape.map(|n| n as usize);
+    let corner = [0, 1].map(|c| fields.origin[c] - 0.5 * fields.element[c]);
+    let grid = Grid { nx, ny, origin: corner, element: fields.element };
+    let on_sole = |values: &[f64]| -> Values {
+        Values::Number(values.iter().zip(&fields.state).map(|(value, state)| if *state == 0 { f64::NAN } else { *value }).collect())
+    };
+    let traction: Vec<f64>;
+    let (unit, values) = match name {
+        "pressure" => ("Pa", on_sole(&fields.pressure)),
+        "traction_x" => ("Pa", on_sole(&fields.traction_x)),
+        "traction_y" => ("Pa", on_sole(&fields.traction_y)),
+        "traction" => {
+            traction = fields.traction_x.iter().zip(&fields.traction_y).map(|(x, y)| x.hypot(*y)).collect();
+            ("Pa", on_sole(&traction))
+        }
+        "gap" => ("m", on_sole(&fields.gap)),
+        "slip_x" => ("m", on_sole(&fields.slip_x)),
+        "slip_y" => ("m", on_sole(&fields.slip_y)),
+        "state" => {
+            let names = ["outside", "open", "stick", "slip"].map(str::to_owned).to_vec();
+            ("", Values::Category { of: fields.state.clone(), names })
+        }
+        other => bail!("there is no field `{other}`; there are {}", FIELDS.join(", ")),
+    };
+    Ok(Field::new(name, unit, grid, values)?)
+}
+
+/// Draws a field on standard output or writes it to a file by its ending.
+pub(crate) fn show_field(fields: &Fields, name: &str, file: Option<&Path>) -> Result<Finish> {
+    let field = field(fields, name)?;
+    let Some(file) = file else {
+        let ink =
+            if std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none() { TerminalInk::Color } else { TerminalInk::Ascii };
+        return output::print(&field.terminal(output::terminal_width().unwrap_or(80), ink));
+    };
+    let bytes = match file.extension().and_then(OsStr::to_str) {
+        Some("png") => report::png(&field.svg(), RESOLUTION)?,
+        Some("svg") => field.svg().into_bytes(),
+        Some("npy") => field.npy()?,
+        Some("vti") => vti(&[&field])?.into_bytes(),
+        Some("csv") => field_csv(&[&field])?.into_bytes(),
+        _ => bail!("{}: a field is written as .png, .svg, .npy, .vti or .csv", file.display()),
+    };
+    write(file, &bytes)?;
+    output::print(&format!("{}\n", file.display()))
+}

@@ -1,0 +1,325 @@
+//! `run`, `resume` and `plan`: from a study to the jobs that are left, and running them.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, anyhow, bail};
+use contact::{Forecast, forecast};
+use report::Table;
+use runner::{Interrupt, Options, Task};
+use serde::Serialize;
+use store::{OpenError, Store};
+use study::{JobKey, Point, Record, Study};
+
+use crate::cli::{ExecutionArgs, PlanArgs, ResumeArgs, RunArgs};
+use crate::draw;
+use crate::ledger::Ledger;
+use crate::output::{self, Finish};
+use crate::progress::{Progress, duration};
+use crate::results::{self, Results};
+use crate::work::order;
+
+/// Rows of the table at the end of a run; more are for `query`.
+const SUMMARY_ROWS: usize = 24;
+/// Failed jobs listed at the end of a run; more are for `query`.
+const LISTED_FAILURES: usize = 10;
+
+/// Reads a study file; files that it names are looked for beside it.
+pub(crate) fn read_study(path: &Path) -> Result<Study> {
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read the study file {}", path.display()))?;
+    Ok(parse_study(&text, path)?)
+}
+
+/// Parses the text of a study file as if it stood at `path`.
+pub(crate) fn parse_study(text: &str, path: &Path) -> Result<Study, study::StudyError> {
+    let beside = path.parent().unwrap_or(Path::new("."));
+    Study::parse(text, &path.display().to_string(), &mut |name| std::fs::read(beside.join(name)).map_err(|error| error.to_string()))
+}
+
+pub(crate) fn run(args: &RunArgs) -> Result<Finish> {
+    let study = read_study(&args.study)?;
+    let jobs = Jobs::of(&study)?;
+    let store = Store::open(&args.store.store)?;
+    execute(study, jobs, store, &args.store.store, &args.execution)
+}
+
+pub(crate) fn resume(args: &ResumeArgs) -> Result<Finish> {
+    // a resume that finds no study must not leave an empty store behind
+    let study = results::stored_study(&Store::read(&args.store.store)?, &args.name)?;
+    let jobs = Jobs::of(&study)?;
+    let store = Store::open(&args.store.store)?;
+    execute(study, jobs, store, &args.store.store, &args.execution)
+}
+
+/// The distinct jobs of a study with what they will take, in the order of their first points.
+struct Jobs {
+    points: Vec<Point>,
+    distinct: Vec<(usize, Forecast)>,
+}
+
+impl Jobs {
+    /// Refuses a study of which some point cannot be laid out, before anything runs.
+    fn of(study: &Study) -> Result<Self> {
+        let points = study.points();
+        let mut seen = HashSet::new();
+        let mut distinct = Vec::new();
+        for (index, point) in points.iter().enumerate().filter(|(_, point)| seen.insert(point.key)) {
+            let forecast = forecast(&point.job.scene, &point.job.numerics).map_err(|error| {
+                let values: Vec<String> =
+                    study.axes().zip(&point.values).map(|(axis, value)| format!("{} = {value}", axis.column())).collect();
+                let place = if values.is_empty() { String::new() } else { format!(", at {}", values.join(", ")) };
+                anyhow!("{}: {error}{place}", study.path())
+            })?;
+            distinct.push((index, forecast));
+        }
+        Ok(Self { points, distinct })
+    }
+
+    fn keys(&self) -> Vec<JobKey> {
+        self.distinct.iter().map(|(index, _)| self.points[*index].key).collect()
+    }
+}
+
+fn execute(study: Study, jobs: Jobs, store: Store, directory: &Path, args: &ExecutionArgs) -> Result<Finish> {
+    let definition = study.definition();
+    if !matches!(store.study(study.name()), Ok(Some(stored)) if stored == definition) {
+        store.put_study(study.name(), &definition)?;
+    }
+    let mut tasks = Vec::new();
+    let mut texts = HashMap::new();
+    for (index, forecast) in &jobs.distinct {
+        let point = &jobs.points[*index];
+        let again = || match store.get(&point.key) {
+            Ok(Some(bytes)) => Record::decode(&bytes).map_or(true, |record| record.status() != "certified"),
+            _ => true,
+        };
+        if store.contains(&point.key) && !(args.retry_failed && again()) {
+            continue;
+        }
+        let text = point.job.canonical();
+        tasks.push(Task {
+            key: point.key,
+            payload: order(&point.job, text.clone(), study.surfaces())?,
+            group: forecast.operator,
+            cost: forecast.seconds,
+            memory: forecast.memory,
+        });
+        texts.insert(point.key, text);
+    }
+
+    let cached = jobs.distinct.len() - tasks.len();
+    let computing = tasks.len();
+    let mut progress = Progress::new(&tasks, cached, args.json);
+    let mut interrupted = false;
+    let mut seconds = 0.0;
+    if computing > 0 {
+        let command = vec![std::env::current_exe().context("cannot find this program's own file")?.into(), "worker".into()];
+        let mut options = Options::new(command, args.memory.unwrap_or_else(default_memory));
+        options.workers = args.workers.map_or(options.workers, |workers| workers as usize).min(computing);
+        let interrupt = Interrupt::new().context("cannot prepare for Ctrl-C")?;
+        let raised = interrupt.clone();
+        ctrlc::set_handler(move || raised.raise()).context("cannot prepare for Ctrl-C")?;
+        let mut ledger = Ledger::new(&store, texts);
+        let outcome = runner::run(tasks, &mut ledger, &options, &interrupt, &mut |event| progress.show(event));
+        progress.finish();
+        match outcome {
+            Ok(summary) => {
+                interrupted = summary.unfinished > 0;
+                seconds = summary.seconds;
+            }
+            Err(error) => {
+                return Err(
+                    anyhow::Error::new(error).context(format!("the run stopped; what is done is kept: {}", again(&study, directory)))
+                );
+            }
+        }
+    }
+
+    let fetch = |keys: Vec<JobKey>| keys.into_iter().filter_map(|key| store.get(&key).transpose().map(|record| (key, record))).collect();
+    let results = Results::collect(study, jobs.points, fetch)?;
+    report(&results, directory, args.json, Tally { jobs: jobs.distinct.len(), cached, computing, seconds, interrupted })
+}
+
+/// What a run did.
+#[derive(Serialize)]
+struct Tally {
+    jobs: usize,
+    cached: usize,
+    computing: usize,
+    seconds: f64,
+    interrupted: bool,
+}
+
+/// Says at the end of a run what came of it.
+fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Result<Finish> {
+    let study = &results.study;
+    let progress = results.progress();
+    let figures = if progress.done > 0 { draw_figure(results, directory) } else { Ok(Vec::new()) };
+    let finish = match (tally.interrupted, progress.failed) {
+        (true, _) => Finish::Interrupted,
+        (_, 0) => Finish::AllDone,
+        _ => Finish::SomeFailed,
+    };
+    let store_option = store_option(directory);
+    let mut failures = Vec::new();
+    let mut listed = BTreeSet::new();
+    for record in results.points.iter().filter_map(|point| results.record(point)).filter(|record| record.status() != "certified") {
+        if listed.insert(record.key()) {
+            let key = record.key().to_string();
+            failures.push(serde_json::json!({ "key": key, "status": record.status(), "show": format!("tribosweep show {}{store_option}", &key[..12]) }));
+        }
+    }
+    if json {
+        let files: Vec<_> = figures.iter().flatten().collect();
+        let line = serde_json::json!({
+            "event": "summary", "study": study.name(), "progress": progress, "run": tally, "failures": failures, "figures": files,
+        });
+        output::print(&format!("{line}\n"))?;
+        return Ok(finish);
+    }
+
+    let mut text = String::new();
+    let mut table = results.table()?.select(&results.usual_columns())?;
+    let all = table.rows().len();
+    if all > SUMMARY_ROWS {
+        table = Table::new(table.columns().to_vec(), table.rows()[..SUMMARY_ROWS].to_vec())?;
+    }
+    text += &table.terminal(&crate::query::layout());
+    if all > SUMMARY_ROWS {
+        text += &format!("… {} more rows: tribosweep query {}{store_option}\n", all - SUMMARY_ROWS, study.name());
+    }
+    let computed = tally.computing - results.missing();
+    text += &format!(
+        "\n{}: {} points, {} certified, {} failed, {} left; {computed} of {} jobs computed in {}, {} from the store\n",
+        study.name(),
+        progress.points,
+        progress.done,
+        progress.failed,
+        progress.left,
+        tally.jobs,
+        duration(tally.seconds),
+        tally.cached,
+    );
+    match figures {
+        Ok(files) => files.iter().for_each(|file| text += &format!("figure: {}\n", file.display())),
+        Err(error) => text += &format!("no figure: {error:#}\n"),
+    }
+    for failure in failures.iter().take(LISTED_FAILURES) {
+        text += &format!("{}: {}\n", failure["status"].as_str().unwrap_or_default(), failure["show"].as_str().unwrap_or_default());
+    }
+    if failures.len() > LISTED_FAILURES {
+        text += &format!(
+            "… {} more: tribosweep query {} --where 'status != \"certified\"'{store_option}\n",
+            failures.len() - LISTED_FAILURES,
+            study.name()
+        );
+    }
+    if tally.interrupted {
+        text += &format!("interrupted; continue with: {}\n", again(study, directory));
+    }
+    output::print(&text)?;
+    Ok(finish)
+}
+
+/// The study's figure as files in the store's own folder of figures.
+fn draw_figure(results: &Results, directory: &Path) -> Result<Vec<PathBuf>> {
+    let Some(figure) = results.study.figure() else { return Ok(Vec::new()) };
+    let folder = directory.join("figures");
+    std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    draw::write_figure(&results.table()?, &draw::spec(figure), results.study.question(), &folder.join(results.study.name()))
+}
+
+fn again(study: &Study, directory: &Path) -> String {
+    format!("tribosweep resume {}{}", study.name(), store_option(directory))
+}
+
+/// The option that names the store, unless it is where every command looks.
+pub(crate) fn store_option(directory: &Path) -> String {
+    if directory == Path::new(".tribosweep") { String::new() } else { format!(" --store {}", directory.display()) }
+}
+
+/// 80 % of the memory that is available now [bytes].
+fn default_memory() -> u64 {
+    let available = std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| {
+        let line = text.lines().find(|line| line.starts_with("MemAvailable:"))?;
+        line.split_whitespace().nth(1)?.parse::<u64>().ok()
+    });
+    available.map_or(1 << 30, |kilobytes| kilobytes * 1024 / 10 * 8)
+}
+
+/// What a plan says.
+#[derive(Serialize)]
+struct Plan<'a> {
+    study: &'a str,
+    question: &'a str,
+    points: usize,
+    jobs: usize,
+    cached: usize,
+    to_run: usize,
+    operators: usize,
+    predicted_worker_seconds: f64,
+    predicted_seconds: f64,
+    workers: usize,
+    largest_job_bytes: u64,
+}
+
+pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
+    let study = read_study(&args.study)?;
+    let jobs = Jobs::of(&study)?;
+    let keys = jobs.keys();
+    let cached = match Store::read(&args.store.store) {
+        Ok(reader) => reader.contains(&keys)?,
+        Err(OpenError::Missing { .. }) => vec![false; keys.len()],
+        Err(error) => bail!(error),
+    };
+    let left: Vec<&(usize, Forecast)> = jobs.distinct.iter().zip(&cached).filter(|(_, cached)| !**cached).map(|(job, _)| job).collect();
+    let seconds: f64 = left.iter().map(|(_, forecast)| forecast.seconds).sum();
+    let longest = left.iter().map(|(_, forecast)| forecast.seconds).fold(0.0, f64::max);
+    let workers = std::thread::available_parallelism().map_or(1, usize::from).min(left.len().max(1));
+    let operators: BTreeSet<u64> = left.iter().map(|(_, forecast)| forecast.operator).collect();
+    let plan = Plan {
+        study: study.name(),
+        question: study.question(),
+        points: jobs.points.len(),
+        jobs: keys.len(),
+        cached: keys.len() - left.len(),
+        to_run: left.len(),
+        operators: operators.len(),
+        predicted_worker_seconds: seconds,
+        predicted_seconds: longest.max(seconds / workers as f64),
+        workers,
+        largest_job_bytes: left.iter().map(|(_, forecast)| forecast.memory).max().unwrap_or(0),
+    };
+    if args.json {
+        return output::print_json(&plan);
+    }
+    let mut text = format!("{}\n", plan.study);
+    if !plan.question.is_empty() {
+        text += &format!("{}\n", plan.question);
+    }
+    text += &format!("\n{} points, {} distinct jobs: {} in the store, {} to run\n", plan.points, plan.jobs, plan.cached, plan.to_run);
+    if plan.to_run > 0 {
+        text += &format!(
+            "about {} on {} workers ({} of work), {} operators, up to {:.1} MiB per job\n",
+            duration(plan.predicted_seconds),
+            plan.workers,
+            duration(plan.predicted_worker_seconds),
+            plan.operators,
+            plan.largest_job_bytes as f64 / (1024.0 * 1024.0)
+        );
+        let mut by_mesh: BTreeMap<[usize; 2], (usize, f64)> = BTreeMap::new();
+        for (_, forecast) in &left {
+            let entry = by_mesh.entry(forecast.elements).or_default();
+            entry.0 += 1;
+            entry.1 += forecast.seconds;
+        }
+        for ([nx, ny], (count, seconds)) in by_mesh {
+            text += &format!("  {nx} x {ny} elements: {count} jobs, {} of work\n", duration(seconds));
+        }
+    }
+    if std::io::stdout().is_terminal() && plan.to_run > 0 {
+        text += &format!("run it with: tribosweep run {}{}\n", args.study.display(), store_option(&args.store.store));
+    }
+    output::print(&text)
+}

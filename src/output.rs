@@ -1,0 +1,75 @@
+//! Standard output, standard error and exit codes.
+
+use std::io::{self, IsTerminal, Write};
+use std::process::ExitCode;
+
+use anyhow::Result;
+
+/// How a command ended, short of an error; an error is the user's mistake, or the machine's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Finish {
+    /// Everything asked for was done.
+    AllDone,
+    /// Something asked for cannot be.
+    Mistake,
+    /// Finished, but some jobs failed.
+    SomeFailed,
+    /// Interrupted.
+    Interrupted,
+}
+
+impl From<Finish> for ExitCode {
+    fn from(finish: Finish) -> Self {
+        ExitCode::from(match finish {
+            Finish::AllDone => 0,
+            Finish::Mistake => 1,
+            Finish::SomeFailed => 2,
+            Finish::Interrupted => 130,
+        })
+    }
+}
+
+/// Prints to standard output.
+pub(crate) fn print(text: &str) -> Result<Finish> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes())?;
+    out.flush()?;
+    Ok(Finish::AllDone)
+}
+
+/// Prints a value as indented JSON.
+pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<Finish> {
+    print(&(serde_json::to_string_pretty(value)? + "\n"))
+}
+
+/// Whether the reader of standard output went away, as `head` does.
+pub(crate) fn is_closed_pipe(error: &anyhow::Error) -> bool {
+    error.chain().filter_map(|cause| cause.downcast_ref::<io::Error>()).any(|cause| cause.kind() == io::ErrorKind::BrokenPipe)
+}
+
+/// Prints an error with its causes to standard error.
+pub(crate) fn complain(error: &anyhow::Error) {
+    // a study's errors are whole pictures of the file and begin with `error:` themselves
+    let text = match error.downcast_ref::<study::StudyError>() {
+        Some(study) => study.render(io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none()).trim_end().to_owned(),
+        None => {
+            let mut said = String::new();
+            for cause in error.chain().map(ToString::to_string) {
+                // a cause that its effect already quotes is not said twice
+                if !said.contains(&cause) {
+                    said = if said.is_empty() { cause } else { format!("{said}: {cause}") };
+                }
+            }
+            format!("error: {said}")
+        }
+    };
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
+/// Columns of the terminal behind standard output, `None` if there is none.
+pub(crate) fn terminal_width() -> Option<usize> {
+    if !io::stdout().is_terminal() {
+        return None;
+    }
+    terminal_size::terminal_size().map(|(width, _)| usize::from(width.0))
+}

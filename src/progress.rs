@@ -1,0 +1,118 @@
+//! What a run shows while it runs: a bar on a terminal, JSON lines on request, else only what needs attention.
+
+use std::collections::HashMap;
+use std::io::Write;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use runner::{Event, Task, What};
+use study::JobKey;
+
+/// A reader of the runner's events.
+pub(crate) struct Progress {
+    bar: ProgressBar,
+    json: bool,
+    costs: HashMap<JobKey, f64>,
+    cached: usize,
+    cost_done: f64,
+    cost_left: f64,
+    started: Instant,
+}
+
+impl Progress {
+    pub(crate) fn new(tasks: &[Task], cached: usize, json: bool) -> Self {
+        let costs: HashMap<JobKey, f64> = tasks.iter().map(|task| (task.key, task.cost)).collect();
+        let bar = ProgressBar::new(tasks.len() as u64);
+        bar.set_draw_target(if json { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() });
+        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len}  {msg}") {
+            bar.set_style(style);
+        }
+        // in the order of the tasks: a sum over a hash map would differ in its last digits
+        Self { bar, json, cached, cost_done: 0.0, cost_left: tasks.iter().map(|task| task.cost).sum(), costs, started: Instant::now() }
+    }
+
+    /// Takes note of an event and shows it.
+    pub(crate) fn show(&mut self, event: &Event) {
+        if self.json {
+            if let Ok(line) = serde_json::to_string(event) {
+                // who stopped listening does not stop the run
+                let _ = writeln!(std::io::stdout(), "{line}");
+            }
+            return;
+        }
+        match &event.what {
+            What::Done { key, .. } => self.ended(key),
+            What::Quarantined { key, reason, attempts } => {
+                self.ended(key);
+                self.notice(&format!("job {} is set aside after {attempts} attempts: {reason}", short(key)));
+            }
+            What::Retried { key, attempt, reason } => self.notice(&format!("attempt {attempt} of job {} failed: {reason}", short(key))),
+            What::WorkerLost { worker, how, .. } => self.notice(&format!("worker {worker} is lost: {how}")),
+            What::Interrupted { now: false } => self.notice("stopping after the jobs in flight; Ctrl-C again stops now"),
+            What::Interrupted { now: true } => self.notice("stopping now"),
+            _ => {}
+        }
+        let counts = &event.counts;
+        self.bar.set_position((counts.done + counts.quarantined) as u64);
+        self.bar.set_message(format!("{} cached, {} failed, {} workers{}", self.cached, counts.quarantined, counts.workers, self.left()));
+    }
+
+    /// Clears the bar away.
+    pub(crate) fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+
+    fn ended(&mut self, key: &JobKey) {
+        let cost = self.costs.get(key).copied().unwrap_or(0.0);
+        self.cost_done += cost;
+        self.cost_left = (self.cost_left - cost).max(0.0);
+    }
+
+    /// Time left, by predicted cost rather than by count: jobs differ by orders of magnitude.
+    fn left(&self) -> String {
+        if self.cost_done <= 0.0 {
+            return String::new();
+        }
+        let elapsed = self.started.elapsed().as_secs_f64();
+        let pace = elapsed / self.cost_done;
+        format!(", {:.1}/s, about {} left", self.bar.position() as f64 / elapsed.max(1e-9), duration(self.cost_left * pace))
+    }
+
+    fn notice(&self, text: &str) {
+        self.bar.suspend(|| {
+            let _ = writeln!(std::io::stderr(), "{text}");
+        });
+    }
+}
+
+/// The first characters of a key, enough to name it.
+pub(crate) fn short(key: &JobKey) -> String {
+    key.to_string()[..12].to_owned()
+}
+
+/// Seconds in words.
+pub(crate) fn duration(seconds: f64) -> String {
+    if seconds < 0.9995 {
+        return format!("{:.0} ms", seconds.max(0.0) * 1e3);
+    }
+    if seconds < 59.95 {
+        return format!("{seconds:.1} s");
+    }
+    let whole = Duration::try_from_secs_f64(seconds).map_or(u64::MAX, |duration| duration.as_secs());
+    match whole {
+        0..3600 => format!("{} min {} s", whole / 60, whole % 60),
+        3600..172_800 => format!("{} h {} min", whole / 3600, whole / 60 % 60),
+        _ => format!("{} days", whole / 86_400),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::duration;
+
+    #[test]
+    fn durations_read_well_at_every_size() {
+        let shown = [0.0, 0.0123, 1.0, 59.9, 61.0, 3600.0, 90_000.0, 1e7, f64::INFINITY].map(duration);
+        assert_eq!(shown[..8], ["0 ms", "12 ms", "1.0 s", "59.9 s", "1 min 1 s", "1 h 0 min", "25 h 0 min", "115 days"]);
+    }
+}

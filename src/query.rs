@@ -1,0 +1,93 @@
+//! `status` and `query`: what a store knows.
+
+use anyhow::Result;
+use report::{Cell, Column, Table, TerminalLayout};
+use store::{Origin, Reader, Store};
+use study::Study;
+use study::columns::Kind;
+
+use crate::cli::{QueryArgs, StatusArgs, TableFormat};
+use crate::output::{self, Finish};
+use crate::results::{Results, stored_study};
+
+/// How tables are laid out on standard output.
+pub(crate) fn layout() -> TerminalLayout {
+    TerminalLayout { width: output::terminal_width(), digits: 6, prefixes: true, unicode: true }
+}
+
+/// Says where numbers come from when a run is still adding to them.
+pub(crate) fn tell_origin(reader: &Reader) {
+    if let origin @ Origin::Process { .. } = reader.origin() {
+        eprintln!("{origin}");
+    }
+}
+
+pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
+    let reader = Store::read(&args.store.store)?;
+    tell_origin(&reader);
+    let studies = match &args.name {
+        Some(name) => vec![stored_study(&reader, name)?],
+        None => reader.studies()?.into_iter().map(|(_, definition)| Study::from_definition(&definition)).collect::<Result<Vec<_>, _>>()?,
+    };
+    let mut rows = Vec::new();
+    let mut listed = Vec::new();
+    for study in studies {
+        let results = Results::read(&reader, study)?;
+        let progress = results.progress();
+        let name = results.study.name();
+        listed.push(serde_json::json!({ "study": name, "question": results.study.question(), "progress": progress }));
+        let mut row = vec![Cell::Text(name.to_owned())];
+        row.extend([progress.points, progress.done, progress.failed, progress.left].map(|count| Cell::Integer(count as i64)));
+        row.push(Cell::Text(results.study.question().to_owned()));
+        rows.push(row);
+    }
+    if args.json {
+        return output::print_json(&listed);
+    }
+    if rows.is_empty() {
+        return output::print("no studies so far\n");
+    }
+    let heads = ["study", "points", "certified", "failed", "left", "question"].map(|name| Column::new(name, ""));
+    output::print(&Table::new(heads.to_vec(), rows)?.terminal(&layout()))
+}
+
+pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
+    let reader = Store::read(&args.store.store)?;
+    tell_origin(&reader);
+    let results = Results::read(&reader, stored_study(&reader, &args.name)?)?;
+    let format = if args.json { TableFormat::Json } else { args.format };
+    let table = if args.columns {
+        columns(&results.study)?
+    } else {
+        let mut table = results.table()?;
+        if let Some(expression) = &args.filter {
+            table = table.filter(expression)?;
+        }
+        if !args.sort.is_empty() {
+            table = table.sort(&args.sort)?;
+        }
+        let selected = if args.select.is_empty() { results.usual_columns() } else { args.select.clone() };
+        table.select(&selected)?
+    };
+    output::print(&match format {
+        TableFormat::Table => table.terminal(&layout()),
+        TableFormat::Csv => table.csv(),
+        TableFormat::Json => table.json(),
+    })
+}
+
+/// What can be selected, as a table itself.
+fn columns(study: &Study) -> Result<Table> {
+    let kind = |kind: Kind| match kind {
+        Kind::Axis => "axis",
+        Kind::Key => "key",
+        Kind::Status => "status",
+        Kind::Observable => "observable",
+        Kind::Certificate => "certificate",
+        Kind::Work => "work",
+        Kind::Provenance => "provenance",
+    };
+    let rows =
+        study.columns().iter().map(|c| [c.name, c.unit(), kind(c.kind), c.meaning].map(|t| Cell::Text(t.to_owned())).to_vec()).collect();
+    Ok(Table::new(["column", "unit", "kind", "meaning"].map(|name| Column::new(name, "")).to_vec(), rows)?)
+}

@@ -1,0 +1,126 @@
+//! A study with what its jobs left, as a table.
+
+use std::collections::{HashMap, HashSet};
+
+use anyhow::{Context, Result, bail};
+use report::{Cell, Table};
+use store::{ReadError, Reader};
+use study::columns::{Kind, Value};
+use study::{Column, JobKey, Point, Record, Study};
+
+/// A record as a store gives it.
+type Fetched = (JobKey, Result<Vec<u8>, ReadError>);
+
+/// Rows of a study: every point, with the record of its job if there is one.
+pub(crate) struct Results {
+    pub(crate) study: Study,
+    pub(crate) points: Vec<Point>,
+    pub(crate) records: HashMap<JobKey, Record>,
+}
+
+/// How far a study is; counts are of points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub(crate) struct Progress {
+    pub(crate) points: usize,
+    pub(crate) done: usize,
+    pub(crate) failed: usize,
+    pub(crate) left: usize,
+}
+
+impl Results {
+    /// Reads what a study's jobs left in a store.
+    pub(crate) fn read(reader: &Reader, study: Study) -> Result<Self> {
+        let points = study.points();
+        Self::collect(study, points, |keys| reader.select(keys).collect())
+    }
+
+    /// The same with the study's points already made, through `fetch`, which gives the records there are.
+    pub(crate) fn collect(study: Study, points: Vec<Point>, fetch: impl FnOnce(Vec<JobKey>) -> Vec<Fetched>) -> Result<Self> {
+        let mut keys: Vec<JobKey> = points.iter().map(|point| point.key).collect();
+        keys.sort_unstable();
+        keys.dedup();
+        let mut records = HashMap::new();
+        for (key, bytes) in fetch(keys) {
+            let bytes = bytes.context("run `tribosweep store verify` to see the whole damage")?;
+            records.insert(key, Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?);
+        }
+        Ok(Self { study, points, records })
+    }
+
+    /// Distinct jobs without a record.
+    pub(crate) fn missing(&self) -> usize {
+        let missing: HashSet<JobKey> = self.points.iter().map(|point| point.key).filter(|key| !self.records.contains_key(key)).collect();
+        missing.len()
+    }
+
+    pub(crate) fn record(&self, point: &Point) -> Option<&Record> {
+        self.records.get(&point.key)
+    }
+
+    pub(crate) fn progress(&self) -> Progress {
+        let mut progress = Progress { points: self.points.len(), ..Progress::default() };
+        for point in &self.points {
+            match self.record(point).map(Record::status) {
+                None => progress.left += 1,
+                Some("certified") => progress.done += 1,
+                Some(_) => progress.failed += 1,
+            }
+        }
+        progress
+    }
+
+    /// Every column of every point.
+    pub(crate) fn table(&self) -> Result<Table> {
+        table(&self.study.columns(), &self.points, |point| self.record(point))
+    }
+
+    /// The columns that answer the question at a glance: the axes, the figure's, the usual observables, and how it ended.
+    pub(crate) fn usual_columns(&self) -> Vec<String> {
+        let columns = self.study.columns();
+        let mut names: Vec<String> =
+            columns.iter().filter(|column| column.kind == Kind::Axis).map(|column| column.name.to_owned()).collect();
+        let figure = self.study.figure().map(|figure| vec![figure.x.clone(), figure.y.clone()]).unwrap_or_default();
+        let usual = ["load", "contact_radius", "stick_fraction", "peak_pressure", "status"].map(str::to_owned);
+        for name in figure.into_iter().chain(usual) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
+    }
+}
+
+/// A table of points and their records.
+pub(crate) fn table<'r>(columns: &[Column], points: &[Point], record: impl Fn(&Point) -> Option<&'r Record>) -> Result<Table> {
+    let heads = columns.iter().map(|column| report::Column::new(column.name, column.unit())).collect();
+    let rows = points.iter().map(|point| {
+        let record = record(point);
+        columns.iter().map(|column| cell(column.value(point, record))).collect()
+    });
+    Ok(Table::new(heads, rows.collect())?)
+}
+
+fn cell(value: Value) -> Cell {
+    match value {
+        Value::Number(x) => Cell::Number(x),
+        Value::Integer(n) => i64::try_from(n).map_or(Cell::Number(n as f64), Cell::Integer),
+        Value::Text(text) => Cell::Text(text),
+        Value::Missing => Cell::Missing,
+    }
+}
+
+/// The study of this name in a store; if there is none, says which there are.
+pub(crate) fn stored_study(reader: &Reader, name: &str) -> Result<Study> {
+    if let Some(definition) = reader.study(name)? {
+        return Study::from_definition(&definition).with_context(|| format!("the stored study `{name}`"));
+    }
+    let names: Vec<String> = reader.studies()?.into_iter().map(|(name, _)| name).collect();
+    if std::path::Path::new(name).is_file() {
+        bail!("`{name}` is a file; name a study in the store instead ({}), or start it with `tribosweep run {name}`", list(&names));
+    }
+    bail!("there is no study `{name}` in the store; it has {}", list(&names))
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "none so far".to_owned() } else { names.join(", ") }
+}

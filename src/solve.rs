@@ -1,0 +1,145 @@
+//! `solve`: one scene, in this process, nothing stored.
+
+use std::path::Path;
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use contact::Operators;
+use study::job::PHYSICS_VERSION;
+use study::key::Key;
+use study::record::encode_fields;
+use study::{Ending, Provenance, Record};
+use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
+
+use crate::cli::SolveArgs;
+use crate::output::{self, Finish};
+use crate::{draw, launch, show};
+
+pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
+    let study = if args.set.is_empty() {
+        launch::read_study(&args.scene)?
+    } else {
+        let text = std::fs::read_to_string(&args.scene).with_context(|| format!("cannot read {}", args.scene.display()))?;
+        let edited = with_settings(&text, &args.scene, &args.set)?;
+        launch::parse_study(&edited, &args.scene)?
+    };
+    if study.len() != 1 {
+        bail!(
+            "{} describes {} points; fix its axes with --set KEY=VALUE ({}), or run them all with `tribosweep run`",
+            args.scene.display(),
+            study.len(),
+            study.axes().map(|axis| axis.path()).collect::<Vec<_>>().join(", ")
+        );
+    }
+    let job = study.point(0).context("the study's only point cannot be made")?.job;
+    let start = Instant::now();
+    let (outcome, fields) = contact::solve(&job.scene, &job.numerics, study.surfaces(), &mut Operators::default())?;
+    let record = Record {
+        physics: PHYSICS_VERSION,
+        job: job.canonical(),
+        ending: Ending::Finished(outcome),
+        fields: Some(store::Digest::of(&encode_fields(&fields)).0),
+        provenance: Provenance {
+            program: env!("CARGO_PKG_VERSION").to_owned(),
+            seconds: start.elapsed().as_secs_f64(),
+            ..Provenance::default()
+        },
+    };
+    let finish = if record.status() == "certified" { Finish::AllDone } else { Finish::SomeFailed };
+    match &args.field {
+        Some(name) => drop(draw::show_field(&fields, name, args.output.as_deref())?),
+        None if args.json => drop(output::print_json(&show::json(&record)?)?),
+        None => drop(output::print(&show::words(&record)?)?),
+    }
+    if finish == Finish::SomeFailed {
+        eprintln!("the scene was not solved to its tolerance; the figures are those of the last iterate");
+    }
+    Ok(finish)
+}
+
+/// The study's text with keys set, each taken out of the axes.
+fn with_settings(text: &str, path: &Path, settings: &[String]) -> Result<String> {
+    let Ok(mut document) = text.parse::<DocumentMut>() else {
+        // the study's own reader says what is wrong, with its place
+        launch::parse_study(text, path)?;
+        bail!("{} cannot be edited", path.display());
+    };
+    for setting in settings {
+        let (name, value) =
+            setting.split_once('=').with_context(|| format!("--set {setting}: must be KEY=VALUE, for example friction.mu=0.5"))?;
+        let name = name.trim();
+        let key = Key::find(name).with_context(|| {
+            let near = study::key::nearest(name, Key::ALL.iter().map(|key| key.short()));
+            format!("--set {setting}: there is no key `{name}`{}", near.map_or(String::new(), |near| format!("; did you mean `{near}`?")))
+        })?;
+        // what is no TOML value is a text: punch.radius=2mm, method=seidel
+        let value: Value = value.trim().parse().unwrap_or_else(|_| Value::from(value.trim()));
+        if let Some(sweep) = document.get_mut("sweep").and_then(Item::as_table_like_mut) {
+            remove_axis(sweep, key);
+        }
+        set(document.as_item_mut(), key.path(), value)
+            .with_context(|| format!("--set {setting}: {} has no place for it", path.display()))?;
+    }
+    Ok(document.to_string())
+}
+
+/// Removes a key from the axes, spelled as one name or as nested tables, on its own or in a group.
+fn remove_axis(sweep: &mut dyn TableLike, key: Key) {
+    fn remove(table: &mut dyn TableLike, prefix: &str, key: Key) {
+        let names: Vec<String> = table.iter().map(|(name, _)| name.to_owned()).collect();
+        for name in names {
+            let path = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
+            if Key::find(&path) == Some(key) {
+                table.remove(&name);
+            } else if let Some(inner) = table.get_mut(&name).and_then(Item::as_table_like_mut) {
+                remove(inner, &path, key);
+                if inner.is_empty() {
+                    table.remove(&name);
+                }
+            }
+        }
+    }
+    remove(sweep, "", key);
+    let emptied = match sweep.get_mut("zip") {
+        Some(Item::ArrayOfTables(groups)) => {
+            groups.iter_mut().for_each(|group| remove(group, "", key));
+            groups.retain(|group| !group.is_empty());
+            groups.is_empty()
+        }
+        Some(Item::Value(Value::Array(groups))) => {
+            groups.iter_mut().filter_map(Value::as_inline_table_mut).for_each(|group| remove(group, "", key));
+            groups.retain(|group| group.as_inline_table().is_none_or(|group| !group.is_empty()));
+            groups.is_empty()
+        }
+        _ => false,
+    };
+    if emptied {
+        sweep.remove("zip");
+    }
+}
+
+/// Sets a path such as `scene.loading.steps[0].approach`.
+fn set(mut at: &mut Item, path: &str, value: Value) -> Result<()> {
+    let mut parts = path.split('.').peekable();
+    while let Some(part) = parts.next() {
+        let (name, index) = match part.strip_suffix(']').and_then(|part| part.split_once('[')) {
+            Some((name, index)) => (name, Some(index.parse::<usize>()?)),
+            None => (part, None),
+        };
+        let table = at.as_table_like_mut().with_context(|| format!("`{name}` would have to stand in a table"))?;
+        if parts.peek().is_none() && index.is_none() {
+            table.insert(name, Item::Value(value));
+            return Ok(());
+        }
+        if !table.contains_key(name) {
+            // an inline table has no room for a standard one
+            let implied = if index.is_some() { bail!("there is no `{name}`") } else { Item::Table(Table::new()) };
+            table.insert(name, implied.into_value().map_or_else(|item| item, Item::Value));
+        }
+        at = table.get_mut(name).with_context(|| format!("there is no `{name}`"))?;
+        if let Some(index) = index {
+            at = at.get_mut(index).with_context(|| format!("`{name}` has no entry {index}"))?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,107 @@
+//! `store verify`, `store salvage` and `store compact`.
+
+use std::collections::BTreeSet;
+
+use anyhow::{Context, Result};
+use store::{Digest, Store};
+use study::{JobKey, Record};
+
+use crate::cli::StoreCommand;
+use crate::output::{self, Finish};
+
+pub(crate) fn run(command: &StoreCommand) -> Result<Finish> {
+    match command {
+        StoreCommand::Verify { json, store } => verify(&open(&store.store)?, *json),
+        StoreCommand::Salvage { json, store } => salvage(&store.store, *json),
+        StoreCommand::Compact { json, store } => compact(&open(&store.store)?, *json),
+    }
+}
+
+/// Opens a store that is there; tidying does not make one.
+fn open(directory: &std::path::Path) -> Result<Store> {
+    drop(Store::read(directory)?);
+    Ok(Store::open(directory)?)
+}
+
+fn references(record: &Record) -> Vec<Digest> {
+    record.fields.map(Digest).into_iter().collect()
+}
+
+fn verify(store: &Store, json: bool) -> Result<Finish> {
+    let mut undecodable: Vec<(JobKey, String)> = Vec::new();
+    let found = store.verify(|key, bytes| match Record::decode(bytes) {
+        Ok(record) if record.key() == *key => references(&record),
+        Ok(_) => {
+            undecodable.push((*key, "it is the record of another job".to_owned()));
+            Vec::new()
+        }
+        Err(error) => {
+            undecodable.push((*key, error.to_string()));
+            Vec::new()
+        }
+    })?;
+    let sound = found.is_sound() && undecodable.is_empty();
+    let mut faults = Vec::new();
+    let records = found.corrupt_records.iter().chain(&undecodable);
+    faults.extend(records.map(|(key, reason)| format!("record {key}: {reason}")));
+    faults.extend(found.corrupt_blobs.iter().map(|(digest, reason)| format!("file {digest}: {reason}")));
+    faults.extend(found.missing_blobs.iter().map(|(digest, key)| format!("file {digest} is missing, job {key} refers to it")));
+    faults.extend(found.lost_studies.iter().map(|(name, reason)| format!("study {name}: {reason}")));
+    if json {
+        output::print_json(&serde_json::json!({
+            "sound": sound, "records": found.records, "files": found.blobs, "file_bytes": found.blob_bytes, "studies": found.studies,
+            "unreferenced_files": found.unreferenced_blobs, "stray_files": found.stray_files, "faults": faults,
+        }))?;
+    } else {
+        let mut text = format!(
+            "{} records, {} files ({:.1} MiB), {} studies",
+            found.records,
+            found.blobs,
+            found.blob_bytes as f64 / 1048576.0,
+            found.studies
+        );
+        text += if sound { ": all sound\n" } else { "\n" };
+        faults.iter().for_each(|fault| text += &format!("damaged: {fault}\n"));
+        if found.unreferenced_blobs > 0 {
+            text += &format!("{} files are referred to by nothing; `tribosweep store compact` removes them\n", found.unreferenced_blobs);
+        }
+        found.stray_files.iter().for_each(|file| text += &format!("not the store's: {}\n", file.display()));
+        output::print(&text)?;
+    }
+    Ok(if sound { Finish::AllDone } else { Finish::SomeFailed })
+}
+
+fn salvage(directory: &std::path::Path, json: bool) -> Result<Finish> {
+    let salvaged = Store::salvage(directory)?;
+    if json {
+        return output::print_json(&serde_json::json!({
+            "kept": salvaged.kept, "promised": salvaged.promised, "studies": salvaged.studies, "damaged": salvaged.damaged,
+        }));
+    }
+    let promised = salvaged.promised.map_or(String::new(), |promised| format!(" of at least {promised}"));
+    let mut text = format!("kept {} records{promised}, and {} studies\n", salvaged.kept, salvaged.studies);
+    if let Some(damaged) = &salvaged.damaged {
+        text += &format!("the damaged database is in {}; delete it when nothing is missed\n", damaged.display());
+    }
+    output::print(&text)
+}
+
+fn compact(store: &Store, json: bool) -> Result<Finish> {
+    let mut referenced = BTreeSet::new();
+    for (key, bytes) in store.records() {
+        // what cannot be read might refer to anything, so nothing is removed then
+        let bytes = bytes.context("nothing was removed")?;
+        let record = Record::decode(&bytes).with_context(|| format!("the record of job {key}; nothing was removed"))?;
+        referenced.extend(references(&record));
+    }
+    let done = store.compact(&referenced)?;
+    if json {
+        return output::print_json(&serde_json::json!({ "files": done.blobs, "unfinished_files": done.unfinished, "bytes": done.bytes }));
+    }
+    output::print(&format!(
+        "removed {} files and {} unfinished ones, {:.1} MiB\n",
+        done.blobs,
+        done.unfinished,
+        done.bytes as f64 / 1048576.0
+    ))
+}

@@ -1,0 +1,82 @@
+//! What travels between coordinator and worker, and what a worker does with it.
+
+use anyhow::{Context, Result};
+use contact::Operators;
+use contact::outcome::Outcome;
+use contact::punch::Surfaces;
+use contact::scene::Shape;
+use runner::{WorkerArguments, work};
+use serde::{Deserialize, Serialize};
+use study::Job;
+use study::record::encode_fields;
+use study::surface::{decode_surface, encode_surface};
+
+use crate::output::Finish;
+
+/// A job on its way to a worker: its canonical text and the surface that it names.
+#[derive(Serialize, Deserialize)]
+struct Order {
+    job: String,
+    surface: Option<(String, Vec<u8>)>,
+}
+
+/// What a worker sends back.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) enum Answer {
+    /// The outcome and the bytes of the fields.
+    Solved(Outcome, Vec<u8>),
+    /// The scene cannot be bound to its grid.
+    Refused(String),
+}
+
+/// Encodes a job for a worker.
+pub(crate) fn order(job: &Job, canonical: String, surfaces: &Surfaces) -> Result<Vec<u8>> {
+    let surface = match &job.scene.punch.shape {
+        Shape::HeightMap { surface, .. } => surfaces.get(surface).map(|found| (surface.clone(), encode_surface(found))),
+        _ => None,
+    };
+    encode(&Order { job: canonical, surface })
+}
+
+/// Decodes what a worker sent.
+pub(crate) fn answer(bytes: &[u8]) -> Result<Answer> {
+    let (answer, _) = bincode::serde::decode_from_slice(bytes, bincode::config::standard()).context("a worker's answer does not decode")?;
+    Ok(answer)
+}
+
+fn encode(value: &impl Serialize) -> Result<Vec<u8>> {
+    Ok(bincode::serde::encode_to_vec(value, bincode::config::standard())?)
+}
+
+/// Solves jobs, keeping operators between them.
+#[derive(Default)]
+struct Solver {
+    operators: Operators,
+}
+
+impl Solver {
+    fn solve(&mut self, payload: &[u8]) -> Result<Answer> {
+        let (order, _): (Order, usize) = bincode::serde::decode_from_slice(payload, bincode::config::standard())?;
+        let job = Job::parse(&order.job)?;
+        let mut surfaces = Surfaces::new();
+        if let Some((name, bytes)) = order.surface {
+            surfaces.insert(name, decode_surface(&bytes)?.into());
+        }
+        let (outcome, fields) = contact::solve(&job.scene, &job.numerics, &surfaces, &mut self.operators)?;
+        Ok(Answer::Solved(outcome, encode_fields(&fields)))
+    }
+}
+
+impl runner::Work for Solver {
+    fn run(&mut self, payload: &[u8]) -> Vec<u8> {
+        let answer = self.solve(payload).unwrap_or_else(|error| Answer::Refused(format!("{error:#}")));
+        encode(&answer).expect("an answer is plain data")
+    }
+}
+
+/// The hidden command `worker`.
+pub(crate) fn run(argument: &str) -> Result<Finish> {
+    // one job at a time on one core; the run has a worker for each core
+    work(&WorkerArguments::parse(argument)?, Solver::default)?;
+    Ok(Finish::AllDone)
+}
