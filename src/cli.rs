@@ -51,7 +51,7 @@ pub(crate) enum Command {
     Plot(PlotArgs),
     /// Solve one scene, here and now, in this process; nothing is stored
     #[command(
-        after_help = "Examples:\n  tribosweep solve sweeps/scenes/sphere.toml\n  tribosweep solve sweeps/scenes/sphere.toml --set friction.mu=0.5 --set mesh=48 --field state"
+        after_help = "Examples:\n  tribosweep solve sweeps/sphere.toml\n  tribosweep solve sweeps/sphere.toml --set friction.mu=0.5 --set mesh=48 --field state"
     )]
     Solve(SolveArgs),
     /// Check or tidy the store

@@ -29,7 +29,7 @@ impl<'a> Ledger<'a> {
         let attempts = done.attempts;
         let (ending, fields) = match done.verdict {
             Verdict::Completed(bytes) => match answer(&bytes)? {
-                Answer::Solved(outcome, fields) => (Ending::Finished(outcome), Some(self.store.blobs().put(&fields)?.0)),
+                Answer::Solved(outcome, fields) => (Ending::Finished(*outcome), Some(self.store.blobs().put(&fields)?.0)),
                 Answer::Refused(reason) => (Ending::Quarantined { reason, attempts }, None),
             },
             Verdict::Quarantined { reason } => (Ending::Quarantined { reason, attempts }, None),

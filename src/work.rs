@@ -24,7 +24,7 @@ struct Order {
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) enum Answer {
     /// The outcome and the bytes of the fields.
-    Solved(Outcome, Vec<u8>),
+    Solved(Box<Outcome>, Vec<u8>),
     /// The scene cannot be bound to its grid.
     Refused(String),
 }
@@ -63,7 +63,7 @@ impl Solver {
             surfaces.insert(name, decode_surface(&bytes)?.into());
         }
         let (outcome, fields) = contact::solve(&job.scene, &job.numerics, &surfaces, &mut self.operators)?;
-        Ok(Answer::Solved(outcome, encode_fields(&fields)))
+        Ok(Answer::Solved(Box::new(outcome), encode_fields(&fields)))
     }
 }
 

@@ -16,7 +16,7 @@ impl Certificate {
 }
 
 /// Certifies tractions `p` against `problem`. `displacement` is A p and `diagonal` the largest diagonal entry of A, both
-/// from an operator that the solver did not use; `claimed` are the observables [SI] that go out with `p`.
+/// from an operator that the solver did not use; `claimed` are the observables \[SI\] that go out with `p`.
 pub fn certify(problem: &Problem, p: &[f64], displacement: &[f64], diagonal: f64, claimed: &Observables) -> Certificate {
     let k = problem.grid.len();
     let (mu, ceiling) = (problem.mu, problem.ceiling);

@@ -13,7 +13,7 @@ pub struct Forecast {
     pub elements: [usize; 2],
     /// Seconds on a processor of about 2020, within a factor of a few.
     pub seconds: f64,
-    /// Memory for operator and fields [bytes].
+    /// Memory for operator and fields \[bytes\].
     pub memory: u64,
     /// Equal for scenes that share an operator; apart from accidents of hashing, different for others.
     pub operator: u64,

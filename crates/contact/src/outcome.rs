@@ -32,23 +32,23 @@ pub struct Outcome {
 /// Integral quantities of a solution. Forces and moments are those of the punch on the foundation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Observables {
-    /// Normal force P = Σ p₁ |e| [N].
+    /// Normal force P = Σ p₁ |e| \[N\].
     pub load: f64,
-    /// Tangential force along x, Σ p₂ |e| [N].
+    /// Tangential force along x, Σ p₂ |e| \[N\].
     pub force_x: f64,
-    /// Tangential force along y, Σ p₃ |e| [N].
+    /// Tangential force along y, Σ p₃ |e| \[N\].
     pub force_y: f64,
-    /// Moment about x, Σ y p₁ |e| [N m], work-conjugate to tilt_x.
+    /// Moment about x, Σ y p₁ |e| \[N m\], work-conjugate to tilt_x.
     pub moment_x: f64,
-    /// Moment about y, −Σ x p₁ |e| [N m], work-conjugate to tilt_y.
+    /// Moment about y, −Σ x p₁ |e| \[N m\], work-conjugate to tilt_y.
     pub moment_y: f64,
-    /// Moment about z, Σ (x p₃ − y p₂) |e| [N m], work-conjugate to twist.
+    /// Moment about z, Σ (x p₃ − y p₂) |e| \[N m\], work-conjugate to twist.
     pub moment_z: f64,
-    /// Area with p₁ > 0 [m²].
+    /// Area with p₁ > 0 \[m²\].
     pub contact_area: f64,
-    /// Area in contact that sticks [m²].
+    /// Area in contact that sticks \[m²\].
     pub stick_area: f64,
-    /// Area in contact that slips [m²].
+    /// Area in contact that slips \[m²\].
     pub slip_area: f64,
     /// Elements in contact.
     pub contact_elements: u64,
@@ -56,13 +56,13 @@ pub struct Observables {
     pub stick_elements: u64,
     /// Elements that slip.
     pub slip_elements: u64,
-    /// Largest p₁ [Pa].
+    /// Largest p₁ \[Pa\].
     pub peak_pressure: f64,
-    /// Largest |p_t| [Pa].
+    /// Largest |p_t| \[Pa\].
     pub peak_traction: f64,
-    /// Elastic energy ½ Σ p·(A p) |e| [J].
+    /// Elastic energy ½ Σ p·(A p) |e| \[J\].
     pub energy: f64,
-    /// Energy lost to friction in this step, −Σ p_t·w_t |e| ≥ 0 [J].
+    /// Energy lost to friction in this step, −Σ p_t·w_t |e| ≥ 0 \[J\].
     pub dissipation: f64,
     /// Elements at which the ceiling u is active; above 0 the result solves equation (3) but not (1).
     pub ceiling_elements: u64,
@@ -72,9 +72,9 @@ pub struct Observables {
     pub mesh_x: u64,
     /// Elements along y.
     pub mesh_y: u64,
-    /// Element size along x [m].
+    /// Element size along x \[m\].
     pub element_x: f64,
-    /// Element size along y [m].
+    /// Element size along y \[m\].
     pub element_y: f64,
 }
 
@@ -92,7 +92,7 @@ pub struct Certificate {
     pub gap_under_pressure: f64,
     /// Largest (|p_t| − μ p₁)₊ / max p₁.
     pub cone_violation: f64,
-    /// Largest angle between slip and −traction [rad] over elements whose slip is well above rounding.
+    /// Largest angle between slip and −traction \[rad\] over elements whose slip is well above rounding.
     pub slip_angle: f64,
     /// |Σ w·p| imbalance of forces: difference between the stored and the recomputed resultants over the load.
     pub force_imbalance: f64,
@@ -112,21 +112,21 @@ pub struct WorkDone {
 pub struct Fields {
     /// Elements along x and y.
     pub shape: [u32; 2],
-    /// Centre of element (0, 0) [m].
+    /// Centre of element (0, 0) \[m\].
     pub origin: [f64; 2],
-    /// Element size [m].
+    /// Element size \[m\].
     pub element: [f64; 2],
-    /// p₁ [Pa].
+    /// p₁ \[Pa\].
     pub pressure: Vec<f64>,
-    /// p₂ [Pa], of the punch on the foundation.
+    /// p₂ \[Pa\], of the punch on the foundation.
     pub traction_x: Vec<f64>,
-    /// p₃ [Pa].
+    /// p₃ \[Pa\].
     pub traction_y: Vec<f64>,
-    /// w₁ [m].
+    /// w₁ \[m\].
     pub gap: Vec<f64>,
-    /// w₂ [m], the foundation's surface relative to the punch.
+    /// w₂ \[m\], the foundation's surface relative to the punch.
     pub slip_x: Vec<f64>,
-    /// w₃ [m].
+    /// w₃ \[m\].
     pub slip_y: Vec<f64>,
     /// 0 outside the sole, 1 open, 2 stick, 3 slip.
     pub state: Vec<u8>,

@@ -13,20 +13,20 @@ use crate::scene::{Domain, Material, Mesh, Numerics, Projection, Scene, SceneErr
 /// Units in which a [`Problem`] is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
-    /// ℓ [m].
+    /// ℓ \[m\].
     pub length: f64,
-    /// c = Σ(1−ν)/G [1/Pa].
+    /// c = Σ(1−ν)/G \[1/Pa\].
     pub compliance: f64,
 }
 
 impl Scale {
-    /// The unit of traction, 1/c [Pa].
+    /// The unit of traction, 1/c \[Pa\].
     pub fn traction(&self) -> f64 {
         1.0 / self.compliance
     }
 }
 
-/// Equation (3) on a grid, dimensionless. Fields are three blocks [n | x | y], each as long as the grid.
+/// Equation (3) on a grid, dimensionless. Fields are three blocks \[n | x | y\], each as long as the grid.
 #[derive(Clone, Debug)]
 pub struct Problem {
     /// Elements, in units of ℓ; masked where the punch has no sole.
@@ -177,7 +177,7 @@ pub(crate) struct Layout {
     pub(crate) ny: usize,
     /// Element size in units of ℓ.
     pub(crate) element: [f64; 2],
-    /// ℓ [m].
+    /// ℓ \[m\].
     half_diameter: f64,
     /// Whether the punch goes on beyond Ω.
     open_edge: bool,

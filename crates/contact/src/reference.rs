@@ -1,17 +1,17 @@
 //! Closed forms that solutions are held against.
 //!
-//! All are for a half-space with composite modulus E* = 1/Σ((1−ν)/2G) [Pa].
+//! All are for a half-space with composite modulus E* = 1/Σ((1−ν)/2G) \[Pa\].
 
 use std::f64::consts::PI;
 
 /// Load, contact radius and peak pressure of an axisymmetric frictionless contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Indentation {
-    /// Normal force [N].
+    /// Normal force \[N\].
     pub load: f64,
-    /// Contact radius [m].
+    /// Contact radius \[m\].
     pub radius: f64,
-    /// Largest pressure [Pa]; infinite where the theory has a singularity.
+    /// Largest pressure \[Pa\]; infinite where the theory has a singularity.
     pub peak_pressure: f64,
 }
 
@@ -47,7 +47,7 @@ pub fn cattaneo_stick_ratio(tangential: f64, friction_limit: f64) -> f64 {
 }
 
 /// Cattaneo–Mindlin: rigid shift s of like bodies under a tangential force Q,
-/// s = (3μP/16a) S (1 − (1 − Q/μP)^{2/3}) with S = Σ(2−ν)/G [m] (Johnson, Contact Mechanics, 1985, eq. 7.42).
+/// s = (3μP/16a) S (1 − (1 − Q/μP)^{2/3}) with S = Σ(2−ν)/G \[m\] (Johnson, Contact Mechanics, 1985, eq. 7.42).
 pub fn cattaneo_shift(tangential: f64, friction_limit: f64, contact_radius: f64, shear_compliance: f64) -> f64 {
     let rest = (1.0 - tangential / friction_limit).max(0.0).cbrt();
     3.0 * friction_limit / (16.0 * contact_radius) * shear_compliance * (1.0 - rest * rest)

@@ -34,9 +34,9 @@ pub struct Foundation {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
-    /// Shear modulus G > 0 [Pa].
+    /// Shear modulus G > 0 \[Pa\].
     pub shear_modulus: f64,
-    /// Poisson's ratio ν, 0 ≤ ν ≤ ½ [1]; ½ (incompressible) is an ordinary value.
+    /// Poisson's ratio ν, 0 ≤ ν ≤ ½ \[1\]; ½ (incompressible) is an ordinary value.
     pub poisson: f64,
 }
 
@@ -51,46 +51,46 @@ pub struct Punch {
     pub material: Option<Material>,
 }
 
-/// The closed list of punch shapes. Each gives an initial gap g₀(x, y) ≥ 0 [m] and a sole (where it can touch).
+/// The closed list of punch shapes. Each gives an initial gap g₀(x, y) ≥ 0 \[m\] and a sole (where it can touch).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "shape", rename_all = "kebab-case")]
 pub enum Shape {
     /// g₀ = (x² + y²)/2R, the paraboloid of Hertz's theory.
     Sphere {
-        /// Radius R > 0 [m].
+        /// Radius R > 0 \[m\].
         radius: f64,
     },
     /// g₀ = x²/2Rx + y²/2Ry.
     Ellipsoid {
-        /// Principal radius of curvature in the x–z plane, Rx > 0 [m].
+        /// Principal radius of curvature in the x–z plane, Rx > 0 \[m\].
         radius_x: f64,
-        /// Principal radius of curvature in the y–z plane, Ry > 0 [m].
+        /// Principal radius of curvature in the y–z plane, Ry > 0 \[m\].
         radius_y: f64,
     },
     /// g₀ = 0 on a rectangle, the only part of Ω that can touch.
     FlatRectangle {
-        /// Extent along x > 0 [m].
+        /// Extent along x > 0 \[m\].
         width_x: f64,
-        /// Extent along y > 0 [m].
+        /// Extent along y > 0 \[m\].
         width_y: f64,
     },
     /// g₀ = 0 on a disk, the only part of Ω that can touch.
     FlatDisk {
-        /// Radius > 0 [m].
+        /// Radius > 0 \[m\].
         radius: f64,
     },
     /// g₀ = r tan(angle).
     Cone {
-        /// Angle between the cone's surface and the plane of contact, 0 < angle < π/2 [rad].
+        /// Angle between the cone's surface and the plane of contact, 0 < angle < π/2 \[rad\].
         angle: f64,
     },
     /// A sampled surface: g₀ = max(heights) − heights, heights positive towards the foundation.
     HeightMap {
         /// Name of the surface in [`Surfaces`](crate::punch::Surfaces); in a stored job, the hash of its heights.
         surface: String,
-        /// Extent of the map along x > 0 [m]; it is the sole.
+        /// Extent of the map along x > 0 \[m\]; it is the sole.
         width_x: f64,
-        /// Extent of the map along y > 0 [m].
+        /// Extent of the map along y > 0 \[m\].
         width_y: f64,
     },
 }
@@ -99,7 +99,7 @@ pub enum Shape {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Friction {
-    /// Coefficient of friction μ ≥ 0 [1].
+    /// Coefficient of friction μ ≥ 0 \[1\].
     pub mu: f64,
 }
 
@@ -107,14 +107,14 @@ pub struct Friction {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Domain {
-    /// Extent along x > 0 [m].
+    /// Extent along x > 0 \[m\].
     pub width_x: f64,
-    /// Extent along y > 0 [m].
+    /// Extent along y > 0 \[m\].
     pub width_y: f64,
-    /// x of the centre [m].
+    /// x of the centre \[m\].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub center_x: f64,
-    /// y of the centre [m].
+    /// y of the centre \[m\].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub center_y: f64,
 }
@@ -133,21 +133,21 @@ pub struct Loading {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Step {
-    /// Approach δ, positive into the foundation [m].
+    /// Approach δ, positive into the foundation \[m\].
     pub approach: f64,
-    /// Shift along x [m].
+    /// Shift along x \[m\].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub shift_x: f64,
-    /// Shift along y [m].
+    /// Shift along y \[m\].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub shift_y: f64,
-    /// Tilt about the x axis [rad].
+    /// Tilt about the x axis \[rad\].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub tilt_x: f64,
-    /// Tilt about the y axis [rad].
+    /// Tilt about the y axis \[rad\].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub tilt_y: f64,
-    /// Twist φ about the z axis [rad].
+    /// Twist φ about the z axis \[rad\].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub twist: f64,
 }
@@ -165,7 +165,7 @@ pub struct Numerics {
     /// (1−ν)/G and ℓ half the diameter of Ω.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub epsilon: f64,
-    /// A-priori ceiling u > 0 on the pressure [Pa] in equation (3); `None` is no ceiling, equation (1).
+    /// A-priori ceiling u > 0 on the pressure \[Pa\] in equation (3); `None` is no ceiling, equation (1).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ceiling: Option<f64>,
     /// The solver.

@@ -199,7 +199,7 @@ fn the_stick_zone_study_is_what_it_says() {
     let study = read(&std::fs::read_to_string(path).unwrap());
     let points = study.points();
     let keys: HashSet<_> = points.iter().map(|point| point.key).collect();
-    assert_eq!((study.name(), study.len(), keys.len()), ("stick-zone", 64, 64));
+    assert_eq!((study.name(), study.len(), keys.len()), ("stick-zone", 120, 120));
     assert_eq!(shown(&study, "punch")[..2], ["flat disk", "sphere"]);
     assert_eq!(shown(&study, "approach")[..2], ["1e-6", "2e-5"]);
     assert!(points.iter().all(|point| point.job.numerics.tolerance == 1e-8));

@@ -27,7 +27,7 @@ impl<'a> Gap<'a> {
         Ok(Self { shape, surface: surface.map(std::convert::AsRef::as_ref) })
     }
 
-    /// Initial gap g₀ ≥ 0 [m] at (x, y) [m].
+    /// Initial gap g₀ ≥ 0 \[m\] at (x, y) \[m\].
     pub fn at(&self, x: f64, y: f64) -> f64 {
         match (self.shape, self.surface) {
             (Shape::Sphere { radius }, _) => (x * x + y * y) / (2.0 * radius),
@@ -39,7 +39,7 @@ impl<'a> Gap<'a> {
         }
     }
 
-    /// Mean of g₀ [m] over the element hx × hy [m] centred at (x, y) [m].
+    /// Mean of g₀ \[m\] over the element hx × hy \[m\] centred at (x, y) \[m\].
     pub fn mean(&self, x: f64, y: f64, hx: f64, hy: f64) -> f64 {
         match (self.shape, self.surface) {
             // ⟨x²⟩ over an element is x² + hx²/12
@@ -57,7 +57,7 @@ impl<'a> Gap<'a> {
         }
     }
 
-    /// Whether the punch has a sole at (x, y) [m], that is, can touch there at all.
+    /// Whether the punch has a sole at (x, y) \[m\], that is, can touch there at all.
     pub fn has_sole(&self, x: f64, y: f64) -> bool {
         // an element's centre lies on a sole's edge only by rounding; such an element belongs to it
         let slack = 1.0 + 1e-12;

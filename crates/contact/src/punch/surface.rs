@@ -41,7 +41,7 @@ pub enum SurfaceError {
 pub type Surfaces = BTreeMap<String, Arc<Surface>>;
 
 impl Surface {
-    /// A surface of `columns` pixels along x by `rows` along y; `heights` [m] row by row, x fastest, the first row at lowest y.
+    /// A surface of `columns` pixels along x by `rows` along y; `heights` \[m\] row by row, x fastest, the first row at lowest y.
     pub fn new(columns: usize, rows: usize, heights: Vec<f64>) -> Result<Self, SurfaceError> {
         if columns == 0 || rows == 0 || columns.checked_mul(rows) != Some(heights.len()) {
             return Err(SurfaceError::Shape { columns, rows, count: heights.len() });
@@ -63,12 +63,12 @@ impl Surface {
         self.rows
     }
 
-    /// Heights [m], row by row, x fastest.
+    /// Heights \[m\], row by row, x fastest.
     pub fn heights(&self) -> &[f64] {
         &self.heights
     }
 
-    /// Gap below the highest pixel [m] at fractions (s, t) of the map's widths, bilinear between pixel centres and
+    /// Gap below the highest pixel \[m\] at fractions (s, t) of the map's widths, bilinear between pixel centres and
     /// constant beyond the outermost ones.
     pub fn gap_at(&self, s: f64, t: f64) -> f64 {
         let locate = |fraction: f64, count: usize| {
@@ -83,7 +83,7 @@ impl Surface {
         if b == 0.0 { along_x(j0) } else { along_x(j0) * (1.0 - b) + along_x(j1) * b }
     }
 
-    /// Mean gap below the highest pixel [m] over a rectangle in fractions of the map's widths, each pixel weighted
+    /// Mean gap below the highest pixel \[m\] over a rectangle in fractions of the map's widths, each pixel weighted
     /// with its share; elements that coincide with pixels get the pixels' own values.
     pub fn mean_gap(&self, s: [f64; 2], t: [f64; 2]) -> f64 {
         let (columns, rows) = (shares(s, self.columns), shares(t, self.rows));
