@@ -1,0 +1,544 @@
+//! Studies whose processes are killed and interrupted, against the same study left in peace.
+//!
+//! Processes are found and judged by what is ours alone: a variable in their environment, their parents, the names
+//! that their coordinator gives to shared memory. Other runs on the same machine are neither touched nor counted.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{self, File};
+use std::os::unix::fs::MetadataExt;
+use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::OnceLock;
+use std::thread::sleep;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
+use serde_json::Value;
+use store::{OpenError, Store};
+use study::Record;
+
+/// Two shapes, 64 jobs; those on the finest mesh take most of the time.
+const STUDY: &str = r#"
+name = "kills"
+question = "Does anything that happens to the processes change a result?"
+
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+
+[numerics]
+tolerance = 1e-8
+
+[sweep]
+friction.mu = [0.1, 0.2, 0.4, 0.8]
+foundation.base.poisson = [0.0, 0.3]
+mesh = [6, 8, 10, 24]
+
+[[sweep.zip]]
+punch = [
+    { label = "disk", shape = "flat-disk", radius = "1 mm" },
+    { label = "sphere", shape = "sphere", radius = "50 mm" },
+]
+"loading.steps[0].approach" = ["1 um", "20 um"]
+
+[figure]
+x = "mu"
+y = "stick_fraction"
+series = ["poisson", "mesh"]
+panels = "punch"
+"#;
+const NAME: &str = "kills";
+const JOBS: usize = 64;
+
+/// In the environment of every process that these tests start, and so of their descendants.
+const MARK: &str = "TRIBOSWEEP_TEST_PLACE";
+/// SIGKILLs that must have met a live process.
+const KILLS: usize = 50;
+/// How long anything may take on the slowest machine before it counts as hanging.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// A directory with the study and a store.
+struct Place {
+    directory: tempfile::TempDir,
+}
+
+impl Place {
+    fn new() -> Self {
+        let directory = tempfile::tempdir().unwrap();
+        fs::write(directory.path().join("study.toml"), STUDY).unwrap();
+        Self { directory }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.directory.path().join(name)
+    }
+
+    fn store(&self) -> PathBuf {
+        self.path("store")
+    }
+
+    /// Starts `tribosweep` with these arguments on this store; its output goes to files.
+    fn start(&self, arguments: &[&str]) -> Running {
+        let (out, err) = (self.path("out"), self.path("err"));
+        let mut command = Command::new(env!("CARGO_BIN_EXE_tribosweep"));
+        command.args(arguments).arg("--store").arg(self.store()).current_dir(self.directory.path());
+        command.env(MARK, self.directory.path()).env_remove("XDG_RUNTIME_DIR").env_remove("TRIBOSWEEP_STORE");
+        command.stdin(Stdio::null()).stdout(File::create(&out).unwrap()).stderr(File::create(&err).unwrap());
+        let child = command.spawn().unwrap();
+        let stat = stat(child.id()).expect("a child that was not waited for is in /proc");
+        Running { tag: tag(child.id(), stat.start), child, out, err }
+    }
+
+    fn start_run(&self, more: &[&str]) -> Running {
+        self.start(&[&["run", "study.toml", "--workers", "2"], more].concat())
+    }
+
+    /// Runs a command that must succeed; returns its standard output.
+    fn succeed(&self, arguments: &[&str]) -> String {
+        let mut running = self.start(arguments);
+        let status = running.wait();
+        assert_eq!(status.code(), Some(0), "{arguments:?}: {status}\n{}", running.said());
+        fs::read_to_string(&running.out).unwrap()
+    }
+
+    /// Every record with its key, whole; none if there is no store yet.
+    fn records(&self) -> BTreeMap<String, Vec<u8>> {
+        match Store::read(&self.store()) {
+            Ok(reader) => reader.records().unwrap().map(|(key, bytes)| (key.to_string(), bytes.unwrap())).collect(),
+            Err(OpenError::Missing { .. }) => BTreeMap::new(),
+            Err(error) => panic!("the store cannot be read: {error}"),
+        }
+    }
+
+    fn results(&self) -> Results {
+        let mut results = BTreeMap::new();
+        for (key, bytes) in self.records() {
+            let record = Record::decode(&bytes).unwrap();
+            assert_eq!(record.status(), "certified", "job {key}: {:?}", record.ending);
+            results.insert(key, record.result_bytes());
+        }
+        let columns: Value = serde_json::from_str(&self.succeed(&["query", NAME, "--columns", "--format", "json"])).unwrap();
+        let rows = columns["rows"].as_array().unwrap().iter();
+        let reproducible = rows.filter(|row| row["kind"] != "provenance").map(|row| row["column"].as_str().unwrap());
+        let select = reproducible.collect::<Vec<_>>().join(",");
+        Results { results, table: self.succeed(&["query", NAME, "--select", &select, "--format", "csv"]) }
+    }
+
+    /// Live processes that descend from this test through this place.
+    fn processes(&self) -> Vec<u32> {
+        let mark = format!("{MARK}={}", self.directory.path().display());
+        let marked = |pid: &u32| {
+            let environment = fs::read(format!("/proc/{pid}/environ")).unwrap_or_default();
+            environment.split(|byte| *byte == 0).any(|variable| variable == mark.as_bytes())
+        };
+        pids().filter(marked).filter(|pid| stat(*pid).is_some_and(|stat| stat.lives)).collect()
+    }
+
+    /// Waits for the end of all processes here: a killed one takes a moment to die.
+    fn assert_quiet(&self) {
+        let end = Instant::now() + PATIENCE;
+        while !self.processes().is_empty() {
+            assert!(Instant::now() < end, "processes are left: {:?}", self.processes());
+            sleep(Duration::from_millis(2));
+        }
+    }
+
+    /// A finished study that nothing can be said against.
+    fn assert_undisturbed(&self) {
+        let (found, expected) = (self.results(), reference());
+        assert!(found.results.keys().eq(expected.results.keys()), "other jobs");
+        for (key, result) in &found.results {
+            assert!(*result == expected.results[key], "job {key} has another result");
+        }
+        assert_eq!(found.table, expected.table);
+        self.succeed(&["store", "verify"]);
+        assert_eq!(self.processes(), Vec::<u32>::new());
+    }
+}
+
+/// What is the same whenever the study is run.
+struct Results {
+    /// The deterministic part of every record.
+    results: BTreeMap<String, Vec<u8>>,
+    /// Every reproducible column of every point.
+    table: String,
+}
+
+/// An undisturbed run.
+fn reference() -> &'static Results {
+    static REFERENCE: OnceLock<Results> = OnceLock::new();
+    REFERENCE.get_or_init(|| {
+        let place = Place::new();
+        let summary = last_line(&place.succeed(&["run", "study.toml", "--workers", "2", "--json"]));
+        assert_eq!(summary["run"]["computing"], JOBS);
+        let results = place.results();
+        assert_eq!(results.results.len(), JOBS);
+        assert_eq!(results.table.lines().count(), 1 + JOBS);
+        assert!(results.table.contains("stick_fraction") && results.table.contains("iterations") && !results.table.contains("finished"));
+        results
+    })
+}
+
+/// A process of ours, killed and reaped when dropped.
+struct Running {
+    child: Child,
+    /// What the names of its shared memory and its directory have in common.
+    tag: String,
+    out: PathBuf,
+    err: PathBuf,
+}
+
+impl Running {
+    fn has_ended(&mut self) -> bool {
+        self.child.try_wait().unwrap().is_some()
+    }
+
+    fn wait(&mut self) -> ExitStatus {
+        let end = Instant::now() + PATIENCE;
+        while !self.has_ended() {
+            assert!(Instant::now() < end, "it hangs\n{}", self.said());
+            sleep(Duration::from_millis(2));
+        }
+        self.child.wait().unwrap()
+    }
+
+    /// Its live children.
+    fn workers(&self) -> Vec<u32> {
+        let parent = self.child.id();
+        pids().filter(|pid| stat(*pid).is_some_and(|stat| stat.lives && stat.parent == parent)).collect()
+    }
+
+    /// Whether a signal was sent to a live child of this process.
+    fn kill_worker(&self, pid: u32) -> bool {
+        let Ok(fd) = pidfd_open(Pid::from_raw(pid as i32).unwrap(), PidfdFlags::empty()) else { return false };
+        // Asked again now that the number cannot pass to another process.
+        let ours = stat(pid).is_some_and(|stat| stat.lives && stat.parent == self.child.id());
+        ours && pidfd_send_signal(fd, Signal::KILL).is_ok()
+    }
+
+    fn signal(&self, signal: Signal) {
+        rustix::process::kill_process(Pid::from_child(&self.child), signal).unwrap();
+    }
+
+    /// The events that it printed; the last line of a killed process may be cut off.
+    fn events(&self) -> Vec<Value> {
+        let text = fs::read_to_string(&self.out).unwrap();
+        text.split_inclusive('\n').filter(|line| line.ends_with('\n')).map(|line| serde_json::from_str(line).unwrap()).collect()
+    }
+
+    fn said(&self) -> String {
+        let read = |path| fs::read_to_string(path).unwrap_or_default();
+        format!("standard output:\n{}\nstandard error:\n{}", read(&self.out), read(&self.err))
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// The keys in events of one kind.
+fn keys(events: &[Value], kind: &str) -> Vec<String> {
+    events.iter().filter(|event| event["event"] == kind).map(|event| event["key"].as_str().unwrap().to_owned()).collect()
+}
+
+fn last_line(text: &str) -> Value {
+    serde_json::from_str(text.lines().last().unwrap()).unwrap()
+}
+
+struct Stat {
+    lives: bool,
+    parent: u32,
+    /// Clock ticks between boot and its start.
+    start: u64,
+}
+
+fn stat(pid: u32) -> Option<Stat> {
+    let text = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    let fields: Vec<&str> = text[text.rfind(')')? + 1..].split_ascii_whitespace().collect();
+    Some(Stat { lives: !matches!(fields[0], "Z" | "X"), parent: fields[1].parse().ok()?, start: fields[19].parse().ok()? })
+}
+
+fn pids() -> impl Iterator<Item = u32> {
+    fs::read_dir("/proc").unwrap().flatten().filter_map(|entry| entry.file_name().to_str()?.parse().ok())
+}
+
+/// How the runner names what belongs to a coordinator: process-id namespace, process id and start in base 36.
+fn tag(pid: u32, start: u64) -> String {
+    let namespace = fs::metadata("/proc/self/ns/pid").unwrap().ino() % (36 * 36);
+    let base36 = |mut number: u64, width: u32| {
+        let mut digits = String::new();
+        for _ in 0..width {
+            digits.insert(0, char::from_digit((number % 36) as u32, 36).unwrap());
+            number /= 36;
+        }
+        digits
+    };
+    base36(namespace, 2) + &base36(pid.into(), 5) + &base36(start, 7)
+}
+
+/// What a coordinator has in shared memory and in the directories of runs.
+fn belongings(tag: &str) -> Vec<PathBuf> {
+    let entries = |path: &Path| fs::read_dir(path).into_iter().flatten().flatten().map(|entry| entry.path()).collect::<Vec<_>>();
+    let named = |path: &PathBuf, beginning: &str| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(beginning));
+    let mut found: Vec<PathBuf> = entries(Path::new("/dev/shm")).into_iter().filter(|path| named(path, &format!("tribo{tag}"))).collect();
+    for place in BTreeSet::from([std::env::temp_dir(), PathBuf::from("/tmp")]) {
+        let runs = entries(&place).into_iter().filter(|path| named(path, "tribo-"));
+        found.extend(runs.flat_map(|path| entries(&path)).filter(|path| named(path, tag)));
+    }
+    found
+}
+
+/// SplitMix64.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, end: u64) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut bits = self.0;
+        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (bits ^ (bits >> 31)) % end
+    }
+
+    fn moment(&mut self, end: Duration) -> Duration {
+        Duration::from_micros(self.below(end.as_micros() as u64))
+    }
+}
+
+/// Who is killed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Blow {
+    Worker,
+    Coordinator,
+    Both,
+    All,
+}
+
+/// What happens to one launch, in the order of the moments.
+///
+/// A job that loses three workers in one launch is to blame for it and set aside, so at most two are killed before
+/// the coordinator is.
+fn blows(random: &mut Random, duration: Duration) -> Vec<(Duration, Blow)> {
+    let last = [Some(Blow::Coordinator), Some(Blow::Both), Some(Blow::All), None][random.below(4) as usize];
+    let most = if matches!(last, Some(Blow::Both | Blow::All)) { 1 } else { 2 };
+    let mut moments: Vec<Duration> = (0..random.below(most + 1)).map(|_| random.moment(duration)).collect();
+    let mut blows: Vec<(Duration, Blow)> = Vec::new();
+    moments.extend(last.map(|_| random.moment(duration)));
+    moments.sort();
+    let workers = moments.len() - usize::from(last.is_some());
+    blows.extend(moments[..workers].iter().map(|moment| (*moment, Blow::Worker)));
+    blows.extend(last.map(|blow| (moments[workers], blow)));
+    blows
+}
+
+/// SIGKILLs that met a live process.
+#[derive(Debug, Default)]
+struct Hits {
+    workers: usize,
+    coordinators: usize,
+    together: usize,
+}
+
+impl Hits {
+    fn total(&self) -> usize {
+        self.workers + self.coordinators
+    }
+
+    /// Deals a blow; whoever has ended is not counted.
+    fn strike(&mut self, running: &mut Running, blow: Blow, random: &mut Random) {
+        let mut workers = running.workers();
+        match blow {
+            Blow::Coordinator => workers.clear(),
+            Blow::Worker | Blow::Both if !workers.is_empty() => workers = vec![workers[random.below(workers.len() as u64) as usize]],
+            Blow::Worker | Blow::Both | Blow::All => {}
+        }
+        // Workers that die after their coordinator die of its death as well, and are not counted.
+        let coordinator_first = random.below(2) == 0;
+        let mut coordinator = 0;
+        if blow != Blow::Worker && coordinator_first {
+            coordinator += usize::from(kill_coordinator(running));
+        }
+        let before = coordinator == 0;
+        let met = workers.into_iter().filter(|pid| running.kill_worker(*pid)).count();
+        if blow != Blow::Worker && !coordinator_first {
+            coordinator += usize::from(kill_coordinator(running));
+        }
+        self.workers += if before { met } else { 0 };
+        self.coordinators += coordinator;
+        self.together += usize::from(met > 0 && coordinator > 0);
+    }
+}
+
+/// Kills a coordinator without waiting for its end; whether it was there to be killed.
+fn kill_coordinator(running: &mut Running) -> bool {
+    !running.has_ended() && running.child.kill().is_ok()
+}
+
+#[test]
+fn killed_at_random_moments_a_study_completes_with_the_same_results() {
+    let seed = match std::env::var("TRIBOSWEEP_TEST_SEED") {
+        Ok(seed) => seed.parse().expect("the seed is a whole number"),
+        Err(_) => SystemTime::now().duration_since(UNIX_EPOCH).unwrap().as_nanos() as u64,
+    };
+    println!("TRIBOSWEEP_TEST_SEED={seed}");
+    let mut random = Random(seed);
+    reference();
+    let begin = Instant::now();
+    Place::new().succeed(&["run", "study.toml", "--workers", "2", "--json"]);
+    let duration = begin.elapsed().mul_f64(0.8);
+
+    let (mut hits, mut launches, mut studies, mut noticed, mut owned) = (Hits::default(), 0, 0, 0, 0);
+    let mut tags = Vec::new();
+    while hits.total() < KILLS || hits.together == 0 {
+        studies += 1;
+        let place = Place::new();
+        let mut durable = BTreeSet::new();
+        let mut kept = BTreeMap::new();
+        loop {
+            launches += 1;
+            assert!(launches < 20 * KILLS, "only {hits:?} in {launches} launches");
+            let begin = Instant::now();
+            let mut running = place.start_run(&["--json"]);
+            tags.push(running.tag.clone());
+            let plan = blows(&mut random, duration);
+            println!("study {studies}, launch {launches}: {plan:?}");
+            for (moment, blow) in plan {
+                sleep(moment.saturating_sub(begin.elapsed()));
+                owned += usize::from(!belongings(&running.tag).is_empty());
+                hits.strike(&mut running, blow, &mut random);
+            }
+            let status = running.wait();
+            let events = running.events();
+            noticed += events.iter().filter(|event| event["event"] == "worker-lost").count();
+            for key in keys(&events, "leased") {
+                assert!(!durable.contains(&key), "job {key} has a durable result and is run again");
+            }
+            for key in keys(&events, "done") {
+                assert!(durable.insert(key.clone()), "job {key} is done twice");
+            }
+            if status.code() == Some(0) {
+                let summary = events.last().unwrap();
+                assert_eq!(summary["progress"], serde_json::json!({ "points": JOBS, "done": JOBS, "failed": 0, "left": 0 }));
+                assert_eq!(summary["run"]["interrupted"], false);
+                assert!(summary["run"]["cached"].as_u64().unwrap() as usize >= kept.len());
+                break;
+            }
+            assert_eq!(status.signal(), Some(9), "{status}\n{}", running.said());
+            // Half of the time the next launch follows at once, with nobody having opened the store in between.
+            if random.below(2) == 0 {
+                place.assert_quiet();
+                let records = place.records();
+                assert!(durable.iter().all(|key| records.contains_key(key)), "a result that was called durable is gone");
+                assert!(kept.iter().all(|(key, record)| records.get(key) == Some(record)), "a record has changed");
+                kept = records;
+                durable.extend(kept.keys().cloned());
+            }
+        }
+        let records = place.records();
+        assert_eq!(records.len(), JOBS);
+        assert!(kept.iter().all(|(key, record)| records.get(key) == Some(record)), "a record has changed");
+        place.assert_undisturbed();
+        let left: Vec<PathBuf> = tags.iter().flat_map(|tag| belongings(tag)).collect();
+        assert!(left.is_empty(), "left behind by a killed run or by the last, {}: {left:?}", tags.last().unwrap());
+    }
+    println!("{hits:?} in {launches} launches of {studies} studies; coordinators saw {noticed} workers die");
+    assert!(hits.workers > 0 && hits.coordinators > 0 && noticed > 0, "{hits:?}, {noticed} noticed");
+    assert!(owned > 0, "no coordinator had anything in shared memory, so the search for it is wrong");
+}
+
+/// Interrupts a run in its middle: what it kept, and the place.
+fn interrupted(signal: Signal) -> (Place, BTreeMap<String, Vec<u8>>) {
+    // On a busy machine the study may be over before it is seen to have begun.
+    for _ in 0..10 {
+        let place = Place::new();
+        let mut running = place.start_run(&[]);
+        // A run that has workers has its store open and answers who asks for records.
+        while !running.has_ended() && running.workers().is_empty() {
+            sleep(Duration::from_millis(2));
+        }
+        while !running.has_ended() && place.records().is_empty() {
+            sleep(Duration::from_millis(2));
+        }
+        if running.has_ended() {
+            continue;
+        }
+        running.signal(signal);
+        let status = running.wait();
+        if status.code() == Some(0) {
+            continue;
+        }
+        let said = running.said();
+        assert_eq!(status.code(), Some(130), "{status}\n{said}");
+        let kept = place.records();
+        assert!(!kept.is_empty() && kept.len() < JOBS);
+        let left = JOBS - kept.len();
+        assert!(said.contains("stopping after the jobs in flight"), "{said}");
+        assert!(said.contains(&format!("{JOBS} points, {} certified, 0 failed, {left} left", kept.len())), "{said}");
+        let again = format!("interrupted; continue with: tribosweep resume {NAME} --store {}\n", place.store().display());
+        assert!(said.contains(&again), "{said}");
+        assert_eq!(place.processes(), Vec::<u32>::new());
+        assert_eq!(belongings(&running.tag), Vec::<PathBuf>::new());
+        return (place, kept);
+    }
+    panic!("ten runs ended before they could be interrupted");
+}
+
+fn interrupt_and_resume(signal: Signal) {
+    let (place, kept) = interrupted(signal);
+    fs::remove_file(place.path("study.toml")).unwrap();
+    let summary = last_line(&place.succeed(&["resume", NAME, "--workers", "2", "--json"]));
+    assert_eq!(summary["run"]["cached"], kept.len());
+    assert_eq!(summary["run"]["computing"], JOBS - kept.len());
+    let records = place.records();
+    assert!(kept.iter().all(|(key, record)| records.get(key) == Some(record)), "a record has changed");
+    place.assert_undisturbed();
+}
+
+#[test]
+fn ctrl_c_keeps_what_is_finished_and_resume_needs_no_file() {
+    interrupt_and_resume(Signal::INT);
+}
+
+#[test]
+fn termination_keeps_what_is_finished_and_resume_needs_no_file() {
+    interrupt_and_resume(Signal::TERM);
+}
+
+#[test]
+fn a_finished_study_computes_nothing() {
+    let place = Place::new();
+    place.succeed(&["run", "study.toml", "--json"]);
+    let records = place.records();
+    for arguments in [&["run", "study.toml", "--json"][..], &["resume", NAME, "--json"]] {
+        let out = place.succeed(arguments);
+        assert_eq!(out.lines().count(), 1, "nothing happens, and there is a summary: {out}");
+        let summary = last_line(&out);
+        assert_eq!(
+            summary["run"],
+            serde_json::json!({ "jobs": JOBS, "cached": JOBS, "computing": 0, "seconds": 0.0, "interrupted": false })
+        );
+        assert_eq!(place.records(), records);
+    }
+    place.assert_undisturbed();
+}
+
+/// A run that finds everything in the store starts no worker, but still clears away what a killed one left.
+#[test]
+fn the_next_run_removes_what_a_killed_one_left_even_if_it_computes_nothing() {
+    let finished = Place::new();
+    finished.succeed(&["run", "study.toml"]);
+    let killed = Place::new();
+    let mut running = killed.start_run(&[]);
+    while belongings(&running.tag).is_empty() {
+        assert!(!running.has_ended(), "it had nothing in shared memory\n{}", running.said());
+        sleep(Duration::from_millis(1));
+    }
+    assert!(kill_coordinator(&mut running));
+    running.wait();
+    killed.assert_quiet();
+    finished.succeed(&["run", "study.toml"]);
+    assert_eq!(belongings(&running.tag), Vec::<PathBuf>::new());
+}
