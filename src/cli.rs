@@ -66,6 +66,9 @@ pub(crate) enum Command {
     /// Run jobs for a coordinator (started by it)
     #[command(hide = true)]
     Worker {
+        /// Threads that one job may use
+        #[arg(long, default_value_t = 1)]
+        threads: usize,
         /// What the coordinator tells its worker
         argument: String,
     },

@@ -114,9 +114,13 @@ fn execute(study: Study, jobs: Jobs, store: Store, directory: &Path, args: &Exec
     let mut interrupted = false;
     let mut seconds = 0.0;
     if computing > 0 {
-        let command = vec![std::env::current_exe().context("cannot find this program's own file")?.into(), "worker".into()];
-        let mut options = Options::new(command, args.memory.unwrap_or_else(default_memory));
-        options.workers = args.workers.map_or(options.workers, |workers| workers as usize).min(computing);
+        let program = std::env::current_exe().context("cannot find this program's own file")?;
+        let mut options = Options::new(Vec::new(), args.memory.unwrap_or_else(default_memory));
+        let cores = options.workers;
+        options.workers = args.workers.map_or(cores, |workers| workers as usize).min(computing);
+        // a core for each worker; when there are fewer jobs than cores, the spare ones help
+        let threads = (cores / options.workers).max(1);
+        options.worker_command = vec![program.into(), "worker".into(), "--threads".into(), threads.to_string().into()];
         let interrupt = Interrupt::new().context("cannot prepare for Ctrl-C")?;
         let raised = interrupt.clone();
         ctrlc::set_handler(move || raised.raise()).context("cannot prepare for Ctrl-C")?;
@@ -205,6 +209,13 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
         Ok(files) => files.iter().for_each(|file| text += &format!("figure: {}\n", file.display())),
         Err(error) => text += &format!("no figure: {error:#}\n"),
     }
+    for warning in &results::WARNINGS {
+        let concerned = results.points.iter().filter(|point| results.record(point).is_some_and(|record| warning.concerns(record))).count();
+        if concerned > 0 {
+            let (name, column, words) = (study.name(), warning.column, warning.words);
+            text += &format!("warning: {concerned} points {words}: tribosweep query {name} --where '{column} > 0'{store_option}\n");
+        }
+    }
     for failure in failures.iter().take(LISTED_FAILURES) {
         text += &format!("{}: {}\n", failure["status"].as_str().unwrap_or_default(), failure["show"].as_str().unwrap_or_default());
     }
@@ -239,7 +250,7 @@ pub(crate) fn store_option(directory: &Path) -> String {
     if directory == Path::new(".tribosweep") { String::new() } else { format!(" --store {}", directory.display()) }
 }
 
-/// 80 % of the memory that is available now [bytes].
+/// 80 % of the memory that is available now \[bytes\].
 fn default_memory() -> u64 {
     let available = std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| {
         let line = text.lines().find(|line| line.starts_with("MemAvailable:"))?;

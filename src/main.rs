@@ -45,7 +45,7 @@ fn main() -> ExitCode {
             clap_complete::generate(shell, &mut Cli::command(), "tribosweep", &mut script);
             output::print(&String::from_utf8_lossy(&script))
         }
-        Command::Worker { argument } => work::run(&argument),
+        Command::Worker { threads, argument } => work::run(threads, &argument),
     };
     match finished {
         Ok(finish) => finish.into(),

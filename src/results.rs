@@ -3,10 +3,11 @@
 use std::collections::{HashMap, HashSet};
 
 use anyhow::{Context, Result, bail};
+use contact::outcome::Observables;
 use report::{Cell, Table};
 use store::{ReadError, Reader};
 use study::columns::{Kind, Value};
-use study::{Column, JobKey, Point, Record, Study};
+use study::{Column, Ending, JobKey, Point, Record, Study};
 
 /// A record as a store gives it.
 type Fetched = (JobKey, Result<Vec<u8>, ReadError>);
@@ -87,6 +88,32 @@ impl Results {
             }
         }
         names
+    }
+}
+
+/// A count that should be 0, and what it means when it is not.
+pub(crate) struct Warning {
+    pub(crate) column: &'static str,
+    pub(crate) words: &'static str,
+    count: fn(&Observables) -> u64,
+}
+
+pub(crate) const WARNINGS: [Warning; 2] = [
+    Warning {
+        column: "edge_elements",
+        words: "touch the edge of Ω although the punch goes on beyond it; give a larger `domain`",
+        count: |observables| observables.edge_elements,
+    },
+    Warning {
+        column: "ceiling_elements",
+        words: "reach the pressure ceiling and so solve the regularised equation only; raise `ceiling`",
+        count: |observables| observables.ceiling_elements,
+    },
+];
+
+impl Warning {
+    pub(crate) fn concerns(&self, record: &Record) -> bool {
+        matches!(&record.ending, Ending::Finished(outcome) if (self.count)(&outcome.observables) > 0)
     }
 }
 

@@ -13,7 +13,7 @@ use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
 use crate::cli::SolveArgs;
 use crate::output::{self, Finish};
-use crate::{draw, launch, show};
+use crate::{draw, launch, results, show};
 
 pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     let study = if args.set.is_empty() {
@@ -50,6 +50,9 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
         Some(name) => drop(draw::show_field(&fields, name, args.output.as_deref())?),
         None if args.json => drop(output::print_json(&show::json(&record)?)?),
         None => drop(output::print(&show::words(&record)?)?),
+    }
+    for warning in results::WARNINGS.iter().filter(|warning| warning.concerns(&record)) {
+        eprintln!("warning: elements {}", warning.words);
     }
     if finish == Finish::SomeFailed {
         eprintln!("the scene was not solved to its tolerance; the figures are those of the last iterate");

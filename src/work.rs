@@ -75,8 +75,8 @@ impl runner::Work for Solver {
 }
 
 /// The hidden command `worker`.
-pub(crate) fn run(argument: &str) -> Result<Finish> {
-    // one job at a time on one core; the run has a worker for each core
+pub(crate) fn run(threads: usize, argument: &str) -> Result<Finish> {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().context("cannot start threads")?;
     work(&WorkerArguments::parse(argument)?, Solver::default)?;
     Ok(Finish::AllDone)
 }

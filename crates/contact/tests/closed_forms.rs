@@ -51,14 +51,11 @@ impl Ladder {
     }
 }
 
+/// A figure of a solution, less its exact value.
+type Measure<'a> = &'a dyn Fn(&Observables, &Fields) -> f64;
+
 /// Solves on every mesh and measures.
-fn ladders(
-    name: &str,
-    scene: &Scene,
-    projection: Projection,
-    meshes: &[u32],
-    measures: &[(&str, &dyn Fn(&Observables, &Fields) -> f64)],
-) -> Vec<Ladder> {
+fn ladders(name: &str, scene: &Scene, projection: Projection, meshes: &[u32], measures: &[(&str, Measure<'_>)]) -> Vec<Ladder> {
     let mut ladders: Vec<Ladder> =
         measures.iter().map(|(what, _)| Ladder { what: format!("{name}: {what}"), meshes: meshes.to_vec(), errors: Vec::new() }).collect();
     for &n in meshes {
