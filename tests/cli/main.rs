@@ -1,0 +1,301 @@
+//! The command as a user meets it: what it prints, what it leaves behind, with which code it ends.
+
+mod height_maps;
+mod place;
+mod refused;
+mod store;
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::place::{Place, SMALL, redacted};
+
+#[test]
+fn help_says_what_can_be_asked() {
+    let place = Place::empty();
+    let commands = "run plan resume status query show plot solve store completions";
+    let mut lines: Vec<Vec<&str>> = vec![vec!["--help"], vec!["--version"]];
+    lines.extend(commands.split(' ').map(|command| vec![command, "--help"]));
+    lines.extend(["verify", "salvage", "compact"].map(|command| vec!["store", command, "--help"]));
+    let lines: Vec<&[&str]> = lines.iter().map(Vec::as_slice).collect();
+    insta::assert_snapshot!(place.transcript(&lines));
+    assert!(place.files().is_empty());
+}
+
+/// Files that the examples of the help name are in the repository.
+#[test]
+fn examples_in_the_help_exist() {
+    let place = Place::empty();
+    for command in ["run", "plan", "solve"] {
+        let help = place.words(&[command, "--help"]).out;
+        for file in help.split_whitespace().filter(|word| word.starts_with("sweeps/")) {
+            assert!(Path::new(env!("CARGO_MANIFEST_DIR")).join(file).is_file(), "{command} --help names {file}");
+        }
+    }
+}
+
+#[test]
+fn mistakes_on_the_command_line_end_with_1() {
+    let place = Place::empty();
+    let lines: &[&[&str]] = &[
+        &[],
+        &["frobnicate"],
+        &["rnu", "x.toml"],
+        &["run"],
+        &["run", "x.toml", "--workers", "0"],
+        &["run", "x.toml", "--workers", "many"],
+        &["run", "x.toml", "--memory", "8 apples"],
+        &["run", "x.toml", "--memory", "0"],
+        &["run", "x.toml"],
+        &["query", "x", "--format", "xml"],
+        &["show", "00", "--output", "x.png"],
+        &["store"],
+        &["completions", "cmd.exe"],
+        &["status"],
+        &["resume", "x"],
+        &["query", "x"],
+        &["show", "00"],
+        &["plot", "x"],
+        &["store", "verify"],
+        &["store", "compact"],
+    ];
+    insta::assert_snapshot!(place.transcript(lines));
+    for words in lines {
+        assert_eq!(place.words(words).code, 1, "{words:?}");
+    }
+    assert!(place.files().is_empty(), "a mistake left something behind");
+    assert_eq!(place.call("completions bash").code, 0);
+}
+
+#[test]
+fn a_study_from_plan_to_status() {
+    let place = Place::with("small.toml", SMALL);
+    let lines: &[&[&str]] = &[
+        &["plan", "small.toml"],
+        &["run", "small.toml", "--workers", "2"],
+        &["plan", "small.toml"],
+        &["run", "small.toml"],
+        &["resume", "small"],
+        &["status"],
+        &["status", "small"],
+        &["status", "large"],
+    ];
+    insta::assert_snapshot!(place.transcript(lines));
+    assert!(fs::read(place.path(".tribosweep/figures/small.png")).unwrap().starts_with(b"\x89PNG"));
+    assert!(fs::read(place.path(".tribosweep/figures/small.svg")).unwrap().starts_with(b"<svg"));
+}
+
+#[test]
+fn the_store_can_be_elsewhere() {
+    let place = Place::with("small.toml", SMALL);
+    assert_eq!(place.call("run small.toml --store kept --workers 1").code, 0);
+    assert!(!place.path(".tribosweep").exists());
+    let output = place.command(&["status", "--json"]).env("TRIBOSWEEP_STORE", "kept").output().unwrap();
+    let listed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(listed[0]["progress"]["done"], 6);
+}
+
+#[test]
+fn query_selects_sorts_and_keeps() {
+    let place = Place::run();
+    let lines: &[&[&str]] = &[
+        &["query", "small"],
+        &["query", "small", "--where", "mu > 0.1 && poisson == 0.3", "--select", "mu,load,key"],
+        &["query", "small", "--sort=-mu,poisson", "--select", "mu,poisson,stick_elements"],
+        &["query", "small", "--sort", "-mu", "--select", "mu,poisson,slip_elements"],
+        &["query", "small", "--where", "mu > 7"],
+        &["query", "small", "--select", "mu,status", "--format", "csv"],
+        &["query", "small", "--select", "mu,stick_elements,status", "--json"],
+        &["query", "small", "--columns"],
+        &["query", "small", "--select", "mu,stick_fracton"],
+        &["query", "small", "--sort", "wind"],
+        &["query", "small", "--where", "mu >"],
+        &["query", "small", "--where", "nu > 1"],
+        &["query", "small", "--where", "mu"],
+        &["query", "small", "--where", "status > 3"],
+        &["query", "large"],
+        &["query", "small.toml"],
+    ];
+    insta::assert_snapshot!(place.transcript(lines));
+    let loads = place.json("query small --select mu,load --json");
+    assert_eq!(loads["units"]["load"], "N");
+    assert!(loads["rows"].as_array().unwrap().iter().all(|row| row["load"].as_f64().unwrap() > 4000.0));
+}
+
+#[test]
+fn show_finds_a_result_by_the_beginning_of_its_key() {
+    let place = Place::run();
+    let keys = place.keys();
+    assert_eq!(keys.len(), 6);
+    for key in &keys {
+        for prefix in [key.as_str(), &key[..8], &key[..8].to_uppercase()] {
+            let shown = place.json(&format!("show {prefix} --json"));
+            assert_eq!(shown["result"]["key"], key.as_str());
+            assert_eq!(shown["result"]["status"], "certified");
+        }
+    }
+    let shown = place.words(&["show", &keys[0]]);
+    assert_eq!(shown.code, 0);
+    // values that are rounding noise or provenance differ between machines; their names do not
+    let from = shown.out.find("\nresult").unwrap();
+    let name = |line: &str| match line.strip_prefix("  ") {
+        Some(entry) => format!("  {}\n", entry.split(' ').next().unwrap_or_default()),
+        None => format!("{line}\n"),
+    };
+    let names: String = shown.out[from..].lines().map(name).collect();
+    insta::assert_snapshot!(format!("{}{names}", &shown.out[..from]));
+    insta::assert_snapshot!(
+        "show_refuses",
+        place.transcript(&[
+            &["show", "zz"],
+            &["show", ""],
+            &["show", &"0".repeat(64)],
+            &["show", &keys[0], "--field", "presure"],
+            &["show", &keys[0], "--field", "pressure", "--output", "p.jpg"],
+            &["show", &keys[0], "--field", "pressure", "--output", "p"],
+            &["show", &keys[0], "--field", "pressure", "--output", "no/p.png"],
+        ])
+    );
+}
+
+#[test]
+fn fields_are_drawn_and_written() {
+    let place = Place::run();
+    let key = &place.keys()[0];
+    insta::assert_snapshot!(place.transcript(&[&["show", key, "--field", "pressure"], &["show", key, "--field", "state"]]));
+    let begins: [(&str, &[u8]); 5] =
+        [("png", b"\x89PNG\r\n\x1a\n"), ("svg", b"<svg"), ("npy", b"\x93NUMPY"), ("vti", b"<?xml"), ("csv", b"x")];
+    for field in ["pressure", "traction_x", "traction_y", "traction", "gap", "slip_x", "slip_y", "state"] {
+        for (ending, begin) in begins {
+            let file = format!("{field}.{ending}");
+            let said = place.words(&["show", key, "--field", field, "--output", &file]);
+            assert_eq!((said.code, said.out), (0, format!("{file}\n")), "{}", said.err);
+            let bytes = fs::read(place.path(&file)).unwrap();
+            assert!(bytes.starts_with(begin), "{file} begins with {:?}", &bytes[..begin.len()]);
+        }
+    }
+    // six by six elements, twelve of them pressed
+    let csv = fs::read_to_string(place.path("pressure.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 37, "{csv}");
+    let npy = fs::read(place.path("pressure.npy")).unwrap();
+    let values: Vec<f64> = npy[npy.len() - 36 * 8..].chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect();
+    assert_eq!(values.iter().filter(|value| **value > 0.0).count(), 12);
+}
+
+#[test]
+fn plots_of_the_study_and_of_other_columns() {
+    let place = Place::run();
+    insta::assert_snapshot!(place.transcript(&[
+        &["plot", "small"],
+        &["plot", "small", "--x", "mu", "--y", "load", "--output", "load.svg"],
+        &["plot", "small", "--x", "mu", "--y", "load", "--series", "poisson", "--log-x", "--output", "load.png"],
+        &["plot", "small", "--where", "poisson == 0.3", "--output", "kept.svg", "--json"],
+        &["plot", "small", "--y", "lod"],
+        &["plot", "small", "--series", "colour"],
+        &["plot", "small", "--y", "status"],
+        &["plot", "small", "--where", "mu > 7"],
+        &["plot", "small", "--output", "figure.pdf"],
+        &["plot", "small", "--output", "no/figure.svg"],
+        &["plot", "large"],
+    ]));
+    for file in ["small.svg", "load.svg", "kept.svg"] {
+        assert!(fs::read(place.path(file)).unwrap().starts_with(b"<svg"), "{file}");
+    }
+    for file in ["small.png", "load.png"] {
+        assert!(fs::read(place.path(file)).unwrap().starts_with(b"\x89PNG"), "{file}");
+    }
+    assert!(!place.path("figure.pdf").exists());
+}
+
+#[test]
+fn solve_takes_one_point_and_settings() {
+    let place = Place::with("small.toml", SMALL);
+    let both = ["solve", "small.toml", "--json", "--set", "friction.mu=0.4", "--set", "foundation.base.poisson=0.3"];
+    let solved: Value = serde_json::from_str(&place.words(&both).out).unwrap();
+    assert_eq!(solved["result"]["status"], "certified");
+    assert_eq!((&solved["result"]["mu"], &solved["result"]["poisson"]), (&Value::Null, &Value::Null), "keys stand in the job");
+    assert_eq!(solved["job"]["scene"]["friction"]["mu"], 0.4);
+
+    let with = |more: &[&'static str]| [&both[..2], &both[3..], &["--field", "state"], more].concat();
+    let finer = place.words(&with(&["--set", "mesh=8", "--set", "punch.radius=60 mm", "--set", "loading.steps[0].approach=10 um"]));
+    assert_eq!(finer.code, 0, "{}", finer.err);
+    insta::assert_snapshot!(place.transcript(&[
+        &["solve", "small.toml"],
+        &["solve", "small.toml", "--set", "friction.mu=0.4"],
+        &with(&["--set", "frction.mu=0.4"]),
+        &with(&["--set", "mu=0.4"]),
+        &with(&["--set", "weather=0.4"]),
+        &with(&["--set", "mesh"]),
+        &with(&["--set", "mesh=0"]),
+        &with(&["--set", "punch.radius=5 MPa"]),
+        &with(&["--set", "punch.angle=5 deg"]),
+        &with(&["--set", "loading.steps[1].approach=1 um"]),
+        &with(&["--set", "method=newton"]),
+    ]));
+    // settings are not written back, and nothing is stored
+    assert_eq!(place.files().len(), 1);
+    assert_eq!(fs::read_to_string(place.path("small.toml")).unwrap(), SMALL);
+
+    let unsolved = place.words(&with(&["--set", "max_iterations=2"]));
+    assert_eq!(unsolved.code, 2);
+    assert!(unsolved.err.contains("not solved to its tolerance"), "{}", unsolved.err);
+}
+
+#[test]
+fn json_is_json() {
+    let place = Place::with("small.toml", SMALL);
+    assert_eq!(place.json("plan small.toml --json")["to_run"], 6);
+    let run = place.call("run small.toml --workers 1 --json");
+    let events: Vec<Value> = run.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let named = |name: &str| events.iter().filter(|event| event["event"] == name).count();
+    assert_eq!((named("run-started"), named("done"), named("finished"), named("summary")), (1, 6, 1, 1));
+    let summary = events.last().unwrap();
+    assert_eq!(summary["event"], "summary");
+    assert_eq!((&summary["run"]["computing"], &summary["progress"]["done"]), (&6.into(), &6.into()));
+    assert_eq!(run.err, "");
+    let again = place.call("run small.toml --json");
+    assert_eq!(again.out.lines().count(), 1, "{}", again.out);
+    assert_eq!(place.json("run small.toml --json")["run"]["cached"], 6);
+    assert_eq!(place.json("resume small --json")["run"]["cached"], 6);
+    assert_eq!(place.json("plan small.toml --json")["to_run"], 0);
+    assert_eq!(place.json("status --json")[0]["study"], "small");
+    assert_eq!(place.json("status small --json")[0]["progress"]["done"], 6);
+    assert_eq!(place.json("query small --json")["rows"].as_array().map(Vec::len), Some(6));
+    assert_eq!(place.json("query small --columns --json")["rows"][0]["column"], "mu");
+    assert_eq!(place.json("plot small --json").as_array().map(Vec::len), Some(2));
+    assert_eq!(place.json("store verify --json")["sound"], true);
+    assert_eq!(place.json("store compact --json")["files"], 0);
+    assert_eq!(place.json("store salvage --json")["kept"], 6);
+}
+
+#[test]
+fn failed_jobs_are_listed_and_can_be_tried_again() {
+    let failing = SMALL.replace("mesh = 6", "mesh = 6\nmax_iterations = 2");
+    let place = Place::with("small.toml", failing);
+    let summary = |line: &str| -> (i32, Value) {
+        let said = place.call(line);
+        (said.code, serde_json::from_str(said.out.lines().last().unwrap()).unwrap())
+    };
+    let (code, first) = summary("run small.toml --workers 2 --json");
+    assert_eq!((code, &first["progress"]["failed"], &first["run"]["computing"]), (2, &6.into(), &6.into()));
+    for failure in first["failures"].as_array().unwrap() {
+        let command = failure["show"].as_str().unwrap().strip_prefix("tribosweep ").unwrap();
+        let shown = place.call(command);
+        assert_eq!(shown.code, 0, "{command}: {}", shown.err);
+        assert!(shown.out.contains("status               failed"), "{}", shown.out);
+    }
+    let (code, cached) = summary("run small.toml --json");
+    assert_eq!((code, &cached["run"]["cached"]), (2, &6.into()), "a failed job is not computed again unasked");
+    let (code, again) = summary("run small.toml --json --retry-failed");
+    assert_eq!((code, &again["run"]["computing"]), (2, &6.into()));
+    let listed: String =
+        place.call("run small.toml").out.lines().skip_while(|line| !line.starts_with("small:")).map(|l| l.to_owned() + "\n").collect();
+    insta::assert_snapshot!(redacted(&listed));
+
+    // the mended study has other jobs under the same name
+    place.write("small.toml", SMALL);
+    let (code, mended) = summary("run small.toml --json --retry-failed");
+    assert_eq!((code, &mended["run"]["computing"], &mended["progress"]["done"]), (0, &6.into(), &6.into()));
+}

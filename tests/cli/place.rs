@@ -1,0 +1,167 @@
+//! A directory to run the command in, and what it said there.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_tribosweep");
+/// Six points in two axes, each a matter of milliseconds.
+pub(crate) const SMALL: &str = include_str!("studies/small.toml");
+/// One point whose punch is a height map in a file.
+pub(crate) const ONE: &str = include_str!("studies/one.toml");
+
+/// A directory to stand in, with a study file or none.
+pub(crate) struct Place(TempDir);
+
+/// How a command ended.
+pub(crate) struct Said {
+    pub(crate) code: i32,
+    pub(crate) out: String,
+    pub(crate) err: String,
+}
+
+impl Place {
+    pub(crate) fn empty() -> Self {
+        Self(TempDir::new().unwrap())
+    }
+
+    pub(crate) fn with(file: &str, text: impl AsRef<[u8]>) -> Self {
+        let place = Self::empty();
+        place.write(file, text);
+        place
+    }
+
+    /// The small study, run.
+    pub(crate) fn run() -> Self {
+        let place = Self::with("small.toml", SMALL);
+        assert_eq!(place.call("run small.toml --workers 2").code, 0);
+        place
+    }
+
+    pub(crate) fn path(&self, file: &str) -> PathBuf {
+        self.0.path().join(file)
+    }
+
+    pub(crate) fn write(&self, file: &str, text: impl AsRef<[u8]>) {
+        fs::write(self.path(file), text).unwrap();
+    }
+
+    pub(crate) fn command(&self, words: &[&str]) -> Command {
+        let mut command = Command::new(PROGRAM);
+        command.args(words).current_dir(self.0.path()).stdin(Stdio::null());
+        for variable in ["TRIBOSWEEP_STORE", "COLUMNS", "NO_COLOR", "CLICOLOR_FORCE", "RUST_BACKTRACE"] {
+            command.env_remove(variable);
+        }
+        command
+    }
+
+    pub(crate) fn words(&self, words: &[&str]) -> Said {
+        let output = self.command(words).output().unwrap();
+        let clean = |bytes: &[u8]| {
+            let text = std::str::from_utf8(bytes).unwrap();
+            text.replace(PROGRAM, "tribosweep").replace(self.0.path().to_str().unwrap(), "[directory]")
+        };
+        Said { code: output.status.code().expect("ended by itself"), out: clean(&output.stdout), err: clean(&output.stderr) }
+    }
+
+    /// Runs the command with words separated by blanks.
+    pub(crate) fn call(&self, line: &str) -> Said {
+        self.words(&line.split_whitespace().collect::<Vec<_>>())
+    }
+
+    pub(crate) fn json(&self, line: &str) -> Value {
+        let said = self.call(line);
+        serde_json::from_str(&said.out).unwrap_or_else(|error| panic!("{line}: {error}\n{}{}", said.out, said.err))
+    }
+
+    /// All of several commands as a transcript.
+    pub(crate) fn transcript(&self, lines: &[&[&str]]) -> String {
+        lines.iter().map(|words| format!("$ tribosweep {}\n{}\n", words.join(" "), self.words(words).transcript())).collect()
+    }
+
+    /// The small study's keys in the order of its points.
+    pub(crate) fn keys(&self) -> Vec<String> {
+        self.call("query small --select key --format csv").out.lines().skip(1).map(str::to_owned).collect()
+    }
+
+    /// Every file below the directory with its bytes.
+    pub(crate) fn files(&self) -> Vec<(PathBuf, Vec<u8>)> {
+        fn walk(directory: &Path, files: &mut Vec<(PathBuf, Vec<u8>)>) {
+            for entry in fs::read_dir(directory).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() { walk(&path, files) } else { files.push((path.clone(), fs::read(&path).unwrap())) }
+            }
+        }
+        let mut files = Vec::new();
+        walk(self.0.path(), &mut files);
+        files.sort();
+        files
+    }
+
+    /// The files with the fields of results, and the file with the study's definition.
+    pub(crate) fn blobs(&self) -> (Vec<PathBuf>, PathBuf) {
+        let manifest = fs::read_to_string(self.path(".tribosweep/manifest.json")).unwrap();
+        let digest = |path: &Path| {
+            let stem = path.file_stem().unwrap().to_str().unwrap();
+            format!("{}{stem}", path.parent().unwrap().file_name().unwrap().to_str().unwrap())
+        };
+        let blobs = self.files().into_iter().map(|(path, _)| path).filter(|path| path.extension().is_some_and(|e| e == "zst"));
+        let (mut studies, fields): (Vec<_>, Vec<_>) = blobs.partition(|path| manifest.contains(&digest(path)));
+        assert_eq!((studies.len(), fields.len()), (1, 6));
+        (fields, studies.remove(0))
+    }
+}
+
+impl Said {
+    pub(crate) fn transcript(&self) -> String {
+        let err: String = self.err.lines().map(|line| format!("! {line}\n")).collect();
+        redacted(&format!("{}{err}= {}\n", self.out, self.code))
+    }
+}
+
+/// A text without what differs from run to run: times, processes, hashes of floating-point fields, the version.
+pub(crate) fn redacted(text: &str) -> String {
+    let mut lines = Vec::new();
+    for line in text.lines() {
+        let mut words: Vec<String> = line.split(' ').map(str::to_owned).collect();
+        for at in 0..words.len() {
+            let bare = |word: &str| word.trim_matches(|c: char| "(),;:".contains(c)).to_owned();
+            let next = words.get(at + 1).map(|word| bare(word)).unwrap_or_default();
+            let word = bare(&words[at]);
+            let before = at.checked_sub(1).map(|at| bare(&words[at])).unwrap_or_default();
+            let number = word.parse::<f64>().is_ok();
+            let new = match () {
+                () if number && ["ms", "s", "min"].contains(&next.as_str()) => "[time]",
+                () if number && next == "workers" => "[n]",
+                () if number && before == "process" => "[pid]",
+                () if word == env!("CARGO_PKG_VERSION") => "[version]",
+                () => continue,
+            };
+            words[at] = words[at].replace(&word, new);
+            if new == "[time]" {
+                // the unit goes too, what follows it stays
+                let rest = words[at + 1].replacen(&next, "", 1);
+                words[at] += &rest;
+                words[at + 1].clear();
+            }
+        }
+        lines.push(words.join(" ").replace("[time]  ", "[time] ").replace("[time],  ", "[time], ").trim_end().to_owned() + "\n");
+    }
+    lines.concat()
+}
+
+/// The text without hashes of floating-point fields, and without the folder that begins one.
+pub(crate) fn without_hashes(text: &str) -> String {
+    let is_hash = |word: &str| [62, 64].contains(&word.len()) && word.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let words = text.split_inclusive(|c: char| !c.is_ascii_alphanumeric()).map(|word| {
+        let bare = word.trim_end_matches(|c: char| !c.is_ascii_alphanumeric());
+        if is_hash(bare) { word.replace(bare, "[hash]") } else { word.to_owned() }
+    });
+    let text: String = words.collect();
+    let (first, rest) = text.split_once("/blobs/").unwrap_or((&text, ""));
+    rest.split("/blobs/")
+        .fold(first.to_owned(), |said, part| said + if part.is_empty() { "" } else { "/blobs/[hash]/" } + part.get(3..).unwrap_or(part))
+}
