@@ -187,7 +187,7 @@ pub(crate) struct ShowArgs {
     #[arg(long, value_name = "FILE", requires = "field")]
     pub(crate) output: Option<PathBuf>,
     /// Print JSON
-    #[arg(long)]
+    #[arg(long, conflicts_with = "field")]
     pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) store: StoreArgs,
@@ -242,7 +242,7 @@ pub(crate) struct SolveArgs {
     #[arg(long, value_name = "FILE", requires = "field")]
     pub(crate) output: Option<PathBuf>,
     /// Print JSON
-    #[arg(long)]
+    #[arg(long, conflicts_with = "field")]
     pub(crate) json: bool,
 }
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 use contact::{Forecast, forecast};
+use indicatif::BinaryBytes;
 use report::Table;
 use runner::{Interrupt, Options, Task};
 use serde::Serialize;
@@ -15,7 +16,7 @@ use study::{JobKey, Point, Record, Study};
 use crate::cli::{ExecutionArgs, PlanArgs, ResumeArgs, RunArgs};
 use crate::draw;
 use crate::ledger::Ledger;
-use crate::output::{self, Finish};
+use crate::output::{self, Finish, count};
 use crate::progress::{Progress, duration};
 use crate::results::{self, Results};
 use crate::work::order;
@@ -82,6 +83,8 @@ impl Jobs {
 }
 
 fn execute(study: Study, jobs: Jobs, store: Store, directory: &Path, args: &ExecutionArgs) -> Result<Finish> {
+    // a run that computes nothing still clears away what a killed one left
+    runner::sweep_leftovers();
     let definition = study.definition();
     if !matches!(store.study(study.name()), Ok(Some(stored)) if stored == definition) {
         store.put_study(study.name(), &definition)?;
@@ -312,12 +315,12 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     text += &format!("\n{} points, {} distinct jobs: {} in the store, {} to run\n", plan.points, plan.jobs, plan.cached, plan.to_run);
     if plan.to_run > 0 {
         text += &format!(
-            "about {} on {} workers ({} of work), {} operators, up to {:.1} MiB per job\n",
+            "about {} on {} ({} of work), {}, up to {} per job\n",
             duration(plan.predicted_seconds),
-            plan.workers,
+            count(plan.workers, "worker", "workers"),
             duration(plan.predicted_worker_seconds),
-            plan.operators,
-            plan.largest_job_bytes as f64 / (1024.0 * 1024.0)
+            count(plan.operators, "operator", "operators"),
+            BinaryBytes(plan.largest_job_bytes)
         );
         let mut by_mesh: BTreeMap<[usize; 2], (usize, f64)> = BTreeMap::new();
         for (_, forecast) in &left {
@@ -325,8 +328,8 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
             entry.0 += 1;
             entry.1 += forecast.seconds;
         }
-        for ([nx, ny], (count, seconds)) in by_mesh {
-            text += &format!("  {nx} x {ny} elements: {count} jobs, {} of work\n", duration(seconds));
+        for ([nx, ny], (jobs, seconds)) in by_mesh {
+            text += &format!("  {nx} x {ny} elements: {}, {} of work\n", count(jobs, "job", "jobs"), duration(seconds));
         }
     }
     if std::io::stdout().is_terminal() && plan.to_run > 0 {

@@ -42,6 +42,11 @@ pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<Finish> {
     print(&(serde_json::to_string_pretty(value)? + "\n"))
 }
 
+/// A count with its noun.
+pub(crate) fn count(n: usize, one: &str, many: &str) -> String {
+    format!("{n} {}", if n == 1 { one } else { many })
+}
+
 /// Whether the reader of standard output went away, as `head` does.
 pub(crate) fn is_closed_pipe(error: &anyhow::Error) -> bool {
     error.chain().filter_map(|cause| cause.downcast_ref::<io::Error>()).any(|cause| cause.kind() == io::ErrorKind::BrokenPipe)

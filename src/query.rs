@@ -27,7 +27,11 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
     tell_origin(&reader);
     let studies = match &args.name {
         Some(name) => vec![stored_study(&reader, name)?],
-        None => reader.studies()?.into_iter().map(|(_, definition)| Study::from_definition(&definition)).collect::<Result<Vec<_>, _>>()?,
+        // one damaged study must not hide the others
+        None => {
+            let found = reader.study_names()?.into_iter().map(|name| stored_study(&reader, &name));
+            found.filter_map(|study| study.map_err(|error| output::complain(&error)).ok()).collect()
+        }
     };
     let mut rows = Vec::new();
     let mut listed = Vec::new();
@@ -62,6 +66,9 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
         let mut table = results.table()?;
         if let Some(expression) = &args.filter {
             table = table.filter(expression)?;
+            if table.rows().is_empty() {
+                eprintln!("no row matches");
+            }
         }
         if !args.sort.is_empty() {
             table = table.sort(&args.sort)?;

@@ -138,10 +138,11 @@ fn cell(value: Value) -> Cell {
 
 /// The study of this name in a store; if there is none, says which there are.
 pub(crate) fn stored_study(reader: &Reader, name: &str) -> Result<Study> {
-    if let Some(definition) = reader.study(name)? {
+    let damaged = || format!("the definition of the study `{name}` is damaged; `tribosweep run` of its file writes it anew");
+    if let Some(definition) = reader.study(name).with_context(damaged)? {
         return Study::from_definition(&definition).with_context(|| format!("the stored study `{name}`"));
     }
-    let names: Vec<String> = reader.studies()?.into_iter().map(|(name, _)| name).collect();
+    let names = reader.study_names()?;
     if std::path::Path::new(name).is_file() {
         bail!("`{name}` is a file; name a study in the store instead ({}), or start it with `tribosweep run {name}`", list(&names));
     }

@@ -71,7 +71,8 @@ fn with_settings(text: &str, path: &Path, settings: &[String]) -> Result<String>
         let (name, value) =
             setting.split_once('=').with_context(|| format!("--set {setting}: must be KEY=VALUE, for example friction.mu=0.5"))?;
         let name = name.trim();
-        let key = Key::find(name).with_context(|| {
+        let by_column = || Key::ALL.iter().copied().find(|key| key.column() == name);
+        let key = Key::find(name).or_else(by_column).with_context(|| {
             let near = study::key::nearest(name, Key::ALL.iter().map(|key| key.short()));
             format!("--set {setting}: there is no key `{name}`{}", near.map_or(String::new(), |near| format!("; did you mean `{near}`?")))
         })?;

@@ -3,11 +3,12 @@
 use std::collections::BTreeSet;
 
 use anyhow::{Context, Result};
+use indicatif::BinaryBytes;
 use store::{Digest, Store};
 use study::{JobKey, Record};
 
 use crate::cli::StoreCommand;
-use crate::output::{self, Finish};
+use crate::output::{self, Finish, count};
 
 pub(crate) fn run(command: &StoreCommand) -> Result<Finish> {
     match command {
@@ -54,16 +55,17 @@ fn verify(store: &Store, json: bool) -> Result<Finish> {
         }))?;
     } else {
         let mut text = format!(
-            "{} records, {} files ({:.1} MiB), {} studies",
-            found.records,
-            found.blobs,
-            found.blob_bytes as f64 / 1048576.0,
-            found.studies
+            "{}, {} ({}), {}",
+            count(found.records, "record", "records"),
+            count(found.blobs, "file", "files"),
+            BinaryBytes(found.blob_bytes),
+            count(found.studies, "study", "studies")
         );
         text += if sound { ": all sound\n" } else { "\n" };
         faults.iter().for_each(|fault| text += &format!("damaged: {fault}\n"));
         if found.unreferenced_blobs > 0 {
-            text += &format!("{} files are referred to by nothing; `tribosweep store compact` removes them\n", found.unreferenced_blobs);
+            let files = count(found.unreferenced_blobs, "file is", "files are");
+            text += &format!("{files} referred to by nothing; `tribosweep store compact` removes what is\n");
         }
         found.stray_files.iter().for_each(|file| text += &format!("not the store's: {}\n", file.display()));
         output::print(&text)?;
@@ -75,13 +77,18 @@ fn salvage(directory: &std::path::Path, json: bool) -> Result<Finish> {
     let salvaged = Store::salvage(directory)?;
     if json {
         return output::print_json(&serde_json::json!({
-            "kept": salvaged.kept, "promised": salvaged.promised, "studies": salvaged.studies, "damaged": salvaged.damaged,
+            "kept": salvaged.kept, "promised": salvaged.promised, "studies": salvaged.studies, "lost_studies": salvaged.lost_studies,
+            "former_database": salvaged.damaged,
         }));
     }
     let promised = salvaged.promised.map_or(String::new(), |promised| format!(" of at least {promised}"));
-    let mut text = format!("kept {} records{promised}, and {} studies\n", salvaged.kept, salvaged.studies);
+    let mut text =
+        format!("kept {}{promised}, and {}\n", count(salvaged.kept, "record", "records"), count(salvaged.studies, "study", "studies"));
     if let Some(damaged) = &salvaged.damaged {
-        text += &format!("the damaged database is in {}; delete it when nothing is missed\n", damaged.display());
+        text += &format!("the former database is in {}; delete it when nothing is missed\n", damaged.display());
+    }
+    for name in &salvaged.lost_studies {
+        text += &format!("the definition of the study `{name}` was damaged; `tribosweep run` of its file brings it back\n");
     }
     output::print(&text)
 }
@@ -98,10 +105,6 @@ fn compact(store: &Store, json: bool) -> Result<Finish> {
     if json {
         return output::print_json(&serde_json::json!({ "files": done.blobs, "unfinished_files": done.unfinished, "bytes": done.bytes }));
     }
-    output::print(&format!(
-        "removed {} files and {} unfinished ones, {:.1} MiB\n",
-        done.blobs,
-        done.unfinished,
-        done.bytes as f64 / 1048576.0
-    ))
+    let (files, unfinished) = (count(done.blobs, "file", "files"), count(done.unfinished, "unfinished one", "unfinished ones"));
+    output::print(&format!("removed {files} and {unfinished}, {}\n", BinaryBytes(done.bytes)))
 }

@@ -5,7 +5,7 @@ use crate::error::{OpenError, ReadError};
 use crate::lock::{Holder, Lock};
 use crate::manifest::{self, Manifest, Unreadable};
 use crate::serve::{BATCH, Connection, Request, Response};
-use crate::store::{Core, PATIENCE, definition, definitions, held};
+use crate::store::{Core, PATIENCE, definition, held};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::thread;
@@ -183,12 +183,12 @@ impl Reader {
         digest.map(|digest| definition(&self.blobs, name, &digest)).transpose()
     }
 
-    /// The names of all studies with their definitions, in alphabetical order.
+    /// The names of all studies, in alphabetical order.
     ///
     /// # Errors
-    /// As [`Reader::study`].
-    pub fn studies(&self) -> Result<Vec<(String, Vec<u8>)>, ReadError> {
-        definitions(&self.blobs, self.manifest()?.studies)
+    /// [`ReadError::Manifest`], [`ReadError::Io`].
+    pub fn study_names(&self) -> Result<Vec<String>, ReadError> {
+        Ok(self.manifest()?.studies.into_keys().collect())
     }
 
     fn manifest(&self) -> Result<Manifest, ReadError> {

@@ -1,5 +1,6 @@
 //! Saving what can be read of a damaged store.
 
+use crate::blob::Blobs;
 use crate::database::{Database, Fault};
 use crate::durable;
 use crate::error::OpenError;
@@ -23,6 +24,8 @@ pub struct Salvage {
     pub promised: Option<u64>,
     /// Studies saved.
     pub studies: usize,
+    /// Studies whose definition is damaged or gone; they are no longer listed, and running their files brings them back.
+    pub lost_studies: Vec<String>,
     /// Where the damaged database is now; `None` if there was none.
     pub damaged: Option<PathBuf>,
 }
@@ -63,6 +66,9 @@ pub(crate) fn salvage(directory: &Path) -> Result<Salvage, OpenError> {
     database.sync_files().map_err(io("make durable", &salvaged))?;
     drop(database);
 
+    let blobs = Blobs::of(directory);
+    let (studies, lost): (BTreeMap<_, _>, BTreeMap<_, _>) =
+        studies.into_iter().partition(|(_, digest)| matches!(blobs.get(digest), Ok(Some(_))));
     let manifest = Manifest::new(sound.len() as u64, studies);
     manifest.write(directory).map_err(io("write", &directory.join(FILE)))?;
     let damaged = records.exists().then(|| unused(directory));
@@ -71,7 +77,7 @@ pub(crate) fn salvage(directory: &Path) -> Result<Salvage, OpenError> {
     }
     fs::rename(&salvaged, &records).map_err(io("put into place", &salvaged))?;
     durable::sync_directory(directory).map_err(io("make durable", directory))?;
-    Ok(Salvage { kept: sound.len(), promised, studies: manifest.studies.len(), damaged })
+    Ok(Salvage { kept: sound.len(), promised, studies: manifest.studies.len(), lost_studies: lost.into_keys().collect(), damaged })
 }
 
 /// The sealed records that open, read from both ends so that one unreadable page hides only itself.

@@ -45,6 +45,10 @@ impl Store {
     pub fn open(directory: &Path) -> Result<Store, OpenError> {
         let io = |action| move |source| OpenError::Io { action, path: directory.to_owned(), source };
         fs::create_dir_all(directory).map_err(io("create the directory"))?;
+        // Before the lock, which would leave its file in somebody else's directory.
+        if !directory.join(manifest::FILE).exists() && !directory.join(RECORDS).exists() && !vacant(directory).map_err(io("look into"))? {
+            return Err(OpenError::NotAStore { directory: directory.to_owned() });
+        }
         let listening = Listening::bind().map_err(io("open a socket for the readers of"))?;
         let lock = lock_for_writing(directory, Some(listening.address.clone()))?;
         let core = Arc::new(Core::open(directory, lock)?);
@@ -148,13 +152,9 @@ impl Store {
         digest.map(|digest| definition(&self.core.blobs, name, &digest)).transpose()
     }
 
-    /// The names of all studies with their definitions, in alphabetical order.
-    ///
-    /// # Errors
-    /// As [`Store::study`].
-    pub fn studies(&self) -> Result<Vec<(String, Vec<u8>)>, ReadError> {
-        let studies = self.core.manifest().studies.clone();
-        definitions(&self.core.blobs, studies)
+    /// The names of all studies, in alphabetical order.
+    pub fn study_names(&self) -> Vec<String> {
+        self.core.manifest().studies.keys().cloned().collect()
     }
 
     pub(crate) fn core(&self) -> &Core {
@@ -165,11 +165,6 @@ impl Store {
 /// The definition of the study `name`, which the manifest says is the blob `digest`.
 pub(crate) fn definition(blobs: &Blobs, name: &str, digest: &Digest) -> Result<Vec<u8>, ReadError> {
     blobs.get(digest)?.ok_or_else(|| ReadError::StudyMissing { name: name.to_owned(), digest: *digest })
-}
-
-pub(crate) fn definitions(blobs: &Blobs, studies: BTreeMap<String, Digest>) -> Result<Vec<(String, Vec<u8>)>, ReadError> {
-    let read = |(name, digest): (String, Digest)| definition(blobs, &name, &digest).map(|bytes| (name, bytes));
-    studies.into_iter().map(read).collect()
 }
 
 /// Takes the lock, waiting for a reader to finish but not for another writer.

@@ -162,9 +162,9 @@ fn inspect(directory: &Path, count: u64) {
     if corrupt != reported {
         return say(format!("VERIFY found {corrupt} of {reported} corrupt records"));
     }
-    match store.studies() {
-        Ok(studies) if studies == [("sweep".to_owned(), b"mu = [0.1, 0.3]".to_vec())] => {}
-        Ok(studies) => return say(format!("WRONG studies {studies:?}")),
+    match store.study("sweep") {
+        Ok(Some(study)) if study == b"mu = [0.1, 0.3]" && store.study_names() == ["sweep"] => {}
+        Ok(study) => return say(format!("WRONG study {study:?} among {:?}", store.study_names())),
         Err(error) => return say(format!("study: {error}")),
     }
     say(if reported == 0 { "sound".to_owned() } else { format!("{sound} sound, {reported} reported") });

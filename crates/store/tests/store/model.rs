@@ -65,7 +65,11 @@ proptest! {
             prop_assert_eq!(store.keys(), model.keys().copied().collect::<Vec<_>>());
             let found: BTreeMap<_, _> = store.records().map(|(key, record)| (key, record.unwrap())).collect();
             prop_assert_eq!(&found, &model);
-            prop_assert_eq!(store.studies().unwrap(), studies.clone().into_iter().collect::<Vec<_>>());
+            prop_assert_eq!(store.study_names(), studies.keys().cloned().collect::<Vec<_>>());
+            for (name, definition) in &studies {
+                let stored = store.study(name).unwrap();
+                prop_assert_eq!(stored.as_ref(), Some(definition));
+            }
         }
         for job in 0..30 {
             prop_assert_eq!(store.contains(&key(job)), model.contains_key(&key(job)));

@@ -55,7 +55,7 @@ fn this_process_cannot_open_it_twice_but_can_read_it() {
         assert_eq!(reader.select(vec![key(5), key(count), key(4)]).map(|(key, _)| key).collect::<Vec<_>>(), [key(5), key(4)]);
         assert_eq!(reader.study("sweep").unwrap().unwrap(), b"mu = [0.1, 0.3]");
         assert_eq!(reader.study("another").unwrap(), None);
-        assert_eq!(reader.studies().unwrap().len(), 1);
+        assert_eq!(reader.study_names().unwrap().len(), 1);
         assert_eq!(reader.blobs().get(&digest).unwrap().unwrap(), b"pressure");
     };
     check(&reader, 700);
