@@ -299,3 +299,25 @@ fn failed_jobs_are_listed_and_can_be_tried_again() {
     let (code, mended) = summary("run small.toml --json --retry-failed");
     assert_eq!((code, &mended["run"]["computing"], &mended["progress"]["done"]), (0, &6.into(), &6.into()));
 }
+
+/// Same job, same bytes, whatever the number of workers and of threads in each (two threads share an operator from 64² on).
+#[test]
+fn the_number_of_workers_and_threads_changes_no_byte() {
+    let study = SMALL.replace("mesh = 6", "mesh = 72\nmax_iterations = 3");
+    assert_ne!(study, SMALL);
+    let place = Place::with("small.toml", study);
+    let results = |workers: &str| {
+        let said = place.words(&["run", "small.toml", "--workers", workers, "--store", workers]);
+        assert_eq!(said.code, 2, "three sweeps solve nothing, but leave their figures: {}", said.err);
+        let columns = place.json(&format!("query small --store {workers} --columns --json"));
+        let columns = columns["rows"].as_array().unwrap().iter().filter(|column| column["kind"] != "provenance");
+        let columns: Vec<&str> = columns.map(|column| column["column"].as_str().unwrap()).collect();
+        let table = place.words(&["query", "small", "--store", workers, "--select", &columns.join(","), "--format", "csv"]).out;
+        let store = place.path(workers);
+        let blobs = place.files().into_iter().filter_map(|(path, bytes)| Some((path.strip_prefix(&store).ok()?.to_owned(), bytes)));
+        let blobs: Vec<_> = blobs.filter(|(path, _)| path.extension().is_some_and(|ending| ending == "zst")).collect();
+        assert!(table.lines().count() == 7 && blobs.len() == 7, "{table}");
+        (table, blobs)
+    };
+    assert!(results("1") == results("3"));
+}
