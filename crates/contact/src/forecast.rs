@@ -23,6 +23,7 @@ pub struct Forecast {
 pub fn forecast(scene: &Scene, numerics: &Numerics) -> Result<Forecast, SceneError> {
     let layout = Layout::new(scene, numerics, &domain(scene)?)?;
     let bodies = relative_bodies(scene);
+    layout.scale(scene, &bodies)?;
     let elements = layout.nx as f64 * layout.ny as f64;
 
     let mut hasher = DefaultHasher::new();

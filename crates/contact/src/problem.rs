@@ -70,22 +70,10 @@ impl Problem {
         let layout = Layout::new(scene, numerics, &domain)?;
         let (nx, ny) = (layout.nx, layout.ny);
 
-        let modulus = scene.foundation.base.shear_modulus;
         let bodies = relative_bodies(scene);
-        let scale = Scale { length: layout.half_diameter, compliance: bodies.direct / modulus };
-        let out_of_range = |key: &str, value: f64| SceneError {
-            key: key.to_owned(),
-            value: format!("{value:e}"),
-            expected: "leads beyond the range of double precision; choose sizes and moduli nearer to 1 in SI units".to_owned(),
-        };
-        if !(scale.compliance.is_normal() && scale.traction().is_normal()) {
-            return Err(out_of_range("foundation.base.shear_modulus", modulus));
-        }
+        let scale = layout.scale(scene, &bodies)?;
         let length = scale.length;
         let [hx, hy] = layout.element;
-        if !(length.is_normal() && hx.is_normal() && hy.is_normal()) {
-            return Err(out_of_range("domain.width_x", domain.width_x));
-        }
         let center = [domain.center_x / length, domain.center_y / length];
         let origin = [center[0] - 0.5 * (nx - 1) as f64 * hx, center[1] - 0.5 * (ny - 1) as f64 * hy];
         let grid = Grid::new(nx, ny, hx, hy, origin).map_err(|error| SceneError {
@@ -119,7 +107,7 @@ impl Problem {
             f[2 * k + e] = (step.shift_y + step.twist * x) / length;
         }
         if let Some(value) = f.iter().find(|value| !value.is_finite()) {
-            return Err(out_of_range("loading.steps[0]", *value));
+            return Err(out_of_range("loading.steps[0].approach", *value));
         }
         Ok(Self {
             grid,
@@ -185,6 +173,15 @@ pub(crate) struct Layout {
     disk: Option<f64>,
 }
 
+/// Sizes or moduli that double precision cannot hold once they are put in relation.
+fn out_of_range(key: &str, value: f64) -> SceneError {
+    SceneError {
+        key: key.to_owned(),
+        value: format!("{value:e}"),
+        expected: "leads beyond the range of double precision; choose sizes and moduli nearer to 1 in SI units".to_owned(),
+    }
+}
+
 impl Layout {
     pub(crate) fn new(scene: &Scene, numerics: &Numerics, domain: &Domain) -> Result<Self, SceneError> {
         let aspect = domain.width_y / domain.width_x;
@@ -221,5 +218,18 @@ impl Layout {
             }
             Shape::Sphere { .. } | Shape::Ellipsoid { .. } | Shape::Cone { .. } => Self { open_edge: true, ..layout },
         })
+    }
+
+    /// The units of the problem. Refuses what leads beyond the range of doubles.
+    pub(crate) fn scale(&self, scene: &Scene, bodies: &HalfSpace) -> Result<Scale, SceneError> {
+        let modulus = scene.foundation.base.shear_modulus;
+        let scale = Scale { length: self.half_diameter, compliance: bodies.direct / modulus };
+        if !(scale.compliance.is_normal() && scale.traction().is_normal()) {
+            return Err(out_of_range("foundation.base.shear_modulus", modulus));
+        }
+        if !(scale.length.is_normal() && self.element.iter().all(|side| side.is_normal())) {
+            return Err(out_of_range("domain.width_x", 2.0 * scale.length));
+        }
+        Ok(scale)
     }
 }

@@ -303,3 +303,22 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn what_doubles_cannot_hold_is_refused_before_it_runs() {
+    let numerics = numerics(Mesh::Across(4), Projection::Average, 1e-8);
+    let refused = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = shifted_sphere(0.3);
+        change(&mut scene);
+        let forecast = contact::forecast(&scene, &numerics).unwrap_err();
+        assert_eq!(Problem::new(&scene, &numerics, &Surfaces::new()).unwrap_err(), forecast);
+        assert!(forecast.expected.contains("double precision"), "{forecast}");
+        forecast.key
+    };
+    assert_eq!(refused(&|scene| scene.foundation.base.shear_modulus = 1e-310), "foundation.base.shear_modulus");
+    assert_eq!(
+        refused(&|scene| scene.punch.material = Some(Material { shear_modulus: 1e-310, poisson: 0.3 })),
+        "foundation.base.shear_modulus"
+    );
+    assert_eq!(refused(&|scene| scene.domain = square(1e-320)), "domain.width_x");
+}
