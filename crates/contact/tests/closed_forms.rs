@@ -195,6 +195,30 @@ fn flat_disk_meets_spence_small_stick() {
     spence_flat(0.25, 0.2);
 }
 
+/// Every row of the table, at one mesh: the load within the first-order error that the ladders above show at it, the
+/// stick radius within an element.
+#[test]
+fn flat_disk_meets_every_row_of_spence() {
+    let mut rows = 0;
+    for line in reference("spence_incremental.csv").lines().skip(1) {
+        let row: Vec<f64> = line.split(',').map(|x| x.parse().unwrap_or(f64::NAN)).collect();
+        let (poisson, mu, stick, ratio) = (row[0], row[1], row[4], row[5]);
+        // rows of full stick to all digits have no numbers
+        if ratio.is_nan() {
+            continue;
+        }
+        let scene = scene(Shape::FlatDisk { radius: 1.0 }, 1.0, poisson, mu, Step { approach: 1.0, ..Step::default() });
+        let (outcome, _) = certified(&scene, &numerics(Mesh::Across(24), Projection::Average, 1e-8));
+        let o = outcome.observables;
+        let load = o.load / (reference::flat_disk(modulus(poisson), 1.0, 1.0).load * ratio) - 1.0;
+        let radius = counted_radius(o.stick_area) - stick;
+        assert!(load.abs() < 6e-3, "ν {poisson} μ {mu}: load {load:e}");
+        assert!(radius.abs() < 1.0 / 12.0, "ν {poisson} μ {mu}: stick radius {radius:e}");
+        rows += 1;
+    }
+    assert!(rows > 35, "{rows}");
+}
+
 #[test]
 fn flat_disk_in_full_stick_meets_mossakovskii() {
     for poisson in [0.0, 0.3] {
@@ -236,6 +260,11 @@ fn sphere_one_step(poisson: f64, mu: f64) {
 }
 
 #[test]
+fn sphere_in_one_step_steel_slippery() {
+    sphere_one_step(0.3, 0.15);
+}
+
+#[test]
 fn sphere_in_one_step_steel() {
     sphere_one_step(0.3, 0.2);
 }
@@ -247,12 +276,27 @@ fn sphere_in_one_step_steel_rough() {
 
 #[test]
 fn sphere_in_one_step_compressible() {
+    sphere_one_step(0.0, 0.2986);
+}
+
+#[test]
+fn sphere_in_one_step_compressible_rough() {
     sphere_one_step(0.0, 1.0);
+}
+
+#[test]
+fn sphere_in_one_step_glass() {
+    sphere_one_step(0.2, 0.3);
 }
 
 #[test]
 fn sphere_in_one_step_nearly_incompressible() {
     sphere_one_step(0.4, 0.1);
+}
+
+#[test]
+fn every_sphere_in_one_step_has_its_test() {
+    assert_eq!(reference("sphere_one_step.csv").lines().skip(1).count(), 7);
 }
 
 /// Two like elastic bodies: the coupling cancels, so normal contact is Hertz's and a shift gives Cattaneo's and Mindlin's annulus
