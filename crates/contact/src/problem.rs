@@ -205,7 +205,7 @@ impl Layout {
             Shape::FlatDisk { radius } if scene.domain.is_none() && nx == ny => {
                 // The staircase of elements whose centre lies inside the disk has not the disk's area, and load and
                 // stiffness follow the area: elements sized so that the areas agree make the error smaller and its
-                // decrease smooth (closed_forms::flat_disk_with_friction_meets_spence measures it).
+                // decrease smooth (tests/closed_forms.rs holds it to first order).
                 let reach = 0.5 * nx as f64;
                 let along = |i: usize| i as f64 + 0.5 - reach;
                 let count = (0..nx * ny).filter(|&s| along(s % nx).hypot(along(s / nx)) <= reach).count();
