@@ -17,57 +17,32 @@ use crate::results::{Results, stored_study};
 /// Dots per inch of PNG files.
 const RESOLUTION: f64 = 300.0;
 
-/// A study's figure in the words of the report.
-pub(crate) fn spec(figure: &study::Figure) -> OwnedSpec {
-    OwnedSpec {
-        x: figure.x.clone(),
-        y: figure.y.clone(),
-        series: figure.series.clone(),
-        panels: figure.panels.clone(),
-        log_x: figure.log_x,
-        log_y: figure.log_y,
-    }
+/// The two files of a figure whose name has no ending yet.
+pub(crate) fn figure_files(stem: &Path) -> Vec<PathBuf> {
+    ["svg", "png"].map(|ending| PathBuf::from(format!("{}.{ending}", stem.display()))).to_vec()
 }
 
-/// Which columns a figure shows.
-#[derive(Clone, Default)]
-pub(crate) struct OwnedSpec {
-    x: String,
-    y: String,
-    series: Vec<String>,
-    panels: Option<String>,
-    log_x: bool,
-    log_y: bool,
-}
-
-/// Draws a table's columns to `stem`.svg and `stem`.png, or to `stem` itself when it ends in one of them.
-pub(crate) fn write_figure(table: &Table, spec: &OwnedSpec, title: &str, stem: &Path) -> Result<Vec<PathBuf>> {
-    let series: Vec<&str> = spec.series.iter().map(String::as_str).collect();
-    let figure = Figure::from_table(
-        table,
-        &FigureSpec {
-            x: &spec.x,
-            y: &spec.y,
-            series: &series,
-            panels: spec.panels.as_deref(),
-            title,
-            log_x: spec.log_x,
-            log_y: spec.log_y,
-        },
-    )?;
-    let svg = figure.svg();
-    let files = match stem.extension().and_then(OsStr::to_str) {
-        Some("svg" | "png") => vec![stem.to_owned()],
-        Some(other) if !other.contains(' ') && stem.file_stem().is_some() && other.len() <= 4 => {
-            bail!("{}: a figure is written as .svg or .png, not .{other}", stem.display())
-        }
-        _ => ["svg", "png"].map(|ending| PathBuf::from(format!("{}.{ending}", stem.display()))).to_vec(),
+/// Draws a table's columns to files that end in .svg or .png.
+pub(crate) fn write_figure(table: &Table, columns: &study::Figure, title: &str, files: &[PathBuf]) -> Result<()> {
+    let series: Vec<&str> = columns.series.iter().map(String::as_str).collect();
+    let spec = FigureSpec {
+        x: &columns.x,
+        y: &columns.y,
+        series: &series,
+        panels: columns.panels.as_deref(),
+        title,
+        log_x: columns.log_x,
+        log_y: columns.log_y,
     };
-    for file in &files {
-        let bytes = if file.extension() == Some(OsStr::new("png")) { report::png(&svg, RESOLUTION)? } else { svg.clone().into_bytes() };
-        write(file, &bytes)?;
+    let svg = Figure::from_table(table, &spec)?.svg();
+    for file in files {
+        match file.extension().and_then(OsStr::to_str) {
+            Some("svg") => write(file, svg.as_bytes())?,
+            Some("png") => write(file, &report::png(&svg, RESOLUTION)?)?,
+            _ => bail!("{}: a figure is written as .svg or .png", file.display()),
+        }
     }
-    Ok(files)
+    Ok(())
 }
 
 fn write(file: &Path, bytes: &[u8]) -> Result<()> {
@@ -78,34 +53,30 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
     tell_origin(&reader);
     let results = Results::read(&reader, stored_study(&reader, &args.name)?)?;
-    let own = results.study.figure().map(spec);
     let asked = args.x.is_some() || args.y.is_some();
-    let mut spec = own.unwrap_or_default();
-    if let Some(x) = &args.x {
-        spec.x.clone_from(x);
-    }
-    if let Some(y) = &args.y {
-        spec.y.clone_from(y);
-    }
-    if spec.x.is_empty() || spec.y.is_empty() {
+    let own = results.study.figure();
+    let column = |asked: &Option<String>, own: Option<&String>| asked.as_ref().or(own).cloned();
+    let (Some(x), Some(y)) = (column(&args.x, own.map(|figure| &figure.x)), column(&args.y, own.map(|figure| &figure.y))) else {
         bail!("the study suggests no figure; name its columns with --x and --y (`tribosweep query {} --columns` lists them)", args.name);
-    }
-    if let Some(series) = &args.series {
-        spec.series.clone_from(series);
-    }
-    spec.panels = args.panels.clone().or(spec.panels);
-    // a column cannot be drawn along x and tell the curves apart at once
-    spec.series.retain(|name| *name != spec.x);
-    spec.panels = spec.panels.filter(|name| *name != spec.x);
-    spec.log_x |= args.log_x;
-    spec.log_y |= args.log_y;
+    };
+    let series = args.series.clone().or_else(|| own.map(|figure| figure.series.clone())).unwrap_or_default();
+    let panels = column(&args.panels, own.and_then(|figure| figure.panels.as_ref()));
+    let figure = study::Figure {
+        // a column cannot be drawn along x and tell the curves apart at once
+        series: series.into_iter().filter(|name| *name != x).collect(),
+        panels: panels.filter(|name| *name != x),
+        log_x: args.log_x || own.is_some_and(|figure| figure.log_x),
+        log_y: args.log_y || own.is_some_and(|figure| figure.log_y),
+        x,
+        y,
+    };
     let mut table = results.table()?;
     if let Some(expression) = &args.filter {
         table = table.filter(expression)?;
     }
     let title = if asked { results.study.name() } else { results.study.question() };
-    let stem = args.output.clone().unwrap_or_else(|| PathBuf::from(results.study.name()));
-    let files = write_figure(&table, &spec, title, &stem)?;
+    let files = args.output.clone().map_or_else(|| figure_files(Path::new(results.study.name())), |file| vec![file]);
+    write_figure(&table, &figure, title, &files)?;
     if args.json {
         return output::print_json(&files);
     }

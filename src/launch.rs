@@ -241,7 +241,9 @@ fn draw_figure(results: &Results, directory: &Path) -> Result<Vec<PathBuf>> {
     let Some(figure) = results.study.figure() else { return Ok(Vec::new()) };
     let folder = directory.join("figures");
     std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    draw::write_figure(&results.table()?, &draw::spec(figure), results.study.question(), &folder.join(results.study.name()))
+    let files = draw::figure_files(&folder.join(results.study.name()));
+    draw::write_figure(&results.table()?, figure, results.study.question(), &files)?;
+    Ok(files)
 }
 
 fn again(study: &Study, directory: &Path) -> String {

@@ -1,6 +1,6 @@
 //! From finished jobs to durable records.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::error::Error;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -16,13 +16,11 @@ pub(crate) struct Ledger<'a> {
     store: &'a Store,
     /// The canonical texts of the jobs that run.
     jobs: HashMap<JobKey, String>,
-    /// Jobs that left no solution.
-    pub(crate) failed: HashSet<JobKey>,
 }
 
 impl<'a> Ledger<'a> {
     pub(crate) fn new(store: &'a Store, jobs: HashMap<JobKey, String>) -> Self {
-        Self { store, jobs, failed: HashSet::new() }
+        Self { store, jobs }
     }
 
     fn record(&mut self, done: Done) -> Result<(JobKey, Vec<u8>), Box<dyn Error + Send + Sync>> {
@@ -47,9 +45,6 @@ impl<'a> Ledger<'a> {
                 finished: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
             },
         };
-        if record.status() != "certified" {
-            self.failed.insert(done.key);
-        }
         Ok((done.key, record.encode()))
     }
 }

@@ -321,3 +321,15 @@ fn the_number_of_workers_and_threads_changes_no_byte() {
     };
     assert!(results("1") == results("3"));
 }
+
+/// A name with a dot is no ending: both files of the figure are written beside each other.
+#[test]
+fn a_study_named_with_a_dot_gets_its_figure() {
+    let place = Place::with("dotted.toml", SMALL.replace("\"small\"", "\"small-v1.2\""));
+    assert_eq!(place.call("run dotted.toml").code, 0);
+    let said = place.call("plot small-v1.2 --json");
+    assert_eq!(serde_json::from_str::<Value>(&said.out).unwrap(), serde_json::json!(["small-v1.2.svg", "small-v1.2.png"]), "{}", said.err);
+    for file in ["small-v1.2.svg", "small-v1.2.png", ".tribosweep/figures/small-v1.2.svg", ".tribosweep/figures/small-v1.2.png"] {
+        assert!(place.path(file).exists(), "{file}");
+    }
+}

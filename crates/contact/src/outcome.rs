@@ -94,7 +94,7 @@ pub struct Certificate {
     pub cone_violation: f64,
     /// Largest angle between slip and −traction \[rad\] over elements whose slip is well above rounding.
     pub slip_angle: f64,
-    /// |Σ w·p| imbalance of forces: difference between the stored and the recomputed resultants over the load.
+    /// Largest difference between a claimed resultant (P, Qx, Qy) and the same summed anew, over Σ |p| |e|.
     pub force_imbalance: f64,
 }
 

@@ -52,7 +52,7 @@ const HEARTBEAT: EventId = EventId::new(1);
 const INITIAL: usize = 16 << 10;
 /// Bodies beyond this travel as files.
 const LARGEST_INLINE: usize = 256 << 10;
-/// Shared memory that one channel takes from the start, with room to spare (measured: 0.2 MiB).
+/// Shared memory that one channel takes from the start, with room to spare (measured: 0.1 MiB).
 const CHANNEL: u64 = 1 << 20;
 /// What must stay free in shared memory after growing, so that others do not meet SIGBUS either.
 const RESERVE: u64 = 16 << 20;
