@@ -53,6 +53,93 @@ pub fn cattaneo_shift(tangential: f64, friction_limit: f64, contact_radius: f64,
     3.0 * friction_limit / (16.0 * contact_radius) * shear_compliance * (1.0 - rest * rest)
 }
 
+/// Elliptic contact under Hertz's theory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HertzEllipse {
+    /// Semi-axis along x \[m\].
+    pub semi_axis_x: f64,
+    /// Semi-axis along y \[m\].
+    pub semi_axis_y: f64,
+    /// Largest pressure \[Pa\].
+    pub peak_pressure: f64,
+    /// Approach δ \[m\].
+    pub approach: f64,
+}
+
+/// Hertz: a paraboloid with the gap A x² + B y² (A, B > 0 \[1/m\]) pressed by the force P \[N\].
+///
+/// Johnson, Contact Mechanics, 1985, eq. 4.25–4.30, with Carlson's symmetric integrals in the place of K and E, so that neither the
+/// circle nor the needle loses digits and either axis may be the longer one: with κ = b/a,
+/// B/A = R_D(0,1,κ²)/R_D(0,κ²,1), a³ = P R_D(0,κ²,1)/(2πE*A), p₀ = 3P/2πab, δ = 3P R_F(0,κ²,1)/(2πE*a).
+pub fn hertz_ellipse(modulus: f64, curvature_x: f64, curvature_y: f64, load: f64) -> HertzEllipse {
+    let wanted = (curvature_y / curvature_x).ln();
+    // ln(B/A) over ln κ is nearly a straight line, which the secant method follows in a few steps
+    let excess = |t: f64| {
+        let m = (2.0 * t).exp();
+        (carlson_rd(1.0, m) / carlson_rd(m, 1.0)).ln() - wanted
+    };
+    let (mut before, mut t) = (0.0, -2.0 / 3.0 * wanted);
+    let mut f_before = excess(before);
+    for _ in 0..60 {
+        let f = excess(t);
+        if f == 0.0 || f == f_before || t == before {
+            break;
+        }
+        let next = t - f * (t - before) / (f - f_before);
+        (before, f_before) = (t, f);
+        if (next - t).abs() <= 1e-16 * next.abs() {
+            t = next;
+            break;
+        }
+        t = next;
+    }
+    let ratio = t.exp();
+    let m = ratio * ratio;
+    let semi_axis_x = (load * carlson_rd(m, 1.0) / (2.0 * PI * modulus * curvature_x)).cbrt();
+    let semi_axis_y = ratio * semi_axis_x;
+    HertzEllipse {
+        semi_axis_x,
+        semi_axis_y,
+        peak_pressure: 1.5 * load / (PI * semi_axis_x * semi_axis_y),
+        approach: 1.5 * load * carlson_rf(m) / (PI * modulus * semi_axis_x),
+    }
+}
+
+/// Carlson's R_F(0, m, 1), the complete elliptic integral of the first kind, by the arithmetic–geometric mean
+/// (NIST Digital Library of Mathematical Functions, 19.22.8).
+fn carlson_rf(m: f64) -> f64 {
+    let (mut a, mut g) = (1.0, m.sqrt());
+    // quadratic convergence: a relative distance of 1e-8 becomes 1e-17 in the next mean
+    while (a - g).abs() > 1e-8 * a {
+        (a, g) = (0.5 * (a + g), (a * g).sqrt());
+    }
+    PI / (a + g)
+}
+
+/// Carlson's R_D(0, y, z) for y, z > 0 by duplication (DLMF 19.26.20 and the series 19.36.2).
+fn carlson_rd(y: f64, z: f64) -> f64 {
+    let (mut x, mut y, mut z) = (0.0_f64, y, z);
+    let (mut sum, mut factor) = (0.0, 1.0);
+    loop {
+        let mean = 0.2 * (x + y + 3.0 * z);
+        let [dx, dy, dz] = [x, y, z].map(|v| 1.0 - v / mean);
+        if dx.abs().max(dy.abs()).max(dz.abs()) < 2e-3 {
+            let (xy, zz) = (dx * dy, dz * dz);
+            let e2 = xy - 6.0 * zz;
+            let e3 = (3.0 * xy - 8.0 * zz) * dz;
+            let e4 = 3.0 * (xy - zz) * zz;
+            let e5 = xy * zz * dz;
+            let series = 1.0 - 3.0 * e2 / 14.0 + e3 / 6.0 + 9.0 * e2 * e2 / 88.0 - 3.0 * e4 / 22.0 - 9.0 * e2 * e3 / 52.0 + 3.0 * e5 / 26.0;
+            return 3.0 * sum + factor * series / (mean * mean.sqrt());
+        }
+        let [rx, ry, rz] = [x, y, z].map(f64::sqrt);
+        let lambda = rx * ry + ry * rz + rz * rx;
+        sum += factor / (rz * (z + lambda));
+        factor *= 0.25;
+        [x, y, z] = [x, y, z].map(|v| 0.25 * (v + lambda));
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -74,5 +161,50 @@ mod tests {
         let d = 1e-6;
         let slope = (hertz_sphere(2.0, 3.0, 0.5 + d).load - hertz_sphere(2.0, 3.0, 0.5 - d).load) / (2.0 * d);
         assert!((slope / (4.0 * hertz.radius) - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_hertz_ellipse_meets_the_tabulated_one() {
+        let text = include_str!("../tests/reference/hertz_elliptic.csv");
+        let mut rows = 0;
+        // the head of the first column holds commas between its quotes
+        for line in text.lines().skip(1) {
+            let row: Vec<f64> = line.split(',').map(|field| field.parse().unwrap()).collect();
+            let [ratio, a, b, _, peak, approach] = row[..] else { panic!("{line}") };
+            let ellipse = hertz_ellipse(1.0, 0.5 * ratio, 0.5, 1.0);
+            let turned = hertz_ellipse(1.0, 0.5, 0.5 * ratio, 1.0);
+            let found = [ellipse.semi_axis_x, ellipse.semi_axis_y, ellipse.peak_pressure, ellipse.approach];
+            let other = [turned.semi_axis_y, turned.semi_axis_x, turned.peak_pressure, turned.approach];
+            for (own, expected) in found.iter().chain(&other).zip([a, b, peak, approach].iter().cycle()) {
+                assert!((own / expected - 1.0).abs() < 2e-14, "A/B = {ratio}: {own} for {expected}");
+            }
+            rows += 1;
+        }
+        assert!(rows >= 3, "{rows} rows");
+    }
+
+    #[test]
+    fn the_hertz_ellipse_of_a_sphere_is_its_circle() {
+        let (modulus, radius) = (3.0, 0.7);
+        let circle = hertz_sphere(modulus, radius, 1e-3);
+        let ellipse = hertz_ellipse(modulus, 0.5 / radius, 0.5 / radius, circle.load);
+        for (own, expected) in [
+            (ellipse.semi_axis_x, circle.radius),
+            (ellipse.semi_axis_y, circle.radius),
+            (ellipse.peak_pressure, circle.peak_pressure),
+            (ellipse.approach, 1e-3),
+        ] {
+            assert!((own / expected - 1.0).abs() < 1e-14, "{own} for {expected}");
+        }
+    }
+
+    #[test]
+    fn long_hertz_ellipses_approach_the_line_contact() {
+        // far from its ends a long ellipse is a line contact of load p' = 3P/4b' per length: a² = 2p'/(πE*A)
+        // (Johnson eq. 4.43 with 1/2R = A), up to 1/ln of the aspect
+        let ellipse = hertz_ellipse(1.0, 0.5, 0.5e-12, 1.0);
+        let per_length = 0.75 / ellipse.semi_axis_y;
+        let line = (2.0 * per_length / (PI * 0.5)).sqrt();
+        assert!((ellipse.semi_axis_x / line - 1.0).abs() < 1e-6, "{} {line}", ellipse.semi_axis_x);
     }
 }
