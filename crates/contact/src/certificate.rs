@@ -3,6 +3,7 @@
 //! Nothing here calls [`crate::friction`], [`crate::solver`] or [`crate::observables`]: the conditions of contact and
 //! Coulomb's law are spelled out again, and the operator is whatever the caller trusts independently of the solver.
 
+use crate::loading::Control;
 use crate::outcome::{Certificate, Observables};
 use crate::problem::Problem;
 
@@ -16,8 +17,16 @@ impl Certificate {
 }
 
 /// Certifies tractions `p` against `problem`. `displacement` is A p and `diagonal` the largest diagonal entry of A, both
-/// from an operator that the solver did not use; `claimed` are the observables \[SI\] that go out with `p`.
-pub fn certify(problem: &Problem, p: &[f64], displacement: &[f64], diagonal: f64, claimed: &Observables) -> Certificate {
+/// from an operator that the solver did not use; `claimed` are the observables \[SI\] that go out with `p`, `asked` what was to govern
+/// the punch \[SI\].
+pub fn certify(
+    problem: &Problem,
+    p: &[f64],
+    displacement: &[f64],
+    diagonal: f64,
+    claimed: &Observables,
+    asked: &[Control; 6],
+) -> Certificate {
     let k = problem.grid.len();
     let (mu, ceiling) = (problem.mu, problem.ceiling);
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, |a, b| if b.is_nan() { f64::INFINITY } else { a.max(b) });
@@ -32,7 +41,7 @@ pub fn certify(problem: &Problem, p: &[f64], displacement: &[f64], diagonal: f64
 
     let mut certificate = Certificate::default();
     let (mut defect, mut size) = (0.0, 0.0);
-    let mut force = [0.0; 3];
+    let mut force = [0.0; 6];
     for e in active() {
         let [pressure, px, py] = [p[e], p[k + e], p[2 * k + e]];
         let traction = px.hypot(py);
@@ -70,8 +79,9 @@ pub fn certify(problem: &Problem, p: &[f64], displacement: &[f64], diagonal: f64
                 certificate.slip_angle = certificate.slip_angle.max(across.abs().atan2(against));
             }
         }
-        for (c, total) in force.iter_mut().enumerate() {
-            *total += p[c * k + e];
+        let [x, y] = problem.grid.center(e);
+        for (total, part) in force.iter_mut().zip([pressure, px, py, y * pressure, -(x * pressure), x * py - y * px]) {
+            *total += part;
         }
     }
     certificate.residual = if defect == 0.0 {
@@ -82,12 +92,18 @@ pub fn certify(problem: &Problem, p: &[f64], displacement: &[f64], diagonal: f64
         (defect / size).sqrt()
     };
 
-    let unit = problem.scale.traction() * problem.scale.length * problem.scale.length * problem.grid.element_area();
+    let area = problem.grid.element_area();
+    let unit = problem.scale.traction() * problem.scale.length * problem.scale.length * area;
     let magnitude: f64 = active().map(|e| p[e].abs().max(p[k + e].abs()).max(p[2 * k + e].abs())).sum::<f64>() * unit;
-    certificate.force_imbalance = [claimed.load, claimed.force_x, claimed.force_y]
-        .iter()
-        .zip(force)
-        .map(|(claim, sum)| relative((claim - sum * unit).abs(), magnitude))
-        .fold(0.0, |a: f64, b| if b.is_nan() { f64::INFINITY } else { a.max(b) });
+    let c = claimed;
+    let claims = [c.load, c.force_x, c.force_y, c.moment_x, c.moment_y, c.moment_z];
+    for (which, (sum, claim)) in force.iter().zip(claims).enumerate() {
+        let arm = if which < 3 { 1.0 } else { problem.scale.length };
+        let mut off = relative((claim - sum * unit * arm).abs(), magnitude * arm);
+        if let Control::Force(asked) = asked[which] {
+            off = off.max(relative((asked - sum * unit * arm).abs(), magnitude * arm));
+        }
+        certificate.force_imbalance = if off.is_nan() { f64::INFINITY } else { certificate.force_imbalance.max(off) };
+    }
     certificate
 }

@@ -50,7 +50,7 @@ mod tests {
     use super::*;
     use crate::problem::Problem;
     use crate::punch::Surfaces;
-    use crate::scene::{Mesh, tests::sphere_on_half_space};
+    use crate::scene::{Foundation, Material, Mesh, tests::sphere_on_half_space};
 
     #[test]
     fn equal_operators_have_equal_hashes_and_others_not() {
@@ -61,11 +61,11 @@ mod tests {
         let base = sphere_on_half_space();
         let mut variants = vec![(base.clone(), numerics.clone())];
         let mut stiffer = base.clone();
-        stiffer.foundation.base.shear_modulus = 1e6;
+        stiffer.foundation = Foundation::half_space(Material { shear_modulus: 1e6, poisson: 0.3 });
         stiffer.friction.mu = 0.7;
         variants.push((stiffer, numerics.clone()));
         let mut softer = base.clone();
-        softer.foundation.base.poisson = 0.2;
+        softer.foundation = Foundation::half_space(Material { shear_modulus: 80e9, poisson: 0.2 });
         variants.push((softer, numerics.clone()));
         variants.push((base.clone(), Numerics { mesh: Mesh::Across(9), ..numerics.clone() }));
         let mut disk = base.clone();

@@ -19,6 +19,7 @@ pub mod foundation;
 pub mod friction;
 pub mod grid;
 pub mod influence;
+pub mod loading;
 pub mod observables;
 mod operators;
 pub mod outcome;
@@ -31,4 +32,4 @@ pub mod solver;
 
 pub use forecast::{Forecast, forecast};
 pub use operators::{Operator, Operators};
-pub use solve::{conclude, solve};
+pub use solve::solve;

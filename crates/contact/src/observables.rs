@@ -1,6 +1,7 @@
 //! Load, areas, peaks and energies of a solution, and its fields, in SI units.
 
 use crate::friction::h_u;
+use crate::grid::Grid;
 use crate::outcome::{Fields, Observables};
 use crate::problem::Problem;
 
@@ -43,7 +44,6 @@ pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) ->
     let length = problem.scale.length;
     let traction = problem.scale.traction();
     let area = grid.element_area() * length * length;
-    let mut sums = [0.0; 6];
     let (mut energy, mut dissipation) = (0.0, 0.0);
     let (mut peak_pressure, mut peak_traction) = (0.0_f64, 0.0_f64);
     let mut o = Observables {
@@ -51,18 +51,18 @@ pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) ->
         mesh_y: grid.ny() as u64,
         element_x: grid.hx() * length,
         element_y: grid.hy() * length,
+        patches: patches(grid, states).len() as u64,
+        sole_area: grid.active_len() as f64 * area,
         ..Observables::default()
     };
+    let mut largest_gap = 0.0_f64;
     for e in grid.active() {
         let [pn, px, py] = [p[e], p[k + e], p[2 * k + e]];
-        let [x, y] = grid.center(e);
-        for (sum, term) in sums.iter_mut().zip([pn, px, py, y * pn, -x * pn, x * py - y * px]) {
-            *sum += term;
-        }
         energy += (0..3).map(|c| p[c * k + e] * (w[c * k + e] + problem.f[c * k + e])).sum::<f64>();
         if states[e] == State::Slip {
             dissipation -= px * (problem.epsilon * px + w[k + e]) + py * (problem.epsilon * py + w[2 * k + e]);
         }
+        largest_gap = largest_gap.max(w[e]);
         peak_pressure = peak_pressure.max(pn);
         peak_traction = peak_traction.max(px.hypot(py));
         o.ceiling_elements += u64::from(pn >= problem.ceiling);
@@ -74,16 +74,50 @@ pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) ->
     }
     o.slip_elements = o.contact_elements - o.stick_elements;
     let force = traction * area;
-    [o.load, o.force_x, o.force_y] = [sums[0], sums[1], sums[2]].map(|sum| sum * force);
-    [o.moment_x, o.moment_y, o.moment_z] = [sums[3], sums[4], sums[5]].map(|sum| sum * force * length);
+    let units = problem.scale.forces();
+    let resultants = problem.resultants(p);
+    [o.load, o.force_x, o.force_y, o.moment_x, o.moment_y, o.moment_z] = std::array::from_fn(|which| resultants[which] * units[which]);
     o.contact_area = o.contact_elements as f64 * area;
     o.stick_area = o.stick_elements as f64 * area;
     o.slip_area = o.slip_elements as f64 * area;
+    o.largest_gap = largest_gap * length;
     o.peak_pressure = peak_pressure * traction;
     o.peak_traction = peak_traction * traction;
     o.energy = 0.5 * energy * force * length;
     o.dissipation = dissipation * force * length;
     o
+}
+
+/// The regions in contact that do not touch each other, not even at a corner: the elements of each, in order, those with the
+/// smallest element first.
+pub fn patches(grid: &Grid, states: &[State]) -> Vec<Vec<usize>> {
+    let in_contact = |e: usize| matches!(states[e], State::Stick | State::Slip);
+    let mut seen = vec![false; grid.len()];
+    let mut patches = Vec::new();
+    for start in 0..grid.len() {
+        if seen[start] || !in_contact(start) {
+            continue;
+        }
+        seen[start] = true;
+        let mut patch = vec![start];
+        let mut next = 0;
+        while let Some(&e) = patch.get(next) {
+            next += 1;
+            let (i, j) = grid.position(e);
+            for j in j.saturating_sub(1)..(j + 2).min(grid.ny()) {
+                for i in i.saturating_sub(1)..(i + 2).min(grid.nx()) {
+                    let other = j * grid.nx() + i;
+                    if !seen[other] && in_contact(other) {
+                        seen[other] = true;
+                        patch.push(other);
+                    }
+                }
+            }
+        }
+        patch.sort_unstable();
+        patches.push(patch);
+    }
+    patches
 }
 
 /// The fields in SI units.

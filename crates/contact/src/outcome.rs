@@ -19,14 +19,81 @@ pub enum Status {
 /// The deterministic result of one job: same scene and numerics, same bytes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// Whether it counts as solved.
+    /// Whether it counts as solved, all the way to the end of the path.
     pub status: Status,
+    /// Every increment of the path that was solved, in order. Of a path that could not be followed the last one is the
+    /// increment at which it failed; those before it are solutions.
+    pub steps: Vec<StepOutcome>,
+}
+
+impl Outcome {
+    /// The end of the path, or the increment at which it failed.
+    pub fn last(&self) -> Option<&StepOutcome> {
+        self.steps.last()
+    }
+
+    /// What the whole path took.
+    pub fn work(&self) -> WorkDone {
+        let sum = |part: fn(&WorkDone) -> u64| self.steps.iter().map(|step| part(&step.work)).sum();
+        WorkDone { iterations: sum(|work| work.iterations), operator_applications: sum(|work| work.operator_applications) }
+    }
+
+    /// Energy lost to friction along the path \[J\].
+    pub fn dissipation(&self) -> f64 {
+        self.steps.iter().map(|step| step.observables.dissipation).sum()
+    }
+
+    /// Energy lost to friction in the last cycle \[J\], `None` for a path without cycles.
+    pub fn cycle_dissipation(&self) -> Option<f64> {
+        let cycle = self.last()?.cycle;
+        (cycle > 0).then(|| self.steps.iter().filter(|step| step.cycle == cycle).map(|step| step.observables.dissipation).sum())
+    }
+}
+
+/// One increment of a loading path.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StepOutcome {
+    /// Index of its step in [`Loading::steps`](crate::scene::Loading::steps).
+    pub step: u32,
+    /// Which time the cycle is run through, counted from 1; 0 before the cycle or without one.
+    pub cycle: u32,
+    /// Where the punch is.
+    pub motion: Motion,
     /// Quantities in SI units.
     pub observables: Observables,
     /// Solver-independent residuals.
     pub certificate: Certificate,
     /// What it took.
     pub work: WorkDone,
+}
+
+/// Position of the punch from where it just touches at the origin, with the signs of [`Step`](crate::scene::Step).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Motion {
+    /// Approach δ \[m\].
+    pub approach: f64,
+    /// Shift along x \[m\].
+    pub shift_x: f64,
+    /// Shift along y \[m\].
+    pub shift_y: f64,
+    /// Tilt about the x axis \[rad\].
+    pub tilt_x: f64,
+    /// Tilt about the y axis \[rad\].
+    pub tilt_y: f64,
+    /// Twist φ about the z axis \[rad\].
+    pub twist: f64,
+}
+
+impl Motion {
+    /// In the order of [`Step::NAMES`](crate::scene::Step::NAMES).
+    pub fn to_array(self) -> [f64; 6] {
+        [self.approach, self.shift_x, self.shift_y, self.tilt_x, self.tilt_y, self.twist]
+    }
+
+    /// From the order of [`Step::NAMES`](crate::scene::Step::NAMES).
+    pub fn from_array([approach, shift_x, shift_y, tilt_x, tilt_y, twist]: [f64; 6]) -> Self {
+        Self { approach, shift_x, shift_y, tilt_x, tilt_y, twist }
+    }
 }
 
 /// Integral quantities of a solution. Forces and moments are those of the punch on the foundation.
@@ -56,14 +123,22 @@ pub struct Observables {
     pub stick_elements: u64,
     /// Elements that slip.
     pub slip_elements: u64,
+    /// Regions in contact that do not touch each other, elements that share a corner taken for one.
+    pub patches: u64,
+    /// Area that could be in contact: Ω as far as the punch has a sole \[m²\].
+    pub sole_area: f64,
+    /// Largest gap on it \[m\].
+    pub largest_gap: f64,
     /// Largest p₁ \[Pa\].
     pub peak_pressure: f64,
     /// Largest |p_t| \[Pa\].
     pub peak_traction: f64,
     /// Elastic energy ½ Σ p·(A p) |e| \[J\].
     pub energy: f64,
-    /// Energy lost to friction in this step, −Σ p_t·w_t |e| ≥ 0 \[J\].
+    /// Energy lost to friction in this increment, −Σ p_t·w_t |e| ≥ 0 \[J\].
     pub dissipation: f64,
+    /// Work that the punch's motion did in this increment, the mean of the forces before and after times the way \[J\].
+    pub external_work: f64,
     /// Elements at which the ceiling u is active; above 0 the result solves equation (3) but not (1).
     pub ceiling_elements: u64,
     /// Elements in contact at the edge of Ω although the punch goes on beyond it; above 0, Ω is too small.
@@ -76,6 +151,13 @@ pub struct Observables {
     pub element_x: f64,
     /// Element size along y \[m\].
     pub element_y: f64,
+}
+
+impl Observables {
+    /// Forces and moments in the order of [`Step::NAMES`](crate::scene::Step::NAMES).
+    pub fn resultants(&self) -> [f64; 6] {
+        [self.load, self.force_x, self.force_y, self.moment_x, self.moment_y, self.moment_z]
+    }
 }
 
 /// Residuals of a claimed solution, computed by code that shares nothing with the solvers ([`crate::certificate`]).
@@ -94,7 +176,8 @@ pub struct Certificate {
     pub cone_violation: f64,
     /// Largest angle between slip and −traction \[rad\] over elements whose slip is well above rounding.
     pub slip_angle: f64,
-    /// Largest difference between a claimed resultant (P, Qx, Qy) and the same summed anew, over Σ |p| |e|.
+    /// Largest difference between a claimed resultant (P, Qx, Qy), or one that was asked for, and the same summed anew, over
+    /// Σ |p| |e|; for moments over Σ |p| |e| times ℓ.
     pub force_imbalance: f64,
 }
 

@@ -1,14 +1,18 @@
-//! A scene bound to a grid: equation (3), p = Gᵘ_μ(p − E(εp + Ap − f)), for one load step.
+//! A scene bound to a grid: equation (3), p = Gᵘ_μ(p − E(εp + Ap − f)), for one increment of the loading path.
 //!
 //! A problem is dimensionless: lengths in units of ℓ (half the diameter of Ω), tractions in units of 1/c
 //! (c = Σ(1−ν)/G), so that neither the unit of length nor the moduli can be felt by a solver. Jobs that differ
 //! only in moduli of equal ratio, loads or sizes therefore share their operator.
+//!
+//! Along a path f₁ = δ + tilt terms − g₀ and f_t = (rigid motion since the increment before) + (εp + Ap)_t of that increment, so that
+//! w_t is the slip increment: what is held still stays as it is, for ε > 0 as well.
 
 use crate::foundation::half_space::HalfSpace;
 use crate::friction::g_mu;
 use crate::grid::Grid;
+use crate::loading::rigid_modes;
 use crate::punch::{Gap, Surfaces, domain};
-use crate::scene::{Domain, Material, Mesh, Numerics, Projection, Scene, SceneError, Shape};
+use crate::scene::{Domain, Material, Mesh, Numerics, Projection, Scene, SceneError, Shape, Step};
 
 /// Units in which a [`Problem`] is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +27,19 @@ impl Scale {
     /// The unit of traction, 1/c \[Pa\].
     pub fn traction(&self) -> f64 {
         1.0 / self.compliance
+    }
+
+    /// The units of the six rigid degrees of freedom, in the order of [`Step::NAMES`](crate::scene::Step::NAMES) \[m or rad\].
+    pub fn motions(&self) -> [f64; 6] {
+        let l = self.length;
+        [l, l, l, 1.0, 1.0, 1.0]
+    }
+
+    /// The units of their forces and moments \[N or N m\].
+    pub fn forces(&self) -> [f64; 6] {
+        let force = self.traction() * self.length * self.length;
+        let moment = force * self.length;
+        [force, force, force, moment, moment, moment]
     }
 }
 
@@ -41,8 +58,10 @@ pub struct Problem {
     pub epsilon: f64,
     /// The ceiling u, infinite for none.
     pub ceiling: f64,
-    /// f, in units of ℓ.
+    /// f, in units of ℓ, for the motion last [placed](Problem::place).
     pub f: Vec<f64>,
+    /// f without rigid motion: −g₀, and tangentially what the increment before left behind.
+    rest: Vec<f64>,
     /// Elements at whose side away from the grid's middle the punch goes on beyond Ω.
     pub open_edge: bool,
     /// Units.
@@ -93,21 +112,32 @@ impl Problem {
             });
         }
 
-        let step = scene.loading.steps[0];
         let k = grid.len();
-        let mut f = vec![0.0; 3 * k];
+        let mut rest = vec![0.0; 3 * k];
         for e in grid.active() {
             let [x, y] = grid.center(e).map(|x| x * length);
             let g0 = match numerics.projection {
                 Projection::Average => gap.mean(x, y, hx * length, hy * length),
                 Projection::Midpoint => gap.at(x, y),
             };
-            f[e] = (step.approach + step.tilt_x * y - step.tilt_y * x - g0) / length;
-            f[k + e] = (step.shift_x - step.twist * y) / length;
-            f[2 * k + e] = (step.shift_y + step.twist * x) / length;
+            rest[e] = -g0 / length;
         }
-        if let Some(value) = f.iter().find(|value| !value.is_finite()) {
-            return Err(out_of_range("loading.steps[0].approach", *value));
+        let far = rest.iter().find(|value| !value.is_finite());
+        let units = (scale.motions(), scale.forces());
+        let given = scene.loading.steps.iter().enumerate().flat_map(|(i, step)| {
+            let values = step.given().into_iter().zip(Step::NAMES).enumerate();
+            values.flat_map(move |(which, (given, names))| {
+                [(given[0], names[0], units.0[which]), (given[1], names[1], units.1[which])]
+                    .map(|(value, name, unit)| (i, name, value.unwrap_or(0.0) / unit))
+            })
+        });
+        if let Some(value) = far {
+            return Err(out_of_range("punch.shape", *value));
+        }
+        for (i, name, value) in given {
+            if !value.is_finite() {
+                return Err(out_of_range(&format!("loading.steps[{i}].{name}"), value));
+            }
         }
         Ok(Self {
             grid,
@@ -116,10 +146,52 @@ impl Problem {
             mu: scene.friction.mu,
             epsilon: numerics.epsilon,
             ceiling: numerics.ceiling.map_or(f64::INFINITY, |u| u * scale.compliance),
-            f,
+            f: rest.clone(),
+            rest,
             open_edge: layout.open_edge,
             scale,
         })
+    }
+
+    /// Moves the punch: f for the rigid motion `motion`, in the problem's units.
+    pub fn place(&mut self, motion: &[f64; 6]) {
+        let k = self.grid.len();
+        for e in self.grid.active() {
+            let [x, y] = self.grid.center(e);
+            for (c, mode) in rigid_modes(x, y).iter().enumerate() {
+                self.f[c * k + e] = self.rest[c * k + e] + mode.iter().zip(motion).map(|(mode, q)| mode * q).sum::<f64>();
+            }
+        }
+    }
+
+    /// Makes the tractions `p` at `motion`, with `w` = A p − f, the state from which the next increment starts. Leaves f as it is.
+    pub fn remember(&mut self, p: &[f64], w: &[f64], motion: &[f64; 6]) {
+        let k = self.grid.len();
+        for e in self.grid.active() {
+            let [x, y] = self.grid.center(e);
+            let modes = rigid_modes(x, y);
+            for c in [1, 2] {
+                let at = c * k + e;
+                let moved: f64 = modes[c].iter().zip(motion).map(|(mode, q)| mode * q).sum();
+                self.rest[at] = self.epsilon * p[at] + w[at] + self.f[at] - moved;
+            }
+        }
+    }
+
+    /// Forces and moments of the punch on the foundation, in the problem's units and the order of [`Step::NAMES`].
+    pub fn resultants(&self, p: &[f64]) -> [f64; 6] {
+        let k = self.grid.len();
+        let area = self.grid.element_area();
+        let mut sums = [0.0; 6];
+        for e in self.grid.active() {
+            let [x, y] = self.grid.center(e);
+            for (c, modes) in rigid_modes(x, y).iter().enumerate() {
+                for (sum, mode) in sums.iter_mut().zip(modes) {
+                    *sum += mode * p[c * k + e];
+                }
+            }
+        }
+        sums.map(|sum| sum * area)
     }
 
     /// What its operator depends on.
@@ -154,9 +226,15 @@ impl Problem {
 /// The bodies' compliances in units of 1/G of the foundation. Ratios to its modulus, like those of [`Layout`] to Ω's width, come
 /// first, so that jobs that differ only in a modulus or a size get the same operator to the last bit and can share it.
 pub(crate) fn relative_bodies(scene: &Scene) -> HalfSpace {
-    let modulus = scene.foundation.base.shear_modulus;
-    let relative = |material: &Material| Material { shear_modulus: material.shear_modulus / modulus, poisson: material.poisson };
-    HalfSpace::new(&relative(&scene.foundation.base), scene.punch.material.map(|m| relative(&m)).as_ref())
+    let surface = surface(scene);
+    let relative =
+        |material: &Material| Material { shear_modulus: material.shear_modulus / surface.shear_modulus, poisson: material.poisson };
+    HalfSpace::new(&relative(&surface), scene.punch.material.map(|m| relative(&m)).as_ref())
+}
+
+/// The material at the foundation's surface, whose modulus is the unit of moduli.
+fn surface(scene: &Scene) -> Material {
+    scene.foundation.surface().expect("Scene::validate refuses a rigid base without layers")
 }
 
 /// How Ω is cut into elements.
@@ -222,7 +300,7 @@ impl Layout {
 
     /// The units of the problem. Refuses what leads beyond the range of doubles.
     pub(crate) fn scale(&self, scene: &Scene, bodies: &HalfSpace) -> Result<Scale, SceneError> {
-        let modulus = scene.foundation.base.shear_modulus;
+        let modulus = surface(scene).shear_modulus;
         let scale = Scale { length: self.half_diameter, compliance: bodies.direct / modulus };
         if !(scale.compliance.is_normal() && scale.traction().is_normal()) {
             return Err(out_of_range("foundation.base.shear_modulus", modulus));

@@ -22,12 +22,92 @@ pub struct Scene {
     pub loading: Loading,
 }
 
-/// The foundation: a homogeneous isotropic half-space.
+/// The foundation: bonded layers on a half-space or on a rigid base.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Foundation {
-    /// The half-space.
-    pub base: Material,
+    /// Layers from the surface down; none is a homogeneous half-space.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<Layer>,
+    /// What they rest on.
+    pub base: Base,
+}
+
+/// A layer of a foundation, bonded to what is above and below it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Layer {
+    /// Shear modulus G > 0 \[Pa\].
+    pub shear_modulus: f64,
+    /// Poisson's ratio ν, 0 ≤ ν ≤ ½ \[1\].
+    pub poisson: f64,
+    /// Thickness > 0 \[m\].
+    pub thickness: f64,
+}
+
+impl Layer {
+    /// Its material.
+    pub fn material(&self) -> Material {
+        Material { shear_modulus: self.shear_modulus, poisson: self.poisson }
+    }
+}
+
+/// What a foundation's layers rest on; written `"rigid"` or as the material.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "BaseText", into = "BaseText")]
+pub enum Base {
+    /// Nothing moves below the layers, which are bonded to it.
+    Rigid,
+    /// An elastic half-space.
+    Elastic(Material),
+}
+
+/// A [`Base`] as it is written.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum BaseText {
+    Word(BaseWord),
+    Elastic(Material),
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum BaseWord {
+    Rigid,
+}
+
+impl From<BaseText> for Base {
+    fn from(text: BaseText) -> Self {
+        match text {
+            BaseText::Word(BaseWord::Rigid) => Base::Rigid,
+            BaseText::Elastic(material) => Base::Elastic(material),
+        }
+    }
+}
+
+impl From<Base> for BaseText {
+    fn from(base: Base) -> Self {
+        match base {
+            Base::Rigid => BaseText::Word(BaseWord::Rigid),
+            Base::Elastic(material) => BaseText::Elastic(material),
+        }
+    }
+}
+
+impl Foundation {
+    /// A homogeneous half-space.
+    pub fn half_space(material: Material) -> Self {
+        Self { layers: Vec::new(), base: Base::Elastic(material) }
+    }
+
+    /// The material at the surface; `None` for a rigid base without layers, which [`Scene::validate`] refuses.
+    pub fn surface(&self) -> Option<Material> {
+        match (self.layers.first(), self.base) {
+            (Some(layer), _) => Some(layer.material()),
+            (None, Base::Elastic(material)) => Some(material),
+            (None, Base::Rigid) => None,
+        }
+    }
 }
 
 /// A linear elastic isotropic material.
@@ -119,37 +199,124 @@ pub struct Domain {
     pub center_y: f64,
 }
 
-/// The loading path.
+/// The loading path: steps one after the other, the last ones over and over if they make a cycle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Loading {
-    /// Load steps, in order. So far exactly one, from zero traction.
+    /// Load steps, in order, from zero traction.
     pub steps: Vec<Step>,
+    /// Index of the step with which a cycle begins; it ends with the last step. `None` is a path without cycles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cycle_from: Option<u32>,
+    /// How often the cycle is run through.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub cycles: u32,
 }
 
-/// One load step: the punch's rigid motion from the position in which it just touches at the origin.
+impl Loading {
+    /// A path of these steps, without cycles.
+    pub fn path(steps: Vec<Step>) -> Self {
+        Self { steps, cycle_from: None, cycles: 1 }
+    }
+}
+
+/// One load step. Each of the punch's six rigid degrees of freedom is either prescribed or governed by its force or
+/// moment; one that is not mentioned stays under the control, and at the value, of the step before. Before the first
+/// step the punch just touches at the origin, unshifted and untilted, and nothing is mentioned: the first step must
+/// give the approach or the normal force.
+///
 /// A rotation vector (tilt_x, tilt_y, twist) moves a point (x, y, 0) of the punch by
-/// (−twist·y, twist·x, tilt_x·y − tilt_y·x), z into the foundation.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// (−twist·y, twist·x, tilt_x·y − tilt_y·x), z into the foundation. Forces and moments are those of the punch on the
+/// foundation, with the signs of [`Observables`](crate::outcome::Observables).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Step {
     /// Approach δ, positive into the foundation \[m\].
-    pub approach: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub approach: Option<f64>,
+    /// Normal force P > 0 \[N\] instead of the approach.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal_force: Option<f64>,
     /// Shift along x \[m\].
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub shift_x: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shift_x: Option<f64>,
+    /// Tangential force along x \[N\] instead of the shift.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_x: Option<f64>,
     /// Shift along y \[m\].
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub shift_y: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shift_y: Option<f64>,
+    /// Tangential force along y \[N\] instead of the shift.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_y: Option<f64>,
     /// Tilt about the x axis \[rad\].
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub tilt_x: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tilt_x: Option<f64>,
+    /// Moment about the x axis \[N m\] instead of the tilt.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moment_x: Option<f64>,
     /// Tilt about the y axis \[rad\].
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub tilt_y: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tilt_y: Option<f64>,
+    /// Moment about the y axis \[N m\] instead of the tilt.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moment_y: Option<f64>,
     /// Twist φ about the z axis \[rad\].
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub twist: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub twist: Option<f64>,
+    /// Moment about the z axis \[N m\] instead of the twist.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moment_z: Option<f64>,
+    /// Equal parts in which the step is taken, each solved after the one before: what is prescribed moves evenly from
+    /// its value at the end of the step before to its value here.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub increments: u32,
+}
+
+impl Default for Step {
+    /// A step that changes nothing.
+    fn default() -> Self {
+        Self {
+            approach: None,
+            normal_force: None,
+            shift_x: None,
+            force_x: None,
+            shift_y: None,
+            force_y: None,
+            tilt_x: None,
+            moment_x: None,
+            tilt_y: None,
+            moment_y: None,
+            twist: None,
+            moment_z: None,
+            increments: 1,
+        }
+    }
+}
+
+impl Step {
+    /// Names of the rigid degrees of freedom in the order approach, shift x, y, tilt x, y, twist: as a motion and as the
+    /// force that is its work-conjugate.
+    pub const NAMES: [[&'static str; 2]; 6] = [
+        ["approach", "normal_force"],
+        ["shift_x", "force_x"],
+        ["shift_y", "force_y"],
+        ["tilt_x", "moment_x"],
+        ["tilt_y", "moment_y"],
+        ["twist", "moment_z"],
+    ];
+
+    /// What the step says about each degree of freedom, as a motion and as a force, in the order of [`Step::NAMES`].
+    pub fn given(&self) -> [[Option<f64>; 2]; 6] {
+        [
+            [self.approach, self.normal_force],
+            [self.shift_x, self.force_x],
+            [self.shift_y, self.force_y],
+            [self.tilt_x, self.moment_x],
+            [self.tilt_y, self.moment_y],
+            [self.twist, self.moment_z],
+        ]
+    }
 }
 
 /// How a scene is discretised and solved. Nothing in here changes what is being asked, only how exactly it is answered.
@@ -224,6 +391,14 @@ fn is_zero(x: &f64) -> bool {
     *x == 0.0
 }
 
+fn one() -> u32 {
+    1
+}
+
+fn is_one(n: &u32) -> bool {
+    *n == 1
+}
+
 /// Why a scene or its numerics cannot mean anything.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{key} = {value}: {expected}")]
@@ -262,7 +437,21 @@ impl Material {
 impl Scene {
     /// Refuses what has no mechanical meaning; the first offence in the order of the fields.
     pub fn validate(&self) -> Result<(), SceneError> {
-        self.foundation.base.validate("foundation.base")?;
+        for (i, layer) in self.foundation.layers.iter().enumerate() {
+            layer.material().validate(&format!("foundation.layers[{i}]"))?;
+            positive(&format!("foundation.layers[{i}].thickness"), layer.thickness)?;
+        }
+        let layers = self.foundation.layers.len();
+        if layers > Foundation::MAX_LAYERS {
+            return Err(refuse("foundation.layers", format!("{layers} layers"), "must be at most 64 layers"));
+        }
+        match &self.foundation.base {
+            Base::Elastic(material) => material.validate("foundation.base")?,
+            Base::Rigid if layers == 0 => {
+                return Err(refuse("foundation.base", "\"rigid\"", "needs at least one layer on it: something must be elastic"));
+            }
+            Base::Rigid => {}
+        }
         match &self.punch.shape {
             Shape::Sphere { radius } | Shape::FlatDisk { radius } => positive("punch.radius", *radius)?,
             Shape::Ellipsoid { radius_x, radius_y } => {
@@ -292,17 +481,64 @@ impl Scene {
             finite("domain.center_x", domain.center_x)?;
             finite("domain.center_y", domain.center_y)?;
         }
-        if self.loading.steps.len() != 1 {
-            return Err(refuse("loading.steps", format!("{} steps", self.loading.steps.len()), "must be exactly one load step"));
+        self.loading.validate()
+    }
+}
+
+impl Foundation {
+    /// The largest number of layers.
+    pub const MAX_LAYERS: usize = 64;
+}
+
+impl Loading {
+    /// The largest number of increments of a path, cycles counted as often as they are run through.
+    pub const MAX_INCREMENTS: u32 = 1000;
+
+    fn validate(&self) -> Result<(), SceneError> {
+        let steps = &self.steps;
+        let Some(first) = steps.first() else {
+            return Err(refuse("loading.steps", "no steps", "needs at least one load step"));
+        };
+        for (i, step) in steps.iter().enumerate() {
+            for (given, [motion, force]) in step.given().iter().zip(Step::NAMES) {
+                let at = |name: &str| format!("loading.steps[{i}].{name}");
+                for (value, name) in given.iter().zip([motion, force]) {
+                    if let Some(value) = value {
+                        finite(&at(name), *value)?;
+                    }
+                }
+                if let [Some(_), Some(value)] = given {
+                    return Err(refuse(&at(force), value, &format!("cannot stand beside `{motion}`: give one of the two")));
+                }
+            }
+            if let Some(force) = step.normal_force {
+                positive(&format!("loading.steps[{i}].normal_force"), force)?;
+            }
+            if step.increments == 0 {
+                return Err(refuse(&format!("loading.steps[{i}].increments"), 0, "must be at least 1"));
+            }
         }
-        for (i, step) in self.loading.steps.iter().enumerate() {
-            let at = |name: &str| format!("loading.steps[{i}].{name}");
-            finite(&at("approach"), step.approach)?;
-            finite(&at("shift_x"), step.shift_x)?;
-            finite(&at("shift_y"), step.shift_y)?;
-            finite(&at("tilt_x"), step.tilt_x)?;
-            finite(&at("tilt_y"), step.tilt_y)?;
-            finite(&at("twist"), step.twist)?;
+        if first.approach.is_none() && first.normal_force.is_none() {
+            return Err(refuse("loading.steps[0].approach", "missing", "the first step needs `approach` or `normal_force`"));
+        }
+        if self.cycles == 0 {
+            return Err(refuse("loading.cycles", 0, "must be at least 1"));
+        }
+        match self.cycle_from {
+            Some(from) if from as usize >= steps.len() => {
+                let last = steps.len() - 1;
+                return Err(refuse("loading.cycle_from", from, &format!("must be the index of a step, 0 to {last}")));
+            }
+            None if self.cycles > 1 => {
+                return Err(refuse("loading.cycles", self.cycles, "needs `cycle_from`, the index of the step with which a cycle begins"));
+            }
+            _ => {}
+        }
+        let count = |steps: &[Step]| steps.iter().map(|step| u64::from(step.increments)).sum::<u64>();
+        let (lead, cycle) = steps.split_at(self.cycle_from.map_or(steps.len(), |from| from as usize));
+        let total = count(lead).saturating_add(count(cycle).saturating_mul(u64::from(self.cycles)));
+        if total > u64::from(Self::MAX_INCREMENTS) {
+            return Err(refuse("loading.steps", format!("{total} increments in all"), "must be at most 1000"));
         }
         Ok(())
     }
@@ -346,11 +582,11 @@ pub(crate) mod tests {
     /// A steel sphere of 10 mm pressed 1 µm into a like half-space's rigid counterpart; μ = 0.3.
     pub(crate) fn sphere_on_half_space() -> Scene {
         Scene {
-            foundation: Foundation { base: Material { shear_modulus: 80e9, poisson: 0.3 } },
+            foundation: Foundation::half_space(Material { shear_modulus: 80e9, poisson: 0.3 }),
             punch: Punch { shape: Shape::Sphere { radius: 0.01 }, material: None },
             friction: Friction { mu: 0.3 },
             domain: None,
-            loading: Loading { steps: vec![Step { approach: 1e-6, ..Step::default() }] },
+            loading: Loading::path(vec![Step { approach: Some(1e-6), ..Step::default() }]),
         }
     }
 
@@ -362,13 +598,27 @@ pub(crate) mod tests {
             scene.validate().unwrap_err().key
         };
         assert!(sphere_on_half_space().validate().is_ok());
-        assert_eq!(refused(&|s| s.foundation.base.poisson = 0.51), "foundation.base.poisson");
-        assert_eq!(refused(&|s| s.foundation.base.poisson = f64::NAN), "foundation.base.poisson");
-        assert_eq!(refused(&|s| s.foundation.base.shear_modulus = 0.0), "foundation.base.shear_modulus");
+        let half_space = |s: &mut Scene, shear_modulus, poisson| s.foundation = Foundation::half_space(Material { shear_modulus, poisson });
+        assert_eq!(refused(&|s| half_space(s, 1.0, 0.51)), "foundation.base.poisson");
+        assert_eq!(refused(&|s| half_space(s, 1.0, f64::NAN)), "foundation.base.poisson");
+        assert_eq!(refused(&|s| half_space(s, 0.0, 0.3)), "foundation.base.shear_modulus");
+        assert_eq!(refused(&|s| s.foundation.base = Base::Rigid), "foundation.base");
+        let layer = Layer { shear_modulus: 1.0, poisson: 0.3, thickness: 0.0 };
+        assert_eq!(refused(&|s| s.foundation.layers = vec![layer]), "foundation.layers[0].thickness");
         assert_eq!(refused(&|s| s.punch.shape = Shape::Cone { angle: 1.6 }), "punch.angle");
         assert_eq!(refused(&|s| s.punch.material = Some(Material { shear_modulus: 1.0, poisson: -0.1 })), "punch.material.poisson");
         assert_eq!(refused(&|s| s.friction.mu = -0.1), "friction.mu");
         assert_eq!(refused(&|s| s.loading.steps.clear()), "loading.steps");
-        assert_eq!(refused(&|s| s.loading.steps[0].twist = f64::INFINITY), "loading.steps[0].twist");
+        assert_eq!(refused(&|s| s.loading.steps[0].twist = Some(f64::INFINITY)), "loading.steps[0].twist");
+        assert_eq!(refused(&|s| s.loading.steps[0].approach = None), "loading.steps[0].approach");
+        assert_eq!(refused(&|s| s.loading.steps[0].normal_force = Some(1.0)), "loading.steps[0].normal_force");
+        assert_eq!(
+            refused(&|s| s.loading.steps.push(Step { normal_force: Some(0.0), ..Step::default() })),
+            "loading.steps[1].normal_force"
+        );
+        assert_eq!(refused(&|s| s.loading.steps[0].increments = 0), "loading.steps[0].increments");
+        assert_eq!(refused(&|s| s.loading.steps[0].increments = 1001), "loading.steps");
+        assert_eq!(refused(&|s| s.loading.cycles = 2), "loading.cycles");
+        assert_eq!(refused(&|s| s.loading.cycle_from = Some(1)), "loading.cycle_from");
     }
 }

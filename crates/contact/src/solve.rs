@@ -1,30 +1,95 @@
-//! From a scene to a certified outcome.
+//! From a scene to a certified outcome, along its loading path.
 
 use crate::certificate::certify;
 use crate::influence::{Influence, Scratch};
+use crate::loading::Control;
 use crate::observables::{fields, observables, states};
 use crate::operators::Operators;
-use crate::outcome::{Fields, Outcome, Status, WorkDone};
+use crate::outcome::{Fields, Motion, Outcome, Status, StepOutcome, WorkDone};
 use crate::problem::Problem;
 use crate::punch::Surfaces;
-use crate::scene::{Method, Numerics, Scene, SceneError};
-use crate::solver::{Iterate, Limits, Stop, seidel};
+use crate::scene::{Numerics, Scene, SceneError, Step};
+use crate::solver::{self, Iterate, Limits, Start, Stop};
 
-/// Solves a scene: binds it to its grid, runs the method, certifies the result with code and an operator that the
-/// method does not use, and derives the observables. What cannot mean anything is an error; a solve that does not meet
-/// its tolerance is an [`Outcome`] with [`Status::Failed`].
+/// Solves a scene: binds it to its grid, follows its loading path with the method, certifies each increment with code and an
+/// operator that the method does not use, and derives the observables; the fields are those of the last increment. What
+/// cannot mean anything is an error; a path that cannot be followed, or not to the tolerance, is an [`Outcome`] with
+/// [`Status::Failed`] that keeps what came before.
 pub fn solve(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators: &mut Operators) -> Result<(Outcome, Fields), SceneError> {
-    let problem = Problem::new(scene, numerics, surfaces)?;
+    let mut problem = Problem::new(scene, numerics, surfaces)?;
     let operator = operators.of(&problem);
+    let diagonal = operator.table.largest_diagonal();
     let limits = Limits { tolerance: numerics.tolerance, max_iterations: numerics.max_iterations };
-    let iterate = match numerics.method {
-        Method::Seidel => seidel::solve(&problem, &operator.table, vec![0.0; problem.f.len()], &limits),
-    };
-    Ok(conclude(&problem, &*operator.toeplitz, operator.table.largest_diagonal(), &iterate, numerics.tolerance))
+    let mut outcome = Outcome { status: Status::Certified, steps: Vec::new() };
+    let mut last_fields = Fields::default();
+    let mut start = Start { p: vec![0.0; problem.f.len()], motion: [0.0; 6] };
+    let mut before = Before::default();
+    for leg in scene.loading.legs() {
+        let departure = before;
+        for part in 1..=leg.increments {
+            let asked = leg.increment(part, &departure.motion, &departure.resultants);
+            let controls = in_units(&asked, &problem);
+            let iterate = solver::solve(numerics.method, &mut problem, &operator, &controls, &start, &limits);
+            let (status, mut step, fields, w) =
+                conclude(&problem, &*operator.toeplitz, diagonal, &iterate, &asked, &before, numerics.tolerance);
+            (step.step, step.cycle) = (leg.step, leg.cycle);
+            before = Before { motion: step.motion, resultants: step.observables.resultants() };
+            outcome.steps.push(step);
+            last_fields = fields;
+            if let Status::Failed { reason } = status {
+                let reason = place(&reason, scene, &outcome, part, leg.increments);
+                return Ok((Outcome { status: Status::Failed { reason }, ..outcome }, last_fields));
+            }
+            problem.remember(&iterate.p, &w, &iterate.motion);
+            start = Start { p: iterate.p, motion: iterate.motion };
+        }
+    }
+    Ok((outcome, last_fields))
 }
 
-/// Certifies an iterate with `operator` and derives what goes out.
-pub fn conclude(problem: &Problem, operator: &dyn Influence, diagonal: f64, iterate: &Iterate, tolerance: f64) -> (Outcome, Fields) {
+/// The state that an increment starts from, in SI units.
+#[derive(Clone, Copy, Debug, Default)]
+struct Before {
+    motion: Motion,
+    resultants: [f64; 6],
+}
+
+/// The controls in the problem's units.
+fn in_units(asked: &[Control; 6], problem: &Problem) -> [Control; 6] {
+    let (motions, forces) = (problem.scale.motions(), problem.scale.forces());
+    std::array::from_fn(|which| match asked[which] {
+        Control::Motion(value) => Control::Motion(value / motions[which]),
+        Control::Force(value) => Control::Force(value / forces[which]),
+    })
+}
+
+/// A reason with the place on the path where it holds, if the path has more than one increment.
+fn place(reason: &str, scene: &Scene, outcome: &Outcome, part: u32, increments: u32) -> String {
+    let Some(last) = outcome.last() else { return reason.to_owned() };
+    if scene.loading.steps.len() == 1 && increments == 1 {
+        return reason.to_owned();
+    }
+    let mut place = format!("loading.steps[{}]", last.step);
+    if increments > 1 {
+        place += &format!(", increment {part} of {increments}");
+    }
+    if last.cycle > 0 {
+        place += &format!(", cycle {}", last.cycle);
+    }
+    format!("{place}: {reason}")
+}
+
+/// Certifies an iterate with `operator`, against `asked` \[SI\] too, and derives what goes out: whether it counts as solved, its
+/// figures, its fields and w = A p − f.
+fn conclude(
+    problem: &Problem,
+    operator: &dyn Influence,
+    diagonal: f64,
+    iterate: &Iterate,
+    asked: &[Control; 6],
+    before: &Before,
+    tolerance: f64,
+) -> (Status, StepOutcome, Fields, Vec<f64>) {
     let p = &iterate.p;
     let mut displacement = vec![0.0; p.len()];
     operator.apply(&mut displacement, p, &mut Scratch::new(operator));
@@ -36,16 +101,50 @@ pub fn conclude(problem: &Problem, operator: &dyn Influence, diagonal: f64, iter
         }
     }
     let states = states(problem, p, &w, diagonal);
-    let observables = observables(problem, p, &w, &states);
-    let certificate = certify(problem, p, &displacement, diagonal, &observables);
-    let status = if certificate.meets(tolerance) {
+    let mut observables = observables(problem, p, &w, &states);
+    let units = problem.scale.motions();
+    let motion = Motion::from_array(std::array::from_fn(|which| iterate.motion[which] * units[which]));
+    let (now, was) = (motion.to_array(), before.motion.to_array());
+    let (forces, forces_before) = (observables.resultants(), before.resultants);
+    observables.external_work = (0..6).map(|which| 0.5 * (forces[which] + forces_before[which]) * (now[which] - was[which])).sum();
+    let certificate = certify(problem, p, &displacement, diagonal, &observables, asked);
+    let status = if iterate.stop.is_solution() && certificate.meets(tolerance) {
         Status::Certified
     } else {
+        let iterations = iterate.iterations;
+        let name = |which: usize| Step::NAMES[which][1];
         let stop = match iterate.stop {
             Stop::Converged => "the solver took it for converged".to_owned(),
-            Stop::OutOfIterations { residual } => format!("not converged in {} iterations (residual {residual:.1e})", iterate.iterations),
-            Stop::Stalled { residual } => format!("stalled after {} iterations (smallest residual {residual:.1e})", iterate.iterations),
-            Stop::Diverged => format!("diverged after {} iterations", iterate.iterations),
+            Stop::OutOfIterations { residual } => format!("not converged in {iterations} iterations (residual {residual:.1e})"),
+            Stop::Stalled { residual } => format!("stalled after {iterations} iterations (smallest residual {residual:.1e})"),
+            Stop::Diverged => format!("diverged after {iterations} iterations"),
+            Stop::Slides { which } => {
+                let force = [0, 1, 2].map(|which| observables.resultants()[which]);
+                let bound = problem.mu * force[0];
+                let asked = match asked[which] {
+                    Control::Force(value) | Control::Motion(value) => value,
+                };
+                return (
+                    Status::Failed {
+                        reason: format!(
+                            "gross sliding: the contact cannot carry {} = {asked:.6e}; friction carries at most μP = {bound:.6e} N (where it was given up: P = {:.6e}, Qx = {:.6e}, Qy = {:.6e} N)",
+                            name(which),
+                            force[0],
+                            force[1],
+                            force[2]
+                        ),
+                    },
+                    StepOutcome { motion, observables, certificate, work: work(iterate), ..StepOutcome::default() },
+                    fields(problem, p, &w, &states),
+                    w,
+                );
+            }
+            Stop::Unbalanced { which, imbalance } => {
+                format!(
+                    "no position of the punch gives the {} that is asked (off by {imbalance:.1e} of the load after {iterations} iterations)",
+                    name(which)
+                )
+            }
         };
         Status::Failed {
             reason: format!(
@@ -54,6 +153,10 @@ pub fn conclude(problem: &Problem, operator: &dyn Influence, diagonal: f64, iter
             ),
         }
     };
-    let work = WorkDone { iterations: iterate.iterations, operator_applications: iterate.operator_applications };
-    (Outcome { status, observables, certificate, work }, fields(problem, p, &w, &states))
+    let step = StepOutcome { motion, observables, certificate, work: work(iterate), ..StepOutcome::default() };
+    (status, step, fields(problem, p, &w, &states), w)
+}
+
+fn work(iterate: &Iterate) -> WorkDone {
+    WorkDone { iterations: iterate.iterations, operator_applications: iterate.operator_applications }
 }

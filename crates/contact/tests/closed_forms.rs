@@ -86,7 +86,7 @@ fn counted_radius(area: f64) -> f64 {
 
 fn hertz(projection: Projection) {
     let hertz = reference::hertz_sphere(modulus(0.3), 1.0, 1.0);
-    let scene = scene(Shape::Sphere { radius: 1.0 }, 1.0, 0.3, 0.0, Step { approach: 1.0, ..Step::default() });
+    let scene = scene(Shape::Sphere { radius: 1.0 }, 1.0, 0.3, 0.0, Step { approach: Some(1.0), ..Step::default() });
     let measured = ladders(
         &format!("Hertz {projection:?}"),
         &scene,
@@ -123,7 +123,13 @@ fn elliptic_hertz_meets_its_table() {
     let row: Vec<f64> = table.lines().find(|line| line.starts_with("0.1,")).unwrap().split(',').map(|x| x.parse().unwrap()).collect();
     let [ratio, a, b, _, peak, approach] = row[..] else { panic!() };
     // G = (1−ν)E*/2
-    let mut scene = scene(Shape::Ellipsoid { radius_x: 1.0 / ratio, radius_y: 1.0 }, 0.35, 0.3, 0.0, Step { approach, ..Step::default() });
+    let mut scene = scene(
+        Shape::Ellipsoid { radius_x: 1.0 / ratio, radius_y: 1.0 },
+        0.35,
+        0.3,
+        0.0,
+        Step { approach: Some(approach), ..Step::default() },
+    );
     scene.domain = Some(Domain { width_x: 3.0 * a, width_y: 3.0 * b, center_x: 0.0, center_y: 0.0 });
     let mut errors = [vec![], vec![], vec![]];
     let meshes = [12, 24, 48];
@@ -144,7 +150,7 @@ fn elliptic_hertz_meets_its_table() {
 fn cone_meets_sneddon() {
     let angle = 0.3;
     let exact = reference::cone(modulus(0.3), angle, 1.0);
-    let scene = scene(Shape::Cone { angle }, 1.0, 0.3, 0.0, Step { approach: 1.0, ..Step::default() });
+    let scene = scene(Shape::Cone { angle }, 1.0, 0.3, 0.0, Step { approach: Some(1.0), ..Step::default() });
     let measured = ladders(
         "cone",
         &scene,
@@ -166,7 +172,7 @@ fn row(file: &str, poisson: f64, mu: f64) -> Vec<f64> {
 fn spence_flat(poisson: f64, mu: f64) {
     let row = row("spence_incremental.csv", poisson, mu);
     let (stick, ratio) = (row[4], row[5]);
-    let scene = scene(Shape::FlatDisk { radius: 1.0 }, 1.0, poisson, mu, Step { approach: 1.0, ..Step::default() });
+    let scene = scene(Shape::FlatDisk { radius: 1.0 }, 1.0, poisson, mu, Step { approach: Some(1.0), ..Step::default() });
     let load = reference::flat_disk(modulus(poisson), 1.0, 1.0).load * ratio;
     let measured = ladders(
         &format!("flat disk ν {poisson} μ {mu}"),
@@ -207,7 +213,7 @@ fn flat_disk_meets_every_row_of_spence() {
         if ratio.is_nan() {
             continue;
         }
-        let scene = scene(Shape::FlatDisk { radius: 1.0 }, 1.0, poisson, mu, Step { approach: 1.0, ..Step::default() });
+        let scene = scene(Shape::FlatDisk { radius: 1.0 }, 1.0, poisson, mu, Step { approach: Some(1.0), ..Step::default() });
         let (outcome, _) = certified(&scene, &numerics(Mesh::Across(24), Projection::Average, 1e-8));
         let o = outcome.observables;
         let load = o.load / (reference::flat_disk(modulus(poisson), 1.0, 1.0).load * ratio) - 1.0;
@@ -223,7 +229,7 @@ fn flat_disk_meets_every_row_of_spence() {
 fn flat_disk_in_full_stick_meets_mossakovskii() {
     for poisson in [0.0, 0.3] {
         let load = reference::flat_disk(modulus(poisson), 1.0, 1.0).load * reference::full_stick_load_ratio(poisson);
-        let scene = scene(Shape::FlatDisk { radius: 1.0 }, 1.0, poisson, 10.0, Step { approach: 1.0, ..Step::default() });
+        let scene = scene(Shape::FlatDisk { radius: 1.0 }, 1.0, poisson, 10.0, Step { approach: Some(1.0), ..Step::default() });
         let measured = ladders(
             &format!("full stick ν {poisson}"),
             &scene,
@@ -240,7 +246,7 @@ fn sphere_one_step(poisson: f64, mu: f64) {
     // δ = χ a²/R with a = R = 1; Φ = 3F(1−ν)R/(8Ga³)
     let row = row("sphere_one_step.csv", poisson, mu);
     let (stick, chi, phi) = (row[2], row[3], row[4]);
-    let scene = scene(Shape::Sphere { radius: 1.0 }, 1.0, poisson, mu, Step { approach: chi, ..Step::default() });
+    let scene = scene(Shape::Sphere { radius: 1.0 }, 1.0, poisson, mu, Step { approach: Some(chi), ..Step::default() });
     let load = phi * 8.0 / (3.0 * (1.0 - poisson));
     let measured = ladders(
         &format!("sphere in one step ν {poisson} μ {mu}"),
@@ -310,7 +316,8 @@ fn like_bodies_under_a_shift_meet_cattaneo_and_mindlin() {
     let limit = mu * hertz.load;
     for fraction in [0.3, 0.7] {
         let shift = reference::cattaneo_shift(fraction * limit, limit, hertz.radius, 2.0 * 2.0 / material.shear_modulus);
-        let mut scene = scene(Shape::Sphere { radius: 1.0 }, 2.0, 0.0, mu, Step { approach: 1.0, shift_x: shift, ..Step::default() });
+        let mut scene =
+            scene(Shape::Sphere { radius: 1.0 }, 2.0, 0.0, mu, Step { approach: Some(1.0), shift_x: Some(shift), ..Step::default() });
         scene.punch.material = Some(material);
         let stick = reference::cattaneo_stick_ratio(fraction * limit, limit);
         let measured = ladders(
@@ -335,7 +342,7 @@ fn like_bodies_under_a_shift_meet_cattaneo_and_mindlin() {
 /// Unlike elastic bodies: sums and differences of compliances. A rigid punch on a foundation is the limit of a stiff one.
 #[test]
 fn a_stiff_punch_is_a_rigid_punch() {
-    let step = Step { approach: 1.0, shift_x: 0.05, ..Step::default() };
+    let step = Step { approach: Some(1.0), shift_x: Some(0.05), ..Step::default() };
     let rigid = scene(Shape::Sphere { radius: 1.0 }, 1.0, 0.2, 0.3, step);
     let mut stiff = rigid.clone();
     stiff.punch.material = Some(Material { shear_modulus: 1e12, poisson: 0.3 });

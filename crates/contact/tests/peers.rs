@@ -40,7 +40,13 @@ fn case(id: &str) {
     let lowest = surfaces.values().map(|s| -s.heights().iter().copied().fold(f64::MIN, f64::max)).next().unwrap_or(0.0);
     // load-controlled cases come with the approach that their solution has
     let approach = case["expected"]["delta"].as_f64().unwrap();
-    let step = Step { approach: approach - lowest, shift_x: number("wx"), shift_y: number("wy"), twist: number("phi"), ..Step::default() };
+    let step = Step {
+        approach: Some(approach - lowest),
+        shift_x: Some(number("wx")),
+        shift_y: Some(number("wy")),
+        twist: Some(number("phi")),
+        ..Step::default()
+    };
     let mut scene = scene(shape, number("G"), number("nu"), number("mu"), step);
     scene.domain = square(width);
     let numerics = numerics(Mesh::Across(n as u32), Projection::Midpoint, 1e-10);

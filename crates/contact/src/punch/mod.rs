@@ -4,7 +4,8 @@ mod surface;
 
 pub use surface::{Surface, SurfaceError, Surfaces};
 
-use crate::scene::{Domain, Scene, SceneError, Shape, Step};
+use crate::loading::Control;
+use crate::scene::{Base, Domain, Layer, Material, Scene, SceneError, Shape};
 
 /// A shape ready to be sampled: the scene's, with the height map it names.
 pub struct Gap<'a> {
@@ -86,48 +87,123 @@ fn mean_distance(x: f64, y: f64, hx: f64, hy: f64) -> f64 {
     (f(x1, y1) - f(x0, y1) - f(x1, y0) + f(x0, y0)) / (hx * hy)
 }
 
-/// The Ω of a scene: the one it gives, else the one its punch calls for.
+/// The Ω of a scene: the one it gives, else the one its punch and its path call for.
 ///
 /// Under a smooth punch the contact lies inside the region where the rigid shapes would overlap (for a normal
 /// compliance that is nowhere negative); Ω is that region with a margin, which for a sphere is 3a × 3a with a
-/// Hertz's contact radius. Under a flat sole or a height map Ω is the sole's bounding box.
+/// Hertz's contact radius, over all steps of the path. Where the normal force is prescribed the approach is Hertz's for
+/// the softest of the materials. Under a flat sole or a height map Ω is the sole's bounding box.
 pub fn domain(scene: &Scene) -> Result<Domain, SceneError> {
     if let Some(domain) = scene.domain {
         return Ok(domain);
     }
-    let step = scene.loading.steps.first().copied().unwrap_or_default();
     let centred = |width_x, width_y| Domain { width_x, width_y, center_x: 0.0, center_y: 0.0 };
+    let compliance = softest(scene);
+    let paraboloid = |radius_x: f64, radius_y: f64| {
+        let radius = (radius_x * radius_y).sqrt();
+        // Hertz with E* = 2/c: a³ = 3PRc/8, δ = a²/R
+        let pressed = |force: f64| (0.375 * force * radius * compliance).cbrt().powi(2) / radius;
+        cover(scene.loading.legs().iter().map(|leg| paraboloid_domain(radius_x, radius_y, &Pose::of(&leg.target, pressed))))
+    };
     Ok(match scene.punch.shape {
-        Shape::Sphere { radius } => paraboloid_domain(radius, radius, &step),
-        Shape::Ellipsoid { radius_x, radius_y } => paraboloid_domain(radius_x, radius_y, &step),
+        Shape::Sphere { radius } => paraboloid(radius, radius),
+        Shape::Ellipsoid { radius_x, radius_y } => paraboloid(radius_x, radius_y),
         Shape::FlatRectangle { width_x, width_y } | Shape::HeightMap { width_x, width_y, .. } => centred(width_x, width_y),
         Shape::FlatDisk { radius } => centred(2.0 * radius, 2.0 * radius),
         Shape::Cone { angle } => {
-            let slope = angle.tan() - step.tilt_x.hypot(step.tilt_y);
-            if slope <= 0.0 {
-                return Err(SceneError {
-                    key: "domain".to_owned(),
-                    value: "not given".to_owned(),
-                    expected: "must be given when the tilt is as steep as the cone".to_owned(),
-                });
+            // Sneddon: P = 2E*δ²/(π tan β)
+            let pressed = |force: f64| (0.25 * std::f64::consts::PI * force * angle.tan() * compliance).sqrt();
+            let mut width = 0.0_f64;
+            for leg in scene.loading.legs() {
+                let pose = Pose::of(&leg.target, pressed);
+                let slope = angle.tan() - pose.slope_x.hypot(pose.slope_y);
+                if slope <= 0.0 {
+                    return Err(SceneError {
+                        key: "domain".to_owned(),
+                        value: "not given".to_owned(),
+                        expected: "must be given when the tilt is as steep as the cone".to_owned(),
+                    });
+                }
+                // overlap radius δ/slope; a punch that does not reach has an empty contact on any Ω
+                width = width.max(2.0 * if pose.approach == 0.0 { 1e-3 } else { pose.approach.abs() } / slope);
             }
-            // overlap radius δ/slope; a punch that does not reach has an empty contact on any Ω
-            let width = 2.0 * if step.approach == 0.0 { 1e-3 } else { step.approach.abs() } / slope;
             centred(width, width)
         }
     })
 }
 
+/// What a step says about where the punch is.
+struct Pose {
+    approach: f64,
+    /// ∂f₁/∂x and ∂f₁/∂y.
+    slope_x: f64,
+    slope_y: f64,
+    /// Centre of pressure that a prescribed force and moment ask for, 0 where they do not.
+    center: [f64; 2],
+}
+
+impl Pose {
+    /// The pose of these controls, with the approach that `pressed` makes of a normal force.
+    fn of(target: &[Control; 6], pressed: impl Fn(f64) -> f64) -> Self {
+        let motion = |which: usize| match target[which] {
+            Control::Motion(value) => value,
+            Control::Force(_) => 0.0,
+        };
+        let center = |which: usize| match (target[0], target[which]) {
+            (Control::Force(force), Control::Force(moment)) => moment / force,
+            _ => 0.0,
+        };
+        let approach = match target[0] {
+            Control::Motion(approach) => approach,
+            Control::Force(force) => pressed(force),
+        };
+        Self { approach, slope_x: -motion(4), slope_y: motion(3), center: [-center(4), center(3)] }
+    }
+}
+
+/// Σ(1−ν)/G with the softest of the foundation's materials: no contact under a given load is larger than with it alone.
+fn softest(scene: &Scene) -> f64 {
+    let base = match scene.foundation.base {
+        Base::Elastic(material) => Some(material),
+        Base::Rigid => None,
+    };
+    let compliance = |material: Material| (1.0 - material.poisson) / material.shear_modulus;
+    let layers = scene.foundation.layers.iter().map(Layer::material).chain(base);
+    layers.map(compliance).fold(0.0, f64::max) + scene.punch.material.map_or(0.0, compliance)
+}
+
+/// The smallest rectangle that holds them all; of the same shape as one of them alone.
+fn cover(domains: impl Iterator<Item = Domain>) -> Domain {
+    let mut all: Option<Domain> = None;
+    for next in domains {
+        all = Some(match all {
+            None => next,
+            Some(all) if all == next => all,
+            Some(all) => {
+                let span = |center: f64, width: f64, other: f64, other_width: f64| {
+                    let low = (center - 0.5 * width).min(other - 0.5 * other_width);
+                    let high = (center + 0.5 * width).max(other + 0.5 * other_width);
+                    (0.5 * (low + high), high - low)
+                };
+                let (center_x, width_x) = span(all.center_x, all.width_x, next.center_x, next.width_x);
+                let (center_y, width_y) = span(all.center_y, all.width_y, next.center_y, next.width_y);
+                Domain { width_x, width_y, center_x, center_y }
+            }
+        });
+    }
+    all.unwrap_or(Domain { width_x: 1.0, width_y: 1.0, center_x: 0.0, center_y: 0.0 })
+}
+
 /// A tilted paraboloid is the same paraboloid moved to its new lowest point, with a larger approach.
-fn paraboloid_domain(radius_x: f64, radius_y: f64, step: &Step) -> Domain {
-    let (slope_x, slope_y) = (-step.tilt_y, step.tilt_x);
-    let approach = step.approach + (slope_x * slope_x * radius_x + slope_y * slope_y * radius_y) / 2.0;
+fn paraboloid_domain(radius_x: f64, radius_y: f64, pose: &Pose) -> Domain {
+    let (slope_x, slope_y) = (pose.slope_x, pose.slope_y);
+    let approach = pose.approach + (slope_x * slope_x * radius_x + slope_y * slope_y * radius_y) / 2.0;
     let approach = if approach == 0.0 { 1e-6 * radius_x.min(radius_y) } else { approach.abs() };
     Domain {
         width_x: 3.0 * (radius_x * approach).sqrt(),
         width_y: 3.0 * (radius_y * approach).sqrt(),
-        center_x: slope_x * radius_x,
-        center_y: slope_y * radius_y,
+        center_x: slope_x * radius_x + pose.center[0],
+        center_y: slope_y * radius_y + pose.center[1],
     }
 }
 
@@ -173,7 +249,7 @@ mod tests {
     #[test]
     fn a_tilted_sphere_gets_its_domain_where_it_touches() {
         let mut scene = crate::scene::tests::sphere_on_half_space();
-        scene.loading.steps[0].tilt_x = 0.01;
+        scene.loading.steps[0].tilt_x = Some(0.01);
         let Shape::Sphere { radius } = scene.punch.shape else { panic!() };
         let domain = domain(&scene).unwrap();
         // f₁ = δ + tilt_x y − y²/2R has its maximum at y = R tilt_x

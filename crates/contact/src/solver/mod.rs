@@ -1,12 +1,49 @@
-//! One entry point for all methods: a problem and its operator in, an iterate with figures out.
+//! One entry point for all methods: a problem, its operator and what governs the punch in, an iterate with figures out.
+
+use crate::loading::Control;
+use crate::operators::Operator;
+use crate::problem::Problem;
+use crate::scene::Method;
 
 pub mod seidel;
+
+/// Where a solver begins, in the problem's units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Start {
+    /// Tractions, zero where masked.
+    pub p: Vec<f64>,
+    /// Rigid motion.
+    pub motion: [f64; 6],
+}
+
+/// Solves `problem` under `controls` (in the problem's units), from `start`; leaves the problem placed at the motion found.
+pub fn solve(
+    method: Method,
+    problem: &mut Problem,
+    operator: &Operator,
+    controls: &[Control; 6],
+    start: &Start,
+    limits: &Limits,
+) -> Iterate {
+    let motion = std::array::from_fn(|which| match controls[which] {
+        Control::Motion(value) => value,
+        Control::Force(_) => start.motion[which],
+    });
+    match method {
+        Method::Seidel => {
+            problem.place(&motion);
+            Iterate { motion, ..seidel::solve(problem, &operator.table, start.p.clone(), limits) }
+        }
+    }
+}
 
 /// What a solver hands over. Whether it is a solution is for the certificate to say.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Iterate {
     /// Tractions, three blocks [n | x | y], in the problem's units.
     pub p: Vec<f64>,
+    /// Rigid motion, in the problem's units and the order of [`Step::NAMES`](crate::scene::Step::NAMES).
+    pub motion: [f64; 6],
     /// Why the solver stopped.
     pub stop: Stop,
     /// Iterations of the method.
@@ -32,6 +69,25 @@ pub enum Stop {
     },
     /// The iterates left the range of doubles.
     Diverged,
+    /// A tangential force or twisting moment is asked that friction cannot carry: all that is in contact slips.
+    Slides {
+        /// Which resultant, in the order of [`Step::NAMES`](crate::scene::Step::NAMES).
+        which: usize,
+    },
+    /// No rigid motion was found that gives a resultant that is asked.
+    Unbalanced {
+        /// Which resultant.
+        which: usize,
+        /// How far off, over the load.
+        imbalance: f64,
+    },
+}
+
+impl Stop {
+    /// Whether the solver takes its iterate for a solution, or for something the certificate may still accept.
+    pub fn is_solution(&self) -> bool {
+        !matches!(self, Stop::Slides { .. } | Stop::Unbalanced { .. })
+    }
 }
 
 /// When a solver may stop.

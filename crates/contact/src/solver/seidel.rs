@@ -67,7 +67,7 @@ pub fn solve(problem: &Problem, table: &InfluenceTable, start: Vec<f64>, limits:
         sweeps += 1;
         applications += 1;
     };
-    Iterate { p, stop, iterations: sweeps, operator_applications: applications }
+    Iterate { p, motion: [0.0; 6], stop, iterations: sweeps, operator_applications: applications }
 }
 
 /// w = A p − f, summed column by column.

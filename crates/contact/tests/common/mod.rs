@@ -1,7 +1,7 @@
 //! Scenes and files that the reference tests share.
 #![allow(dead_code, unreachable_pub)] // every test binary uses its part
 
-use contact::outcome::{Fields, Outcome, Status};
+use contact::outcome::{Fields, Outcome, Status, StepOutcome};
 use contact::punch::Surfaces;
 use contact::scene::*;
 use contact::{Operators, solve};
@@ -9,11 +9,11 @@ use contact::{Operators, solve};
 /// A scene of one step with a rigid punch on a homogeneous half-space.
 pub fn scene(shape: Shape, shear_modulus: f64, poisson: f64, mu: f64, step: Step) -> Scene {
     Scene {
-        foundation: Foundation { base: Material { shear_modulus, poisson } },
+        foundation: Foundation::half_space(Material { shear_modulus, poisson }),
         punch: Punch { shape, material: None },
         friction: Friction { mu },
         domain: None,
-        loading: Loading { steps: vec![step] },
+        loading: Loading::path(vec![step]),
     }
 }
 
@@ -26,15 +26,23 @@ pub fn numerics(mesh: Mesh, projection: Projection, tolerance: f64) -> Numerics 
     Numerics { mesh, projection, epsilon: 0.0, ceiling: None, method: Method::Seidel, tolerance, max_iterations: 20_000 }
 }
 
-/// Solves and insists on a certificate.
-pub fn certified(scene: &Scene, numerics: &Numerics) -> (Outcome, Fields) {
+/// Solves, insists on a certificate and gives the end of the path.
+pub fn certified(scene: &Scene, numerics: &Numerics) -> (StepOutcome, Fields) {
     certified_with(scene, numerics, &Surfaces::new())
 }
 
-pub fn certified_with(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces) -> (Outcome, Fields) {
+pub fn certified_with(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces) -> (StepOutcome, Fields) {
     let (outcome, fields) = solve(scene, numerics, surfaces, &mut Operators::default()).expect("a scene with a meaning");
-    assert_eq!(outcome.status, Status::Certified, "{:?}", outcome.certificate);
-    (outcome, fields)
+    assert_eq!(outcome.status, Status::Certified, "{:?}", outcome.last());
+    (*outcome.last().expect("a certified path has steps"), fields)
+}
+
+/// Solves, insists on a certificate and gives every increment of the path.
+pub fn certified_path(scene: &Scene, numerics: &Numerics) -> (Vec<StepOutcome>, Fields) {
+    let (Outcome { status, steps }, fields) =
+        solve(scene, numerics, &Surfaces::new(), &mut Operators::default()).expect("a scene with a meaning");
+    assert_eq!(status, Status::Certified, "{:?}", steps.last());
+    (steps, fields)
 }
 
 /// The text of a file of tests/reference.

@@ -1,0 +1,157 @@
+//! The loading path: what is asked of each increment, and the punch's rigid motion on the grid.
+
+use crate::outcome::Motion;
+use crate::scene::{Loading, Step};
+
+/// What governs a rigid degree of freedom of the punch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Control {
+    /// Its position is prescribed \[m or rad\].
+    Motion(f64),
+    /// Its force or moment is prescribed \[N or N m\].
+    Force(f64),
+}
+
+/// One step of a path as it is run through, cycles unrolled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leg {
+    /// Index of the step in the scene.
+    pub step: u32,
+    /// Which time the cycle is run through, counted from 1; 0 outside of one.
+    pub cycle: u32,
+    /// Equal parts in which it is taken.
+    pub increments: u32,
+    /// Where each degree of freedom goes, in the order of [`Step::NAMES`].
+    pub target: [Control; 6],
+}
+
+impl Loading {
+    /// The path, with every degree of freedom that a step does not mention under the control of the step before.
+    pub fn legs(&self) -> Vec<Leg> {
+        let mut target = [Control::Motion(0.0); 6];
+        let from = self.cycle_from.map_or(self.steps.len(), |from| from as usize).min(self.steps.len());
+        let lead = (0..from).map(|step| (step, 0));
+        let cycles = (1..=self.cycles).flat_map(|cycle| (from..self.steps.len()).map(move |step| (step, cycle)));
+        lead.chain(cycles)
+            .map(|(index, cycle)| {
+                let step = &self.steps[index];
+                target = step.from(target);
+                Leg { step: index as u32, cycle, increments: step.increments, target }
+            })
+            .collect()
+    }
+
+    /// The same path without what goes without saying: controls that repeat the step before, and −0.
+    pub fn normalised(&self) -> Self {
+        let mut before = [Control::Motion(0.0); 6];
+        let mut loading = self.clone();
+        for (index, step) in loading.steps.iter_mut().enumerate() {
+            let after = step.from(before);
+            // what a step of a cycle repeats the first time it may change the second time
+            let is_once = self.cycles == 1 || self.cycle_from.is_none_or(|from| index < from as usize);
+            for (which, given) in step.given_mut().into_iter().enumerate() {
+                let says_nothing = is_once && after[which] == before[which] && !(index == 0 && which == 0);
+                for value in given {
+                    match value {
+                        Some(_) if says_nothing => *value = None,
+                        Some(x) => *x += 0.0, // −0 becomes 0
+                        None => {}
+                    }
+                }
+            }
+            before = after;
+        }
+        loading
+    }
+}
+
+impl Step {
+    /// The controls after this step, given those before it.
+    fn from(&self, mut target: [Control; 6]) -> [Control; 6] {
+        for (control, given) in target.iter_mut().zip(self.given()) {
+            match given {
+                [Some(motion), _] => *control = Control::Motion(motion),
+                [None, Some(force)] => *control = Control::Force(force),
+                [None, None] => {}
+            }
+        }
+        target
+    }
+
+    fn given_mut(&mut self) -> [[&mut Option<f64>; 2]; 6] {
+        [
+            [&mut self.approach, &mut self.normal_force],
+            [&mut self.shift_x, &mut self.force_x],
+            [&mut self.shift_y, &mut self.force_y],
+            [&mut self.tilt_x, &mut self.moment_x],
+            [&mut self.tilt_y, &mut self.moment_y],
+            [&mut self.twist, &mut self.moment_z],
+        ]
+    }
+}
+
+impl Leg {
+    /// What is asked of the `part`-th of its increments, counted from 1, when the step before left the punch at `motion` with
+    /// these `resultants`: everything moves evenly from where it is.
+    pub fn increment(&self, part: u32, motion: &Motion, resultants: &[f64; 6]) -> [Control; 6] {
+        let mut controls = self.target;
+        if part >= self.increments {
+            return controls; // exactly, without rounding
+        }
+        let share = f64::from(part) / f64::from(self.increments);
+        let motion = motion.to_array();
+        for (which, control) in controls.iter_mut().enumerate() {
+            let between = |from: f64, to: f64| from + share * (to - from);
+            *control = match *control {
+                Control::Motion(to) => Control::Motion(between(motion[which], to)),
+                Control::Force(to) => Control::Force(between(resultants[which], to)),
+            };
+        }
+        controls
+    }
+}
+
+/// Displacement of the punch at (x, y) under unit motion of each degree of freedom, as \[component n, x, y\]\[degree of freedom\]. Its
+/// transpose sums tractions to resultants.
+pub(crate) fn rigid_modes(x: f64, y: f64) -> [[f64; 6]; 3] {
+    [[1.0, 0.0, 0.0, y, -x, 0.0], [0.0, 1.0, 0.0, 0.0, 0.0, -y], [0.0, 0.0, 1.0, 0.0, 0.0, x]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_mentioned_stays_as_it_was() {
+        let press = Step { normal_force: Some(10.0), ..Step::default() };
+        let pull = Step { force_x: Some(2.0), increments: 4, ..Step::default() };
+        let hold = Step { shift_x: Some(1e-6), approach: Some(1e-5), ..Step::default() };
+        let legs = Loading { steps: vec![press, pull, hold], cycle_from: Some(1), cycles: 2 }.legs();
+        let order: Vec<_> = legs.iter().map(|leg| (leg.step, leg.cycle)).collect();
+        assert_eq!(order, [(0, 0), (1, 1), (2, 1), (1, 2), (2, 2)]);
+        assert_eq!(legs[1].target[..2], [Control::Force(10.0), Control::Force(2.0)]);
+        assert_eq!(legs[2].target[..2], [Control::Motion(1e-5), Control::Motion(1e-6)]);
+        assert_eq!(legs[3].target[..2], [Control::Motion(1e-5), Control::Force(2.0)], "the second cycle begins where the first ended");
+        let halfway = legs[1].increment(2, &Motion::default(), &[8.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(halfway[..3], [Control::Force(9.0), Control::Force(1.5), Control::Motion(0.0)]);
+        assert_eq!(legs[1].increment(4, &Motion::default(), &[8.0, 0.3, 0.0, 0.0, 0.0, 0.0]), legs[1].target);
+    }
+
+    #[test]
+    fn paths_that_are_the_same_become_equal() {
+        let short = Loading::path(vec![Step { approach: Some(1.0), ..Step::default() }, Step { force_x: Some(2.0), ..Step::default() }]);
+        let wordy = Loading::path(vec![
+            Step { approach: Some(1.0), shift_y: Some(-0.0), ..Step::default() },
+            Step { approach: Some(1.0), shift_y: Some(0.0), force_x: Some(2.0), ..Step::default() },
+        ]);
+        assert_eq!(wordy.normalised(), short);
+        assert_eq!(short.legs(), wordy.legs());
+        let cycle = Loading {
+            steps: vec![short.steps[0], Step { shift_x: Some(0.0), ..Step::default() }, short.steps[1]],
+            cycle_from: Some(1),
+            cycles: 2,
+        };
+        assert_eq!(cycle.normalised(), cycle, "a step of a cycle comes after its last as well");
+        assert_eq!(cycle.normalised().legs(), cycle.legs());
+    }
+}
