@@ -3,3 +3,4 @@
 mod gauss;
 pub mod half_space;
 pub mod kernel;
+pub mod layered;
