@@ -132,6 +132,23 @@ impl Grid {
         self.hx * self.hy
     }
 
+    /// A field of three blocks on this grid as seen from the elements of another one over the same Ω: each takes the value of the
+    /// element that its centre lies in, zero where it is masked.
+    pub(crate) fn sample(&self, field: &[f64], other: &Grid) -> Vec<f64> {
+        let (k, others) = (self.len(), other.len());
+        let mut out = vec![0.0; 3 * others];
+        for e in other.active() {
+            let [x, y] = other.center(e);
+            let [x0, y0] = self.center(0);
+            let at = |x: f64, x0: f64, h: f64, n: usize| (((x - x0) / h).round().max(0.0) as usize).min(n - 1);
+            let from = self.index(at(x, x0, self.hx(), self.nx()), at(y, y0, self.hy(), self.ny()));
+            for c in 0..3 {
+                out[c * others + e] = field[c * k + from];
+            }
+        }
+        out
+    }
+
     /// Whether an element belongs to Ω.
     pub fn is_active(&self, index: usize) -> bool {
         self.mask.as_ref().is_none_or(|mask| mask[index])

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::influence::{InfluenceTable, Toeplitz};
 use crate::problem::{OperatorKey, Problem};
+use crate::solver::Circulant;
 
 /// The coefficients of a problem and the operator made of them.
 #[derive(Clone)]
@@ -12,6 +13,8 @@ pub struct Operator {
     pub table: Arc<InfluenceTable>,
     /// The FFT operator.
     pub toeplitz: Arc<Toeplitz>,
+    /// Circulants near its diagonal blocks, for preconditioning.
+    pub circulant: Arc<Circulant>,
 }
 
 /// The last operators used, within a budget of memory.
@@ -37,8 +40,9 @@ impl Operators {
         }
         let table = InfluenceTable::new(&problem.grid, &problem.elasticity, problem.projection);
         let toeplitz = Toeplitz::new(&table);
-        let bytes = table.bytes() + toeplitz.bytes();
-        let operator = Operator { table: Arc::new(table), toeplitz: Arc::new(toeplitz) };
+        let circulant = Circulant::new(&table);
+        let bytes = table.bytes() + toeplitz.bytes() + circulant.bytes();
+        let operator = Operator { table: Arc::new(table), toeplitz: Arc::new(toeplitz), circulant: Arc::new(circulant) };
         self.kept.push((key, operator.clone(), bytes));
         let mut total: usize = self.kept.iter().map(|(.., bytes)| bytes).sum();
         while total > self.budget && self.kept.len() > 1 {

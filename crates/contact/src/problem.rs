@@ -164,6 +164,11 @@ impl Problem {
         }
     }
 
+    /// f₁ of an element without rigid motion, −g₀.
+    pub(crate) fn unmoved(&self, element: usize) -> f64 {
+        self.rest[element]
+    }
+
     /// Makes the tractions `p` at `motion`, with `w` = A p − f, the state from which the next increment starts. Leaves f as it is.
     pub fn remember(&mut self, p: &[f64], w: &[f64], motion: &[f64; 6]) {
         let k = self.grid.len();

@@ -383,8 +383,10 @@ pub enum Projection {
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// Alexandrov's nonlinear Seidel iteration, the reference.
-    #[default]
     Seidel,
+    /// Semismooth Newton from coarse grids to fine ones, with Seidel sweeps where it does not converge.
+    #[default]
+    Newton,
 }
 
 fn is_zero(x: &f64) -> bool {

@@ -8,7 +8,7 @@ use crate::operators::Operators;
 use crate::outcome::{Fields, Motion, Outcome, Status, StepOutcome, WorkDone};
 use crate::problem::Problem;
 use crate::punch::Surfaces;
-use crate::scene::{Numerics, Scene, SceneError, Step};
+use crate::scene::{Mesh, Method, Numerics, Scene, SceneError, Step};
 use crate::solver::{self, Iterate, Limits, Start, Stop};
 
 /// Solves a scene: binds it to its grid, follows its loading path with the method, certifies each increment with code and an
@@ -22,7 +22,16 @@ pub fn solve(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators:
     let limits = Limits { tolerance: numerics.tolerance, max_iterations: numerics.max_iterations };
     let mut outcome = Outcome { status: Status::Certified, steps: Vec::new() };
     let mut last_fields = Fields::default();
-    let mut start = Start { p: vec![0.0; problem.f.len()], motion: [0.0; 6] };
+    let mut unseen = 0;
+    let mut start = match (numerics.method, scene.loading.legs().first()) {
+        (Method::Newton, Some(leg)) => {
+            let asked = leg.increment(1, &Motion::default(), &[0.0; 6]);
+            let (start, spent) = coarse_start(scene, numerics, surfaces, operators, &problem, &asked);
+            unseen = spent;
+            start
+        }
+        _ => Start { p: vec![0.0; problem.f.len()], motion: [0.0; 6] },
+    };
     let mut before = Before::default();
     for leg in scene.loading.legs() {
         let departure = before;
@@ -33,6 +42,7 @@ pub fn solve(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators:
             let (status, mut step, fields, w) =
                 conclude(&problem, &*operator.toeplitz, diagonal, &iterate, &asked, &before, numerics.tolerance);
             (step.step, step.cycle) = (leg.step, leg.cycle);
+            step.work.iterations += std::mem::take(&mut unseen);
             before = Before { motion: step.motion, resultants: step.observables.resultants() };
             outcome.steps.push(step);
             last_fields = fields;
@@ -46,6 +56,42 @@ pub fn solve(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators:
     }
     Ok((outcome, last_fields))
 }
+
+/// Elements along a side below which a grid is coarse enough to begin from nothing.
+const COARSEST: u32 = 12;
+
+/// A start for the first increment, found on grids of half as many elements each way, from the coarsest up: Newton's method
+/// from nothing finds its way on few elements, and on many it does not. Also gives the iterations that this took.
+fn coarse_start(
+    scene: &Scene,
+    numerics: &Numerics,
+    surfaces: &Surfaces,
+    operators: &mut Operators,
+    fine: &Problem,
+    asked: &[Control; 6],
+) -> (Start, u64) {
+    let nothing = (Start { p: vec![0.0; fine.f.len()], motion: [0.0; 6] }, 0);
+    let elements = [fine.grid.nx(), fine.grid.ny()].map(|n| n as u32);
+    let halved = elements.map(|n| if n > COARSEST { n.div_ceil(2) } else { n });
+    if halved == elements {
+        return nothing;
+    }
+    let coarse_numerics = Numerics { mesh: Mesh::Exact(halved), ..numerics.clone() };
+    let Ok(mut coarse) = Problem::new(scene, &coarse_numerics, surfaces) else { return nothing };
+    let (start, spent) = coarse_start(scene, numerics, surfaces, operators, &coarse, asked);
+    let operator = operators.of(&coarse);
+    let limits = Limits { tolerance: COARSE_TOLERANCE, max_iterations: numerics.max_iterations };
+    let controls = in_units(asked, &coarse);
+    let iterate = solver::solve(numerics.method, &mut coarse, &operator, &controls, &start, &limits);
+    let spent = spent + iterate.iterations;
+    if iterate.stop != Stop::Converged {
+        return (nothing.0, spent);
+    }
+    (Start { p: coarse.grid.sample(&iterate.p, &fine.grid), motion: iterate.motion }, spent)
+}
+
+/// Relative residual at which a coarse solution is good enough to begin from.
+const COARSE_TOLERANCE: f64 = 1e-3;
 
 /// The state that an increment starts from, in SI units.
 #[derive(Clone, Copy, Debug, Default)]
@@ -139,11 +185,8 @@ fn conclude(
                     w,
                 );
             }
-            Stop::Unbalanced { which, imbalance } => {
-                format!(
-                    "no position of the punch gives the {} that is asked (off by {imbalance:.1e} of the load after {iterations} iterations)",
-                    name(which)
-                )
+            Stop::Unbalanced { which } => {
+                format!("no pressure under the sole has the {} that is asked: its line of action passes the sole by", name(which))
             }
         };
         Status::Failed {

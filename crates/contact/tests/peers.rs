@@ -1,5 +1,6 @@
-//! Half-space, one-step cases that CONTACT solved on the same discrete problem (midpoint projection): resultants, peaks,
-//! energy and sampled tractions to 1e-6 relative, numbers of elements in contact, sticking and slipping exactly.
+//! Cases that other programs solved on the same discrete problem (midpoint projection). CONTACT's half-space cases of one step:
+//! resultants, peaks, energy and sampled tractions to 1e-6 relative, numbers of elements in contact, sticking and slipping
+//! exactly; its loading paths: the same figures after every step.
 
 mod common;
 
@@ -7,6 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use common::*;
+use contact::outcome::{Fields, Observables};
 use contact::punch::{Surface, Surfaces};
 use contact::scene::*;
 use serde_json::Value;
@@ -49,9 +51,15 @@ fn case(id: &str) {
     };
     let mut scene = scene(shape, number("G"), number("nu"), number("mu"), step);
     scene.domain = square(width);
-    let numerics = numerics(Mesh::Across(n as u32), Projection::Midpoint, 1e-10);
-    let (outcome, fields) = certified_with(&scene, &numerics, &surfaces);
-    let (o, expected) = (outcome.observables, &case["expected"]);
+    for method in [Method::Seidel, Method::Newton] {
+        let numerics = Numerics { method, ..numerics(Mesh::Across(n as u32), Projection::Midpoint, 1e-10) };
+        let (outcome, fields) = certified_with(&scene, &numerics, &surfaces);
+        meets(&format!("{id}, {method:?}"), &case["expected"], &outcome.observables, &fields, width);
+    }
+}
+
+fn meets(id: &str, expected: &Value, o: &Observables, fields: &Fields, width: f64) {
+    let n = fields.shape[0] as usize;
 
     let near = |name: &str, value: f64, scale: f64| {
         if let Some(reference) = expected[name].as_f64() {
@@ -70,9 +78,7 @@ fn case(id: &str) {
             assert_eq!(count, reference, "{id}: {name}");
         }
     }
-    let samples = expected["samples"].as_array().unwrap();
-    assert!(!samples.is_empty());
-    for sample in samples {
+    for sample in expected["samples"].as_array().into_iter().flatten() {
         let e = sample["iy"].as_u64().unwrap() as usize * n + sample["ix"].as_u64().unwrap() as usize;
         for (name, field) in [("pz", &fields.pressure), ("px", &fields.traction_x), ("py", &fields.traction_y)] {
             let reference = sample[name].as_f64().unwrap();
@@ -104,4 +110,35 @@ cases! {
 fn every_one_step_case_has_its_test() {
     let file: Value = serde_json::from_str(&reference("peer_cases.json")).unwrap();
     assert_eq!(file["one_step_cases"].as_array().unwrap().len(), 12);
+}
+
+/// A path of a sphere, both by given motion; the names of the resultants are those of the one-step cases.
+fn history(id: &str) {
+    let file: Value = serde_json::from_str(&reference("peer_cases.json")).unwrap();
+    let case = file["history_cases"].as_array().unwrap().iter().find(|case| case["id"] == id).expect("a case of that id");
+    let number = |key: &str| case["params"][key].as_f64().unwrap();
+    let steps = case["steps"].as_array().unwrap();
+    let path = steps.iter().map(|step| Step { approach: step["delta"].as_f64(), shift_x: step["wx"].as_f64(), ..Step::default() });
+    assert_eq!((case["shape"]["b1"].as_f64(), case["shape"]["b3"].as_f64()), (Some(0.5), Some(0.5)));
+    let mut scene = scene(Shape::Sphere { radius: 1.0 }, number("G"), number("nu"), number("mu"), Step::default());
+    scene.loading = Loading::path(path.collect());
+    scene.domain = square(number("L"));
+    for method in [Method::Seidel, Method::Newton] {
+        let numerics = Numerics { method, ..numerics(Mesh::Across(number("n") as u32), Projection::Midpoint, 1e-10) };
+        let (path, fields) = certified_path(&scene, &numerics);
+        assert_eq!(path.len(), steps.len());
+        for (solved, expected) in path.iter().zip(steps) {
+            meets(&format!("{id}, {method:?}, step {}", expected["step"]), expected, &solved.observables, &fields, number("L"));
+        }
+    }
+}
+
+#[test]
+fn pressed_then_shifted() {
+    history("history_load_then_shift");
+}
+
+#[test]
+fn pressed_in_eight_steps() {
+    history("history_load_8_steps");
 }

@@ -5,7 +5,14 @@ use crate::operators::Operator;
 use crate::problem::Problem;
 use crate::scene::Method;
 
+mod balance;
+mod circulant;
+mod gmres;
+pub mod newton;
+mod robust;
 pub mod seidel;
+
+pub use circulant::Circulant;
 
 /// Where a solver begins, in the problem's units.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,16 +32,18 @@ pub fn solve(
     start: &Start,
     limits: &Limits,
 ) -> Iterate {
-    let motion = std::array::from_fn(|which| match controls[which] {
-        Control::Motion(value) => value,
-        Control::Force(_) => start.motion[which],
-    });
-    match method {
-        Method::Seidel => {
-            problem.place(&motion);
-            Iterate { motion, ..seidel::solve(problem, &operator.table, start.p.clone(), limits) }
-        }
+    if let Some(stop) = balance::impossible(problem, controls) {
+        let motion = start.motion;
+        problem.place(&motion);
+        return Iterate { p: start.p.clone(), motion, stop, iterations: 0, operator_applications: 0 };
     }
+    let iterate = match method {
+        Method::Seidel => balance::solve(problem, operator, controls, start, limits, |problem, operator, start, limits| {
+            seidel::solve(problem, &operator.table, start.p.clone(), limits)
+        }),
+        Method::Newton => robust::solve(problem, operator, controls, start, limits),
+    };
+    if iterate.stop == Stop::Converged { iterate } else { Iterate { stop: balance::explain(problem, controls, &iterate), ..iterate } }
 }
 
 /// What a solver hands over. Whether it is a solution is for the certificate to say.
@@ -78,8 +87,6 @@ pub enum Stop {
     Unbalanced {
         /// Which resultant.
         which: usize,
-        /// How far off, over the load.
-        imbalance: f64,
     },
 }
 

@@ -1,0 +1,194 @@
+//! Forces and moments that govern the punch: what cannot be, where to begin, and an outer iteration that gives load control to
+//! a method that only knows prescribed motions.
+
+use faer::linalg::solvers::Solve;
+
+use super::{Iterate, Limits, Start, Stop, newton};
+use crate::influence::{Influence, Scratch};
+use crate::loading::{Control, rigid_modes};
+use crate::operators::Operator;
+use crate::problem::Problem;
+
+/// Outer iterations after which load control gives up.
+const MAX_ROUNDS: u64 = 40;
+
+/// A solver for prescribed motions: solves the problem as it is placed, from these tractions.
+pub(super) type Inner = fn(&mut Problem, &Operator, &Start, &Limits) -> Iterate;
+
+/// The motions that a force governs by Newton's method on the resultants: their derivative is that of the linearised map, each
+/// evaluation a solve by `inner` from the last one's tractions.
+pub(super) fn solve(
+    problem: &mut Problem,
+    operator: &Operator,
+    controls: &[Control; 6],
+    start: &Start,
+    limits: &Limits,
+    inner: Inner,
+) -> Iterate {
+    let free = free(controls);
+    let asked = controls.map(value);
+    let mut motion: [f64; 6] = std::array::from_fn(|which| if free.contains(&which) { start.motion[which] } else { asked[which] });
+    let mut p = start.p.clone();
+    if free.contains(&0) && p.iter().all(|p| *p == 0.0) {
+        motion[0] = first_approach(problem, &motion, asked[0]);
+    }
+    let mut total = Iterate { p: Vec::new(), motion, stop: Stop::Diverged, iterations: 0, operator_applications: 0 };
+    let mut scratch = Scratch::new(&*operator.toeplitz);
+    // the step that led here, and the imbalance before it
+    let mut last: Option<([f64; 6], Vec<f64>, f64)> = None;
+    for round in 0.. {
+        problem.place(&motion);
+        let solved = inner(problem, operator, &Start { p, motion }, limits);
+        total.iterations += solved.iterations;
+        total.operator_applications += solved.operator_applications;
+        p = solved.p;
+        total.stop = solved.stop;
+        let worst = imbalances(problem, &p, &asked, &free).into_iter().fold(0.0, f64::max);
+        if solved.stop != Stop::Converged || worst <= 0.5 * limits.tolerance {
+            break;
+        }
+        if round >= MAX_ROUNDS {
+            total.stop = Stop::OutOfIterations { residual: worst };
+            break;
+        }
+        if let Some((before, way, was)) = &mut last
+            && worst >= *was
+        {
+            // too far: halfway back
+            way.iter_mut().for_each(|way| *way *= 0.5);
+            motion = *before;
+            free.iter().zip(way.iter()).for_each(|(&which, way)| motion[which] += way);
+            continue;
+        }
+        let mut w = vec![0.0; p.len()];
+        operator.toeplitz.apply(&mut w, &p, &mut scratch);
+        w.iter_mut().zip(&problem.f).for_each(|(w, f)| *w -= f);
+        let (stiffness, applications) = newton::stiffness(problem, operator, &p, &w, &free);
+        total.operator_applications += applications + 1;
+        let resultants = problem.resultants(&p);
+        let mut way = faer::Mat::from_fn(free.len(), 1, |i, _| asked[free[i]] - resultants[free[i]]);
+        stiffness.full_piv_lu().solve_in_place(way.as_mut());
+        let way: Vec<f64> = (0..free.len()).map(|i| way[(i, 0)]).collect();
+        last = Some((motion, way.clone(), worst));
+        free.iter().zip(&way).for_each(|(&which, way)| motion[which] += way);
+        if motion.iter().any(|q| !q.is_finite()) {
+            total.stop = Stop::Diverged;
+            motion = total.motion;
+            break;
+        }
+        total.motion = motion;
+    }
+    problem.place(&motion);
+    Iterate { p, motion, ..total }
+}
+
+/// Degrees of freedom that a force governs.
+pub(super) fn free(controls: &[Control; 6]) -> Vec<usize> {
+    (0..6).filter(|which| matches!(controls[*which], Control::Force(_))).collect()
+}
+
+/// What a control asks.
+pub(super) fn value(control: Control) -> f64 {
+    match control {
+        Control::Force(value) | Control::Motion(value) => value,
+    }
+}
+
+/// Forces that no contact can have, whatever its pressure: more than friction carries (|Q| ≥ μP, gross sliding), or a line of
+/// action that passes the sole by.
+pub(super) fn impossible(problem: &Problem, controls: &[Control; 6]) -> Option<Stop> {
+    let Control::Force(normal) = controls[0] else { return None };
+    let force = |which: usize| if let Control::Force(force) = controls[which] { force } else { 0.0 };
+    if let Some(which) = beyond_friction(problem.mu * normal, [force(1), force(2)]) {
+        return Some(Stop::Slides { which });
+    }
+    let centers = || problem.grid.active().map(|e| problem.grid.center(e));
+    // Σ x p₁ and Σ y p₁ over Σ p₁ lie in the convex hull of the elements' centres
+    let arm = |which: usize, sign: f64| if let Control::Force(moment) = controls[which] { Some(sign * moment / normal) } else { None };
+    let (x, y) = (arm(4, -1.0), arm(3, 1.0));
+    let reaches =
+        |direction: [f64; 2], arm: f64| centers().map(|[x, y]| x * direction[0] + y * direction[1]).fold(f64::MIN, f64::max) > arm;
+    let directions: Vec<[f64; 2]> = match (x, y) {
+        (None, None) => Vec::new(),
+        (Some(_), None) => vec![[1.0, 0.0], [-1.0, 0.0]],
+        (None, Some(_)) => vec![[0.0, 1.0], [0.0, -1.0]],
+        (Some(_), Some(_)) => (0..64).map(|i| (f64::from(i) * std::f64::consts::TAU / 64.0).sin_cos().into()).collect(),
+    };
+    let (x, y) = (x.unwrap_or(0.0), y.unwrap_or(0.0));
+    let passes_by = directions.into_iter().any(|d| !reaches(d, x * d[0] + y * d[1]));
+    passes_by.then_some(Stop::Unbalanced { which: if x.abs() >= y.abs() { 4 } else { 3 } })
+}
+
+fn beyond_friction(bound: f64, [x, y]: [f64; 2]) -> Option<usize> {
+    let size = x.hypot(y);
+    (size > 0.0 && size >= bound).then_some(if x.abs() >= y.abs() { 1 } else { 2 })
+}
+
+/// Why an iterate is no solution: sliding, when its own pressure shows that friction cannot carry what is asked, else what the
+/// solver said.
+pub(super) fn explain(problem: &Problem, controls: &[Control; 6], iterate: &Iterate) -> Stop {
+    let force = |which: usize| if let Control::Force(force) = controls[which] { force } else { 0.0 };
+    let normal = problem.resultants(&iterate.p)[0];
+    if normal > 0.0 && normal.is_finite() {
+        if let Some(which) = beyond_friction(problem.mu * normal, [force(1), force(2)]) {
+            return Stop::Slides { which };
+        }
+        // about any centre the tractions μp₁ across the radius have the moment Σ μ p₁ r; least about the centre of pressure, nearly
+        let [_, _, _, tipping_x, tipping_y, _] = problem.resultants(&iterate.p);
+        let center = [-tipping_y / normal, tipping_x / normal];
+        let arm = |[x, y]: [f64; 2]| (x - center[0]).hypot(y - center[1]);
+        let carried: f64 = problem.grid.active().map(|e| iterate.p[e].max(0.0) * arm(problem.grid.center(e))).sum::<f64>()
+            * problem.grid.element_area()
+            * problem.mu;
+        if force(5).abs() >= carried && force(5) != 0.0 {
+            return Stop::Slides { which: 5 };
+        }
+    }
+    iterate.stop
+}
+
+/// Differences between the resultants asked and those of `p`, over Σ|p||e| (moments in units of ℓ).
+pub(super) fn imbalances(problem: &Problem, p: &[f64], asked: &[f64; 6], free: &[usize]) -> Vec<f64> {
+    if free.is_empty() {
+        return Vec::new();
+    }
+    let resultants = problem.resultants(p);
+    let k = problem.grid.len();
+    let size: f64 =
+        problem.grid.active().map(|e| p[e].abs().max(p[k + e].abs()).max(p[2 * k + e].abs())).sum::<f64>() * problem.grid.element_area();
+    free.iter().map(|&which| (resultants[which] - asked[which]).abs() / size).collect()
+}
+
+/// An approach at which springs under each element, as stiff together as a half-space under their area, carry the load.
+pub(super) fn first_approach(problem: &Problem, motion: &[f64; 6], load: f64) -> f64 {
+    let mut rigid = *motion;
+    rigid[0] = 0.0;
+    let heights: Vec<f64> = problem
+        .grid
+        .active()
+        .map(|e| {
+            let [x, y] = problem.grid.center(e);
+            problem.unmoved(e) + rigid_modes(x, y)[0].iter().zip(&rigid).map(|(mode, q)| mode * q).sum::<f64>()
+        })
+        .collect();
+    let area = problem.grid.element_area();
+    let carried = |approach: f64| {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for height in heights.iter().filter(|height| **height + approach > 0.0) {
+            sum += height + approach;
+            count += 1.0;
+        }
+        // a flat disk carries 2E*aδ on πa², E* = 2/c: a mean pressure of 4δ/πac
+        if count == 0.0 { 0.0 } else { 4.0 * sum * area / (std::f64::consts::PI * count * area).sqrt() }
+    };
+    let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let (mut low, mut high) = (-top, -top + 1e-9_f64.max(load));
+    while carried(high) < load && high < 1e12 {
+        high = -top + 2.0 * (high + top);
+    }
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if carried(middle) < load { low = middle } else { high = middle }
+    }
+    high
+}
