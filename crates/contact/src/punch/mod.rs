@@ -1,8 +1,16 @@
 //! The punch's geometry: initial gap g₀, its mean over an element, the sole, and the Ω that a shape calls for.
 
+mod contact_plane;
+mod curve;
+mod profile;
 mod surface;
+mod wheel_rail;
 
+pub use contact_plane::{ContactPlane, Extent, Frame};
+pub use curve::{Curve, CurvePoint};
+pub use profile::{Profile, ProfileError, ProfileKind};
 pub use surface::{Surface, SurfaceError, Surfaces};
+pub use wheel_rail::{Curvatures, Position, Side, Touch, Track, WheelOnRail, WheelRailError, Wheelset};
 
 use crate::loading::Control;
 use crate::scene::{Base, Domain, Layer, Material, Scene, SceneError, Shape};

@@ -1,0 +1,435 @@
+//! Profiles of rails and wheels, and the text format in which SIMPACK keeps them (.prr, .prw).
+//!
+//! In a profile's own coordinates y points to the field side and z down, as for a rail and a wheel on the right of a track:
+//! the gauge face of a rail and the flange of a wheel lie at negative y.
+
+use super::curve::Curve;
+
+/// Whose profile it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ProfileKind {
+    /// A rail's cross-section.
+    Rail,
+    /// A wheel's, in a plane through its axis.
+    Wheel,
+}
+
+/// A cross-section of a rail or a wheel. Its curve runs with the body below it (a rail) or above it (a wheel) in the order of rising y
+/// along the running surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    kind: ProfileKind,
+    curve: Curve,
+}
+
+/// Why a text is no profile.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ProfileError {
+    /// A line that cannot be read as the format wants.
+    #[error("line {line}: `{found}`: {expected}")]
+    Line {
+        /// Line, counted from 1.
+        line: usize,
+        /// What stands there.
+        found: String,
+        /// What would be right.
+        expected: String,
+    },
+    /// Something that must be there is not.
+    #[error("there is no {missing}; {expected}")]
+    Missing {
+        /// What is missing.
+        missing: &'static str,
+        /// What would be right.
+        expected: &'static str,
+    },
+    /// The points make no curve.
+    #[error("{count} different points are left; a profile needs at least 3, of which {expected}")]
+    Points {
+        /// Points in use.
+        count: usize,
+        /// What would be right.
+        expected: &'static str,
+    },
+    /// A point that lies nowhere near a wheel or a rail.
+    #[error(
+        "point {index} (counted from 1) lies at ({y:e} m, {z:e} m); a profile lies within 10 m of its origin, check the unit of length"
+    )]
+    Far {
+        /// Number of the point, counted from 1, in the order in use.
+        index: usize,
+        /// y \[m\].
+        y: f64,
+        /// z \[m\].
+        z: f64,
+    },
+}
+
+/// Points nearer than this \[m\] are one point: below what any file resolves, and a spline cannot turn on it.
+const SAME_POINT: f64 = 1e-12;
+
+impl Profile {
+    /// A profile through `points` (y, z) \[m\], given along the curve in either order.
+    pub fn from_points(kind: ProfileKind, mut points: Vec<[f64; 2]>) -> Result<Self, ProfileError> {
+        if let Some(at) = points.iter().position(|p| !p.iter().all(|v| v.abs() <= 10.0)) {
+            return Err(ProfileError::Far { index: at + 1, y: points[at][0], z: points[at][1] });
+        }
+        points.dedup_by(|next, kept| (next[0] - kept[0]).hypot(next[1] - kept[1]) <= SAME_POINT);
+        let count = points.len();
+        if let (Some(first), Some(last)) = (points.first(), points.last())
+            && first[0] > last[0]
+        {
+            points.reverse();
+        }
+        let curve = Curve::through(points).ok_or(ProfileError::Points { count, expected: "no two neighbours coincide" })?;
+        Ok(Self { kind, curve })
+    }
+
+    /// Reads SIMPACK's profile text. What the processing data ask for is done, in their order: minimum distance of points,
+    /// shift, rotation, bounds, mirroring, inversion, unit. Smoothing is refused: the curve passes through the points, whose
+    /// weights, which only smoothing would use, have no effect.
+    pub fn from_simpack(text: &str) -> Result<Self, ProfileError> {
+        let simpack = Simpack::read(text)?;
+        let kind = simpack
+            .kind
+            .ok_or(ProfileError::Missing { missing: "profile type", expected: "the header must say `type = 0` (rail) or 1 (wheel)" })?;
+        Self::from_points(kind, simpack.processed()?)
+    }
+
+    /// Whose profile it is.
+    pub fn kind(&self) -> ProfileKind {
+        self.kind
+    }
+
+    /// The curve, y and z in metres.
+    pub fn curve(&self) -> &Curve {
+        &self.curve
+    }
+}
+
+/// A SIMPACK profile as it stands in the file.
+struct Simpack {
+    kind: Option<ProfileKind>,
+    /// User's lengths and angles per metre and radian.
+    units: Option<[f64; 2]>,
+    least_distance: f64,
+    shift: [f64; 2],
+    rotation: f64,
+    /// Lower and upper bound of y and z; none where the lower is not below the upper.
+    bounds: [[f64; 2]; 2],
+    mirrored: [bool; 2],
+    inverted: bool,
+    points: Vec<[f64; 2]>,
+}
+
+/// Where in the file a line stands.
+#[derive(Clone, Copy, PartialEq)]
+enum Section {
+    Outside,
+    Header,
+    Spline,
+    Points,
+}
+
+impl Simpack {
+    fn read(text: &str) -> Result<Self, ProfileError> {
+        let mut profile = Self {
+            kind: None,
+            units: None,
+            least_distance: 0.0,
+            shift: [0.0; 2],
+            rotation: 0.0,
+            bounds: [[1.0, 0.0]; 2],
+            mirrored: [false; 2],
+            inverted: false,
+            points: Vec::new(),
+        };
+        let mut section = Section::Outside;
+        let mut units = [None, Some(1.0)];
+        for (index, line) in text.lines().enumerate() {
+            let (line, body) = (index + 1, without_comment(line).trim());
+            if body.is_empty() {
+                continue;
+            }
+            section = match (section, body) {
+                (Section::Outside, "header.begin") => Section::Header,
+                (Section::Header, "header.end") => Section::Outside,
+                (Section::Outside, "spline.begin") => Section::Spline,
+                (Section::Spline, "spline.end") => Section::Outside,
+                (Section::Spline, "point.begin") => Section::Points,
+                (Section::Points, "point.end") => Section::Spline,
+                (Section::Points, _) => {
+                    profile.points.push(point(line, body)?);
+                    section
+                }
+                (Section::Header | Section::Spline, _) => {
+                    let (key, value) = body.split_once('=').ok_or_else(|| wrong(line, body, "must be `key = value`"))?;
+                    let entry = Entry { line, key: key.trim(), value: value.trim() };
+                    if section == Section::Header {
+                        profile.header(&entry)?
+                    } else {
+                        profile.processing(&entry, &mut units)?
+                    }
+                    section
+                }
+                (Section::Outside, _) => {
+                    return Err(wrong(line, body, "must be `header.begin` or `spline.begin`: nothing else stands outside the two"));
+                }
+            };
+        }
+        if section != Section::Outside {
+            return Err(ProfileError::Missing { missing: "end of the last block", expected: "every `.begin` must have its `.end`" });
+        }
+        if let [Some(length), Some(angle)] = units {
+            profile.units = Some([length, angle]);
+        }
+        Ok(profile)
+    }
+
+    fn header(&mut self, entry: &Entry) -> Result<(), ProfileError> {
+        match entry.key {
+            "version" if entry.value == "1" => {}
+            "version" => return Err(entry.wrong("this is the version of the format; only 1 is known")),
+            "type" => {
+                self.kind = Some(match entry.value {
+                    "0" => ProfileKind::Rail,
+                    "1" => ProfileKind::Wheel,
+                    _ => return Err(entry.wrong("must be 0 (rail) or 1 (wheel)")),
+                });
+            }
+            _ => return Err(entry.wrong("the header holds `version` and `type` only")),
+        }
+        Ok(())
+    }
+
+    fn processing(&mut self, entry: &Entry, units: &mut [Option<f64>; 2]) -> Result<(), ProfileError> {
+        match entry.key {
+            // where the data came from
+            "file" | "file.mtime" | "comment" | "type" => {}
+            "approx.smooth" => {
+                if entry.number()? != 0.0 {
+                    return Err(entry.wrong("smoothing is not done here; smooth the points before and set 0"));
+                }
+            }
+            "point.dist.min" => self.least_distance = entry.number()?.max(0.0),
+            "shift.y" => self.shift[0] = entry.number()?,
+            "shift.z" => self.shift[1] = entry.number()?,
+            "rotate" => self.rotation = entry.number()?,
+            "bound.y.min" => self.bounds[0][0] = entry.number()?,
+            "bound.y.max" => self.bounds[0][1] = entry.number()?,
+            "bound.z.min" => self.bounds[1][0] = entry.number()?,
+            "bound.z.max" => self.bounds[1][1] = entry.number()?,
+            "mirror.y" => self.mirrored[0] = entry.flag()?,
+            "mirror.z" => self.mirrored[1] = entry.flag()?,
+            "inversion" => self.inverted = entry.flag()?,
+            "units.len.f" => units[0] = Some(entry.unit()?),
+            "units.ang.f" => units[1] = Some(entry.unit()?),
+            // names of the two
+            "units.len" | "units.ang" => {}
+            _ => return Err(entry.wrong("this key is not known; remove it or say what it means with a known one")),
+        }
+        Ok(())
+    }
+
+    /// The points in use \[m\].
+    fn processed(self) -> Result<Vec<[f64; 2]>, ProfileError> {
+        let [length, angle] = self.units.ok_or(ProfileError::Missing {
+            missing: "unit of length",
+            expected: "`units.len.f` must say how many units make a metre: 1000 for millimetres",
+        })?;
+        let mut kept: Vec<[f64; 2]> = Vec::with_capacity(self.points.len());
+        for point in self.points {
+            if kept.last().is_none_or(|last| (point[0] - last[0]).hypot(point[1] - last[1]) >= self.least_distance) {
+                kept.push(point);
+            }
+        }
+        let (sin, cos) = (self.rotation / angle).sin_cos();
+        for [y, z] in &mut kept {
+            let shifted = [*y + self.shift[0], *z + self.shift[1]];
+            [*y, *z] = [cos * shifted[0] - sin * shifted[1], sin * shifted[0] + cos * shifted[1]];
+        }
+        let inside = |v: f64, [low, high]: [f64; 2]| low >= high || (low..=high).contains(&v);
+        kept.retain(|&[y, z]| inside(y, self.bounds[0]) && inside(z, self.bounds[1]));
+        for point in &mut kept {
+            for (v, mirrored) in point.iter_mut().zip(self.mirrored) {
+                *v = if mirrored { -*v } else { *v } / length;
+            }
+        }
+        if self.inverted {
+            kept.reverse();
+        }
+        Ok(kept)
+    }
+}
+
+/// `key = value` on a line.
+struct Entry<'a> {
+    line: usize,
+    key: &'a str,
+    value: &'a str,
+}
+
+impl Entry<'_> {
+    fn wrong(&self, expected: &str) -> ProfileError {
+        wrong(self.line, &format!("{} = {}", self.key, self.value), expected)
+    }
+
+    fn number(&self) -> Result<f64, ProfileError> {
+        finite(self.value).ok_or_else(|| self.wrong("must be a finite number"))
+    }
+
+    fn unit(&self) -> Result<f64, ProfileError> {
+        Some(self.number()?).filter(|unit| unit.is_normal() && *unit > 0.0).ok_or_else(|| self.wrong("must be above 0"))
+    }
+
+    fn flag(&self) -> Result<bool, ProfileError> {
+        match self.value {
+            "0" => Ok(false),
+            "1" => Ok(true),
+            _ => Err(self.wrong("must be 0 (no) or 1 (yes)")),
+        }
+    }
+}
+
+fn wrong(line: usize, found: &str, expected: &str) -> ProfileError {
+    ProfileError::Line { line, found: found.chars().take(80).collect(), expected: expected.to_owned() }
+}
+
+/// A number, Fortran's exponents included.
+fn finite(text: &str) -> Option<f64> {
+    text.replace(['d', 'D'], "e").parse().ok().filter(|v: &f64| v.is_finite())
+}
+
+/// y, z and perhaps a weight.
+fn point(line: usize, body: &str) -> Result<[f64; 2], ProfileError> {
+    let numbers: Option<Vec<f64>> = body.split_whitespace().map(finite).collect();
+    match numbers.as_deref() {
+        Some([y, z] | [y, z, _]) => Ok([*y, *z]),
+        _ => Err(wrong(line, body, "must be y and z, perhaps with a weight, as finite numbers")),
+    }
+}
+
+/// A line up to its comment, which `!` begins where it does not stand between quotes.
+fn without_comment(line: &str) -> &str {
+    let mut quoted = false;
+    for (at, c) in line.char_indices() {
+        match c {
+            '\'' => quoted = !quoted,
+            '!' if !quoted => return &line[..at],
+            _ => {}
+        }
+    }
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const WHEEL: &str = include_str!("../../../../sweeps/profiles/MBench_S1002_v3.prw");
+    const RAIL: &str = include_str!("../../../../sweeps/profiles/MBench_UIC60_v3.prr");
+
+    #[test]
+    fn reads_the_benchmarks_wheel_and_rail() {
+        let wheel = Profile::from_simpack(WHEEL).unwrap();
+        assert_eq!((wheel.kind(), wheel.curve().points().len()), (ProfileKind::Wheel, 399));
+        // mirrored: the flange, the lowest part, lies at negative y; the field side ends the curve
+        assert_eq!(wheel.curve().points()[0], [-6.9612628e1 / 1e3, 1.3485642e1 / 1e3]);
+        assert_eq!(*wheel.curve().points().last().unwrap(), [6e1 / 1e3, -2.6356764 / 1e3]);
+        let rail = Profile::from_simpack(RAIL).unwrap();
+        assert_eq!((rail.kind(), rail.curve().points().len()), (ProfileKind::Rail, 495));
+        assert_eq!(rail.curve().points()[0], [-4.3704898e1 / 1e3, 3.8510726e1 / 1e3]);
+        // its crown is an arc of 300 mm
+        let crown = rail.curve().samples(1).into_iter().map(|t| rail.curve().at(t)).find(|p| p.position[0] > -0.005).unwrap();
+        assert!((crown.curvature() * 0.3 - 1.0).abs() < 1e-3, "{}", crown.curvature());
+    }
+
+    fn with(key: &str, value: &str) -> Result<Profile, ProfileError> {
+        let line = RAIL.lines().find(|line| line.trim_start().starts_with(key)).unwrap();
+        Profile::from_simpack(&RAIL.replace(line, &format!("{key} = {value} ! changed")))
+    }
+
+    #[test]
+    fn does_what_the_processing_data_say() {
+        let plain = Profile::from_simpack(RAIL).unwrap().curve().points().to_vec();
+        let near = |found: Result<Profile, ProfileError>, expected: Vec<[f64; 2]>| {
+            let found = found.unwrap().curve().points().to_vec();
+            assert_eq!(found.len(), expected.len());
+            for (a, b) in found.iter().zip(&expected) {
+                assert!((a[0] - b[0]).abs() < 1e-15 && (a[1] - b[1]).abs() < 1e-15, "{a:?} {b:?}");
+            }
+        };
+        near(with("shift.y", "1.5"), plain.iter().map(|p| [p[0] + 1.5e-3, p[1]]).collect());
+        near(with("shift.z", "-2.5D0"), plain.iter().map(|p| [p[0], p[1] - 2.5e-3]).collect());
+        near(with("mirror.y", "1"), plain.iter().rev().map(|p| [-p[0], p[1]]).collect());
+        near(with("mirror.z", "1"), plain.iter().map(|p| [p[0], -p[1]]).collect());
+        // the order of the points does not matter to a profile
+        near(with("inversion", "1"), plain.clone());
+        let (sin, cos) = 0.025f64.sin_cos();
+        near(with("rotate", "0.025"), plain.iter().map(|p| [cos * p[0] - sin * p[1], sin * p[0] + cos * p[1]]).collect());
+        near(with("bound.z.max", "0.9"), plain.clone());
+        let text = RAIL.replace("bound.z.min    = +1.0", "bound.z.min = -1.0").replace("bound.z.max    = +0.0", "bound.z.max = +2.0");
+        near(Profile::from_simpack(&text), plain.iter().copied().filter(|p| p[1] <= 2e-3).collect());
+        let sparse = with("point.dist.min", "0.9").unwrap().curve().points().to_vec();
+        assert!(sparse.len() < plain.len() / 2);
+        assert!(sparse.windows(2).all(|p| (p[0][0] - p[1][0]).hypot(p[0][1] - p[1][1]) >= 0.9e-3 * (1.0 - 1e-9)));
+    }
+
+    /// The message of the refusal, which must name the line and what would be right.
+    fn refusal(found: Result<Profile, ProfileError>) -> String {
+        found.unwrap_err().to_string()
+    }
+
+    #[test]
+    fn refusals_say_where_and_what_would_be_right() {
+        for (key, value, says) in [
+            ("approx.smooth", "5", "line 19: `approx.smooth = 5`: smoothing is not done here"),
+            ("version", "2", "only 1 is known"),
+            ("type", "2", "must be 0 (rail) or 1 (wheel)"),
+            ("shift.y", "nan", "must be a finite number"),
+            ("mirror.y", "2", "must be 0 (no) or 1 (yes)"),
+            ("units.len.f", "0", "must be above 0"),
+            ("units.len.f", "1e-3", "check the unit of length"),
+        ] {
+            let message = refusal(with(key, value));
+            assert!(message.contains(says), "{key} = {value}: {message}");
+        }
+        for (from, to, says) in [
+            ("    units.len.f", "!", "there is no unit of length"),
+            ("    type          =  0", "!", "there is no profile type"),
+            ("    point.end", "!", "line 539: `spline.end`: must be y and z"),
+            ("  spline.end", "!", "there is no end of the last block"),
+            ("    shift.z", "    shift.x", "this key is not known"),
+            ("-4.3704898E+01", "-4.37048.98", "line 43: `-4.37048.98\t3.8510726E+01`: must be y and z"),
+            ("  header.begin", "  footer.begin", "line 10: `footer.begin`: must be `header.begin`"),
+        ] {
+            let message = refusal(Profile::from_simpack(&RAIL.replacen(from, to, 1)));
+            assert!(message.contains(says), "{message}");
+        }
+        assert!(refusal(Profile::from_simpack("")).contains("profile type"));
+        let short = Profile::from_points(ProfileKind::Rail, vec![[0.0, 0.0], [0.0, 0.0], [1.0, 0.0]]);
+        assert!(refusal(short).starts_with("2 different points are left"));
+    }
+
+    proptest! {
+        #[test]
+        fn no_text_is_too_odd(text in "(\\PC|[ \n=!'.0-9+-]|point\\.begin|point\\.end|spline\\.begin|spline\\.end|header\\.begin|type = 0\n){0,200}") {
+            let _ = Profile::from_simpack(&text);
+        }
+
+        #[test]
+        fn no_damage_is_too_bad(edits in prop::collection::vec((0usize..17_000, prop_oneof![Just(' '), Just('e'), Just('9'), Just('-'), Just('\n'), Just('!'), any::<char>()]), 1..20)) {
+            let mut text: Vec<char> = RAIL.chars().collect();
+            for (at, c) in edits {
+                let last = text.len() - 1;
+                text[at.min(last)] = c;
+            }
+            if let Ok(profile) = Profile::from_simpack(&text.into_iter().collect::<String>()) {
+                prop_assert!(profile.curve().points().len() >= 3);
+                let middle = profile.curve().at(0.5 * profile.curve().length());
+                prop_assert!(middle.position.iter().chain(&middle.tangent).all(|v| v.is_finite()));
+            }
+        }
+    }
+}

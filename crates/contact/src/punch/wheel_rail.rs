@@ -1,0 +1,599 @@
+//! A wheel on a rail: where the two touch, and in which plane.
+//!
+//! Track coordinates: x along the track, y to the right, z down, origin in the middle of the track at the height of the rails' tops.
+//! The rail is a cylinder along x. The wheel is a surface of revolution about the axle, which first the wheelset's yaw ψ about z and then
+//! its roll φ about the track's x turn out of the y-axis: rotation R_x(φ) R_z(ψ). Seen along the rail, the wheel is bounded by its
+//! silhouette, the points whose normal has no x-component; of each point of its profile there is at most one, in closed form. The two
+//! bodies therefore touch where, in the plane (y, z), the silhouette touches the rail's profile.
+
+use std::f64::consts::PI;
+
+use super::contact_plane::Frame;
+use super::curve::{Curve, CurvePoint, Graph};
+use super::profile::{Profile, ProfileKind};
+
+/// On which side of the track, seen along x.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// y < 0.
+    Left,
+    /// y > 0.
+    Right,
+}
+
+impl Side {
+    /// −1 on the left, 1 on the right.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Left => -1.0,
+            Self::Right => 1.0,
+        }
+    }
+}
+
+/// How the rails lie.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Track {
+    /// Distance between the rails' gauge faces \[m\].
+    pub gauge: f64,
+    /// Depth below the rails' tops down to which the gauge is measured \[m\].
+    pub gauge_depth: f64,
+}
+
+/// How the wheels sit on their axle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wheelset {
+    /// Radius of the wheel at its profile's z = 0 \[m\].
+    pub rolling_radius: f64,
+    /// Distance between the backs of the flanges \[m\].
+    pub flange_back_distance: f64,
+    /// From the back of the flange to the profile's y = 0 \[m\].
+    pub flange_back_to_origin: f64,
+}
+
+/// Where the wheelset stands; its height is where the wheel just touches.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Position {
+    /// Lateral displacement of the middle of the axle along y \[m\].
+    pub lateral: f64,
+    /// ψ \[rad\], about z: positive turns x towards y.
+    pub yaw: f64,
+    /// φ \[rad\], about the track's x, after the yaw: positive lowers the right wheel.
+    pub roll: f64,
+}
+
+/// Why a wheel and a rail make no contact.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum WheelRailError {
+    /// A profile of the other kind.
+    #[error("the {role}'s profile is one of a {found}; give a {role}'s")]
+    Kind {
+        /// What it was given for.
+        role: &'static str,
+        /// What it is.
+        found: &'static str,
+    },
+    /// A length or an angle without meaning.
+    #[error("{name} = {value:e}: {expected}")]
+    Value {
+        /// What it is.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What would be right.
+        expected: &'static str,
+    },
+    /// A profile that lies the wrong way round.
+    #[error(
+        "the lowest point of the wheel's profile, at y = {y:e} m, is on the field side; the flange must lie at negative y, mirror the profile"
+    )]
+    Flange {
+        /// y of the lowest point \[m\].
+        y: f64,
+    },
+    /// The gauge cannot be measured.
+    #[error(
+        "the rail's profile ends {depth:e} m below its top on the gauge side (negative y); it must reach down {gauge_depth:e} m, where the gauge is measured"
+    )]
+    Shallow {
+        /// Depth that it reaches \[m\].
+        depth: f64,
+        /// Depth asked for \[m\].
+        gauge_depth: f64,
+    },
+    /// The wheel passes the rail.
+    #[error(
+        "the wheel covers y = {wheel:?} m and the rail y = {rail:?} m: one does not stand over the other; the lateral position must bring them together"
+    )]
+    Beside {
+        /// From where to where the wheel lies \[m\].
+        wheel: [f64; 2],
+        /// From where to where the rail lies \[m\].
+        rail: [f64; 2],
+    },
+    /// The wheel stands on the end of a profile, where the body does not end.
+    #[error(
+        "at y = {y:e} m the wheel first meets the rail where a profile ends; the profiles must go on there, or the lateral position must be less extreme"
+    )]
+    ProfileEnd {
+        /// y in track coordinates \[m\].
+        y: f64,
+    },
+}
+
+/// A point at which the gap along z between wheel and rail is smallest around.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Touch {
+    /// Where on the rail, in track coordinates \[m\].
+    pub position: [f64; 3],
+    /// Inclination of the common tangent \[rad\], from y towards z.
+    pub angle: f64,
+    /// Gap along z \[m\]; 0 where the bodies touch.
+    pub gap: f64,
+    /// Parameter on the wheel's curve.
+    pub(crate) wheel: f64,
+}
+
+/// Curvatures of a gap where it is smallest: g₀ ≈ ½(xx x² + 2 xs x s + ss s²).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Curvatures {
+    /// Along x \[1/m\].
+    pub xx: f64,
+    /// Mixed \[1/m\].
+    pub xs: f64,
+    /// Along s \[1/m\].
+    pub ss: f64,
+}
+
+impl Curvatures {
+    /// The smaller and the larger principal curvature \[1/m\], and the direction of the smaller one, from x towards s \[rad\].
+    /// Hertz's theory applies where both are above 0.
+    pub fn principal(&self) -> ([f64; 2], f64) {
+        let (mean, half) = (0.5 * (self.xx + self.ss), 0.5 * (self.xx - self.ss));
+        let spread = half.hypot(self.xs);
+        // the larger one without cancellation, the smaller one from the determinant
+        let larger = mean + spread;
+        let smaller = if mean > 0.0 { (self.xx * self.ss - self.xs * self.xs) / larger } else { mean - spread };
+        ([smaller, larger], 0.5 * (-self.xs).atan2(-half))
+    }
+}
+
+/// A wheel that just touches a rail.
+#[derive(Clone, Debug)]
+pub struct WheelOnRail {
+    /// The wheel's profile, turned to its side of the track, y rising along the tread.
+    pub(crate) wheel: Curve,
+    /// y of the wheel profile's origin on the axle \[m\].
+    pub(crate) wheel_origin: f64,
+    pub(crate) radius: f64,
+    /// From the wheelset to the track.
+    pub(crate) rotation: [[f64; 3]; 3],
+    /// The middle of the axle, in track coordinates \[m\].
+    pub(crate) center: [f64; 3],
+    /// The rail's profile, turned likewise, in track coordinates.
+    pub(crate) rail: Curve,
+    /// y and z of the rail profile's origin \[m\].
+    rail_origin: [f64; 2],
+    /// The rail from above.
+    top: Graph,
+    touches: Vec<Touch>,
+}
+
+/// A point of the silhouette.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Silhouette {
+    /// Track coordinates \[m\].
+    pub(crate) position: [f64; 3],
+    /// Inclination in the plane (y, z) \[rad\].
+    pub(crate) angle: f64,
+}
+
+impl WheelOnRail {
+    /// Puts the wheel on the rail. Profiles are those of the right side; for the left they are mirrored.
+    pub fn new(
+        wheel: &Profile,
+        rail: &Profile,
+        wheelset: &Wheelset,
+        track: &Track,
+        side: Side,
+        position: &Position,
+    ) -> Result<Self, WheelRailError> {
+        check(wheel, rail, wheelset, track, position)?;
+        let wheel = towards(wheel.curve(), side);
+        let rail = towards(rail.curve(), side);
+        let (rail, rail_origin) = placed(&rail, track, side)?;
+        let wheel_origin = side.sign() * (0.5 * wheelset.flange_back_distance + wheelset.flange_back_to_origin);
+        let highest = rail.samples(4).into_iter().min_by(|a, b| rail.at(*a).position[1].total_cmp(&rail.at(*b).position[1]));
+        let top = Graph::new(&rail, [1.0, 0.0], highest.unwrap_or(0.0));
+        let mut pair = Self {
+            wheel,
+            wheel_origin,
+            radius: wheelset.rolling_radius,
+            rotation: rotation(position.yaw, position.roll),
+            center: [0.0, position.lateral, -wheelset.rolling_radius],
+            rail,
+            rail_origin,
+            top,
+            touches: Vec::new(),
+        };
+        let mut touches = pair.smallest_gaps()?;
+        touches.sort_by(|a, b| a.gap.total_cmp(&b.gap));
+        let height = touches[0].gap;
+        touches.iter_mut().for_each(|touch| touch.gap -= height);
+        pair.center[2] += height;
+        pair.touches = touches;
+        Ok(pair)
+    }
+
+    /// Height of the axle's middle below the one at which the rolling radius reaches the rails' tops \[m\].
+    pub fn height(&self) -> f64 {
+        self.center[2] + self.radius
+    }
+
+    /// All points with a locally smallest gap, the touching one first.
+    pub fn touches(&self) -> &[Touch] {
+        &self.touches
+    }
+
+    /// The frame whose origin is the touching point and whose plane is the common tangent plane.
+    pub fn tangent_frame(&self) -> Frame {
+        Frame { origin: self.touches[0].position, angle: self.touches[0].angle }
+    }
+
+    /// The frame at the centre of the overlap that appears around the touching point when the wheel is lowered by `depth` \[m\], with the
+    /// mean inclination of the rail there; both are weighted with the square of the interpenetration, as CONTACT does it
+    /// (E.A.H. Vollebregt, User guide for CONTACT). For no depth it is the tangent frame.
+    pub fn overlap_frame(&self, depth: f64) -> Frame {
+        let touch = self.touches[0];
+        let overlap = |t: f64| self.gap_at(t).map_or(f64::NEG_INFINITY, |(gap, ..)| depth - gap);
+        // outwards to the first sample without overlap, then halving
+        let samples = self.wheel.samples(4);
+        let middle = samples.partition_point(|&t| t < touch.wheel);
+        let end = |outside: Option<&f64>, limit: f64| {
+            let (mut inside, mut outside) = (touch.wheel, outside.copied().unwrap_or(limit));
+            for _ in 0..60 {
+                let half = 0.5 * (inside + outside);
+                if overlap(half) > 0.0 { inside = half } else { outside = half }
+            }
+            inside
+        };
+        let low = end(samples[..middle].iter().rev().find(|t| overlap(**t) <= 0.0), 0.0);
+        let high = end(samples[middle..].iter().find(|t| overlap(**t) <= 0.0), self.wheel.length());
+        // along x the overlap is a parabola, and the integral of its square goes as the 5/2th power of its height
+        const STEPS: usize = 2000;
+        let mut sums = [0.0; 4];
+        for i in 0..STEPS {
+            let t = low + (high - low) * (i as f64 + 0.5) / STEPS as f64;
+            if let Some((gap, silhouette, rail)) = self.gap_at(t) {
+                let weight = (depth - gap).max(0.0).powf(2.5) * silhouette.angle.cos();
+                let values = [1.0, silhouette.position[0], silhouette.position[1], rail.angle()];
+                sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
+            }
+        }
+        let [total, x, y, angle] = sums;
+        let height = self.top.at(y / total).map(|point| point.position[1]);
+        match height {
+            Some(z) if total > 0.0 => Frame { origin: [x / total, y / total, z], angle: angle / total },
+            _ => self.tangent_frame(),
+        }
+    }
+
+    /// Curvatures of the gap at the touching point, in the tangent frame.
+    pub fn curvatures(&self) -> Curvatures {
+        let touch = self.touches[0];
+        let point = self.wheel.at(touch.wheel);
+        let [dy, dz] = point.tangent.map(|v| v / point.tangent[0].hypot(point.tangent[1]));
+        let position = self.silhouette(touch.wheel).map_or(touch.position, |silhouette| silhouette.position);
+        // the frame's axes in the wheelset's coordinates, by the transpose of the rotation
+        let back = |v: [f64; 3]| [0, 1, 2].map(|c| self.rotation[0][c] * v[0] + self.rotation[1][c] * v[1] + self.rotation[2][c] * v[2]);
+        let [x, _, z] = back([0, 1, 2].map(|c| position[c] - self.center[c]));
+        let radius = x.hypot(z);
+        let (sin, cos) = (x / radius, z / radius);
+        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let (rail_sin, rail_cos) = touch.angle.sin_cos();
+        let axes = [back([1.0, 0.0, 0.0]), back([0.0, rail_cos, rail_sin])];
+        let [mx, ms] = axes.map(|axis| dot(axis, [dz * sin, dy, dz * cos]));
+        let [cx, cs] = axes.map(|axis| dot(axis, [cos, 0.0, -sin]));
+        let rail = self.top.at(touch.position[1]).map_or(0.0, |point| point.curvature());
+        // towards n, the wheel's profile bends with its own curvature and its circle against it
+        let (meridian, circle) = (point.curvature(), dy / radius);
+        Curvatures {
+            xx: circle * cx * cx - meridian * mx * mx,
+            xs: circle * cx * cs - meridian * mx * ms,
+            ss: circle * cs * cs - meridian * ms * ms + rail,
+        }
+    }
+
+    /// (y, z) in the rail profile's coordinates, y towards the right as in the track, of a point in track coordinates.
+    pub fn to_rail(&self, position: [f64; 3]) -> [f64; 2] {
+        [position[1] - self.rail_origin[0], position[2] - self.rail_origin[1]]
+    }
+
+    /// The point of the silhouette that belongs to a parameter of the wheel's curve; `None` where the curve goes back over y or is
+    /// so steep that the yaw hides it.
+    pub(crate) fn silhouette(&self, parameter: f64) -> Option<Silhouette> {
+        let CurvePoint { position: [y, z], tangent: [dy, dz], .. } = self.wheel.at(parameter);
+        let [rx, ry, rz] = self.rotation[0];
+        let sine = ry * dz / (dy * rx.hypot(rz));
+        if dy.is_nan() || dy <= 0.0 || sine.is_nan() || sine.abs() >= 1.0 {
+            return None;
+        }
+        let (sin, cos) = (sine.asin() - rz.atan2(rx)).sin_cos();
+        let radius = self.radius + z;
+        let [_, ny, nz] = turned(&self.rotation, [dy * sin, -dz, dy * cos]);
+        let position = turned(&self.rotation, [radius * sin, self.wheel_origin + y, radius * cos]);
+        (radius > 0.0 && nz > 0.0).then(|| Silhouette { position: [0, 1, 2].map(|c| position[c] + self.center[c]), angle: (-ny).atan2(nz) })
+    }
+
+    /// Gap along z \[m\] at a point of the silhouette, with that point and the rail's below it.
+    fn gap_at(&self, parameter: f64) -> Option<(f64, Silhouette, CurvePoint)> {
+        let silhouette = self.silhouette(parameter)?;
+        let rail = self.top.at(silhouette.position[1])?;
+        Some((rail.position[1] - silhouette.position[2], silhouette, rail))
+    }
+
+    /// All local minima of the gap along z.
+    fn smallest_gaps(&self) -> Result<Vec<Touch>, WheelRailError> {
+        // sign of the gap's derivative over y
+        let opening = |t: f64| self.gap_at(t).map(|(_, wheel, rail)| rail.angle() - wheel.angle);
+        let samples: Vec<(f64, Option<f64>)> = self.wheel.samples(8).into_iter().map(|t| (t, opening(t))).collect();
+        let mut touches = Vec::new();
+        for pair in samples.windows(2) {
+            let [(mut low, Some(before)), (mut high, Some(after))] = [pair[0], pair[1]] else { continue };
+            if !(before < 0.0 && after >= 0.0) {
+                continue;
+            }
+            for _ in 0..60 {
+                let half = 0.5 * (low + high);
+                match opening(half) {
+                    Some(slope) if slope < 0.0 => low = half,
+                    _ => high = half,
+                }
+            }
+            if let Some((gap, wheel, rail)) = self.gap_at(high) {
+                touches.push(Touch {
+                    position: [wheel.position[0], rail.position[0], rail.position[1]],
+                    angle: rail.angle(),
+                    gap,
+                    wheel: high,
+                });
+            }
+        }
+        let least = touches.iter().map(|touch| touch.gap).fold(f64::INFINITY, f64::min);
+        let lowest = samples
+            .iter()
+            .filter_map(|(t, _)| self.gap_at(*t))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(gap, silhouette, _)| (gap, silhouette.position[1]));
+        match lowest {
+            // a sample beside a minimum may undercut it by rounding
+            Some((gap, y)) if gap < least - 1e-12 => Err(WheelRailError::ProfileEnd { y }),
+            Some(_) => Ok(touches),
+            None => {
+                let ys: Vec<f64> = samples.iter().filter_map(|(t, _)| self.silhouette(*t)).map(|s| s.position[1]).collect();
+                let wheel = [ys.iter().copied().fold(f64::INFINITY, f64::min), ys.iter().copied().fold(f64::NEG_INFINITY, f64::max)];
+                Err(WheelRailError::Beside { wheel, rail: self.top.range().unwrap_or([f64::NAN; 2]) })
+            }
+        }
+    }
+}
+
+fn check(wheel: &Profile, rail: &Profile, wheelset: &Wheelset, track: &Track, position: &Position) -> Result<(), WheelRailError> {
+    if wheel.kind() != ProfileKind::Wheel {
+        return Err(WheelRailError::Kind { role: "wheel", found: "rail" });
+    }
+    if rail.kind() != ProfileKind::Rail {
+        return Err(WheelRailError::Kind { role: "rail", found: "wheel" });
+    }
+    for (name, value) in [
+        ("rolling_radius", wheelset.rolling_radius),
+        ("flange_back_distance", wheelset.flange_back_distance),
+        ("gauge", track.gauge),
+        ("gauge_depth", track.gauge_depth),
+    ] {
+        if value.is_nan() || value <= 0.0 || value > 10.0 {
+            return Err(WheelRailError::Value { name, value, expected: "must be above 0 and at most 10 m" });
+        }
+    }
+    for (name, value) in [("flange_back_to_origin", wheelset.flange_back_to_origin), ("lateral", position.lateral)] {
+        if value.is_nan() || value.abs() > 10.0 {
+            return Err(WheelRailError::Value { name, value, expected: "must be within ±10 m" });
+        }
+    }
+    for (name, value) in [("yaw", position.yaw), ("roll", position.roll)] {
+        if value.is_nan() || value.abs() > PI / 6.0 {
+            return Err(WheelRailError::Value { name, value, expected: "must be within ±π/6 rad" });
+        }
+    }
+    let points = wheel.curve().points();
+    let lowest = points.iter().max_by(|a, b| a[1].total_cmp(&b[1])).copied().unwrap_or_default();
+    let gauge_side = points.iter().filter(|p| p[0] < 0.0).map(|p| p[1]).fold(f64::NEG_INFINITY, f64::max);
+    // a wheel without a flange may have its lowest point anywhere, but not by the height of a flange
+    if lowest[0] > 0.0 && lowest[1] > gauge_side + 0.01 {
+        return Err(WheelRailError::Flange { y: lowest[0] });
+    }
+    Ok(())
+}
+
+/// A right-hand profile's curve on its side of the track, y rising.
+fn towards(curve: &Curve, side: Side) -> Curve {
+    match side {
+        Side::Right => curve.clone(),
+        Side::Left => curve.mirrored(),
+    }
+}
+
+/// The rail where the gauge puts it, its top at z = 0, with its origin's (y, z).
+fn placed(rail: &Curve, track: &Track, side: Side) -> Result<(Curve, [f64; 2]), WheelRailError> {
+    let points: Vec<[f64; 2]> = rail.samples(8).into_iter().map(|t| rail.at(t).position).collect();
+    let (highest, top) = points.iter().enumerate().min_by(|a, b| a.1[1].total_cmp(&b.1[1])).map_or((0, 0.0), |(i, p)| (i, p[1]));
+    // from the top to the gauge side
+    let descent: Vec<[f64; 2]> = match side {
+        Side::Right => points[..=highest].iter().rev().copied().collect(),
+        Side::Left => points[highest..].to_vec(),
+    };
+    let limit = top + track.gauge_depth;
+    let below = descent.iter().position(|p| p[1] >= limit);
+    let Some(below) = below else {
+        let depth = descent.iter().map(|p| p[1] - top).fold(0.0, f64::max);
+        return Err(WheelRailError::Shallow { depth, gauge_depth: track.gauge_depth });
+    };
+    let inward = |y: f64| -side.sign() * y;
+    let mut face = descent[..below].iter().map(|p| inward(p[0])).fold(f64::NEG_INFINITY, f64::max);
+    if below > 0 {
+        let (above, below) = (descent[below - 1], descent[below]);
+        face = face.max(inward(above[0] + (below[0] - above[0]) * (limit - above[1]) / (below[1] - above[1])));
+    }
+    let origin = [side.sign() * (0.5 * track.gauge + face), -top];
+    Ok((rail.clone().shifted(origin), origin))
+}
+
+/// R_x(roll) R_z(yaw).
+fn rotation(yaw: f64, roll: f64) -> [[f64; 3]; 3] {
+    let ((sy, cy), (sr, cr)) = (yaw.sin_cos(), roll.sin_cos());
+    [[cy, -sy, 0.0], [sy * cr, cy * cr, -sr], [sy * sr, cy * sr, cr]]
+}
+
+fn turned(rotation: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
+    rotation.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::punch::ContactPlane;
+    use proptest::prelude::*;
+
+    fn benchmark() -> [Profile; 2] {
+        [include_str!("../../../../sweeps/profiles/MBench_S1002_v3.prw"), include_str!("../../../../sweeps/profiles/MBench_UIC60_v3.prr")]
+            .map(|text| Profile::from_simpack(text).unwrap())
+    }
+
+    const WHEELSET: Wheelset = Wheelset { rolling_radius: 0.46, flange_back_distance: 1.36, flange_back_to_origin: 0.07 };
+    const TRACK: Track = Track { gauge: 1.435, gauge_depth: 0.014 };
+
+    fn placed(side: Side, position: &Position) -> Result<WheelOnRail, WheelRailError> {
+        let [wheel, rail] = benchmark();
+        WheelOnRail::new(&wheel, &rail, &WHEELSET, &TRACK, side, position)
+    }
+
+    /// An arc of `radius` around (0, `center`), `half` of it at either side of its topmost (−1) or lowest (1) point.
+    fn arc(center: f64, radius: f64, direction: f64, half: f64) -> Vec<[f64; 2]> {
+        (-400..=400)
+            .map(|i| f64::from(i) / 400.0 * half / radius)
+            .map(|a| [radius * a.sin(), center + direction * radius * a.cos()])
+            .collect()
+    }
+
+    /// A wheel with an arc of 0.3 m radius for a profile on a rail with one of 0.08 m, crowns above each other.
+    fn barrel(side: Side, position: &Position) -> WheelOnRail {
+        let wheel = Profile::from_points(ProfileKind::Wheel, arc(-0.3, 0.3, 1.0, 0.03)).unwrap();
+        let rail = Profile::from_points(ProfileKind::Rail, arc(0.08, 0.08, -1.0, 0.06)).unwrap();
+        // at a depth of 10 mm the arc is √(2·80·10 − 10²) mm wide to either side
+        let gauge = 1.5 - 2.0 * (2.0 * 0.08f64 * 0.01 - 1e-4).sqrt();
+        let wheelset = Wheelset { rolling_radius: 0.5, flange_back_distance: 1.4, flange_back_to_origin: 0.05 };
+        WheelOnRail::new(&wheel, &rail, &wheelset, &Track { gauge, gauge_depth: 0.01 }, side, position).unwrap()
+    }
+
+    #[test]
+    fn two_crowns_touch_between_their_tops_with_the_curvatures_of_their_arcs() {
+        let pair = barrel(Side::Right, &Position::default());
+        let [x, y, z] = pair.touches()[0].position;
+        assert!(x == 0.0 && (y - 0.75).abs() < 1e-7 && z.abs() < 1e-12 && pair.height().abs() < 1e-12, "{x} {y} {z}");
+        assert_eq!(pair.touches().len(), 1);
+        let curvatures = pair.curvatures();
+        // the spline's curvature errs by the square of its step
+        assert!((curvatures.xx * 0.5 - 1.0).abs() < 1e-9 && curvatures.xs.abs() < 1e-9);
+        assert!((curvatures.ss / (1.0 / 0.3 + 1.0 / 0.08) - 1.0).abs() < 1e-5, "{}", curvatures.ss);
+        // moved aside by v, the arcs, of radii 0.3 and 0.08 around their centres, touch on the line between these
+        let moved = barrel(Side::Right, &Position { lateral: 0.01, ..Position::default() });
+        let sine = 0.01 / (0.3 + 0.08);
+        let touch = moved.touches()[0];
+        assert!((touch.position[1] - 0.75 - 0.08 * sine).abs() < 1e-7 && (touch.angle - sine.asin()).abs() < 1e-6, "{touch:?}");
+    }
+
+    #[test]
+    fn a_yawed_barrel_keeps_its_principal_curvatures() {
+        // a sphere's radius across: the wheel's surface has the principal curvatures 1/0.5 and 1/0.3, turned with the yaw
+        let yaw = 0.05f64;
+        let pair = barrel(Side::Left, &Position { yaw, ..Position::default() });
+        let curvatures = pair.curvatures();
+        let (sin, cos) = yaw.sin_cos();
+        let (circle, across, rail) = (1.0 / 0.5, 1.0 / 0.3, 1.0 / 0.08);
+        assert!((curvatures.xx - circle * cos * cos - across * sin * sin).abs() < 1e-4, "{curvatures:?}");
+        assert!((curvatures.ss - circle * sin * sin - across * cos * cos - rail).abs() < 1e-3, "{curvatures:?}");
+        assert!((curvatures.xs.abs() - (across - circle) * sin * cos).abs() < 1e-4, "{curvatures:?}");
+        let ([small, large], direction) = curvatures.principal();
+        assert!((small + large - curvatures.xx - curvatures.ss).abs() < 1e-12);
+        let along = |a: f64| curvatures.xx * a.cos().powi(2) + 2.0 * curvatures.xs * a.cos() * a.sin() + curvatures.ss * a.sin().powi(2);
+        assert!((along(direction) - small).abs() < 1e-12 && (along(direction + 0.5 * PI) - large).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_wheelset_in_the_middle_touches_both_rails_alike() {
+        let [left, right] = [Side::Left, Side::Right].map(|side| placed(side, &Position::default()).unwrap());
+        let (a, b) = (left.touches()[0], right.touches()[0]);
+        assert!((a.position[1] + b.position[1]).abs() < 1e-9 && (a.angle + b.angle).abs() < 1e-12, "{a:?} {b:?}");
+        assert!(a.position[0] == 0.0 && b.position[0] == 0.0 && (left.height() - right.height()).abs() < 1e-15);
+        // the gauge faces stand 1435 mm apart, 14 mm below the tops
+        let [y, z] = right.to_rail([0.0, 0.7175, 0.014]);
+        assert!((y + 43.0325e-3).abs() < 1e-7 && (z - 0.014).abs() < 1e-6, "{y} {z}");
+    }
+
+    #[test]
+    fn the_benchmarks_flange_comes_into_contact() {
+        // at 6 mm with the benchmark's roll the left wheel runs on its tread and the right one towards its flange
+        let tread = placed(Side::Left, &Position { lateral: 6e-3, yaw: 1.44e-2, roll: -6.272e-4 }).unwrap();
+        let flange = placed(Side::Right, &Position { lateral: 6e-3, yaw: 1.44e-2, roll: -6.272e-4 }).unwrap();
+        assert!(tread.touches()[0].angle < 0.02);
+        let angle = flange.touches()[0].angle;
+        assert!(angle < -0.3, "{angle}");
+        assert!(flange.touches()[0].position[2] > 2e-3);
+    }
+
+    #[test]
+    fn refusals_name_what_is_wrong() {
+        let [wheel, rail] = benchmark();
+        let new = |wheel: &Profile, rail: &Profile, track: Track, lateral: f64, yaw: f64| {
+            let position = Position { lateral, yaw, roll: 0.0 };
+            WheelOnRail::new(wheel, rail, &WHEELSET, &track, Side::Left, &position).map(|_| ()).unwrap_err().to_string()
+        };
+        assert_eq!(new(&rail, &wheel, TRACK, 0.0, 0.0), "the wheel's profile is one of a rail; give a wheel's");
+        assert!(new(&wheel, &rail, TRACK, f64::NAN, 0.0).contains("lateral = NaN: must be within ±10 m"));
+        assert!(new(&wheel, &rail, TRACK, 0.0, 1.0).contains("yaw = 1e0: must be within ±π/6"));
+        assert!(new(&wheel, &rail, Track { gauge: 0.0, ..TRACK }, 0.0, 0.0).contains("gauge = 0e0: must be above 0"));
+        assert!(new(&wheel, &rail, Track { gauge_depth: 0.04, ..TRACK }, 0.0, 0.0).contains("the gauge is measured"));
+        assert!(new(&wheel, &rail, TRACK, 1.0, 0.0).contains("one does not stand over the other"));
+        assert!(new(&wheel, &rail, TRACK, 0.09, 0.0).contains("where a profile ends"));
+        let unmirrored = Profile::from_points(ProfileKind::Wheel, wheel.curve().mirrored().points().to_vec()).unwrap();
+        assert!(new(&unmirrored, &rail, TRACK, 0.0, 0.0).contains("mirror the profile"));
+    }
+
+    proptest! {
+        #[test]
+        fn the_left_is_the_mirror_of_the_right(lateral in -8e-3f64..8e-3, yaw in -0.03f64..0.03, roll in -0.01f64..0.01, x in -5e-3f64..5e-3, s in -5e-3f64..5e-3) {
+            let left = placed(Side::Left, &Position { lateral, yaw, roll }).unwrap();
+            let right = placed(Side::Right, &Position { lateral: -lateral, yaw: -yaw, roll: -roll }).unwrap();
+            prop_assert!((left.height() - right.height()).abs() < 1e-13);
+            // with two nearly equal gaps either may be the smallest
+            prop_assume!((left.touches()[0].position[1] + right.touches()[0].position[1]).abs() < 1e-6);
+            let (a, b) = (left.curvatures(), right.curvatures());
+            prop_assert!((a.xx - b.xx).abs() < 1e-3 && (a.xs + b.xs).abs() < 1e-3);
+            let (plane, mirror) = (ContactPlane::new(&left, left.tangent_frame()), ContactPlane::new(&right, right.tangent_frame()));
+            match (plane.gap(x, s), mirror.gap(x, -s)) {
+                (Some(a), Some(b)) => prop_assert!((a - b).abs() < 1e-9, "{} {}", a, b),
+                (a, b) => prop_assert!(a.is_none() == b.is_none()),
+            }
+        }
+
+        #[test]
+        fn no_position_is_too_odd(lateral in -0.2f64..0.2, yaw in -0.5f64..0.5, roll in -0.5f64..0.5) {
+            if let Ok(pair) = placed(Side::Right, &Position { lateral, yaw, roll }) {
+                let plane = ContactPlane::new(&pair, pair.tangent_frame());
+                prop_assert!(plane.gap(0.0, 0.0).is_none_or(|gap| gap < 1e-9));
+                prop_assert!(pair.touches().iter().all(|touch| touch.gap >= 0.0));
+                let _ = plane.overlap(1e-5);
+            }
+        }
+    }
+}
