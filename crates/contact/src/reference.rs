@@ -140,6 +140,22 @@ fn carlson_rd(y: f64, z: f64) -> f64 {
     }
 }
 
+/// Mindlin and Deresiewicz: energy lost in a cycle of like spheres under a tangential force between ±Q* at constant load,
+/// ΔW = (9μ²P²S/10a) {1 − (1−q)^{5/3} − (5q/6)[1 + (1−q)^{2/3}]}, q = Q*/μP, with the S = Σ(2−ν)/G of
+/// [`cattaneo_shift`], whose loop it is the area of (J. Appl. Mech. 20 (1953) 327–344, doi:10.1115/1.4010702).
+pub fn mindlin_deresiewicz_loss(amplitude: f64, friction_limit: f64, contact_radius: f64, shear_compliance: f64) -> f64 {
+    let q = (amplitude / friction_limit).clamp(0.0, 1.0);
+    let rest = 1.0 - q;
+    let bracket = 1.0 - rest.powf(5.0 / 3.0) - 5.0 * q / 6.0 * (1.0 + rest.powf(2.0 / 3.0));
+    9.0 * friction_limit * friction_limit * shear_compliance / (10.0 * contact_radius) * bracket
+}
+
+/// Reissner and Sagoci: moment that twists a sticking disk of radius a by φ, (16/3)φa³/Σ(1/G) (J. Appl. Phys. 15 (1944) 652,
+/// doi:10.1063/1.1707489).
+pub fn twisted_disk(compliance: f64, radius: f64, twist: f64) -> f64 {
+    16.0 / 3.0 * twist * radius.powi(3) / compliance
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
