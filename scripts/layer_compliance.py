@@ -95,4 +95,5 @@ def main():
             print(f"random_{case}", layers, base, k, *(nstr(v, 18, min_fixed=0, max_fixed=0) for v in values), sep=",", file=out)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -1,9 +1,10 @@
 //! Assembly of the influence coefficients and application of the operators made of them.
 
+use contact::foundation::bodies::Bodies;
 use contact::foundation::half_space::HalfSpace;
 use contact::grid::Grid;
 use contact::influence::{Dense, Influence, InfluenceTable, Scratch, Toeplitz};
-use contact::scene::{Material, Projection};
+use contact::scene::{Base, Layer, Material, Projection};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 
@@ -39,6 +40,37 @@ fn coefficients(c: &mut Criterion) {
     group.bench_function("elements of 1 × 1000, 512", |b| {
         b.iter(|| InfluenceTable::new(black_box(&long), &bodies(), Projection::Average));
     });
+    group.finish();
+}
+
+/// Assembly for layered foundations beside that for a half-space, on one thread and on two.
+fn layered(c: &mut Criterion) {
+    let mut group = c.benchmark_group("layered");
+    group.sample_size(10);
+    let layer = |shear_modulus, thickness| Layer { shear_modulus, poisson: 0.3, thickness };
+    let base = Base::Elastic(Material { shear_modulus: 1.0, poisson: 0.35 });
+    let cases = [
+        ("half-space", Bodies::from(&bodies())),
+        ("coating", Bodies::new(&[layer(10.0, 0.5)], &base, None)),
+        ("five layers", Bodies::new(&[5.0, 0.5, 2.0, 0.1, 3.0].map(|g| layer(g, 0.1)), &base, None)),
+        ("film of 1e-6", Bodies::new(&[layer(0.1, 1e-6)], &base, None)),
+        ("layer on rigid base", Bodies::new(&[layer(1.0, 0.2)], &Base::Rigid, None)),
+    ];
+    for threads in [1, 2] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        for (name, bodies) in &cases {
+            for n in [64, 128, 256] {
+                let grid = grid(n);
+                let id = BenchmarkId::new(format!("{name}, {threads} threads"), n);
+                group.bench_function(id, |b| {
+                    b.iter(|| pool.install(|| InfluenceTable::new(black_box(&grid), bodies, Projection::Average)));
+                });
+            }
+        }
+        group.bench_function(format!("kernels alone, coating, {threads} threads"), |b| {
+            b.iter(|| pool.install(|| black_box(&cases[1].1).kernels(3.0)));
+        });
+    }
     group.finish();
 }
 
@@ -83,5 +115,5 @@ fn column(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, coefficients, application, column);
+criterion_group!(benches, coefficients, layered, application, column);
 criterion_main!(benches);

@@ -1,6 +1,7 @@
 //! The homogeneous isotropic half-space, or two of them pressed together.
 
-use super::kernel::{self, Integrals};
+use super::coefficient::Coefficient;
+use super::kernel;
 use crate::scene::{Material, Projection};
 
 /// The elasticity of one half-space, or of two summed: it enters the plane of contact through three compliances only.
@@ -13,31 +14,6 @@ pub struct HalfSpace {
     pub cross: f64,
     /// (1−2ν)/2G of the foundation minus that of the punch: normal–tangential coupling, of either sign.
     pub coupling: f64,
-}
-
-/// Displacement of one element under unit traction on another: the six different entries of the 3 × 3 block; xn = −nx,
-/// yn = −ny, yx = xy. The first letter is the displacement's direction, the second the traction's.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Coefficient {
-    /// Normal displacement under pressure.
-    pub nn: f64,
-    /// Displacement along x under traction along x.
-    pub xx: f64,
-    /// Displacement along y under traction along y.
-    pub yy: f64,
-    /// Displacement along x under traction along y, and the reverse.
-    pub xy: f64,
-    /// Normal displacement (into the foundation) under traction along x.
-    pub nx: f64,
-    /// Normal displacement under traction along y.
-    pub ny: f64,
-}
-
-impl Coefficient {
-    /// As the block \[displacement\]\[traction\] in the order n, x, y.
-    pub fn block(&self) -> [[f64; 3]; 3] {
-        [[self.nn, self.nx, self.ny], [-self.nx, self.xx, self.xy], [-self.ny, self.xy, self.yy]]
-    }
 }
 
 impl HalfSpace {
@@ -57,18 +33,18 @@ impl HalfSpace {
         Self { direct: self.direct * factor, cross: self.cross * factor, coupling: self.coupling * factor }
     }
 
-    /// Displacement per unit traction for these geometric integrals (Boussinesq and Cerruti; K. L. Johnson, Contact
+    /// Displacement per unit traction for these integrals of [`kernel`]'s six (Boussinesq and Cerruti; K. L. Johnson, Contact
     /// Mechanics, 1985, chapter 3): with r² = x² + y²,
     /// nn: direct/2π · 1/r, xx: 1/2π · (direct/r + cross x²/r³), xy: cross/2π · xy/r³, nx: coupling/2π · x/r².
-    pub fn coefficient(&self, geometry: &Integrals) -> Coefficient {
+    pub fn coefficient(&self, geometry: &Coefficient) -> Coefficient {
         let [direct, cross, coupling] = [self.direct, self.cross, self.coupling].map(|c| c / std::f64::consts::TAU);
         Coefficient {
-            nn: direct * geometry.inv_r,
-            xx: direct * geometry.inv_r + cross * geometry.xx,
-            yy: direct * geometry.inv_r + cross * geometry.yy,
+            nn: direct * geometry.nn,
+            xx: direct * geometry.nn + cross * geometry.xx,
+            yy: direct * geometry.nn + cross * geometry.yy,
             xy: cross * geometry.xy,
-            nx: coupling * geometry.x,
-            ny: coupling * geometry.y,
+            nx: coupling * geometry.nx,
+            ny: coupling * geometry.ny,
         }
     }
 

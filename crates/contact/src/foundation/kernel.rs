@@ -1,7 +1,8 @@
-//! Integrals of the half-space's six surface kernels 1/r, x²/r³, y²/r³, xy/r³, x/r², y/r² over loaded rectangles, (x, y) being
-//! receiver minus source. They know geometry only; [`HalfSpace`](super::half_space::HalfSpace) adds the material.
+//! Integrals of surface kernels over loaded rectangles, (x, y) being receiver minus source: of any [`Kernel`], and of the
+//! half-space's six, which know geometry only ([`HalfSpace`](super::half_space::HalfSpace) adds the material):
+//!   nn: 1/r, xx: x²/r³, yy: y²/r³, xy: xy/r³, nx: x/r², ny: y/r².
 //!
-//! Everything is reduced to the quadrant x, y ≥ 0, where all kernels are ≥ 0, so that nothing but the signs of the
+//! Everything is reduced to the quadrant x, y ≥ 0, where these are ≥ 0, so that nothing but the signs of the
 //! quadrants can cancel:
 //! - far from the source, one Gauss rule for the projection's own density, in as few points as the distance allows;
 //! - near it, panels on which that density is linear, bisected until each is far enough for its own Gauss rule;
@@ -10,113 +11,101 @@
 //! Second differences of antiderivatives, the textbook way, lose about d⁴ of 16 digits at d elements' distance, and as many
 //! again as the element's sides differ.
 
+use super::coefficient::Coefficient;
 use super::gauss;
 use crate::scene::Projection;
 
-/// Integrals of the six surface kernels over a source rectangle, weighted by the projection.
-/// Their unit is that of the lengths given.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Integrals {
-    /// ∫ 1/r
-    pub inv_r: f64,
-    /// ∫ x²/r³
-    pub xx: f64,
-    /// ∫ y²/r³
-    pub yy: f64,
-    /// ∫ xy/r³
-    pub xy: f64,
-    /// ∫ x/r²
-    pub x: f64,
-    /// ∫ y/r²
-    pub y: f64,
+/// Six functions of (x, y) with the symmetries of a [`Coefficient`], that behave like 1/r at the origin.
+pub(super) trait Kernel: Copy {
+    /// Square of the distance of the nearest singularity in the complex plane of x or y, relative to that of the origin.
+    const CLEARANCE: f64;
+
+    /// As functions of coordinates that are counted in `unit`, times it.
+    fn in_units_of(self, unit: f64) -> Self;
+
+    /// At (x, y) ≠ 0.
+    fn at(&self, x: f64, y: f64) -> Coefficient;
+
+    /// Integrals over the product of two panels that both begin at the origin; `None` if it must be cut up first.
+    fn corner(&self, px: Panel, py: Panel) -> Option<Coefficient>;
 }
 
-impl Integrals {
-    /// Adds the kernels at (x, y) times `weight`.
+/// The half-space's six.
+#[derive(Clone, Copy, Debug)]
+struct Geometric;
+
+impl Kernel for Geometric {
+    /// They are singular where r = 0, x = ± i y.
+    const CLEARANCE: f64 = 1.0;
+
+    fn in_units_of(self, _unit: f64) -> Self {
+        self
+    }
+
     #[inline]
-    fn add_point(&mut self, x: f64, y: f64, weight: f64) {
+    fn at(&self, x: f64, y: f64) -> Coefficient {
         let inv_r2 = 1.0 / (x * x + y * y);
-        let by_r = weight * inv_r2.sqrt();
+        let by_r = inv_r2.sqrt();
         let by_r3 = by_r * inv_r2;
-        let by_r2 = weight * inv_r2;
-        self.inv_r += by_r;
-        self.xx += x * x * by_r3;
-        self.yy += y * y * by_r3;
-        self.xy += x * y * by_r3;
-        self.x += x * by_r2;
-        self.y += y * by_r2;
+        Coefficient { nn: by_r, xx: x * x * by_r3, yy: y * y * by_r3, xy: x * y * by_r3, nx: x * inv_r2, ny: y * inv_r2 }
     }
 
-    /// Adds `factor` times `other`, each kernel with its sign under x → sx·x, y → sy·y.
-    fn add_mirrored(&mut self, other: &Self, factor: f64, sx: f64, sy: f64) {
-        self.inv_r += factor * other.inv_r;
-        self.xx += factor * other.xx;
-        self.yy += factor * other.yy;
-        self.xy += factor * sx * sy * other.xy;
-        self.x += factor * sx * other.x;
-        self.y += factor * sy * other.y;
-    }
-
-    /// All of them in another unit of length.
-    fn scaled(self, factor: f64) -> Self {
-        let mut out = Self::default();
-        out.add_mirrored(&self, factor, 1.0, 1.0);
-        out
-    }
-
-    /// The integrals of the same rectangle with x and y exchanged.
-    fn transposed(self) -> Self {
-        Self { xx: self.yy, yy: self.xx, x: self.y, y: self.x, ..self }
+    fn corner(&self, px: Panel, py: Panel) -> Option<Coefficient> {
+        Some(weighted_corner(px, py))
     }
 }
 
-/// Integrals for the receiver `offset` (Δi, Δj) elements of size hx × hy away from the source, receiver minus source:
+/// Integrals of the half-space's kernels for the receiver `offset` (Δi, Δj) elements of size hx × hy away from the source, receiver minus source:
 /// the mean over the receiving element, or the value at its centre.
 ///
 /// Each is good to 1e-12 of itself (∫ x²/r³ and ∫ y²/r³, which only ever stand beside ∫ 1/r, to 1e-12 of that) up to 4096
 /// elements away in either direction for 1e-3 ≤ hx/hy ≤ 1e3; measured: 1e-13. Exactly zero where symmetry says so, and exactly
 /// (anti)symmetric in Δi, in Δj, and under an exchange of x and y.
-pub fn element(offset: [i64; 2], hx: f64, hy: f64, projection: Projection) -> Integrals {
+pub fn element(offset: [i64; 2], hx: f64, hy: f64, projection: Projection) -> Coefficient {
+    element_of(Geometric, offset, hx, hy, projection)
+}
+
+/// The same for any kernel.
+pub(super) fn element_of<K: Kernel>(kernel: K, offset: [i64; 2], hx: f64, hy: f64, projection: Projection) -> Coefficient {
     let [di, dj] = offset;
     let (i, j) = (di.unsigned_abs(), dj.unsigned_abs());
     let quadrant = if hx == hy && i == j {
-        let diagonal = ordered_element(i as f64, j as f64, 1.0, projection).scaled(hx);
+        let diagonal = ordered_element(kernel.in_units_of(hx), i as f64, j as f64, 1.0, projection).scaled(hx);
         // Equal but for the order of summation.
-        let (squares, linear) = (0.5 * (diagonal.xx + diagonal.yy), 0.5 * (diagonal.x + diagonal.y));
-        Integrals { xx: squares, yy: squares, x: linear, y: linear, ..diagonal }
+        let (squares, linear) = (0.5 * (diagonal.xx + diagonal.yy), 0.5 * (diagonal.nx + diagonal.ny));
+        Coefficient { xx: squares, yy: squares, nx: linear, ny: linear, ..diagonal }
     } else if (hx, i) >= (hy, j) {
-        ordered_element(i as f64, j as f64, hy / hx, projection).scaled(hx)
+        ordered_element(kernel.in_units_of(hx), i as f64, j as f64, hy / hx, projection).scaled(hx)
     } else {
-        ordered_element(j as f64, i as f64, hx / hy, projection).scaled(hy).transposed()
+        ordered_element(kernel.in_units_of(hy), j as f64, i as f64, hx / hy, projection).scaled(hy).transposed()
     };
-    let mut signed = Integrals::default();
+    let mut signed = Coefficient::default();
     signed.add_mirrored(&quadrant, 1.0, di.signum() as f64, dj.signum() as f64);
     signed
 }
 
 /// The same for offsets ≥ 0 and elements of size 1 × hy, hy ≤ 1. Kernels that are odd in a zero offset are not defined.
-fn ordered_element(i: f64, j: f64, hy: f64, projection: Projection) -> Integrals {
+fn ordered_element<K: Kernel>(kernel: K, i: f64, j: f64, hy: f64, projection: Projection) -> Coefficient {
     let (rules, half) = match projection {
         Projection::Average => (gauss::tent(), 1.0),
         Projection::Midpoint => (gauss::uniform(), 0.5),
     };
     let (x, y, half_y) = (i, j * hy, half * hy);
     let (gap_x, gap_y) = ((x - half).max(0.0), (y - half_y).max(0.0));
-    // The kernels are singular where x = ± i y.
-    let points_x = gauss::points((x * x + gap_y * gap_y) / (half * half));
-    let points_y = gauss::points((y * y + gap_x * gap_x) / (half_y * half_y));
-    let mut sum = Integrals::default();
+    let points_x = gauss::points(K::CLEARANCE * (x * x + gap_y * gap_y) / (half * half));
+    let points_y = gauss::points(K::CLEARANCE * (y * y + gap_x * gap_x) / (half_y * half_y));
+    let mut sum = Coefficient::default();
     if let (Some(nx), Some(ny)) = (points_x, points_y) {
         for &(v, wy) in &rules[ny] {
             for &(u, wx) in &rules[nx] {
-                sum.add_point(x + half * u, y + half_y * v, wx * wy);
+                sum.add(&kernel.at(x + half * u, y + half_y * v), wx * wy);
             }
         }
         return sum.scaled(hy);
     }
     for py in panels(j, hy, projection) {
         for px in panels(i, 1.0, projection) {
-            sum.add_mirrored(&panel(px, py), 1.0, 1.0, 1.0);
+            sum.add(&panel(kernel, px, py), 1.0);
         }
     }
     sum
@@ -124,13 +113,13 @@ fn ordered_element(i: f64, j: f64, hy: f64, projection: Projection) -> Integrals
 
 /// Integrals for the receiver at (x, y) and a source rectangle with half-sides a, b > 0 centred at the origin:
 /// displacement at a point, without averaging. The receiver may lie anywhere.
-pub fn point(x: f64, y: f64, a: f64, b: f64) -> Integrals {
+pub fn point(x: f64, y: f64, a: f64, b: f64) -> Coefficient {
     let unit = a.max(b);
     let (x, y, a, b) = (x / unit, y / unit, a / unit, b / unit);
-    let mut sum = Integrals::default();
+    let mut sum = Coefficient::default();
     for (py, sy) in folded(y, b).into_iter().flatten() {
         for (px, sx) in folded(x, a).into_iter().flatten() {
-            sum.add_mirrored(&panel(px, py), 1.0, sx, sy);
+            sum.add_mirrored(&panel(Geometric, px, py), 1.0, sx, sy);
         }
     }
     sum.scaled(unit)
@@ -138,7 +127,7 @@ pub fn point(x: f64, y: f64, a: f64, b: f64) -> Integrals {
 
 /// An interval of the positive half-axis with a linear density on it.
 #[derive(Clone, Copy, Debug)]
-struct Panel {
+pub(super) struct Panel {
     /// Middle, ≥ `half`; equal to it exactly when the panel begins at the origin.
     middle: f64,
     /// Half the width.
@@ -150,6 +139,10 @@ struct Panel {
 }
 
 impl Panel {
+    pub(super) fn half(&self) -> f64 {
+        self.half
+    }
+
     fn touches_origin(&self) -> bool {
         self.middle <= self.half
     }
@@ -183,42 +176,53 @@ fn folded(x: f64, a: f64) -> [Option<(Panel, f64)>; 2] {
 }
 
 /// Integrals over the product of two panels.
-fn panel(px: Panel, py: Panel) -> Integrals {
+fn panel<K: Kernel>(kernel: K, px: Panel, py: Panel) -> Coefficient {
     if px.touches_origin() && py.touches_origin() {
-        return weighted_corner(px, py);
+        return kernel.corner(px, py).unwrap_or_else(|| {
+            let [first, second] = if px.half >= py.half { px.halves().map(|px| [px, py]) } else { py.halves().map(|py| [px, py]) };
+            let mut sum = panel(kernel, first[0], first[1]);
+            sum.add(&panel(kernel, second[0], second[1]), 1.0);
+            sum
+        });
     }
-    let squared = |middle: f64, gap: f64, half: f64| (middle * middle + gap * gap) / (half * half);
+    let squared = |middle: f64, gap: f64, half: f64| K::CLEARANCE * (middle * middle + gap * gap) / (half * half);
     let (gap_x, gap_y) = ((px.middle - px.half).max(0.0), (py.middle - py.half).max(0.0));
     let points_x = gauss::points(squared(px.middle, gap_y, px.half));
     let points_y = gauss::points(squared(py.middle, gap_x, py.half));
-    let mut sum = Integrals::default();
+    let mut sum = Coefficient::default();
     match (points_x, points_y) {
         (Some(nx), Some(ny)) => {
-            for &(v, wy) in &gauss::uniform()[ny] {
-                let wy = wy * (py.density + py.slope * v);
-                for &(u, wx) in &gauss::uniform()[nx] {
-                    let wx = wx * (px.density + px.slope * u);
-                    sum.add_point(px.middle + px.half * u, py.middle + py.half * v, wx * wy);
-                }
-            }
-            sum = sum.scaled(4.0 * px.half * py.half);
+            sum = panel_by_gauss(&px, &py, [nx, ny], |x, y| kernel.at(x, y));
         }
         // One direction at a time: the other may already be smooth.
-        (None, _) => px.halves().iter().for_each(|&p| sum.add_mirrored(&panel(p, py), 1.0, 1.0, 1.0)),
-        (_, None) => py.halves().iter().for_each(|&p| sum.add_mirrored(&panel(px, p), 1.0, 1.0, 1.0)),
+        (None, _) => px.halves().iter().for_each(|&p| sum.add(&panel(kernel, p, py), 1.0)),
+        (_, None) => py.halves().iter().for_each(|&p| sum.add(&panel(kernel, px, p), 1.0)),
     }
     sum
 }
 
-/// Integrals over the product of two panels that both begin at the origin.
-fn weighted_corner(px: Panel, py: Panel) -> Integrals {
+/// Integrals over the product of two panels by Gauss rules of so many points.
+pub(super) fn panel_by_gauss(px: &Panel, py: &Panel, points: [usize; 2], kernel: impl Fn(f64, f64) -> Coefficient) -> Coefficient {
+    let mut sum = Coefficient::default();
+    for &(v, wy) in &gauss::uniform()[points[1]] {
+        let wy = wy * (py.density + py.slope * v);
+        for &(u, wx) in &gauss::uniform()[points[0]] {
+            let wx = wx * (px.density + px.slope * u);
+            sum.add(&kernel(px.middle + px.half * u, py.middle + py.half * v), wx * wy);
+        }
+    }
+    sum.scaled(4.0 * px.half * py.half)
+}
+
+/// Integrals of the half-space's kernels over the product of two panels that both begin at the origin.
+pub(super) fn weighted_corner(px: Panel, py: Panel) -> Coefficient {
     let [one, x, y, xy] = corner(2.0 * px.half, 2.0 * py.half);
     // density = at the origin + per unit of length · distance from it
     let (x0, x1) = (px.density - px.slope, px.slope / px.half);
     let (y0, y1) = (py.density - py.slope, py.slope / py.half);
-    let mut sum = Integrals::default();
+    let mut sum = Coefficient::default();
     for (moment, factor) in [(one, x0 * y0), (x, x1 * y0), (y, x0 * y1), (xy, x1 * y1)] {
-        sum.add_mirrored(&moment, factor, 1.0, 1.0);
+        sum.add(&moment, factor);
     }
     sum
 }
@@ -227,7 +231,7 @@ fn weighted_corner(px: Panel, py: Panel) -> Integrals {
 ///
 /// A function f that is homogeneous of degree m satisfies div(f·(x, y)) = (m + 2) f, so its integral over the rectangle is
 /// [X ∫ f(X, y) dy + Y ∫ f(x, Y) dx]/(m + 2): the singular corner drops out and two elementary integrals remain.
-fn corner(xe: f64, ye: f64) -> [Integrals; 4] {
+fn corner(xe: f64, ye: f64) -> [Coefficient; 4] {
     let r = xe.hypot(ye);
     let (tx, ty) = (xe / ye, ye / xe);
     // r − X and r − Y without cancellation
@@ -243,37 +247,37 @@ fn corner(xe: f64, ye: f64) -> [Integrals; 4] {
     let y_by_r2 = 0.5 * (y2 * tx.atan() + x2 * atan_defect(ty));
     let product_by_r2 = 0.25 * (x2 * log_y + y2 * log_x); // ∫ xy/r²
     [
-        Integrals {
-            inv_r: along_x + along_y,
+        Coefficient {
+            nn: along_x + along_y,
             xx: along_x,
             yy: along_y,
             xy: 2.0 * xe * ye / (xe + ye + r),
-            x: 0.5 * ye * log_x + xe * ty.atan(),
-            y: 0.5 * xe * log_y + ye * tx.atan(),
+            nx: 0.5 * ye * log_x + xe * ty.atan(),
+            ny: 0.5 * xe * log_y + ye * tx.atan(),
         },
-        Integrals {
-            inv_r: 0.5 * (xe * along_y + ye * r_y),
+        Coefficient {
+            nn: 0.5 * (xe * along_y + ye * r_y),
             xx: 0.5 * ye * (x2 + r_y * r_y) / r,
             yy: xyy,
             xy: xxy,
-            x: x_by_r2,
-            y: product_by_r2,
+            nx: x_by_r2,
+            ny: product_by_r2,
         },
-        Integrals {
-            inv_r: 0.5 * (ye * along_x + xe * r_x),
+        Coefficient {
+            nn: 0.5 * (ye * along_x + xe * r_x),
             xx: xxy,
             yy: 0.5 * xe * (y2 + r_x * r_x) / r,
             xy: xyy,
-            x: product_by_r2,
-            y: y_by_r2,
+            nx: product_by_r2,
+            ny: y_by_r2,
         },
-        Integrals {
-            inv_r: (x2 * r_x + y2 * r_y) / 3.0,
+        Coefficient {
+            nn: (x2 * r_x + y2 * r_y) / 3.0,
             xx: (x3 * r_x + y2 * r_y * r_y) / (3.0 * r),
             yy: (y3 * r_y + x2 * r_x * r_x) / (3.0 * r),
             xy: (x3 * asinh_defect(ty) + y3 * asinh_defect(tx)) / 3.0,
-            x: (0.5 * x3 * log_y + y3 * atan_defect(tx)) / 3.0,
-            y: (0.5 * y3 * log_x + x3 * atan_defect(ty)) / 3.0,
+            nx: (0.5 * x3 * log_y + y3 * atan_defect(tx)) / 3.0,
+            ny: (0.5 * y3 * log_x + x3 * atan_defect(ty)) / 3.0,
         },
     ]
 }
@@ -328,7 +332,7 @@ mod tests {
             };
             let offset = [3, 4].map(|k| cells[k].parse::<i64>().unwrap());
             let got = element(offset, number(1), number(2), projection);
-            for (k, got) in [got.inv_r, got.xx, got.yy, got.xy, got.x, got.y].into_iter().enumerate() {
+            for (k, got) in [got.nn, got.xx, got.yy, got.xy, got.nx, got.ny].into_iter().enumerate() {
                 let exact = number(5 + k);
                 let unit = if k == 1 || k == 2 { number(5) } else { exact };
                 let error = if exact == 0.0 { got.abs() } else { ((got - exact) / unit).abs() };
@@ -354,18 +358,18 @@ mod tests {
         for (hx, hy) in [(1.0, 1.0), (0.6, 1.0), (0.2, 0.1)] {
             for (i, j) in [(4, 0), (0, 4), (3, 3), (-2, 3), (5, -9), (40, 1), (-17, -200), (900, 901)] {
                 let average = element([i, j], hx, hy, Projection::Average);
-                let mut mean = Integrals::default();
+                let mut mean = Coefficient::default();
                 for &(v, wy) in &gauss::uniform()[gauss::MAX_POINTS] {
                     for &(u, wx) in &gauss::uniform()[gauss::MAX_POINTS] {
                         let (x, y) = ((i as f64 + 0.5 * u) * hx, (j as f64 + 0.5 * v) * hy);
                         mean.add_mirrored(&point(x, y, 0.5 * hx, 0.5 * hy), wx * wy, 1.0, 1.0);
                     }
                 }
-                let off = |a: f64, b: f64| (a - b).abs() / average.inv_r;
-                assert!(off(average.inv_r, mean.inv_r) < 1e-12, "{i} {j}");
+                let off = |a: f64, b: f64| (a - b).abs() / average.nn;
+                assert!(off(average.nn, mean.nn) < 1e-12, "{i} {j}");
                 assert!(off(average.xx, mean.xx) < 1e-12 && off(average.yy, mean.yy) < 1e-12, "{i} {j}");
                 assert!(off(average.xy, mean.xy) < 1e-12, "{i} {j}");
-                assert!(off(average.x, mean.x) < 1e-12 && off(average.y, mean.y) < 1e-12, "{i} {j}");
+                assert!(off(average.nx, mean.nx) < 1e-12 && off(average.ny, mean.ny) < 1e-12, "{i} {j}");
             }
         }
     }
@@ -377,9 +381,9 @@ mod tests {
                 for (i, j) in [(0, 0), (1, 0), (0, 1), (2, 1), (1, 7), (30, 400)] {
                     let right = element([i, j], hx, hy, projection);
                     let left = element([-i, j], hx, hy, projection);
-                    assert_eq!(left, Integrals { xy: -right.xy, x: -right.x, ..right });
+                    assert_eq!(left, Coefficient { xy: -right.xy, nx: -right.nx, ..right });
                     let down = element([i, -j], hx, hy, projection);
-                    assert_eq!(down, Integrals { xy: -right.xy, y: -right.y, ..right });
+                    assert_eq!(down, Coefficient { xy: -right.xy, ny: -right.ny, ..right });
                     assert_eq!(element([j, i], hy, hx, projection), right.transposed());
                 }
             }
@@ -391,9 +395,9 @@ mod tests {
         for (i, j) in [(0, 0), (1, 0), (3, 2), (-60, 4)] {
             let coefficient = element([i, j], 0.5, 2.0, Projection::Midpoint);
             let at_point = point(i as f64 * 0.5, j as f64 * 2.0, 0.25, 1.0);
-            assert!((coefficient.inv_r / at_point.inv_r - 1.0).abs() < 1e-14);
-            assert!((coefficient.xy - at_point.xy).abs() <= 1e-14 * coefficient.inv_r);
-            assert!((coefficient.x - at_point.x).abs() <= 1e-14 * coefficient.inv_r);
+            assert!((coefficient.nn / at_point.nn - 1.0).abs() < 1e-14);
+            assert!((coefficient.xy - at_point.xy).abs() <= 1e-14 * coefficient.nn);
+            assert!((coefficient.nx - at_point.nx).abs() <= 1e-14 * coefficient.nn);
         }
     }
 
@@ -402,8 +406,8 @@ mod tests {
         for (hx, hy) in [(1e-150, 1e-150), (1e150, 1e150), (1e-12, 1.0), (1.0, 1e-12)] {
             for offset in [[0, 0], [1, 0], [0, 1], [1, 1], [4096, 4096]] {
                 let got = element(offset, hx, hy, Projection::Average);
-                assert!(got.inv_r.is_finite() && got.inv_r > 0.0, "{hx} {hy} {offset:?} {got:?}");
-                assert!((got.xx + got.yy - got.inv_r).abs() <= 1e-12 * got.inv_r);
+                assert!(got.nn.is_finite() && got.nn > 0.0, "{hx} {hy} {offset:?} {got:?}");
+                assert!((got.xx + got.yy - got.nn).abs() <= 1e-12 * got.nn);
             }
         }
     }

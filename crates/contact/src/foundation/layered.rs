@@ -212,11 +212,11 @@ impl Hyperbolic {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     /// Layers "G;ν;h G;ν;h …" and base "G;ν" or "rigid" of a reference table.
-    fn stack(layers: &str, base: &str) -> (Vec<Layer>, Base) {
+    pub(in crate::foundation) fn stack(layers: &str, base: &str) -> (Vec<Layer>, Base) {
         let numbers = |text: &str| -> Vec<f64> { text.split(';').map(|cell| cell.parse().unwrap()).collect() };
         let layers = layers.split_whitespace().map(|layer| match numbers(layer)[..] {
             [shear_modulus, poisson, thickness] => Layer { shear_modulus, poisson, thickness },

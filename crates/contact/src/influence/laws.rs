@@ -4,9 +4,10 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 
 use super::{Influence, InfluenceTable, Scratch};
+use crate::foundation::bodies::Bodies;
 use crate::foundation::half_space::HalfSpace;
 use crate::grid::Grid;
-use crate::scene::{Material, Projection};
+use crate::scene::{Base, Layer, Material, Projection};
 
 /// Agreement demanded, relative to the largest displacement.
 const ROUNDING: f64 = 2e-13;
@@ -17,7 +18,8 @@ struct Case {
     n: [usize; 2],
     h: [f64; 2],
     inside: Vec<bool>,
-    foundation: Material,
+    layers: Vec<Layer>,
+    base: Base,
     punch: Material,
     projection: Projection,
     p: Vec<f64>,
@@ -29,14 +31,22 @@ impl Case {
         Grid::new(self.n[0], self.n[1], self.h[0], self.h[1], [0.0; 2]).unwrap().with_mask(self.inside.clone()).unwrap()
     }
 
-    fn bodies(&self) -> HalfSpace {
-        HalfSpace::new(&self.foundation, Some(&self.punch))
+    fn bodies(&self) -> Bodies {
+        Bodies::new(&self.layers, &self.base, Some(&self.punch))
     }
 }
 
 fn cases() -> impl Strategy<Value = Case> {
     let material =
         || (0.5..2.0, prop_oneof![Just(0.0), Just(0.5), 0.0..0.5]).prop_map(|(shear_modulus, poisson)| Material { shear_modulus, poisson });
+    let thickness = || (-2.5..2.0).prop_map(|exponent: f64| 10_f64.powf(exponent));
+    let layer = move || {
+        (material(), thickness()).prop_map(|(m, thickness)| Layer { shear_modulus: m.shear_modulus, poisson: m.poisson, thickness })
+    };
+    let foundation = prop_oneof![
+        material().prop_map(|m| (Vec::new(), Base::Elastic(m))),
+        (proptest::collection::vec(layer(), 1..4), prop_oneof![Just(Base::Rigid), material().prop_map(Base::Elastic)]),
+    ];
     let side = || prop_oneof![Just(1_usize), 2..14_usize];
     (side(), side()).prop_flat_map(move |(nx, ny)| {
         let k = nx * ny;
@@ -45,12 +55,13 @@ fn cases() -> impl Strategy<Value = Case> {
         let size = || (-1.5..1.5).prop_map(|exponent: f64| 10_f64.powf(exponent));
         let projection = prop_oneof![Just(Projection::Average), Just(Projection::Midpoint)];
         let fields = (field(), field());
-        (size(), prop_oneof![Just(None), size().prop_map(Some)], mask, material(), material(), projection, fields).prop_map(
-            move |(hx, hy, inside, foundation, punch, projection, (p, q))| Case {
+        (size(), prop_oneof![Just(None), size().prop_map(Some)], mask, foundation.clone(), material(), projection, fields).prop_map(
+            move |(hx, hy, inside, (layers, base), punch, projection, (p, q))| Case {
                 n: [nx, ny],
                 h: [hx, hy.unwrap_or(hx)], // square elements half the time
                 inside,
-                foundation,
+                layers,
+                base,
                 punch,
                 projection,
                 p,
@@ -81,7 +92,8 @@ pub(crate) fn hold(build: Build) {
                     n,
                     h: [0.1, 0.3],
                     inside: (0..k).map(|e| e % 5 != 1).collect(),
-                    foundation: Material { shear_modulus: 1.0, poisson: 0.3 },
+                    layers: Vec::new(),
+                    base: Base::Elastic(Material { shear_modulus: 1.0, poisson: 0.3 }),
                     punch: Material { shear_modulus: 4.0, poisson: 0.1 },
                     projection,
                     p: wave(0.0),
@@ -96,7 +108,8 @@ pub(crate) fn hold(build: Build) {
 pub(crate) fn same_on_any_number_of_threads(build: Build) {
     for n in [[33, 20], [2, 50], [1, 1], [50, 2]] {
         let grid = Grid::new(n[0], n[1], 1.0, 0.5, [0.0; 2]).unwrap().masked_by(|x, _| x != 3.0);
-        let bodies = HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.2 }, None);
+        let (material, layer) = (Material { shear_modulus: 1.0, poisson: 0.2 }, Layer { shear_modulus: 3.0, poisson: 0.4, thickness: 0.7 });
+        let bodies = Bodies::new(&[layer], &Base::Elastic(material), None);
         let operator = build(&InfluenceTable::new(&grid, &bodies, Projection::Average));
         let p: Vec<f64> = (0..3 * grid.len()).map(|e| (e as f64 * 0.7).sin()).collect();
         let on = |threads| {
@@ -131,7 +144,7 @@ fn check(build: Build, case: &Case) {
     scales(build, case, &ap);
 }
 
-fn operator(build: Build, grid: &Grid, bodies: &HalfSpace, projection: Projection) -> Box<dyn Influence> {
+fn operator(build: Build, grid: &Grid, bodies: &Bodies, projection: Projection) -> Box<dyn Influence> {
     build(&InfluenceTable::new(grid, bodies, projection))
 }
 
@@ -153,14 +166,15 @@ fn close(what: &str, got: &[f64], expected: &[f64], size: f64) {
 
 /// The definition, with coefficients that have not been through a table.
 fn is_the_sum_over_sources(case: &Case, ap: &[f64], size: f64) {
-    let (grid, bodies, k) = (case.grid(), case.bodies(), case.grid().len());
+    let (grid, k) = (case.grid(), case.grid().len());
+    let kernels = case.bodies().kernels((case.n[0] as f64 * case.h[0]).hypot(case.n[1] as f64 * case.h[1]));
     let mut expected = vec![0.0; 3 * k];
     for receiver in grid.active() {
         let (ri, rj) = grid.position(receiver);
         for source in grid.active() {
             let (si, sj) = grid.position(source);
             let offset = [ri as i64 - si as i64, rj as i64 - sj as i64];
-            let block = bodies.influence(offset, grid.hx(), grid.hy(), case.projection).block();
+            let block = kernels.influence(offset, grid.hx(), grid.hy(), case.projection).block();
             for c in 0..3 {
                 expected[c * k + receiver] += (0..3).map(|d| block[c][d] * case.p[d * k + source]).sum::<f64>();
             }
@@ -270,8 +284,8 @@ fn is_the_same_everywhere(build: Build, case: &Case, size: f64) {
 /// The foundation's displacement plus the punch's, seen from its own side: normal reversed, so the coupling is too.
 fn superposes_bodies(build: Build, case: &Case, ap: &[f64], size: f64) {
     let grid = case.grid();
-    let below = operator(build, &grid, &HalfSpace::new(&case.foundation, None), case.projection);
-    let above = operator(build, &grid, &HalfSpace::new(&case.punch, None), case.projection);
+    let below = operator(build, &grid, &Bodies::new(&case.layers, &case.base, None), case.projection);
+    let above = operator(build, &grid, &Bodies::from(&HalfSpace::new(&case.punch, None)), case.projection);
     let stay = |e: usize| e;
     let reverse = [(0, -1.0), (1, 1.0), (2, 1.0)];
     let seen = moved(&apply(&*above, &moved(&case.p, &stay, reverse)), &stay, reverse);
@@ -283,7 +297,13 @@ fn superposes_bodies(build: Build, case: &Case, ap: &[f64], size: f64) {
 fn scales(build: Build, case: &Case, ap: &[f64]) {
     let (length, modulus) = (1e-9, 1e12);
     let stiffer = |m: Material| Material { shear_modulus: m.shear_modulus * modulus, ..m };
-    let other = Case { h: case.h.map(|h| h * length), foundation: stiffer(case.foundation), punch: stiffer(case.punch), ..case.clone() };
+    let smaller = |l: &Layer| Layer { shear_modulus: l.shear_modulus * modulus, thickness: l.thickness * length, ..*l };
+    let base = match case.base {
+        Base::Rigid => Base::Rigid,
+        Base::Elastic(m) => Base::Elastic(stiffer(m)),
+    };
+    let layers = case.layers.iter().map(smaller).collect();
+    let other = Case { h: case.h.map(|h| h * length), layers, base, punch: stiffer(case.punch), ..case.clone() };
     let a = operator(build, &other.grid(), &other.bodies(), case.projection);
     let unscaled: Vec<f64> = apply(&*a, &case.p).iter().map(|u| u * modulus / length).collect();
     close("scaling", &unscaled, ap, ap.iter().fold(0.0_f64, |m, u| m.max(u.abs())));

@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use crate::foundation::half_space::{Coefficient, HalfSpace};
+use crate::foundation::bodies::Bodies;
+use crate::foundation::coefficient::Coefficient;
 use crate::grid::Grid;
 use crate::scene::Projection;
 
@@ -62,12 +63,13 @@ pub struct InfluenceTable {
 
 impl InfluenceTable {
     /// Computes the coefficients, on the threads of the current rayon pool; the numbers do not depend on how many there are.
-    pub fn new(grid: &Grid, bodies: &HalfSpace, projection: Projection) -> Self {
+    pub fn new(grid: &Grid, bodies: impl Into<Bodies>, projection: Projection) -> Self {
         let (nx, ny) = (grid.nx(), grid.ny());
+        let kernels = bodies.into().kernels((nx as f64 * grid.hx()).hypot(ny as f64 * grid.hy()));
         let mut quadrant = vec![Coefficient::default(); grid.len()];
         quadrant.par_chunks_mut(nx).enumerate().for_each(|(dj, row)| {
             for (di, coefficient) in row.iter_mut().enumerate() {
-                *coefficient = bodies.influence([di as i64, dj as i64], grid.hx(), grid.hy(), projection);
+                *coefficient = kernels.influence([di as i64, dj as i64], grid.hx(), grid.hy(), projection);
             }
         });
         let width = 2 * nx - 1;
@@ -164,6 +166,7 @@ impl InfluenceTable {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::foundation::half_space::HalfSpace;
     use crate::scene::Material;
 
     fn bodies() -> HalfSpace {
