@@ -36,12 +36,12 @@ pub(crate) enum Command {
     Status(StatusArgs),
     /// Print a study's results as a table
     #[command(
-        after_help = "Examples:\n  tribosweep query stick-zone --where 'mu > 0.3 && mesh == 24' --select mu,poisson,stick_fraction --sort mu\n  tribosweep query stick-zone --sort=-peak_pressure --format csv > results.csv\n  tribosweep query stick-zone --columns      what can be selected"
+        after_help = "Examples:\n  tribosweep query stick-zone --where 'mu > 0.3 && mesh == 24' --select mu,poisson,stick_fraction --sort mu\n  tribosweep query stick-zone --sort=-peak_pressure --format csv > results.csv\n  tribosweep query stick-zone --steps --where 'step == 1'     every increment of the loading paths\n  tribosweep query stick-zone --columns      what can be selected"
     )]
     Query(QueryArgs),
     /// Show one result whole: scene, numbers, certificate, provenance, fields
     #[command(
-        after_help = "Examples:\n  tribosweep show 3fa9c1\n  tribosweep show 3fa9c1 --field pressure\n  tribosweep show 3fa9c1 --field state --output state.png     also .svg .npy .vti .csv"
+        after_help = "Examples:\n  tribosweep show 3fa9c1\n  tribosweep show 3fa9c1 --steps     the increments of its loading path\n  tribosweep show 3fa9c1 --field pressure\n  tribosweep show 3fa9c1 --field state --output state.png     also .svg .npy .vti .csv"
     )]
     Show(ShowArgs),
     /// Draw the figure that answers a study's question
@@ -172,6 +172,9 @@ pub(crate) struct QueryArgs {
     /// List the columns that can be selected, and their units
     #[arg(long)]
     pub(crate) columns: bool,
+    /// One row for each increment of the loading paths; columns step, cycle and increment say which
+    #[arg(long)]
+    pub(crate) steps: bool,
     #[command(flatten)]
     pub(crate) store: StoreArgs,
 }
@@ -186,6 +189,9 @@ pub(crate) struct ShowArgs {
     /// Write the field to a file: .png .svg .npy .vti .csv
     #[arg(long, value_name = "FILE", requires = "field")]
     pub(crate) output: Option<PathBuf>,
+    /// Print the increments of its loading path as a table
+    #[arg(long, conflicts_with = "field")]
+    pub(crate) steps: bool,
     /// Print JSON
     #[arg(long, conflicts_with = "field")]
     pub(crate) json: bool,
@@ -209,6 +215,9 @@ pub(crate) struct PlotArgs {
     /// Column that tells the panels apart
     #[arg(long)]
     pub(crate) panels: Option<String>,
+    /// Draw every increment, joined along its loading path, for example --x at_shift_x --y force_x
+    #[arg(long)]
+    pub(crate) steps: bool,
     /// Keep the rows for which this holds
     #[arg(long = "where", value_name = "EXPRESSION")]
     pub(crate) filter: Option<String>,

@@ -30,6 +30,7 @@ pub(crate) fn write_figure(table: &Table, columns: &study::Figure, title: &str, 
         y: &columns.y,
         series: &series,
         panels: columns.panels.as_deref(),
+        along: columns.steps.then_some("increment"),
         title,
         log_x: columns.log_x,
         log_y: columns.log_y,
@@ -65,12 +66,14 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
         // a column cannot be drawn along x and tell the curves apart at once
         series: series.into_iter().filter(|name| *name != x).collect(),
         panels: panels.filter(|name| *name != x),
+        // who asks for another abscissa asks for another figure
+        steps: args.steps || args.x.is_none() && own.is_some_and(|figure| figure.steps),
         log_x: args.log_x || own.is_some_and(|figure| figure.log_x),
         log_y: args.log_y || own.is_some_and(|figure| figure.log_y),
         x,
         y,
     };
-    let mut table = results.table()?;
+    let mut table = results.figure_table(figure.steps)?;
     if let Some(expression) = &args.filter {
         table = table.filter(expression)?;
     }

@@ -11,7 +11,7 @@ use report::Table;
 use runner::{Interrupt, Options, Task};
 use serde::Serialize;
 use store::{OpenError, Store};
-use study::{JobKey, Point, Record, Study};
+use study::{Job, JobKey, Point, Record, Study};
 
 use crate::cli::{ExecutionArgs, PlanArgs, ResumeArgs, RunArgs};
 use crate::draw;
@@ -187,7 +187,7 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
     }
 
     let mut text = String::new();
-    let mut table = results.table()?.select(&results.usual_columns())?;
+    let mut table = results.table()?.select(&results.usual_columns(false))?;
     let all = table.rows().len();
     if all > SUMMARY_ROWS {
         table = Table::new(table.columns().to_vec(), table.rows()[..SUMMARY_ROWS].to_vec())?;
@@ -242,7 +242,7 @@ fn draw_figure(results: &Results, directory: &Path) -> Result<Vec<PathBuf>> {
     let folder = directory.join("figures");
     std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let files = draw::figure_files(&folder.join(results.study.name()));
-    draw::write_figure(&results.table()?, figure, results.study.question(), &files)?;
+    draw::write_figure(&results.figure_table(figure.steps)?, figure, results.study.question(), &files)?;
     Ok(files)
 }
 
@@ -264,6 +264,11 @@ fn default_memory() -> u64 {
     available.map_or(1 << 30, |kilobytes| kilobytes * 1024 / 10 * 8)
 }
 
+/// Increments of a job's loading path.
+pub(crate) fn increments(job: &Job) -> u64 {
+    job.scene.loading.legs().iter().map(|leg| u64::from(leg.increments)).sum()
+}
+
 /// What a plan says.
 #[derive(Serialize)]
 struct Plan<'a> {
@@ -273,6 +278,7 @@ struct Plan<'a> {
     jobs: usize,
     cached: usize,
     to_run: usize,
+    increments: u64,
     operators: usize,
     predicted_worker_seconds: f64,
     predicted_seconds: f64,
@@ -301,6 +307,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
         jobs: keys.len(),
         cached: keys.len() - left.len(),
         to_run: left.len(),
+        increments: left.iter().map(|(index, _)| increments(&jobs.points[*index].job)).sum(),
         operators: operators.len(),
         predicted_worker_seconds: seconds,
         predicted_seconds: longest.max(seconds / workers as f64),
@@ -314,7 +321,8 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     if !plan.question.is_empty() {
         text += &format!("{}\n", plan.question);
     }
-    text += &format!("\n{} points, {} distinct jobs: {} in the store, {} to run\n", plan.points, plan.jobs, plan.cached, plan.to_run);
+    text += &format!("\n{} points, {} distinct jobs: {} in the store, {} to run", plan.points, plan.jobs, plan.cached, plan.to_run);
+    text += &if plan.increments > plan.to_run as u64 { format!(" with {} increments\n", plan.increments) } else { "\n".to_owned() };
     if plan.to_run > 0 {
         text += &format!(
             "about {} on {} ({} of work), {}, up to {} per job\n",

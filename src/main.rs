@@ -6,6 +6,7 @@ mod draw;
 mod launch;
 mod ledger;
 mod output;
+mod patches;
 mod progress;
 mod query;
 mod results;

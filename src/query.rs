@@ -4,7 +4,7 @@ use anyhow::Result;
 use report::{Cell, Column, Table, TerminalLayout};
 use store::{Origin, Reader, Store};
 use study::Study;
-use study::columns::Kind;
+use study::columns::{Kind, along_path};
 
 use crate::cli::{QueryArgs, StatusArgs, TableFormat};
 use crate::output::{self, Finish};
@@ -61,9 +61,9 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
     let results = Results::read(&reader, stored_study(&reader, &args.name)?)?;
     let format = if args.json { TableFormat::Json } else { args.format };
     let table = if args.columns {
-        columns(&results.study)?
+        columns(&results.study, args.steps)?
     } else {
-        let mut table = results.table()?;
+        let mut table = if args.steps { results.increments()? } else { results.table()? };
         if let Some(expression) = &args.filter {
             table = table.filter(expression)?;
             if table.rows().is_empty() {
@@ -73,7 +73,7 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
         if !args.sort.is_empty() {
             table = table.sort(&args.sort)?;
         }
-        let selected = if args.select.is_empty() { results.usual_columns() } else { args.select.clone() };
+        let selected = if args.select.is_empty() { results.usual_columns(args.steps) } else { args.select.clone() };
         table.select(&selected)?
     };
     output::print(&match format {
@@ -84,17 +84,18 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
 }
 
 /// What can be selected, as a table itself.
-fn columns(study: &Study) -> Result<Table> {
+fn columns(study: &Study, steps: bool) -> Result<Table> {
     let kind = |kind: Kind| match kind {
         Kind::Axis => "axis",
         Kind::Key => "key",
         Kind::Status => "status",
+        Kind::Place => "place",
         Kind::Observable => "observable",
         Kind::Certificate => "certificate",
         Kind::Work => "work",
         Kind::Provenance => "provenance",
     };
-    let rows =
-        study.columns().iter().map(|c| [c.name, c.unit(), kind(c.kind), c.meaning].map(|t| Cell::Text(t.to_owned())).to_vec()).collect();
+    let columns = if steps { along_path(study.columns()) } else { study.columns() };
+    let rows = columns.iter().map(|c| [&c.name, c.unit(), kind(c.kind), c.meaning].map(|t| Cell::Text(t.to_owned())).to_vec()).collect();
     Ok(Table::new(["column", "unit", "kind", "meaning"].map(|name| Column::new(name, "")).to_vec(), rows)?)
 }

@@ -4,10 +4,11 @@ use std::collections::{HashMap, HashSet};
 
 use anyhow::{Context, Result, bail};
 use contact::outcome::Observables;
+use contact::scene::Step;
 use report::{Cell, Table};
 use store::{ReadError, Reader};
-use study::columns::{Kind, Value};
-use study::{Column, Ending, JobKey, Point, Record, Study};
+use study::columns::{Kind, Value, along_path};
+use study::{Column, JobKey, Point, Record, Study};
 
 /// A record as a store gives it.
 type Fetched = (JobKey, Result<Vec<u8>, ReadError>);
@@ -75,20 +76,51 @@ impl Results {
         table(&self.study.columns(), &self.points, |point| self.record(point))
     }
 
+    /// Every column of every increment that was computed.
+    pub(crate) fn increments(&self) -> Result<Table> {
+        let computed = self.points.iter().filter_map(|point| Some((point, self.record(point)?)));
+        increments(&along_path(self.study.columns()), computed)
+    }
+
+    /// What the study's figures are drawn from: the points, or their increments; one at which a path failed is no solution.
+    pub(crate) fn figure_table(&self, steps: bool) -> Result<Table> {
+        if steps { Ok(self.increments()?.filter("status == \"certified\"")?) } else { self.table() }
+    }
+
     /// The columns that answer the question at a glance: the axes, the figure's, the usual observables, and how it ended.
-    pub(crate) fn usual_columns(&self) -> Vec<String> {
+    pub(crate) fn usual_columns(&self, steps: bool) -> Vec<String> {
         let columns = self.study.columns();
         let mut names: Vec<String> =
-            columns.iter().filter(|column| column.kind == Kind::Axis).map(|column| column.name.to_owned()).collect();
-        let figure = self.study.figure().map(|figure| vec![figure.x.clone(), figure.y.clone()]).unwrap_or_default();
-        let usual = ["load", "contact_radius", "stick_fraction", "peak_pressure", "status"].map(str::to_owned);
-        for name in figure.into_iter().chain(usual) {
+            columns.iter().filter(|column| column.kind == Kind::Axis).map(|column| column.name.to_string()).collect();
+        let figure = self.study.figure().filter(|figure| steps || !figure.steps);
+        let usual = match steps {
+            true => path_columns(&self.points),
+            false => ["load", "contact_radius", "stick_fraction", "peak_pressure", "status"].map(str::to_owned).to_vec(),
+        };
+        let own = figure.map(|figure| [figure.x.clone(), figure.y.clone()]);
+        // on a path it comes first where one is
+        let (first, then) = if steps { (usual, own.into_iter().flatten().collect()) } else { (own.into_iter().flatten().collect(), usual) };
+        for name in first.into_iter().chain(then) {
             if !names.contains(&name) {
                 names.push(name);
             }
         }
         names
     }
+}
+
+/// The columns that show loading paths at a glance: the place, the motions and forces that some step mentions, what they do, and how it ended.
+pub(crate) fn path_columns(points: &[Point]) -> Vec<String> {
+    let steps = || points.iter().flat_map(|point| &point.job.scene.loading.steps);
+    let cycle = points.iter().any(|point| point.job.scene.loading.cycle_from.is_some()).then_some("cycle");
+    let mut names: Vec<String> = ["step"].into_iter().chain(cycle).chain(["increment"]).map(str::to_owned).collect();
+    for (which, [motion, force]) in Step::NAMES.into_iter().enumerate() {
+        if which == 0 || steps().any(|step| step.given()[which] != [None, None]) {
+            names.extend([format!("at_{motion}"), if force == "normal_force" { "load".to_owned() } else { force.to_owned() }]);
+        }
+    }
+    names.extend(["contact_radius", "stick_fraction", "dissipation", "status"].map(str::to_owned));
+    names
 }
 
 /// A count that should be 0, and what it means when it is not.
@@ -113,18 +145,31 @@ pub(crate) const WARNINGS: [Warning; 2] = [
 
 impl Warning {
     pub(crate) fn concerns(&self, record: &Record) -> bool {
-        matches!(&record.ending, Ending::Finished(outcome) if (self.count)(&outcome.observables) > 0)
+        record.outcome().is_some_and(|outcome| outcome.steps.iter().any(|step| (self.count)(&step.observables) > 0))
     }
 }
 
 /// A table of points and their records.
 pub(crate) fn table<'r>(columns: &[Column], points: &[Point], record: impl Fn(&Point) -> Option<&'r Record>) -> Result<Table> {
-    let heads = columns.iter().map(|column| report::Column::new(column.name, column.unit())).collect();
-    let rows = points.iter().map(|point| {
-        let record = record(point);
-        columns.iter().map(|column| cell(column.value(point, record))).collect()
-    });
-    Ok(Table::new(heads, rows.collect())?)
+    let rows = points.iter().map(|point| row(columns, point, record(point)));
+    Ok(Table::new(heads(columns), rows.collect())?)
+}
+
+/// A table of the increments of results.
+pub(crate) fn increments<'r>(columns: &[Column], results: impl IntoIterator<Item = (&'r Point, &'r Record)>) -> Result<Table> {
+    let mut rows = Vec::new();
+    for (point, record) in results {
+        record.along_path(|increment| rows.push(row(columns, point, Some(increment))));
+    }
+    Ok(Table::new(heads(columns), rows)?)
+}
+
+fn heads(columns: &[Column]) -> Vec<report::Column> {
+    columns.iter().map(|column| report::Column::new(column.name.as_ref(), column.unit())).collect()
+}
+
+fn row(columns: &[Column], point: &Point, record: Option<&Record>) -> Vec<Cell> {
+    columns.iter().map(|column| cell(column.value(point, record))).collect()
 }
 
 fn cell(value: Value) -> Cell {

@@ -1,15 +1,19 @@
 //! `show`: one result whole.
 
 use anyhow::{Context, Result, bail};
+use contact::outcome::{Fields, Outcome};
+use report::Table;
 use store::{Digest, Store};
-use study::columns::{Kind, Value, columns};
+use study::columns::{Kind, Value, along_path, columns};
 use study::record::decode_fields;
 use study::{JobKey, Point, Record};
 
 use crate::cli::ShowArgs;
-use crate::draw;
-use crate::output::{self, Finish};
-use crate::query::tell_origin;
+use crate::launch::increments;
+use crate::output::{self, Finish, count};
+use crate::patches::{self, patches};
+use crate::query::{layout, tell_origin};
+use crate::{draw, results};
 
 pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
@@ -24,41 +28,80 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
     let bytes = reader.get(&key)?.context("the record was removed while it was looked up")?;
     let record = Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?;
 
-    if let Some(name) = &args.field {
-        let Some(digest) = record.fields else { bail!("job {key} left no fields: it is {}", record.status()) };
+    if args.steps {
+        let path = path(&record)?;
+        return output::print(&if args.json { path.json() } else { path.terminal(&layout()) });
+    }
+    let fields = |digest| -> Result<Fields> {
         let blob = reader
             .blobs()
             .get(&Digest(digest))?
             .context("the file with its fields is missing; `tribosweep store verify` says what else is")?;
-        return draw::show_field(&decode_fields(&blob)?, name, args.output.as_deref());
+        Ok(decode_fields(&blob)?)
+    };
+    if let Some(name) = &args.field {
+        let Some(digest) = record.fields else { bail!("job {key} left no fields: it is {}", record.status()) };
+        return draw::show_field(&fields(digest)?, name, args.output.as_deref());
     }
+    let patches = record.outcome().and_then(Outcome::last).map_or(0, |end| end.observables.patches);
+    let fields = match record.fields {
+        // the numbers are there without them
+        Some(digest) if patches > 1 => fields(digest).map_err(|error| output::complain(&error)).ok(),
+        _ => None,
+    };
     if args.json {
-        return output::print_json(&json(&record)?);
+        return output::print_json(&json(&record, fields.as_ref())?);
     }
-    output::print(&words(&record)?)
+    output::print(&words(&record, fields.as_ref())?)
 }
 
-/// Everything about a record by column, units aside.
-pub(crate) fn json(record: &Record) -> Result<serde_json::Value> {
+/// The increments of a result's loading path.
+pub(crate) fn path(record: &Record) -> Result<Table> {
+    let point = Point::of_record(record)?;
+    let table = results::increments(&along_path(columns([], [])), [(&point, record)])?;
+    let mut names = results::path_columns(&[point]);
+    names.extend(["peak_pressure", "residual", "iterations"].map(str::to_owned));
+    Ok(table.select(&names)?)
+}
+
+/// Everything about a record by column, units aside; with its fields also its patches, if there are several.
+pub(crate) fn json(record: &Record, fields: Option<&Fields>) -> Result<serde_json::Value> {
     let point = Point::of_record(record)?;
     let mut values = serde_json::Map::new();
-    for column in columns([]).iter().filter(|column| column.kind != Kind::Key) {
+    for column in columns([], []).iter().filter(|column| column.kind != Kind::Key) {
         let value = match column.value(&point, Some(record)) {
             Value::Number(x) => serde_json::json!(x),
             Value::Integer(n) => serde_json::json!(n),
             Value::Text(text) => serde_json::json!(text),
             Value::Missing => continue,
         };
-        values.insert(column.name.to_owned(), value);
+        values.insert(column.name.to_string(), value);
     }
-    Ok(serde_json::json!({ "job": serde_json::from_str::<serde_json::Value>(&record.job)?, "result": values }))
+    let mut said = serde_json::json!({ "job": serde_json::from_str::<serde_json::Value>(&record.job)?, "result": values });
+    let patches = fields.map(patches).unwrap_or_default();
+    if patches.len() > 1 {
+        said["patches"] = serde_json::json!(patches);
+    }
+    Ok(said)
 }
 
-/// The same to be read: the job as it would stand in a study file, then the figures by kind.
-pub(crate) fn words(record: &Record) -> Result<String> {
+/// The same to be read: the job as it would stand in a study file, how far its path goes, then the figures by kind.
+pub(crate) fn words(record: &Record, fields: Option<&Fields>) -> Result<String> {
     let point = Point::of_record(record)?;
     let mut text = format!("{}\n\n", point.job.to_toml().trim_end());
-    let columns = columns([]);
+    let (all, loading) = (increments(&point.job), &point.job.scene.loading);
+    if all > 1 {
+        text += &match record.outcome().map(|outcome| outcome.steps.len() as u64) {
+            Some(solved) if solved < all => format!("the path came to its increment {solved} of {all}"),
+            _ => format!("a path of {all} increments"),
+        };
+        text += &format!(", {}", count(loading.steps.len(), "step", "steps"));
+        if loading.cycle_from.is_some() {
+            text += &format!(" with {}", count(loading.cycles as usize, "cycle", "cycles"));
+        }
+        text += "\n\n";
+    }
+    let columns = columns([], []);
     let kinds = [
         (Kind::Status, "result"),
         (Kind::Observable, "observables"),
@@ -82,6 +125,10 @@ pub(crate) fn words(record: &Record) -> Result<String> {
         if !lines.is_empty() {
             text += &format!("{title}\n{}", lines.concat());
         }
+    }
+    let patches = fields.map(patches).unwrap_or_default();
+    if patches.len() > 1 {
+        text += &format!("patches\n{}", patches::table(&patches)?.terminal(&layout()));
     }
     Ok(text)
 }

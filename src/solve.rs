@@ -48,8 +48,14 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     let finish = if record.status() == "certified" { Finish::AllDone } else { Finish::SomeFailed };
     match &args.field {
         Some(name) => drop(draw::show_field(&fields, name, args.output.as_deref())?),
-        None if args.json => drop(output::print_json(&show::json(&record)?)?),
-        None => drop(output::print(&show::words(&record)?)?),
+        None if args.json => drop(output::print_json(&show::json(&record, Some(&fields))?)?),
+        None => {
+            let mut text = show::words(&record, Some(&fields))?;
+            if record.outcome().is_some_and(|outcome| outcome.steps.len() > 1) {
+                text += &format!("path\n{}", show::path(&record)?.terminal(&crate::query::layout()));
+            }
+            output::print(&text)?;
+        }
     }
     for warning in results::WARNINGS.iter().filter(|warning| warning.concerns(&record)) {
         eprintln!("warning: elements {}", warning.words);
@@ -71,9 +77,8 @@ fn with_settings(text: &str, path: &Path, settings: &[String]) -> Result<String>
         let (name, value) =
             setting.split_once('=').with_context(|| format!("--set {setting}: must be KEY=VALUE, for example friction.mu=0.5"))?;
         let name = name.trim();
-        let by_column = || Key::ALL.iter().copied().find(|key| key.column() == name);
-        let key = Key::find(name).or_else(by_column).with_context(|| {
-            let near = study::key::nearest(name, Key::ALL.iter().map(|key| key.short()));
+        let key = Key::find(name).or_else(|| Key::of_column(name)).with_context(|| {
+            let near = study::key::nearest_path(name);
             format!("--set {setting}: there is no key `{name}`{}", near.map_or(String::new(), |near| format!("; did you mean `{near}`?")))
         })?;
         // what is no TOML value is a text: punch.radius=2mm, method=seidel
@@ -81,19 +86,27 @@ fn with_settings(text: &str, path: &Path, settings: &[String]) -> Result<String>
         if let Some(sweep) = document.get_mut("sweep").and_then(Item::as_table_like_mut) {
             remove_axis(sweep, key);
         }
-        set(document.as_item_mut(), key.path(), value)
+        set(document.as_item_mut(), &key.path(), value)
             .with_context(|| format!("--set {setting}: {} has no place for it", path.display()))?;
     }
     Ok(document.to_string())
 }
 
-/// Removes a key from the axes, spelled as one name or as nested tables, on its own or in a group.
+/// Removes a key, and what is part of it, from the axes, spelled as one name or as nested tables, on its own or in a group.
 fn remove_axis(sweep: &mut dyn TableLike, key: Key) {
+    fn is_part(path: &str, key: Key) -> bool {
+        // lists and the base are tables as well
+        let of = study::key::Table::find(&key.path());
+        let under = |of: &study::key::Table| {
+            Key::find(path).is_some_and(|key| key.is_under(of)) || study::key::Table::find(path).is_some_and(|table| table.is_under(of))
+        };
+        Key::find(path) == Some(key) || of.as_ref().is_some_and(under)
+    }
     fn remove(table: &mut dyn TableLike, prefix: &str, key: Key) {
         let names: Vec<String> = table.iter().map(|(name, _)| name.to_owned()).collect();
         for name in names {
             let path = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
-            if Key::find(&path) == Some(key) {
+            if is_part(&path, key) {
                 table.remove(&name);
             } else if let Some(inner) = table.get_mut(&name).and_then(Item::as_table_like_mut) {
                 remove(inner, &path, key);

@@ -78,6 +78,9 @@ pub struct FigureSpec<'a> {
     pub series: &'a [&'a str],
     /// The column with a panel for each of its values.
     pub panels: Option<&'a str>,
+    /// The column that counts along a path: points are then joined in the order of the rows and not by x, and where it does not
+    /// grow another path begins.
+    pub along: Option<&'a str>,
     /// Above the figure.
     pub title: &'a str,
     /// Whether x is logarithmic.
@@ -182,8 +185,8 @@ impl Figure {
     /// A figure of two columns of a table.
     ///
     /// Rows are grouped into panels and series by value, to six significant digits; within a series the points are
-    /// sorted by x. A row without y is a gap in its curve, a row without x is left out. When several rows of a series
-    /// have the same x (some other column varies), or x is text, points are not joined by lines.
+    /// sorted by x, unless they lie along a path. A row without y is a gap in its curve, a row without x is left out. When several
+    /// rows of a series have the same x (some other column varies), or x is text, points are not joined by lines.
     ///
     /// # Errors
     /// [`FigureError`].
@@ -191,6 +194,7 @@ impl Figure {
         let (x, y) = (table.column(spec.x)?, table.column(spec.y)?);
         let series = spec.series.iter().map(|name| table.column(name)).collect::<Result<Vec<_>, _>>()?;
         let panels = spec.panels.map(|name| table.column(name)).transpose()?;
+        let along = spec.along.map(|name| table.column(name)).transpose()?;
 
         if let Some(example) = text_in(table, y) {
             return Err(FigureError::TextOnY { column: spec.y.to_owned(), example });
@@ -245,8 +249,13 @@ impl Figure {
         let panels = panel_labels.iter().enumerate().map(|(panel, panel_label)| {
             let series = series_labels.iter().enumerate().filter_map(|(series, label)| {
                 let mine = |row: &usize| panel_of_row[*row] == panel && series_of_row[*row] == series;
-                let mut points: Vec<(f64, f64)> =
-                    (0..points.len()).filter(mine).map(|row| points[row]).filter(|p| p.0.is_finite()).collect();
+                let rows = (0..points.len()).filter(mine).filter(|row| points[*row].0.is_finite());
+                if let Some(along) = along {
+                    let points = paths(rows.map(|row| (table.rows()[row][along].number(), points[row])));
+                    let style = if x_text.is_some() { Style::Markers } else { Style::LineAndMarkers };
+                    return (!points.is_empty()).then(|| Series { label: label.clone(), points, style });
+                }
+                let mut points: Vec<(f64, f64)> = rows.map(|row| points[row]).collect();
                 points.sort_by(|a, b| a.0.total_cmp(&b.0));
                 let repeated = points.windows(2).any(|p| p[0].0 == p[1].0);
                 let style = if repeated || x_text.is_some() { Style::Markers } else { Style::LineAndMarkers };
@@ -274,6 +283,20 @@ impl Figure {
         let legend = series.iter().map(heading).collect::<Vec<_>>().join(", ");
         Ok(Figure { title: spec.title.to_owned(), legend, panels })
     }
+}
+
+/// Points with what counts along their paths; a gap between two paths.
+fn paths(points: impl Iterator<Item = (Option<f64>, (f64, f64))>) -> Vec<(f64, f64)> {
+    let mut joined = Vec::new();
+    let mut before = None;
+    for (count, point) in points {
+        if before.is_some_and(|before| count <= before) {
+            joined.push((f64::NAN, f64::NAN));
+        }
+        before = Some(count);
+        joined.push(point);
+    }
+    joined
 }
 
 /// The name of a column as words.

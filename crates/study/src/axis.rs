@@ -16,18 +16,24 @@
 //! "foundation.base.shear_modulus" = ["80 GPa", "8 GPa"]
 //! ```
 //!
-//! A table that is a value of an axis replaces the table of the file as a whole. The values between the ends of a range
+//! A table that is a value of an axis replaces the table of the file as a whole. An axis over a list (`foundation.layers`,
+//! `loading.steps`) has lists as values, `[[], [{ … }], [{ … }, { … }]]`, or tables that give them a name,
+//! `{ label = "coated", layers = [{ … }] }`; one over `foundation.base` has tables and the word `"rigid"`. An axis over an
+//! entry of a list, `"loading.steps[1].shift_x"`, needs the entry in the scene; only a list that the scene leaves out
+//! altogether is made of what the axes set.
+//! The values between the ends of a range
 //! are rounded to 15 significant digits (13 with equal ratios), so that `{ from = 0, to = 1, count = 11 }` holds 0.3 and not
 //! 0.30000000000000004, and shares its results with a list that says 0.3. No axis names a value twice.
 
-use std::collections::HashMap;
+use std::borrow::Cow;
+use std::collections::{HashMap, HashSet};
 
 use contact::scene::Mesh;
 use toml::de::DeValue;
 
 use crate::columns::Value;
 use crate::error::{Problem, Span};
-use crate::key::{Key, Quantity, TABLES, Table, nearest};
+use crate::key::{Key, Quantity, Table, nearest_path};
 use crate::read::{self, Name, Node, Reader, entries};
 use crate::sheet::{Given, Setting, Sheet};
 use crate::units::Dimension;
@@ -48,7 +54,34 @@ pub struct Axis {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Target {
     Key(Key),
-    Table(&'static Table),
+    Table(Table),
+}
+
+impl Target {
+    /// The key or table, as short as a study file may write it.
+    fn path(self) -> Cow<'static, str> {
+        match self {
+            Target::Key(key) => key.short(),
+            Target::Table(table) => table.short(),
+        }
+    }
+
+    /// Whether the two set a key in common.
+    fn overlaps(self, other: Target) -> bool {
+        match (self, other) {
+            (Target::Key(a), Target::Key(b)) => a == b,
+            (Target::Key(key), Target::Table(table)) | (Target::Table(table), Target::Key(key)) => key.is_under(&table),
+            (Target::Table(a), Target::Table(b)) => a.is_under(&b) || b.is_under(&a),
+        }
+    }
+
+    /// The list in which it is an entry or a key of one, and the entry's index.
+    fn entry(self) -> Option<(Key, u32)> {
+        match self {
+            Target::Key(key) => Some((key.list()?, key.index()?)),
+            Target::Table(table) => Some((table.list()?, table.index()?)),
+        }
+    }
 }
 
 /// One value of an axis: how it is shown, and the keys it sets.
@@ -61,29 +94,23 @@ pub(crate) struct Choice {
 
 impl Axis {
     /// The key or table that it sets, as short as a study file may write it.
-    pub fn path(&self) -> &'static str {
-        match self.target {
-            Target::Key(key) => key.short(),
-            Target::Table(table) => table.short(),
-        }
+    pub fn path(&self) -> Cow<'static, str> {
+        self.target.path()
     }
 
     /// The column that shows it.
-    pub fn column(&self) -> &'static str {
+    pub fn column(&self) -> Cow<'static, str> {
         match self.target {
             Target::Key(key) => key.column(),
-            Target::Table(table) => table.column,
+            Target::Table(table) => table.column(),
         }
     }
 
-    /// What its values measure; they are in SI units.
-    pub fn dimension(&self) -> Dimension {
+    /// The key that it sets, unless that is a whole table.
+    pub fn key(&self) -> Option<Key> {
         match self.target {
-            Target::Key(key) => match key.quantity() {
-                Quantity::Number(dimension) => dimension,
-                _ => Dimension::Pure,
-            },
-            Target::Table(_) => Dimension::Pure,
+            Target::Key(key) => Some(key),
+            Target::Table(_) => None,
         }
     }
 
@@ -102,18 +129,10 @@ impl Axis {
         self.values().all(|value| matches!(value, Value::Number(_) | Value::Integer(_)))
     }
 
-    fn keys(&self) -> impl Iterator<Item = Key> {
-        let target = self.target;
-        Key::ALL.iter().copied().filter(move |key| match target {
-            Target::Key(own) => *key == own,
-            Target::Table(table) => key.is_under(table),
-        })
-    }
-
     /// Writes its `index`-th value on a sheet.
     pub(crate) fn apply<'a>(&'a self, index: usize, sheet: &mut Sheet<'a>) {
-        if let Target::Table(_) = self.target {
-            self.keys().for_each(|key| sheet.clear(key));
+        if let Target::Table(table) = &self.target {
+            sheet.clear(table);
         }
         if let Some(choice) = self.choices.get(index) {
             choice.given.iter().for_each(|(key, given)| sheet.set(*key, given));
@@ -227,13 +246,7 @@ fn read_zips(text: &str, node: &Node<'_>, groups: &mut Vec<Group>, problems: &mu
 fn read_axes(text: &str, prefix: &str, name: &Name<'_>, node: &Node<'_>, axes: &mut Vec<Axis>, problems: &mut Vec<Problem>) {
     let path = if prefix.is_empty() { name.get_ref().to_string() } else { format!("{prefix}.{}", name.get_ref()) };
     let span = name.span();
-    if let Some(key) = Key::find(&path) {
-        let (choices, log) = read_key_choices(key, node, problems);
-        if !choices.is_empty() {
-            refuse_repeats(&path, &choices, problems);
-            axes.push(Axis { target: Target::Key(key), choices, log, span });
-        }
-    } else if let Some(table) = Table::find(&path) {
+    if let Some(table) = Table::find(&path) {
         match node.get_ref() {
             DeValue::Table(below) if !below.is_empty() && !is_range(node) => {
                 entries(below).into_iter().for_each(|(name, node)| read_axes(text, &path, name, node, axes, problems));
@@ -246,10 +259,15 @@ fn read_axes(text: &str, prefix: &str, name: &Name<'_>, node: &Node<'_>, axes: &
                 }
             }
         }
+    } else if let Some(key) = Key::find(&path) {
+        let (choices, log) = read_key_choices(key, node, problems);
+        if !choices.is_empty() {
+            refuse_repeats(&path, &choices, problems);
+            axes.push(Axis { target: Target::Key(key), choices, log, span });
+        }
     } else {
-        let known = || Key::ALL.iter().map(|key| key.short()).chain(TABLES.iter().map(Table::short));
         let problem = |expected: &str| Problem::new(span.clone(), format!("there is no key `{path}` to vary"), expected);
-        problems.push(match nearest(&path, known()) {
+        problems.push(match nearest_path(&path) {
             Some(meant) => problem(&format!("did you mean \"{meant}\"?")),
             None => problem("must be a key of the scene or the numerics, like \"friction.mu\" or mesh"),
         });
@@ -266,7 +284,7 @@ fn read_key_choices(key: Key, node: &Node<'_>, problems: &mut Vec<Problem>) -> (
     match node.get_ref() {
         DeValue::Array(values) => {
             if values.is_empty() {
-                problems.push(empty(key.short(), node));
+                problems.push(empty(&key.short(), node));
             }
             let mut choices = Vec::new();
             for value in values.iter() {
@@ -286,7 +304,7 @@ fn read_key_choices(key: Key, node: &Node<'_>, problems: &mut Vec<Problem>) -> (
         },
         _ => {
             let expected = format!("a list of values or a range {{ from, to, count }}: each {}", key.quantity().expected());
-            problems.push(read::mistyped(key.short(), node, &expected).help(format!("one value alone is written [{}]", node_text(node))));
+            problems.push(read::mistyped(&key.short(), node, &expected).help(format!("one value alone is written [{}]", node_text(node))));
             (Vec::new(), false)
         }
     }
@@ -396,38 +414,72 @@ fn between(from: f64, to: f64, index: usize, count: usize, log: bool) -> f64 {
     if x.abs() < 1e-14 * from.abs().max(to.abs()) { 0.0 } else { format!("{x:.14e}").parse().unwrap_or(x) }
 }
 
-fn read_table_choices(text: &str, table: &'static Table, node: &Node<'_>, problems: &mut Vec<Problem>) -> Vec<Choice> {
+fn read_table_choices(text: &str, table: Table, node: &Node<'_>, problems: &mut Vec<Problem>) -> Vec<Choice> {
     let path = table.short();
     let DeValue::Array(values) = node.get_ref() else {
-        let expected = format!("a list of tables with the keys `{}`", table.names().join("`, `"));
-        problems.push(read::mistyped(path, node, &expected));
+        problems.push(read::mistyped(&path, node, &format!("a list, each {}", each(&table))));
         return Vec::new();
     };
     if values.is_empty() {
-        problems.push(empty(path, node));
+        problems.push(empty(&path, node));
     }
-    let mut choices = Vec::new();
-    for value in values.iter() {
-        let DeValue::Table(below) = value.get_ref() else {
-            problems.push(read::mistyped(path, value, &format!("a table with the keys `{}`", table.names().join("`, `"))));
-            continue;
-        };
-        let mut reader = Reader::new(text, problems);
-        let (labels, rest): (Vec<_>, Vec<_>) = entries(below).into_iter().partition(|(name, _)| name.get_ref() == "label");
-        reader.table(table, value.span(), rest);
-        let given = reader.given;
-        let label = match labels.first() {
-            Some((_, node)) => read::text("label", node).and_then(|text| checked_label(text, node.span())),
-            None => shape_of(&given).ok_or_else(|| {
-                Problem::new(value.span(), format!("this value of `{path}` has no label"), "needs label = \"…\" to name it in the results")
-            }),
-        };
-        match label {
-            Ok(label) => choices.push(Choice { shown: Value::Text(label), given, span: value.span() }),
-            Err(problem) => problems.push(problem),
+    values.iter().filter_map(|value| read_table_choice(text, table, value, problems)).collect()
+}
+
+/// What each value of an axis over a table must be, for messages.
+fn each(table: &Table) -> String {
+    match table.is_list() {
+        true => format!("{}, or with a name {{ label = \"…\", {} = [ … ] }}", table.expected(), table.name()),
+        false => table.expected(),
+    }
+}
+
+fn read_table_choice(text: &str, table: Table, value: &Node<'_>, problems: &mut Vec<Problem>) -> Option<Choice> {
+    let path = table.short();
+    let mut reader = Reader::new(text, problems);
+    let mut label = None;
+    match (table.list().filter(|_| table.is_list()), Key::find(&table.path()), value.get_ref()) {
+        (Some(list), _, DeValue::Array(_)) => {
+            reader.list(list, value);
+            let length = reader.given.first().map(|(_, given)| given.setting.to_string()).unwrap_or_default();
+            label = Some(match length.as_str() {
+                "0" => format!("no {}", table.name()),
+                "1" => format!("1 {}", table.name().trim_end_matches('s')),
+                _ => format!("{length} {}", table.name()),
+            });
+        }
+        (Some(list), _, DeValue::Table(below)) if below.contains_key(table.name()) => {
+            let names = ["label", table.name()];
+            for (name, node) in entries(below) {
+                match name.get_ref().as_ref() {
+                    "label" => {}
+                    name if name == table.name() => reader.list(list, node),
+                    other => reader.problems.push(read::unknown(other, name.span(), &format!("this value of `{path}`"), &names)),
+                }
+            }
+        }
+        (None, Some(key), DeValue::String(word)) => {
+            reader.key(key, value);
+            label = Some(word.to_string());
+        }
+        (None, _, DeValue::Table(below)) => {
+            let keys = entries(below).into_iter().filter(|(name, _)| name.get_ref() != "label");
+            reader.table(table, value.span(), keys);
+        }
+        _ => {
+            reader.problems.push(read::mistyped(&path, value, &each(&table)));
+            return None;
         }
     }
-    choices
+    let given = reader.given;
+    let label = match value.get_ref() {
+        DeValue::Table(below) => below.get("label").map(|node| read::text("label", node).and_then(|text| checked_label(text, node.span()))),
+        _ => label.map(Ok),
+    };
+    let label = label.or_else(|| shape_of(&given).map(Ok)).unwrap_or_else(|| {
+        Err(Problem::new(value.span(), format!("this value of `{path}` has no label"), "needs label = \"…\" to name it in the results"))
+    });
+    label.map(|label| Choice { shown: Value::Text(label), given, span: value.span() }).map_err(|problem| problems.push(problem)).ok()
 }
 
 fn checked_label(text: String, span: Span) -> Result<String, Problem> {
@@ -465,9 +517,9 @@ fn refuse_repeats(path: &str, choices: &[Choice], problems: &mut Vec<Problem>) {
 }
 
 fn refuse_overlaps(groups: &[Group], problems: &mut Vec<Problem>) {
-    let mut owners: HashMap<Key, &Axis> = HashMap::new();
-    for axis in groups.iter().flat_map(|group| &group.axes) {
-        if let Some(owner) = axis.keys().find_map(|key| owners.get(&key)) {
+    let axes: Vec<&Axis> = groups.iter().flat_map(|group| &group.axes).collect();
+    for (index, axis) in axes.iter().enumerate() {
+        if let Some(owner) = axes[..index].iter().find(|owner| owner.target.overlaps(axis.target)) {
             let message = match owner.path() == axis.path() {
                 true => format!("two axes vary `{}`", axis.path()),
                 false => format!("two axes, `{}` and `{}`, set the same keys", owner.path(), axis.path()),
@@ -475,8 +527,34 @@ fn refuse_overlaps(groups: &[Group], problems: &mut Vec<Problem>) {
             problems
                 .push(Problem::new(axis.span.clone(), message, "only one axis may set a key").context(owner.span.clone(), "the other one"));
         }
-        axis.keys().for_each(|key| {
-            owners.entry(key).or_insert(axis);
-        });
+    }
+}
+
+/// Refuses axes over entries that a list of the scene has not.
+pub(crate) fn refuse_absent(groups: &[Group], base: &[(Key, Given)], problems: &mut Vec<Problem>) {
+    for list in [Key::Layers, Key::Steps] {
+        let axes = || groups.iter().flat_map(|group| &group.axes).filter_map(|axis| Some((axis, axis.target.entry()?)));
+        let in_list = || axes().filter(|(_, (of, _))| *of == list).map(|(axis, (_, index))| (axis, index));
+        let scene = Sheet::new(base.iter().map(|(key, given)| (*key, given)));
+        let (length, has) = match scene.get(list) {
+            Some(_) => (scene.length(list), "has"),
+            None => {
+                let set: HashSet<u32> = in_list().map(|(_, index)| index).collect();
+                ((0..).find(|index| !set.contains(index)).unwrap_or(0), "is missing and would have")
+            }
+        };
+        for (axis, index) in in_list().filter(|(_, index)| *index >= length) {
+            let entries = match length {
+                0 => "no entries".to_owned(),
+                1 => "one entry, [0]".to_owned(),
+                n => format!("{n} entries, [0] to [{}]", n - 1),
+            };
+            let message = format!("there is no `{}[{index}]`: the scene's `{}` {has} {entries}", list.short(), list.name());
+            let problem = Problem::new(axis.span.clone(), message, format!("needs an entry of `scene.{}` to vary", list.short()));
+            problems.push(match scene.get(list) {
+                Some(given) => problem.context(given.span.clone(), "the entries are here"),
+                None => problem,
+            });
+        }
     }
 }

@@ -2,15 +2,20 @@
 //!
 //! A column is named by an identifier: for a key of the scene or the numerics the one that [`Key::column`] gives,
 //! whatever else the study varies. An axis over a whole table has the table's column and shows the labels.
+//!
+//! Results are those at the end of the loading path, except where a column's meaning says that it is of the whole path. In a
+//! table of increments ([`along_path`], [`Record::along_path`]) each row is what the result would be if the path ended there.
 
+use std::borrow::Cow;
+use std::collections::HashSet;
 use std::fmt;
 
-use contact::outcome::{Outcome, Status};
+use contact::outcome::{Observables, Outcome, Status, StepOutcome};
 use contact::scene::Mesh;
 
 use crate::axis::Axis;
 use crate::file::Point;
-use crate::key::{Key, Quantity};
+use crate::key::Key;
 use crate::record::{Ending, Record};
 use crate::sheet::{self, Setting};
 use crate::units::{Compact, Dimension};
@@ -71,6 +76,8 @@ pub enum Kind {
     Key,
     /// Whether and how the job ended.
     Status,
+    /// Where on its loading path an increment stands; only tables of increments have it.
+    Place,
     /// A quantity of the solution.
     Observable,
     /// A residual of the solution.
@@ -82,10 +89,10 @@ pub enum Kind {
 }
 
 /// A column.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Column {
     /// Its name, an identifier.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// What it measures; the values are in [`Dimension::unit`].
     pub dimension: Dimension,
     /// Where its values come from.
@@ -97,11 +104,13 @@ pub struct Column {
 
 #[derive(Clone, Copy, Debug)]
 enum Source {
-    Axis(usize),
+    Axis { index: usize, is_numeric: bool },
     Key(Key),
     JobKey,
     Record(fn(&Record) -> Value),
     Outcome(fn(&Outcome) -> Value),
+    End(fn(&StepOutcome) -> Value),
+    Observed(fn(&Observables) -> Value),
 }
 
 impl Column {
@@ -112,57 +121,64 @@ impl Column {
 
     /// Its value for a point and the record that the point's job left, if it left one yet.
     pub fn value(&self, point: &Point, record: Option<&Record>) -> Value {
+        let end = || record.and_then(Record::outcome).and_then(Outcome::last);
         match self.source {
-            Source::Axis(index) => point.values.get(index).cloned().unwrap_or(Value::Missing),
+            Source::Axis { index, .. } => point.values.get(index).cloned().unwrap_or(Value::Missing),
             Source::Key(key) => sheet::setting(&point.job, key).map_or(Value::Missing, |setting| Value::from(&setting)),
             Source::JobKey => Value::Text(point.key.to_string()),
             Source::Record(read) => record.map_or(Value::Missing, read),
-            Source::Outcome(read) => match record.map(|record| &record.ending) {
-                Some(Ending::Finished(outcome)) => read(outcome),
-                Some(Ending::Quarantined { .. }) | None => Value::Missing,
-            },
+            Source::Outcome(read) => record.and_then(Record::outcome).map_or(Value::Missing, read),
+            Source::End(read) => end().map_or(Value::Missing, read),
+            Source::Observed(read) => end().map_or(Value::Missing, |end| read(&end.observables)),
         }
     }
 
     /// Whether its values are numbers, apart from missing ones.
     pub fn is_numeric(&self) -> bool {
         match self.source {
-            Source::Key(key) => matches!(key.quantity(), Quantity::Number(_) | Quantity::Count | Quantity::Mesh),
-            Source::Axis(_) => Key::ALL
-                .iter()
-                .any(|key| key.column() == self.name && matches!(key.quantity(), Quantity::Number(_) | Quantity::Count | Quantity::Mesh)),
+            Source::Key(key) => key.quantity().is_numeric(),
+            Source::Axis { is_numeric, .. } => is_numeric,
             Source::JobKey => false,
-            Source::Record(_) | Source::Outcome(_) => !TEXTS.contains(&self.name),
+            Source::Record(_) | Source::Outcome(_) | Source::End(_) | Source::Observed(_) => !TEXTS.contains(&self.name.as_ref()),
         }
     }
 }
 
 /// The columns of a study with these axes, in order: the axes, the other keys, then what the records hold.
-/// Without axes, the columns of any record.
-pub fn columns<'a>(axes: impl IntoIterator<Item = &'a Axis>) -> Vec<Column> {
-    let mut columns = Vec::new();
+/// Without axes, the columns of any record. Keys of layers and steps have columns if they are among `keys`, other keys always.
+pub fn columns<'a>(axes: impl IntoIterator<Item = &'a Axis>, keys: impl IntoIterator<Item = Key>) -> Vec<Column> {
+    let mut columns: Vec<Column> = Vec::new();
     for (index, axis) in axes.into_iter().enumerate() {
-        let meaning = Key::find(axis.path()).map_or("label of the table", Key::meaning);
-        let (name, dimension) = (axis.column(), axis.dimension());
-        columns.push(Column { name, dimension, kind: Kind::Axis, meaning, source: Source::Axis(index) });
+        let (dimension, meaning) = axis.key().map_or((Dimension::Pure, "label of the table"), |key| (key.dimension(), key.meaning()));
+        let is_numeric = axis.key().is_some_and(|key| key.quantity().is_numeric());
+        columns.push(Column { name: axis.column(), dimension, kind: Kind::Axis, meaning, source: Source::Axis { index, is_numeric } });
     }
-    for key in Key::ALL.iter().filter(|key| !matches!(key, Key::File | Key::HeightUnit)) {
-        if !columns.iter().any(|column| column.name == key.column()) {
-            let dimension = match key.quantity() {
-                Quantity::Number(dimension) => dimension,
-                _ => Dimension::Pure,
-            };
-            columns.push(Column { name: key.column(), dimension, kind: Kind::Key, meaning: key.meaning(), source: Source::Key(*key) });
+    let listed: HashSet<Key> = keys.into_iter().collect();
+    let length = |list| listed.iter().filter(|key| key.list() == Some(list)).filter_map(|key| Some(key.index()? + 1)).max().unwrap_or(0);
+    for key in Key::all(length) {
+        let is_there = key.index().is_none() || listed.contains(&key);
+        let is_input = matches!(key, Key::File | Key::HeightUnit);
+        if is_there && !is_input && !columns.iter().any(|column| column.name == key.column()) {
+            let (name, dimension, meaning) = (key.column(), key.dimension(), key.meaning());
+            columns.push(Column { name, dimension, kind: Kind::Key, meaning, source: Source::Key(key) });
         }
     }
     columns.extend_from_slice(RESULTS);
     columns
 }
 
+/// The columns of a table of increments, one row for each ([`Record::along_path`]): the axes, where on the path it stands, and the rest.
+pub fn along_path(columns: Vec<Column>) -> Vec<Column> {
+    let (axes, mut rest): (Vec<Column>, Vec<Column>) = columns.into_iter().partition(|column| column.kind == Kind::Axis);
+    // here a number of increments is the number of the increment
+    rest.retain(|column| column.name != "increments");
+    axes.into_iter().chain(PLACE.iter().cloned()).chain(rest).collect()
+}
+
 /// The column of this name, or of the key with this path, short or from the top.
 pub fn find<'a>(columns: &'a [Column], name: &str) -> Option<&'a Column> {
     let of_path = Key::find(name).map(Key::column);
-    columns.iter().find(|column| column.name == name).or_else(|| columns.iter().find(|column| Some(column.name) == of_path))
+    columns.iter().find(|column| column.name == name).or_else(|| columns.iter().find(|column| Some(&column.name) == of_path.as_ref()))
 }
 
 /// The columns of [`RESULTS`] whose values are texts.
@@ -170,51 +186,76 @@ const TEXTS: &[&str] = &["status", "reason", "program"];
 
 macro_rules! results {
     ($($kind:ident $name:literal $dimension:ident $meaning:literal $source:expr;)*) => {
-        /// The columns that every record has.
-        const RESULTS: &[Column] = &[
-            Column { name: "key", dimension: Dimension::Pure, kind: Kind::Status, meaning: "identity of the job", source: Source::JobKey },
-            $(Column { name: $name, dimension: Dimension::$dimension, kind: Kind::$kind, meaning: $meaning, source: $source },)*
-        ];
+        &[$(Column {
+            name: Cow::Borrowed($name),
+            dimension: Dimension::$dimension,
+            kind: Kind::$kind,
+            meaning: $meaning,
+            source: $source,
+        },)*]
     };
 }
 
-const fn outcome(read: fn(&Outcome) -> Value) -> Source {
-    Source::Outcome(read)
-}
-
 macro_rules! number {
-    ($part:ident . $field:ident) => {
-        outcome(|outcome| Value::Number(outcome.$part.$field))
+    ($($part:ident).+) => {
+        Source::End(|end| Value::Number(end.$($part).+))
     };
 }
 
 macro_rules! integer {
-    ($part:ident . $field:ident) => {
-        outcome(|outcome| Value::Integer(outcome.$part.$field))
+    ($($part:ident).+) => {
+        Source::End(|end| Value::Integer(end.$($part).+ as u64))
     };
 }
 
-results! {
+/// The columns that only tables of increments have.
+const PLACE: &[Column] = results! {
+    Place "step" Pure "index of the load step" integer!(step);
+    Place "cycle" Pure "which time the cycle is run through, counted from 1; 0 outside of one" integer!(cycle);
+    Place "increment" Pure "number of the increment along the path, counted from 1" Source::Outcome(increments);
+};
+
+/// The columns that every record has.
+const RESULTS: &[Column] = results! {
+    Status "key" Pure "identity of the job" Source::JobKey;
     Status "status" Pure "certified, failed or quarantined" Source::Record(|record| Value::Text(record.status().to_owned()));
     Status "reason" Pure "why it failed" Source::Record(reason);
+    Status "increments" Pure "increments of the loading path that were solved" Source::Outcome(increments);
+    Observable "at_approach" Length "approach that was reached" number!(motion.approach);
+    Observable "at_shift_x" Length "shift along x that was reached" number!(motion.shift_x);
+    Observable "at_shift_y" Length "shift along y that was reached" number!(motion.shift_y);
+    Observable "at_tilt_x" Angle "tilt about x that was reached" number!(motion.tilt_x);
+    Observable "at_tilt_y" Angle "tilt about y that was reached" number!(motion.tilt_y);
+    Observable "at_twist" Angle "twist that was reached" number!(motion.twist);
     Observable "load" Force "normal force" number!(observables.load);
     Observable "force_x" Force "tangential force along x" number!(observables.force_x);
     Observable "force_y" Force "tangential force along y" number!(observables.force_y);
     Observable "moment_x" Moment "moment about x" number!(observables.moment_x);
     Observable "moment_y" Moment "moment about y" number!(observables.moment_y);
     Observable "moment_z" Moment "moment about z" number!(observables.moment_z);
+    Observable "contact_x" Length "x of the centre of pressure" Source::Observed(|o| ratio(-o.moment_y, o.load));
+    Observable "contact_y" Length "y of the centre of pressure" Source::Observed(|o| ratio(o.moment_x, o.load));
     Observable "contact_area" Area "area in contact" number!(observables.contact_area);
     Observable "stick_area" Area "area in contact that sticks" number!(observables.stick_area);
     Observable "slip_area" Area "area in contact that slips" number!(observables.slip_area);
-    Observable "stick_fraction" Pure "stick area over contact area" outcome(stick_fraction);
-    Observable "contact_radius" Length "radius of the disk of the contact area" outcome(contact_radius);
+    Observable "stick_fraction" Pure "stick area over contact area" Source::Observed(|o| ratio(o.stick_area, o.contact_area));
+    Observable "contact_radius" Length "radius of the disk of the contact area" Source::Observed(|o| Value::Number((o.contact_area / std::f64::consts::PI).sqrt()));
+    Observable "patches" Pure "separate regions in contact" integer!(observables.patches);
+    Observable "sole_area" Area "area that could be in contact" number!(observables.sole_area);
+    Observable "separated_area" Area "area that could be in contact and is not" Source::Observed(|o| Value::Number(o.sole_area - o.contact_area));
+    Observable "separated_fraction" Pure "separated area over the area that could be in contact" Source::Observed(|o| ratio(o.sole_area - o.contact_area, o.sole_area));
+    Observable "largest_gap" Length "largest gap where contact could be" number!(observables.largest_gap);
     Observable "contact_elements" Pure "elements in contact" integer!(observables.contact_elements);
     Observable "stick_elements" Pure "elements that stick" integer!(observables.stick_elements);
     Observable "slip_elements" Pure "elements that slip" integer!(observables.slip_elements);
     Observable "peak_pressure" Pressure "largest pressure" number!(observables.peak_pressure);
     Observable "peak_traction" Pressure "largest tangential traction" number!(observables.peak_traction);
     Observable "energy" Energy "elastic energy" number!(observables.energy);
-    Observable "dissipation" Energy "energy lost to friction" number!(observables.dissipation);
+    Observable "dissipation" Energy "energy lost to friction in the last increment" number!(observables.dissipation);
+    Observable "total_dissipation" Energy "energy lost to friction along the whole path" Source::Outcome(|outcome| Value::Number(outcome.dissipation()));
+    Observable "cycle_dissipation" Energy "energy lost to friction in the last cycle" Source::Outcome(cycle_dissipation);
+    Observable "external_work" Energy "work of the punch's motion in the last increment" number!(observables.external_work);
+    Observable "total_work" Energy "work of the punch's motion along the whole path" Source::Outcome(total_work);
     Observable "ceiling_elements" Pure "elements at the pressure ceiling" integer!(observables.ceiling_elements);
     Observable "edge_elements" Pure "elements in contact at the edge of Ω; above 0, Ω is too small" integer!(observables.edge_elements);
     Observable "mesh_x" Pure "elements along x" integer!(observables.mesh_x);
@@ -228,13 +269,19 @@ results! {
     Certificate "cone_violation" Pure "largest excess of traction over friction, relative" number!(certificate.cone_violation);
     Certificate "slip_angle" Angle "largest angle between slip and opposite traction" number!(certificate.slip_angle);
     Certificate "force_imbalance" Pure "imbalance of forces over the load" number!(certificate.force_imbalance);
-    Work "iterations" Pure "iterations of the solver" integer!(work.iterations);
-    Work "operator_applications" Pure "applications of the operator" integer!(work.operator_applications);
+    Work "iterations" Pure "iterations of the solver along the whole path" Source::Outcome(|outcome| Value::Integer(outcome.work().iterations));
+    Work "operator_applications" Pure "applications of the operator along the whole path" Source::Outcome(|outcome| Value::Integer(outcome.work().operator_applications));
     Provenance "seconds" Time "time that solving took" Source::Record(|record| Value::Number(record.provenance.seconds));
     Provenance "attempt" Pure "attempt that succeeded, counted from 1" Source::Record(|record| Value::Integer(u64::from(record.provenance.attempt)));
     Provenance "worker" Pure "worker that computed it" Source::Record(|record| Value::Integer(u64::from(record.provenance.worker)));
     Provenance "finished" Time "when it was finished, since 1970-01-01 UTC" Source::Record(|record| Value::Integer(record.provenance.finished));
     Provenance "program" Pure "version of the program" Source::Record(|record| Value::Text(record.provenance.program.clone()));
+};
+
+/// `a`/`b`, where there is a `b`.
+fn ratio(a: f64, b: f64) -> Value {
+    // no −0
+    if b > 0.0 { Value::Number(a / b + 0.0) } else { Value::Missing }
 }
 
 fn reason(record: &Record) -> Value {
@@ -246,13 +293,16 @@ fn reason(record: &Record) -> Value {
     }
 }
 
-fn stick_fraction(outcome: &Outcome) -> Value {
-    let observables = &outcome.observables;
-    if observables.contact_area > 0.0 { Value::Number(observables.stick_area / observables.contact_area) } else { Value::Missing }
+fn increments(outcome: &Outcome) -> Value {
+    Value::Integer(outcome.steps.len() as u64)
 }
 
-fn contact_radius(outcome: &Outcome) -> Value {
-    Value::Number((outcome.observables.contact_area / std::f64::consts::PI).sqrt())
+fn cycle_dissipation(outcome: &Outcome) -> Value {
+    outcome.cycle_dissipation().map_or(Value::Missing, Value::Number)
+}
+
+fn total_work(outcome: &Outcome) -> Value {
+    Value::Number(outcome.steps.iter().map(|step| step.observables.external_work).sum())
 }
 
 #[cfg(test)]
@@ -262,34 +312,68 @@ mod tests {
 
     #[test]
     fn names_are_identifiers_and_unique() {
-        let mut seen = std::collections::HashSet::new();
-        for column in columns([]) {
-            assert!(seen.insert(column.name), "{}", column.name);
-            assert!(column.name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_'), "{}", column.name);
+        let all = columns([], Key::all(|_| 12));
+        for columns in [all.clone(), along_path(all)] {
+            let mut seen = HashSet::new();
+            for column in &columns {
+                assert!(seen.insert(column.name.clone()), "{}", column.name);
+                assert!(column.name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_'), "{}", column.name);
+            }
+            // an axis over a table hides no other column
+            for table in crate::key::Table::ALL {
+                let key = Key::find(&table.path());
+                assert!(!seen.contains(&table.column()) || key.is_some_and(|key| key.column() == table.column()), "{table:?}");
+            }
         }
-        assert!(crate::key::TABLES.iter().all(|table| seen.insert(table.column)));
     }
 
     #[test]
     fn every_figure_of_an_outcome_has_its_column() {
         let record = solved();
-        let Ending::Finished(outcome) = &record.ending else { panic!("solved") };
+        let outcome = record.outcome().unwrap();
         let point = Point::of_record(&record).unwrap();
-        let columns = columns([]);
-        for part in ["observables", "certificate", "work"] {
-            let figures = serde_json::to_value(outcome).unwrap()[part].clone();
-            for (name, figure) in figures.as_object().unwrap() {
-                let column = find(&columns, name).unwrap_or_else(|| panic!("no column {name}"));
-                assert_eq!(column.value(&point, Some(&record)).as_f64(), figure.as_f64(), "{name}");
+        let columns = along_path(columns([], []));
+        let value = |name: &str| {
+            let column = find(&columns, name).unwrap_or_else(|| panic!("no column {name}"));
+            column.value(&point, Some(&record)).as_f64()
+        };
+        let end = serde_json::to_value(outcome.last().unwrap()).unwrap();
+        for part in ["observables", "certificate"] {
+            for (name, figure) in end[part].as_object().unwrap() {
+                assert_eq!(value(name), figure.as_f64(), "{name}");
             }
         }
+        for (name, figure) in end["motion"].as_object().unwrap() {
+            assert_eq!(value(&format!("at_{name}")), figure.as_f64(), "{name}");
+        }
+        for (name, figure) in serde_json::to_value(outcome.work()).unwrap().as_object().unwrap() {
+            assert_eq!(value(name), figure.as_f64(), "{name}");
+        }
+        assert_eq!((value("step"), value("cycle")), (end["step"].as_f64(), end["cycle"].as_f64()));
+    }
+
+    #[test]
+    fn an_increment_is_what_the_path_would_be_if_it_ended_there() {
+        let record = failed();
+        let point = Point::of_record(&record).unwrap();
+        let columns = along_path(columns([], []));
+        let mut rows = Vec::new();
+        record.along_path(|partial| {
+            let names =
+                ["step", "cycle", "increment", "status", "load", "dissipation", "total_dissipation", "cycle_dissipation", "iterations"];
+            rows.push(names.map(|name| find(&columns, name).unwrap().value(&point, Some(partial)).to_string()).join(" "));
+        });
+        assert_eq!(rows, ["0 0 1 certified 0.5 0.25 0.25  7", "1 2 2 failed 1 15 15.25 15 29"]);
+        let mut increments = 0;
+        quarantined().along_path(|_| increments += 1);
+        assert_eq!(increments, 0);
     }
 
     #[test]
     fn every_column_is_of_the_type_it_claims() {
         let record = solved();
         let point = Point::of_record(&record).unwrap();
-        for column in columns([]) {
+        for column in columns([], []) {
             let value = column.value(&point, Some(&record));
             if value != Value::Missing {
                 assert_eq!(value.as_f64().is_some(), column.is_numeric(), "{}", column.name);
@@ -299,7 +383,7 @@ mod tests {
 
     #[test]
     fn what_is_not_there_is_missing() {
-        let columns = columns([]);
+        let columns = columns([], [Key::Approach(0)]);
         let value = |record: &Record, name: &str| find(&columns, name).unwrap().value(&Point::of_record(record).unwrap(), Some(record));
         assert_eq!(value(&quarantined(), "load"), Value::Missing);
         assert_eq!(value(&quarantined(), "status"), Value::Text("quarantined".into()));
@@ -309,6 +393,9 @@ mod tests {
         assert_eq!(value(&solved(), "friction.mu"), Value::Number(0.3));
         assert_eq!(value(&solved(), "punch_poisson"), Value::Missing);
         assert_eq!(value(&solved(), "stick_fraction"), Value::Number(0.25));
+        assert_eq!(value(&solved(), "loading.steps[0].approach"), Value::Number(2e-5));
+        assert_eq!((value(&solved(), "contact_x"), value(&solved(), "contact_y")), (Value::Number(-5.0), Value::Number(4.0)));
+        assert_eq!((value(&solved(), "separated_area"), value(&solved(), "separated_fraction")), (Value::Number(2.0), Value::Number(0.2)));
         assert!(find(&columns, "colour").is_none());
     }
 }

@@ -3,7 +3,7 @@
 use toml::de::DeValue;
 
 use crate::axis::{Axis, Group};
-use crate::columns::{Column, find};
+use crate::columns::{Column, along_path, find};
 use crate::error::Problem;
 use crate::key::nearest;
 use crate::read::{self, Node, entries};
@@ -19,15 +19,17 @@ pub struct Figure {
     pub series: Vec<String>,
     /// One panel for each value of this column.
     pub panels: Option<String>,
+    /// Whether every increment is a point, joined along the loading path, and not only the end of it.
+    pub steps: bool,
     /// Whether the abscissa is logarithmic.
     pub log_x: bool,
     /// Whether the ordinate is logarithmic.
     pub log_y: bool,
 }
 
-const KEYS: &[&str] = &["x", "y", "series", "panels", "log_x", "log_y"];
+const KEYS: &[&str] = &["x", "y", "series", "panels", "steps", "log_x", "log_y"];
 
-/// Reads `[figure]`. Without `series` there is one curve for each combination of the axes left over.
+/// Reads `[figure]`; `columns` are the study's. Without `series` there is one curve for each combination of the axes left over.
 pub(crate) fn read_figure(node: &Node<'_>, groups: &[Group], columns: &[Column], problems: &mut Vec<Problem>) -> Option<Figure> {
     let DeValue::Table(table) = node.get_ref() else {
         problems.push(read::mistyped("figure", node, &format!("a table with the keys `{}`", KEYS.join("`, `"))));
@@ -36,6 +38,12 @@ pub(crate) fn read_figure(node: &Node<'_>, groups: &[Group], columns: &[Column],
     for (name, _) in entries(table).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref())) {
         problems.push(read::unknown(name.get_ref(), name.span(), "`[figure]`", KEYS));
     }
+    let mut switch = |name: &str| {
+        let node = table.get(name)?;
+        read::switch(&format!("figure.{name}"), node).map_err(|problem| problems.push(problem)).ok()
+    };
+    let (log_x, log_y, steps) = (switch("log_x"), switch("log_y"), switch("steps").unwrap_or(false));
+    let columns = if steps { &along_path(columns.to_vec()) } else { columns };
     let mut column = |name: &str, numeric: bool| {
         let node = table.get(name)?;
         let read = column_name(&format!("figure.{name}"), node, columns, numeric);
@@ -52,11 +60,6 @@ pub(crate) fn read_figure(node: &Node<'_>, groups: &[Group], columns: &[Column],
             Vec::new()
         }
     });
-    let mut switch = |name: &str| {
-        let node = table.get(name)?;
-        read::switch(&format!("figure.{name}"), node).map_err(|problem| problems.push(problem)).ok()
-    };
-    let (log_x, log_y) = (switch("log_x"), switch("log_y"));
     let mut require = |name: &str, found: Option<String>| {
         if found.is_none() && !table.contains_key(name) {
             problems.push(Problem::new(
@@ -68,9 +71,9 @@ pub(crate) fn read_figure(node: &Node<'_>, groups: &[Group], columns: &[Column],
         found
     };
     let (x, y) = (require("x", x)?, require("y", y)?);
-    let others = firsts(groups).map(Axis::column).filter(|name| *name != x && panels.as_deref() != Some(*name));
-    let series = series.unwrap_or_else(|| others.map(str::to_owned).collect());
-    Some(Figure { x, y, series, panels, log_x: log_x.unwrap_or(false), log_y: log_y.unwrap_or(false) })
+    let others = firsts(groups).map(|axis| axis.column().into_owned()).filter(|name| *name != x && panels.as_ref() != Some(name));
+    let series = series.unwrap_or_else(|| others.collect());
+    Some(Figure { x, y, series, panels, steps, log_x: log_x.unwrap_or(false), log_y: log_y.unwrap_or(false) })
 }
 
 fn column_name(what: &str, node: &Node<'_>, columns: &[Column], numeric: bool) -> Result<String, Problem> {
@@ -79,10 +82,13 @@ fn column_name(what: &str, node: &Node<'_>, columns: &[Column], numeric: bool) -
         Some(column) if numeric && !column.is_numeric() => {
             Err(Problem::new(node.span(), format!("`{what}`: the column `{name}` holds texts"), "must be a column of numbers"))
         }
-        Some(column) => Ok(column.name.to_owned()),
+        Some(column) => Ok(column.name.to_string()),
         None => {
             let message = format!("`{what}`: there is no column `{name}`");
-            Err(match nearest(&name, columns.iter().map(|column| column.name)) {
+            if along_path(Vec::new()).iter().any(|column| column.name == name) {
+                return Err(Problem::new(node.span(), message, "only increments have it: add steps = true to the figure"));
+            }
+            Err(match nearest(&name, columns.iter().map(|column| column.name.as_ref())) {
                 Some(meant) => Problem::new(node.span(), message, format!("did you mean \"{meant}\"?")),
                 None => Problem::new(node.span(), message, "must be an axis, a key or an observable, like \"mu\" or \"peak_pressure\""),
             })
@@ -102,8 +108,8 @@ pub(crate) fn default(groups: &[Group]) -> Option<Figure> {
     // the first of the longest: max_by_key would return the last
     let x = firsts(groups).filter(|axis| axis.is_numeric()).reduce(|a, b| if b.values().len() > a.values().len() { b } else { a })?;
     let others = || firsts(groups).filter(|axis| axis.column() != x.column());
-    let panels = others().find(|axis| !axis.is_numeric()).map(|axis| axis.column().to_owned());
-    let series = others().map(|axis| axis.column().to_owned()).filter(|name| Some(name) != panels.as_ref()).collect();
+    let panels = others().find(|axis| !axis.is_numeric()).map(|axis| axis.column().into_owned());
+    let series = others().map(|axis| axis.column().into_owned()).filter(|name| Some(name) != panels.as_ref()).collect();
     let y = if x.column() == "mu" { "stick_fraction" } else { "load" };
-    Some(Figure { x: x.column().to_owned(), y: y.to_owned(), series, panels, log_x: x.is_log(), log_y: false })
+    Some(Figure { x: x.column().into_owned(), y: y.to_owned(), series, panels, steps: false, log_x: x.is_log(), log_y: false })
 }

@@ -132,7 +132,7 @@ impl Study {
 
     /// Every column of the study's results.
     pub fn columns(&self) -> Vec<Column> {
-        columns::columns(self.axes())
+        columns::columns(self.axes(), keys(&self.base, &self.groups))
     }
 
     /// The surfaces that its jobs name.
@@ -196,11 +196,7 @@ impl Study {
 
     /// Reads the height maps that any point needs, each once.
     fn read_surfaces(&mut self, files: &mut ReadFile<'_>) -> Vec<Problem> {
-        let names = |key: Key| {
-            let base = self.base.iter().map(|(key, given)| (key, given));
-            let axes = self.axes().flat_map(|axis| &axis.choices).flat_map(|choice| choice.given.iter().map(|(key, given)| (key, given)));
-            base.chain(axes).any(|(other, _)| *other == key)
-        };
+        let names = |key: Key| keys(&self.base, &self.groups).any(|other| other == key);
         if !names(Key::File) && !names(Key::Surface) {
             return Vec::new();
         }
@@ -311,7 +307,8 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     let kind = read_kind(&root, &mut problems);
     let (base, places) = read_base(text, &root, &mut problems);
     let groups = root.get("sweep").map(|node| axis::read_sweep(text, node, &mut problems)).unwrap_or_default();
-    let columns = columns::columns(groups.iter().flat_map(Group::axes));
+    axis::refuse_absent(&groups, &base, &mut problems);
+    let columns = columns::columns(groups.iter().flat_map(Group::axes), keys(&base, &groups));
     let figure = match root.get("figure") {
         Some(node) => figure::read_figure(node, &groups, &columns, &mut problems),
         None => figure::default(&groups),
@@ -342,14 +339,19 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     Ok(study)
 }
 
+/// Every key that a base or an axis gives, some more than once.
+fn keys<'a>(base: &'a [(Key, Given)], groups: &'a [Group]) -> impl Iterator<Item = Key> + 'a {
+    let choices = groups.iter().flat_map(Group::axes).flat_map(|axis| &axis.choices);
+    base.iter().chain(choices.flat_map(|choice| &choice.given)).map(|(key, _)| *key)
+}
+
 fn read_base(text: &str, root: &DeTable<'_>, problems: &mut Vec<Problem>) -> (Vec<(Key, Given)>, TablePlaces) {
     let mut reader = Reader::new(text, problems);
     for (name, node) in entries(root) {
-        match (Table::find(name.get_ref()).filter(|table| table.path == name.get_ref()), node.get_ref()) {
+        match (Table::find(name.get_ref()).filter(|table| table.path() == name.get_ref().as_ref()), node.get_ref()) {
             (Some(table), DeValue::Table(below)) => reader.table(table, node.span(), entries(below)),
             (Some(table), _) => {
-                let expected = format!("a table with the keys `{}`", table.names().join("`, `"));
-                reader.problems.push(read::mistyped(table.path, node, &expected));
+                reader.problems.push(read::mistyped(&table.path(), node, &table.expected()));
             }
             (None, _) => {}
         }

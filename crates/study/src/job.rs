@@ -1,12 +1,13 @@
 //! A job: one scene with one set of numerics, and the identity under which its result is kept.
 
-use contact::scene::{Domain, Foundation, Friction, Loading, Material, Numerics, Punch, Scene, SceneError, Shape};
+use contact::scene::{Base, Domain, Foundation, Friction, Loading, Material, Numerics, Punch, Scene, SceneError, Shape};
 use serde::{Deserialize, Serialize};
 
-use crate::sheet::settings;
+use crate::key::{Key, Quantity};
+use crate::sheet::{Setting, length, settings};
 
 /// Changes whenever the same job would give different numbers; part of every [`JobKey`].
-pub const PHYSICS_VERSION: u32 = 1;
+pub const PHYSICS_VERSION: u32 = 2;
 
 /// One point of a study: everything that determines its result, and nothing else.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -19,11 +20,12 @@ pub struct Job {
 }
 
 impl Job {
-    /// The canonical text of the job: JSON with the fields in their declared order, defaults left out, numbers in SI
-    /// units in their shortest exact form. Spelling, order and units of the study file leave no trace in it.
+    /// The canonical text of the job: JSON with the fields in their declared order, defaults and what goes without saying on the
+    /// loading path left out, numbers in SI units in their shortest exact form. Spelling, order and units of the study file leave
+    /// no trace in it.
     pub fn canonical(&self) -> String {
         let mut job = self.clone();
-        job.normalise_zeros();
+        job.normalise();
         serde_json::to_string(&job).expect("a job is plain data with finite numbers")
     }
 
@@ -42,27 +44,42 @@ impl Job {
 
     /// The job as the `scene` and `numerics` of a study file, in SI units; read back, it is the same job.
     pub fn to_toml(&self) -> String {
-        let mut lines = String::new();
-        let mut step = Vec::new();
-        for (key, setting) in settings(self) {
-            match key.path().strip_prefix("scene.loading.steps[0].") {
-                Some(name) => step.push(format!("{name} = {setting}")),
-                None => lines.push_str(&format!("{} = {setting}\n", key.path())),
+        let settings = settings(self);
+        let goes_without_saying =
+            |key: Key, setting: &Setting| matches!(key, Key::Increments(_) | Key::Cycles) && *setting == Setting::Count(1);
+        let said = || settings.iter().filter(|(key, setting)| !goes_without_saying(*key, setting));
+        let mut text = String::new();
+        for (key, setting) in said().filter(|(key, _)| key.index().is_none()) {
+            if !matches!(key.quantity(), Quantity::List(_)) {
+                text += &format!("{} = {setting}\n", key.path());
+                continue;
+            }
+            let entry = |index| {
+                let keys = said().filter(|(of, _)| of.list() == Some(*key) && of.index() == Some(index));
+                let keys: Vec<String> = keys.map(|(key, setting)| format!("{} = {setting}", key.name())).collect();
+                if keys.is_empty() { "{}".to_owned() } else { format!("{{ {} }}", keys.join(", ")) }
+            };
+            let entries: Vec<String> = (0..length(self, *key)).map(entry).collect();
+            if !entries.is_empty() {
+                text += &format!("{} = [{}]\n", key.path(), entries.join(", "));
             }
         }
-        lines.push_str(&format!("scene.loading.steps = [{{ {} }}]\n", step.join(", ")));
-        lines
+        text
     }
 
-    fn normalise_zeros(&mut self) {
-        for step in &mut self.scene.loading.steps {
-            for x in [&mut step.approach, &mut step.shift_x, &mut step.shift_y, &mut step.tilt_x, &mut step.tilt_y, &mut step.twist] {
-                *x += 0.0; // −0 becomes 0
-            }
+    /// Makes jobs that are the same equal.
+    fn normalise(&mut self) {
+        // −0 becomes 0
+        let scene = &mut self.scene;
+        scene.loading = scene.loading.normalised();
+        scene.friction.mu += 0.0;
+        for layer in &mut scene.foundation.layers {
+            layer.poisson += 0.0;
         }
-        self.scene.friction.mu += 0.0;
-        self.scene.foundation.base.poisson += 0.0;
-        if let Some(material) = &mut self.scene.punch.material {
+        if let Base::Elastic(material) = &mut scene.foundation.base {
+            material.poisson += 0.0;
+        }
+        if let Some(material) = &mut scene.punch.material {
             material.poisson += 0.0;
         }
         self.numerics.epsilon += 0.0;
@@ -158,7 +175,7 @@ impl std::fmt::Debug for JobKey {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use contact::scene::{Mesh, Step};
+    use contact::scene::{Layer, Mesh, Step};
     use proptest::prelude::*;
 
     pub(crate) fn job() -> Job {
@@ -173,11 +190,11 @@ pub(crate) mod tests {
         };
         Job {
             scene: Scene {
-                foundation: Foundation { base: Material { shear_modulus: 80e9, poisson: 0.3 } },
+                foundation: Foundation::half_space(Material { shear_modulus: 80e9, poisson: 0.3 }),
                 punch: Punch { shape: Shape::Sphere { radius: 0.05 }, material: None },
                 friction: Friction { mu: 0.3 },
                 domain: None,
-                loading: Loading { steps: vec![Step { approach: 2e-5, ..Step::default() }] },
+                loading: Loading::path(vec![Step { approach: Some(2e-5), ..Step::default() }]),
             },
             numerics,
         }
@@ -186,23 +203,36 @@ pub(crate) mod tests {
     /// A change of this text or key orphans every stored result; it needs a new [`PHYSICS_VERSION`].
     #[test]
     fn the_canonical_text_is_fixed() {
-        insta::assert_snapshot!(job().canonical(), @r#"{"scene":{"foundation":{"base":{"shear_modulus":80000000000.0,"poisson":0.3}},"punch":{"shape":"sphere","radius":0.05},"friction":{"mu":0.3},"loading":{"steps":[{"approach":0.00002}]}},"numerics":{"mesh":16,"projection":"average","method":"seidel","tolerance":1e-8,"max_iterations":20000}}"#);
-        insta::assert_snapshot!(job().key(), @"13568a3a1a179757959408a94891aa87bd91c4c2b6ed0343e122bfa927e24086");
+        insta::assert_snapshot!(job().canonical(), @r#"{"scene":{"foundation":{"base":{"shear_modulus":80000000000.0,"poisson":0.3}},"punch":{"shape":"sphere","radius":0.05},"friction":{"mu":0.3},"loading":{"steps":[{"approach":0.00002}]}},"numerics":{"mesh":16,"projection":"average","method":"newton","tolerance":1e-8,"max_iterations":20000}}"#);
+        insta::assert_snapshot!(job().key(), @"f7f4165040082736760561a9e453cfbad703056e23cf93c591b4772134a039b0");
         assert_eq!(job().key().to_string().parse(), Ok(job().key()));
         assert!("12ab".parse::<JobKey>().is_err());
     }
 
     #[test]
     fn negative_zero_is_zero() {
-        let mut signed = job();
-        signed.scene.loading.steps[0].shift_x = -0.0;
-        signed.scene.foundation.base.poisson = -0.0;
-        signed.scene.punch.material = Some(Material { shear_modulus: 1e9, poisson: -0.0 });
-        let mut plain = signed.clone();
-        plain.scene.loading.steps[0].shift_x = 0.0;
-        plain.scene.foundation.base.poisson = 0.0;
-        plain.scene.punch.material = Some(Material { shear_modulus: 1e9, poisson: 0.0 });
-        assert_eq!(signed.canonical(), plain.canonical());
+        let with = |zero: f64| {
+            let mut job = job();
+            job.scene.loading.steps[0].shift_x = Some(zero);
+            job.scene.loading.steps.push(Step { shift_x: Some(1e-6), shift_y: Some(zero), ..Step::default() });
+            job.scene.foundation = Foundation::half_space(Material { shear_modulus: 1e9, poisson: zero });
+            job.scene.foundation.layers = vec![Layer { shear_modulus: 1e9, poisson: zero, thickness: 1e-3 }];
+            job.scene.punch.material = Some(Material { shear_modulus: 1e9, poisson: zero });
+            job.canonical()
+        };
+        assert_eq!(with(-0.0), with(0.0));
+    }
+
+    #[test]
+    fn what_goes_without_saying_is_no_other_job() {
+        let mut wordy = job();
+        let step = wordy.scene.loading.steps[0];
+        wordy.scene.loading.steps[0].shift_x = Some(0.0);
+        assert_eq!(wordy.key(), job().key());
+        wordy.scene.loading.steps.push(step);
+        assert_ne!(wordy.key(), job().key(), "a step that holds still is an increment of its own");
+        assert!(wordy.canonical().contains(r#""steps":[{"approach":0.00002},{}]"#));
+        assert_eq!(Job::parse(&wordy.canonical()).map(|job| job.key()).ok(), Some(wordy.key()));
     }
 
     #[test]
@@ -218,9 +248,9 @@ pub(crate) mod tests {
         fn numbers_travel_bit_for_bit(modulus in 1e-300..1e300f64, mu in 0.0..10.0f64, approach: f64) {
             prop_assume!(approach.is_finite());
             let mut job = job();
-            job.scene.foundation.base.shear_modulus = modulus;
+            job.scene.foundation.base = Base::Elastic(Material { shear_modulus: modulus, poisson: 0.3 });
             job.scene.friction.mu = mu;
-            job.scene.loading.steps[0].approach = approach;
+            job.scene.loading.steps[0].approach = Some(approach);
             let back = Job::parse(&job.canonical());
             prop_assert_eq!(back.ok(), Some(job));
         }

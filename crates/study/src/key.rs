@@ -1,5 +1,12 @@
 //! Every key of a scene and of its numerics: where it stands in a study file, what it measures and the column it
 //! fills. The one list; the reader, the axes, the columns and the messages all go by it.
+//!
+//! Layers and load steps are lists, and a key of one of them carries its index, counted from 0:
+//! `foundation.layers[1].thickness` fills the column `layer1_thickness`, `loading.steps[2].shift_x` the column
+//! `step2_shift_x`. Only what most studies have, one step, does without its index: the motions and the normal force of
+//! `steps[0]` fill `approach`, `normal_force`, `shift_x` … (its tangential forces and moments do not: `force_x` is a result).
+
+use std::borrow::Cow;
 
 use crate::units::Dimension;
 
@@ -18,6 +25,8 @@ pub enum Quantity {
     Text,
     /// A unit of length.
     LengthUnit,
+    /// A list of tables like this one; its value is their number.
+    List(&'static str),
 }
 
 impl Quantity {
@@ -31,6 +40,7 @@ impl Quantity {
                     Dimension::Angle => "5 deg",
                     Dimension::Pressure => "80 GPa",
                     Dimension::Force => "1 kN",
+                    Dimension::Moment => "2 N m",
                     _ => return format!("a number in {}", dimension.unit()),
                 };
                 format!("{} like \"{example}\" or a number in {}", dimension.noun(), dimension.unit())
@@ -45,7 +55,13 @@ impl Quantity {
             Quantity::LengthUnit => {
                 format!("a unit of length: {}", quoted(&Dimension::Length.units().collect::<Vec<_>>()))
             }
+            Quantity::List(example) => format!("a list of tables like [{example}]"),
         }
+    }
+
+    /// Whether its values are numbers.
+    pub fn is_numeric(self) -> bool {
+        matches!(self, Quantity::Number(_) | Quantity::Count | Quantity::Mesh | Quantity::List(_))
     }
 }
 
@@ -54,48 +70,64 @@ fn quoted(words: &[&str]) -> String {
 }
 
 macro_rules! keys {
-    ($($name:ident, $path:literal, $column:literal, $quantity:expr, $meaning:literal;)*) => {
-        /// A key of a scene or of its numerics.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    ($($name:ident $(($index:ident: $type:ty))?, $path:literal, $column:literal, $quantity:expr, $meaning:literal;)*) => {
+        /// A key of a scene or of its numerics; that of a layer or a step with the index of it.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum Key {
-            $(#[doc = $meaning] $name,)*
+            $(#[doc = $meaning] $name $(($type))?,)*
         }
 
         impl Key {
-            /// Every key, in the order of the scene's and the numerics' fields.
-            pub const ALL: &'static [Key] = &[$(Key::$name),*];
-            /// How many keys there are.
-            pub const COUNT: usize = Key::ALL.len();
+            /// Every key, in the order of the scene's and the numerics' fields, those of lists with index 0.
+            pub const ALL: &'static [Key] = &[$(Key::$name $((<$type>::MIN))?),*];
 
-            /// Where it stands in a study file, from the top: `scene.friction.mu`.
-            pub fn path(self) -> &'static str {
-                match self { $(Key::$name => $path,)* }
+            /// The same key of another layer or step.
+            pub fn at(self, index: u32) -> Key {
+                match self { $(Key::$name { .. } => Key::$name $(({ let $index: $type = index; $index }))?,)* }
             }
 
-            /// The column it fills; an identifier, unique among all columns.
-            pub fn column(self) -> &'static str {
-                match self { $(Key::$name => $column,)* }
+            /// The index of its layer or step.
+            pub fn index(self) -> Option<u32> {
+                match self { $(Key::$name $(($index))? => None $(.or(Some($index)))?,)* }
+            }
+
+            /// Where it stands in a study file, with `i` for an index.
+            fn pattern(self) -> &'static str {
+                match self { $(Key::$name { .. } => $path,)* }
+            }
+
+            fn column_pattern(self) -> &'static str {
+                match self { $(Key::$name { .. } => $column,)* }
             }
 
             /// What may stand behind it.
             pub fn quantity(self) -> Quantity {
-                match self { $(Key::$name => $quantity,)* }
+                match self { $(Key::$name { .. } => $quantity,)* }
             }
 
             /// What it means, in words.
             pub fn meaning(self) -> &'static str {
-                match self { $(Key::$name => $meaning,)* }
+                match self { $(Key::$name { .. } => $meaning,)* }
             }
         }
     };
 }
 
-use Dimension::{Angle, Length, Pressure, Pure};
-use Quantity::{Choice, Count, LengthUnit, Number, Text};
+use Dimension::{Angle, Force, Length, Moment, Pressure, Pure};
+use Quantity::{Choice, Count, LengthUnit, List, Number, Text};
+
+/// What a layer and a load step look like.
+const LAYER: &str = "{ shear_modulus = \"80 GPa\", poisson = 0.3, thickness = \"0.5 mm\" }";
+const STEP: &str = "{ approach = \"1 um\" }";
 
 keys! {
-    ShearModulus, "scene.foundation.base.shear_modulus", "shear_modulus", Number(Pressure), "shear modulus G of the foundation";
-    Poisson, "scene.foundation.base.poisson", "poisson", Number(Pure), "Poisson's ratio ν of the foundation";
+    Layers, "scene.foundation.layers", "layers", List(LAYER), "number of layers of the foundation";
+    LayerShearModulus(i: u32), "scene.foundation.layers[i].shear_modulus", "layer[i]_shear_modulus", Number(Pressure), "shear modulus G of a layer";
+    LayerPoisson(i: u32), "scene.foundation.layers[i].poisson", "layer[i]_poisson", Number(Pure), "Poisson's ratio ν of a layer";
+    LayerThickness(i: u32), "scene.foundation.layers[i].thickness", "layer[i]_thickness", Number(Length), "thickness of a layer";
+    Base, "scene.foundation.base", "base", Choice(&["rigid"]), "what the layers rest on, if it is not elastic";
+    ShearModulus, "scene.foundation.base.shear_modulus", "shear_modulus", Number(Pressure), "shear modulus G of the foundation's base";
+    Poisson, "scene.foundation.base.poisson", "poisson", Number(Pure), "Poisson's ratio ν of the foundation's base";
     Shape, "scene.punch.shape", "shape", Choice(&["sphere", "ellipsoid", "flat-rectangle", "flat-disk", "cone", "height-map"]), "shape of the punch";
     Radius, "scene.punch.radius", "radius", Number(Length), "radius of a sphere or a flat disk";
     RadiusX, "scene.punch.radius_x", "radius_x", Number(Length), "radius of curvature of an ellipsoid in the x–z plane";
@@ -113,93 +145,260 @@ keys! {
     DomainWidthY, "scene.domain.width_y", "domain_width_y", Number(Length), "extent of Ω along y";
     DomainCenterX, "scene.domain.center_x", "domain_center_x", Number(Length), "x of the centre of Ω";
     DomainCenterY, "scene.domain.center_y", "domain_center_y", Number(Length), "y of the centre of Ω";
-    Approach, "scene.loading.steps[0].approach", "approach", Number(Length), "approach δ of the punch, positive into the foundation";
-    ShiftX, "scene.loading.steps[0].shift_x", "shift_x", Number(Length), "shift of the punch along x";
-    ShiftY, "scene.loading.steps[0].shift_y", "shift_y", Number(Length), "shift of the punch along y";
-    TiltX, "scene.loading.steps[0].tilt_x", "tilt_x", Number(Angle), "tilt of the punch about the x axis";
-    TiltY, "scene.loading.steps[0].tilt_y", "tilt_y", Number(Angle), "tilt of the punch about the y axis";
-    Twist, "scene.loading.steps[0].twist", "twist", Number(Angle), "twist of the punch about the z axis";
+    Steps, "scene.loading.steps", "steps", List(STEP), "number of load steps";
+    Approach(i: u32), "scene.loading.steps[i].approach", "step[i]_approach", Number(Length), "approach δ of the punch, positive into the foundation";
+    NormalForce(i: u32), "scene.loading.steps[i].normal_force", "step[i]_normal_force", Number(Force), "normal force that is prescribed instead of the approach";
+    ShiftX(i: u32), "scene.loading.steps[i].shift_x", "step[i]_shift_x", Number(Length), "shift of the punch along x";
+    ForceX(i: u32), "scene.loading.steps[i].force_x", "step[i]_force_x", Number(Force), "tangential force along x that is prescribed instead of the shift";
+    ShiftY(i: u32), "scene.loading.steps[i].shift_y", "step[i]_shift_y", Number(Length), "shift of the punch along y";
+    ForceY(i: u32), "scene.loading.steps[i].force_y", "step[i]_force_y", Number(Force), "tangential force along y that is prescribed instead of the shift";
+    TiltX(i: u32), "scene.loading.steps[i].tilt_x", "step[i]_tilt_x", Number(Angle), "tilt of the punch about the x axis";
+    MomentX(i: u32), "scene.loading.steps[i].moment_x", "step[i]_moment_x", Number(Moment), "moment about x that is prescribed instead of the tilt";
+    TiltY(i: u32), "scene.loading.steps[i].tilt_y", "step[i]_tilt_y", Number(Angle), "tilt of the punch about the y axis";
+    MomentY(i: u32), "scene.loading.steps[i].moment_y", "step[i]_moment_y", Number(Moment), "moment about y that is prescribed instead of the tilt";
+    Twist(i: u32), "scene.loading.steps[i].twist", "step[i]_twist", Number(Angle), "twist of the punch about the z axis";
+    MomentZ(i: u32), "scene.loading.steps[i].moment_z", "step[i]_moment_z", Number(Moment), "moment about z that is prescribed instead of the twist";
+    Increments(i: u32), "scene.loading.steps[i].increments", "step[i]_increments", Count, "equal parts in which the step is taken";
+    CycleFrom, "scene.loading.cycle_from", "cycle_from", Count, "index of the step with which a cycle begins";
+    Cycles, "scene.loading.cycles", "cycles", Count, "how often the cycle is run through";
     Mesh, "numerics.mesh", "mesh", Quantity::Mesh, "elements across Ω";
     Projection, "numerics.projection", "projection", Choice(&["average", "midpoint"]), "how the continuous operator becomes a matrix";
     Epsilon, "numerics.epsilon", "epsilon", Number(Pure), "regularisation ε of equation (3)";
     Ceiling, "numerics.ceiling", "ceiling", Number(Pressure), "a-priori ceiling u on the pressure in equation (3)";
-    Method, "numerics.method", "method", Choice(&["seidel"]), "solver";
+    Method, "numerics.method", "method", Choice(&["seidel", "newton"]), "solver";
     Tolerance, "numerics.tolerance", "tolerance", Number(Pure), "largest relative residual that counts as solved";
     MaxIterations, "numerics.max_iterations", "max_iterations", Count, "iterations after which the solver gives up";
 }
 
 impl Key {
+    /// Every key of a scene whose lists ([`Key::Layers`], [`Key::Steps`]) are so long, in the order of the fields.
+    pub fn all(length: impl Fn(Key) -> u32) -> Vec<Key> {
+        let mut keys = Vec::new();
+        for run in Key::ALL.chunk_by(|a, b| a.list() == b.list()) {
+            match run.first().and_then(|key| key.list()) {
+                None => keys.extend_from_slice(run),
+                Some(list) => keys.extend((0..length(list)).flat_map(|index| run.iter().map(move |key| key.at(index)))),
+            }
+        }
+        keys
+    }
+
+    /// The list that it stands in.
+    pub fn list(self) -> Option<Key> {
+        match self.pattern().split_once("[i]")?.0 {
+            "scene.foundation.layers" => Some(Key::Layers),
+            _ => Some(Key::Steps),
+        }
+    }
+
+    /// Where it stands in a study file, from the top: `scene.friction.mu`.
+    pub fn path(self) -> Cow<'static, str> {
+        indexed(self.pattern(), self.index())
+    }
+
     /// The path without `scene.` or `numerics.`, as axes and messages write it.
-    pub fn short(self) -> &'static str {
-        short(self.path())
+    pub fn short(self) -> Cow<'static, str> {
+        indexed(short(self.pattern()), self.index())
     }
 
     /// The last segment of the path.
     pub fn name(self) -> &'static str {
-        self.path().rsplit('.').next().unwrap_or_default()
+        self.pattern().rsplit('.').next().unwrap_or_default()
+    }
+
+    /// The column it fills; an identifier, unique among all columns.
+    pub fn column(self) -> Cow<'static, str> {
+        match self {
+            Key::Approach(0) | Key::NormalForce(0) | Key::ShiftX(0) | Key::ShiftY(0) | Key::TiltX(0) | Key::TiltY(0) | Key::Twist(0) => {
+                Cow::Borrowed(self.name())
+            }
+            _ => match self.index() {
+                Some(index) => Cow::Owned(self.column_pattern().replace("[i]", &index.to_string())),
+                None => Cow::Borrowed(self.column_pattern()),
+            },
+        }
+    }
+
+    /// What would be right behind it, for messages.
+    pub fn expected(self) -> String {
+        match Table::find(self.pattern()) {
+            Some(table) => table.expected(),
+            None => self.quantity().expected(),
+        }
+    }
+
+    /// What its values measure.
+    pub fn dimension(self) -> Dimension {
+        match self.quantity() {
+            Quantity::Number(dimension) => dimension,
+            _ => Dimension::Pure,
+        }
     }
 
     /// The key with this path, short or from the top.
     pub fn find(path: &str) -> Option<Key> {
-        Key::ALL.iter().copied().find(|key| key.path() == path || key.short() == path)
+        let (pattern, index) = pattern_of(path)?;
+        let key = Key::ALL.iter().find(|key| key.pattern() == pattern || short(key.pattern()) == pattern)?;
+        Some(key.at(index))
     }
 
-    /// Whether the key stands inside the table.
+    /// The key that fills this column.
+    pub fn of_column(column: &str) -> Option<Key> {
+        let index = column.trim_start_matches(|c: char| c.is_ascii_lowercase()).split('_').next().and_then(|digits| digits.parse().ok());
+        let candidates = Key::ALL.iter().flat_map(|key| [*key, key.at(index.unwrap_or(0))]);
+        candidates.into_iter().find(|key| key.column() == column)
+    }
+
+    /// Whether the table holds the key, or is what it says in a word or a number.
     pub fn is_under(self, table: &Table) -> bool {
-        self.path().strip_prefix(table.path).is_some_and(|rest| rest.starts_with('.'))
+        is_inside(self.pattern(), table.pattern) && (!table.has_index() || self.index() == Some(table.index))
     }
 }
 
-/// A table of a study file whose keys are [`Key`]s; an axis may replace it as a whole.
-#[derive(Debug, PartialEq, Eq)]
+/// A table of a study file whose keys are [`Key`]s, or a list of them; an axis may replace it as a whole. Lists, and the
+/// base of a foundation, are keys as well: what these say fits into a number or a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Table {
-    /// Where it stands, from the top.
-    pub path: &'static str,
-    /// The column that an axis over it fills.
-    pub column: &'static str,
+    pattern: &'static str,
+    column: &'static str,
+    index: u32,
 }
 
-/// Every such table, outer ones first.
-pub const TABLES: &[Table] = &[
-    Table { path: "scene", column: "scene" },
-    Table { path: "scene.foundation", column: "foundation" },
-    Table { path: "scene.foundation.base", column: "base" },
-    Table { path: "scene.punch", column: "punch" },
-    Table { path: "scene.punch.material", column: "punch_material" },
-    Table { path: "scene.friction", column: "friction" },
-    Table { path: "scene.domain", column: "domain" },
-    Table { path: "scene.loading", column: "loading" },
-    Table { path: "scene.loading.steps[0]", column: "step" },
-    Table { path: "numerics", column: "numerics" },
-];
+const fn table(pattern: &'static str, column: &'static str) -> Table {
+    Table { pattern, column, index: 0 }
+}
 
 impl Table {
+    /// Every such table, outer ones first, those of lists with index 0.
+    pub const ALL: &'static [Table] = &[
+        table("scene", "scene"),
+        table("scene.foundation", "foundation"),
+        table("scene.foundation.layers", "layers"),
+        table("scene.foundation.layers[i]", "layer[i]"),
+        table("scene.foundation.base", "base"),
+        table("scene.punch", "punch"),
+        table("scene.punch.material", "punch_material"),
+        table("scene.friction", "friction"),
+        table("scene.domain", "domain"),
+        table("scene.loading", "loading"),
+        table("scene.loading.steps", "steps"),
+        table("scene.loading.steps[i]", "step[i]"),
+        table("numerics", "numerics"),
+    ];
+
+    fn has_index(&self) -> bool {
+        self.pattern.ends_with(']')
+    }
+
+    /// Its index if it stands in a list.
+    pub fn index(&self) -> Option<u32> {
+        self.has_index().then_some(self.index)
+    }
+
+    /// The list of which it is, or the list that it stands in: [`Key::Layers`] or [`Key::Steps`].
+    pub fn list(&self) -> Option<Key> {
+        [Key::Layers, Key::Steps].into_iter().find(|list| self.pattern.split('[').next() == Some(list.pattern()))
+    }
+
+    /// Whether it is a list of tables.
+    pub fn is_list(&self) -> bool {
+        self.list().is_some() && !self.has_index()
+    }
+
+    /// The tables of a list, [`Key::Layers`] or [`Key::Steps`].
+    pub(crate) fn entry(list: Key, index: u32) -> Option<Table> {
+        let entry = Table::ALL.iter().find(|table| table.has_index() && table.list() == Some(list))?;
+        Some(Table { index, ..*entry })
+    }
+
+    /// Where it stands, from the top.
+    pub fn path(&self) -> Cow<'static, str> {
+        indexed(self.pattern, self.index())
+    }
+
     /// The path without `scene.`, as axes and messages write it.
-    pub fn short(&self) -> &'static str {
-        short(self.path)
+    pub fn short(&self) -> Cow<'static, str> {
+        indexed(short(self.pattern), self.index())
+    }
+
+    /// The last segment of the path.
+    pub fn name(&self) -> &'static str {
+        self.pattern.rsplit('.').next().unwrap_or_default()
+    }
+
+    /// The column that an axis over it fills.
+    pub fn column(&self) -> Cow<'static, str> {
+        match self.has_index() {
+            true => Cow::Owned(self.column.replace("[i]", &self.index.to_string())),
+            false => Cow::Borrowed(self.column),
+        }
     }
 
     /// The table with this path, short or from the top.
-    pub fn find(path: &str) -> Option<&'static Table> {
-        TABLES.iter().find(|table| table.path == path || table.short() == path)
+    pub fn find(path: &str) -> Option<Table> {
+        let (pattern, index) = pattern_of(path)?;
+        let table = Table::ALL.iter().find(|table| table.pattern == pattern || short(table.pattern) == pattern)?;
+        Some(Table { index, ..*table })
+    }
+
+    /// Whether the other table holds it or is it.
+    pub fn is_under(&self, other: &Table) -> bool {
+        is_inside(self.pattern, other.pattern) && (!other.has_index() || self.index() == Some(other.index))
     }
 
     /// The names that may stand directly in it.
     pub fn names(&self) -> Vec<&'static str> {
         let mut names = Vec::new();
-        for key in Key::ALL.iter().filter(|key| key.is_under(self)) {
-            let inner = key.path().get(self.path.len() + 1..).unwrap_or_default();
-            let name = inner.split(['.', '[']).next().unwrap_or_default();
-            if !names.contains(&name) {
-                names.push(name);
-            }
+        for key in Key::ALL {
+            let inner = key.pattern().strip_prefix(self.pattern).and_then(|rest| rest.strip_prefix('.'));
+            let name = inner.and_then(|inner| inner.split(['.', '[']).next());
+            names.extend(name.filter(|name| !names.contains(name)));
         }
         names
     }
+
+    /// What would be right in its place, for messages.
+    pub fn expected(&self) -> String {
+        let key = Key::find(self.pattern).map(|key| key.quantity());
+        let names = self.names().join("`, `");
+        match key {
+            Some(quantity @ List(_)) => quantity.expected(),
+            Some(quantity) => format!("{} or a table with the keys `{names}`", quantity.expected()),
+            None => format!("a table with the keys `{names}`"),
+        }
+    }
 }
 
-fn short(path: &'static str) -> &'static str {
+/// Whether what stands at `inner` is part of what stands at `outer`.
+fn is_inside(inner: &str, outer: &str) -> bool {
+    inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+}
+
+fn short(path: &str) -> &str {
     path.strip_prefix("scene.").or_else(|| path.strip_prefix("numerics.")).unwrap_or(path)
+}
+
+fn indexed(pattern: &'static str, index: Option<u32>) -> Cow<'static, str> {
+    match index {
+        Some(index) => Cow::Owned(pattern.replace("[i]", &format!("[{index}]"))),
+        None => Cow::Borrowed(pattern),
+    }
+}
+
+/// A path with `[i]` in place of its index, and the index; `None` if the index is no number as numbers are written.
+fn pattern_of(path: &str) -> Option<(Cow<'_, str>, u32)> {
+    let Some((list, rest)) = path.split_once('[') else { return Some((Cow::Borrowed(path), 0)) };
+    let (digits, rest) = rest.split_once(']')?;
+    let index: u32 = digits.parse().ok().filter(|index: &u32| index.to_string() == digits)?;
+    Some((Cow::Owned(format!("{list}[i]{rest}")), index))
+}
+
+/// The path of a key or a table, as short as may be, that was probably meant.
+pub fn nearest_path(path: &str) -> Option<String> {
+    let (pattern, index) = pattern_of(path).unwrap_or((Cow::Borrowed(path), 0));
+    let keys = Key::ALL.iter().map(|key| short(key.pattern()));
+    let known = keys.chain(Table::ALL.iter().map(|table| short(table.pattern)));
+    nearest(&pattern, known).map(|meant| meant.replace("[i]", &format!("[{index}]")))
 }
 
 /// The candidate that was probably meant: one that ends in the word as a path segment, else the nearest by spelling
@@ -226,33 +425,60 @@ mod tests {
     #[test]
     fn paths_and_columns_are_unique() {
         let mut seen = std::collections::HashSet::new();
-        for key in Key::ALL {
-            assert!(seen.insert(key.path()) && seen.insert(key.short()), "{key:?}");
-            assert_eq!(Key::find(key.path()), Some(*key));
-            assert_eq!(Key::find(key.short()), Some(*key));
-        }
         let mut columns = std::collections::HashSet::new();
-        let names = Key::ALL.iter().map(|key| key.column()).chain(TABLES.iter().map(|table| table.column));
-        for name in names {
-            assert!(columns.insert(name), "{name}");
+        let all = Key::all(|_| 12);
+        assert_eq!(all.len(), Key::ALL.len() + 11 * (3 + 13));
+        for key in &all {
+            assert!(seen.insert(key.path()) && seen.insert(key.short()), "{key:?}");
+            assert_eq!(Key::find(&key.path()), Some(*key));
+            assert_eq!(Key::find(&key.short()), Some(*key));
+            assert!(columns.insert(key.column()), "{key:?}");
+            assert_eq!(Key::of_column(&key.column()), Some(*key));
+        }
+        for table in (0..3).flat_map(|index| Table::ALL.iter().map(move |table| Table { index, ..*table })) {
+            assert_eq!(Table::find(&table.path()).map(|found| found.path()), Some(table.path()));
+            // a list and the base are keys too, under the same name
+            let is_key = Key::find(&table.path()).is_some_and(|key| key.column() == table.column());
+            assert!(columns.insert(table.column()) || is_key || table.index > 0 && !table.has_index(), "{table:?}");
+        }
+    }
+
+    #[test]
+    fn columns_of_steps_and_layers() {
+        let column = |path: &str| Key::find(path).unwrap().column();
+        assert_eq!(column("loading.steps[0].shift_x"), "shift_x");
+        assert_eq!(column("loading.steps[0].force_x"), "step0_force_x");
+        assert_eq!(column("loading.steps[12].shift_x"), "step12_shift_x");
+        assert_eq!(column("foundation.layers[0].poisson"), "layer0_poisson");
+        assert_eq!(Key::of_column("step0_shift_x"), None);
+        for path in
+            ["loading.steps[i].twist", "loading.steps[01].twist", "loading.steps[-1].twist", "loading.steps[].twist", "loading.steps.twist"]
+        {
+            assert_eq!(Key::find(path), None, "{path}");
         }
     }
 
     #[test]
     fn every_table_holds_keys() {
-        for table in TABLES {
+        for table in Table::ALL.iter().filter(|table| !table.is_list()) {
             assert!(!table.names().is_empty(), "{table:?}");
         }
-        assert_eq!(Table::find("loading").map(Table::names), Some(vec!["steps"]));
-        assert_eq!(Table::find("loading.steps[0]").map(|t| t.names().len()), Some(6));
+        assert_eq!(Table::find("loading").map(|t| t.names()), Some(vec!["steps", "cycle_from", "cycles"]));
+        assert_eq!(Table::find("foundation").map(|t| t.names()), Some(vec!["layers", "base"]));
+        assert_eq!(Table::find("loading.steps[3]").map(|t| t.names().len()), Some(13));
+        let inside = |key: &str, table: &str| Key::find(key).unwrap().is_under(&Table::find(table).unwrap());
+        assert!(inside("loading.steps[3].twist", "loading.steps[3]") && inside("loading.steps[3].twist", "loading.steps"));
+        assert!(!inside("loading.steps[3].twist", "loading.steps[2]") && !inside("loading.steps", "loading.steps[0]"));
+        assert!(inside("foundation.base", "foundation.base") && inside("foundation.layers", "foundation"));
     }
 
     #[test]
     fn near_misses() {
-        let keys = || Key::ALL.iter().map(|key| key.short());
+        let keys = || Key::ALL.iter().map(|key| short(key.pattern()));
         assert_eq!(nearest("mu", keys()), Some("friction.mu"));
         assert_eq!(nearest("friction.nu", keys()), Some("friction.mu"));
         assert_eq!(nearest("colour", keys()), None);
         assert_eq!(nearest("", keys()), None);
+        assert_eq!(nearest_path("loading.steps[7].aproach").as_deref(), Some("loading.steps[7].approach"));
     }
 }

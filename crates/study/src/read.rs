@@ -66,75 +66,74 @@ impl<'p> Reader<'p> {
     }
 
     /// Reads `entries`, which stand in `table`, at `span`.
-    pub(crate) fn table<'t, 'i: 't>(
-        &mut self,
-        table: &'static Table,
-        span: Span,
-        entries: impl IntoIterator<Item = (&'t Name<'i>, &'t Node<'i>)>,
-    ) {
+    pub(crate) fn table<'t, 'i: 't>(&mut self, table: Table, span: Span, entries: impl IntoIterator<Item = (&'t Name<'i>, &'t Node<'i>)>) {
         // a table that only the dots of its keys imply stands nowhere
         if self.text.get(span.clone()).is_some_and(|written| written.starts_with(['[', '{'])) {
-            self.places.add(table.path, span);
+            self.places.add(table, span);
         }
         for (name, node) in entries {
-            let path = format!("{}.{}", table.path, name.get_ref());
-            if let Some(key) = Key::find(&path) {
-                match setting(key, node) {
-                    Ok(setting) => self.given.push((key, Given { setting, span: node.span(), nth: None })),
-                    Err(problem) => self.problems.push(problem),
+            let path = format!("{}.{}", table.path(), name.get_ref());
+            // an index is no part of a name
+            let (inner, key) = if name.get_ref().contains('[') { (None, None) } else { (Table::find(&path), Key::find(&path)) };
+            match (inner, key, node.get_ref()) {
+                (Some(inner), Some(list), _) if inner.is_list() => self.list(list, node),
+                (Some(inner), _, DeValue::Table(below)) => self.table(inner, node.span(), self::entries(below)),
+                (Some(_), Some(key), DeValue::String(_)) | (None, Some(key), _) => self.key(key, node),
+                (Some(inner), ..) => self.problems.push(mistyped(&inner.short(), node, &inner.expected())),
+                (None, None, _) => {
+                    let place = format!("`{}`", table.path());
+                    self.problems.push(unknown(name.get_ref(), name.span(), &place, &table.names()));
                 }
-            } else if path == "scene.loading.steps" {
-                self.steps(node);
-            } else if let Some(inner) = Table::find(&path) {
-                match node.get_ref() {
-                    DeValue::Table(below) => self.table(inner, node.span(), self::entries(below)),
-                    _ => {
-                        let names = inner.names().join("`, `");
-                        self.problems.push(mistyped(inner.short(), node, &format!("a table with the keys `{names}`")));
-                    }
-                }
-            } else {
-                let place = format!("`{}`", table.path);
-                self.problems.push(unknown(name.get_ref(), name.span(), &place, &table.names()));
             }
         }
     }
 
-    fn steps(&mut self, node: &Node<'_>) {
-        let expected = "a list of one load step like [{ approach = \"1 um\" }]";
-        let DeValue::Array(steps) = node.get_ref() else {
-            return self.problems.push(mistyped("loading.steps", node, expected));
+    /// Reads the value of a key.
+    pub(crate) fn key(&mut self, key: Key, node: &Node<'_>) {
+        match setting(key, node) {
+            Ok(setting) => self.given.push((key, Given { setting, span: node.span(), nth: None })),
+            Err(problem) => self.problems.push(problem),
+        }
+    }
+
+    /// Reads a list of tables, [`Key::Layers`] or [`Key::Steps`]; how long it is counts as a key of its own.
+    pub(crate) fn list(&mut self, list: Key, node: &Node<'_>) {
+        let DeValue::Array(tables) = node.get_ref() else {
+            return self.problems.push(mistyped(&list.short(), node, &list.quantity().expected()));
         };
-        let (Some(step), 1) = (steps.first(), steps.len()) else {
-            let message = format!("`loading.steps` has {} load steps", steps.len());
-            return self.problems.push(Problem::new(node.span(), message, format!("must be {expected}")));
-        };
-        match (step.get_ref(), Table::find("scene.loading.steps[0]")) {
-            (DeValue::Table(below), Some(table)) => self.table(table, step.span(), entries(below)),
-            _ => self.problems.push(mistyped("loading.steps[0]", step, "a table like { approach = \"1 um\" }")),
+        let length = u32::try_from(tables.len()).unwrap_or(u32::MAX);
+        self.given.push((list, Given { setting: Setting::Count(length), span: node.span(), nth: None }));
+        for (index, entry) in (0..length).zip(tables.iter()) {
+            let Some(table) = Table::entry(list, index) else { continue };
+            match entry.get_ref() {
+                DeValue::Table(below) => self.table(table, entry.span(), entries(below)),
+                _ => self.problems.push(mistyped(&table.short(), entry, &table.expected())),
+            }
         }
     }
 }
 
 /// Reads a key's value.
 pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Problem> {
-    let wrong = || mistyped(key.short(), node, &key.quantity().expected());
+    let wrong = || mistyped(&key.short(), node, &key.quantity().expected());
     match key.quantity() {
-        Quantity::Number(dimension) => number(key.short(), dimension, node).map(Setting::Number),
+        // lists are read as a whole, by the reader
+        Quantity::List(_) => Err(wrong()),
+        Quantity::Number(dimension) => number(&key.short(), dimension, node).map(Setting::Number),
         Quantity::Count => match node.get_ref() {
-            DeValue::Integer(n) => whole(key.short(), n, node.span()).map(Setting::Count),
-            DeValue::Float(x) => Err(fraction(key.short(), x.as_str(), node.span())),
+            DeValue::Integer(n) => whole(&key.short(), n, node.span()).map(Setting::Count),
+            DeValue::Float(x) => Err(fraction(&key.short(), x.as_str(), node.span())),
             _ => Err(wrong()),
         },
         Quantity::Mesh => match node.get_ref() {
-            DeValue::Integer(n) => Ok(Setting::Mesh(Mesh::Across(whole(key.short(), n, node.span())?))),
-            DeValue::Float(x) => Err(fraction(key.short(), x.as_str(), node.span())),
+            DeValue::Integer(n) => Ok(Setting::Mesh(Mesh::Across(whole(&key.short(), n, node.span())?))),
+            DeValue::Float(x) => Err(fraction(&key.short(), x.as_str(), node.span())),
             DeValue::Array(pair) => {
                 let mut sides = Vec::new();
                 for side in pair.iter() {
                     match side.get_ref() {
-                        DeValue::Integer(n) => sides.push(whole(key.short(), n, side.span())?),
-                        DeValue::Float(x) => return Err(fraction(key.short(), x.as_str(), side.span())),
+                        DeValue::Integer(n) => sides.push(whole(&key.short(), n, side.span())?),
+                        DeValue::Float(x) => return Err(fraction(&key.short(), x.as_str(), side.span())),
                         _ => return Err(wrong()),
                     }
                 }
@@ -152,7 +151,7 @@ pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Problem> {
             DeValue::String(word) if words.contains(&word.as_ref()) => Ok(Setting::Word(word.to_string())),
             DeValue::String(word) => {
                 let problem = |expected: String| Problem::new(node.span(), format!("unknown {} `{word}`", key.name()), expected);
-                let expected = format!("must be {}", key.quantity().expected());
+                let expected = format!("must be {}", key.expected());
                 Err(match nearest(word, words.iter().copied()) {
                     Some(meant) => problem(format!("did you mean \"{meant}\"?")).help(expected),
                     None => problem(expected),

@@ -11,7 +11,6 @@ use crate::job::{Job, JobError, JobKey, PHYSICS_VERSION};
 
 /// How a job ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[expect(clippy::large_enum_variant, reason = "nearly every record holds an outcome")]
 pub enum Ending {
     /// It was computed; whether it counts as solved is in [`Outcome::status`].
     Finished(Outcome),
@@ -83,7 +82,11 @@ pub enum DecodeError {
     },
 }
 
+/// Format of fields, surfaces and definitions of studies.
 const VERSION: u8 = 1;
+
+/// Format of records. 1, of the first physics, held a single load step.
+const RECORD_VERSION: u8 = 2;
 
 /// Longest text or list in a record that is believed \[bytes\]; a corrupt length must not allocate.
 const RECORD_LIMIT: usize = 16 << 20;
@@ -111,6 +114,31 @@ impl Record {
         }
     }
 
+    /// What was computed, solved or not.
+    pub fn outcome(&self) -> Option<&Outcome> {
+        match &self.ending {
+            Ending::Finished(outcome) => Some(outcome),
+            Ending::Quarantined { .. } => None,
+        }
+    }
+
+    /// Visits what the record would be if the path had ended after its first increment, its second and so on; the last visit sees
+    /// the record itself. Increments before the one at which a path failed are certified.
+    pub fn along_path(&self, mut visit: impl FnMut(&Record)) {
+        let Some(outcome) = self.outcome() else { return };
+        let (physics, fields, provenance) = (self.physics, self.fields, self.provenance.clone());
+        let path = Outcome { status: Status::Certified, steps: Vec::with_capacity(outcome.steps.len()) };
+        let mut partial = Record { physics, job: self.job.clone(), ending: Ending::Finished(path), fields, provenance };
+        for (at, step) in outcome.steps.iter().enumerate() {
+            let Ending::Finished(path) = &mut partial.ending else { return };
+            path.steps.push(*step);
+            if at + 1 == outcome.steps.len() {
+                path.status = outcome.status.clone();
+            }
+            visit(&partial);
+        }
+    }
+
     /// Whether it was computed by the physics of this program.
     pub fn is_current(&self) -> bool {
         self.physics == PHYSICS_VERSION
@@ -118,7 +146,7 @@ impl Record {
 
     /// The bytes of the deterministic part: equal for the same job, whoever computed it.
     pub fn result_bytes(&self) -> Vec<u8> {
-        encode(&(self.physics, &self.job, &self.ending, &self.fields))
+        encode_as(RECORD_VERSION, &(self.physics, &self.job, &self.ending, &self.fields))
     }
 
     /// The bytes of the record: [`result_bytes`](Record::result_bytes), then the provenance.
@@ -131,7 +159,7 @@ impl Record {
     /// Reads what [`encode`](Record::encode) wrote.
     pub fn decode(bytes: &[u8]) -> Result<Record, DecodeError> {
         type Parts = ((u32, String, Ending, Option<[u8; 32]>), Provenance);
-        let ((physics, job, ending, fields), provenance) = decode::<Parts, RECORD_LIMIT>("the record", bytes)?;
+        let ((physics, job, ending, fields), provenance) = decode_as::<Parts, RECORD_LIMIT>(RECORD_VERSION, "the record", bytes)?;
         Ok(Record { physics, job, ending, fields, provenance })
     }
 }
@@ -155,16 +183,24 @@ pub fn decode_fields(bytes: &[u8]) -> Result<Fields, DecodeError> {
 }
 
 pub(crate) fn encode(value: &impl Serialize) -> Vec<u8> {
-    let mut bytes = vec![VERSION];
+    encode_as(VERSION, value)
+}
+
+fn encode_as(version: u8, value: &impl Serialize) -> Vec<u8> {
+    let mut bytes = vec![version];
     let body = bincode::serde::encode_to_vec(value, bincode::config::standard());
     bytes.extend(body.expect("plain data without skipped or borrowed parts always encodes"));
     bytes
 }
 
 pub(crate) fn decode<T: DeserializeOwned, const LIMIT: usize>(what: &'static str, bytes: &[u8]) -> Result<T, DecodeError> {
+    decode_as::<T, LIMIT>(VERSION, what, bytes)
+}
+
+fn decode_as<T: DeserializeOwned, const LIMIT: usize>(known: u8, what: &'static str, bytes: &[u8]) -> Result<T, DecodeError> {
     let (version, body) = bytes.split_first().ok_or(DecodeError::Empty { what })?;
-    if *version != VERSION {
-        return Err(DecodeError::Version { what, found: *version, known: VERSION });
+    if *version != known {
+        return Err(DecodeError::Version { what, found: *version, known });
     }
     let malformed = |reason: String| DecodeError::Malformed { what, reason };
     let config = bincode::config::standard().with_limit::<LIMIT>();
@@ -178,18 +214,25 @@ pub(crate) fn decode<T: DeserializeOwned, const LIMIT: usize>(what: &'static str
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use contact::outcome::{Certificate, Observables, WorkDone};
+    use contact::outcome::{Certificate, Motion, Observables, StepOutcome, WorkDone};
     use proptest::prelude::*;
 
     fn record(ending: Ending) -> Record {
         let provenance = Provenance { program: "0.1.0".into(), seconds: 0.25, worker: 1, attempt: 1, finished: 1_700_000_000 };
-        Record { physics: 1, job: crate::job::tests::job().canonical(), ending, fields: Some([7; 32]), provenance }
+        Record { physics: PHYSICS_VERSION, job: crate::job::tests::job().canonical(), ending, fields: Some([7; 32]), provenance }
     }
 
-    /// Every figure differs from every other, so that no two columns can be mistaken for each other.
+    /// Every figure of the last increment differs from every other, so that no two columns can be mistaken for each other.
     fn outcome(status: Status) -> Outcome {
-        Outcome {
-            status,
+        let first = StepOutcome {
+            observables: Observables { load: 0.5, dissipation: 0.25, ..Observables::default() },
+            work: WorkDone { iterations: 7, operator_applications: 8 },
+            ..StepOutcome::default()
+        };
+        let last = StepOutcome {
+            step: 1,
+            cycle: 2,
+            motion: Motion { approach: 31.0, shift_x: 32.0, shift_y: 33.0, tilt_x: 34.0, tilt_y: 35.0, twist: 36.0 },
             observables: Observables {
                 load: 1.0,
                 force_x: 2.0,
@@ -203,10 +246,14 @@ pub(crate) mod tests {
                 contact_elements: 9,
                 stick_elements: 10,
                 slip_elements: 11,
+                patches: 24,
+                sole_area: 10.0,
+                largest_gap: 25.0,
                 peak_pressure: 12.0,
                 peak_traction: 13.0,
                 energy: 14.0,
                 dissipation: 15.0,
+                external_work: 26.0,
                 ceiling_elements: 16,
                 edge_elements: 17,
                 mesh_x: 18,
@@ -224,7 +271,8 @@ pub(crate) mod tests {
                 force_imbalance: 0.7,
             },
             work: WorkDone { iterations: 22, operator_applications: 23 },
-        }
+        };
+        Outcome { status, steps: vec![first, last] }
     }
 
     pub(crate) fn solved() -> Record {
@@ -293,12 +341,13 @@ pub(crate) mod tests {
     fn what_is_malformed_says_so() {
         let message = |bytes: &[u8]| Record::decode(bytes).unwrap_err().to_string();
         assert_eq!(message(&[]), "the record is empty");
-        assert_eq!(message(&[9, 1]), "the record has format 9, this program reads format 1");
+        assert_eq!(message(&[9, 1]), "the record has format 9, this program reads format 2");
+        assert_eq!(message(&[1, 1]), "the record has format 1, this program reads format 2");
         let mut long = solved().encode();
         long.push(0);
         assert_eq!(message(&long), "the record does not decode: 1 bytes too many");
         // a text of 2⁶⁴ − 1 bytes
-        let huge = [&[VERSION, 1, 253], &[0xff; 8][..]].concat();
+        let huge = [&[RECORD_VERSION, 1, 253], &[0xff; 8][..]].concat();
         assert!(message(&huge).starts_with("the record does not decode"));
         let mut short = fields();
         short.gap.pop();
@@ -322,9 +371,12 @@ pub(crate) mod tests {
         #[test]
         fn arbitrary_bytes_never_panic(mut bytes in proptest::collection::vec(any::<u8>(), 0..400), versioned: bool) {
             if let (Some(first), true) = (bytes.first_mut(), versioned) {
-                *first = VERSION;
+                *first = RECORD_VERSION;
             }
             let _ = Record::decode(&bytes);
+            if let (Some(first), true) = (bytes.first_mut(), versioned) {
+                *first = VERSION;
+            }
             let _ = decode_fields(&bytes);
         }
 

@@ -4,12 +4,12 @@
 use std::collections::HashMap;
 
 use contact::scene::{
-    Domain, Foundation, Friction, Loading, Material, Mesh, Method, Numerics, Projection, Punch, Scene, SceneError, Shape, Step,
+    Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics, Projection, Punch, Scene, SceneError, Shape, Step,
 };
 
 use crate::error::{Problem, Span};
 use crate::job::Job;
-use crate::key::Key;
+use crate::key::{Key, Quantity, Table};
 use crate::units::Compact;
 
 /// A value of the type that its key's [`Quantity`] calls for.
@@ -43,29 +43,43 @@ pub(crate) struct Given {
 }
 
 /// What was given for each key.
-#[derive(Clone, Copy)]
-pub(crate) struct Sheet<'a>([Option<&'a Given>; Key::COUNT]);
+#[derive(Clone, Default)]
+pub(crate) struct Sheet<'a>(HashMap<Key, &'a Given>);
 
 /// The names of the surfaces read from files, by file name and unit.
 pub(crate) type SurfaceNames = HashMap<(String, String), String>;
 
 impl<'a> Sheet<'a> {
     pub(crate) fn new(given: impl IntoIterator<Item = (Key, &'a Given)>) -> Self {
-        let mut sheet = Sheet([None; Key::COUNT]);
-        given.into_iter().for_each(|(key, given)| sheet.set(key, given));
-        sheet
+        Sheet(given.into_iter().collect())
     }
 
     pub(crate) fn set(&mut self, key: Key, given: &'a Given) {
-        self.0[key as usize] = Some(given);
+        self.0.insert(key, given);
     }
 
-    pub(crate) fn clear(&mut self, key: Key) {
-        self.0[key as usize] = None;
+    /// Takes out whatever stands in a table.
+    pub(crate) fn clear(&mut self, table: &Table) {
+        self.0.retain(|key, _| !key.is_under(table));
     }
 
     pub(crate) fn get(&self, key: Key) -> Option<&'a Given> {
-        self.0[key as usize]
+        self.0.get(&key).copied()
+    }
+
+    /// The length of [`Key::Layers`] or [`Key::Steps`]: as it was given, else so much that every key has its entry.
+    pub(crate) fn length(&self, list: Key) -> u32 {
+        match self.count(list) {
+            Some(length) => length,
+            None => self.0.keys().filter(|key| key.list() == Some(list)).filter_map(|key| Some(key.index()? + 1)).max().unwrap_or(0),
+        }
+    }
+
+    fn count(&self, key: Key) -> Option<u32> {
+        match self.get(key)?.setting {
+            Setting::Count(n) => Some(n),
+            _ => None,
+        }
     }
 
     fn word(&self, key: Key) -> Option<&'a str> {
@@ -100,19 +114,18 @@ impl<'a> Sheet<'a> {
 
 /// Where the tables of a file stand, for keys that are missing from them.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct TablePlaces(Vec<(&'static str, Span)>);
+pub(crate) struct TablePlaces(Vec<(Table, Span)>);
 
 impl TablePlaces {
-    pub(crate) fn add(&mut self, path: &'static str, span: Span) {
-        if !self.0.iter().any(|(known, _)| *known == path) {
-            self.0.push((path, span));
+    pub(crate) fn add(&mut self, table: Table, span: Span) {
+        if !self.0.iter().any(|(known, _)| *known == table) {
+            self.0.push((table, span));
         }
     }
 
     /// The innermost table that stands in the file and holds the key; else the start of the file.
     fn around(&self, key: Key) -> Span {
-        let holds = |path: &str| key.path().strip_prefix(path).is_some_and(|rest| rest.starts_with('.'));
-        let innermost = self.0.iter().filter(|(path, _)| holds(path)).max_by_key(|(path, _)| path.len());
+        let innermost = self.0.iter().filter(|(table, _)| key.is_under(table)).max_by_key(|(table, _)| table.path().len());
         innermost.map_or(0..0, |(_, span)| span.clone())
     }
 }
@@ -160,20 +173,11 @@ impl Missing<'_> {
     /// The job; where something is missing a problem is noted and the job is not to be used.
     fn job(&mut self, surfaces: &SurfaceNames) -> Job {
         let scene = Scene {
-            foundation: Foundation { base: Material { shear_modulus: self.number(Key::ShearModulus), poisson: self.number(Key::Poisson) } },
+            foundation: self.foundation(),
             punch: Punch { shape: self.shape(surfaces), material: self.material() },
             friction: Friction { mu: self.number(Key::Mu) },
             domain: self.domain(),
-            loading: Loading {
-                steps: vec![Step {
-                    approach: self.number(Key::Approach),
-                    shift_x: self.number_or(Key::ShiftX, 0.0),
-                    shift_y: self.number_or(Key::ShiftY, 0.0),
-                    tilt_x: self.number_or(Key::TiltX, 0.0),
-                    tilt_y: self.number_or(Key::TiltY, 0.0),
-                    twist: self.number_or(Key::Twist, 0.0),
-                }],
-            },
+            loading: self.loading(),
         };
         let numerics = Numerics {
             mesh: self.mesh(),
@@ -186,15 +190,75 @@ impl Missing<'_> {
             ceiling: self.sheet.number(Key::Ceiling),
             method: match self.sheet.word(Key::Method) {
                 Some("seidel") => Method::Seidel,
+                Some("newton") => Method::Newton,
                 _ => Method::default(),
             },
             tolerance: self.number_or(Key::Tolerance, Numerics::default_tolerance()),
-            max_iterations: match self.sheet.get(Key::MaxIterations).map(|given| &given.setting) {
-                Some(Setting::Count(n)) => *n,
-                _ => Numerics::default_max_iterations(),
-            },
+            max_iterations: self.sheet.count(Key::MaxIterations).unwrap_or_else(Numerics::default_max_iterations),
         };
         Job { scene, numerics }
+    }
+
+    fn foundation(&mut self) -> Foundation {
+        let layers = (0..self.sheet.length(Key::Layers)).map(|i| Layer {
+            shear_modulus: self.number(Key::LayerShearModulus(i)),
+            poisson: self.number(Key::LayerPoisson(i)),
+            thickness: self.number(Key::LayerThickness(i)),
+        });
+        let layers = layers.collect();
+        let is_given = |key| self.sheet.get(key).is_some();
+        if !is_given(Key::Base) && !is_given(Key::ShearModulus) && !is_given(Key::Poisson) {
+            self.miss(Key::Base, "");
+            return Foundation { layers, base: Base::Rigid };
+        }
+        let Some(rigid) = self.sheet.get(Key::Base) else {
+            let material = Material { shear_modulus: self.number(Key::ShearModulus), poisson: self.number(Key::Poisson) };
+            return Foundation { layers, base: Base::Elastic(material) };
+        };
+        for key in [Key::ShearModulus, Key::Poisson] {
+            if let Some(given) = self.sheet.get(key) {
+                let message = format!("a rigid base has no `{}`", key.name());
+                let problem = Problem::new(given.span.clone(), message, "leave this out, or give the base as a table");
+                self.problems.push(problem.context(rigid.span.clone(), "the base is rigid"));
+            }
+        }
+        Foundation { layers, base: Base::Rigid }
+    }
+
+    fn loading(&mut self) -> Loading {
+        let steps: Vec<Step> = (0..self.sheet.length(Key::Steps)).map(|i| self.step(i)).collect();
+        if steps.is_empty() && self.sheet.get(Key::Steps).is_none() {
+            self.miss(Key::Steps, "");
+        }
+        Loading { steps, cycle_from: self.sheet.count(Key::CycleFrom), cycles: self.sheet.count(Key::Cycles).unwrap_or(1) }
+    }
+
+    fn step(&mut self, i: u32) -> Step {
+        let number = |key| self.sheet.number(key);
+        let step = Step {
+            approach: number(Key::Approach(i)),
+            normal_force: number(Key::NormalForce(i)),
+            shift_x: number(Key::ShiftX(i)),
+            force_x: number(Key::ForceX(i)),
+            shift_y: number(Key::ShiftY(i)),
+            force_y: number(Key::ForceY(i)),
+            tilt_x: number(Key::TiltX(i)),
+            moment_x: number(Key::MomentX(i)),
+            tilt_y: number(Key::TiltY(i)),
+            moment_y: number(Key::MomentY(i)),
+            twist: number(Key::Twist(i)),
+            moment_z: number(Key::MomentZ(i)),
+            increments: self.sheet.count(Key::Increments(i)).unwrap_or(1),
+        };
+        if i == 0 && step.approach.is_none() && step.normal_force.is_none() {
+            let problem = Problem::new(
+                self.places.around(Key::Approach(0)),
+                format!("`{}` is missing", Key::Approach(0).short()),
+                format!("the first step needs `approach`, {}, or `normal_force`", Key::Approach(0).quantity().expected()),
+            );
+            self.problems.push(problem.help(format!("`approach`: {}", Key::Approach(0).meaning())));
+        }
+        step
     }
 
     fn miss(&mut self, key: Key, why: &str) {
@@ -203,7 +267,7 @@ impl Missing<'_> {
             _ => self.places.around(key),
         };
         let message = format!("`{}` is missing{why}", key.short());
-        let expected = format!("needs `{}`: {}", key.name(), key.quantity().expected());
+        let expected = format!("needs `{}`: {}", key.name(), key.expected());
         self.problems.push(Problem::new(span, message, expected).help(format!("`{}`: {}", key.name(), key.meaning())));
     }
 
@@ -313,10 +377,22 @@ impl Missing<'_> {
 /// Turns what the scene itself found wrong into a problem at the place that gave the value.
 fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces) -> Problem {
     let key = Key::find(&error.key);
-    let message = |value: &str| format!("`{}` cannot be {value}", error.key);
-    match key.and_then(|key| sheet.get(key)) {
-        Some(given) => {
-            let problem = Problem::new(given.span.clone(), message(&given.setting.to_string()), error.expected.clone());
+    let message = |value: &str| match key.map(Key::quantity) {
+        // of a list it is said what is wrong with it, and not what it is
+        Some(Quantity::List(_)) => format!("`{}` has {value}", error.key),
+        _ => format!("`{}` cannot be {value}", error.key),
+    };
+    match key.and_then(|key| Some((key, sheet.get(key)?))) {
+        Some((key, given)) => {
+            let value = match key.quantity() {
+                Quantity::List(_) => error.value.clone(),
+                _ => given.setting.to_string(),
+            };
+            // too many increments are the fault of the step that has most of them
+            let steps = 0..if key == Key::Steps { sheet.length(key) } else { 0 };
+            let most = steps.filter_map(|i| Some((sheet.count(Key::Increments(i))?, i))).max();
+            let given = most.and_then(|(_, i)| sheet.get(Key::Increments(i))).unwrap_or(given);
+            let problem = Problem::new(given.span.clone(), message(&value), error.expected.clone());
             match given.nth {
                 Some(nth) => problem.help(format!("it is value {nth} of this axis")),
                 None => problem,
@@ -330,21 +406,41 @@ fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces) -> Proble
     }
 }
 
+/// The length that [`Key::Layers`] or [`Key::Steps`] has in a job.
+pub(crate) fn length(job: &Job, list: Key) -> u32 {
+    let length = match list {
+        Key::Layers => job.scene.foundation.layers.len(),
+        _ => job.scene.loading.steps.len(),
+    };
+    u32::try_from(length).unwrap_or(u32::MAX)
+}
+
 /// Every key that a job has, with its value: the opposite of [`assemble`].
 pub(crate) fn settings(job: &Job) -> Vec<(Key, Setting)> {
-    Key::ALL.iter().filter_map(|key| Some((*key, setting(job, *key)?))).collect()
+    Key::all(|list| length(job, list)).into_iter().filter_map(|key| Some((key, setting(job, key)?))).collect()
 }
 
 /// The value that a job has for a key; `None` where it has none.
 pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
     let number = |x: f64| Some(Setting::Number(x));
     let word = |text: &str| Some(Setting::Word(text.to_owned()));
-    let Scene { foundation: Foundation { base }, punch: Punch { shape, material }, friction, domain, loading } = &job.scene;
-    let step = loading.steps.first();
+    let Scene { foundation: Foundation { layers, base }, punch: Punch { shape, material }, friction, domain, loading } = &job.scene;
     let numerics = &job.numerics;
+    let layer = |i: u32| layers.get(i as usize);
+    let step = |i: u32, part: fn(&Step) -> Option<f64>| loading.steps.get(i as usize).and_then(part).map(Setting::Number);
     match key {
-        Key::ShearModulus => number(base.shear_modulus),
-        Key::Poisson => number(base.poisson),
+        Key::Layers | Key::Steps => Some(Setting::Count(length(job, key))),
+        Key::LayerShearModulus(i) => number(layer(i)?.shear_modulus),
+        Key::LayerPoisson(i) => number(layer(i)?.poisson),
+        Key::LayerThickness(i) => number(layer(i)?.thickness),
+        Key::Base => match base {
+            Base::Rigid => word("rigid"),
+            Base::Elastic(_) => None,
+        },
+        Key::ShearModulus | Key::Poisson => match base {
+            Base::Elastic(material) => number(if key == Key::Poisson { material.poisson } else { material.shear_modulus }),
+            Base::Rigid => None,
+        },
         Key::Shape => word(match shape {
             Shape::Sphere { .. } => "sphere",
             Shape::Ellipsoid { .. } => "ellipsoid",
@@ -384,12 +480,21 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         Key::DomainWidthY => number(domain.as_ref()?.width_y),
         Key::DomainCenterX => number(domain.as_ref()?.center_x),
         Key::DomainCenterY => number(domain.as_ref()?.center_y),
-        Key::Approach => number(step?.approach),
-        Key::ShiftX => number(step?.shift_x),
-        Key::ShiftY => number(step?.shift_y),
-        Key::TiltX => number(step?.tilt_x),
-        Key::TiltY => number(step?.tilt_y),
-        Key::Twist => number(step?.twist),
+        Key::Approach(i) => step(i, |step| step.approach),
+        Key::NormalForce(i) => step(i, |step| step.normal_force),
+        Key::ShiftX(i) => step(i, |step| step.shift_x),
+        Key::ForceX(i) => step(i, |step| step.force_x),
+        Key::ShiftY(i) => step(i, |step| step.shift_y),
+        Key::ForceY(i) => step(i, |step| step.force_y),
+        Key::TiltX(i) => step(i, |step| step.tilt_x),
+        Key::MomentX(i) => step(i, |step| step.moment_x),
+        Key::TiltY(i) => step(i, |step| step.tilt_y),
+        Key::MomentY(i) => step(i, |step| step.moment_y),
+        Key::Twist(i) => step(i, |step| step.twist),
+        Key::MomentZ(i) => step(i, |step| step.moment_z),
+        Key::Increments(i) => Some(Setting::Count(loading.steps.get(i as usize)?.increments)),
+        Key::CycleFrom => Some(Setting::Count(loading.cycle_from?)),
+        Key::Cycles => Some(Setting::Count(loading.cycles)),
         Key::Mesh => Some(Setting::Mesh(numerics.mesh)),
         Key::Projection => word(match numerics.projection {
             Projection::Average => "average",
@@ -399,6 +504,7 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         Key::Ceiling => number(numerics.ceiling?),
         Key::Method => word(match numerics.method {
             Method::Seidel => "seidel",
+            Method::Newton => "newton",
         }),
         Key::Tolerance => number(numerics.tolerance),
         Key::MaxIterations => Some(Setting::Count(numerics.max_iterations)),

@@ -115,6 +115,10 @@ const UNITS: &[Unit] = &[
     ten("kN", Dimension::Force, 3),
     ten("MN", Dimension::Force, 6),
     times("lbf", Dimension::Force, 4.4482216152605),
+    ten("N m", Dimension::Moment, 0),
+    ten("mN m", Dimension::Moment, -3),
+    ten("N mm", Dimension::Moment, -3),
+    ten("kN m", Dimension::Moment, 3),
 ];
 
 fn find(symbol: &str) -> Option<&'static Unit> {

@@ -2,8 +2,11 @@
 
 use std::collections::HashSet;
 
-use contact::scene::{Domain, Foundation, Friction, Loading, Material, Mesh, Method, Numerics, Projection, Punch, Scene, Shape, Step};
+use contact::scene::{
+    Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics, Projection, Punch, Scene, Shape, Step,
+};
 use proptest::prelude::*;
+use study::key::Key;
 use study::{Figure, Job, Study, Value, columns};
 
 const BASE: &str = r#"
@@ -70,7 +73,7 @@ fn the_last_axis_is_the_fastest() {
     assert_eq!(study.points()[3].job.numerics.mesh, Mesh::Exact([8, 4]));
     assert_eq!(study.points()[3].job.scene.friction.mu, 0.1);
     let columns = study.columns();
-    assert_eq!(columns.iter().take(2).map(|column| column.name).collect::<Vec<_>>(), ["mesh", "mu"]);
+    assert_eq!(columns.iter().take(2).map(|column| column.name.as_ref()).collect::<Vec<_>>(), ["mesh", "mu"]);
 }
 
 #[test]
@@ -121,10 +124,124 @@ fn a_table_replaces_a_table() {
     assert_eq!(shown(&study, "radius"), ["", "0.001"]);
     assert!(matches!(jobs[0].job.scene.punch, Punch { shape: Shape::Cone { .. }, material: None }));
     assert!(jobs[1].job.scene.punch.material.is_some());
-    assert_eq!(jobs[0].job.scene.loading.steps[0].shift_x, 1e-6);
+    assert_eq!(jobs[0].job.scene.loading.steps[0].shift_x, Some(1e-6));
     // a table may supply what the base leaves out
     let bare = BASE.replace("punch = { shape = \"sphere\", radius = \"10 mm\" }\n", "");
     assert_eq!(read(&format!("{bare}{punches}")).len(), 2);
+}
+
+const PATH: &str = r#"
+name = "path"
+[scene]
+foundation.base = "rigid"
+foundation.layers = [
+    { shear_modulus = "80 GPa", poisson = 0.3, thickness = "0.5 mm" },
+    { shear_modulus = "8 GPa", poisson = 0.5, thickness = "2 mm" },
+]
+punch = { shape = "sphere", radius = "10 mm" }
+friction.mu = 0.3
+[[scene.loading.steps]]
+normal_force = "1 kN"
+[[scene.loading.steps]]
+shift_x = "2 um"
+increments = 4
+[[scene.loading.steps]]
+shift_x = "-2 um"
+moment_z = "3 N mm"
+increments = 8
+[scene.loading]
+cycle_from = 1
+cycles = 2
+[numerics]
+mesh = 16
+"#;
+
+#[test]
+fn layers_and_steps_have_keys_of_their_own() {
+    let study = read(PATH);
+    let scene = &study.points()[0].job.scene;
+    assert_eq!((scene.foundation.base, scene.foundation.layers[1].poisson), (Base::Rigid, 0.5));
+    assert_eq!(scene.loading.steps[0], Step { normal_force: Some(1000.0), ..Step::default() });
+    assert_eq!(scene.loading.steps[2], Step { shift_x: Some(-2e-6), moment_z: Some(0.003), increments: 8, ..Step::default() });
+    assert_eq!((scene.loading.cycle_from, scene.loading.cycles), (Some(1), 2));
+    for (column, value) in [
+        ("base", "rigid"),
+        ("poisson", ""),
+        ("layers", "2"),
+        ("layer1_thickness", "0.002"),
+        ("foundation.layers[0].shear_modulus", "8e10"),
+        ("steps", "3"),
+        ("normal_force", "1000"),
+        ("step1_shift_x", "2e-6"),
+        ("step2_increments", "8"),
+        ("cycles", "2"),
+    ] {
+        assert_eq!(shown(&study, column), [value], "{column}");
+    }
+    let columns = study.columns();
+    for absent in ["shift_x", "step1_shift_y", "step3_shift_x", "layer2_poisson"] {
+        assert!(columns::find(&columns, absent).is_none(), "{absent} is given nowhere");
+    }
+    // the path of one step without layers is as it ever was
+    assert_eq!(shown(&read(BASE), "layers"), ["0"]);
+}
+
+#[test]
+fn axes_over_layers_and_steps() {
+    let sweep = r#"
+        [sweep]
+        "foundation.layers[1].thickness" = { log = true, from = "0.1 mm", to = "10 mm", count = 3 }
+        "loading.steps[1].increments" = [1, 2, 4]
+        "loading.steps[2]" = [{ label = "back", shift_x = 0 }, { label = "hold" }]
+    "#;
+    let study = read(&format!("{PATH}{sweep}"));
+    assert_eq!(study.len(), 18);
+    assert_eq!(study.axes().map(|axis| axis.column()).collect::<Vec<_>>(), ["layer1_thickness", "step1_increments", "step2"]);
+    assert_eq!(shown(&study, "step2")[..2], ["back", "hold"]);
+    assert_eq!(shown(&study, "step2_shift_x")[..2], ["0", ""]);
+    assert_eq!(study.points()[1].job.scene.loading.steps[2], Step::default(), "the table replaces the step as a whole");
+    assert_eq!(shown(&study, "step1_increments")[..6], ["1", "1", "2", "2", "4", "4"]);
+    assert_eq!(shown(&study, "layer1_thickness")[12], "0.01");
+}
+
+#[test]
+fn axes_over_whole_lists_and_the_base() {
+    let sweep = r#"
+        [sweep]
+        "foundation.layers" = [
+            [{ shear_modulus = 1, poisson = 0, thickness = 1 }],
+            { label = "soft", layers = [{ shear_modulus = 1, poisson = 0, thickness = 1 }, { shear_modulus = 2, poisson = 0, thickness = 2 }] },
+        ]
+        "foundation.base" = ["rigid", { label = "steel", shear_modulus = "80 GPa", poisson = 0.3 }]
+        loading = [
+            { label = "press", steps = [{ approach = "1 um" }] },
+            { label = "press and shift", steps = [{ approach = "1 um" }, { shift_x = "1 um" }] },
+        ]
+    "#;
+    let study = read(&format!("{PATH}{sweep}"));
+    assert_eq!(shown(&study, "layers"), ["1 layer", "1 layer", "1 layer", "1 layer", "soft", "soft", "soft", "soft"]);
+    assert_eq!(shown(&study, "base")[..4], ["rigid", "rigid", "steel", "steel"]);
+    assert_eq!(shown(&study, "steps")[..2], ["1", "2"]);
+    assert_eq!(shown(&study, "poisson")[..4], ["", "", "0.3", "0.3"]);
+    assert_eq!(shown(&study, "step1_shift_x")[..2], ["", "1e-6"]);
+    assert_eq!(shown(&study, "cycles")[..2], ["1", "1"], "the whole loading was replaced");
+    assert_eq!(study.points()[4].job.scene.foundation.layers.len(), 2);
+}
+
+#[test]
+fn a_list_that_the_scene_leaves_out_is_made_of_the_axes() {
+    let bare = BASE.replace("loading.steps = [{ approach = \"1 um\" }]\n", "");
+    let sweep = "[sweep]\n\"loading.steps[0].approach\" = [1e-6, 2e-6]\n\"loading.steps[1].shift_x\" = [0, 1e-6]\n";
+    let study = read(&format!("{bare}{sweep}"));
+    assert_eq!(study.points()[3].job.scene.loading.steps[1].shift_x, Some(1e-6));
+    assert_eq!(shown(&study, "steps"), ["2", "2", "2", "2"]);
+}
+
+#[test]
+fn a_figure_of_increments_may_name_them() {
+    let figure = "[figure]\nsteps = true\nx = \"increment\"\ny = \"force_x\"\n";
+    let study = read(&format!("{PATH}{figure}"));
+    assert!(study.figure().is_some_and(|figure| figure.steps && figure.x == "increment"));
 }
 
 #[test]
@@ -184,6 +301,7 @@ fn figures() {
         y: y.to_owned(),
         series: series.iter().map(|name| (*name).to_owned()).collect(),
         panels: Some("projection".to_owned()),
+        steps: false,
         log_x: false,
         log_y,
     };
@@ -234,10 +352,47 @@ fn stored() -> (String, Vec<u8>) {
 }
 
 prop_compose! {
-    fn step()(approach in -1e-3..1e-3f64, shift in prop::array::uniform2(-1e-3..1e-3f64), turn in prop::array::uniform3(-1.0..1.0f64), plain: bool) -> Step {
-        let [shift_x, shift_y] = shift;
-        let [tilt_x, tilt_y, twist] = turn;
-        if plain { Step { approach, ..Step::default() } } else { Step { approach, shift_x, shift_y, tilt_x, tilt_y, twist } }
+    fn layer()(material in material(), thickness in length()) -> Layer {
+        Layer { shear_modulus: material.shear_modulus, poisson: material.poisson, thickness }
+    }
+}
+
+prop_compose! {
+    fn foundation()(layers in prop::collection::vec(layer(), 0..5), material in material(), rigid: bool) -> Foundation {
+        let base = if rigid && !layers.is_empty() { Base::Rigid } else { Base::Elastic(material) };
+        Foundation { layers, base }
+    }
+}
+
+/// A degree of freedom of a step: left alone, moved, or governed by its force.
+fn control() -> impl Strategy<Value = [Option<f64>; 2]> {
+    prop_oneof![
+        2 => Just([None, None]),
+        1 => (-1e-3..1e-3f64).prop_map(|motion| [Some(motion), None]),
+        1 => (-1e6..1e6f64).prop_map(|force| [None, Some(force)]),
+    ]
+}
+
+prop_compose! {
+    fn step()(normal in control(), shift in prop::array::uniform2(control()), turn in prop::array::uniform3(control()), increments in 1u32..20) -> Step {
+        let [approach, normal_force] = normal;
+        let [[shift_x, force_x], [shift_y, force_y]] = shift;
+        let [[tilt_x, moment_x], [tilt_y, moment_y], [twist, moment_z]] = turn;
+        let normal_force = normal_force.map(|force: f64| force.abs() + 1e-3);
+        Step { approach, normal_force, shift_x, force_x, shift_y, force_y, tilt_x, moment_x, tilt_y, moment_y, twist, moment_z, increments }
+    }
+}
+
+prop_compose! {
+    fn loading()(
+        first in prop_oneof![(-1e-3..1e-3f64).prop_map(|x| [Some(x), None]), (1e-3..1e6f64).prop_map(|x| [None, Some(x)])],
+        mut steps in prop::collection::vec(step(), 1..12),
+        from in prop::option::of(any::<prop::sample::Index>()),
+        cycles in 1u32..4,
+    ) -> Loading {
+        [steps[0].approach, steps[0].normal_force] = first;
+        let cycle_from = from.map(|from| from.index(steps.len()) as u32);
+        Loading { steps, cycle_from, cycles: if cycle_from.is_some() { cycles } else { 1 } }
     }
 }
 
@@ -253,29 +408,30 @@ prop_compose! {
         projection in prop_oneof![Just(Projection::Average), Just(Projection::Midpoint)],
         epsilon in prop_oneof![Just(0.0), 0.0..1.0f64],
         ceiling in prop::option::of(1.0..1e12f64),
+        method in prop_oneof![Just(Method::Seidel), Just(Method::Newton)],
         tolerance in 1e-15..0.9f64,
         max_iterations in 1u32..,
     ) -> Numerics {
-        Numerics { mesh, projection, epsilon, ceiling, method: Method::Seidel, tolerance, max_iterations }
+        Numerics { mesh, projection, epsilon, ceiling, method, tolerance, max_iterations }
     }
 }
 
 prop_compose! {
     fn job()(
-        base in material(),
+        foundation in foundation(),
         shape in shape(),
         material in prop::option::of(material()),
         mu in 0.0..10.0f64,
         domain in prop::option::of(domain()),
-        step in step(),
+        loading in loading(),
         numerics in numerics(),
     ) -> Job {
         let scene = Scene {
-            foundation: Foundation { base },
+            foundation,
             punch: Punch { shape, material },
             friction: Friction { mu },
             domain,
-            loading: Loading { steps: vec![step] },
+            loading,
         };
         Job { scene, numerics }
     }
@@ -299,18 +455,39 @@ proptest! {
     #[test]
     fn what_a_job_writes_is_read(job in job()) {
         prop_assert_eq!(read_job(&job.to_toml()), job.clone());
-        prop_assert_eq!(Job::parse(&job.canonical()).ok(), Some(job));
+        let mut plain = job.clone();
+        plain.scene.loading = plain.scene.loading.normalised();
+        prop_assert_eq!(plain.key(), job.key());
+        prop_assert_eq!(read_job(&plain.to_toml()).canonical(), job.canonical());
+        prop_assert_eq!(Job::parse(&job.canonical()).ok(), Some(plain));
     }
 
+    /// Every key that a study gives has a column, with the value that was given, under its name and under its path.
     #[test]
     fn every_key_of_a_job_fills_its_column(job in job()) {
         let study = Study::parse(&format!("name = \"job\"\n{}", job.to_toml()), "job.toml", &mut |_| Ok(stored().1)).unwrap();
         let point = study.point(0).unwrap();
-        for column in study.columns() {
-            if column.kind == columns::Kind::Key {
-                let value = column.value(&point, None);
-                let written = job.to_toml().contains(&format!("{} = ", study::key::Key::ALL.iter().find(|key| key.column() == column.name).unwrap().name()));
-                prop_assert!(written || value == Value::Missing, "{}", column.name);
+        let columns = study.columns();
+        let value = |name: &str| columns::find(&columns, name).map(|column| column.value(&point, None));
+        let json = serde_json::to_value(&job).unwrap();
+        for key in Key::all(|list| if list == Key::Layers { job.scene.foundation.layers.len() as u32 } else { job.scene.loading.steps.len() as u32 }) {
+            let path = key.path().replace('[', ".").replace(']', "");
+            let given = path.split('.').try_fold(&json, |at, name| match name.parse::<usize>() {
+                Ok(index) => at.get(index),
+                Err(_) => at.get(name),
+            });
+            let expected = match given {
+                Some(serde_json::Value::Number(x)) => Some(x.to_string().parse().unwrap()),
+                Some(serde_json::Value::Array(list)) if key != Key::Mesh => Some(list.len() as f64),
+                _ => None,
+            };
+            if let Some(expected) = expected {
+                for name in [key.column(), key.path(), key.short()] {
+                    prop_assert_eq!(value(&name).and_then(|value| value.as_f64()), Some(expected), "{}", name);
+                }
+            } else if given.is_none() && !matches!(key, Key::Layers | Key::Cycles | Key::Increments(_) | Key::Epsilon | Key::DomainCenterX | Key::DomainCenterY) {
+                // what has no default is missing, if there is a column for it at all
+                prop_assert_eq!(value(&key.column()).unwrap_or(Value::Missing), Value::Missing, "{}", key.column());
             }
         }
     }
