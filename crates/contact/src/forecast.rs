@@ -3,7 +3,7 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use crate::problem::{Layout, relative_bodies};
-use crate::punch::domain;
+use crate::punch::{Surfaces, domain};
 use crate::scene::{Method, Numerics, Scene, SceneError, Shape};
 
 /// What a solve will take.
@@ -20,18 +20,21 @@ pub struct Forecast {
 }
 
 /// Forecasts the solution of a scene. Refuses what cannot be laid out on a grid, as [`crate::problem::Problem::new`] would.
-pub fn forecast(scene: &Scene, numerics: &Numerics) -> Result<Forecast, SceneError> {
-    let layout = Layout::new(scene, numerics, &domain(scene)?)?;
-    let bodies = relative_bodies(scene);
+pub fn forecast(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces) -> Result<Forecast, SceneError> {
+    let layout = Layout::new(scene, numerics, &domain(scene, surfaces)?)?;
+    let bodies = relative_bodies(scene, layout.half_diameter);
     layout.scale(scene, &bodies)?;
     let elements = layout.nx as f64 * layout.ny as f64;
 
     let mut hasher = DefaultHasher::new();
     (layout.nx, layout.ny, layout.element.map(f64::to_bits), numerics.projection).hash(&mut hasher);
-    [bodies.cross / bodies.direct, bodies.coupling / bodies.direct].map(f64::to_bits).hash(&mut hasher);
+    // every number in its shortest exact form
+    format!("{:?}", bodies.scaled(1.0 / bodies.reference_compliance())).hash(&mut hasher);
     // what is masked is part of the operator
     let sole = match scene.punch.shape {
-        Shape::FlatRectangle { .. } | Shape::FlatDisk { .. } | Shape::HeightMap { .. } => std::mem::discriminant(&scene.punch.shape),
+        Shape::FlatRectangle { .. } | Shape::FlatDisk { .. } | Shape::HeightMap { .. } | Shape::WheelOnRail(_) => {
+            std::mem::discriminant(&scene.punch.shape)
+        }
         Shape::Sphere { .. } | Shape::Ellipsoid { .. } | Shape::Cone { .. } => std::mem::discriminant(&Shape::Cone { angle: 0.0 }),
     };
     sole.hash(&mut hasher);
@@ -57,14 +60,16 @@ pub fn forecast(scene: &Scene, numerics: &Numerics) -> Result<Forecast, SceneErr
 mod tests {
     use super::*;
     use crate::problem::Problem;
-    use crate::punch::Surfaces;
     use crate::scene::{Foundation, Material, Mesh, tests::sphere_on_half_space};
 
     #[test]
     fn equal_operators_have_equal_hashes_and_others_not() {
         let numerics: Numerics = serde_json::from_str(r#"{"mesh": 8}"#).unwrap();
         let of = |scene: &Scene, numerics: &Numerics| {
-            (forecast(scene, numerics).unwrap().operator, Problem::new(scene, numerics, &Surfaces::new()).unwrap().operator_key())
+            (
+                forecast(scene, numerics, &Surfaces::new()).unwrap().operator,
+                Problem::new(scene, numerics, &Surfaces::new()).unwrap().operator_key(),
+            )
         };
         let base = sphere_on_half_space();
         let mut variants = vec![(base.clone(), numerics.clone())];

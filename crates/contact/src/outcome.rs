@@ -24,6 +24,10 @@ pub struct Outcome {
     /// Every increment of the path that was solved, in order. Of a path that could not be followed the last one is the
     /// increment at which it failed; those before it are solutions.
     pub steps: Vec<StepOutcome>,
+    /// What Hertz's theory makes of the load at the end of the path, for smooth punches on a homogeneous foundation.
+    pub hertz: Option<Hertz>,
+    /// Where a wheel meets its rail, at the end of the path.
+    pub rail: Option<RailContact>,
 }
 
 impl Outcome {
@@ -48,6 +52,38 @@ impl Outcome {
         let cycle = self.last()?.cycle;
         (cycle > 0).then(|| self.steps.iter().filter(|step| step.cycle == cycle).map(|step| step.observables.dissipation).sum())
     }
+}
+
+/// The Hertzian contact with the gap's curvatures where it is smallest, under the same load.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hertz {
+    /// The larger semi-axis of the ellipse \[m\].
+    pub semi_axis_a: f64,
+    /// The smaller one \[m\].
+    pub semi_axis_b: f64,
+    /// Its area \[m²\].
+    pub area: f64,
+    /// Largest pressure \[Pa\].
+    pub peak_pressure: f64,
+    /// Approach \[m\].
+    pub approach: f64,
+}
+
+/// A contact in track coordinates: x along the track, y to the right, z down, origin midway between the rails at the height of
+/// their tops.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RailContact {
+    /// Contact reference point \[m\]: the centre of the undeformed bodies' overlap around the point of first touch, weighted with the
+    /// square of the interpenetration, as CONTACT has it.
+    pub track: [f64; 3],
+    /// Its (y, z) in the rail profile's coordinates, y to the right \[m\].
+    pub rail: [f64; 2],
+    /// Contact angle \[rad\]: mean inclination of the rail there with the same weight, from y towards z.
+    pub angle: f64,
+    /// Centre of pressure, on the rail \[m\]; the reference point without a load.
+    pub pressure_center: [f64; 3],
+    /// Height of the wheelset below the position in which the wheel's rolling radius reaches the rails' tops \[m\].
+    pub wheelset_height: f64,
 }
 
 /// One increment of a loading path.

@@ -7,12 +7,14 @@
 //! Along a path f₁ = δ + tilt terms − g₀ and f_t = (rigid motion since the increment before) + (εp + Ap)_t of that increment, so that
 //! w_t is the slip increment: what is held still stays as it is, for ε > 0 as well.
 
-use crate::foundation::half_space::HalfSpace;
+use rayon::prelude::*;
+
+use crate::foundation::bodies::Bodies;
 use crate::friction::g_mu;
-use crate::grid::Grid;
+use crate::grid::{Grid, GridError};
 use crate::loading::rigid_modes;
 use crate::punch::{Gap, Surfaces, domain};
-use crate::scene::{Domain, Material, Mesh, Numerics, Projection, Scene, SceneError, Shape, Step};
+use crate::scene::{Base, Domain, Layer, Material, Mesh, Numerics, Projection, Scene, SceneError, Shape, Step};
 
 /// Units in which a [`Problem`] is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,7 +51,7 @@ pub struct Problem {
     /// Elements, in units of ℓ; masked where the punch has no sole.
     pub grid: Grid,
     /// The bodies' summed compliances, in units of c.
-    pub elasticity: HalfSpace,
+    pub elasticity: Bodies,
     /// How A is discretised.
     pub projection: Projection,
     /// μ.
@@ -74,7 +76,7 @@ pub struct OperatorKey {
     elements: [usize; 2],
     element: [f64; 2],
     mask: Option<Vec<bool>>,
-    elasticity: HalfSpace,
+    elasticity: Bodies,
     projection: Projection,
 }
 
@@ -85,25 +87,33 @@ impl Problem {
         scene.validate()?;
         numerics.validate()?;
         let gap = Gap::new(scene, surfaces)?;
-        let domain = domain(scene)?;
+        let domain = domain(scene, surfaces)?;
         let layout = Layout::new(scene, numerics, &domain)?;
         let (nx, ny) = (layout.nx, layout.ny);
 
-        let bodies = relative_bodies(scene);
+        let bodies = relative_bodies(scene, layout.half_diameter);
         let scale = layout.scale(scene, &bodies)?;
         let length = scale.length;
         let [hx, hy] = layout.element;
         let center = [domain.center_x / length, domain.center_y / length];
         let origin = [center[0] - 0.5 * (nx - 1) as f64 * hx, center[1] - 0.5 * (ny - 1) as f64 * hy];
-        let grid = Grid::new(nx, ny, hx, hy, origin).map_err(|error| SceneError {
-            key: "mesh".to_owned(),
-            value: format!("{nx} × {ny}"),
-            expected: error.to_string(),
-        })?;
-        let grid = grid.masked_by(|x, y| match layout.disk {
-            Some(reach) => x.hypot(y) <= hx * reach * (1.0 + 1e-12),
-            None => gap.has_sole(x * length, y * length),
-        });
+        let grid_error =
+            |error: GridError| SceneError { key: "mesh".to_owned(), value: format!("{nx} × {ny}"), expected: error.to_string() };
+        let grid = Grid::new(nx, ny, hx, hy, origin).map_err(grid_error)?;
+        let gaps: Vec<Option<f64>> = (0..grid.len())
+            .into_par_iter()
+            .map(|e| {
+                let [x, y] = grid.center(e);
+                if let Some(reach) = layout.disk {
+                    return (x.hypot(y) <= hx * reach * (1.0 + 1e-12)).then_some(0.0);
+                }
+                match numerics.projection {
+                    Projection::Average => gap.mean(x * length, y * length, hx * length, hy * length),
+                    Projection::Midpoint => gap.at(x * length, y * length),
+                }
+            })
+            .collect();
+        let grid = grid.with_mask(gaps.iter().map(Option::is_some).collect()).map_err(grid_error)?;
         if grid.active_len() == 0 {
             return Err(SceneError {
                 key: "domain".to_owned(),
@@ -114,13 +124,8 @@ impl Problem {
 
         let k = grid.len();
         let mut rest = vec![0.0; 3 * k];
-        for e in grid.active() {
-            let [x, y] = grid.center(e).map(|x| x * length);
-            let g0 = match numerics.projection {
-                Projection::Average => gap.mean(x, y, hx * length, hy * length),
-                Projection::Midpoint => gap.at(x, y),
-            };
-            rest[e] = -g0 / length;
+        for (rest, gap) in rest.iter_mut().zip(&gaps) {
+            *rest = -gap.unwrap_or(0.0) / length;
         }
         let far = rest.iter().find(|value| !value.is_finite());
         let units = (scale.motions(), scale.forces());
@@ -141,7 +146,7 @@ impl Problem {
         }
         Ok(Self {
             grid,
-            elasticity: bodies.scaled(1.0 / bodies.direct),
+            elasticity: bodies.scaled(1.0 / bodies.reference_compliance()),
             projection: numerics.projection,
             mu: scene.friction.mu,
             epsilon: numerics.epsilon,
@@ -205,7 +210,7 @@ impl Problem {
             elements: [self.grid.nx(), self.grid.ny()],
             element: [self.grid.hx(), self.grid.hy()],
             mask: self.grid.mask().map(<[bool]>::to_vec),
-            elasticity: self.elasticity,
+            elasticity: self.elasticity.clone(),
             projection: self.projection,
         }
     }
@@ -228,13 +233,23 @@ impl Problem {
     }
 }
 
-/// The bodies' compliances in units of 1/G of the foundation. Ratios to its modulus, like those of [`Layout`] to Ω's width, come
-/// first, so that jobs that differ only in a modulus or a size get the same operator to the last bit and can share it.
-pub(crate) fn relative_bodies(scene: &Scene) -> HalfSpace {
-    let surface = surface(scene);
-    let relative =
-        |material: &Material| Material { shear_modulus: material.shear_modulus / surface.shear_modulus, poisson: material.poisson };
-    HalfSpace::new(&relative(&surface), scene.punch.material.map(|m| relative(&m)).as_ref())
+/// The bodies with moduli in units of that of the foundation's surface and lengths in units of ℓ = `length`. Ratios to its modulus,
+/// like those of [`Layout`] to Ω's width, come first, so that jobs that differ only in a modulus or a size get the same operator
+/// to the last bit and can share it.
+pub(crate) fn relative_bodies(scene: &Scene, length: f64) -> Bodies {
+    let modulus = surface(scene).shear_modulus;
+    let relative = |material: Material| Material { shear_modulus: material.shear_modulus / modulus, poisson: material.poisson };
+    let foundation = &scene.foundation;
+    let layers: Vec<Layer> = foundation
+        .layers
+        .iter()
+        .map(|layer| Layer { shear_modulus: layer.shear_modulus / modulus, thickness: layer.thickness / length, poisson: layer.poisson })
+        .collect();
+    let base = match foundation.base {
+        Base::Rigid => Base::Rigid,
+        Base::Elastic(material) => Base::Elastic(relative(material)),
+    };
+    Bodies::new(&layers, &base, scene.punch.material.map(relative).as_ref())
 }
 
 /// The material at the foundation's surface, whose modulus is the unit of moduli.
@@ -249,7 +264,7 @@ pub(crate) struct Layout {
     /// Element size in units of ℓ.
     pub(crate) element: [f64; 2],
     /// ℓ \[m\].
-    half_diameter: f64,
+    pub(crate) half_diameter: f64,
     /// Whether the punch goes on beyond Ω.
     open_edge: bool,
     /// For a disk under its own Ω: the radius that decides what is sole, in elements.
@@ -299,16 +314,22 @@ impl Layout {
             Shape::FlatRectangle { width_x, width_y } | Shape::HeightMap { width_x, width_y, .. } => {
                 Self { open_edge: domain.width_x < width_x * (1.0 - 1e-12) || domain.width_y < width_y * (1.0 - 1e-12), ..layout }
             }
-            Shape::Sphere { .. } | Shape::Ellipsoid { .. } | Shape::Cone { .. } => Self { open_edge: true, ..layout },
+            Shape::Sphere { .. } | Shape::Ellipsoid { .. } | Shape::Cone { .. } | Shape::WheelOnRail(_) => {
+                Self { open_edge: true, ..layout }
+            }
         })
     }
 
     /// The units of the problem. Refuses what leads beyond the range of doubles.
-    pub(crate) fn scale(&self, scene: &Scene, bodies: &HalfSpace) -> Result<Scale, SceneError> {
+    pub(crate) fn scale(&self, scene: &Scene, bodies: &Bodies) -> Result<Scale, SceneError> {
         let modulus = surface(scene).shear_modulus;
-        let scale = Scale { length: self.half_diameter, compliance: bodies.direct / modulus };
+        let scale = Scale { length: self.half_diameter, compliance: bodies.reference_compliance() / modulus };
         if !(scale.compliance.is_normal() && scale.traction().is_normal()) {
             return Err(out_of_range("foundation.base.shear_modulus", modulus));
+        }
+        let layers = bodies.layers.as_ref().map_or(&[][..], |layers| layers.layers());
+        if let Some(layer) = layers.iter().find(|layer| !(layer.shear_modulus.is_normal() && layer.thickness.is_normal())) {
+            return Err(out_of_range("foundation.layers", if layer.thickness.is_normal() { layer.shear_modulus } else { layer.thickness }));
         }
         if !(scale.length.is_normal() && self.element.iter().all(|side| side.is_normal())) {
             return Err(out_of_range("domain.width_x", 2.0 * scale.length));

@@ -5,6 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::punch::Side;
+
 /// A contact scene in SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -173,6 +175,48 @@ pub enum Shape {
         /// Extent of the map along y > 0 \[m\].
         width_y: f64,
     },
+    /// A wheel pressed onto a rail, seen from the plane that touches both where they first meet: x along the track, y across. The
+    /// rail is the foundation; the wheel's material is the punch's. The approach is along the normal of that plane.
+    WheelOnRail(WheelRail),
+}
+
+/// Which profiles, how they lie in the track, and where the wheelset stands. Profiles are given as they are on the
+/// right-hand side. Track coordinates: x along the track, y to the right, z down.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WheelRail {
+    /// Name of the wheel's profile in [`Surfaces`](crate::punch::Surfaces); in a stored job, its hash.
+    pub wheel: String,
+    /// Name of the rail's profile.
+    pub rail: String,
+    /// Which of the two wheels of the wheelset.
+    pub side: Side,
+    /// Radius of the wheel at its profile's z = 0 > 0 \[m\].
+    pub rolling_radius: f64,
+    /// Distance between the rails' gauge faces > 0 \[m\].
+    pub gauge: f64,
+    /// Depth below the rails' tops down to which the gauge is measured ≥ 0 \[m\].
+    pub gauge_depth: f64,
+    /// Distance between the backs of the flanges > 0 \[m\].
+    pub flange_back_distance: f64,
+    /// From the back of a flange to its profile's y = 0 \[m\].
+    pub flange_back_to_origin: f64,
+    /// Lateral displacement of the wheelset along y \[m\].
+    pub lateral: f64,
+    /// Yaw of the wheelset about z \[rad\]: positive turns x towards y.
+    pub yaw: f64,
+    /// Roll of the wheelset about x \[rad\], after the yaw: positive lowers the right wheel.
+    pub roll: f64,
+}
+
+impl WheelRail {
+    /// The standard gauge \[m\].
+    pub const GAUGE: f64 = 1.435;
+    /// The depth at which it is measured \[m\].
+    pub const GAUGE_DEPTH: f64 = 0.014;
+    /// The usual distance between the backs of the flanges \[m\].
+    pub const FLANGE_BACK_DISTANCE: f64 = 1.360;
+    /// The usual distance from the back of a flange to the middle of the tread \[m\].
+    pub const FLANGE_BACK_TO_ORIGIN: f64 = 0.070;
 }
 
 /// Coulomb friction.
@@ -463,6 +507,16 @@ impl Scene {
             Shape::FlatRectangle { width_x, width_y } | Shape::HeightMap { width_x, width_y, .. } => {
                 positive("punch.width_x", *width_x)?;
                 positive("punch.width_y", *width_y)?;
+            }
+            Shape::WheelOnRail(rail) => {
+                positive("punch.rolling_radius", rail.rolling_radius)?;
+                positive("punch.gauge", rail.gauge)?;
+                finite("punch.gauge_depth", rail.gauge_depth)?;
+                positive("punch.flange_back_distance", rail.flange_back_distance)?;
+                finite("punch.flange_back_to_origin", rail.flange_back_to_origin)?;
+                finite("punch.lateral", rail.lateral)?;
+                finite("punch.yaw", rail.yaw)?;
+                finite("punch.roll", rail.roll)?;
             }
             Shape::Cone { angle } => {
                 positive("punch.angle", *angle)?;

@@ -5,9 +5,10 @@ use crate::influence::{Influence, Scratch};
 use crate::loading::Control;
 use crate::observables::{fields, observables, states};
 use crate::operators::Operators;
-use crate::outcome::{Fields, Motion, Outcome, Status, StepOutcome, WorkDone};
+use crate::outcome::{Fields, Hertz, Motion, Outcome, RailContact, Status, StepOutcome, WorkDone};
 use crate::problem::Problem;
-use crate::punch::Surfaces;
+use crate::punch::{Gap, Surfaces, surface_compliance};
+use crate::reference::hertz_ellipse;
 use crate::scene::{Mesh, Method, Numerics, Scene, SceneError, Step};
 use crate::solver::{self, Iterate, Limits, Start, Stop};
 
@@ -16,11 +17,12 @@ use crate::solver::{self, Iterate, Limits, Start, Stop};
 /// cannot mean anything is an error; a path that cannot be followed, or not to the tolerance, is an [`Outcome`] with
 /// [`Status::Failed`] that keeps what came before.
 pub fn solve(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators: &mut Operators) -> Result<(Outcome, Fields), SceneError> {
+    let gap = Gap::new(scene, surfaces)?;
     let mut problem = Problem::new(scene, numerics, surfaces)?;
     let operator = operators.of(&problem);
     let diagonal = operator.table.largest_diagonal();
     let limits = Limits { tolerance: numerics.tolerance, max_iterations: numerics.max_iterations };
-    let mut outcome = Outcome { status: Status::Certified, steps: Vec::new() };
+    let mut outcome = Outcome { status: Status::Certified, steps: Vec::new(), hertz: None, rail: None };
     let mut last_fields = Fields::default();
     let mut unseen = 0;
     let mut start = match (numerics.method, scene.loading.legs().first()) {
@@ -45,6 +47,8 @@ pub fn solve(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators:
             step.work.iterations += std::mem::take(&mut unseen);
             before = Before { motion: step.motion, resultants: step.observables.resultants() };
             outcome.steps.push(step);
+            outcome.hertz = hertz(scene, &gap, &step);
+            outcome.rail = rail_contact(&gap, &step);
             last_fields = fields;
             if let Status::Failed { reason } = status {
                 let reason = place(&reason, scene, &outcome, part, leg.increments);
@@ -98,6 +102,41 @@ const COARSE_TOLERANCE: f64 = 1e-3;
 struct Before {
     motion: Motion,
     resultants: [f64; 6],
+}
+
+/// What Hertz's theory makes of an increment's load; it knows no layers, no tilt and no moment.
+fn hertz(scene: &Scene, gap: &Gap<'_>, step: &StepOutcome) -> Option<Hertz> {
+    let load = step.observables.load;
+    let curvatures = gap.curvatures().filter(|_| scene.foundation.layers.is_empty() && load > 0.0)?;
+    let compliance = surface_compliance(scene);
+    let ellipse = hertz_ellipse(2.0 / compliance, 0.5 * curvatures[0], 0.5 * curvatures[1], load);
+    let (a, b) = (ellipse.semi_axis_x, ellipse.semi_axis_y);
+    Some(Hertz {
+        semi_axis_a: a.max(b),
+        semi_axis_b: a.min(b),
+        area: std::f64::consts::PI * a * b,
+        peak_pressure: ellipse.peak_pressure,
+        approach: ellipse.approach,
+    })
+}
+
+/// Where a wheel meets its rail after an increment.
+fn rail_contact(gap: &Gap<'_>, step: &StepOutcome) -> Option<RailContact> {
+    let (pair, plane) = gap.wheel_on_rail()?;
+    let o = &step.observables;
+    let frame = plane.frame();
+    let depth = step.motion.approach / frame.angle.cos();
+    let reference = pair.overlap_frame(depth.max(0.0));
+    let center = [-o.moment_y / o.load, o.moment_x / o.load];
+    // the point of the rail's surface, which the plane of contact only touches
+    let pressure_center = if o.load > 0.0 { pair.onto_rail(frame.to_track([center[0], center[1], 0.0])) } else { reference.origin };
+    Some(RailContact {
+        track: reference.origin,
+        rail: pair.to_rail(reference.origin),
+        angle: reference.angle,
+        pressure_center,
+        wheelset_height: pair.height() + depth,
+    })
 }
 
 /// The controls in the problem's units.

@@ -91,7 +91,7 @@ fn forces_give_the_motion_that_gives_the_forces() {
             (step.force_x, step.force_y) = (None, None);
             (step.shift_x, step.shift_y) = (scene.loading.steps[0].shift_x, scene.loading.steps[0].shift_y);
         }
-        forced.domain = Some(contact::punch::domain(&scene).unwrap());
+        forced.domain = Some(contact::punch::domain(&scene, &Surfaces::new()).unwrap());
         let (by_force, back) = by(Method::Newton, &forced, Mesh::Across(16));
         if !matches!(scene.punch.shape, Shape::FlatDisk { .. }) {
             let off = difference(&fields, &back);

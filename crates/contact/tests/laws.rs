@@ -342,7 +342,7 @@ fn what_doubles_cannot_hold_is_refused_before_it_runs() {
     let refused = |change: &dyn Fn(&mut Scene)| {
         let mut scene = shifted_sphere(0.3);
         change(&mut scene);
-        let forecast = contact::forecast(&scene, &numerics).unwrap_err();
+        let forecast = contact::forecast(&scene, &numerics, &Surfaces::new()).unwrap_err();
         assert_eq!(Problem::new(&scene, &numerics, &Surfaces::new()).unwrap_err(), forecast);
         assert!(forecast.expected.contains("double precision"), "{forecast}");
         forecast.key

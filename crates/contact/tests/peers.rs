@@ -4,7 +4,6 @@
 
 mod common;
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use common::*;
@@ -19,7 +18,9 @@ fn case(id: &str) {
     let number = |key: &str| case["params"][key].as_f64().unwrap_or(0.0);
     let (n, width) = (number("n") as usize, number("L"));
 
-    let mut surfaces: Surfaces = BTreeMap::new();
+    let mut surfaces = Surfaces::new();
+    // a height map counts its gap from its highest pixel, the case from the spheres' own lowest point
+    let mut lowest = 0.0;
     let shape = match case["shape"]["type"].as_str().unwrap() {
         // gap b1 x² + b3 y²
         "quadratic" => Shape::Ellipsoid {
@@ -33,13 +34,12 @@ fn case(id: &str) {
             let at = |i: usize| ((i as f64 + 0.5) / n as f64 - 0.5) * width;
             let gap = |x: f64, y: f64| ((x.abs() - d).powi(2) + y * y) / (2.0 * radius);
             let heights: Vec<f64> = (0..n * n).map(|s| -gap(at(s % n), at(s / n))).collect();
+            lowest = -heights.iter().copied().fold(f64::MIN, f64::max);
             surfaces.insert("two spheres".to_owned(), Arc::new(Surface::new(n, n, heights).unwrap()));
             Shape::HeightMap { surface: "two spheres".to_owned(), width_x: width, width_y: width }
         }
         other => panic!("unknown shape {other}"),
     };
-    // a height map counts its gap from its highest pixel, the case from the spheres' own lowest point
-    let lowest = surfaces.values().map(|s| -s.heights().iter().copied().fold(f64::MIN, f64::max)).next().unwrap_or(0.0);
     // load-controlled cases come with the approach that their solution has
     let approach = case["expected"]["delta"].as_f64().unwrap();
     let step = Step {

@@ -3,10 +3,10 @@
 mod common;
 
 use common::*;
-use contact::outcome::StepOutcome;
+use contact::outcome::{Status, StepOutcome};
 use contact::punch::*;
 use contact::reference::hertz_ellipse;
-use contact::scene::{Loading, Material, Mesh, Projection, Scene, Shape, Step};
+use contact::scene::{Loading, Material, Mesh, Projection, Scene, Shape, Step, WheelRail};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -51,7 +51,9 @@ impl Pressed {
             Step::default(),
         );
         scene.punch.material = Some(STEEL);
-        Self { scene, surfaces: [("gap".to_owned(), Arc::new(surface))].into(), elements: [columns as u32, rows as u32], least }
+        let mut surfaces = Surfaces::new();
+        surfaces.insert("gap".to_owned(), Arc::new(surface));
+        Self { scene, surfaces, elements: [columns as u32, rows as u32], least }
     }
 
     /// The bodies approached by `approach` \[m\] from where they touch.
@@ -164,6 +166,59 @@ fn the_benchmarks_positions_meet_contact() {
         } else {
             assert!(hertz_peak.abs() < 0.2 && (-4.0..0.0).contains(&hertz_area), "case {case}: Hertz {hertz_peak} % {hertz_area} %");
         }
+    }
+}
+
+/// The same as a user has it: a scene with a wheel on a rail, the load given, plane of contact, Ω and its elements chosen by the
+/// program before the approach is known. The limits are those of the use: 0.05 mm, peak pressure 1 %, area 3 %.
+#[test]
+fn scenes_of_a_wheel_on_a_rail_meet_contact() {
+    let mut surfaces = Surfaces::new();
+    let profile = |text| Arc::new(Profile::from_simpack(text).expect("a profile"));
+    surfaces.insert_profile("wheel".to_owned(), profile(include_str!("../../../sweeps/profiles/MBench_S1002_v3.prw")));
+    surfaces.insert_profile("rail".to_owned(), profile(include_str!("../../../sweeps/profiles/MBench_UIC60_v3.prr")));
+    println!("case     x      y      z in µm  angle in mrad  approach  peak  area in %  Hertz's peak and area over ours");
+    for row in rows() {
+        let Position { lateral, yaw, roll } = row.position;
+        let shape = Shape::WheelOnRail(WheelRail {
+            wheel: "wheel".to_owned(),
+            rail: "rail".to_owned(),
+            side: Side::Left,
+            rolling_radius: 0.46,
+            gauge: WheelRail::GAUGE,
+            gauge_depth: WheelRail::GAUGE_DEPTH,
+            flange_back_distance: WheelRail::FLANGE_BACK_DISTANCE,
+            flange_back_to_origin: WheelRail::FLANGE_BACK_TO_ORIGIN,
+            lateral,
+            yaw,
+            roll,
+        });
+        let step = Step { normal_force: Some(row.force), ..Step::default() };
+        let mut scene = scene(shape, STEEL.shear_modulus, STEEL.poisson, 0.3, step);
+        scene.punch.material = Some(STEEL);
+        let numerics = numerics(Mesh::Across(64), Projection::Average, 1e-7);
+        let (outcome, _) = contact::solve(&scene, &numerics, &surfaces, &mut contact::Operators::default()).unwrap();
+        assert_eq!(outcome.status, Status::Certified);
+        let (end, rail, hertz) = (outcome.last().unwrap(), outcome.rail.unwrap(), outcome.hertz.unwrap());
+        let percent = |own: f64, other: f64| (own / other - 1.0) * 100.0;
+        let off = [0, 1, 2].map(|c| (rail.track[c] - row.reference[c]) * 1e6);
+        let area = percent(end.observables.contact_area, row.elements * ELEMENT * ELEMENT);
+        let peak = percent(end.observables.peak_pressure, row.peak);
+        let approach = percent(end.motion.approach, row.approach);
+        println!(
+            "{:>4} {:6.1} {:6.1} {:6.1} {:6.3} {approach:6.2} {peak:6.2} {area:6.2} {:7.3} {:6.3}",
+            row.name,
+            off[0],
+            off[1],
+            off[2],
+            (rail.angle - row.angle) * 1e3,
+            hertz.peak_pressure / end.observables.peak_pressure,
+            hertz.area / end.observables.contact_area
+        );
+        assert_eq!((end.observables.edge_elements, end.observables.patches), (0, 1), "case {}", row.name);
+        assert!(end.observables.force_x.abs() < 1e-6 * row.force, "like materials do not couple");
+        assert!(off.iter().all(|off| off.abs() < 5.0) && ((rail.angle - row.angle) * 1e3).abs() < 0.1, "case {}: {off:?} µm", row.name);
+        assert!(approach.abs() < 1.0 && peak.abs() < 1.0 && area.abs() < 3.0, "case {}: {approach} % {peak} % {area} %", row.name);
     }
 }
 

@@ -12,71 +12,140 @@ pub use profile::{Profile, ProfileError, ProfileKind};
 pub use surface::{Surface, SurfaceError, Surfaces};
 pub use wheel_rail::{Curvatures, Position, Side, Touch, Track, WheelOnRail, WheelRailError, Wheelset};
 
-use crate::loading::Control;
-use crate::scene::{Base, Domain, Layer, Material, Scene, SceneError, Shape};
+use std::f64::consts::PI;
 
-/// A shape ready to be sampled: the scene's, with the height map it names.
+use crate::foundation::layered::Layered;
+use crate::loading::Control;
+use crate::reference::{HertzEllipse, hertz_ellipse};
+use crate::scene::{Domain, Material, Scene, SceneError, Shape};
+
+/// A shape ready to be sampled: the scene's, with the height map or the profiles it names.
 pub struct Gap<'a> {
     shape: &'a Shape,
-    surface: Option<&'a Surface>,
+    sampled: Sampled<'a>,
+}
+
+enum Sampled<'a> {
+    Not,
+    Map(&'a Surface),
+    Plane(Box<WheelOnRail>, Box<ContactPlane>),
 }
 
 impl<'a> Gap<'a> {
-    /// The gap under `scene`'s punch. Fails when the scene names a surface that `surfaces` has not.
+    /// The gap under `scene`'s punch. Fails when the scene names a surface that `surfaces` has not, or a wheel does not meet its rail.
     pub fn new(scene: &'a Scene, surfaces: &'a Surfaces) -> Result<Self, SceneError> {
         let shape = &scene.punch.shape;
-        let surface = match shape {
-            Shape::HeightMap { surface, .. } => Some(surfaces.get(surface).ok_or_else(|| SceneError {
-                key: "punch.surface".to_owned(),
-                value: surface.clone(),
-                expected: "names a height map that was not supplied".to_owned(),
-            })?),
-            _ => None,
+        let missing = |key: &str, name: &str, what: &str| SceneError {
+            key: key.to_owned(),
+            value: name.to_owned(),
+            expected: format!("names {what} that was not supplied"),
         };
-        Ok(Self { shape, surface: surface.map(std::convert::AsRef::as_ref) })
+        let sampled = match shape {
+            Shape::HeightMap { surface, .. } => {
+                Sampled::Map(surfaces.get(surface).ok_or_else(|| missing("punch.surface", surface, "a height map"))?)
+            }
+            Shape::WheelOnRail(rail) => {
+                let profile =
+                    |key: &str, name: &str| surfaces.profile(name).ok_or_else(|| missing(&format!("punch.{key}"), name, "a profile"));
+                let pair = WheelOnRail::new(
+                    profile("wheel", &rail.wheel)?,
+                    profile("rail", &rail.rail)?,
+                    &Wheelset {
+                        rolling_radius: rail.rolling_radius,
+                        flange_back_distance: rail.flange_back_distance,
+                        flange_back_to_origin: rail.flange_back_to_origin,
+                    },
+                    &Track { gauge: rail.gauge, gauge_depth: rail.gauge_depth },
+                    rail.side,
+                    &Position { lateral: rail.lateral, yaw: rail.yaw, roll: rail.roll },
+                );
+                let pair = pair.map_err(|error| SceneError {
+                    key: "punch".to_owned(),
+                    value: format!("lateral {:e} m, yaw {:e} rad, roll {:e} rad", rail.lateral, rail.yaw, rail.roll),
+                    expected: error.to_string(),
+                })?;
+                let ([a, b], _) = pair.curvatures().principal();
+                let approach = wheel_approach(scene, (a > 0.0).then_some([a, b])).unwrap_or(0.0);
+                let frame = pair.overlap_frame(approach.max(0.0) / pair.tangent_frame().angle.cos());
+                let plane = ContactPlane::new(&pair, frame);
+                Sampled::Plane(Box::new(pair), Box::new(plane))
+            }
+            _ => Sampled::Not,
+        };
+        Ok(Self { shape, sampled })
     }
 
-    /// Initial gap g₀ ≥ 0 \[m\] at (x, y) \[m\].
-    pub fn at(&self, x: f64, y: f64) -> f64 {
-        match (self.shape, self.surface) {
-            (Shape::Sphere { radius }, _) => (x * x + y * y) / (2.0 * radius),
-            (Shape::Ellipsoid { radius_x, radius_y }, _) => x * x / (2.0 * radius_x) + y * y / (2.0 * radius_y),
-            (Shape::FlatRectangle { .. } | Shape::FlatDisk { .. }, _) => 0.0,
-            (Shape::Cone { angle }, _) => x.hypot(y) * angle.tan(),
-            (Shape::HeightMap { width_x, width_y, .. }, Some(surface)) => surface.gap_at(x / width_x + 0.5, y / width_y + 0.5),
-            (Shape::HeightMap { .. }, None) => unreachable!("Gap::new supplies the surface"),
+    /// Initial gap g₀ ≥ 0 \[m\] at (x, y) \[m\]; `None` where the punch has no sole, that is, cannot touch at all.
+    pub fn at(&self, x: f64, y: f64) -> Option<f64> {
+        if !self.has_sole(x, y) {
+            return None;
+        }
+        match (self.shape, &self.sampled) {
+            (Shape::Sphere { radius }, _) => Some((x * x + y * y) / (2.0 * radius)),
+            (Shape::Ellipsoid { radius_x, radius_y }, _) => Some(x * x / (2.0 * radius_x) + y * y / (2.0 * radius_y)),
+            (Shape::FlatRectangle { .. } | Shape::FlatDisk { .. }, _) => Some(0.0),
+            (Shape::Cone { angle }, _) => Some(x.hypot(y) * angle.tan()),
+            (Shape::HeightMap { width_x, width_y, .. }, Sampled::Map(surface)) => {
+                Some(surface.gap_at(x / width_x + 0.5, y / width_y + 0.5))
+            }
+            (Shape::WheelOnRail(_), Sampled::Plane(_, plane)) => plane.gap(x, y),
+            (Shape::HeightMap { .. } | Shape::WheelOnRail(_), _) => unreachable!("Gap::new supplies the surface"),
         }
     }
 
-    /// Mean of g₀ \[m\] over the element hx × hy \[m\] centred at (x, y) \[m\].
-    pub fn mean(&self, x: f64, y: f64, hx: f64, hy: f64) -> f64 {
-        match (self.shape, self.surface) {
+    /// Mean of g₀ \[m\] over the element hx × hy \[m\] centred at (x, y) \[m\]; `None` where the punch has no sole.
+    pub fn mean(&self, x: f64, y: f64, hx: f64, hy: f64) -> Option<f64> {
+        if !self.has_sole(x, y) {
+            return None;
+        }
+        match (self.shape, &self.sampled) {
             // ⟨x²⟩ over an element is x² + hx²/12
-            (Shape::Sphere { radius }, _) => (x * x + y * y + (hx * hx + hy * hy) / 12.0) / (2.0 * radius),
+            (Shape::Sphere { radius }, _) => Some((x * x + y * y + (hx * hx + hy * hy) / 12.0) / (2.0 * radius)),
             (Shape::Ellipsoid { radius_x, radius_y }, _) => {
-                (x * x + hx * hx / 12.0) / (2.0 * radius_x) + (y * y + hy * hy / 12.0) / (2.0 * radius_y)
+                Some((x * x + hx * hx / 12.0) / (2.0 * radius_x) + (y * y + hy * hy / 12.0) / (2.0 * radius_y))
             }
-            (Shape::FlatRectangle { .. } | Shape::FlatDisk { .. }, _) => 0.0,
-            (Shape::Cone { angle }, _) => mean_distance(x, y, hx, hy) * angle.tan(),
-            (Shape::HeightMap { width_x, width_y, .. }, Some(surface)) => surface.mean_gap(
+            (Shape::FlatRectangle { .. } | Shape::FlatDisk { .. }, _) => Some(0.0),
+            (Shape::Cone { angle }, _) => Some(mean_distance(x, y, hx, hy) * angle.tan()),
+            (Shape::HeightMap { width_x, width_y, .. }, Sampled::Map(surface)) => Some(surface.mean_gap(
                 [(x - hx / 2.0) / width_x + 0.5, (x + hx / 2.0) / width_x + 0.5],
                 [(y - hy / 2.0) / width_y + 0.5, (y + hy / 2.0) / width_y + 0.5],
-            ),
-            (Shape::HeightMap { .. }, None) => unreachable!("Gap::new supplies the surface"),
+            )),
+            (Shape::WheelOnRail(_), Sampled::Plane(_, plane)) => plane.mean_gap(x, y, hx, hy),
+            (Shape::HeightMap { .. } | Shape::WheelOnRail(_), _) => unreachable!("Gap::new supplies the surface"),
         }
     }
 
-    /// Whether the punch has a sole at (x, y) \[m\], that is, can touch there at all.
-    pub fn has_sole(&self, x: f64, y: f64) -> bool {
+    fn has_sole(&self, x: f64, y: f64) -> bool {
         // an element's centre lies on a sole's edge only by rounding; such an element belongs to it
         let slack = 1.0 + 1e-12;
         match self.shape {
-            Shape::Sphere { .. } | Shape::Ellipsoid { .. } | Shape::Cone { .. } => true,
+            // where a wheel is not above its rail the gap itself says so
+            Shape::Sphere { .. } | Shape::Ellipsoid { .. } | Shape::Cone { .. } | Shape::WheelOnRail(_) => true,
             Shape::FlatRectangle { width_x, width_y } | Shape::HeightMap { width_x, width_y, .. } => {
                 x.abs() <= 0.5 * width_x * slack && y.abs() <= 0.5 * width_y * slack
             }
             Shape::FlatDisk { radius } => x.hypot(y) <= radius * slack,
         }
+    }
+
+    /// The wheel on its rail and the plane of contact, if that is what the punch is.
+    pub fn wheel_on_rail(&self) -> Option<(&WheelOnRail, &ContactPlane)> {
+        match &self.sampled {
+            Sampled::Plane(pair, plane) => Some((pair, plane)),
+            Sampled::Not | Sampled::Map(_) => None,
+        }
+    }
+
+    /// Principal curvatures \[1/m\] of a smooth gap where it is smallest, the smaller one first; `None` where Hertz's theory has
+    /// nothing to say.
+    pub fn curvatures(&self) -> Option<[f64; 2]> {
+        let curvatures = match (self.shape, &self.sampled) {
+            (Shape::Sphere { radius }, _) => [1.0 / radius; 2],
+            (Shape::Ellipsoid { radius_x, radius_y }, _) => [1.0 / radius_x.max(*radius_y), 1.0 / radius_x.min(*radius_y)],
+            (_, Sampled::Plane(pair, _)) => pair.curvatures().principal().0,
+            _ => return None,
+        };
+        (curvatures[0] > 0.0).then_some(curvatures)
     }
 }
 
@@ -100,17 +169,19 @@ fn mean_distance(x: f64, y: f64, hx: f64, hy: f64) -> f64 {
 /// Under a smooth punch the contact lies inside the region where the rigid shapes would overlap (for a normal
 /// compliance that is nowhere negative); Ω is that region with a margin, which for a sphere is 3a × 3a with a
 /// Hertz's contact radius, over all steps of the path. Where the normal force is prescribed the approach is Hertz's for
-/// the softest of the materials. Under a flat sole or a height map Ω is the sole's bounding box.
-pub fn domain(scene: &Scene) -> Result<Domain, SceneError> {
+/// the compliance that is felt at the size of the contact. Under a flat sole or a height map Ω is the sole's bounding box.
+pub fn domain(scene: &Scene, surfaces: &Surfaces) -> Result<Domain, SceneError> {
     if let Some(domain) = scene.domain {
         return Ok(domain);
     }
     let centred = |width_x, width_y| Domain { width_x, width_y, center_x: 0.0, center_y: 0.0 };
-    let compliance = softest(scene);
     let paraboloid = |radius_x: f64, radius_y: f64| {
         let radius = (radius_x * radius_y).sqrt();
         // Hertz with E* = 2/c: a³ = 3PRc/8, δ = a²/R
-        let pressed = |force: f64| (0.375 * force * radius * compliance).cbrt().powi(2) / radius;
+        let pressed = |force: f64| {
+            let contact = contact_size(scene, |compliance| (0.375 * force * radius * compliance).cbrt());
+            contact * contact / radius
+        };
         cover(scene.loading.legs().iter().map(|leg| paraboloid_domain(radius_x, radius_y, &Pose::of(&leg.target, pressed))))
     };
     Ok(match scene.punch.shape {
@@ -118,9 +189,10 @@ pub fn domain(scene: &Scene) -> Result<Domain, SceneError> {
         Shape::Ellipsoid { radius_x, radius_y } => paraboloid(radius_x, radius_y),
         Shape::FlatRectangle { width_x, width_y } | Shape::HeightMap { width_x, width_y, .. } => centred(width_x, width_y),
         Shape::FlatDisk { radius } => centred(2.0 * radius, 2.0 * radius),
+        Shape::WheelOnRail(_) => wheel_domain(scene, &Gap::new(scene, surfaces)?)?,
         Shape::Cone { angle } => {
             // Sneddon: P = 2E*δ²/(π tan β)
-            let pressed = |force: f64| (0.25 * std::f64::consts::PI * force * angle.tan() * compliance).sqrt();
+            let pressed = |force: f64| contact_size(scene, |compliance| (0.25 * PI * force * angle.tan() * compliance).sqrt());
             let mut width = 0.0_f64;
             for leg in scene.loading.legs() {
                 let pose = Pose::of(&leg.target, pressed);
@@ -138,6 +210,38 @@ pub fn domain(scene: &Scene) -> Result<Domain, SceneError> {
             centred(width, width)
         }
     })
+}
+
+/// The deepest approach of a wheel's path \[m\]; where the load is prescribed, that of Hertz's ellipse with these principal curvatures
+/// of the gap. `None` without them.
+fn wheel_approach(scene: &Scene, curvatures: Option<[f64; 2]>) -> Option<f64> {
+    let mut deepest = f64::NEG_INFINITY;
+    for leg in scene.loading.legs() {
+        deepest = deepest.max(match leg.target[0] {
+            Control::Motion(approach) => approach,
+            Control::Force(force) => {
+                let [a, b] = curvatures?;
+                let pressed = |compliance: f64| hertz_ellipse(2.0 / compliance, 0.5 * a, 0.5 * b, force);
+                let size = |ellipse: HertzEllipse| (ellipse.semi_axis_x * ellipse.semi_axis_y).sqrt();
+                // the approach of an ellipse goes as the square of its size
+                let own = pressed(surface_compliance(scene));
+                own.approach * (contact_size(scene, |compliance| size(pressed(compliance))) / size(own)).powi(2)
+            }
+        });
+    }
+    Some(deepest)
+}
+
+/// All regions in which wheel and rail would overlap after the deepest approach of the path.
+fn wheel_domain(scene: &Scene, gap: &Gap<'_>) -> Result<Domain, SceneError> {
+    let not_given = |expected: &str| SceneError { key: "domain".to_owned(), value: "not given".to_owned(), expected: expected.to_owned() };
+    let Some((_, plane)) = gap.wheel_on_rail() else { unreachable!("the caller's punch is a wheel") };
+    let no_curvatures = "must be given, for wheel and rail do not touch in a point with curvatures to estimate it from";
+    let deepest = wheel_approach(scene, gap.curvatures()).ok_or_else(|| not_given(no_curvatures))?;
+    let extent = plane.overlap(deepest).ok_or_else(|| not_given("must be given, for the wheel does not reach the rail"))?;
+    let span = |[low, high]: [f64; 2]| (high - low, 0.5 * (low + high));
+    let ((width_x, center_x), (width_y, center_y)) = (span(extent.x), span(extent.s));
+    Ok(Domain { width_x, width_y, center_x, center_y })
 }
 
 /// What a step says about where the punch is.
@@ -169,15 +273,29 @@ impl Pose {
     }
 }
 
-/// Σ(1−ν)/G with the softest of the foundation's materials: no contact under a given load is larger than with it alone.
-fn softest(scene: &Scene) -> f64 {
-    let base = match scene.foundation.base {
-        Base::Elastic(material) => Some(material),
-        Base::Rigid => None,
-    };
+/// Σ(1−ν)/G of the materials that touch \[1/Pa\].
+pub(crate) fn surface_compliance(scene: &Scene) -> f64 {
     let compliance = |material: Material| (1.0 - material.poisson) / material.shear_modulus;
-    let layers = scene.foundation.layers.iter().map(Layer::material).chain(base);
-    layers.map(compliance).fold(0.0, f64::max) + scene.punch.material.map_or(0.0, compliance)
+    scene.foundation.surface().map_or(0.0, compliance) + scene.punch.material.map_or(0.0, compliance)
+}
+
+/// Size of a contact that depends on the bodies' compliance Σ(1−ν)/G: with layers on that which is felt at this size, k C_NN(k) at
+/// k = 1/size, and a fifth more to be on the safe side of a rough guess.
+fn contact_size(scene: &Scene, size: impl Fn(f64) -> f64) -> f64 {
+    let compliance = |material: Material| (1.0 - material.poisson) / material.shear_modulus;
+    let punch = scene.punch.material.map_or(0.0, compliance);
+    let foundation = &scene.foundation;
+    match (Layered::new(&foundation.layers, &foundation.base), foundation.surface()) {
+        (Some(layered), Some(surface)) => {
+            let mut contact = size(compliance(surface) + punch);
+            for _ in 0..60 {
+                let felt = layered.compliance(1.0 / contact).nn / contact + punch;
+                contact = (contact * size(felt)).sqrt();
+            }
+            1.2 * contact
+        }
+        (_, surface) => size(surface.map_or(0.0, compliance) + punch),
+    }
 }
 
 /// The smallest rectangle that holds them all; of the same shape as one of them alone.
@@ -249,8 +367,8 @@ mod tests {
             // two-point Gauss is exact for a quadratic
             let g = 0.5 / 3f64.sqrt();
             let (x, y, hx, hy) = (0.3, -0.8, 0.2, 0.5);
-            let gauss: f64 = [(-g, -g), (g, -g), (-g, g), (g, g)].iter().map(|(s, t)| gap.at(x + s * hx, y + t * hy) / 4.0).sum();
-            assert!((gap.mean(x, y, hx, hy) / gauss - 1.0).abs() < 1e-14);
+            let gauss: f64 = [(-g, -g), (g, -g), (-g, g), (g, g)].iter().map(|(s, t)| gap.at(x + s * hx, y + t * hy).unwrap() / 4.0).sum();
+            assert!((gap.mean(x, y, hx, hy).unwrap() / gauss - 1.0).abs() < 1e-14);
         }
     }
 
@@ -259,7 +377,7 @@ mod tests {
         let mut scene = crate::scene::tests::sphere_on_half_space();
         scene.loading.steps[0].tilt_x = Some(0.01);
         let Shape::Sphere { radius } = scene.punch.shape else { panic!() };
-        let domain = domain(&scene).unwrap();
+        let domain = domain(&scene, &Surfaces::new()).unwrap();
         // f₁ = δ + tilt_x y − y²/2R has its maximum at y = R tilt_x
         assert!((domain.center_y / (0.01 * radius) - 1.0).abs() < 1e-14);
         assert_eq!(domain.center_x, 0.0);

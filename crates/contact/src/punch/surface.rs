@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::profile::Profile;
+
 /// A sampled surface. A pixel's value is the surface's mean height over that pixel, positive towards the foundation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
@@ -37,8 +39,44 @@ pub enum SurfaceError {
     },
 }
 
-/// Surfaces by the name under which scenes mention them.
-pub type Surfaces = BTreeMap<String, Arc<Surface>>;
+/// Height maps and profiles by the name under which scenes mention them.
+#[derive(Clone, Debug, Default)]
+pub struct Surfaces {
+    maps: BTreeMap<String, Arc<Surface>>,
+    profiles: BTreeMap<String, Arc<Profile>>,
+}
+
+impl Surfaces {
+    /// None.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a height map.
+    pub fn insert(&mut self, name: String, map: Arc<Surface>) {
+        self.maps.insert(name, map);
+    }
+
+    /// The height map of this name.
+    pub fn get(&self, name: &str) -> Option<&Arc<Surface>> {
+        self.maps.get(name)
+    }
+
+    /// Adds a profile.
+    pub fn insert_profile(&mut self, name: String, profile: Arc<Profile>) {
+        self.profiles.insert(name, profile);
+    }
+
+    /// The profile of this name.
+    pub fn profile(&self, name: &str) -> Option<&Arc<Profile>> {
+        self.profiles.get(name)
+    }
+
+    /// Whether there is a height map or a profile of this name.
+    pub fn contains_key(&self, name: &str) -> bool {
+        self.maps.contains_key(name) || self.profiles.contains_key(name)
+    }
+}
 
 impl Surface {
     /// A surface of `columns` pixels along x by `rows` along y; `heights` \[m\] row by row, x fastest, the first row at lowest y.

@@ -13,7 +13,8 @@ use super::curve::{Curve, CurvePoint, Graph};
 use super::profile::{Profile, ProfileKind};
 
 /// On which side of the track, seen along x.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Side {
     /// y < 0.
     Left,
@@ -302,6 +303,12 @@ impl WheelOnRail {
             xs: circle * cx * cs - meridian * mx * ms,
             ss: circle * cs * cs - meridian * ms * ms + rail,
         }
+    }
+
+    /// The point of the rail straight below or above a point in track coordinates; the point itself beside the rail.
+    pub fn onto_rail(&self, position: [f64; 3]) -> [f64; 3] {
+        let [x, y, z] = position;
+        [x, y, self.top.at(y).map_or(z, |point| point.position[1])]
     }
 
     /// (y, z) in the rail profile's coordinates, y towards the right as in the track, of a point in track coordinates.

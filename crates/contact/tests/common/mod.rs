@@ -39,7 +39,7 @@ pub fn certified_with(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces) -
 
 /// Solves, insists on a certificate and gives every increment of the path.
 pub fn certified_path(scene: &Scene, numerics: &Numerics) -> (Vec<StepOutcome>, Fields) {
-    let (Outcome { status, steps }, fields) =
+    let (Outcome { status, steps, .. }, fields) =
         solve(scene, numerics, &Surfaces::new(), &mut Operators::default()).expect("a scene with a meaning");
     assert_eq!(status, Status::Certified, "{:?}", steps.last());
     (steps, fields)
