@@ -66,7 +66,7 @@ impl Jobs {
         let mut seen = HashSet::new();
         let mut distinct = Vec::new();
         for (index, point) in points.iter().enumerate().filter(|(_, point)| seen.insert(point.key)) {
-            let forecast = forecast(&point.job.scene, &point.job.numerics).map_err(|error| {
+            let forecast = forecast(&point.job.scene, &point.job.numerics, study.surfaces()).map_err(|error| {
                 let values: Vec<String> =
                     study.axes().zip(&point.values).map(|(axis, value)| format!("{} = {value}", axis.column())).collect();
                 let place = if values.is_empty() { String::new() } else { format!(", at {}", values.join(", ")) };

@@ -8,16 +8,18 @@ use contact::scene::Shape;
 use runner::{WorkerArguments, work};
 use serde::{Deserialize, Serialize};
 use study::Job;
+use study::profile::{decode_profile, encode_profile};
 use study::record::encode_fields;
 use study::surface::{decode_surface, encode_surface};
 
 use crate::output::Finish;
 
-/// A job on its way to a worker: its canonical text and the surface that it names.
+/// A job on its way to a worker: its canonical text and what it names.
 #[derive(Serialize, Deserialize)]
 struct Order {
     job: String,
-    surface: Option<(String, Vec<u8>)>,
+    height_maps: Vec<(String, Vec<u8>)>,
+    profiles: Vec<(String, Vec<u8>)>,
 }
 
 /// What a worker sends back.
@@ -31,11 +33,14 @@ pub(crate) enum Answer {
 
 /// Encodes a job for a worker.
 pub(crate) fn order(job: &Job, canonical: String, surfaces: &Surfaces) -> Result<Vec<u8>> {
-    let surface = match &job.scene.punch.shape {
-        Shape::HeightMap { surface, .. } => surfaces.get(surface).map(|found| (surface.clone(), encode_surface(found))),
-        _ => None,
+    let map = |name: &String| Some((name.clone(), encode_surface(surfaces.get(name)?)));
+    let profile = |name: &String| Some((name.clone(), encode_profile(surfaces.profile(name)?)));
+    let (height_maps, profiles) = match &job.scene.punch.shape {
+        Shape::HeightMap { surface, .. } => (map(surface).into_iter().collect(), Vec::new()),
+        Shape::WheelOnRail(wheel) => (Vec::new(), [&wheel.wheel, &wheel.rail].into_iter().filter_map(profile).collect()),
+        _ => (Vec::new(), Vec::new()),
     };
-    encode(&Order { job: canonical, surface })
+    encode(&Order { job: canonical, height_maps, profiles })
 }
 
 /// Decodes what a worker sent.
@@ -59,8 +64,11 @@ impl Solver {
         let (order, _): (Order, usize) = bincode::serde::decode_from_slice(payload, bincode::config::standard())?;
         let job = Job::parse(&order.job)?;
         let mut surfaces = Surfaces::new();
-        if let Some((name, bytes)) = order.surface {
+        for (name, bytes) in order.height_maps {
             surfaces.insert(name, decode_surface(&bytes)?.into());
+        }
+        for (name, bytes) in order.profiles {
+            surfaces.insert_profile(name, decode_profile(&bytes)?.into());
         }
         let (outcome, fields) = contact::solve(&job.scene, &job.numerics, &surfaces, &mut self.operators)?;
         Ok(Answer::Solved(Box::new(outcome), encode_fields(&fields)))

@@ -10,7 +10,7 @@ use std::borrow::Cow;
 use std::collections::HashSet;
 use std::fmt;
 
-use contact::outcome::{Observables, Outcome, Status, StepOutcome};
+use contact::outcome::{Hertz, Observables, Outcome, RailContact, Status, StepOutcome};
 use contact::scene::Mesh;
 
 use crate::axis::Axis;
@@ -256,6 +256,21 @@ const RESULTS: &[Column] = results! {
     Observable "cycle_dissipation" Energy "energy lost to friction in the last cycle" Source::Outcome(cycle_dissipation);
     Observable "external_work" Energy "work of the punch's motion in the last increment" number!(observables.external_work);
     Observable "total_work" Energy "work of the punch's motion along the whole path" Source::Outcome(total_work);
+    Observable "hertz_a" Length "larger semi-axis of Hertz's ellipse under the same load" Source::Outcome(|o| hertz(o, |h| h.semi_axis_a));
+    Observable "hertz_b" Length "smaller semi-axis of Hertz's ellipse under the same load" Source::Outcome(|o| hertz(o, |h| h.semi_axis_b));
+    Observable "hertz_area" Area "area of Hertz's ellipse under the same load" Source::Outcome(|o| hertz(o, |h| h.area));
+    Observable "hertz_peak_pressure" Pressure "largest pressure of Hertz's theory under the same load" Source::Outcome(|o| hertz(o, |h| h.peak_pressure));
+    Observable "hertz_approach" Length "approach of Hertz's theory under the same load" Source::Outcome(|o| hertz(o, |h| h.approach));
+    Observable "track_x" Length "x of the contact of wheel and rail along the track" Source::Outcome(|o| rail(o, |r| r.track[0]));
+    Observable "track_y" Length "y of the contact, from the middle of the track to the right" Source::Outcome(|o| rail(o, |r| r.track[1]));
+    Observable "track_z" Length "z of the contact, from the tops of the rails down" Source::Outcome(|o| rail(o, |r| r.track[2]));
+    Observable "rail_y" Length "y of the contact in the rail's profile" Source::Outcome(|o| rail(o, |r| r.rail[0]));
+    Observable "rail_z" Length "z of the contact in the rail's profile" Source::Outcome(|o| rail(o, |r| r.rail[1]));
+    Observable "contact_angle" Angle "inclination of the rail at the contact" Source::Outcome(|o| rail(o, |r| r.angle));
+    Observable "track_pressure_x" Length "x of the centre of pressure along the track" Source::Outcome(|o| rail(o, |r| r.pressure_center[0]));
+    Observable "track_pressure_y" Length "y of the centre of pressure in the track" Source::Outcome(|o| rail(o, |r| r.pressure_center[1]));
+    Observable "track_pressure_z" Length "z of the centre of pressure in the track" Source::Outcome(|o| rail(o, |r| r.pressure_center[2]));
+    Observable "wheelset_height" Length "height of the wheelset below where its rolling radius reaches the rails' tops" Source::Outcome(|o| rail(o, |r| r.wheelset_height));
     Observable "ceiling_elements" Pure "elements at the pressure ceiling" integer!(observables.ceiling_elements);
     Observable "edge_elements" Pure "elements in contact at the edge of Ω; above 0, Ω is too small" integer!(observables.edge_elements);
     Observable "mesh_x" Pure "elements along x" integer!(observables.mesh_x);
@@ -291,6 +306,14 @@ fn reason(record: &Record) -> Value {
             Value::Text(reason.clone())
         }
     }
+}
+
+fn hertz(outcome: &Outcome, read: fn(&Hertz) -> f64) -> Value {
+    outcome.hertz.as_ref().map_or(Value::Missing, |hertz| Value::Number(read(hertz)))
+}
+
+fn rail(outcome: &Outcome, read: fn(&RailContact) -> f64) -> Value {
+    outcome.rail.as_ref().map_or(Value::Missing, |rail| Value::Number(read(rail)))
 }
 
 fn increments(outcome: &Outcome) -> Value {
@@ -349,6 +372,12 @@ mod tests {
         for (name, figure) in serde_json::to_value(outcome.work()).unwrap().as_object().unwrap() {
             assert_eq!(value(name), figure.as_f64(), "{name}");
         }
+        let whole = serde_json::to_value(outcome).unwrap();
+        for (name, figure) in whole["hertz"].as_object().unwrap() {
+            assert_eq!(value(&format!("hertz_{}", name.trim_start_matches("semi_axis_"))), figure.as_f64(), "{name}");
+        }
+        let names = ["track_x", "track_y", "track_z", "rail_y", "rail_z", "contact_angle", "track_pressure_x", "track_pressure_y", "track_pressure_z", "wheelset_height"];
+        assert_eq!(names.map(|name| value(name).unwrap()), [51.0, 52.0, 53.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 60.0]);
         assert_eq!((value("step"), value("cycle")), (end["step"].as_f64(), end["cycle"].as_f64()));
     }
 

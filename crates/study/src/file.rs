@@ -29,20 +29,20 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use contact::punch::Surfaces;
+use contact::punch::{ProfileKind, Surfaces};
 use rayon::prelude::*;
 use toml::de::{DeTable, DeValue};
 
 use crate::axis::{self, Axis, Group};
 use crate::columns::{self, Column, Value};
-use crate::error::{Problem, StudyError};
+use crate::error::{Problem, Span, StudyError};
 use crate::figure::{self, Figure};
 use crate::job::{Job, JobError, JobKey};
 use crate::key::{Key, Table};
 use crate::read::{self, Reader, entries};
 use crate::record::{BLOB_LIMIT, DecodeError, Record, decode, encode};
-use crate::sheet::{Given, Sheet, SurfaceNames, TablePlaces, assemble};
-use crate::surface;
+use crate::sheet::{Given, Sheet, Source, SurfaceNames, TablePlaces, assemble};
+use crate::{profile, surface};
 
 /// What is done with the points of a study.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -194,67 +194,85 @@ impl Study {
         assemble(&self.sheet(steps), &self.surface_names, &self.places)
     }
 
-    /// Reads the height maps that any point needs, each once.
+    /// Reads the height maps and profiles that any point needs, each once.
     fn read_surfaces(&mut self, files: &mut ReadFile<'_>) -> Vec<Problem> {
-        let names = |key: Key| keys(&self.base, &self.groups).any(|other| other == key);
-        if !names(Key::File) && !names(Key::Surface) {
+        let names_files = |key| matches!(key, Key::File | Key::Surface | Key::Wheel | Key::Rail);
+        if !keys(&self.base, &self.groups).any(names_files) {
             return Vec::new();
         }
-        let mut problems = Vec::new();
         for index in 0..self.points {
             let steps = axis::steps(&self.groups, index);
-            let sheet = self.sheet(&steps);
-            let outcome = if let Some((file, unit)) = sheet.height_file() {
-                let wanted = (file.to_owned(), unit.to_owned());
-                match self.surface_names.contains_key(&wanted) {
-                    true => continue,
-                    false => self.read_height_map(wanted, files).map_err(|why| (Key::File, why)),
-                }
-            } else if let Some(name) = sheet.stored_surface() {
-                match self.surfaces.contains_key(name) {
-                    true => continue,
-                    false => self.read_stored_surface(name.to_owned(), files).map_err(|why| (Key::Surface, why)),
-                }
-            } else {
-                continue;
+            // what is read goes into the study, from which a sheet borrows
+            let wanted: Vec<(Key, Span, Wanted)> = {
+                let sheet = self.sheet(&steps);
+                let sources = sheet.sources().into_iter();
+                sources.map(|(key, source)| (key, sheet.get(key).map_or(0..0, |given| given.span.clone()), Wanted::of(source))).collect()
             };
-            if let Err((key, why)) = outcome {
-                let steps = axis::steps(&self.groups, index);
-                let span = self.sheet(&steps).get(key).map_or(0..0, |given| given.span.clone());
-                let expected = match key {
-                    Key::File => "must be an NPY file or a matrix of text",
-                    _ => "must be the hash of a stored surface",
+            for (key, span, wanted) in wanted {
+                let read = match wanted {
+                    Wanted::Map(file, unit) => self.read_height_map((file, unit), files),
+                    Wanted::StoredMap(name) => self.read_stored_surface(name, files),
+                    Wanted::Profile(file) => self.read_profile(key, file, files),
                 };
-                problems.push(Problem::new(span, format!("cannot use this height map: {why}"), expected));
-                // one bad file is one problem, however many points use it
-                break;
+                if let Err(why) = read {
+                    let (what, expected) = match key {
+                        Key::File => ("height map", "must be an NPY file or a matrix of text"),
+                        Key::Surface => ("height map", "must be the hash of a stored surface"),
+                        Key::Wheel => ("profile", "must be a wheel's profile in SIMPACK's format (.prw)"),
+                        _ => ("profile", "must be a rail's profile in SIMPACK's format (.prr)"),
+                    };
+                    // one bad file is one problem, however many points use it
+                    return vec![Problem::new(span, format!("cannot use this {what}: {why}"), expected)];
+                }
             }
         }
-        problems
+        Vec::new()
+    }
+
+    /// The bytes of a file that the study names, read once.
+    fn file(&mut self, name: &str, files: &mut ReadFile<'_>) -> Result<&[u8], String> {
+        if !self.files.contains_key(name) {
+            self.files.insert(name.to_owned(), files(name)?);
+        }
+        Ok(self.files.get(name).map_or(&[], Vec::as_slice))
     }
 
     fn read_height_map(&mut self, (file, unit): (String, String), files: &mut ReadFile<'_>) -> Result<(), String> {
-        if !self.files.contains_key(&file) {
-            let bytes = files(&file)?;
-            self.files.insert(file.clone(), bytes);
+        if self.surface_names.maps.contains_key(&(file.clone(), unit.clone())) {
+            return Ok(());
         }
-        let bytes = self.files.get(&file).map_or(&[][..], Vec::as_slice);
-        let surface = surface::read(bytes, &unit).map_err(|error| error.to_string())?;
+        let surface = surface::read(self.file(&file, files)?, &unit).map_err(|error| error.to_string())?;
         let name = surface::name(&surface);
         self.surfaces.insert(name.clone(), Arc::new(surface));
-        self.surface_names.insert((file, unit), name);
+        self.surface_names.maps.insert((file, unit), name);
         Ok(())
     }
 
     fn read_stored_surface(&mut self, name: String, files: &mut ReadFile<'_>) -> Result<(), String> {
-        let bytes = files(&name)?;
-        let surface = surface::decode_surface(&bytes).map_err(|error| error.to_string())?;
+        if self.surfaces.get(&name).is_some() {
+            return Ok(());
+        }
+        let surface = surface::decode_surface(self.file(&name, files)?).map_err(|error| error.to_string())?;
         if surface::name(&surface) != name {
             return Err("its content does not have this hash".to_owned());
         }
-        self.files.insert(name.clone(), bytes);
         self.surfaces.insert(name, Arc::new(surface));
         Ok(())
+    }
+
+    fn read_profile(&mut self, key: Key, file: String, files: &mut ReadFile<'_>) -> Result<(), String> {
+        if !self.surface_names.profiles.contains_key(&file) {
+            let profile = profile::read(self.file(&file, files)?).map_err(|error| error.to_string())?;
+            let name = profile::name(&profile);
+            self.surfaces.insert_profile(name.clone(), Arc::new(profile));
+            self.surface_names.profiles.insert(file.clone(), name);
+        }
+        let profile = self.surface_names.profiles.get(&file).and_then(|name| self.surfaces.profile(name));
+        match (key, profile.map(|profile| profile.kind())) {
+            (Key::Wheel, Some(ProfileKind::Rail)) => Err("it is a rail's".to_owned()),
+            (Key::Rail, Some(ProfileKind::Wheel)) => Err("it is a wheel's".to_owned()),
+            _ => Ok(()),
+        }
     }
 
     /// Assembles every point: first along each axis with the others at their first value, which reports each bad value
@@ -276,6 +294,23 @@ impl Study {
             problems = (0..self.points).into_par_iter().find_map_first(check).unwrap_or_default();
         }
         if problems.is_empty() { Ok(()) } else { Err(problems) }
+    }
+}
+
+/// A [`Source`] that borrows nothing.
+enum Wanted {
+    Map(String, String),
+    StoredMap(String),
+    Profile(String),
+}
+
+impl Wanted {
+    fn of(source: Source<'_>) -> Self {
+        match source {
+            Source::Map(file, unit) => Wanted::Map(file.to_owned(), unit.to_owned()),
+            Source::StoredMap(name) => Wanted::StoredMap(name.to_owned()),
+            Source::Profile(file) => Wanted::Profile(file.to_owned()),
+        }
     }
 }
 
@@ -326,7 +361,7 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
         base,
         places,
         surfaces: Surfaces::new(),
-        surface_names: SurfaceNames::new(),
+        surface_names: SurfaceNames::default(),
         files: BTreeMap::new(),
         path: path.to_owned(),
         text: text.to_owned(),

@@ -82,6 +82,11 @@ impl Job {
         if let Some(material) = &mut scene.punch.material {
             material.poisson += 0.0;
         }
+        if let Shape::WheelOnRail(wheel) = &mut scene.punch.shape {
+            for x in [&mut wheel.gauge_depth, &mut wheel.flange_back_to_origin, &mut wheel.lateral, &mut wheel.yaw, &mut wheel.roll] {
+                *x += 0.0;
+            }
+        }
         self.numerics.epsilon += 0.0;
     }
 }

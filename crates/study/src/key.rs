@@ -128,7 +128,7 @@ keys! {
     Base, "scene.foundation.base", "base", Choice(&["rigid"]), "what the layers rest on, if it is not elastic";
     ShearModulus, "scene.foundation.base.shear_modulus", "shear_modulus", Number(Pressure), "shear modulus G of the foundation's base";
     Poisson, "scene.foundation.base.poisson", "poisson", Number(Pure), "Poisson's ratio ν of the foundation's base";
-    Shape, "scene.punch.shape", "shape", Choice(&["sphere", "ellipsoid", "flat-rectangle", "flat-disk", "cone", "height-map"]), "shape of the punch";
+    Shape, "scene.punch.shape", "shape", Choice(&["sphere", "ellipsoid", "flat-rectangle", "flat-disk", "cone", "height-map", "wheel-on-rail"]), "shape of the punch";
     Radius, "scene.punch.radius", "radius", Number(Length), "radius of a sphere or a flat disk";
     RadiusX, "scene.punch.radius_x", "radius_x", Number(Length), "radius of curvature of an ellipsoid in the x–z plane";
     RadiusY, "scene.punch.radius_y", "radius_y", Number(Length), "radius of curvature of an ellipsoid in the y–z plane";
@@ -138,6 +138,17 @@ keys! {
     File, "scene.punch.file", "file", Text, "file with the heights of a height map: NPY or a matrix of text";
     HeightUnit, "scene.punch.unit", "unit", LengthUnit, "unit of the heights in the file, m unless given";
     Surface, "scene.punch.surface", "surface", Text, "name of a stored surface, the hash of its heights";
+    Wheel, "scene.punch.wheel", "wheel", Text, "file with the wheel's profile in SIMPACK's format; in a stored job, its hash";
+    Rail, "scene.punch.rail", "rail", Text, "file with the rail's profile in SIMPACK's format; in a stored job, its hash";
+    Side, "scene.punch.side", "side", Choice(&["left", "right"]), "which wheel of the wheelset";
+    RollingRadius, "scene.punch.rolling_radius", "rolling_radius", Number(Length), "radius of the wheel at its profile's z = 0";
+    Gauge, "scene.punch.gauge", "gauge", Number(Length), "distance between the rails' gauge faces";
+    GaugeDepth, "scene.punch.gauge_depth", "gauge_depth", Number(Length), "depth below the rails' tops at which the gauge is measured";
+    FlangeBackDistance, "scene.punch.flange_back_distance", "flange_back_distance", Number(Length), "distance between the backs of the flanges";
+    FlangeBackToOrigin, "scene.punch.flange_back_to_origin", "flange_back_to_origin", Number(Length), "from the back of a flange to its profile's y = 0";
+    Lateral, "scene.punch.lateral", "lateral", Number(Length), "lateral displacement of the wheelset, positive to the right";
+    Yaw, "scene.punch.yaw", "yaw", Number(Angle), "yaw of the wheelset about z, positive turns x towards y";
+    Roll, "scene.punch.roll", "roll", Number(Angle), "roll of the wheelset about x, positive lowers the right wheel";
     PunchShearModulus, "scene.punch.material.shear_modulus", "punch_shear_modulus", Number(Pressure), "shear modulus G of an elastic punch";
     PunchPoisson, "scene.punch.material.poisson", "punch_poisson", Number(Pure), "Poisson's ratio ν of an elastic punch";
     Mu, "scene.friction.mu", "mu", Number(Pure), "coefficient of friction μ";

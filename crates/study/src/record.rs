@@ -127,13 +127,13 @@ impl Record {
     pub fn along_path(&self, mut visit: impl FnMut(&Record)) {
         let Some(outcome) = self.outcome() else { return };
         let (physics, fields, provenance) = (self.physics, self.fields, self.provenance.clone());
-        let path = Outcome { status: Status::Certified, steps: Vec::with_capacity(outcome.steps.len()) };
+        let path = Outcome { status: Status::Certified, steps: Vec::with_capacity(outcome.steps.len()), hertz: None, rail: None };
         let mut partial = Record { physics, job: self.job.clone(), ending: Ending::Finished(path), fields, provenance };
         for (at, step) in outcome.steps.iter().enumerate() {
             let Ending::Finished(path) = &mut partial.ending else { return };
             path.steps.push(*step);
             if at + 1 == outcome.steps.len() {
-                path.status = outcome.status.clone();
+                (path.status, path.hertz, path.rail) = (outcome.status.clone(), outcome.hertz, outcome.rail);
             }
             visit(&partial);
         }
@@ -214,7 +214,7 @@ fn decode_as<T: DeserializeOwned, const LIMIT: usize>(known: u8, what: &'static 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use contact::outcome::{Certificate, Motion, Observables, StepOutcome, WorkDone};
+    use contact::outcome::{Certificate, Hertz, Motion, Observables, RailContact, StepOutcome, WorkDone};
     use proptest::prelude::*;
 
     fn record(ending: Ending) -> Record {
@@ -272,7 +272,15 @@ pub(crate) mod tests {
             },
             work: WorkDone { iterations: 22, operator_applications: 23 },
         };
-        Outcome { status, steps: vec![first, last] }
+        let hertz = Hertz { semi_axis_a: 41.0, semi_axis_b: 42.0, area: 43.0, peak_pressure: 44.0, approach: 45.0 };
+        let rail = RailContact {
+            track: [51.0, 52.0, 53.0],
+            rail: [54.0, 55.0],
+            angle: 56.0,
+            pressure_center: [57.0, 58.0, 59.0],
+            wheelset_height: 60.0,
+        };
+        Outcome { status, steps: vec![first, last], hertz: Some(hertz), rail: Some(rail) }
     }
 
     pub(crate) fn solved() -> Record {

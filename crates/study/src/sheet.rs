@@ -3,8 +3,9 @@
 
 use std::collections::HashMap;
 
+use contact::punch::Side;
 use contact::scene::{
-    Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics, Projection, Punch, Scene, SceneError, Shape, Step,
+    Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics, Projection, Punch, Scene, SceneError, Shape, Step, WheelRail,
 };
 
 use crate::error::{Problem, Span};
@@ -46,8 +47,25 @@ pub(crate) struct Given {
 #[derive(Clone, Default)]
 pub(crate) struct Sheet<'a>(HashMap<Key, &'a Given>);
 
-/// The names of the surfaces read from files, by file name and unit.
-pub(crate) type SurfaceNames = HashMap<(String, String), String>;
+/// The names of what was read from files.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SurfaceNames {
+    /// Of height maps, by file name and unit.
+    pub(crate) maps: HashMap<(String, String), String>,
+    /// Of profiles, by file name.
+    pub(crate) profiles: HashMap<String, String>,
+}
+
+/// Something that a point needs from a file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Source<'a> {
+    /// A height map in a file, with its unit.
+    Map(&'a str, &'a str),
+    /// A stored height map.
+    StoredMap(&'a str),
+    /// A profile, in a file or stored.
+    Profile(&'a str),
+}
 
 impl<'a> Sheet<'a> {
     pub(crate) fn new(given: impl IntoIterator<Item = (Key, &'a Given)>) -> Self {
@@ -96,19 +114,18 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// The height map's file and unit, when the punch is one that comes from a file.
-    pub(crate) fn height_file(&self) -> Option<(&'a str, &'a str)> {
-        if self.word(Key::Shape) != Some("height-map") {
-            return None;
+    /// What its punch needs from files, and the key that says so.
+    pub(crate) fn sources(&self) -> Vec<(Key, Source<'a>)> {
+        let profile = |key| Some((key, Source::Profile(self.word(key)?)));
+        match self.word(Key::Shape) {
+            Some("height-map") => match (self.word(Key::File), self.word(Key::Surface)) {
+                (Some(file), _) => vec![(Key::File, Source::Map(file, self.word(Key::HeightUnit).unwrap_or("m")))],
+                (None, Some(name)) => vec![(Key::Surface, Source::StoredMap(name))],
+                (None, None) => Vec::new(),
+            },
+            Some("wheel-on-rail") => [profile(Key::Wheel), profile(Key::Rail)].into_iter().flatten().collect(),
+            _ => Vec::new(),
         }
-        Some((self.word(Key::File)?, self.word(Key::HeightUnit).unwrap_or("m")))
-    }
-}
-
-impl<'a> Sheet<'a> {
-    /// The stored surface that a height map names.
-    pub(crate) fn stored_surface(&self) -> Option<&'a str> {
-        if self.word(Key::Shape) == Some("height-map") { self.word(Key::Surface) } else { None }
     }
 }
 
@@ -137,8 +154,26 @@ fn needed(shape: &str) -> &'static [Key] {
         "ellipsoid" => &[Key::RadiusX, Key::RadiusY],
         "flat-rectangle" => &[Key::WidthX, Key::WidthY],
         "cone" => &[Key::ConeAngle],
+        "wheel-on-rail" => &[Key::Wheel, Key::Rail, Key::Side, Key::RollingRadius],
         _ => &[Key::File, Key::WidthX, Key::WidthY],
     }
+}
+
+/// The keys of a wheel on a rail that have a default.
+const WHEEL_ON_RAIL: &[(Key, f64)] = &[
+    (Key::Gauge, WheelRail::GAUGE),
+    (Key::GaugeDepth, WheelRail::GAUGE_DEPTH),
+    (Key::FlangeBackDistance, WheelRail::FLANGE_BACK_DISTANCE),
+    (Key::FlangeBackToOrigin, WheelRail::FLANGE_BACK_TO_ORIGIN),
+    (Key::Lateral, 0.0),
+    (Key::Yaw, 0.0),
+    (Key::Roll, 0.0),
+];
+
+/// The keys that a shape may have beyond those that it needs.
+fn optional(shape: &str) -> impl Iterator<Item = Key> {
+    let keys = if shape == "wheel-on-rail" { WHEEL_ON_RAIL } else { &[] };
+    keys.iter().map(|(key, _)| *key)
 }
 
 /// A word with its article.
@@ -147,8 +182,11 @@ fn a(word: &str) -> String {
     format!("{article} {word}")
 }
 
-const SHAPE_KEYS: &[Key] =
-    &[Key::Radius, Key::RadiusX, Key::RadiusY, Key::WidthX, Key::WidthY, Key::ConeAngle, Key::File, Key::HeightUnit, Key::Surface];
+/// Whether a key says something about a shape.
+fn is_of_shape(key: Key) -> bool {
+    let punch = Table::find("punch").is_some_and(|punch| key.is_under(&punch));
+    punch && !matches!(key, Key::Shape | Key::PunchShearModulus | Key::PunchPoisson)
+}
 
 /// Assembles the job that a sheet describes. Everything that is missing, out of place or without meaning is reported
 /// at the place that caused it.
@@ -263,7 +301,7 @@ impl Missing<'_> {
 
     fn miss(&mut self, key: Key, why: &str) {
         let span = match self.sheet.get(Key::Shape) {
-            Some(shape) if SHAPE_KEYS.contains(&key) => shape.span.clone(),
+            Some(shape) if is_of_shape(key) => shape.span.clone(),
             _ => self.places.around(key),
         };
         let message = format!("`{}` is missing{why}", key.short());
@@ -332,20 +370,48 @@ impl Missing<'_> {
             "height-map" => {
                 Shape::HeightMap { surface: self.surface(surfaces), width_x: number(Key::WidthX), width_y: number(Key::WidthY) }
             }
+            "wheel-on-rail" => Shape::WheelOnRail(self.wheel_on_rail(surfaces)),
             // the reader lets only the words of Key::Shape through
             _ => none,
         }
     }
 
+    fn wheel_on_rail(&self, surfaces: &SurfaceNames) -> WheelRail {
+        let number = |key| {
+            let default = || WHEEL_ON_RAIL.iter().find(|(of, _)| *of == key).map_or(f64::NAN, |(_, default)| *default);
+            self.sheet.number(key).unwrap_or_else(default)
+        };
+        let profile = |key| self.sheet.word(key).and_then(|file| surfaces.profiles.get(file)).cloned().unwrap_or_default();
+        WheelRail {
+            wheel: profile(Key::Wheel),
+            rail: profile(Key::Rail),
+            side: if self.sheet.word(Key::Side) == Some("left") { Side::Left } else { Side::Right },
+            rolling_radius: number(Key::RollingRadius),
+            gauge: number(Key::Gauge),
+            gauge_depth: number(Key::GaugeDepth),
+            flange_back_distance: number(Key::FlangeBackDistance),
+            flange_back_to_origin: number(Key::FlangeBackToOrigin),
+            lateral: number(Key::Lateral),
+            yaw: number(Key::Yaw),
+            roll: number(Key::Roll),
+        }
+    }
+
     fn surface(&self, surfaces: &SurfaceNames) -> String {
-        let from_file = self.sheet.height_file().and_then(|(file, unit)| surfaces.get(&(file.to_owned(), unit.to_owned())));
-        from_file.cloned().or_else(|| self.sheet.word(Key::Surface).map(str::to_owned)).unwrap_or_default()
+        match self.sheet.sources().first() {
+            Some((_, Source::Map(file, unit))) => {
+                surfaces.maps.get(&((*file).to_owned(), (*unit).to_owned())).cloned().unwrap_or_default()
+            }
+            Some((_, Source::StoredMap(name))) => (*name).to_owned(),
+            _ => String::new(),
+        }
     }
 
     /// Notes every key given for the punch that its shape has not.
     fn refuse_foreign(&mut self, shape: &str) {
         let is_map = shape == "height-map";
-        for key in SHAPE_KEYS.iter().filter(|key| !needed(shape).contains(key)) {
+        let has = |key: Key| needed(shape).contains(&key) || optional(shape).any(|optional| optional == key);
+        for key in Key::ALL.iter().filter(|key| is_of_shape(**key) && !has(**key)) {
             let Some(given) = self.sheet.get(*key) else { continue };
             let span = given.span.clone();
             let problem = match key {
@@ -361,7 +427,8 @@ impl Missing<'_> {
                     _ => continue,
                 },
                 _ => {
-                    let names = needed(shape).iter().map(|key| format!("`{}`", key.name())).collect::<Vec<_>>().join(", ");
+                    let names = needed(shape).iter().copied().chain(optional(shape)).map(|key| format!("`{}`", key.name()));
+                    let names = names.collect::<Vec<_>>().join(", ");
                     let problem = Problem::new(span, format!("{} has no `{}`", a(shape), key.name()), format!("{} has {names}", a(shape)));
                     match self.sheet.get(Key::Shape) {
                         Some(place) if place.span != given.span => problem.context(place.span.clone(), "the shape is given here"),
@@ -426,6 +493,10 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
     let word = |text: &str| Some(Setting::Word(text.to_owned()));
     let Scene { foundation: Foundation { layers, base }, punch: Punch { shape, material }, friction, domain, loading } = &job.scene;
     let numerics = &job.numerics;
+    let wheel = || match shape {
+        Shape::WheelOnRail(wheel) => Some(wheel),
+        _ => None,
+    };
     let layer = |i: u32| layers.get(i as usize);
     let step = |i: u32, part: fn(&Step) -> Option<f64>| loading.steps.get(i as usize).and_then(part).map(Setting::Number);
     match key {
@@ -448,6 +519,7 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
             Shape::FlatDisk { .. } => "flat-disk",
             Shape::Cone { .. } => "cone",
             Shape::HeightMap { .. } => "height-map",
+            Shape::WheelOnRail(_) => "wheel-on-rail",
         }),
         Key::Radius => match shape {
             Shape::Sphere { radius } | Shape::FlatDisk { radius } => number(*radius),
@@ -471,6 +543,20 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
             Shape::HeightMap { surface, .. } => word(surface),
             _ => None,
         },
+        Key::Wheel => word(&wheel()?.wheel),
+        Key::Rail => word(&wheel()?.rail),
+        Key::Side => word(match wheel()?.side {
+            Side::Left => "left",
+            Side::Right => "right",
+        }),
+        Key::RollingRadius => number(wheel()?.rolling_radius),
+        Key::Gauge => number(wheel()?.gauge),
+        Key::GaugeDepth => number(wheel()?.gauge_depth),
+        Key::FlangeBackDistance => number(wheel()?.flange_back_distance),
+        Key::FlangeBackToOrigin => number(wheel()?.flange_back_to_origin),
+        Key::Lateral => number(wheel()?.lateral),
+        Key::Yaw => number(wheel()?.yaw),
+        Key::Roll => number(wheel()?.roll),
         // a job names its surface by content
         Key::File | Key::HeightUnit => None,
         Key::PunchShearModulus => number(material.as_ref()?.shear_modulus),

@@ -1,9 +1,12 @@
 //! Studies that are right: what they expand to, and that nothing a job can say is lost on the way through a file.
 
 use std::collections::HashSet;
+use std::sync::OnceLock;
 
+use contact::punch::Side;
 use contact::scene::{
     Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics, Projection, Punch, Scene, Shape, Step,
+    WheelRail,
 };
 use proptest::prelude::*;
 use study::key::Key;
@@ -269,18 +272,44 @@ fn height_maps_come_from_files_in_any_unit() {
     let points = study.points();
     let Shape::HeightMap { surface, width_y, .. } = &points[0].job.scene.punch.shape else { panic!("not a height map") };
     assert_eq!(*width_y, 0.002);
-    assert_eq!(study.surfaces()[surface].heights(), [0.0, 1e-6, 2e-6, 3e-6, 4e-6, 5e-6]);
+    assert_eq!(study.surfaces().get(surface).unwrap().heights(), [0.0, 1e-6, 2e-6, 3e-6, 4e-6, 5e-6]);
     assert_eq!(shown(&study, "file")[..2], ["rough.csv", "rougher.csv"]);
     assert_eq!(points[0].key, points[1].key, "the content counts, not the name");
     // the definition needs no files any more
     let again = Study::from_definition(&study.definition()).unwrap();
     assert_eq!(again.points(), points);
     // and a job's own text finds its surface under its hash
-    let stored = study::surface::encode_surface(&study.surfaces()[surface]);
+    let stored = study::surface::encode_surface(study.surfaces().get(surface).unwrap());
     let job = format!("name = \"job\"\n{}", points[0].job.to_toml());
     let alone = Study::parse(&job, "job.toml", &mut |name| if name == surface { Ok(stored.clone()) } else { no_files(name) }).unwrap();
     assert_eq!(alone.points()[0].job, points[0].job);
     assert!(Study::parse(&job, "job.toml", &mut |_| Ok(vec![1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0])).is_err());
+}
+
+#[test]
+fn a_wheel_and_its_rail_come_from_files() {
+    let punch = r#"punch = { shape = "wheel-on-rail", wheel = "w.prw", rail = "r.prr", side = "left", rolling_radius = "460 mm" }"#;
+    let text = BASE.replace("punch = { shape = \"sphere\", radius = \"10 mm\" }", punch);
+    let mut files = |name: &str| match name {
+        "w.prw" => Ok(WHEEL.to_vec()),
+        "r.prr" => Ok(RAIL.to_vec()),
+        _ => no_files(name),
+    };
+    let sweep = "[sweep]\npunch.lateral = { from = 0, to = \"10 mm\", count = 3 }\npunch.yaw = [0, \"1 mrad\"]\n";
+    let study = Study::parse(&format!("{text}{sweep}"), "study.toml", &mut files).unwrap();
+    let points = study.points();
+    let Shape::WheelOnRail(wheel) = &points[5].job.scene.punch.shape else { panic!("not a wheel") };
+    let [(wheel_name, _), (rail_name, _)] = profiles();
+    assert_eq!((&wheel.wheel, &wheel.rail, wheel.side), (wheel_name, rail_name, Side::Left));
+    assert_eq!((wheel.lateral, wheel.yaw, wheel.roll, wheel.gauge), (0.01, 0.001, 0.0, WheelRail::GAUGE));
+    assert!(study.surfaces().profile(wheel_name).is_some() && study.surfaces().profile(rail_name).is_some());
+    assert_eq!(Study::from_definition(&study.definition()).unwrap().points(), points, "the files are in the definition");
+    assert_eq!(read_job(&points[5].job.to_toml()), points[5].job);
+    let mut refused = |old: &str, new: &str| Study::parse(&text.replace(old, new), "study.toml", &mut files).unwrap_err().to_string();
+    assert!(refused("\"w.prw\"", "\"r.prr\"").contains("cannot use this profile: it is a rail's"));
+    assert!(refused("\"r.prr\"", "\"gone.prr\"").contains("gone.prr: no such file"));
+    assert!(refused("side = \"left\", ", "").contains("`punch.side` is missing"));
+    assert!(refused("side =", "radius = 1, side =").contains("a wheel-on-rail has no `radius`"));
 }
 
 #[test]
@@ -342,7 +371,41 @@ fn shape() -> impl Strategy<Value = Shape> {
         (length(), length()).prop_map(|(width_x, width_y)| Shape::FlatRectangle { width_x, width_y }),
         (1e-6..1.5f64).prop_map(|angle| Shape::Cone { angle }),
         (length(), length()).prop_map(|(width_x, width_y)| Shape::HeightMap { surface: stored().0, width_x, width_y }),
+        wheel_on_rail().prop_map(Shape::WheelOnRail),
     ]
+}
+
+prop_compose! {
+    fn wheel_on_rail()(
+        left: bool,
+        lengths in prop::array::uniform5(length()),
+        [lateral, yaw, roll] in prop::array::uniform3(-0.1..0.1f64),
+    ) -> WheelRail {
+        let [wheel, rail] = [&profiles()[0], &profiles()[1]].map(|(name, _)| name.clone());
+        let [rolling_radius, gauge, gauge_depth, flange_back_distance, flange_back_to_origin] = lengths;
+        let side = if left { Side::Left } else { Side::Right };
+        WheelRail { wheel, rail, side, rolling_radius, gauge, gauge_depth, flange_back_distance, flange_back_to_origin, lateral, yaw, roll }
+    }
+}
+
+const WHEEL: &[u8] = include_bytes!("../../../sweeps/profiles/MBench_S1002_v3.prw");
+const RAIL: &[u8] = include_bytes!("../../../sweeps/profiles/MBench_UIC60_v3.prr");
+
+/// The names and the bytes of a wheel's and a rail's profile.
+fn profiles() -> &'static [(String, Vec<u8>); 2] {
+    static PROFILES: OnceLock<[(String, Vec<u8>); 2]> = OnceLock::new();
+    PROFILES.get_or_init(|| {
+        [WHEEL, RAIL].map(|file| {
+            let profile = study::profile::read(file).unwrap();
+            (study::profile::name(&profile), study::profile::encode_profile(&profile))
+        })
+    })
+}
+
+/// Gives out what is stored here.
+fn from_store(name: &str) -> Result<Vec<u8>, String> {
+    let found = profiles().iter().cloned().chain([stored()]).find(|(stored, _)| stored == name);
+    found.map(|(_, bytes)| bytes).ok_or_else(|| format!("{name}: no such file"))
 }
 
 /// The name and the bytes of a surface.
@@ -438,9 +501,8 @@ prop_compose! {
 }
 
 fn read_job(text: &str) -> Job {
-    let (name, bytes) = stored();
     let text = format!("name = \"job\"\n{text}");
-    let study = Study::parse(&text, "job.toml", &mut |wanted| if wanted == name { Ok(bytes.clone()) } else { no_files(wanted) });
+    let study = Study::parse(&text, "job.toml", &mut from_store);
     study.unwrap_or_else(|error| panic!("{text}\n{error}")).points()[0].job.clone()
 }
 
@@ -465,7 +527,7 @@ proptest! {
     /// Every key that a study gives has a column, with the value that was given, under its name and under its path.
     #[test]
     fn every_key_of_a_job_fills_its_column(job in job()) {
-        let study = Study::parse(&format!("name = \"job\"\n{}", job.to_toml()), "job.toml", &mut |_| Ok(stored().1)).unwrap();
+        let study = Study::parse(&format!("name = \"job\"\n{}", job.to_toml()), "job.toml", &mut from_store).unwrap();
         let point = study.point(0).unwrap();
         let columns = study.columns();
         let value = |name: &str| columns::find(&columns, name).map(|column| column.value(&point, None));
