@@ -385,7 +385,7 @@ pub struct Numerics {
     /// Largest relative natural-map residual that counts as solved, 0 < tolerance < 1.
     #[serde(default = "Numerics::default_tolerance")]
     pub tolerance: f64,
-    /// Iterations after which the solver gives up.
+    /// Iterations of one increment, on the grid itself, after which the solver gives up.
     #[serde(default = "Numerics::default_max_iterations")]
     pub max_iterations: u32,
 }

@@ -142,3 +142,57 @@ fn pressed_then_shifted() {
 fn pressed_in_eight_steps() {
     history("history_load_8_steps");
 }
+
+/// A layered foundation, solved by others with their own influence coefficients.
+fn layered(id: &str) {
+    let file: Value = serde_json::from_str(&reference("peer_cases.json")).unwrap();
+    let case = file["layered_cases"].as_array().unwrap().iter().find(|case| case["id"] == id).expect("a case of that id");
+    let params = &case["params"];
+    let number = |key: &str| params[key].as_f64().unwrap();
+    let of = |value: &Value, key: &str| value[key].as_f64().unwrap();
+    let layer = |l: &Value| Layer { shear_modulus: of(l, "G"), poisson: of(l, "nu"), thickness: of(l, "h") };
+    let base = &params["base"];
+    let step = Step { approach: Some(number("delta")), shift_x: Some(number("wx")), ..Step::default() };
+    let mut scene = scene(Shape::Sphere { radius: 1.0 }, 1.0, 0.3, number("mu"), step);
+    scene.foundation = Foundation {
+        layers: params["layers"].as_array().unwrap().iter().map(layer).collect(),
+        base: match base.as_str() {
+            Some("rigid") => Base::Rigid,
+            _ => Base::Elastic(Material { shear_modulus: of(base, "G"), poisson: of(base, "nu") }),
+        },
+    };
+    scene.domain = square(number("L"));
+    for method in [Method::Seidel, Method::Newton] {
+        let numerics = Numerics { method, ..numerics(Mesh::Across(number("n") as u32), Projection::Midpoint, 1e-10) };
+        let (end, fields) = certified(&scene, &numerics);
+        let expected = &case["expected"];
+        meets(&format!("{id}, {method:?}"), expected, &end.observables, &fields, number("L"));
+        let problem = contact::problem::Problem::new(&scene, &numerics, &Surfaces::new()).unwrap();
+        let table = contact::influence::InfluenceTable::new(&problem.grid, &problem.elasticity, problem.projection);
+        let unit = problem.scale.length * problem.scale.compliance;
+        let (own, next) = (table.coefficient(0, 0), table.coefficient(1, 0));
+        for (name, value) in [("A0zz", own.nn), ("A0xx", own.xx), ("A1xz", -next.nx)] {
+            let expected = of(expected, name);
+            assert!((value * unit - expected).abs() < 1e-9 * own.nn * unit, "{id}: {name} {:e} {expected:e}", value * unit);
+        }
+    }
+}
+
+macro_rules! layered_cases {
+    ($($name:ident: $id:literal),+ $(,)?) => { $(#[test] fn $name() { layered($id) })+ };
+}
+
+layered_cases! {
+    layer_on_rigid_base: "layer_bonded_rigid_mu0.0_wx0.0_n24",
+    layer_on_rigid_base_with_friction: "layer_bonded_rigid_mu0.3_wx0.0_n24",
+    nearly_incompressible_layer: "layer_incompressible_rigid_mu0.0_wx0.0_n24",
+    stiff_coating_shifted: "coating_stiff_on_halfspace_mu0.3_wx0.04_n24",
+    layer_of_the_bases_material: "same_material_check_mu0.3_wx0.0_n24",
+}
+
+#[test]
+fn every_case_has_its_test() {
+    let file: Value = serde_json::from_str(&reference("peer_cases.json")).unwrap();
+    let count = |kind: &str| file[kind].as_array().unwrap().len();
+    assert_eq!((count("one_step_cases"), count("history_cases"), count("layered_cases")), (12, 2, 5));
+}

@@ -14,7 +14,7 @@ const SWEEPS: u32 = 25;
 /// Solves `problem` under `controls` from `start`.
 pub(super) fn solve(problem: &mut Problem, operator: &Operator, controls: &[Control; 6], start: &Start, limits: &Limits) -> Iterate {
     let direct = newton::solve(problem, operator, controls, start, limits);
-    if direct.stop == Stop::Converged {
+    if matches!(direct.stop, Stop::Converged | Stop::OutOfIterations { .. }) {
         return direct;
     }
     let second = balance::solve(problem, operator, controls, start, limits, prescribed);
