@@ -53,6 +53,56 @@ fn many_small_steps_lead_to_spence() {
     }
 }
 
+/// Pressure and traction of the same sphere along a radius, μ = 0.3, ν = 0. The root mean square
+/// difference falls with the elements and the steps; that of the traction is most of all at its kink, where stick ends.
+#[test]
+fn many_small_steps_give_spences_profiles() {
+    let row = |name: &str, start: &str| -> Vec<Vec<f64>> {
+        let file = reference(name);
+        file.lines()
+            .filter(|line| line.starts_with(start))
+            .map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect())
+            .collect()
+    };
+    // loads over Hertz's at the same a and at the same δ give a³ over δ^{3/2}
+    let loads = &row("spence_incremental.csv", "0.0,0.3,")[0];
+    let contact = (loads[7] / loads[6]).cbrt();
+    let peak = 2.0 / PI * 2.0 * contact; // Hertz at the same a: 2E*a/πR, E* = 2G/(1−ν)
+    let profile = row("spence_sphere_profiles.csv", "0.0,0.3,");
+    assert_eq!(profile.len(), 12);
+    let meshes = [24, 48, 96];
+    let mut errors = Vec::new();
+    for n in meshes {
+        let step = Step { approach: Some(1.0), increments: n / 3, ..Step::default() };
+        let mut scene = scene(Shape::Sphere { radius: 1.0 }, 1.0, 0.0, 0.3, step);
+        scene.domain = square(2.4);
+        let (_, fields) = certified_path(&scene, &newton(n));
+        let h = fields.element[0];
+        let along: Vec<[f64; 3]> = (n / 2..n)
+            .map(|i| {
+                let (e, x, y) = ((n / 2 * n + i) as usize, (f64::from(i - n / 2) + 0.5) * h, 0.5 * h);
+                // the surface is drawn inwards, and the punch holds it back
+                let outwards = (fields.traction_x[e] * x + fields.traction_y[e] * y) / x.hypot(y);
+                [x.hypot(y), fields.pressure[e], outwards]
+            })
+            .collect();
+        let at = |r: f64, c: usize| {
+            let next = along.iter().position(|point| point[0] > r).unwrap().max(1);
+            let (a, b) = (along[next - 1], along[next]);
+            a[c] + (r - a[0]) / (b[0] - a[0]) * (b[c] - a[c])
+        };
+        // the last point lies within an element of the edge
+        let points = &profile[..11];
+        errors.push([1, 2].map(|c| {
+            let off = points.iter().map(|point| (at(point[3] * contact, c) / peak - point[3 + c]).powi(2));
+            (off.sum::<f64>() / points.len() as f64).sqrt()
+        }));
+    }
+    let orders = [0, 1].map(|c| order(&meshes, &errors.iter().map(|errors| errors[c]).collect::<Vec<_>>()));
+    eprintln!("pressure and traction off by, over p₀: {errors:?}, orders {orders:.2?}");
+    assert!(errors[2][0] < 5e-3 && errors[2][1] < 1e-2 && orders.iter().all(|order| *order > 0.7), "{errors:?}, orders {orders:?}");
+}
+
 /// One step is not many: the stick zone of the same sphere pressed at once is far smaller, and that of a flat punch the same.
 #[test]
 fn the_path_matters_to_a_sphere_and_not_to_a_flat_punch() {
