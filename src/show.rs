@@ -92,14 +92,14 @@ pub(crate) fn words(record: &Record, fields: Option<&Fields>) -> Result<String> 
     let (all, loading) = (increments(&point.job), &point.job.scene.loading);
     if all > 1 {
         text += &match record.outcome().map(|outcome| outcome.steps.len() as u64) {
-            Some(solved) if solved < all => format!("the path came to its increment {solved} of {all}"),
+            Some(solved) if solved < all => format!("the path ended at its increment {solved} of {all}"),
             _ => format!("a path of {all} increments"),
         };
-        text += &format!(", {}", count(loading.steps.len(), "step", "steps"));
-        if loading.cycle_from.is_some() {
-            text += &format!(" with {}", count(loading.cycles as usize, "cycle", "cycles"));
+        text += &format!(": {}", count(loading.steps.len(), "step", "steps"));
+        if let Some(from) = loading.cycle_from {
+            text += &format!(", from the one with index {from} on {}", count(loading.cycles as usize, "cycle", "cycles"));
         }
-        text += "\n\n";
+        text += "; --steps shows each\n\n";
     }
     let columns = columns([], []);
     let kinds = [

@@ -1,6 +1,7 @@
 //! The command as a user meets it: what it prints, what it leaves behind, with which code it ends.
 
 mod height_maps;
+mod paths;
 mod place;
 mod refused;
 mod store;
@@ -232,7 +233,7 @@ fn solve_takes_one_point_and_settings() {
         &with(&["--set", "punch.radius=5 MPa"]),
         &with(&["--set", "punch.angle=5 deg"]),
         &with(&["--set", "loading.steps[1].approach=1 um"]),
-        &with(&["--set", "method=newton"]),
+        &with(&["--set", "method=krylov"]),
     ]));
     // settings are not written back, and nothing is stored
     assert_eq!(place.files().len(), 1);

@@ -13,6 +13,9 @@ pub(crate) const SMALL: &str = include_str!("studies/small.toml");
 /// One point whose punch is a height map in a file.
 pub(crate) const ONE: &str = include_str!("studies/one.toml");
 
+/// Two jobs of 13 increments each: pressed, and shifted to and fro twice.
+pub(crate) const PATH: &str = include_str!("studies/path.toml");
+
 /// A directory to stand in, with a study file or none.
 pub(crate) struct Place(TempDir);
 

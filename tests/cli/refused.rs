@@ -36,7 +36,7 @@ const REFUSED: &[(&str, &str, &str)] = &[
     ("monstrous mesh", "mesh = 6", "mesh = 4000000000"),
     ("mesh beyond every integer", "mesh = 6", "mesh = 99999999999999999999"),
     ("tolerance of 1", "mesh = 6", "mesh = 6\ntolerance = 1"),
-    ("unknown method", "mesh = 6", "mesh = 6\nmethod = \"newton\""),
+    ("unknown method", "mesh = 6", "mesh = 6\nmethod = \"krylov\""),
     ("empty axis", "[0.05, 0.2, 0.6]", "[]"),
     ("axis that repeats itself", "[0.05, 0.2, 0.6]", "[0.05, 0.2, 0.20]"),
     ("axis of words", "[0.05, 0.2, 0.6]", "[\"low\", \"high\"]"),

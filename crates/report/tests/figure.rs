@@ -68,6 +68,25 @@ fn points_with_the_same_x_are_not_joined() {
     assert!(figure.svg().contains(">certified</text>"));
 }
 
+/// Two loops one after the other: each is joined in its own order, though x comes back, and they are not joined to each other.
+#[test]
+fn paths_are_joined_in_their_own_order() {
+    let columns = [("shift", "m"), ("force", "N"), ("increment", "")].map(|(name, unit)| Column::new(name, unit));
+    let path = [(0.0, 0.0), (2.0, 1.0), (0.0, -1.0), (-2.0, -3.0)];
+    let row = |(i, (x, y)): (usize, &(f64, f64))| vec![(*x).into(), (*y).into(), (i as i64 + 1).into()];
+    let rows = [&path[..], &path[..2]].into_iter().flat_map(|path| path.iter().enumerate().map(row)).collect();
+    let table = Table::new(columns.to_vec(), rows).unwrap();
+    let spec = FigureSpec { x: "shift", y: "force", along: Some("increment"), ..Default::default() };
+    let figure = Figure::from_table(&table, &spec).unwrap();
+    let series = &figure.panels[0].series[0];
+    assert_eq!(series.style, Style::LineAndMarkers);
+    assert_eq!(series.points[..4], path);
+    assert!(series.points[4].0.is_nan(), "a gap between two paths");
+    assert_eq!(series.points[5..], path[..2]);
+    assert!(!figure.svg().contains("not drawn"));
+    assert!(Figure::from_table(&table, &FigureSpec { along: Some("time"), ..spec }).is_err());
+}
+
 #[test]
 fn a_gap_breaks_the_line() {
     let whole = figure(&[(1.0, 1.0), (2.0, 2.0), (3.0, 3.0), (4.0, 4.0)], false).svg();

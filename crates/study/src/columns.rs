@@ -145,7 +145,8 @@ impl Column {
 }
 
 /// The columns of a study with these axes, in order: the axes, the other keys, then what the records hold.
-/// Without axes, the columns of any record. Keys of layers and steps have columns if they are among `keys`, other keys always.
+/// Without axes and keys, the columns of any record. `keys` are those that the study gives; those of the numerics, which have
+/// defaults, have columns anyway.
 pub fn columns<'a>(axes: impl IntoIterator<Item = &'a Axis>, keys: impl IntoIterator<Item = Key>) -> Vec<Column> {
     let mut columns: Vec<Column> = Vec::new();
     for (index, axis) in axes.into_iter().enumerate() {
@@ -156,7 +157,9 @@ pub fn columns<'a>(axes: impl IntoIterator<Item = &'a Axis>, keys: impl IntoIter
     let listed: HashSet<Key> = keys.into_iter().collect();
     let length = |list| listed.iter().filter(|key| key.list() == Some(list)).filter_map(|key| Some(key.index()? + 1)).max().unwrap_or(0);
     for key in Key::all(length) {
-        let is_there = key.index().is_none() || listed.contains(&key);
+        // a height map is given as a file, a job has its hash
+        let is_given = listed.contains(&key) || key == Key::Surface && listed.contains(&Key::File);
+        let is_there = is_given || key.path().starts_with("numerics.");
         let is_input = matches!(key, Key::File | Key::HeightUnit);
         if is_there && !is_input && !columns.iter().any(|column| column.name == key.column()) {
             let (name, dimension, meaning) = (key.column(), key.dimension(), key.meaning());
@@ -376,7 +379,18 @@ mod tests {
         for (name, figure) in whole["hertz"].as_object().unwrap() {
             assert_eq!(value(&format!("hertz_{}", name.trim_start_matches("semi_axis_"))), figure.as_f64(), "{name}");
         }
-        let names = ["track_x", "track_y", "track_z", "rail_y", "rail_z", "contact_angle", "track_pressure_x", "track_pressure_y", "track_pressure_z", "wheelset_height"];
+        let names = [
+            "track_x",
+            "track_y",
+            "track_z",
+            "rail_y",
+            "rail_z",
+            "contact_angle",
+            "track_pressure_x",
+            "track_pressure_y",
+            "track_pressure_z",
+            "wheelset_height",
+        ];
         assert_eq!(names.map(|name| value(name).unwrap()), [51.0, 52.0, 53.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 60.0]);
         assert_eq!((value("step"), value("cycle")), (end["step"].as_f64(), end["cycle"].as_f64()));
     }
@@ -412,7 +426,7 @@ mod tests {
 
     #[test]
     fn what_is_not_there_is_missing() {
-        let columns = columns([], [Key::Approach(0)]);
+        let columns = columns([], [Key::Approach(0), Key::Mu, Key::PunchPoisson]);
         let value = |record: &Record, name: &str| find(&columns, name).unwrap().value(&Point::of_record(record).unwrap(), Some(record));
         assert_eq!(value(&quarantined(), "load"), Value::Missing);
         assert_eq!(value(&quarantined(), "status"), Value::Text("quarantined".into()));

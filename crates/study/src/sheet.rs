@@ -5,7 +5,8 @@ use std::collections::HashMap;
 
 use contact::punch::Side;
 use contact::scene::{
-    Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics, Projection, Punch, Scene, SceneError, Shape, Step, WheelRail,
+    Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics, Projection, Punch, Scene, SceneError, Shape,
+    Step, WheelRail,
 };
 
 use crate::error::{Problem, Span};
@@ -399,9 +400,7 @@ impl Missing<'_> {
 
     fn surface(&self, surfaces: &SurfaceNames) -> String {
         match self.sheet.sources().first() {
-            Some((_, Source::Map(file, unit))) => {
-                surfaces.maps.get(&((*file).to_owned(), (*unit).to_owned())).cloned().unwrap_or_default()
-            }
+            Some((_, Source::Map(file, unit))) => surfaces.maps.get(&((*file).to_owned(), (*unit).to_owned())).cloned().unwrap_or_default(),
             Some((_, Source::StoredMap(name))) => (*name).to_owned(),
             _ => String::new(),
         }

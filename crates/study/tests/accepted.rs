@@ -5,8 +5,7 @@ use std::sync::OnceLock;
 
 use contact::punch::Side;
 use contact::scene::{
-    Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics, Projection, Punch, Scene, Shape, Step,
-    WheelRail,
+    Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics, Projection, Punch, Scene, Shape, Step, WheelRail,
 };
 use proptest::prelude::*;
 use study::key::Key;
