@@ -76,7 +76,7 @@ fn coefficients_meet_the_reference() {
             text => half_space(numbers(text)[0], numbers(text)[1]),
         };
         let [hx, hy, di, dj, nn, xx, yy, xy, nx, ny] = numbers(&cells[3..].join(","))[..] else { panic!("{line}") };
-        let table = InfluenceTable::new(&grid(21, 21, hx, hy), &Bodies::new(&layers, &base, None), Projection::Average);
+        let table = InfluenceTable::new(&grid(21, 21, hx, hy), Bodies::new(&layers, &base, None), Projection::Average);
         if cases.last().is_none_or(|case| case.0 != cells[0]) {
             cases.push((cells[0].to_owned(), Vec::new(), Vec::new()));
         }

@@ -61,32 +61,34 @@ impl Bodies {
     /// The surface kernels, prepared for distances up to `reach` between any point of the source and any of the receiver.
     pub fn kernels(&self, reach: f64) -> Kernels {
         match &self.layers {
-            None => Kernels::HalfSpace(self.surface),
-            Some(layered) => Kernels::Layered(Box::new(Layers(Radial::new(layered, &self.surface, reach)))),
+            None => Kernels(Form::Closed(self.surface)),
+            Some(layered) => Kernels(Form::Tabulated(Box::new(Radial::new(layered, &self.surface, reach)))),
         }
     }
 }
 
 /// The surface kernels of [`Bodies`].
 #[derive(Clone, Debug)]
-pub enum Kernels {
-    /// In closed form.
-    HalfSpace(HalfSpace),
-    /// Tabulated along the radius.
-    Layered(Box<Layers>),
-}
+pub struct Kernels(Form);
 
-/// Tabulated kernels of a layered foundation.
 #[derive(Clone, Debug)]
-pub struct Layers(Radial);
+enum Form {
+    Closed(HalfSpace),
+    Tabulated(Box<Radial>),
+}
 
 impl Kernels {
     /// Displacement of an element of size hx × hy, `offset` (Δi, Δj) elements away from the loaded one, receiver minus source,
     /// per unit traction; its unit is length × compliance.
+    ///
+    /// A half-space's is as good as [`kernel::element`](super::kernel::element) says. A layered foundation's is good to 1e-12 of the
+    /// largest of nn, xx and yy, for layers of any thickness against the element and Ω down to 1e-6 of them; measured: 1e-14,
+    /// and 4e-13 at a contrast of stiffness of 1e8. Where a thin layer on a rigid base makes the coupling much smaller than
+    /// those, it is no better than they are in absolute terms.
     pub fn influence(&self, offset: [i64; 2], hx: f64, hy: f64, projection: Projection) -> Coefficient {
-        match self {
-            Self::HalfSpace(bodies) => bodies.influence(offset, hx, hy, projection),
-            Self::Layered(layers) => layers.0.influence(offset, hx, hy, projection),
+        match &self.0 {
+            Form::Closed(bodies) => bodies.influence(offset, hx, hy, projection),
+            Form::Tabulated(radial) => radial.influence(offset, hx, hy, projection),
         }
     }
 }

@@ -121,14 +121,14 @@ mod tests {
 
     #[test]
     fn gamma_of_a_complex_number() {
-        // Γ(½) = √π; Γ(1+i), Γ(½+10i) from mpmath
+        // Γ(½) = √π; Γ(1+i) from mpmath
         let close = |z: Complex<f64>, exact: Complex<f64>| {
             let got = ln_gamma(z).exp();
             assert!((got - exact).norm() <= 1e-14 * exact.norm(), "{z}: {got} {exact}");
         };
         close(Complex::new(0.5, 0.0), Complex::new(PI.sqrt(), 0.0));
         close(Complex::new(5.0, 0.0), Complex::new(24.0, 0.0));
-        close(Complex::new(1.0, 1.0), Complex::new(0.498_015_668_118_356_04, -0.154_949_828_301_810_69));
+        close(Complex::new(1.0, 1.0), Complex::new(0.498_015_668_118_356, -0.154_949_828_301_810_68));
         // Γ(½+iy)Γ(½−iy) = π/cosh πy
         for y in [0.3, 4.0, 30.0] {
             let product = (ln_gamma(Complex::new(0.5, y)) + ln_gamma(Complex::new(0.5, -y))).exp();

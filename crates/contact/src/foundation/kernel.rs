@@ -1,5 +1,6 @@
-//! Integrals of surface kernels over loaded rectangles, (x, y) being receiver minus source: of any [`Kernel`], and of the
-//! half-space's six, which know geometry only ([`HalfSpace`](super::half_space::HalfSpace) adds the material):
+//! Integrals of surface kernels over loaded rectangles, (x, y) being receiver minus source: of any kernels with the symmetries of a
+//! [`Coefficient`], and of the half-space's six, which know geometry only ([`HalfSpace`](super::half_space::HalfSpace) adds the
+//! material):
 //!   nn: 1/r, xx: x²/r³, yy: y²/r³, xy: xy/r³, nx: x/r², ny: y/r².
 //!
 //! Everything is reduced to the quadrant x, y ≥ 0, where these are ≥ 0, so that nothing but the signs of the
@@ -55,8 +56,8 @@ impl Kernel for Geometric {
     }
 }
 
-/// Integrals of the half-space's kernels for the receiver `offset` (Δi, Δj) elements of size hx × hy away from the source, receiver minus source:
-/// the mean over the receiving element, or the value at its centre.
+/// Integrals of the half-space's kernels for the receiver `offset` (Δi, Δj) elements of size hx × hy away from the source,
+/// receiver minus source: the mean over the receiving element, or the value at its centre.
 ///
 /// Each is good to 1e-12 of itself (∫ x²/r³ and ∫ y²/r³, which only ever stand beside ∫ 1/r, to 1e-12 of that) up to 4096
 /// elements away in either direction for 1e-3 ≤ hx/hy ≤ 1e3; measured: 1e-13. Exactly zero where symmetry says so, and exactly

@@ -167,7 +167,7 @@ impl InfluenceTable {
 mod tests {
     use super::*;
     use crate::foundation::half_space::HalfSpace;
-    use crate::scene::Material;
+    use crate::scene::{Base, Layer, Material};
 
     fn bodies() -> HalfSpace {
         HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.3 }, None)
@@ -212,10 +212,13 @@ mod tests {
     #[test]
     fn does_not_depend_on_the_number_of_threads() {
         let grid = Grid::new(40, 30, 1.0, 0.3, [0.0; 2]).unwrap();
-        let with = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| InfluenceTable::new(&grid, &bodies(), Projection::Average).rows)
-        };
-        assert_eq!(with(1), with(3));
+        let layer = Layer { shear_modulus: 4.0, poisson: 0.1, thickness: 0.2 };
+        for bodies in [Bodies::from(&bodies()), Bodies::new(&[layer], &Base::Rigid, None)] {
+            let with = |threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| InfluenceTable::new(&grid, &bodies, Projection::Average).rows)
+            };
+            assert_eq!(with(1), with(3));
+        }
     }
 }
