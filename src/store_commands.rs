@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use anyhow::{Context, Result};
 use indicatif::BinaryBytes;
 use store::{Digest, Store};
+use study::record::DecodeError;
 use study::{JobKey, Record};
 
 use crate::cli::StoreCommand;
@@ -30,10 +31,16 @@ fn references(record: &Record) -> Vec<Digest> {
 
 fn verify(store: &Store, json: bool) -> Result<Finish> {
     let mut undecodable: Vec<(JobKey, String)> = Vec::new();
+    let mut foreign = 0;
     let found = store.verify(|key, bytes| match Record::decode(bytes) {
         Ok(record) if record.key() == *key => references(&record),
         Ok(_) => {
             undecodable.push((*key, "it is the record of another job".to_owned()));
+            Vec::new()
+        }
+        // sound, for the version of the program that wrote it
+        Err(DecodeError::Version { .. }) => {
+            foreign += 1;
             Vec::new()
         }
         Err(error) => {
@@ -50,7 +57,7 @@ fn verify(store: &Store, json: bool) -> Result<Finish> {
     faults.extend(found.lost_studies.iter().map(|(name, reason)| format!("study {name}: {reason}")));
     if json {
         output::print_json(&serde_json::json!({
-            "sound": sound, "records": found.records, "files": found.blobs, "file_bytes": found.blob_bytes, "studies": found.studies,
+            "sound": sound, "records": found.records, "files": found.blobs, "file_bytes": found.blob_bytes, "studies": found.studies, "records_of_other_versions": foreign,
             "unreferenced_files": found.unreferenced_blobs, "stray_files": found.stray_files, "faults": faults,
         }))?;
     } else {
@@ -63,7 +70,10 @@ fn verify(store: &Store, json: bool) -> Result<Finish> {
         );
         text += if sound { ": all sound\n" } else { "\n" };
         faults.iter().for_each(|fault| text += &format!("damaged: {fault}\n"));
-        if found.unreferenced_blobs > 0 {
+        if foreign > 0 {
+            text += &format!("{} of another version of this program, and not used\n", count(foreign, "record is", "records are"));
+        }
+        if found.unreferenced_blobs > 0 && foreign == 0 {
             let files = count(found.unreferenced_blobs, "file is", "files are");
             text += &format!("{files} referred to by nothing; `tribosweep store compact` removes what is\n");
         }

@@ -9,6 +9,19 @@ use serde_json::Value;
 
 use crate::place::{Place, SMALL, Said, without_hashes};
 
+/// A store in which an earlier version left a result: it opens, the result is named for what it is, and nothing is taken for damage.
+#[test]
+fn records_of_another_version_are_refused_by_name_and_hurt_nobody() {
+    let place = Place::run();
+    let key = study::JobKey([0xee; 32]);
+    store::Store::open(&place.path(".tribosweep")).unwrap().commit(&[(key, vec![1, 1, 0])]).unwrap();
+    insta::assert_snapshot!(place.transcript(&[&["show", "eeee"], &["store", "compact"]]));
+    let verified = place.json("store verify --json");
+    assert_eq!((&verified["sound"], &verified["records_of_other_versions"]), (&true.into(), &1.into()));
+    assert!(place.call("store verify").out.contains("1 record is of another version"));
+    assert_eq!(place.json("run small.toml --json")["run"]["cached"], 6);
+}
+
 #[test]
 fn damage_to_a_file_of_fields_is_found() {
     let place = Place::run();

@@ -392,7 +392,8 @@ fn vacant(directory: &Path) -> io::Result<bool> {
     for entry in fs::read_dir(directory)? {
         let name = entry?.file_name();
         let name = name.to_string_lossy();
-        if name != "lock" && name != "blobs" {
+        // what a kill left of the first manifest is ours too
+        if name != "lock" && name != "blobs" && !name.starts_with(durable::UNFINISHED) {
             return Ok(false);
         }
     }

@@ -89,6 +89,17 @@ fn the_first_group_is_promised_at_once() {
     assert_eq!(promised(directory.path()), 2);
 }
 
+/// A kill while the first manifest was being written leaves a store that was not there yet.
+#[test]
+fn a_store_that_was_killed_while_it_was_made_is_made_anew() {
+    let directory = tempfile::tempdir().unwrap();
+    std::fs::write(directory.path().join("lock"), "").unwrap();
+    std::fs::write(directory.path().join(".unfinished-a1b2c3"), "{").unwrap();
+    let store = Store::open(directory.path()).unwrap();
+    store.commit(&[(key(1), vec![1])]).unwrap();
+    assert!(!directory.path().join(".unfinished-a1b2c3").exists());
+}
+
 #[test]
 fn a_record_too_large_stops_its_whole_group() {
     let directory = tempfile::tempdir().unwrap();
