@@ -150,6 +150,18 @@ pub fn mindlin_deresiewicz_loss(amplitude: f64, friction_limit: f64, contact_rad
     9.0 * friction_limit * friction_limit * shear_compliance / (10.0 * contact_radius) * bracket
 }
 
+/// A flat disk of radius a on a half-space, frictionless or uncoupled, tilted by θ without lifting off: moment (8/3)θa³G/(1−ν) with
+/// E* = 2G/(1−ν) (Johnson, Contact Mechanics, 1985, section 3.4).
+pub fn tilted_disk(modulus: f64, radius: f64, tilt: f64) -> f64 {
+    4.0 / 3.0 * modulus * radius.powi(3) * tilt
+}
+
+/// Mindlin: tangential force that shifts a sticking, uncoupled disk of radius a by s, 8as/S with S = Σ(2−ν)/G (as for
+/// [`cattaneo_shift`] where nothing slips).
+pub fn shifted_disk(shear_compliance: f64, radius: f64, shift: f64) -> f64 {
+    8.0 * radius * shift / shear_compliance
+}
+
 /// Reissner and Sagoci: moment that twists a sticking disk of radius a by φ, (16/3)φa³/Σ(1/G) (J. Appl. Phys. 15 (1944) 652,
 /// doi:10.1063/1.1707489).
 pub fn twisted_disk(compliance: f64, radius: f64, twist: f64) -> f64 {

@@ -228,6 +228,61 @@ fn torsion_from_stick_to_sliding() {
     assert!(between.stick_elements > 0 && between.slip_elements > 0 && between.moment_z < 3.0 * PI / 16.0 * 0.1 * hertz.load);
 }
 
+/// A flat sole that sticks: stiffness against each motion, by prescribing the forces; no coupling at ν = ½.
+#[test]
+fn a_sticking_disk_is_as_stiff_as_theory_says() {
+    let meshes = [12, 24, 48];
+    let forces = Step { normal_force: Some(1.0), force_x: Some(0.1), moment_y: Some(0.05), moment_z: Some(0.1), ..Step::default() };
+    let scene = scene(Shape::FlatDisk { radius: 1.0 }, 1.0, 0.5, 1e3, forces);
+    let expected = [
+        1.0 / reference::flat_disk(4.0, 1.0, 1.0).load,
+        0.1 / reference::shifted_disk(1.5, 1.0, 1.0),
+        0.05 / reference::tilted_disk(4.0, 1.0, 1.0),
+        0.1 / reference::twisted_disk(1.0, 1.0, 1.0),
+    ];
+    let errors = meshes.map(|mesh| {
+        let end = certified_path(&scene, &newton(mesh)).0[0];
+        assert_eq!(end.observables.stick_area, end.observables.sole_area);
+        let motion = [end.motion.approach, end.motion.shift_x, end.motion.tilt_y, end.motion.twist];
+        [0, 1, 2, 3].map(|which| (motion[which] / expected[which] - 1.0).abs())
+    });
+    for which in 0..4 {
+        let errors = errors.map(|errors| errors[which]);
+        assert!(order(&meshes, &errors) > 0.8 && errors[2] < 0.02, "{which}: {errors:?}");
+    }
+}
+
+/// What governs the punch may change from step to step: prescribing what is there already changes nothing.
+#[test]
+fn changing_what_governs_the_punch_changes_nothing() {
+    let mut scene = scene(Shape::Sphere { radius: 1.0 }, 1.0, 0.3, 0.3, Step::default());
+    scene.domain = square(3.2);
+    let start = [
+        Step { normal_force: Some(3.0), shift_x: Some(0.05), increments: 3, ..Step::default() },
+        Step { force_y: Some(0.2), moment_z: Some(0.05), increments: 2, ..Step::default() },
+    ];
+    scene.loading = Loading::path(start.to_vec());
+    let (path, _) = certified_path(&scene, &numerics(Mesh::Across(20), Projection::Average, 1e-10));
+    let (o, motion) = (path.last().unwrap().observables, path.last().unwrap().motion);
+    let m = |x: f64| Some(x);
+    let by_motion = Step { approach: m(motion.approach), shift_y: m(motion.shift_y), twist: m(motion.twist), ..Step::default() };
+    let by_force =
+        Step { force_x: m(o.force_x), moment_x: m(o.moment_x), moment_y: m(o.moment_y), normal_force: m(o.load), ..Step::default() };
+    scene.loading.steps.extend([by_motion, by_force, Step { approach: m(motion.approach), ..Step::default() }]);
+    let (path, _) = certified_path(&scene, &numerics(Mesh::Across(20), Projection::Average, 1e-10));
+    assert_eq!(path.len(), 8);
+    for later in &path[5..] {
+        for (a, b) in later.observables.resultants().iter().zip(o.resultants()) {
+            assert!((a - b).abs() < 1e-8 * o.load, "{:?} {:?}", later.observables, o);
+        }
+        for (a, b) in later.motion.to_array().iter().zip(motion.to_array()) {
+            assert!((a - b).abs() < 1e-8, "{:?} {motion:?}", later.motion);
+        }
+        assert_eq!(later.observables.stick_elements + later.observables.slip_elements, o.contact_elements);
+        assert!(later.observables.dissipation.abs() < 1e-9 * o.energy);
+    }
+}
+
 /// More than friction carries, or a load beside the sole: an outcome that says so and where, with everything before it kept.
 #[test]
 fn a_path_that_cannot_be_followed_says_where_it_ends() {
