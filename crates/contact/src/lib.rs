@@ -14,6 +14,7 @@
 #![forbid(unsafe_code)]
 
 pub mod certificate;
+pub mod effect;
 mod forecast;
 pub mod foundation;
 pub mod friction;

@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::effect::Effect;
 use crate::punch::Side;
 
 /// A contact scene in SI units.
@@ -388,6 +389,9 @@ pub struct Numerics {
     /// Iterations of one increment, on the grid itself, after which the solver gives up.
     #[serde(default = "Numerics::default_max_iterations")]
     pub max_iterations: u32,
+    /// Effects that are simulated although the scene does not call for them ([`Effect::OPTIONAL`]).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub simulate: Vec<Effect>,
 }
 
 impl Numerics {
@@ -626,6 +630,9 @@ impl Numerics {
         }
         if self.max_iterations == 0 {
             return Err(refuse("max_iterations", 0, "must be at least 1"));
+        }
+        if let Some(effect) = self.simulate.iter().find(|effect| !Effect::OPTIONAL.contains(effect)) {
+            return Err(refuse("simulate", effect.name(), "is simulated when the scene's own keys ask for it"));
         }
         Ok(())
     }

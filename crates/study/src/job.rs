@@ -192,6 +192,7 @@ pub(crate) mod tests {
             method: Default::default(),
             tolerance: 1e-8,
             max_iterations: 20_000,
+            simulate: Vec::new(),
         };
         Job {
             scene: Scene {

@@ -234,6 +234,7 @@ impl Missing<'_> {
             },
             tolerance: self.number_or(Key::Tolerance, Numerics::default_tolerance()),
             max_iterations: self.sheet.count(Key::MaxIterations).unwrap_or_else(Numerics::default_max_iterations),
+            simulate: Vec::new(),
         };
         Job { scene, numerics }
     }

@@ -40,7 +40,7 @@ fn shown(study: &Study, name: &str) -> Vec<String> {
 #[test]
 fn a_study_without_axes_is_one_point() {
     let study = read(BASE);
-    assert_eq!((study.len(), study.points().len(), study.figure()), (1, 1, None));
+    assert_eq!((study.len(), study.points().len(), study.figures()), (1, 1, &[][..]));
     assert!(study.point(1).is_none());
 }
 
@@ -93,7 +93,7 @@ fn ranges_hold_their_ends_and_round_numbers_between() {
     assert_eq!(shown(&study, "shift_x"), ["-0.0001", "0", "0.0001", "0.0002", "0.0003"]);
     let study = read(&format!("{BASE}[sweep]\npunch.radius = {{ log = true, from = \"1 um\", to = \"100 mm\", count = 6 }}\n"));
     assert_eq!(shown(&study, "radius"), ["1e-6", "1e-5", "0.0001", "0.001", "0.01", "0.1"]);
-    assert!(study.figure().is_some_and(|figure| figure.log_x && figure.x == "radius"));
+    assert!(matches(&study, |figure| figure.log_x && figure.x == "radius"));
     let study = read(&format!("{BASE}[sweep]\nmesh = {{ log = true, from = 8, to = 64, count = 4 }}\n"));
     assert_eq!(shown(&study, "mesh"), ["8", "16", "32", "64"]);
     let study = read(&format!("{BASE}[sweep]\n\"loading.steps[0].tilt_x\" = {{ from = \"5 deg\", to = \"-5 deg\", count = 3 }}\n"));
@@ -243,7 +243,7 @@ fn a_list_that_the_scene_leaves_out_is_made_of_the_axes() {
 fn a_figure_of_increments_may_name_them() {
     let figure = "[figure]\nsteps = true\nx = \"increment\"\ny = \"force_x\"\n";
     let study = read(&format!("{PATH}{figure}"));
-    assert!(study.figure().is_some_and(|figure| figure.steps && figure.x == "increment"));
+    assert!(matches(&study, |figure| figure.steps && figure.x == "increment"));
 }
 
 #[test]
@@ -325,18 +325,45 @@ fn figures() {
     let axes = "[sweep]\nfriction.mu = [0.1, 0.2, 0.3]\nmesh = [8, 16]\nprojection = [\"average\", \"midpoint\"]\n";
     let study = read(&format!("{BASE}{axes}"));
     let figure = |x: &str, y: &str, series: &[&str], log_y| Figure {
+        name: "1".to_owned(),
+        title: None,
         x: x.to_owned(),
-        y: y.to_owned(),
+        y: vec![y.to_owned()],
         series: series.iter().map(|name| (*name).to_owned()).collect(),
         panels: Some("projection".to_owned()),
         steps: false,
         log_x: false,
         log_y,
     };
-    assert_eq!(study.figure(), Some(&figure("mu", "stick_fraction", &["mesh"], false)));
+    assert_eq!(study.figures(), [figure("mu", "stick_fraction", &["mesh"], false)]);
     let own = "[figure]\nx = \"numerics.mesh\"\ny = \"residual\"\nlog_y = true\npanels = \"projection\"\n";
     let study = read(&format!("{BASE}{axes}{own}"));
-    assert_eq!(study.figure(), Some(&figure("mesh", "residual", &["mu"], true)));
+    assert_eq!(study.figures(), [figure("mesh", "residual", &["mu"], true)]);
+
+    let several = r#"
+        [[figure]]
+        x = "numerics.mesh"
+        y = ["residual", "tension"]
+        panels = "projection"
+        log_y = true
+        [[figure]]
+        name = "reach"
+        title = "How far it reaches"
+        x = "mu"
+        y = "contact_radius"
+        series = []
+        [[figure]]
+        x = "mu"
+        y = "load"
+    "#;
+    let study = read(&format!("{BASE}{axes}{several}"));
+    let [two, reach, load] = study.figures() else { panic!("{:?}", study.figures()) };
+    assert_eq!(*two, Figure { y: vec!["residual".to_owned(), "tension".to_owned()], ..figure("mesh", "residual", &["mu"], true) });
+    assert_eq!((reach.title.as_deref(), &reach.series), (Some("How far it reaches"), &vec![]));
+    assert_eq!(load.series, ["mesh", "projection"]);
+    let stems = [two, reach, load].map(|figure| figure.stem(study.name()));
+    assert_eq!(stems, ["bare", "bare-reach", "bare-3"]);
+    assert!(read(&format!("figure = []\n{BASE}{axes}")).figures().is_empty(), "an empty list is none");
 }
 
 #[test]
@@ -349,7 +376,7 @@ fn the_stick_zone_study_is_what_it_says() {
     assert_eq!(shown(&study, "punch")[..2], ["flat disk", "sphere"]);
     assert_eq!(shown(&study, "approach")[..2], ["1e-6", "2e-5"]);
     assert!(points.iter().all(|point| point.job.numerics.tolerance == 1e-8));
-    assert!(study.figure().is_some_and(|figure| figure.panels.as_deref() == Some("punch") && figure.series == ["poisson", "mesh"]));
+    assert!(matches(&study, |figure| figure.panels.as_deref() == Some("punch") && figure.series == ["poisson", "mesh"]));
 }
 
 prop_compose! {
@@ -474,7 +501,7 @@ prop_compose! {
         tolerance in 1e-15..0.9f64,
         max_iterations in 1u32..,
     ) -> Numerics {
-        Numerics { mesh, projection, epsilon, ceiling, method, tolerance, max_iterations }
+        Numerics { mesh, projection, epsilon, ceiling, method, tolerance, max_iterations, simulate: Vec::new() }
     }
 }
 

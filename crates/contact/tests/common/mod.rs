@@ -23,7 +23,16 @@ pub fn square(width: f64) -> Option<Domain> {
 }
 
 pub fn numerics(mesh: Mesh, projection: Projection, tolerance: f64) -> Numerics {
-    Numerics { mesh, projection, epsilon: 0.0, ceiling: None, method: Method::Newton, tolerance, max_iterations: 20_000 }
+    Numerics {
+        mesh,
+        projection,
+        epsilon: 0.0,
+        ceiling: None,
+        method: Method::Newton,
+        tolerance,
+        max_iterations: 20_000,
+        simulate: Vec::new(),
+    }
 }
 
 /// Solves, insists on a certificate and gives the end of the path.
