@@ -81,9 +81,6 @@ fn application(c: &mut Criterion) {
         let (p, mut out) = (field(n), vec![0.0; 3 * n * n]);
         let mut scratch = Scratch::with_threads(operator, threads);
         group.bench_function(BenchmarkId::new(name, n), |b| b.iter(|| operator.apply(&mut out, black_box(&p), &mut scratch)));
-        group.bench_function(BenchmarkId::new(format!("{name}, normal only"), n), |b| {
-            b.iter(|| operator.apply_normal(&mut out[..n * n], black_box(&p[..n * n]), &mut scratch));
-        });
     };
     for n in [32, 48] {
         run("dense", n, &Dense::new(&table(n)), 1);

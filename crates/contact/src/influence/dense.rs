@@ -3,60 +3,98 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
-use super::{Influence, InfluenceTable, Scratch, ScratchSize};
+use super::{Components, Direction, Entry, Influence, InfluenceTable, Mirror, Scratch, ScratchSize};
 use crate::grid::Grid;
 
-/// A as one matrix over the elements of Ω; 72·k² bytes for k of them.
+/// A as one matrix over the elements of Ω; 8·(ck)² bytes for c components and k elements.
 #[derive(Clone, Debug)]
 pub struct Dense {
     grid: Grid,
+    components: Components,
     active: Vec<usize>,
     matrix: Mat<f64>,
 }
 
 impl Dense {
-    /// The matrix of these coefficients on Ω of the table's grid.
+    /// The matrix of all of the table's components on Ω of its grid.
     pub fn new(table: &InfluenceTable) -> Self {
-        let grid = table.grid().clone();
+        Self::of(table, table.components(), Mirror::NONE)
+    }
+
+    /// The matrix on these components of fields with these symmetries; it lives on the part of the table's grid that
+    /// [`Mirror::part`] gives.
+    ///
+    /// # Panics
+    /// If the table does not hold the coefficients, or its grid is not symmetric.
+    pub fn of(table: &InfluenceTable, components: Components, mirror: Mirror) -> Self {
+        assert!(table.components().includes(components), "{components:?} of a table of {:?}", table.components());
+        let grid = mirror.part(table.grid()).unwrap_or_else(|error| panic!("{error}"));
         let active: Vec<usize> = grid.active().collect();
         let k = active.len();
-        let mut matrix = Mat::zeros(3 * k, 3 * k);
+        let directions: Vec<Direction> = components.directions().collect();
+        let entries: Vec<Entry> = components.entries().collect();
+        let mut matrix = Mat::zeros(directions.len() * k, directions.len() * k);
         for (column, &source) in active.iter().enumerate() {
             let (si, sj) = grid.position(source);
-            for (row, &receiver) in active.iter().enumerate() {
-                let (ri, rj) = grid.position(receiver);
-                let block = table.coefficient(ri as i64 - si as i64, rj as i64 - sj as i64).block();
-                for (c, entries) in block.iter().enumerate() {
-                    for (d, &entry) in entries.iter().enumerate() {
-                        matrix[(c * k + row, d * k + column)] = entry;
+            for (image_x, image_y) in [(false, false), (true, false), (false, true), (true, true)] {
+                if (image_x && mirror.x.is_none()) || (image_y && mirror.y.is_none()) {
+                    continue;
+                }
+                let place = |at: usize, image: bool| if image { -1 - at as i64 } else { at as i64 };
+                let (si, sj) = (place(si, image_x), place(sj, image_y));
+                for (row, &receiver) in active.iter().enumerate() {
+                    let (ri, rj) = grid.position(receiver);
+                    let block = table.coefficient(ri as i64 - si, rj as i64 - sj).block();
+                    for (c, &to) in directions.iter().enumerate() {
+                        for (d, &from) in directions.iter().enumerate() {
+                            if entries.contains(&Entry::between(to, from)) {
+                                let [sign_x, sign_y] = mirror.parity(from);
+                                let sign = if image_x { sign_x } else { 1.0 } * if image_y { sign_y } else { 1.0 };
+                                matrix[(c * k + row, d * k + column)] += sign * block[to as usize][from as usize];
+                            }
+                        }
                     }
                 }
             }
         }
-        Self { grid, active, matrix }
+        Self { grid, components, active, matrix }
     }
 
-    /// The matrix: blocks n | x | y over the elements of Ω in ascending order, masked ones left out.
+    /// The matrix: blocks of the components over the elements of Ω in ascending order, masked ones left out.
     pub fn matrix(&self) -> MatRef<'_, f64> {
         self.matrix.as_ref()
     }
+}
 
-    fn apply_blocks(&self, blocks: usize, out: &mut [f64], p: &[f64], scratch: &mut Scratch) {
-        let (k, n) = (self.active.len(), self.grid.len());
+impl Influence for Dense {
+    fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    fn components(&self) -> Components {
+        self.components
+    }
+
+    fn scratch_size(&self, _threads: usize) -> ScratchSize {
+        ScratchSize { real: 2 * self.matrix.nrows(), complex: 0 }
+    }
+
+    fn apply(&self, out: &mut [f64], p: &[f64], scratch: &mut Scratch) {
+        let (k, n, size) = (self.active.len(), self.grid.len(), self.matrix.nrows());
+        let blocks = self.components.len();
         assert_eq!((out.len(), p.len()), (blocks * n, blocks * n), "fields on another grid");
         let (real, _) = scratch.take(self.scratch_size(1));
-        let (from, to) = real.split_at_mut(3 * k);
-        let (from, to) = (&mut from[..blocks * k], &mut to[..blocks * k]);
+        let (from, to) = real.split_at_mut(size);
         for block in 0..blocks {
             for (at, &e) in self.active.iter().enumerate() {
                 from[block * k + at] = p[block * n + e];
             }
         }
         matmul(
-            MatMut::from_column_major_slice_mut(to, blocks * k, 1),
+            MatMut::from_column_major_slice_mut(to, size, 1),
             Accum::Replace,
-            self.matrix.as_ref().submatrix(0, 0, blocks * k, blocks * k),
-            MatRef::from_column_major_slice(from, blocks * k, 1),
+            self.matrix.as_ref(),
+            MatRef::from_column_major_slice(from, size, 1),
             1.0,
             Par::Seq,
         );
@@ -66,24 +104,6 @@ impl Dense {
                 out[block * n + e] = to[block * k + at];
             }
         }
-    }
-}
-
-impl Influence for Dense {
-    fn grid(&self) -> &Grid {
-        &self.grid
-    }
-
-    fn scratch_size(&self, _threads: usize) -> ScratchSize {
-        ScratchSize { real: 6 * self.active.len(), complex: 0 }
-    }
-
-    fn apply(&self, out: &mut [f64], p: &[f64], scratch: &mut Scratch) {
-        self.apply_blocks(3, out, p, scratch);
-    }
-
-    fn apply_normal(&self, out: &mut [f64], pressure: &[f64], scratch: &mut Scratch) {
-        self.apply_blocks(1, out, pressure, scratch);
     }
 }
 

@@ -136,7 +136,6 @@ fn check(build: Build, case: &Case) {
     leaves_masked_elements_alone(case, &*a, &ap);
     is_self_adjoint_and_non_negative(case, &ap, &aq, size);
     is_linear(case, &*a, &ap, &aq, size);
-    normal_part_is_the_normal_block(case, &*a, size);
     mirrors(build, case, &ap, size);
     turns(build, case, &ap, size);
     is_the_same_everywhere(build, case, size);
@@ -207,15 +206,6 @@ fn is_self_adjoint_and_non_negative(case: &Case, ap: &[f64], aq: &[f64], size: f
 fn is_linear(case: &Case, a: &dyn Influence, ap: &[f64], aq: &[f64], size: f64) {
     let combine = |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(u, v)| 2.5 * u - v).collect::<Vec<_>>();
     close("linearity", &apply(a, &combine(&case.p, &case.q)), &combine(ap, aq), 4.0 * size);
-}
-
-fn normal_part_is_the_normal_block(case: &Case, a: &dyn Influence, size: f64) {
-    let k = case.inside.len();
-    let mut pressure = vec![0.0; 3 * k];
-    pressure[..k].copy_from_slice(&case.p[..k]);
-    let mut normal = vec![f64::NAN; k];
-    a.apply_normal(&mut normal, &case.p[..k], &mut Scratch::new(a));
-    close("normal block", &normal, &apply(a, &pressure)[..k], size);
 }
 
 /// Moves values to the elements `to` and multiplies vectors by the signed permutation `turn`[new component] = (old, sign).

@@ -1,45 +1,51 @@
 //! The influence operator A: tractions on Ω to displacements of Ω, p ↦ A p.
 //!
 //! - [`InfluenceTable`]: the coefficients, one block per offset (Δi, Δj);
-//! - [`Influence`]: an operator made of them, [`Dense`] (the oracle, small grids) or [`Toeplitz`] (FFT, all others).
+//! - [`Influence`]: an operator made of them, [`Dense`] (the oracle, small grids) or [`Toeplitz`] (FFT, all others), on some
+//!   [`Components`] only, and on the half or quarter of the grid that a [`Mirror`] leaves.
 
 use realfft::num_complex::Complex;
 
 use crate::grid::Grid;
 
+mod components;
 mod dense;
 #[cfg(test)]
 mod laws;
+mod mirror;
+mod symbols;
 mod table;
 mod toeplitz;
+mod torus;
 
+pub use components::{Components, Direction};
 pub use dense::Dense;
-pub use table::{Component, InfluenceTable};
+pub use mirror::{Mirror, MirrorError, Symmetry};
+pub(crate) use symbols::Symbols;
+pub use table::{Entry, InfluenceTable};
 pub use toeplitz::Toeplitz;
+pub(crate) use torus::{Fields, Torus};
 
 /// A discretised influence operator: self-adjoint, and positive definite on Ω in the average projection.
 ///
-/// Vector fields are blocks n | x | y, each as long as the grid. The operator is M A M, M the restriction to Ω: what is given on
-/// masked elements is ignored, and the displacement there is set to zero. Same operator and input, same bytes, for
-/// any number of threads.
+/// Fields have one block as long as the grid for each of the operator's components, in the order n, x, y. The operator is M A M,
+/// M the restriction to Ω: what is given on masked elements is ignored, and the displacement there is set to zero. With
+/// mirror planes the mirror images act too. Same operator and input, same bytes, for any number of threads.
 pub trait Influence: Send + Sync {
     /// The grid that the fields live on.
     fn grid(&self) -> &Grid;
 
+    /// The components that it acts on.
+    fn components(&self) -> Components;
+
     /// Memory that an application on `threads` threads needs.
     fn scratch_size(&self, threads: usize) -> ScratchSize;
 
-    /// out = A p, both 3·len of the grid.
+    /// out = A p, both as many blocks as components.
     ///
     /// # Panics
     /// If a field has another length.
     fn apply(&self, out: &mut [f64], p: &[f64], scratch: &mut Scratch);
-
-    /// Normal displacement under pressure alone, out = A₁₁ p₁, both of the grid's length: a third of the work.
-    ///
-    /// # Panics
-    /// If a field has another length.
-    fn apply_normal(&self, out: &mut [f64], pressure: &[f64], scratch: &mut Scratch);
 }
 
 /// Numbers to set aside for an application.
@@ -63,10 +69,17 @@ pub struct Scratch {
 impl Scratch {
     /// Enough for `operator` on as many threads as the current rayon pool has, or on one where that is faster.
     pub fn new<I: Influence + ?Sized>(operator: &I) -> Self {
+        let mut scratch = Self::for_elements(operator.grid().len());
+        scratch.take(operator.scratch_size(scratch.threads));
+        scratch
+    }
+
+    /// For operators on so many elements; grows with the first application.
+    pub(crate) fn for_elements(elements: usize) -> Self {
         // Below this an application takes about as long as waking a second thread.
         const WORTH_A_THREAD: usize = 4096;
-        let threads = (operator.grid().len() / WORTH_A_THREAD).clamp(1, rayon::current_num_threads());
-        Self::with_threads(operator, threads)
+        let threads = (elements / WORTH_A_THREAD).clamp(1, rayon::current_num_threads());
+        Self { threads, real: Vec::new(), complex: Vec::new() }
     }
 
     /// Enough for `operator` on `threads` threads (at least one).

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::{Components, Direction};
 use crate::foundation::bodies::Bodies;
 use crate::foundation::coefficient::Coefficient;
 use crate::grid::Grid;
@@ -9,7 +10,7 @@ use crate::scene::Projection;
 
 /// One of the six different entries of a coefficient; xn = −nx, yn = −ny, yx = xy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Component {
+pub enum Entry {
     /// Normal displacement under pressure; even in Δi and in Δj.
     Nn,
     /// Displacement along x under traction along x; even in both.
@@ -24,18 +25,44 @@ pub enum Component {
     Ny,
 }
 
-impl Component {
+impl Entry {
     /// All six, in the order of their declaration.
     pub const ALL: [Self; 6] = [Self::Nn, Self::Xx, Self::Yy, Self::Xy, Self::Nx, Self::Ny];
 
-    /// Whether the component changes sign with Δi.
+    /// Whether the entry changes sign with Δi.
     pub fn odd_in_x(self) -> bool {
         matches!(self, Self::Xy | Self::Nx)
     }
 
-    /// Whether the component changes sign with Δj.
+    /// Whether the entry changes sign with Δj.
     pub fn odd_in_y(self) -> bool {
         matches!(self, Self::Xy | Self::Ny)
+    }
+
+    /// Directions of displacement and traction, in the order n, x, y.
+    pub fn directions(self) -> [Direction; 2] {
+        use Direction::{N, X, Y};
+        match self {
+            Self::Nn => [N, N],
+            Self::Xx => [X, X],
+            Self::Yy => [Y, Y],
+            Self::Xy => [X, Y],
+            Self::Nx => [N, X],
+            Self::Ny => [N, Y],
+        }
+    }
+
+    /// The one that relates two directions.
+    pub(crate) fn between(a: Direction, b: Direction) -> Self {
+        use Direction::{N, X, Y};
+        match (a.min(b), a.max(b)) {
+            (N, N) => Self::Nn,
+            (X, X) => Self::Xx,
+            (Y, Y) => Self::Yy,
+            (X, _) => Self::Xy,
+            (N, X) => Self::Nx,
+            (N, Y) | (Y, _) => Self::Ny,
+        }
     }
 
     fn of(self, c: &Coefficient) -> f64 {
@@ -53,17 +80,24 @@ impl Component {
 /// Influence coefficients of every offset that occurs on a grid, |Δi| < nx and |Δj| < ny: displacement of the receiver per
 /// unit traction on the source, Δ = receiver − source. Their unit is the grid's length times the bodies' compliance.
 ///
-/// Components that are even in Δj keep the rows Δj ≥ 0 only, so there are 16·nx·ny numbers instead of 24·nx·ny.
+/// Entries that are even in Δj keep the rows Δj ≥ 0 only, so all six have 16·nx·ny numbers instead of 24·nx·ny; those that the
+/// table's components do not need are not kept.
 #[derive(Clone, Debug)]
 pub struct InfluenceTable {
     grid: Grid,
-    /// By [`Component`]: rows of 2nx − 1, from Δj = 0 or, where odd in Δj, from Δj = −(ny − 1).
+    components: Components,
+    /// By [`Entry`]: rows of 2nx − 1, from Δj = 0 or, where odd in Δj, from Δj = −(ny − 1). Empty where not kept.
     rows: [Vec<f64>; 6],
 }
 
 impl InfluenceTable {
-    /// Computes the coefficients, on the threads of the current rayon pool; the numbers do not depend on how many there are.
+    /// The coefficients of all components; see [`Self::of`].
     pub fn new(grid: &Grid, bodies: impl Into<Bodies>, projection: Projection) -> Self {
+        Self::of(grid, bodies, projection, Components::ALL)
+    }
+
+    /// Computes the coefficients that an operator on these components needs, on the threads of the current rayon pool; the numbers do not depend on how many there are.
+    pub fn of(grid: &Grid, bodies: impl Into<Bodies>, projection: Projection, components: Components) -> Self {
         let (nx, ny) = (grid.nx(), grid.ny());
         let kernels = bodies.into().kernels((nx as f64 * grid.hx()).hypot(ny as f64 * grid.hy()));
         let mut quadrant = vec![Coefficient::default(); grid.len()];
@@ -73,22 +107,26 @@ impl InfluenceTable {
             }
         });
         let width = 2 * nx - 1;
-        let rows = Component::ALL.map(|component| {
-            let stored = if component.odd_in_y() { 2 * ny - 1 } else { ny };
+        let needed: Vec<Entry> = components.entries().collect();
+        let rows = Entry::ALL.map(|entry| {
+            if !needed.contains(&entry) {
+                return Vec::new();
+            }
+            let stored = if entry.odd_in_y() { 2 * ny - 1 } else { ny };
             let mut values = vec![0.0; stored * width];
             for (at, row) in values.chunks_exact_mut(width).enumerate() {
                 let dj = (at + ny).abs_diff(stored);
-                let sign_y = if component.odd_in_y() && at + ny < stored { -1.0 } else { 1.0 };
-                let sign_x = if component.odd_in_x() { -sign_y } else { sign_y };
+                let sign_y = if entry.odd_in_y() && at + ny < stored { -1.0 } else { 1.0 };
+                let sign_x = if entry.odd_in_x() { -sign_y } else { sign_y };
                 for (di, coefficient) in quadrant[dj * nx..(dj + 1) * nx].iter().enumerate() {
-                    let value = component.of(coefficient);
+                    let value = entry.of(coefficient);
                     row[nx - 1 - di] = sign_x * value;
                     row[nx - 1 + di] = sign_y * value;
                 }
             }
             values
         });
-        Self { grid: grid.clone(), rows }
+        Self { grid: grid.clone(), components, rows }
     }
 
     /// The grid, with its mask; the coefficients do not depend on the mask.
@@ -96,35 +134,40 @@ impl InfluenceTable {
         &self.grid
     }
 
-    /// One component at offset Δj, contiguous over Δi = −(nx − 1) … nx − 1.
-    ///
-    /// # Panics
-    /// Unless |Δj| < ny.
-    pub fn row(&self, component: Component, dj: i64) -> &[f64] {
-        let (width, ny) = (2 * self.grid.nx() - 1, self.grid.ny() as i64);
-        assert!(dj.abs() < ny, "offset {dj} on {ny} rows of elements");
-        let at = if component.odd_in_y() { dj + ny - 1 } else { dj.abs() } as usize;
-        &self.rows[component as usize][at * width..(at + 1) * width]
+    /// What the coefficients are kept for.
+    pub fn components(&self) -> Components {
+        self.components
     }
 
-    /// The coefficient of offset (Δi, Δj).
+    /// One entry at offset Δj, contiguous over Δi = −(nx − 1) … nx − 1.
+    ///
+    /// # Panics
+    /// Unless |Δj| < ny and the entry is kept.
+    pub fn row(&self, entry: Entry, dj: i64) -> &[f64] {
+        let (width, ny) = (2 * self.grid.nx() - 1, self.grid.ny() as i64);
+        assert!(dj.abs() < ny, "offset {dj} on {ny} rows of elements");
+        let at = if entry.odd_in_y() { dj + ny - 1 } else { dj.abs() } as usize;
+        &self.rows[entry as usize][at * width..(at + 1) * width]
+    }
+
+    /// The coefficient of offset (Δi, Δj), zero in the entries that are not kept.
     ///
     /// # Panics
     /// Unless |Δi| < nx and |Δj| < ny.
     pub fn coefficient(&self, di: i64, dj: i64) -> Coefficient {
         let at = (di + self.grid.nx() as i64 - 1) as usize;
-        let value = |component| self.row(component, dj)[at];
+        let value = |entry| if self.rows[entry as usize].is_empty() { 0.0 } else { self.row(entry, dj)[at] };
         Coefficient {
-            nn: value(Component::Nn),
-            xx: value(Component::Xx),
-            yy: value(Component::Yy),
-            xy: value(Component::Xy),
-            nx: value(Component::Nx),
-            ny: value(Component::Ny),
+            nn: value(Entry::Nn),
+            xx: value(Entry::Xx),
+            yy: value(Entry::Yy),
+            xy: value(Entry::Xy),
+            nx: value(Entry::Nx),
+            ny: value(Entry::Ny),
         }
     }
 
-    /// The largest diagonal entry of the operator.
+    /// The largest diagonal entry of the operator on the components that are kept.
     pub fn largest_diagonal(&self) -> f64 {
         let own = self.coefficient(0, 0);
         own.nn.max(own.xx).max(own.yy)
@@ -134,7 +177,7 @@ impl InfluenceTable {
     /// theirs too: the caller skips them when it reads.
     ///
     /// # Panics
-    /// Unless `source` is an element and `displacement` 3·len of the grid.
+    /// Unless `source` is an element, `displacement` 3·len of the grid, and every entry is kept.
     pub fn add_column(&self, source: usize, traction: [f64; 3], displacement: &mut [f64]) {
         let (nx, k) = (self.grid.nx(), self.grid.len());
         assert!(source < k && displacement.len() == 3 * k);
@@ -144,11 +187,11 @@ impl InfluenceTable {
         let (ux, uy) = tangential.split_at_mut(k);
         for receiver in 0..self.grid.ny() {
             let dj = receiver as i64 - j as i64;
-            let from = |component| &self.row(component, dj)[nx - 1 - i..][..nx];
+            let from = |entry| &self.row(entry, dj)[nx - 1 - i..][..nx];
             let to = receiver * nx..(receiver + 1) * nx;
             let (un, ux, uy) = (&mut un[to.clone()], &mut ux[to.clone()], &mut uy[to]);
-            let (nn, xx, yy) = (from(Component::Nn), from(Component::Xx), from(Component::Yy));
-            let (xy, n_x, n_y) = (from(Component::Xy), from(Component::Nx), from(Component::Ny));
+            let (nn, xx, yy) = (from(Entry::Nn), from(Entry::Xx), from(Entry::Yy));
+            let (xy, n_x, n_y) = (from(Entry::Xy), from(Entry::Nx), from(Entry::Ny));
             for e in 0..nx {
                 un[e] += nn[e] * tn + n_x[e] * tx + n_y[e] * ty;
                 ux[e] += xx[e] * tx + xy[e] * ty - n_x[e] * tn;
@@ -183,9 +226,35 @@ mod tests {
                     for di in 1 - nx as i64..nx as i64 {
                         assert_eq!(table.coefficient(di, dj), bodies().influence([di, dj], 0.5, 0.75, projection));
                     }
-                    assert_eq!(table.row(Component::Xy, dj).len(), 2 * nx - 1);
+                    assert_eq!(table.row(Entry::Xy, dj).len(), 2 * nx - 1);
                 }
             }
+        }
+    }
+
+    #[test]
+    fn keeps_what_its_components_need() {
+        let grid = Grid::new(4, 3, 0.5, 0.75, [0.0; 2]).unwrap();
+        let all = InfluenceTable::new(&grid, &bodies(), Projection::Average);
+        for (components, numbers) in [
+            (Components::ALL, 4 * 3 + 2 * 5),
+            (Components::NORMAL, 3),
+            (Components::X, 3),
+            (Components::TANGENTIAL, 3 + 3 + 5),
+            (Components::ALL.uncoupled(), 3 + 3 + 3 + 5),
+        ] {
+            let table = InfluenceTable::of(&grid, &bodies(), Projection::Average, components);
+            let kept: Vec<Entry> = components.entries().collect();
+            for entry in Entry::ALL {
+                for dj in -2..=2 {
+                    if kept.contains(&entry) {
+                        assert_eq!(table.row(entry, dj), all.row(entry, dj));
+                    } else {
+                        assert_eq!(entry.of(&table.coefficient(1, dj)), 0.0);
+                    }
+                }
+            }
+            assert_eq!(table.bytes(), numbers * 7 * 8);
         }
     }
 

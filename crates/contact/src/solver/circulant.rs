@@ -3,129 +3,79 @@
 //! T. Chan's optimal circulant of a Toeplitz matrix (SIAM J. Sci. Stat. Comput. 9 (1988) 766–771, doi:10.1137/0909051), in both
 //! directions: it lives on a torus of the grid's own size, and is positive definite where the block is.
 
-use std::fmt;
-use std::sync::Arc;
+use crate::influence::{Components, Direction, Entry, Fields, InfluenceTable, Mirror, Scratch, Symbols, Torus};
 
-use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
-
-use crate::influence::{Component, InfluenceTable};
-
-/// Inverse circulants of the blocks nn, xx and yy.
-#[derive(Clone)]
+/// Inverse circulants of the diagonal blocks of A on some components, and on the part of the grid that mirror planes leave.
+#[derive(Clone, Debug)]
 pub struct Circulant {
-    nx: usize,
-    ny: usize,
-    /// Eigenvalues of the circulants over their number, by wavenumber, x fastest, as [nn, xx, yy].
-    eigenvalues: Vec<[f64; 3]>,
-    forward: [Arc<dyn Fft<f64>>; 2],
-    backward: [Arc<dyn Fft<f64>>; 2],
-}
-
-impl fmt::Debug for Circulant {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Circulant").field("nx", &self.nx).field("ny", &self.ny).finish_non_exhaustive()
-    }
+    torus: Torus,
+    /// Eigenvalues of the circulant of each component.
+    eigenvalues: Vec<Symbols>,
 }
 
 impl Circulant {
-    /// The circulants of these coefficients.
+    /// The circulants of all of the table's components.
     pub fn new(table: &InfluenceTable) -> Self {
-        let (nx, ny) = (table.grid().nx(), table.grid().ny());
-        let mut planner = FftPlanner::new();
-        let lengths = [nx, ny];
-        let mut circulant = Self {
-            nx,
-            ny,
-            eigenvalues: vec![[0.0; 3]; nx * ny],
-            forward: lengths.map(|n| planner.plan_fft_forward(n)),
-            backward: lengths.map(|n| planner.plan_fft_inverse(n)),
-        };
+        Self::of(table, table.components(), Mirror::NONE)
+    }
+
+    /// The circulants of these components, for fields with these symmetries.
+    ///
+    /// # Panics
+    /// If the table does not hold the coefficients, or a mirrored direction has an odd number of elements.
+    pub fn of(table: &InfluenceTable, components: Components, mirror: Mirror) -> Self {
+        assert!(table.components().includes(components.uncoupled()), "{components:?} of a table of {:?}", table.components());
+        let whole = [table.grid().nx(), table.grid().ny()];
+        assert!(mirror.part(table.grid()).is_ok(), "a mirror plane through elements, or a mask without symmetry");
+        let torus = Torus::new(whole, mirror, false);
         // both ways round the torus, each with its share
         let wraps = |i: usize, n: usize| {
             [(i, (n - i) as f64 / n as f64), (n - i, i as f64 / n as f64)].into_iter().filter(|(_, share)| *share > 0.0)
         };
-        for (which, component) in [Component::Nn, Component::Xx, Component::Yy].into_iter().enumerate() {
-            let mut first: Vec<Complex<f64>> = (0..nx * ny)
-                .map(|at| {
-                    let (i, j) = (at % nx, at / nx);
-                    let mut sum = 0.0;
-                    for (dj, wy) in wraps(j, ny) {
-                        let row = table.row(component, dj as i64);
-                        sum += wraps(i, nx).map(|(di, wx)| wx * wy * row[nx - 1 + di]).sum::<f64>();
-                    }
-                    Complex::new(sum, 0.0)
+        let value = |entry: Entry, i: usize, j: usize| {
+            wraps(j, whole[1])
+                .map(|(dj, wy)| {
+                    let row = table.row(entry, dj as i64);
+                    wy * wraps(i, whole[0]).map(|(di, wx)| wx * row[whole[0] - 1 + di]).sum::<f64>()
                 })
-                .collect();
-            circulant.transform(&mut first, &circulant.forward);
-            let largest = first.iter().map(|value| value.re).fold(0.0, f64::max);
-            for (eigenvalues, value) in circulant.eigenvalues.iter_mut().zip(&first) {
+                .sum::<f64>()
+        };
+        let extent = whole.map(|n| n / 2 + 1);
+        let eigenvalues = components
+            .directions()
+            .map(|direction: Direction| {
+                let mut eigenvalues = Symbols::new(&torus, &[direction], extent, value);
                 // collocation is not quite positive definite
-                eigenvalues[which] = value.re.max(1e-6 * largest);
-            }
-        }
-        circulant
+                eigenvalues.raise_to(1e-6);
+                eigenvalues
+            })
+            .collect();
+        Self { torus, eigenvalues }
     }
 
-    /// `field` (blocks n | x | y) ↦ (C + `epsilon`)⁻¹ `field`, block by block, in place.
+    /// `field` (one block per component) ↦ (C + `epsilon`)⁻¹ `field`, block by block, in place.
+    ///
+    /// # Panics
+    /// If the field has another length.
+    pub fn invert(&self, field: &mut [f64], epsilon: f64, scratch: &mut Scratch) {
+        let size = self.torus.field_len();
+        assert_eq!(field.len(), self.eigenvalues.len() * size, "a field on another grid");
+        // the transforms there and back multiply by this
+        let count = self.torus.gain();
+        for (block, eigenvalues) in field.chunks_exact_mut(size).zip(&self.eigenvalues) {
+            let inverse = |[c]: [f64; 1]| [1.0 / (count * (count * c + epsilon))];
+            self.torus.convolve::<1, 1>(eigenvalues, inverse, None, Fields::Same(block), scratch);
+        }
+    }
+
+    /// `field` ↦ (C + `epsilon`)⁻¹ `field` in memory of its own; see [`Self::invert`].
     pub fn solve(&self, field: &mut [f64], epsilon: f64) {
-        let k = self.nx * self.ny;
-        let count = k as f64;
-        let (normal, tangential) = field.split_at_mut(k);
-        let (along_x, along_y) = tangential.split_at_mut(k);
-        let mut wave: Vec<Complex<f64>> = normal.iter().map(|x| Complex::new(*x, 0.0)).collect();
-        self.transform(&mut wave, &self.forward);
-        for (value, eigenvalues) in wave.iter_mut().zip(&self.eigenvalues) {
-            *value /= count * (eigenvalues[0] + epsilon);
-        }
-        self.transform(&mut wave, &self.backward);
-        normal.iter_mut().zip(&wave).for_each(|(x, value)| *x = value.re);
-
-        if along_x.iter().chain(&*along_y).all(|x| *x == 0.0) {
-            return;
-        }
-        // two real fields in one transform
-        wave.iter_mut().zip(along_x.iter().zip(&*along_y)).for_each(|(value, (x, y))| *value = Complex::new(*x, *y));
-        self.transform(&mut wave, &self.forward);
-        for j in 0..self.ny {
-            for i in 0..self.nx {
-                let (at, mirrored) = (j * self.nx + i, ((self.ny - j) % self.ny) * self.nx + (self.nx - i) % self.nx);
-                if mirrored < at {
-                    continue;
-                }
-                let (here, there) = (wave[at], wave[mirrored].conj());
-                let (x, iy) = ((here + there) * 0.5, (here - there) * 0.5);
-                let [_, xx, yy] = self.eigenvalues[at];
-                let (x, iy) = (x / (count * (xx + epsilon)), iy / (count * (yy + epsilon)));
-                wave[at] = x + iy;
-                wave[mirrored] = (x - iy).conj();
-            }
-        }
-        self.transform(&mut wave, &self.backward);
-        for (value, (x, y)) in wave.iter().zip(along_x.iter_mut().zip(along_y)) {
-            (*x, *y) = (value.re, value.im);
-        }
-    }
-
-    /// Transforms rows, then columns, without normalisation.
-    fn transform(&self, wave: &mut [Complex<f64>], plans: &[Arc<dyn Fft<f64>>; 2]) {
-        plans[0].process(wave);
-        let mut column = vec![Complex::default(); self.ny];
-        let mut scratch = vec![Complex::default(); plans[1].get_inplace_scratch_len()];
-        for i in 0..self.nx {
-            for (j, value) in column.iter_mut().enumerate() {
-                *value = wave[j * self.nx + i];
-            }
-            plans[1].process_with_scratch(&mut column, &mut scratch);
-            for (j, value) in column.iter().enumerate() {
-                wave[j * self.nx + i] = *value;
-            }
-        }
+        self.invert(field, epsilon, &mut Scratch::for_elements(self.torus.field_len()));
     }
 
     /// Memory held, in bytes, the plans of the transforms left out.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.eigenvalues.as_slice())
+        self.eigenvalues.iter().map(Symbols::bytes).sum()
     }
 }
 
@@ -149,21 +99,21 @@ mod tests {
         let epsilon = 0.01;
         let mut solved = field.clone();
         circulant.solve(&mut solved, epsilon);
-        for (block, component) in [Component::Nn, Component::Xx, Component::Yy].into_iter().enumerate() {
+        for (block, entry) in [Entry::Nn, Entry::Xx, Entry::Yy].into_iter().enumerate() {
             for at in 0..k {
                 let (i, j) = (at % nx, at / nx);
                 let mut sum = epsilon * solved[block * k + at];
                 for other in 0..k {
                     let (di, dj) = ((i + nx - other % nx) % nx, (j + ny - other / nx) % ny);
-                    let mut entry = 0.0;
+                    let mut share = 0.0;
                     for (dj, wy) in [(dj, ny - dj), (ny - dj, dj)].into_iter().filter(|(_, w)| *w > 0) {
                         for (di, wx) in [(di, nx - di), (nx - di, di)].into_iter().filter(|(_, w)| *w > 0) {
-                            entry += (wx * wy) as f64 / k as f64 * table.row(component, dj as i64)[nx - 1 + di];
+                            share += (wx * wy) as f64 / k as f64 * table.row(entry, dj as i64)[nx - 1 + di];
                         }
                     }
-                    sum += entry * solved[block * k + other];
+                    sum += share * solved[block * k + other];
                 }
-                assert!((sum - field[block * k + at]).abs() < 1e-12, "{component:?} {at}");
+                assert!((sum - field[block * k + at]).abs() < 1e-12, "{entry:?} {at}");
             }
         }
     }

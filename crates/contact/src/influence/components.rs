@@ -1,0 +1,121 @@
+//! Which components of traction and displacement an operator acts on.
+
+use super::Entry;
+
+/// A component of a vector: the one normal to the plane of contact or one of the two in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Direction {
+    /// Normal, into the foundation.
+    N,
+    /// Along x.
+    X,
+    /// Along y.
+    Y,
+}
+
+impl Direction {
+    /// All three, in the order of the blocks of a field.
+    pub const ALL: [Self; 3] = [Self::N, Self::X, Self::Y];
+}
+
+/// A set of directions, and whether the normal one couples with the tangential ones. A field of these components has one block
+/// for each, in the order n, x, y.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Components {
+    members: [bool; 3],
+    coupled: bool,
+}
+
+impl Components {
+    /// n, x and y, coupled: the full problem.
+    pub const ALL: Self = Self { members: [true; 3], coupled: true };
+    /// n alone.
+    pub const NORMAL: Self = Self::of([true, false, false]);
+    /// x and y.
+    pub const TANGENTIAL: Self = Self::of([false, true, true]);
+    /// x alone.
+    pub const X: Self = Self::of([false, true, false]);
+    /// y alone.
+    pub const Y: Self = Self::of([false, false, true]);
+
+    /// Those of n, x, y that are true, n coupled with the others.
+    ///
+    /// # Panics
+    /// If none is.
+    pub const fn of(members: [bool; 3]) -> Self {
+        let [n, x, y] = members;
+        assert!(n || x || y, "an operator on no component");
+        Self { members, coupled: n && (x || y) }
+    }
+
+    /// The same without coupling of n with x and y.
+    pub const fn uncoupled(self) -> Self {
+        Self { coupled: false, ..self }
+    }
+
+    /// Whether n couples with x or y; only where it is a member together with one of them.
+    pub fn coupled(self) -> bool {
+        self.coupled
+    }
+
+    /// Whether a direction is a member.
+    pub fn contains(self, direction: Direction) -> bool {
+        self.members[direction as usize]
+    }
+
+    /// Whether all that the other set asks for, coupling included, is in this one.
+    pub fn includes(self, other: Self) -> bool {
+        other.directions().all(|direction| self.contains(direction)) && (self.coupled || !other.coupled)
+    }
+
+    /// Number of directions, 1 to 3.
+    #[allow(clippy::len_without_is_empty)] // there is no empty set
+    pub fn len(self) -> usize {
+        self.directions().count()
+    }
+
+    /// The members in the order n, x, y.
+    pub fn directions(self) -> impl Iterator<Item = Direction> {
+        Direction::ALL.into_iter().filter(move |&direction| self.contains(direction))
+    }
+
+    /// The different entries of a coefficient that an operator on these components is made of.
+    pub fn entries(self) -> impl Iterator<Item = Entry> {
+        Entry::ALL.into_iter().filter(move |entry| {
+            let [row, column] = entry.directions();
+            let couples = row == Direction::N && column != Direction::N;
+            self.contains(row) && self.contains(column) && (self.coupled || !couples)
+        })
+    }
+
+    /// The groups of directions with no entry between them, in the order of the blocks.
+    pub(crate) fn groups(self) -> impl Iterator<Item = Vec<Direction>> {
+        let (normal, tangential): (Vec<_>, Vec<_>) = self.directions().partition(|&direction| !self.coupled && direction == Direction::N);
+        [normal, tangential].into_iter().filter(|group| !group.is_empty())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sets_know_their_entries_and_groups() {
+        use Direction::{N, X, Y};
+        let entries = |set: Components| set.entries().collect::<Vec<_>>();
+        let groups = |set: Components| set.groups().collect::<Vec<_>>();
+        assert_eq!(entries(Components::ALL), Entry::ALL);
+        assert_eq!(entries(Components::ALL.uncoupled()), [Entry::Nn, Entry::Xx, Entry::Yy, Entry::Xy]);
+        assert_eq!(entries(Components::NORMAL), [Entry::Nn]);
+        assert_eq!(entries(Components::X), [Entry::Xx]);
+        assert_eq!(entries(Components::TANGENTIAL), [Entry::Xx, Entry::Yy, Entry::Xy]);
+        assert_eq!(entries(Components::of([true, false, true])), [Entry::Nn, Entry::Yy, Entry::Ny]);
+        assert_eq!(groups(Components::ALL), [vec![N, X, Y]]);
+        assert_eq!(groups(Components::ALL.uncoupled()), [vec![N], vec![X, Y]]);
+        assert_eq!(groups(Components::TANGENTIAL), [vec![X, Y]]);
+        assert_eq!(Components::NORMAL.uncoupled(), Components::NORMAL);
+        assert!(!Components::TANGENTIAL.coupled() && Components::of([true, true, false]).coupled());
+        assert!(Components::ALL.includes(Components::ALL.uncoupled()) && !Components::ALL.uncoupled().includes(Components::ALL));
+        assert!(Components::TANGENTIAL.includes(Components::X) && !Components::X.includes(Components::TANGENTIAL));
+    }
+}

@@ -1,0 +1,197 @@
+//! Planes of symmetry: fields of which a half or a quarter says everything.
+
+use super::{Components, Direction};
+use crate::grid::{Grid, GridError};
+
+/// How a vector field behaves under a reflection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Symmetry {
+    /// It is its own mirror image: the component across the plane of symmetry is odd, the two others are even.
+    Symmetric,
+    /// It is its mirror image reversed: the component across is even, the two others are odd.
+    Antisymmetric,
+}
+
+/// The planes of symmetry of a field, in the middle of the grid; `None` where there is none.
+///
+/// Of a mirrored direction only the elements beyond the middle are kept, x > 0 or y > 0 where the origin lies there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Mirror {
+    /// Behaviour under x → −x.
+    pub x: Option<Symmetry>,
+    /// Behaviour under y → −y.
+    pub y: Option<Symmetry>,
+}
+
+/// Why a grid has no such planes of symmetry.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MirrorError {
+    /// The plane would go through elements.
+    #[error("{count} elements along {axis}: for a mirror plane between elements there must be an even number of them")]
+    Odd {
+        /// Elements along the mirrored direction.
+        count: usize,
+        /// Its name.
+        axis: char,
+    },
+    /// Ω is not symmetric.
+    #[error("element {element:?} and its mirror image {image:?} must both belong to Ω or both not")]
+    Mask {
+        /// (i, j) of an element.
+        element: (usize, usize),
+        /// (i, j) of its image.
+        image: (usize, usize),
+    },
+    /// The part is no grid.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+}
+
+impl Mirror {
+    /// No planes of symmetry.
+    pub const NONE: Self = Self { x: None, y: None };
+
+    pub(crate) fn axes(&self) -> [Option<Symmetry>; 2] {
+        [self.x, self.y]
+    }
+
+    /// Sign of a component's image under x → −x and under y → −y; 1 where there is no mirror.
+    pub fn parity(&self, direction: Direction) -> [f64; 2] {
+        [(self.x, Direction::X), (self.y, Direction::Y)].map(|(symmetry, across)| match symmetry {
+            None => 1.0,
+            Some(Symmetry::Symmetric) => {
+                if direction == across {
+                    -1.0
+                } else {
+                    1.0
+                }
+            }
+            Some(Symmetry::Antisymmetric) => {
+                if direction == across {
+                    1.0
+                } else {
+                    -1.0
+                }
+            }
+        })
+    }
+
+    /// The half or quarter of a grid that fields with these symmetries live on, with its part of the mask.
+    pub fn part(&self, grid: &Grid) -> Result<Grid, MirrorError> {
+        let counts = [(grid.nx(), self.x, 'x'), (grid.ny(), self.y, 'y')];
+        for (count, _, axis) in counts.into_iter().filter(|(count, symmetry, _)| symmetry.is_some() && !count.is_multiple_of(2)) {
+            return Err(MirrorError::Odd { count, axis });
+        }
+        let [nx, ny] = counts.map(|(count, symmetry, _)| if symmetry.is_some() { count / 2 } else { count });
+        let origin = grid.center(grid.index(grid.nx() - nx, grid.ny() - ny));
+        let part = Grid::new(nx, ny, grid.hx(), grid.hy(), origin)?;
+        let Some(mask) = grid.mask() else { return Ok(part) };
+        for e in 0..grid.len() {
+            for image in self.images(grid, e) {
+                if mask[image] != mask[e] {
+                    return Err(MirrorError::Mask { element: grid.position(e), image: grid.position(image) });
+                }
+            }
+        }
+        Ok(part.clone().with_mask((0..part.len()).map(|e| mask[self.whole(grid, &part, e)]).collect())?)
+    }
+
+    /// What a field on the part says about all of `grid`: the images beside it, with their signs.
+    ///
+    /// # Panics
+    /// Unless `field` is one of these components on the part of `grid`.
+    pub fn extend(&self, grid: &Grid, components: Components, field: &[f64]) -> Vec<f64> {
+        let [nx, ny] = self.part_size(grid);
+        let (len, k) = (nx * ny, grid.len());
+        assert_eq!(field.len(), components.len() * len, "a field on another part");
+        let mut out = vec![0.0; components.len() * k];
+        for (block, direction) in components.directions().enumerate() {
+            let [sign_x, sign_y] = self.parity(direction);
+            for j in 0..grid.ny() {
+                let (from_j, sign_y) = fold(j, grid.ny() - ny, sign_y);
+                for i in 0..grid.nx() {
+                    let (from_i, sign_x) = fold(i, grid.nx() - nx, sign_x);
+                    out[block * k + grid.index(i, j)] = sign_x * sign_y * field[block * len + from_j * nx + from_i];
+                }
+            }
+        }
+        out
+    }
+
+    /// A field of whole blocks on `grid` as its part sees it.
+    ///
+    /// # Panics
+    /// Unless the length of `field` is a multiple of the grid's.
+    pub fn restrict(&self, grid: &Grid, field: &[f64]) -> Vec<f64> {
+        assert!(field.len().is_multiple_of(grid.len()), "a field on another grid");
+        let [nx, ny] = self.part_size(grid);
+        let mut out = Vec::with_capacity(field.len() / grid.len() * nx * ny);
+        for block in field.chunks_exact(grid.len()) {
+            for row in block.chunks_exact(grid.nx()).skip(grid.ny() - ny) {
+                out.extend_from_slice(&row[grid.nx() - nx..]);
+            }
+        }
+        out
+    }
+
+    fn part_size(&self, grid: &Grid) -> [usize; 2] {
+        let size = |count: usize, symmetry: Option<Symmetry>| if symmetry.is_some() { count / 2 } else { count };
+        [size(grid.nx(), self.x), size(grid.ny(), self.y)]
+    }
+
+    /// Index in `grid` of an element of its part.
+    fn whole(&self, grid: &Grid, part: &Grid, e: usize) -> usize {
+        let (i, j) = part.position(e);
+        grid.index(i + grid.nx() - part.nx(), j + grid.ny() - part.ny())
+    }
+
+    /// The element's image in each plane.
+    fn images(&self, grid: &Grid, e: usize) -> impl Iterator<Item = usize> {
+        let (i, j) = grid.position(e);
+        let in_x = self.x.map(|_| grid.index(grid.nx() - 1 - i, j));
+        let in_y = self.y.map(|_| grid.index(i, grid.ny() - 1 - j));
+        in_x.into_iter().chain(in_y)
+    }
+}
+
+/// Place of the i-th element in the part that begins at `first`, and its sign there.
+fn fold(i: usize, first: usize, sign: f64) -> (usize, f64) {
+    if i < first { (first - 1 - i, sign) } else { (i - first, 1.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use Symmetry::{Antisymmetric, Symmetric};
+
+    #[test]
+    fn a_part_is_the_upper_half_or_quarter() {
+        let grid = Grid::new(4, 6, 0.5, 1.0, [-0.75, -2.5]).unwrap().masked_by(|x, y| x.abs() + y.abs() < 3.0);
+        let mirror = Mirror { x: Some(Symmetric), y: Some(Antisymmetric) };
+        let part = mirror.part(&grid).unwrap();
+        assert_eq!((part.nx(), part.ny(), part.center(0)), (2, 3, [0.25, 0.5]));
+        assert_eq!(part.active_len() * 4, grid.active_len());
+        assert_eq!(Mirror::NONE.part(&grid), Ok(grid.clone()));
+        let field: Vec<f64> = (0..3 * part.len()).map(|e| e as f64 + 1.0).collect();
+        let whole = mirror.extend(&grid, Components::ALL, &field);
+        assert_eq!(mirror.restrict(&grid, &whole), field);
+        for e in 0..grid.len() {
+            let (i, j) = grid.position(e);
+            let (in_x, in_y) = (grid.index(3 - i, j), grid.index(i, 5 - j));
+            for (block, [sx, sy]) in [[1.0, -1.0], [-1.0, -1.0], [1.0, 1.0]].into_iter().enumerate() {
+                assert_eq!(whole[block * 24 + in_x], sx * whole[block * 24 + e]);
+                assert_eq!(whole[block * 24 + in_y], sy * whole[block * 24 + e]);
+            }
+        }
+    }
+
+    #[test]
+    fn refuses_what_is_not_symmetric() {
+        let mirror = Mirror { x: Some(Symmetric), y: None };
+        let odd = Grid::new(5, 4, 1.0, 1.0, [0.0; 2]).unwrap();
+        assert_eq!(mirror.part(&odd), Err(MirrorError::Odd { count: 5, axis: 'x' }));
+        assert!(Mirror { x: None, y: Some(Symmetric) }.part(&odd).is_ok());
+        let skew = Grid::new(4, 4, 1.0, 1.0, [0.0; 2]).unwrap().masked_by(|x, _| x > 0.5);
+        assert_eq!(mirror.part(&skew), Err(MirrorError::Mask { element: (0, 0), image: (3, 0) }));
+    }
+}
