@@ -324,7 +324,12 @@ fn empty(path: &str, node: &Node<'_>) -> Problem {
 }
 
 fn choice(key: Key, setting: Setting, span: Span, nth: Option<usize>) -> Choice {
-    Choice { shown: Value::from(&setting), given: vec![(key, Given { setting, span: span.clone(), nth })], span }
+    let shown = match Value::from(&setting) {
+        // every value of an axis has a name
+        Value::Missing => Value::Text("none".to_owned()),
+        value => value,
+    };
+    Choice { shown, given: vec![(key, Given { setting, span: span.clone(), nth })], span }
 }
 
 fn read_range(key: Key, node: &Node<'_>, problems: &mut Vec<Problem>) -> Result<(Vec<Choice>, bool), Problem> {

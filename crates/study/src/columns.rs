@@ -63,6 +63,8 @@ impl From<&Setting> for Value {
             Setting::Count(n) | Setting::Mesh(Mesh::Across(n)) => Value::Integer(u64::from(*n)),
             Setting::Mesh(Mesh::Exact([x, y])) => Value::Text(format!("{x}x{y}")),
             Setting::Word(word) => Value::Text(word.clone()),
+            Setting::Effects(effects) if effects.is_empty() => Value::Missing,
+            Setting::Effects(effects) => Value::Text(effects.iter().map(|effect| effect.name()).collect::<Vec<_>>().join(" ")),
         }
     }
 }

@@ -88,6 +88,8 @@ impl Job {
             }
         }
         self.numerics.epsilon += 0.0;
+        self.numerics.simulate.sort();
+        self.numerics.simulate.dedup();
     }
 }
 

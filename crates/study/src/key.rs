@@ -8,6 +8,8 @@
 
 use std::borrow::Cow;
 
+use contact::effect::Effect;
+
 use crate::units::Dimension;
 
 /// What may stand behind a key.
@@ -25,6 +27,8 @@ pub enum Quantity {
     Text,
     /// A unit of length.
     LengthUnit,
+    /// A list of names of effects; the same whatever their order and however often each is named.
+    Effects,
     /// A list of tables like this one; its value is their number.
     List(&'static str),
 }
@@ -49,11 +53,14 @@ impl Quantity {
             Quantity::Mesh => "a whole number of elements like 64, or a pair like [64, 32]".to_owned(),
             Quantity::Choice(words) => match words {
                 [only] => format!("\"{only}\""),
-                _ => format!("one of {}", quoted(words)),
+                _ => one_of(words),
             },
             Quantity::Text => "a text".to_owned(),
             Quantity::LengthUnit => {
                 format!("a unit of length: {}", quoted(&Dimension::Length.units().collect::<Vec<_>>()))
+            }
+            Quantity::Effects => {
+                format!("a list of effects like [\"coupling\", \"asymmetry-x\"], each {}", one_of(&Effect::OPTIONAL.map(Effect::name)))
             }
             Quantity::List(example) => format!("a list of tables like [{example}]"),
         }
@@ -63,6 +70,11 @@ impl Quantity {
     pub fn is_numeric(self) -> bool {
         matches!(self, Quantity::Number(_) | Quantity::Count | Quantity::Mesh | Quantity::List(_))
     }
+}
+
+/// What a word must be, for messages.
+pub(crate) fn one_of(words: &[&str]) -> String {
+    format!("one of {}", quoted(words))
 }
 
 fn quoted(words: &[&str]) -> String {
@@ -114,7 +126,7 @@ macro_rules! keys {
 }
 
 use Dimension::{Angle, Force, Length, Moment, Pressure, Pure};
-use Quantity::{Choice, Count, LengthUnit, List, Number, Text};
+use Quantity::{Choice, Count, Effects, LengthUnit, List, Number, Text};
 
 /// What a layer and a load step look like.
 const LAYER: &str = "{ shear_modulus = \"80 GPa\", poisson = 0.3, thickness = \"0.5 mm\" }";
@@ -179,6 +191,7 @@ keys! {
     Method, "numerics.method", "method", Choice(&["seidel", "newton"]), "solver";
     Tolerance, "numerics.tolerance", "tolerance", Number(Pure), "largest relative residual that counts as solved";
     MaxIterations, "numerics.max_iterations", "max_iterations", Count, "iterations after which the solver gives up";
+    Simulate, "numerics.simulate", "simulate", Effects, "effects that are simulated although the scene does not call for them";
 }
 
 impl Key {

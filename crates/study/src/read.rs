@@ -2,12 +2,13 @@
 
 use std::borrow::Cow;
 
+use contact::effect::Effect;
 use contact::scene::Mesh;
 use toml::Spanned;
 use toml::de::{DeInteger, DeTable, DeValue};
 
 use crate::error::{Problem, Span};
-use crate::key::{Key, Quantity, Table, nearest};
+use crate::key::{Key, Quantity, Table, nearest, one_of};
 use crate::sheet::{Given, Setting, TablePlaces};
 use crate::units::{Dimension, QuantityError, quantity};
 
@@ -149,13 +150,15 @@ pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Problem> {
         },
         Quantity::Choice(words) => match node.get_ref() {
             DeValue::String(word) if words.contains(&word.as_ref()) => Ok(Setting::Word(word.to_string())),
-            DeValue::String(word) => {
-                let problem = |expected: String| Problem::new(node.span(), format!("unknown {} `{word}`", key.name()), expected);
-                let expected = format!("must be {}", key.expected());
-                Err(match nearest(word, words.iter().copied()) {
-                    Some(meant) => problem(format!("did you mean \"{meant}\"?")).help(expected),
-                    None => problem(expected),
-                })
+            DeValue::String(word) => Err(unknown_word(key.name(), word, node.span(), words, &key.expected())),
+            _ => Err(wrong()),
+        },
+        Quantity::Effects => match node.get_ref() {
+            DeValue::Array(names) => {
+                let mut effects = names.iter().map(|name| effect(key, name)).collect::<Result<Vec<_>, _>>()?;
+                effects.sort();
+                effects.dedup();
+                Ok(Setting::Effects(effects))
             }
             _ => Err(wrong()),
         },
@@ -172,6 +175,26 @@ pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Problem> {
             }
             _ => Err(wrong()),
         },
+    }
+}
+
+/// Reads the name of an effect. That it can be asked for at all is for the scene's numerics to say.
+fn effect(key: Key, node: &Node<'_>) -> Result<Effect, Problem> {
+    let DeValue::String(name) = node.get_ref() else {
+        return Err(mistyped(&key.short(), node, &key.quantity().expected()));
+    };
+    let optional = Effect::OPTIONAL.map(Effect::name);
+    let known = Effect::ALL.into_iter().find(|effect| effect.name() == name.as_ref());
+    known.ok_or_else(|| unknown_word("effect", name, node.span(), &optional, &one_of(&optional)))
+}
+
+/// The problem of a word that is none of those known, with what was probably meant.
+fn unknown_word(what: &str, word: &str, span: Span, known: &[&str], expected: &str) -> Problem {
+    let problem = |expected: String| Problem::new(span, format!("unknown {what} `{word}`"), expected);
+    let expected = format!("must be {expected}");
+    match nearest(word, known.iter().copied()) {
+        Some(meant) => problem(format!("did you mean \"{meant}\"?")).help(expected),
+        None => problem(expected),
     }
 }
 

@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use contact::effect::Effect;
 use contact::punch::Side;
 use contact::scene::{
     Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics, Projection, Punch, Scene, SceneError, Shape,
@@ -22,6 +23,8 @@ pub(crate) enum Setting {
     Count(u32),
     Mesh(Mesh),
     Word(String),
+    /// In their order, each once.
+    Effects(Vec<Effect>),
 }
 
 impl std::fmt::Display for Setting {
@@ -31,6 +34,10 @@ impl std::fmt::Display for Setting {
             Setting::Count(n) | Setting::Mesh(Mesh::Across(n)) => write!(f, "{n}"),
             Setting::Mesh(Mesh::Exact([x, y])) => write!(f, "[{x}, {y}]"),
             Setting::Word(word) => write!(f, "\"{word}\""),
+            Setting::Effects(effects) => {
+                let names: Vec<String> = effects.iter().map(|effect| format!("\"{}\"", effect.name())).collect();
+                write!(f, "[{}]", names.join(", "))
+            }
         }
     }
 }
@@ -234,7 +241,10 @@ impl Missing<'_> {
             },
             tolerance: self.number_or(Key::Tolerance, Numerics::default_tolerance()),
             max_iterations: self.sheet.count(Key::MaxIterations).unwrap_or_else(Numerics::default_max_iterations),
-            simulate: Vec::new(),
+            simulate: match self.sheet.get(Key::Simulate).map(|given| &given.setting) {
+                Some(Setting::Effects(effects)) => effects.clone(),
+                _ => Vec::new(),
+            },
         };
         Job { scene, numerics }
     }
@@ -447,12 +457,13 @@ fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces) -> Proble
     let message = |value: &str| match key.map(Key::quantity) {
         // of a list it is said what is wrong with it, and not what it is
         Some(Quantity::List(_)) => format!("`{}` has {value}", error.key),
+        Some(Quantity::Effects) => format!("`{}` cannot name `{value}`", error.key),
         _ => format!("`{}` cannot be {value}", error.key),
     };
     match key.and_then(|key| Some((key, sheet.get(key)?))) {
         Some((key, given)) => {
             let value = match key.quantity() {
-                Quantity::List(_) => error.value.clone(),
+                Quantity::List(_) | Quantity::Effects => error.value.clone(),
                 _ => given.setting.to_string(),
             };
             // too many increments are the fault of the step that has most of them
@@ -594,5 +605,6 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         }),
         Key::Tolerance => number(numerics.tolerance),
         Key::MaxIterations => Some(Setting::Count(numerics.max_iterations)),
+        Key::Simulate => (!numerics.simulate.is_empty()).then(|| Setting::Effects(numerics.simulate.clone())),
     }
 }
