@@ -6,6 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::influence::{Components, Mirror, Symmetry};
 use crate::loading::Control;
 use crate::problem::relative_bodies;
 use crate::punch::{Surfaces, domain};
@@ -213,23 +214,54 @@ fn load_control(scene: &Scene) -> (bool, String) {
     (governed, if governed { "a force or a moment is prescribed" } else { "all motion is prescribed" }.to_owned())
 }
 
-/// How the tangential tractions behave under the mirror image in direction `axis`; see [`parity`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Image {
-    /// The pattern is its own image.
-    Even,
-    /// It is the opposite of its image.
-    Odd,
+/// What is solved at once: some components, on the positive sides of mirror planes. Without coupling the pressure comes first and
+/// the tangential tractions after it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stage {
+    /// The components.
+    pub components: Components,
+    /// The mirror planes.
+    pub mirror: Mirror,
+}
+
+impl Stage {
+    /// Unknowns of a problem on this many elements.
+    pub fn unknowns(&self, elements: [usize; 2]) -> usize {
+        let half = |n: usize, plane: Option<Symmetry>| if plane.is_some() { n / 2 } else { n };
+        self.components.len() * half(elements[0], self.mirror.x) * half(elements[1], self.mirror.y)
+    }
+}
+
+impl Effects {
+    /// The stages in which the scene is solved.
+    pub fn stages(&self, scene: &Scene) -> Vec<Stage> {
+        let plane = |axis: usize, effect: Effect, tangential: bool| {
+            let behaviour = if tangential { image(scene, self, axis) } else { Some(Symmetry::Symmetric) };
+            behaviour.filter(|_| !self.has(effect))
+        };
+        let mirror = |tangential: bool| Mirror { x: plane(0, Effect::AsymmetryX, tangential), y: plane(1, Effect::AsymmetryY, tangential) };
+        let members = [self.has(Effect::TractionX), self.has(Effect::TractionY)];
+        if !self.has(Effect::Friction) {
+            vec![Stage { components: Components::NORMAL, mirror: mirror(false) }]
+        } else if self.has(Effect::Coupling) {
+            vec![Stage { components: Components::of([true, members[0], members[1]]), mirror: mirror(true) }]
+        } else {
+            vec![
+                Stage { components: Components::NORMAL, mirror: mirror(false) },
+                Stage { components: Components::of([false, members[0], members[1]]), mirror: mirror(true) },
+            ]
+        }
+    }
 }
 
 /// How the tangential tractions of a scene that is mirror-symmetric in direction `axis` (0: x, 1: y) behave: under coupling like
 /// the surface displacements of a symmetric pressure, without it as the tangential load has it. `None` when they do neither.
-pub(crate) fn image(scene: &Scene, effects: &Effects, axis: usize) -> Option<Image> {
+fn image(scene: &Scene, effects: &Effects, axis: usize) -> Option<Symmetry> {
     let [x, y, twist] = tangential_loads(scene);
     let (along, across) = if axis == 0 { (x, y) } else { (y, x) };
     match (along || twist, across) {
-        (false, _) => Some(Image::Even),
-        (true, false) if !effects.has(Effect::Coupling) => Some(Image::Odd),
+        (false, _) => Some(Symmetry::Symmetric),
+        (true, false) if !effects.has(Effect::Coupling) => Some(Symmetry::Antisymmetric),
         (true, _) => None,
     }
 }

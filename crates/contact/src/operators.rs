@@ -2,25 +2,43 @@
 
 use std::sync::Arc;
 
-use crate::influence::{InfluenceTable, Toeplitz};
+use crate::influence::{Influence, InfluenceTable, Scratch, Toeplitz};
 use crate::problem::{OperatorKey, Problem};
 use crate::solver::Circulant;
 
-/// The coefficients of a problem and the operator made of them.
+/// The operator of a problem, for its components and on its side of mirror planes, with the coefficients it is made of.
 #[derive(Clone)]
 pub struct Operator {
-    /// Influence coefficients of every offset.
+    /// Influence coefficients of every offset of the whole grid.
     pub table: Arc<InfluenceTable>,
-    /// The FFT operator.
-    pub toeplitz: Arc<Toeplitz>,
+    /// The operator.
+    pub influence: Arc<dyn Influence>,
     /// Circulants near its diagonal blocks, for preconditioning.
     pub circulant: Arc<Circulant>,
 }
 
+impl Operator {
+    /// out = A p.
+    pub fn apply(&self, out: &mut [f64], p: &[f64], scratch: &mut Scratch) {
+        self.influence.apply(out, p, scratch);
+    }
+
+    /// Memory for applications.
+    pub fn scratch(&self) -> Scratch {
+        Scratch::new(&*self.influence)
+    }
+}
+
 /// The last operators used, within a budget of memory.
 pub struct Operators {
-    kept: Vec<(OperatorKey, Operator, usize)>,
+    kept: Vec<Kept>,
     budget: usize,
+}
+
+struct Kept {
+    key: OperatorKey,
+    operator: Operator,
+    bytes: usize,
 }
 
 impl Operators {
@@ -32,21 +50,30 @@ impl Operators {
     /// The operator of `problem`, kept or made.
     pub fn of(&mut self, problem: &Problem) -> Operator {
         let key = problem.operator_key();
-        if let Some(at) = self.kept.iter().position(|(kept, ..)| *kept == key) {
-            let entry = self.kept.remove(at);
-            let operator = entry.1.clone();
-            self.kept.push(entry);
+        if let Some(at) = self.kept.iter().position(|kept| kept.key == key) {
+            let kept = self.kept.remove(at);
+            let operator = kept.operator.clone();
+            self.kept.push(kept);
             return operator;
         }
-        let table = InfluenceTable::new(&problem.grid, &problem.elasticity, problem.projection);
-        let toeplitz = Toeplitz::new(&table);
-        let circulant = Circulant::new(&table);
-        let bytes = table.bytes() + toeplitz.bytes() + circulant.bytes();
-        let operator = Operator { table: Arc::new(table), toeplitz: Arc::new(toeplitz), circulant: Arc::new(circulant) };
-        self.kept.push((key, operator.clone(), bytes));
-        let mut total: usize = self.kept.iter().map(|(.., bytes)| bytes).sum();
+        let (components, mirror) = (problem.components, problem.mirror);
+        let has = |kept: &&Kept| kept.key.shares_table(&key) && kept.operator.table.components().includes(components);
+        let (table, table_bytes) = match self.kept.iter().find(has) {
+            Some(kept) => (Arc::clone(&kept.operator.table), 0),
+            None => {
+                let table = InfluenceTable::of(problem.whole_grid(), &problem.elasticity, problem.projection, components);
+                let bytes = table.bytes();
+                (Arc::new(table), bytes)
+            }
+        };
+        let toeplitz = Toeplitz::of(&table, components, mirror);
+        let circulant = Circulant::of(&table, components, mirror);
+        let bytes = table_bytes + toeplitz.bytes() + circulant.bytes();
+        let operator = Operator { table, influence: Arc::new(toeplitz), circulant: Arc::new(circulant) };
+        self.kept.push(Kept { key, operator: operator.clone(), bytes });
+        let mut total: usize = self.kept.iter().map(|kept| kept.bytes).sum();
         while total > self.budget && self.kept.len() > 1 {
-            total -= self.kept.remove(0).2;
+            total -= self.kept.remove(0).bytes;
         }
         operator
     }

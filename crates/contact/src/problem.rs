@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use crate::foundation::bodies::Bodies;
 use crate::friction::g_mu;
 use crate::grid::{Grid, GridError};
+use crate::influence::{Components, Direction, Mirror, MirrorError};
 use crate::loading::rigid_modes;
 use crate::punch::{Gap, Surfaces, domain};
 use crate::scene::{Base, Domain, Layer, Material, Mesh, Numerics, Projection, Scene, SceneError, Shape, Step};
@@ -45,9 +46,17 @@ impl Scale {
     }
 }
 
-/// Equation (3) on a grid, dimensionless. Fields are three blocks \[n | x | y\], each as long as the grid.
+/// Equation (3) on a grid, dimensionless. Fields are blocks of [components](Problem::components) \[n | x | y\], each as long as the grid.
 #[derive(Clone, Debug)]
 pub struct Problem {
+    /// The components that there are; all three unless the problem is [reduced](Problem::reduced).
+    pub components: Components,
+    /// p₁ where n is not among them.
+    pub pressure: Option<Vec<f64>>,
+    /// The planes to one side of which the grid lies.
+    pub mirror: Mirror,
+    /// The grid with its other sides, where there are any.
+    whole: Option<Grid>,
     /// Elements, in units of ℓ; masked where the punch has no sole.
     pub grid: Grid,
     /// The bodies' summed compliances, in units of c.
@@ -70,6 +79,29 @@ pub struct Problem {
     pub scale: Scale,
 }
 
+/// How many elements one stands for on the positive sides of mirror planes.
+pub(crate) fn images(mirror: &Mirror) -> f64 {
+    [mirror.x, mirror.y].iter().map(|plane| if plane.is_some() { 2.0 } else { 1.0 }).product()
+}
+
+/// What the sum over all elements is of the sum over those on the positive sides, for a component weighted with each rigid mode.
+fn weighted_images(mirror: &Mirror, direction: Direction) -> [f64; 6] {
+    // parity in x and y of the modes' functions 1, x and y, by degree of freedom and component
+    const EVEN: [f64; 2] = [1.0, 1.0];
+    const OF_X: [f64; 2] = [-1.0, 1.0];
+    const OF_Y: [f64; 2] = [1.0, -1.0];
+    let modes = match direction {
+        Direction::N => [EVEN, EVEN, EVEN, OF_Y, OF_X, EVEN],
+        Direction::X => [EVEN, EVEN, EVEN, EVEN, EVEN, OF_Y],
+        Direction::Y => [EVEN, EVEN, EVEN, EVEN, EVEN, OF_X],
+    };
+    let parity = mirror.parity(direction);
+    modes.map(|mode| {
+        let factor = |plane: bool, axis: usize| if plane { 1.0 + parity[axis] * mode[axis] } else { 1.0 };
+        factor(mirror.x.is_some(), 0) * factor(mirror.y.is_some(), 1)
+    })
+}
+
 /// The operator that a problem needs, up to everything that does not change it; equal keys share an operator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OperatorKey {
@@ -78,6 +110,15 @@ pub struct OperatorKey {
     mask: Option<Vec<bool>>,
     elasticity: Bodies,
     projection: Projection,
+    components: Components,
+    mirror: Mirror,
+}
+
+impl OperatorKey {
+    /// Whether operators of both can be made of one table, as far as it has the components.
+    pub(crate) fn shares_table(&self, other: &Self) -> bool {
+        Self { components: other.components, mirror: other.mirror, ..self.clone() } == *other
+    }
 }
 
 impl Problem {
@@ -145,6 +186,10 @@ impl Problem {
             }
         }
         Ok(Self {
+            components: Components::ALL,
+            pressure: None,
+            mirror: Mirror::NONE,
+            whole: None,
             grid,
             elasticity: bodies.scaled(1.0 / bodies.reference_compliance()),
             projection: numerics.projection,
@@ -158,13 +203,70 @@ impl Problem {
         })
     }
 
+    /// The same problem for some of its components, on the positive sides of mirror planes, under a given pressure where n is left out.
+    /// Whether that is the same problem is for the caller to know ([`crate::effect`]); it has the motion last placed and the same
+    /// past. Fails where the grid has no such planes.
+    pub fn reduced(&self, components: Components, mirror: Mirror, pressure: Option<&[f64]>) -> Result<Self, MirrorError> {
+        let grid = mirror.part(&self.grid)?;
+        Ok(Self {
+            f: self.part(components, mirror, &self.f),
+            rest: self.part(components, mirror, &self.rest),
+            pressure: pressure.map(|pressure| mirror.restrict(&self.grid, pressure)),
+            components,
+            mirror,
+            whole: (mirror != Mirror::NONE).then(|| self.grid.clone()),
+            grid,
+            elasticity: self.elasticity.clone(),
+            projection: self.projection,
+            mu: self.mu,
+            epsilon: self.epsilon,
+            ceiling: self.ceiling,
+            open_edge: self.open_edge,
+            scale: self.scale,
+        })
+    }
+
+    /// What a field of all three components is of these, on the positive sides of mirror planes.
+    pub fn part(&self, components: Components, mirror: Mirror, field: &[f64]) -> Vec<f64> {
+        let k = self.grid.len();
+        components.directions().flat_map(|direction| mirror.restrict(&self.grid, &field[direction as usize * k..][..k])).collect()
+    }
+
+    /// Writes a field of a problem [reduced](Problem::reduced) from this one into one of all three components.
+    pub fn extend(&self, reduced: &Problem, field: &[f64], into: &mut [f64]) {
+        let k = self.grid.len();
+        let all = reduced.mirror.extend(&self.grid, reduced.components, field);
+        for (block, direction) in all.chunks_exact(k).zip(reduced.components.directions()) {
+            into[direction as usize * k..][..k].copy_from_slice(block);
+        }
+    }
+
+    /// The grid with its images.
+    pub fn whole_grid(&self) -> &Grid {
+        self.whole.as_ref().unwrap_or(&self.grid)
+    }
+
+    /// Blocks of a field and the components they hold, n = 0, x = 1, y = 2.
+    pub(crate) fn blocks(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+        self.components.directions().map(|direction| direction as usize).enumerate()
+    }
+
+    /// Whether a rigid degree of freedom has a resultant among the problem's components, and symmetric ones.
+    pub(crate) fn moves(&self, which: usize) -> bool {
+        let modes = rigid_modes(1.0, 1.0);
+        let has = |direction: Direction| modes[direction as usize][which] != 0.0 && weighted_images(&self.mirror, direction)[which] != 0.0;
+        self.components.directions().any(has)
+    }
+
     /// Moves the punch: f for the rigid motion `motion`, in the problem's units.
     pub fn place(&mut self, motion: &[f64; 6]) {
         let k = self.grid.len();
         for e in self.grid.active() {
             let [x, y] = self.grid.center(e);
-            for (c, mode) in rigid_modes(x, y).iter().enumerate() {
-                self.f[c * k + e] = self.rest[c * k + e] + mode.iter().zip(motion).map(|(mode, q)| mode * q).sum::<f64>();
+            let modes = rigid_modes(x, y);
+            for (block, c) in self.blocks() {
+                let at = block * k + e;
+                self.f[at] = self.rest[at] + modes[c].iter().zip(motion).map(|(mode, q)| mode * q).sum::<f64>();
             }
         }
     }
@@ -180,36 +282,61 @@ impl Problem {
         for e in self.grid.active() {
             let [x, y] = self.grid.center(e);
             let modes = rigid_modes(x, y);
-            for c in [1, 2] {
-                let at = c * k + e;
+            for (block, c) in self.blocks().filter(|(_, c)| *c > 0) {
+                let at = block * k + e;
                 let moved: f64 = modes[c].iter().zip(motion).map(|(mode, q)| mode * q).sum();
                 self.rest[at] = self.epsilon * p[at] + w[at] + self.f[at] - moved;
             }
         }
     }
 
-    /// Forces and moments of the punch on the foundation, in the problem's units and the order of [`Step::NAMES`].
+    /// Forces and moments of the punch on the foundation, in the problem's units and the order of [`Step::NAMES`]; of a reduced
+    /// problem those of its components, with their images.
     pub fn resultants(&self, p: &[f64]) -> [f64; 6] {
         let k = self.grid.len();
         let area = self.grid.element_area();
         let mut sums = [0.0; 6];
-        for e in self.grid.active() {
-            let [x, y] = self.grid.center(e);
-            for (c, modes) in rigid_modes(x, y).iter().enumerate() {
-                for (sum, mode) in sums.iter_mut().zip(modes) {
-                    *sum += mode * p[c * k + e];
+        for (block, direction) in self.components.directions().enumerate() {
+            let mut part = [0.0; 6];
+            for e in self.grid.active() {
+                let [x, y] = self.grid.center(e);
+                for (sum, mode) in part.iter_mut().zip(rigid_modes(x, y)[direction as usize]) {
+                    *sum += mode * p[block * k + e];
                 }
+            }
+            for ((sum, part), images) in sums.iter_mut().zip(part).zip(weighted_images(&self.mirror, direction)) {
+                *sum += images * part;
             }
         }
         sums.map(|sum| sum * area)
     }
 
+    /// The tractions of an element, with zeros for the components that the problem has not and the given pressure.
+    pub(crate) fn traction(&self, p: &[f64], element: usize) -> [f64; 3] {
+        let mut own = self.gather(p, element);
+        if let Some(pressure) = &self.pressure {
+            own[0] = pressure[element];
+        }
+        own
+    }
+
+    /// The components of a field at an element, with zeros for those that the problem has not.
+    pub(crate) fn gather(&self, field: &[f64], element: usize) -> [f64; 3] {
+        let mut own = [0.0; 3];
+        for (block, c) in self.blocks() {
+            own[c] = field[block * self.grid.len() + element];
+        }
+        own
+    }
+
     /// What its operator depends on.
     pub fn operator_key(&self) -> OperatorKey {
         OperatorKey {
-            elements: [self.grid.nx(), self.grid.ny()],
+            elements: [self.whole_grid().nx(), self.whole_grid().ny()],
             element: [self.grid.hx(), self.grid.hy()],
-            mask: self.grid.mask().map(<[bool]>::to_vec),
+            components: self.components,
+            mirror: self.mirror,
+            mask: self.whole_grid().mask().map(<[bool]>::to_vec),
             elasticity: self.elasticity.clone(),
             projection: self.projection,
         }
@@ -218,12 +345,16 @@ impl Problem {
     /// Relative natural-map residual ‖p − Gᵘ_μ(p − E v)‖ / ‖p‖ with v = εp + w, E = 1/`diagonal`; 0 when p = 0 solves
     /// the problem, infinite when p = 0 does not. `w` = A p − f. Masked elements do not count.
     pub fn residual(&self, p: &[f64], w: &[f64], diagonal: f64) -> f64 {
-        let k = self.grid.len();
         let (mut defect, mut size) = (0.0, 0.0);
         for e in self.grid.active() {
-            let own = [p[e], p[k + e], p[2 * k + e]];
-            let v = [0, 1, 2].map(|c| self.epsilon * own[c] + w[c * k + e]);
-            let mapped = g_mu([0, 1, 2].map(|c| own[c] - v[c] / diagonal), self.mu, self.ceiling);
+            let (own, w) = (self.traction(p, e), self.gather(w, e));
+            let mut x = [0, 1, 2].map(|c| own[c] - (self.epsilon * own[c] + w[c]) / diagonal);
+            if self.pressure.is_some() {
+                x[0] = own[0]; // solved before
+            } else if self.components == Components::NORMAL {
+                [x[1], x[2]] = [0.0; 2];
+            }
+            let mapped = g_mu(x, self.mu, self.ceiling);
             for c in 0..3 {
                 defect += (own[c] - mapped[c]).powi(2);
                 size += own[c] * own[c];

@@ -1,10 +1,11 @@
 //! From a scene to a certified outcome, along its loading path.
 
 use crate::certificate::certify;
-use crate::influence::{Influence, Scratch};
+use crate::effect::{Effect, Effects, Stage};
+use crate::influence::{Components, Mirror};
 use crate::loading::Control;
 use crate::observables::{fields, observables, states};
-use crate::operators::Operators;
+use crate::operators::{Operator, Operators};
 use crate::outcome::{Fields, Hertz, Motion, Outcome, RailContact, Status, StepOutcome, WorkDone};
 use crate::problem::Problem;
 use crate::punch::{Gap, Surfaces, surface_compliance};
@@ -19,8 +20,12 @@ use crate::solver::{self, Iterate, Limits, Start, Stop};
 pub fn solve(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators: &mut Operators) -> Result<(Outcome, Fields), SceneError> {
     let gap = Gap::new(scene, surfaces)?;
     let mut problem = Problem::new(scene, numerics, surfaces)?;
-    let operator = operators.of(&problem);
-    let diagonal = operator.table.largest_diagonal();
+    let effects = Effects::of(scene, numerics, [problem.grid.nx(), problem.grid.ny()], surfaces)?;
+    let stages = effects.stages(scene);
+    // the certificate knows no mirror planes
+    let certified = if effects.has(Effect::Friction) { Components::ALL } else { Components::NORMAL };
+    let without_mirror = problem.reduced(certified, Mirror::NONE, None).expect("without a mirror plane there is nothing to refuse");
+    let operator = operators.of(&without_mirror);
     let limits = Limits { tolerance: numerics.tolerance, max_iterations: numerics.max_iterations };
     let mut outcome = Outcome { status: Status::Certified, steps: Vec::new(), hertz: None, rail: None };
     let mut last_fields = Fields::default();
@@ -28,7 +33,7 @@ pub fn solve(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators:
     let mut start = match (numerics.method, scene.loading.legs().first()) {
         (Method::Newton, Some(leg)) => {
             let asked = leg.increment(1, &Motion::default(), &[0.0; 6]);
-            let (start, spent) = coarse_start(scene, numerics, surfaces, operators, &problem, &asked);
+            let (start, spent) = coarse_start(scene, numerics, surfaces, operators, &problem, &stages, &asked);
             unseen = spent;
             start
         }
@@ -40,9 +45,8 @@ pub fn solve(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators:
         for part in 1..=leg.increments {
             let asked = leg.increment(part, &departure.motion, &departure.resultants);
             let controls = in_units(&asked, &problem);
-            let iterate = solver::solve(numerics.method, &mut problem, &operator, &controls, &start, &limits);
-            let (status, mut step, fields, w) =
-                conclude(&problem, &*operator.toeplitz, diagonal, &iterate, &asked, &before, numerics.tolerance);
+            let iterate = solver::solve(numerics.method, &mut problem, operators, &stages, &controls, &start, &limits);
+            let (status, mut step, fields, w) = conclude(&problem, &operator, &iterate, &asked, &before, numerics.tolerance);
             (step.step, step.cycle) = (leg.step, leg.cycle);
             step.work.iterations += std::mem::take(&mut unseen);
             before = Before { motion: step.motion, resultants: step.observables.resultants() };
@@ -72,6 +76,7 @@ fn coarse_start(
     surfaces: &Surfaces,
     operators: &mut Operators,
     fine: &Problem,
+    stages: &[Stage],
     asked: &[Control; 6],
 ) -> (Start, u64) {
     let nothing = (Start { p: vec![0.0; fine.f.len()], motion: [0.0; 6] }, 0);
@@ -82,11 +87,10 @@ fn coarse_start(
     }
     let coarse_numerics = Numerics { mesh: Mesh::Exact(halved), ..numerics.clone() };
     let Ok(mut coarse) = Problem::new(scene, &coarse_numerics, surfaces) else { return nothing };
-    let (start, spent) = coarse_start(scene, numerics, surfaces, operators, &coarse, asked);
-    let operator = operators.of(&coarse);
+    let (start, spent) = coarse_start(scene, numerics, surfaces, operators, &coarse, stages, asked);
     let limits = Limits { tolerance: COARSE_TOLERANCE, max_iterations: numerics.max_iterations };
     let controls = in_units(asked, &coarse);
-    let iterate = solver::solve(numerics.method, &mut coarse, &operator, &controls, &start, &limits);
+    let iterate = solver::solve(numerics.method, &mut coarse, operators, stages, &controls, &start, &limits);
     let spent = spent + iterate.iterations;
     if iterate.stop != Stop::Converged {
         return (nothing.0, spent);
@@ -164,20 +168,22 @@ fn place(reason: &str, scene: &Scene, outcome: &Outcome, part: u32, increments: 
     format!("{place}: {reason}")
 }
 
-/// Certifies an iterate with `operator`, against `asked` \[SI\] too, and derives what goes out: whether it counts as solved, its
+/// Certifies an iterate with `operator`, which has no mirror planes, against `asked` \[SI\] too, and derives what goes out: whether it counts as solved, its
 /// figures, its fields and w = A p − f.
 fn conclude(
     problem: &Problem,
-    operator: &dyn Influence,
-    diagonal: f64,
+    operator: &Operator,
     iterate: &Iterate,
     asked: &[Control; 6],
     before: &Before,
     tolerance: f64,
 ) -> (Status, StepOutcome, Fields, Vec<f64>) {
     let p = &iterate.p;
-    let mut displacement = vec![0.0; p.len()];
-    operator.apply(&mut displacement, p, &mut Scratch::new(operator));
+    let diagonal = operator.table.largest_diagonal();
+    // what the operator has no components for does not move against the punch
+    let mut displacement = problem.f.clone();
+    let acting = operator.influence.components().len() * problem.grid.len();
+    operator.apply(&mut displacement[..acting], &p[..acting], &mut operator.scratch());
     let k = problem.grid.len();
     let mut w = vec![0.0; p.len()];
     for e in problem.grid.active() {

@@ -293,9 +293,9 @@ fn a_path_that_cannot_be_followed_says_where_it_ends() {
         (outcome, reason)
     };
     let (outcome, reason) =
-        fails(vec![press, Step { force_x: Some(0.3), ..Step::default() }, Step { force_x: Some(0.6), increments: 3, ..Step::default() }]);
+        fails(vec![press, Step { force_x: Some(0.3), ..Step::default() }, Step { force_x: Some(0.66), increments: 3, ..Step::default() }]);
     assert!(
-        reason.starts_with("loading.steps[2], increment 1 of 3: gross sliding: the contact cannot carry force_x = 4.000000e-1"),
+        reason.starts_with("loading.steps[2], increment 1 of 3: gross sliding: the contact cannot carry force_x = 4.200000e-1"),
         "{reason}"
     );
     assert_eq!(outcome.steps.len(), 3);

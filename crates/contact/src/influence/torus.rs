@@ -315,7 +315,7 @@ impl Torus {
         let my = self.y.length;
         let mut parts = column.chunks_exact_mut(my);
         let blocks: [&mut [Complex<f64>]; F] = std::array::from_fn(|_| parts.next().unwrap_or_default());
-        let along = |direction: Direction| directions.map(|d| F > 1 && d == direction);
+        let along = |direction: Direction| directions.map(|d| d == direction);
         let (x, y) = (along(Direction::X), directions.map(|d| d == Direction::Y));
         for k in 0..=my / 2 {
             let m = if k == 0 { 0 } else { my - k };

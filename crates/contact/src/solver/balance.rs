@@ -4,10 +4,9 @@
 use faer::linalg::solvers::Solve;
 
 use super::{Iterate, Limits, Start, Stop, newton};
-use crate::influence::{Influence, Scratch};
 use crate::loading::{Control, rigid_modes};
 use crate::operators::Operator;
-use crate::problem::Problem;
+use crate::problem::{Problem, images};
 
 /// Outer iterations after which load control gives up.
 const MAX_ROUNDS: u64 = 40;
@@ -33,7 +32,7 @@ pub(super) fn solve(
         motion[0] = first_approach(problem, &motion, asked[0]);
     }
     let mut total = Iterate { p: Vec::new(), motion, stop: Stop::Diverged, iterations: 0, operator_applications: 0 };
-    let mut scratch = Scratch::new(&*operator.toeplitz);
+    let mut scratch = operator.scratch();
     // the step that led here, and the imbalance before it
     let mut last: Option<([f64; 6], Vec<f64>, f64)> = None;
     for round in 0.. {
@@ -61,7 +60,7 @@ pub(super) fn solve(
             continue;
         }
         let mut w = vec![0.0; p.len()];
-        operator.toeplitz.apply(&mut w, &p, &mut scratch);
+        operator.apply(&mut w, &p, &mut scratch);
         w.iter_mut().zip(&problem.f).for_each(|(w, f)| *w -= f);
         let (stiffness, applications) = newton::stiffness(problem, operator, &p, &w, &free);
         total.operator_applications += applications + 1;
@@ -97,8 +96,11 @@ pub(super) fn value(control: Control) -> f64 {
 /// Forces that no contact can have, whatever its pressure: more than friction carries (|Q| ≥ μP, gross sliding), or a line of
 /// action that passes the sole by.
 pub(super) fn impossible(problem: &Problem, controls: &[Control; 6]) -> Option<Stop> {
-    let Control::Force(normal) = controls[0] else { return None };
     let force = |which: usize| if let Control::Force(force) = controls[which] { force } else { 0.0 };
+    if let Some(which) = [1, 2, 5].into_iter().find(|which| problem.mu == 0.0 && force(*which) != 0.0) {
+        return Some(Stop::Slides { which });
+    }
+    let Control::Force(normal) = controls[0] else { return None };
     if let Some(which) = beyond_friction(problem.mu * normal, [force(1), force(2)]) {
         return Some(Stop::Slides { which });
     }
@@ -153,9 +155,8 @@ pub(super) fn imbalances(problem: &Problem, p: &[f64], asked: &[f64; 6], free: &
         return Vec::new();
     }
     let resultants = problem.resultants(p);
-    let k = problem.grid.len();
-    let size: f64 =
-        problem.grid.active().map(|e| p[e].abs().max(p[k + e].abs()).max(p[2 * k + e].abs())).sum::<f64>() * problem.grid.element_area();
+    let largest = |e: usize| problem.traction(p, e).into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    let size = problem.grid.active().map(largest).sum::<f64>() * problem.grid.element_area() * images(&problem.mirror);
     free.iter().map(|&which| (resultants[which] - asked[which]).abs() / size).collect()
 }
 
@@ -171,7 +172,7 @@ pub(super) fn first_approach(problem: &Problem, motion: &[f64; 6], load: f64) ->
             problem.unmoved(e) + rigid_modes(x, y)[0].iter().zip(&rigid).map(|(mode, q)| mode * q).sum::<f64>()
         })
         .collect();
-    let area = problem.grid.element_area();
+    let area = problem.grid.element_area() * images(&problem.mirror);
     let carried = |approach: f64| {
         let (mut sum, mut count) = (0.0, 0.0);
         for height in heights.iter().filter(|height| **height + approach > 0.0) {

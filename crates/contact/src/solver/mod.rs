@@ -1,7 +1,8 @@
 //! One entry point for all methods: a problem, its operator and what governs the punch in, an iterate with figures out.
 
+use crate::effect::Stage;
 use crate::loading::Control;
-use crate::operators::Operator;
+use crate::operators::Operators;
 use crate::problem::Problem;
 use crate::scene::Method;
 
@@ -23,11 +24,13 @@ pub struct Start {
     pub motion: [f64; 6],
 }
 
-/// Solves `problem` under `controls` (in the problem's units), from `start`; leaves the problem placed at the motion found.
+/// Solves `problem` under `controls` (in the problem's units), from `start`, in `stages` if the method can; leaves the problem placed
+/// at the motion found.
 pub fn solve(
     method: Method,
     problem: &mut Problem,
-    operator: &Operator,
+    operators: &mut Operators,
+    stages: &[Stage],
     controls: &[Control; 6],
     start: &Start,
     limits: &Limits,
@@ -38,10 +41,13 @@ pub fn solve(
         return Iterate { p: start.p.clone(), motion, stop, iterations: 0, operator_applications: 0 };
     }
     let iterate = match method {
-        Method::Seidel => balance::solve(problem, operator, controls, start, limits, |problem, operator, start, limits| {
-            seidel::solve(problem, &operator.table, start.p.clone(), limits)
-        }),
-        Method::Newton => robust::solve(problem, operator, controls, start, limits),
+        Method::Seidel => {
+            let operator = operators.of(problem);
+            balance::solve(problem, &operator, controls, start, limits, |problem, operator, start, limits| {
+                seidel::solve(problem, &operator.table, start.p.clone(), limits)
+            })
+        }
+        Method::Newton => robust::solve(problem, operators, stages, controls, start, limits),
     };
     if iterate.stop == Stop::Converged { iterate } else { Iterate { stop: balance::explain(problem, controls, &iterate), ..iterate } }
 }

@@ -13,7 +13,7 @@ use faer::linalg::solvers::Solve;
 
 use super::{Iterate, Limits, Start, Stop, balance, gmres};
 use crate::friction::h_u;
-use crate::influence::{Influence, Scratch};
+use crate::influence::{Components, Scratch};
 use crate::loading::{Control, rigid_modes};
 use crate::operators::Operator;
 use crate::problem::Problem;
@@ -63,13 +63,13 @@ pub fn solve(problem: &mut Problem, operator: &Operator, controls: &[Control; 6]
         motion[0] = balance::first_approach(problem, &motion, asked[0]);
     }
 
-    let mut scratch = Scratch::new(&*operator.toeplitz);
+    let mut scratch = operator.scratch();
     let mut w = vec![0.0; p.len()];
     // the iterate nearest to a solution, its figure and when it was: what goes out if no solution is found
     let (mut best, mut best_at, mut best_iterate) = (f64::INFINITY, 0, (p.clone(), motion));
     iterate.stop = loop {
         problem.place(&motion);
-        operator.toeplitz.apply(&mut w, &p, &mut scratch);
+        operator.apply(&mut w, &p, &mut scratch);
         iterate.operator_applications += 1;
         w.iter_mut().zip(&problem.f).for_each(|(w, f)| *w -= f);
         let residual = problem.residual(&p, &w, largest);
@@ -109,7 +109,7 @@ pub fn solve(problem: &mut Problem, operator: &Operator, controls: &[Control; 6]
 
 /// How the resultants of the motions `free` change with these motions at the solution `p`, w = A p − f, with applications spent.
 pub(super) fn stiffness(problem: &Problem, operator: &Operator, p: &[f64], w: &[f64], free: &[usize]) -> (faer::Mat<f64>, u64) {
-    let scratch = Scratch::new(&*operator.toeplitz);
+    let scratch = operator.scratch();
     let mut linear = Linear::new(problem, operator, p, w, free.to_vec(), scratch);
     let stiffness = linear.stiffness(1e-4);
     (stiffness, linear.applications)
@@ -120,15 +120,21 @@ impl<'a> Linear<'a> {
         let k = problem.grid.len();
         let own = operator.table.coefficient(0, 0);
         let largest = operator.table.largest_diagonal();
+        // with one tangential direction there is no transverse component
+        let is_plane = problem.components.includes(Components::TANGENTIAL);
         let mut pieces = vec![Piece::Open; k];
         let mut pressed = vec![false; k];
         for e in problem.grid.active() {
-            let x = [0, 1, 2].map(|c| p[c * k + e] - (problem.epsilon * p[c * k + e] + w[c * k + e]) / largest);
-            let bound = problem.mu * h_u(x[0], problem.ceiling);
+            let (own, w) = (problem.traction(p, e), problem.gather(w, e));
+            let mut x = [0, 1, 2].map(|c| own[c] - (problem.epsilon * own[c] + w[c]) / largest);
+            if problem.pressure.is_some() {
+                x[0] = own[0];
+            }
             if x[0] <= 0.0 {
                 continue;
             }
-            pressed[e] = x[0] < problem.ceiling;
+            pressed[e] = x[0] < problem.ceiling && problem.pressure.is_none();
+            let bound = problem.mu * h_u(x[0], problem.ceiling);
             let traction = x[1].hypot(x[2]);
             pieces[e] = if traction <= bound && problem.mu > 0.0 {
                 Piece::Stick
@@ -136,52 +142,77 @@ impl<'a> Linear<'a> {
                 let n = if traction > 0.0 { [x[1] / traction, x[2] / traction] } else { [1.0, 0.0] };
                 let kappa = bound / traction;
                 // without friction the transverse component is not free, as with an infinite σ
-                let sigma = if kappa > 0.0 { (1.0 - kappa) / kappa * largest } else { f64::INFINITY };
+                let sigma = if kappa > 0.0 && is_plane { (1.0 - kappa) / kappa * largest } else { f64::INFINITY };
                 Piece::Slip { n, sigma }
             };
         }
         Self { problem, operator, pieces, pressed, free, diagonal: own.xx.max(own.yy), scratch, applications: 0 }
     }
 
+    /// Values of a field of the problem's components.
+    fn len(&self) -> usize {
+        self.problem.components.len() * self.problem.grid.len()
+    }
+
+    /// Writes the components of an element into a field; those that the problem has not are dropped.
+    fn scatter(&self, field: &mut [f64], element: usize, values: [f64; 3]) {
+        for (block, c) in self.problem.blocks() {
+            field[block * self.problem.grid.len() + element] = values[c];
+        }
+    }
+
+    /// Where the free transverse component of a slipping element is kept, in the place of its traction along x; `None` where it is
+    /// not free.
+    fn across(&self, element: usize) -> Option<(usize, f64)> {
+        match self.pieces[element] {
+            Piece::Slip { sigma, .. } if sigma.is_finite() => {
+                let (block, _) = self.problem.blocks().find(|(_, c)| *c == 1)?;
+                Some((block * self.problem.grid.len() + element, sigma))
+            }
+            _ => None,
+        }
+    }
+
+    /// The displacement by one rigid motion as a field.
+    fn rigid(&self, which: usize) -> Vec<f64> {
+        let mut field = vec![0.0; self.len()];
+        for e in self.problem.grid.active() {
+            let [x, y] = self.problem.grid.center(e);
+            self.scatter(&mut field, e, rigid_modes(x, y).map(|modes| modes[which]));
+        }
+        field
+    }
+
     /// The Newton step (δp, change of the free motions), solved to the relative residual `forcing`.
     fn step(&mut self, p: &[f64], w: &[f64], asked: &[f64; 6], forcing: f64) -> (Vec<f64>, Vec<f64>) {
-        let k = self.problem.grid.len();
         // what is known of δp
-        let mut known = vec![0.0; 3 * k];
+        let mut known = vec![0.0; self.len()];
         for e in self.problem.grid.active() {
-            let own = [p[e], p[k + e], p[2 * k + e]];
+            let own = self.problem.traction(p, e);
+            let normal = if self.pressed[e] || self.problem.pressure.is_some() { 0.0 } else { self.problem.ceiling - own[0] };
             let change = match self.pieces[e] {
                 Piece::Open => own.map(|p| -p),
-                piece => {
-                    let normal = if self.pressed[e] { 0.0 } else { self.problem.ceiling - own[0] };
-                    match piece {
-                        Piece::Slip { n, sigma } => {
-                            let along = self.problem.mu * (own[0] + normal) - (own[1] * n[0] + own[2] * n[1]);
-                            let across = if sigma.is_finite() { 0.0 } else { own[1] * n[1] - own[2] * n[0] };
-                            [normal, along * n[0] - across * n[1], along * n[1] + across * n[0]]
-                        }
-                        _ => [normal, 0.0, 0.0],
-                    }
+                Piece::Stick => [normal, 0.0, 0.0],
+                Piece::Slip { n, sigma } => {
+                    let along = self.problem.mu * (own[0] + normal) - (own[1] * n[0] + own[2] * n[1]);
+                    let across = if sigma.is_finite() { 0.0 } else { own[1] * n[1] - own[2] * n[0] };
+                    [normal, along * n[0] - across * n[1], along * n[1] + across * n[0]]
                 }
             };
-            [known[e], known[k + e], known[2 * k + e]] = change;
+            self.scatter(&mut known, e, change);
         }
-        let mut rows = vec![0.0; 3 * k];
+        let mut rows = vec![0.0; self.len()];
         if known.iter().any(|x| *x != 0.0) {
             self.apply(&mut rows, &known);
         }
-        for e in self.problem.grid.active() {
-            for c in 0..3 {
-                let at = c * k + e;
-                rows[at] = -(rows[at] + self.problem.epsilon * (p[at] + known[at]) + w[at]);
-            }
+        for ((row, w), (p, known)) in rows.iter_mut().zip(w).zip(p.iter().zip(&known)) {
+            *row = -(*row + self.problem.epsilon * (p + known) + w);
         }
         let mut rhs = self.restrict(&rows);
         for e in self.problem.grid.active() {
-            if let Piece::Slip { n, sigma } = self.pieces[e]
-                && sigma.is_finite()
-            {
-                rhs[k + e] -= sigma * (p[2 * k + e] * n[0] - p[k + e] * n[1]);
+            if let (Piece::Slip { n, .. }, Some((at, sigma))) = (self.pieces[e], self.across(e)) {
+                let own = self.problem.gather(p, e);
+                rhs[at] -= sigma * (own[2] * n[0] - own[1] * n[1]);
             }
         }
         let total: Vec<f64> = p.iter().zip(&known).map(|(p, d)| p + d).collect();
@@ -194,24 +225,18 @@ impl<'a> Linear<'a> {
             gmres::solve(&rhs, forcing, 400, |x| this.borrow_mut().matrix(x), |r| this.borrow().precondition(r, &borders))
         };
         self.applications += figures.applications;
-        let mut change = self.expand(&solution[..3 * k]);
+        let (free, moved) = solution.split_at(self.len());
+        let mut change = self.expand(free);
         change.iter_mut().zip(&known).for_each(|(change, known)| *change += known);
-        (change, solution[3 * k..].to_vec())
+        (change, moved.to_vec())
     }
 
     /// ∂(resultants of the free motions)/∂(free motions) with everything else in equilibrium.
     fn stiffness(&mut self, forcing: f64) -> faer::Mat<f64> {
-        let k = self.problem.grid.len();
         let free = std::mem::take(&mut self.free);
         let mut columns = Vec::new();
         for &which in &free {
-            let mut field = vec![0.0; 3 * k];
-            for e in self.problem.grid.active() {
-                let [x, y] = self.problem.grid.center(e);
-                let modes = rigid_modes(x, y);
-                [field[e], field[k + e], field[2 * k + e]] = [modes[0][which], modes[1][which], modes[2][which]];
-            }
-            let rows = self.restrict(&field);
+            let rows = self.restrict(&self.rigid(which));
             let borders = Borders { answers: Vec::new(), factors: None };
             let (solution, figures) = {
                 let this = std::cell::RefCell::new(&mut *self);
@@ -226,44 +251,43 @@ impl<'a> Linear<'a> {
 
     /// out = A field, counted.
     fn apply(&mut self, out: &mut [f64], field: &[f64]) {
-        self.operator.toeplitz.apply(out, field, &mut self.scratch);
+        self.operator.apply(out, field, &mut self.scratch);
         self.applications += 1;
     }
 
-    /// Free components (p₁ | first tangential | second) to a field: on slipping elements the first is p_⊥ and p_t·n = μ p₁.
+    /// Free components to a field: on sticking elements they are the components, on slipping ones p₁ and p_⊥, with p_t·n = μ p₁.
     fn expand(&self, free: &[f64]) -> Vec<f64> {
-        let k = self.problem.grid.len();
-        let mut field = vec![0.0; 3 * k];
+        let mut field = vec![0.0; self.len()];
         for e in self.problem.grid.active() {
-            let normal = if self.pressed[e] { free[e] } else { 0.0 };
+            let own = self.problem.gather(free, e);
+            let normal = if self.pressed[e] { own[0] } else { 0.0 };
             let tangential = match self.pieces[e] {
                 Piece::Open => continue,
-                Piece::Stick => [free[k + e], free[2 * k + e]],
+                Piece::Stick => [own[1], own[2]],
                 Piece::Slip { n, sigma } => {
                     let along = self.problem.mu * normal;
-                    let across = if sigma.is_finite() { free[k + e] } else { 0.0 };
+                    let across = if sigma.is_finite() { own[1] } else { 0.0 };
                     [along * n[0] - across * n[1], along * n[1] + across * n[0]]
                 }
             };
-            [field[e], field[k + e], field[2 * k + e]] = [normal, tangential[0], tangential[1]];
+            self.scatter(&mut field, e, [normal, tangential[0], tangential[1]]);
         }
         field
     }
 
     /// The rows of the free components; on slipping elements the one across the traction.
     fn restrict(&self, field: &[f64]) -> Vec<f64> {
-        let k = self.problem.grid.len();
-        let mut rows = vec![0.0; 3 * k];
+        let mut rows = vec![0.0; self.len()];
         for e in self.problem.grid.active() {
-            if self.pressed[e] {
-                rows[e] = field[e];
-            }
-            match self.pieces[e] {
-                Piece::Open => {}
-                Piece::Stick => [rows[k + e], rows[2 * k + e]] = [field[k + e], field[2 * k + e]],
-                Piece::Slip { n, sigma } if sigma.is_finite() => rows[k + e] = field[2 * k + e] * n[0] - field[k + e] * n[1],
-                Piece::Slip { .. } => {}
-            }
+            let own = self.problem.gather(field, e);
+            let normal = if self.pressed[e] { own[0] } else { 0.0 };
+            let tangential = match self.pieces[e] {
+                Piece::Open => continue,
+                Piece::Stick => [own[1], own[2]],
+                Piece::Slip { n, sigma } if sigma.is_finite() => [own[2] * n[0] - own[1] * n[1], 0.0],
+                Piece::Slip { .. } => [0.0, 0.0],
+            };
+            self.scatter(&mut rows, e, [normal, tangential[0], tangential[1]]);
         }
         rows
     }
@@ -271,24 +295,24 @@ impl<'a> Linear<'a> {
     /// The linear system: free components and free motions to rows and resultants.
     fn matrix(&mut self, x: &[f64]) -> Vec<f64> {
         let k = self.problem.grid.len();
-        let (free, moved) = x.split_at(3 * k);
+        let (free, moved) = x.split_at(self.len());
         let field = self.expand(free);
-        let mut image = vec![0.0; 3 * k];
-        self.operator.toeplitz.apply(&mut image, &field, &mut self.scratch);
-        for e in self.problem.grid.active() {
-            let [x, y] = self.problem.grid.center(e);
-            for (c, modes) in rigid_modes(x, y).iter().enumerate() {
-                let at = c * k + e;
-                let rigid: f64 = self.free.iter().zip(moved).map(|(&which, moved)| modes[which] * moved).sum();
-                image[at] += self.problem.epsilon * field[at] - rigid;
+        let mut image = vec![0.0; self.len()];
+        self.operator.apply(&mut image, &field, &mut self.scratch);
+        image.iter_mut().zip(&field).for_each(|(image, p)| *image += self.problem.epsilon * p);
+        if !moved.is_empty() {
+            for e in self.problem.grid.active() {
+                let [x, y] = self.problem.grid.center(e);
+                let modes = rigid_modes(x, y);
+                for (block, c) in self.problem.blocks() {
+                    image[block * k + e] -= self.free.iter().zip(moved).map(|(&which, moved)| modes[c][which] * moved).sum::<f64>();
+                }
             }
         }
         let mut rows = self.restrict(&image);
         for e in self.problem.grid.active() {
-            if let Piece::Slip { sigma, .. } = self.pieces[e]
-                && sigma.is_finite()
-            {
-                rows[k + e] += sigma * free[k + e];
+            if let Some((at, sigma)) = self.across(e) {
+                rows[at] += sigma * free[at];
             }
         }
         if !self.free.is_empty() {
@@ -300,50 +324,35 @@ impl<'a> Linear<'a> {
 
     /// W C⁻¹ W on the free components alone.
     fn elastic_inverse(&self, rows: &[f64]) -> Vec<f64> {
-        let k = self.problem.grid.len();
-        let weight = |e: usize| match self.pieces[e] {
-            Piece::Slip { sigma, .. } if sigma.is_finite() => 1.0 / (1.0 + sigma / self.diagonal).sqrt(),
-            _ => 1.0,
-        };
-        let mut field = vec![0.0; 3 * k];
+        let weight = |sigma: f64| 1.0 / (1.0 + sigma / self.diagonal).sqrt();
+        let mut field = vec![0.0; self.len()];
         for e in self.problem.grid.active() {
-            if self.pressed[e] {
-                field[e] = rows[e];
-            }
-            match self.pieces[e] {
-                Piece::Open => {}
-                Piece::Stick => [field[k + e], field[2 * k + e]] = [rows[k + e], rows[2 * k + e]],
+            let own = self.problem.gather(rows, e);
+            let normal = if self.pressed[e] { own[0] } else { 0.0 };
+            let tangential = match self.pieces[e] {
+                Piece::Open => continue,
+                Piece::Stick => [own[1], own[2]],
                 Piece::Slip { n, sigma } if sigma.is_finite() => {
-                    let across = weight(e) * rows[k + e];
-                    [field[k + e], field[2 * k + e]] = [-across * n[1], across * n[0]];
+                    let across = weight(sigma) * own[1];
+                    [-across * n[1], across * n[0]]
                 }
-                Piece::Slip { .. } => {}
-            }
+                Piece::Slip { .. } => [0.0, 0.0],
+            };
+            self.scatter(&mut field, e, [normal, tangential[0], tangential[1]]);
         }
         self.operator.circulant.solve(&mut field, self.problem.epsilon);
         let mut free = self.restrict(&field);
         for e in self.problem.grid.active() {
-            free[k + e] *= weight(e);
+            if let Some((at, sigma)) = self.across(e) {
+                free[at] *= weight(sigma);
+            }
         }
         free
     }
 
     /// For each free motion its rows B and P⁻¹B, and the factored matrix of the resultants of the latter.
     fn borders(&self) -> Borders {
-        let k = self.problem.grid.len();
-        let answers: Vec<Vec<f64>> = self
-            .free
-            .iter()
-            .map(|&which| {
-                let mut field = vec![0.0; 3 * k];
-                for e in self.problem.grid.active() {
-                    let [x, y] = self.problem.grid.center(e);
-                    let modes = rigid_modes(x, y);
-                    [field[e], field[k + e], field[2 * k + e]] = [modes[0][which], modes[1][which], modes[2][which]];
-                }
-                self.elastic_inverse(&self.restrict(&field))
-            })
-            .collect();
+        let answers: Vec<Vec<f64>> = self.free.iter().map(|&which| self.elastic_inverse(&self.restrict(&self.rigid(which)))).collect();
         let size = self.free.len();
         let columns: Vec<[f64; 6]> = answers.iter().map(|answer| self.problem.resultants(&self.expand(answer))).collect();
         let matrix = faer::Mat::from_fn(size, size, |i, j| columns[j][self.free[i]]);
@@ -352,8 +361,7 @@ impl<'a> Linear<'a> {
 
     /// The preconditioner: the elastic inverse, with the resultants exactly right.
     fn precondition(&self, rows: &[f64], borders: &Borders) -> Vec<f64> {
-        let k = self.problem.grid.len();
-        let (rows, asked) = rows.split_at(3 * k);
+        let (rows, asked) = rows.split_at(self.len());
         let mut free = self.elastic_inverse(rows);
         if let Some(factors) = &borders.factors {
             let resultants = self.problem.resultants(&self.expand(&free));

@@ -3,22 +3,78 @@
 //! nearer, and in the end these are left alone.
 
 use super::{Iterate, Limits, Start, Stop, balance, newton, seidel};
+use crate::effect::Stage;
+use crate::influence::{Direction, Mirror};
 use crate::loading::Control;
-use crate::operators::Operator;
+use crate::operators::{Operator, Operators};
 use crate::problem::Problem;
 
 /// Rounds of Seidel sweeps that may bring a start within Newton's reach, and the sweeps of each.
 const ROUNDS: u32 = 6;
 const SWEEPS: u32 = 25;
 
-/// Solves `problem` under `controls` from `start`.
-pub(super) fn solve(problem: &mut Problem, operator: &Operator, controls: &[Control; 6], start: &Start, limits: &Limits) -> Iterate {
-    let direct = newton::solve(problem, operator, controls, start, limits);
+/// Solves `problem` under `controls` from `start`: stage by stage, and where a stage fails as a whole.
+pub(super) fn solve(
+    problem: &mut Problem,
+    operators: &mut Operators,
+    stages: &[Stage],
+    controls: &[Control; 6],
+    start: &Start,
+    limits: &Limits,
+) -> Iterate {
+    let direct = staged(problem, operators, stages, controls, start, limits);
     if matches!(direct.stop, Stop::Converged | Stop::OutOfIterations { .. }) {
         return direct;
     }
-    let second = balance::solve(problem, operator, controls, start, limits, prescribed);
+    let operator = operators.of(problem);
+    let second = balance::solve(problem, &operator, controls, start, limits, prescribed);
     after(&direct, second)
+}
+
+/// Newton's method on one stage after the other.
+fn staged(
+    problem: &mut Problem,
+    operators: &mut Operators,
+    stages: &[Stage],
+    controls: &[Control; 6],
+    start: &Start,
+    limits: &Limits,
+) -> Iterate {
+    let mut all =
+        Iterate { p: vec![0.0; problem.f.len()], motion: start.motion, stop: Stop::Converged, iterations: 0, operator_applications: 0 };
+    for (motion, control) in all.motion.iter_mut().zip(controls) {
+        if let Control::Motion(value) = control {
+            *motion = *value;
+        }
+    }
+    let k = problem.grid.len();
+    for stage in stages {
+        let given = (!stage.components.contains(Direction::N)).then(|| &all.p[..k]);
+        let reduced = problem.reduced(stage.components, stage.mirror, given);
+        // a coarse grid may have no plane of elements' edges in its middle
+        let whole = || problem.reduced(stage.components, Mirror::NONE, given).expect("without a mirror plane there is nothing to refuse");
+        let mut reduced = reduced.unwrap_or_else(|_| whole());
+        let operator = operators.of(&reduced);
+        // what the stage has no components for, or what a mirror plane forbids, stays where it is
+        let mut own = *controls;
+        for (which, control) in own.iter_mut().enumerate() {
+            if !reduced.moves(which) {
+                *control = Control::Motion(all.motion[which]);
+            }
+        }
+        let from = Start { p: problem.part(reduced.components, reduced.mirror, &start.p), motion: all.motion };
+        let solved = newton::solve(&mut reduced, &operator, &own, &from, limits);
+        all.iterations += solved.iterations;
+        all.operator_applications += solved.operator_applications;
+        problem.extend(&reduced, &solved.p, &mut all.p);
+        all.motion = solved.motion;
+        all.stop = solved.stop;
+        if solved.stop != Stop::Converged {
+            break;
+        }
+    }
+    problem.place(&all.motion);
+    all
 }
 
 /// All motion prescribed: Newton's method and Seidel sweeps in turn, in the end the latter alone.
