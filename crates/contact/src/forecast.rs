@@ -2,6 +2,7 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
+use crate::effect::Effects;
 use crate::problem::{Layout, relative_bodies};
 use crate::punch::{Surfaces, domain};
 use crate::scene::{Method, Numerics, Scene, SceneError, Shape};
@@ -11,6 +12,8 @@ use crate::scene::{Method, Numerics, Scene, SceneError, Shape};
 pub struct Forecast {
     /// Elements along x and y.
     pub elements: [usize; 2],
+    /// Unknowns of all stages together, after what the scene does not call for is left out.
+    pub unknowns: usize,
     /// Seconds on a processor of about 2020, within a factor of a few.
     pub seconds: f64,
     /// Memory for operator and fields \[bytes\].
@@ -39,21 +42,23 @@ pub fn forecast(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces) -> Resu
     };
     sole.hash(&mut hasher);
 
+    let effects = Effects::of(scene, numerics, [layout.nx, layout.ny], surfaces)?;
     let increments: f64 = scene.loading.legs().iter().map(|leg| f64::from(leg.increments)).sum();
+    let unknowns = match numerics.method {
+        Method::Seidel => 3 * layout.nx * layout.ny,
+        Method::Newton => effects.stages(scene).iter().map(|stage| stage.unknowns([layout.nx, layout.ny])).sum(),
+    };
+    let assembly = if bodies.layers.is_some() { 0.02 + 2e-6 * elements } else { 4e-7 * elements };
     let seconds = match numerics.method {
         // 3 ns per pair of a receiver and a source in contact, about 0.3·log₁₀(1/tolerance)·√k sweeps (measured on spheres and disks)
         Method::Seidel => 3e-9 * 0.5 * elements * elements * 0.3 * numerics.tolerance.log10().abs() * elements.sqrt(),
-        // 60 applications and as many preconditionings of 0.15 µs for each element (measured on spheres)
-        Method::Newton => 60.0 * 0.3e-6 * elements,
+        // 50 applications and as many preconditionings of 0.1 µs together for each unknown (measured on spheres up to 128²)
+        Method::Newton => 50.0 * 1e-7 * unknowns as f64,
     };
-    // table 16 and FFT symbols about 24 numbers per element, a dozen fields of three components
-    let memory = 8.0 * (16.0 + 24.0 + 40.0) * elements;
-    Ok(Forecast {
-        elements: [layout.nx, layout.ny],
-        seconds: seconds * increments + 1e-4,
-        memory: memory as u64,
-        operator: hasher.finish(),
-    })
+    // table and symbols of the certificate's operator and of the solver's, a dozen whole fields, forty Krylov vectors
+    let memory = 8.0 * ((16.0 + 12.0 + 40.0) * elements + 46.0 * unknowns as f64);
+    let seconds = assembly + seconds * increments + 1e-4;
+    Ok(Forecast { elements: [layout.nx, layout.ny], unknowns, seconds, memory: memory as u64, operator: hasher.finish() })
 }
 
 #[cfg(test)]
