@@ -35,14 +35,11 @@ pub(crate) fn solve(
             return (x, figures);
         }
         let mut basis = vec![residual.iter().map(|r| r / start).collect::<Vec<f64>>()];
-        let mut preconditioned: Vec<Vec<f64>> = Vec::new();
         // the triangular factor column by column, and the rotations that made it
         let (mut columns, mut rotations): (Vec<Vec<f64>>, Vec<(f64, f64)>) = (Vec::new(), Vec::new());
         let mut rest = vec![start];
         while columns.len() < RESTART && figures.applications < max_applications {
-            let z = precondition(&basis[columns.len()]);
-            let mut v = operator(&z);
-            preconditioned.push(z);
+            let mut v = operator(&precondition(&basis[columns.len()]));
             figures.applications += 1;
             let mut column = Vec::with_capacity(basis.len() + 1);
             for direction in &basis {
@@ -77,12 +74,15 @@ pub(crate) fn solve(
             let known: f64 = (i + 1..columns.len()).map(|j| columns[j][i] * weights[j]).sum();
             weights[i] = (rest[i] - known) / columns[i][i];
         }
-        for (weight, z) in weights.iter().zip(&preconditioned) {
-            x.iter_mut().zip(z).for_each(|(x, z)| *x += weight * z);
-        }
         if columns.is_empty() {
             return (x, figures);
         }
+        // the preconditioner once more is cheaper than keeping every preconditioned direction
+        let mut sum = vec![0.0; rhs.len()];
+        for (weight, direction) in weights.iter().zip(&basis) {
+            sum.iter_mut().zip(direction).for_each(|(sum, v)| *sum += weight * v);
+        }
+        x.iter_mut().zip(precondition(&sum)).for_each(|(x, z)| *x += z);
         if rest[columns.len()].abs() <= tolerance * size || figures.applications >= max_applications {
             figures.residual = rest[columns.len()].abs() / size;
             return (x, figures);
