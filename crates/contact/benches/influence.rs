@@ -3,8 +3,9 @@
 use contact::foundation::bodies::Bodies;
 use contact::foundation::half_space::HalfSpace;
 use contact::grid::Grid;
-use contact::influence::{Dense, Influence, InfluenceTable, Scratch, Toeplitz};
+use contact::influence::{Components, Dense, Influence, InfluenceTable, Mirror, Scratch, Symmetry, Toeplitz};
 use contact::scene::{Base, Layer, Material, Projection};
+use contact::solver::Circulant;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 
@@ -101,6 +102,42 @@ fn application(c: &mut Criterion) {
     group.finish();
 }
 
+/// Fewer components, and halves and quarters of the grid, on one thread; the preconditioner likewise.
+fn reduced(c: &mut Criterion) {
+    let sets = [("n, x, y", Components::ALL), ("n", Components::NORMAL), ("x, y", Components::TANGENTIAL), ("x", Components::X)];
+    let plane = Some(Symmetry::Symmetric);
+    let mirrors = [
+        ("whole", Mirror::NONE),
+        ("x > 0", Mirror { x: plane, y: None }),
+        ("y > 0", Mirror { x: None, y: plane }),
+        ("quarter", Mirror { x: plane, y: plane }),
+    ];
+    let mut group = c.benchmark_group("reduced");
+    group.sample_size(20);
+    for n in [64, 256, 512] {
+        let table = table(n);
+        for (set, components) in sets {
+            for (part, mirror) in mirrors {
+                let operator = Toeplitz::of(&table, components, mirror);
+                let p: Vec<f64> = field(n)[..components.len() * operator.grid().len()].to_vec();
+                let mut out = vec![0.0; p.len()];
+                let mut scratch = Scratch::with_threads(&operator, 1);
+                let id = BenchmarkId::new(format!("operator, {set}, {part}"), n);
+                group.bench_function(id, |b| b.iter(|| operator.apply(&mut out, black_box(&p), &mut scratch)));
+                let circulant = Circulant::of(&table, components, mirror);
+                let id = BenchmarkId::new(format!("circulant, {set}, {part}"), n);
+                group.bench_function(id, |b| {
+                    b.iter(|| {
+                        out.copy_from_slice(black_box(&p));
+                        circulant.invert(&mut out, 0.1, &mut scratch);
+                    });
+                });
+            }
+        }
+    }
+    group.finish();
+}
+
 fn column(c: &mut Criterion) {
     let mut group = c.benchmark_group("column");
     for n in [32, 64, 128, 256] {
@@ -112,5 +149,5 @@ fn column(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, coefficients, layered, application, column);
+criterion_group!(benches, coefficients, layered, application, reduced, column);
 criterion_main!(benches);

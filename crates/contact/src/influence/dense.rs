@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn obeys_the_laws() {
-        laws::hold(|table| Box::new(Dense::new(table)));
+        laws::hold(|table, components, mirror| Box::new(Dense::of(table, components, mirror)));
     }
 
     #[test]

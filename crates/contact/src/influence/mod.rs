@@ -79,12 +79,17 @@ impl Scratch {
         // Below this an application takes about as long as waking a second thread.
         const WORTH_A_THREAD: usize = 4096;
         let threads = (elements / WORTH_A_THREAD).clamp(1, rayon::current_num_threads());
-        Self { threads, real: Vec::new(), complex: Vec::new() }
+        Self::on_threads(threads)
+    }
+
+    /// For so many threads; grows with the first application.
+    pub(crate) fn on_threads(threads: usize) -> Self {
+        Self { threads: threads.max(1), real: Vec::new(), complex: Vec::new() }
     }
 
     /// Enough for `operator` on `threads` threads (at least one).
     pub fn with_threads<I: Influence + ?Sized>(operator: &I, threads: usize) -> Self {
-        let mut scratch = Self { threads: threads.max(1), real: Vec::new(), complex: Vec::new() };
+        let mut scratch = Self::on_threads(threads);
         scratch.take(operator.scratch_size(scratch.threads));
         scratch
     }

@@ -85,11 +85,11 @@ mod tests {
 
     #[test]
     fn obeys_the_laws() {
-        laws::hold(|table| Box::new(Toeplitz::new(table)));
+        laws::hold(|table, components, mirror| Box::new(Toeplitz::of(table, components, mirror)));
     }
 
     #[test]
     fn same_bytes_on_any_number_of_threads() {
-        laws::same_on_any_number_of_threads(|table| Box::new(Toeplitz::new(table)));
+        laws::same_on_any_number_of_threads(|table, components, mirror| Box::new(Toeplitz::of(table, components, mirror)));
     }
 }

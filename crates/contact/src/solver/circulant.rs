@@ -84,6 +84,7 @@ mod tests {
     use super::*;
     use crate::foundation::half_space::HalfSpace;
     use crate::grid::Grid;
+    use crate::influence::Symmetry;
     use crate::scene::{Material, Projection};
 
     /// On a torus of circulant coefficients the inverse is exact: C (C⁻¹ x) = x, C applied entry by entry.
@@ -114,6 +115,36 @@ mod tests {
                     sum += share * solved[block * k + other];
                 }
                 assert!((sum - field[block * k + at]).abs() < 1e-12, "{entry:?} {at}");
+            }
+        }
+    }
+
+    #[test]
+    fn on_a_part_it_is_that_of_the_whole_on_symmetric_fields() {
+        let each = [None, Some(Symmetry::Symmetric), Some(Symmetry::Antisymmetric)];
+        for (nx, ny) in [(2, 2), (4, 6), (6, 10), (14, 2), (16, 12)] {
+            let grid = Grid::new(nx, ny, 0.3, 0.4, [0.0; 2]).unwrap();
+            let bodies = HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.3 }, None);
+            let table = InfluenceTable::new(&grid, &bodies, Projection::Average);
+            for mirror in each.into_iter().flat_map(|x| each.map(|y| Mirror { x, y })) {
+                for components in [Components::ALL, Components::NORMAL, Components::TANGENTIAL, Components::Y] {
+                    let k = mirror.part(&grid).unwrap().len();
+                    let mut field: Vec<f64> = (0..components.len() * k).map(|at| (1.7 * at as f64).sin()).collect();
+                    let mut whole = mirror.extend(&grid, components, &field);
+                    let invert = |mirror, field: &mut [f64], threads| {
+                        let mut scratch = Scratch::on_threads(threads);
+                        Circulant::of(&table, components, mirror).invert(field, 0.01, &mut scratch);
+                    };
+                    let mut shared = field.clone();
+                    invert(mirror, &mut field, 1);
+                    invert(mirror, &mut shared, 3);
+                    assert_eq!(field, shared, "threads");
+                    invert(Mirror::NONE, &mut whole, 1);
+                    let size = whole.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
+                    for (got, expected) in mirror.extend(&grid, components, &field).iter().zip(&whole) {
+                        assert!((got - expected).abs() <= 1e-13 * size, "{nx} × {ny} {components:?} {mirror:?}");
+                    }
+                }
             }
         }
     }
