@@ -409,32 +409,3 @@ fn both_operators_agree() {
         }
     }
 }
-#[test]
-fn temp_case() {
-    let m = Material { shear_modulus: 0.5, poisson: 0.0 };
-    for px in [-0.07370866820642115, 0.3] {
-        let case = Case {
-            n: [1, 1],
-            h: [1.0, 1.0],
-            inside: vec![true],
-            layers: Vec::new(),
-            base: Base::Elastic(m),
-            punch: m,
-            projection: Projection::Average,
-            components: Components::ALL,
-            mirror: Mirror::NONE,
-            p: vec![0.0, px, 0.0],
-            q: vec![0.0; 3],
-        };
-        for (components, mirror) in component_sets().into_iter().flat_map(|set| mirrors().into_iter().map(move |mirror| (set, mirror))) {
-            for build in [
-                (|t: &InfluenceTable, c: Components, m: Mirror| -> Box<dyn Influence> { Box::new(super::Toeplitz::of(t, c, m)) }) as Build,
-                |t, c, m| Box::new(super::Dense::of(t, c, m)),
-            ] {
-                let c = Case { components, mirror, ..case.clone() };
-                println!("{components:?} {mirror:?}");
-                check(build, &c);
-            }
-        }
-    }
-}

@@ -58,28 +58,15 @@ impl Mirror {
     /// Sign of a component's image under x → −x and under y → −y; 1 where there is no mirror.
     pub fn parity(&self, direction: Direction) -> [f64; 2] {
         [(self.x, Direction::X), (self.y, Direction::Y)].map(|(symmetry, across)| match symmetry {
-            None => 1.0,
-            Some(Symmetry::Symmetric) => {
-                if direction == across {
-                    -1.0
-                } else {
-                    1.0
-                }
-            }
-            Some(Symmetry::Antisymmetric) => {
-                if direction == across {
-                    1.0
-                } else {
-                    -1.0
-                }
-            }
+            Some(symmetry) if (symmetry == Symmetry::Symmetric) == (direction == across) => -1.0,
+            _ => 1.0,
         })
     }
 
     /// The half or quarter of a grid that fields with these symmetries live on, with its part of the mask.
     pub fn part(&self, grid: &Grid) -> Result<Grid, MirrorError> {
         let counts = [(grid.nx(), self.x, 'x'), (grid.ny(), self.y, 'y')];
-        for (count, _, axis) in counts.into_iter().filter(|(count, symmetry, _)| symmetry.is_some() && !count.is_multiple_of(2)) {
+        if let Some(&(count, _, axis)) = counts.iter().find(|(count, symmetry, _)| symmetry.is_some() && !count.is_multiple_of(2)) {
             return Err(MirrorError::Odd { count, axis });
         }
         let [nx, ny] = counts.map(|(count, symmetry, _)| if symmetry.is_some() { count / 2 } else { count });
