@@ -44,9 +44,9 @@ pub(crate) enum Command {
         after_help = "Examples:\n  tribosweep show 3fa9c1\n  tribosweep show 3fa9c1 --steps     the increments of its loading path\n  tribosweep show 3fa9c1 --field pressure\n  tribosweep show 3fa9c1 --field state --output state.png     also .svg .npy .vti .csv"
     )]
     Show(ShowArgs),
-    /// Draw the figure that answers a study's question
+    /// Draw the figures that answer a study's question
     #[command(
-        after_help = "Examples:\n  tribosweep plot stick-zone\n  tribosweep plot stick-zone --x mu --y load --series poisson --output load.svg"
+        after_help = "Examples:\n  tribosweep plot stick-zone\n  tribosweep plot cattaneo-loop --figure loss --output loss.svg\n  tribosweep plot stick-zone --x mu --y load --series poisson --output load.svg\n  tribosweep plot wheel-on-rail --y hertz_a,hertz_b\n\n--x, --y, --series, --panels, --steps, --log-x and --log-y change one figure: that of --figure, else the study's first."
     )]
     Plot(PlotArgs),
     /// Solve one scene, here and now, in this process; nothing is stored
@@ -203,12 +203,15 @@ pub(crate) struct ShowArgs {
 pub(crate) struct PlotArgs {
     /// Name of the study
     pub(crate) name: String,
+    /// Draw only the figure of this name; a figure without a name is called by its number [default: all]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) figure: Option<String>,
     /// Column along x [default: the study's figure]
     #[arg(long)]
     pub(crate) x: Option<String>,
-    /// Column along y
-    #[arg(long)]
-    pub(crate) y: Option<String>,
+    /// Column along y, or several of one unit, separated by commas
+    #[arg(long, value_delimiter = ',')]
+    pub(crate) y: Vec<String>,
     /// Columns that tell the curves apart, separated by commas
     #[arg(long, value_delimiter = ',')]
     pub(crate) series: Option<Vec<String>>,
@@ -227,7 +230,7 @@ pub(crate) struct PlotArgs {
     /// Logarithmic y
     #[arg(long)]
     pub(crate) log_y: bool,
-    /// File to write, .svg or .png [default: NAME.svg and NAME.png in the current directory]
+    /// File to write, .svg or .png [default: NAME.svg and NAME.png in the current directory, NAME-FIGURE for the other figures]
     #[arg(long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Print JSON: the files written

@@ -8,6 +8,10 @@ use anyhow::{Context, Result, bail};
 use contact::outcome::Fields;
 use report::{Field, Figure, FigureSpec, Grid, Table, TerminalInk, Values, field_csv, vti};
 use store::Store;
+use study::Study;
+use study::columns::{along_path, find};
+use study::label::{label, quantity_name};
+use study::units::Dimension;
 
 use crate::cli::PlotArgs;
 use crate::output::{self, Finish};
@@ -17,33 +21,50 @@ use crate::results::{Results, stored_study};
 /// Dots per inch of PNG files.
 const RESOLUTION: f64 = 300.0;
 
-/// The two files of a figure whose name has no ending yet.
+/// The two files of a figure, by their name without ending.
 pub(crate) fn figure_files(stem: &Path) -> Vec<PathBuf> {
     ["svg", "png"].map(|ending| PathBuf::from(format!("{}.{ending}", stem.display()))).to_vec()
 }
 
-/// Draws a table's columns to files that end in .svg or .png.
-pub(crate) fn write_figure(table: &Table, columns: &study::Figure, title: &str, files: &[PathBuf]) -> Result<()> {
-    let series: Vec<&str> = columns.series.iter().map(String::as_str).collect();
-    let spec = FigureSpec {
-        x: &columns.x,
-        y: &columns.y,
-        series: &series,
-        panels: columns.panels.as_deref(),
-        along: columns.steps.then_some("increment"),
-        title,
-        log_x: columns.log_x,
-        log_y: columns.log_y,
-    };
-    let svg = Figure::from_table(table, &spec)?.svg();
-    for file in files {
-        match file.extension().and_then(OsStr::to_str) {
-            Some("svg") => write(file, svg.as_bytes())?,
-            Some("png") => write(file, &report::png(&svg, RESOLUTION)?)?,
-            _ => bail!("{}: a figure is written as .svg or .png", file.display()),
+/// Draws a study's figure to files that end in .svg or .png, from the rows for which `filter` holds.
+pub(crate) fn draw(results: &Results, figure: &study::Figure, filter: Option<&str>, files: &[PathBuf]) -> Result<()> {
+    let drawn = || -> Result<()> {
+        let mut table = results.figure_table(figure.steps)?;
+        if let Some(expression) = filter {
+            table = table.filter(expression)?;
         }
+        let svg = picture(&results.study, &table, figure)?.svg();
+        files.iter().try_for_each(|file| match file.extension().and_then(OsStr::to_str) {
+            Some("svg") => write(file, svg.as_bytes()),
+            Some("png") => write(file, &report::png(&svg, RESOLUTION)?),
+            _ => bail!("{}: a figure is written as .svg or .png", file.display()),
+        })
+    };
+    match results.study.figures() {
+        [_, _, ..] => drawn().with_context(|| format!("figure `{}`", figure.name)),
+        _ => drawn(),
     }
-    Ok(())
+}
+
+fn picture(study: &Study, table: &Table, figure: &study::Figure) -> Result<Figure> {
+    let columns = if figure.steps { along_path(study.columns()) } else { study.columns() };
+    let labels: Vec<(&str, String)> = columns.iter().map(|column| (column.name.as_ref(), label(column, &columns))).collect();
+    let labels: Vec<(&str, &str)> = labels.iter().map(|(name, label)| (*name, label.as_str())).collect();
+    let [y, series] = [&figure.y, &figure.series].map(|names| names.iter().map(String::as_str).collect::<Vec<_>>());
+    let quantity = figure.y.first().and_then(|name| find(&columns, name)).map(|column| column.dimension);
+    let spec = FigureSpec {
+        x: &figure.x,
+        y: &y,
+        y_label: quantity.filter(|dimension| *dimension != Dimension::Pure).map_or("", quantity_name),
+        series: &series,
+        panels: figure.panels.as_deref(),
+        along: figure.steps.then_some("increment"),
+        labels: &labels,
+        title: figure.title.as_deref().unwrap_or_else(|| study.question()),
+        log_x: figure.log_x,
+        log_y: figure.log_y,
+    };
+    Ok(Figure::from_table(table, &spec)?)
 }
 
 fn write(file: &Path, bytes: &[u8]) -> Result<()> {
@@ -54,36 +75,79 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
     tell_origin(&reader);
     let results = Results::read(&reader, stored_study(&reader, &args.name)?)?;
-    let asked = args.x.is_some() || args.y.is_some();
-    let own = results.study.figure();
-    let column = |asked: &Option<String>, own: Option<&String>| asked.as_ref().or(own).cloned();
-    let (Some(x), Some(y)) = (column(&args.x, own.map(|figure| &figure.x)), column(&args.y, own.map(|figure| &figure.y))) else {
-        bail!("the study suggests no figure; name its columns with --x and --y (`tribosweep query {} --columns` lists them)", args.name);
+    let figures = chosen(args, &results.study)?;
+    if let (Some(file), [_, _, ..]) = (&args.output, &figures[..]) {
+        let names = figures.iter().map(|figure| figure.name.as_str()).collect::<Vec<_>>().join(", ");
+        bail!("{} holds one figure and the study has {names}; choose one with --figure", file.display());
+    }
+    let (mut written, mut failed) = (Vec::new(), None);
+    for figure in &figures {
+        let stem = figure.stem(results.study.name());
+        let files = args.output.clone().map_or_else(|| figure_files(Path::new(&stem)), |file| vec![file]);
+        match draw(&results, figure, args.filter.as_deref(), &files) {
+            Ok(()) => written.extend(files),
+            // one that cannot be drawn hinders no other
+            Err(error) => failed.replace(error).iter().for_each(output::complain),
+        }
+    }
+    if args.json && !written.is_empty() {
+        output::print_json(&written)?;
+    } else {
+        output::print(&written.iter().map(|file| format!("{}\n", file.display())).collect::<String>())?;
+    }
+    failed.map_or(Ok(Finish::AllDone), Err)
+}
+
+/// The study's figures, or the one of a name; changed as asked, in which case it is one.
+fn chosen(args: &PlotArgs, study: &Study) -> Result<Vec<study::Figure>> {
+    let own = match &args.figure {
+        None => study.figures().to_vec(),
+        Some(name) => {
+            let names = || study.figures().iter().map(|figure| format!("`{}`", figure.name)).collect::<Vec<_>>().join(", ");
+            match study.figures().iter().find(|figure| figure.name == *name) {
+                Some(figure) => vec![figure.clone()],
+                None if study.figures().is_empty() => bail!("the study has no figure `{name}`; it has none"),
+                None => bail!("the study has no figure `{name}`; it has {}", names()),
+            }
+        }
     };
-    let series = args.series.clone().or_else(|| own.map(|figure| figure.series.clone())).unwrap_or_default();
-    let panels = column(&args.panels, own.and_then(|figure| figure.panels.as_ref()));
-    let figure = study::Figure {
-        // a column cannot be drawn along x and tell the curves apart at once
-        series: series.into_iter().filter(|name| *name != x).collect(),
-        panels: panels.filter(|name| *name != x),
+    let PlotArgs { x, y, series, panels, steps, log_x, log_y, .. } = args;
+    let as_it_is = x.is_none() && y.is_empty() && series.is_none() && panels.is_none() && !(*steps || *log_x || *log_y);
+    if as_it_is && !own.is_empty() {
+        return Ok(own);
+    }
+    let own = own.into_iter().next();
+    let other_columns = x.is_some() || !y.is_empty();
+    let mut figure = match (own, x, y.is_empty()) {
+        (Some(figure), ..) => figure,
+        (None, Some(x), false) => study::Figure::new(x.clone(), y.clone()),
+        _ => {
+            bail!("the study suggests no figure; name its columns with --x and --y (`tribosweep query {} --columns` lists them)", args.name)
+        }
+    };
+    if let Some(x) = x {
         // who asks for another abscissa asks for another figure
-        steps: args.steps || args.x.is_none() && own.is_some_and(|figure| figure.steps),
-        log_x: args.log_x || own.is_some_and(|figure| figure.log_x),
-        log_y: args.log_y || own.is_some_and(|figure| figure.log_y),
-        x,
-        y,
-    };
-    let mut table = results.figure_table(figure.steps)?;
-    if let Some(expression) = &args.filter {
-        table = table.filter(expression)?;
+        (figure.x, figure.steps) = (x.clone(), false);
     }
-    let title = if asked { results.study.name() } else { results.study.question() };
-    let files = args.output.clone().map_or_else(|| figure_files(Path::new(results.study.name())), |file| vec![file]);
-    write_figure(&table, &figure, title, &files)?;
-    if args.json {
-        return output::print_json(&files);
+    if !y.is_empty() {
+        figure.y.clone_from(y);
     }
-    output::print(&files.iter().map(|file| format!("{}\n", file.display())).collect::<String>())
+    if other_columns {
+        figure.title = Some(study.name().to_owned());
+    }
+    if let Some(series) = series {
+        figure.series.clone_from(series);
+    }
+    if let Some(panels) = panels {
+        figure.panels = Some(panels.clone());
+    }
+    figure.steps |= steps;
+    figure.log_x |= log_x;
+    figure.log_y |= log_y;
+    // a column cannot be drawn along x and tell the curves apart at once
+    figure.series.retain(|name| *name != figure.x);
+    figure.panels = figure.panels.filter(|name| *name != figure.x);
+    Ok(vec![figure])
 }
 
 /// The fields by name.

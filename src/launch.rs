@@ -162,7 +162,7 @@ struct Tally {
 fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Result<Finish> {
     let study = &results.study;
     let progress = results.progress();
-    let figures = if progress.done > 0 { draw_figure(results, directory) } else { Ok(Vec::new()) };
+    let figures = if progress.done > 0 { draw_figures(results, directory) } else { Vec::new() };
     let finish = match (tally.interrupted, progress.failed) {
         (true, _) => Finish::Interrupted,
         (_, 0) => Finish::AllDone,
@@ -178,7 +178,7 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
         }
     }
     if json {
-        let files: Vec<_> = figures.iter().flatten().collect();
+        let files: Vec<_> = figures.iter().flatten().flatten().collect();
         let line = serde_json::json!({
             "event": "summary", "study": study.name(), "progress": progress, "run": tally, "failures": failures, "figures": files,
         });
@@ -208,9 +208,11 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
         duration(tally.seconds),
         tally.cached,
     );
-    match figures {
-        Ok(files) => files.iter().for_each(|file| text += &format!("figure: {}\n", file.display())),
-        Err(error) => text += &format!("no figure: {error:#}\n"),
+    for figure in figures {
+        match figure {
+            Ok(files) => files.iter().for_each(|file| text += &format!("figure: {}\n", file.display())),
+            Err(error) => text += &format!("no figure: {error:#}\n"),
+        }
     }
     for warning in &results::WARNINGS {
         let concerned = results.points.iter().filter(|point| results.record(point).is_some_and(|record| warning.concerns(record))).count();
@@ -236,14 +238,15 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
     Ok(finish)
 }
 
-/// The study's figure as files in the store's own folder of figures.
-fn draw_figure(results: &Results, directory: &Path) -> Result<Vec<PathBuf>> {
-    let Some(figure) = results.study.figure() else { return Ok(Vec::new()) };
+/// Each of the study's figures as files in the store's own folder of figures; one that cannot be drawn hinders no other.
+fn draw_figures(results: &Results, directory: &Path) -> Vec<Result<Vec<PathBuf>>> {
     let folder = directory.join("figures");
-    std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    let files = draw::figure_files(&folder.join(results.study.name()));
-    draw::write_figure(&results.figure_table(figure.steps)?, figure, results.study.question(), &files)?;
-    Ok(files)
+    let draw = |figure: &study::Figure| {
+        std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
+        let files = draw::figure_files(&folder.join(figure.stem(results.study.name())));
+        draw::draw(results, figure, None, &files).map(|()| files)
+    };
+    results.study.figures().iter().map(draw).collect()
 }
 
 fn again(study: &Study, directory: &Path) -> String {

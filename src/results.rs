@@ -87,19 +87,19 @@ impl Results {
         if steps { Ok(self.increments()?.filter("status == \"certified\"")?) } else { self.table() }
     }
 
-    /// The columns that answer the question at a glance: the axes, the figure's, the usual observables, and how it ended.
+    /// The columns that answer the question at a glance: the axes, the figures', the usual observables, and how it ended.
     pub(crate) fn usual_columns(&self, steps: bool) -> Vec<String> {
         let columns = self.study.columns();
         let mut names: Vec<String> =
             columns.iter().filter(|column| column.kind == Kind::Axis).map(|column| column.name.to_string()).collect();
-        let figure = self.study.figure().filter(|figure| steps || !figure.steps);
+        let figures = self.study.figures().iter().filter(|figure| steps || !figure.steps);
         let usual = match steps {
             true => path_columns(&self.points),
             false => ["load", "contact_radius", "stick_fraction", "peak_pressure", "status"].map(str::to_owned).to_vec(),
         };
-        let own = figure.map(|figure| [figure.x.clone(), figure.y.clone()]);
+        let own: Vec<String> = figures.flat_map(|figure| std::iter::once(&figure.x).chain(&figure.y)).cloned().collect();
         // on a path it comes first where one is
-        let (first, then) = if steps { (usual, own.into_iter().flatten().collect()) } else { (own.into_iter().flatten().collect(), usual) };
+        let (first, then) = if steps { (usual, own) } else { (own, usual) };
         for name in first.into_iter().chain(then) {
             if !names.contains(&name) {
                 names.push(name);

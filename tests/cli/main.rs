@@ -211,6 +211,52 @@ fn plots_of_the_study_and_of_other_columns() {
 }
 
 #[test]
+fn studies_have_several_figures() {
+    let figure = SMALL.find("[figure]").unwrap();
+    let figures = r#"
+[[figure]]
+x = "mu"
+y = "stick_fraction"
+[[figure]]
+name = "peak"
+title = "Is it Hertz's?"
+x = "mu"
+y = ["peak_pressure", "hertz_peak_pressure"]
+series = ["poisson"]
+[[figure]]
+x = "mu"
+y = "at_twist"
+log_y = true
+"#;
+    let place = Place::with("small.toml", format!("{}{figures}", &SMALL[..figure]));
+    let ran = place.call("run small.toml --workers 1");
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    let said: Vec<&str> = ran.out.lines().filter(|line| line.contains("figure")).collect();
+    insta::assert_snapshot!(said.join("\n"));
+    assert!(!place.path(".tribosweep/figures/small-3.svg").exists());
+    insta::assert_snapshot!(
+        "one_of_several_figures",
+        place.transcript(&[
+            &["plot", "small", "--figure", "peak"],
+            &["plot", "small", "--figure", "1", "--output", "first.svg"],
+            &["plot", "small", "--log-x", "--output", "log.svg"],
+            &["plot", "small", "--y", "contact_radius,hertz_a", "--output", "radius.svg"],
+            &["plot", "small"],
+            &["plot", "small", "--output", "all.svg"],
+            &["plot", "small", "--figure", "weak"],
+            &["plot", "small", "--y", "contact_radius,load"],
+        ])
+    );
+    let svg = |file: &str| fs::read_to_string(place.path(file)).unwrap();
+    let peak = svg("small-peak.svg");
+    for text in ["Is it Hertz's?", "pressure [GPa]", "0.3, peak pressure", "Poisson's ratio", "coefficient of friction"] {
+        assert!(peak.contains(&format!(">{text}</text>")), "{text}: {peak}");
+    }
+    assert!(svg("radius.svg").contains(">length [mm]</text>") && svg("radius.svg").contains(">small</text>"));
+    assert!(svg("first.svg").contains("Does it slip?"));
+}
+
+#[test]
 fn solve_takes_one_point_and_settings() {
     let place = Place::with("small.toml", SMALL);
     let both = ["solve", "small.toml", "--json", "--set", "friction.mu=0.4", "--set", "foundation.base.poisson=0.3"];

@@ -41,7 +41,8 @@ fn a_small_figure() {
 
 #[test]
 fn a_figure_from_a_table() {
-    let spec = FigureSpec { x: "mu", y: "peak_pressure", series: &["mesh"], panels: Some("poisson"), title: "Peak", ..Default::default() };
+    let spec =
+        FigureSpec { x: "mu", y: &["peak_pressure"], series: &["mesh"], panels: Some("poisson"), title: "Peak", ..Default::default() };
     let figure = Figure::from_table(&table(), &spec).unwrap();
     assert_eq!(figure.legend, "mesh");
     assert_eq!(figure.panels.iter().map(|p| p.title.as_str()).collect::<Vec<_>>(), ["poisson = 0", "poisson = 0.3"]);
@@ -59,10 +60,10 @@ fn a_figure_from_a_table() {
 
 #[test]
 fn points_with_the_same_x_are_not_joined() {
-    let spec = FigureSpec { x: "mu", y: "peak_pressure", ..Default::default() };
+    let spec = FigureSpec { x: "mu", y: &["peak_pressure"], ..Default::default() };
     let figure = Figure::from_table(&table(), &spec).unwrap();
     assert_eq!(figure.panels[0].series[0].style, Style::Markers);
-    let spec = FigureSpec { x: "status", y: "peak_pressure", series: &["mesh"], ..Default::default() };
+    let spec = FigureSpec { x: "status", y: &["peak_pressure"], series: &["mesh"], ..Default::default() };
     let figure = Figure::from_table(&table(), &spec).unwrap();
     assert_eq!(figure.panels[0].x.categories, ["certified"]);
     assert!(figure.svg().contains(">certified</text>"));
@@ -76,15 +77,63 @@ fn paths_are_joined_in_their_own_order() {
     let row = |(i, (x, y)): (usize, &(f64, f64))| vec![(*x).into(), (*y).into(), (i as i64 + 1).into()];
     let rows = [&path[..], &path[..2]].into_iter().flat_map(|path| path.iter().enumerate().map(row)).collect();
     let table = Table::new(columns.to_vec(), rows).unwrap();
-    let spec = FigureSpec { x: "shift", y: "force", along: Some("increment"), ..Default::default() };
+    let spec = FigureSpec { x: "shift", y: &["force"], along: Some("increment"), ..Default::default() };
     let figure = Figure::from_table(&table, &spec).unwrap();
     let series = &figure.panels[0].series[0];
-    assert_eq!(series.style, Style::LineAndMarkers);
+    assert_eq!(series.style, Style::Path);
     assert_eq!(series.points[..4], path);
     assert!(series.points[4].0.is_nan(), "a gap between two paths");
     assert_eq!(series.points[5..], path[..2]);
     assert!(!figure.svg().contains("not drawn"));
+    assert_eq!(figure.svg().matches("<circle").count(), 2, "each path is marked where it ends");
     assert!(Figure::from_table(&table, &FigureSpec { along: Some("time"), ..spec }).is_err());
+}
+
+/// In black and white, lines without markers differ in their dashes, and markers in the legend stand at the end as on the path.
+#[test]
+fn lines_without_markers_differ_in_dashes() {
+    for style in [Style::Line, Style::Path] {
+        let mut several = figure(&[(1.0, 1.0), (2.0, 2.0)], false);
+        several.panels[0].series = (0..6).map(|i| Series { style, ..series(&format!("number {i}"), &[(1.0, 1.0), (2.0, 3.0)]) }).collect();
+        let svg = several.svg();
+        let dashes: std::collections::HashSet<&str> =
+            svg.split("stroke-dasharray=\"").skip(1).map(|rest| rest.split('"').next().unwrap()).collect();
+        assert_eq!(dashes.len(), 5, "and one is solid: {dashes:?}");
+    }
+}
+
+#[test]
+fn several_columns_share_an_axis() {
+    let columns = [("mu", ""), ("modulus", "Pa"), ("peak_pressure", "Pa"), ("hertz_peak_pressure", "Pa")];
+    let row = |mu: f64, modulus: f64| vec![mu.into(), modulus.into(), (2.0 * modulus).into(), modulus.into()];
+    let rows = [(0.1, 80e9), (0.2, 80e9), (0.1, 8e9), (0.2, 8e9)].map(|(mu, modulus)| row(mu, modulus));
+    let table = Table::new(columns.map(|(name, unit)| Column::new(name, unit)).to_vec(), rows.to_vec()).unwrap();
+    let labels = [("hertz_peak_pressure", "Hertz's"), ("modulus", "shear modulus"), ("mu", "friction")];
+    let y = ["peak_pressure", "hertz_peak_pressure"];
+    let spec = FigureSpec { x: "mu", y: &y, y_label: "pressure", labels: &labels, ..Default::default() };
+    let labelled = |spec: &FigureSpec<'_>| -> (Figure, Vec<String>) {
+        let figure = Figure::from_table(&table, spec).unwrap();
+        let labels = figure.panels[0].series.iter().map(|series| series.label.clone()).collect();
+        (figure, labels)
+    };
+    let (figure, curves) = labelled(&FigureSpec { panels: Some("modulus"), ..spec.clone() });
+    assert_eq!(curves, ["peak pressure", "Hertz's"]);
+    assert_eq!(figure.panels[1].title, "shear modulus = 80 GPa");
+    assert_eq!(figure.panels[1].series.iter().map(|series| series.style).collect::<Vec<_>>(), [Style::LineAndMarkers, Style::Line]);
+    assert_eq!(figure.panels[1].series[0].points, [(0.1, 160e9), (0.2, 160e9)]);
+    assert_eq!(figure.panels[1].series[1].points, [(0.1, 80e9), (0.2, 80e9)]);
+    assert!(figure.svg().contains(">pressure [GPa]</text>") && figure.svg().contains(">friction</text>"));
+    let (figure, curves) = labelled(&FigureSpec { series: &["modulus"], y_label: "", ..spec });
+    assert_eq!(curves, ["8 GPa, peak pressure", "8 GPa, Hertz's", "80 GPa, peak pressure", "80 GPa, Hertz's"]);
+    assert_eq!((figure.legend.as_str(), figure.panels[0].y.label.as_str()), ("shear modulus", "peak pressure, Hertz's"));
+}
+
+#[test]
+fn a_long_panel_title_is_broken_and_not_cut() {
+    let mut titled = figure(&[(1.0, 1.0), (2.0, 2.0)], false);
+    titled.panels[0].title = "centre of the elastic foundation's domain along the x axis = 0.25 mm".into();
+    let svg = titled.svg();
+    assert!(svg.contains(">= 0.25 mm</text>") && !svg.contains('…'), "{svg}");
 }
 
 #[test]
@@ -107,13 +156,16 @@ fn points_that_have_no_place_are_counted_in_the_figure() {
 
 #[test]
 fn what_cannot_be_drawn_is_refused() {
-    let spec = |x, y| FigureSpec { x, y, ..Default::default() };
+    let spec = |x, y: &'static [&'static str]| FigureSpec { x, y, ..Default::default() };
     let error = |spec: FigureSpec<'_>| Figure::from_table(&table(), &spec).unwrap_err().to_string();
     let mut all = vec![
-        error(spec("mue", "peak_pressure")),
-        error(spec("mu", "status")),
-        error(FigureSpec { log_x: true, ..spec("status", "mu") }),
-        error(FigureSpec { panels: Some("mash"), ..spec("mu", "peak_pressure") }),
+        error(spec("mue", &["peak_pressure"])),
+        error(spec("mu", &["status"])),
+        error(FigureSpec { log_x: true, ..spec("status", &["mu"]) }),
+        error(FigureSpec { panels: Some("mash"), ..spec("mu", &["peak_pressure"]) }),
+        error(spec("mesh", &[])),
+        error(spec("mesh", &["mu", "poisson", "peak_pressure"])),
+        error(spec("mu", &["peak_pressure", "status"])),
     ];
     let negative = Table::new(
         vec![Column::new("x", ""), Column::new("y", "")],
@@ -121,14 +173,14 @@ fn what_cannot_be_drawn_is_refused() {
     )
     .unwrap();
     let error = |table: &Table, spec: FigureSpec<'_>| Figure::from_table(table, &spec).unwrap_err().to_string();
-    all.push(error(&negative, FigureSpec { log_y: true, ..spec("x", "y") }));
-    all.push(error(&negative, FigureSpec { panels: Some("x"), ..spec("x", "y") }));
-    all.push(error(&negative, FigureSpec { series: &["x"], ..spec("x", "y") }));
+    all.push(error(&negative, FigureSpec { log_y: true, ..spec("x", &["y"]) }));
+    all.push(error(&negative, FigureSpec { panels: Some("x"), ..spec("x", &["y"]) }));
+    all.push(error(&negative, FigureSpec { series: &["x"], ..spec("x", &["y"]) }));
     let empty = Table::new(negative.columns().to_vec(), vec![vec![Cell::Missing, 1.0.into()]]).unwrap();
-    all.push(error(&empty, spec("x", "y")));
+    all.push(error(&empty, spec("x", &["y"])));
     insta::assert_snapshot!(all.join("\n"));
     let none = Table::new(negative.columns().to_vec(), vec![]).unwrap();
-    let error = Figure::from_table(&none, &spec("x", "y")).unwrap_err();
+    let error = Figure::from_table(&none, &spec("x", &["y"])).unwrap_err();
     assert!(matches!(error, FigureError::NothingToDraw { rows: 0, .. }));
 }
 
@@ -186,7 +238,7 @@ fn coordinate() -> impl Strategy<Value = f64> {
 }
 
 fn figures() -> impl Strategy<Value = Figure> {
-    let style = prop_oneof![Just(Style::LineAndMarkers), Just(Style::Line), Just(Style::Markers)];
+    let style = prop_oneof![Just(Style::LineAndMarkers), Just(Style::Line), Just(Style::Path), Just(Style::Markers)];
     let one = (any::<String>(), proptest::collection::vec((coordinate(), coordinate()), 0..60), style)
         .prop_map(|(label, points, style)| Series { label, points, style });
     let axis = ("\\PC{0,40}", proptest::sample::select(&["", "1", "Pa", "m", "N/m", "m²", "s"][..]), any::<bool>(), 0usize..4).prop_map(
@@ -228,7 +280,7 @@ proptest! {
         let cells = |(x, y, s): (f64, Option<f64>, i64)| vec![x.into(), y.map_or(Cell::Missing, Cell::Number), s.into()];
         let columns = ["x", "y", "s"].map(|name| Column::new(name, "Pa")).to_vec();
         let table = Table::new(columns, rows.into_iter().map(cells).collect()).unwrap();
-        let spec = FigureSpec { x: "x", y: "y", series: &["s"], panels: Some("s"), log_x, log_y, ..Default::default() };
+        let spec = FigureSpec { x: "x", y: &["y"], series: &["s"], panels: Some("s"), log_x, log_y, ..Default::default() };
         if let Ok(figure) = Figure::from_table(&table, &spec) {
             let svg = figure.svg();
             prop_assert!(!svg.contains("NaN"));

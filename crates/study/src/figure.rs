@@ -1,20 +1,42 @@
-//! The figure that answers a study's question: which column over which, one curve for each of which, side by side.
+//! The figures that answer a study's question: which columns over which, one curve for each of which, side by side.
+//!
+//! ```toml
+//! [[figure]]                  # or [figure], if there is only one
+//! x = "mu"
+//! y = ["peak_pressure", "hertz_peak_pressure"]     # or one column
+//! series = ["mesh"]           # one curve for each value; if left out, for each combination of the axes left over
+//! panels = "punch"            # one panel for each value
+//! log_x = true                # log_y likewise; neither if left out
+//!
+//! [[figure]]
+//! name = "loop"               # in the name of its file; its number if left out
+//! title = "A closed loop"     # above it; the study's question if left out
+//! steps = true                # every increment is a point, joined along the loading path
+//! x = "at_shift_x"
+//! y = "force_x"
+//! ```
 
-use toml::de::DeValue;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 
 use crate::axis::{Axis, Group};
 use crate::columns::{Column, along_path, find};
-use crate::error::Problem;
+use crate::error::{Problem, Span};
+use crate::file::refuse_file_name;
 use crate::key::nearest;
 use crate::read::{self, Node, entries};
 
-/// A figure; all names are columns.
+/// A figure; all names but its own are columns.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Figure {
+    /// Its name, unique in the study: the file's, else its number counted from 1.
+    pub name: String,
+    /// What stands above it instead of the study's question; empty for nothing.
+    pub title: Option<String>,
     /// The column along the abscissa; numeric.
     pub x: String,
-    /// The column along the ordinate; numeric.
-    pub y: String,
+    /// The columns along the ordinate; numeric, of one unit, at least one.
+    pub y: Vec<String>,
     /// One curve for each combination of these columns' values.
     pub series: Vec<String>,
     /// One panel for each value of this column.
@@ -27,14 +49,71 @@ pub struct Figure {
     pub log_y: bool,
 }
 
-const KEYS: &[&str] = &["x", "y", "series", "panels", "steps", "log_x", "log_y"];
+/// The name of the figure that stands for a study.
+const FIRST: &str = "1";
 
-/// Reads `[figure]`; `columns` are the study's. Without `series` there is one curve for each combination of the axes left over.
-pub(crate) fn read_figure(node: &Node<'_>, groups: &[Group], columns: &[Column], problems: &mut Vec<Problem>) -> Option<Figure> {
-    let DeValue::Table(table) = node.get_ref() else {
-        problems.push(read::mistyped("figure", node, &format!("a table with the keys `{}`", KEYS.join("`, `"))));
-        return None;
+impl Figure {
+    /// A figure of columns and nothing else.
+    pub fn new(x: String, y: Vec<String>) -> Self {
+        let (series, panels) = (Vec::new(), None);
+        Figure { name: FIRST.to_owned(), title: None, x, y, series, panels, steps: false, log_x: false, log_y: false }
+    }
+
+    /// The name of its files without ending: the study's, with the figure's unless that is only the number of the first.
+    pub fn stem(&self, study: &str) -> String {
+        if self.name == FIRST { study.to_owned() } else { format!("{study}-{}", self.name) }
+    }
+}
+
+const KEYS: &[&str] = &["name", "title", "x", "y", "series", "panels", "steps", "log_x", "log_y"];
+
+/// Reads `[figure]` or every `[[figure]]`; `columns` are the study's.
+pub(crate) fn read_figures(node: &Node<'_>, groups: &[Group], columns: &[Column], problems: &mut Vec<Problem>) -> Vec<Figure> {
+    let nodes: Vec<&Node<'_>> = match node.get_ref() {
+        DeValue::Array(figures) => figures.iter().collect(),
+        _ => vec![node],
     };
+    let mut figures: Vec<Figure> = Vec::new();
+    let mut places: Vec<(String, Span)> = Vec::new();
+    for (index, node) in nodes.into_iter().enumerate() {
+        let DeValue::Table(table) = node.get_ref() else {
+            problems.push(read::mistyped(
+                "figure",
+                node,
+                &format!("a table with the keys `{}`, or a list of such tables", KEYS.join("`, `")),
+            ));
+            continue;
+        };
+        let span = table.get("name").map_or(node.span(), Spanned::span);
+        let name = match table.get("name") {
+            None => Some((index + 1).to_string()),
+            Some(node) => match read::text("figure.name", node) {
+                Ok(name) => {
+                    problems.extend(refuse_file_name(&name, "a figure", node));
+                    Some(name)
+                }
+                Err(problem) => {
+                    problems.push(problem);
+                    None
+                }
+            },
+        };
+        if let Some(name) = &name {
+            if let Some((_, first)) = places.iter().find(|(other, _)| other == name) {
+                let problem = Problem::new(span.clone(), format!("two figures are called `{name}`"), "needs a name of its own");
+                problems.push(problem.context(first.clone(), "the first, by its name or number"));
+            }
+            places.push((name.clone(), span));
+        }
+        if let (Some(figure), Some(name)) = (read_figure(node.span(), table, groups, columns, problems), name) {
+            figures.push(Figure { name, ..figure });
+        }
+    }
+    figures
+}
+
+/// Reads one figure but for its name. Without `series` there is one curve for each combination of the axes left over.
+fn read_figure(span: Span, table: &DeTable<'_>, groups: &[Group], columns: &[Column], problems: &mut Vec<Problem>) -> Option<Figure> {
     for (name, _) in entries(table).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref())) {
         problems.push(read::unknown(name.get_ref(), name.span(), "`[figure]`", KEYS));
     }
@@ -43,13 +122,15 @@ pub(crate) fn read_figure(node: &Node<'_>, groups: &[Group], columns: &[Column],
         read::switch(&format!("figure.{name}"), node).map_err(|problem| problems.push(problem)).ok()
     };
     let (log_x, log_y, steps) = (switch("log_x"), switch("log_y"), switch("steps").unwrap_or(false));
+    let title = table.get("title").and_then(|node| read::text("figure.title", node).map_err(|problem| problems.push(problem)).ok());
     let columns = if steps { &along_path(columns.to_vec()) } else { columns };
     let mut column = |name: &str, numeric: bool| {
         let node = table.get(name)?;
         let read = column_name(&format!("figure.{name}"), node, columns, numeric);
         read.map_err(|problem| problems.push(problem)).ok()
     };
-    let (x, y, panels) = (column("x", true), column("y", true), column("panels", false));
+    let (x, panels) = (column("x", true), column("panels", false));
+    let y = table.get("y").and_then(|node| read_y(node, columns, problems));
     let series = table.get("series").map(|node| match node.get_ref() {
         DeValue::Array(names) => {
             let read = names.iter().map(|node| column_name("figure.series", node, columns, false));
@@ -60,20 +141,54 @@ pub(crate) fn read_figure(node: &Node<'_>, groups: &[Group], columns: &[Column],
             Vec::new()
         }
     });
-    let mut require = |name: &str, found: Option<String>| {
-        if found.is_none() && !table.contains_key(name) {
-            problems.push(Problem::new(
-                node.span(),
-                format!("the figure has no `{name}`"),
-                format!("needs {name} = \"…\", a column of numbers"),
-            ));
+    for name in ["x", "y"] {
+        if !table.contains_key(name) {
+            let expected = format!("needs {name} = \"…\", a column of numbers");
+            problems.push(Problem::new(span.clone(), format!("the figure has no `{name}`"), expected));
         }
-        found
-    };
-    let (x, y) = (require("x", x)?, require("y", y)?);
+    }
+    let (x, y) = (x?, y?);
     let others = firsts(groups).map(|axis| axis.column().into_owned()).filter(|name| *name != x && panels.as_ref() != Some(name));
     let series = series.unwrap_or_else(|| others.collect());
-    Some(Figure { x, y, series, panels, steps, log_x: log_x.unwrap_or(false), log_y: log_y.unwrap_or(false) })
+    let (log_x, log_y) = (log_x.unwrap_or(false), log_y.unwrap_or(false));
+    Some(Figure { title, series, panels, steps, log_x, log_y, ..Figure::new(x, y) })
+}
+
+/// Reads a column or a list of columns of one unit; `None` if nothing is right in it.
+fn read_y(node: &Node<'_>, columns: &[Column], problems: &mut Vec<Problem>) -> Option<Vec<String>> {
+    let nodes: Vec<&Node<'_>> = match node.get_ref() {
+        DeValue::Array(names) => names.iter().collect(),
+        _ => vec![node],
+    };
+    if nodes.is_empty() {
+        problems.push(Problem::new(node.span(), "`figure.y` is an empty list", "must be a column or a list of columns of numbers"));
+    }
+    let mut names: Vec<(String, Span)> = Vec::new();
+    for node in nodes {
+        let name = match column_name("figure.y", node, columns, true) {
+            Ok(name) => name,
+            Err(problem) => {
+                problems.push(problem);
+                continue;
+            }
+        };
+        let unit = |name: &str| find(columns, name).map_or("", Column::unit);
+        let in_words = |unit: &str| if unit.is_empty() { "a pure number".to_owned() } else { format!("in {unit}") };
+        if let Some((first, place)) = names.first() {
+            let (wanted, found) = (unit(first), unit(&name));
+            if names.iter().any(|(other, _)| *other == name) {
+                problems.push(Problem::new(node.span(), format!("`figure.y`: `{name}` is listed twice"), "once is enough"));
+            } else if wanted != found {
+                let message = format!("`figure.y`: `{first}` and `{name}` cannot share an axis");
+                let problem = Problem::new(node.span(), message, format!("is {}", in_words(found)));
+                problems.push(
+                    problem.context(place.clone(), format!("is {}", in_words(wanted))).help("give each unit a [[figure]] of its own"),
+                );
+            }
+        }
+        names.push((name, node.span()));
+    }
+    (!names.is_empty()).then(|| names.into_iter().map(|(name, _)| name).collect())
 }
 
 fn column_name(what: &str, node: &Node<'_>, columns: &[Column], numeric: bool) -> Result<String, Problem> {
@@ -111,5 +226,5 @@ pub(crate) fn default(groups: &[Group]) -> Option<Figure> {
     let panels = others().find(|axis| !axis.is_numeric()).map(|axis| axis.column().into_owned());
     let series = others().map(|axis| axis.column().into_owned()).filter(|name| Some(name) != panels.as_ref()).collect();
     let y = if x.column() == "mu" { "stick_fraction" } else { "load" };
-    Some(Figure { x: x.column().into_owned(), y: y.to_owned(), series, panels, steps: false, log_x: x.is_log(), log_y: false })
+    Some(Figure { series, panels, log_x: x.is_log(), ..Figure::new(x.column().into_owned(), vec![y.to_owned()]) })
 }

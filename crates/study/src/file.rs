@@ -20,7 +20,7 @@
 //! [sweep]                     # see `axis`
 //! "friction.mu" = { from = 0.05, to = 0.8, count = 16 }
 //!
-//! [figure]                    # see `figure`; without it a study has one of its own
+//! [figure]                    # see `figure`; also [[figure]], several times; without it a study has one of its own
 //! x = "mu"
 //! y = "stick_fraction"
 //! ```
@@ -58,7 +58,7 @@ pub struct Study {
     name: String,
     question: String,
     kind: Kind,
-    figure: Option<Figure>,
+    figures: Vec<Figure>,
     groups: Vec<Group>,
     base: Vec<(Key, Given)>,
     places: TablePlaces,
@@ -115,9 +115,9 @@ impl Study {
         self.kind
     }
 
-    /// The figure that answers the question: the file's, else one that its axes suggest, if they do.
-    pub fn figure(&self) -> Option<&Figure> {
-        self.figure.as_ref()
+    /// The figures that answer the question: the file's, else one that its axes suggest, if they do.
+    pub fn figures(&self) -> &[Figure] {
+        &self.figures
     }
 
     /// The groups of axes, the last one fastest.
@@ -344,9 +344,9 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     let groups = root.get("sweep").map(|node| axis::read_sweep(text, node, &mut problems)).unwrap_or_default();
     axis::refuse_absent(&groups, &base, &mut problems);
     let columns = columns::columns(groups.iter().flat_map(Group::axes), keys(&base, &groups));
-    let figure = match root.get("figure") {
-        Some(node) => figure::read_figure(node, &groups, &columns, &mut problems),
-        None => figure::default(&groups),
+    let figures = match root.get("figure") {
+        Some(node) => figure::read_figures(node, &groups, &columns, &mut problems),
+        None => figure::default(&groups).into_iter().collect(),
     };
     if !problems.is_empty() {
         return Err(problems);
@@ -355,7 +355,7 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
         name,
         question,
         kind,
-        figure,
+        figures,
         points: axis::count(&groups).unwrap_or(0),
         groups,
         base,
@@ -404,13 +404,18 @@ fn read_name(root: &DeTable<'_>, problems: &mut Vec<Problem>) -> String {
         return String::new();
     };
     let name = read_text(root, "name", problems).unwrap_or_default();
-    let legal = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
-    let is_name = name.starts_with(|c: char| c.is_ascii_alphanumeric()) && name.chars().all(legal) && name.len() <= 64;
-    if !is_name && matches!(node.get_ref(), DeValue::String(_)) {
-        let expected = "must be 1 to 64 letters, digits, `-`, `_` or `.`, the first a letter or a digit";
-        problems.push(Problem::new(node.span(), format!("`{name}` cannot name a study"), expected));
+    if matches!(node.get_ref(), DeValue::String(_)) {
+        problems.extend(refuse_file_name(&name, "a study", node));
     }
     name
+}
+
+/// The problem of a name that is not fit for a file, if it is not; `what` it names with its article.
+pub(crate) fn refuse_file_name(name: &str, what: &str, node: &read::Node<'_>) -> Option<Problem> {
+    let legal = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    let is_name = name.starts_with(|c: char| c.is_ascii_alphanumeric()) && name.chars().all(legal) && name.len() <= 64;
+    let expected = "must be 1 to 64 letters, digits, `-`, `_` or `.`, the first a letter or a digit";
+    (!is_name).then(|| Problem::new(node.span(), format!("`{name}` cannot name {what}"), expected))
 }
 
 fn read_kind(root: &DeTable<'_>, problems: &mut Vec<Problem>) -> Kind {

@@ -29,6 +29,7 @@ pub mod figure;
 pub mod file;
 pub mod job;
 pub mod key;
+pub mod label;
 pub mod profile;
 mod read;
 pub mod record;

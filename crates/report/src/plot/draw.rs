@@ -19,6 +19,10 @@ const SAMPLE: f64 = 26.0;
 const WIDEST_ENTRY: f64 = 190.0;
 /// With more points than this, not every one is marked.
 const MARKED: usize = 40;
+/// Of lines whose points are not marked, so that they are told apart in black and white too.
+const DASHES: [&str; 6] = ["", "6 3", "2 2", "8 2.5 2 2.5", "12 3", "8 2 2 2 2 2"];
+/// Between the lines of a panel's title.
+const TITLE_LINE: f64 = LABEL_SIZE + 3.0;
 
 /// An axis with its values in the unit that is written.
 struct Prepared {
@@ -66,6 +70,17 @@ struct Entry<'a> {
     style: Style,
 }
 
+impl<'a> Entry<'a> {
+    /// The `index`-th entry.
+    fn new(index: usize, series: &'a Series) -> Entry<'a> {
+        let mut look = Look::of(index);
+        if matches!(series.style, Style::Line | Style::Path) {
+            look.dash = DASHES[index % DASHES.len()];
+        }
+        Entry { label: &series.label, look, style: series.style }
+    }
+}
+
 impl Figure {
     /// The figure as SVG, in pixels of 1/96 inch; always a readable picture, whatever the points are.
     pub fn svg(&self) -> String {
@@ -94,8 +109,8 @@ impl Figure {
 
         let beside = axes.iter().map(|(_, y)| y.drawn.room_beside(height)).fold(0.0, f64::max);
         let below = axes.iter().map(|(x, _)| x.drawn.room_below(width)).fold(0.0, f64::max);
-        let headed = self.panels.iter().any(|p| !p.title.is_empty());
-        let above = if headed { LABEL_SIZE + 9.0 } else { 6.0 };
+        let headings: Vec<Vec<String>> = self.panels.iter().map(|panel| heading(&panel.title, width)).collect();
+        let above = 6.0 + headings.iter().map(Vec::len).max().unwrap_or(0) as f64 * TITLE_LINE;
         let pitch = width + if shared_y { NARROW } else { NARROW + beside };
         let left = MARGIN + beside;
         let right = left + pitch * (columns as f64 - 1.0) + width;
@@ -114,9 +129,9 @@ impl Figure {
         for (i, (panel, (x, y))) in self.panels.iter().zip(&axes).enumerate() {
             let (row, column) = (i / columns, i % columns);
             let frame = Rect { x: left + column as f64 * pitch, y: top + above + row as f64 * (above + height + below), width, height };
-            if !panel.title.is_empty() {
-                let title = shorten(&panel.title, width, LABEL_SIZE);
-                drawing.text((frame.x + width / 2.0, frame.y - 6.0), LABEL_SIZE, Anchor::Middle, &title);
+            for (line, text) in headings[i].iter().rev().enumerate() {
+                let at = (frame.x + width / 2.0, frame.y - 6.0 - line as f64 * TITLE_LINE);
+                drawing.text(at, LABEL_SIZE, Anchor::Middle, text);
             }
             axis::grid(&mut drawing, frame, &x.drawn, &y.drawn);
             axis::below(&mut drawing, frame, &x.drawn, true);
@@ -146,10 +161,20 @@ impl Figure {
         let mut entries: Vec<Entry<'_>> = Vec::new();
         for series in self.panels.iter().flat_map(|p| &p.series) {
             if !entries.iter().any(|e| e.label == series.label) {
-                entries.push(Entry { label: &series.label, look: Look::of(entries.len()), style: series.style });
+                entries.push(Entry::new(entries.len(), series));
             }
         }
         entries
+    }
+}
+
+/// The title of a panel in lines; one that is too long is broken before its value, if it has one, and not within.
+fn heading(title: &str, width: f64) -> Vec<String> {
+    match title.rsplit_once(" = ") {
+        Some((name, value)) if text_width(title, LABEL_SIZE) > width => {
+            [name, &format!("= {value}")].map(|line| shorten(line, width, LABEL_SIZE)).to_vec()
+        }
+        _ => wrap(title, width, LABEL_SIZE, 2),
     }
 }
 
@@ -196,7 +221,12 @@ fn curve(drawing: &mut Drawing, series: &Series, places: &[Option<(f64, f64)>], 
                 // Writing to a string does not fail.
                 let _ = write!(path, "{}{} {}", if i == 0 { "M" } else { "L" }, n(x), n(y));
                 let alone = run.len() == 1;
-                if alone || (series.style == Style::LineAndMarkers && (start + i).is_multiple_of(every)) {
+                let marked = match series.style {
+                    Style::LineAndMarkers => (start + i).is_multiple_of(every),
+                    Style::Path => i + 1 == run.len(),
+                    Style::Line | Style::Markers => false,
+                };
+                if alone || marked {
                     markers.push((x, y));
                 }
             }
@@ -266,8 +296,10 @@ impl<'a> Legend<'a> {
                     entry.look.dash_attribute()
                 ));
             }
-            if entry.style != Style::Line {
-                drawing.push(&entry.look.marker(x + SAMPLE / 2.0, y));
+            match entry.style {
+                Style::Line => {}
+                Style::Path => drawing.push(&entry.look.marker(x + SAMPLE, y)),
+                Style::LineAndMarkers | Style::Markers => drawing.push(&entry.look.marker(x + SAMPLE / 2.0, y)),
             }
             drawing.text((x + SAMPLE + 7.0, y + TICK_SIZE * 0.36), TICK_SIZE, Anchor::Start, label);
         }

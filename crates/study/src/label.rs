@@ -1,0 +1,159 @@
+//! What columns are called in pictures: `layer0_thickness` is "thickness of layer 0".
+//!
+//! A name is made of words, so most labels are the words of the name; the rest stand in a list here.
+
+use crate::columns::{Column, Kind};
+use crate::units::Dimension;
+
+/// Labels that are not the words of the name; those of keys of layers and steps without what says which.
+const LABELS: &[(&str, &str)] = &[
+    ("poisson", "Poisson's ratio"),
+    ("layers", "number of layers"),
+    ("punch_shear_modulus", "shear modulus of the punch"),
+    ("punch_poisson", "Poisson's ratio of the punch"),
+    ("radius_x", "radius of curvature along x"),
+    ("radius_y", "radius of curvature along y"),
+    ("angle", "angle of the cone"),
+    ("flange_back_to_origin", "distance from flange back to origin"),
+    ("lateral", "lateral displacement"),
+    ("mu", "coefficient of friction"),
+    ("domain_width_x", "width of Ω along x"),
+    ("domain_width_y", "width of Ω along y"),
+    ("domain_center_x", "x of the centre of Ω"),
+    ("domain_center_y", "y of the centre of Ω"),
+    ("steps", "number of load steps"),
+    ("cycle_from", "first step of the cycle"),
+    ("cycles", "number of cycles"),
+    ("epsilon", "regularisation ε"),
+    ("ceiling", "pressure ceiling"),
+    ("max_iterations", "most iterations"),
+    ("step", "load step"),
+    ("contact_x", "x of the centre of pressure"),
+    ("contact_y", "y of the centre of pressure"),
+    ("patches", "number of patches"),
+    ("sole_area", "area of the sole"),
+    ("energy", "elastic energy"),
+    ("dissipation", "energy lost to friction in the increment"),
+    ("total_dissipation", "energy lost to friction"),
+    ("cycle_dissipation", "energy lost per cycle"),
+    ("external_work", "work in the increment"),
+    ("hertz_a", "Hertz's larger semi-axis"),
+    ("hertz_b", "Hertz's smaller semi-axis"),
+    ("hertz_area", "Hertz's contact area"),
+    ("hertz_peak_pressure", "Hertz's peak pressure"),
+    ("hertz_approach", "Hertz's approach"),
+    ("track_x", "x of the contact in the track"),
+    ("track_y", "y of the contact in the track"),
+    ("track_z", "z of the contact in the track"),
+    ("rail_y", "y of the contact on the rail"),
+    ("rail_z", "z of the contact on the rail"),
+    ("track_pressure_x", "x of the centre of pressure in the track"),
+    ("track_pressure_y", "y of the centre of pressure in the track"),
+    ("track_pressure_z", "z of the centre of pressure in the track"),
+    ("mesh_x", "elements along x"),
+    ("mesh_y", "elements along y"),
+    ("element_x", "element size along x"),
+    ("element_y", "element size along y"),
+    ("tension", "largest tension, relative"),
+    ("penetration", "largest penetration, relative"),
+    ("seconds", "solving time"),
+    ("finished", "time of finishing"),
+];
+
+/// What a column is called beside the `others` of its table.
+pub fn label(column: &Column, others: &[Column]) -> String {
+    let name = column.name.as_ref();
+    if let Some((index, key)) = indexed(name, "layer") {
+        return format!("{} of layer {index}", words(key));
+    }
+    if let Some((index, key)) = indexed(name, "step") {
+        return format!("{} in step {index}", words(key));
+    }
+    // a motion that was reached; one that is prescribed is the same quantity
+    let reached = name.strip_prefix("at_").filter(|_| column.kind == Kind::Observable);
+    let layered = others.iter().any(|other| indexed(&other.name, "layer").is_some());
+    match reached.unwrap_or(name) {
+        // without layers there is one foundation
+        key @ ("shear_modulus" | "poisson") if layered => format!("{} of the base", words(key)),
+        other => words(other),
+    }
+}
+
+/// What quantities of a dimension have in common, in a word.
+pub fn quantity_name(dimension: Dimension) -> &'static str {
+    let noun = dimension.noun();
+    noun.split_once(' ').map_or(noun, |(_, name)| name)
+}
+
+/// Splits `layer0_thickness` into `0` and `thickness`.
+fn indexed<'n>(name: &'n str, list: &str) -> Option<(&'n str, &'n str)> {
+    let (index, key) = name.strip_prefix(list)?.split_once('_')?;
+    (!index.is_empty() && index.bytes().all(|byte| byte.is_ascii_digit())).then_some((index, key))
+}
+
+fn words(name: &str) -> String {
+    if let Some((_, label)) = LABELS.iter().find(|(known, _)| *known == name) {
+        return (*label).to_owned();
+    }
+    match name.rsplit_once('_') {
+        Some((rest @ ("tilt" | "moment"), axis)) => format!("{rest} about {axis}"),
+        Some((rest, axis @ ("x" | "y" | "z"))) => format!("{} along {axis}", rest.replace('_', " ")),
+        _ => name.replace('_', " "),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::{HashMap, HashSet};
+
+    use super::*;
+    use crate::columns::{along_path, columns};
+    use crate::key::Key;
+
+    #[test]
+    fn no_two_columns_of_one_study_are_called_the_same() {
+        let layered = columns([], Key::all(|_| 12));
+        let bare = columns([], Key::all(|_| 0));
+        for columns in [along_path(layered.clone()), layered, bare] {
+            let mut called = HashMap::new();
+            for column in &columns {
+                let label = label(column, &columns);
+                assert!(!label.contains('_') && !label.is_empty(), "{label}");
+                // a motion that is prescribed and the same when it was reached are one quantity
+                let before = called.insert((label.clone(), column.name.starts_with("at_")), column.name.clone());
+                assert!(before.is_none(), "{before:?} and {} are both called {label}", column.name);
+            }
+        }
+    }
+
+    #[test]
+    fn every_label_in_the_list_belongs_to_a_column() {
+        let all = along_path(columns([], Key::all(|_| 1)));
+        let names: HashSet<&str> =
+            all.iter().map(|column| indexed(&column.name, "layer").map_or(column.name.as_ref(), |(_, key)| key)).collect();
+        for (name, _) in LABELS {
+            assert!(names.contains(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn labels_read_well() {
+        let columns = along_path(columns([], Key::all(|_| 12)));
+        for (name, expected) in [
+            ("layer0_thickness", "thickness of layer 0"),
+            ("layer11_poisson", "Poisson's ratio of layer 11"),
+            ("poisson", "Poisson's ratio of the base"),
+            ("step1_force_x", "force along x in step 1"),
+            ("step2_moment_z", "moment about z in step 2"),
+            ("at_shift_x", "shift along x"),
+            ("at_tilt_y", "tilt about y"),
+            ("stick_fraction", "stick fraction"),
+            ("mu", "coefficient of friction"),
+        ] {
+            let column = columns.iter().find(|column| column.name == name).unwrap();
+            assert_eq!(label(column, &columns), expected);
+        }
+        let bare = crate::columns::columns([], Key::all(|_| 0));
+        assert_eq!(label(bare.iter().find(|column| column.name == "poisson").unwrap(), &bare), "Poisson's ratio");
+    }
+}
