@@ -52,6 +52,8 @@ pub struct Series {
     pub points: Vec<(f64, f64)>,
     /// How it is drawn.
     pub style: Style,
+    /// Series with the same number here share a colour, and differ in style or dashes; without one a series has its own colour.
+    pub kin: Option<usize>,
 }
 
 /// How a series is drawn. Colour, marker and, where markers do not tell lines apart, dashes follow from its place in the legend.

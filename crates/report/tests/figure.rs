@@ -8,7 +8,7 @@ fn axis(label: &str, unit: &str, log: bool) -> Axis {
 }
 
 fn series(label: &str, points: &[(f64, f64)]) -> Series {
-    Series { label: label.into(), points: points.to_vec(), style: Style::default() }
+    Series { label: label.into(), points: points.to_vec(), style: Style::default(), kin: None }
 }
 
 fn figure(points: &[(f64, f64)], log: bool) -> Figure {
@@ -125,6 +125,19 @@ fn several_columns_share_an_axis() {
     assert!(figure.svg().contains(">pressure [GPa]</text>") && figure.svg().contains(">friction</text>"));
     let (figure, curves) = labelled(&FigureSpec { series: &["modulus"], y_label: "", ..spec });
     assert_eq!(curves, ["8 GPa, peak pressure", "8 GPa, Hertz's", "80 GPa, peak pressure", "80 GPa, Hertz's"]);
+    let colours: Vec<(&str, bool)> = figure
+        .svg()
+        .lines()
+        .filter(|line| line.starts_with("<path") && line.contains("h26"))
+        .map(|line| (if line.contains("#0072B2") { "blue" } else { "other" }, line.contains("dasharray")))
+        .collect();
+    assert_eq!(colours, [("blue", false), ("blue", true), ("other", false), ("other", true)], "one colour for each modulus");
+    let marked = FigureSpec { x: "peak_pressure", series: &["mu"], y: &y, ..Default::default() };
+    assert!(labelled(&marked).0.panels[0].series.iter().all(|series| series.kin.is_some()));
+    let twice = Table::new(table.columns().to_vec(), [table.rows(), table.rows()].concat()).unwrap();
+    let figure_of_markers = Figure::from_table(&twice, &marked).unwrap();
+    let marks = &figure_of_markers.panels[0].series;
+    assert!(marks.iter().all(|series| series.style == Style::Markers && series.kin.is_none()), "markers alone differ in colour");
     assert_eq!((figure.legend.as_str(), figure.panels[0].y.label.as_str()), ("shear modulus", "peak pressure, Hertz's"));
 }
 
@@ -239,8 +252,8 @@ fn coordinate() -> impl Strategy<Value = f64> {
 
 fn figures() -> impl Strategy<Value = Figure> {
     let style = prop_oneof![Just(Style::LineAndMarkers), Just(Style::Line), Just(Style::Path), Just(Style::Markers)];
-    let one = (any::<String>(), proptest::collection::vec((coordinate(), coordinate()), 0..60), style)
-        .prop_map(|(label, points, style)| Series { label, points, style });
+    let one = (any::<String>(), proptest::collection::vec((coordinate(), coordinate()), 0..60), style, proptest::option::of(0usize..9))
+        .prop_map(|(label, points, style, kin)| Series { label, points, style, kin });
     let axis = ("\\PC{0,40}", proptest::sample::select(&["", "1", "Pa", "m", "N/m", "m²", "s"][..]), any::<bool>(), 0usize..4).prop_map(
         |(label, unit, log, n)| Axis {
             label,

@@ -68,16 +68,18 @@ struct Entry<'a> {
     label: &'a str,
     look: Look,
     style: Style,
+    kin: Option<usize>,
 }
 
 impl<'a> Entry<'a> {
-    /// The `index`-th entry.
-    fn new(index: usize, series: &'a Series) -> Entry<'a> {
-        let mut look = Look::of(index);
+    /// The entry after those `before`.
+    fn after(before: &[Entry<'_>], series: &'a Series) -> Entry<'a> {
+        let mut look = Look::of(series.kin.unwrap_or(before.len()));
         if matches!(series.style, Style::Line | Style::Path) {
-            look.dash = DASHES[index % DASHES.len()];
+            let alike = if series.kin.is_some() { before.iter().filter(|e| e.kin == series.kin).count() } else { before.len() };
+            look.dash = DASHES[alike % DASHES.len()];
         }
-        Entry { label: &series.label, look, style: series.style }
+        Entry { label: &series.label, look, style: series.style, kin: series.kin }
     }
 }
 
@@ -161,7 +163,7 @@ impl Figure {
         let mut entries: Vec<Entry<'_>> = Vec::new();
         for series in self.panels.iter().flat_map(|p| &p.series) {
             if !entries.iter().any(|e| e.label == series.label) {
-                entries.push(Entry::new(entries.len(), series));
+                entries.push(Entry::after(&entries, series));
             }
         }
         entries

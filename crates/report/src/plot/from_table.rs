@@ -231,7 +231,9 @@ impl Figure {
                 let rows: Vec<usize> = (0..places.len()).filter(mine).collect();
                 for (which, (name, y)) in spec.y.iter().zip(&values).enumerate().filter(|_| !rows.is_empty()) {
                     let (points, style) = curve(&rows, which, y);
-                    curves.push(Series { label: spec.curve(values_label, name), points, style });
+                    // of several columns for several values, a colour tells the value and a line the column
+                    let kin = (ys.len() > 1 && series_labels.len() > 1 && style != Style::Markers).then_some(index);
+                    curves.push(Series { label: spec.curve(values_label, name), points, style, kin });
                 }
             }
             let title = match (spec.panels, panels.and_then(|column| text_in(table, column))) {
