@@ -135,6 +135,11 @@ impl Torus {
         self.x.length / 2 + 1
     }
 
+    /// From one column of a tile to the next: off powers of two, where they would all compete for the same lines of the cache.
+    fn stride(&self) -> usize {
+        self.y.length + TILE
+    }
+
     fn tiles(&self) -> usize {
         self.columns().div_ceil(TILE)
     }
@@ -157,7 +162,7 @@ impl Torus {
             self.column_forward.get_inplace_scratch_len(),
             self.column_backward.get_inplace_scratch_len(),
         ];
-        let columns = (fields * TILE * self.y.length).max(self.columns());
+        let columns = (fields * TILE * self.stride()).max(self.columns());
         [columns, transforms.into_iter().max().unwrap_or(0)]
     }
 
@@ -255,24 +260,28 @@ impl Torus {
         let (spectrum, rows) = (&*work.spectrum, F * self.y.elements);
         share(work.tiles, rows * TILE, &mut work.slots, |at, tile, slot| {
             let columns = at * TILE..self.columns().min((at + 1) * TILE);
-            let buffer = &mut slot.columns[..F * columns.len() * self.y.length];
+            let buffer = &mut slot.columns[..F * columns.len() * self.stride()];
             self.load(directions, columns.clone(), spectrum, buffer);
-            self.column_forward.process_with_scratch(buffer, slot.transform);
-            for (column, at) in buffer.chunks_exact_mut(F * self.y.length).zip(columns.clone()) {
+            for column in buffer.chunks_exact_mut(self.stride()) {
+                self.column_forward.process_with_scratch(&mut column[..self.y.length], slot.transform);
+            }
+            for (column, at) in buffer.chunks_exact_mut(F * self.stride()).zip(columns.clone()) {
                 match self.x.symmetry {
                     None => self.multiply_column(directions, column, symbols.column::<S, 1>(at), &entries),
                     Some(_) => self.multiply_column(directions, column, symbols.column::<S, 2>(at), &entries),
                 }
             }
-            self.column_backward.process_with_scratch(buffer, slot.transform);
+            for column in buffer.chunks_exact_mut(self.stride()) {
+                self.column_backward.process_with_scratch(&mut column[..self.y.length], slot.transform);
+            }
             self.store(directions, columns.len(), buffer, tile);
         });
     }
 
     /// Columns of the spectrum, which has a row for each row of each block, to the places where the transform takes them from.
     fn load(&self, directions: &[Direction], columns: Range<usize>, spectrum: &[Complex<f64>], buffer: &mut [Complex<f64>]) {
-        let (ny, my) = (self.y.elements, self.y.length);
-        for column in buffer.chunks_exact_mut(my) {
+        let (ny, stride) = (self.y.elements, self.stride());
+        for column in buffer.chunks_exact_mut(stride) {
             column[self.y.padding()].fill(Complex::zero());
         }
         for (block, &direction) in directions.iter().enumerate() {
@@ -281,7 +290,7 @@ impl Torus {
                 let from = &spectrum[(block * ny + j) * self.columns()..][columns.clone()];
                 let (place, sign) = (self.y.place(j), if j.is_multiple_of(2) { 1.0 } else { odd });
                 for (c, value) in from.iter().enumerate() {
-                    buffer[(c * directions.len() + block) * my + place] = value * sign;
+                    buffer[(c * directions.len() + block) * stride + place] = value * sign;
                 }
             }
         }
@@ -289,19 +298,19 @@ impl Torus {
 
     /// The reverse of `load`: to a tile with TILE numbers for each row of each block.
     fn store(&self, directions: &[Direction], width: usize, buffer: &[Complex<f64>], tile: &mut [Complex<f64>]) {
-        let (ny, my) = (self.y.elements, self.y.length);
+        let (ny, stride) = (self.y.elements, self.stride());
         for (block, &direction) in directions.iter().enumerate() {
             let odd = self.y.sign(direction, Direction::Y);
             for j in 0..ny {
                 let (place, sign) = (self.y.place(j), if j.is_multiple_of(2) { 1.0 } else { odd });
                 for (c, value) in tile[(block * ny + j) * TILE..][..width].iter_mut().enumerate() {
-                    *value = buffer[(c * directions.len() + block) * my + place] * sign;
+                    *value = buffer[(c * directions.len() + block) * stride + place] * sign;
                 }
             }
         }
     }
 
-    /// Multiplies one column (blocks of the transform's length) by its symbols, two wavenumbers along y at a time.
+    /// Multiplies one column (of every block, a stride apart) by its symbols, two wavenumbers along y at a time.
     ///
     /// With the component along a direction turned by i, as sines are against cosines, every symbol is real and symmetric:
     /// see [`Symbols`] for their order and signs.
@@ -313,8 +322,8 @@ impl Torus {
         entries: &impl Fn([f64; S]) -> [f64; S],
     ) {
         let my = self.y.length;
-        let mut parts = column.chunks_exact_mut(my);
-        let blocks: [&mut [Complex<f64>]; F] = std::array::from_fn(|_| parts.next().unwrap_or_default());
+        let mut parts = column.chunks_exact_mut(self.stride());
+        let blocks: [&mut [Complex<f64>]; F] = std::array::from_fn(|_| parts.next().map_or(Default::default(), |part| &mut part[..my]));
         let along = |direction: Direction| directions.map(|d| d == direction);
         let (x, y) = (along(Direction::X), directions.map(|d| d == Direction::Y));
         for k in 0..=my / 2 {
