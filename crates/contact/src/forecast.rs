@@ -44,16 +44,17 @@ pub fn forecast(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces) -> Resu
 
     let effects = Effects::of(scene, numerics, [layout.nx, layout.ny], surfaces)?;
     let increments: f64 = scene.loading.legs().iter().map(|leg| f64::from(leg.increments)).sum();
-    let unknowns = match numerics.method {
+    let (method, _) = numerics.method.chosen(&scene.loading, [layout.nx, layout.ny]);
+    let unknowns = match method {
         Method::Seidel => 3 * layout.nx * layout.ny,
-        Method::Newton => effects.stages(scene).iter().map(|stage| stage.unknowns([layout.nx, layout.ny])).sum(),
+        Method::Newton | Method::Auto => effects.stages(scene).iter().map(|stage| stage.unknowns([layout.nx, layout.ny])).sum(),
     };
     let assembly = if bodies.layers.is_some() { 0.02 + 2e-6 * elements } else { 4e-7 * elements };
-    let seconds = match numerics.method {
+    let seconds = match method {
         // 3 ns per pair of a receiver and a source in contact, about 0.3·log₁₀(1/tolerance)·√k sweeps (measured on spheres and disks)
         Method::Seidel => 3e-9 * 0.5 * elements * elements * 0.3 * numerics.tolerance.log10().abs() * elements.sqrt(),
         // 50 applications and as many preconditionings of 0.1 µs together for each unknown (measured on spheres up to 128²)
-        Method::Newton => 50.0 * 1e-7 * unknowns as f64,
+        Method::Newton | Method::Auto => 50.0 * 1e-7 * unknowns as f64,
     };
     // table and symbols of the certificate's operator and of the solver's, a dozen whole fields, forty Krylov vectors
     let memory = 8.0 * ((16.0 + 12.0 + 40.0) * elements + 46.0 * unknowns as f64);

@@ -42,6 +42,11 @@ impl Outcome {
         WorkDone { iterations: sum(|work| work.iterations), operator_applications: sum(|work| work.operator_applications) }
     }
 
+    /// The last resort that any increment needed.
+    pub fn way(&self) -> Option<Way> {
+        self.steps.iter().map(|step| step.way).max()
+    }
+
     /// Energy lost to friction along the path \[J\].
     pub fn dissipation(&self) -> f64 {
         self.steps.iter().map(|step| step.observables.dissipation).sum()
@@ -101,6 +106,34 @@ pub struct StepOutcome {
     pub certificate: Certificate,
     /// What it took.
     pub work: WorkDone,
+    /// How it was solved.
+    pub way: Way,
+}
+
+/// The way to a solution: a method, or what it fell back on. Each of the later ones is tried where the one before it fails.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Way {
+    /// Newton's method, with the motions that forces govern among its unknowns.
+    #[default]
+    Newton,
+    /// Newton's method for prescribed motions within one for the forces.
+    NewtonWithinForces,
+    /// The same, with Seidel sweeps where Newton's method does not converge.
+    NewtonAndSeidel,
+    /// Seidel's iteration, within a Newton iteration for the forces where there are any.
+    Seidel,
+}
+
+impl Way {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Way::Newton => "newton",
+            Way::NewtonWithinForces => "newton within forces",
+            Way::NewtonAndSeidel => "newton and seidel",
+            Way::Seidel => "seidel",
+        }
+    }
 }
 
 /// Position of the punch from where it just touches at the origin, with the signs of [`Step`](crate::scene::Step).

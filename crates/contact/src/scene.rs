@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::effect::Effect;
+use crate::loading::Control;
 use crate::punch::Side;
 
 /// A contact scene in SI units.
@@ -430,11 +431,29 @@ pub enum Projection {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
+    /// What suits the scene ([`Method::chosen`]).
+    #[default]
+    Auto,
     /// Alexandrov's nonlinear Seidel iteration, the reference.
     Seidel,
     /// Semismooth Newton from coarse grids to fine ones, with Seidel sweeps where it does not converge.
-    #[default]
     Newton,
+}
+
+impl Method {
+    /// The method that solves a problem of this many elements under these loads, and why: itself, unless it is left to the scene.
+    pub fn chosen(self, loading: &Loading, elements: [usize; 2]) -> (Method, &'static str) {
+        let legs = loading.legs();
+        let prescribed = || legs.iter().flat_map(|leg| leg.target).all(|control| matches!(control, Control::Motion(_)));
+        match self {
+            Method::Auto if elements[0] * elements[1] <= 36 && prescribed() => {
+                (Method::Seidel, "so few elements are swept through faster than a linear system is set up")
+            }
+            Method::Auto if prescribed() => (Method::Newton, "its time grows little faster than the number of elements"),
+            Method::Auto => (Method::Newton, "it has the forces' motions among its unknowns"),
+            Method::Seidel | Method::Newton => (self, "asked for"),
+        }
+    }
 }
 
 fn is_zero(x: &f64) -> bool {

@@ -30,7 +30,8 @@ pub fn solve(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators:
     let mut outcome = Outcome { status: Status::Certified, steps: Vec::new(), hertz: None, rail: None };
     let mut last_fields = Fields::default();
     let mut unseen = 0;
-    let mut start = match (numerics.method, scene.loading.legs().first()) {
+    let (method, _) = numerics.method.chosen(&scene.loading, [problem.grid.nx(), problem.grid.ny()]);
+    let mut start = match (method, scene.loading.legs().first()) {
         (Method::Newton, Some(leg)) => {
             let asked = leg.increment(1, &Motion::default(), &[0.0; 6]);
             let (start, spent) = coarse_start(scene, numerics, surfaces, operators, &problem, &stages, &asked);
@@ -45,7 +46,7 @@ pub fn solve(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators:
         for part in 1..=leg.increments {
             let asked = leg.increment(part, &departure.motion, &departure.resultants);
             let controls = in_units(&asked, &problem);
-            let iterate = solver::solve(numerics.method, &mut problem, operators, &stages, &controls, &start, &limits);
+            let iterate = solver::solve(method, &mut problem, operators, &stages, &controls, &start, &limits);
             let (status, mut step, fields, w) = conclude(&problem, &operator, &iterate, &asked, &before, numerics.tolerance);
             (step.step, step.cycle) = (leg.step, leg.cycle);
             step.work.iterations += std::mem::take(&mut unseen);
@@ -90,7 +91,7 @@ fn coarse_start(
     let (start, spent) = coarse_start(scene, numerics, surfaces, operators, &coarse, stages, asked);
     let limits = Limits { tolerance: COARSE_TOLERANCE, max_iterations: numerics.max_iterations };
     let controls = in_units(asked, &coarse);
-    let iterate = solver::solve(numerics.method, &mut coarse, operators, stages, &controls, &start, &limits);
+    let iterate = solver::solve(Method::Newton, &mut coarse, operators, stages, &controls, &start, &limits);
     let spent = spent + iterate.iterations;
     if iterate.stop != Stop::Converged {
         return (nothing.0, spent);
@@ -225,7 +226,7 @@ fn conclude(
                             force[2]
                         ),
                     },
-                    StepOutcome { motion, observables, certificate, work: work(iterate), ..StepOutcome::default() },
+                    StepOutcome { motion, observables, certificate, work: work(iterate), way: iterate.way, ..StepOutcome::default() },
                     fields(problem, p, &w, &states),
                     w,
                 );
@@ -241,7 +242,7 @@ fn conclude(
             ),
         }
     };
-    let step = StepOutcome { motion, observables, certificate, work: work(iterate), ..StepOutcome::default() };
+    let step = StepOutcome { motion, observables, certificate, work: work(iterate), way: iterate.way, ..StepOutcome::default() };
     (status, step, fields(problem, p, &w, &states), w)
 }
 

@@ -187,7 +187,7 @@ pub fn find<'a>(columns: &'a [Column], name: &str) -> Option<&'a Column> {
 }
 
 /// The columns of [`RESULTS`] whose values are texts.
-const TEXTS: &[&str] = &["status", "reason", "program"];
+const TEXTS: &[&str] = &["status", "reason", "way", "program"];
 
 macro_rules! results {
     ($($kind:ident $name:literal $dimension:ident $meaning:literal $source:expr;)*) => {
@@ -291,6 +291,7 @@ const RESULTS: &[Column] = results! {
     Certificate "force_imbalance" Pure "imbalance of forces over the load" number!(certificate.force_imbalance);
     Work "iterations" Pure "iterations of the solver along the whole path" Source::Outcome(|outcome| Value::Integer(outcome.work().iterations));
     Work "operator_applications" Pure "applications of the operator along the whole path" Source::Outcome(|outcome| Value::Integer(outcome.work().operator_applications));
+    Work "way" Pure "method that solved it, the last resort along the path" Source::Outcome(|outcome| outcome.way().map_or(Value::Missing, |way| Value::Text(way.words().to_owned())));
     Provenance "seconds" Time "time that solving took" Source::Record(|record| Value::Number(record.provenance.seconds));
     Provenance "attempt" Pure "attempt that succeeded, counted from 1" Source::Record(|record| Value::Integer(u64::from(record.provenance.attempt)));
     Provenance "worker" Pure "worker that computed it" Source::Record(|record| Value::Integer(u64::from(record.provenance.worker)));

@@ -188,7 +188,7 @@ keys! {
     Projection, "numerics.projection", "projection", Choice(&["average", "midpoint"]), "how the continuous operator becomes a matrix";
     Epsilon, "numerics.epsilon", "epsilon", Number(Pure), "regularisation ε of equation (3)";
     Ceiling, "numerics.ceiling", "ceiling", Number(Pressure), "a-priori ceiling u on the pressure in equation (3)";
-    Method, "numerics.method", "method", Choice(&["seidel", "newton"]), "solver";
+    Method, "numerics.method", "method", Choice(&["auto", "newton", "seidel"]), "solver";
     Tolerance, "numerics.tolerance", "tolerance", Number(Pure), "largest relative residual that counts as solved";
     MaxIterations, "numerics.max_iterations", "max_iterations", Count, "iterations after which the solver gives up";
     Simulate, "numerics.simulate", "simulate", Effects, "effects that are simulated although the scene does not call for them";

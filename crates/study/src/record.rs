@@ -271,6 +271,7 @@ pub(crate) mod tests {
                 force_imbalance: 0.7,
             },
             work: WorkDone { iterations: 22, operator_applications: 23 },
+            way: contact::outcome::Way::NewtonAndSeidel,
         };
         let hertz = Hertz { semi_axis_a: 41.0, semi_axis_b: 42.0, area: 43.0, peak_pressure: 44.0, approach: 45.0 };
         let rail = RailContact {

@@ -237,6 +237,7 @@ impl Missing<'_> {
             method: match self.sheet.word(Key::Method) {
                 Some("seidel") => Method::Seidel,
                 Some("newton") => Method::Newton,
+                Some("auto") => Method::Auto,
                 _ => Method::default(),
             },
             tolerance: self.number_or(Key::Tolerance, Numerics::default_tolerance()),
@@ -602,6 +603,7 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         Key::Method => word(match numerics.method {
             Method::Seidel => "seidel",
             Method::Newton => "newton",
+            Method::Auto => "auto",
         }),
         Key::Tolerance => number(numerics.tolerance),
         Key::MaxIterations => Some(Setting::Count(numerics.max_iterations)),

@@ -169,11 +169,8 @@ fn layers_and_steps_have_keys_of_their_own() {
     assert_eq!((scene.loading.cycle_from, scene.loading.cycles), (Some(1), 2));
     for (column, value) in [
         ("base", "rigid"),
-        ("poisson", ""),
-        ("layers", "2"),
         ("layer1_thickness", "0.002"),
         ("foundation.layers[0].shear_modulus", "8e10"),
-        ("steps", "3"),
         ("normal_force", "1000"),
         ("step1_shift_x", "2e-6"),
         ("step2_increments", "8"),
@@ -182,11 +179,9 @@ fn layers_and_steps_have_keys_of_their_own() {
         assert_eq!(shown(&study, column), [value], "{column}");
     }
     let columns = study.columns();
-    for absent in ["shift_x", "step1_shift_y", "step3_shift_x", "layer2_poisson"] {
+    for absent in ["poisson", "shift_x", "step1_shift_y", "step3_shift_x", "layer2_poisson"] {
         assert!(columns::find(&columns, absent).is_none(), "{absent} is given nowhere");
     }
-    // the path of one step without layers is as it ever was
-    assert_eq!(shown(&read(BASE), "layers"), ["0"]);
 }
 
 #[test]
@@ -237,7 +232,7 @@ fn a_list_that_the_scene_leaves_out_is_made_of_the_axes() {
     let sweep = "[sweep]\n\"loading.steps[0].approach\" = [1e-6, 2e-6]\n\"loading.steps[1].shift_x\" = [0, 1e-6]\n";
     let study = read(&format!("{bare}{sweep}"));
     assert_eq!(study.points()[3].job.scene.loading.steps[1].shift_x, Some(1e-6));
-    assert_eq!(shown(&study, "steps"), ["2", "2", "2", "2"]);
+    assert_eq!(study.points()[0].job.scene.loading.steps.len(), 2);
 }
 
 #[test]
@@ -498,7 +493,7 @@ prop_compose! {
         projection in prop_oneof![Just(Projection::Average), Just(Projection::Midpoint)],
         epsilon in prop_oneof![Just(0.0), 0.0..1.0f64],
         ceiling in prop::option::of(1.0..1e12f64),
-        method in prop_oneof![Just(Method::Seidel), Just(Method::Newton)],
+        method in prop_oneof![Just(Method::Auto), Just(Method::Seidel), Just(Method::Newton)],
         tolerance in 1e-15..0.9f64,
         max_iterations in 1u32..,
         simulate in prop::sample::subsequence(Effect::OPTIONAL.to_vec(), 0..=Effect::OPTIONAL.len()),

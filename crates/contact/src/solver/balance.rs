@@ -6,6 +6,7 @@ use faer::linalg::solvers::Solve;
 use super::{Iterate, Limits, Start, Stop, newton};
 use crate::loading::{Control, rigid_modes};
 use crate::operators::Operator;
+use crate::outcome::Way;
 use crate::problem::{Problem, images};
 
 /// Outer iterations after which load control gives up.
@@ -31,7 +32,14 @@ pub(super) fn solve(
     if free.contains(&0) && p.iter().all(|p| *p == 0.0) {
         motion[0] = first_approach(problem, &motion, asked[0]);
     }
-    let mut total = Iterate { p: Vec::new(), motion, stop: Stop::Diverged, iterations: 0, operator_applications: 0 };
+    let mut total = Iterate {
+        p: Vec::new(),
+        motion,
+        stop: Stop::Diverged,
+        iterations: 0,
+        operator_applications: 0,
+        way: if free.is_empty() { Way::Newton } else { Way::NewtonWithinForces },
+    };
     let mut scratch = operator.scratch();
     // the step that led here, and the imbalance before it
     let mut last: Option<([f64; 6], Vec<f64>, f64)> = None;
@@ -42,6 +50,7 @@ pub(super) fn solve(
         total.operator_applications += solved.operator_applications;
         p = solved.p;
         total.stop = solved.stop;
+        total.way = total.way.max(solved.way);
         let worst = imbalances(problem, &p, &asked, &free).into_iter().fold(0.0, f64::max);
         if solved.stop != Stop::Converged || worst <= 0.5 * limits.tolerance {
             break;

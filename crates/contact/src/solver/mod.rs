@@ -3,6 +3,7 @@
 use crate::effect::Stage;
 use crate::loading::Control;
 use crate::operators::Operators;
+use crate::outcome::Way;
 use crate::problem::Problem;
 use crate::scene::Method;
 
@@ -24,7 +25,7 @@ pub struct Start {
     pub motion: [f64; 6],
 }
 
-/// Solves `problem` under `controls` (in the problem's units), from `start`, in `stages` if the method can; leaves the problem placed
+/// Solves `problem` by a method (one [chosen](Method::chosen) already) under `controls` (in the problem's units), from `start`, in `stages` if the method can; leaves the problem placed
 /// at the motion found.
 pub fn solve(
     method: Method,
@@ -38,7 +39,7 @@ pub fn solve(
     if let Some(stop) = balance::impossible(problem, controls) {
         let motion = start.motion;
         problem.place(&motion);
-        return Iterate { p: start.p.clone(), motion, stop, iterations: 0, operator_applications: 0 };
+        return Iterate { p: start.p.clone(), motion, stop, iterations: 0, operator_applications: 0, way: Way::default() };
     }
     let iterate = match method {
         Method::Seidel => {
@@ -47,7 +48,7 @@ pub fn solve(
                 seidel::solve(problem, &operator.table, start.p.clone(), limits)
             })
         }
-        Method::Newton => robust::solve(problem, operators, stages, controls, start, limits),
+        Method::Newton | Method::Auto => robust::solve(problem, operators, stages, controls, start, limits),
     };
     if iterate.stop == Stop::Converged { iterate } else { Iterate { stop: balance::explain(problem, controls, &iterate), ..iterate } }
 }
@@ -65,6 +66,8 @@ pub struct Iterate {
     pub iterations: u64,
     /// Operator applications (a Seidel sweep counts as one).
     pub operator_applications: u64,
+    /// How it was found.
+    pub way: Way,
 }
 
 /// Why a solver stopped.

@@ -16,6 +16,7 @@ use crate::friction::h_u;
 use crate::influence::{Components, Scratch};
 use crate::loading::{Control, rigid_modes};
 use crate::operators::Operator;
+use crate::outcome::Way;
 use crate::problem::Problem;
 
 /// Newton steps without a new smallest residual after which the iteration counts as stalled. Close to a solution every
@@ -58,7 +59,7 @@ pub fn solve(problem: &mut Problem, operator: &Operator, controls: &[Control; 6]
     let mut p = start.p.clone();
     let largest = operator.table.largest_diagonal();
     let target = 0.5 * limits.tolerance; // the certificate measures along another path of rounding
-    let mut iterate = Iterate { p: Vec::new(), motion, stop: Stop::Diverged, iterations: 0, operator_applications: 0 };
+    let mut iterate = Iterate { p: Vec::new(), motion, stop: Stop::Diverged, iterations: 0, operator_applications: 0, way: Way::Newton };
     if free.contains(&0) && p.iter().all(|p| *p == 0.0) {
         motion[0] = balance::first_approach(problem, &motion, asked[0]);
     }

@@ -7,6 +7,7 @@ use crate::effect::Stage;
 use crate::influence::{Direction, Mirror};
 use crate::loading::Control;
 use crate::operators::{Operator, Operators};
+use crate::outcome::Way;
 use crate::problem::Problem;
 
 /// Rounds of Seidel sweeps that may bring a start within Newton's reach, and the sweeps of each.
@@ -40,8 +41,14 @@ fn staged(
     start: &Start,
     limits: &Limits,
 ) -> Iterate {
-    let mut all =
-        Iterate { p: vec![0.0; problem.f.len()], motion: start.motion, stop: Stop::Converged, iterations: 0, operator_applications: 0 };
+    let mut all = Iterate {
+        p: vec![0.0; problem.f.len()],
+        motion: start.motion,
+        stop: Stop::Converged,
+        iterations: 0,
+        operator_applications: 0,
+        way: Way::Newton,
+    };
     for (motion, control) in all.motion.iter_mut().zip(controls) {
         if let Control::Motion(value) = control {
             *motion = *value;
@@ -90,10 +97,10 @@ fn prescribed(problem: &mut Problem, operator: &Operator, start: &Start, limits:
         let swept = seidel::solve(problem, &operator.table, from, &Limits { max_iterations: sweeps, ..*limits });
         let swept = after(&iterate, swept);
         if swept.stop == Stop::Converged {
-            return Iterate { motion: start.motion, ..swept };
+            return Iterate { motion: start.motion, way: Way::NewtonAndSeidel, ..swept };
         }
         let tried = newton::solve(problem, operator, &controls, &Start { p: swept.p.clone(), motion: start.motion }, limits);
-        iterate = after(&swept, tried);
+        iterate = Iterate { way: Way::NewtonAndSeidel, ..after(&swept, tried) };
         if iterate.stop != Stop::Converged {
             iterate.p = swept.p;
         }
@@ -106,6 +113,7 @@ fn after(first: &Iterate, second: Iterate) -> Iterate {
     Iterate {
         iterations: first.iterations + second.iterations,
         operator_applications: first.operator_applications + second.operator_applications,
+        way: first.way.max(second.way),
         ..second
     }
 }

@@ -11,6 +11,7 @@
 use super::{Iterate, Limits, Stop};
 use crate::friction::g_mu;
 use crate::influence::InfluenceTable;
+use crate::outcome::Way;
 use crate::problem::Problem;
 
 /// Sweeps without a new smallest residual after which the iteration counts as stalled. The residual of a convergent
@@ -67,7 +68,7 @@ pub fn solve(problem: &Problem, table: &InfluenceTable, start: Vec<f64>, limits:
         sweeps += 1;
         applications += 1;
     };
-    Iterate { p, motion: [0.0; 6], stop, iterations: sweeps, operator_applications: applications }
+    Iterate { p, motion: [0.0; 6], stop, iterations: sweeps, operator_applications: applications, way: Way::Seidel }
 }
 
 /// w = A p − f, summed column by column.
