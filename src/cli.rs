@@ -28,6 +28,11 @@ pub(crate) enum Command {
     /// Say what a study would run: jobs, cached ones, predicted time and memory; runs nothing
     #[command(after_help = "Examples:\n  tribosweep plan sweeps/stick-zone.toml\n  tribosweep plan sweeps/stick-zone.toml --json")]
     Plan(PlanArgs),
+    /// Measure what leaving effects out saves, on the first job of each group of jobs that call for the same ones
+    #[command(
+        after_help = "Examples:\n  tribosweep effects sweeps/sphere.toml\n  tribosweep effects sweeps/cattaneo-loop.toml --repeat 5 --json\n\nEach job is solved with every effect left out that its scene does not call for, then with each of those simulated, then with everything: in a process of its own, on one thread. Nothing is stored."
+    )]
+    Effects(EffectsArgs),
     /// Continue a study from the store alone; its file need not exist any more
     #[command(after_help = "Examples:\n  tribosweep resume stick-zone")]
     Resume(ResumeArgs),
@@ -62,6 +67,12 @@ pub(crate) enum Command {
     Completions {
         /// The shell
         shell: clap_complete::Shell,
+    },
+    /// Solve the job on standard input several times, on one thread (started by `effects`)
+    #[command(hide = true)]
+    Measured {
+        /// How often
+        repeat: u32,
     },
     /// Run jobs for a coordinator (started by it)
     #[command(hide = true)]
@@ -116,6 +127,18 @@ pub(crate) struct PlanArgs {
     pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) store: StoreArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct EffectsArgs {
+    /// The study file
+    pub(crate) study: PathBuf,
+    /// How often each is solved; the time is the median
+    #[arg(long, default_value_t = 3, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) repeat: u32,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Args)]

@@ -15,6 +15,7 @@ use study::{Job, JobKey, Point, Record, Study};
 
 use crate::cli::{ExecutionArgs, PlanArgs, ResumeArgs, RunArgs};
 use crate::draw;
+use crate::effects::{Group, Overview, overview};
 use crate::ledger::Ledger;
 use crate::output::{self, Finish, count};
 use crate::progress::{Progress, duration};
@@ -54,14 +55,14 @@ pub(crate) fn resume(args: &ResumeArgs) -> Result<Finish> {
 }
 
 /// The distinct jobs of a study with what they will take, in the order of their first points.
-struct Jobs {
-    points: Vec<Point>,
+pub(crate) struct Jobs {
+    pub(crate) points: Vec<Point>,
     distinct: Vec<(usize, Forecast)>,
 }
 
 impl Jobs {
     /// Refuses a study of which some point cannot be laid out, before anything runs.
-    fn of(study: &Study) -> Result<Self> {
+    pub(crate) fn of(study: &Study) -> Result<Self> {
         let points = study.points();
         let mut seen = HashSet::new();
         let mut distinct = Vec::new();
@@ -75,6 +76,12 @@ impl Jobs {
             distinct.push((index, forecast));
         }
         Ok(Self { points, distinct })
+    }
+
+    /// The effects of all of them.
+    pub(crate) fn effects(&self, study: &Study) -> Result<Overview> {
+        let first: Vec<usize> = self.distinct.iter().map(|(index, _)| *index).collect();
+        overview(study, &self.points, &first)
     }
 
     fn keys(&self) -> Vec<JobKey> {
@@ -287,12 +294,14 @@ struct Plan<'a> {
     predicted_seconds: f64,
     workers: usize,
     largest_job_bytes: u64,
+    effects: &'a [Group],
 }
 
 pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     let study = read_study(&args.study)?;
     let jobs = Jobs::of(&study)?;
     let keys = jobs.keys();
+    let overview = jobs.effects(&study)?;
     let cached = match Store::read(&args.store.store) {
         Ok(reader) => reader.contains(&keys)?,
         Err(OpenError::Missing { .. }) => vec![false; keys.len()],
@@ -316,6 +325,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
         predicted_seconds: longest.max(seconds / workers as f64),
         workers,
         largest_job_bytes: left.iter().map(|(_, forecast)| forecast.memory).max().unwrap_or(0),
+        effects: &overview.groups,
     };
     if args.json {
         return output::print_json(&plan);
@@ -345,6 +355,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
             text += &format!("  {nx} x {ny} elements: {}, {} of work\n", count(jobs, "job", "jobs"), duration(seconds));
         }
     }
+    text += &format!("\n{}", overview.words());
     if std::io::stdout().is_terminal() && plan.to_run > 0 {
         text += &format!("run it with: tribosweep run {}{}\n", args.study.display(), store_option(&args.store.store));
     }

@@ -3,8 +3,10 @@
 
 mod cli;
 mod draw;
+mod effects;
 mod launch;
 mod ledger;
+mod measure;
 mod output;
 mod patches;
 mod progress;
@@ -34,6 +36,7 @@ fn main() -> ExitCode {
     let finished = match cli.command {
         Command::Run(args) => launch::run(&args),
         Command::Plan(args) => launch::plan(&args),
+        Command::Effects(args) => measure::measure(&args),
         Command::Resume(args) => launch::resume(&args),
         Command::Status(args) => query::status(&args),
         Command::Query(args) => query::query(&args),
@@ -46,6 +49,7 @@ fn main() -> ExitCode {
             clap_complete::generate(shell, &mut Cli::command(), "tribosweep", &mut script);
             output::print(&String::from_utf8_lossy(&script))
         }
+        Command::Measured { repeat } => measure::measured(repeat),
         Command::Worker { threads, argument } => work::run(threads, &argument),
     };
     match finished {

@@ -2,8 +2,9 @@
 
 use anyhow::{Context, Result, bail};
 use contact::outcome::{Fields, Outcome};
+use contact::punch::Surfaces;
 use report::Table;
-use store::{Digest, Store};
+use store::{Digest, Reader, Store};
 use study::columns::{Kind, Value, along_path, columns};
 use study::record::decode_fields;
 use study::{JobKey, Point, Record};
@@ -13,7 +14,7 @@ use crate::launch::increments;
 use crate::output::{self, Finish, count};
 use crate::patches::{self, patches};
 use crate::query::{layout, tell_origin};
-use crate::{draw, results};
+use crate::{draw, effects, results};
 
 pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
@@ -49,10 +50,27 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
         Some(digest) if patches > 1 => fields(digest).map_err(|error| output::complain(&error)).ok(),
         _ => None,
     };
+    let surfaces = stored_surfaces(&reader, &record)?;
     if args.json {
-        return output::print_json(&json(&record, fields.as_ref())?);
+        return output::print_json(&json(&record, fields.as_ref(), &surfaces)?);
     }
-    output::print(&words(&record, fields.as_ref())?)
+    output::print(&words(&record, fields.as_ref(), &surfaces)?)
+}
+
+/// The height map or the profiles that a result's scene names, as far as some study of the store holds them.
+fn stored_surfaces(reader: &Reader, record: &Record) -> Result<Surfaces> {
+    let job = record.parse_job()?;
+    if effects::missing_surface(&job, &Surfaces::new()).is_none() {
+        return Ok(Surfaces::new());
+    }
+    for name in reader.study_names()? {
+        // a damaged study is no reason to show nothing
+        let Ok(study) = results::stored_study(reader, &name) else { continue };
+        if effects::missing_surface(&job, study.surfaces()).is_none() {
+            return Ok(study.surfaces().clone());
+        }
+    }
+    Ok(Surfaces::new())
 }
 
 /// The increments of a result's loading path.
@@ -65,7 +83,7 @@ pub(crate) fn path(record: &Record) -> Result<Table> {
 }
 
 /// Everything about a record by column, units aside; with its fields also its patches, if there are several.
-pub(crate) fn json(record: &Record, fields: Option<&Fields>) -> Result<serde_json::Value> {
+pub(crate) fn json(record: &Record, fields: Option<&Fields>, surfaces: &Surfaces) -> Result<serde_json::Value> {
     let point = Point::of_record(record)?;
     let mut values = serde_json::Map::new();
     for column in columns([], []).iter().filter(|column| column.kind != Kind::Key) {
@@ -78,6 +96,11 @@ pub(crate) fn json(record: &Record, fields: Option<&Fields>) -> Result<serde_jso
         values.insert(column.name.to_string(), value);
     }
     let mut said = serde_json::json!({ "job": serde_json::from_str::<serde_json::Value>(&record.job)?, "result": values });
+    if effects::missing_surface(&point.job, surfaces).is_none() {
+        let listed = effects::effects(&point.job, surfaces)?;
+        said["effects"] = serde_json::json!(listed.lines);
+        said["predicted"] = serde_json::json!(listed.cost);
+    }
     let patches = fields.map(patches).unwrap_or_default();
     if patches.len() > 1 {
         said["patches"] = serde_json::json!(patches);
@@ -86,7 +109,7 @@ pub(crate) fn json(record: &Record, fields: Option<&Fields>) -> Result<serde_jso
 }
 
 /// The same to be read: the job as it would stand in a study file, how far its path goes, then the figures by kind.
-pub(crate) fn words(record: &Record, fields: Option<&Fields>) -> Result<String> {
+pub(crate) fn words(record: &Record, fields: Option<&Fields>, surfaces: &Surfaces) -> Result<String> {
     let point = Point::of_record(record)?;
     let mut text = format!("{}\n\n", point.job.to_toml().trim_end());
     let (all, loading) = (increments(&point.job), &point.job.scene.loading);
@@ -101,6 +124,13 @@ pub(crate) fn words(record: &Record, fields: Option<&Fields>) -> Result<String> 
         }
         text += "; --steps shows each\n\n";
     }
+    text += &match effects::missing_surface(&point.job, surfaces) {
+        None => {
+            let listed = effects::effects(&point.job, surfaces)?;
+            format!("effects\n{}", effects::words(&listed.lines, listed.cost))
+        }
+        Some(missing) => format!("effects\n  not known: the store's studies do not hold {missing}\n"),
+    };
     let columns = columns([], []);
     let kinds = [
         (Kind::Status, "result"),

@@ -48,9 +48,9 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     let finish = if record.status() == "certified" { Finish::AllDone } else { Finish::SomeFailed };
     match &args.field {
         Some(name) => drop(draw::show_field(&fields, name, args.output.as_deref())?),
-        None if args.json => drop(output::print_json(&show::json(&record, Some(&fields))?)?),
+        None if args.json => drop(output::print_json(&show::json(&record, Some(&fields), study.surfaces())?)?),
         None => {
-            let mut text = show::words(&record, Some(&fields))?;
+            let mut text = show::words(&record, Some(&fields), study.surfaces())?;
             if record.outcome().is_some_and(|outcome| outcome.steps.len() > 1) {
                 text += &format!("path\n{}", show::path(&record)?.terminal(&crate::query::layout()));
             }

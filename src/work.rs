@@ -43,6 +43,20 @@ pub(crate) fn order(job: &Job, canonical: String, surfaces: &Surfaces) -> Result
     encode(&Order { job: canonical, height_maps, profiles })
 }
 
+/// Decodes an [`order`].
+pub(crate) fn ordered(payload: &[u8]) -> Result<(Job, Surfaces)> {
+    let (order, _): (Order, usize) = bincode::serde::decode_from_slice(payload, bincode::config::standard())?;
+    let job = Job::parse(&order.job)?;
+    let mut surfaces = Surfaces::new();
+    for (name, bytes) in order.height_maps {
+        surfaces.insert(name, decode_surface(&bytes)?.into());
+    }
+    for (name, bytes) in order.profiles {
+        surfaces.insert_profile(name, decode_profile(&bytes)?.into());
+    }
+    Ok((job, surfaces))
+}
+
 /// Decodes what a worker sent.
 pub(crate) fn answer(bytes: &[u8]) -> Result<Answer> {
     let (answer, _) = bincode::serde::decode_from_slice(bytes, bincode::config::standard()).context("a worker's answer does not decode")?;
@@ -61,15 +75,7 @@ struct Solver {
 
 impl Solver {
     fn solve(&mut self, payload: &[u8]) -> Result<Answer> {
-        let (order, _): (Order, usize) = bincode::serde::decode_from_slice(payload, bincode::config::standard())?;
-        let job = Job::parse(&order.job)?;
-        let mut surfaces = Surfaces::new();
-        for (name, bytes) in order.height_maps {
-            surfaces.insert(name, decode_surface(&bytes)?.into());
-        }
-        for (name, bytes) in order.profiles {
-            surfaces.insert_profile(name, decode_profile(&bytes)?.into());
-        }
+        let (job, surfaces) = ordered(payload)?;
         let (outcome, fields) = contact::solve(&job.scene, &job.numerics, &surfaces, &mut self.operators)?;
         Ok(Answer::Solved(Box::new(outcome), encode_fields(&fields)))
     }

@@ -1,5 +1,6 @@
 //! The command as a user meets it: what it prints, what it leaves behind, with which code it ends.
 
+mod effects;
 mod height_maps;
 mod paths;
 mod place;
@@ -16,7 +17,7 @@ use crate::place::{Place, SMALL, redacted};
 #[test]
 fn help_says_what_can_be_asked() {
     let place = Place::empty();
-    let commands = "run plan resume status query show plot solve store completions";
+    let commands = "run plan effects resume status query show plot solve store completions";
     let mut lines: Vec<Vec<&str>> = vec![vec!["--help"], vec!["--version"]];
     lines.extend(commands.split(' ').map(|command| vec![command, "--help"]));
     lines.extend(["verify", "salvage", "compact"].map(|command| vec!["store", command, "--help"]));
@@ -29,7 +30,7 @@ fn help_says_what_can_be_asked() {
 #[test]
 fn examples_in_the_help_exist() {
     let place = Place::empty();
-    for command in ["run", "plan", "solve"] {
+    for command in ["run", "plan", "effects", "solve"] {
         let help = place.words(&[command, "--help"]).out;
         for file in help.split_whitespace().filter(|word| word.starts_with("sweeps/")) {
             assert!(Path::new(env!("CARGO_MANIFEST_DIR")).join(file).is_file(), "{command} --help names {file}");
@@ -146,7 +147,7 @@ fn show_finds_a_result_by_the_beginning_of_its_key() {
         None => format!("{line}\n"),
     };
     let names: String = shown.out[from..].lines().map(name).collect();
-    insta::assert_snapshot!(format!("{}{names}", &shown.out[..from]));
+    insta::assert_snapshot!(format!("{}{names}", redacted(&shown.out[..from])));
     insta::assert_snapshot!(
         "show_refuses",
         place.transcript(&[

@@ -125,7 +125,7 @@ impl Said {
     }
 }
 
-/// A text without what differs from run to run: times, processes, hashes of floating-point fields, the version.
+/// A text without what differs from run to run: times and parts of times, processes, hashes of floating-point fields, the version.
 pub(crate) fn redacted(text: &str) -> String {
     let mut lines = Vec::new();
     for line in text.lines() {
@@ -139,6 +139,7 @@ pub(crate) fn redacted(text: &str) -> String {
             let new = match () {
                 () if number && ["ms", "s", "min"].contains(&next.as_str()) => "[time]",
                 () if number && next == "workers" => "[n]",
+                () if number && next == "%" && words.get(at + 4).is_some_and(|word| word.starts_with("time")) => "[part]",
                 () if number && before == "process" => "[pid]",
                 () if word == env!("CARGO_PKG_VERSION") => "[version]",
                 () => continue,

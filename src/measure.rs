@@ -1,0 +1,233 @@
+//! `effects`: what leaving effects out saves, measured.
+
+use std::io::{Read, Write};
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use contact::effect::{Effect, Effects};
+use contact::outcome::{Fields, Outcome, Status};
+use contact::punch::Surfaces;
+use contact::scene::Numerics;
+use contact::{Operators, forecast};
+use report::{Cell, Column, Table};
+use serde::{Deserialize, Serialize};
+use study::Job;
+use study::record::{decode_fields, encode_fields};
+
+use crate::cli::EffectsArgs;
+use crate::effects::Group;
+use crate::launch::{Jobs, read_study};
+use crate::output::{self, Finish};
+use crate::query::layout;
+use crate::work::{order, ordered};
+
+/// A job as it was solved with some effects asked for.
+#[derive(Serialize)]
+struct Run {
+    /// Effects that were asked for.
+    simulate: Vec<Effect>,
+    unknowns: usize,
+    /// Median time from the scene to the result \[s\].
+    seconds: f64,
+    /// Memory that solving took at most \[bytes\].
+    bytes: Option<u64>,
+    iterations: u64,
+    /// Largest difference of the tractions from those of the first run, over its largest pressure.
+    difference: Option<f64>,
+    status: &'static str,
+}
+
+/// What the process that solves says.
+#[derive(Serialize, Deserialize)]
+struct Measurement {
+    seconds: Vec<f64>,
+    bytes: Option<u64>,
+    outcome: Outcome,
+    fields: Vec<u8>,
+}
+
+pub(crate) fn measure(args: &EffectsArgs) -> Result<Finish> {
+    let study = read_study(&args.study)?;
+    let jobs = Jobs::of(&study)?;
+    let overview = jobs.effects(&study)?;
+    let mut listed = Vec::new();
+    let mut text = String::new();
+    for group in &overview.groups {
+        let runs = runs(&jobs.points[group.first].job, study.surfaces(), args.repeat)?;
+        text += &format!("{}\n{}\n", title(study.name(), group), table(&runs)?.terminal(&layout()));
+        listed.push(
+            serde_json::json!({ "which": group.which, "jobs": group.jobs, "key": jobs.points[group.first].key.to_string(), "runs": runs }),
+        );
+    }
+    let certified = listed.iter().flat_map(|group| group["runs"].as_array()).flatten().all(|run| run["status"] == "certified");
+    if args.json {
+        output::print_json(&serde_json::json!({ "study": study.name(), "repeat": args.repeat, "groups": listed }))?;
+    } else {
+        output::print(text.trim_end_matches('\n'))?;
+        output::print("\n")?;
+    }
+    Ok(if certified { Finish::AllDone } else { Finish::SomeFailed })
+}
+
+fn title(study: &str, group: &Group) -> String {
+    let which = if group.which.is_empty() { String::new() } else { format!(", {}", group.which) };
+    if group.jobs == 1 { format!("{study}{which}") } else { format!("{study}{which}: the first of {} jobs", group.jobs) }
+}
+
+/// Solves a job with every effect left out that can be, then with each of those, then with everything.
+fn runs(job: &Job, surfaces: &Surfaces, repeat: u32) -> Result<Vec<Run>> {
+    let with = |simulate: &[Effect]| Job { numerics: Numerics { simulate: simulate.to_vec(), ..job.numerics.clone() }, ..job.clone() };
+    let bare = with(&[]);
+    let elements = forecast(&bare.scene, &bare.numerics, surfaces)?.elements;
+    let effects = Effects::of(&bare.scene, &bare.numerics, elements, surfaces)?;
+    let off: Vec<Effect> = Effect::OPTIONAL.into_iter().filter(|effect| !effects.has(*effect)).collect();
+    let mut asked = vec![Vec::new()];
+    // without tangential tractions, what they would do is nothing
+    let of_friction = [Effect::Coupling, Effect::TractionX, Effect::TractionY];
+    let alone = |effect: &&Effect| effects.has(Effect::Friction) || !of_friction.contains(effect);
+    asked.extend(off.iter().filter(alone).map(|effect| vec![*effect]));
+    if off.len() > 1 {
+        asked.push(off);
+    }
+    let mut first: Option<Fields> = None;
+    let mut runs = Vec::new();
+    for simulate in asked {
+        let job = with(&simulate);
+        let measurement = in_a_process(&order(&job, job.canonical(), surfaces)?, repeat)?;
+        let fields = decode_fields(&measurement.fields)?;
+        runs.push(Run {
+            simulate,
+            unknowns: forecast(&job.scene, &job.numerics, surfaces)?.unknowns,
+            seconds: median(measurement.seconds),
+            bytes: measurement.bytes,
+            iterations: measurement.outcome.work().iterations,
+            difference: first.as_ref().and_then(|first| difference(first, &fields)),
+            status: match measurement.outcome.status {
+                Status::Certified => "certified",
+                Status::Failed { .. } => "failed",
+            },
+        });
+        first.get_or_insert(fields);
+    }
+    Ok(runs)
+}
+
+fn table(runs: &[Run]) -> Result<Table> {
+    let heads = [("simulated too", ""), ("unknowns", ""), ("seconds", "s"), ("times", ""), ("memory", "MiB"), ("iterations", "")];
+    let heads = heads.into_iter().chain([("difference", "1"), ("status", "")]);
+    let fastest = runs.first().map_or(f64::NAN, |run| run.seconds);
+    let number = |x: Option<f64>| x.map_or(Cell::Missing, Cell::Number);
+    let integer = |n: u64| i64::try_from(n).map_or(Cell::Missing, Cell::Integer);
+    // so few digits are not noise
+    let rounded = |x: f64| format!("{x:.2e}").parse().unwrap_or(x);
+    let rows = runs.iter().map(|run| {
+        let asked = match run.simulate[..] {
+            [] => "nothing".to_owned(),
+            [effect] => effect.name().to_owned(),
+            _ => "everything".to_owned(),
+        };
+        vec![
+            Cell::Text(asked),
+            integer(run.unknowns as u64),
+            Cell::Number(rounded(run.seconds)),
+            Cell::Number(rounded(run.seconds / fastest)),
+            number(run.bytes.map(|bytes| rounded(bytes as f64 / f64::from(1 << 20)))),
+            integer(run.iterations),
+            number(run.difference.map(rounded)),
+            run.status.into(),
+        ]
+    });
+    Ok(Table::new(heads.map(|(name, unit)| Column::new(name, unit)).collect(), rows.collect())?)
+}
+
+/// The largest difference of two solutions' tractions over the first one's largest pressure; `None` if there is none, or no pressure.
+fn difference(first: &Fields, second: &Fields) -> Option<f64> {
+    let peak = first.pressure.iter().fold(0.0, |peak: f64, p| peak.max(*p));
+    let pairs = [(&first.pressure, &second.pressure), (&first.traction_x, &second.traction_x), (&first.traction_y, &second.traction_y)];
+    if peak == 0.0 || pairs.iter().any(|(a, b)| a.len() != b.len()) {
+        return None;
+    }
+    let largest = pairs.iter().flat_map(|(a, b)| a.iter().zip(*b)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    Some(largest / peak)
+}
+
+fn median(mut seconds: Vec<f64>) -> f64 {
+    seconds.sort_by(f64::total_cmp);
+    let middle = seconds.len() / 2;
+    match seconds.len() {
+        0 => f64::NAN,
+        n if n % 2 == 1 => seconds[middle],
+        _ => 0.5 * (seconds[middle - 1] + seconds[middle]),
+    }
+}
+
+/// Has a job solved `repeat` times by a process of its own, whose memory is that of the job.
+fn in_a_process(order: &[u8], repeat: u32) -> Result<Measurement> {
+    let program = std::env::current_exe().context("cannot find this program's own file")?;
+    let mut child = Command::new(program)
+        .args(["measured", &repeat.to_string()])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .context("cannot start a process to solve in")?;
+    // it reads everything before it answers, so that neither waits for the other
+    let sent = child.stdin.take().context("the solving process has no standard input")?.write_all(order);
+    let output = child.wait_with_output()?;
+    if !output.status.success() {
+        bail!("the process that solves ended with {}", output.status);
+    }
+    sent.context("cannot hand over the job")?;
+    let (measurement, _) = bincode::serde::decode_from_slice(&output.stdout, bincode::config::standard())?;
+    Ok(measurement)
+}
+
+/// The hidden command `measured`: solves the job on standard input.
+pub(crate) fn measured(repeat: u32) -> Result<Finish> {
+    rayon::ThreadPoolBuilder::new().num_threads(1).build_global().context("cannot start a thread")?;
+    let mut payload = Vec::new();
+    std::io::stdin().read_to_end(&mut payload)?;
+    let (job, surfaces) = ordered(&payload)?;
+    let before = peak_memory();
+    let mut seconds = Vec::new();
+    let mut solved = None;
+    for _ in 0..repeat.max(1) {
+        drop(solved.take());
+        let start = Instant::now();
+        solved = Some(contact::solve(&job.scene, &job.numerics, &surfaces, &mut Operators::default())?);
+        seconds.push(start.elapsed().as_secs_f64());
+    }
+    let bytes = peak_memory().zip(before).map(|(after, before)| after.saturating_sub(before));
+    let (outcome, fields) = solved.context("nothing was solved")?;
+    let measurement = Measurement { seconds, bytes, outcome, fields: encode_fields(&fields) };
+    let bytes = bincode::serde::encode_to_vec(&measurement, bincode::config::standard())?;
+    std::io::stdout().write_all(&bytes)?;
+    Ok(Finish::AllDone)
+}
+
+/// The most memory that this process has had so far \[bytes\], where the system says it.
+fn peak_memory() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find(|line| line.starts_with("VmHWM:"))?;
+    Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn medians() {
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
+    }
+
+    #[test]
+    fn differences_are_of_all_tractions_over_the_largest_pressure() {
+        let first = Fields { pressure: vec![1.0, 4.0], traction_x: vec![0.0, 1.0], traction_y: vec![0.0; 2], ..Fields::default() };
+        let second = Fields { pressure: vec![1.0, 4.5], traction_y: vec![-1.0, 0.0], ..first.clone() };
+        assert_eq!(difference(&first, &second), Some(0.25));
+        assert_eq!(difference(&first, &first), Some(0.0));
+        assert_eq!(difference(&Fields::default(), &first), None);
+    }
+}
