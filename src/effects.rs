@@ -6,7 +6,7 @@ use std::ops::Add;
 use anyhow::Result;
 use contact::effect::{Effect, Effects};
 use contact::punch::Surfaces;
-use contact::scene::{Numerics, Shape};
+use contact::scene::{Method, Numerics, Shape};
 use contact::{Forecast, forecast};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -49,8 +49,16 @@ pub(crate) struct Line {
     pub(crate) with: Option<Cost>,
 }
 
+/// The method that solves, and why.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub(crate) struct Solver {
+    method: Method,
+    reason: &'static str,
+}
+
 /// The effects of one job.
 pub(crate) struct Listed {
+    pub(crate) solver: Solver,
     pub(crate) cost: Cost,
     pub(crate) lines: Vec<Line>,
 }
@@ -60,6 +68,7 @@ pub(crate) fn effects(job: &Job, surfaces: &Surfaces) -> Result<Listed> {
     let with = |simulate: Vec<Effect>| forecast(&job.scene, &Numerics { simulate, ..job.numerics.clone() }, surfaces);
     let decided = with(job.numerics.simulate.clone())?;
     let decisions = Effects::of(&job.scene, &job.numerics, decided.elements, surfaces)?;
+    let (method, reason) = job.numerics.method.chosen(&job.scene.loading, decided.elements);
     let mut lines = Vec::new();
     for decision in decisions.decisions() {
         let asked = [&job.numerics.simulate[..], &[decision.effect]].concat();
@@ -72,7 +81,7 @@ pub(crate) fn effects(job: &Job, surfaces: &Surfaces) -> Result<Listed> {
             with: if optional { Some(Cost::from(with(asked)?)) } else { None },
         });
     }
-    Ok(Listed { cost: decided.into(), lines })
+    Ok(Listed { solver: Solver { method, reason }, cost: decided.into(), lines })
 }
 
 /// What a scene needs that `surfaces` does not hold, in words.
@@ -87,7 +96,7 @@ pub(crate) fn missing_surface(job: &Job, surfaces: &Surfaces) -> Option<String> 
     }
 }
 
-/// Jobs of a study of which the same effects are simulated.
+/// Jobs of a study of which the same effects are simulated, by the same method.
 #[derive(Serialize)]
 pub(crate) struct Group {
     /// Index of the first point.
@@ -96,6 +105,7 @@ pub(crate) struct Group {
     /// Which values of the axes they have, in words; of a study without axes, nothing.
     pub(crate) which: String,
     pub(crate) jobs: usize,
+    pub(crate) solver: Solver,
     /// Predicted, of all its jobs.
     pub(crate) cost: Cost,
     pub(crate) effects: Vec<Line>,
@@ -105,6 +115,7 @@ pub(crate) struct Group {
 pub(crate) struct Overview {
     /// What holds for all jobs alike.
     common: Vec<Line>,
+    solver: Option<Solver>,
     cost: Cost,
     jobs: usize,
     pub(crate) groups: Vec<Group>,
@@ -114,10 +125,10 @@ pub(crate) struct Overview {
 pub(crate) fn overview(study: &Study, points: &[Point], first: &[usize]) -> Result<Overview> {
     let listed: Vec<Listed> = first.par_iter().map(|index| effects(&points[*index].job, study.surfaces())).collect::<Result<_>>()?;
     let mut order: Vec<Vec<usize>> = Vec::new();
-    let mut known: HashMap<Vec<bool>, usize> = HashMap::new();
+    let mut known: HashMap<(Solver, Vec<bool>), usize> = HashMap::new();
     for (at, job) in listed.iter().enumerate() {
-        let simulated = job.lines.iter().map(|line| line.simulated).collect();
-        let group = *known.entry(simulated).or_insert(order.len());
+        let simulated: Vec<bool> = job.lines.iter().map(|line| line.simulated).collect();
+        let group = *known.entry((job.solver, simulated)).or_insert(order.len());
         match order.get_mut(group) {
             Some(jobs) => jobs.push(at),
             None => order.push(vec![at]),
@@ -137,15 +148,16 @@ pub(crate) fn overview(study: &Study, points: &[Point], first: &[usize]) -> Resu
     let groups: Vec<Group> = order
         .iter()
         .zip(&members)
-        .map(|(jobs, members)| {
+        .filter_map(|(jobs, members)| {
             let jobs: Vec<&Listed> = jobs.iter().map(|at| &listed[*at]).collect();
-            Group {
+            Some(Group {
+                solver: jobs.first()?.solver,
                 first: members.first().copied().unwrap_or(0),
                 which: if order.len() == 1 { String::new() } else { which(study, members) },
                 jobs: jobs.len(),
                 cost: total(jobs.iter().map(|job| job.cost)),
                 effects: merged(&jobs),
-            }
+            })
         })
         .collect();
     let all: Vec<&Listed> = listed.iter().collect();
@@ -154,7 +166,9 @@ pub(crate) fn overview(study: &Study, points: &[Point], first: &[usize]) -> Resu
         own.all(|own| own.simulated == line.simulated && own.reasons == line.reasons && own.reason == line.reason)
     };
     let common = merged(&all).into_iter().filter(|line| groups.len() > 1 && is_common(line)).collect();
-    Ok(Overview { common, cost: total(listed.iter().map(|job| job.cost)), jobs: listed.len(), groups })
+    let solvers: HashSet<Solver> = listed.iter().map(|job| job.solver).collect();
+    let solver = solvers.iter().next().copied().filter(|_| solvers.len() == 1);
+    Ok(Overview { common, solver, cost: total(listed.iter().map(|job| job.cost)), jobs: listed.len(), groups })
 }
 
 fn total(costs: impl Iterator<Item = Cost>) -> Cost {
@@ -228,16 +242,21 @@ impl Overview {
     pub(crate) fn words(&self) -> String {
         if let [only] = &self.groups[..] {
             let jobs = if only.jobs == 1 { String::new() } else { format!(" of all {} jobs", only.jobs) };
-            return format!("effects{jobs}\n{}", words(&only.effects, only.cost));
+            return format!("effects{jobs}\n{}", words(Some(only.solver), &only.effects, only.cost));
         }
         let mut text = String::new();
-        if !self.common.is_empty() {
-            text += &format!("effects of all {} jobs\n{}", self.jobs, words(&self.common, self.cost));
+        if self.solver.is_some() || !self.common.is_empty() {
+            text += &format!("effects of all {} jobs\n{}", self.jobs, words(self.solver, &self.common, self.cost));
         }
         for group in self.groups.iter().take(PRINTED_GROUPS) {
             let own: Vec<Line> =
                 group.effects.iter().filter(|line| !self.common.iter().any(|common| common.effect == line.effect)).cloned().collect();
-            text += &format!("effects of {}: {}\n{}", count(group.jobs, "job", "jobs"), group.which, words(&own, group.cost));
+            text += &format!(
+                "effects of {}: {}\n{}",
+                count(group.jobs, "job", "jobs"),
+                group.which,
+                words(self.solver.xor(Some(group.solver)), &own, group.cost)
+            );
         }
         if let Some(rest) = self.groups.len().checked_sub(PRINTED_GROUPS).filter(|rest| *rest > 0) {
             text += &format!("{} more: --json lists them\n", count(rest, "group of jobs", "groups of jobs"));
@@ -246,8 +265,12 @@ impl Overview {
     }
 }
 
-/// Effects as lines of text; `cost` is what solving takes as it is.
-pub(crate) fn words(lines: &[Line], cost: Cost) -> String {
+/// Effects as lines of text, after the method; `cost` is what solving takes as it is.
+pub(crate) fn words(solver: Option<Solver>, lines: &[Line], cost: Cost) -> String {
+    let solver = solver.map(|Solver { method, reason }| match method {
+        Method::Seidel => format!("  {:<15} seidel, {reason}; it leaves out nothing\n", "method"),
+        Method::Newton | Method::Auto => format!("  {:<15} newton, {reason}\n", "method"),
+    });
     let line = |line: &Line| {
         let mut text = format!("  {:<15} {:<4} {}", line.effect.name(), if line.simulated { "on" } else { "off" }, line.reason);
         if line.reasons > 1 {
@@ -266,5 +289,5 @@ pub(crate) fn words(lines: &[Line], cost: Cost) -> String {
         }
         text + "\n"
     };
-    lines.iter().map(line).collect()
+    solver.into_iter().chain(lines.iter().map(line)).collect()
 }

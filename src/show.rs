@@ -99,6 +99,7 @@ pub(crate) fn json(record: &Record, fields: Option<&Fields>, surfaces: &Surfaces
     if effects::missing_surface(&point.job, surfaces).is_none() {
         let listed = effects::effects(&point.job, surfaces)?;
         said["effects"] = serde_json::json!(listed.lines);
+        said["method"] = serde_json::json!(listed.solver);
         said["predicted"] = serde_json::json!(listed.cost);
     }
     let patches = fields.map(patches).unwrap_or_default();
@@ -127,7 +128,7 @@ pub(crate) fn words(record: &Record, fields: Option<&Fields>, surfaces: &Surface
     text += &match effects::missing_surface(&point.job, surfaces) {
         None => {
             let listed = effects::effects(&point.job, surfaces)?;
-            format!("effects\n{}", effects::words(&listed.lines, listed.cost))
+            format!("effects\n{}", effects::words(Some(listed.solver), &listed.lines, listed.cost))
         }
         Some(missing) => format!("effects\n  not known: the store's studies do not hold {missing}\n"),
     };
