@@ -30,7 +30,7 @@ pub(crate) enum Command {
     Plan(PlanArgs),
     /// Measure what leaving effects out saves, on the first job of each group of jobs that call for the same ones
     #[command(
-        after_help = "Examples:\n  tribosweep effects sweeps/sphere.toml\n  tribosweep effects sweeps/cattaneo-loop.toml --repeat 5 --json\n\nEach job is solved with every effect left out that its scene does not call for, then with each of those simulated, then with everything: in a process of its own, on one thread. Nothing is stored."
+        after_help = "Examples:\n  tribosweep effects sweeps/effects.toml\n  tribosweep effects sweeps/cattaneo-loop.toml --repeat 5 --json\n\nEach job is solved with every effect left out that its scene does not call for, then with each of those simulated, then with everything: in a process of its own, on one thread. Nothing is stored."
     )]
     Effects(EffectsArgs),
     /// Continue a study from the store alone; its file need not exist any more
