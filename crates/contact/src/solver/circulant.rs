@@ -68,11 +68,6 @@ impl Circulant {
         }
     }
 
-    /// `field` ↦ (C + `epsilon`)⁻¹ `field` in memory of its own; see [`Self::invert`].
-    pub fn solve(&self, field: &mut [f64], epsilon: f64) {
-        self.invert(field, epsilon, &mut Scratch::for_elements(self.torus.field_len()));
-    }
-
     /// Memory held, in bytes, the plans of the transforms left out.
     pub fn bytes(&self) -> usize {
         self.eigenvalues.iter().map(Symbols::bytes).sum()
@@ -99,7 +94,7 @@ mod tests {
         let field: Vec<f64> = (0..3 * k).map(|at| (1.7 * at as f64).sin()).collect();
         let epsilon = 0.01;
         let mut solved = field.clone();
-        circulant.solve(&mut solved, epsilon);
+        circulant.invert(&mut solved, epsilon, &mut Scratch::for_elements(k));
         for (block, entry) in [Entry::Nn, Entry::Xx, Entry::Yy].into_iter().enumerate() {
             for at in 0..k {
                 let (i, j) = (at % nx, at / nx);

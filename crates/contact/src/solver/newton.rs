@@ -223,7 +223,7 @@ impl<'a> Linear<'a> {
         let borders = self.borders();
         let (solution, figures) = {
             let this = std::cell::RefCell::new(&mut *self);
-            gmres::solve(&rhs, forcing, 400, |x| this.borrow_mut().matrix(x), |r| this.borrow().precondition(r, &borders))
+            gmres::solve(&rhs, forcing, 400, |x| this.borrow_mut().matrix(x), |r| this.borrow_mut().precondition(r, &borders))
         };
         self.applications += figures.applications;
         let (free, moved) = solution.split_at(self.len());
@@ -241,7 +241,7 @@ impl<'a> Linear<'a> {
             let borders = Borders { answers: Vec::new(), factors: None };
             let (solution, figures) = {
                 let this = std::cell::RefCell::new(&mut *self);
-                gmres::solve(&rows, forcing, 400, |x| this.borrow_mut().matrix(x), |r| this.borrow().precondition(r, &borders))
+                gmres::solve(&rows, forcing, 400, |x| this.borrow_mut().matrix(x), |r| this.borrow_mut().precondition(r, &borders))
             };
             self.applications += figures.applications;
             columns.push(self.problem.resultants(&self.expand(&solution)));
@@ -324,7 +324,7 @@ impl<'a> Linear<'a> {
     }
 
     /// W C⁻¹ W on the free components alone.
-    fn elastic_inverse(&self, rows: &[f64]) -> Vec<f64> {
+    fn elastic_inverse(&mut self, rows: &[f64]) -> Vec<f64> {
         let weight = |sigma: f64| 1.0 / (1.0 + sigma / self.diagonal).sqrt();
         let mut field = vec![0.0; self.len()];
         for e in self.problem.grid.active() {
@@ -341,7 +341,7 @@ impl<'a> Linear<'a> {
             };
             self.scatter(&mut field, e, [normal, tangential[0], tangential[1]]);
         }
-        self.operator.circulant.solve(&mut field, self.problem.epsilon);
+        self.operator.circulant.invert(&mut field, self.problem.epsilon, &mut self.scratch);
         let mut free = self.restrict(&field);
         for e in self.problem.grid.active() {
             if let Some((at, sigma)) = self.across(e) {
@@ -352,8 +352,9 @@ impl<'a> Linear<'a> {
     }
 
     /// For each free motion its rows B and P⁻¹B, and the factored matrix of the resultants of the latter.
-    fn borders(&self) -> Borders {
-        let answers: Vec<Vec<f64>> = self.free.iter().map(|&which| self.elastic_inverse(&self.restrict(&self.rigid(which)))).collect();
+    fn borders(&mut self) -> Borders {
+        let rows: Vec<Vec<f64>> = self.free.iter().map(|&which| self.restrict(&self.rigid(which))).collect();
+        let answers: Vec<Vec<f64>> = rows.iter().map(|rows| self.elastic_inverse(rows)).collect();
         let size = self.free.len();
         let columns: Vec<[f64; 6]> = answers.iter().map(|answer| self.problem.resultants(&self.expand(answer))).collect();
         let matrix = faer::Mat::from_fn(size, size, |i, j| columns[j][self.free[i]]);
@@ -361,7 +362,7 @@ impl<'a> Linear<'a> {
     }
 
     /// The preconditioner: the elastic inverse, with the resultants exactly right.
-    fn precondition(&self, rows: &[f64], borders: &Borders) -> Vec<f64> {
+    fn precondition(&mut self, rows: &[f64], borders: &Borders) -> Vec<f64> {
         let (rows, asked) = rows.split_at(self.len());
         let mut free = self.elastic_inverse(rows);
         if let Some(factors) = &borders.factors {
