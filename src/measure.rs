@@ -102,7 +102,7 @@ fn runs(job: &Job, surfaces: &Surfaces, repeat: u32) -> Result<Vec<Run>> {
             seconds: median(measurement.seconds),
             bytes: measurement.bytes,
             iterations: measurement.outcome.work().iterations,
-            difference: first.as_ref().and_then(|first| difference(first, &fields)),
+            difference: first.as_ref().and_then(|first| first.difference(&fields)),
             status: match measurement.outcome.status {
                 Status::Certified => "certified",
                 Status::Failed { .. } => "failed",
@@ -139,17 +139,6 @@ fn table(runs: &[Run]) -> Result<Table> {
         ]
     });
     Ok(Table::new(heads.map(|(name, unit)| Column::new(name, unit)).collect(), rows.collect())?)
-}
-
-/// The largest difference of two solutions' tractions over the first one's largest pressure; `None` if there is none, or no pressure.
-fn difference(first: &Fields, second: &Fields) -> Option<f64> {
-    let peak = first.pressure.iter().fold(0.0, |peak: f64, p| peak.max(*p));
-    let pairs = [(&first.pressure, &second.pressure), (&first.traction_x, &second.traction_x), (&first.traction_y, &second.traction_y)];
-    if peak == 0.0 || pairs.iter().any(|(a, b)| a.len() != b.len()) {
-        return None;
-    }
-    let largest = pairs.iter().flat_map(|(a, b)| a.iter().zip(*b)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    Some(largest / peak)
 }
 
 fn median(mut seconds: Vec<f64>) -> f64 {
@@ -220,14 +209,5 @@ mod tests {
     fn medians() {
         assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
         assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
-    }
-
-    #[test]
-    fn differences_are_of_all_tractions_over_the_largest_pressure() {
-        let first = Fields { pressure: vec![1.0, 4.0], traction_x: vec![0.0, 1.0], traction_y: vec![0.0; 2], ..Fields::default() };
-        let second = Fields { pressure: vec![1.0, 4.5], traction_y: vec![-1.0, 0.0], ..first.clone() };
-        assert_eq!(difference(&first, &second), Some(0.25));
-        assert_eq!(difference(&first, &first), Some(0.0));
-        assert_eq!(difference(&Fields::default(), &first), None);
     }
 }

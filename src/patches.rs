@@ -1,6 +1,7 @@
 //! The separate regions of a contact, as its fields show them.
 
 use anyhow::Result;
+use contact::observables::{self, State};
 use contact::outcome::Fields;
 use report::{Cell, Column, Table};
 use serde::Serialize;
@@ -23,32 +24,9 @@ pub(crate) struct Patch {
 
 /// The patches of a contact, the one that carries most first.
 pub(crate) fn patches(fields: &Fields) -> Vec<Patch> {
-    let [nx, ny] = fields.shape.map(|n| n as usize);
-    let in_contact = |at: usize| fields.state.get(at).is_some_and(|state| *state >= 2);
-    let mut seen = vec![false; fields.state.len()];
-    let mut patches = Vec::new();
-    for start in 0..fields.state.len() {
-        if !in_contact(start) || seen[start] {
-            continue;
-        }
-        seen[start] = true;
-        let mut region = vec![start];
-        let mut next = 0;
-        while let Some(&at) = region.get(next) {
-            next += 1;
-            let (i, j) = (at % nx, at / nx);
-            for (i, j) in
-                (j.saturating_sub(1)..=(j + 1).min(ny - 1)).flat_map(|j| (i.saturating_sub(1)..=(i + 1).min(nx - 1)).map(move |i| (i, j)))
-            {
-                let neighbour = j * nx + i;
-                if in_contact(neighbour) && !seen[neighbour] {
-                    seen[neighbour] = true;
-                    region.push(neighbour);
-                }
-            }
-        }
-        patches.push(patch(fields, &region));
-    }
+    let in_contact = |at: usize| fields.state.get(at).is_some_and(|state| *state >= State::Stick as u8);
+    let regions = observables::patches(fields.shape.map(|n| n as usize), in_contact);
+    let mut patches: Vec<Patch> = regions.iter().map(|region| patch(fields, region)).collect();
     patches.sort_by(|a, b| b.load.total_cmp(&a.load));
     patches
 }

@@ -1,7 +1,6 @@
 //! Load, areas, peaks and energies of a solution, and its fields, in SI units.
 
 use crate::friction::h_u;
-use crate::grid::Grid;
 use crate::outcome::{Fields, Observables};
 use crate::problem::Problem;
 
@@ -51,7 +50,7 @@ pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) ->
         mesh_y: grid.ny() as u64,
         element_x: grid.hx() * length,
         element_y: grid.hy() * length,
-        patches: patches(grid, states).len() as u64,
+        patches: patches([grid.nx(), grid.ny()], |e| matches!(states[e], State::Stick | State::Slip)).len() as u64,
         sole_area: grid.active_len() as f64 * area,
         ..Observables::default()
     };
@@ -88,13 +87,12 @@ pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) ->
     o
 }
 
-/// The regions in contact that do not touch each other, not even at a corner: the elements of each, in order, those with the
-/// smallest element first.
-pub fn patches(grid: &Grid, states: &[State]) -> Vec<Vec<usize>> {
-    let in_contact = |e: usize| matches!(states[e], State::Stick | State::Slip);
-    let mut seen = vec![false; grid.len()];
+/// The regions of nx × ny elements in contact that do not touch each other, not even at a corner: the elements of each, in order,
+/// those with the smallest element first.
+pub fn patches([nx, ny]: [usize; 2], in_contact: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
+    let mut seen = vec![false; nx * ny];
     let mut patches = Vec::new();
-    for start in 0..grid.len() {
+    for start in 0..nx * ny {
         if seen[start] || !in_contact(start) {
             continue;
         }
@@ -103,10 +101,10 @@ pub fn patches(grid: &Grid, states: &[State]) -> Vec<Vec<usize>> {
         let mut next = 0;
         while let Some(&e) = patch.get(next) {
             next += 1;
-            let (i, j) = grid.position(e);
-            for j in j.saturating_sub(1)..(j + 2).min(grid.ny()) {
-                for i in i.saturating_sub(1)..(i + 2).min(grid.nx()) {
-                    let other = j * grid.nx() + i;
+            let (i, j) = (e % nx, e / nx);
+            for j in j.saturating_sub(1)..(j + 2).min(ny) {
+                for i in i.saturating_sub(1)..(i + 2).min(nx) {
+                    let other = j * nx + i;
                     if !seen[other] && in_contact(other) {
                         seen[other] = true;
                         patch.push(other);

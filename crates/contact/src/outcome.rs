@@ -276,10 +276,38 @@ pub struct Fields {
     pub traction_y: Vec<f64>,
     /// w₁ \[m\].
     pub gap: Vec<f64>,
-    /// w₂ \[m\], the foundation's surface relative to the punch.
+    /// w₂ \[m\], the foundation's surface relative to the punch since the increment before; 0 where the scene has no tangential
+    /// tractions, for then it is not computed.
     pub slip_x: Vec<f64>,
     /// w₃ \[m\].
     pub slip_y: Vec<f64>,
     /// 0 outside the sole, 1 open, 2 stick, 3 slip.
     pub state: Vec<u8>,
+}
+
+impl Fields {
+    /// The largest difference of two solutions' tractions over this one's largest pressure \[1\]; `None` where there is no pressure
+    /// or they are not on the same number of elements.
+    pub fn difference(&self, other: &Self) -> Option<f64> {
+        let peak = self.pressure.iter().copied().fold(0.0, f64::max);
+        let pairs = [(&self.pressure, &other.pressure), (&self.traction_x, &other.traction_x), (&self.traction_y, &other.traction_y)];
+        if peak == 0.0 || pairs.iter().any(|(a, b)| a.len() != b.len()) {
+            return None;
+        }
+        Some(pairs.iter().flat_map(|(a, b)| a.iter().zip(*b)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / peak)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_are_of_all_tractions_over_the_largest_pressure() {
+        let first = Fields { pressure: vec![1.0, 4.0], traction_x: vec![0.0, 1.0], traction_y: vec![0.0; 2], ..Fields::default() };
+        let second = Fields { pressure: vec![1.0, 4.5], traction_y: vec![-1.0, 0.0], ..first.clone() };
+        assert_eq!(first.difference(&second), Some(0.25));
+        assert_eq!(first.difference(&first), Some(0.0));
+        assert_eq!(Fields::default().difference(&first), None);
+    }
 }

@@ -493,6 +493,11 @@ fn positive(key: &str, x: f64) -> Result<(), SceneError> {
 }
 
 impl Material {
+    /// Compliance (1−ν)/G \[1/Pa\].
+    pub fn compliance(&self) -> f64 {
+        (1.0 - self.poisson) / self.shear_modulus
+    }
+
     fn validate(&self, at: &str) -> Result<(), SceneError> {
         positive(&format!("{at}.shear_modulus"), self.shear_modulus)?;
         if (0.0..=0.5).contains(&self.poisson) {

@@ -6,7 +6,7 @@ use crate::influence::{Components, Mirror};
 use crate::loading::Control;
 use crate::observables::{fields, observables, states};
 use crate::operators::{Operator, Operators};
-use crate::outcome::{Fields, Hertz, Motion, Outcome, RailContact, Status, StepOutcome, WorkDone};
+use crate::outcome::{Certificate, Fields, Hertz, Motion, Observables, Outcome, RailContact, Status, StepOutcome, WorkDone};
 use crate::problem::Problem;
 use crate::punch::{Gap, Surfaces, surface_compliance};
 use crate::reference::hertz_ellipse;
@@ -169,8 +169,8 @@ fn place(reason: &str, scene: &Scene, outcome: &Outcome, part: u32, increments: 
     format!("{place}: {reason}")
 }
 
-/// Certifies an iterate with `operator`, which has no mirror planes, against `asked` \[SI\] too, and derives what goes out: whether it counts as solved, its
-/// figures, its fields and w = A p − f.
+/// Certifies an iterate with `operator`, which has no mirror planes, against `asked` \[SI\] too, and derives what goes out: whether it
+/// counts as solved, its figures, its fields and w = A p − f.
 fn conclude(
     problem: &Problem,
     operator: &Operator,
@@ -203,47 +203,45 @@ fn conclude(
     let status = if iterate.stop.is_solution() && certificate.meets(tolerance) {
         Status::Certified
     } else {
-        let iterations = iterate.iterations;
-        let name = |which: usize| Step::NAMES[which][1];
-        let stop = match iterate.stop {
-            Stop::Converged => "the solver took it for converged".to_owned(),
-            Stop::OutOfIterations { residual } => format!("not converged in {iterations} iterations (residual {residual:.1e})"),
-            Stop::Stalled { residual } => format!("stalled after {iterations} iterations (smallest residual {residual:.1e})"),
-            Stop::Diverged => format!("diverged after {iterations} iterations"),
-            Stop::Slides { which } => {
-                let force = [0, 1, 2].map(|which| observables.resultants()[which]);
-                let bound = problem.mu * force[0];
-                let asked = match asked[which] {
-                    Control::Force(value) | Control::Motion(value) => value,
-                };
-                return (
-                    Status::Failed {
-                        reason: format!(
-                            "gross sliding: the contact cannot carry {} = {asked:.6e}; friction carries at most μP = {bound:.6e} N (where it was given up: P = {:.6e}, Qx = {:.6e}, Qy = {:.6e} N)",
-                            name(which),
-                            force[0],
-                            force[1],
-                            force[2]
-                        ),
-                    },
-                    StepOutcome { motion, observables, certificate, work: work(iterate), way: iterate.way, ..StepOutcome::default() },
-                    fields(problem, p, &w, &states),
-                    w,
-                );
-            }
-            Stop::Unbalanced { which } => {
-                format!("no pressure under the sole has the {} that is asked: its line of action passes the sole by", name(which))
-            }
-        };
-        Status::Failed {
-            reason: format!(
-                "{stop}; the certificate has residual {:.1e}, tension {:.1e}, cone violation {:.1e}, force imbalance {:.1e} where {tolerance:.1e} was asked",
-                certificate.residual, certificate.tension, certificate.cone_violation, certificate.force_imbalance
-            ),
-        }
+        Status::Failed { reason: failure(problem.mu, iterate, asked, &observables, &certificate, tolerance) }
     };
     let step = StepOutcome { motion, observables, certificate, work: work(iterate), way: iterate.way, ..StepOutcome::default() };
     (status, step, fields(problem, p, &w, &states), w)
+}
+
+/// Why an iterate is no solution, in words with figures.
+fn failure(
+    mu: f64,
+    iterate: &Iterate,
+    asked: &[Control; 6],
+    observables: &Observables,
+    certificate: &Certificate,
+    tolerance: f64,
+) -> String {
+    let iterations = iterate.iterations;
+    let name = |which: usize| Step::NAMES[which][1];
+    let stop = match iterate.stop {
+        Stop::Converged => "the solver took it for converged".to_owned(),
+        Stop::OutOfIterations { residual } => format!("not converged in {iterations} iterations (residual {residual:.1e})"),
+        Stop::Stalled { residual } => format!("stalled after {iterations} iterations (smallest residual {residual:.1e})"),
+        Stop::Diverged => format!("diverged after {iterations} iterations"),
+        Stop::Slides { which } => {
+            let (Control::Force(asked) | Control::Motion(asked)) = asked[which];
+            let Observables { load, force_x, force_y, .. } = observables;
+            return format!(
+                "gross sliding: the contact cannot carry {} = {asked:.6e}; friction carries at most μP = {:.6e} N (where it was given up: P = {load:.6e}, Qx = {force_x:.6e}, Qy = {force_y:.6e} N)",
+                name(which),
+                mu * load
+            );
+        }
+        Stop::Unbalanced { which } => {
+            format!("no pressure under the sole has the {} that is asked: its line of action passes the sole by", name(which))
+        }
+    };
+    format!(
+        "{stop}; the certificate has residual {:.1e}, tension {:.1e}, cone violation {:.1e}, force imbalance {:.1e} where {tolerance:.1e} was asked",
+        certificate.residual, certificate.tension, certificate.cone_violation, certificate.force_imbalance
+    )
 }
 
 fn work(iterate: &Iterate) -> WorkDone {

@@ -10,13 +10,6 @@ use contact::scene::*;
 use contact::{Operators, solve};
 use proptest::prelude::*;
 
-/// Largest difference of the tractions over the peak pressure.
-fn difference(a: &Fields, b: &Fields) -> f64 {
-    let peak = a.pressure.iter().copied().fold(0.0, f64::max);
-    let pairs = [(&a.pressure, &b.pressure), (&a.traction_x, &b.traction_x), (&a.traction_y, &b.traction_y)];
-    pairs.iter().flat_map(|(a, b)| a.iter().zip(b.iter())).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / peak
-}
-
 fn by(method: Method, scene: &Scene, mesh: Mesh) -> (StepOutcome, Fields) {
     certified(scene, &Numerics { method, ..numerics(mesh, Projection::Average, 1e-10) })
 }

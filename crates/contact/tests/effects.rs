@@ -21,13 +21,6 @@ fn off(effects: &Effects) -> Vec<Effect> {
     Effect::OPTIONAL.into_iter().filter(|effect| !effects.has(*effect)).collect()
 }
 
-/// Largest difference of the tractions over the peak pressure.
-fn difference(a: &Fields, b: &Fields) -> f64 {
-    let peak = a.pressure.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-    let pairs = [(&a.pressure, &b.pressure), (&a.traction_x, &b.traction_x), (&a.traction_y, &b.traction_y)];
-    pairs.iter().flat_map(|(a, b)| a.iter().zip(b.iter())).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / peak
-}
-
 /// Solves with what the scene calls for and with every effect, and compares. Gives what was left out.
 fn agree(scene: &Scene, mesh: [u32; 2]) -> Vec<Effect> {
     let lean = Numerics { simulate: Vec::new(), ..numerics(Mesh::Exact(mesh), Projection::Average, 1e-10) };

@@ -154,13 +154,6 @@ fn fields(scene: &Scene) -> Fields {
     certified(scene, &numerics(Mesh::Across(20), Projection::Average, 1e-11)).1
 }
 
-/// Largest difference of tractions over the peak pressure.
-fn difference(a: &Fields, b: &Fields) -> f64 {
-    let peak = a.pressure.iter().copied().fold(0.0, f64::max);
-    let pairs = [(&a.pressure, &b.pressure), (&a.traction_x, &b.traction_x), (&a.traction_y, &b.traction_y)];
-    pairs.iter().flat_map(|(a, b)| a.iter().zip(b.iter())).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / peak
-}
-
 const BASE: Material = Material { shear_modulus: 1.0, poisson: 0.3 };
 
 fn layer(shear_modulus: f64, poisson: f64, thickness: f64) -> Layer {

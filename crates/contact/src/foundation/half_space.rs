@@ -21,7 +21,7 @@ impl HalfSpace {
     pub fn new(foundation: &Material, punch: Option<&Material>) -> Self {
         let compliance = |m: &Material| {
             let (g, nu) = (m.shear_modulus, m.poisson);
-            ((1.0 - nu) / g, nu / g, (1.0 - 2.0 * nu) / (2.0 * g))
+            (m.compliance(), nu / g, (1.0 - 2.0 * nu) / (2.0 * g))
         };
         let (direct, cross, coupling) = compliance(foundation);
         let (d, c, k) = punch.map_or((0.0, 0.0, 0.0), compliance);

@@ -275,27 +275,21 @@ impl Pose {
 
 /// Σ(1−ν)/G of the materials that touch \[1/Pa\].
 pub(crate) fn surface_compliance(scene: &Scene) -> f64 {
-    let compliance = |material: Material| (1.0 - material.poisson) / material.shear_modulus;
-    scene.foundation.surface().map_or(0.0, compliance) + scene.punch.material.map_or(0.0, compliance)
+    [scene.foundation.surface(), scene.punch.material].iter().flatten().map(Material::compliance).sum()
 }
 
 /// Size of a contact that depends on the bodies' compliance Σ(1−ν)/G: with layers on that which is felt at this size, k C_NN(k) at
 /// k = 1/size, and a fifth more to be on the safe side of a rough guess.
 fn contact_size(scene: &Scene, size: impl Fn(f64) -> f64) -> f64 {
-    let compliance = |material: Material| (1.0 - material.poisson) / material.shear_modulus;
-    let punch = scene.punch.material.map_or(0.0, compliance);
+    let mut contact = size(surface_compliance(scene));
     let foundation = &scene.foundation;
-    match (Layered::new(&foundation.layers, &foundation.base), foundation.surface()) {
-        (Some(layered), Some(surface)) => {
-            let mut contact = size(compliance(surface) + punch);
-            for _ in 0..60 {
-                let felt = layered.compliance(1.0 / contact).nn / contact + punch;
-                contact = (contact * size(felt)).sqrt();
-            }
-            1.2 * contact
-        }
-        (_, surface) => size(surface.map_or(0.0, compliance) + punch),
+    let Some(layered) = Layered::new(&foundation.layers, &foundation.base) else { return contact };
+    let punch = scene.punch.material.map_or(0.0, |material| material.compliance());
+    for _ in 0..60 {
+        let felt = layered.compliance(1.0 / contact).nn / contact + punch;
+        contact = (contact * size(felt)).sqrt();
     }
+    1.2 * contact
 }
 
 /// The smallest rectangle that holds them all; of the same shape as one of them alone.

@@ -23,6 +23,9 @@ use crate::problem::Problem;
 /// step but the first few at least halves it.
 const PATIENCE: u64 = 12;
 
+/// Applications after which the answer of a linear solve is taken as it is.
+const MOST_APPLICATIONS: u64 = 400;
+
 /// What an element does under the linearised map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Piece {
@@ -223,7 +226,7 @@ impl<'a> Linear<'a> {
         let borders = self.borders();
         let (solution, figures) = {
             let this = std::cell::RefCell::new(&mut *self);
-            gmres::solve(&rhs, forcing, 400, |x| this.borrow_mut().matrix(x), |r| this.borrow_mut().precondition(r, &borders))
+            gmres::solve(&rhs, forcing, MOST_APPLICATIONS, |x| this.borrow_mut().matrix(x), |r| this.borrow_mut().precondition(r, &borders))
         };
         self.applications += figures.applications;
         let (free, moved) = solution.split_at(self.len());
@@ -241,7 +244,13 @@ impl<'a> Linear<'a> {
             let borders = Borders { answers: Vec::new(), factors: None };
             let (solution, figures) = {
                 let this = std::cell::RefCell::new(&mut *self);
-                gmres::solve(&rows, forcing, 400, |x| this.borrow_mut().matrix(x), |r| this.borrow_mut().precondition(r, &borders))
+                gmres::solve(
+                    &rows,
+                    forcing,
+                    MOST_APPLICATIONS,
+                    |x| this.borrow_mut().matrix(x),
+                    |r| this.borrow_mut().precondition(r, &borders),
+                )
             };
             self.applications += figures.applications;
             columns.push(self.problem.resultants(&self.expand(&solution)));
