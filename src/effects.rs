@@ -5,8 +5,9 @@ use std::ops::Add;
 
 use anyhow::Result;
 use contact::effect::{Effect, Effects};
+use contact::numerics::{Method, Numerics};
 use contact::punch::Surfaces;
-use contact::scene::{Method, Numerics, Shape};
+use contact::scene::Shape;
 use contact::{Forecast, forecast};
 use rayon::prelude::*;
 use serde::Serialize;

@@ -6,9 +6,9 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use contact::effect::{Effect, Effects};
+use contact::numerics::Numerics;
 use contact::outcome::{Fields, Outcome, Status};
 use contact::punch::Surfaces;
-use contact::scene::Numerics;
 use contact::{Operators, forecast};
 use report::{Cell, Column, Table};
 use serde::{Deserialize, Serialize};

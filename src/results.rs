@@ -3,8 +3,8 @@
 use std::collections::{HashMap, HashSet};
 
 use anyhow::{Context, Result, bail};
+use contact::loading::Step;
 use contact::outcome::Observables;
-use contact::scene::Step;
 use report::{Cell, Table};
 use store::{ReadError, Reader};
 use study::columns::{Kind, Value, along_path};

@@ -8,9 +8,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::influence::{Components, Mirror, Symmetry};
 use crate::loading::Control;
+use crate::numerics::Numerics;
 use crate::problem::relative_bodies;
 use crate::punch::{Surfaces, domain};
-use crate::scene::{Numerics, Scene, SceneError, Shape};
+use crate::scene::{Scene, SceneError, Shape};
 
 /// An effect that a scene may call for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]

@@ -3,9 +3,10 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use crate::effect::Effects;
+use crate::numerics::{Method, Numerics};
 use crate::problem::{Layout, relative_bodies};
 use crate::punch::{Surfaces, domain};
-use crate::scene::{Method, Numerics, Scene, SceneError, Shape};
+use crate::scene::{Scene, SceneError, Shape};
 
 /// What a solve will take.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,8 +66,9 @@ pub fn forecast(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces) -> Resu
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numerics::Mesh;
     use crate::problem::Problem;
-    use crate::scene::{Foundation, Material, Mesh, tests::sphere_on_half_space};
+    use crate::scene::{Foundation, Material, tests::sphere_on_half_space};
 
     #[test]
     fn equal_operators_have_equal_hashes_and_others_not() {

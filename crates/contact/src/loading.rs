@@ -1,7 +1,137 @@
 //! The loading path: what is asked of each increment, and the punch's rigid motion on the grid.
 
+use serde::{Deserialize, Serialize};
+
 use crate::outcome::Motion;
-use crate::scene::{Loading, Step};
+use crate::scene::{SceneError, finite, positive, refuse};
+
+/// The loading path: steps one after the other, the last ones over and over if they make a cycle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Loading {
+    /// Load steps, in order, from zero traction.
+    pub steps: Vec<Step>,
+    /// Index of the step with which a cycle begins; it ends with the last step. `None` is a path without cycles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cycle_from: Option<u32>,
+    /// How often the cycle is run through.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub cycles: u32,
+}
+
+impl Loading {
+    /// A path of these steps, without cycles.
+    pub fn path(steps: Vec<Step>) -> Self {
+        Self { steps, cycle_from: None, cycles: 1 }
+    }
+}
+
+/// One load step. Each of the punch's six rigid degrees of freedom is either prescribed or governed by its force or
+/// moment; one that is not mentioned stays under the control, and at the value, of the step before. Before the first
+/// step the punch just touches at the origin, unshifted and untilted, and nothing is mentioned: the first step must
+/// give the approach or the normal force.
+///
+/// A rotation vector (tilt_x, tilt_y, twist) moves a point (x, y, 0) of the punch by
+/// (−twist·y, twist·x, tilt_x·y − tilt_y·x), z into the foundation. Forces and moments are those of the punch on the
+/// foundation, with the signs of [`Observables`](crate::outcome::Observables).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Step {
+    /// Approach δ, positive into the foundation \[m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub approach: Option<f64>,
+    /// Normal force P > 0 \[N\] instead of the approach.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal_force: Option<f64>,
+    /// Shift along x \[m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shift_x: Option<f64>,
+    /// Tangential force along x \[N\] instead of the shift.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_x: Option<f64>,
+    /// Shift along y \[m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shift_y: Option<f64>,
+    /// Tangential force along y \[N\] instead of the shift.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_y: Option<f64>,
+    /// Tilt about the x axis \[rad\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tilt_x: Option<f64>,
+    /// Moment about the x axis \[N m\] instead of the tilt.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moment_x: Option<f64>,
+    /// Tilt about the y axis \[rad\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tilt_y: Option<f64>,
+    /// Moment about the y axis \[N m\] instead of the tilt.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moment_y: Option<f64>,
+    /// Twist φ about the z axis \[rad\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub twist: Option<f64>,
+    /// Moment about the z axis \[N m\] instead of the twist.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moment_z: Option<f64>,
+    /// Equal parts in which the step is taken, each solved after the one before: what is prescribed moves evenly from
+    /// its value at the end of the step before to its value here.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub increments: u32,
+}
+
+impl Default for Step {
+    /// A step that changes nothing.
+    fn default() -> Self {
+        Self {
+            approach: None,
+            normal_force: None,
+            shift_x: None,
+            force_x: None,
+            shift_y: None,
+            force_y: None,
+            tilt_x: None,
+            moment_x: None,
+            tilt_y: None,
+            moment_y: None,
+            twist: None,
+            moment_z: None,
+            increments: 1,
+        }
+    }
+}
+
+impl Step {
+    /// Names of the rigid degrees of freedom in the order approach, shift x, y, tilt x, y, twist: as a motion and as the
+    /// force that is its work-conjugate.
+    pub const NAMES: [[&'static str; 2]; 6] = [
+        ["approach", "normal_force"],
+        ["shift_x", "force_x"],
+        ["shift_y", "force_y"],
+        ["tilt_x", "moment_x"],
+        ["tilt_y", "moment_y"],
+        ["twist", "moment_z"],
+    ];
+
+    /// What the step says about each degree of freedom, as a motion and as a force, in the order of [`Step::NAMES`].
+    pub fn given(&self) -> [[Option<f64>; 2]; 6] {
+        [
+            [self.approach, self.normal_force],
+            [self.shift_x, self.force_x],
+            [self.shift_y, self.force_y],
+            [self.tilt_x, self.moment_x],
+            [self.tilt_y, self.moment_y],
+            [self.twist, self.moment_z],
+        ]
+    }
+}
+
+fn one() -> u32 {
+    1
+}
+
+fn is_one(n: &u32) -> bool {
+    *n == 1
+}
 
 /// What governs a rigid degree of freedom of the punch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +153,60 @@ pub struct Leg {
     pub increments: u32,
     /// Where each degree of freedom goes, in the order of [`Step::NAMES`].
     pub target: [Control; 6],
+}
+
+impl Loading {
+    /// The largest number of increments of a path, cycles counted as often as they are run through.
+    pub const MAX_INCREMENTS: u32 = 1000;
+
+    pub(crate) fn validate(&self) -> Result<(), SceneError> {
+        let steps = &self.steps;
+        let Some(first) = steps.first() else {
+            return Err(refuse("loading.steps", "no steps", "needs at least one load step"));
+        };
+        for (i, step) in steps.iter().enumerate() {
+            for (given, [motion, force]) in step.given().iter().zip(Step::NAMES) {
+                let at = |name: &str| format!("loading.steps[{i}].{name}");
+                for (value, name) in given.iter().zip([motion, force]) {
+                    if let Some(value) = value {
+                        finite(&at(name), *value)?;
+                    }
+                }
+                if let [Some(_), Some(value)] = given {
+                    return Err(refuse(&at(force), value, &format!("cannot stand beside `{motion}`: give one of the two")));
+                }
+            }
+            if let Some(force) = step.normal_force {
+                positive(&format!("loading.steps[{i}].normal_force"), force)?;
+            }
+            if step.increments == 0 {
+                return Err(refuse(&format!("loading.steps[{i}].increments"), 0, "must be at least 1"));
+            }
+        }
+        if first.approach.is_none() && first.normal_force.is_none() {
+            return Err(refuse("loading.steps[0].approach", "missing", "the first step needs `approach` or `normal_force`"));
+        }
+        if self.cycles == 0 {
+            return Err(refuse("loading.cycles", 0, "must be at least 1"));
+        }
+        match self.cycle_from {
+            Some(from) if from as usize >= steps.len() => {
+                let last = steps.len() - 1;
+                return Err(refuse("loading.cycle_from", from, &format!("must be the index of a step, 0 to {last}")));
+            }
+            None if self.cycles > 1 => {
+                return Err(refuse("loading.cycles", self.cycles, "needs `cycle_from`, the index of the step with which a cycle begins"));
+            }
+            _ => {}
+        }
+        let count = |steps: &[Step]| steps.iter().map(|step| u64::from(step.increments)).sum::<u64>();
+        let (lead, cycle) = steps.split_at(self.cycle_from.map_or(steps.len(), |from| from as usize));
+        let total = count(lead).saturating_add(count(cycle).saturating_mul(u64::from(self.cycles)));
+        if total > u64::from(Self::MAX_INCREMENTS) {
+            return Err(refuse("loading.steps", format!("{total} increments in all"), "must be at most 1000"));
+        }
+        Ok(())
+    }
 }
 
 impl Loading {

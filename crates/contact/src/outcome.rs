@@ -94,7 +94,7 @@ pub struct RailContact {
 /// One increment of a loading path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StepOutcome {
-    /// Index of its step in [`Loading::steps`](crate::scene::Loading::steps).
+    /// Index of its step in [`Loading::steps`](crate::loading::Loading::steps).
     pub step: u32,
     /// Which time the cycle is run through, counted from 1; 0 before the cycle or without one.
     pub cycle: u32,
@@ -136,7 +136,7 @@ impl Way {
     }
 }
 
-/// Position of the punch from where it just touches at the origin, with the signs of [`Step`](crate::scene::Step).
+/// Position of the punch from where it just touches at the origin, with the signs of [`Step`](crate::loading::Step).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
     /// Approach δ \[m\].
@@ -154,12 +154,12 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// In the order of [`Step::NAMES`](crate::scene::Step::NAMES).
+    /// In the order of [`Step::NAMES`](crate::loading::Step::NAMES).
     pub fn to_array(self) -> [f64; 6] {
         [self.approach, self.shift_x, self.shift_y, self.tilt_x, self.tilt_y, self.twist]
     }
 
-    /// From the order of [`Step::NAMES`](crate::scene::Step::NAMES).
+    /// From the order of [`Step::NAMES`](crate::loading::Step::NAMES).
     pub fn from_array([approach, shift_x, shift_y, tilt_x, tilt_y, twist]: [f64; 6]) -> Self {
         Self { approach, shift_x, shift_y, tilt_x, tilt_y, twist }
     }
@@ -223,7 +223,7 @@ pub struct Observables {
 }
 
 impl Observables {
-    /// Forces and moments in the order of [`Step::NAMES`](crate::scene::Step::NAMES).
+    /// Forces and moments in the order of [`Step::NAMES`](crate::loading::Step::NAMES).
     pub fn resultants(&self) -> [f64; 6] {
         [self.load, self.force_x, self.force_y, self.moment_x, self.moment_y, self.moment_z]
     }

@@ -13,9 +13,11 @@ use crate::foundation::bodies::Bodies;
 use crate::friction::g_mu;
 use crate::grid::{Grid, GridError};
 use crate::influence::{Components, Direction, Mirror, MirrorError};
+use crate::loading::Step;
 use crate::loading::rigid_modes;
+use crate::numerics::{Mesh, Numerics, Projection};
 use crate::punch::{Gap, Surfaces, domain};
-use crate::scene::{Base, Domain, Layer, Material, Mesh, Numerics, Projection, Scene, SceneError, Shape, Step};
+use crate::scene::{Base, Domain, Layer, Material, Scene, SceneError, Shape};
 
 /// Units in which a [`Problem`] is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +34,7 @@ impl Scale {
         1.0 / self.compliance
     }
 
-    /// The units of the six rigid degrees of freedom, in the order of [`Step::NAMES`](crate::scene::Step::NAMES) \[m or rad\].
+    /// The units of the six rigid degrees of freedom, in the order of [`Step::NAMES`](crate::loading::Step::NAMES) \[m or rad\].
     pub fn motions(&self) -> [f64; 6] {
         let l = self.length;
         [l, l, l, 1.0, 1.0, 1.0]

@@ -5,8 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::effect::Effect;
-use crate::loading::Control;
+use crate::loading::Loading;
 use crate::punch::Side;
 
 /// A contact scene in SI units.
@@ -245,227 +244,8 @@ pub struct Domain {
     pub center_y: f64,
 }
 
-/// The loading path: steps one after the other, the last ones over and over if they make a cycle.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Loading {
-    /// Load steps, in order, from zero traction.
-    pub steps: Vec<Step>,
-    /// Index of the step with which a cycle begins; it ends with the last step. `None` is a path without cycles.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub cycle_from: Option<u32>,
-    /// How often the cycle is run through.
-    #[serde(default = "one", skip_serializing_if = "is_one")]
-    pub cycles: u32,
-}
-
-impl Loading {
-    /// A path of these steps, without cycles.
-    pub fn path(steps: Vec<Step>) -> Self {
-        Self { steps, cycle_from: None, cycles: 1 }
-    }
-}
-
-/// One load step. Each of the punch's six rigid degrees of freedom is either prescribed or governed by its force or
-/// moment; one that is not mentioned stays under the control, and at the value, of the step before. Before the first
-/// step the punch just touches at the origin, unshifted and untilted, and nothing is mentioned: the first step must
-/// give the approach or the normal force.
-///
-/// A rotation vector (tilt_x, tilt_y, twist) moves a point (x, y, 0) of the punch by
-/// (−twist·y, twist·x, tilt_x·y − tilt_y·x), z into the foundation. Forces and moments are those of the punch on the
-/// foundation, with the signs of [`Observables`](crate::outcome::Observables).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Step {
-    /// Approach δ, positive into the foundation \[m\].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub approach: Option<f64>,
-    /// Normal force P > 0 \[N\] instead of the approach.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub normal_force: Option<f64>,
-    /// Shift along x \[m\].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub shift_x: Option<f64>,
-    /// Tangential force along x \[N\] instead of the shift.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub force_x: Option<f64>,
-    /// Shift along y \[m\].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub shift_y: Option<f64>,
-    /// Tangential force along y \[N\] instead of the shift.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub force_y: Option<f64>,
-    /// Tilt about the x axis \[rad\].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tilt_x: Option<f64>,
-    /// Moment about the x axis \[N m\] instead of the tilt.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub moment_x: Option<f64>,
-    /// Tilt about the y axis \[rad\].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tilt_y: Option<f64>,
-    /// Moment about the y axis \[N m\] instead of the tilt.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub moment_y: Option<f64>,
-    /// Twist φ about the z axis \[rad\].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub twist: Option<f64>,
-    /// Moment about the z axis \[N m\] instead of the twist.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub moment_z: Option<f64>,
-    /// Equal parts in which the step is taken, each solved after the one before: what is prescribed moves evenly from
-    /// its value at the end of the step before to its value here.
-    #[serde(default = "one", skip_serializing_if = "is_one")]
-    pub increments: u32,
-}
-
-impl Default for Step {
-    /// A step that changes nothing.
-    fn default() -> Self {
-        Self {
-            approach: None,
-            normal_force: None,
-            shift_x: None,
-            force_x: None,
-            shift_y: None,
-            force_y: None,
-            tilt_x: None,
-            moment_x: None,
-            tilt_y: None,
-            moment_y: None,
-            twist: None,
-            moment_z: None,
-            increments: 1,
-        }
-    }
-}
-
-impl Step {
-    /// Names of the rigid degrees of freedom in the order approach, shift x, y, tilt x, y, twist: as a motion and as the
-    /// force that is its work-conjugate.
-    pub const NAMES: [[&'static str; 2]; 6] = [
-        ["approach", "normal_force"],
-        ["shift_x", "force_x"],
-        ["shift_y", "force_y"],
-        ["tilt_x", "moment_x"],
-        ["tilt_y", "moment_y"],
-        ["twist", "moment_z"],
-    ];
-
-    /// What the step says about each degree of freedom, as a motion and as a force, in the order of [`Step::NAMES`].
-    pub fn given(&self) -> [[Option<f64>; 2]; 6] {
-        [
-            [self.approach, self.normal_force],
-            [self.shift_x, self.force_x],
-            [self.shift_y, self.force_y],
-            [self.tilt_x, self.moment_x],
-            [self.tilt_y, self.moment_y],
-            [self.twist, self.moment_z],
-        ]
-    }
-}
-
-/// How a scene is discretised and solved. Nothing in here changes what is being asked, only how exactly it is answered.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Numerics {
-    /// Elements of the grid.
-    pub mesh: Mesh,
-    /// How the continuous operator becomes a matrix.
-    #[serde(default)]
-    pub projection: Projection,
-    /// Regularisation ε ≥ 0 of equation (3), dimensionless: the operator gets ε·c·ℓ·I, with c the bodies' summed
-    /// (1−ν)/G and ℓ half the diameter of Ω.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub epsilon: f64,
-    /// A-priori ceiling u > 0 on the pressure \[Pa\] in equation (3); `None` is no ceiling, equation (1).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub ceiling: Option<f64>,
-    /// The solver.
-    #[serde(default)]
-    pub method: Method,
-    /// Largest relative natural-map residual that counts as solved, 0 < tolerance < 1.
-    #[serde(default = "Numerics::default_tolerance")]
-    pub tolerance: f64,
-    /// Iterations of one increment, on the grid itself, after which the solver gives up.
-    #[serde(default = "Numerics::default_max_iterations")]
-    pub max_iterations: u32,
-    /// Effects that are simulated although the scene does not call for them ([`Effect::OPTIONAL`]).
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub simulate: Vec<Effect>,
-}
-
-impl Numerics {
-    /// The default relative residual, 1e-8.
-    pub fn default_tolerance() -> f64 {
-        1e-8
-    }
-    /// The default limit on iterations.
-    pub fn default_max_iterations() -> u32 {
-        20_000
-    }
-}
-
-/// Numbers of elements along x and y.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum Mesh {
-    /// So many elements along x, and along y as many as make them nearest to square.
-    Across(u32),
-    /// So many elements along x and along y.
-    Exact([u32; 2]),
-}
-
-/// How the continuous operator becomes a matrix.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Projection {
-    /// Mean displacement over the receiving element (Alexandrov's averaging, equation 4; Galerkin).
-    #[default]
-    Average,
-    /// Displacement at the receiving element's centre (collocation; CONTACT and most of the field).
-    Midpoint,
-}
-
-/// The solvers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Method {
-    /// What suits the scene ([`Method::chosen`]).
-    #[default]
-    Auto,
-    /// Alexandrov's nonlinear Seidel iteration, the reference.
-    Seidel,
-    /// Semismooth Newton from coarse grids to fine ones, with Seidel sweeps where it does not converge.
-    Newton,
-}
-
-impl Method {
-    /// The method that solves a problem of this many elements under these loads, and why: itself, unless it is left to the scene.
-    pub fn chosen(self, loading: &Loading, elements: [usize; 2]) -> (Method, &'static str) {
-        let legs = loading.legs();
-        let prescribed = || legs.iter().flat_map(|leg| leg.target).all(|control| matches!(control, Control::Motion(_)));
-        match self {
-            Method::Auto if elements[0] * elements[1] <= 36 && prescribed() => {
-                (Method::Seidel, "so few elements are swept through faster than a linear system is set up")
-            }
-            Method::Auto if prescribed() => (Method::Newton, "its time grows little faster than the number of elements"),
-            Method::Auto => (Method::Newton, "it has the forces' motions among its unknowns"),
-            Method::Seidel | Method::Newton => (self, "asked for"),
-        }
-    }
-}
-
-fn is_zero(x: &f64) -> bool {
+pub(crate) fn is_zero(x: &f64) -> bool {
     *x == 0.0
-}
-
-fn one() -> u32 {
-    1
-}
-
-fn is_one(n: &u32) -> bool {
-    *n == 1
 }
 
 /// Why a scene or its numerics cannot mean anything.
@@ -480,15 +260,15 @@ pub struct SceneError {
     pub expected: String,
 }
 
-fn refuse(key: &str, value: impl ToString, expected: &str) -> SceneError {
+pub(crate) fn refuse(key: &str, value: impl ToString, expected: &str) -> SceneError {
     SceneError { key: key.to_owned(), value: value.to_string(), expected: expected.to_owned() }
 }
 
-fn finite(key: &str, x: f64) -> Result<(), SceneError> {
+pub(crate) fn finite(key: &str, x: f64) -> Result<(), SceneError> {
     if x.is_finite() { Ok(()) } else { Err(refuse(key, x, "must be a finite number")) }
 }
 
-fn positive(key: &str, x: f64) -> Result<(), SceneError> {
+pub(crate) fn positive(key: &str, x: f64) -> Result<(), SceneError> {
     if x.is_finite() && x > 0.0 { Ok(()) } else { Err(refuse(key, x, "must be a finite number above 0")) }
 }
 
@@ -574,97 +354,10 @@ impl Foundation {
     pub const MAX_LAYERS: usize = 64;
 }
 
-impl Loading {
-    /// The largest number of increments of a path, cycles counted as often as they are run through.
-    pub const MAX_INCREMENTS: u32 = 1000;
-
-    fn validate(&self) -> Result<(), SceneError> {
-        let steps = &self.steps;
-        let Some(first) = steps.first() else {
-            return Err(refuse("loading.steps", "no steps", "needs at least one load step"));
-        };
-        for (i, step) in steps.iter().enumerate() {
-            for (given, [motion, force]) in step.given().iter().zip(Step::NAMES) {
-                let at = |name: &str| format!("loading.steps[{i}].{name}");
-                for (value, name) in given.iter().zip([motion, force]) {
-                    if let Some(value) = value {
-                        finite(&at(name), *value)?;
-                    }
-                }
-                if let [Some(_), Some(value)] = given {
-                    return Err(refuse(&at(force), value, &format!("cannot stand beside `{motion}`: give one of the two")));
-                }
-            }
-            if let Some(force) = step.normal_force {
-                positive(&format!("loading.steps[{i}].normal_force"), force)?;
-            }
-            if step.increments == 0 {
-                return Err(refuse(&format!("loading.steps[{i}].increments"), 0, "must be at least 1"));
-            }
-        }
-        if first.approach.is_none() && first.normal_force.is_none() {
-            return Err(refuse("loading.steps[0].approach", "missing", "the first step needs `approach` or `normal_force`"));
-        }
-        if self.cycles == 0 {
-            return Err(refuse("loading.cycles", 0, "must be at least 1"));
-        }
-        match self.cycle_from {
-            Some(from) if from as usize >= steps.len() => {
-                let last = steps.len() - 1;
-                return Err(refuse("loading.cycle_from", from, &format!("must be the index of a step, 0 to {last}")));
-            }
-            None if self.cycles > 1 => {
-                return Err(refuse("loading.cycles", self.cycles, "needs `cycle_from`, the index of the step with which a cycle begins"));
-            }
-            _ => {}
-        }
-        let count = |steps: &[Step]| steps.iter().map(|step| u64::from(step.increments)).sum::<u64>();
-        let (lead, cycle) = steps.split_at(self.cycle_from.map_or(steps.len(), |from| from as usize));
-        let total = count(lead).saturating_add(count(cycle).saturating_mul(u64::from(self.cycles)));
-        if total > u64::from(Self::MAX_INCREMENTS) {
-            return Err(refuse("loading.steps", format!("{total} increments in all"), "must be at most 1000"));
-        }
-        Ok(())
-    }
-}
-
-impl Mesh {
-    /// The largest number of elements along one side.
-    pub const MAX_SIDE: u32 = 4096;
-}
-
-impl Numerics {
-    /// Refuses settings that cannot work; the first offence in the order of the fields.
-    pub fn validate(&self) -> Result<(), SceneError> {
-        let (sides, shown) = match self.mesh {
-            Mesh::Across(n) => ([n, n], n.to_string()),
-            Mesh::Exact(n) => (n, format!("[{}, {}]", n[0], n[1])),
-        };
-        if sides.iter().any(|n| !(1..=Mesh::MAX_SIDE).contains(n)) {
-            return Err(refuse("mesh", shown, "must be 1 to 4096 elements along each side"));
-        }
-        if !(self.epsilon.is_finite() && self.epsilon >= 0.0) {
-            return Err(refuse("epsilon", self.epsilon, "must be a finite number, 0 or above"));
-        }
-        if let Some(ceiling) = self.ceiling {
-            positive("ceiling", ceiling)?;
-        }
-        if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
-            return Err(refuse("tolerance", self.tolerance, "must lie between 0 and 1, for example 1e-8"));
-        }
-        if self.max_iterations == 0 {
-            return Err(refuse("max_iterations", 0, "must be at least 1"));
-        }
-        if let Some(effect) = self.simulate.iter().find(|effect| !Effect::OPTIONAL.contains(effect)) {
-            return Err(refuse("simulate", effect.name(), "is simulated when the scene's own keys ask for it"));
-        }
-        Ok(())
-    }
-}
-
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::loading::Step;
 
     /// A steel sphere of 10 mm pressed 1 µm into a like half-space's rigid counterpart; μ = 0.3.
     pub(crate) fn sphere_on_half_space() -> Scene {

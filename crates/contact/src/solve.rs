@@ -4,13 +4,15 @@ use crate::certificate::certify;
 use crate::effect::{Effect, Effects, Stage};
 use crate::influence::{Components, Mirror};
 use crate::loading::Control;
+use crate::loading::Step;
+use crate::numerics::{Mesh, Method, Numerics};
 use crate::observables::{fields, observables, states};
 use crate::operators::{Operator, Operators};
 use crate::outcome::{Certificate, Fields, Hertz, Motion, Observables, Outcome, RailContact, Status, StepOutcome, WorkDone};
 use crate::problem::Problem;
 use crate::punch::{Gap, Surfaces, surface_compliance};
 use crate::reference::hertz_ellipse;
-use crate::scene::{Mesh, Method, Numerics, Scene, SceneError, Step};
+use crate::scene::{Scene, SceneError};
 use crate::solver::{self, Iterate, Limits, Start, Stop};
 
 /// Solves a scene: binds it to its grid, follows its loading path with the method, certifies each increment with code and an

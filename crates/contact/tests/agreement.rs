@@ -4,6 +4,8 @@
 mod common;
 
 use common::*;
+use contact::loading::Step;
+use contact::numerics::{Mesh, Method, Numerics, Projection};
 use contact::outcome::{Fields, Status, StepOutcome};
 use contact::punch::Surfaces;
 use contact::scene::*;

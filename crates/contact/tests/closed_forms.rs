@@ -8,6 +8,8 @@ mod common;
 use std::f64::consts::PI;
 
 use common::*;
+use contact::loading::Step;
+use contact::numerics::{Mesh, Projection};
 use contact::outcome::{Fields, Observables};
 use contact::reference;
 use contact::scene::*;

@@ -6,6 +6,8 @@ use std::sync::Arc;
 
 use common::*;
 use contact::effect::{Effect, Effects};
+use contact::loading::{Loading, Step};
+use contact::numerics::{Mesh, Numerics, Projection};
 use contact::outcome::{Fields, Status, StepOutcome};
 use contact::punch::{Surface, Surfaces};
 use contact::scene::*;

@@ -4,6 +4,8 @@
 mod common;
 
 use common::*;
+use contact::loading::Step;
+use contact::numerics::{Mesh, Projection};
 use contact::outcome::{Fields, Observables};
 use contact::scene::*;
 use std::f64::consts::PI;

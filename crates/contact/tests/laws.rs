@@ -7,6 +7,8 @@ use common::*;
 use contact::certificate::certify;
 use contact::influence::{Dense, Influence, InfluenceTable, Scratch};
 use contact::loading::Control;
+use contact::loading::Step;
+use contact::numerics::{Mesh, Method, Numerics, Projection};
 use contact::observables::{observables, states};
 use contact::outcome::{Certificate, Observables, Status};
 use contact::problem::Problem;

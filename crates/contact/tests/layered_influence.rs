@@ -5,7 +5,8 @@ use contact::foundation::coefficient::Coefficient;
 use contact::foundation::half_space::HalfSpace;
 use contact::grid::Grid;
 use contact::influence::{Dense, InfluenceTable};
-use contact::scene::{Base, Layer, Material, Projection};
+use contact::numerics::Projection;
+use contact::scene::{Base, Layer, Material};
 
 const PROJECTIONS: [Projection; 2] = [Projection::Average, Projection::Midpoint];
 

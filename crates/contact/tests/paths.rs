@@ -3,6 +3,8 @@
 mod common;
 
 use common::*;
+use contact::loading::{Loading, Step};
+use contact::numerics::{Mesh, Numerics, Projection};
 use contact::outcome::{Outcome, Status, StepOutcome};
 use contact::punch::Surfaces;
 use contact::reference;

@@ -7,6 +7,8 @@ mod common;
 use std::sync::Arc;
 
 use common::*;
+use contact::loading::{Loading, Step};
+use contact::numerics::{Mesh, Method, Numerics, Projection};
 use contact::outcome::{Fields, Observables};
 use contact::punch::{Surface, Surfaces};
 use contact::scene::*;

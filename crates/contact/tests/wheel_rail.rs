@@ -3,10 +3,12 @@
 mod common;
 
 use common::*;
+use contact::loading::{Loading, Step};
+use contact::numerics::{Mesh, Projection};
 use contact::outcome::{Status, StepOutcome};
 use contact::punch::*;
 use contact::reference::hertz_ellipse;
-use contact::scene::{Loading, Material, Mesh, Projection, Scene, Shape, Step, WheelRail};
+use contact::scene::{Material, Scene, Shape, WheelRail};
 use std::f64::consts::PI;
 use std::sync::Arc;
 

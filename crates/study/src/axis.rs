@@ -28,7 +28,7 @@
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
-use contact::scene::Mesh;
+use contact::numerics::Mesh;
 use toml::de::DeValue;
 
 use crate::columns::Value;

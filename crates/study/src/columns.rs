@@ -10,8 +10,8 @@ use std::borrow::Cow;
 use std::collections::HashSet;
 use std::fmt;
 
+use contact::numerics::Mesh;
 use contact::outcome::{Hertz, Observables, Outcome, RailContact, Status, StepOutcome};
-use contact::scene::Mesh;
 
 use crate::axis::Axis;
 use crate::file::Point;

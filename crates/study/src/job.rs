@@ -1,6 +1,8 @@
 //! A job: one scene with one set of numerics, and the identity under which its result is kept.
 
-use contact::scene::{Base, Domain, Foundation, Friction, Loading, Material, Numerics, Punch, Scene, SceneError, Shape};
+use contact::loading::Loading;
+use contact::numerics::Numerics;
+use contact::scene::{Base, Domain, Foundation, Friction, Material, Punch, Scene, SceneError, Shape};
 use serde::{Deserialize, Serialize};
 
 use crate::key::{Key, Quantity};
@@ -182,7 +184,9 @@ impl std::fmt::Debug for JobKey {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use contact::scene::{Layer, Mesh, Step};
+    use contact::loading::Step;
+    use contact::numerics::Mesh;
+    use contact::scene::Layer;
     use proptest::prelude::*;
 
     pub(crate) fn job() -> Job {

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use contact::effect::Effect;
-use contact::scene::Mesh;
+use contact::numerics::Mesh;
 use toml::Spanned;
 use toml::de::{DeInteger, DeTable, DeValue};
 

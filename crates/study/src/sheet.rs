@@ -4,11 +4,10 @@
 use std::collections::HashMap;
 
 use contact::effect::Effect;
+use contact::loading::{Loading, Step};
+use contact::numerics::{Mesh, Method, Numerics, Projection};
 use contact::punch::Side;
-use contact::scene::{
-    Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics, Projection, Punch, Scene, SceneError, Shape,
-    Step, WheelRail,
-};
+use contact::scene::{Base, Domain, Foundation, Friction, Layer, Material, Punch, Scene, SceneError, Shape, WheelRail};
 
 use crate::error::{Problem, Span};
 use crate::job::Job;

@@ -4,7 +4,8 @@ use super::coefficient::Coefficient;
 use super::half_space::HalfSpace;
 use super::layered::Layered;
 use super::radial::Radial;
-use crate::scene::{Base, Layer, Material, Projection};
+use crate::numerics::Projection;
+use crate::scene::{Base, Layer, Material};
 
 /// A foundation, layered or not, and the punch on it.
 #[derive(Clone, Debug, PartialEq)]

@@ -14,7 +14,7 @@
 
 use super::coefficient::Coefficient;
 use super::gauss;
-use crate::scene::Projection;
+use crate::numerics::Projection;
 
 /// Six functions of (x, y) with the symmetries of a [`Coefficient`], that behave like 1/r at the origin.
 pub(super) trait Kernel: Copy {

@@ -17,7 +17,8 @@ use super::half_space::HalfSpace;
 use super::hankel::{LogGrid, Transform};
 use super::kernel::{self, Kernel, Panel};
 use super::layered::{Compliance, Layered};
-use crate::scene::{Base, Projection};
+use crate::numerics::Projection;
+use crate::scene::Base;
 
 /// N, A, B, M, or what becomes of them.
 type Four = [f64; 4];

@@ -112,7 +112,8 @@ mod tests {
     use super::*;
     use crate::foundation::half_space::HalfSpace;
     use crate::influence::laws;
-    use crate::scene::{Material, Projection};
+    use crate::numerics::Projection;
+    use crate::scene::Material;
 
     #[test]
     fn obeys_the_laws() {

@@ -7,7 +7,8 @@ use super::{Components, Influence, InfluenceTable, Mirror, Scratch, Symmetry};
 use crate::foundation::bodies::Bodies;
 use crate::foundation::half_space::HalfSpace;
 use crate::grid::Grid;
-use crate::scene::{Base, Layer, Material, Projection};
+use crate::numerics::Projection;
+use crate::scene::{Base, Layer, Material};
 
 /// Agreement demanded, relative to the largest displacement.
 const ROUNDING: f64 = 2e-13;

@@ -6,7 +6,7 @@ use super::{Components, Direction};
 use crate::foundation::bodies::Bodies;
 use crate::foundation::coefficient::Coefficient;
 use crate::grid::Grid;
-use crate::scene::Projection;
+use crate::numerics::Projection;
 
 /// One of the six different entries of a coefficient; xn = −nx, yn = −ny, yx = xy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -80,7 +80,8 @@ mod tests {
     use crate::foundation::half_space::HalfSpace;
     use crate::grid::Grid;
     use crate::influence::Symmetry;
-    use crate::scene::{Material, Projection};
+    use crate::numerics::Projection;
+    use crate::scene::Material;
 
     /// On a torus of circulant coefficients the inverse is exact: C (C⁻¹ x) = x, C applied entry by entry.
     #[test]

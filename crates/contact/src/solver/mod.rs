@@ -2,10 +2,10 @@
 
 use crate::effect::Stage;
 use crate::loading::Control;
+use crate::numerics::Method;
 use crate::operators::Operators;
 use crate::outcome::Way;
 use crate::problem::Problem;
-use crate::scene::Method;
 
 mod balance;
 mod circulant;
@@ -58,7 +58,7 @@ pub fn solve(
 pub struct Iterate {
     /// Tractions, three blocks [n | x | y], in the problem's units.
     pub p: Vec<f64>,
-    /// Rigid motion, in the problem's units and the order of [`Step::NAMES`](crate::scene::Step::NAMES).
+    /// Rigid motion, in the problem's units and the order of [`Step::NAMES`](crate::loading::Step::NAMES).
     pub motion: [f64; 6],
     /// Why the solver stopped.
     pub stop: Stop,
@@ -89,7 +89,7 @@ pub enum Stop {
     Diverged,
     /// A tangential force or twisting moment is asked that friction cannot carry: all that is in contact slips.
     Slides {
-        /// Which resultant, in the order of [`Step::NAMES`](crate::scene::Step::NAMES).
+        /// Which resultant, in the order of [`Step::NAMES`](crate::loading::Step::NAMES).
         which: usize,
     },
     /// No rigid motion was found that gives a resultant that is asked.

@@ -1,6 +1,8 @@
 //! Scenes and files that the reference tests share.
 #![allow(dead_code, unreachable_pub)] // every test binary uses its part
 
+use contact::loading::{Loading, Step};
+use contact::numerics::{Mesh, Method, Numerics, Projection};
 use contact::outcome::{Fields, Outcome, Status, StepOutcome};
 use contact::punch::Surfaces;
 use contact::scene::*;
