@@ -31,6 +31,7 @@ pub mod reference;
 pub mod scene;
 mod solve;
 pub mod solver;
+pub mod uniqueness;
 
 pub use forecast::{Forecast, forecast};
 pub use operators::{Operator, Operators};

@@ -1,0 +1,220 @@
+//! The set of frictions for which the contact problem has at most one solution, whatever the loads: US(A) and its end μ*.
+//!
+//! # Definition
+//! A. I. Alexandrov, "The solution of elastic contact problems with the use of nonlinear integral equations": 𝔅_μ is the class of
+//! operators B that act at each point of Ω as a 3×3 matrix with
+//!
+//! ```text
+//! b₁₁ = c₁, b₂₁ = c₁a, b₃₁ = c₁b, b₁₂ = b₁₃ = 0, tangential block T(φ) diag(c₂, c₃) T(φ)ᵀ,
+//! 0 ≤ c₁, c₂, c₃ ≤ 1, √(a² + b²) ≤ μ, c₃ (a² + b²) = 0,
+//! US(A) = { μ > 0 : for some E > 0, Ker(B(I − EA) − I) = {0} for every B in 𝔅_μ }.
+//! ```
+//!
+//! Two solutions of p = G_μ(p − E(Ap − f)) differ by an x with x = B(I − EA)x, B in 𝔅_μ: for μ in US(A) there is at most one, for
+//! every f. Here A is the discrete operator εI + A on the 3k tractions of k elements, symmetric; it has no loads, no punch
+//! shape and no friction in it, so μ* depends on the elastic bodies, Ω and its mesh alone.
+//!
+//! # A form without B and without E
+//! Let y = Ax and z = x − Ey. At one element x = Bz says
+//! - x₁ = c₁z₁ for some 0 ≤ c₁ ≤ 1, that is x₁y₁ ≤ 0;
+//! - x_t = x₁(a, b) + Tz_t. The vectors Tz_t are those d with |d|² ≤ d·z_t (T is firmly nonexpansive), the disk with diameter
+//!   \[0, z_t\]; one of rank one, c₃ = 0, reaches all of them, which is why c₃(a² + b²) = 0 takes nothing away. So x_t is at most μ|x₁|
+//!   away from that disk: |x_t − z_t/2| ≤ |z_t|/2 + μ|x₁|, or |x_t + Ey_t| − |x_t − Ey_t| ≤ 2μ|x₁|.
+//!
+//! The left side is 4 x_t·y_t / (|x_t/E + y_t| + |x_t/E − y_t|). It has the sign of x_t·y_t, and where that is positive it
+//! grows with E, to 2 x_t·y_t/|y_t|. Hence, with the least μ that an x needs,
+//!
+//! ```text
+//! F(x) = max over elements with x_t·y_t > 0 of x_t·y_t / (|x₁| |y_t|)   (∞ where x₁ = 0 there, 0 without such elements),
+//! μ* = min { F(x) : x ≠ 0, x₁y₁ ≤ 0 at every element }.
+//! ```
+//!
+//! Points that the derivation has to mind, all of them checked:
+//! - For finite E the least μ of an x is *smaller* than F(x), F_E(x) ↑ F(x). So an x with F(x) = μ has a B in 𝔅_μ for *every* E > 0, which
+//!   is what it takes to show μ ∉ US(A); a B for one E alone shows nothing, since US(A) asks for some E only.
+//! - F_E is lower semicontinuous on the compact set of admissible unit x, and so is their supremum F: the minimum is attained
+//!   (or +∞), and min F_E ↑ min F. US(A) is the open interval (0, μ*): μ* itself does not belong to it.
+//!   For the operator on L₂ the minimum is an infimum only.
+//! - y_t = 0 (stick) imposes nothing, and F jumps there: near it x_t·y_t/|y_t| takes any value up to |x_t|. What is computed in
+//!   floating point must stay on the side x_t·y_t < 0.
+//! - x₁ = 0 leaves no term μ|x₁|: such an element needs x_t·y_t ≤ 0, whatever μ.
+//! - Where A is positive definite (always in the average projection, or for ε > 0 large enough) F(x) = 0 is impossible: it would make
+//!   xᵀAx ≤ 0. So μ* > 0.
+//! - Without normal–tangential coupling x₁ᵀA₁₁x₁ ≤ 0 forces x₁ = 0, hence x_tᵀA_tt x_t ≤ 0 and x = 0: no admissible x at all,
+//!   μ* = ∞ exactly (unbounded).
+//!
+//! # Both sides
+//! - Below, `lower`: if for weights α, β, τ > 0 per element the matrix sym(αΠ₁A) + sym(βΠ_tA) − (μ/2)(βτΠ₁ + AᵀΠ_t(β/τ)A) is positive
+//!   definite, then μ < μ*: its form is at most Σ α x₁y₁ + β(x_t·y_t − μ|x₁||y_t|), and x ≠ 0 with F(x) ≤ μ would make that ≤ 0.
+//!   This is the S-procedure; it is not lossless, so a gap may remain.
+//! - Above, [`upper`]: an x with F(x) = μ. It is exact in itself, and turned into an explicit B for an explicit E.
+//!
+//! # Fields and units
+//! Fields have three blocks n | x | y, each with one number per element *of Ω*, ascending; masked elements have none. Everything is
+//! dimensionless as in [`crate::problem`]: lengths in ℓ, compliances in c, so E is in units of 1/cℓ and μ* has no unit.
+
+use faer::Mat;
+use serde::{Deserialize, Serialize};
+
+use crate::grid::Grid;
+use crate::influence::{Dense, Entry, Influence, InfluenceTable, Scratch, Toeplitz};
+use crate::loading::{Loading, Step};
+use crate::numerics::{Mesh, Method, Numerics, Projection};
+use crate::problem::Problem;
+use crate::punch::Surfaces;
+use crate::scene::{Foundation, Friction, Material, Punch, Scene, SceneError, Shape};
+
+pub mod upper;
+
+/// What μ* depends on, in SI units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Question {
+    /// The body below the plane of contact.
+    pub foundation: Foundation,
+    /// Elastic half-space material of the body above it; `None` is a rigid one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub punch: Option<Material>,
+    /// Ω, where the two can touch.
+    pub sole: Sole,
+    /// Elements that Ω is cut into.
+    pub mesh: Mesh,
+    /// How A becomes a matrix.
+    #[serde(default)]
+    pub projection: Projection,
+    /// Regularisation ε ≥ 0 \[1\]: the operator gets ε·c·ℓ·I.
+    #[serde(default)]
+    pub epsilon: f64,
+}
+
+/// Where the bodies can touch.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "shape", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Sole {
+    /// A rectangle.
+    Rectangle {
+        /// Extent along x > 0 \[m\].
+        width_x: f64,
+        /// Extent along y > 0 \[m\].
+        width_y: f64,
+    },
+    /// A disk: the elements with their centre inside it, sized so that their areas add up to its area where the mesh is square.
+    Disk {
+        /// Radius > 0 \[m\].
+        radius: f64,
+    },
+}
+
+/// The operator εI + A on the elements of Ω.
+#[derive(Clone, Debug)]
+pub struct System {
+    table: InfluenceTable,
+    toeplitz: Toeplitz,
+    epsilon: f64,
+}
+
+impl System {
+    /// The operator of a question: that of the contact problem of a flat punch with this sole. Refuses what
+    /// [`Scene::validate`] and [`Numerics::validate`] refuse.
+    pub fn new(question: &Question) -> Result<Self, SceneError> {
+        let shape = match question.sole {
+            Sole::Rectangle { width_x, width_y } => Shape::FlatRectangle { width_x, width_y },
+            Sole::Disk { radius } => Shape::FlatDisk { radius },
+        };
+        let scene = Scene {
+            foundation: question.foundation.clone(),
+            punch: Punch { shape, material: question.punch },
+            friction: Friction { mu: 0.0 },
+            domain: None,
+            loading: Loading::path(vec![Step { approach: Some(0.0), ..Step::default() }]),
+        };
+        let numerics = Numerics {
+            mesh: question.mesh,
+            projection: question.projection,
+            epsilon: question.epsilon,
+            ceiling: None,
+            method: Method::Auto,
+            tolerance: Numerics::default_tolerance(),
+            max_iterations: Numerics::default_max_iterations(),
+            simulate: Vec::new(),
+        };
+        let problem = Problem::new(&scene, &numerics, &Surfaces::default())?;
+        let table = InfluenceTable::new(&problem.grid, problem.elasticity, problem.projection);
+        let toeplitz = Toeplitz::new(&table);
+        Ok(Self { table, toeplitz, epsilon: problem.epsilon })
+    }
+
+    /// The elements, in units of ℓ.
+    pub fn grid(&self) -> &Grid {
+        self.table.grid()
+    }
+
+    /// The influence coefficients of A, without ε.
+    pub fn table(&self) -> &InfluenceTable {
+        &self.table
+    }
+
+    /// ε.
+    pub fn epsilon(&self) -> f64 {
+        self.epsilon
+    }
+
+    /// k, the number of elements of Ω; a field has 3k numbers.
+    pub fn elements(&self) -> usize {
+        self.grid().active_len()
+    }
+
+    /// The largest diagonal entry of εI + A.
+    pub fn largest_diagonal(&self) -> f64 {
+        self.epsilon + self.table.largest_diagonal()
+    }
+
+    /// Whether pressures move any element sideways, to the last bit: without that μ* = ∞.
+    pub fn is_coupled(&self) -> bool {
+        let (nx, ny) = (self.grid().nx() as i64, self.grid().ny() as i64);
+        let some = |entry: Entry, dj: i64| self.table.row(entry, dj).iter().any(|&value| value != 0.0);
+        self.elements() > 1 && nx * ny > 1 && (1 - ny..ny).any(|dj| some(Entry::Nx, dj) || some(Entry::Ny, dj))
+    }
+
+    /// εI + A as a 3k × 3k matrix; 72 k² bytes.
+    pub fn matrix(&self) -> Mat<f64> {
+        let mut matrix = Dense::new(&self.table).matrix().to_owned();
+        for at in 0..matrix.nrows() {
+            matrix[(at, at)] += self.epsilon;
+        }
+        matrix
+    }
+
+    /// Memory for applications.
+    pub fn scratch(&self) -> Scratch {
+        Scratch::new(&self.toeplitz)
+    }
+
+    /// y = (εI + A) x by FFT.
+    ///
+    /// # Panics
+    /// Unless both have 3k numbers.
+    pub fn apply(&self, y: &mut [f64], x: &[f64], scratch: &mut Scratch) {
+        let (k, n) = (self.elements(), self.grid().len());
+        assert_eq!((y.len(), x.len()), (3 * k, 3 * k), "fields on another grid");
+        if k == n {
+            self.toeplitz.apply(y, x, scratch);
+        } else {
+            let (mut from, mut to) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);
+            for block in 0..3 {
+                for (at, e) in self.grid().active().enumerate() {
+                    from[block * n + e] = x[block * k + at];
+                }
+            }
+            self.toeplitz.apply(&mut to, &from, scratch);
+            for block in 0..3 {
+                for (at, e) in self.grid().active().enumerate() {
+                    y[block * k + at] = to[block * n + e];
+                }
+            }
+        }
+        for (y, x) in y.iter_mut().zip(x) {
+            *y += self.epsilon * x;
+        }
+    }
+}

@@ -1,0 +1,1 @@
+//! The upper side of μ*.
