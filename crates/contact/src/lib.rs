@@ -21,6 +21,7 @@ pub mod friction;
 pub mod grid;
 pub mod influence;
 pub mod loading;
+pub mod multiplicity;
 pub mod numerics;
 pub mod observables;
 mod operators;

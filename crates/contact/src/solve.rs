@@ -106,9 +106,9 @@ const COARSE_TOLERANCE: f64 = 1e-3;
 
 /// The state that an increment starts from, in SI units.
 #[derive(Clone, Copy, Debug, Default)]
-struct Before {
-    motion: Motion,
-    resultants: [f64; 6],
+pub(crate) struct Before {
+    pub(crate) motion: Motion,
+    pub(crate) resultants: [f64; 6],
 }
 
 /// What Hertz's theory makes of an increment's load; it knows no layers, no tilt and no moment.
@@ -147,7 +147,7 @@ fn rail_contact(gap: &Gap<'_>, step: &StepOutcome) -> Option<RailContact> {
 }
 
 /// The controls in the problem's units.
-fn in_units(asked: &[Control; 6], problem: &Problem) -> [Control; 6] {
+pub(crate) fn in_units(asked: &[Control; 6], problem: &Problem) -> [Control; 6] {
     let (motions, forces) = (problem.scale.motions(), problem.scale.forces());
     std::array::from_fn(|which| match asked[which] {
         Control::Motion(value) => Control::Motion(value / motions[which]),
@@ -173,7 +173,7 @@ fn place(reason: &str, scene: &Scene, outcome: &Outcome, part: u32, increments: 
 
 /// Certifies an iterate with `operator`, which has no mirror planes, against `asked` \[SI\] too, and derives what goes out: whether it
 /// counts as solved, its figures, its fields and w = A p − f.
-fn conclude(
+pub(crate) fn conclude(
     problem: &Problem,
     operator: &Operator,
     iterate: &Iterate,

@@ -1,0 +1,498 @@
+//! How many solutions a contact problem has: many starting points, every candidate certified, the solutions told apart.
+//!
+//! The search takes the last increment of a loading path. What comes before it is followed as [`crate::solve`] would, with every
+//! effect simulated, and fixes the tangential right-hand side f_t = shift + (A p)_t; what other histories could have led to is
+//! not looked at. Mirror planes and reductions are off throughout, for solutions of a symmetric scene need not be symmetric.
+//!
+//! **Starts.** Nothing; the end of the increment before; a half ellipsoid of pressure; all sole sticking; all of it slipping, in eight
+//! directions; then [`Search::starts`] random ones: tractions inside the friction cone, and patterns of open, sticking and slipping
+//! elements (independent, or in the regions between random lines) whose linear equations are solved exactly. From each both a
+//! semismooth Newton method without globalisation, which can end at any solution, and Alexandrov's Seidel iteration, which ends at
+//! those that attract it. The friction coefficient is followed down from a large value and up from zero. Every solution found is
+//! a source of more: its images under the symmetries of the grid, disturbed tractions, loops of μ, and Newton's method
+//! deflated by what is known (Farrell, Birkisson and Funke 2015, doi:10.1137/140984798), which cannot converge to it again.
+//!
+//! **Same or different.** A candidate is polished by Newton's method until its relative natural-map residual is 1e-12 or
+//! rounding stops it, and must meet the certificate. F(p) = p − G(p − E(εp + Ap − f)) linearised there, with Jacobian J,
+//! bounds to first order what is left: [`Solution::error`] = ‖J⁻¹F‖/‖p‖. Two candidates are different solutions when the
+//! relative L₂ distance of their tractions exceeds 1e-5, and 100 times both errors. The first figure is what a residual of 1e-12 becomes
+//! under a condition of 10⁷.
+//!
+//! **Is one missing?** For a solution, p·(εp + Ap − f) ≤ 0, which bounds it for every μ when A is positive definite; so the degree of F
+//! does not change with μ. At μ = 0 it is that of the one solution there, 1. Hence the [indices](Solution::index) sign det J of all
+//! solutions, if none is singular, add up to 1: their number is odd, and a [sum](Multiplicity::index_sum) other than 1 says
+//! that one was missed. A sum of 1 does not say that none was.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use crate::effect::Stage;
+use crate::influence::{Components, Dense, Mirror};
+use crate::loading::Control;
+use crate::numerics::{Method, Numerics};
+use crate::operators::{Operator, Operators};
+use crate::outcome::{Certificate, Fields, Motion, Observables, Status, StepOutcome, WorkDone};
+use crate::problem::Problem;
+use crate::punch::Surfaces;
+use crate::scene::{Scene, SceneError, refuse};
+use crate::solve::{Before, conclude, in_units};
+use crate::solver::{self, Iterate, Limits, Start, Stop, newton};
+
+mod natural_map;
+mod start;
+
+use natural_map::{NaturalMap, Piece};
+use start::Generator;
+
+/// What to start from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Search {
+    /// Random starts, beside those that are always tried.
+    #[serde(default = "Search::default_starts")]
+    pub starts: u32,
+    /// Seed of the random starts; the same seed, the same starts, and more starts keep the first ones.
+    #[serde(default)]
+    pub seed: u64,
+}
+
+impl Search {
+    /// The default number of random starts, 60.
+    pub fn default_starts() -> u32 {
+        60
+    }
+}
+
+impl Default for Search {
+    fn default() -> Self {
+        Self { starts: Self::default_starts(), seed: 0 }
+    }
+}
+
+/// What a search found. Plain and deterministic: same scene, numerics and search, same bytes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Multiplicity {
+    /// Failed if the path could not be followed to the last increment, or no start led to a certified solution.
+    pub status: Status,
+    /// The increments before the one searched; the last one is where the path failed, if it did.
+    pub before: Vec<StepOutcome>,
+    /// The distinct certified solutions, in the order in which they were found; at most [`Multiplicity::MOST_SOLUTIONS`].
+    pub solutions: Vec<Solution>,
+    /// Starts tried, one for each method.
+    pub starts: u64,
+    /// Those that led to no certified solution.
+    pub failed: u64,
+    /// Those that led to certified solutions beyond the ones kept; above 0 the solutions are likely a continuum.
+    pub beyond: u64,
+    /// Sum of the solutions' indices: 1 if none is missing; `None` where one has no index.
+    pub index_sum: Option<i64>,
+    /// What the search took.
+    pub work: WorkDone,
+    /// Dense matrices factored.
+    pub factorisations: u64,
+}
+
+impl Multiplicity {
+    /// The most solutions that are kept.
+    pub const MOST_SOLUTIONS: usize = 64;
+
+    /// The most elements of Ω, for dense matrices are factored.
+    pub const MOST_ELEMENTS: usize = 1024;
+
+    /// The two solutions furthest apart.
+    pub fn furthest(&self) -> Option<[usize; 2]> {
+        let pairs = (0..self.solutions.len()).flat_map(|i| (0..i).map(move |j| [j, i]));
+        pairs.max_by(|a, b| self.distance(*a).total_cmp(&self.distance(*b)))
+    }
+
+    fn distance(&self, [i, j]: [usize; 2]) -> f64 {
+        self.solutions[i].distances[j]
+    }
+}
+
+/// One of the solutions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Solution {
+    /// Where the punch is.
+    pub motion: Motion,
+    /// Quantities in SI units.
+    pub observables: Observables,
+    /// Solver-independent residuals.
+    pub certificate: Certificate,
+    /// The start that first led to it.
+    pub origin: Origin,
+    /// The method that first led to it, Newton or Seidel.
+    pub method: Method,
+    /// Starts that led to it.
+    pub reached: u64,
+    /// Relative distance ‖J⁻¹F‖/‖p‖ from the exact solution, to first order; infinite where J is singular.
+    pub error: f64,
+    /// sign det J, 0 where J is singular to rounding; `None` where a force governs a motion, or in the midpoint projection, for then
+    /// the indices need not add up to 1.
+    pub index: Option<i64>,
+    /// L₂ distance of its tractions to those of every solution, this one too, over the larger of the two norms.
+    pub distances: Vec<f64>,
+    /// Its fields.
+    pub fields: Fields,
+}
+
+/// Where a start comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Origin {
+    /// No tractions, or those at the end of the increment before.
+    Before,
+    /// No tractions.
+    Nothing,
+    /// A half ellipsoid of pressure.
+    Hertz,
+    /// All of the sole sticks.
+    Stick,
+    /// All of the sole slips, the traction at so many eighths of a turn from x.
+    Slip(u32),
+    /// Random tractions inside the friction cone; the number of the start.
+    Tractions(u32),
+    /// A random pattern of states; the number of the start.
+    Pattern(u32),
+    /// μ followed down from a large value.
+    FrictionFromAbove,
+    /// μ followed up from zero.
+    FrictionFromBelow,
+    /// The image of a solution under a symmetry of the grid.
+    Image(u32),
+    /// A disturbed solution.
+    Disturbed(u32),
+    /// A solution followed to a larger μ and back.
+    FrictionLoopAbove(u32),
+    /// A solution followed to a smaller μ and back.
+    FrictionLoopBelow(u32),
+    /// Newton's method deflated by all solutions up to this one.
+    Deflated(u32),
+}
+
+/// Relative residual to which a candidate is polished, if rounding lets it.
+const POLISHED: f64 = 1e-12;
+
+/// Relative residual at which a method hands over to the polishing.
+const HANDED_OVER: f64 = 1e-6;
+
+/// The loosest tolerance of a certificate.
+const LOOSEST: f64 = 1e-10;
+
+/// Relative distance below which two candidates are one solution.
+const SAME: f64 = 1e-5;
+
+/// Newton steps after which a method without globalisation is given up, for it goes in circles.
+const NEWTON_STEPS: u32 = 60;
+
+/// Factors of μ on the way down to it and up to it.
+const FROM_ABOVE: [f64; 9] = [64.0, 16.0, 6.0, 3.0, 2.0, 1.5, 1.2, 1.08, 1.0];
+const FROM_BELOW: [f64; 9] = [0.0, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 0.95, 1.0];
+
+/// Searches for solutions of the last increment of a scene's path. Refuses what [`crate::solve`] refuses, and more than
+/// [`Multiplicity::MOST_ELEMENTS`] elements. Certificates must meet the tolerance asked for, and 1e-10.
+pub fn search(
+    scene: &Scene,
+    numerics: &Numerics,
+    surfaces: &Surfaces,
+    operators: &mut Operators,
+    search: &Search,
+) -> Result<Multiplicity, SceneError> {
+    let problem = Problem::new(scene, numerics, surfaces)?;
+    let elements = problem.grid.active_len();
+    if elements > Multiplicity::MOST_ELEMENTS {
+        return Err(refuse("mesh", format!("{elements} elements of Ω"), "must be at most 1024 elements for a search of all solutions"));
+    }
+    let operator = operators.of(&problem);
+    let dense = Arc::new(Dense::new(&operator.table));
+    let mut seeker = Seeker {
+        // the solvers' transforms and the certificate's matrix share the coefficients only
+        certifying: Operator { influence: Arc::clone(&dense) as _, ..operator.clone() },
+        problem,
+        operators,
+        operator,
+        dense,
+        controls: [Control::Motion(0.0); 6],
+        asked: [Control::Motion(0.0); 6],
+        before: Before::default(),
+        numerics,
+        found: Vec::new(),
+        result: Multiplicity {
+            status: Status::Certified,
+            before: Vec::new(),
+            solutions: Vec::new(),
+            starts: 0,
+            failed: 0,
+            beyond: 0,
+            index_sum: None,
+            work: WorkDone::default(),
+            factorisations: 0,
+        },
+    };
+    match seeker.follow(scene) {
+        Ok(start) => seeker.seek(&start, search),
+        Err(reason) => seeker.result.status = Status::Failed { reason },
+    }
+    Ok(seeker.conclude())
+}
+
+/// A search under way.
+struct Seeker<'a> {
+    problem: Problem,
+    operators: &'a mut Operators,
+    operator: Operator,
+    certifying: Operator,
+    dense: Arc<Dense>,
+    /// What governs the punch, in the problem's units and in SI units.
+    controls: [Control; 6],
+    asked: [Control; 6],
+    before: Before,
+    numerics: &'a Numerics,
+    /// Tractions and motions of the solutions.
+    found: Vec<Start>,
+    result: Multiplicity,
+}
+
+/// All components, all elements.
+const WHOLE: [Stage; 1] = [Stage { components: Components::ALL, mirror: Mirror::NONE }];
+
+impl Seeker<'_> {
+    /// Follows the path up to its last increment; gives where that one starts, or why it cannot be reached.
+    fn follow(&mut self, scene: &Scene) -> Result<Start, String> {
+        let (method, _) = self.numerics.method.chosen(&scene.loading, [self.problem.grid.nx(), self.problem.grid.ny()]);
+        let limits = Limits { tolerance: self.numerics.tolerance, max_iterations: self.numerics.max_iterations };
+        let mut start = Start { p: vec![0.0; self.problem.f.len()], motion: [0.0; 6] };
+        let legs = scene.loading.legs();
+        for (at, leg) in legs.iter().enumerate() {
+            let departure = self.before;
+            for part in 1..=leg.increments {
+                self.asked = leg.increment(part, &departure.motion, &departure.resultants);
+                self.controls = in_units(&self.asked, &self.problem);
+                if at + 1 == legs.len() && part == leg.increments {
+                    return Ok(start);
+                }
+                let iterate = solver::solve(method, &mut self.problem, self.operators, &WHOLE, &self.controls, &start, &limits);
+                self.count(&iterate);
+                let (status, mut step, _, w) =
+                    conclude(&self.problem, &self.certifying, &iterate, &self.asked, &self.before, self.numerics.tolerance);
+                (step.step, step.cycle) = (leg.step, leg.cycle);
+                self.before = Before { motion: step.motion, resultants: step.observables.resultants() };
+                self.result.before.push(step);
+                if let Status::Failed { reason } = status {
+                    return Err(format!("loading.steps[{}], increment {part} of {}: {reason}", leg.step, leg.increments));
+                }
+                self.problem.remember(&iterate.p, &w, &iterate.motion);
+                start = Start { p: iterate.p, motion: iterate.motion };
+            }
+        }
+        Err("the path has no increment".to_owned())
+    }
+
+    /// Tries every start.
+    fn seek(&mut self, before: &Start, search: &Search) {
+        // what an ordinary solve finds also says where a motion that a force governs will be
+        let limits = self.limits();
+        let iterate = solver::solve(Method::Newton, &mut self.problem, self.operators, &WHOLE, &self.controls, before, &limits);
+        let motion = if iterate.motion.iter().all(|q| q.is_finite()) { iterate.motion } else { before.motion };
+        self.settle(Origin::Before, Method::Newton, iterate);
+        self.problem.place(&motion);
+
+        let nothing = vec![0.0; self.problem.f.len()];
+        self.both(Origin::Before, &Start { p: before.p.clone(), motion });
+        self.both(Origin::Nothing, &Start { p: nothing.clone(), motion });
+        let p = start::hertz(&self.problem);
+        self.both(Origin::Hertz, &Start { p, motion });
+        self.pattern(Origin::Stick, &vec![Piece::Stick; self.problem.grid.len()], motion);
+        for eighth in 0..8 {
+            let (y, x) = (f64::from(eighth) * std::f64::consts::FRAC_PI_4).sin_cos();
+            self.pattern(Origin::Slip(eighth), &vec![Piece::Slip([x, y]); self.problem.grid.len()], motion);
+        }
+        self.along(Origin::FrictionFromAbove, &FROM_ABOVE, Start { p: nothing.clone(), motion });
+        self.along(Origin::FrictionFromBelow, &FROM_BELOW, Start { p: nothing, motion });
+        let mut known = self.spread(0, search, motion);
+        for number in 0..search.starts {
+            let mut generator = Generator::new(search.seed, u64::from(number));
+            if number % 3 == 0 {
+                let p = start::tractions(&self.problem, &mut generator);
+                self.both(Origin::Tractions(number), &Start { p, motion });
+            } else {
+                let pattern = start::pattern(&self.problem.grid, number % 3 == 1, &mut generator);
+                self.pattern(Origin::Pattern(number), &pattern, motion);
+            }
+            known = self.spread(known, search, motion);
+        }
+    }
+
+    /// Starts from the solutions found since there were `known`, and from those that this finds; gives how many there are then.
+    fn spread(&mut self, mut known: usize, search: &Search, motion: [f64; 6]) -> usize {
+        while let Some(solution) = self.found.get(known).cloned() {
+            let number = known as u32;
+            let mut generator = Generator::new(search.seed ^ 0x5eed, u64::from(number));
+            for p in start::images(&self.problem.grid, &solution.p) {
+                self.both(Origin::Image(number), &Start { p, ..solution });
+            }
+            for size in [0.1, 0.5, 1.0] {
+                let p = start::disturbed(&self.problem, &solution.p, size, &mut generator);
+                self.both(Origin::Disturbed(number), &Start { p, ..solution });
+            }
+            let there_and_back = |factors: &[f64; 9]| factors.iter().rev().chain(&factors[1..]).copied().collect::<Vec<_>>();
+            self.along(Origin::FrictionLoopAbove(number), &there_and_back(&FROM_ABOVE), solution.clone());
+            self.along(Origin::FrictionLoopBelow(number), &there_and_back(&FROM_BELOW), solution.clone());
+            self.problem.place(&motion);
+            let starts = [vec![0.0; solution.p.len()], start::hertz(&self.problem), start::tractions(&self.problem, &mut generator), {
+                start::disturbed(&self.problem, &solution.p, 0.3, &mut generator)
+            }];
+            for p in starts {
+                self.problem.place(&motion);
+                let (map, known) = (self.map(), &self.found[..=known]);
+                let (p, factored) = map.deflated(&p, known.iter().map(|solution| &solution.p[..]));
+                self.result.factorisations += factored;
+                self.one(Origin::Deflated(number), Method::Newton, &Start { p, motion });
+            }
+            known += 1;
+        }
+        known
+    }
+
+    fn map(&self) -> NaturalMap<'_> {
+        NaturalMap::new(&self.problem, self.dense.matrix(), self.operator.table.largest_diagonal())
+    }
+
+    fn limits(&self) -> Limits {
+        Limits { tolerance: HANDED_OVER, max_iterations: self.numerics.max_iterations }
+    }
+
+    fn count(&mut self, iterate: &Iterate) {
+        self.result.work.iterations += iterate.iterations;
+        self.result.work.operator_applications += iterate.operator_applications;
+    }
+
+    /// Starts both methods.
+    fn both(&mut self, origin: Origin, start: &Start) {
+        self.one(origin, Method::Newton, start);
+        self.one(origin, Method::Seidel, start);
+    }
+
+    /// Starts both methods where the linear equations of a pattern of states lead.
+    fn pattern(&mut self, origin: Origin, pattern: &[Piece], motion: [f64; 6]) {
+        self.problem.place(&motion);
+        let p = self.map().equilibrium(pattern);
+        self.result.factorisations += 1;
+        self.both(origin, &Start { p, motion });
+    }
+
+    /// Starts one method.
+    fn one(&mut self, origin: Origin, method: Method, start: &Start) {
+        let limits = self.limits();
+        let iterate = match method {
+            Method::Seidel => solver::solve(method, &mut self.problem, self.operators, &WHOLE, &self.controls, start, &limits),
+            Method::Newton | Method::Auto => {
+                let limits = Limits { max_iterations: limits.max_iterations.min(NEWTON_STEPS), ..limits };
+                newton::solve(&mut self.problem, &self.operator, &self.controls, start, &limits)
+            }
+        };
+        self.settle(origin, method, iterate);
+    }
+
+    /// Follows μ times `factors` by Newton's method, with Seidel sweeps where it fails, from a start; the last factor is 1.
+    fn along(&mut self, origin: Origin, factors: &[f64], mut start: Start) {
+        let mu = self.problem.mu;
+        let limits = self.limits();
+        for factor in factors {
+            self.problem.mu = mu * factor;
+            let steps = Limits { max_iterations: limits.max_iterations.min(NEWTON_STEPS), ..limits };
+            let mut iterate = newton::solve(&mut self.problem, &self.operator, &self.controls, &start, &steps);
+            self.count(&iterate);
+            if iterate.stop != Stop::Converged {
+                iterate = solver::solve(Method::Newton, &mut self.problem, self.operators, &WHOLE, &self.controls, &start, &limits);
+                self.count(&iterate);
+            }
+            if iterate.stop == Stop::Converged {
+                start = Start { p: iterate.p, motion: iterate.motion };
+            }
+        }
+        self.problem.mu = mu;
+        self.one(origin, Method::Newton, &start);
+    }
+
+    /// Polishes and certifies what a method left, and enters it among the solutions.
+    fn settle(&mut self, origin: Origin, method: Method, iterate: Iterate) {
+        self.result.starts += 1;
+        self.count(&iterate);
+        let is_near = match iterate.stop {
+            Stop::Converged => true,
+            Stop::OutOfIterations { residual } | Stop::Stalled { residual } => residual <= HANDED_OVER,
+            Stop::Diverged | Stop::Slides { .. } | Stop::Unbalanced { .. } => false,
+        };
+        let is_finite = iterate.p.iter().chain(&iterate.motion).all(|x| x.is_finite());
+        if !(is_near && is_finite) {
+            self.result.failed += 1;
+            return;
+        }
+        let limits = Limits { tolerance: POLISHED, max_iterations: NEWTON_STEPS };
+        let start = Start { p: iterate.p, motion: iterate.motion };
+        let polished = newton::solve(&mut self.problem, &self.operator, &self.controls, &start, &limits);
+        self.count(&polished);
+        let tolerance = self.numerics.tolerance.min(LOOSEST);
+        let (status, step, fields, _) = conclude(&self.problem, &self.certifying, &polished, &self.asked, &self.before, tolerance);
+        if status != Status::Certified {
+            self.result.failed += 1;
+            return;
+        }
+        let distances: Vec<f64> = self.found.iter().map(|found| distance(&found.p, &polished.p)).collect();
+        let near = (0..distances.len()).min_by(|a, b| distances[*a].total_cmp(&distances[*b]));
+        if let Some(near) = near.filter(|&near| distances[near] <= SAME) {
+            self.result.solutions[near].reached += 1;
+            return;
+        }
+        let (error, sign) = self.map().error_and_index(&polished.p);
+        self.result.factorisations += 1;
+        if let Some(near) = near
+            && [error, self.result.solutions[near].error].iter().any(|error| error.is_finite() && distances[near] <= 100.0 * error)
+        {
+            self.result.solutions[near].reached += 1;
+            return;
+        }
+        if self.found.len() == Multiplicity::MOST_SOLUTIONS {
+            self.result.beyond += 1;
+            return;
+        }
+        let adds_up = self.controls.iter().all(|control| matches!(control, Control::Motion(_)))
+            && self.problem.projection == crate::numerics::Projection::Average;
+        self.found.push(Start { p: polished.p, motion: polished.motion });
+        self.result.solutions.push(Solution {
+            motion: step.motion,
+            observables: step.observables,
+            certificate: step.certificate,
+            origin,
+            method,
+            reached: 1,
+            error,
+            index: adds_up.then_some(sign),
+            distances: Vec::new(),
+            fields,
+        });
+    }
+
+    /// The result, complete.
+    fn conclude(mut self) -> Multiplicity {
+        for (solution, found) in self.result.solutions.iter_mut().zip(&self.found) {
+            solution.distances = self.found.iter().map(|other| distance(&found.p, &other.p)).collect();
+        }
+        let is_regular = self.result.solutions.iter().all(|solution| solution.index != Some(0));
+        let sum: Option<i64> = self.result.solutions.iter().map(|solution| solution.index).sum();
+        self.result.index_sum = sum.filter(|_| is_regular && !self.result.solutions.is_empty());
+        if self.result.solutions.is_empty() && self.result.status == Status::Certified {
+            let reason = format!("none of {} starts led to a certified solution", self.result.starts);
+            self.result.status = Status::Failed { reason };
+        }
+        self.result
+    }
+}
+
+/// ‖a − b‖ over the larger of the norms; 0 between zeros.
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|x| x * x).sum::<f64>().sqrt();
+    let size = norm(&mut a.iter().copied()).max(norm(&mut b.iter().copied()));
+    if size == 0.0 { 0.0 } else { norm(&mut a.iter().zip(b).map(|(a, b)| a - b)) / size }
+}

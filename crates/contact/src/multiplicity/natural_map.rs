@@ -1,0 +1,217 @@
+//! The natural map F(p) = p − Gᵘ_μ(p − E(εp + Ap − f)) of a problem with prescribed motion, and its linearisation, as dense matrices over
+//! the elements of Ω.
+
+use faer::linalg::solvers::{PartialPivLu, Solve};
+use faer::{Mat, MatRef};
+
+use crate::friction::{g_mu, h_u};
+use crate::problem::Problem;
+
+/// What an element is taken to do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Piece {
+    /// p = 0.
+    Open,
+    /// w = 0.
+    Stick,
+    /// w₁ = 0 and p_t = μ p₁ n.
+    Slip([f64; 2]),
+}
+
+pub(super) struct NaturalMap<'a> {
+    problem: &'a Problem,
+    /// A over the elements of Ω, blocks n, x, y.
+    matrix: MatRef<'a, f64>,
+    active: Vec<usize>,
+    /// E⁻¹, the largest diagonal entry of A.
+    diagonal: f64,
+}
+
+/// Steps of the deflated iteration.
+const STEPS: usize = 40;
+
+/// Pivots whose ratio to the largest is below this are rounding.
+const SINGULAR: f64 = 1e-13;
+
+impl<'a> NaturalMap<'a> {
+    pub(super) fn new(problem: &'a Problem, matrix: MatRef<'a, f64>, diagonal: f64) -> Self {
+        Self { problem, matrix, active: problem.grid.active().collect(), diagonal }
+    }
+
+    fn size(&self) -> usize {
+        self.matrix.nrows()
+    }
+
+    /// A field on the grid, as a column over the elements of Ω.
+    fn column(&self, field: &[f64]) -> Mat<f64> {
+        let (m, k) = (self.active.len(), self.problem.grid.len());
+        Mat::from_fn(self.size(), 1, |row, _| field[row / m * k + self.active[row % m]])
+    }
+
+    fn field(&self, column: MatRef<'_, f64>) -> Vec<f64> {
+        let (m, k) = (self.active.len(), self.problem.grid.len());
+        let mut field = vec![0.0; 3 * k];
+        for row in 0..self.size() {
+            field[row / m * k + self.active[row % m]] = column[(row, 0)];
+        }
+        field
+    }
+
+    /// x = p − E(εp + Ap − f).
+    fn argument(&self, p: MatRef<'_, f64>) -> Mat<f64> {
+        let f = self.column(&self.problem.f);
+        let displacement = self.matrix * p;
+        Mat::from_fn(self.size(), 1, |row, _| {
+            p[(row, 0)] - (self.problem.epsilon * p[(row, 0)] + displacement[(row, 0)] - f[(row, 0)]) / self.diagonal
+        })
+    }
+
+    /// F(p) and J = I − G′(x)(I − E(εI + A)), G′ an element of the generalised derivative.
+    fn linearised(&self, p: MatRef<'_, f64>) -> (Mat<f64>, Mat<f64>) {
+        let (m, size) = (self.active.len(), self.size());
+        let x = self.argument(p);
+        let mut value = p.to_owned();
+        let mut jacobian = Mat::<f64>::identity(size, size);
+        for a in 0..m {
+            let own = [0, 1, 2].map(|c| x[(c * m + a, 0)]);
+            let mapped = g_mu(own, self.problem.mu, self.problem.ceiling);
+            let derivative = self.derivative(own);
+            for c in 0..3 {
+                value[(c * m + a, 0)] -= mapped[c];
+            }
+            if derivative == [[0.0; 3]; 3] {
+                continue;
+            }
+            for column in 0..size {
+                let through = [0, 1, 2].map(|c| {
+                    let (row, own) = (c * m + a, if c * m + a == column { 1.0 } else { 0.0 });
+                    own - (self.problem.epsilon * own + self.matrix[(row, column)]) / self.diagonal
+                });
+                for c in 0..3 {
+                    jacobian[(c * m + a, column)] -= (0..3).map(|d| derivative[c][d] * through[d]).sum::<f64>();
+                }
+            }
+        }
+        (value, jacobian)
+    }
+
+    /// G′ at one element.
+    fn derivative(&self, x: [f64; 3]) -> [[f64; 3]; 3] {
+        if x[0] <= 0.0 {
+            return [[0.0; 3]; 3];
+        }
+        let normal = if x[0] < self.problem.ceiling { 1.0 } else { 0.0 };
+        let bound = self.problem.mu * h_u(x[0], self.problem.ceiling);
+        let length = x[1].hypot(x[2]);
+        if bound == 0.0 {
+            return [[normal, 0.0, 0.0], [0.0; 3], [0.0; 3]];
+        }
+        if length <= bound {
+            return [[normal, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        }
+        let n = [x[1] / length, x[2] / length];
+        let (along, across) = (self.problem.mu * normal, bound / length);
+        [
+            [normal, 0.0, 0.0],
+            [along * n[0], across * n[1] * n[1], -across * n[0] * n[1]],
+            [along * n[1], -across * n[0] * n[1], across * n[0] * n[0]],
+        ]
+    }
+
+    /// ‖J⁻¹F‖/‖p‖ and sign det J at a solution; infinite and 0 where J is singular to rounding.
+    pub(super) fn error_and_index(&self, p: &[f64]) -> (f64, i64) {
+        let p = self.column(p);
+        let (value, jacobian) = self.linearised(p.as_ref());
+        let factors = jacobian.partial_piv_lu();
+        let sign = sign_of_determinant(&factors);
+        if sign == 0 {
+            return (f64::INFINITY, 0);
+        }
+        let (left, size) = (factors.solve(&value).norm_l2(), p.norm_l2());
+        (if left == 0.0 { 0.0 } else { left / size }, sign)
+    }
+
+    /// The tractions in equilibrium when every element does what `pattern` (one entry per element of the grid) says, signs and bounds
+    /// left out of account; zero where that is singular.
+    pub(super) fn equilibrium(&self, pattern: &[Piece]) -> Vec<f64> {
+        let (m, size) = (self.active.len(), self.size());
+        let f = self.column(&self.problem.f);
+        let epsilon = self.problem.epsilon;
+        let unit = |row: usize, column: usize| if row == column { 1.0 } else { 0.0 };
+        let elastic = |row: usize, column: usize| self.matrix[(row, column)] + epsilon * unit(row, column);
+        let piece = |row: usize| pattern[self.active[row % m]];
+        let system = Mat::from_fn(size, size, |row, column| match (piece(row), row / m) {
+            (Piece::Open, _) => unit(row, column),
+            (Piece::Stick, _) | (Piece::Slip(_), 0) => elastic(row, column),
+            (Piece::Slip(n), c) => unit(row, column) - self.problem.mu * n[c - 1] * unit(row % m, column),
+        });
+        let right = Mat::from_fn(size, 1, |row, _| match (piece(row), row / m) {
+            (Piece::Stick, _) | (Piece::Slip(_), 0) => f[(row, 0)],
+            _ => 0.0,
+        });
+        let solved = self.field(system.partial_piv_lu().solve(&right).as_ref());
+        if solved.iter().all(|p| p.is_finite()) { solved } else { vec![0.0; solved.len()] }
+    }
+
+    /// Newton's method from `start` on M F with M = Π (1/‖p − pᵢ‖² + 1) over the `known` solutions, lengths in units of the largest of
+    /// them or of what f makes; also gives the matrices factored. J⁻¹F of F itself is scaled by 1/(1 − ∇M·J⁻¹F/M)
+    /// (Sherman–Morrison).
+    pub(super) fn deflated<'s>(&self, start: &[f64], known: impl Iterator<Item = &'s [f64]>) -> (Vec<f64>, u64) {
+        let known: Vec<Mat<f64>> = known.map(|p| self.column(p)).collect();
+        let reach = self.column(&self.problem.f).norm_l2() / self.diagonal;
+        let unit = known.iter().map(|p| p.norm_l2()).fold(0.1 * reach, f64::max);
+        let mut p = self.column(start);
+        let mut factored = 0;
+        for _ in 0..STEPS {
+            let (value, jacobian) = self.linearised(p.as_ref());
+            if value.norm_l2() <= 1e-8 * p.norm_l2() {
+                break;
+            }
+            let step = jacobian.partial_piv_lu().solve(&value);
+            factored += 1;
+            // ∇ log M · step
+            let mut slope = 0.0;
+            for other in &known {
+                let away = &p - other;
+                let squared = (away.norm_l2() / unit).powi(2);
+                let inner = (0..self.size()).map(|row| away[(row, 0)] * step[(row, 0)]).sum::<f64>() / (unit * unit);
+                slope -= 2.0 * inner / (squared * (1.0 + squared));
+            }
+            let scale = 1.0 / (1.0 - slope);
+            // too long a step is of no use: it leaves what f can make
+            let longest = 10.0 * unit / step.norm_l2();
+            let scale = scale.clamp(-longest, longest);
+            if !scale.is_finite() {
+                break;
+            }
+            p = &p - step * faer::Scale(scale);
+        }
+        (self.field(p.as_ref()), factored)
+    }
+}
+
+fn sign_of_determinant(factors: &PartialPivLu<f64>) -> i64 {
+    let upper = factors.U();
+    let pivots: Vec<f64> = (0..upper.nrows()).map(|i| upper[(i, i)]).collect();
+    let largest = pivots.iter().map(|pivot| pivot.abs()).fold(0.0, f64::max);
+    if pivots.iter().any(|pivot| pivot.is_nan() || pivot.abs() <= SINGULAR * largest) {
+        return 0;
+    }
+    let negative = pivots.iter().filter(|pivot| **pivot < 0.0).count();
+    // a permutation of n elements in c cycles takes n − c transpositions
+    let (forward, _) = factors.P().arrays();
+    let mut seen = vec![false; forward.len()];
+    let mut cycles = 0;
+    for from in 0..forward.len() {
+        if seen[from] {
+            continue;
+        }
+        cycles += 1;
+        let mut at = from;
+        while !seen[at] {
+            seen[at] = true;
+            at = forward[at];
+        }
+    }
+    if (negative + forward.len() - cycles).is_multiple_of(2) { 1 } else { -1 }
+}
