@@ -11,7 +11,7 @@ use contact::scene::Shape;
 use contact::{Forecast, forecast};
 use rayon::prelude::*;
 use serde::Serialize;
-use study::{Job, JobKey, Point, Study};
+use study::{Case, Job, JobKey, Point, Study};
 
 use crate::output::count;
 use crate::progress::duration;
@@ -64,8 +64,8 @@ pub(crate) struct Listed {
     pub(crate) lines: Vec<Line>,
 }
 
-/// Lists the effects of a job.
-pub(crate) fn effects(job: &Job, surfaces: &Surfaces) -> Result<Listed> {
+/// Lists the effects of a case.
+pub(crate) fn effects(job: &Case, surfaces: &Surfaces) -> Result<Listed> {
     let with = |simulate: Vec<Effect>| forecast(&job.scene, &Numerics { simulate, ..job.numerics.clone() }, surfaces);
     let decided = with(job.numerics.simulate.clone())?;
     let decisions = Effects::of(&job.scene, &job.numerics, decided.elements, surfaces)?;
@@ -87,7 +87,7 @@ pub(crate) fn effects(job: &Job, surfaces: &Surfaces) -> Result<Listed> {
 
 /// What a scene needs that `surfaces` does not hold, in words.
 pub(crate) fn missing_surface(job: &Job, surfaces: &Surfaces) -> Option<String> {
-    match &job.scene.punch.shape {
+    match &job.case()?.scene.punch.shape {
         Shape::HeightMap { surface, .. } if surfaces.get(surface).is_none() => Some(format!("the height map {surface}")),
         Shape::WheelOnRail(wheel) => {
             let name = [&wheel.wheel, &wheel.rail].into_iter().find(|name| surfaces.profile(name).is_none())?;
@@ -122,9 +122,12 @@ pub(crate) struct Overview {
     pub(crate) groups: Vec<Group>,
 }
 
-/// Groups a study's jobs; `first` are the indices of the points with which each of them first occurs.
+/// Groups a study's jobs, of one kind all of them; those that solve no scene have no effects. `first` are the indices of the points with which each of them first occurs.
 pub(crate) fn overview(study: &Study, points: &[Point], first: &[usize]) -> Result<Overview> {
-    let listed: Vec<Listed> = first.par_iter().map(|index| effects(&points[*index].job, study.surfaces())).collect::<Result<_>>()?;
+    let cases = first.par_iter().filter_map(|index| match &points[*index].job {
+        Job::Solve(case) => Some(effects(case, study.surfaces())),
+    });
+    let listed: Vec<Listed> = cases.collect::<Result<_>>()?;
     let mut order: Vec<Vec<usize>> = Vec::new();
     let mut known: HashMap<(Solver, Vec<bool>), usize> = HashMap::new();
     for (at, job) in listed.iter().enumerate() {
@@ -241,6 +244,9 @@ const PRINTED_GROUPS: usize = 5;
 impl Overview {
     /// The overview to be read: what all jobs have in common, then each group's own.
     pub(crate) fn words(&self) -> String {
+        if self.groups.is_empty() {
+            return String::new();
+        }
         if let [only] = &self.groups[..] {
             let jobs = if only.jobs == 1 { String::new() } else { format!(" of all {} jobs", only.jobs) };
             return format!("effects{jobs}\n{}", words(Some(only.solver), &only.effects, only.cost));

@@ -5,7 +5,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
-use contact::{Forecast, forecast};
+use contact::Forecast;
 use indicatif::BinaryBytes;
 use report::Table;
 use runner::{Interrupt, Options, Task};
@@ -20,7 +20,7 @@ use crate::ledger::Ledger;
 use crate::output::{self, Finish, count};
 use crate::progress::{Progress, duration};
 use crate::results::{self, Results};
-use crate::work::order;
+use crate::work::{forecast, order};
 
 /// Rows of the table at the end of a run; more are for `query`.
 const SUMMARY_ROWS: usize = 24;
@@ -67,7 +67,7 @@ impl Jobs {
         let mut seen = HashSet::new();
         let mut distinct = Vec::new();
         for (index, point) in points.iter().enumerate().filter(|(_, point)| seen.insert(point.key)) {
-            let forecast = forecast(&point.job.scene, &point.job.numerics, study.surfaces()).map_err(|error| {
+            let forecast = forecast(&point.job, study.surfaces()).map_err(|error| {
                 let values: Vec<String> =
                     study.axes().zip(&point.values).map(|(axis, value)| format!("{} = {value}", axis.column())).collect();
                 let place = if values.is_empty() { String::new() } else { format!(", at {}", values.join(", ")) };
@@ -276,7 +276,7 @@ fn default_memory() -> u64 {
 
 /// Increments of a job's loading path.
 pub(crate) fn increments(job: &Job) -> u64 {
-    job.scene.loading.legs().iter().map(|leg| u64::from(leg.increments)).sum()
+    job.case().map_or(0, |case| case.scene.loading.legs().iter().map(|leg| u64::from(leg.increments)).sum())
 }
 
 /// What a plan says.

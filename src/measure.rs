@@ -12,8 +12,8 @@ use contact::punch::Surfaces;
 use contact::{Operators, forecast};
 use report::{Cell, Column, Table};
 use serde::{Deserialize, Serialize};
-use study::Job;
 use study::record::{decode_fields, encode_fields};
+use study::{Case, Job};
 
 use crate::cli::EffectsArgs;
 use crate::effects::Group;
@@ -54,7 +54,8 @@ pub(crate) fn measure(args: &EffectsArgs) -> Result<Finish> {
     let mut listed = Vec::new();
     let mut text = String::new();
     for group in &overview.groups {
-        let runs = runs(&jobs.points[group.first].job, study.surfaces(), args.repeat)?;
+        let Some(case) = jobs.points[group.first].job.case() else { continue };
+        let runs = runs(case, study.surfaces(), args.repeat)?;
         text += &format!("{}\n{}\n", title(study.name(), group), table(&runs)?.terminal(&layout()));
         listed.push(
             serde_json::json!({ "which": group.which, "jobs": group.jobs, "key": jobs.points[group.first].key.to_string(), "runs": runs }),
@@ -76,8 +77,8 @@ fn title(study: &str, group: &Group) -> String {
 }
 
 /// Solves a job with every effect left out that can be, then with each of those, then with everything.
-fn runs(job: &Job, surfaces: &Surfaces, repeat: u32) -> Result<Vec<Run>> {
-    let with = |simulate: &[Effect]| Job { numerics: Numerics { simulate: simulate.to_vec(), ..job.numerics.clone() }, ..job.clone() };
+fn runs(job: &Case, surfaces: &Surfaces, repeat: u32) -> Result<Vec<Run>> {
+    let with = |simulate: &[Effect]| Case { numerics: Numerics { simulate: simulate.to_vec(), ..job.numerics.clone() }, ..job.clone() };
     let bare = with(&[]);
     let elements = forecast(&bare.scene, &bare.numerics, surfaces)?.elements;
     let effects = Effects::of(&bare.scene, &bare.numerics, elements, surfaces)?;
@@ -94,7 +95,8 @@ fn runs(job: &Job, surfaces: &Surfaces, repeat: u32) -> Result<Vec<Run>> {
     let mut runs = Vec::new();
     for simulate in asked {
         let job = with(&simulate);
-        let measurement = in_a_process(&order(&job, job.canonical(), surfaces)?, repeat)?;
+        let whole = Job::Solve(job.clone());
+        let measurement = in_a_process(&order(&whole, whole.canonical(), surfaces)?, repeat)?;
         let fields = decode_fields(&measurement.fields)?;
         runs.push(Run {
             simulate,
@@ -176,7 +178,7 @@ pub(crate) fn measured(repeat: u32) -> Result<Finish> {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().context("cannot start a thread")?;
     let mut payload = Vec::new();
     std::io::stdin().read_to_end(&mut payload)?;
-    let (job, surfaces) = ordered(&payload)?;
+    let (Job::Solve(job), surfaces) = ordered(&payload)?;
     let before = peak_memory();
     let mut seconds = Vec::new();
     let mut solved = None;

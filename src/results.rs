@@ -111,11 +111,11 @@ impl Results {
 
 /// The columns that show loading paths at a glance: the place, the motions and forces that some step mentions, what they do, and how it ended.
 pub(crate) fn path_columns(points: &[Point]) -> Vec<String> {
-    let steps = || points.iter().flat_map(|point| &point.job.scene.loading.steps);
-    let cycle = points.iter().any(|point| point.job.scene.loading.cycle_from.is_some()).then_some("cycle");
+    let paths = || points.iter().filter_map(|point| Some(&point.job.case()?.scene.loading));
+    let cycle = paths().any(|path| path.cycle_from.is_some()).then_some("cycle");
     let mut names: Vec<String> = ["step"].into_iter().chain(cycle).chain(["increment"]).map(str::to_owned).collect();
     for (which, [motion, force]) in Step::NAMES.into_iter().enumerate() {
-        if which == 0 || steps().any(|step| step.given()[which] != [None, None]) {
+        if which == 0 || paths().flat_map(|path| &path.steps).any(|step| step.given()[which] != [None, None]) {
             names.extend([format!("at_{motion}"), if force == "normal_force" { "load".to_owned() } else { force.to_owned() }]);
         }
     }

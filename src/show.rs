@@ -7,7 +7,7 @@ use report::Table;
 use store::{Digest, Reader, Store};
 use study::columns::{Kind, Value, along_path, columns};
 use study::record::decode_fields;
-use study::{JobKey, Point, Record};
+use study::{Case, Job, JobKey, Point, Record};
 
 use crate::cli::ShowArgs;
 use crate::launch::increments;
@@ -96,8 +96,8 @@ pub(crate) fn json(record: &Record, fields: Option<&Fields>, surfaces: &Surfaces
         values.insert(column.name.to_string(), value);
     }
     let mut said = serde_json::json!({ "job": serde_json::from_str::<serde_json::Value>(&record.job)?, "result": values });
-    if effects::missing_surface(&point.job, surfaces).is_none() {
-        let listed = effects::effects(&point.job, surfaces)?;
+    if let (Job::Solve(case), None) = (&point.job, effects::missing_surface(&point.job, surfaces)) {
+        let listed = effects::effects(case, surfaces)?;
         said["effects"] = serde_json::json!(listed.lines);
         said["method"] = serde_json::json!(listed.solver);
         said["predicted"] = serde_json::json!(listed.cost);
@@ -113,8 +113,9 @@ pub(crate) fn json(record: &Record, fields: Option<&Fields>, surfaces: &Surfaces
 pub(crate) fn words(record: &Record, fields: Option<&Fields>, surfaces: &Surfaces) -> Result<String> {
     let point = Point::of_record(record)?;
     let mut text = format!("{}\n\n", point.job.to_toml().trim_end());
-    let (all, loading) = (increments(&point.job), &point.job.scene.loading);
-    if all > 1 {
+    let all = increments(&point.job);
+    if let (Some(Case { scene, .. }), true) = (point.job.case(), all > 1) {
+        let loading = &scene.loading;
         text += &match record.outcome().map(|outcome| outcome.steps.len() as u64) {
             Some(solved) if solved < all => format!("the path ended at its increment {solved} of {all}"),
             _ => format!("a path of {all} increments"),
@@ -125,12 +126,12 @@ pub(crate) fn words(record: &Record, fields: Option<&Fields>, surfaces: &Surface
         }
         text += "; --steps shows each\n\n";
     }
-    text += &match effects::missing_surface(&point.job, surfaces) {
-        None => {
-            let listed = effects::effects(&point.job, surfaces)?;
+    text += &match (&point.job, effects::missing_surface(&point.job, surfaces)) {
+        (Job::Solve(case), None) => {
+            let listed = effects::effects(case, surfaces)?;
             format!("effects\n{}", effects::words(Some(listed.solver), &listed.lines, listed.cost))
         }
-        Some(missing) => format!("effects\n  not known: the store's studies do not hold {missing}\n"),
+        (Job::Solve(_), Some(missing)) => format!("effects\n  not known: the store's studies do not hold {missing}\n"),
     };
     let columns = columns([], []);
     let kinds = [

@@ -8,7 +8,7 @@ use contact::Operators;
 use study::job::PHYSICS_VERSION;
 use study::key::Key;
 use study::record::encode_fields;
-use study::{Ending, Provenance, Record};
+use study::{Ending, Job, Provenance, Record};
 use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
 use crate::cli::SolveArgs;
@@ -33,7 +33,8 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     }
     let job = study.point(0).context("the study's only point cannot be made")?.job;
     let start = Instant::now();
-    let (outcome, fields) = contact::solve(&job.scene, &job.numerics, study.surfaces(), &mut Operators::default())?;
+    let Job::Solve(case) = &job;
+    let (outcome, fields) = contact::solve(&case.scene, &case.numerics, study.surfaces(), &mut Operators::default())?;
     let record = Record {
         physics: PHYSICS_VERSION,
         job: job.canonical(),

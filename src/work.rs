@@ -1,16 +1,16 @@
 //! What travels between coordinator and worker, and what a worker does with it.
 
 use anyhow::{Context, Result};
-use contact::Operators;
 use contact::outcome::Outcome;
 use contact::punch::Surfaces;
-use contact::scene::Shape;
+use contact::scene::{SceneError, Shape};
+use contact::{Forecast, Operators};
 use runner::{WorkerArguments, work};
 use serde::{Deserialize, Serialize};
-use study::Job;
 use study::profile::{decode_profile, encode_profile};
 use study::record::encode_fields;
 use study::surface::{decode_surface, encode_surface};
+use study::{Case, Job};
 
 use crate::output::Finish;
 
@@ -35,12 +35,19 @@ pub(crate) enum Answer {
 pub(crate) fn order(job: &Job, canonical: String, surfaces: &Surfaces) -> Result<Vec<u8>> {
     let map = |name: &String| Some((name.clone(), encode_surface(surfaces.get(name)?)));
     let profile = |name: &String| Some((name.clone(), encode_profile(surfaces.profile(name)?)));
-    let (height_maps, profiles) = match &job.scene.punch.shape {
-        Shape::HeightMap { surface, .. } => (map(surface).into_iter().collect(), Vec::new()),
-        Shape::WheelOnRail(wheel) => (Vec::new(), [&wheel.wheel, &wheel.rail].into_iter().filter_map(profile).collect()),
+    let (height_maps, profiles) = match job.case().map(|case| &case.scene.punch.shape) {
+        Some(Shape::HeightMap { surface, .. }) => (map(surface).into_iter().collect(), Vec::new()),
+        Some(Shape::WheelOnRail(wheel)) => (Vec::new(), [&wheel.wheel, &wheel.rail].into_iter().filter_map(profile).collect()),
         _ => (Vec::new(), Vec::new()),
     };
     encode(&Order { job: canonical, height_maps, profiles })
+}
+
+/// What a job will take.
+pub(crate) fn forecast(job: &Job, surfaces: &Surfaces) -> Result<Forecast, SceneError> {
+    match job {
+        Job::Solve(Case { scene, numerics }) => contact::forecast(scene, numerics, surfaces),
+    }
 }
 
 /// Decodes an [`order`].
@@ -76,8 +83,12 @@ struct Solver {
 impl Solver {
     fn solve(&mut self, payload: &[u8]) -> Result<Answer> {
         let (job, surfaces) = ordered(payload)?;
-        let (outcome, fields) = contact::solve(&job.scene, &job.numerics, &surfaces, &mut self.operators)?;
-        Ok(Answer::Solved(Box::new(outcome), encode_fields(&fields)))
+        match job {
+            Job::Solve(Case { scene, numerics }) => {
+                let (outcome, fields) = contact::solve(&scene, &numerics, &surfaces, &mut self.operators)?;
+                Ok(Answer::Solved(Box::new(outcome), encode_fields(&fields)))
+            }
+        }
     }
 }
 

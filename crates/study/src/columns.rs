@@ -17,7 +17,8 @@ use crate::axis::Axis;
 use crate::file::Point;
 use crate::key::Key;
 use crate::record::{Ending, Record};
-use crate::sheet::{self, Setting};
+use crate::settings;
+use crate::sheet::Setting;
 use crate::units::{Compact, Dimension};
 
 /// A cell of a table, in SI units.
@@ -126,7 +127,7 @@ impl Column {
         let end = || record.and_then(Record::outcome).and_then(Outcome::last);
         match self.source {
             Source::Axis { index, .. } => point.values.get(index).cloned().unwrap_or(Value::Missing),
-            Source::Key(key) => sheet::setting(&point.job, key).map_or(Value::Missing, |setting| Value::from(&setting)),
+            Source::Key(key) => settings::setting(&point.job, key).map_or(Value::Missing, |setting| Value::from(&setting)),
             Source::JobKey => Value::Text(point.key.to_string()),
             Source::Record(read) => record.map_or(Value::Missing, read),
             Source::Outcome(read) => record.and_then(Record::outcome).map_or(Value::Missing, read),

@@ -33,6 +33,7 @@ use contact::punch::{ProfileKind, Surfaces};
 use rayon::prelude::*;
 use toml::de::{DeTable, DeValue};
 
+use crate::assemble::assemble;
 use crate::axis::{self, Axis, Group};
 use crate::columns::{self, Column, Value};
 use crate::error::{Problem, Span, StudyError};
@@ -41,7 +42,7 @@ use crate::job::{Job, JobError, JobKey};
 use crate::key::{Key, Table};
 use crate::read::{self, Reader, entries};
 use crate::record::{BLOB_LIMIT, DecodeError, Record, decode, encode};
-use crate::sheet::{Given, Sheet, Source, SurfaceNames, TablePlaces, assemble};
+use crate::sheet::{Given, Sheet, Source, SurfaceNames, TablePlaces};
 use crate::{profile, surface};
 
 /// What is done with the points of a study.

@@ -1,4 +1,4 @@
-//! A job: one scene with one set of numerics, and the identity under which its result is kept.
+//! A job: what is asked of one point of a study, and the identity under which its result is kept.
 
 use contact::loading::Loading;
 use contact::numerics::Numerics;
@@ -6,15 +6,24 @@ use contact::scene::{Base, Domain, Foundation, Friction, Material, Punch, Scene,
 use serde::{Deserialize, Serialize};
 
 use crate::key::{Key, Quantity};
-use crate::sheet::{Setting, length, settings};
+use crate::settings::{length, settings};
+use crate::sheet::Setting;
 
 /// Changes whenever the same job would give different numbers; part of every [`JobKey`].
-pub const PHYSICS_VERSION: u32 = 2;
+pub const PHYSICS_VERSION: u32 = 3;
 
-/// One point of a study: everything that determines its result, and nothing else.
+/// What is asked of one point of a study: everything that determines its result, and nothing else.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(from = "JobText")]
-pub struct Job {
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum Job {
+    /// The solution of a scene.
+    Solve(Case),
+}
+
+/// A scene, and how exactly it is to be solved.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "CaseText")]
+pub struct Case {
     /// What is asked.
     pub scene: Scene,
     /// How exactly it is answered.
@@ -22,6 +31,20 @@ pub struct Job {
 }
 
 impl Job {
+    /// The scene that is to be solved, once or often.
+    pub fn case(&self) -> Option<&Case> {
+        match self {
+            Job::Solve(case) => Some(case),
+        }
+    }
+
+    /// Refuses what has no meaning.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        match self {
+            Job::Solve(case) => case.validate(),
+        }
+    }
+
     /// The canonical text of the job: JSON with the fields in their declared order, defaults and what goes without saying on the
     /// loading path left out, numbers in SI units in their shortest exact form. Spelling, order and units of the study file leave
     /// no trace in it.
@@ -39,8 +62,7 @@ impl Job {
     /// Reads a [canonical](Job::canonical) text, bit for bit what was written, and refuses what has no meaning.
     pub fn parse(text: &str) -> Result<Job, JobError> {
         let job: Job = serde_json::from_str(text)?;
-        job.scene.validate()?;
-        job.numerics.validate()?;
+        job.validate()?;
         if job.canonical() == text { Ok(job) } else { Err(JobError::NotCanonical) }
     }
 
@@ -71,6 +93,19 @@ impl Job {
 
     /// Makes jobs that are the same equal.
     fn normalise(&mut self) {
+        match self {
+            Job::Solve(case) => case.normalise(),
+        }
+    }
+}
+
+impl Case {
+    fn validate(&self) -> Result<(), SceneError> {
+        self.scene.validate()?;
+        self.numerics.validate()
+    }
+
+    fn normalise(&mut self) {
         // −0 becomes 0
         let scene = &mut self.scene;
         scene.loading = scene.loading.normalised();
@@ -95,10 +130,10 @@ impl Job {
     }
 }
 
-/// A job as it is read: serde reads no flattened field in a struct that denies unknown ones, as the scene's punch does.
+/// A case as it is read: serde reads no flattened field in a struct that denies unknown ones, as the scene's punch does.
 /// [`Job::parse`] finds unknown ones by comparing texts.
 #[derive(Deserialize)]
-struct JobText {
+struct CaseText {
     scene: SceneText,
     numerics: Numerics,
 }
@@ -119,10 +154,10 @@ struct PunchText {
     material: Option<Material>,
 }
 
-impl From<JobText> for Job {
-    fn from(JobText { scene, numerics }: JobText) -> Job {
+impl From<CaseText> for Case {
+    fn from(CaseText { scene, numerics }: CaseText) -> Case {
         let SceneText { foundation, punch: PunchText { shape, material }, friction, domain, loading } = scene;
-        Job { scene: Scene { foundation, punch: Punch { shape, material }, friction, domain, loading }, numerics }
+        Case { scene: Scene { foundation, punch: Punch { shape, material }, friction, domain, loading }, numerics }
     }
 }
 
@@ -190,6 +225,16 @@ pub(crate) mod tests {
     use proptest::prelude::*;
 
     pub(crate) fn job() -> Job {
+        Job::Solve(case())
+    }
+
+    fn with(change: impl FnOnce(&mut Case)) -> Job {
+        let mut case = case();
+        change(&mut case);
+        Job::Solve(case)
+    }
+
+    fn case() -> Case {
         let numerics = Numerics {
             mesh: Mesh::Across(16),
             projection: Default::default(),
@@ -200,7 +245,7 @@ pub(crate) mod tests {
             max_iterations: 20_000,
             simulate: Vec::new(),
         };
-        Job {
+        Case {
             scene: Scene {
                 foundation: Foundation::half_space(Material { shear_modulus: 80e9, poisson: 0.3 }),
                 punch: Punch { shape: Shape::Sphere { radius: 0.05 }, material: None },
@@ -215,33 +260,31 @@ pub(crate) mod tests {
     /// A change of this text or key orphans every stored result; it needs a new [`PHYSICS_VERSION`].
     #[test]
     fn the_canonical_text_is_fixed() {
-        insta::assert_snapshot!(job().canonical(), @r#"{"scene":{"foundation":{"base":{"shear_modulus":80000000000.0,"poisson":0.3}},"punch":{"shape":"sphere","radius":0.05},"friction":{"mu":0.3},"loading":{"steps":[{"approach":0.00002}]}},"numerics":{"mesh":16,"projection":"average","method":"auto","tolerance":1e-8,"max_iterations":20000}}"#);
-        insta::assert_snapshot!(job().key(), @"8b03e7c457cc060b55e61c1b4e03fd012c24a1e4b55f0babb894c665396276f5");
+        insta::assert_snapshot!(job().canonical(), @r#"{"kind":"solve","scene":{"foundation":{"base":{"shear_modulus":80000000000.0,"poisson":0.3}},"punch":{"shape":"sphere","radius":0.05},"friction":{"mu":0.3},"loading":{"steps":[{"approach":0.00002}]}},"numerics":{"mesh":16,"projection":"average","method":"auto","tolerance":1e-8,"max_iterations":20000}}"#);
+        insta::assert_snapshot!(job().key(), @"eb3dcad8d336c338d92873672f5160683f983b5bbdb43dce537ad578d5e003ac");
         assert_eq!(job().key().to_string().parse(), Ok(job().key()));
         assert!("12ab".parse::<JobKey>().is_err());
     }
 
     #[test]
     fn negative_zero_is_zero() {
-        let with = |zero: f64| {
-            let mut job = job();
-            job.scene.loading.steps[0].shift_x = Some(zero);
-            job.scene.loading.steps.push(Step { shift_x: Some(1e-6), shift_y: Some(zero), ..Step::default() });
-            job.scene.foundation = Foundation::half_space(Material { shear_modulus: 1e9, poisson: zero });
-            job.scene.foundation.layers = vec![Layer { shear_modulus: 1e9, poisson: zero, thickness: 1e-3 }];
-            job.scene.punch.material = Some(Material { shear_modulus: 1e9, poisson: zero });
+        let text = |zero: f64| {
+            let job = with(|Case { scene, .. }| {
+                scene.loading.steps[0].shift_x = Some(zero);
+                scene.loading.steps.push(Step { shift_x: Some(1e-6), shift_y: Some(zero), ..Step::default() });
+                scene.foundation = Foundation::half_space(Material { shear_modulus: 1e9, poisson: zero });
+                scene.foundation.layers = vec![Layer { shear_modulus: 1e9, poisson: zero, thickness: 1e-3 }];
+                scene.punch.material = Some(Material { shear_modulus: 1e9, poisson: zero });
+            });
             job.canonical()
         };
-        assert_eq!(with(-0.0), with(0.0));
+        assert_eq!(text(-0.0), text(0.0));
     }
 
     #[test]
     fn what_goes_without_saying_is_no_other_job() {
-        let mut wordy = job();
-        let step = wordy.scene.loading.steps[0];
-        wordy.scene.loading.steps[0].shift_x = Some(0.0);
-        assert_eq!(wordy.key(), job().key());
-        wordy.scene.loading.steps.push(step);
+        assert_eq!(with(|case| case.scene.loading.steps[0].shift_x = Some(0.0)).key(), job().key());
+        let wordy = with(|case| case.scene.loading.steps.push(case.scene.loading.steps[0]));
         assert_ne!(wordy.key(), job().key(), "a step that holds still is an increment of its own");
         assert!(wordy.canonical().contains(r#""steps":[{"approach":0.00002},{}]"#));
         assert_eq!(Job::parse(&wordy.canonical()).map(|job| job.key()).ok(), Some(wordy.key()));
@@ -259,10 +302,11 @@ pub(crate) mod tests {
         #[test]
         fn numbers_travel_bit_for_bit(modulus in 1e-300..1e300f64, mu in 0.0..10.0f64, approach: f64) {
             prop_assume!(approach.is_finite());
-            let mut job = job();
-            job.scene.foundation.base = Base::Elastic(Material { shear_modulus: modulus, poisson: 0.3 });
-            job.scene.friction.mu = mu;
-            job.scene.loading.steps[0].approach = Some(approach);
+            let job = with(|Case { scene, .. }| {
+                scene.foundation.base = Base::Elastic(Material { shear_modulus: modulus, poisson: 0.3 });
+                scene.friction.mu = mu;
+                scene.loading.steps[0].approach = Some(approach);
+            });
             let back = Job::parse(&job.canonical());
             prop_assert_eq!(back.ok(), Some(job));
         }

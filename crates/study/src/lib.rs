@@ -22,6 +22,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod assemble;
 pub mod axis;
 pub mod columns;
 pub mod error;
@@ -33,6 +34,7 @@ pub mod label;
 pub mod profile;
 mod read;
 pub mod record;
+mod settings;
 mod sheet;
 pub mod surface;
 pub mod units;
@@ -41,5 +43,5 @@ pub use columns::{Column, Value};
 pub use error::StudyError;
 pub use figure::Figure;
 pub use file::{Kind, Point, Study};
-pub use job::{Job, JobKey};
+pub use job::{Case, Job, JobKey};
 pub use record::{Ending, Provenance, Record};

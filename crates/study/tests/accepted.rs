@@ -10,7 +10,7 @@ use contact::punch::Side;
 use contact::scene::{Base, Domain, Foundation, Friction, Layer, Material, Punch, Scene, Shape, WheelRail};
 use proptest::prelude::*;
 use study::key::Key;
-use study::{Figure, Job, Study, Value, columns};
+use study::{Case, Figure, Job, Study, Value, columns};
 
 const BASE: &str = r#"
 name = "base"
@@ -73,8 +73,8 @@ fn the_last_axis_is_the_fastest() {
     assert_eq!(shown(&study, "mesh"), ["32", "32", "32", "8x4", "8x4", "8x4"]);
     assert_eq!(shown(&study, "mu"), ["0.1", "0.2", "0.3", "0.1", "0.2", "0.3"]);
     assert_eq!(shown(&study, "scene.friction.mu"), shown(&study, "mu"));
-    assert_eq!(study.points()[3].job.numerics.mesh, Mesh::Exact([8, 4]));
-    assert_eq!(study.points()[3].job.scene.friction.mu, 0.1);
+    assert_eq!(study.points()[3].job.case().unwrap().numerics.mesh, Mesh::Exact([8, 4]));
+    assert_eq!(study.points()[3].job.case().unwrap().scene.friction.mu, 0.1);
     let columns = study.columns();
     assert_eq!(columns.iter().take(2).map(|column| column.name.as_ref()).collect::<Vec<_>>(), ["mesh", "mu"]);
 }
@@ -125,9 +125,9 @@ fn a_table_replaces_a_table() {
     assert_eq!(shown(&study, "punch"), ["cone", "steel ball"]);
     assert_eq!(shown(&study, "loading"), ["shifted", "shifted"]);
     assert_eq!(shown(&study, "radius"), ["", "0.001"]);
-    assert!(matches!(jobs[0].job.scene.punch, Punch { shape: Shape::Cone { .. }, material: None }));
-    assert!(jobs[1].job.scene.punch.material.is_some());
-    assert_eq!(jobs[0].job.scene.loading.steps[0].shift_x, Some(1e-6));
+    assert!(matches!(jobs[0].job.case().unwrap().scene.punch, Punch { shape: Shape::Cone { .. }, material: None }));
+    assert!(jobs[1].job.case().unwrap().scene.punch.material.is_some());
+    assert_eq!(jobs[0].job.case().unwrap().scene.loading.steps[0].shift_x, Some(1e-6));
     // a table may supply what the base leaves out
     let bare = BASE.replace("punch = { shape = \"sphere\", radius = \"10 mm\" }\n", "");
     assert_eq!(read(&format!("{bare}{punches}")).len(), 2);
@@ -162,7 +162,7 @@ mesh = 16
 #[test]
 fn layers_and_steps_have_keys_of_their_own() {
     let study = read(PATH);
-    let scene = &study.points()[0].job.scene;
+    let scene = &study.point(0).unwrap().job.case().unwrap().scene.clone();
     assert_eq!((scene.foundation.base, scene.foundation.layers[1].poisson), (Base::Rigid, 0.5));
     assert_eq!(scene.loading.steps[0], Step { normal_force: Some(1000.0), ..Step::default() });
     assert_eq!(scene.loading.steps[2], Step { shift_x: Some(-2e-6), moment_z: Some(0.003), increments: 8, ..Step::default() });
@@ -197,7 +197,7 @@ fn axes_over_layers_and_steps() {
     assert_eq!(study.axes().map(|axis| axis.column()).collect::<Vec<_>>(), ["layer1_thickness", "step1_increments", "step2"]);
     assert_eq!(shown(&study, "step2")[..2], ["back", "hold"]);
     assert_eq!(shown(&study, "step2_shift_x")[..2], ["0", ""]);
-    assert_eq!(study.points()[1].job.scene.loading.steps[2], Step::default(), "the table replaces the step as a whole");
+    assert_eq!(study.points()[1].job.case().unwrap().scene.loading.steps[2], Step::default(), "the table replaces the step as a whole");
     assert_eq!(shown(&study, "step1_increments")[..6], ["1", "1", "2", "2", "4", "4"]);
     assert_eq!(shown(&study, "layer1_thickness")[12], "0.01");
 }
@@ -223,7 +223,7 @@ fn axes_over_whole_lists_and_the_base() {
     assert_eq!(shown(&study, "poisson")[..4], ["", "", "0.3", "0.3"]);
     assert_eq!(shown(&study, "step1_shift_x")[..2], ["", "1e-6"]);
     assert_eq!(shown(&study, "cycles")[..2], ["1", "1"], "the whole loading was replaced");
-    assert_eq!(study.points()[4].job.scene.foundation.layers.len(), 2);
+    assert_eq!(study.points()[4].job.case().unwrap().scene.foundation.layers.len(), 2);
 }
 
 #[test]
@@ -231,8 +231,8 @@ fn a_list_that_the_scene_leaves_out_is_made_of_the_axes() {
     let bare = BASE.replace("loading.steps = [{ approach = \"1 um\" }]\n", "");
     let sweep = "[sweep]\n\"loading.steps[0].approach\" = [1e-6, 2e-6]\n\"loading.steps[1].shift_x\" = [0, 1e-6]\n";
     let study = read(&format!("{bare}{sweep}"));
-    assert_eq!(study.points()[3].job.scene.loading.steps[1].shift_x, Some(1e-6));
-    assert_eq!(study.points()[0].job.scene.loading.steps.len(), 2);
+    assert_eq!(study.points()[3].job.case().unwrap().scene.loading.steps[1].shift_x, Some(1e-6));
+    assert_eq!(study.points()[0].job.case().unwrap().scene.loading.steps.len(), 2);
 }
 
 #[test]
@@ -265,7 +265,7 @@ fn height_maps_come_from_files_in_any_unit() {
     let study = Study::parse(&format!("{text}{sweep}"), "study.toml", &mut files).unwrap();
     assert_eq!(asked, ["rough.csv", "rougher.csv"]);
     let points = study.points();
-    let Shape::HeightMap { surface, width_y, .. } = &points[0].job.scene.punch.shape else { panic!("not a height map") };
+    let Shape::HeightMap { surface, width_y, .. } = &points[0].job.case().unwrap().scene.punch.shape else { panic!("not a height map") };
     assert_eq!(*width_y, 0.002);
     assert_eq!(study.surfaces().get(surface).unwrap().heights(), [0.0, 1e-6, 2e-6, 3e-6, 4e-6, 5e-6]);
     assert_eq!(shown(&study, "file")[..2], ["rough.csv", "rougher.csv"]);
@@ -293,7 +293,7 @@ fn a_wheel_and_its_rail_come_from_files() {
     let sweep = "[sweep]\npunch.lateral = { from = 0, to = \"10 mm\", count = 3 }\npunch.yaw = [0, \"1 mrad\"]\n";
     let study = Study::parse(&format!("{text}{sweep}"), "study.toml", &mut files).unwrap();
     let points = study.points();
-    let Shape::WheelOnRail(wheel) = &points[5].job.scene.punch.shape else { panic!("not a wheel") };
+    let Shape::WheelOnRail(wheel) = &points[5].job.case().unwrap().scene.punch.shape else { panic!("not a wheel") };
     let [(wheel_name, _), (rail_name, _)] = profiles();
     assert_eq!((&wheel.wheel, &wheel.rail, wheel.side), (wheel_name, rail_name, Side::Left));
     assert_eq!((wheel.lateral, wheel.yaw, wheel.roll, wheel.gauge), (0.01, 0.001, 0.0, WheelRail::GAUGE));
@@ -371,7 +371,7 @@ fn the_stick_zone_study_is_what_it_says() {
     assert_eq!((study.name(), study.len(), keys.len()), ("stick-zone", 120, 120));
     assert_eq!(shown(&study, "punch")[..2], ["flat disk", "sphere"]);
     assert_eq!(shown(&study, "approach")[..2], ["1e-6", "2e-5"]);
-    assert!(points.iter().all(|point| point.job.numerics.tolerance == 1e-8));
+    assert!(points.iter().all(|point| point.job.case().unwrap().numerics.tolerance == 1e-8));
     assert!(study.figures().iter().any(|figure| figure.panels.as_deref() == Some("punch") && figure.series == ["poisson", "mesh"]));
 }
 
@@ -519,7 +519,7 @@ prop_compose! {
             domain,
             loading,
         };
-        Job { scene, numerics }
+        Job::Solve(Case { scene, numerics })
     }
 }
 
@@ -540,8 +540,9 @@ proptest! {
     #[test]
     fn what_a_job_writes_is_read(job in job()) {
         prop_assert_eq!(read_job(&job.to_toml()), job.clone());
-        let mut plain = job.clone();
+        let mut plain = job.case().unwrap().clone();
         plain.scene.loading = plain.scene.loading.normalised();
+        let plain = Job::Solve(plain);
         prop_assert_eq!(plain.key(), job.key());
         prop_assert_eq!(read_job(&plain.to_toml()).canonical(), job.canonical());
         prop_assert_eq!(Job::parse(&job.canonical()).ok(), Some(plain));
@@ -555,7 +556,8 @@ proptest! {
         let columns = study.columns();
         let value = |name: &str| columns::find(&columns, name).map(|column| column.value(&point, None));
         let json = serde_json::to_value(&job).unwrap();
-        for key in Key::all(|list| if list == Key::Layers { job.scene.foundation.layers.len() as u32 } else { job.scene.loading.steps.len() as u32 }) {
+        let scene = &job.case().unwrap().scene;
+        for key in Key::all(|list| if list == Key::Layers { scene.foundation.layers.len() as u32 } else { scene.loading.steps.len() as u32 }) {
             let path = key.path().replace('[', ".").replace(']', "");
             let given = path.split('.').try_fold(&json, |at, name| match name.parse::<usize>() {
                 Ok(index) => at.get(index),

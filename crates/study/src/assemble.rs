@@ -1,0 +1,340 @@
+//! From a sheet to the job that it describes.
+
+use contact::loading::{Loading, Step};
+use contact::numerics::{Mesh, Method, Numerics, Projection};
+use contact::punch::Side;
+use contact::scene::{Base, Domain, Foundation, Friction, Layer, Material, Punch, Scene, SceneError, Shape, WheelRail};
+
+use crate::error::Problem;
+use crate::job::{Case, Job};
+use crate::key::{Key, Quantity, Table};
+use crate::sheet::{Setting, Sheet, Source, SurfaceNames, TablePlaces};
+
+/// The keys that a shape needs beyond `shape`; `file` stands for `file` or `surface`.
+fn needed(shape: &str) -> &'static [Key] {
+    match shape {
+        "sphere" | "flat-disk" => &[Key::Radius],
+        "ellipsoid" => &[Key::RadiusX, Key::RadiusY],
+        "flat-rectangle" => &[Key::WidthX, Key::WidthY],
+        "cone" => &[Key::ConeAngle],
+        "wheel-on-rail" => &[Key::Wheel, Key::Rail, Key::Side, Key::RollingRadius],
+        _ => &[Key::File, Key::WidthX, Key::WidthY],
+    }
+}
+
+/// The keys of a wheel on a rail that have a default.
+const WHEEL_ON_RAIL: &[(Key, f64)] = &[
+    (Key::Gauge, WheelRail::GAUGE),
+    (Key::GaugeDepth, WheelRail::GAUGE_DEPTH),
+    (Key::FlangeBackDistance, WheelRail::FLANGE_BACK_DISTANCE),
+    (Key::FlangeBackToOrigin, WheelRail::FLANGE_BACK_TO_ORIGIN),
+    (Key::Lateral, 0.0),
+    (Key::Yaw, 0.0),
+    (Key::Roll, 0.0),
+];
+
+/// The keys that a shape may have beyond those that it needs.
+fn optional(shape: &str) -> impl Iterator<Item = Key> {
+    let keys = if shape == "wheel-on-rail" { WHEEL_ON_RAIL } else { &[] };
+    keys.iter().map(|(key, _)| *key)
+}
+
+/// A word with its article.
+fn a(word: &str) -> String {
+    let article = if word.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {word}")
+}
+
+/// Whether a key says something about a shape.
+fn is_of_shape(key: Key) -> bool {
+    let punch = Table::find("punch").is_some_and(|punch| key.is_under(&punch));
+    punch && !matches!(key, Key::Shape | Key::PunchShearModulus | Key::PunchPoisson)
+}
+
+/// Assembles the job that a sheet describes. Everything that is missing, out of place or without meaning is reported
+/// at the place that caused it.
+pub(crate) fn assemble(sheet: &Sheet<'_>, surfaces: &SurfaceNames, places: &TablePlaces) -> Result<Job, Vec<Problem>> {
+    let mut missing = Missing { sheet, places, problems: Vec::new() };
+    let job = Job::Solve(missing.case(surfaces));
+    if !missing.problems.is_empty() {
+        return Err(missing.problems);
+    }
+    job.validate().map_err(|error| vec![locate(&error, sheet, places)])?;
+    Ok(job)
+}
+
+struct Missing<'a> {
+    sheet: &'a Sheet<'a>,
+    places: &'a TablePlaces,
+    problems: Vec<Problem>,
+}
+
+impl Missing<'_> {
+    /// The case; where something is missing a problem is noted and the case is not to be used.
+    fn case(&mut self, surfaces: &SurfaceNames) -> Case {
+        let scene = Scene {
+            foundation: self.foundation(),
+            punch: Punch { shape: self.shape(surfaces), material: self.material() },
+            friction: Friction { mu: self.number(Key::Mu) },
+            domain: self.domain(),
+            loading: self.loading(),
+        };
+        let numerics = Numerics {
+            mesh: self.mesh(),
+            projection: match self.sheet.word(Key::Projection) {
+                Some("midpoint") => Projection::Midpoint,
+                Some("average") => Projection::Average,
+                _ => Projection::default(),
+            },
+            epsilon: self.number_or(Key::Epsilon, 0.0),
+            ceiling: self.sheet.number(Key::Ceiling),
+            method: match self.sheet.word(Key::Method) {
+                Some("seidel") => Method::Seidel,
+                Some("newton") => Method::Newton,
+                Some("auto") => Method::Auto,
+                _ => Method::default(),
+            },
+            tolerance: self.number_or(Key::Tolerance, Numerics::default_tolerance()),
+            max_iterations: self.sheet.count(Key::MaxIterations).unwrap_or_else(Numerics::default_max_iterations),
+            simulate: match self.sheet.get(Key::Simulate).map(|given| &given.setting) {
+                Some(Setting::Effects(effects)) => effects.clone(),
+                _ => Vec::new(),
+            },
+        };
+        Case { scene, numerics }
+    }
+
+    fn foundation(&mut self) -> Foundation {
+        let layers = (0..self.sheet.length(Key::Layers)).map(|i| Layer {
+            shear_modulus: self.number(Key::LayerShearModulus(i)),
+            poisson: self.number(Key::LayerPoisson(i)),
+            thickness: self.number(Key::LayerThickness(i)),
+        });
+        let layers = layers.collect();
+        let is_given = |key| self.sheet.get(key).is_some();
+        if !is_given(Key::Base) && !is_given(Key::ShearModulus) && !is_given(Key::Poisson) {
+            self.miss(Key::Base, "");
+            return Foundation { layers, base: Base::Rigid };
+        }
+        let Some(rigid) = self.sheet.get(Key::Base) else {
+            let material = Material { shear_modulus: self.number(Key::ShearModulus), poisson: self.number(Key::Poisson) };
+            return Foundation { layers, base: Base::Elastic(material) };
+        };
+        for key in [Key::ShearModulus, Key::Poisson] {
+            if let Some(given) = self.sheet.get(key) {
+                let message = format!("a rigid base has no `{}`", key.name());
+                let problem = Problem::new(given.span.clone(), message, "leave this out, or give the base as a table");
+                self.problems.push(problem.context(rigid.span.clone(), "the base is rigid"));
+            }
+        }
+        Foundation { layers, base: Base::Rigid }
+    }
+
+    fn loading(&mut self) -> Loading {
+        let steps: Vec<Step> = (0..self.sheet.length(Key::Steps)).map(|i| self.step(i)).collect();
+        if steps.is_empty() && self.sheet.get(Key::Steps).is_none() {
+            self.miss(Key::Steps, "");
+        }
+        Loading { steps, cycle_from: self.sheet.count(Key::CycleFrom), cycles: self.sheet.count(Key::Cycles).unwrap_or(1) }
+    }
+
+    fn step(&mut self, i: u32) -> Step {
+        let number = |key| self.sheet.number(key);
+        let step = Step {
+            approach: number(Key::Approach(i)),
+            normal_force: number(Key::NormalForce(i)),
+            shift_x: number(Key::ShiftX(i)),
+            force_x: number(Key::ForceX(i)),
+            shift_y: number(Key::ShiftY(i)),
+            force_y: number(Key::ForceY(i)),
+            tilt_x: number(Key::TiltX(i)),
+            moment_x: number(Key::MomentX(i)),
+            tilt_y: number(Key::TiltY(i)),
+            moment_y: number(Key::MomentY(i)),
+            twist: number(Key::Twist(i)),
+            moment_z: number(Key::MomentZ(i)),
+            increments: self.sheet.count(Key::Increments(i)).unwrap_or(1),
+        };
+        if i == 0 && step.approach.is_none() && step.normal_force.is_none() {
+            let problem = Problem::new(
+                self.places.around(Key::Approach(0)),
+                format!("`{}` is missing", Key::Approach(0).short()),
+                format!("the first step needs `approach`, {}, or `normal_force`", Key::Approach(0).quantity().expected()),
+            );
+            self.problems.push(problem.help(format!("`approach`: {}", Key::Approach(0).meaning())));
+        }
+        step
+    }
+
+    fn miss(&mut self, key: Key, why: &str) {
+        let span = match self.sheet.get(Key::Shape) {
+            Some(shape) if is_of_shape(key) => shape.span.clone(),
+            _ => self.places.around(key),
+        };
+        let message = format!("`{}` is missing{why}", key.short());
+        let expected = format!("needs `{}`: {}", key.name(), key.expected());
+        self.problems.push(Problem::new(span, message, expected).help(format!("`{}`: {}", key.name(), key.meaning())));
+    }
+
+    fn number(&mut self, key: Key) -> f64 {
+        self.sheet.number(key).unwrap_or_else(|| {
+            self.miss(key, "");
+            f64::NAN
+        })
+    }
+
+    fn number_or(&self, key: Key, default: f64) -> f64 {
+        self.sheet.number(key).unwrap_or(default)
+    }
+
+    fn mesh(&mut self) -> Mesh {
+        match self.sheet.get(Key::Mesh).map(|given| &given.setting) {
+            Some(Setting::Mesh(mesh)) => *mesh,
+            _ => {
+                self.miss(Key::Mesh, "");
+                Mesh::Across(0)
+            }
+        }
+    }
+
+    fn material(&mut self) -> Option<Material> {
+        let keys = [Key::PunchShearModulus, Key::PunchPoisson];
+        let any = keys.iter().any(|key| self.sheet.get(*key).is_some());
+        any.then(|| Material { shear_modulus: self.number(keys[0]), poisson: self.number(keys[1]) })
+    }
+
+    fn domain(&mut self) -> Option<Domain> {
+        let keys = [Key::DomainWidthX, Key::DomainWidthY, Key::DomainCenterX, Key::DomainCenterY];
+        let any = keys.iter().any(|key| self.sheet.get(*key).is_some());
+        any.then(|| Domain {
+            width_x: self.number(keys[0]),
+            width_y: self.number(keys[1]),
+            center_x: self.number_or(keys[2], 0.0),
+            center_y: self.number_or(keys[3], 0.0),
+        })
+    }
+
+    fn shape(&mut self, surfaces: &SurfaceNames) -> Shape {
+        let none = Shape::Sphere { radius: f64::NAN };
+        let Some(shape) = self.sheet.word(Key::Shape) else {
+            self.miss(Key::Shape, "");
+            return none;
+        };
+        self.refuse_foreign(shape);
+        for key in needed(shape) {
+            let given = self.sheet.get(*key).or_else(|| (*key == Key::File).then(|| self.sheet.get(Key::Surface)).flatten());
+            if given.is_none() {
+                self.miss(*key, &format!(": {} needs it", a(shape)));
+            }
+        }
+        let number = |key| self.sheet.number(key).unwrap_or(f64::NAN);
+        match shape {
+            "sphere" => Shape::Sphere { radius: number(Key::Radius) },
+            "flat-disk" => Shape::FlatDisk { radius: number(Key::Radius) },
+            "ellipsoid" => Shape::Ellipsoid { radius_x: number(Key::RadiusX), radius_y: number(Key::RadiusY) },
+            "flat-rectangle" => Shape::FlatRectangle { width_x: number(Key::WidthX), width_y: number(Key::WidthY) },
+            "cone" => Shape::Cone { angle: number(Key::ConeAngle) },
+            "height-map" => {
+                Shape::HeightMap { surface: self.surface(surfaces), width_x: number(Key::WidthX), width_y: number(Key::WidthY) }
+            }
+            "wheel-on-rail" => Shape::WheelOnRail(self.wheel_on_rail(surfaces)),
+            // the reader lets only the words of Key::Shape through
+            _ => none,
+        }
+    }
+
+    fn wheel_on_rail(&self, surfaces: &SurfaceNames) -> WheelRail {
+        let number = |key| {
+            let default = || WHEEL_ON_RAIL.iter().find(|(of, _)| *of == key).map_or(f64::NAN, |(_, default)| *default);
+            self.sheet.number(key).unwrap_or_else(default)
+        };
+        let profile = |key| self.sheet.word(key).and_then(|file| surfaces.profiles.get(file)).cloned().unwrap_or_default();
+        WheelRail {
+            wheel: profile(Key::Wheel),
+            rail: profile(Key::Rail),
+            side: if self.sheet.word(Key::Side) == Some("left") { Side::Left } else { Side::Right },
+            rolling_radius: number(Key::RollingRadius),
+            gauge: number(Key::Gauge),
+            gauge_depth: number(Key::GaugeDepth),
+            flange_back_distance: number(Key::FlangeBackDistance),
+            flange_back_to_origin: number(Key::FlangeBackToOrigin),
+            lateral: number(Key::Lateral),
+            yaw: number(Key::Yaw),
+            roll: number(Key::Roll),
+        }
+    }
+
+    fn surface(&self, surfaces: &SurfaceNames) -> String {
+        match self.sheet.sources().first() {
+            Some((_, Source::Map(file, unit))) => surfaces.maps.get(&((*file).to_owned(), (*unit).to_owned())).cloned().unwrap_or_default(),
+            Some((_, Source::StoredMap(name))) => (*name).to_owned(),
+            _ => String::new(),
+        }
+    }
+
+    /// Notes every key given for the punch that its shape has not.
+    fn refuse_foreign(&mut self, shape: &str) {
+        let is_map = shape == "height-map";
+        let has = |key: Key| needed(shape).contains(&key) || optional(shape).any(|optional| optional == key);
+        for key in Key::ALL.iter().filter(|key| is_of_shape(**key) && !has(**key)) {
+            let Some(given) = self.sheet.get(*key) else { continue };
+            let span = given.span.clone();
+            let problem = match key {
+                Key::Surface if is_map => match self.sheet.get(Key::File) {
+                    Some(file) => Problem::new(span, "a height map is a `file` or a stored `surface`, not both", "leave this out")
+                        .context(file.span.clone(), "given here"),
+                    None => continue,
+                },
+                Key::HeightUnit if is_map => match self.sheet.get(Key::Surface) {
+                    Some(_) if self.sheet.get(Key::File).is_none() => {
+                        Problem::new(span, "a stored surface has no `unit`: its heights are in metres", "leave this out")
+                    }
+                    _ => continue,
+                },
+                _ => {
+                    let names = needed(shape).iter().copied().chain(optional(shape)).map(|key| format!("`{}`", key.name()));
+                    let names = names.collect::<Vec<_>>().join(", ");
+                    let problem = Problem::new(span, format!("{} has no `{}`", a(shape), key.name()), format!("{} has {names}", a(shape)));
+                    match self.sheet.get(Key::Shape) {
+                        Some(place) if place.span != given.span => problem.context(place.span.clone(), "the shape is given here"),
+                        _ => problem,
+                    }
+                }
+            };
+            self.problems.push(problem);
+        }
+    }
+}
+
+/// Turns what the scene itself found wrong into a problem at the place that gave the value.
+fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces) -> Problem {
+    let key = Key::find(&error.key);
+    let message = |value: &str| match key.map(Key::quantity) {
+        // of a list it is said what is wrong with it, and not what it is
+        Some(Quantity::List(_)) => format!("`{}` has {value}", error.key),
+        Some(Quantity::Effects) => format!("`{}` cannot name `{value}`", error.key),
+        _ => format!("`{}` cannot be {value}", error.key),
+    };
+    match key.and_then(|key| Some((key, sheet.get(key)?))) {
+        Some((key, given)) => {
+            let value = match key.quantity() {
+                Quantity::List(_) | Quantity::Effects => error.value.clone(),
+                _ => given.setting.to_string(),
+            };
+            // too many increments are the fault of the step that has most of them
+            let steps = 0..if key == Key::Steps { sheet.length(key) } else { 0 };
+            let most = steps.filter_map(|i| Some((sheet.count(Key::Increments(i))?, i))).max();
+            let given = most.and_then(|(_, i)| sheet.get(Key::Increments(i))).unwrap_or(given);
+            let problem = Problem::new(given.span.clone(), message(&value), error.expected.clone());
+            match given.nth {
+                Some(nth) => problem.help(format!("it is value {nth} of this axis")),
+                None => problem,
+            }
+        }
+        None => {
+            let inside = Key::ALL.iter().find(|key| key.short().starts_with(&error.key)).or(Key::ALL.first());
+            let span = key.or(inside.copied()).map_or(0..0, |key| places.around(key));
+            Problem::new(span, message(&error.value), error.expected.clone())
+        }
+    }
+}
