@@ -14,13 +14,13 @@ use store::{OpenError, Store};
 use study::{Job, JobKey, Point, Record, Study};
 
 use crate::cli::{ExecutionArgs, PlanArgs, ResumeArgs, RunArgs};
-use crate::draw;
 use crate::effects::{Group, Overview, overview};
 use crate::ledger::Ledger;
 use crate::output::{self, Finish, count};
 use crate::progress::{Progress, duration};
 use crate::results::{self, Results};
 use crate::work::{forecast, order};
+use crate::{adaptive, draw};
 
 /// Rows of the table at the end of a run; more are for `query`.
 const SUMMARY_ROWS: usize = 24;
@@ -41,17 +41,17 @@ pub(crate) fn parse_study(text: &str, path: &Path) -> Result<Study, study::Study
 
 pub(crate) fn run(args: &RunArgs) -> Result<Finish> {
     let study = read_study(&args.study)?;
-    let jobs = Jobs::of(&study)?;
+    Jobs::of(&study)?;
     let store = Store::open(&args.store.store)?;
-    execute(study, jobs, store, &args.store.store, &args.execution)
+    execute(study, store, &args.store.store, &args.execution)
 }
 
 pub(crate) fn resume(args: &ResumeArgs) -> Result<Finish> {
     // a resume that finds no study must not leave an empty store behind
     let study = results::stored_study(&Store::read(&args.store.store)?, &args.name)?;
-    let jobs = Jobs::of(&study)?;
+    Jobs::of(&study)?;
     let store = Store::open(&args.store.store)?;
-    execute(study, jobs, store, &args.store.store, &args.execution)
+    execute(study, store, &args.store.store, &args.execution)
 }
 
 /// The distinct jobs of a study with what they will take, in the order of their first points.
@@ -63,7 +63,11 @@ pub(crate) struct Jobs {
 impl Jobs {
     /// Refuses a study of which some point cannot be laid out, before anything runs.
     pub(crate) fn of(study: &Study) -> Result<Self> {
-        let points = study.points();
+        adaptive::check(study)?;
+        Self::of_points(study, study.points())
+    }
+
+    fn of_points(study: &Study, points: Vec<Point>) -> Result<Self> {
         let mut seen = HashSet::new();
         let mut distinct = Vec::new();
         for (index, point) in points.iter().enumerate().filter(|(_, point)| seen.insert(point.key)) {
@@ -78,6 +82,37 @@ impl Jobs {
         Ok(Self { points, distinct })
     }
 
+    /// The tasks that are left, those in `computed` aside, and the texts of their jobs.
+    fn left(
+        &self,
+        study: &Study,
+        store: &Store,
+        retry_failed: bool,
+        computed: &HashSet<JobKey>,
+    ) -> Result<(Vec<Task>, HashMap<JobKey, String>)> {
+        let (mut tasks, mut texts) = (Vec::new(), HashMap::new());
+        for (index, forecast) in &self.distinct {
+            let point = &self.points[*index];
+            let again = || match store.get(&point.key) {
+                Ok(Some(bytes)) => Record::decode(&bytes).map_or(true, |record| !record.is_certified()),
+                _ => true,
+            };
+            if computed.contains(&point.key) || store.contains(&point.key) && !(retry_failed && again()) {
+                continue;
+            }
+            let text = point.job.canonical();
+            tasks.push(Task {
+                key: point.key,
+                payload: order(&point.job, text.clone(), study.surfaces())?,
+                group: forecast.operator,
+                cost: forecast.seconds,
+                memory: forecast.memory,
+            });
+            texts.insert(point.key, text);
+        }
+        Ok((tasks, texts))
+    }
+
     /// The effects of all of them.
     pub(crate) fn effects(&self, study: &Study) -> Result<Overview> {
         let first: Vec<usize> = self.distinct.iter().map(|(index, _)| *index).collect();
@@ -89,70 +124,61 @@ impl Jobs {
     }
 }
 
-fn execute(study: Study, jobs: Jobs, store: Store, directory: &Path, args: &ExecutionArgs) -> Result<Finish> {
+fn execute(study: Study, store: Store, directory: &Path, args: &ExecutionArgs) -> Result<Finish> {
     // a run that computes nothing still clears away what a killed one left
     runner::sweep_leftovers();
     let definition = study.definition();
     if !matches!(store.study(study.name()), Ok(Some(stored)) if stored == definition) {
         store.put_study(study.name(), &definition)?;
     }
-    let mut tasks = Vec::new();
-    let mut texts = HashMap::new();
-    for (index, forecast) in &jobs.distinct {
-        let point = &jobs.points[*index];
-        let again = || match store.get(&point.key) {
-            Ok(Some(bytes)) => Record::decode(&bytes).map_or(true, |record| record.status() != "certified"),
-            _ => true,
-        };
-        if store.contains(&point.key) && !(args.retry_failed && again()) {
-            continue;
-        }
-        let text = point.job.canonical();
-        tasks.push(Task {
-            key: point.key,
-            payload: order(&point.job, text.clone(), study.surfaces())?,
-            group: forecast.operator,
-            cost: forecast.seconds,
-            memory: forecast.memory,
-        });
-        texts.insert(point.key, text);
-    }
-
-    let cached = jobs.distinct.len() - tasks.len();
-    let computing = tasks.len();
-    let mut progress = Progress::new(&tasks, cached, args.json);
-    let mut interrupted = false;
-    let mut seconds = 0.0;
-    if computing > 0 {
-        let program = std::env::current_exe().context("cannot find this program's own file")?;
-        let mut options = Options::new(Vec::new(), args.memory.unwrap_or_else(default_memory));
-        let cores = options.workers;
-        options.workers = args.workers.map_or(cores, |workers| workers as usize).min(computing);
-        // a core for each worker; when there are fewer jobs than cores, the spare ones help
-        let threads = (cores / options.workers).max(1);
-        options.worker_command = vec![program.into(), "worker".into(), "--threads".into(), threads.to_string().into()];
-        let interrupt = Interrupt::new().context("cannot prepare for Ctrl-C")?;
-        let raised = interrupt.clone();
-        ctrlc::set_handler(move || raised.raise()).context("cannot prepare for Ctrl-C")?;
-        let mut ledger = Ledger::new(&store, texts);
-        let outcome = runner::run(tasks, &mut ledger, &options, &interrupt, &mut |event| progress.show(event));
-        progress.finish();
-        match outcome {
-            Ok(summary) => {
-                interrupted = summary.unfinished > 0;
-                seconds = summary.seconds;
-            }
-            Err(error) => {
-                return Err(
-                    anyhow::Error::new(error).context(format!("the run stopped; what is done is kept: {}", again(&study, directory)))
-                );
-            }
-        }
-    }
-
+    let interrupt = Interrupt::new().context("cannot prepare for Ctrl-C")?;
+    let raised = interrupt.clone();
+    ctrlc::set_handler(move || raised.raise()).context("cannot prepare for Ctrl-C")?;
     let fetch = |keys: Vec<JobKey>| keys.into_iter().filter_map(|key| store.get(&key).transpose().map(|record| (key, record))).collect();
-    let results = Results::collect(study, jobs.points, fetch)?;
-    report(&results, directory, args.json, Tally { jobs: jobs.distinct.len(), cached, computing, seconds, interrupted })
+
+    let mut tally = Tally { jobs: 0, cached: 0, computing: 0, seconds: 0.0, interrupted: false };
+    let mut computed = HashSet::new();
+    // a study that chooses points by its results takes several rounds
+    loop {
+        let points = match study.adaptive() {
+            None => study.points(),
+            Some(_) => Results::collect(study.clone(), fetch)?.points,
+        };
+        let jobs = Jobs::of_points(&study, points)?;
+        let (tasks, texts) = jobs.left(&study, &store, args.retry_failed, &computed)?;
+        computed.extend(tasks.iter().map(|task| task.key));
+        (tally.jobs, tally.computing) = (jobs.distinct.len(), computed.len());
+        tally.cached = tally.jobs.saturating_sub(tally.computing);
+        if tasks.is_empty() {
+            break;
+        }
+        let mut progress = Progress::new(&tasks, tally.cached, args.json);
+        let outcome = runner::run(tasks, &mut Ledger::new(&store, texts), &options(args, progress.jobs())?, &interrupt, &mut |event| {
+            progress.show(event)
+        });
+        progress.finish();
+        let summary = outcome.map_err(|error| {
+            anyhow::Error::new(error).context(format!("the run stopped; what is done is kept: {}", again(&study, directory)))
+        })?;
+        tally.interrupted = summary.unfinished > 0;
+        tally.seconds += summary.seconds;
+        if tally.interrupted || study.adaptive().is_none() {
+            break;
+        }
+    }
+    report(&Results::collect(study, fetch)?, directory, args.json, tally)
+}
+
+/// How the workers for so many jobs are to run.
+fn options(args: &ExecutionArgs, jobs: usize) -> Result<Options> {
+    let program = std::env::current_exe().context("cannot find this program's own file")?;
+    let mut options = Options::new(Vec::new(), args.memory.unwrap_or_else(default_memory));
+    let cores = options.workers;
+    options.workers = args.workers.map_or(cores, |workers| workers as usize).min(jobs);
+    // a core for each worker; when there are fewer jobs than cores, the spare ones help
+    let threads = (cores / options.workers).max(1);
+    options.worker_command = vec![program.into(), "worker".into(), "--threads".into(), threads.to_string().into()];
+    Ok(options)
 }
 
 /// What a run did.
@@ -178,7 +204,7 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
     let store_option = store_option(directory);
     let mut failures = Vec::new();
     let mut listed = BTreeSet::new();
-    for record in results.points.iter().filter_map(|point| results.record(point)).filter(|record| record.status() != "certified") {
+    for record in results.points.iter().filter_map(|point| results.record(point)).filter(|record| !record.is_certified()) {
         if listed.insert(record.key()) {
             let key = record.key().to_string();
             failures.push(serde_json::json!({ "key": key, "status": record.status(), "show": format!("tribosweep show {}{store_option}", &key[..12]) }));
@@ -188,6 +214,7 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
         let files: Vec<_> = figures.iter().flatten().flatten().collect();
         let line = serde_json::json!({
             "event": "summary", "study": study.name(), "progress": progress, "run": tally, "failures": failures, "figures": files,
+            "findings": findings(results)?,
         });
         output::print(&format!("{line}\n"))?;
         return Ok(finish);
@@ -204,6 +231,9 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
         text += &format!("… {} more rows: tribosweep query {}{store_option}\n", all - SUMMARY_ROWS, study.name());
     }
     let computed = tally.computing - results.missing();
+    if !results.findings.is_empty() {
+        text += &format!("\n{}", adaptive::table(study, &results.findings)?.terminal(&crate::query::layout()));
+    }
     text += &format!(
         "\n{}: {} points, {} certified, {} failed, {} left; {computed} of {} jobs computed in {}, {} from the store\n",
         study.name(),
@@ -243,6 +273,11 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
     }
     output::print(&text)?;
     Ok(finish)
+}
+
+/// What a study that chooses points found, as rows by column.
+fn findings(results: &Results) -> Result<serde_json::Value> {
+    Ok(serde_json::from_str(&adaptive::table(&results.study, &results.findings)?.json())?)
 }
 
 /// Each of the study's figures as files in the store's own folder of figures; one that cannot be drawn hinders no other.

@@ -31,6 +31,11 @@ impl Progress {
         Self { bar, json, cached, cost_done: 0.0, cost_left: tasks.iter().map(|task| task.cost).sum(), costs, started: Instant::now() }
     }
 
+    /// How many jobs there are.
+    pub(crate) fn jobs(&self) -> usize {
+        self.costs.len()
+    }
+
     /// Takes note of an event and shows it.
     pub(crate) fn show(&mut self, event: &Event) {
         if self.json {

@@ -10,6 +10,8 @@ use store::{ReadError, Reader};
 use study::columns::{Kind, Value, along_path};
 use study::{Column, JobKey, Point, Record, Study};
 
+use crate::adaptive::{Chosen, Finding, choose};
+
 /// A record as a store gives it.
 type Fetched = (JobKey, Result<Vec<u8>, ReadError>);
 
@@ -18,6 +20,8 @@ pub(crate) struct Results {
     pub(crate) study: Study,
     pub(crate) points: Vec<Point>,
     pub(crate) records: HashMap<JobKey, Record>,
+    /// Of a study that chooses points, what it found.
+    pub(crate) findings: Vec<Finding>,
 }
 
 /// How far a study is; counts are of points.
@@ -32,21 +36,27 @@ pub(crate) struct Progress {
 impl Results {
     /// Reads what a study's jobs left in a store.
     pub(crate) fn read(reader: &Reader, study: Study) -> Result<Self> {
-        let points = study.points();
-        Self::collect(study, points, |keys| reader.select(keys).collect())
+        Self::collect(study, |keys| reader.select(keys).collect())
     }
 
-    /// The same with the study's points already made, through `fetch`, which gives the records there are.
-    pub(crate) fn collect(study: Study, points: Vec<Point>, fetch: impl FnOnce(Vec<JobKey>) -> Vec<Fetched>) -> Result<Self> {
-        let mut keys: Vec<JobKey> = points.iter().map(|point| point.key).collect();
-        keys.sort_unstable();
-        keys.dedup();
+    /// The same through `fetch`, which gives the records there are.
+    pub(crate) fn collect(study: Study, mut fetch: impl FnMut(Vec<JobKey>) -> Vec<Fetched>) -> Result<Self> {
         let mut records = HashMap::new();
-        for (key, bytes) in fetch(keys) {
-            let bytes = bytes.context("run `tribosweep store verify` to see the whole damage")?;
-            records.insert(key, Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?);
+        let mut asked = HashSet::new();
+        loop {
+            let Chosen { points, findings } = choose(&study, &records)?;
+            let mut keys: Vec<JobKey> = points.iter().map(|point| point.key).filter(|key| asked.insert(*key)).collect();
+            keys.sort_unstable();
+            let before = records.len();
+            for (key, bytes) in fetch(keys) {
+                let bytes = bytes.context("run `tribosweep store verify` to see the whole damage")?;
+                records.insert(key, Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?);
+            }
+            // what is chosen depends on what is there
+            if study.adaptive().is_none() || records.len() == before {
+                return Ok(Self { study, points, records, findings });
+            }
         }
-        Ok(Self { study, points, records })
     }
 
     /// Distinct jobs without a record.
@@ -172,7 +182,7 @@ fn row(columns: &[Column], point: &Point, record: Option<&Record>) -> Vec<Cell> 
     columns.iter().map(|column| cell(column.value(point, record))).collect()
 }
 
-fn cell(value: Value) -> Cell {
+pub(crate) fn cell(value: Value) -> Cell {
     match value {
         Value::Number(x) => Cell::Number(x),
         Value::Integer(n) => i64::try_from(n).map_or(Cell::Number(n as f64), Cell::Integer),

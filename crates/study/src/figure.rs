@@ -191,7 +191,8 @@ fn read_y(node: &Node<'_>, columns: &[Column], problems: &mut Vec<Problem>) -> O
     (!names.is_empty()).then(|| names.into_iter().map(|(name, _)| name).collect())
 }
 
-fn column_name(what: &str, node: &Node<'_>, columns: &[Column], numeric: bool) -> Result<String, Problem> {
+/// Reads the name of a column; `numeric` for one that holds numbers.
+pub(crate) fn column_name(what: &str, node: &Node<'_>, columns: &[Column], numeric: bool) -> Result<String, Problem> {
     let name = read::text(what, node)?;
     match find(columns, &name) {
         Some(column) if numeric && !column.is_numeric() => {

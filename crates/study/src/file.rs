@@ -29,10 +29,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use contact::numerics::Mesh;
 use contact::punch::{ProfileKind, Surfaces};
 use rayon::prelude::*;
 use toml::de::{DeTable, DeValue};
 
+use crate::adaptive::{self, Adaptive};
 use crate::assemble::assemble;
 use crate::axis::{self, Axis, Group};
 use crate::columns::{self, Column, Value};
@@ -42,7 +44,7 @@ use crate::job::{Job, JobError, JobKey};
 use crate::key::{Key, Table};
 use crate::read::{self, Reader, entries};
 use crate::record::{BLOB_LIMIT, DecodeError, Record, decode, encode};
-use crate::sheet::{Given, Sheet, Source, SurfaceNames, TablePlaces};
+use crate::sheet::{Given, Setting, Sheet, Source, SurfaceNames, TablePlaces};
 use crate::{profile, surface};
 
 /// What is done with the points of a study.
@@ -61,6 +63,7 @@ pub struct Study {
     kind: Kind,
     figures: Vec<Figure>,
     groups: Vec<Group>,
+    adaptive: Option<Adaptive>,
     base: Vec<(Key, Given)>,
     places: TablePlaces,
     points: usize,
@@ -92,7 +95,7 @@ impl Point {
 /// Reads a file that a study names.
 pub type ReadFile<'f> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'f;
 
-const KEYS: &[&str] = &["name", "question", "kind", "scene", "numerics", "sweep", "figure"];
+const KEYS: &[&str] = &["name", "question", "kind", "scene", "numerics", "sweep", "refine", "bisect", "figure"];
 
 impl Study {
     /// Reads a study's text. `path` is for messages; `files` reads a file that the study names (a height map), with the
@@ -131,6 +134,11 @@ impl Study {
         self.groups.iter().flat_map(Group::axes)
     }
 
+    /// How it chooses points beyond those of its axes, if it does.
+    pub fn adaptive(&self) -> Option<&Adaptive> {
+        self.adaptive.as_ref()
+    }
+
     /// Every column of the study's results.
     pub fn columns(&self) -> Vec<Column> {
         columns::columns(self.axes(), keys(&self.base, &self.groups))
@@ -166,7 +174,30 @@ impl Study {
         Some(Point { values: values.collect(), key: job.key(), job })
     }
 
-    /// Every point, in order. Points whose jobs coincide are all there.
+    /// The `index`-th point with another mesh; `None` where that is no job.
+    pub fn point_on_mesh(&self, index: usize, mesh: Mesh) -> Option<Point> {
+        self.point_with(index, Key::Mesh, Setting::Mesh(mesh), |_| {})
+    }
+
+    /// The `index`-th point with another value of the axis with index `axis`, which must be one of numbers; `None` where that is no job.
+    pub fn point_at(&self, index: usize, axis: usize, value: f64) -> Option<Point> {
+        let key = self.axes().nth(axis)?.key()?;
+        self.point_with(index, key, Setting::Number(value), |values| {
+            values.get_mut(axis).into_iter().for_each(|shown| *shown = Value::Number(value));
+        })
+    }
+
+    fn point_with(&self, index: usize, key: Key, setting: Setting, show: impl FnOnce(&mut Vec<Value>)) -> Option<Point> {
+        let Point { mut values, .. } = self.point(index)?;
+        let given = Given { setting, span: 0..0, nth: None };
+        let mut sheet = self.sheet(&axis::steps(&self.groups, index));
+        sheet.set(key, &given);
+        let job = assemble(&sheet, &self.surface_names, &self.places).ok()?;
+        show(&mut values);
+        Some(Point { values, key: job.key(), job })
+    }
+
+    /// Every point of the axes, in order. Points whose jobs coincide are all there.
     pub fn points(&self) -> Vec<Point> {
         (0..self.points).into_par_iter().filter_map(|index| self.point(index)).collect()
     }
@@ -349,10 +380,12 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
         Some(node) => figure::read_figures(node, &groups, &columns, &mut problems),
         None => figure::default(&groups).into_iter().collect(),
     };
+    let adaptive = adaptive::read(root.get("refine"), root.get("bisect"), &groups, &columns, &mut problems);
     if !problems.is_empty() {
         return Err(problems);
     }
     let mut study = Study {
+        adaptive,
         name,
         question,
         kind,

@@ -1,7 +1,7 @@
 //! A job: what is asked of one point of a study, and the identity under which its result is kept.
 
 use contact::loading::Loading;
-use contact::numerics::Numerics;
+use contact::numerics::{Mesh, Numerics};
 use contact::scene::{Base, Domain, Foundation, Friction, Material, Punch, Scene, SceneError, Shape};
 use serde::{Deserialize, Serialize};
 
@@ -35,6 +35,13 @@ impl Job {
     pub fn case(&self) -> Option<&Case> {
         match self {
             Job::Solve(case) => Some(case),
+        }
+    }
+
+    /// The elements that it asks for.
+    pub fn mesh(&self) -> Mesh {
+        match self {
+            Job::Solve(case) => case.numerics.mesh,
         }
     }
 
@@ -220,7 +227,6 @@ impl std::fmt::Debug for JobKey {
 pub(crate) mod tests {
     use super::*;
     use contact::loading::Step;
-    use contact::numerics::Mesh;
     use contact::scene::Layer;
     use proptest::prelude::*;
 

@@ -22,6 +22,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod adaptive;
 mod assemble;
 pub mod axis;
 pub mod columns;
@@ -39,6 +40,7 @@ mod sheet;
 pub mod surface;
 pub mod units;
 
+pub use adaptive::Adaptive;
 pub use columns::{Column, Value};
 pub use error::StudyError;
 pub use figure::Figure;

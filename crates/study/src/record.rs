@@ -114,6 +114,11 @@ impl Record {
         }
     }
 
+    /// Whether it holds a solution.
+    pub fn is_certified(&self) -> bool {
+        matches!(&self.ending, Ending::Finished(Outcome { status: Status::Certified, .. }))
+    }
+
     /// What was computed, solved or not.
     pub fn outcome(&self) -> Option<&Outcome> {
         match &self.ending {

@@ -1,0 +1,166 @@
+//! Studies that choose points as they go: meshes until a result holds still, or one axis by halving.
+//!
+//! ```toml
+//! [refine]                    # doubles numerics.mesh, at every point of the axes, until
+//! on = "peak_pressure"        # this result
+//! until = "0.1%"              # changes by no more than this
+//! at_most = 512               # or the mesh would be finer than this; 1024 if left out
+//! ```
+//! ```toml
+//! [bisect]                    # halves the intervals of an axis (equal ratios, if it is logarithmic)
+//! axis = "friction.mu"        # on which
+//! on = "stick_area > 0"       # this, as in `query --where`, begins or ceases to hold
+//! to = "1%"                   # until they are no longer than this part of their upper end
+//! ```
+//! What is chosen follows from the results alone, so that a study that was killed goes on where it was, and its points are
+//! the same on any number of workers.
+
+use toml::de::DeValue;
+
+use crate::axis::Group;
+use crate::columns::{Column, Value};
+use crate::error::Problem;
+use crate::figure::column_name;
+use crate::key::{Key, Quantity};
+use crate::read::{self, Node, entries};
+
+/// How a study chooses points.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Adaptive {
+    /// By doubling the mesh.
+    Refine {
+        /// The column that is to hold still.
+        on: String,
+        /// Relative change from a mesh to the next that is small enough.
+        until: f64,
+        /// Elements across Ω beyond which to stop.
+        at_most: u32,
+    },
+    /// By halving intervals of an axis.
+    Bisect {
+        /// Index of the axis among [`Study::axes`](crate::Study::axes); it is by itself in its group.
+        axis: usize,
+        /// What holds on one side and not on the other: a condition on columns.
+        on: String,
+        /// Length of an interval, relative to its upper end, that is small enough.
+        to: f64,
+    },
+}
+
+const REFINE: &[&str] = &["on", "until", "at_most"];
+const BISECT: &[&str] = &["axis", "on", "to"];
+
+/// The finest mesh that is tried without being asked for.
+const AT_MOST: u32 = 1024;
+
+/// Reads `[refine]` or `[bisect]`; `columns` are the study's.
+pub(crate) fn read(
+    refine: Option<&Node<'_>>,
+    bisect: Option<&Node<'_>>,
+    groups: &[Group],
+    columns: &[Column],
+    problems: &mut Vec<Problem>,
+) -> Option<Adaptive> {
+    let before = problems.len();
+    let read = match (refine, bisect) {
+        (Some(refine), Some(bisect)) => {
+            let problem = Problem::new(bisect.span(), "a study cannot both refine and bisect", "needs one of the two");
+            problems.push(problem.context(refine.span(), "the other is here"));
+            None
+        }
+        (Some(node), None) => read_refine(node, groups, columns, problems),
+        (None, Some(node)) => read_bisect(node, groups, problems),
+        (None, None) => None,
+    };
+    read.filter(|_| problems.len() == before)
+}
+
+/// The values of a table's keys, in the order of `keys`; what is missing or unknown is a problem.
+fn fields<'t, 'i, const N: usize>(
+    name: &str,
+    node: &'t Node<'i>,
+    keys: &[&str],
+    needed: [&str; N],
+    problems: &mut Vec<Problem>,
+) -> Option<[&'t Node<'i>; N]> {
+    let DeValue::Table(table) = node.get_ref() else {
+        problems.push(read::mistyped(name, node, &format!("a table with the keys `{}`", keys.join("`, `"))));
+        return None;
+    };
+    for (key, _) in entries(table).into_iter().filter(|(key, _)| !keys.contains(&key.get_ref().as_ref())) {
+        problems.push(read::unknown(key.get_ref(), key.span(), &format!("`[{name}]`"), keys));
+    }
+    let found = needed.map(|key| table.get(key));
+    for (key, _) in needed.iter().zip(&found).filter(|(_, found)| found.is_none()) {
+        problems.push(Problem::new(node.span(), format!("`{name}.{key}` is missing"), format!("`[{name}]` needs `{key}`")));
+    }
+    let found: Vec<&Node<'_>> = found.into_iter().flatten().collect();
+    found.try_into().ok()
+}
+
+fn read_refine(node: &Node<'_>, groups: &[Group], columns: &[Column], problems: &mut Vec<Problem>) -> Option<Adaptive> {
+    let [on, until] = fields("refine", node, REFINE, ["on", "until"], problems)?;
+    let found = column_name("refine.on", on, columns, true).map_err(|problem| problems.push(problem)).ok();
+    let until = part("refine.until", until).map_err(|problem| problems.push(problem)).ok();
+    let at_most = match node.get_ref() {
+        DeValue::Table(table) => table.get("at_most"),
+        _ => None,
+    };
+    let at_most = at_most.map_or(Ok(AT_MOST), |node| match node.get_ref() {
+        DeValue::Integer(n) => read::whole("refine.at_most", n, node.span()),
+        _ => Err(read::mistyped("refine.at_most", node, "a whole number of elements across Ω, like 512")),
+    });
+    let at_most = at_most.map_err(|problem| problems.push(problem)).ok();
+    let of_mesh = groups.iter().flat_map(Group::axes).find(|axis| axis.key() == Some(Key::Mesh));
+    if let Some(axis) = of_mesh {
+        let problem = Problem::new(axis.span.clone(), "`mesh` cannot be an axis of a study that refines", "leave this out");
+        problems.push(problem.context(node.span(), "which chooses meshes from numerics.mesh on"));
+    }
+    Some(Adaptive::Refine { on: found?, until: until?, at_most: at_most? })
+}
+
+fn read_bisect(node: &Node<'_>, groups: &[Group], problems: &mut Vec<Problem>) -> Option<Adaptive> {
+    let [axis, on, to] = fields("bisect", node, BISECT, ["axis", "on", "to"], problems)?;
+    let name = read::text("bisect.axis", axis).map_err(|problem| problems.push(problem)).ok()?;
+    let on = read::text("bisect.on", on).map_err(|problem| problems.push(problem)).ok();
+    let to = part("bisect.to", to).map_err(|problem| problems.push(problem)).ok();
+    let axes = || groups.iter().flat_map(|group| group.axes().iter().map(move |axis| (group, axis)));
+    let is_meant = |key: Option<Key>| key.is_some() && key == Key::find(&name).or_else(|| Key::of_column(&name));
+    let problem = |message: String, expected: &str| Problem::new(axis.span(), message, expected);
+    match axes().position(|(_, axis)| is_meant(axis.key())) {
+        None => {
+            let known: Vec<String> = axes().map(|(_, axis)| format!("\"{}\"", axis.path())).collect();
+            let expected =
+                if known.is_empty() { "needs [sweep] with it".to_owned() } else { format!("must be one of {}", known.join(", ")) };
+            problems.push(problem(format!("`bisect.axis`: there is no axis `{name}`"), &expected));
+            None
+        }
+        Some(index) => {
+            let (group, axis) = axes().nth(index)?;
+            let continuous = matches!(axis.key().map(Key::quantity), Some(Quantity::Number(_)));
+            if !continuous || group.axes().len() > 1 {
+                let why = if continuous { "advances together with others" } else { "has nothing between its values" };
+                problems.push(problem(format!("`bisect.axis`: `{name}` {why}"), "must be an axis of numbers by itself"));
+            }
+            let is_ascending = |values: &[f64]| values.windows(2).all(|pair| pair[0] < pair[1]);
+            let values: Vec<f64> = axis.values().filter_map(Value::as_f64).collect();
+            if continuous && (values.len() < 2 || !is_ascending(&values)) {
+                let expected = "needs at least two values, the smaller ones first";
+                problems.push(Problem::new(axis.span.clone(), format!("`{name}` cannot be halved"), expected));
+            }
+            Some(Adaptive::Bisect { axis: index, on: on?, to: to? })
+        }
+    }
+}
+
+/// Reads a part of one: `"0.1%"` or `0.001`.
+pub(crate) fn part(what: &str, node: &Node<'_>) -> Result<f64, Problem> {
+    const EXPECTED: &str = "must be a part like \"0.1%\" or 0.001, above 0 and below 1";
+    let value = match node.get_ref() {
+        DeValue::String(text) => text.trim().strip_suffix('%').and_then(|number| number.trim().parse::<f64>().ok()).map(|x| x / 100.0),
+        DeValue::Float(x) => x.as_str().parse::<f64>().ok(),
+        DeValue::Integer(n) => n.as_str().parse::<f64>().ok(),
+        _ => None,
+    };
+    value.filter(|x| *x > 0.0 && *x < 1.0).ok_or_else(|| Problem::new(node.span(), format!("`{what}` is no such part"), EXPECTED))
+}

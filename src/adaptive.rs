@@ -1,0 +1,223 @@
+//! The points of a study as far as its results determine them: those of its axes, and those it chooses.
+
+use std::collections::HashMap;
+
+use anyhow::{Context, Result};
+use contact::numerics::Mesh;
+use report::{Cell, Column, Table};
+use serde::Serialize;
+use study::{Adaptive, JobKey, Point, Record, Study};
+
+use crate::results;
+
+/// What is known of the points of a study.
+pub(crate) struct Chosen {
+    /// In order; what has no record yet is wanted.
+    pub(crate) points: Vec<Point>,
+    /// Of a study that chooses points, what it found so far at each combination of its axes.
+    pub(crate) findings: Vec<Finding>,
+}
+
+/// What a study that chooses points found at one combination of its axes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct Finding {
+    /// The values of the axes, without the one that is halved.
+    #[serde(skip)]
+    pub(crate) at: Vec<(String, study::Value)>,
+    pub(crate) found: Found,
+}
+
+/// How far the choice of points has come.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Found {
+    /// Jobs are left.
+    Pending,
+    /// A job that the choice depends on was not solved.
+    Unsolved,
+    /// The result held still: its value on the finest mesh, and by how much it changed to there.
+    Still { mesh: [u32; 2], value: f64, change: f64 },
+    /// The finest mesh that is allowed came first.
+    NotStill { mesh: [u32; 2], value: f64, change: f64 },
+    /// The condition changes between these values, in this direction.
+    Changes { from: f64, to: f64, becomes: bool },
+    /// It holds, or does not, at every value tried.
+    Everywhere { holds: bool },
+}
+
+/// Chooses a study's points by the records that there are.
+pub(crate) fn choose(study: &Study, records: &HashMap<JobKey, Record>) -> Result<Chosen> {
+    match study.adaptive() {
+        None => Ok(Chosen { points: study.points(), findings: Vec::new() }),
+        Some(Adaptive::Refine { on, until, at_most }) => {
+            let mut chosen = Chosen { points: Vec::new(), findings: Vec::new() };
+            for index in 0..study.len() {
+                refine(study, records, index, (on, *until, *at_most), &mut chosen)?;
+            }
+            Ok(chosen)
+        }
+        Some(Adaptive::Bisect { axis, on, to }) => bisect(study, records, (*axis, on, *to)),
+    }
+}
+
+/// Refuses a condition that cannot be evaluated, before anything runs.
+pub(crate) fn check(study: &Study) -> Result<()> {
+    if let (Some(Adaptive::Bisect { on, .. }), Some(point)) = (study.adaptive(), study.point(0)) {
+        results::table(&study.columns(), &[point], |_| None)?
+            .filter(on)
+            .with_context(|| format!("{}: the condition `on` of [bisect]", study.path()))?;
+    }
+    Ok(())
+}
+
+fn refine(
+    study: &Study,
+    records: &HashMap<JobKey, Record>,
+    index: usize,
+    (on, until, at_most): (&str, f64, u32),
+    chosen: &mut Chosen,
+) -> Result<()> {
+    let columns = study.columns();
+    let column = study::columns::find(&columns, on).context("the column of [refine] is gone")?;
+    let first = study.point(index).context("a point of the study cannot be made")?;
+    let at = values(study, &first, None);
+    let mut sides = match first.job.mesh() {
+        Mesh::Across(n) => [n, n],
+        Mesh::Exact(sides) => sides,
+    };
+    let (mut point, mut last) = (Some(first), None);
+    let found = loop {
+        // twice as many elements as some job has still make a job, while their number can be written
+        let Some(next) = point.take() else { break Found::Unsolved };
+        let record = records.get(&next.key);
+        let value = column.value(&next, record).as_f64();
+        let (solved, mesh) = (record.map(Record::is_certified), next.job.mesh());
+        chosen.points.push(next);
+        let value = match (solved, value) {
+            (None, _) => break Found::Pending,
+            (Some(true), Some(value)) => value,
+            _ => break Found::Unsolved,
+        };
+        let doubled = sides.map(|n| n.saturating_mul(2));
+        let is_last = doubled.iter().any(|n| *n > at_most);
+        let change = last.map(|last: f64| if value == last { 0.0 } else { (value - last).abs() / value.abs() });
+        match change {
+            Some(change) if change <= until => break Found::Still { mesh: sides, value, change },
+            _ if is_last => break Found::NotStill { mesh: sides, value, change: change.unwrap_or(f64::INFINITY) },
+            _ => {}
+        }
+        (last, sides) = (Some(value), doubled);
+        let finer = if matches!(mesh, Mesh::Across(_)) { Mesh::Across(sides[0]) } else { Mesh::Exact(sides) };
+        point = study.point_on_mesh(index, finer);
+    };
+    chosen.findings.push(Finding { at, found });
+    Ok(())
+}
+
+fn bisect(study: &Study, records: &HashMap<JobKey, Record>, (axis, on, to): (usize, &str, f64)) -> Result<Chosen> {
+    let columns = study.columns();
+    let which = study.axes().nth(axis).context("the axis of [bisect] is gone")?;
+    let group = study.groups().iter().position(|group| group.axes().contains(which)).unwrap_or(0);
+    let length = study.groups()[group].len();
+    let stride: usize = study.groups()[group + 1..].iter().map(study::axis::Group::len).product();
+    // whether the condition holds; None where it is not known
+    let holds = |point: &Point| -> Result<Option<bool>> {
+        match records.get(&point.key) {
+            Some(record) if record.is_certified() => {
+                let table = results::table(&columns, std::slice::from_ref(point), |_| Some(record))?;
+                Ok(Some(!table.filter(on)?.rows().is_empty()))
+            }
+            _ => Ok(None),
+        }
+    };
+    let value = |point: &Point| point.values.get(axis).and_then(study::Value::as_f64).unwrap_or(f64::NAN);
+    let middle = |low: f64, high: f64| if which.is_log() { (low * high).sqrt() } else { 0.5 * (low + high) };
+    let mut chosen = Chosen { points: Vec::new(), findings: Vec::new() };
+    for index in (0..study.len()).filter(|index| index / stride % length == 0) {
+        let mut line: Vec<Point> = (0..length).filter_map(|step| study.point(index + step * stride)).collect();
+        let at = line.first().map(|first| values(study, first, Some(axis))).unwrap_or_default();
+        let mut known: Vec<Option<bool>> = line.iter().map(&holds).collect::<Result<_>>()?;
+        let mut changes = Vec::new();
+        let mut from = 0;
+        while from + 1 < line.len() {
+            let (low, high) = (value(&line[from]), value(&line[from + 1]));
+            let (Some(before), Some(after)) = (known[from], known[from + 1]) else {
+                from += 1;
+                continue;
+            };
+            let between = middle(low, high);
+            if before == after {
+                from += 1;
+            } else if high - low <= to * high.abs() || !(low < between && between < high) {
+                changes.push(Found::Changes { from: low, to: high, becomes: after });
+                from += 1;
+            } else {
+                let point = study.point_at(index, axis, between).context("a value between two of the study cannot be made a job")?;
+                known.insert(from + 1, holds(&point)?);
+                line.insert(from + 1, point);
+            }
+        }
+        let is_pending = line.iter().any(|point| !records.contains_key(&point.key));
+        let found = match (is_pending, known.iter().copied().collect::<Option<Vec<bool>>>()) {
+            (true, _) => vec![Found::Pending],
+            (false, None) if changes.is_empty() => vec![Found::Unsolved],
+            (false, Some(all)) if changes.is_empty() => vec![Found::Everywhere { holds: all[0] }],
+            _ => changes,
+        };
+        chosen.findings.extend(found.into_iter().map(|found| Finding { at: at.clone(), found }));
+        chosen.points.append(&mut line);
+    }
+    Ok(chosen)
+}
+
+/// The values of a point's axes, one of them left out.
+fn values(study: &Study, point: &Point, without: Option<usize>) -> Vec<(String, study::Value)> {
+    let axes = study.axes().zip(&point.values).enumerate().filter(|(index, _)| Some(*index) != without);
+    axes.map(|(_, (axis, value))| (axis.column().into_owned(), value.clone())).collect()
+}
+
+/// What was found as a table.
+pub(crate) fn table(study: &Study, findings: &[Finding]) -> Result<Table> {
+    let axes = findings.first().map(|finding| finding.at.clone()).unwrap_or_default();
+    let columns = study.columns();
+    let unit = |name: &str| study::columns::find(&columns, name).map_or("", study::Column::unit);
+    let mut heads: Vec<Column> = axes.iter().map(|(name, _)| Column::new(name.as_str(), unit(name))).collect();
+    let own: Vec<(String, String)> = match study.adaptive() {
+        Some(Adaptive::Refine { on, .. }) => {
+            vec![("mesh".into(), String::new()), (on.clone(), unit(on).into()), ("change".into(), "1".into())]
+        }
+        Some(Adaptive::Bisect { axis, .. }) => {
+            let name = study.axes().nth(*axis).map(|axis| axis.column().into_owned()).unwrap_or_default();
+            ["from", "to"].map(|end| (format!("{name}_{end}"), unit(&name).to_owned())).to_vec()
+        }
+        None => Vec::new(),
+    };
+    heads.extend(own.iter().map(|(name, unit)| Column::new(name.as_str(), unit.as_str())));
+    heads.push(Column::new("found", ""));
+    let rows = findings.iter().map(|Finding { at, found }| {
+        let mesh = |[x, y]: [u32; 2]| Cell::Text(if x == y { x.to_string() } else { format!("{x}x{y}") });
+        let (cells, words) = match *found {
+            Found::Pending => (Vec::new(), "jobs are left"),
+            Found::Unsolved => (Vec::new(), "a job was not solved"),
+            Found::Still { mesh: sides, value, change } => {
+                (vec![mesh(sides), Cell::Number(value), Cell::Number(rounded(change))], "holds still")
+            }
+            Found::NotStill { mesh: sides, value, change } => {
+                (vec![mesh(sides), Cell::Number(value), Cell::Number(rounded(change))], "still changes on the finest mesh allowed")
+            }
+            Found::Changes { from, to, becomes } => {
+                (vec![Cell::Number(from), Cell::Number(to)], if becomes { "begins to hold" } else { "ceases to hold" })
+            }
+            Found::Everywhere { holds } => (Vec::new(), if holds { "holds everywhere" } else { "holds nowhere" }),
+        };
+        let missing = own.len() - cells.len();
+        let axes = at.iter().map(|(_, value)| results::cell(value.clone()));
+        axes.chain(cells).chain(std::iter::repeat_n(Cell::Missing, missing)).chain([Cell::Text(words.to_owned())]).collect()
+    });
+    Ok(Table::new(heads, rows.collect())?)
+}
+
+/// Two digits.
+fn rounded(x: f64) -> f64 {
+    format!("{x:.1e}").parse().unwrap_or(x)
+}
