@@ -49,7 +49,7 @@ use start::Generator;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Search {
-    /// Random starts, beside those that are always tried.
+    /// Random starts, beside those that are always tried; up to four times as many while the solutions' indices do not add up.
     #[serde(default = "Search::default_starts")]
     pub starts: u32,
     /// Seed of the random starts; the same seed, the same starts, and more starts keep the first ones.
@@ -128,7 +128,7 @@ pub struct Solution {
     pub reached: u64,
     /// Relative distance ‖J⁻¹F‖/‖p‖ from the exact solution, to first order; infinite where J is singular.
     pub error: f64,
-    /// sign det J, 0 where J is singular to rounding; `None` where a force governs a motion, or in the midpoint projection, for then
+    /// sign det J, 0 where J is singular to rounding or an element is between two states; `None` where a force governs a motion, or in the midpoint projection, for then
     /// the indices need not add up to 1.
     pub index: Option<i64>,
     /// L₂ distance of its tractions to those of every solution, this one too, over the larger of the two norms.
@@ -168,6 +168,8 @@ pub enum Origin {
     FrictionLoopBelow(u32),
     /// Newton's method deflated by all solutions up to this one.
     Deflated(u32),
+    /// Between two solutions.
+    Between([u32; 2]),
 }
 
 /// Relative residual to which a candidate is polished, if rounding lets it.
@@ -185,6 +187,12 @@ const SAME: f64 = 1e-5;
 /// Newton steps after which a method without globalisation is given up, for it goes in circles.
 const NEWTON_STEPS: u32 = 60;
 
+/// How many times the random starts that were asked for are tried while the indices do not add up.
+const PATIENCE: u32 = 4;
+
+/// Earlier solutions between which and a new one starts are placed.
+const NEIGHBOURS: usize = 8;
+
 /// Factors of μ on the way down to it and up to it.
 const FROM_ABOVE: [f64; 9] = [64.0, 16.0, 6.0, 3.0, 2.0, 1.5, 1.2, 1.08, 1.0];
 const FROM_BELOW: [f64; 9] = [0.0, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 0.95, 1.0];
@@ -199,40 +207,32 @@ pub fn search(
     search: &Search,
 ) -> Result<Multiplicity, SceneError> {
     let problem = Problem::new(scene, numerics, surfaces)?;
-    let elements = problem.grid.active_len();
-    if elements > Multiplicity::MOST_ELEMENTS {
-        return Err(refuse("mesh", format!("{elements} elements of Ω"), "must be at most 1024 elements for a search of all solutions"));
-    }
-    let operator = operators.of(&problem);
-    let dense = Arc::new(Dense::new(&operator.table));
-    let mut seeker = Seeker {
-        // the solvers' transforms and the certificate's matrix share the coefficients only
-        certifying: Operator { influence: Arc::clone(&dense) as _, ..operator.clone() },
-        problem,
-        operators,
-        operator,
-        dense,
-        controls: [Control::Motion(0.0); 6],
-        asked: [Control::Motion(0.0); 6],
-        before: Before::default(),
-        numerics,
-        found: Vec::new(),
-        result: Multiplicity {
-            status: Status::Certified,
-            before: Vec::new(),
-            solutions: Vec::new(),
-            starts: 0,
-            failed: 0,
-            beyond: 0,
-            index_sum: None,
-            work: WorkDone::default(),
-            factorisations: 0,
-        },
-    };
+    let mut seeker = Seeker::new(problem, numerics, operators)?;
     match seeker.follow(scene) {
         Ok(start) => seeker.seek(&start, search),
         Err(reason) => seeker.result.status = Status::Failed { reason },
     }
+    Ok(seeker.conclude())
+}
+
+/// The same for one increment with any past: the right-hand side is what `problem` [remembers](Problem::remember) and the motions that
+/// `asked` \[SI\] prescribes. Of `numerics` only the tolerance and the iterations count.
+///
+/// # Panics
+/// If the problem is a [reduced](Problem::reduced) one.
+pub fn search_from(
+    problem: Problem,
+    asked: &[Control; 6],
+    numerics: &Numerics,
+    operators: &mut Operators,
+    search: &Search,
+) -> Result<Multiplicity, SceneError> {
+    assert!(problem.components == Components::ALL && problem.mirror == Mirror::NONE, "a search needs the full problem");
+    let nothing = Start { p: vec![0.0; problem.f.len()], motion: [0.0; 6] };
+    let mut seeker = Seeker::new(problem, numerics, operators)?;
+    seeker.asked = *asked;
+    seeker.controls = in_units(asked, &seeker.problem);
+    seeker.seek(&nothing, search);
     Ok(seeker.conclude())
 }
 
@@ -256,7 +256,42 @@ struct Seeker<'a> {
 /// All components, all elements.
 const WHOLE: [Stage; 1] = [Stage { components: Components::ALL, mirror: Mirror::NONE }];
 
-impl Seeker<'_> {
+impl<'a> Seeker<'a> {
+    fn new(problem: Problem, numerics: &'a Numerics, operators: &'a mut Operators) -> Result<Self, SceneError> {
+        let elements = problem.grid.active_len();
+        if elements > Multiplicity::MOST_ELEMENTS {
+            return Err(refuse("mesh", format!("{elements} elements of Ω"), "must be at most 1024 elements for a search of all solutions"));
+        }
+        let operator = operators.of(&problem);
+        let dense = Arc::new(Dense::new(&operator.table));
+        // the solvers' transforms and the certificate's matrix share the coefficients only
+        let mut certifying = operator.clone();
+        certifying.influence = Arc::clone(&dense) as _;
+        Ok(Self {
+            certifying,
+            problem,
+            operators,
+            operator,
+            dense,
+            controls: [Control::Motion(0.0); 6],
+            asked: [Control::Motion(0.0); 6],
+            before: Before::default(),
+            numerics,
+            found: Vec::new(),
+            result: Multiplicity {
+                status: Status::Certified,
+                before: Vec::new(),
+                solutions: Vec::new(),
+                starts: 0,
+                failed: 0,
+                beyond: 0,
+                index_sum: None,
+                work: WorkDone::default(),
+                factorisations: 0,
+            },
+        })
+    }
+
     /// Follows the path up to its last increment; gives where that one starts, or why it cannot be reached.
     fn follow(&mut self, scene: &Scene) -> Result<Start, String> {
         let (method, _) = self.numerics.method.chosen(&scene.loading, [self.problem.grid.nx(), self.problem.grid.ny()]);
@@ -310,7 +345,10 @@ impl Seeker<'_> {
         self.along(Origin::FrictionFromAbove, &FROM_ABOVE, Start { p: nothing.clone(), motion });
         self.along(Origin::FrictionFromBelow, &FROM_BELOW, Start { p: nothing, motion });
         let mut known = self.spread(0, search, motion);
-        for number in 0..search.starts {
+        for number in 0..search.starts.saturating_mul(PATIENCE) {
+            if number >= search.starts && self.index_sum().is_none_or(|sum| sum == 1) {
+                break;
+            }
             let mut generator = Generator::new(search.seed, u64::from(number));
             if number % 3 == 0 {
                 let p = start::tractions(&self.problem, &mut generator);
@@ -348,6 +386,14 @@ impl Seeker<'_> {
                 let (p, factored) = map.deflated(&p, known.iter().map(|solution| &solution.p[..]));
                 self.result.factorisations += factored;
                 self.one(Origin::Deflated(number), Method::Newton, &Start { p, motion });
+            }
+            for (other, earlier) in self.found[..known].to_vec().into_iter().enumerate().rev().take(NEIGHBOURS) {
+                for share in [0.1, 0.3, 0.5, 0.7, 0.9] {
+                    let mix = |a: f64, b: f64| (1.0 - share) * a + share * b;
+                    let p = solution.p.iter().zip(&earlier.p).map(|(a, b)| mix(*a, *b)).collect();
+                    let motion = std::array::from_fn(|which| mix(solution.motion[which], earlier.motion[which]));
+                    self.one(Origin::Between([other as u32, number]), Method::Newton, &Start { p, motion });
+                }
             }
             known += 1;
         }
@@ -474,14 +520,18 @@ impl Seeker<'_> {
         });
     }
 
+    /// Sum of the indices so far; `None` where one is missing or zero, or there are no solutions.
+    fn index_sum(&self) -> Option<i64> {
+        let solutions = &self.result.solutions;
+        solutions.iter().map(|solution| solution.index.filter(|index| *index != 0)).sum::<Option<i64>>().filter(|_| !solutions.is_empty())
+    }
+
     /// The result, complete.
     fn conclude(mut self) -> Multiplicity {
         for (solution, found) in self.result.solutions.iter_mut().zip(&self.found) {
             solution.distances = self.found.iter().map(|other| distance(&found.p, &other.p)).collect();
         }
-        let is_regular = self.result.solutions.iter().all(|solution| solution.index != Some(0));
-        let sum: Option<i64> = self.result.solutions.iter().map(|solution| solution.index).sum();
-        self.result.index_sum = sum.filter(|_| is_regular && !self.result.solutions.is_empty());
+        self.result.index_sum = self.index_sum();
         if self.result.solutions.is_empty() && self.result.status == Status::Certified {
             let reason = format!("none of {} starts led to a certified solution", self.result.starts);
             self.result.status = Status::Failed { reason };

@@ -33,6 +33,9 @@ const STEPS: usize = 40;
 /// Pivots whose ratio to the largest is below this are rounding.
 const SINGULAR: f64 = 1e-13;
 
+/// Distance from a kink of G, over the largest |x|, that is rounding.
+const KINK: f64 = 1e-10;
+
 impl<'a> NaturalMap<'a> {
     pub(super) fn new(problem: &'a Problem, matrix: MatRef<'a, f64>, diagonal: f64) -> Self {
         Self { problem, matrix, active: problem.grid.active().collect(), diagonal }
@@ -118,7 +121,7 @@ impl<'a> NaturalMap<'a> {
         ]
     }
 
-    /// ‖J⁻¹F‖/‖p‖ and sign det J at a solution; infinite and 0 where J is singular to rounding.
+    /// ‖J⁻¹F‖/‖p‖ and sign det J at a solution; infinite and 0 where J is singular to rounding, and 0 on a kink of F, where J is not one.
     pub(super) fn error_and_index(&self, p: &[f64]) -> (f64, i64) {
         let p = self.column(p);
         let (value, jacobian) = self.linearised(p.as_ref());
@@ -128,7 +131,20 @@ impl<'a> NaturalMap<'a> {
             return (f64::INFINITY, 0);
         }
         let (left, size) = (factors.solve(&value).norm_l2(), p.norm_l2());
-        (if left == 0.0 { 0.0 } else { left / size }, sign)
+        (if left == 0.0 { 0.0 } else { left / size }, if self.is_on_kink(p.as_ref()) { 0 } else { sign })
+    }
+
+    /// Whether an element is between two states: about to open, to reach the ceiling, or to slip.
+    fn is_on_kink(&self, p: MatRef<'_, f64>) -> bool {
+        let m = self.active.len();
+        let x = self.argument(p);
+        let near = KINK * x.norm_max();
+        (0..m).any(|a| {
+            let x = [0, 1, 2].map(|c| x[(c * m + a, 0)]);
+            let bound = self.problem.mu * h_u(x[0], self.problem.ceiling);
+            let slides = x[0] > 0.0 && self.problem.mu > 0.0 && (x[1].hypot(x[2]) - bound).abs() <= near;
+            x[0].abs() <= near || (x[0] - self.problem.ceiling).abs() <= near || slides
+        })
     }
 
     /// The tractions in equilibrium when every element does what `pattern` (one entry per element of the grid) says, signs and bounds
@@ -214,4 +230,71 @@ fn sign_of_determinant(factors: &PartialPivLu<f64>) -> i64 {
         }
     }
     if (negative + forward.len() - cycles).is_multiple_of(2) { 1 } else { -1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::influence::{Dense, InfluenceTable};
+    use crate::numerics::{Mesh, Method, Numerics, Projection};
+    use crate::punch::Surfaces;
+    use crate::scene::tests::sphere_on_half_space;
+
+    #[test]
+    fn signs_of_determinants_are_those_of_their_permutations() {
+        let sign = |rows: [[f64; 3]; 3]| sign_of_determinant(&Mat::from_fn(3, 3, |i, j| rows[i][j]).partial_piv_lu());
+        assert_eq!(sign([[2.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 1.0]]), 1);
+        assert_eq!(sign([[0.0, 2.0, 0.0], [3.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), -1);
+        assert_eq!(sign([[0.0, 2.0, 0.0], [0.0, 0.0, 1.0], [3.0, 0.0, 0.0]]), 1);
+        assert_eq!(sign([[0.0, 2.0, 0.0], [0.0, 0.0, 1.0], [-3.0, 0.0, 0.0]]), -1);
+        assert_eq!(sign([[1.0, 2.0, 3.0], [2.0, 4.0, 6.0], [0.0, 0.0, 1.0]]), 0);
+    }
+
+    #[test]
+    fn the_jacobian_is_the_derivative_and_a_pattern_that_is_right_gives_the_solution() {
+        for ceiling in [None, Some(2e9)] {
+            let mut scene = sphere_on_half_space();
+            scene.friction.mu = 0.7;
+            let numerics = Numerics {
+                mesh: Mesh::Exact([3, 4]),
+                projection: Projection::Average,
+                epsilon: 1e-3,
+                ceiling,
+                method: Method::Newton,
+                tolerance: 1e-8,
+                max_iterations: 100,
+                simulate: Vec::new(),
+            };
+            let mut problem = Problem::new(&scene, &numerics, &Surfaces::new()).unwrap();
+            problem.place(&[0.05, 0.02, -0.01, 0.0, 0.0, 0.01]);
+            let table = InfluenceTable::new(&problem.grid, &problem.elasticity, problem.projection);
+            let dense = Dense::new(&table);
+            let map = NaturalMap::new(&problem, dense.matrix(), table.largest_diagonal());
+            let k = problem.grid.len();
+            // open, sticking, slipping and, under the ceiling, bounded elements
+            let p: Vec<f64> =
+                (0..3 * k).map(|at| if at < k { 0.03 * ((at * 7) % 5) as f64 } else { 0.02 * (((at * 5) % 7) as f64 - 3.0) }).collect();
+            let p = map.column(&p);
+            let (value, jacobian) = map.linearised(p.as_ref());
+            let change = Mat::from_fn(3 * k, 1, |row, _| 1e-7 * ((row as f64).sin()));
+            let (moved, _) = map.linearised((&p + &change).as_ref());
+            let predicted = &jacobian * &change;
+            assert!((&moved - &value - &predicted).norm_l2() < 1e-5 * predicted.norm_l2());
+
+            let pattern: Vec<Piece> = (0..k).map(|e| [Piece::Open, Piece::Stick, Piece::Slip([0.6, 0.8])][e % 3]).collect();
+            let p = map.equilibrium(&pattern);
+            let x = map.argument(map.column(&p).as_ref());
+            for e in 0..k {
+                // x = p where w = 0
+                match pattern[e] {
+                    Piece::Open => assert_eq!([p[e], p[k + e], p[2 * k + e]], [0.0; 3]),
+                    Piece::Stick => assert!((0..3).all(|c| (x[(c * k + e, 0)] - p[c * k + e]).abs() < 1e-12)),
+                    Piece::Slip(n) => {
+                        assert!((x[(e, 0)] - p[e]).abs() < 1e-12);
+                        assert!((0..2).all(|c| (p[(c + 1) * k + e] - 0.7 * n[c] * p[e]).abs() < 1e-12));
+                    }
+                }
+            }
+        }
+    }
 }

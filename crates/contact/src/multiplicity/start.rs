@@ -81,7 +81,7 @@ pub(super) fn tractions(problem: &Problem, generator: &mut Generator) -> Vec<f64
 pub(super) fn pattern(grid: &Grid, is_independent: bool, generator: &mut Generator) -> Vec<Piece> {
     let shares = [generator.unit(), generator.unit(), generator.unit()];
     let total: f64 = shares.iter().sum();
-    let mut draw = |generator: &mut Generator| {
+    let draw = |generator: &mut Generator| {
         let chance = total * generator.unit();
         let n = generator.direction();
         if chance < shares[0] {
