@@ -22,6 +22,7 @@ pub mod grid;
 pub mod influence;
 pub mod loading;
 pub mod multiplicity;
+pub mod norms;
 pub mod numerics;
 pub mod observables;
 mod operators;
@@ -34,6 +35,6 @@ mod solve;
 pub mod solver;
 pub mod uniqueness;
 
-pub use forecast::{Forecast, forecast};
+pub use forecast::{Forecast, forecast, forecast_search};
 pub use operators::{Operator, Operators};
 pub use solve::solve;

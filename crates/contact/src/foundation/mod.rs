@@ -2,7 +2,7 @@
 
 pub mod bodies;
 pub mod coefficient;
-mod gauss;
+pub(crate) mod gauss;
 pub mod half_space;
 mod hankel;
 pub mod kernel;

@@ -1,6 +1,16 @@
-//! Closed forms that solutions are held against.
+//! What solutions are held against: formulas, closed forms of whole scenes, errors against those or against finer solutions, and
+//! limits and orders from ladders of solutions.
 //!
-//! All are for a half-space with composite modulus E* = 1/Σ((1−ν)/2G) \[Pa\].
+//! All formulas are for a half-space with composite modulus E* = 1/Σ((1−ν)/2G) \[Pa\].
+
+mod closed_form;
+mod errors;
+mod ladder;
+mod quadrature;
+
+pub use closed_form::{ClosedForm, Pressure, Traction, closed_form};
+pub use errors::Errors;
+pub use ladder::{LadderError, Limit, PowerLaw, Trend, power_law, richardson};
 
 use std::f64::consts::PI;
 
@@ -193,7 +203,7 @@ mod tests {
 
     #[test]
     fn the_hertz_ellipse_meets_the_tabulated_one() {
-        let text = include_str!("../tests/reference/hertz_elliptic.csv");
+        let text = include_str!("../../tests/reference/hertz_elliptic.csv");
         let mut rows = 0;
         // the head of the first column holds commas between its quotes
         for line in text.lines().skip(1) {
