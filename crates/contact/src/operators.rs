@@ -1,8 +1,10 @@
 //! Operators kept between solves: jobs of a sweep that share a grid and elastic ratios share their coefficients.
 
+use std::ops::Range;
 use std::sync::Arc;
 
-use crate::influence::{Influence, InfluenceTable, Scratch, Toeplitz};
+use crate::grid::Grid;
+use crate::influence::{Influence, InfluenceTable, Mirror, Scratch, Toeplitz, suitable_length};
 use crate::problem::{OperatorKey, Problem};
 use crate::solver::Circulant;
 
@@ -17,10 +19,85 @@ pub struct Operator {
     pub circulant: Arc<Circulant>,
 }
 
+/// A rectangle of elements of a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Window {
+    /// Column and row of its first element.
+    pub(crate) first: [usize; 2],
+    /// Elements along x and y.
+    pub(crate) size: [usize; 2],
+}
+
+impl Window {
+    /// All of a grid.
+    pub(crate) fn whole(grid: &Grid) -> Self {
+        Self { first: [0; 2], size: [grid.nx(), grid.ny()] }
+    }
+
+    /// Around the elements from `bounds[0]` to `bounds[1]`, of a size that suits the transforms; all of the grid where there is little to
+    /// save. It begins where a mirror plane lies.
+    pub(crate) fn around([low, high]: [[usize; 2]; 2], grid: &Grid, mirror: &Mirror) -> Self {
+        let whole = Self::whole(grid);
+        let mut window = whole;
+        for (axis, plane) in mirror.axes().into_iter().enumerate() {
+            let first = if plane.is_some() { 0 } else { low[axis] };
+            // one element more on each side, for contacts grow
+            let needed = high[axis] + 1 - first;
+            let size = suitable_length(needed + if plane.is_some() { 1 } else { 2 }, plane.is_some());
+            if size < whole.size[axis] {
+                let before = if plane.is_some() { 0 } else { (size - needed) / 2 };
+                window.size[axis] = size;
+                window.first[axis] = first.saturating_sub(before).min(whole.size[axis] - size);
+            }
+        }
+        if 4 * window.len() > 3 * whole.len() || whole.len() < WORTH_A_WINDOW { whole } else { window }
+    }
+
+    /// Whether the elements from `low` to `high` lie in it.
+    pub(crate) fn holds(&self, [low, high]: [[usize; 2]; 2]) -> bool {
+        (0..2).all(|axis| self.first[axis] <= low[axis] && high[axis] < self.first[axis] + self.size[axis])
+    }
+
+    /// Number of elements.
+    pub(crate) fn len(&self) -> usize {
+        self.size[0] * self.size[1]
+    }
+
+    /// The grid's index of the element at a place of the window.
+    pub(crate) fn element(&self, place: usize, grid: &Grid) -> usize {
+        grid.index(self.first[0] + place % self.size[0], self.first[1] + place / self.size[0])
+    }
+
+    /// The places of each row of each of `blocks` blocks of a field on the window and of one on the grid.
+    pub(crate) fn each_row(&self, grid: &Grid, blocks: usize, mut work: impl FnMut(Range<usize>, Range<usize>)) {
+        for block in 0..blocks {
+            for row in 0..self.size[1] {
+                let (at, from) =
+                    (block * self.len() + row * self.size[0], block * grid.len() + grid.index(self.first[0], self.first[1] + row));
+                work(at..at + self.size[0], from..from + self.size[0]);
+            }
+        }
+    }
+}
+
+/// Elements of a grid below which the operator of a window costs more than it saves.
+const WORTH_A_WINDOW: usize = 4096;
+
 impl Operator {
     /// out = A p.
     pub fn apply(&self, out: &mut [f64], p: &[f64], scratch: &mut Scratch) {
         self.influence.apply(out, p, scratch);
+    }
+
+    /// The same operator on a window of so many elements, on which it knows no mask. Where there are mirror planes the window must
+    /// begin at them.
+    pub(crate) fn within(&self, size: [usize; 2], mirror: Mirror) -> Self {
+        let components = self.influence.components();
+        Self {
+            table: Arc::clone(&self.table),
+            influence: Arc::new(Toeplitz::within(&self.table, components, mirror, size)),
+            circulant: Arc::new(Circulant::within(&self.table, components, mirror, size)),
+        }
     }
 
     /// Memory for applications.
@@ -83,5 +160,60 @@ impl Default for Operators {
     /// A budget of 512 MiB.
     fn default() -> Self {
         Self::new(512 << 20)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::foundation::half_space::HalfSpace;
+    use crate::influence::{Components, Symmetry};
+    use crate::numerics::Projection;
+    use crate::scene::Material;
+
+    /// On a window, which is wherever the tractions are, the operator is what it is on the grid.
+    #[test]
+    fn within_a_window_it_is_the_same() {
+        let bodies = HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.3 }, None);
+        let grid = Grid::new(120, 96, 0.3, 0.4, [0.0; 2]).unwrap();
+        let table = Arc::new(InfluenceTable::new(&grid, &bodies, Projection::Average));
+        for mirror in [Mirror::NONE, Mirror { x: Some(Symmetry::Antisymmetric), y: None }, Mirror { x: None, y: Some(Symmetry::Symmetric) }]
+        {
+            for components in [Components::ALL, Components::NORMAL] {
+                let influence = Toeplitz::of(&table, components, mirror);
+                let grid = influence.grid().clone();
+                let circulant = Arc::new(Circulant::of(&table, components, mirror));
+                let operator = Operator { table: Arc::clone(&table), influence: Arc::new(influence), circulant };
+                let window = Window::around([[9, 7], [30, 33]], &grid, &mirror);
+                assert!(window.holds([[9, 7], [30, 33]]) && 3 * window.len() < grid.len(), "{window:?}");
+                assert!(mirror.x.is_none() || window.first[0] == 0);
+                let part = operator.within(window.size, mirror);
+                let blocks = components.len();
+                let tractions: Vec<f64> = (0..blocks * window.len()).map(|at| (1.7 * at as f64).sin()).collect();
+                let mut p = vec![0.0; blocks * grid.len()];
+                window.each_row(&grid, blocks, |of_window, of_grid| p[of_grid].copy_from_slice(&tractions[of_window]));
+                let (mut whole, mut got) = (vec![0.0; p.len()], vec![0.0; tractions.len()]);
+                operator.apply(&mut whole, &p, &mut operator.scratch());
+                part.apply(&mut got, &tractions, &mut part.scratch());
+                let size = whole.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
+                window.each_row(&grid, blocks, |of_window, of_grid| {
+                    for (got, exact) in got[of_window].iter().zip(&whole[of_grid]) {
+                        assert!((got - exact).abs() <= 1e-14 * size, "{mirror:?} {components:?}: {got} {exact}");
+                    }
+                });
+            }
+        }
+    }
+
+    #[test]
+    fn a_window_that_saves_little_is_the_grid() {
+        let grid = Grid::new(100, 100, 1.0, 1.0, [0.0; 2]).unwrap();
+        for bounds in [[[0, 0], [99, 99]], [[5, 5], [92, 92]]] {
+            assert_eq!(Window::around(bounds, &grid, &Mirror::NONE), Window::whole(&grid));
+        }
+        let corner = Window::around([[80, 0], [99, 20]], &grid, &Mirror::NONE);
+        assert!(corner.holds([[80, 0], [99, 20]]) && corner.first[0] + corner.size[0] <= 100 && corner.first[1] == 0);
+        let small = Grid::new(20, 20, 1.0, 1.0, [0.0; 2]).unwrap();
+        assert_eq!(Window::around([[3, 3], [4, 4]], &small, &Mirror::NONE), Window::whole(&small));
     }
 }

@@ -21,6 +21,8 @@ pub enum Status {
 pub struct Outcome {
     /// Whether it counts as solved, all the way to the end of the path.
     pub status: Status,
+    /// The coarser grids on which the start of the first increment was found, from coarse to fine; none where it was not sought there.
+    pub levels: Vec<Level>,
     /// Every increment of the path that was solved, in order. Of a path that could not be followed the last one is the
     /// increment at which it failed; those before it are solutions.
     pub steps: Vec<StepOutcome>,
@@ -36,10 +38,12 @@ impl Outcome {
         self.steps.last()
     }
 
-    /// What the whole path took.
+    /// What the whole path took: iterations on all grids, and operator applications on the grid itself, since those on the coarser
+    /// [levels](Outcome::levels) cost a fraction.
     pub fn work(&self) -> WorkDone {
-        let sum = |part: fn(&WorkDone) -> u64| self.steps.iter().map(|step| part(&step.work)).sum();
-        WorkDone { iterations: sum(|work| work.iterations), operator_applications: sum(|work| work.operator_applications) }
+        let coarse: u64 = self.levels.iter().map(|level| level.work.iterations).sum();
+        let sum = |part: fn(&WorkDone) -> u64| self.steps.iter().map(|step| part(&step.work)).sum::<u64>();
+        WorkDone { iterations: coarse + sum(|work| work.iterations), operator_applications: sum(|work| work.operator_applications) }
     }
 
     /// The last resort that any increment needed.
@@ -257,6 +261,15 @@ pub struct WorkDone {
     pub iterations: u64,
     /// Operator applications, counting a full Seidel sweep over the contact as one.
     pub operator_applications: u64,
+}
+
+/// A coarser grid on which a start was sought.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Level {
+    /// Elements along x and y.
+    pub elements: [u32; 2],
+    /// What its solution took.
+    pub work: WorkDone,
 }
 
 /// Fields on the grid in SI units, row-major with x fastest, masked elements zero.

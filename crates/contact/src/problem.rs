@@ -87,7 +87,7 @@ pub(crate) fn images(mirror: &Mirror) -> f64 {
 }
 
 /// What the sum over all elements is of the sum over those on the positive sides, for a component weighted with each rigid mode.
-fn weighted_images(mirror: &Mirror, direction: Direction) -> [f64; 6] {
+pub(crate) fn weighted_images(mirror: &Mirror, direction: Direction) -> [f64; 6] {
     // parity in x and y of the modes' functions 1, x and y, by degree of freedom and component
     const EVEN: [f64; 2] = [1.0, 1.0];
     const OF_X: [f64; 2] = [-1.0, 1.0];

@@ -8,7 +8,7 @@ use crate::loading::Step;
 use crate::numerics::{Mesh, Method, Numerics};
 use crate::observables::{fields, observables, states};
 use crate::operators::{Operator, Operators};
-use crate::outcome::{Certificate, Fields, Hertz, Motion, Observables, Outcome, RailContact, Status, StepOutcome, WorkDone};
+use crate::outcome::{Certificate, Fields, Hertz, Level, Motion, Observables, Outcome, RailContact, Status, StepOutcome, WorkDone};
 use crate::problem::Problem;
 use crate::punch::{Gap, Surfaces, surface_compliance};
 use crate::reference::hertz_ellipse;
@@ -20,6 +20,11 @@ use crate::solver::{self, Iterate, Limits, Start, Stop};
 /// cannot mean anything is an error; a path that cannot be followed, or not to the tolerance, is an [`Outcome`] with
 /// [`Status::Failed`] that keeps what came before.
 pub fn solve(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators: &mut Operators) -> Result<(Outcome, Fields), SceneError> {
+    // on a thread of the pool from the start: from outside, each of the many loops would be handed over and waited for
+    rayon::scope(|_| follow(scene, numerics, surfaces, operators))
+}
+
+fn follow(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators: &mut Operators) -> Result<(Outcome, Fields), SceneError> {
     let gap = Gap::new(scene, surfaces)?;
     let mut problem = Problem::new(scene, numerics, surfaces)?;
     let effects = Effects::of(scene, numerics, [problem.grid.nx(), problem.grid.ny()], surfaces)?;
@@ -29,16 +34,13 @@ pub fn solve(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators:
     let without_mirror = problem.reduced(certified, Mirror::NONE, None).expect("without a mirror plane there is nothing to refuse");
     let operator = operators.of(&without_mirror);
     let limits = Limits { tolerance: numerics.tolerance, max_iterations: numerics.max_iterations };
-    let mut outcome = Outcome { status: Status::Certified, steps: Vec::new(), hertz: None, rail: None };
+    let mut outcome = Outcome { status: Status::Certified, levels: Vec::new(), steps: Vec::new(), hertz: None, rail: None };
     let mut last_fields = Fields::default();
-    let mut unseen = 0;
     let (method, _) = numerics.method.chosen(&scene.loading, [problem.grid.nx(), problem.grid.ny()]);
     let mut start = match (method, scene.loading.legs().first()) {
         (Method::Newton, Some(leg)) => {
             let asked = leg.increment(1, &Motion::default(), &[0.0; 6]);
-            let (start, spent) = coarse_start(scene, numerics, surfaces, operators, &problem, &stages, &asked);
-            unseen = spent;
-            start
+            coarse_start(scene, numerics, surfaces, operators, &problem, &stages, &asked, &mut outcome.levels)
         }
         _ => Start { p: vec![0.0; problem.f.len()], motion: [0.0; 6] },
     };
@@ -51,7 +53,6 @@ pub fn solve(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators:
             let iterate = solver::solve(method, &mut problem, operators, &stages, &controls, &start, &limits);
             let (status, mut step, fields, w) = conclude(&problem, &operator, &iterate, &asked, &before, numerics.tolerance);
             (step.step, step.cycle) = (leg.step, leg.cycle);
-            step.work.iterations += std::mem::take(&mut unseen);
             before = Before { motion: step.motion, resultants: step.observables.resultants() };
             outcome.steps.push(step);
             outcome.hertz = hertz(scene, &gap, &step);
@@ -72,7 +73,8 @@ pub fn solve(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators:
 const COARSEST: u32 = 12;
 
 /// A start for the first increment, found on grids of half as many elements each way, from the coarsest up: Newton's method
-/// from nothing finds its way on few elements, and on many it does not. Also gives the iterations that this took.
+/// from nothing finds its way on few elements, and on many it does not. What each grid took goes to `levels`.
+#[allow(clippy::too_many_arguments)]
 fn coarse_start(
     scene: &Scene,
     numerics: &Numerics,
@@ -81,8 +83,9 @@ fn coarse_start(
     fine: &Problem,
     stages: &[Stage],
     asked: &[Control; 6],
-) -> (Start, u64) {
-    let nothing = (Start { p: vec![0.0; fine.f.len()], motion: [0.0; 6] }, 0);
+    levels: &mut Vec<Level>,
+) -> Start {
+    let nothing = Start { p: vec![0.0; fine.f.len()], motion: [0.0; 6] };
     let elements = [fine.grid.nx(), fine.grid.ny()].map(|n| n as u32);
     let halved = elements.map(|n| if n > COARSEST { n.div_ceil(2) } else { n });
     if halved == elements {
@@ -90,15 +93,15 @@ fn coarse_start(
     }
     let coarse_numerics = Numerics { mesh: Mesh::Exact(halved), ..numerics.clone() };
     let Ok(mut coarse) = Problem::new(scene, &coarse_numerics, surfaces) else { return nothing };
-    let (start, spent) = coarse_start(scene, numerics, surfaces, operators, &coarse, stages, asked);
+    let start = coarse_start(scene, numerics, surfaces, operators, &coarse, stages, asked, levels);
     let limits = Limits { tolerance: COARSE_TOLERANCE, max_iterations: numerics.max_iterations };
     let controls = in_units(asked, &coarse);
     let iterate = solver::solve(Method::Newton, &mut coarse, operators, stages, &controls, &start, &limits);
-    let spent = spent + iterate.iterations;
+    levels.push(Level { elements: halved, work: work(&iterate) });
     if iterate.stop != Stop::Converged {
-        return (nothing.0, spent);
+        return nothing;
     }
-    (Start { p: coarse.grid.sample(&iterate.p, &fine.grid), motion: iterate.motion }, spent)
+    Start { p: coarse.grid.sample(&iterate.p, &fine.grid), motion: iterate.motion }
 }
 
 /// Relative residual at which a coarse solution is good enough to begin from.

@@ -132,7 +132,8 @@ impl Record {
     pub fn along_path(&self, mut visit: impl FnMut(&Record)) {
         let Some(outcome) = self.outcome() else { return };
         let (physics, fields, provenance) = (self.physics, self.fields, self.provenance.clone());
-        let path = Outcome { status: Status::Certified, steps: Vec::with_capacity(outcome.steps.len()), hertz: None, rail: None };
+        let steps = Vec::with_capacity(outcome.steps.len());
+        let path = Outcome { status: Status::Certified, levels: outcome.levels.clone(), steps, hertz: None, rail: None };
         let mut partial = Record { physics, job: self.job.clone(), ending: Ending::Finished(path), fields, provenance };
         for (at, step) in outcome.steps.iter().enumerate() {
             let Ending::Finished(path) = &mut partial.ending else { return };
@@ -219,7 +220,7 @@ fn decode_as<T: DeserializeOwned, const LIMIT: usize>(known: u8, what: &'static 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use contact::outcome::{Certificate, Hertz, Motion, Observables, RailContact, StepOutcome, WorkDone};
+    use contact::outcome::{Certificate, Hertz, Level, Motion, Observables, RailContact, StepOutcome, WorkDone};
     use proptest::prelude::*;
 
     fn record(ending: Ending) -> Record {
@@ -286,7 +287,8 @@ pub(crate) mod tests {
             pressure_center: [57.0, 58.0, 59.0],
             wheelset_height: 60.0,
         };
-        Outcome { status, steps: vec![first, last], hertz: Some(hertz), rail: Some(rail) }
+        let coarse = Level { elements: [9, 10], work: WorkDone { iterations: 0, operator_applications: 5 } };
+        Outcome { status, levels: vec![coarse], steps: vec![first, last], hertz: Some(hertz), rail: Some(rail) }
     }
 
     pub(crate) fn solved() -> Record {

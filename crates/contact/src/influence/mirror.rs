@@ -121,6 +121,11 @@ impl Mirror {
         out
     }
 
+    /// Elements of a grid of which so many are left.
+    pub(crate) fn whole_size(&self, [nx, ny]: [usize; 2]) -> [usize; 2] {
+        [if self.x.is_some() { 2 * nx } else { nx }, if self.y.is_some() { 2 * ny } else { ny }]
+    }
+
     fn part_size(&self, grid: &Grid) -> [usize; 2] {
         let size = |count: usize, symmetry: Option<Symmetry>| if symmetry.is_some() { count / 2 } else { count };
         [size(grid.nx(), self.x), size(grid.ny(), self.y)]

@@ -24,7 +24,7 @@ pub use mirror::{Mirror, MirrorError, Symmetry};
 pub(crate) use symbols::Symbols;
 pub use table::{Entry, InfluenceTable};
 pub use toeplitz::Toeplitz;
-pub(crate) use torus::{Fields, Torus};
+pub(crate) use torus::{Torus, suitable_length};
 
 /// A discretised influence operator: self-adjoint, and positive definite on Ω in the average projection.
 ///

@@ -52,6 +52,17 @@ impl Entry {
         }
     }
 
+    /// What it is with x and y exchanged.
+    fn exchanged(self) -> Self {
+        match self {
+            Self::Xx => Self::Yy,
+            Self::Yy => Self::Xx,
+            Self::Nx => Self::Ny,
+            Self::Ny => Self::Nx,
+            Self::Nn | Self::Xy => self,
+        }
+    }
+
     /// The one that relates two directions.
     pub(crate) fn between(a: Direction, b: Direction) -> Self {
         use Direction::{N, X, Y};
@@ -100,9 +111,12 @@ impl InfluenceTable {
     pub fn of(grid: &Grid, bodies: impl Into<Bodies>, projection: Projection, components: Components) -> Self {
         let (nx, ny) = (grid.nx(), grid.ny());
         let kernels = bodies.into().kernels((nx as f64 * grid.hx()).hypot(ny as f64 * grid.hy()));
+        // with square elements what holds for (Δi, Δj) holds for (Δj, Δi), x and y exchanged
+        let square = grid.hx() == grid.hy();
+        let exchanged = |di: usize, dj: usize| square && di < dj && dj < nx;
         let mut quadrant = vec![Coefficient::default(); grid.len()];
         quadrant.par_chunks_mut(nx).enumerate().for_each(|(dj, row)| {
-            for (di, coefficient) in row.iter_mut().enumerate() {
+            for (di, coefficient) in row.iter_mut().enumerate().filter(|(di, _)| !exchanged(*di, dj)) {
                 *coefficient = kernels.influence([di as i64, dj as i64], grid.hx(), grid.hy(), projection);
             }
         });
@@ -114,16 +128,17 @@ impl InfluenceTable {
             }
             let stored = if entry.odd_in_y() { 2 * ny - 1 } else { ny };
             let mut values = vec![0.0; stored * width];
-            for (at, row) in values.chunks_exact_mut(width).enumerate() {
+            values.par_chunks_exact_mut(width).enumerate().for_each(|(at, row)| {
                 let dj = (at + ny).abs_diff(stored);
                 let sign_y = if entry.odd_in_y() && at + ny < stored { -1.0 } else { 1.0 };
                 let sign_x = if entry.odd_in_x() { -sign_y } else { sign_y };
-                for (di, coefficient) in quadrant[dj * nx..(dj + 1) * nx].iter().enumerate() {
-                    let value = entry.of(coefficient);
+                for di in 0..nx {
+                    let value =
+                        if exchanged(di, dj) { entry.exchanged().of(&quadrant[di * nx + dj]) } else { entry.of(&quadrant[dj * nx + di]) };
                     row[nx - 1 - di] = sign_x * value;
                     row[nx - 1 + di] = sign_y * value;
                 }
-            }
+            });
             values
         });
         Self { grid: grid.clone(), components, rows }

@@ -4,7 +4,7 @@
 //! (2nx − 1) × (2ny − 1) elements, where Fourier's transform makes it a product with the symbol of each entry.
 
 use super::symbols::Symbols;
-use super::torus::{Fields, Torus};
+use super::torus::Torus;
 use super::{Components, Direction, Entry, Influence, InfluenceTable, Mirror, Scratch, ScratchSize};
 use crate::grid::Grid;
 
@@ -31,11 +31,25 @@ impl Toeplitz {
     /// If the table does not hold the coefficients, or its grid is not symmetric.
     pub fn of(table: &InfluenceTable, components: Components, mirror: Mirror) -> Self {
         assert!(table.components().includes(components), "{components:?} of a table of {:?}", table.components());
-        let whole = table.grid();
-        let grid = mirror.part(whole).unwrap_or_else(|error| panic!("{error}"));
-        let extent = [whole.nx(), whole.ny()];
+        let grid = mirror.part(table.grid()).unwrap_or_else(|error| panic!("{error}"));
+        Self::on(grid, table, components, mirror)
+    }
+
+    /// The operator on a window of so many elements of such a part, which begins at the mirror planes; without a mask.
+    ///
+    /// # Panics
+    /// If the table does not hold the coefficients, or is smaller.
+    pub(crate) fn within(table: &InfluenceTable, components: Components, mirror: Mirror, size: [usize; 2]) -> Self {
+        assert!(table.components().includes(components), "{components:?} of a table of {:?}", table.components());
+        let grid = Grid::new(size[0], size[1], table.grid().hx(), table.grid().hy(), [0.0; 2]).unwrap_or_else(|error| panic!("{error}"));
+        Self::on(grid, table, components, mirror)
+    }
+
+    fn on(grid: Grid, table: &InfluenceTable, components: Components, mirror: Mirror) -> Self {
+        let extent = mirror.whole_size([grid.nx(), grid.ny()]);
         let torus = Torus::new(extent, mirror, true);
-        let value = |entry: Entry, di: usize, dj: usize| table.row(entry, dj as i64)[whole.nx() - 1 + di];
+        let middle = table.grid().nx() - 1;
+        let value = |entry: Entry, di: usize, dj: usize| table.row(entry, dj as i64)[middle + di];
         let symbols = components.groups().map(|group: Vec<Direction>| Symbols::new(&torus, &group, extent, value)).collect();
         Self { grid, components, torus, symbols }
     }
@@ -68,11 +82,11 @@ impl Influence for Toeplitz {
             let (to, out_left) = std::mem::take(&mut out).split_at_mut(symbols.fields() * self.grid.len());
             let (from, p_left) = p.split_at(to.len());
             (out, p) = (out_left, p_left);
-            let (mask, fields) = (self.grid.mask(), Fields::Other(from, to));
+            let mask = self.grid.mask();
             match symbols.fields() {
-                1 => self.torus.convolve::<1, 1>(symbols, |s| s, mask, fields, scratch),
-                2 => self.torus.convolve::<2, 3>(symbols, |s| s, mask, fields, scratch),
-                _ => self.torus.convolve::<3, 6>(symbols, |s| s, mask, fields, scratch),
+                1 => self.torus.convolve::<1, 1>(symbols, |s| s, mask, to, from, scratch),
+                2 => self.torus.convolve::<2, 3>(symbols, |s| s, mask, to, from, scratch),
+                _ => self.torus.convolve::<3, 6>(symbols, |s| s, mask, to, from, scratch),
             }
         }
     }

@@ -114,6 +114,11 @@ fn torus_length(n: usize, halved: bool) -> usize {
     2 * half
 }
 
+/// The smallest number of elements, `n` or more, that fills such a torus; where mirrored, of one side of the mirror.
+pub(crate) fn suitable_length(n: usize, mirrored: bool) -> usize {
+    if mirrored { torus_length(2 * n, true) / 4 } else { torus_length(n, false).div_ceil(2) }
+}
+
 impl Torus {
     /// For fields on `whole` elements, or on the part that `mirror` leaves of them: with room for every offset between two of them,
     /// or else of that size.
@@ -191,31 +196,23 @@ impl Torus {
         Work { spectrum, tiles, slots }
     }
 
-    /// Convolves F = `symbols.directions` fields. `entries` turns the packed symbols of a wavenumber into those to multiply with.
+    /// out = the convolution of F = `symbols.directions` fields with the symbols. `entries` turns the packed symbols of a wavenumber into those to multiply with.
     /// `masked`: only these elements count.
     pub(crate) fn convolve<const F: usize, const S: usize>(
         &self,
         symbols: &Symbols,
         entries: impl Fn([f64; S]) -> [f64; S] + Sync,
         mask: Option<&[bool]>,
-        fields: Fields<'_>,
+        out: &mut [f64],
+        p: &[f64],
         scratch: &mut Scratch,
     ) {
         debug_assert_eq!((symbols.directions.len(), S), (F, F * (F + 1) / 2));
         let directions: [Direction; F] = std::array::from_fn(|block| symbols.directions[block]);
         let mut work = self.work(F, scratch);
-        match fields {
-            Fields::Other(p, out) => {
-                self.forward(p, mask, &directions, &mut work);
-                self.multiply(symbols, &directions, entries, &mut work);
-                self.backward(out, mask, &directions, &mut work);
-            }
-            Fields::Same(field) => {
-                self.forward(field, mask, &directions, &mut work);
-                self.multiply(symbols, &directions, entries, &mut work);
-                self.backward(field, mask, &directions, &mut work);
-            }
-        }
+        self.forward(p, mask, &directions, &mut work);
+        self.multiply(symbols, &directions, entries, &mut work);
+        self.backward(out, mask, &directions, &mut work);
     }
 
     /// Transforms the rows.
@@ -227,6 +224,11 @@ impl Torus {
             let from = &p[at * nx..(at + 1) * nx];
             let inside = mask.map(|mask| &mask[j * nx..(j + 1) * nx]);
             let sign = self.x.sign(directions[block], Direction::X);
+            // rows without contact
+            if from.iter().all(|value| *value == 0.0) {
+                waves.fill(Complex::zero());
+                return;
+            }
             slot.row[self.x.padding()].fill(0.0);
             if self.x.symmetry.is_none() {
                 slot.row[..nx].copy_from_slice(from);
@@ -421,14 +423,6 @@ impl Torus {
             }
         });
     }
-}
-
-/// Input and output of a convolution.
-pub(crate) enum Fields<'a> {
-    /// From the first to the second.
-    Other(&'a [f64], &'a mut [f64]),
-    /// In place.
-    Same(&'a mut [f64]),
 }
 
 /// i z

@@ -3,7 +3,7 @@
 //! T. Chan's optimal circulant of a Toeplitz matrix (SIAM J. Sci. Stat. Comput. 9 (1988) 766–771, doi:10.1137/0909051), in both
 //! directions: it lives on a torus of the grid's own size, and is positive definite where the block is.
 
-use crate::influence::{Components, Direction, Entry, Fields, InfluenceTable, Mirror, Scratch, Symbols, Torus};
+use crate::influence::{Components, Direction, Entry, InfluenceTable, Mirror, Scratch, Symbols, Torus};
 
 /// Inverse circulants of the diagonal blocks of A on some components, and on the part of the grid that mirror planes leave.
 #[derive(Clone, Debug)]
@@ -25,8 +25,19 @@ impl Circulant {
     /// If the table does not hold the coefficients, or a mirrored direction has an odd number of elements.
     pub fn of(table: &InfluenceTable, components: Components, mirror: Mirror) -> Self {
         assert!(table.components().includes(components.uncoupled()), "{components:?} of a table of {:?}", table.components());
-        let whole = [table.grid().nx(), table.grid().ny()];
         assert!(mirror.part(table.grid()).is_ok(), "a mirror plane through elements, or a mask without symmetry");
+        Self::on([table.grid().nx(), table.grid().ny()], table, components, mirror)
+    }
+
+    /// The circulants for a window of so many elements of the part that mirror planes leave, which begins at them.
+    ///
+    /// # Panics
+    /// If the table does not hold the coefficients, or is smaller.
+    pub(crate) fn within(table: &InfluenceTable, components: Components, mirror: Mirror, size: [usize; 2]) -> Self {
+        Self::on(mirror.whole_size(size), table, components, mirror)
+    }
+
+    fn on(whole: [usize; 2], table: &InfluenceTable, components: Components, mirror: Mirror) -> Self {
         let torus = Torus::new(whole, mirror, false);
         // both ways round the torus, each with its share
         let wraps = |i: usize, n: usize| {
@@ -36,7 +47,7 @@ impl Circulant {
             wraps(j, whole[1])
                 .map(|(dj, wy)| {
                     let row = table.row(entry, dj as i64);
-                    wy * wraps(i, whole[0]).map(|(di, wx)| wx * row[whole[0] - 1 + di]).sum::<f64>()
+                    wy * wraps(i, whole[0]).map(|(di, wx)| wx * row[table.grid().nx() - 1 + di]).sum::<f64>()
                 })
                 .sum::<f64>()
         };
@@ -53,18 +64,18 @@ impl Circulant {
         Self { torus, eigenvalues }
     }
 
-    /// `field` (one block per component) ↦ (C + `epsilon`)⁻¹ `field`, block by block, in place.
+    /// out = (C + `epsilon`)⁻¹ `field`, block by block (one per component).
     ///
     /// # Panics
-    /// If the field has another length.
-    pub fn invert(&self, field: &mut [f64], epsilon: f64, scratch: &mut Scratch) {
-        let size = self.torus.field_len();
-        assert_eq!(field.len(), self.eigenvalues.len() * size, "a field on another grid");
+    /// If a field has another length.
+    pub fn invert(&self, out: &mut [f64], field: &[f64], epsilon: f64, scratch: &mut Scratch) {
+        let (size, blocks) = (self.torus.field_len(), self.eigenvalues.len());
+        assert_eq!((out.len(), field.len()), (blocks * size, blocks * size), "fields on another grid");
         // the transforms there and back multiply by this
         let count = self.torus.gain();
-        for (block, eigenvalues) in field.chunks_exact_mut(size).zip(&self.eigenvalues) {
+        for ((out, block), eigenvalues) in out.chunks_exact_mut(size).zip(field.chunks_exact(size)).zip(&self.eigenvalues) {
             let inverse = |[c]: [f64; 1]| [1.0 / (count * (count * c + epsilon))];
-            self.torus.convolve::<1, 1>(eigenvalues, inverse, None, Fields::Same(block), scratch);
+            self.torus.convolve::<1, 1>(eigenvalues, inverse, None, out, block, scratch);
         }
     }
 
@@ -94,8 +105,8 @@ mod tests {
         let k = nx * ny;
         let field: Vec<f64> = (0..3 * k).map(|at| (1.7 * at as f64).sin()).collect();
         let epsilon = 0.01;
-        let mut solved = field.clone();
-        circulant.invert(&mut solved, epsilon, &mut Scratch::for_elements(k));
+        let mut solved = vec![0.0; 3 * k];
+        circulant.invert(&mut solved, &field, epsilon, &mut Scratch::for_elements(k));
         for (block, entry) in [Entry::Nn, Entry::Xx, Entry::Yy].into_iter().enumerate() {
             for at in 0..k {
                 let (i, j) = (at % nx, at / nx);
@@ -125,19 +136,18 @@ mod tests {
             for mirror in each.into_iter().flat_map(|x| each.map(|y| Mirror { x, y })) {
                 for components in [Components::ALL, Components::NORMAL, Components::TANGENTIAL, Components::Y] {
                     let k = mirror.part(&grid).unwrap().len();
-                    let mut field: Vec<f64> = (0..components.len() * k).map(|at| (1.7 * at as f64).sin()).collect();
-                    let mut whole = mirror.extend(&grid, components, &field);
-                    let invert = |mirror, field: &mut [f64], threads| {
-                        let mut scratch = Scratch::on_threads(threads);
-                        Circulant::of(&table, components, mirror).invert(field, 0.01, &mut scratch);
+                    let field: Vec<f64> = (0..components.len() * k).map(|at| (1.7 * at as f64).sin()).collect();
+                    let whole = mirror.extend(&grid, components, &field);
+                    let invert = |mirror, field: &[f64], threads| {
+                        let mut out = vec![0.0; field.len()];
+                        Circulant::of(&table, components, mirror).invert(&mut out, field, 0.01, &mut Scratch::on_threads(threads));
+                        out
                     };
-                    let mut shared = field.clone();
-                    invert(mirror, &mut field, 1);
-                    invert(mirror, &mut shared, 3);
-                    assert_eq!(field, shared, "threads");
-                    invert(Mirror::NONE, &mut whole, 1);
+                    let solved = invert(mirror, &field, 1);
+                    assert_eq!(solved, invert(mirror, &field, 3), "threads");
+                    let whole = invert(Mirror::NONE, &whole, 1);
                     let size = whole.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
-                    for (got, expected) in mirror.extend(&grid, components, &field).iter().zip(&whole) {
+                    for (got, expected) in mirror.extend(&grid, components, &solved).iter().zip(&whole) {
                         assert!((got - expected).abs() <= 1e-13 * size, "{nx} × {ny} {components:?} {mirror:?}");
                     }
                 }

@@ -1,7 +1,37 @@
 //! GMRES with right preconditioning (Saad and Schultz 1986, doi:10.1137/0907058), restarted.
+//!
+//! New directions are made orthogonal to all others at once, which reads the memory they are in twice, and a second time where the
+//! first has cancelled much (Daniel, Gragg, Kaufman and Stewart 1976, doi:10.1090/S0025-5718-1976-0431641-8).
+
+use super::vector::{add, norm, products, scale};
 
 /// Largest number of directions kept before a restart.
 const RESTART: usize = 80;
+
+/// A direction that this share of is left of when made orthogonal has lost too many digits.
+const CANCELLED: f64 = 0.1;
+
+/// A linear system with an approximate inverse.
+pub(crate) trait System {
+    /// `image` = A `x`.
+    fn apply(&mut self, image: &mut [f64], x: &[f64]);
+
+    /// `x` ≈ A⁻¹ `rows`.
+    fn precondition(&mut self, x: &mut [f64], rows: &[f64]);
+}
+
+/// Directions of the solves before, whose memory the next one uses again.
+#[derive(Debug, Default)]
+pub(crate) struct Memory(Vec<Vec<f64>>);
+
+impl Memory {
+    /// A vector of this length, with whatever is in it.
+    fn vector(&mut self, len: usize) -> Vec<f64> {
+        let mut vector = self.0.pop().unwrap_or_default();
+        vector.resize(len, 0.0);
+        vector
+    }
+}
 
 /// What an iteration came to.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,14 +42,13 @@ pub(crate) struct Figures {
     pub(crate) applications: u64,
 }
 
-/// Solves `operator`·x = `rhs` from x = 0 to the relative residual `tolerance`, with `precondition` an approximate inverse.
-/// Sums run in a fixed order, so that the result does not depend on the number of threads.
+/// Solves `system`·x = `rhs` from x = 0 to the relative residual `tolerance`. The result does not depend on the number of threads.
 pub(crate) fn solve(
     rhs: &[f64],
     tolerance: f64,
     max_applications: u64,
-    mut operator: impl FnMut(&[f64]) -> Vec<f64>,
-    mut precondition: impl FnMut(&[f64]) -> Vec<f64>,
+    system: &mut impl System,
+    memory: &mut Memory,
 ) -> (Vec<f64>, Figures) {
     let size = norm(rhs);
     let mut x = vec![0.0; rhs.len()];
@@ -28,26 +57,24 @@ pub(crate) fn solve(
         return (x, figures);
     }
     let mut residual = rhs.to_vec();
+    let mut prepared = vec![0.0; rhs.len()];
     loop {
         let start = norm(&residual);
         figures.residual = start / size;
         if figures.residual <= tolerance || figures.applications >= max_applications || !start.is_finite() {
             return (x, figures);
         }
-        let mut basis = vec![residual.iter().map(|r| r / start).collect::<Vec<f64>>()];
+        scale(&mut residual, 1.0 / start);
+        let mut basis = vec![residual];
         // the triangular factor column by column, and the rotations that made it
         let (mut columns, mut rotations): (Vec<Vec<f64>>, Vec<(f64, f64)>) = (Vec::new(), Vec::new());
         let mut rest = vec![start];
         while columns.len() < RESTART && figures.applications < max_applications {
-            let mut v = operator(&precondition(&basis[columns.len()]));
+            let mut v = memory.vector(rhs.len());
+            system.precondition(&mut prepared, &basis[columns.len()]);
+            system.apply(&mut v, &prepared);
             figures.applications += 1;
-            let mut column = Vec::with_capacity(basis.len() + 1);
-            for direction in &basis {
-                let along = dot(direction, &v);
-                v.iter_mut().zip(direction).for_each(|(v, d)| *v -= along * d);
-                column.push(along);
-            }
-            let height = norm(&v);
+            let (mut column, height) = orthogonalise(&mut v, &basis);
             for (i, (c, s)) in rotations.iter().enumerate() {
                 (column[i], column[i + 1]) = (c * column[i] + s * column[i + 1], c * column[i + 1] - s * column[i]);
             }
@@ -66,7 +93,7 @@ pub(crate) fn solve(
             if height == 0.0 || rest[last + 1].abs() <= tolerance * size {
                 break;
             }
-            v.iter_mut().for_each(|v| *v /= height);
+            scale(&mut v, 1.0 / height);
             basis.push(v);
         }
         let mut weights = vec![0.0; columns.len()];
@@ -79,51 +106,83 @@ pub(crate) fn solve(
         }
         // the preconditioner once more is cheaper than keeping every preconditioned direction
         let mut sum = vec![0.0; rhs.len()];
-        for (weight, direction) in weights.iter().zip(&basis) {
-            sum.iter_mut().zip(direction).for_each(|(sum, v)| *sum += weight * v);
-        }
-        x.iter_mut().zip(precondition(&sum)).for_each(|(x, z)| *x += z);
+        add(&mut sum, &weights, &basis);
+        memory.0.append(&mut basis);
+        system.precondition(&mut prepared, &sum);
+        x.iter_mut().zip(&prepared).for_each(|(x, z)| *x += z);
         if rest[columns.len()].abs() <= tolerance * size || figures.applications >= max_applications {
             figures.residual = rest[columns.len()].abs() / size;
             return (x, figures);
         }
-        let image = operator(&x);
+        residual = sum;
+        system.apply(&mut residual, &x);
         figures.applications += 1;
-        residual = rhs.iter().zip(&image).map(|(b, a)| b - a).collect();
+        residual.iter_mut().zip(rhs).for_each(|(image, b)| *image = b - *image);
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn norm(a: &[f64]) -> f64 {
-    dot(a, a).sqrt()
+/// Takes from `v` what it has of the directions; gives how much that was, and what is left of its length.
+fn orthogonalise(v: &mut [f64], basis: &[Vec<f64>]) -> (Vec<f64>, f64) {
+    let (mut along, square) = products(basis, v);
+    let minus: Vec<f64> = along.iter().map(|a| -a).collect();
+    let mut left = add(v, &minus, basis);
+    if left <= CANCELLED * CANCELLED * square {
+        let (again, _) = products(basis, v);
+        let minus: Vec<f64> = again.iter().map(|a| -a).collect();
+        left = add(v, &minus, basis);
+        along.iter_mut().zip(again).for_each(|(along, again)| *along += again);
+    }
+    (along, left.sqrt())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// Three diagonals, and the middle one as preconditioner or nothing.
+    struct Diagonals {
+        preconditioned: bool,
+    }
+
+    impl System for Diagonals {
+        fn apply(&mut self, image: &mut [f64], x: &[f64]) {
+            for i in 0..x.len() {
+                let (above, below) = (if i + 1 < x.len() { x[i + 1] } else { 0.0 }, if i > 0 { x[i - 1] } else { 0.0 });
+                image[i] = (2.0 + i as f64) * x[i] + 0.7 * above - 0.2 * below;
+            }
+        }
+
+        fn precondition(&mut self, x: &mut [f64], rows: &[f64]) {
+            for (i, (x, r)) in x.iter_mut().zip(rows).enumerate() {
+                *x = if self.preconditioned { r / (2.0 + i as f64) } else { *r };
+            }
+        }
+    }
+
     #[test]
     fn solves_an_unsymmetric_system_with_restarts_and_without() {
+        let mut memory = Memory::default();
         for n in [3, 40, 200] {
-            let apply = |x: &[f64]| -> Vec<f64> {
-                (0..n)
-                    .map(|i| {
-                        (2.0 + i as f64) * x[i] + if i + 1 < n { 0.7 * x[i + 1] } else { 0.0 } - if i > 0 { 0.2 * x[i - 1] } else { 0.0 }
-                    })
-                    .collect()
-            };
             let rhs: Vec<f64> = (0..n).map(|i| (i as f64).cos()).collect();
-            let (x, figures) = solve(&rhs, 1e-11, 2000, apply, |r| r.to_vec());
-            let back = apply(&x);
+            let (x, figures) = solve(&rhs, 1e-11, 2000, &mut Diagonals { preconditioned: false }, &mut memory);
+            let mut back = vec![0.0; n];
+            Diagonals { preconditioned: false }.apply(&mut back, &x);
             let defect = norm(&back.iter().zip(&rhs).map(|(a, b)| a - b).collect::<Vec<_>>()) / norm(&rhs);
             assert!(defect <= 1.1e-11 && figures.residual <= 1e-11, "{n}: {defect:e} {figures:?}");
-            let (_, preconditioned) =
-                solve(&rhs, 1e-11, 2000, apply, |r| r.iter().enumerate().map(|(i, r)| r / (2.0 + i as f64)).collect());
+            let (_, preconditioned) = solve(&rhs, 1e-11, 2000, &mut Diagonals { preconditioned: true }, &mut memory);
             assert!(preconditioned.applications <= figures.applications);
         }
-        assert_eq!(solve(&[0.0; 4], 1e-8, 10, |x| x.to_vec(), |x| x.to_vec()).0, [0.0; 4]);
+        assert_eq!(solve(&[0.0; 4], 1e-8, 10, &mut Diagonals { preconditioned: false }, &mut memory).0, [0.0; 4]);
+    }
+
+    #[test]
+    fn directions_are_orthogonal_though_nearly_all_cancels() {
+        let first: Vec<f64> = (0..500).map(|i| (0.3 * i as f64).cos()).collect();
+        let mut basis = vec![first.clone()];
+        scale(&mut basis[0], 1.0 / norm(&first));
+        let mut v: Vec<f64> = first.iter().enumerate().map(|(i, x)| x + 1e-9 * i as f64).collect();
+        let (along, left) = orthogonalise(&mut v, &basis);
+        assert!((left - norm(&v)).abs() <= 1e-12 * left && (along[0] / norm(&first) - 1.0).abs() < 1e-6);
+        assert!(products(&basis, &v).0[0].abs() <= 1e-15 * norm(&first).max(left));
     }
 }

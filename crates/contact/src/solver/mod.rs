@@ -9,10 +9,12 @@ use crate::problem::Problem;
 
 mod balance;
 mod circulant;
+mod free;
 mod gmres;
 pub mod newton;
 mod robust;
 pub mod seidel;
+mod vector;
 
 pub use circulant::Circulant;
 

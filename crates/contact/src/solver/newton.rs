@@ -10,14 +10,17 @@
 //! the reduction and the preconditioner are this project's).
 
 use faer::linalg::solvers::Solve;
+use rayon::prelude::*;
 
-use super::{Iterate, Limits, Start, Stop, balance, gmres};
+use super::free::{BAND, Free, Piece, Spot};
+use super::gmres::{self, Memory, System};
+use super::{Iterate, Limits, Start, Stop, balance, vector};
 use crate::friction::h_u;
-use crate::influence::{Components, Scratch};
+use crate::influence::{Components, Direction, Scratch};
 use crate::loading::{Control, rigid_modes};
-use crate::operators::Operator;
+use crate::operators::{Operator, Window};
 use crate::outcome::Way;
-use crate::problem::Problem;
+use crate::problem::{Problem, weighted_images};
 
 /// Newton steps without a new smallest residual after which the iteration counts as stalled. Close to a solution every
 /// step but the first few at least halves it.
@@ -26,38 +29,10 @@ const PATIENCE: u64 = 12;
 /// Applications after which the answer of a linear solve is taken as it is.
 const MOST_APPLICATIONS: u64 = 400;
 
-/// What an element does under the linearised map.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Piece {
-    /// p is known: zero, or at the ceiling with a traction that follows.
-    Open,
-    /// p₁ and both tangential components are free.
-    Stick,
-    /// p₁ and the transverse component are free; n is the direction of the traction.
-    Slip { n: [f64; 2], sigma: f64 },
-}
-
-/// The natural map linearised about an iterate.
-struct Linear<'a> {
-    problem: &'a Problem,
-    operator: &'a Operator,
-    pieces: Vec<Piece>,
-    /// Elements whose pressure is free: in contact below the ceiling.
-    pressed: Vec<bool>,
-    /// Rigid degrees of freedom that a force governs.
-    free: Vec<usize>,
-    /// Diagonal entry of the tangential blocks.
-    diagonal: f64,
-    scratch: Scratch,
-    applications: u64,
-}
-
 /// Solves `problem` under `controls` (in the problem's units) from `start`; leaves the problem placed at the motion found.
 pub fn solve(problem: &mut Problem, operator: &Operator, controls: &[Control; 6], start: &Start, limits: &Limits) -> Iterate {
-    let free: Vec<usize> = (0..6).filter(|which| matches!(controls[*which], Control::Force(_))).collect();
-    let asked = controls.map(|control| match control {
-        Control::Force(value) | Control::Motion(value) => value,
-    });
+    let free = balance::free(controls);
+    let asked = controls.map(balance::value);
     let mut motion: [f64; 6] = std::array::from_fn(|which| if free.contains(&which) { start.motion[which] } else { asked[which] });
     let mut p = start.p.clone();
     let largest = operator.table.largest_diagonal();
@@ -69,6 +44,9 @@ pub fn solve(problem: &mut Problem, operator: &Operator, controls: &[Control; 6]
 
     let mut scratch = operator.scratch();
     let mut w = vec![0.0; p.len()];
+    let mut memory = Memory::default();
+    // the operator of the linear systems, on the part of the grid that the contact needs
+    let mut part: Option<(Window, Operator)> = None;
     // the iterate nearest to a solution, its figure and when it was: what goes out if no solution is found
     let (mut best, mut best_at, mut best_iterate) = (f64::INFINITY, 0, (p.clone(), motion));
     iterate.stop = loop {
@@ -86,19 +64,22 @@ pub fn solve(problem: &mut Problem, operator: &Operator, controls: &[Control; 6]
             break Stop::Diverged;
         }
         if worst < best {
-            (best, best_at, best_iterate) = (worst, iterate.iterations, (p.clone(), motion));
+            (best, best_at) = (worst, iterate.iterations);
+            best_iterate.0.copy_from_slice(&p);
+            best_iterate.1 = motion;
         } else if iterate.iterations - best_at > PATIENCE {
             break Stop::Stalled { residual: best };
         }
         if iterate.iterations >= u64::from(limits.max_iterations) {
             break Stop::OutOfIterations { residual: worst };
         }
-        let mut linear = Linear::new(problem, operator, &p, &w, free.clone(), scratch);
+        let contact = Contact::of(problem, &p, &w, largest);
+        let (window, inner) = contact.part(problem, operator, &mut part);
+        let mut linear = Linear::new(problem, inner, window, &contact, scratch);
         let forcing = (0.5 * worst.min(1.0).sqrt()).clamp(1e-6, 0.1).max(0.1 * target / worst);
-        let (change, moved) = linear.step(&p, &w, &asked, forcing);
+        let moved = linear.step(&mut p, &w, &asked, &free, forcing, &mut memory);
         iterate.operator_applications += linear.applications;
         scratch = linear.scratch;
-        p.iter_mut().zip(&change).for_each(|(p, d)| *p += d);
         for (which, moved) in free.iter().zip(moved) {
             motion[*which] += moved;
         }
@@ -111,284 +92,300 @@ pub fn solve(problem: &mut Problem, operator: &Operator, controls: &[Control; 6]
     Iterate { p, motion, ..iterate }
 }
 
-/// How the resultants of the motions `free` change with these motions at the solution `p`, w = A p − f, with applications spent.
+/// How the resultants of the motions `free` change with these motions at the solution `p`, w = A p − f, with everything else in
+/// equilibrium; with the applications spent.
 pub(super) fn stiffness(problem: &Problem, operator: &Operator, p: &[f64], w: &[f64], free: &[usize]) -> (faer::Mat<f64>, u64) {
-    let scratch = operator.scratch();
-    let mut linear = Linear::new(problem, operator, p, w, free.to_vec(), scratch);
-    let stiffness = linear.stiffness(1e-4);
+    let contact = Contact::of(problem, p, w, operator.table.largest_diagonal());
+    let mut part = None;
+    let (window, inner) = contact.part(problem, operator, &mut part);
+    let mut linear = Linear::new(problem, inner, window, &contact, operator.scratch());
+    let resultants: Vec<Vec<f64>> = free.iter().map(|&which| linear.resultant(which)).collect();
+    let mut memory = Memory::default();
+    let mut stiffness = faer::Mat::zeros(free.len(), free.len());
+    for (j, &which) in free.iter().enumerate() {
+        let rows = linear.rigid(which);
+        let (answer, figures) = gmres::solve(&rows, 1e-4, MOST_APPLICATIONS, &mut linear, &mut memory);
+        linear.applications += figures.applications;
+        for (i, resultant) in resultants.iter().enumerate() {
+            stiffness[(i, j)] = vector::dot(resultant, &answer);
+        }
+    }
     (stiffness, linear.applications)
 }
 
-impl<'a> Linear<'a> {
-    fn new(problem: &'a Problem, operator: &'a Operator, p: &[f64], w: &[f64], free: Vec<usize>, scratch: Scratch) -> Self {
-        let k = problem.grid.len();
-        let own = operator.table.coefficient(0, 0);
-        let largest = operator.table.largest_diagonal();
+/// What the elements do under the map linearised about an iterate.
+struct Contact {
+    /// Those in contact, in order.
+    spots: Vec<Spot>,
+    /// First and last column and row of all that is in contact or has a traction to lose; `None` where nothing is.
+    bounds: Option<[[usize; 2]; 2]>,
+}
+
+impl Contact {
+    fn of(problem: &Problem, p: &[f64], w: &[f64], largest: f64) -> Self {
+        let (nx, ny) = (problem.grid.nx(), problem.grid.ny());
         // with one tangential direction there is no transverse component
         let is_plane = problem.components.includes(Components::TANGENTIAL);
-        let mut pieces = vec![Piece::Open; k];
-        let mut pressed = vec![false; k];
-        for e in problem.grid.active() {
-            let (own, w) = (problem.traction(p, e), problem.gather(w, e));
-            let mut x = [0, 1, 2].map(|c| own[c] - (problem.epsilon * own[c] + w[c]) / largest);
-            if problem.pressure.is_some() {
-                x[0] = own[0];
-            }
-            if x[0] <= 0.0 {
-                continue;
-            }
-            pressed[e] = x[0] < problem.ceiling && problem.pressure.is_none();
-            let bound = problem.mu * h_u(x[0], problem.ceiling);
-            let traction = x[1].hypot(x[2]);
-            pieces[e] = if traction <= bound && problem.mu > 0.0 {
-                Piece::Stick
-            } else {
-                let n = if traction > 0.0 { [x[1] / traction, x[2] / traction] } else { [1.0, 0.0] };
-                let kappa = bound / traction;
-                // without friction the transverse component is not free, as with an infinite σ
-                let sigma = if kappa > 0.0 && is_plane { (1.0 - kappa) / kappa * largest } else { f64::INFINITY };
-                Piece::Slip { n, sigma }
-            };
-        }
-        Self { problem, operator, pieces, pressed, free, diagonal: own.xx.max(own.yy), scratch, applications: 0 }
-    }
-
-    /// Values of a field of the problem's components.
-    fn len(&self) -> usize {
-        self.problem.components.len() * self.problem.grid.len()
-    }
-
-    /// Writes the components of an element into a field; those that the problem has not are dropped.
-    fn scatter(&self, field: &mut [f64], element: usize, values: [f64; 3]) {
-        for (block, c) in self.problem.blocks() {
-            field[block * self.problem.grid.len() + element] = values[c];
-        }
-    }
-
-    /// Where the free transverse component of a slipping element is kept, in the place of its traction along x; `None` where it is
-    /// not free.
-    fn across(&self, element: usize) -> Option<(usize, f64)> {
-        match self.pieces[element] {
-            Piece::Slip { sigma, .. } if sigma.is_finite() => {
-                let (block, _) = self.problem.blocks().find(|(_, c)| *c == 1)?;
-                Some((block * self.problem.grid.len() + element, sigma))
-            }
-            _ => None,
-        }
-    }
-
-    /// The displacement by one rigid motion as a field.
-    fn rigid(&self, which: usize) -> Vec<f64> {
-        let mut field = vec![0.0; self.len()];
-        for e in self.problem.grid.active() {
-            let [x, y] = self.problem.grid.center(e);
-            self.scatter(&mut field, e, rigid_modes(x, y).map(|modes| modes[which]));
-        }
-        field
-    }
-
-    /// The Newton step (δp, change of the free motions), solved to the relative residual `forcing`.
-    fn step(&mut self, p: &[f64], w: &[f64], asked: &[f64; 6], forcing: f64) -> (Vec<f64>, Vec<f64>) {
-        // what is known of δp
-        let mut known = vec![0.0; self.len()];
-        for e in self.problem.grid.active() {
-            let own = self.problem.traction(p, e);
-            let normal = if self.pressed[e] || self.problem.pressure.is_some() { 0.0 } else { self.problem.ceiling - own[0] };
-            let change = match self.pieces[e] {
-                Piece::Open => own.map(|p| -p),
-                Piece::Stick => [normal, 0.0, 0.0],
-                Piece::Slip { n, sigma } => {
-                    let along = self.problem.mu * (own[0] + normal) - (own[1] * n[0] + own[2] * n[1]);
-                    let across = if sigma.is_finite() { 0.0 } else { own[1] * n[1] - own[2] * n[0] };
-                    [normal, along * n[0] - across * n[1], along * n[1] + across * n[0]]
+        let rows = BAND.div_ceil(nx);
+        let band = |band: usize| {
+            let mut contact = Self { spots: Vec::new(), bounds: None };
+            for j in band * rows..ny.min((band + 1) * rows) {
+                for (i, e) in (j * nx..(j + 1) * nx).enumerate().filter(|(_, e)| problem.grid.is_active(*e)) {
+                    let (own, w) = (problem.traction(p, e), problem.gather(w, e));
+                    let mut x = [0, 1, 2].map(|c| own[c] - (problem.epsilon * own[c] + w[c]) / largest);
+                    if problem.pressure.is_some() {
+                        x[0] = own[0];
+                    }
+                    if x[0] <= 0.0 {
+                        if own != [0.0; 3] {
+                            contact.reach([[i, j]; 2]);
+                        }
+                        continue;
+                    }
+                    let bound = problem.mu * h_u(x[0], problem.ceiling);
+                    let traction = x[1].hypot(x[2]);
+                    let piece = if traction <= bound && problem.mu > 0.0 {
+                        Piece::Stick
+                    } else {
+                        let n = if traction > 0.0 { [x[1] / traction, x[2] / traction] } else { [1.0, 0.0] };
+                        let kappa = bound / traction;
+                        // without friction the transverse component is not free, as with an infinite σ
+                        let sigma = if kappa > 0.0 && is_plane { (1.0 - kappa) / kappa * largest } else { f64::INFINITY };
+                        Piece::Slip { n, sigma }
+                    };
+                    let pressed = x[0] < problem.ceiling && problem.pressure.is_none();
+                    contact.reach([[i, j]; 2]);
+                    contact.spots.push(Spot { i: i as u32, j: j as u32, pressed, piece });
                 }
-            };
-            self.scatter(&mut known, e, change);
-        }
-        let mut rows = vec![0.0; self.len()];
-        if known.iter().any(|x| *x != 0.0) {
-            self.apply(&mut rows, &known);
-        }
-        for ((row, w), (p, known)) in rows.iter_mut().zip(w).zip(p.iter().zip(&known)) {
-            *row = -(*row + self.problem.epsilon * (p + known) + w);
-        }
-        let mut rhs = self.restrict(&rows);
-        for e in self.problem.grid.active() {
-            if let (Piece::Slip { n, .. }, Some((at, sigma))) = (self.pieces[e], self.across(e)) {
-                let own = self.problem.gather(p, e);
-                rhs[at] -= sigma * (own[2] * n[0] - own[1] * n[1]);
             }
-        }
-        let total: Vec<f64> = p.iter().zip(&known).map(|(p, d)| p + d).collect();
-        let resultants = self.problem.resultants(&total);
-        rhs.extend(self.free.iter().map(|&which| asked[which] - resultants[which]));
-
-        let borders = self.borders();
-        let (solution, figures) = {
-            let this = std::cell::RefCell::new(&mut *self);
-            gmres::solve(&rhs, forcing, MOST_APPLICATIONS, |x| this.borrow_mut().matrix(x), |r| this.borrow_mut().precondition(r, &borders))
+            contact
         };
-        self.applications += figures.applications;
-        let (free, moved) = solution.split_at(self.len());
-        let mut change = self.expand(free);
-        change.iter_mut().zip(&known).for_each(|(change, known)| *change += known);
-        (change, moved.to_vec())
+        let bands = ny.div_ceil(rows);
+        let parts: Vec<Self> =
+            if vector::is_worth_sharing(nx * ny) { (0..bands).into_par_iter().map(band).collect() } else { (0..bands).map(band).collect() };
+        let mut whole = Self { spots: Vec::with_capacity(parts.iter().map(|part| part.spots.len()).sum()), bounds: None };
+        for part in parts {
+            whole.spots.extend(part.spots);
+            part.bounds.into_iter().for_each(|bounds| whole.reach(bounds));
+        }
+        whole
     }
 
-    /// ∂(resultants of the free motions)/∂(free motions) with everything else in equilibrium.
-    fn stiffness(&mut self, forcing: f64) -> faer::Mat<f64> {
-        let free = std::mem::take(&mut self.free);
-        let mut columns = Vec::new();
-        for &which in &free {
-            let rows = self.restrict(&self.rigid(which));
-            let borders = Borders { answers: Vec::new(), factors: None };
-            let (solution, figures) = {
-                let this = std::cell::RefCell::new(&mut *self);
-                gmres::solve(
-                    &rows,
-                    forcing,
-                    MOST_APPLICATIONS,
-                    |x| this.borrow_mut().matrix(x),
-                    |r| this.borrow_mut().precondition(r, &borders),
-                )
-            };
-            self.applications += figures.applications;
-            columns.push(self.problem.resultants(&self.expand(&solution)));
+    fn reach(&mut self, [low, high]: [[usize; 2]; 2]) {
+        let [first, last] = self.bounds.get_or_insert([low, high]);
+        for axis in 0..2 {
+            first[axis] = first[axis].min(low[axis]);
+            last[axis] = last[axis].max(high[axis]);
         }
-        self.free = free;
-        faer::Mat::from_fn(columns.len(), columns.len(), |i, j| columns[j][self.free[i]])
     }
 
-    /// out = A field, counted.
-    fn apply(&mut self, out: &mut [f64], field: &[f64]) {
-        self.operator.apply(out, field, &mut self.scratch);
-        self.applications += 1;
-    }
-
-    /// Free components to a field: on sticking elements they are the components, on slipping ones p₁ and p_⊥, with p_t·n = μ p₁.
-    fn expand(&self, free: &[f64]) -> Vec<f64> {
-        let mut field = vec![0.0; self.len()];
-        for e in self.problem.grid.active() {
-            let own = self.problem.gather(free, e);
-            let normal = if self.pressed[e] { own[0] } else { 0.0 };
-            let tangential = match self.pieces[e] {
-                Piece::Open => continue,
-                Piece::Stick => [own[1], own[2]],
-                Piece::Slip { n, sigma } => {
-                    let along = self.problem.mu * normal;
-                    let across = if sigma.is_finite() { own[1] } else { 0.0 };
-                    [along * n[0] - across * n[1], along * n[1] + across * n[0]]
-                }
-            };
-            self.scatter(&mut field, e, [normal, tangential[0], tangential[1]]);
+    /// The window that it fits in and the operator there, both kept in `part` as long as they do.
+    fn part<'a>(&self, problem: &Problem, whole: &'a Operator, part: &'a mut Option<(Window, Operator)>) -> (Window, &'a Operator) {
+        let all = Window::whole(&problem.grid);
+        let Some(bounds) = self.bounds else { return (all, whole) };
+        if part.as_ref().is_none_or(|(window, _)| !window.holds(bounds)) {
+            let window = Window::around(bounds, &problem.grid, &problem.mirror);
+            *part = if window == all { None } else { Some((window, whole.within(window.size, problem.mirror))) };
         }
-        field
-    }
-
-    /// The rows of the free components; on slipping elements the one across the traction.
-    fn restrict(&self, field: &[f64]) -> Vec<f64> {
-        let mut rows = vec![0.0; self.len()];
-        for e in self.problem.grid.active() {
-            let own = self.problem.gather(field, e);
-            let normal = if self.pressed[e] { own[0] } else { 0.0 };
-            let tangential = match self.pieces[e] {
-                Piece::Open => continue,
-                Piece::Stick => [own[1], own[2]],
-                Piece::Slip { n, sigma } if sigma.is_finite() => [own[2] * n[0] - own[1] * n[1], 0.0],
-                Piece::Slip { .. } => [0.0, 0.0],
-            };
-            self.scatter(&mut rows, e, [normal, tangential[0], tangential[1]]);
-        }
-        rows
-    }
-
-    /// The linear system: free components and free motions to rows and resultants.
-    fn matrix(&mut self, x: &[f64]) -> Vec<f64> {
-        let k = self.problem.grid.len();
-        let (free, moved) = x.split_at(self.len());
-        let field = self.expand(free);
-        let mut image = vec![0.0; self.len()];
-        self.operator.apply(&mut image, &field, &mut self.scratch);
-        image.iter_mut().zip(&field).for_each(|(image, p)| *image += self.problem.epsilon * p);
-        if !moved.is_empty() {
-            for e in self.problem.grid.active() {
-                let [x, y] = self.problem.grid.center(e);
-                let modes = rigid_modes(x, y);
-                for (block, c) in self.problem.blocks() {
-                    image[block * k + e] -= self.free.iter().zip(moved).map(|(&which, moved)| modes[c][which] * moved).sum::<f64>();
-                }
-            }
-        }
-        let mut rows = self.restrict(&image);
-        for e in self.problem.grid.active() {
-            if let Some((at, sigma)) = self.across(e) {
-                rows[at] += sigma * free[at];
-            }
-        }
-        if !self.free.is_empty() {
-            let resultants = self.problem.resultants(&field);
-            rows.extend(self.free.iter().map(|&which| resultants[which]));
-        }
-        rows
-    }
-
-    /// W C⁻¹ W on the free components alone.
-    fn elastic_inverse(&mut self, rows: &[f64]) -> Vec<f64> {
-        let weight = |sigma: f64| 1.0 / (1.0 + sigma / self.diagonal).sqrt();
-        let mut field = vec![0.0; self.len()];
-        for e in self.problem.grid.active() {
-            let own = self.problem.gather(rows, e);
-            let normal = if self.pressed[e] { own[0] } else { 0.0 };
-            let tangential = match self.pieces[e] {
-                Piece::Open => continue,
-                Piece::Stick => [own[1], own[2]],
-                Piece::Slip { n, sigma } if sigma.is_finite() => {
-                    let across = weight(sigma) * own[1];
-                    [-across * n[1], across * n[0]]
-                }
-                Piece::Slip { .. } => [0.0, 0.0],
-            };
-            self.scatter(&mut field, e, [normal, tangential[0], tangential[1]]);
-        }
-        self.operator.circulant.invert(&mut field, self.problem.epsilon, &mut self.scratch);
-        let mut free = self.restrict(&field);
-        for e in self.problem.grid.active() {
-            if let Some((at, sigma)) = self.across(e) {
-                free[at] *= weight(sigma);
-            }
-        }
-        free
-    }
-
-    /// For each free motion its rows B and P⁻¹B, and the factored matrix of the resultants of the latter.
-    fn borders(&mut self) -> Borders {
-        let rows: Vec<Vec<f64>> = self.free.iter().map(|&which| self.restrict(&self.rigid(which))).collect();
-        let answers: Vec<Vec<f64>> = rows.iter().map(|rows| self.elastic_inverse(rows)).collect();
-        let size = self.free.len();
-        let columns: Vec<[f64; 6]> = answers.iter().map(|answer| self.problem.resultants(&self.expand(answer))).collect();
-        let matrix = faer::Mat::from_fn(size, size, |i, j| columns[j][self.free[i]]);
-        Borders { answers, factors: (size > 0).then(|| matrix.full_piv_lu()) }
-    }
-
-    /// The preconditioner: the elastic inverse, with the resultants exactly right.
-    fn precondition(&mut self, rows: &[f64], borders: &Borders) -> Vec<f64> {
-        let (rows, asked) = rows.split_at(self.len());
-        let mut free = self.elastic_inverse(rows);
-        if let Some(factors) = &borders.factors {
-            let resultants = self.problem.resultants(&self.expand(&free));
-            let mut missing = faer::Mat::from_fn(self.free.len(), 1, |i, _| asked[i] - resultants[self.free[i]]);
-            factors.solve_in_place(missing.as_mut());
-            for (i, answer) in borders.answers.iter().enumerate() {
-                free.iter_mut().zip(answer).for_each(|(free, answer)| *free += missing[(i, 0)] * answer);
-            }
-            free.extend((0..self.free.len()).map(|i| missing[(i, 0)]));
-        }
-        free
+        part.as_ref().map_or((all, whole), |(window, operator)| (*window, operator))
     }
 }
 
-/// What the preconditioner needs to meet the resultants.
+/// The natural map linearised about an iterate.
+struct Linear<'a> {
+    problem: &'a Problem,
+    operator: &'a Operator,
+    free: Free,
+    /// Diagonal entry of the tangential blocks.
+    diagonal: f64,
+    /// For each rigid degree of freedom that a force governs.
+    borders: Borders,
+    /// Tractions on the window, zero where there is no contact.
+    field: Vec<f64>,
+    /// Displacements on the window.
+    image: Vec<f64>,
+    scratch: Scratch,
+    applications: u64,
+}
+
+/// What the motions that forces govern add to the linear system.
+#[derive(Default)]
 struct Borders {
+    /// Displacements of the free components by the motions, by one unit each.
+    rows: Vec<Vec<f64>>,
+    /// The resultants as products with the free components.
+    resultants: Vec<Vec<f64>>,
+    /// What the preconditioner makes of the displacements, and the factored matrix of the resultants of that.
     answers: Vec<Vec<f64>>,
     factors: Option<faer::linalg::solvers::FullPivLu<f64>>,
+}
+
+impl<'a> Linear<'a> {
+    fn new(problem: &'a Problem, operator: &'a Operator, window: Window, contact: &Contact, scratch: Scratch) -> Self {
+        let free = Free::new(problem, window, &contact.spots);
+        let own = operator.table.coefficient(0, 0);
+        let len = free.field_len();
+        Self {
+            problem,
+            operator,
+            free,
+            diagonal: own.xx.max(own.yy),
+            borders: Borders::default(),
+            field: vec![0.0; len],
+            image: vec![0.0; len],
+            scratch,
+            applications: 0,
+        }
+    }
+
+    /// Rows of the displacement by a rigid motion.
+    fn rigid(&self, which: usize) -> Vec<f64> {
+        let mut rows = vec![0.0; self.free.len()];
+        self.free.restrict(&mut rows, 0.0, |spot, _| self.modes(spot).map(|modes| modes[which]), |_, row, _| row);
+        rows
+    }
+
+    fn modes(&self, spot: &Spot) -> [[f64; 6]; 3] {
+        let [x, y] = self.problem.grid.center(self.problem.grid.index(spot.i as usize, spot.j as usize));
+        rigid_modes(x, y)
+    }
+
+    /// A resultant as the vector whose product with the free components it is.
+    fn resultant(&self, which: usize) -> Vec<f64> {
+        let weights = self.weights(which);
+        let mut rows = vec![0.0; self.free.len()];
+        let values = |spot: &Spot, _| {
+            let modes = self.modes(spot);
+            [0, 1, 2].map(|c| modes[c][which] * weights[c])
+        };
+        self.free.restrict(&mut rows, self.problem.mu, values, |_, row, _| row);
+        rows
+    }
+
+    /// Area of an element with its images, for each component in one resultant.
+    fn weights(&self, which: usize) -> [f64; 3] {
+        Direction::ALL.map(|direction| weighted_images(&self.problem.mirror, direction)[which] * self.problem.grid.element_area())
+    }
+
+    /// Makes the Newton step in `p`, solved to the relative residual `forcing`; gives the change of these motions.
+    fn step(&mut self, p: &mut [f64], w: &[f64], asked: &[f64; 6], motions: &[usize], forcing: f64, memory: &mut Memory) -> Vec<f64> {
+        let (mu, epsilon) = (self.problem.mu, self.problem.epsilon);
+        let (window, grid) = (*self.free.window(), &self.problem.grid);
+        // the tractions as far as they are known after the step, the unknown ones as they are
+        let mut total = vec![0.0; self.free.field_len()];
+        for (spot, place) in self.free.spots() {
+            let own = self.problem.traction(p, window.element(place, grid));
+            let normal = if spot.pressed || self.problem.pressure.is_some() { own[0] } else { self.problem.ceiling };
+            let tangential = match spot.piece {
+                Piece::Stick => [own[1], own[2]],
+                Piece::Slip { n, sigma } => {
+                    let across = if sigma.is_finite() { own[2] * n[0] - own[1] * n[1] } else { 0.0 };
+                    [mu * normal * n[0] - across * n[1], mu * normal * n[1] + across * n[0]]
+                }
+            };
+            self.free.put(&mut total, place, [normal, tangential[0], tangential[1]]);
+        }
+        let mut known = total.clone();
+        window.each_row(grid, known.len() / window.len(), |of_window, of_grid| {
+            known[of_window].iter_mut().zip(&p[of_grid]).for_each(|(known, p)| *known -= p);
+        });
+        if known.iter().any(|x| *x != 0.0) {
+            self.operator.apply(&mut self.image, &known, &mut self.scratch);
+            self.applications += 1;
+        }
+        let mut rhs = vec![0.0; self.free.len()];
+        let (image, free) = (&self.image, &self.free);
+        let defect = |_: &Spot, place: usize| {
+            let (image, total, w) = (free.at(image, place), free.at(&total, place), self.problem.gather(w, window.element(place, grid)));
+            [0, 1, 2].map(|c| -(image[c] + epsilon * total[c] + w[c]))
+        };
+        let mut own = vec![0.0; self.free.len()];
+        self.free.rows_of(&mut own, &total);
+        self.free.restrict(&mut rhs, 0.0, defect, |sigma, row, at| row - sigma * own[at]);
+        drop(own);
+        self.border(motions);
+        for &which in motions {
+            let weights = self.weights(which);
+            let part = |(spot, place): (&Spot, usize)| {
+                let (modes, total) = (self.modes(spot), self.free.at(&total, place));
+                (0..3).map(|c| modes[c][which] * weights[c] * total[c]).sum::<f64>()
+            };
+            rhs.push(asked[which] - self.free.spots().map(part).sum::<f64>());
+        }
+        drop(total);
+        let (solution, figures) = gmres::solve(&rhs, forcing, MOST_APPLICATIONS, self, memory);
+        self.applications += figures.applications;
+        let (unknowns, moved) = solution.split_at(self.free.len());
+        self.free.expand(&mut self.field, unknowns, mu, |_| 1.0);
+        window.each_row(grid, known.len() / window.len(), |of_window, of_grid| {
+            let change = self.field[of_window.clone()].iter().zip(&known[of_window]);
+            p[of_grid].iter_mut().zip(change).for_each(|(p, (field, known))| *p += field + known);
+        });
+        moved.to_vec()
+    }
+
+    /// Prepares the linear system for these motions among the unknowns.
+    fn border(&mut self, motions: &[usize]) {
+        if motions.is_empty() {
+            return;
+        }
+        let mut borders = Borders::default();
+        for &which in motions {
+            let rows = self.rigid(which);
+            let mut answer = vec![0.0; rows.len()];
+            self.elastic_inverse(&mut answer, &rows);
+            borders.rows.push(rows);
+            borders.answers.push(answer);
+            borders.resultants.push(self.resultant(which));
+        }
+        let size = motions.len();
+        let matrix = faer::Mat::from_fn(size, size, |i, j| vector::dot(&borders.resultants[i], &borders.answers[j]));
+        borders.factors = Some(matrix.full_piv_lu());
+        self.borders = borders;
+    }
+
+    /// W C⁻¹ W on the free components alone.
+    fn elastic_inverse(&mut self, unknowns: &mut [f64], rows: &[f64]) {
+        let weight = |sigma: f64| 1.0 / (1.0 + sigma / self.diagonal).sqrt();
+        self.free.expand(&mut self.field, rows, 0.0, weight);
+        self.operator.circulant.invert(&mut self.image, &self.field, self.problem.epsilon, &mut self.scratch);
+        let (free, image) = (&self.free, &self.image);
+        free.restrict(unknowns, 0.0, |_, place| free.at(image, place), |sigma, row, _| weight(sigma) * row);
+    }
+}
+
+impl System for Linear<'_> {
+    /// Free components and free motions to rows and resultants.
+    fn apply(&mut self, image: &mut [f64], x: &[f64]) {
+        let (unknowns, moved) = x.split_at(self.free.len());
+        let (rows, resultants) = image.split_at_mut(self.free.len());
+        self.free.expand(&mut self.field, unknowns, self.problem.mu, |_| 1.0);
+        self.operator.apply(&mut self.image, &self.field, &mut self.scratch);
+        let (free, field, image, epsilon) = (&self.free, &self.field, &self.image, self.problem.epsilon);
+        let values = |_: &Spot, place: usize| {
+            let (image, own) = (free.at(image, place), if epsilon > 0.0 { free.at(field, place) } else { [0.0; 3] });
+            [0, 1, 2].map(|c| image[c] + epsilon * own[c])
+        };
+        free.restrict(rows, 0.0, values, |sigma, row, at| row + sigma * unknowns[at]);
+        if !moved.is_empty() {
+            let back: Vec<f64> = moved.iter().map(|moved| -moved).collect();
+            vector::add(rows, &back, &self.borders.rows);
+            for (resultant, row) in resultants.iter_mut().zip(&self.borders.resultants) {
+                *resultant = vector::dot(row, unknowns);
+            }
+        }
+    }
+
+    /// The elastic inverse, with the resultants exactly right.
+    fn precondition(&mut self, x: &mut [f64], rows: &[f64]) {
+        let (rows, asked) = rows.split_at(self.free.len());
+        let (unknowns, moved) = x.split_at_mut(self.free.len());
+        self.elastic_inverse(unknowns, rows);
+        if let Some(factors) = &self.borders.factors {
+            let mut missing = faer::Mat::from_fn(asked.len(), 1, |i, _| asked[i] - vector::dot(&self.borders.resultants[i], unknowns));
+            factors.solve_in_place(missing.as_mut());
+            moved.iter_mut().enumerate().for_each(|(i, moved)| *moved = missing[(i, 0)]);
+            vector::add(unknowns, moved, &self.borders.answers);
+        }
+    }
 }

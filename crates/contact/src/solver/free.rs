@@ -1,0 +1,202 @@
+//! The free components of a contact whose elements are known to be open, to stick or to slip: the unknowns of Newton's method.
+//!
+//! They are kept without gaps, element after element: p₁ where it is free, then both tangential components where an element sticks
+//! and the one across its traction where it slips. Fields to and from them live on a [`Window`], which holds the contact.
+
+use super::vector;
+use crate::operators::Window;
+use crate::problem::Problem;
+
+/// What the tangential tractions of an element in contact do under the linearised map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Piece {
+    /// Both are free.
+    Stick,
+    /// Only that across n, the direction of the traction, is, and not even this one where σ is infinite.
+    Slip { n: [f64; 2], sigma: f64 },
+}
+
+/// An element in contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Spot {
+    /// Its column and row of the problem's grid.
+    pub(super) i: u32,
+    pub(super) j: u32,
+    /// Whether p₁ is free: below the ceiling.
+    pub(super) pressed: bool,
+    pub(super) piece: Piece,
+}
+
+/// The elements in contact, their free components, and the window around them.
+#[derive(Debug)]
+pub(super) struct Free {
+    window: Window,
+    /// Block of a field that holds each of the components n, x, y.
+    blocks: [Option<usize>; 3],
+    /// Bands of whole rows of the window, each with its spots and its unknowns.
+    bands: Vec<Band>,
+    /// Rows of a band.
+    rows: usize,
+    unknowns: usize,
+}
+
+#[derive(Debug)]
+struct Band {
+    spots: Vec<Spot>,
+    unknowns: usize,
+}
+
+/// Elements of a band of rows, about: enough work to be worth a thread's while, and little enough to stay in its cache.
+pub(super) const BAND: usize = 8192;
+
+impl Free {
+    /// Of spots in the order of their elements, all in the window.
+    pub(super) fn new(problem: &Problem, window: Window, spots: &[Spot]) -> Self {
+        let mut blocks = [None; 3];
+        problem.blocks().for_each(|(block, c)| blocks[c] = Some(block));
+        let rows = BAND.div_ceil(window.size[0]);
+        let mut free = Self { window, blocks, bands: Vec::new(), rows, unknowns: 0 };
+        let mut left = spots;
+        for band in 0..window.size[1].div_ceil(rows) {
+            let end = window.first[1] + (band + 1) * rows;
+            let (spots, others) = left.split_at(left.partition_point(|spot| (spot.j as usize) < end));
+            left = others;
+            let unknowns = spots.iter().map(|spot| free.count(spot)).sum();
+            free.unknowns += unknowns;
+            free.bands.push(Band { spots: spots.to_vec(), unknowns });
+        }
+        free
+    }
+
+    /// Number of unknowns.
+    pub(super) fn len(&self) -> usize {
+        self.unknowns
+    }
+
+    /// Values of a field on the window.
+    pub(super) fn field_len(&self) -> usize {
+        self.blocks.iter().flatten().count() * self.window.len()
+    }
+
+    fn count(&self, spot: &Spot) -> usize {
+        usize::from(spot.pressed)
+            + match spot.piece {
+                Piece::Stick => self.blocks[1..].iter().flatten().count(),
+                Piece::Slip { sigma, .. } => usize::from(sigma.is_finite()),
+            }
+    }
+
+    /// Place of a spot in a block of the window.
+    fn place(&self, spot: &Spot) -> usize {
+        (spot.j as usize - self.window.first[1]) * self.window.size[0] + spot.i as usize - self.window.first[0]
+    }
+
+    /// Tractions of free components. On slipping elements p_t·n = `mu` p₁; `weight`(σ) goes to what is across.
+    ///
+    /// `field` is written where there are spots only.
+    pub(super) fn expand(&self, field: &mut [f64], unknowns: &[f64], mu: f64, weight: impl Fn(f64) -> f64 + Sync) {
+        let mut blocks: Vec<_> =
+            field.chunks_exact_mut(self.window.len()).map(|block| block.chunks_mut(self.rows * self.window.size[0])).collect();
+        let mut left = unknowns;
+        let mut pieces = Vec::with_capacity(self.bands.len());
+        for (at, band) in self.bands.iter().enumerate() {
+            let (unknowns, others) = left.split_at(band.unknowns);
+            left = others;
+            let parts: [&mut [f64]; 3] = self.blocks.map(|block| block.and_then(|block| blocks[block].next()).unwrap_or_default());
+            pieces.push((at * self.rows * self.window.size[0], &band.spots, unknowns, parts));
+        }
+        vector::each(self.unknowns, pieces, |(start, spots, unknowns, mut parts)| {
+            let mut unknowns = unknowns.iter().copied();
+            let mut next = || unknowns.next().unwrap_or(0.0);
+            for spot in spots {
+                let normal = if spot.pressed { next() } else { 0.0 };
+                let tangential = match spot.piece {
+                    Piece::Stick => [1, 2].map(|c| if self.blocks[c].is_some() { next() } else { 0.0 }),
+                    Piece::Slip { n, sigma } => {
+                        let along = mu * normal;
+                        let across = if sigma.is_finite() { weight(sigma) * next() } else { 0.0 };
+                        [along * n[0] - across * n[1], along * n[1] + across * n[0]]
+                    }
+                };
+                let place = self.place(spot) - start;
+                for (part, value) in parts.iter_mut().zip([normal, tangential[0], tangential[1]]) {
+                    if let Some(at) = part.get_mut(place) {
+                        *at = value;
+                    }
+                }
+            }
+        });
+    }
+
+    /// Rows of the free components, of the values that `values` gives for a place in the window, n, x, y: with p₁ goes `mu` times what is
+    /// along the traction of a slipping element; of what is across it, `across`(σ, row, its number) makes the row.
+    pub(super) fn restrict(
+        &self,
+        rows: &mut [f64],
+        mu: f64,
+        values: impl Fn(&Spot, usize) -> [f64; 3] + Sync,
+        across: impl Fn(f64, f64, usize) -> f64 + Sync,
+    ) {
+        let (mut left, mut first) = (rows, 0);
+        let mut pieces = Vec::with_capacity(self.bands.len());
+        for band in &self.bands {
+            let (rows, others) = left.split_at_mut(band.unknowns);
+            pieces.push((first, &band.spots, rows));
+            (left, first) = (others, first + band.unknowns);
+        }
+        vector::each(self.unknowns, pieces, |(first, spots, rows)| {
+            let mut next = 0;
+            for spot in spots {
+                let own = values(spot, self.place(spot));
+                if spot.pressed {
+                    rows[next] = match spot.piece {
+                        Piece::Slip { n, .. } => own[0] + mu * (own[1] * n[0] + own[2] * n[1]),
+                        Piece::Stick => own[0],
+                    };
+                    next += 1;
+                }
+                match spot.piece {
+                    Piece::Stick => {
+                        for c in [1, 2].into_iter().filter(|c| self.blocks[*c].is_some()) {
+                            rows[next] = own[c];
+                            next += 1;
+                        }
+                    }
+                    Piece::Slip { n, sigma } if sigma.is_finite() => {
+                        rows[next] = across(sigma, own[2] * n[0] - own[1] * n[1], first + next);
+                        next += 1;
+                    }
+                    Piece::Slip { .. } => {}
+                }
+            }
+        });
+    }
+
+    /// The same of a field on the window, as it is.
+    pub(super) fn rows_of(&self, rows: &mut [f64], field: &[f64]) {
+        self.restrict(rows, 0.0, |_, place| self.at(field, place), |_, row, _| row);
+    }
+
+    /// The components of a field on the window at a place, zero for those it has not.
+    pub(super) fn at(&self, field: &[f64], place: usize) -> [f64; 3] {
+        self.blocks.map(|block| block.map_or(0.0, |block| field[block * self.window.len() + place]))
+    }
+
+    /// Sets the components of a field on the window at a place.
+    pub(super) fn put(&self, field: &mut [f64], place: usize, values: [f64; 3]) {
+        for (block, value) in self.blocks.iter().zip(values) {
+            if let Some(block) = block {
+                field[block * self.window.len() + place] = value;
+            }
+        }
+    }
+
+    /// The elements in contact with their places in the window.
+    pub(super) fn spots(&self) -> impl Iterator<Item = (&Spot, usize)> {
+        self.bands.iter().flat_map(|band| &band.spots).map(|spot| (spot, self.place(spot)))
+    }
+
+    pub(super) fn window(&self) -> &Window {
+        &self.window
+    }
+}

@@ -1,0 +1,120 @@
+//! Long vectors: sums in chunks of fixed length, the chunks in order, so that a result has the same bytes on any number of threads.
+
+use rayon::prelude::*;
+
+/// Numbers of a chunk: with one chunk of another vector they fit in a core's first cache.
+const CHUNK: usize = 2048;
+
+/// Numbers below which one thread is as fast as two: waking another takes some ten microseconds.
+const WORTH_SHARING: usize = 1 << 15;
+
+/// Whether work on so many numbers is worth sharing among the threads of the current pool.
+pub(super) fn is_worth_sharing(numbers: usize) -> bool {
+    numbers >= WORTH_SHARING && rayon::current_num_threads() > 1
+}
+
+/// Does every piece of work, of which there are `numbers` numbers in all, on one thread or on several.
+pub(super) fn each<T: Send>(numbers: usize, pieces: Vec<T>, work: impl Fn(T) + Sync + Send) {
+    if is_worth_sharing(numbers) { pieces.into_par_iter().for_each(work) } else { pieces.into_iter().for_each(work) }
+}
+
+/// v·v for every chunk and its products with every direction: in one pass over the vectors.
+pub(super) fn products(basis: &[Vec<f64>], v: &[f64]) -> (Vec<f64>, f64) {
+    let each = basis.len() + 1;
+    let mut parts = vec![0.0; v.len().div_ceil(CHUNK) * each];
+    let work = |(at, (part, v)): (usize, (&mut [f64], &[f64]))| {
+        for (sum, direction) in part.iter_mut().zip(basis) {
+            *sum = chunk_dot(&direction[at * CHUNK..][..v.len()], v);
+        }
+        part[basis.len()] = chunk_dot(v, v);
+    };
+    if is_worth_sharing(v.len() * each) {
+        parts.par_chunks_mut(each).zip(v.par_chunks(CHUNK)).enumerate().for_each(work);
+    } else {
+        parts.chunks_mut(each).zip(v.chunks(CHUNK)).enumerate().for_each(work);
+    }
+    let mut sums = vec![0.0; each];
+    for part in parts.chunks_exact(each) {
+        sums.iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
+    }
+    let square = sums.pop().unwrap_or(0.0);
+    (sums, square)
+}
+
+/// v += Σ weight · direction; gives v·v.
+pub(super) fn add(v: &mut [f64], weights: &[f64], basis: &[Vec<f64>]) -> f64 {
+    let work = |(at, v): (usize, &mut [f64])| {
+        for (weight, direction) in weights.iter().zip(basis) {
+            v.iter_mut().zip(&direction[at * CHUNK..]).for_each(|(v, d)| *v += weight * d);
+        }
+        chunk_dot(v, v)
+    };
+    let parts: Vec<f64> = if is_worth_sharing(v.len() * (1 + weights.len())) {
+        v.par_chunks_mut(CHUNK).enumerate().map(work).collect()
+    } else {
+        v.chunks_mut(CHUNK).enumerate().map(work).collect()
+    };
+    parts.iter().sum()
+}
+
+/// a·b
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let parts: Vec<f64> = if is_worth_sharing(a.len()) {
+        a.par_chunks(CHUNK).zip(b.par_chunks(CHUNK)).map(|(a, b)| chunk_dot(a, b)).collect()
+    } else {
+        a.chunks(CHUNK).zip(b.chunks(CHUNK)).map(|(a, b)| chunk_dot(a, b)).collect()
+    };
+    parts.iter().sum()
+}
+
+/// √(a·a)
+pub(super) fn norm(a: &[f64]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// v · factor
+pub(super) fn scale(v: &mut [f64], factor: f64) {
+    let work = |v: &mut [f64]| v.iter_mut().for_each(|v| *v *= factor);
+    if is_worth_sharing(v.len()) { v.par_chunks_mut(CHUNK).for_each(work) } else { work(v) }
+}
+
+/// Eight sums side by side, as the processor has room for.
+fn chunk_dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, a_left), (b, b_left)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    let mut sums = [0.0; 8];
+    for (a, b) in a.iter().zip(b) {
+        for lane in 0..8 {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    sums.iter().sum::<f64>() + a_left.iter().zip(b_left).map(|(a, b)| a * b).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn same_bytes_on_any_number_of_threads() {
+        for n in [0, 5, 3 * WORTH_SHARING + 7] {
+            let vector = |phase: f64| -> Vec<f64> { (0..n).map(|i| (0.37 * i as f64 + phase).sin()).collect() };
+            let (basis, v) = ([vector(1.0), vector(2.0)], vector(3.0));
+            let with = |threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| {
+                    let mut sum = v.clone();
+                    let square = add(&mut sum, &[0.5, -0.25], &basis);
+                    scale(&mut sum, 0.1);
+                    (products(&basis, &v), square, dot(&v, &basis[0]), sum)
+                })
+            };
+            assert_eq!(with(1), with(3));
+            let ((products, square), after, alone, sum) = with(2);
+            let exact = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            let close = |a: f64, b: f64| (a - b).abs() <= 1e-12 * (1.0 + n as f64);
+            assert!(close(products[1], exact(&basis[1], &v)) && close(square, exact(&v, &v)));
+            assert!(close(after, 100.0 * exact(&sum, &sum)) && alone == products[0]);
+            assert!((0..n).all(|i| (sum[i] - 0.1 * (v[i] + 0.5 * basis[0][i] - 0.25 * basis[1][i])).abs() < 1e-15));
+        }
+    }
+}
