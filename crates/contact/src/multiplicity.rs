@@ -387,7 +387,7 @@ impl<'a> Seeker<'a> {
                 self.result.factorisations += factored;
                 self.one(Origin::Deflated(number), Method::Newton, &Start { p, motion });
             }
-            for (other, earlier) in self.found[..known].to_vec().into_iter().enumerate().rev().take(NEIGHBOURS) {
+            for (other, earlier) in self.earlier(known) {
                 for share in [0.1, 0.3, 0.5, 0.7, 0.9] {
                     let mix = |a: f64, b: f64| (1.0 - share) * a + share * b;
                     let p = solution.p.iter().zip(&earlier.p).map(|(a, b)| mix(*a, *b)).collect();
@@ -398,6 +398,11 @@ impl<'a> Seeker<'a> {
             known += 1;
         }
         known
+    }
+
+    /// The last solutions before the one that is `known`, with their numbers.
+    fn earlier(&self, known: usize) -> Vec<(usize, Start)> {
+        self.found[..known].iter().cloned().enumerate().rev().take(NEIGHBOURS).collect()
     }
 
     fn map(&self) -> NaturalMap<'_> {

@@ -98,6 +98,22 @@ fn at_the_end_of_the_uniqueness_set_one_solution_becomes_three() {
     }
 }
 
+#[test]
+fn on_four_by_four_elements_there_are_several_solutions_just_above_the_witness() {
+    // degrees from x; found by minimising the μ at which the linearised problem turns singular, 2.0426 at ν = 0
+    let degrees = [74.5, 30.0, 200.9, 235.6, 254.6, 76.9, 16.6, 187.7, 205.8, 257.8, 75.9, 44.6, 23.0, 213.6, 252.2, 251.5];
+    let directions = degrees.map(|degrees: f64| [degrees.to_radians().cos(), degrees.to_radians().sin()]);
+    let found = |mu: f64| {
+        let (problem, asked) = slipping_along(&directions, 0.0, mu, 1e-4);
+        search_from(problem, &asked, &exactly([4, 4]), &mut Operators::default(), &Search { starts: 20, seed: 3 }).unwrap()
+    };
+    let (below, above) = (found(2.02), found(2.07));
+    println!("{} {} {:?}", below.solutions.len(), above.solutions.len(), above.index_sum);
+    assert_eq!((below.solutions.len(), below.index_sum), (1, Some(1)));
+    assert_eq!((above.solutions.len(), above.index_sum), (3, Some(1)));
+    certified(&above);
+}
+
 /// Every solution stands by itself, within its tolerance and away from all others.
 fn certified(found: &Multiplicity) {
     for (i, solution) in found.solutions.iter().enumerate() {
