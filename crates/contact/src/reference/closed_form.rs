@@ -436,3 +436,84 @@ fn disk(scene: &Scene, radius: f64, bodies: &HalfSpace) -> Option<ClosedForm> {
         traction,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::loading::{Loading, Step, rigid_modes};
+    use crate::reference::quadrature::Rectangle;
+    use crate::reference::{cattaneo_shift, cattaneo_stick_ratio, hertz_sphere};
+    use crate::scene::{Foundation, Friction, Material, Punch};
+
+    fn scene(shape: Shape, poisson: f64, mu: f64, steps: &[Step]) -> Scene {
+        Scene {
+            foundation: Foundation::half_space(Material { shear_modulus: 3.0, poisson }),
+            punch: Punch { shape, material: (poisson != 0.5).then_some(Material { shear_modulus: 3.0, poisson }) },
+            friction: Friction { mu },
+            domain: None,
+            loading: Loading::path(steps.to_vec()),
+        }
+    }
+
+    /// Resultants by integration over the box around the contact.
+    fn integrated(exact: &ClosedForm) -> [f64; 6] {
+        let [a, b] = exact.semi_axes;
+        exact.kinks().integrate(Rectangle { x: [-a, a], y: [-b, b] }, &|x, y| {
+            let (tractions, modes) = (exact.tractions_at(x, y), rigid_modes(x, y));
+            std::array::from_fn(|which| (0..3).map(|c| modes[c][which] * tractions[c]).sum())
+        })
+    }
+
+    #[test]
+    fn tractions_have_the_resultants() {
+        let press = Step { approach: Some(0.01), ..Step::default() };
+        let pull = Step { shift_x: Some(0.0008), shift_y: Some(-0.0004), ..Step::default() };
+        let sole = Step { normal_force: Some(1.0), shift_x: Some(0.002), tilt_x: Some(0.01), moment_y: Some(0.1), ..pull };
+        let curved = [Shape::Sphere { radius: 0.7 }, Shape::Ellipsoid { radius_x: 0.3, radius_y: 2.0 }, Shape::Cone { angle: 0.2 }];
+        let mut scenes: Vec<Scene> = curved.iter().map(|shape| scene(shape.clone(), 0.3, 0.0, &[press])).collect();
+        scenes.extend(curved.iter().map(|shape| scene(shape.clone(), 0.0, 0.2, &[press, pull])));
+        scenes.push(scene(Shape::FlatDisk { radius: 0.4 }, 0.5, 0.9, &[Step { twist: Some(0.01), ..sole }]));
+        scenes.push(scene(Shape::FlatDisk { radius: 0.4 }, 0.3, 0.9, &[Step { twist: Some(0.01), ..sole }]));
+        for scene in &scenes {
+            let exact = closed_form(scene).unwrap_or_else(|| panic!("{scene:?}"));
+            for (sum, resultant) in integrated(&exact).iter().zip(exact.resultants) {
+                assert!((sum - resultant).abs() < 1e-6 * exact.resultants[0], "{}: {sum} {resultant}", exact.name);
+            }
+        }
+    }
+
+    #[test]
+    fn partial_slip_of_a_sphere_is_that_of_cattaneo_and_mindlin() {
+        let (approach, mu) = (0.01, 0.2);
+        let hertz = hertz_sphere(3.0, 0.7, approach); // two bodies with E* = 2G
+        let limit = mu * hertz.load;
+        let press = Step { normal_force: Some(hertz.load), ..Step::default() };
+        for part in [1e-3, 0.3, 0.9, 0.9999] {
+            let pull = Step { force_y: Some(-part * limit), ..Step::default() };
+            let exact = closed_form(&scene(Shape::Sphere { radius: 0.7 }, 0.0, mu, &[press, pull])).unwrap();
+            let shift = cattaneo_shift(part * limit, limit, hertz.radius, 4.0 / 3.0);
+            assert!((exact.motion.shift_y / -shift - 1.0).abs() < 1e-10, "{part}: {exact:?}");
+            let stick = cattaneo_stick_ratio(part * limit, limit);
+            assert!((exact.stick_semi_axes[0] / (stick * hertz.radius) - 1.0).abs() < 1e-10);
+            assert!((exact.motion.approach / approach - 1.0).abs() < 1e-12);
+            // and back: the shift prescribed gives the force
+            let move_it = Step { shift_y: Some(-shift), ..Step::default() };
+            let back = closed_form(&scene(Shape::Sphere { radius: 0.7 }, 0.0, mu, &[press, move_it])).unwrap();
+            assert!((back.resultants[2] / (-part * limit) - 1.0).abs() < 1e-10);
+        }
+        let slide = Step { shift_x: Some(1.0), ..Step::default() };
+        let sliding = closed_form(&scene(Shape::Sphere { radius: 0.7 }, 0.0, mu, &[press, slide])).unwrap();
+        assert!((sliding.resultants[1] / limit - 1.0).abs() < 1e-12 && sliding.stick_area() == 0.0);
+    }
+
+    #[test]
+    fn loads_and_approaches_are_each_others_inverse() {
+        for shape in [Shape::Sphere { radius: 0.7 }, Shape::Ellipsoid { radius_x: 0.3, radius_y: 2.0 }, Shape::Cone { angle: 0.2 }] {
+            let press = Step { approach: Some(0.01), ..Step::default() };
+            let exact = closed_form(&scene(shape.clone(), 0.3, 0.0, &[press])).unwrap();
+            let load = Step { normal_force: Some(exact.resultants[0]), ..Step::default() };
+            let back = closed_form(&scene(shape, 0.3, 0.0, &[load])).unwrap();
+            assert!((back.motion.approach / 0.01 - 1.0).abs() < 1e-13 && (back.semi_axes[0] / exact.semi_axes[0] - 1.0).abs() < 1e-13);
+        }
+    }
+}

@@ -258,3 +258,62 @@ fn means(exact: &ClosedForm, kinks: &Kinks, grid: &Grid) -> Fields {
         ..Fields::default()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::closed_form;
+    use crate::scene::{Base, Foundation, Scene, Shape, tests::sphere_on_half_space};
+
+    /// A field of this value of pressure on each of n × n elements around the origin.
+    fn constant(pressure: f64, n: u32, width: f64) -> Fields {
+        let (element, k) = (width / f64::from(n), (n * n) as usize);
+        Fields {
+            shape: [n; 2],
+            origin: [0.5 * (element - width); 2],
+            element: [element; 2],
+            pressure: vec![pressure; k],
+            traction_x: vec![0.0; k],
+            traction_y: vec![0.0; k],
+            ..Fields::default()
+        }
+    }
+
+    /// ∫ (c − p)² over a square of width 3a is 9a²c² − 2cP + ½p₀²πa² for Hertz's pressure, however the square is cut.
+    #[test]
+    fn distances_from_hertz_are_exact_on_every_grid() {
+        let exact = closed_form(&Scene { friction: crate::scene::Friction { mu: 0.0 }, ..sphere_on_half_space() }).unwrap();
+        let (a, peak) = (exact.semi_axes[0], exact.peak_pressure.unwrap());
+        let c = 0.3 * peak;
+        let norm = (0.5 * std::f64::consts::PI).sqrt() * a * peak;
+        let square = 9.0 * a * a * c * c - 2.0 * c * exact.resultants[0] + norm * norm;
+        for n in [1, 2, 7, 10, 33, 64] {
+            let [off, own] = distance(&constant(c, n, 3.0 * a), &exact);
+            assert!((off.pressure / square.sqrt() - 1.0).abs() < 1e-9 && (own.pressure / norm - 1.0).abs() < 1e-9, "{n}: {off:?} {own:?}");
+        }
+        // what lies beyond the grid counts in full
+        let [off, own] = distance(&constant(0.0, 5, 0.7 * a), &exact);
+        assert!((off.pressure / norm - 1.0).abs() < 1e-9 && (own.pressure / norm - 1.0).abs() < 1e-9);
+        assert!((distance(&Fields::default(), &exact)[0].pressure / norm - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn errors_do_not_feel_the_units() {
+        let errors = |modulus: f64| {
+            let mut scene = sphere_on_half_space();
+            (scene.friction.mu, scene.punch.shape) = (0.0, Shape::Cone { angle: 0.2 });
+            let Base::Elastic(material) = scene.foundation.base else { panic!() };
+            scene.foundation = Foundation::half_space(crate::scene::Material { shear_modulus: modulus, ..material });
+            let exact = closed_form(&scene).unwrap();
+            Errors::against_closed_form(&StepOutcome::default(), &constant(modulus * 1e-3, 12, 3.0 * exact.semi_axes[0]), &exact).unwrap()
+        };
+        let usual = errors(1.0);
+        assert_eq!((usual.load, usual.peak_pressure, usual.approach), (Some(1.0), None, None));
+        for modulus in [1e-280, 1e280] {
+            for (one, other) in usual.to_array().into_iter().zip(errors(modulus).to_array()) {
+                let apart = one.zip(other).map_or(0.0, |(one, other)| (one - other).abs() / one.max(1e-300));
+                assert!(one.is_some() == other.is_some() && apart < 1e-10, "{one:?} {other:?}");
+            }
+        }
+    }
+}
