@@ -124,6 +124,11 @@ impl Grid {
     /// Centre (x, y) of an element.
     pub fn center(&self, index: usize) -> [f64; 2] {
         let (i, j) = self.position(index);
+        self.center_of(i, j)
+    }
+
+    /// Centre (x, y) of element (i, j).
+    pub(crate) fn center_of(&self, i: usize, j: usize) -> [f64; 2] {
         [self.origin[0] + i as f64 * self.hx, self.origin[1] + j as f64 * self.hy]
     }
 

@@ -262,13 +262,17 @@ impl Problem {
 
     /// Moves the punch: f for the rigid motion `motion`, in the problem's units.
     pub fn place(&mut self, motion: &[f64; 6]) {
-        let k = self.grid.len();
-        for e in self.grid.active() {
-            let [x, y] = self.grid.center(e);
-            let modes = rigid_modes(x, y);
-            for (block, c) in self.blocks() {
-                let at = block * k + e;
-                self.f[at] = self.rest[at] + modes[c].iter().zip(motion).map(|(mode, q)| mode * q).sum::<f64>();
+        let (k, nx) = (self.grid.len(), self.grid.nx());
+        for (block, c) in self.components.directions().map(|direction| direction as usize).enumerate() {
+            let (f, rest) = (&mut self.f[block * k..][..k], &self.rest[block * k..][..k]);
+            for (j, (f, rest)) in f.chunks_exact_mut(nx).zip(rest.chunks_exact(nx)).enumerate() {
+                for (i, (f, rest)) in f.iter_mut().zip(rest).enumerate() {
+                    let e = j * nx + i;
+                    if self.grid.is_active(e) {
+                        let [x, y] = self.grid.center_of(i, j);
+                        *f = rest + rigid_modes(x, y)[c].iter().zip(motion).map(|(mode, q)| mode * q).sum::<f64>();
+                    }
+                }
             }
         }
     }
@@ -295,22 +299,29 @@ impl Problem {
     /// Forces and moments of the punch on the foundation, in the problem's units and the order of [`Step::NAMES`]; of a reduced
     /// problem those of its components, with their images.
     pub fn resultants(&self, p: &[f64]) -> [f64; 6] {
-        let k = self.grid.len();
-        let area = self.grid.element_area();
+        let (k, nx) = (self.grid.len(), self.grid.nx());
         let mut sums = [0.0; 6];
         for (block, direction) in self.components.directions().enumerate() {
-            let mut part = [0.0; 6];
-            for e in self.grid.active() {
-                let [x, y] = self.grid.center(e);
-                for (sum, mode) in part.iter_mut().zip(rigid_modes(x, y)[direction as usize]) {
-                    *sum += mode * p[block * k + e];
+            // of p, x p and y p, row by row
+            let mut moments = [0.0; 3];
+            for (j, row) in p[block * k..][..k].chunks_exact(nx).enumerate() {
+                let [x0, y] = self.grid.center(j * nx);
+                let (mut all, mut by_column) = (0.0, 0.0);
+                for (i, p) in row.iter().enumerate().filter(|(i, _)| self.grid.is_active(j * nx + i)) {
+                    all += p;
+                    by_column += i as f64 * p;
                 }
+                moments = [moments[0] + all, moments[1] + (x0 * all + self.grid.hx() * by_column), moments[2] + y * all];
             }
-            for ((sum, part), images) in sums.iter_mut().zip(part).zip(weighted_images(&self.mirror, direction)) {
-                *sum += images * part;
+            let [all, of_x, of_y] = moments;
+            // each mode is 1, x or y of the place, up to a sign
+            let [constant, at_x, at_y] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[x, y]| rigid_modes(x, y)[direction as usize]);
+            for (which, images) in weighted_images(&self.mirror, direction).into_iter().enumerate() {
+                let [one, x, y] = [constant[which], at_x[which] - constant[which], at_y[which] - constant[which]];
+                sums[which] += images * (one * all + x * of_x + y * of_y);
             }
         }
-        sums.map(|sum| sum * area)
+        sums.map(|sum| sum * self.grid.element_area())
     }
 
     /// The tractions of an element, with zeros for the components that the problem has not and the given pressure.
