@@ -63,6 +63,7 @@ fn picture(study: &Study, table: &Table, figure: &study::Figure) -> Result<Figur
         title: figure.title.as_deref().unwrap_or_else(|| study.question()),
         log_x: figure.log_x,
         log_y: figure.log_y,
+        ..FigureSpec::default()
     };
     Ok(Figure::from_table(table, &spec)?)
 }

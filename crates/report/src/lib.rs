@@ -6,7 +6,8 @@
 //! - [`Table`] is what a study left behind: named columns with units and rows of [`Cell`]s. It can be narrowed with
 //!   [`select`](Table::select), [`sort`](Table::sort) and [`filter`](Table::filter) and written as text for a
 //!   terminal, CSV or JSON.
-//! - [`Figure`] is a row of line charts, made by hand or from a table, drawn as SVG.
+//! - [`Figure`] is a row of line charts, made by hand or from a table, drawn as SVG, with bands between bounds, fitted lines
+//!   ([`fit`]) and the front of what is cheapest ([`pareto_front`]).
 //! - [`Field`] is a quantity on a uniform grid, drawn as a map or written as NPY, VTK or CSV.
 //! - [`png`](fn@png) turns either kind of SVG into a PNG with a font of its own, so that it looks the same everywhere.
 //!
@@ -16,8 +17,8 @@
 mod axis;
 mod delimited;
 mod field;
-
 mod filter;
+pub mod fit;
 mod json;
 mod palette;
 mod plot;
@@ -30,7 +31,7 @@ mod terminal;
 
 pub use field::{Field, FieldError, Grid, TerminalInk, Values, VtiError, field_csv, vti};
 pub use filter::FilterError;
-pub use plot::{Axis, Figure, FigureError, FigureSpec, Panel, Series, Style};
+pub use plot::{Axis, Band, Figure, FigureError, FigureSpec, Panel, Series, Style, pareto_front};
 pub use png::{PngError, png};
 pub use table::{Cell, Column, Table, TableError, UnknownColumn};
 pub use terminal::TerminalLayout;

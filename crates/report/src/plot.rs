@@ -1,10 +1,18 @@
 //! Line charts: what they are. How they are made from a table stands in `from_table`, how they are drawn in `draw`.
 
+mod band;
 mod draw;
 mod from_table;
+mod front;
+mod legend;
+mod names;
+mod slope;
 mod written;
 
 pub use from_table::{FigureError, FigureSpec};
+pub use front::pareto_front;
+
+use crate::fit::Fit;
 
 /// A row of panels with one legend; drawn by [`Figure::svg`].
 #[derive(Debug, Clone, PartialEq)]
@@ -18,7 +26,7 @@ pub struct Figure {
 }
 
 /// One chart.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Panel {
     /// Above the panel; empty for none.
     pub title: String,
@@ -28,6 +36,10 @@ pub struct Panel {
     pub y: Axis,
     /// The curves. Series with the same label look alike in all panels and have one entry in the legend.
     pub series: Vec<Series>,
+    /// The bands behind the curves, alike and in the legend by their labels as series are.
+    pub bands: Vec<Band>,
+    /// Whether the points of all series are marked for which no other has both a smaller x and a smaller y ([`pareto_front`]).
+    pub front: bool,
 }
 
 /// What is drawn along one direction.
@@ -44,7 +56,7 @@ pub struct Axis {
 }
 
 /// One curve.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Series {
     /// Its name in the legend; empty for none.
     pub label: String,
@@ -54,6 +66,25 @@ pub struct Series {
     pub style: Style,
     /// Series with the same number here share a colour, and differ in style or dashes; without one a series has its own colour.
     pub kin: Option<usize>,
+    /// A line fitted to the points, drawn over its range; its slope stands in the legend, or above each of several panels.
+    pub fit: Option<Fit>,
+    /// What is written beside the i-th point where there is room: beside those of the front, without one beside every point.
+    /// Empty for nothing.
+    pub names: Vec<String>,
+}
+
+/// What lies between two curves, e.g. between a lower and an upper bound.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Band {
+    /// Its name in the legend; empty for none.
+    pub label: String,
+    /// Points (x, lower end, upper end) in SI units, in the order they are joined. One whose upper end is infinite or NaN is
+    /// open upwards and marked by an arrow; one without a finite x or lower end is a gap.
+    pub points: Vec<(f64, f64, f64)>,
+    /// Whether neighbouring points are joined; else each is a bar of its own.
+    pub joined: bool,
+    /// Lines fitted to the lower and to the upper ends, as for a series.
+    pub fits: [Option<Fit>; 2],
 }
 
 /// How a series is drawn. Colour, marker and, where markers do not tell lines apart, dashes follow from its place in the legend.

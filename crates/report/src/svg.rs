@@ -105,7 +105,7 @@ impl Anchor {
     }
 }
 
-/// A drawing in progress. Lengths are pixels of 1/96 inch; every piece is opaque.
+/// A drawing in progress. Lengths are pixels of 1/96 inch; every piece is opaque, but for bands.
 #[derive(Debug, Default)]
 pub(crate) struct Drawing {
     body: String,

@@ -1,19 +1,19 @@
 //! Figures: what is drawn, what is refused, and that nothing panics.
 
 use proptest::prelude::*;
-use report::{Axis, Cell, Column, Figure, FigureError, FigureSpec, Panel, Series, Style, Table, png};
+use report::{Axis, Band, Cell, Column, Figure, FigureError, FigureSpec, Panel, Series, Style, Table, png};
 
 fn axis(label: &str, unit: &str, log: bool) -> Axis {
     Axis { label: label.into(), unit: unit.into(), log, categories: Vec::new() }
 }
 
 fn series(label: &str, points: &[(f64, f64)]) -> Series {
-    Series { label: label.into(), points: points.to_vec(), style: Style::default(), kin: None }
+    Series { label: label.into(), points: points.to_vec(), ..Series::default() }
 }
 
 fn figure(points: &[(f64, f64)], log: bool) -> Figure {
     let (x, y) = (axis("approach", "m", log), axis("load", "N", log));
-    let panels = vec![Panel { title: String::new(), x, y, series: vec![series("", points)] }];
+    let panels = vec![Panel { title: String::new(), x, y, series: vec![series("", points)], ..Panel::default() }];
     Figure { title: String::new(), legend: String::new(), panels }
 }
 
@@ -165,6 +165,9 @@ fn points_that_have_no_place_are_counted_in_the_figure() {
     let svg = figure(&[(1.0, 1.0), (2.0, -1.0), (3.0, 0.0), (4.0, f64::INFINITY), (5.0, f64::NAN), (6.0, 2.0)], true).svg();
     assert!(svg.contains("3 points are not drawn"), "{svg}");
     assert!(!figure(&[(1.0, -1.0)], false).svg().contains("not drawn"));
+    let mut worded = figure(&[(0.0, 1.0), (1.0, 2.0), (1e18, 3.0)], false);
+    worded.panels[0].x.categories = vec!["soft".into(), "hard".into()];
+    assert!(worded.svg().contains("1 point is not drawn"), "beyond the categories");
 }
 
 #[test]
@@ -252,8 +255,19 @@ fn coordinate() -> impl Strategy<Value = f64> {
 
 fn figures() -> impl Strategy<Value = Figure> {
     let style = prop_oneof![Just(Style::LineAndMarkers), Just(Style::Line), Just(Style::Path), Just(Style::Markers)];
-    let one = (any::<String>(), proptest::collection::vec((coordinate(), coordinate()), 0..60), style, proptest::option::of(0usize..9))
-        .prop_map(|(label, points, style, kin)| Series { label, points, style, kin });
+    let points = || proptest::collection::vec((coordinate(), coordinate()), 0..60);
+    let one = (any::<String>(), points(), style, proptest::option::of(0usize..9), any::<[bool; 3]>(), "\\PC{0,9}").prop_map(
+        |(label, points, style, kin, [fitted, log_x, log_y], name)| {
+            let fit = if fitted { report::fit::straight(&points, log_x, log_y) } else { None };
+            let names = (0..points.len() * usize::from(log_x)).map(|i| format!("{name}{i}")).collect();
+            Series { label, points, style, kin, fit, names }
+        },
+    );
+    let ends = proptest::collection::vec((coordinate(), coordinate(), coordinate()), 0..60);
+    let band = (any::<String>(), ends, any::<bool>(), points()).prop_map(|(label, points, joined, fitted)| {
+        let fits = [report::fit::power_law(&fitted), None];
+        Band { label, points, joined, fits }
+    });
     let axis = ("\\PC{0,40}", proptest::sample::select(&["", "1", "Pa", "m", "N/m", "m²", "s"][..]), any::<bool>(), 0usize..4).prop_map(
         |(label, unit, log, n)| Axis {
             label,
@@ -262,11 +276,14 @@ fn figures() -> impl Strategy<Value = Figure> {
             categories: (0..n * usize::from(!log)).map(|i| format!("category {i}")).collect(),
         },
     );
-    let panel = (any::<String>(), axis.clone(), axis, proptest::collection::vec(one, 0..4)).prop_map(|(title, x, y, series)| Panel {
+    let drawn = (proptest::collection::vec(one, 0..4), proptest::collection::vec(band, 0..3), any::<bool>());
+    let panel = (any::<String>(), axis.clone(), axis, drawn).prop_map(|(title, x, y, (series, bands, front))| Panel {
         title,
         x,
         y,
         series,
+        bands,
+        front,
     });
     (any::<String>(), any::<String>(), proptest::collection::vec(panel, 0..6)).prop_map(|(title, legend, panels)| Figure {
         title,
@@ -287,13 +304,13 @@ proptest! {
     #[test]
     fn every_table_is_a_figure_or_an_error(
         rows in proptest::collection::vec((coordinate(), proptest::option::of(coordinate()), 0i64..3), 0..20),
-        log_x: bool,
-        log_y: bool,
+        [log_x, log_y, fit, front, with_band] in any::<[bool; 5]>(),
     ) {
         let cells = |(x, y, s): (f64, Option<f64>, i64)| vec![x.into(), y.map_or(Cell::Missing, Cell::Number), s.into()];
         let columns = ["x", "y", "s"].map(|name| Column::new(name, "Pa")).to_vec();
+        let band = with_band.then_some(("s", "y"));
         let table = Table::new(columns, rows.into_iter().map(cells).collect()).unwrap();
-        let spec = FigureSpec { x: "x", y: &["y"], series: &["s"], panels: Some("s"), log_x, log_y, ..Default::default() };
+        let spec = FigureSpec { x: "x", y: &["y"], series: &["s"], panels: Some("s"), log_x, log_y, band, fit, front, names: Some("s"), ..Default::default() };
         if let Ok(figure) = Figure::from_table(&table, &spec) {
             let svg = figure.svg();
             prop_assert!(!svg.contains("NaN"));

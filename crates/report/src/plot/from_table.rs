@@ -3,7 +3,8 @@
 use thiserror::Error;
 
 use super::written::Written;
-use super::{Axis, Figure, Panel, Series, Style};
+use super::{Axis, Band, Figure, Panel, Series, Style};
+use crate::fit::straight;
 use crate::table::{Cell, Table, UnknownColumn};
 
 /// Which columns of a table a figure shows, for [`Figure::from_table`].
@@ -31,6 +32,16 @@ pub struct FigureSpec<'a> {
     pub log_x: bool,
     /// Whether y is logarithmic.
     pub log_y: bool,
+    /// Two columns of numbers in the unit of `y`, a lower and an upper end: a band between them for every series. Where there is a
+    /// lower end and no upper one, or an infinite one, the band is open upwards. With a band, `y` may be empty.
+    pub band: Option<(&'a str, &'a str)>,
+    /// Whether a straight line is fitted to each curve and each end of a band, by the rule of [`straight`]: a power law on
+    /// logarithmic axes. What it is fitted to is drawn as points that are not joined.
+    pub fit: bool,
+    /// Whether the points of all curves of a panel are marked for which no other has both a smaller x and a smaller y.
+    pub front: bool,
+    /// The column whose value is written beside each point of the front, without a front beside each point, where there is room.
+    pub names: Option<&'a str>,
 }
 
 /// Why a table could not be drawn.
@@ -79,6 +90,16 @@ pub enum FigureError {
         column: String,
         /// One of its values.
         example: String,
+    },
+    /// What needs points with numbers along x, in any order, was asked for without them.
+    #[error("{what} cannot be shown along `{x}`, {why}; leave it out or choose another column for x")]
+    NotAlong {
+        /// What was asked for.
+        what: &'static str,
+        /// The column along x.
+        x: String,
+        /// Why not.
+        why: String,
     },
     /// Every value is zero or negative on a logarithmic axis.
     #[error("column `{column}` has no positive value, so that its axis cannot be logarithmic")]
@@ -140,15 +161,47 @@ impl FigureSpec<'_> {
 
     /// What the vertical axis is called.
     fn axis_of_y(&self) -> String {
-        match self.y {
+        let all: Vec<&str> = self.y.iter().copied().chain(self.ends()).collect();
+        match &all[..] {
             [_, _, ..] if !self.y_label.is_empty() => self.y_label.to_owned(),
             all => all.iter().map(|name| self.label(name)).collect::<Vec<_>>().join(", "),
         }
     }
 
-    /// What a curve is called: the values that tell it apart, then its column if there are several.
-    fn curve(&self, values: &str, y: &str) -> String {
+    /// The columns of the band.
+    fn ends(&self) -> impl Iterator<Item = &str> {
+        self.band.into_iter().flat_map(|(low, high)| [low, high])
+    }
+
+    /// What a band is called: the values that tell it apart, its columns if there is nothing else or if there are curves too.
+    fn band(&self, values: &str, (low, high): (&str, &str)) -> String {
+        let ends = format!("{} to {}", self.label(low), self.label(high));
         match (self.y.len(), values) {
+            (_, "") => ends,
+            (0, values) => values.to_owned(),
+            (_, values) => format!("{values}, {ends}"),
+        }
+    }
+
+    /// What only points with numbers along x can have.
+    fn check_marks(&self, text_on_x: Option<&str>) -> Result<(), FigureError> {
+        let ordered =
+            [(self.fit, "a fitted line"), (self.front, "a front"), (self.band.is_some(), "a band"), (self.names.is_some(), "names")];
+        let refuse = |what, why| Err(FigureError::NotAlong { what, x: self.x.to_owned(), why });
+        match (self.along, ordered.iter().find(|(asked, _)| *asked), text_on_x) {
+            (Some(along), Some((_, what)), _) => refuse(what, format!("whose points are joined in the order of `{along}`")),
+            (None, Some(_), Some(example)) if self.fit || self.front => {
+                refuse(if self.fit { ordered[0].1 } else { ordered[1].1 }, format!("which has text, such as {example:?}"))
+            }
+            // a front and names are of points, which a band has not
+            _ if self.y.is_empty() && (self.front || self.names.is_some()) => Err(FigureError::NoY),
+            _ => Ok(()),
+        }
+    }
+
+    /// What a curve is called: the values that tell it apart, then its column if there are several or a band.
+    fn curve(&self, values: &str, y: &str) -> String {
+        match (self.y.len() + usize::from(self.band.is_some()), values) {
             (0 | 1, values) => values.to_owned(),
             (_, "") => self.label(y),
             (_, values) => format!("{values}, {}", self.label(y)),
@@ -162,7 +215,8 @@ impl Figure {
     /// Rows are grouped into panels and series by value, to at most six significant digits; within a series the points are
     /// sorted by x, unless they lie along a path. A row without y is a gap in its curve, a row without x is left out. When several
     /// rows of a series have the same x (some other column varies), or x is text, points are not joined by lines. Values in the
-    /// legend and above panels have units, with one prefix for all values of a column.
+    /// legend and above panels have units, with one prefix for all values of a column. A band is joined as curves are, or else
+    /// drawn as a bar at each x.
     ///
     /// # Errors
     /// [`FigureError`].
@@ -173,25 +227,36 @@ impl Figure {
         let panels = spec.panels.map(|name| table.column(name)).transpose()?;
         let along = spec.along.map(|name| table.column(name)).transpose()?;
 
-        if let Some((y, example)) = ys.iter().find_map(|&y| Some((y, text_in(table, y)?))) {
+        let ends = spec.ends().map(|name| table.column(name)).collect::<Result<Vec<_>, _>>()?;
+        let names = spec.names.map(|name| table.column(name)).transpose()?;
+
+        let upright = [&ys[..], &ends].concat();
+        if let Some((y, example)) = upright.iter().find_map(|&y| Some((y, text_in(table, y)?))) {
             return Err(FigureError::TextOnY { column: table.columns()[y].name.clone(), example });
         }
-        let y_unit = common_unit(table, &ys)?;
+        let y_unit = common_unit(table, &upright)?;
         let x_text = text_in(table, x);
+        spec.check_marks(x_text.as_deref())?;
         if let (Some(example), true) = (&x_text, spec.log_x) {
             return Err(FigureError::TextOnLog { column: spec.x.to_owned(), example: example.clone() });
         }
         let (categories, places) = if x_text.is_some() { categories(table, x) } else { (Vec::new(), numbers(table, x)) };
         let values: Vec<Vec<f64>> = ys.iter().map(|&y| numbers(table, y)).collect();
-        let both = || values.iter().flat_map(|y| places.iter().zip(y)).filter(|(x, y)| x.is_finite() && y.is_finite());
+        let ends: Vec<Vec<f64>> = ends.iter().map(|&end| numbers(table, end)).collect();
+        let both = || {
+            // of a band the lower end says whether there is anything
+            let all = values.iter().chain(ends.first());
+            all.flat_map(|y| places.iter().zip(y)).filter(|(x, y)| x.is_finite() && y.is_finite())
+        };
+        let all_y = spec.y.iter().copied().chain(spec.ends()).collect::<Vec<_>>().join(", ");
         if both().next().is_none() {
-            return Err(FigureError::NothingToDraw { x: spec.x.to_owned(), y: spec.y.join(", "), rows: places.len() });
+            return Err(FigureError::NothingToDraw { x: spec.x.to_owned(), y: all_y, rows: places.len() });
         }
         if spec.log_x && both().all(|(x, _)| *x <= 0.0) {
             return Err(FigureError::NothingPositive { column: spec.x.to_owned() });
         }
         if spec.log_y && both().all(|(_, y)| *y <= 0.0) {
-            return Err(FigureError::NothingPositive { column: spec.y.join(", ") });
+            return Err(FigureError::NothingPositive { column: all_y });
         }
 
         let (panel_labels, panel_of_row) = groups(table, &panels.into_iter().collect::<Vec<_>>());
@@ -199,49 +264,65 @@ impl Figure {
             return Err(FigureError::TooManyPanels { column: column.to_owned(), count: panel_labels.len() });
         }
         let (series_labels, series_of_row) = groups(table, &series);
-        let count = series_labels.len() * ys.len();
+        let count = series_labels.len() * (ys.len() + usize::from(spec.band.is_some()));
         if count > MOST_SERIES {
-            let columns = if spec.series.is_empty() { spec.y } else { spec.series }.join(", ");
+            let columns = if spec.series.is_empty() { all_y } else { spec.series.join(", ") };
             return Err(FigureError::TooManySeries { columns, count });
         }
 
         let x_axis = Axis { label: spec.label(spec.x), unit: table.columns()[x].unit.clone(), log: spec.log_x, categories };
         let y_axis = Axis { label: spec.axis_of_y(), unit: y_unit, log: spec.log_y, categories: Vec::new() };
-        let curve = |rows: &[usize], which: usize, y: &[f64]| -> (Vec<(f64, f64)>, Style) {
+        let fit = |points: &[(f64, f64)]| spec.fit.then(|| straight(points, spec.log_x, spec.log_y)).flatten();
+        let written = names.map(|column| (column, Written::of(table, column)));
+        let name = |row: usize| written.as_ref().map(|(column, written)| written.text(&table.rows()[row][*column]));
+        // `rows` are in order of x, unless they lie along a path
+        let curve = |rows: &[usize], which: usize, y: &[f64], label: String, kin: usize| -> Series {
             let points = rows.iter().map(|&row| (places[row], y[row]));
-            if let Some(along) = along {
+            let (points, style) = if let Some(along) = along {
                 let count = |row: usize| table.rows()[row][along].number();
-                let points = paths(rows.iter().map(|&row| count(row)).zip(points));
-                return (points, if x_text.is_some() { Style::Markers } else { Style::Path });
-            }
-            let mut points: Vec<(f64, f64)> = points.collect();
-            points.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let repeated = points.windows(2).any(|p| p[0].0 == p[1].0);
-            let style = match which {
-                _ if repeated || x_text.is_some() => Style::Markers,
-                0 => Style::LineAndMarkers,
-                _ => Style::Line,
+                (paths(rows.iter().map(|&row| count(row)).zip(points)), if x_text.is_some() { Style::Markers } else { Style::Path })
+            } else {
+                let style = match which {
+                    _ if repeated(rows, &places) || x_text.is_some() => Style::Markers,
+                    _ if which == 0 || spec.fit => Style::LineAndMarkers,
+                    _ => Style::Line,
+                };
+                (points.collect(), style)
             };
-            (points, style)
+            let fit = fit(&points);
+            let style = if fit.is_some() { Style::Markers } else { style };
+            // of several columns for several values, a colour tells the value and a line the column
+            let kin = (ys.len() > 1 && series_labels.len() > 1 && style != Style::Markers && !spec.fit).then_some(kin);
+            Series { label, points, style, kin, fit, names: rows.iter().filter_map(|&row| name(row)).collect() }
+        };
+        let band = |rows: &[usize], label: String| -> Option<Band> {
+            let [low, high] = &ends[..] else { return None };
+            let points = rows.iter().map(|&row| (places[row], low[row], high[row])).collect();
+            let fits = [low, high].map(|end| fit(&rows.iter().map(|&row| (places[row], end[row])).collect::<Vec<_>>()));
+            Some(Band { label, points, joined: !repeated(rows, &places) && x_text.is_none(), fits })
         };
         let panel = |(panel, value): (usize, &String)| {
-            let mut curves = Vec::new();
+            let (mut series, mut bands) = (Vec::new(), Vec::new());
             for (index, values_label) in series_labels.iter().enumerate() {
                 let mine = |row: &usize| panel_of_row[*row] == panel && series_of_row[*row] == index && places[*row].is_finite();
-                let rows: Vec<usize> = (0..places.len()).filter(mine).collect();
-                for (which, (name, y)) in spec.y.iter().zip(&values).enumerate().filter(|_| !rows.is_empty()) {
-                    let (points, style) = curve(&rows, which, y);
-                    // of several columns for several values, a colour tells the value and a line the column
-                    let kin = (ys.len() > 1 && series_labels.len() > 1 && style != Style::Markers).then_some(index);
-                    curves.push(Series { label: spec.curve(values_label, name), points, style, kin });
+                let mut rows: Vec<usize> = (0..places.len()).filter(mine).collect();
+                if rows.is_empty() {
+                    continue;
                 }
+                if along.is_none() {
+                    rows.sort_by(|a, b| places[*a].total_cmp(&places[*b]));
+                }
+                for (which, (name, y)) in spec.y.iter().zip(&values).enumerate() {
+                    series.push(curve(&rows, which, y, spec.curve(values_label, name), index));
+                }
+                bands.extend(spec.band.and_then(|ends| band(&rows, spec.band(values_label, ends))));
             }
             let title = match (spec.panels, panels.and_then(|column| text_in(table, column))) {
                 (None, _) => String::new(),
                 (Some(name), None) => format!("{} = {value}", spec.label(name)),
                 (Some(name), Some(_)) => format!("{}: {value}", spec.label(name)),
             };
-            Panel { title, x: x_axis.clone(), y: y_axis.clone(), series: curves }
+            Panel { title, x: x_axis.clone(), y: y_axis.clone(), series, bands, front: spec.front }
         };
         let panels = panel_labels.iter().enumerate().map(panel).collect();
         let legend = spec.series.iter().map(|name| spec.label(name)).collect::<Vec<_>>().join(", ");
@@ -263,6 +344,11 @@ fn common_unit(table: &Table, columns: &[usize]) -> Result<String, FigureError> 
             b_unit: written(&other.unit),
         }),
     }
+}
+
+/// Whether several of some rows, which are in order of x, have the same x.
+fn repeated(rows: &[usize], x: &[f64]) -> bool {
+    rows.windows(2).any(|pair| x[pair[0]] == x[pair[1]])
 }
 
 /// Points with what counts along their paths; a gap between two paths.
