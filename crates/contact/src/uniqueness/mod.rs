@@ -64,6 +64,10 @@ use crate::problem::Problem;
 use crate::punch::Surfaces;
 use crate::scene::{Foundation, Friction, Material, Punch, Scene, SceneError, Shape};
 
+mod barrier;
+pub mod lower;
+mod ratio;
+mod symmetry;
 pub mod upper;
 
 /// What μ* depends on, in SI units.

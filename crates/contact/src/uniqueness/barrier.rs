@@ -1,0 +1,316 @@
+//! The weights that make the lower bound of μ* largest.
+//!
+//! With p = μβτ and q = μβ/τ the form F = sym(αΠ₁A) + sym(βΠ_tA) − ½(pΠ₁ + AᵀqΠ_tA) is linear in the weights, and
+//! μβ ≤ √(pq) is a cone. So for fixed μ the weights that serve are a convex set, and the largest μ is a quasi-convex program. It is
+//! solved by an interior-point method: at a given μ maximise t subject to F ≻ 0 and μβ ≤ √((p − tp₀)(q − tq₀)), with logarithmic
+//! barriers and Newton's method, follow the path a little, take what t has won into μ, and go on. The derivatives need no more
+//! than F⁻¹, F⁻¹A and AF⁻¹A. Nothing here is relied upon: the outcome is checked in [`super::lower`].
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, Par};
+use rayon::prelude::*;
+
+use super::symmetry::Block;
+
+/// Weights, one number for each orbit of elements.
+#[derive(Clone, Debug)]
+pub(super) struct Weights {
+    pub(super) alpha: Vec<f64>,
+    pub(super) beta: Vec<f64>,
+    pub(super) p: Vec<f64>,
+    pub(super) q: Vec<f64>,
+}
+
+impl Weights {
+    /// The same α and τ everywhere, β = 1.
+    pub(super) fn uniform(orbits: usize, mu: f64, alpha: f64, tau: f64) -> Self {
+        Self { alpha: vec![alpha; orbits], beta: vec![1.0; orbits], p: vec![mu * tau; orbits], q: vec![mu / tau; orbits] }
+    }
+
+    /// √(pq)/β, the μ that an orbit allows.
+    pub(super) fn mu(&self, orbit: usize) -> f64 {
+        (self.p[orbit] * self.q[orbit]).sqrt() / self.beta[orbit]
+    }
+
+    pub(super) fn tau(&self) -> Vec<f64> {
+        self.p.iter().zip(&self.q).map(|(p, q)| (p / q).sqrt()).collect()
+    }
+}
+
+/// The form F of a block.
+pub(super) fn form(block: &Block, weights: &Weights) -> Mat<f64> {
+    let size = block.len();
+    let normals = block.normal.iter().filter(|&&normal| normal).count();
+    // basis vectors come normal ones first
+    let roots = Mat::from_fn(size - normals, size, |i, j| weights.q[block.orbit[normals + i]].sqrt() * block.matrix[(normals + i, j)]);
+    let diagonal: Vec<f64> =
+        (0..size).map(|i| if i < normals { weights.alpha[block.orbit[i]] } else { weights.beta[block.orbit[i]] }).collect();
+    let mut form = Mat::from_fn(size, size, |i, j| 0.5 * (diagonal[i] + diagonal[j]) * block.matrix[(i, j)]);
+    for i in 0..normals {
+        form[(i, i)] -= 0.5 * weights.p[block.orbit[i]];
+    }
+    matmul(form.as_mut(), Accum::Add, roots.transpose(), roots.as_ref(), -0.5, Par::Seq);
+    form
+}
+
+/// The lower triangular factor L with LLᵀ = `matrix`, `None` unless it is positive definite to rounding. On one thread, so
+/// that it is the same on any number.
+pub(super) fn cholesky(mut matrix: Mat<f64>) -> Option<Mat<f64>> {
+    let size = matrix.nrows();
+    let mut memory = MemBuffer::new(llt::factor::cholesky_in_place_scratch::<f64>(size, Par::Seq, Default::default()));
+    llt::factor::cholesky_in_place(matrix.as_mut(), Default::default(), Par::Seq, MemStack::new(&mut memory), Default::default()).ok()?;
+    for j in 0..size {
+        if !(matrix[(j, j)].is_finite() && matrix[(j, j)] > 0.0) {
+            return None;
+        }
+        for i in 0..j {
+            matrix[(i, j)] = 0.0;
+        }
+    }
+    Some(matrix)
+}
+
+/// log det of LLᵀ.
+fn log_det(lower: &Mat<f64>) -> f64 {
+    (0..lower.nrows()).map(|i| 2.0 * lower[(i, i)].ln()).sum()
+}
+
+/// First and second derivatives of −log det F with respect to α, β, p, q of all orbits, 4m and 4m × 4m.
+fn derivatives(block: &Block, lower: &Mat<f64>, orbits: usize) -> (Vec<f64>, Mat<f64>) {
+    let size = block.len();
+    let mut inverse = Mat::zeros(size, size);
+    let mut memory = MemBuffer::new(llt::inverse::inverse_scratch::<f64>(size, Par::Seq));
+    llt::inverse::inverse(inverse.as_mut(), lower.as_ref(), Par::Seq, MemStack::new(&mut memory));
+    for j in 0..size {
+        for i in 0..j {
+            inverse[(i, j)] = inverse[(j, i)];
+        }
+    }
+    let product = |a: &Mat<f64>, b: &Mat<f64>| {
+        let mut out = Mat::zeros(size, size);
+        matmul(out.as_mut(), Accum::Replace, a.as_ref(), b.as_ref(), 1.0, Par::Seq);
+        out
+    };
+    let once = product(&inverse, &block.matrix);
+    let twice = product(&block.matrix, &once);
+    // dF of basis vector i: ½(eaᵀ + aeᵀ) for α or β, −½eeᵀ for p, −½aaᵀ for q, with a = Ae.
+    let place = |i: usize| {
+        let (linear, square) = if block.normal[i] { (0, 2) } else { (1, 3) };
+        (linear * orbits + block.orbit[i], square * orbits + block.orbit[i])
+    };
+    let mut gradient = vec![0.0; 4 * orbits];
+    let mut hessian = Mat::zeros(4 * orbits, 4 * orbits);
+    for j in 0..size {
+        let (linear_j, square_j) = place(j);
+        gradient[linear_j] -= once[(j, j)];
+        gradient[square_j] += 0.5 * if block.normal[j] { inverse[(j, j)] } else { twice[(j, j)] };
+        for i in 0..size {
+            let (linear_i, square_i) = place(i);
+            let (g, h, ht, k) = (inverse[(i, j)], once[(i, j)], once[(j, i)], twice[(i, j)]);
+            hessian[(linear_i, linear_j)] += 0.5 * (h * ht + k * g);
+            let mixed = -0.5 * if block.normal[j] { ht * g } else { h * k };
+            hessian[(linear_i, square_j)] += mixed;
+            hessian[(square_j, linear_i)] += mixed;
+            let root = match (block.normal[i], block.normal[j]) {
+                (true, true) => g,
+                (true, false) => h,
+                (false, true) => ht,
+                (false, false) => k,
+            };
+            hessian[(square_i, square_j)] += 0.25 * root * root;
+        }
+    }
+    (gradient, hessian)
+}
+
+/// A problem of the largest μ: the blocks, and what the weights may be.
+pub(super) struct Program<'a> {
+    /// Blocks, whose orbits number the weights.
+    pub(super) blocks: &'a [Block],
+    /// Number of elements in each orbit.
+    pub(super) sizes: &'a [usize],
+}
+
+/// Where Newton's method is: the weights, of which p and q contain t p₀ and t q₀, and t.
+struct Point {
+    weights: Weights,
+    t: f64,
+}
+
+/// One problem along the path: what −t/κ + barriers is made of besides the weights.
+struct Stage<'a> {
+    mu: f64,
+    kappa: f64,
+    p: &'a [f64],
+    q: &'a [f64],
+}
+
+impl Program<'_> {
+    /// Weights with a μ that no others exceed by much more than the relative `tolerance`, from feasible ones; `None` when `start` is not.
+    pub(super) fn maximise(&self, start: Weights, tolerance: f64) -> Option<Weights> {
+        let orbits = self.sizes.len();
+        let degree = (self.blocks.iter().map(Block::len).sum::<usize>() + 6 * orbits + 1) as f64;
+        let least = |weights: &Weights| (0..orbits).map(|o| weights.mu(o)).fold(f64::INFINITY, f64::min);
+        let mut mu = 0.9 * least(&start);
+        let mut kappa = 3.0 / degree;
+        let mut point = Point { weights: start, t: 0.0 };
+        self.factors(&point.weights)?;
+        loop {
+            let tau = point.weights.tau();
+            let p: Vec<f64> = point.weights.beta.iter().zip(&tau).map(|(beta, tau)| beta * tau).collect();
+            let q: Vec<f64> = point.weights.beta.iter().zip(&tau).map(|(beta, tau)| beta / tau).collect();
+            let stage = Stage { mu, kappa: kappa * mu, p: &p, q: &q };
+            self.center(&stage, &mut point);
+
+            point.t = 0.0;
+            let next = least(&point.weights);
+            if kappa * degree < tolerance || !next.is_finite() {
+                return Some(point.weights);
+            }
+            // While κ is large the barriers may push back below the start.
+            mu = if next > mu { mu + 0.9 * (next - mu) } else { 0.9 * next };
+            kappa *= 0.3;
+        }
+    }
+
+    fn factors(&self, weights: &Weights) -> Option<Vec<Mat<f64>>> {
+        self.blocks.par_iter().map(|block| cholesky(form(block, weights))).collect()
+    }
+
+    /// −t/κ + barriers with the blocks' factors, `None` outside.
+    fn value(&self, stage: &Stage, point: &Point) -> Option<(f64, Vec<Mat<f64>>)> {
+        let Weights { alpha, beta, p, q } = &point.weights;
+        let mut value = -point.t / stage.kappa;
+        let mut left = self.budget();
+        for o in 0..self.sizes.len() {
+            let (less_p, less_q) = (p[o] - point.t * stage.p[o], q[o] - point.t * stage.q[o]);
+            let cone = less_p * less_q - (stage.mu * beta[o]).powi(2);
+            left -= self.sizes[o] as f64 * beta[o];
+            let positive = [alpha[o], beta[o], p[o], q[o]];
+            if !(positive.iter().all(|&value| value > 0.0) && less_p > 0.0 && less_q > 0.0 && cone > 0.0) {
+                return None;
+            }
+            value -= cone.ln() + positive.iter().map(|value| value.ln()).sum::<f64>();
+        }
+        if left.is_nan() || left <= 0.0 {
+            return None;
+        }
+        value -= left.ln();
+        let factors = self.factors(&point.weights)?;
+        value -= factors.iter().map(log_det).sum::<f64>();
+        value.is_finite().then_some((value, factors))
+    }
+
+    /// F is homogeneous in the weights: their scale is fixed by a bound on the sum of β over all elements.
+    fn budget(&self) -> f64 {
+        2.0 * self.sizes.iter().sum::<usize>() as f64
+    }
+
+    /// Newton's method for the minimum of [`Self::value`].
+    fn center(&self, stage: &Stage, point: &mut Point) {
+        let m = self.sizes.len();
+        let Some((mut value, mut factors)) = self.value(stage, point) else { return };
+        for _ in 0..60 {
+            let Some(step) = self.step(stage, point, &factors) else { return };
+            let (direction, decrement) = step;
+            let mut length = 1.0;
+            let moved = loop {
+                let shift = |values: &[f64], at: usize| values.iter().zip(&direction[at * m..]).map(|(v, d)| v + length * d).collect();
+                let trial = Point {
+                    weights: Weights {
+                        alpha: shift(&point.weights.alpha, 0),
+                        beta: shift(&point.weights.beta, 1),
+                        p: shift(&point.weights.p, 2),
+                        q: shift(&point.weights.q, 3),
+                    },
+                    t: point.t + length * direction[4 * m],
+                };
+                if let Some(found) = self.value(stage, &trial)
+                    && found.0 <= value - 0.1 * length * decrement
+                {
+                    *point = trial;
+                    break Some(found);
+                }
+                length *= 0.5;
+                if length < 1e-6 {
+                    break None;
+                }
+            };
+            match moved {
+                Some(found) => (value, factors) = found,
+                None => {
+                    return;
+                }
+            }
+
+            if decrement < 0.1 {
+                return;
+            }
+        }
+    }
+
+    /// Newton's direction (α, β, p, q, t) and the squared decrement.
+    fn step(&self, stage: &Stage, point: &Point, factors: &[Mat<f64>]) -> Option<(Vec<f64>, f64)> {
+        let m = self.sizes.len();
+        let parts: Vec<(Vec<f64>, Mat<f64>)> =
+            self.blocks.par_iter().zip(factors).map(|(block, lower)| derivatives(block, lower, m)).collect();
+        let mut gradient = vec![0.0; 4 * m + 1];
+        let mut hessian = Mat::<f64>::zeros(4 * m + 1, 4 * m + 1);
+        for (part, second) in &parts {
+            for j in 0..4 * m {
+                gradient[j] += part[j];
+                for i in 0..4 * m {
+                    hessian[(i, j)] += second[(i, j)];
+                }
+            }
+        }
+        let Weights { alpha, beta, p, q } = &point.weights;
+        gradient[4 * m] -= 1.0 / stage.kappa;
+        let left = self.budget() - self.sizes.iter().zip(beta).map(|(&size, beta)| size as f64 * beta).sum::<f64>();
+        for o in 0..m {
+            for (at, value) in [alpha[o], beta[o], p[o], q[o]].into_iter().enumerate() {
+                gradient[at * m + o] -= 1.0 / value;
+                hessian[(at * m + o, at * m + o)] += value.powi(-2);
+            }
+            gradient[m + o] += self.sizes[o] as f64 / left;
+            for other in 0..m {
+                hessian[(m + o, m + other)] += (self.sizes[o] * self.sizes[other]) as f64 / (left * left);
+            }
+            // −log(PQ − μ²β²), P = p − tp₀, Q = q − tq₀, in the places of β, p, q, t
+            let (p0, q0, mu2) = (stage.p[o], stage.q[o], stage.mu * stage.mu);
+            let (p, q) = (p[o] - point.t * p0, q[o] - point.t * q0);
+            let cone = p * q - mu2 * beta[o] * beta[o];
+            let places = [m + o, 2 * m + o, 3 * m + o, 4 * m];
+            let first = [-2.0 * mu2 * beta[o], q, p, -(p0 * q + q0 * p)];
+            let mut second = [[0.0; 4]; 4];
+            second[0][0] = -2.0 * mu2;
+            second[1][2] = 1.0;
+            second[1][3] = -q0;
+            second[2][3] = -p0;
+            second[3][3] = 2.0 * p0 * q0;
+            for a in 0..4 {
+                gradient[places[a]] -= first[a] / cone;
+                for b in 0..4 {
+                    let curvature = if a <= b { second[a][b] } else { second[b][a] };
+                    hessian[(places[a], places[b])] += (first[a] * first[b] / cone - curvature) / cone;
+                }
+            }
+        }
+        // Scaled to a unit diagonal: p and q differ by the square of a length.
+        let scale: Vec<f64> = (0..4 * m + 1).map(|i| hessian[(i, i)].sqrt().recip()).collect();
+        let lower =
+            cholesky(Mat::from_fn(4 * m + 1, 4 * m + 1, |i, j| scale[i] * hessian[(i, j)] * scale[j] + if i == j { 1e-13 } else { 0.0 }))?;
+        let mut direction = Mat::from_fn(4 * m + 1, 1, |i, _| -scale[i] * gradient[i]);
+        llt::solve::solve_in_place(
+            lower.as_ref(),
+            direction.as_mut(),
+            Par::Seq,
+            MemStack::new(&mut MemBuffer::new(llt::solve::solve_in_place_scratch::<f64>(4 * m + 1, 1, Par::Seq))),
+        );
+        let direction: Vec<f64> = (0..4 * m + 1).map(|i| scale[i] * direction[(i, 0)]).collect();
+        let decrement = -direction.iter().zip(&gradient).map(|(d, g)| d * g).sum::<f64>();
+        (decrement.is_finite() && decrement > 0.0).then_some((direction, decrement))
+    }
+}

@@ -1,0 +1,148 @@
+//! The smallest ratio xᵀSx / xᵀTx of the two parts of F(μ) = S − μT, the μ at which it ceases to be positive definite, by
+//! iteration with the operator as it is applied by FFT.
+//!
+//! The ratio is minimised by locally optimal conjugate gradients: each step takes the best combination of x, of the gradient and of the step
+//! before (Knyazev, SIAM J. Sci. Comput. 23, 2001). The ratio of any x is an *upper* bound of that μ, close to it by the square of what x
+//! lacks; the residual tells how close, as long as the iteration has not missed the lowest mode altogether. Only a
+//! factorisation can tell that.
+
+use super::System;
+use crate::influence::Scratch;
+
+/// Weights α, β, P = βτ and Q = β/τ per element of Ω.
+pub(super) struct Parts {
+    pub(super) alpha: Vec<f64>,
+    pub(super) beta: Vec<f64>,
+    pub(super) p: Vec<f64>,
+    pub(super) q: Vec<f64>,
+}
+
+/// What the iteration found.
+pub(super) struct Smallest {
+    /// xᵀSx / xᵀTx.
+    pub(super) ratio: f64,
+    /// ‖Sx − ratio·Tx‖ / ‖Sx‖.
+    pub(super) residual: f64,
+}
+
+/// A vector with its images under S and T.
+#[derive(Clone)]
+struct Mode([Vec<f64>; 3]);
+
+impl Mode {
+    fn of(system: &System, parts: &Parts, x: Vec<f64>, scratch: &mut Scratch) -> Self {
+        let k = system.elements();
+        let times = |normal: &[f64], tangential: &[f64], x: &[f64]| -> Vec<f64> {
+            x.iter().enumerate().map(|(i, x)| x * if i < k { normal[i] } else { tangential[i % k] }).collect()
+        };
+        let mut image = |x: &[f64]| {
+            let mut y = vec![0.0; 3 * k];
+            system.apply(&mut y, x, scratch);
+            y
+        };
+        let none = vec![0.0; k];
+        let y = image(&x);
+        let (left, right) = (times(&parts.alpha, &parts.beta, &y), image(&times(&parts.alpha, &parts.beta, &x)));
+        let (square, twice) = (times(&parts.p, &none, &x), image(&times(&none, &parts.q, &y)));
+        let mean = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect();
+        let (s, t) = (mean(&left, &right), mean(&square, &twice));
+        Self([x, s, t])
+    }
+
+    fn add(&mut self, factor: f64, other: &Self) {
+        for (own, other) in self.0.iter_mut().zip(&other.0) {
+            own.iter_mut().zip(other).for_each(|(own, other)| *own += factor * other);
+        }
+    }
+
+    fn scale(&mut self, factor: f64) {
+        self.0.iter_mut().flatten().for_each(|value| *value *= factor);
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The smallest ratio, from `x`, which becomes the vector that has it; until the residual is below `tolerance` or for so many `steps`.
+/// `None` if S is found to be indefinite.
+pub(super) fn smallest(system: &System, parts: &Parts, x: &mut Vec<f64>, tolerance: f64, steps: usize) -> Option<Smallest> {
+    let mut scratch = system.scratch();
+    let mut mode = Mode::of(system, parts, std::mem::take(x), &mut scratch);
+    let mut before: Option<Mode> = None;
+    let mut found = Smallest { ratio: f64::INFINITY, residual: f64::INFINITY };
+    for step in 0..=steps {
+        mode.scale(dot(&mode.0[0], &mode.0[0]).sqrt().recip());
+        let [_, s, t] = &mode.0;
+        let form = dot(&mode.0[0], s);
+        if form.is_nan() || form <= 0.0 {
+            *x = std::mem::take(&mut mode.0[0]);
+            return None;
+        }
+        let ratio = form / dot(&mode.0[0], t);
+        let gradient: Vec<f64> = s.iter().zip(t).map(|(s, t)| s - ratio * t).collect();
+        found = Smallest { ratio, residual: (dot(&gradient, &gradient) / dot(s, s)).sqrt() };
+        if found.residual <= tolerance || step == steps {
+            break;
+        }
+        let mut basis = vec![mode.clone(), Mode::of(system, parts, gradient, &mut scratch)];
+        basis.extend(before.take());
+        let Some(factors) = best(&mut basis) else {
+            *x = std::mem::take(&mut mode.0[0]);
+            return None;
+        };
+        let mut next = basis[0].clone();
+        next.scale(factors[0]);
+        let mut moved = basis[1].clone();
+        moved.scale(factors[1]);
+        if let (Some(third), Some(&factor)) = (basis.get(2), factors.get(2)) {
+            moved.add(factor, third);
+        }
+        next.add(1.0, &moved);
+        before = Some(moved);
+        mode = next;
+    }
+    *x = std::mem::take(&mut mode.0[0]);
+    Some(found)
+}
+
+/// Makes the vectors orthonormal, and gives the combination of them with the smallest ratio.
+fn best(basis: &mut Vec<Mode>) -> Option<Vec<f64>> {
+    let mut at = 0;
+    while at < basis.len() {
+        let before = dot(&basis[at].0[0], &basis[at].0[0]);
+        for _ in 0..2 {
+            for other in 0..at {
+                let (done, rest) = basis.split_at_mut(at);
+                let along = dot(&done[other].0[0], &rest[0].0[0]);
+                rest[0].add(-along, &done[other]);
+            }
+        }
+        let size = dot(&basis[at].0[0], &basis[at].0[0]);
+        if size > 1e-24 * before {
+            basis[at].scale(size.sqrt().recip());
+            at += 1;
+        } else {
+            basis.remove(at);
+        }
+    }
+    let size = basis.len();
+    if size < 2 {
+        return Some(vec![1.0, 0.0][..size].to_vec());
+    }
+    let gram = |which: usize| {
+        faer::Mat::from_fn(size, size, |i, j| 0.5 * (dot(&basis[i].0[0], &basis[j].0[which]) + dot(&basis[j].0[0], &basis[i].0[which])))
+    };
+    // largest eigenvalue of L⁻¹TL⁻ᵀ, S = LLᵀ
+    let lower = super::barrier::cholesky(gram(1))?;
+    let solve = |mut right: faer::Mat<f64>| {
+        faer::linalg::triangular_solve::solve_lower_triangular_in_place(lower.as_ref(), right.as_mut(), faer::Par::Seq);
+        right
+    };
+    let half = solve(gram(2));
+    let pencil = solve(half.transpose().to_owned());
+    let eigen = pencil.self_adjoint_eigen(faer::Side::Lower).ok()?;
+    let mut factors = faer::Mat::from_fn(size, 1, |i, _| eigen.U()[(i, size - 1)]);
+    faer::linalg::triangular_solve::solve_upper_triangular_in_place(lower.transpose(), factors.as_mut(), faer::Par::Seq);
+    Some((0..size).map(|i| factors[(i, 0)]).collect())
+}

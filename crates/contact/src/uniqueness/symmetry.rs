@@ -1,0 +1,233 @@
+//! The symmetries of Ω with its mesh, and the operator in a basis adapted to them.
+//!
+//! The reflections x → −x, y → −y and, for squares of square elements, x ↔ y map the operator onto itself as far as they map Ω
+//! onto itself. A form with weights that are constant on their orbits then falls into blocks, one for each way of changing sign
+//! under them. With all three (the group D₄ of the square) there are four blocks of an eighth of the size, and one of a quarter that
+//! occurs twice.
+
+use faer::Mat;
+
+use super::System;
+use crate::influence::Entry;
+
+/// Which of the three reflections map Ω and its mesh onto itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Symmetries {
+    /// x → −x.
+    pub(super) x: bool,
+    /// y → −y.
+    pub(super) y: bool,
+    /// x ↔ y.
+    pub(super) swap: bool,
+}
+
+/// A product of reflections: the swap last.
+#[derive(Clone, Copy)]
+struct Motion {
+    x: bool,
+    y: bool,
+    swap: bool,
+}
+
+impl Symmetries {
+    /// Those of the system for which a number per element of Ω has the same value on images.
+    pub(super) fn of(system: &System, same: impl Fn(usize, usize) -> bool) -> Self {
+        let grid = system.grid();
+        let (nx, ny) = (grid.nx(), grid.ny());
+        let number = numbers(system);
+        let keeps = |motion: Motion| {
+            (0..grid.len()).all(|e| match (number[e], number[motion.element(grid.position(e), nx, ny)]) {
+                (Some(a), Some(b)) => same(a, b),
+                (None, None) => true,
+                _ => false,
+            })
+        };
+        let none = Motion { x: false, y: false, swap: false };
+        Self {
+            x: keeps(Motion { x: true, ..none }),
+            y: keeps(Motion { y: true, ..none }),
+            swap: nx == ny && asymmetry(system) < 1e-11 && keeps(Motion { swap: true, ..none }),
+        }
+    }
+
+    fn motions(self) -> impl Iterator<Item = Motion> {
+        let all = [false, true];
+        all.into_iter()
+            .flat_map(move |swap| all.into_iter().flat_map(move |y| all.into_iter().map(move |x| Motion { x, y, swap })))
+            .filter(move |motion| (self.x || !motion.x) && (self.y || !motion.y) && (self.swap || !motion.swap))
+    }
+
+    /// For each element of Ω its orbit, orbits numbered in the order of their first elements.
+    pub(super) fn orbits(self, system: &System) -> Vec<usize> {
+        let grid = system.grid();
+        let number = numbers(system);
+        let mut orbit = vec![usize::MAX; system.elements()];
+        let mut count = 0;
+        for (at, e) in grid.active().enumerate() {
+            if orbit[at] == usize::MAX {
+                for motion in self.motions() {
+                    if let Some(image) = number[motion.element(grid.position(e), grid.nx(), grid.ny())] {
+                        orbit[image] = count;
+                    }
+                }
+                count += 1;
+            }
+        }
+        orbit
+    }
+
+    /// The ways of changing sign under the reflections that fields can be made of: the reflections that matter and the signs.
+    fn characters(self) -> Vec<(Self, [f64; 3])> {
+        let signs = [1.0, -1.0];
+        if self.x && self.y && self.swap {
+            // x → −x and y → −y are conjugate. Fields that are even under one and odd under the other come in pairs,
+            // images of each other under x ↔ y: one of the two blocks stands for both.
+            let mut all: Vec<_> = signs.iter().flat_map(|&s| signs.map(|t| (self, [s, s, t]))).collect();
+            all.push((Self { swap: false, ..self }, [1.0, -1.0, 1.0]));
+            return all;
+        }
+        let choices = |has: bool| if has { &signs[..] } else { &signs[..1] };
+        let mut all = Vec::new();
+        for &x in choices(self.x) {
+            for &y in choices(self.y) {
+                for &t in choices(self.swap) {
+                    all.push((self, [x, y, t]));
+                }
+            }
+        }
+        all
+    }
+
+    /// The blocks of the operator, without the empty ones.
+    pub(super) fn blocks(self, system: &System) -> Vec<Block> {
+        let orbit = self.orbits(system);
+        let characters = self.characters();
+        characters.into_iter().map(|(group, signs)| Block::new(system, group, signs, &orbit)).filter(|b| !b.is_empty()).collect()
+    }
+}
+
+impl Motion {
+    fn element(self, (i, j): (usize, usize), nx: usize, ny: usize) -> usize {
+        let (i, j) = (if self.x { nx - 1 - i } else { i }, if self.y { ny - 1 - j } else { j });
+        if self.swap { i * nx + j } else { j * nx + i }
+    }
+
+    /// The image of a component n = 0, x = 1, y = 2, and its sign.
+    fn component(self, c: usize) -> (usize, f64) {
+        let sign = if (self.x && c == 1) || (self.y && c == 2) { -1.0 } else { 1.0 };
+        (if self.swap && c > 0 { 3 - c } else { c }, sign)
+    }
+
+    fn character(self, signs: [f64; 3]) -> f64 {
+        [self.x, self.y, self.swap].into_iter().zip(signs).map(|(does, sign)| if does { sign } else { 1.0 }).product()
+    }
+}
+
+/// The place of each element of the grid among those of Ω.
+fn numbers(system: &System) -> Vec<Option<usize>> {
+    let mut numbers = vec![None; system.grid().len()];
+    for (at, e) in system.grid().active().enumerate() {
+        numbers[e] = Some(at);
+    }
+    numbers
+}
+
+/// How far the operator is from symmetric under x ↔ y: the sum of |difference| over all coefficients, in units of the
+/// largest diagonal entry. Infinite unless the grid is square.
+pub(super) fn asymmetry(system: &System) -> f64 {
+    let (table, n) = (system.table(), system.grid().nx());
+    if n != system.grid().ny() {
+        return f64::INFINITY;
+    }
+    let value = |entry: Entry, di: usize, dj: usize| table.row(entry, dj as i64)[n - 1 + di];
+    let mut sum = 0.0;
+    for dj in 0..n {
+        for di in 0..n {
+            for (a, b) in [(Entry::Nn, Entry::Nn), (Entry::Xx, Entry::Yy), (Entry::Xy, Entry::Xy), (Entry::Nx, Entry::Ny)] {
+                // four quadrants, and each pair stands for at most four entries of the 3×3 block
+                sum += 16.0 * (value(a, di, dj) - value(b, dj, di)).abs();
+            }
+        }
+    }
+    sum / system.largest_diagonal()
+}
+
+/// εI + A on the fields with one behaviour under the reflections, in an orthonormal basis of sums of images.
+pub(super) struct Block {
+    /// The matrix.
+    pub(super) matrix: Mat<f64>,
+    /// For each basis vector its orbit of elements.
+    pub(super) orbit: Vec<usize>,
+    /// Whether it is of pressures, not of tangential tractions.
+    pub(super) normal: Vec<bool>,
+}
+
+impl Block {
+    fn new(system: &System, group: Symmetries, signs: [f64; 3], orbit: &[usize]) -> Self {
+        let grid = system.grid();
+        let number = numbers(system);
+        let mut seen = vec![[false; 3]; system.elements()];
+        // images (element of the grid, component, sign), the first with sign 1
+        let mut basis: Vec<Vec<(usize, usize, f64)>> = Vec::new();
+        for c in 0..3 {
+            for (at, e) in grid.active().enumerate() {
+                if seen[at][c] {
+                    continue;
+                }
+                let mut images: Vec<(usize, usize, f64)> = Vec::with_capacity(8);
+                for motion in group.motions() {
+                    let element = motion.element(grid.position(e), grid.nx(), grid.ny());
+                    let (component, sign) = motion.component(c);
+                    let sign = sign * motion.character(signs);
+                    if let Some(number) = number[element] {
+                        seen[number][component] = true;
+                    }
+                    match images.iter_mut().find(|image| (image.0, image.1) == (element, component)) {
+                        Some(image) => image.2 += sign,
+                        None => images.push((element, component, sign)),
+                    }
+                }
+                // A field that a reflection maps onto itself with the other sign vanishes.
+                if images[0].2 != 0.0 {
+                    let times = images[0].2;
+                    basis.push(images.into_iter().map(|(e, c, sign)| (e, c, sign / times)).collect());
+                }
+            }
+        }
+        let table = system.table();
+        let entry = |row: usize, column: usize| {
+            let (e, c, _) = basis[row][0];
+            let (ei, ej) = grid.position(e);
+            let mut sum = 0.0;
+            for &(f, d, sign) in &basis[column] {
+                let (fi, fj) = grid.position(f);
+                let block = table.coefficient(ei as i64 - fi as i64, ej as i64 - fj as i64).block();
+                let regular = if (e, c) == (f, d) { system.epsilon() } else { 0.0 };
+                sum += sign * (block[c][d] + regular);
+            }
+            sum * (basis[row].len() as f64 / basis[column].len() as f64).sqrt()
+        };
+        let size = basis.len();
+        let mut matrix = Mat::zeros(size, size);
+        for column in 0..size {
+            for row in column..size {
+                let value = entry(row, column);
+                matrix[(row, column)] = value;
+                matrix[(column, row)] = value;
+            }
+        }
+        let first = |images: &Vec<(usize, usize, f64)>| (number[images[0].0], images[0].1);
+        let orbit = basis.iter().filter_map(|images| first(images).0.map(|at| orbit[at])).collect();
+        let normal = basis.iter().map(|images| first(images).1 == 0).collect();
+        Self { matrix, orbit, normal }
+    }
+
+    /// Number of unknowns.
+    pub(super) fn len(&self) -> usize {
+        self.matrix.nrows()
+    }
+
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
