@@ -41,10 +41,10 @@
 //! - Where A is positive definite (always in the average projection, or for ε > 0 large enough) F(x) = 0 is impossible: it would make
 //!   xᵀAx ≤ 0. So μ* > 0.
 //! - Without normal–tangential coupling x₁ᵀA₁₁x₁ ≤ 0 forces x₁ = 0, hence x_tᵀA_tt x_t ≤ 0 and x = 0: no admissible x at all,
-//!   μ* = ∞ exactly (unbounded).
+//!   μ* = ∞ exactly ([`Bracket::Unbounded`]).
 //!
 //! # Both sides
-//! - Below, `lower`: if for weights α, β, τ > 0 per element the matrix sym(αΠ₁A) + sym(βΠ_tA) − (μ/2)(βτΠ₁ + AᵀΠ_t(β/τ)A) is positive
+//! - Below, [`lower`]: if for weights α, β, τ > 0 per element the matrix sym(αΠ₁A) + sym(βΠ_tA) − (μ/2)(βτΠ₁ + AᵀΠ_t(β/τ)A) is positive
 //!   definite, then μ < μ*: its form is at most Σ α x₁y₁ + β(x_t·y_t − μ|x₁||y_t|), and x ≠ 0 with F(x) ≤ μ would make that ≤ 0.
 //!   This is the S-procedure; it is not lossless, so a gap may remain.
 //! - Above, [`upper`]: an x with F(x) = μ. It is exact in itself, and turned into an explicit B for an explicit E.
@@ -56,6 +56,8 @@
 use faer::Mat;
 use serde::{Deserialize, Serialize};
 
+use self::lower::LowerBound;
+use self::witness::Witness;
 use crate::grid::Grid;
 use crate::influence::{Dense, Entry, Influence, InfluenceTable, Scratch, Toeplitz};
 use crate::loading::{Loading, Step};
@@ -65,10 +67,12 @@ use crate::punch::Surfaces;
 use crate::scene::{Foundation, Friction, Material, Punch, Scene, SceneError, Shape};
 
 mod barrier;
+mod descent;
 pub mod lower;
 mod ratio;
 mod symmetry;
 pub mod upper;
+pub mod witness;
 
 /// What μ* depends on, in SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -107,6 +111,54 @@ pub enum Sole {
         /// Radius > 0 \[m\].
         radius: f64,
     },
+}
+
+/// Where μ* is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum Bracket {
+    /// μ* = ∞, exactly: pressures move nothing sideways.
+    Unbounded,
+    /// Between the two.
+    Bounded {
+        /// Below: US(A) holds its μ.
+        lower: LowerBound,
+        /// Above: US(A) does not hold its μ.
+        upper: Witness,
+    },
+}
+
+/// How long to look for a bracket.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Effort {
+    /// The search for a witness.
+    #[serde(default)]
+    pub search: upper::Search,
+}
+
+/// Why there is no bracket.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BracketError {
+    /// The question has no meaning.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// No certificate.
+    #[error("no lower bound: {0}")]
+    Lower(#[from] lower::LowerError),
+    /// No witness.
+    #[error("no upper bound: {0}")]
+    Upper(#[from] upper::UpperError),
+}
+
+/// Brackets μ*: a certificate with weights for each orbit of elements below, by dense algebra, and a witness above. Either side is
+/// checked on its own, by [`lower::verify`] and [`Witness::verify`].
+pub fn bracket(question: &Question, effort: &Effort) -> Result<Bracket, BracketError> {
+    let system = System::new(question)?;
+    match (lower::lower(&system, lower::Freedom::PerOrbit)?, upper::upper(question, &effort.search)?) {
+        (lower::Lower::Bound(lower), upper::Upper::Bound(upper)) => Ok(Bracket::Bounded { lower, upper }),
+        _ => Ok(Bracket::Unbounded),
+    }
 }
 
 /// The operator εI + A on the elements of Ω.

@@ -1,0 +1,175 @@
+//! The upper side of μ*: the figures known, what they may not depend on, and that a witness which shows nothing is refused.
+
+use contact::numerics::{Mesh, Projection};
+use contact::scene::{Base, Foundation, Layer, Material};
+use contact::uniqueness::upper::{Search, Upper, upper};
+use contact::uniqueness::witness::{Witness, WitnessError};
+use contact::uniqueness::{Bracket, Effort, Question, Sole, System, bracket, lower};
+
+/// A rigid square on a half-space.
+fn square(n: u32, poisson: f64) -> Question {
+    Question {
+        foundation: Foundation::half_space(Material { shear_modulus: 80e9, poisson }),
+        punch: None,
+        sole: Sole::Rectangle { width_x: 0.01, width_y: 0.01 },
+        mesh: Mesh::Exact([n, n]),
+        projection: Projection::Average,
+        epsilon: 0.0,
+    }
+}
+
+fn witness(question: &Question, search: Search) -> Witness {
+    match upper(question, &search) {
+        Ok(Upper::Bound(witness)) => witness,
+        other => panic!("{other:?}"),
+    }
+}
+
+const BRIEF: Search = Search { starts: 12, kept: 2, seed: 1 };
+
+#[test]
+fn reaches_the_figures_known() {
+    for (n, poisson, known) in [(2, 0.3, 4.702_062), (2, 0.0, 2.700_273), (3, 0.3, 3.774_01), (3, 0.0, 2.187_33), (4, 0.3, 3.374_58)] {
+        let question = square(n, poisson);
+        let witness = witness(&question, Search { starts: 24, ..BRIEF });
+        let shown = witness.verify(&System::new(&question).unwrap()).unwrap();
+        assert!(witness.mu < known + 1e-5, "{n} × {n}, ν = {poisson}: {}", witness.mu);
+        // For 2 × 2 elements the two sides meet, so nothing can be below.
+        assert!(n > 2 || witness.mu > known - 1e-6, "{}", witness.mu);
+        assert!(shown.operator_mu <= witness.mu && shown.operator_mu > 0.99 * witness.mu);
+        assert!(shown.singular_value.unwrap() < 1e-13 * shown.norm);
+        assert!(shown.residual < 1e-11 * shown.norm);
+    }
+}
+
+#[test]
+fn the_operator_is_in_its_class_and_leaves_x_for_every_stiffness() {
+    let question = square(3, 0.3);
+    let system = System::new(&question).unwrap();
+    let found = witness(&question, BRIEF);
+    for factor in [1e-6, 1e-2, 1.0, 1e2] {
+        let other = Witness { stiffness: found.stiffness * factor, ..found.clone() };
+        let shown = other.verify(&system).unwrap();
+        assert!(shown.operator_mu <= found.mu);
+        for local in other.operator(&system) {
+            assert!(local.c.iter().all(|c| (0.0..=1.0).contains(c)) && local.c[2] == 0.0, "{local:?}");
+            assert!(local.ab[0].hypot(local.ab[1]) <= found.mu, "{local:?}");
+        }
+    }
+}
+
+#[test]
+fn refuses_what_shows_nothing() {
+    let question = square(2, 0.3);
+    let system = System::new(&question).unwrap();
+    let found = witness(&question, BRIEF);
+    assert!(found.verify(&system).is_ok());
+    for at in 0..found.x.len() {
+        // against x₁ the pressure of an element makes its x₁y₁ positive; a tangential traction moves all y₁
+        let mut changed = found.clone();
+        changed.x[at] *= 1.0 + 1e-3;
+        let mut other = found.clone();
+        other.x[at] *= 1.0 - 1e-3;
+        let refused = [changed, other].map(|w| w.verify(&system));
+        assert!(
+            refused.iter().all(|r| matches!(r, Err(WitnessError::Normal { .. } | WitnessError::Tangential { .. }))),
+            "{at}: {refused:?}"
+        );
+    }
+    let lower = Witness { mu: 0.999 * found.mu, ..found.clone() };
+    assert!(matches!(lower.verify(&system), Err(WitnessError::Tangential { .. })));
+    let short = Witness { x: found.x[1..].to_vec(), ..found.clone() };
+    assert!(matches!(short.verify(&system), Err(WitnessError::Field { .. })));
+    let nothing = Witness { x: vec![0.0; found.x.len()], ..found.clone() };
+    assert!(matches!(nothing.verify(&system), Err(WitnessError::Field { .. })));
+    let no_stiffness = Witness { stiffness: f64::NAN, ..found.clone() };
+    assert!(matches!(no_stiffness.verify(&system), Err(WitnessError::Number { name: "stiffness", .. })));
+    let elsewhere = System::new(&square(2, 0.2)).unwrap();
+    assert!(found.verify(&elsewhere).is_err());
+}
+
+#[test]
+fn moduli_and_lengths_have_no_influence() {
+    let question = square(2, 0.3);
+    let mut scaled = question.clone();
+    scaled.foundation = Foundation::half_space(Material { shear_modulus: 80e21, poisson: 0.3 });
+    scaled.sole = Sole::Rectangle { width_x: 1e-11, width_y: 1e-11 };
+    assert_eq!(witness(&question, BRIEF), witness(&scaled, BRIEF), "to the last bit");
+}
+
+#[test]
+fn a_quarter_turn_changes_nothing() {
+    let mut long = square(2, 0.3);
+    long.mesh = Mesh::Exact([3, 2]);
+    long.sole = Sole::Rectangle { width_x: 0.03, width_y: 0.02 };
+    let mut tall = long.clone();
+    tall.mesh = Mesh::Exact([2, 3]);
+    tall.sole = Sole::Rectangle { width_x: 0.02, width_y: 0.03 };
+    let found = witness(&long, BRIEF);
+    // turned: (x, y) → (−y, x)
+    let mut turned = found.clone();
+    for (at, e) in (0..6).map(|at| (at, (at % 3, at / 3))) {
+        let to = e.0 * 2 + (1 - e.1);
+        turned.x[to] = found.x[at];
+        turned.x[6 + to] = -found.x[12 + at];
+        turned.x[12 + to] = found.x[6 + at];
+    }
+    assert!(turned.verify(&System::new(&tall).unwrap()).is_ok());
+    let other = witness(&tall, BRIEF);
+    assert!((found.mu - other.mu).abs() < 1e-6 * found.mu, "{} {}", found.mu, other.mu);
+}
+
+#[test]
+fn without_coupling_there_is_no_end() {
+    let steel = Material { shear_modulus: 80e9, poisson: 0.3 };
+    for question in [square(4, 0.5), Question { punch: Some(steel), ..square(4, 0.3) }, square(1, 0.3)] {
+        assert_eq!(upper(&question, &BRIEF), Ok(Upper::Unbounded));
+    }
+    // The weaker the coupling, the farther the end: μ* goes like one over it.
+    let [weak, weaker] = [0.49, 0.499].map(|poisson| witness(&square(2, poisson), BRIEF).mu);
+    assert!((weaker / weak - 10.0).abs() < 0.5, "{weak} {weaker}");
+}
+
+#[test]
+fn disks_layers_and_midpoints_have_witnesses() {
+    let layer = Layer { shear_modulus: 20e9, poisson: 0.2, thickness: 0.003 };
+    let disk = Question { sole: Sole::Disk { radius: 0.005 }, ..square(4, 0.3) };
+    assert_eq!(System::new(&disk).unwrap().elements(), 12);
+    let layered = Question { foundation: Foundation { layers: vec![layer], base: Base::Rigid }, ..square(3, 0.3) };
+    let midpoint = Question { projection: Projection::Midpoint, ..square(3, 0.3) };
+    let regular = Question { epsilon: 0.05, ..square(3, 0.3) };
+    for question in [&disk, &layered, &midpoint, &regular] {
+        let found = witness(question, BRIEF);
+        assert!(found.verify(&System::new(question).unwrap()).is_ok());
+    }
+    // ε takes from the share of the coupling
+    assert!(witness(&regular, BRIEF).mu > witness(&square(3, 0.3), BRIEF).mu);
+}
+
+#[test]
+fn the_same_on_any_number_of_threads() {
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| witness(&square(3, 0.3), BRIEF))
+    };
+    assert_eq!(on(1), on(3));
+}
+
+#[test]
+fn refuses_a_question_without_meaning() {
+    assert!(upper(&square(3, 0.7), &BRIEF).is_err());
+    assert!(upper(&square(0, 0.3), &BRIEF).is_err());
+}
+
+#[test]
+fn two_by_two_elements_close_the_bracket() {
+    for poisson in [0.3, 0.0] {
+        let question = square(2, poisson);
+        let system = System::new(&question).unwrap();
+        let Ok(Bracket::Bounded { lower, upper }) = bracket(&question, &Effort { search: BRIEF }) else { panic!("no bracket") };
+        lower::verify(&system, &lower).unwrap();
+        upper.verify(&system).unwrap();
+        assert!(lower.mu < upper.mu && upper.mu - lower.mu < 1e-5 * upper.mu, "{} … {}", lower.mu, upper.mu);
+    }
+    assert_eq!(bracket(&square(3, 0.5), &Effort::default()), Ok(Bracket::Unbounded));
+}
