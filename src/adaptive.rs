@@ -8,6 +8,7 @@ use report::{Cell, Column, Table};
 use serde::Serialize;
 use study::{Adaptive, JobKey, Point, Record, Study};
 
+use crate::compare::digits;
 use crate::results;
 
 /// What is known of the points of a study.
@@ -63,7 +64,7 @@ pub(crate) fn choose(study: &Study, records: &HashMap<JobKey, Record>) -> Result
 /// Refuses a condition that cannot be evaluated, before anything runs.
 pub(crate) fn check(study: &Study) -> Result<()> {
     if let (Some(Adaptive::Bisect { on, .. }), Some(point)) = (study.adaptive(), study.point(0)) {
-        results::table(&study.columns(), &[point], |_| None)?
+        results::table(&study.columns(), &point, None)?
             .filter(on)
             .with_context(|| format!("{}: the condition `on` of [bisect]", study.path()))?;
     }
@@ -124,7 +125,7 @@ fn bisect(study: &Study, records: &HashMap<JobKey, Record>, (axis, on, to): (usi
     let holds = |point: &Point| -> Result<Option<bool>> {
         match records.get(&point.key) {
             Some(record) if record.is_certified() => {
-                let table = results::table(&columns, std::slice::from_ref(point), |_| Some(record))?;
+                let table = results::table(&columns, point, Some(record))?;
                 Ok(Some(!table.filter(on)?.rows().is_empty()))
             }
             _ => Ok(None),
@@ -200,10 +201,10 @@ pub(crate) fn table(study: &Study, findings: &[Finding]) -> Result<Table> {
             Found::Pending => (Vec::new(), "jobs are left"),
             Found::Unsolved => (Vec::new(), "a job was not solved"),
             Found::Still { mesh: sides, value, change } => {
-                (vec![mesh(sides), Cell::Number(value), Cell::Number(rounded(change))], "holds still")
+                (vec![mesh(sides), Cell::Number(value), Cell::Number(digits(change, 1))], "holds still")
             }
             Found::NotStill { mesh: sides, value, change } => {
-                (vec![mesh(sides), Cell::Number(value), Cell::Number(rounded(change))], "still changes on the finest mesh allowed")
+                (vec![mesh(sides), Cell::Number(value), Cell::Number(digits(change, 1))], "still changes on the finest mesh allowed")
             }
             Found::Changes { from, to, becomes } => {
                 (vec![Cell::Number(from), Cell::Number(to)], if becomes { "begins to hold" } else { "ceases to hold" })
@@ -215,9 +216,4 @@ pub(crate) fn table(study: &Study, findings: &[Finding]) -> Result<Table> {
         axes.chain(cells).chain(std::iter::repeat_n(Cell::Missing, missing)).chain([Cell::Text(words.to_owned())]).collect()
     });
     Ok(Table::new(heads, rows.collect())?)
-}
-
-/// Two digits.
-fn rounded(x: f64) -> f64 {
-    format!("{x:.1e}").parse().unwrap_or(x)
 }

@@ -39,6 +39,9 @@ pub(crate) enum Command {
     /// List the studies in the store: jobs done, failed, left
     #[command(after_help = "Examples:\n  tribosweep status\n  tribosweep status stick-zone --json")]
     Status(StatusArgs),
+    /// Print what a study says beyond its rows: thresholds, orders of convergence, limits
+    #[command(after_help = "Examples:\n  tribosweep answer sliding\n  tribosweep answer convergence --json")]
+    Answer(AnswerArgs),
     /// Print a study's results as a table
     #[command(
         after_help = "Examples:\n  tribosweep query stick-zone --where 'mu > 0.3 && mesh == 24' --select mu,poisson,stick_fraction --sort mu\n  tribosweep query stick-zone --sort=-peak_pressure --format csv > results.csv\n  tribosweep query stick-zone --steps --where 'step == 1'     every increment of the loading paths\n  tribosweep query stick-zone --columns      what can be selected"
@@ -162,6 +165,17 @@ pub(crate) struct StatusArgs {
     pub(crate) store: StoreArgs,
 }
 
+#[derive(Args)]
+pub(crate) struct AnswerArgs {
+    /// Name of the study
+    pub(crate) name: String,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) store: StoreArgs,
+}
+
 /// Formats of a table.
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum TableFormat {
@@ -209,6 +223,9 @@ pub(crate) struct ShowArgs {
     /// Draw a field: pressure, traction_x, traction_y, traction, gap, slip_x, slip_y, state
     #[arg(long, value_name = "FIELD")]
     pub(crate) field: Option<String>,
+    /// Of a search that found several solutions, the index of the one whose field to draw
+    #[arg(long, value_name = "INDEX", requires = "field", default_value_t = 0)]
+    pub(crate) solution: usize,
     /// Write the field to a file: .png .svg .npy .vti .csv
     #[arg(long, value_name = "FILE", requires = "field")]
     pub(crate) output: Option<PathBuf>,
@@ -273,6 +290,9 @@ pub(crate) struct SolveArgs {
     /// Draw a field: pressure, traction_x, traction_y, traction, gap, slip_x, slip_y, state
     #[arg(long, value_name = "FIELD")]
     pub(crate) field: Option<String>,
+    /// Of a search that finds several solutions, the index of the one whose field to draw
+    #[arg(long, value_name = "INDEX", requires = "field", default_value_t = 0)]
+    pub(crate) solution: usize,
     /// Write the field to a file: .png .svg .npy .vti .csv
     #[arg(long, value_name = "FILE", requires = "field")]
     pub(crate) output: Option<PathBuf>,

@@ -142,7 +142,7 @@ fn execute(study: Study, store: Store, directory: &Path, args: &ExecutionArgs) -
     loop {
         let points = match study.adaptive() {
             None => study.points(),
-            Some(_) => Results::collect(study.clone(), fetch)?.points,
+            Some(_) => Results::points(&study, fetch)?,
         };
         let jobs = Jobs::of_points(&study, points)?;
         let (tasks, texts) = jobs.left(&study, &store, args.retry_failed, &computed)?;
@@ -166,7 +166,7 @@ fn execute(study: Study, store: Store, directory: &Path, args: &ExecutionArgs) -
             break;
         }
     }
-    report(&Results::collect(study, fetch)?, directory, args.json, tally)
+    report(&Results::collect(study, fetch, store.blobs())?, directory, args.json, tally)
 }
 
 /// How the workers for so many jobs are to run.
@@ -214,7 +214,7 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
         let files: Vec<_> = figures.iter().flatten().flatten().collect();
         let line = serde_json::json!({
             "event": "summary", "study": study.name(), "progress": progress, "run": tally, "failures": failures, "figures": files,
-            "findings": findings(results)?,
+            "answers": results.answers_json()?,
         });
         output::print(&format!("{line}\n"))?;
         return Ok(finish);
@@ -231,9 +231,7 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
         text += &format!("… {} more rows: tribosweep query {}{store_option}\n", all - SUMMARY_ROWS, study.name());
     }
     let computed = tally.computing - results.missing();
-    if !results.findings.is_empty() {
-        text += &format!("\n{}", adaptive::table(study, &results.findings)?.terminal(&crate::query::layout()));
-    }
+    text += &results.answers_words();
     text += &format!(
         "\n{}: {} points, {} certified, {} failed, {} left; {computed} of {} jobs computed in {}, {} from the store\n",
         study.name(),
@@ -273,11 +271,6 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
     }
     output::print(&text)?;
     Ok(finish)
-}
-
-/// What a study that chooses points found, as rows by column.
-fn findings(results: &Results) -> Result<serde_json::Value> {
-    Ok(serde_json::from_str(&adaptive::table(&results.study, &results.findings)?.json())?)
 }
 
 /// Each of the study's figures as files in the store's own folder of figures; one that cannot be drawn hinders no other.

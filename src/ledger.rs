@@ -27,7 +27,9 @@ impl<'a> Ledger<'a> {
         let attempts = done.attempts;
         let (ending, fields) = match done.verdict {
             Verdict::Completed(bytes) => match answer(&bytes)? {
-                Answer::Solved(outcome, fields) => (Ending::Finished(*outcome), Some(self.store.blobs().put(&fields)?.0)),
+                Answer::Ended(ending, fields) => {
+                    (*ending, fields.map(|fields| self.store.blobs().put(&fields)).transpose()?.map(|digest| digest.0))
+                }
                 Answer::Refused(reason) => (Ending::Quarantined { reason, attempts }, None),
             },
             Verdict::Quarantined { reason } => (Ending::Quarantined { reason, attempts }, None),

@@ -3,6 +3,7 @@
 
 mod adaptive;
 mod cli;
+mod compare;
 mod draw;
 mod effects;
 mod launch;
@@ -14,6 +15,7 @@ mod progress;
 mod query;
 mod results;
 mod show;
+mod solutions;
 mod solve;
 mod store_commands;
 mod work;
@@ -40,6 +42,7 @@ fn main() -> ExitCode {
         Command::Effects(args) => measure::measure(&args),
         Command::Resume(args) => launch::resume(&args),
         Command::Status(args) => query::status(&args),
+        Command::Answer(args) => query::answer(&args),
         Command::Query(args) => query::query(&args),
         Command::Show(args) => show::show(&args),
         Command::Plot(args) => draw::plot(&args),

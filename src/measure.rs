@@ -16,6 +16,7 @@ use study::record::{decode_fields, encode_fields};
 use study::{Case, Job};
 
 use crate::cli::EffectsArgs;
+use crate::compare::digits;
 use crate::effects::Group;
 use crate::launch::{Jobs, read_study};
 use crate::output::{self, Finish};
@@ -122,7 +123,7 @@ fn table(runs: &[Run]) -> Result<Table> {
     let number = |x: Option<f64>| x.map_or(Cell::Missing, Cell::Number);
     let integer = |n: u64| i64::try_from(n).map_or(Cell::Missing, Cell::Integer);
     // so few digits are not noise
-    let rounded = |x: f64| format!("{x:.2e}").parse().unwrap_or(x);
+    let rounded = |x: f64| digits(x, 2);
     let rows = runs.iter().map(|run| {
         let asked = match run.simulate[..] {
             [] => "nothing".to_owned(),
@@ -178,7 +179,7 @@ pub(crate) fn measured(repeat: u32) -> Result<Finish> {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().context("cannot start a thread")?;
     let mut payload = Vec::new();
     std::io::stdin().read_to_end(&mut payload)?;
-    let (Job::Solve(job), surfaces) = ordered(&payload)?;
+    let (Job::Solve(job), surfaces) = ordered(&payload)? else { bail!("only scenes that are solved are measured") };
     let before = peak_memory();
     let mut seconds = Vec::new();
     let mut solved = None;

@@ -1,12 +1,12 @@
 //! `status` and `query`: what a store knows.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use report::{Cell, Column, Table, TerminalLayout};
 use store::{Origin, Reader, Store};
 use study::Study;
-use study::columns::{Kind, along_path};
+use study::columns::{Role, along_path};
 
-use crate::cli::{QueryArgs, StatusArgs, TableFormat};
+use crate::cli::{AnswerArgs, QueryArgs, StatusArgs, TableFormat};
 use crate::output::{self, Finish};
 use crate::results::{Results, stored_study};
 
@@ -83,19 +83,37 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
     })
 }
 
+pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
+    let reader = Store::read(&args.store.store)?;
+    tell_origin(&reader);
+    let results = Results::read(&reader, stored_study(&reader, &args.name)?)?;
+    if args.json {
+        let progress = results.progress();
+        let study = &results.study;
+        return output::print_json(&serde_json::json!({
+            "study": study.name(), "question": study.question(), "progress": progress, "answers": results.answers_json()?,
+        }));
+    }
+    if results.answers.is_empty() {
+        bail!("the answer of `{0}` is its rows and its figures: tribosweep query {0}, tribosweep plot {0}", args.name);
+    }
+    output::print(&format!("{}\n{}", results.study.question(), results.answers_words()).trim_start())
+}
+
 /// What can be selected, as a table itself.
 fn columns(study: &Study, steps: bool) -> Result<Table> {
-    let kind = |kind: Kind| match kind {
-        Kind::Axis => "axis",
-        Kind::Key => "key",
-        Kind::Status => "status",
-        Kind::Place => "place",
-        Kind::Observable => "observable",
-        Kind::Certificate => "certificate",
-        Kind::Work => "work",
-        Kind::Provenance => "provenance",
+    let role = |role: Role| match role {
+        Role::Axis => "axis",
+        Role::Key => "key",
+        Role::Status => "status",
+        Role::Place => "place",
+        Role::Observable => "observable",
+        Role::Certificate => "certificate",
+        Role::Error => "error",
+        Role::Work => "work",
+        Role::Provenance => "provenance",
     };
     let columns = if steps { along_path(study.columns()) } else { study.columns() };
-    let rows = columns.iter().map(|c| [&c.name, c.unit(), kind(c.kind), c.meaning].map(|t| Cell::Text(t.to_owned())).to_vec()).collect();
+    let rows = columns.iter().map(|c| [&c.name, c.unit(), role(c.role), c.meaning].map(|t| Cell::Text(t.to_owned())).to_vec()).collect();
     Ok(Table::new(["column", "unit", "kind", "meaning"].map(|name| Column::new(name, "")).to_vec(), rows)?)
 }

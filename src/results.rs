@@ -4,13 +4,15 @@ use std::collections::{HashMap, HashSet};
 
 use anyhow::{Context, Result, bail};
 use contact::loading::Step;
-use contact::outcome::Observables;
+use contact::outcome::{Fields, Observables};
 use report::{Cell, Table};
-use store::{ReadError, Reader};
-use study::columns::{Kind, Value, along_path};
-use study::{Column, JobKey, Point, Record, Study};
+use store::{Blobs, Digest, ReadError, Reader};
+use study::columns::{Compared, Role, Row, Value, along_path};
+use study::record::decode_fields;
+use study::{Column, JobKey, Kind, Point, Record, Study};
 
-use crate::adaptive::{Chosen, Finding, choose};
+use crate::adaptive::{self, Chosen, Finding, choose};
+use crate::compare::{self, compare};
 
 /// A record as a store gives it.
 type Fetched = (JobKey, Result<Vec<u8>, ReadError>);
@@ -20,8 +22,10 @@ pub(crate) struct Results {
     pub(crate) study: Study,
     pub(crate) points: Vec<Point>,
     pub(crate) records: HashMap<JobKey, Record>,
-    /// Of a study that chooses points, what it found.
-    pub(crate) findings: Vec<Finding>,
+    /// How far each point is from what it is compared with, if the study compares.
+    compared: Vec<Option<Compared>>,
+    /// What the study says beyond its rows: a title and a table.
+    pub(crate) answers: Vec<(&'static str, Table)>,
 }
 
 /// How far a study is; counts are of points.
@@ -36,27 +40,29 @@ pub(crate) struct Progress {
 impl Results {
     /// Reads what a study's jobs left in a store.
     pub(crate) fn read(reader: &Reader, study: Study) -> Result<Self> {
-        Self::collect(study, |keys| reader.select(keys).collect())
+        Self::collect(study, |keys| reader.select(keys).collect(), reader.blobs())
     }
 
-    /// The same through `fetch`, which gives the records there are.
-    pub(crate) fn collect(study: Study, mut fetch: impl FnMut(Vec<JobKey>) -> Vec<Fetched>) -> Result<Self> {
-        let mut records = HashMap::new();
-        let mut asked = HashSet::new();
-        loop {
-            let Chosen { points, findings } = choose(&study, &records)?;
-            let mut keys: Vec<JobKey> = points.iter().map(|point| point.key).filter(|key| asked.insert(*key)).collect();
-            keys.sort_unstable();
-            let before = records.len();
-            for (key, bytes) in fetch(keys) {
-                let bytes = bytes.context("run `tribosweep store verify` to see the whole damage")?;
-                records.insert(key, Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?);
-            }
-            // what is chosen depends on what is there
-            if study.adaptive().is_none() || records.len() == before {
-                return Ok(Self { study, points, records, findings });
-            }
+    /// The same through `fetch`, which gives the records there are, and with the files of fields in `blobs`.
+    pub(crate) fn collect(study: Study, fetch: impl FnMut(Vec<JobKey>) -> Vec<Fetched>, blobs: &Blobs) -> Result<Self> {
+        let (points, records, findings) = chosen(&study, fetch)?;
+        let mut answers = Vec::new();
+        if !findings.is_empty() {
+            answers.push(("found", adaptive::table(&study, &findings)?));
         }
+        let mut compared = points.iter().map(|_| None).collect();
+        if let Some(ladder) = study.ladder() {
+            let (ladders, all) = compare(&study, ladder, &points, &records, &|record| fields(blobs, record))?;
+            answers.push(("orders", compare::orders(&study, &ladders, &all)?));
+            answers.extend(compare::limits(&study, &ladders)?.map(|limits| ("limits", limits)));
+            compared = all;
+        }
+        Ok(Self { study, points, records, compared, answers })
+    }
+
+    /// The points of a study as far as its results determine them.
+    pub(crate) fn points(study: &Study, fetch: impl FnMut(Vec<JobKey>) -> Vec<Fetched>) -> Result<Vec<Point>> {
+        Ok(chosen(study, fetch)?.0)
     }
 
     /// Distinct jobs without a record.
@@ -81,9 +87,26 @@ impl Results {
         progress
     }
 
+    /// What the study says beyond its rows, each table under its title.
+    pub(crate) fn answers_words(&self) -> String {
+        self.answers.iter().map(|(title, table)| format!("\n{title}\n{}", table.terminal(&crate::query::layout()))).collect()
+    }
+
+    /// The same as rows by column, by title.
+    pub(crate) fn answers_json(&self) -> Result<serde_json::Value> {
+        let rows = self.answers.iter().map(|(title, table)| Ok(((*title).to_owned(), serde_json::from_str(&table.json())?)));
+        Ok(serde_json::Value::Object(rows.collect::<Result<_>>()?))
+    }
+
     /// Every column of every point.
     pub(crate) fn table(&self) -> Result<Table> {
-        table(&self.study.columns(), &self.points, |point| self.record(point))
+        let columns = self.study.columns();
+        let rows = self
+            .points
+            .iter()
+            .zip(&self.compared)
+            .map(|(point, compared)| row(&columns, &Row { point, record: self.record(point), compared: compared.as_ref() }));
+        Ok(Table::new(heads(&columns), rows.collect())?)
     }
 
     /// Every column of every increment that was computed.
@@ -101,11 +124,18 @@ impl Results {
     pub(crate) fn usual_columns(&self, steps: bool) -> Vec<String> {
         let columns = self.study.columns();
         let mut names: Vec<String> =
-            columns.iter().filter(|column| column.kind == Kind::Axis).map(|column| column.name.to_string()).collect();
+            columns.iter().filter(|column| column.role == Role::Axis).map(|column| column.name.to_string()).collect();
         let figures = self.study.figures().iter().filter(|figure| steps || !figure.steps);
         let usual = match steps {
             true => path_columns(&self.points),
-            false => ["load", "contact_radius", "stick_fraction", "peak_pressure", "status"].map(str::to_owned).to_vec(),
+            false => match self.study.kind() {
+                Kind::Solve => &["load", "contact_radius", "stick_fraction", "peak_pressure", "status"][..],
+                Kind::Convergence => &["load", "peak_pressure", "status"],
+                Kind::Multiplicity => &["solutions", "index_sum", "largest_distance", "status"],
+            }
+            .iter()
+            .map(|name| (*name).to_owned())
+            .collect(),
         };
         let own: Vec<String> = figures.flat_map(|figure| std::iter::once(&figure.x).chain(&figure.y)).cloned().collect();
         // on a path it comes first where one is
@@ -159,17 +189,46 @@ impl Warning {
     }
 }
 
-/// A table of points and their records.
-pub(crate) fn table<'r>(columns: &[Column], points: &[Point], record: impl Fn(&Point) -> Option<&'r Record>) -> Result<Table> {
-    let rows = points.iter().map(|point| row(columns, point, record(point)));
-    Ok(Table::new(heads(columns), rows.collect())?)
+/// The points of a study with what its jobs left, and what it found in choosing them.
+fn chosen(
+    study: &Study,
+    mut fetch: impl FnMut(Vec<JobKey>) -> Vec<Fetched>,
+) -> Result<(Vec<Point>, HashMap<JobKey, Record>, Vec<Finding>)> {
+    let mut records = HashMap::new();
+    let mut asked = HashSet::new();
+    loop {
+        let Chosen { points, findings } = choose(study, &records)?;
+        let mut keys: Vec<JobKey> = points.iter().map(|point| point.key).filter(|key| asked.insert(*key)).collect();
+        keys.sort_unstable();
+        let before = records.len();
+        for (key, bytes) in fetch(keys) {
+            let bytes = bytes.context("run `tribosweep store verify` to see the whole damage")?;
+            records.insert(key, Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?);
+        }
+        // what is chosen depends on what is there
+        if study.adaptive().is_none() || records.len() == before {
+            return Ok((points, records, findings));
+        }
+    }
+}
+
+/// The fields that a record left.
+pub(crate) fn fields(blobs: &Blobs, record: &Record) -> Result<Fields> {
+    let digest = record.fields.with_context(|| format!("job {} left no fields: it is {}", record.key(), record.status()))?;
+    let blob = blobs.get(&Digest(digest))?.context("the file with its fields is missing; `tribosweep store verify` says what else is")?;
+    Ok(decode_fields(&blob)?)
+}
+
+/// One row by itself, as a table.
+pub(crate) fn table(columns: &[Column], point: &Point, record: Option<&Record>) -> Result<Table> {
+    Ok(Table::new(heads(columns), vec![row(columns, &Row { point, record, compared: None })])?)
 }
 
 /// A table of the increments of results.
 pub(crate) fn increments<'r>(columns: &[Column], results: impl IntoIterator<Item = (&'r Point, &'r Record)>) -> Result<Table> {
     let mut rows = Vec::new();
     for (point, record) in results {
-        record.along_path(|increment| rows.push(row(columns, point, Some(increment))));
+        record.along_path(|increment| rows.push(row(columns, &Row { point, record: Some(increment), compared: None })));
     }
     Ok(Table::new(heads(columns), rows)?)
 }
@@ -178,8 +237,8 @@ fn heads(columns: &[Column]) -> Vec<report::Column> {
     columns.iter().map(|column| report::Column::new(column.name.as_ref(), column.unit())).collect()
 }
 
-fn row(columns: &[Column], point: &Point, record: Option<&Record>) -> Vec<Cell> {
-    columns.iter().map(|column| cell(column.value(point, record))).collect()
+fn row(columns: &[Column], row: &Row<'_>) -> Vec<Cell> {
+    columns.iter().map(|column| cell(column.value_of(row))).collect()
 }
 
 pub(crate) fn cell(value: Value) -> Cell {

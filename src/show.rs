@@ -4,17 +4,16 @@ use anyhow::{Context, Result, bail};
 use contact::outcome::{Fields, Outcome};
 use contact::punch::Surfaces;
 use report::Table;
-use store::{Digest, Reader, Store};
-use study::columns::{Kind, Value, along_path, columns};
-use study::record::decode_fields;
-use study::{Case, Job, JobKey, Point, Record};
+use store::{Reader, Store};
+use study::columns::{Role, Value, along_path, columns};
+use study::{Case, Job, JobKey, Kind, Point, Record};
 
 use crate::cli::ShowArgs;
 use crate::launch::increments;
 use crate::output::{self, Finish, count};
 use crate::patches::{self, patches};
 use crate::query::{layout, tell_origin};
-use crate::{draw, effects, results};
+use crate::{draw, effects, results, solutions};
 
 pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
@@ -33,23 +32,16 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
         let path = path(&record)?;
         return output::print(&if args.json { path.json() } else { path.terminal(&layout()) });
     }
-    let fields = |digest| -> Result<Fields> {
-        let blob = reader
-            .blobs()
-            .get(&Digest(digest))?
-            .context("the file with its fields is missing; `tribosweep store verify` says what else is")?;
-        Ok(decode_fields(&blob)?)
-    };
     if let Some(name) = &args.field {
-        let Some(digest) = record.fields else { bail!("job {key} left no fields: it is {}", record.status()) };
-        return draw::show_field(&fields(digest)?, name, args.output.as_deref());
+        let fields = match record.multiplicity() {
+            Some(found) => solutions::fields(found, args.solution)?,
+            None => results::fields(reader.blobs(), &record)?,
+        };
+        return draw::show_field(&fields, name, args.output.as_deref());
     }
     let patches = record.outcome().and_then(Outcome::last).map_or(0, |end| end.observables.patches);
-    let fields = match record.fields {
-        // the numbers are there without them
-        Some(digest) if patches > 1 => fields(digest).map_err(|error| output::complain(&error)).ok(),
-        _ => None,
-    };
+    // the numbers are there without them
+    let fields = (patches > 1).then(|| results::fields(reader.blobs(), &record).map_err(|error| output::complain(&error)).ok()).flatten();
     let surfaces = stored_surfaces(&reader, &record)?;
     if args.json {
         return output::print_json(&json(&record, fields.as_ref(), &surfaces)?);
@@ -76,7 +68,7 @@ fn stored_surfaces(reader: &Reader, record: &Record) -> Result<Surfaces> {
 /// The increments of a result's loading path.
 pub(crate) fn path(record: &Record) -> Result<Table> {
     let point = Point::of_record(record)?;
-    let table = results::increments(&along_path(columns([], [])), [(&point, record)])?;
+    let table = results::increments(&along_path(columns(Kind::Solve, [], [])), [(&point, record)])?;
     let mut names = results::path_columns(&[point]);
     names.extend(["peak_pressure", "residual", "iterations"].map(str::to_owned));
     Ok(table.select(&names)?)
@@ -86,7 +78,7 @@ pub(crate) fn path(record: &Record) -> Result<Table> {
 pub(crate) fn json(record: &Record, fields: Option<&Fields>, surfaces: &Surfaces) -> Result<serde_json::Value> {
     let point = Point::of_record(record)?;
     let mut values = serde_json::Map::new();
-    for column in columns([], []).iter().filter(|column| column.kind != Kind::Key) {
+    for column in columns(point.job.kind(), [], []).iter().filter(|column| column.role != Role::Key) {
         let value = match column.value(&point, Some(record)) {
             Value::Number(x) => serde_json::json!(x),
             Value::Integer(n) => serde_json::json!(n),
@@ -101,6 +93,9 @@ pub(crate) fn json(record: &Record, fields: Option<&Fields>, surfaces: &Surfaces
         said["effects"] = serde_json::json!(listed.lines);
         said["method"] = serde_json::json!(listed.solver);
         said["predicted"] = serde_json::json!(listed.cost);
+    }
+    if let Some(found) = record.multiplicity() {
+        said["solutions"] = serde_json::from_str(&solutions::table(found)?.json())?;
     }
     let patches = fields.map(patches).unwrap_or_default();
     if patches.len() > 1 {
@@ -131,24 +126,25 @@ pub(crate) fn words(record: &Record, fields: Option<&Fields>, surfaces: &Surface
             let listed = effects::effects(case, surfaces)?;
             format!("effects\n{}", effects::words(Some(listed.solver), &listed.lines, listed.cost))
         }
+        (Job::Multiplicity { .. }, _) => String::new(),
         (Job::Solve(_), Some(missing)) => format!("effects\n  not known: the store's studies do not hold {missing}\n"),
     };
-    let columns = columns([], []);
+    let columns = columns(point.job.kind(), [], []);
     let kinds = [
-        (Kind::Status, "result"),
-        (Kind::Observable, "observables"),
-        (Kind::Certificate, "certificate (0 is exact)"),
-        (Kind::Work, "work"),
-        (Kind::Provenance, "provenance"),
+        (Role::Status, "result"),
+        (Role::Observable, "observables"),
+        (Role::Certificate, "certificate (0 is exact)"),
+        (Role::Work, "work"),
+        (Role::Provenance, "provenance"),
     ];
     for (kind, title) in kinds {
         let lines: Vec<String> = columns
             .iter()
-            .filter(|column| column.kind == kind)
+            .filter(|column| column.role == kind)
             .filter_map(|column| {
                 let shown = match column.value(&point, Some(record)) {
                     Value::Missing => return None,
-                    Value::Number(x) if kind == Kind::Certificate => format!("{x:.1e}"),
+                    Value::Number(x) if kind == Role::Certificate => format!("{x:.1e}"),
                     value => value.to_string(),
                 };
                 Some(format!("  {:<20} {shown} {}", column.name, column.unit()).trim_end().to_owned() + "\n")
@@ -157,6 +153,9 @@ pub(crate) fn words(record: &Record, fields: Option<&Fields>, surfaces: &Surface
         if !lines.is_empty() {
             text += &format!("{title}\n{}", lines.concat());
         }
+    }
+    if let Some(found) = record.multiplicity() {
+        text += &format!("solutions\n{}", solutions::table(found)?.terminal(&layout()));
     }
     let patches = fields.map(patches).unwrap_or_default();
     if patches.len() > 1 {

@@ -8,12 +8,13 @@ use contact::Operators;
 use study::job::PHYSICS_VERSION;
 use study::key::Key;
 use study::record::encode_fields;
-use study::{Ending, Job, Provenance, Record};
+use study::{Provenance, Record};
 use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
 use crate::cli::SolveArgs;
 use crate::output::{self, Finish};
-use crate::{draw, launch, results, show};
+use crate::work::perform;
+use crate::{draw, launch, results, show, solutions};
 
 pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     let study = if args.set.is_empty() {
@@ -33,13 +34,12 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     }
     let job = study.point(0).context("the study's only point cannot be made")?.job;
     let start = Instant::now();
-    let Job::Solve(case) = &job;
-    let (outcome, fields) = contact::solve(&case.scene, &case.numerics, study.surfaces(), &mut Operators::default())?;
+    let (ending, fields) = perform(&job, study.surfaces(), &mut Operators::default())?;
     let record = Record {
         physics: PHYSICS_VERSION,
         job: job.canonical(),
-        ending: Ending::Finished(outcome),
-        fields: Some(store::Digest::of(&encode_fields(&fields)).0),
+        ending,
+        fields: fields.as_ref().map(|fields| store::Digest::of(&encode_fields(fields)).0),
         provenance: Provenance {
             program: env!("CARGO_PKG_VERSION").to_owned(),
             seconds: start.elapsed().as_secs_f64(),
@@ -48,10 +48,16 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     };
     let finish = if record.status() == "certified" { Finish::AllDone } else { Finish::SomeFailed };
     match &args.field {
-        Some(name) => drop(draw::show_field(&fields, name, args.output.as_deref())?),
-        None if args.json => drop(output::print_json(&show::json(&record, Some(&fields), study.surfaces())?)?),
+        Some(name) => {
+            let fields = match record.multiplicity() {
+                Some(found) => Some(solutions::fields(found, args.solution)?),
+                None => fields,
+            };
+            draw::show_field(&fields.context("it has no fields")?, name, args.output.as_deref())?;
+        }
+        None if args.json => drop(output::print_json(&show::json(&record, fields.as_ref(), study.surfaces())?)?),
         None => {
-            let mut text = show::words(&record, Some(&fields), study.surfaces())?;
+            let mut text = show::words(&record, fields.as_ref(), study.surfaces())?;
             if record.outcome().is_some_and(|outcome| outcome.steps.len() > 1) {
                 text += &format!("path\n{}", show::path(&record)?.terminal(&crate::query::layout()));
             }

@@ -1,7 +1,8 @@
 //! What travels between coordinator and worker, and what a worker does with it.
 
 use anyhow::{Context, Result};
-use contact::outcome::Outcome;
+use contact::multiplicity;
+use contact::outcome::Fields;
 use contact::punch::Surfaces;
 use contact::scene::{SceneError, Shape};
 use contact::{Forecast, Operators};
@@ -10,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use study::profile::{decode_profile, encode_profile};
 use study::record::encode_fields;
 use study::surface::{decode_surface, encode_surface};
-use study::{Case, Job};
+use study::{Case, Ending, Job};
 
 use crate::output::Finish;
 
@@ -25,8 +26,8 @@ struct Order {
 /// What a worker sends back.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) enum Answer {
-    /// The outcome and the bytes of the fields.
-    Solved(Box<Outcome>, Vec<u8>),
+    /// What came of it, and the bytes of the fields if it has some of its own.
+    Ended(Box<Ending>, Option<Vec<u8>>),
     /// The scene cannot be bound to its grid.
     Refused(String),
 }
@@ -47,6 +48,20 @@ pub(crate) fn order(job: &Job, canonical: String, surfaces: &Surfaces) -> Result
 pub(crate) fn forecast(job: &Job, surfaces: &Surfaces) -> Result<Forecast, SceneError> {
     match job {
         Job::Solve(Case { scene, numerics }) => contact::forecast(scene, numerics, surfaces),
+        Job::Multiplicity { case: Case { scene, numerics }, search } => contact::forecast_search(scene, numerics, surfaces, search),
+    }
+}
+
+/// Does a job: what came of it, and its fields if it has some of its own.
+pub(crate) fn perform(job: &Job, surfaces: &Surfaces, operators: &mut Operators) -> Result<(Ending, Option<Fields>), SceneError> {
+    match job {
+        Job::Solve(Case { scene, numerics }) => {
+            let (outcome, fields) = contact::solve(scene, numerics, surfaces, operators)?;
+            Ok((Ending::Finished(outcome), Some(fields)))
+        }
+        Job::Multiplicity { case: Case { scene, numerics }, search } => {
+            Ok((Ending::Searched(multiplicity::search(scene, numerics, surfaces, operators, search)?), None))
+        }
     }
 }
 
@@ -81,20 +96,16 @@ struct Solver {
 }
 
 impl Solver {
-    fn solve(&mut self, payload: &[u8]) -> Result<Answer> {
+    fn run(&mut self, payload: &[u8]) -> Result<Answer> {
         let (job, surfaces) = ordered(payload)?;
-        match job {
-            Job::Solve(Case { scene, numerics }) => {
-                let (outcome, fields) = contact::solve(&scene, &numerics, &surfaces, &mut self.operators)?;
-                Ok(Answer::Solved(Box::new(outcome), encode_fields(&fields)))
-            }
-        }
+        let (ending, fields) = perform(&job, &surfaces, &mut self.operators)?;
+        Ok(Answer::Ended(Box::new(ending), fields.map(|fields| encode_fields(&fields))))
     }
 }
 
 impl runner::Work for Solver {
     fn run(&mut self, payload: &[u8]) -> Vec<u8> {
-        let answer = self.solve(payload).unwrap_or_else(|error| Answer::Refused(format!("{error:#}")));
+        let answer = Solver::run(self, payload).unwrap_or_else(|error| Answer::Refused(format!("{error:#}")));
         encode(&answer).expect("an answer is plain data")
     }
 }

@@ -2,11 +2,12 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use crate::effect::Effects;
+use crate::effect::{Effect, Effects};
+use crate::multiplicity::{Multiplicity, Search};
 use crate::numerics::{Method, Numerics};
 use crate::problem::{Layout, relative_bodies};
 use crate::punch::{Surfaces, domain};
-use crate::scene::{Scene, SceneError, Shape};
+use crate::scene::{Scene, SceneError, Shape, refuse};
 
 /// What a solve will take.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,6 +62,22 @@ pub fn forecast(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces) -> Resu
     let memory = 8.0 * ((16.0 + 12.0 + 40.0) * elements + 46.0 * unknowns as f64);
     let seconds = assembly + seconds * increments + 1e-4;
     Ok(Forecast { elements: [layout.nx, layout.ny], unknowns, seconds, memory: memory as u64, operator: hasher.finish() })
+}
+
+/// Forecasts a search for every solution of a scene; refuses what cannot be searched.
+pub fn forecast_search(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, search: &Search) -> Result<Forecast, SceneError> {
+    let whole = Numerics { simulate: Effect::OPTIONAL.to_vec(), ..numerics.clone() };
+    let Forecast { elements, unknowns, seconds, memory, operator } = forecast(scene, &whole, surfaces)?;
+    let k = elements[0] * elements[1];
+    if k > Multiplicity::MOST_ELEMENTS {
+        let expected = format!("must give no more than {} elements to search for every solution", Multiplicity::MOST_ELEMENTS);
+        return Err(refuse("numerics.mesh", format!("{} x {}", elements[0], elements[1]), &expected));
+    }
+    // a dense matrix of 3k rows is factored for most starts
+    let rows = 3.0 * k as f64;
+    let each = 1e-9 * rows.powi(3) + 3e-6 * rows;
+    let searched = 4.0 * f64::from(search.starts + 20) * each;
+    Ok(Forecast { elements, unknowns, seconds: seconds + searched, memory: memory + (4.0 * 8.0 * rows * rows) as u64, operator })
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! From a sheet to the job that it describes.
 
 use contact::loading::{Loading, Step};
+use contact::multiplicity::Search;
 use contact::numerics::{Mesh, Method, Numerics, Projection};
 use contact::punch::Side;
 use contact::scene::{Base, Domain, Foundation, Friction, Layer, Material, Punch, Scene, SceneError, Shape, WheelRail};
@@ -8,6 +9,7 @@ use contact::scene::{Base, Domain, Foundation, Friction, Layer, Material, Punch,
 use crate::error::Problem;
 use crate::job::{Case, Job};
 use crate::key::{Key, Quantity, Table};
+use crate::kind::Kind;
 use crate::sheet::{Setting, Sheet, Source, SurfaceNames, TablePlaces};
 
 /// The keys that a shape needs beyond `shape`; `file` stands for `file` or `surface`.
@@ -53,9 +55,13 @@ fn is_of_shape(key: Key) -> bool {
 
 /// Assembles the job that a sheet describes. Everything that is missing, out of place or without meaning is reported
 /// at the place that caused it.
-pub(crate) fn assemble(sheet: &Sheet<'_>, surfaces: &SurfaceNames, places: &TablePlaces) -> Result<Job, Vec<Problem>> {
+pub(crate) fn assemble(kind: Kind, sheet: &Sheet<'_>, surfaces: &SurfaceNames, places: &TablePlaces) -> Result<Job, Vec<Problem>> {
     let mut missing = Missing { sheet, places, problems: Vec::new() };
-    let job = Job::Solve(missing.case(surfaces));
+    missing.refuse_useless(kind);
+    let job = match kind {
+        Kind::Solve | Kind::Convergence => Job::Solve(missing.case(surfaces)),
+        Kind::Multiplicity => Job::Multiplicity { case: missing.case(surfaces), search: missing.search() },
+    };
     if !missing.problems.is_empty() {
         return Err(missing.problems);
     }
@@ -70,6 +76,24 @@ struct Missing<'a> {
 }
 
 impl Missing<'_> {
+    /// Notes every key given that jobs of this kind have no use for.
+    fn refuse_useless(&mut self, kind: Kind) {
+        for key in self.sheet.keys() {
+            if let (Some(why), Some(given)) = (kind.refuses(key), self.sheet.get(key)) {
+                let message = format!("a study of kind \"{}\" has no `{}`: {why}", kind.name(), key.short());
+                self.problems.push(Problem::new(given.span.clone(), message, "leave this out"));
+            }
+        }
+    }
+
+    fn search(&mut self) -> Search {
+        let default = Search::default();
+        Search {
+            starts: self.sheet.count(Key::Starts).unwrap_or(default.starts),
+            seed: self.sheet.count(Key::Seed).map_or(default.seed, u64::from),
+        }
+    }
+
     /// The case; where something is missing a problem is noted and the case is not to be used.
     fn case(&mut self, surfaces: &SurfaceNames) -> Case {
         let scene = Scene {

@@ -10,13 +10,16 @@ use std::borrow::Cow;
 use std::collections::HashSet;
 use std::fmt;
 
+use contact::multiplicity::{Multiplicity, Solution};
 use contact::numerics::Mesh;
-use contact::outcome::{Hertz, Observables, Outcome, RailContact, Status, StepOutcome};
+use contact::outcome::{Hertz, Observables, Outcome, RailContact, StepOutcome};
+use contact::reference::Errors;
 
 use crate::axis::Axis;
 use crate::file::Point;
 use crate::key::Key;
-use crate::record::{Ending, Record};
+use crate::kind::Kind;
+use crate::record::Record;
 use crate::settings;
 use crate::sheet::Setting;
 use crate::units::{Compact, Dimension};
@@ -72,7 +75,7 @@ impl From<&Setting> for Value {
 
 /// Where a column's values come from, which is also how tables group them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Kind {
+pub enum Role {
     /// An axis of the study.
     Axis,
     /// A key of the scene or the numerics that the study does not vary.
@@ -85,6 +88,8 @@ pub enum Kind {
     Observable,
     /// A residual of the solution.
     Certificate,
+    /// How far it is from what it is compared with.
+    Error,
     /// What solving took, in deterministic counts.
     Work,
     /// Who computed it, when and how fast; differs from run to run.
@@ -99,10 +104,30 @@ pub struct Column {
     /// What it measures; the values are in [`Dimension::unit`].
     pub dimension: Dimension,
     /// Where its values come from.
-    pub kind: Kind,
+    pub role: Role,
     /// What it means, in words.
     pub meaning: &'static str,
     source: Source,
+}
+
+/// What a row of a table is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Row<'a> {
+    /// The point.
+    pub point: &'a Point,
+    /// What its job left, if it left something yet.
+    pub record: Option<&'a Record>,
+    /// How far that is from what it is compared with.
+    pub compared: Option<&'a Compared>,
+}
+
+/// How far a solution is from what it is compared with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Compared {
+    /// Relative errors.
+    pub errors: Errors,
+    /// What they are measured against, in words.
+    pub reference: String,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -114,6 +139,9 @@ enum Source {
     Outcome(fn(&Outcome) -> Value),
     End(fn(&StepOutcome) -> Value),
     Observed(fn(&Observables) -> Value),
+    Multiplicity(fn(&Multiplicity) -> Value),
+    Error(usize),
+    Reference,
 }
 
 impl Column {
@@ -124,6 +152,12 @@ impl Column {
 
     /// Its value for a point and the record that the point's job left, if it left one yet.
     pub fn value(&self, point: &Point, record: Option<&Record>) -> Value {
+        self.value_of(&Row { point, record, compared: None })
+    }
+
+    /// Its value for a row.
+    pub fn value_of(&self, Row { point, record, compared }: &Row<'_>) -> Value {
+        let record = *record;
         let end = || record.and_then(Record::outcome).and_then(Outcome::last);
         match self.source {
             Source::Axis { index, .. } => point.values.get(index).cloned().unwrap_or(Value::Missing),
@@ -133,6 +167,9 @@ impl Column {
             Source::Outcome(read) => record.and_then(Record::outcome).map_or(Value::Missing, read),
             Source::End(read) => end().map_or(Value::Missing, read),
             Source::Observed(read) => end().map_or(Value::Missing, |end| read(&end.observables)),
+            Source::Error(which) => compared.and_then(|compared| compared.errors.to_array()[which]).map_or(Value::Missing, Value::Number),
+            Source::Reference => compared.map_or(Value::Missing, |compared| Value::Text(compared.reference.clone())),
+            Source::Multiplicity(read) => record.and_then(Record::multiplicity).map_or(Value::Missing, read),
         }
     }
 
@@ -141,41 +178,53 @@ impl Column {
         match self.source {
             Source::Key(key) => key.quantity().is_numeric(),
             Source::Axis { is_numeric, .. } => is_numeric,
-            Source::JobKey => false,
-            Source::Record(_) | Source::Outcome(_) | Source::End(_) | Source::Observed(_) => !TEXTS.contains(&self.name.as_ref()),
+            Source::JobKey | Source::Reference => false,
+            Source::Error(_) => true,
+            Source::Record(_) | Source::Outcome(_) | Source::End(_) | Source::Observed(_) | Source::Multiplicity(_) => {
+                !TEXTS.contains(&self.name.as_ref())
+            }
         }
     }
 }
 
-/// The columns of a study with these axes, in order: the axes, the other keys, then what the records hold.
+/// The columns of a study of this kind with these axes, in order: the axes, the other keys, then what the records hold.
 /// Without axes and keys, the columns of any record. `keys` are those that the study gives; those of the numerics, which have
 /// defaults, have columns anyway.
-pub fn columns<'a>(axes: impl IntoIterator<Item = &'a Axis>, keys: impl IntoIterator<Item = Key>) -> Vec<Column> {
+pub fn columns<'a>(kind: Kind, axes: impl IntoIterator<Item = &'a Axis>, keys: impl IntoIterator<Item = Key>) -> Vec<Column> {
     let mut columns: Vec<Column> = Vec::new();
     for (index, axis) in axes.into_iter().enumerate() {
         let (dimension, meaning) = axis.key().map_or((Dimension::Pure, "label of the table"), |key| (key.dimension(), key.meaning()));
         let is_numeric = axis.key().is_some_and(|key| key.quantity().is_numeric());
-        columns.push(Column { name: axis.column(), dimension, kind: Kind::Axis, meaning, source: Source::Axis { index, is_numeric } });
+        columns.push(Column { name: axis.column(), dimension, role: Role::Axis, meaning, source: Source::Axis { index, is_numeric } });
     }
     let listed: HashSet<Key> = keys.into_iter().collect();
     let length = |list| listed.iter().filter(|key| key.list() == Some(list)).filter_map(|key| Some(key.index()? + 1)).max().unwrap_or(0);
     for key in Key::all(length) {
         // a height map is given as a file, a job has its hash
         let is_given = listed.contains(&key) || key == Key::Surface && listed.contains(&Key::File);
-        let is_there = is_given || key.path().starts_with("numerics.");
+        let has_default = ["numerics.", "search."].iter().any(|table| key.path().starts_with(table));
+        let is_there = (is_given || has_default) && kind.refuses(key).is_none();
         let is_input = matches!(key, Key::File | Key::HeightUnit);
         if is_there && !is_input && !columns.iter().any(|column| column.name == key.column()) {
             let (name, dimension, meaning) = (key.column(), key.dimension(), key.meaning());
-            columns.push(Column { name, dimension, kind: Kind::Key, meaning, source: Source::Key(key) });
+            columns.push(Column { name, dimension, role: Role::Key, meaning, source: Source::Key(key) });
         }
     }
-    columns.extend_from_slice(RESULTS);
+    columns.extend_from_slice(ENDING);
+    columns.extend_from_slice(match kind {
+        Kind::Solve | Kind::Convergence => SOLUTION,
+        Kind::Multiplicity => SEARCH,
+    });
+    if kind == Kind::Convergence {
+        columns.extend_from_slice(ERRORS);
+    }
+    columns.extend_from_slice(PROVENANCE);
     columns
 }
 
 /// The columns of a table of increments, one row for each ([`Record::along_path`]): the axes, where on the path it stands, and the rest.
 pub fn along_path(columns: Vec<Column>) -> Vec<Column> {
-    let (axes, mut rest): (Vec<Column>, Vec<Column>) = columns.into_iter().partition(|column| column.kind == Kind::Axis);
+    let (axes, mut rest): (Vec<Column>, Vec<Column>) = columns.into_iter().partition(|column| column.role == Role::Axis);
     // here a number of increments is the number of the increment
     rest.retain(|column| column.name != "increments");
     axes.into_iter().chain(PLACE.iter().cloned()).chain(rest).collect()
@@ -187,15 +236,15 @@ pub fn find<'a>(columns: &'a [Column], name: &str) -> Option<&'a Column> {
     columns.iter().find(|column| column.name == name).or_else(|| columns.iter().find(|column| Some(&column.name) == of_path.as_ref()))
 }
 
-/// The columns of [`RESULTS`] whose values are texts.
+/// The columns of results whose values are texts.
 const TEXTS: &[&str] = &["status", "reason", "way", "program"];
 
 macro_rules! results {
-    ($($kind:ident $name:literal $dimension:ident $meaning:literal $source:expr;)*) => {
+    ($($role:ident $name:literal $dimension:ident $meaning:literal $source:expr;)*) => {
         &[$(Column {
             name: Cow::Borrowed($name),
             dimension: Dimension::$dimension,
-            kind: Kind::$kind,
+            role: Role::$role,
             meaning: $meaning,
             source: $source,
         },)*]
@@ -221,11 +270,15 @@ const PLACE: &[Column] = results! {
     Place "increment" Pure "number of the increment along the path, counted from 1" Source::Outcome(increments);
 };
 
-/// The columns that every record has.
-const RESULTS: &[Column] = results! {
+/// The columns that every record has, first.
+const ENDING: &[Column] = results! {
     Status "key" Pure "identity of the job" Source::JobKey;
     Status "status" Pure "certified, failed or quarantined" Source::Record(|record| Value::Text(record.status().to_owned()));
     Status "reason" Pure "why it failed" Source::Record(reason);
+};
+
+/// The columns of solutions.
+const SOLUTION: &[Column] = results! {
     Status "increments" Pure "increments of the loading path that were solved" Source::Outcome(increments);
     Observable "at_approach" Length "approach that was reached" number!(motion.approach);
     Observable "at_shift_x" Length "shift along x that was reached" number!(motion.shift_x);
@@ -293,12 +346,62 @@ const RESULTS: &[Column] = results! {
     Work "iterations" Pure "iterations of the solver along the whole path" Source::Outcome(|outcome| Value::Integer(outcome.work().iterations));
     Work "operator_applications" Pure "applications of the operator along the whole path" Source::Outcome(|outcome| Value::Integer(outcome.work().operator_applications));
     Work "way" Pure "method that solved it, the last resort along the path" Source::Outcome(|outcome| outcome.way().map_or(Value::Missing, |way| Value::Text(way.words().to_owned())));
+};
+
+/// The columns of errors, in the order of [`Errors::NAMES`], and what they are measured against.
+const ERRORS: &[Column] = results! {
+    Error "error_load" Pure "relative error of the normal force" Source::Error(0);
+    Error "error_approach" Pure "relative error of the approach" Source::Error(1);
+    Error "error_tangential_force" Pure "relative error of the tangential force" Source::Error(2);
+    Error "error_shift" Pure "relative error of the shift" Source::Error(3);
+    Error "error_moment" Pure "relative error of the moments" Source::Error(4);
+    Error "error_rotation" Pure "relative error of the rotations" Source::Error(5);
+    Error "error_peak_pressure" Pure "relative error of the largest pressure" Source::Error(6);
+    Error "error_contact_area" Pure "relative error of the area in contact" Source::Error(7);
+    Error "error_stick_area" Pure "error of the area that sticks over the area in contact" Source::Error(8);
+    Error "error_pressure" Pure "relative error of the pressure in L2" Source::Error(9);
+    Error "error_traction" Pure "relative error of the tangential traction in L2" Source::Error(10);
+    Error "error_local_pressure" Pure "relative error of the local means of the pressure, a weak measure" Source::Error(11);
+    Error "error_local_traction" Pure "relative error of the local means of the traction, a weak measure" Source::Error(12);
+    Error "reference" Pure "what the errors are measured against" Source::Reference;
+};
+
+/// The columns of searches for every solution.
+const SEARCH: &[Column] = results! {
+    Observable "solutions" Pure "distinct certified solutions that were found" Source::Multiplicity(|found| Value::Integer(found.solutions.len() as u64));
+    Observable "index_sum" Pure "sum of the solutions' indices; anything but 1 says that one was missed" Source::Multiplicity(|found| found.index_sum.map_or(Value::Missing, |sum| Value::Number(sum as f64)));
+    Observable "largest_distance" Pure "largest relative L2 distance between two solutions" Source::Multiplicity(|found| found.furthest().map_or(Value::Missing, |[i, j]| Value::Number(found.solutions[i].distances[j])));
+    Observable "smallest_load" Force "smallest normal force among the solutions" Source::Multiplicity(|found| extreme(found, |o| o.load, f64::min));
+    Observable "largest_load" Force "largest normal force among the solutions" Source::Multiplicity(|found| extreme(found, |o| o.load, f64::max));
+    Observable "smallest_stick_area" Area "smallest stick area among the solutions" Source::Multiplicity(|found| extreme(found, |o| o.stick_area, f64::min));
+    Observable "largest_stick_area" Area "largest stick area among the solutions" Source::Multiplicity(|found| extreme(found, |o| o.stick_area, f64::max));
+    Certificate "residual" Pure "largest relative natural-map residual of a solution" Source::Multiplicity(|found| largest(found, |solution| solution.certificate.residual));
+    Certificate "error" Pure "largest distance of a solution from the exact one, relative, to first order" Source::Multiplicity(|found| largest(found, |solution| solution.error));
+    Work "tried" Pure "starts tried, one for each method" Source::Multiplicity(|found| Value::Integer(found.starts));
+    Work "failed_starts" Pure "starts that led to no certified solution" Source::Multiplicity(|found| Value::Integer(found.failed));
+    Work "beyond" Pure "starts that led to solutions beyond the ones kept" Source::Multiplicity(|found| Value::Integer(found.beyond));
+    Work "iterations" Pure "iterations of all solvers" Source::Multiplicity(|found| Value::Integer(found.work.iterations));
+    Work "operator_applications" Pure "applications of the operator by all solvers" Source::Multiplicity(|found| Value::Integer(found.work.operator_applications));
+    Work "factorisations" Pure "dense matrices factored" Source::Multiplicity(|found| Value::Integer(found.factorisations));
+};
+
+/// The columns that every record has, last.
+const PROVENANCE: &[Column] = results! {
     Provenance "seconds" Time "time that solving took" Source::Record(|record| Value::Number(record.provenance.seconds));
     Provenance "attempt" Pure "attempt that succeeded, counted from 1" Source::Record(|record| Value::Integer(u64::from(record.provenance.attempt)));
     Provenance "worker" Pure "worker that computed it" Source::Record(|record| Value::Integer(u64::from(record.provenance.worker)));
     Provenance "finished" Time "when it was finished, since 1970-01-01 UTC" Source::Record(|record| Value::Integer(record.provenance.finished));
     Provenance "program" Pure "version of the program" Source::Record(|record| Value::Text(record.provenance.program.clone()));
 };
+
+/// The smallest or largest of a quantity of the solutions.
+fn extreme(found: &Multiplicity, read: fn(&Observables) -> f64, of: fn(f64, f64) -> f64) -> Value {
+    found.solutions.iter().map(|solution| read(&solution.observables)).reduce(of).map_or(Value::Missing, Value::Number)
+}
+
+fn largest(found: &Multiplicity, read: fn(&Solution) -> f64) -> Value {
+    found.solutions.iter().map(read).reduce(f64::max).map_or(Value::Missing, Value::Number)
+}
 
 /// `a`/`b`, where there is a `b`.
 fn ratio(a: f64, b: f64) -> Value {
@@ -307,12 +410,7 @@ fn ratio(a: f64, b: f64) -> Value {
 }
 
 fn reason(record: &Record) -> Value {
-    match &record.ending {
-        Ending::Finished(Outcome { status: Status::Certified, .. }) => Value::Missing,
-        Ending::Finished(Outcome { status: Status::Failed { reason }, .. }) | Ending::Quarantined { reason, .. } => {
-            Value::Text(reason.clone())
-        }
-    }
+    record.ending.reason().map_or(Value::Missing, |reason| Value::Text(reason.to_owned()))
 }
 
 fn hertz(outcome: &Outcome, read: fn(&Hertz) -> f64) -> Value {
@@ -342,8 +440,9 @@ mod tests {
 
     #[test]
     fn names_are_identifiers_and_unique() {
-        let all = columns([], Key::all(|_| 12));
-        for columns in [all.clone(), along_path(all)] {
+        let of = |kind: &Kind| columns(*kind, [], Key::all(|_| 12));
+        let paths = along_path(of(&Kind::Solve));
+        for columns in Kind::ALL.iter().map(of).chain([paths]) {
             let mut seen = HashSet::new();
             for column in &columns {
                 assert!(seen.insert(column.name.clone()), "{}", column.name);
@@ -362,7 +461,7 @@ mod tests {
         let record = solved();
         let outcome = record.outcome().unwrap();
         let point = Point::of_record(&record).unwrap();
-        let columns = along_path(columns([], []));
+        let columns = along_path(columns(Kind::Solve, [], []));
         let value = |name: &str| {
             let column = find(&columns, name).unwrap_or_else(|| panic!("no column {name}"));
             column.value(&point, Some(&record)).as_f64()
@@ -403,7 +502,7 @@ mod tests {
     fn an_increment_is_what_the_path_would_be_if_it_ended_there() {
         let record = failed();
         let point = Point::of_record(&record).unwrap();
-        let columns = along_path(columns([], []));
+        let columns = along_path(columns(Kind::Solve, [], []));
         let mut rows = Vec::new();
         record.along_path(|partial| {
             let names =
@@ -420,7 +519,7 @@ mod tests {
     fn every_column_is_of_the_type_it_claims() {
         let record = solved();
         let point = Point::of_record(&record).unwrap();
-        for column in columns([], []) {
+        for column in columns(Kind::Solve, [], []) {
             let value = column.value(&point, Some(&record));
             if value != Value::Missing {
                 assert_eq!(value.as_f64().is_some(), column.is_numeric(), "{}", column.name);
@@ -430,7 +529,7 @@ mod tests {
 
     #[test]
     fn what_is_not_there_is_missing() {
-        let columns = columns([], [Key::Approach(0), Key::Mu, Key::PunchPoisson]);
+        let columns = columns(Kind::Solve, [], [Key::Approach(0), Key::Mu, Key::PunchPoisson]);
         let value = |record: &Record, name: &str| find(&columns, name).unwrap().value(&Point::of_record(record).unwrap(), Some(record));
         assert_eq!(value(&quarantined(), "load"), Value::Missing);
         assert_eq!(value(&quarantined(), "status"), Value::Text("quarantined".into()));

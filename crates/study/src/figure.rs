@@ -7,6 +7,7 @@
 //! series = ["mesh"]           # one curve for each value; if left out, for each combination of the axes left over
 //! panels = "punch"            # one panel for each value
 //! log_x = true                # log_y likewise; neither if left out
+//! fit = true                  # a straight line through each curve's later points, with its slope
 //!
 //! [[figure]]
 //! name = "loop"               # in the name of its file; its number if left out
@@ -23,7 +24,9 @@ use crate::axis::{Axis, Group};
 use crate::columns::{Column, along_path, find};
 use crate::error::{Problem, Span};
 use crate::file::refuse_file_name;
-use crate::key::nearest;
+use crate::key::{Key, nearest};
+use crate::kind::Kind;
+use crate::ladder::Ladder;
 use crate::read::{self, Node, entries};
 
 /// A figure; all names but its own are columns.
@@ -47,6 +50,8 @@ pub struct Figure {
     pub log_x: bool,
     /// Whether the ordinate is logarithmic.
     pub log_y: bool,
+    /// Whether straight lines are fitted, with their slopes.
+    pub fit: bool,
 }
 
 /// The name of the figure that stands for a study.
@@ -56,7 +61,7 @@ impl Figure {
     /// A figure of columns and nothing else.
     pub fn new(x: String, y: Vec<String>) -> Self {
         let (series, panels) = (Vec::new(), None);
-        Figure { name: FIRST.to_owned(), title: None, x, y, series, panels, steps: false, log_x: false, log_y: false }
+        Figure { name: FIRST.to_owned(), title: None, x, y, series, panels, steps: false, log_x: false, log_y: false, fit: false }
     }
 
     /// The name of its files without ending: the study's, with the figure's unless that is only the number of the first.
@@ -65,7 +70,7 @@ impl Figure {
     }
 }
 
-const KEYS: &[&str] = &["name", "title", "x", "y", "series", "panels", "steps", "log_x", "log_y"];
+const KEYS: &[&str] = &["name", "title", "x", "y", "series", "panels", "steps", "log_x", "log_y", "fit"];
 
 /// Reads `[figure]` or every `[[figure]]`; `columns` are the study's.
 pub(crate) fn read_figures(node: &Node<'_>, groups: &[Group], columns: &[Column], problems: &mut Vec<Problem>) -> Vec<Figure> {
@@ -122,6 +127,7 @@ fn read_figure(span: Span, table: &DeTable<'_>, groups: &[Group], columns: &[Col
         read::switch(&format!("figure.{name}"), node).map_err(|problem| problems.push(problem)).ok()
     };
     let (log_x, log_y, steps) = (switch("log_x"), switch("log_y"), switch("steps").unwrap_or(false));
+    let fit = switch("fit").unwrap_or(false);
     let title = table.get("title").and_then(|node| read::text("figure.title", node).map_err(|problem| problems.push(problem)).ok());
     let columns = if steps { &along_path(columns.to_vec()) } else { columns };
     let mut column = |name: &str, numeric: bool| {
@@ -151,7 +157,7 @@ fn read_figure(span: Span, table: &DeTable<'_>, groups: &[Group], columns: &[Col
     let others = firsts(groups).map(|axis| axis.column().into_owned()).filter(|name| *name != x && panels.as_ref() != Some(name));
     let series = series.unwrap_or_else(|| others.collect());
     let (log_x, log_y) = (log_x.unwrap_or(false), log_y.unwrap_or(false));
-    Some(Figure { title, series, panels, steps, log_x, log_y, ..Figure::new(x, y) })
+    Some(Figure { title, series, panels, steps, log_x, log_y, fit, ..Figure::new(x, y) })
 }
 
 /// Reads a column or a list of columns of one unit; `None` if nothing is right in it.
@@ -217,15 +223,26 @@ fn firsts(groups: &[Group]) -> impl Iterator<Item = &Axis> {
     groups.iter().filter(|group| group.len() > 1).filter_map(|group| group.axes().first())
 }
 
-/// The figure of a study that asks for none: over its longest numeric axis the stick fraction, if that axis is friction,
-/// else the load; a panel for each value of the first axis of tables or words, a curve for each of the others'.
+/// The figure of a study that asks for none: over its longest numeric axis what its kind is about, of solutions the stick fraction,
+/// if that axis is friction, else the load; a panel for each value of the first axis of tables or words, a curve for each of the others'.
 /// `None` without a numeric axis.
-pub(crate) fn default(groups: &[Group]) -> Option<Figure> {
+pub(crate) fn default(kind: Kind, ladder: Option<&Ladder>, groups: &[Group]) -> Option<Figure> {
+    if let Some(Ladder { group, along, .. }) = ladder {
+        let others = firsts(groups).filter(|axis| !groups[*group].axes().contains(axis));
+        let series = others.map(|axis| axis.column().into_owned()).collect();
+        let x = if *along == Key::Mesh { "mesh_x".to_owned() } else { along.column().into_owned() };
+        let y = ["error_pressure", "error_peak_pressure", "error_contact_area"].map(str::to_owned).to_vec();
+        return Some(Figure { series, fit: true, log_x: true, log_y: true, ..Figure::new(x, y) });
+    }
     // the first of the longest: max_by_key would return the last
     let x = firsts(groups).filter(|axis| axis.is_numeric()).reduce(|a, b| if b.values().len() > a.values().len() { b } else { a })?;
     let others = || firsts(groups).filter(|axis| axis.column() != x.column());
     let panels = others().find(|axis| !axis.is_numeric()).map(|axis| axis.column().into_owned());
     let series = others().map(|axis| axis.column().into_owned()).filter(|name| Some(name) != panels.as_ref()).collect();
-    let y = if x.column() == "mu" { "stick_fraction" } else { "load" };
+    let y = match kind {
+        Kind::Solve if x.column() == "mu" => "stick_fraction",
+        Kind::Solve | Kind::Convergence => "load",
+        Kind::Multiplicity => "solutions",
+    };
     Some(Figure { series, panels, log_x: x.is_log(), ..Figure::new(x.column().into_owned(), vec![y.to_owned()]) })
 }

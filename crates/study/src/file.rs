@@ -41,19 +41,13 @@ use crate::columns::{self, Column, Value};
 use crate::error::{Problem, Span, StudyError};
 use crate::figure::{self, Figure};
 use crate::job::{Job, JobError, JobKey};
-use crate::key::{Key, Table};
+use crate::key::{Key, Table, nearest, one_of};
+use crate::kind::Kind;
+use crate::ladder::{self, Ladder};
 use crate::read::{self, Reader, entries};
 use crate::record::{BLOB_LIMIT, DecodeError, Record, decode, encode};
 use crate::sheet::{Given, Setting, Sheet, Source, SurfaceNames, TablePlaces};
 use crate::{profile, surface};
-
-/// What is done with the points of a study.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Kind {
-    /// Every point is solved.
-    #[default]
-    Solve,
-}
 
 /// A study whose every point makes sense.
 #[derive(Clone, Debug)]
@@ -64,6 +58,7 @@ pub struct Study {
     figures: Vec<Figure>,
     groups: Vec<Group>,
     adaptive: Option<Adaptive>,
+    ladder: Option<Ladder>,
     base: Vec<(Key, Given)>,
     places: TablePlaces,
     points: usize,
@@ -95,7 +90,7 @@ impl Point {
 /// Reads a file that a study names.
 pub type ReadFile<'f> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'f;
 
-const KEYS: &[&str] = &["name", "question", "kind", "scene", "numerics", "sweep", "refine", "bisect", "figure"];
+const KEYS: &[&str] = &["name", "question", "kind", "scene", "numerics", "search", "sweep", "refine", "bisect", "convergence", "figure"];
 
 impl Study {
     /// Reads a study's text. `path` is for messages; `files` reads a file that the study names (a height map), with the
@@ -139,9 +134,14 @@ impl Study {
         self.adaptive.as_ref()
     }
 
+    /// The ladder of a convergence study.
+    pub fn ladder(&self) -> Option<&Ladder> {
+        self.ladder.as_ref()
+    }
+
     /// Every column of the study's results.
     pub fn columns(&self) -> Vec<Column> {
-        columns::columns(self.axes(), keys(&self.base, &self.groups))
+        columns::columns(self.kind, self.axes(), keys(&self.base, &self.groups))
     }
 
     /// The surfaces that its jobs name.
@@ -192,7 +192,7 @@ impl Study {
         let given = Given { setting, span: 0..0, nth: None };
         let mut sheet = self.sheet(&axis::steps(&self.groups, index));
         sheet.set(key, &given);
-        let job = assemble(&sheet, &self.surface_names, &self.places).ok()?;
+        let job = assemble(self.kind, &sheet, &self.surface_names, &self.places).ok()?;
         show(&mut values);
         Some(Point { values, key: job.key(), job })
     }
@@ -223,7 +223,7 @@ impl Study {
     }
 
     fn job(&self, steps: &[usize]) -> Result<Job, Vec<Problem>> {
-        assemble(&self.sheet(steps), &self.surface_names, &self.places)
+        assemble(self.kind, &self.sheet(steps), &self.surface_names, &self.places)
     }
 
     /// Reads the height maps and profiles that any point needs, each once.
@@ -375,10 +375,19 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     let (base, places) = read_base(text, &root, &mut problems);
     let groups = root.get("sweep").map(|node| axis::read_sweep(text, node, &mut problems)).unwrap_or_default();
     axis::refuse_absent(&groups, &base, &mut problems);
-    let columns = columns::columns(groups.iter().flat_map(Group::axes), keys(&base, &groups));
+    let ladder = match (kind, root.get("convergence")) {
+        (Kind::Convergence, node) => ladder::read(node, &groups, &mut problems),
+        (_, Some(node)) => {
+            let problem = Problem::new(node.span(), "only a study of kind \"convergence\" has `[convergence]`", "leave this out");
+            problems.push(problem.help("or say kind = \"convergence\" at the top"));
+            None
+        }
+        (_, None) => None,
+    };
+    let columns = columns::columns(kind, groups.iter().flat_map(Group::axes), keys(&base, &groups));
     let figures = match root.get("figure") {
         Some(node) => figure::read_figures(node, &groups, &columns, &mut problems),
-        None => figure::default(&groups).into_iter().collect(),
+        None => figure::default(kind, ladder.as_ref(), &groups).into_iter().collect(),
     };
     let adaptive = adaptive::read(root.get("refine"), root.get("bisect"), &groups, &columns, &mut problems);
     if !problems.is_empty() {
@@ -386,6 +395,7 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     }
     let mut study = Study {
         adaptive,
+        ladder,
         name,
         question,
         kind,
@@ -453,10 +463,15 @@ pub(crate) fn refuse_file_name(name: &str, what: &str, node: &read::Node<'_>) ->
 }
 
 fn read_kind(root: &DeTable<'_>, problems: &mut Vec<Problem>) -> Kind {
-    if let (Some(kind), Some(node)) = (read_text(root, "kind", problems), root.get("kind"))
-        && kind != "solve"
-    {
-        problems.push(Problem::new(node.span(), format!("unknown kind of study `{kind}`"), "must be \"solve\", the only kind so far"));
-    }
-    Kind::Solve
+    let (Some(name), Some(node)) = (read_text(root, "kind", problems), root.get("kind")) else { return Kind::default() };
+    Kind::find(&name).unwrap_or_else(|| {
+        let names: Vec<&str> = Kind::ALL.iter().map(|kind| kind.name()).collect();
+        let problem = |expected: &str| Problem::new(node.span(), format!("unknown kind of study `{name}`"), expected);
+        let listed = format!("must be {}", one_of(&names));
+        problems.push(match nearest(&name, names.iter().copied()) {
+            Some(meant) => problem(&format!("did you mean \"{meant}\"?")).help(listed),
+            None => problem(&listed),
+        });
+        Kind::default()
+    })
 }

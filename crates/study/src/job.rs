@@ -1,11 +1,13 @@
 //! A job: what is asked of one point of a study, and the identity under which its result is kept.
 
 use contact::loading::Loading;
-use contact::numerics::{Mesh, Numerics};
+use contact::multiplicity::Search;
+use contact::numerics::{Mesh, Method, Numerics};
 use contact::scene::{Base, Domain, Foundation, Friction, Material, Punch, Scene, SceneError, Shape};
 use serde::{Deserialize, Serialize};
 
 use crate::key::{Key, Quantity};
+use crate::kind::Kind;
 use crate::settings::{length, settings};
 use crate::sheet::Setting;
 
@@ -18,6 +20,13 @@ pub const PHYSICS_VERSION: u32 = 3;
 pub enum Job {
     /// The solution of a scene.
     Solve(Case),
+    /// Every solution of a scene.
+    Multiplicity {
+        /// The scene. Of its numerics the tolerance counts, not the method.
+        case: Case,
+        /// How it is searched.
+        search: Search,
+    },
 }
 
 /// A scene, and how exactly it is to be solved.
@@ -31,24 +40,32 @@ pub struct Case {
 }
 
 impl Job {
+    /// The simplest kind of study that asks for such jobs.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Job::Solve(_) => Kind::Solve,
+            Job::Multiplicity { .. } => Kind::Multiplicity,
+        }
+    }
+
     /// The scene that is to be solved, once or often.
     pub fn case(&self) -> Option<&Case> {
         match self {
-            Job::Solve(case) => Some(case),
+            Job::Solve(case) | Job::Multiplicity { case, .. } => Some(case),
         }
     }
 
     /// The elements that it asks for.
     pub fn mesh(&self) -> Mesh {
         match self {
-            Job::Solve(case) => case.numerics.mesh,
+            Job::Solve(case) | Job::Multiplicity { case, .. } => case.numerics.mesh,
         }
     }
 
     /// Refuses what has no meaning.
     pub fn validate(&self) -> Result<(), SceneError> {
         match self {
-            Job::Solve(case) => case.validate(),
+            Job::Solve(case) | Job::Multiplicity { case, .. } => case.validate(),
         }
     }
 
@@ -76,10 +93,13 @@ impl Job {
     /// The job as the `scene` and `numerics` of a study file, in SI units; read back, it is the same job.
     pub fn to_toml(&self) -> String {
         let settings = settings(self);
+        let mut text = match self.kind() {
+            Kind::Solve => String::new(),
+            kind => format!("kind = \"{}\"\n", kind.name()),
+        };
         let goes_without_saying =
             |key: Key, setting: &Setting| matches!(key, Key::Increments(_) | Key::Cycles) && *setting == Setting::Count(1);
         let said = || settings.iter().filter(|(key, setting)| !goes_without_saying(*key, setting));
-        let mut text = String::new();
         for (key, setting) in said().filter(|(key, _)| key.index().is_none()) {
             if !matches!(key.quantity(), Quantity::List(_)) {
                 text += &format!("{} = {setting}\n", key.path());
@@ -102,6 +122,10 @@ impl Job {
     fn normalise(&mut self) {
         match self {
             Job::Solve(case) => case.normalise(),
+            Job::Multiplicity { case, .. } => {
+                case.normalise();
+                (case.numerics.method, case.numerics.simulate) = (Method::default(), Vec::new());
+            }
         }
     }
 }

@@ -192,6 +192,8 @@ keys! {
     Tolerance, "numerics.tolerance", "tolerance", Number(Pure), "largest relative residual that counts as solved";
     MaxIterations, "numerics.max_iterations", "max_iterations", Count, "iterations after which the solver gives up";
     Simulate, "numerics.simulate", "simulate", Effects, "effects that are simulated although the scene does not call for them";
+    Starts, "search.starts", "starts", Count, "random starts of a search";
+    Seed, "search.seed", "seed", Count, "seed of the random starts";
 }
 
 impl Key {
@@ -220,7 +222,7 @@ impl Key {
         indexed(self.pattern(), self.index())
     }
 
-    /// The path without `scene.` or `numerics.`, as axes and messages write it.
+    /// The path without `scene.`, `numerics.` or `search.`, as axes and messages write it.
     pub fn short(self) -> Cow<'static, str> {
         indexed(short(self.pattern()), self.index())
     }
@@ -308,6 +310,7 @@ impl Table {
         table("scene.loading.steps", "steps"),
         table("scene.loading.steps[i]", "step[i]"),
         table("numerics", "numerics"),
+        table("search", "search"),
     ];
 
     fn has_index(&self) -> bool {
@@ -399,7 +402,7 @@ fn is_inside(inner: &str, outer: &str) -> bool {
 }
 
 fn short(path: &str) -> &str {
-    path.strip_prefix("scene.").or_else(|| path.strip_prefix("numerics.")).unwrap_or(path)
+    ["scene.", "numerics.", "search."].iter().find_map(|table| path.strip_prefix(table)).unwrap_or(path)
 }
 
 fn indexed(pattern: &'static str, index: Option<u32>) -> Cow<'static, str> {

@@ -2,7 +2,7 @@
 //!
 //! A name is made of words, so most labels are the words of the name; the rest stand in a list here.
 
-use crate::columns::{Column, Kind};
+use crate::columns::{Column, Role};
 use crate::units::Dimension;
 
 /// Labels that are not the words of the name; those of keys of layers and steps without what says which.
@@ -70,7 +70,7 @@ pub fn label(column: &Column, others: &[Column]) -> String {
         return format!("{} in step {index}", words(key));
     }
     // a motion that was reached; one that is prescribed is the same quantity
-    let reached = name.strip_prefix("at_").filter(|_| column.kind == Kind::Observable);
+    let reached = name.strip_prefix("at_").filter(|_| column.role == Role::Observable);
     let layered = others.iter().any(|other| indexed(&other.name, "layer").is_some());
     match reached.unwrap_or(name) {
         // without layers there is one foundation
@@ -109,11 +109,12 @@ mod tests {
     use super::*;
     use crate::columns::{along_path, columns};
     use crate::key::Key;
+    use crate::kind::Kind;
 
     #[test]
     fn no_two_columns_of_one_study_are_called_the_same() {
-        let layered = columns([], Key::all(|_| 12));
-        let bare = columns([], Key::all(|_| 0));
+        let layered = columns(Kind::Solve, [], Key::all(|_| 12));
+        let bare = columns(Kind::Solve, [], Key::all(|_| 0));
         for columns in [along_path(layered.clone()), layered, bare] {
             let mut called = HashMap::new();
             for column in &columns {
@@ -128,7 +129,7 @@ mod tests {
 
     #[test]
     fn every_label_in_the_list_belongs_to_a_column() {
-        let all = along_path(columns([], Key::all(|_| 1)));
+        let all = along_path(columns(Kind::Solve, [], Key::all(|_| 1)));
         let names: HashSet<&str> =
             all.iter().map(|column| indexed(&column.name, "layer").map_or(column.name.as_ref(), |(_, key)| key)).collect();
         for (name, _) in LABELS {
@@ -138,7 +139,7 @@ mod tests {
 
     #[test]
     fn labels_read_well() {
-        let columns = along_path(columns([], Key::all(|_| 12)));
+        let columns = along_path(columns(Kind::Solve, [], Key::all(|_| 12)));
         for (name, expected) in [
             ("layer0_thickness", "thickness of layer 0"),
             ("layer11_poisson", "Poisson's ratio of layer 11"),
@@ -153,7 +154,7 @@ mod tests {
             let column = columns.iter().find(|column| column.name == name).unwrap();
             assert_eq!(label(column, &columns), expected);
         }
-        let bare = crate::columns::columns([], Key::all(|_| 0));
+        let bare = crate::columns::columns(Kind::Solve, [], Key::all(|_| 0));
         assert_eq!(label(bare.iter().find(|column| column.name == "poisson").unwrap(), &bare), "Poisson's ratio");
     }
 }

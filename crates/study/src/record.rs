@@ -4,6 +4,7 @@
 //! number of workers ([`Record::result_bytes`]); provenance says who computed it, when and how fast.
 //! Every format begins with a version byte and is bincode's standard configuration after it.
 
+use contact::multiplicity::Multiplicity;
 use contact::outcome::{Fields, Outcome, Status};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
@@ -14,6 +15,8 @@ use crate::job::{Job, JobError, JobKey, PHYSICS_VERSION};
 pub enum Ending {
     /// It was computed; whether it counts as solved is in [`Outcome::status`].
     Finished(Outcome),
+    /// It was searched for solutions; whether any was found is in [`Multiplicity::status`].
+    Searched(Multiplicity),
     /// It killed or outlived its workers and was set aside.
     Quarantined {
         /// What happened: a signal, a deadline, memory.
@@ -21,6 +24,25 @@ pub enum Ending {
         /// How often it was tried.
         attempts: u32,
     },
+}
+
+impl Ending {
+    /// Whether it holds a solution; `None` for what was set aside.
+    pub fn status(&self) -> Option<&Status> {
+        match self {
+            Ending::Finished(outcome) => Some(&outcome.status),
+            Ending::Searched(found) => Some(&found.status),
+            Ending::Quarantined { .. } => None,
+        }
+    }
+
+    /// Why it holds none.
+    pub fn reason(&self) -> Option<&str> {
+        match (self, self.status()) {
+            (Ending::Quarantined { reason, .. }, _) | (_, Some(Status::Failed { reason })) => Some(reason),
+            _ => None,
+        }
+    }
 }
 
 /// Who computed a record, when and how fast. Nothing in here is reproducible.
@@ -85,8 +107,8 @@ pub enum DecodeError {
 /// Format of fields, surfaces and definitions of studies.
 const VERSION: u8 = 1;
 
-/// Format of records. 1, of the first physics, held a single load step.
-const RECORD_VERSION: u8 = 2;
+/// Format of records. 1 held a single load step, 2 no levels.
+const RECORD_VERSION: u8 = 3;
 
 /// Longest text or list in a record that is believed \[bytes\]; a corrupt length must not allocate.
 const RECORD_LIMIT: usize = 16 << 20;
@@ -107,23 +129,31 @@ impl Record {
 
     /// `certified`, `failed` or `quarantined`.
     pub fn status(&self) -> &'static str {
-        match &self.ending {
-            Ending::Finished(Outcome { status: Status::Certified, .. }) => "certified",
-            Ending::Finished(Outcome { status: Status::Failed { .. }, .. }) => "failed",
-            Ending::Quarantined { .. } => "quarantined",
+        match self.ending.status() {
+            Some(Status::Certified) => "certified",
+            Some(Status::Failed { .. }) => "failed",
+            None => "quarantined",
         }
     }
 
     /// Whether it holds a solution.
     pub fn is_certified(&self) -> bool {
-        matches!(&self.ending, Ending::Finished(Outcome { status: Status::Certified, .. }))
+        self.ending.status() == Some(&Status::Certified)
     }
 
     /// What was computed, solved or not.
     pub fn outcome(&self) -> Option<&Outcome> {
         match &self.ending {
             Ending::Finished(outcome) => Some(outcome),
-            Ending::Quarantined { .. } => None,
+            Ending::Searched(_) | Ending::Quarantined { .. } => None,
+        }
+    }
+
+    /// What a search for solutions found.
+    pub fn multiplicity(&self) -> Option<&Multiplicity> {
+        match &self.ending {
+            Ending::Searched(found) => Some(found),
+            Ending::Finished(_) | Ending::Quarantined { .. } => None,
         }
     }
 
@@ -357,8 +387,8 @@ pub(crate) mod tests {
     fn what_is_malformed_says_so() {
         let message = |bytes: &[u8]| Record::decode(bytes).unwrap_err().to_string();
         assert_eq!(message(&[]), "the record is empty");
-        assert_eq!(message(&[9, 1]), "the record has format 9, this program reads format 2");
-        assert_eq!(message(&[1, 1]), "the record has format 1, this program reads format 2");
+        assert_eq!(message(&[9, 1]), "the record has format 9, this program reads format 3");
+        assert_eq!(message(&[1, 1]), "the record has format 1, this program reads format 3");
         let mut long = solved().encode();
         long.push(0);
         assert_eq!(message(&long), "the record does not decode: 1 bytes too many");

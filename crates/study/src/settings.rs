@@ -1,6 +1,7 @@
 //! From a job to the settings that describe it.
 
 use contact::loading::{Loading, Step};
+use contact::multiplicity::Search;
 use contact::numerics::{Mesh, Method, Numerics, Projection};
 use contact::punch::Side;
 use contact::scene::{Base, Domain, Foundation, Material, Shape};
@@ -21,12 +22,13 @@ struct Parts<'a> {
     projection: Projection,
     epsilon: f64,
     numerics: Option<&'a Numerics>,
+    search: Option<&'a Search>,
 }
 
 impl<'a> Parts<'a> {
     fn of(job: &'a Job) -> Self {
         match job {
-            Job::Solve(Case { scene, numerics }) => Parts {
+            Job::Solve(Case { scene, numerics }) | Job::Multiplicity { case: Case { scene, numerics }, .. } => Parts {
                 foundation: &scene.foundation,
                 shape: Some(&scene.punch.shape),
                 material: scene.punch.material.as_ref(),
@@ -37,6 +39,10 @@ impl<'a> Parts<'a> {
                 projection: numerics.projection,
                 epsilon: numerics.epsilon,
                 numerics: Some(numerics),
+                search: match job {
+                    Job::Multiplicity { search, .. } => Some(search),
+                    Job::Solve(_) => None,
+                },
             },
         }
     }
@@ -59,10 +65,24 @@ pub(crate) fn settings(job: &Job) -> Vec<(Key, Setting)> {
 
 /// The value that a job has for a key; `None` where it has none.
 pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
+    if job.kind().refuses(key).is_some() {
+        return None;
+    }
     let number = |x: f64| Some(Setting::Number(x));
     let word = |text: &str| Some(Setting::Word(text.to_owned()));
-    let Parts { foundation: Foundation { layers, base }, shape, material, mu, domain, loading, mesh, projection, epsilon, numerics } =
-        Parts::of(job);
+    let Parts {
+        foundation: Foundation { layers, base },
+        shape,
+        material,
+        mu,
+        domain,
+        loading,
+        mesh,
+        projection,
+        epsilon,
+        numerics,
+        search,
+    } = Parts::of(job);
     let wheel = || match shape? {
         Shape::WheelOnRail(wheel) => Some(wheel),
         _ => None,
@@ -166,6 +186,8 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         }),
         Key::Tolerance => number(numerics?.tolerance),
         Key::MaxIterations => Some(Setting::Count(numerics?.max_iterations)),
+        Key::Starts => Some(Setting::Count(search?.starts)),
+        Key::Seed => Some(Setting::Count(u32::try_from(search?.seed).unwrap_or(u32::MAX))),
         Key::Simulate => Some(&numerics?.simulate).filter(|effects| !effects.is_empty()).map(|effects| Setting::Effects(effects.clone())),
     }
 }

@@ -84,6 +84,13 @@ impl<'a> Sheet<'a> {
         self.0.retain(|key, _| !key.is_under(table));
     }
 
+    /// The keys that are given, by their places.
+    pub(crate) fn keys(&self) -> Vec<Key> {
+        let mut given: Vec<(usize, Key)> = self.0.iter().map(|(key, given)| (given.span.start, *key)).collect();
+        given.sort_by_key(|(start, key)| (*start, key.path()));
+        given.into_iter().map(|(_, key)| key).collect()
+    }
+
     pub(crate) fn get(&self, key: Key) -> Option<&'a Given> {
         self.0.get(&key).copied()
     }

@@ -330,6 +330,7 @@ fn figures() {
         steps: false,
         log_x: false,
         log_y,
+        fit: false,
     };
     assert_eq!(study.figures(), [figure("mu", "stick_fraction", &["mesh"], false)]);
     let own = "[figure]\nx = \"numerics.mesh\"\ny = \"residual\"\nlog_y = true\npanels = \"projection\"\n";

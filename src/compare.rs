@@ -1,0 +1,222 @@
+//! How far solutions are from what they converge to, and what that says: orders and limits.
+
+use std::collections::HashMap;
+
+use anyhow::{Result, bail};
+use contact::outcome::{Fields, Observables, Outcome};
+use contact::reference::{Errors, PowerLaw, Trend, closed_form, power_law, richardson};
+use report::{Cell, Column, Table};
+use study::columns::Compared;
+use study::key::Key;
+use study::ladder::{Ladder, Reference};
+use study::{Case, Job, JobKey, Point, Record, Study, Value};
+
+use crate::results::cell;
+
+/// Reads the fields of a record.
+pub(crate) type ReadFields<'f> = dyn Fn(&Record) -> Result<Fields> + 'f;
+
+/// One ladder: the points that differ in their rung only.
+pub(crate) struct Rungs<'a> {
+    /// The values of the other axes.
+    at: Vec<(String, Value)>,
+    /// What its rungs are compared with, by its name.
+    reference: String,
+    /// Relative errors below this are the solver's.
+    noise: f64,
+    /// From the coarsest to the finest: how fine, h or ε, the point's index and what it left.
+    rungs: Vec<(f64, usize, &'a Outcome)>,
+}
+
+/// Gathers the ladders of a convergence study from what was solved, and compares each rung; one entry for each point.
+pub(crate) fn compare<'a>(
+    study: &Study,
+    ladder: &Ladder,
+    points: &[Point],
+    records: &'a HashMap<JobKey, Record>,
+    fields: &ReadFields<'_>,
+) -> Result<(Vec<Rungs<'a>>, Vec<Option<Compared>>)> {
+    let mut compared: Vec<Option<Compared>> = points.iter().map(|_| None).collect();
+    let mut ladders = Vec::new();
+    for (at, members) in members(study, ladder, points) {
+        let mut rungs: Vec<(f64, usize, &Record)> = Vec::new();
+        for index in members {
+            let (Job::Solve(case), Some(record)) = (&points[index].job, records.get(&points[index].key)) else { continue };
+            if record.is_certified() && rungs.iter().all(|(_, other, _)| points[*other].key != points[index].key) {
+                rungs.push((height(ladder.along, case, record), index, record));
+            }
+        }
+        rungs.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let Some((_, finest, last)) = rungs.last().copied() else { continue };
+        let exact = match ladder.reference {
+            Some(Reference::Finest) => None,
+            _ if ladder.along == Key::Epsilon => None,
+            _ => case(&points[finest]).filter(|case| case.numerics.epsilon == 0.0).and_then(|case| closed_form(&case.scene)),
+        };
+        if exact.is_none() && ladder.reference == Some(Reference::ClosedForm) {
+            bail!("{} has no closed form; leave `reference` out of [convergence] to compare with the finest", place(&at));
+        }
+        let (last_fields, last_end) = (fields(last)?, last.outcome().and_then(Outcome::last));
+        let (reference, source) = match &exact {
+            Some(exact) => (exact.name.to_owned(), format!(" ({})", exact.source)),
+            None => {
+                let [x, y] = last_end.map_or([0; 2], |end| [end.observables.mesh_x, end.observables.mesh_y]);
+                let epsilon = case(&points[finest]).map_or(0.0, |case| case.numerics.epsilon);
+                (if ladder.along == Key::Epsilon { format!("epsilon = {epsilon}") } else { format!("mesh {x} x {y}") }, String::new())
+            }
+        };
+        for (_, index, record) in &rungs {
+            let (Some(end), Some(case)) = (record.outcome().and_then(Outcome::last), case(&points[*index])) else { continue };
+            let errors = match (&exact, last_end) {
+                (Some(exact), _) => Errors::against_closed_form(end, &fields(record)?, exact),
+                // the finest has no error against itself
+                (None, Some(last)) if *index != finest => {
+                    let controls = case.scene.loading.legs().last().map(|leg| leg.target);
+                    let own = fields(record)?;
+                    controls.and_then(|controls| Errors::against_solution(end, &own, last, &last_fields, &controls))
+                }
+                _ => None,
+            };
+            compared[*index] = errors.map(|errors| Compared { errors, reference: format!("{reference}{source}") });
+        }
+        let rungs = rungs.iter().filter_map(|(height, index, record)| Some((*height, *index, record.outcome()?))).collect();
+        let noise = points[finest].job.case().map_or(0.0, |case| 10.0 * case.numerics.tolerance);
+        ladders.push(Rungs { at, reference, noise, rungs });
+    }
+    Ok((ladders, compared))
+}
+
+fn case(point: &Point) -> Option<&Case> {
+    point.job.case()
+}
+
+/// How fine a rung is: the diagonal of its elements, or ε; smaller is finer.
+fn height(along: Key, case: &Case, record: &Record) -> f64 {
+    match (along, record.outcome().and_then(Outcome::last)) {
+        (Key::Epsilon, _) | (_, None) => case.numerics.epsilon,
+        (_, Some(end)) => end.observables.element_x.hypot(end.observables.element_y),
+    }
+}
+
+/// A combination of values of axes, and the points that have it.
+type Members = (Vec<(String, Value)>, Vec<usize>);
+
+/// The points of each ladder, by the values of the other axes.
+fn members(study: &Study, ladder: &Ladder, points: &[Point]) -> Vec<Members> {
+    let own: Vec<bool> =
+        study.groups().iter().enumerate().flat_map(|(at, group)| group.axes().iter().map(move |_| at == ladder.group)).collect();
+    let mut all: Vec<Members> = Vec::new();
+    let mut known: HashMap<String, usize> = HashMap::new();
+    for (index, point) in points.iter().enumerate() {
+        let others = study.axes().zip(&point.values).zip(&own).filter(|(_, own)| !**own);
+        let at: Vec<(String, Value)> = others.map(|((axis, value), _)| (axis.column().into_owned(), value.clone())).collect();
+        let ladder = *known.entry(format!("{at:?}")).or_insert(all.len());
+        match all.get_mut(ladder) {
+            Some((_, members)) => members.push(index),
+            None => all.push((at, vec![index])),
+        }
+    }
+    all
+}
+
+fn place(at: &[(String, Value)]) -> String {
+    let values: Vec<String> = at.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+    if values.is_empty() { "the scene".to_owned() } else { format!("the scene with {}", values.join(", ")) }
+}
+
+/// How each error falls along each ladder: error ~ h^order.
+pub(crate) fn orders(study: &Study, ladders: &[Rungs<'_>], compared: &[Option<Compared>]) -> Result<Table> {
+    let along = study.ladder().map_or("h", |ladder| if ladder.along == Key::Epsilon { "epsilon" } else { "h" });
+    let mut heads = axes(study, ladders);
+    let own = ["error", "order", "±", "from", "to", "finest error", "reference"];
+    let unit = |name: &str| if along == "h" && matches!(name, "from" | "to") { "m" } else { "" };
+    heads.extend(own.map(|name| match name {
+        "from" | "to" => Column::new(format!("{along} {name}"), unit(name)),
+        _ => Column::new(name, ""),
+    }));
+    let mut rows = Vec::new();
+    for ladder in ladders {
+        for (which, name) in Errors::NAMES.iter().enumerate() {
+            let error = |index: usize| compared[index].as_ref().and_then(|compared| compared.errors.to_array()[which]);
+            let rungs: Vec<(f64, f64)> = ladder.rungs.iter().filter_map(|(h, index, _)| Some((*h, error(*index)?))).collect();
+            let Some((_, finest)) = rungs.last().copied() else { continue };
+            // ε = 0 is no point in logarithms
+            let line: Vec<(f64, f64)> = rungs.into_iter().filter(|(h, error)| *h > 0.0 && *error > ladder.noise).collect();
+            if line.is_empty() {
+                continue;
+            }
+            let mut row: Vec<Cell> = ladder.at.iter().map(|(_, value)| cell(value.clone())).collect();
+            row.push(Cell::Text((*name).to_owned()));
+            row.extend(match power_law(&line) {
+                Ok(PowerLaw { slope, standard_error, range, .. }) => {
+                    [slope, standard_error, range[0], range[1]].map(|x| Cell::Number(digits(x, 2)))
+                }
+                Err(_) => [const { Cell::Missing }; 4],
+            });
+            row.extend([Cell::Number(digits(finest, 1)), Cell::Text(ladder.reference.clone())]);
+            rows.push(row);
+        }
+    }
+    Ok(Table::new(heads, rows)?)
+}
+
+/// Quantities whose limit is estimated, with their units.
+const LIMITS: [(&str, &str, fn(&Observables) -> f64); 5] = [
+    ("load", "N", |o| o.load),
+    ("peak_pressure", "Pa", |o| o.peak_pressure),
+    ("contact_area", "m2", |o| o.contact_area),
+    ("stick_area", "m2", |o| o.stick_area),
+    ("energy", "J", |o| o.energy),
+];
+
+/// What the quantities of each ladder of meshes tend to, by Richardson's extrapolation.
+pub(crate) fn limits(study: &Study, ladders: &[Rungs<'_>]) -> Result<Option<Table>> {
+    if study.ladder().is_none_or(|ladder| ladder.along != Key::Mesh) || ladders.iter().all(|ladder| ladder.rungs.len() < 3) {
+        return Ok(None);
+    }
+    let mut heads = axes(study, ladders);
+    heads.extend(["quantity", "unit", "finest", "limit", "± (estimated)", "order", "values"].map(|name| Column::new(name, "")));
+    let mut rows = Vec::new();
+    for ladder in ladders {
+        for (name, unit, read) in LIMITS {
+            let values = ladder.rungs.iter().filter_map(|(h, _, outcome)| Some((*h, read(&outcome.last()?.observables))));
+            let values: Vec<(f64, f64)> = values.collect();
+            let (Ok(limit), Some((_, finest))) = (richardson(&values), values.last()) else { continue };
+            // what is prescribed
+            if values.iter().all(|(_, value)| (value - finest).abs() <= ladder.noise * finest.abs()) {
+                continue;
+            }
+            let mut row: Vec<Cell> = ladder.at.iter().map(|(_, value)| cell(value.clone())).collect();
+            let trend = match limit.trend {
+                Trend::Settled => "the same to rounding",
+                Trend::Asymptotic => "one order",
+                Trend::Converging => "converging",
+                Trend::Scattered => "scattered",
+            };
+            row.extend([
+                Cell::Text(name.to_owned()),
+                Cell::Text(unit.to_owned()),
+                Cell::Number(*finest),
+                Cell::Number(limit.value),
+                Cell::Number(digits(limit.uncertainty, 1)),
+                limit.order.map_or(Cell::Missing, |order| Cell::Number(digits(order, 2))),
+                Cell::Text(trend.to_owned()),
+            ]);
+            rows.push(row);
+        }
+    }
+    Ok(Some(Table::new(heads, rows)?))
+}
+
+/// The axes besides the ladder's.
+fn axes(study: &Study, ladders: &[Rungs<'_>]) -> Vec<Column> {
+    let columns = study.columns();
+    let unit = |name: &str| study::columns::find(&columns, name).map_or("", study::Column::unit);
+    let names = ladders.first().map(|ladder| ladder.at.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>()).unwrap_or_default();
+    names.into_iter().map(|name| Column::new(name, unit(name))).collect()
+}
+
+/// So many digits after the first.
+pub(crate) fn digits(x: f64, more: usize) -> f64 {
+    format!("{x:.more$e}").parse().unwrap_or(x)
+}
