@@ -51,11 +51,14 @@ fn picture(study: &Study, table: &Table, figure: &study::Figure) -> Result<Figur
     let labels: Vec<(&str, String)> = columns.iter().map(|column| (column.name.as_ref(), label(column, &columns))).collect();
     let labels: Vec<(&str, &str)> = labels.iter().map(|(name, label)| (*name, label.as_str())).collect();
     let [y, series] = [&figure.y, &figure.series].map(|names| names.iter().map(String::as_str).collect::<Vec<_>>());
+    // a pair of ends is one quantity
+    let is_end = |names: &[String; 2]| names.iter().map(String::as_str).eq(["mu_low", "mu_high"]);
     let quantity = figure.y.first().and_then(|name| find(&columns, name)).map(|column| column.dimension);
+    let y_label = quantity.filter(|dimension| *dimension != Dimension::Pure).map_or("", quantity_name);
     let spec = FigureSpec {
         x: &figure.x,
         y: &y,
-        y_label: quantity.filter(|dimension| *dimension != Dimension::Pure).map_or("", quantity_name),
+        y_label: if figure.band.as_ref().is_some_and(is_end) { "end μ* of the uniqueness set" } else { y_label },
         series: &series,
         panels: figure.panels.as_deref(),
         along: figure.steps.then_some("increment"),
@@ -63,6 +66,10 @@ fn picture(study: &Study, table: &Table, figure: &study::Figure) -> Result<Figur
         title: figure.title.as_deref().unwrap_or_else(|| study.question()),
         log_x: figure.log_x,
         log_y: figure.log_y,
+        fit: figure.fit,
+        band: figure.band.as_ref().map(|[low, high]| (low.as_str(), high.as_str())),
+        front: figure.front,
+        names: figure.names.as_deref(),
         ..FigureSpec::default()
     };
     Ok(Figure::from_table(table, &spec)?)

@@ -126,7 +126,7 @@ pub(crate) struct Overview {
 pub(crate) fn overview(study: &Study, points: &[Point], first: &[usize]) -> Result<Overview> {
     let cases = first.par_iter().filter_map(|index| match &points[*index].job {
         Job::Solve(case) => Some(effects(case, study.surfaces())),
-        Job::Multiplicity { .. } => None,
+        Job::Multiplicity { .. } | Job::Uniqueness { .. } => None,
     });
     let listed: Vec<Listed> = cases.collect::<Result<_>>()?;
     let mut order: Vec<Vec<usize>> = Vec::new();

@@ -131,13 +131,15 @@ impl Results {
             false => match self.study.kind() {
                 Kind::Solve => &["load", "contact_radius", "stick_fraction", "peak_pressure", "status"][..],
                 Kind::Convergence => &["load", "peak_pressure", "status"],
+                Kind::Uniqueness => &["mu_low", "mu_high", "bracket_width", "unbounded", "status"],
                 Kind::Multiplicity => &["solutions", "index_sum", "largest_distance", "status"],
             }
             .iter()
             .map(|name| (*name).to_owned())
             .collect(),
         };
-        let own: Vec<String> = figures.flat_map(|figure| std::iter::once(&figure.x).chain(&figure.y)).cloned().collect();
+        let own: Vec<String> =
+            figures.flat_map(|figure| std::iter::once(&figure.x).chain(&figure.y).chain(figure.band.iter().flatten())).cloned().collect();
         // on a path it comes first where one is
         let (first, then) = if steps { (usual, own) } else { (own, usual) };
         for name in first.into_iter().chain(then) {

@@ -126,7 +126,7 @@ pub(crate) fn words(record: &Record, fields: Option<&Fields>, surfaces: &Surface
             let listed = effects::effects(case, surfaces)?;
             format!("effects\n{}", effects::words(Some(listed.solver), &listed.lines, listed.cost))
         }
-        (Job::Multiplicity { .. }, _) => String::new(),
+        (Job::Multiplicity { .. } | Job::Uniqueness { .. }, _) => String::new(),
         (Job::Solve(_), Some(missing)) => format!("effects\n  not known: the store's studies do not hold {missing}\n"),
     };
     let columns = columns(point.job.kind(), [], []);

@@ -2,14 +2,16 @@
 
 use anyhow::{Context, Result};
 use contact::multiplicity;
-use contact::outcome::Fields;
+use contact::outcome::{Fields, Status};
 use contact::punch::Surfaces;
 use contact::scene::{SceneError, Shape};
+use contact::uniqueness::witness::Shown;
+use contact::uniqueness::{self, Bracket, BracketError, Effort, Question, System, lower};
 use contact::{Forecast, Operators};
 use runner::{WorkerArguments, work};
 use serde::{Deserialize, Serialize};
 use study::profile::{decode_profile, encode_profile};
-use study::record::encode_fields;
+use study::record::{Bracketed, encode_fields};
 use study::surface::{decode_surface, encode_surface};
 use study::{Case, Ending, Job};
 
@@ -48,6 +50,7 @@ pub(crate) fn order(job: &Job, canonical: String, surfaces: &Surfaces) -> Result
 pub(crate) fn forecast(job: &Job, surfaces: &Surfaces) -> Result<Forecast, SceneError> {
     match job {
         Job::Solve(Case { scene, numerics }) => contact::forecast(scene, numerics, surfaces),
+        Job::Uniqueness { question, effort } => contact::forecast_bracket(question, effort),
         Job::Multiplicity { case: Case { scene, numerics }, search } => contact::forecast_search(scene, numerics, surfaces, search),
     }
 }
@@ -59,10 +62,41 @@ pub(crate) fn perform(job: &Job, surfaces: &Surfaces, operators: &mut Operators)
             let (outcome, fields) = contact::solve(scene, numerics, surfaces, operators)?;
             Ok((Ending::Finished(outcome), Some(fields)))
         }
+        Job::Uniqueness { question, effort } => Ok((Ending::Bracketed(Box::new(bracketed(question, effort)?)), None)),
         Job::Multiplicity { case: Case { scene, numerics }, search } => {
             Ok((Ending::Searched(multiplicity::search(scene, numerics, surfaces, operators, search)?), None))
         }
     }
+}
+
+/// Brackets μ* and verifies both sides.
+fn bracketed(question: &Question, effort: &Effort) -> Result<Bracketed, SceneError> {
+    let failed = |reason: String| Bracketed { status: Status::Failed { reason }, bracket: None, shown: None };
+    let bracket = match uniqueness::bracket(question, effort) {
+        Ok(bracket) => bracket,
+        Err(BracketError::Scene(error)) => return Err(error),
+        Err(error) => return Ok(failed(error.to_string())),
+    };
+    let verified = verify(question, &bracket)?;
+    let (status, shown) = match verified {
+        Ok(shown) => (Status::Certified, shown),
+        Err(reason) => (Status::Failed { reason }, None),
+    };
+    Ok(Bracketed { status, bracket: Some(bracket), shown })
+}
+
+/// Shows that a bracket holds, from what it carries and the question alone; else says what does not hold.
+pub(crate) fn verify(question: &Question, bracket: &Bracket) -> Result<Result<Option<Shown>, String>, SceneError> {
+    let system = System::new(question)?;
+    Ok(match bracket {
+        Bracket::Unbounded if system.is_coupled() => Err("pressures move the surface sideways, so that μ* is finite".to_owned()),
+        Bracket::Unbounded => Ok(None),
+        Bracket::Bounded { lower, upper } => match (lower::verify(&system, lower), upper.verify(&system)) {
+            (Err(error), _) => Err(format!("the lower end {} is not shown: {error}", lower.mu)),
+            (_, Err(error)) => Err(format!("the upper end {} is not shown: {error}", upper.mu)),
+            (Ok(()), Ok(shown)) => Ok(Some(shown)),
+        },
+    })
 }
 
 /// Decodes an [`order`].

@@ -8,6 +8,7 @@ use crate::numerics::{Method, Numerics};
 use crate::problem::{Layout, relative_bodies};
 use crate::punch::{Surfaces, domain};
 use crate::scene::{Scene, SceneError, Shape, refuse};
+use crate::uniqueness::{Effort, Question};
 
 /// What a solve will take.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,12 +81,25 @@ pub fn forecast_search(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, 
     Ok(Forecast { elements, unknowns, seconds: seconds + searched, memory: memory + (4.0 * 8.0 * rows * rows) as u64, operator })
 }
 
+/// Forecasts the bracketing of μ*.
+pub fn forecast_bracket(question: &Question, effort: &Effort) -> Result<Forecast, SceneError> {
+    let (scene, numerics) = question.flat_punch();
+    let Forecast { elements: [nx, ny], .. } = forecast(&scene, &numerics, &Surfaces::new())?;
+    let k = (nx * ny) as f64;
+    let rows = 3.0 * k;
+    // minimisations with dense Hessians, on every mesh of the halvings (measured on 2² to 8² elements)
+    let starts = f64::from(effort.search.starts) * (16.0 / k).min(1.0) + f64::from(effort.search.kept);
+    let seconds = 0.02 + starts * (1.5e-6 * rows.powi(3)).min(100.0);
+    Ok(Forecast { elements: [nx, ny], unknowns: 3 * nx * ny, seconds, memory: (8.0 * 8.0 * rows.min(3600.0).powi(2)) as u64, operator: 0 })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::numerics::Mesh;
     use crate::problem::Problem;
     use crate::scene::{Foundation, Material, tests::sphere_on_half_space};
+    use crate::uniqueness::{Effort, Question};
 
     #[test]
     fn equal_operators_have_equal_hashes_and_others_not() {

@@ -35,6 +35,6 @@ mod solve;
 pub mod solver;
 pub mod uniqueness;
 
-pub use forecast::{Forecast, forecast, forecast_search};
+pub use forecast::{Forecast, forecast, forecast_bracket, forecast_search};
 pub use operators::{Operator, Operators};
 pub use solve::solve;

@@ -6,6 +6,8 @@ use contact::numerics::{Mesh, Method, Numerics, Projection};
 use contact::punch::Side;
 use contact::scene::{Base, Domain, Foundation, Friction, Layer, Material, Punch, Scene, SceneError, Shape, WheelRail};
 
+use contact::uniqueness::{Effort, Question, Sole, upper};
+
 use crate::error::Problem;
 use crate::job::{Case, Job};
 use crate::key::{Key, Quantity, Table};
@@ -61,6 +63,7 @@ pub(crate) fn assemble(kind: Kind, sheet: &Sheet<'_>, surfaces: &SurfaceNames, p
     let job = match kind {
         Kind::Solve | Kind::Convergence => Job::Solve(missing.case(surfaces)),
         Kind::Multiplicity => Job::Multiplicity { case: missing.case(surfaces), search: missing.search() },
+        Kind::Uniqueness => Job::Uniqueness { question: missing.question(), effort: missing.effort() },
     };
     if !missing.problems.is_empty() {
         return Err(missing.problems);
@@ -86,6 +89,46 @@ impl Missing<'_> {
         }
     }
 
+    fn question(&mut self) -> Question {
+        let foundation = self.foundation();
+        let shape = self.shape(&SurfaceNames::default());
+        let sole = match shape {
+            Shape::FlatRectangle { width_x, width_y } => Sole::Rectangle { width_x, width_y },
+            Shape::FlatDisk { radius } => Sole::Disk { radius },
+            _ => {
+                if let (Some(given), Some(word)) = (self.sheet.get(Key::Shape), self.sheet.word(Key::Shape)) {
+                    let message =
+                        format!("the uniqueness set of {} is not known beforehand: where it touches depends on the load", a(word));
+                    let expected = "must be \"flat-rectangle\" or \"flat-disk\", whose sole is Ω";
+                    self.problems.push(Problem::new(given.span.clone(), message, expected));
+                }
+                Sole::Disk { radius: f64::NAN }
+            }
+        };
+        Question {
+            foundation,
+            punch: self.material(),
+            sole,
+            mesh: self.mesh(),
+            projection: self.projection(),
+            epsilon: self.number_or(Key::Epsilon, 0.0),
+        }
+    }
+
+    fn effort(&mut self) -> Effort {
+        let default = Effort::default().search;
+        let starts = self.sheet.count(Key::Starts).unwrap_or(default.starts);
+        Effort { search: upper::Search { starts, seed: self.sheet.count(Key::Seed).map_or(default.seed, u64::from), ..default } }
+    }
+
+    fn projection(&self) -> Projection {
+        match self.sheet.word(Key::Projection) {
+            Some("midpoint") => Projection::Midpoint,
+            Some("average") => Projection::Average,
+            _ => Projection::default(),
+        }
+    }
+
     fn search(&mut self) -> Search {
         let default = Search::default();
         Search {
@@ -105,11 +148,7 @@ impl Missing<'_> {
         };
         let numerics = Numerics {
             mesh: self.mesh(),
-            projection: match self.sheet.word(Key::Projection) {
-                Some("midpoint") => Projection::Midpoint,
-                Some("average") => Projection::Average,
-                _ => Projection::default(),
-            },
+            projection: self.projection(),
             epsilon: self.number_or(Key::Epsilon, 0.0),
             ceiling: self.sheet.number(Key::Ceiling),
             method: match self.sheet.word(Key::Method) {

@@ -14,12 +14,15 @@ use contact::multiplicity::{Multiplicity, Solution};
 use contact::numerics::Mesh;
 use contact::outcome::{Hertz, Observables, Outcome, RailContact, StepOutcome};
 use contact::reference::Errors;
+use contact::uniqueness::Bracket;
+use contact::uniqueness::lower::LowerBound;
+use contact::uniqueness::witness::Witness;
 
 use crate::axis::Axis;
 use crate::file::Point;
 use crate::key::Key;
 use crate::kind::Kind;
-use crate::record::Record;
+use crate::record::{Bracketed, Record};
 use crate::settings;
 use crate::sheet::Setting;
 use crate::units::{Compact, Dimension};
@@ -140,6 +143,7 @@ enum Source {
     End(fn(&StepOutcome) -> Value),
     Observed(fn(&Observables) -> Value),
     Multiplicity(fn(&Multiplicity) -> Value),
+    Bracketed(fn(&Bracketed) -> Value),
     Error(usize),
     Reference,
 }
@@ -169,6 +173,7 @@ impl Column {
             Source::Observed(read) => end().map_or(Value::Missing, |end| read(&end.observables)),
             Source::Error(which) => compared.and_then(|compared| compared.errors.to_array()[which]).map_or(Value::Missing, Value::Number),
             Source::Reference => compared.map_or(Value::Missing, |compared| Value::Text(compared.reference.clone())),
+            Source::Bracketed(read) => record.and_then(Record::bracketed).map_or(Value::Missing, read),
             Source::Multiplicity(read) => record.and_then(Record::multiplicity).map_or(Value::Missing, read),
         }
     }
@@ -180,9 +185,12 @@ impl Column {
             Source::Axis { is_numeric, .. } => is_numeric,
             Source::JobKey | Source::Reference => false,
             Source::Error(_) => true,
-            Source::Record(_) | Source::Outcome(_) | Source::End(_) | Source::Observed(_) | Source::Multiplicity(_) => {
-                !TEXTS.contains(&self.name.as_ref())
-            }
+            Source::Record(_)
+            | Source::Outcome(_)
+            | Source::End(_)
+            | Source::Observed(_)
+            | Source::Multiplicity(_)
+            | Source::Bracketed(_) => !TEXTS.contains(&self.name.as_ref()),
         }
     }
 }
@@ -214,6 +222,7 @@ pub fn columns<'a>(kind: Kind, axes: impl IntoIterator<Item = &'a Axis>, keys: i
     columns.extend_from_slice(match kind {
         Kind::Solve | Kind::Convergence => SOLUTION,
         Kind::Multiplicity => SEARCH,
+        Kind::Uniqueness => BRACKET,
     });
     if kind == Kind::Convergence {
         columns.extend_from_slice(ERRORS);
@@ -237,7 +246,7 @@ pub fn find<'a>(columns: &'a [Column], name: &str) -> Option<&'a Column> {
 }
 
 /// The columns of results whose values are texts.
-const TEXTS: &[&str] = &["status", "reason", "way", "program"];
+const TEXTS: &[&str] = &["status", "reason", "way", "program", "unbounded"];
 
 macro_rules! results {
     ($($role:ident $name:literal $dimension:ident $meaning:literal $source:expr;)*) => {
@@ -385,6 +394,22 @@ const SEARCH: &[Column] = results! {
     Work "factorisations" Pure "dense matrices factored" Source::Multiplicity(|found| Value::Integer(found.factorisations));
 };
 
+/// The columns of brackets of uniqueness sets.
+const BRACKET: &[Column] = results! {
+    Observable "mu_low" Pure "below this, every load has one solution at most: lower end of the bracket of μ*" Source::Bracketed(|found| side(found, |low, _| low.mu));
+    Observable "mu_high" Pure "from this on, some load has several solutions: upper end of the bracket of μ*" Source::Bracketed(|found| side(found, |_, high| high.mu));
+    Observable "bracket_width" Pure "length of the bracket over its upper end" Source::Bracketed(|found| side(found, |low, high| (high.mu - low.mu) / high.mu));
+    Observable "unbounded" Pure "yes, if there is one solution at most whatever the friction" Source::Bracketed(|found| match &found.bracket {
+        Some(Bracket::Unbounded) => Value::Text("yes".to_owned()),
+        Some(Bracket::Bounded { .. }) => Value::Text("no".to_owned()),
+        None => Value::Missing,
+    });
+    Certificate "witness_residual" Pure "|B(I - EA)x - x| / |x| of the witness above" Source::Bracketed(|found| found.shown.map_or(Value::Missing, |shown| Value::Number(shown.residual)));
+    Certificate "singular_value" Pure "smallest singular value of B(I - EA) - I over its norm, for few elements" Source::Bracketed(|found| {
+        found.shown.and_then(|shown| Some(shown.singular_value? / shown.norm)).map_or(Value::Missing, Value::Number)
+    });
+};
+
 /// The columns that every record has, last.
 const PROVENANCE: &[Column] = results! {
     Provenance "seconds" Time "time that solving took" Source::Record(|record| Value::Number(record.provenance.seconds));
@@ -401,6 +426,14 @@ fn extreme(found: &Multiplicity, read: fn(&Observables) -> f64, of: fn(f64, f64)
 
 fn largest(found: &Multiplicity, read: fn(&Solution) -> f64) -> Value {
     found.solutions.iter().map(read).reduce(f64::max).map_or(Value::Missing, Value::Number)
+}
+
+/// A figure of both sides of a bracket.
+fn side(found: &Bracketed, read: fn(&LowerBound, &Witness) -> f64) -> Value {
+    match &found.bracket {
+        Some(Bracket::Bounded { lower, upper }) => Value::Number(read(lower, upper)),
+        _ => Value::Missing,
+    }
 }
 
 /// `a`/`b`, where there is a `b`.

@@ -7,6 +7,9 @@
 //! series = ["mesh"]           # one curve for each value; if left out, for each combination of the axes left over
 //! panels = "punch"            # one panel for each value
 //! log_x = true                # log_y likewise; neither if left out
+//! band = ["mu_low", "mu_high"]  # shaded between two columns; y may then be left out
+//! front = true                # marks the points that no other one is below and left of
+//! names = "mesh"              # written beside points
 //! fit = true                  # a straight line through each curve's later points, with its slope
 //!
 //! [[figure]]
@@ -52,6 +55,12 @@ pub struct Figure {
     pub log_y: bool,
     /// Whether straight lines are fitted, with their slopes.
     pub fit: bool,
+    /// Lower and upper column of a band; numeric, of one unit.
+    pub band: Option<[String; 2]>,
+    /// Whether the points are marked that no other one is below and left of.
+    pub front: bool,
+    /// The column written beside points.
+    pub names: Option<String>,
 }
 
 /// The name of the figure that stands for a study.
@@ -61,7 +70,21 @@ impl Figure {
     /// A figure of columns and nothing else.
     pub fn new(x: String, y: Vec<String>) -> Self {
         let (series, panels) = (Vec::new(), None);
-        Figure { name: FIRST.to_owned(), title: None, x, y, series, panels, steps: false, log_x: false, log_y: false, fit: false }
+        Figure {
+            name: FIRST.to_owned(),
+            title: None,
+            x,
+            y,
+            series,
+            panels,
+            steps: false,
+            log_x: false,
+            log_y: false,
+            fit: false,
+            band: None,
+            front: false,
+            names: None,
+        }
     }
 
     /// The name of its files without ending: the study's, with the figure's unless that is only the number of the first.
@@ -70,7 +93,7 @@ impl Figure {
     }
 }
 
-const KEYS: &[&str] = &["name", "title", "x", "y", "series", "panels", "steps", "log_x", "log_y", "fit"];
+const KEYS: &[&str] = &["name", "title", "x", "y", "series", "panels", "steps", "log_x", "log_y", "fit", "band", "front", "names"];
 
 /// Reads `[figure]` or every `[[figure]]`; `columns` are the study's.
 pub(crate) fn read_figures(node: &Node<'_>, groups: &[Group], columns: &[Column], problems: &mut Vec<Problem>) -> Vec<Figure> {
@@ -127,7 +150,7 @@ fn read_figure(span: Span, table: &DeTable<'_>, groups: &[Group], columns: &[Col
         read::switch(&format!("figure.{name}"), node).map_err(|problem| problems.push(problem)).ok()
     };
     let (log_x, log_y, steps) = (switch("log_x"), switch("log_y"), switch("steps").unwrap_or(false));
-    let fit = switch("fit").unwrap_or(false);
+    let (fit, front) = (switch("fit").unwrap_or(false), switch("front").unwrap_or(false));
     let title = table.get("title").and_then(|node| read::text("figure.title", node).map_err(|problem| problems.push(problem)).ok());
     let columns = if steps { &along_path(columns.to_vec()) } else { columns };
     let mut column = |name: &str, numeric: bool| {
@@ -135,8 +158,17 @@ fn read_figure(span: Span, table: &DeTable<'_>, groups: &[Group], columns: &[Col
         let read = column_name(&format!("figure.{name}"), node, columns, numeric);
         read.map_err(|problem| problems.push(problem)).ok()
     };
-    let (x, panels) = (column("x", true), column("panels", false));
-    let y = table.get("y").and_then(|node| read_y(node, columns, problems));
+    let (x, panels, names) = (column("x", true), column("panels", false), column("names", false));
+    let band =
+        table.get("band").and_then(|node| read_y("band", node, columns, problems)).and_then(|band| match <[String; 2]>::try_from(band) {
+            Ok(band) => Some(band),
+            Err(_) => {
+                let expected = "must be the lower and the upper column, like [\"mu_low\", \"mu_high\"]";
+                problems.push(Problem::new(table.get("band").map_or(span.clone(), Spanned::span), "`figure.band` is no pair", expected));
+                None
+            }
+        });
+    let y = table.get("y").and_then(|node| read_y("y", node, columns, problems)).or_else(|| band.is_some().then(Vec::new));
     let series = table.get("series").map(|node| match node.get_ref() {
         DeValue::Array(names) => {
             let read = names.iter().map(|node| column_name("figure.series", node, columns, false));
@@ -148,7 +180,7 @@ fn read_figure(span: Span, table: &DeTable<'_>, groups: &[Group], columns: &[Col
         }
     });
     for name in ["x", "y"] {
-        if !table.contains_key(name) {
+        if !table.contains_key(name) && (name == "x" || !table.contains_key("band")) {
             let expected = format!("needs {name} = \"…\", a column of numbers");
             problems.push(Problem::new(span.clone(), format!("the figure has no `{name}`"), expected));
         }
@@ -157,21 +189,25 @@ fn read_figure(span: Span, table: &DeTable<'_>, groups: &[Group], columns: &[Col
     let others = firsts(groups).map(|axis| axis.column().into_owned()).filter(|name| *name != x && panels.as_ref() != Some(name));
     let series = series.unwrap_or_else(|| others.collect());
     let (log_x, log_y) = (log_x.unwrap_or(false), log_y.unwrap_or(false));
-    Some(Figure { title, series, panels, steps, log_x, log_y, fit, ..Figure::new(x, y) })
+    Some(Figure { title, series, panels, steps, log_x, log_y, fit, band, front, names, ..Figure::new(x, y) })
 }
 
 /// Reads a column or a list of columns of one unit; `None` if nothing is right in it.
-fn read_y(node: &Node<'_>, columns: &[Column], problems: &mut Vec<Problem>) -> Option<Vec<String>> {
+fn read_y(key: &str, node: &Node<'_>, columns: &[Column], problems: &mut Vec<Problem>) -> Option<Vec<String>> {
     let nodes: Vec<&Node<'_>> = match node.get_ref() {
         DeValue::Array(names) => names.iter().collect(),
         _ => vec![node],
     };
     if nodes.is_empty() {
-        problems.push(Problem::new(node.span(), "`figure.y` is an empty list", "must be a column or a list of columns of numbers"));
+        problems.push(Problem::new(
+            node.span(),
+            format!("`figure.{key}` is an empty list"),
+            "must be a column or a list of columns of numbers",
+        ));
     }
     let mut names: Vec<(String, Span)> = Vec::new();
     for node in nodes {
-        let name = match column_name("figure.y", node, columns, true) {
+        let name = match column_name(&format!("figure.{key}"), node, columns, true) {
             Ok(name) => name,
             Err(problem) => {
                 problems.push(problem);
@@ -183,9 +219,9 @@ fn read_y(node: &Node<'_>, columns: &[Column], problems: &mut Vec<Problem>) -> O
         if let Some((first, place)) = names.first() {
             let (wanted, found) = (unit(first), unit(&name));
             if names.iter().any(|(other, _)| *other == name) {
-                problems.push(Problem::new(node.span(), format!("`figure.y`: `{name}` is listed twice"), "once is enough"));
+                problems.push(Problem::new(node.span(), format!("`figure.{key}`: `{name}` is listed twice"), "once is enough"));
             } else if wanted != found {
-                let message = format!("`figure.y`: `{first}` and `{name}` cannot share an axis");
+                let message = format!("`figure.{key}`: `{first}` and `{name}` cannot share an axis");
                 let problem = Problem::new(node.span(), message, format!("is {}", in_words(found)));
                 problems.push(
                     problem.context(place.clone(), format!("is {}", in_words(wanted))).help("give each unit a [[figure]] of its own"),
@@ -243,6 +279,10 @@ pub(crate) fn default(kind: Kind, ladder: Option<&Ladder>, groups: &[Group]) -> 
         Kind::Solve if x.column() == "mu" => "stick_fraction",
         Kind::Solve | Kind::Convergence => "load",
         Kind::Multiplicity => "solutions",
+        Kind::Uniqueness => {
+            let band = Some(["mu_low", "mu_high"].map(str::to_owned));
+            return Some(Figure { series, panels, log_x: x.is_log(), band, ..Figure::new(x.column().into_owned(), Vec::new()) });
+        }
     };
     Some(Figure { series, panels, log_x: x.is_log(), ..Figure::new(x.column().into_owned(), vec![y.to_owned()]) })
 }

@@ -4,6 +4,7 @@ use contact::loading::Loading;
 use contact::multiplicity::Search;
 use contact::numerics::{Mesh, Method, Numerics};
 use contact::scene::{Base, Domain, Foundation, Friction, Material, Punch, Scene, SceneError, Shape};
+use contact::uniqueness::{Effort, Question};
 use serde::{Deserialize, Serialize};
 
 use crate::key::{Key, Quantity};
@@ -27,6 +28,13 @@ pub enum Job {
         /// How it is searched.
         search: Search,
     },
+    /// The end μ* of a uniqueness set.
+    Uniqueness {
+        /// What it depends on.
+        question: Question,
+        /// How long it is looked for.
+        effort: Effort,
+    },
 }
 
 /// A scene, and how exactly it is to be solved.
@@ -45,6 +53,7 @@ impl Job {
         match self {
             Job::Solve(_) => Kind::Solve,
             Job::Multiplicity { .. } => Kind::Multiplicity,
+            Job::Uniqueness { .. } => Kind::Uniqueness,
         }
     }
 
@@ -52,6 +61,7 @@ impl Job {
     pub fn case(&self) -> Option<&Case> {
         match self {
             Job::Solve(case) | Job::Multiplicity { case, .. } => Some(case),
+            Job::Uniqueness { .. } => None,
         }
     }
 
@@ -59,6 +69,7 @@ impl Job {
     pub fn mesh(&self) -> Mesh {
         match self {
             Job::Solve(case) | Job::Multiplicity { case, .. } => case.numerics.mesh,
+            Job::Uniqueness { question, .. } => question.mesh,
         }
     }
 
@@ -66,6 +77,7 @@ impl Job {
     pub fn validate(&self) -> Result<(), SceneError> {
         match self {
             Job::Solve(case) | Job::Multiplicity { case, .. } => case.validate(),
+            Job::Uniqueness { question, .. } => question.validate(),
         }
     }
 
@@ -126,6 +138,10 @@ impl Job {
                 case.normalise();
                 (case.numerics.method, case.numerics.simulate) = (Method::default(), Vec::new());
             }
+            Job::Uniqueness { question, .. } => {
+                normalise(&mut question.foundation, &mut question.punch);
+                question.epsilon += 0.0;
+            }
         }
     }
 }
@@ -141,15 +157,7 @@ impl Case {
         let scene = &mut self.scene;
         scene.loading = scene.loading.normalised();
         scene.friction.mu += 0.0;
-        for layer in &mut scene.foundation.layers {
-            layer.poisson += 0.0;
-        }
-        if let Base::Elastic(material) = &mut scene.foundation.base {
-            material.poisson += 0.0;
-        }
-        if let Some(material) = &mut scene.punch.material {
-            material.poisson += 0.0;
-        }
+        normalise(&mut scene.foundation, &mut scene.punch.material);
         if let Shape::WheelOnRail(wheel) = &mut scene.punch.shape {
             for x in [&mut wheel.gauge_depth, &mut wheel.flange_back_to_origin, &mut wheel.lateral, &mut wheel.yaw, &mut wheel.roll] {
                 *x += 0.0;
@@ -158,6 +166,19 @@ impl Case {
         self.numerics.epsilon += 0.0;
         self.numerics.simulate.sort();
         self.numerics.simulate.dedup();
+    }
+}
+
+/// −0 becomes 0.
+fn normalise(foundation: &mut Foundation, punch: &mut Option<Material>) {
+    for layer in &mut foundation.layers {
+        layer.poisson += 0.0;
+    }
+    if let Base::Elastic(material) = &mut foundation.base {
+        material.poisson += 0.0;
+    }
+    if let Some(material) = punch {
+        material.poisson += 0.0;
     }
 }
 

@@ -12,11 +12,13 @@ pub enum Kind {
     Convergence,
     /// Every point is searched for all of its solutions.
     Multiplicity,
+    /// The end μ* of the uniqueness set is bracketed at every point.
+    Uniqueness,
 }
 
 impl Kind {
     /// Every kind.
-    pub const ALL: &'static [Kind] = &[Kind::Solve, Kind::Convergence, Kind::Multiplicity];
+    pub const ALL: &'static [Kind] = &[Kind::Solve, Kind::Convergence, Kind::Multiplicity, Kind::Uniqueness];
 
     /// How a study file calls it.
     pub fn name(self) -> &'static str {
@@ -24,6 +26,7 @@ impl Kind {
             Kind::Solve => "solve",
             Kind::Convergence => "convergence",
             Kind::Multiplicity => "multiplicity",
+            Kind::Uniqueness => "uniqueness",
         }
     }
 
@@ -40,6 +43,14 @@ impl Kind {
             Kind::Multiplicity => match key {
                 Key::Simulate => Some("a search simulates every effect"),
                 Key::Method => Some("a search tries every method"),
+                _ => None,
+            },
+            Kind::Uniqueness => match key {
+                Key::Mu => Some("it asks for the friction"),
+                Key::Steps | Key::CycleFrom | Key::Cycles => Some("uniqueness does not depend on the loading"),
+                Key::DomainWidthX | Key::DomainWidthY | Key::DomainCenterX | Key::DomainCenterY => Some("the flat sole of its punch is Ω"),
+                Key::Ceiling | Key::Method | Key::Tolerance | Key::MaxIterations | Key::Simulate => Some("no scene is solved"),
+                _ if key.list() == Some(Key::Steps) => Some("uniqueness does not depend on the loading"),
                 _ => None,
             },
         }

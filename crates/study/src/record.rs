@@ -6,6 +6,8 @@
 
 use contact::multiplicity::Multiplicity;
 use contact::outcome::{Fields, Outcome, Status};
+use contact::uniqueness::Bracket;
+use contact::uniqueness::witness::Shown;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::job::{Job, JobError, JobKey, PHYSICS_VERSION};
@@ -17,6 +19,8 @@ pub enum Ending {
     Finished(Outcome),
     /// It was searched for solutions; whether any was found is in [`Multiplicity::status`].
     Searched(Multiplicity),
+    /// The end of its uniqueness set was looked for.
+    Bracketed(Box<Bracketed>),
     /// It killed or outlived its workers and was set aside.
     Quarantined {
         /// What happened: a signal, a deadline, memory.
@@ -32,6 +36,7 @@ impl Ending {
         match self {
             Ending::Finished(outcome) => Some(&outcome.status),
             Ending::Searched(found) => Some(&found.status),
+            Ending::Bracketed(found) => Some(&found.status),
             Ending::Quarantined { .. } => None,
         }
     }
@@ -43,6 +48,17 @@ impl Ending {
             _ => None,
         }
     }
+}
+
+/// What came of looking for the end μ* of a uniqueness set.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bracketed {
+    /// Certified if both sides were verified by code of their own.
+    pub status: Status,
+    /// Both sides, with what it takes to verify them again.
+    pub bracket: Option<Bracket>,
+    /// What verifying the witness above has shown.
+    pub shown: Option<Shown>,
 }
 
 /// Who computed a record, when and how fast. Nothing in here is reproducible.
@@ -145,7 +161,7 @@ impl Record {
     pub fn outcome(&self) -> Option<&Outcome> {
         match &self.ending {
             Ending::Finished(outcome) => Some(outcome),
-            Ending::Searched(_) | Ending::Quarantined { .. } => None,
+            Ending::Searched(_) | Ending::Bracketed(_) | Ending::Quarantined { .. } => None,
         }
     }
 
@@ -153,7 +169,15 @@ impl Record {
     pub fn multiplicity(&self) -> Option<&Multiplicity> {
         match &self.ending {
             Ending::Searched(found) => Some(found),
-            Ending::Finished(_) | Ending::Quarantined { .. } => None,
+            Ending::Finished(_) | Ending::Bracketed(_) | Ending::Quarantined { .. } => None,
+        }
+    }
+
+    /// What came of looking for the end of a uniqueness set.
+    pub fn bracketed(&self) -> Option<&Bracketed> {
+        match &self.ending {
+            Ending::Bracketed(found) => Some(found),
+            Ending::Finished(_) | Ending::Searched(_) | Ending::Quarantined { .. } => None,
         }
     }
 

@@ -1,10 +1,13 @@
 //! From a job to the settings that describe it.
 
+use std::borrow::Cow;
+
 use contact::loading::{Loading, Step};
 use contact::multiplicity::Search;
 use contact::numerics::{Mesh, Method, Numerics, Projection};
 use contact::punch::Side;
 use contact::scene::{Base, Domain, Foundation, Material, Shape};
+use contact::uniqueness::Sole;
 
 use crate::job::{Case, Job};
 use crate::key::Key;
@@ -13,7 +16,7 @@ use crate::sheet::Setting;
 /// What a job says, whatever its kind.
 struct Parts<'a> {
     foundation: &'a Foundation,
-    shape: Option<&'a Shape>,
+    shape: Option<Cow<'a, Shape>>,
     material: Option<&'a Material>,
     mu: Option<f64>,
     domain: Option<&'a Domain>,
@@ -22,7 +25,8 @@ struct Parts<'a> {
     projection: Projection,
     epsilon: f64,
     numerics: Option<&'a Numerics>,
-    search: Option<&'a Search>,
+    /// Starts and seed.
+    search: Option<(u32, u64)>,
 }
 
 impl<'a> Parts<'a> {
@@ -30,7 +34,7 @@ impl<'a> Parts<'a> {
         match job {
             Job::Solve(Case { scene, numerics }) | Job::Multiplicity { case: Case { scene, numerics }, .. } => Parts {
                 foundation: &scene.foundation,
-                shape: Some(&scene.punch.shape),
+                shape: Some(Cow::Borrowed(&scene.punch.shape)),
                 material: scene.punch.material.as_ref(),
                 mu: Some(scene.friction.mu),
                 domain: scene.domain.as_ref(),
@@ -40,9 +44,25 @@ impl<'a> Parts<'a> {
                 epsilon: numerics.epsilon,
                 numerics: Some(numerics),
                 search: match job {
-                    Job::Multiplicity { search, .. } => Some(search),
-                    Job::Solve(_) => None,
+                    Job::Multiplicity { search: Search { starts, seed }, .. } => Some((*starts, *seed)),
+                    Job::Solve(_) | Job::Uniqueness { .. } => None,
                 },
+            },
+            Job::Uniqueness { question, effort } => Parts {
+                foundation: &question.foundation,
+                shape: Some(Cow::Owned(match question.sole {
+                    Sole::Rectangle { width_x, width_y } => Shape::FlatRectangle { width_x, width_y },
+                    Sole::Disk { radius } => Shape::FlatDisk { radius },
+                })),
+                material: question.punch.as_ref(),
+                mu: None,
+                domain: None,
+                loading: None,
+                mesh: question.mesh,
+                projection: question.projection,
+                epsilon: question.epsilon,
+                numerics: None,
+                search: Some((effort.search.starts, effort.search.seed)),
             },
         }
     }
@@ -83,6 +103,7 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         numerics,
         search,
     } = Parts::of(job);
+    let shape = shape.as_deref();
     let wheel = || match shape? {
         Shape::WheelOnRail(wheel) => Some(wheel),
         _ => None,
@@ -186,8 +207,8 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         }),
         Key::Tolerance => number(numerics?.tolerance),
         Key::MaxIterations => Some(Setting::Count(numerics?.max_iterations)),
-        Key::Starts => Some(Setting::Count(search?.starts)),
-        Key::Seed => Some(Setting::Count(u32::try_from(search?.seed).unwrap_or(u32::MAX))),
+        Key::Starts => Some(Setting::Count(search?.0)),
+        Key::Seed => Some(Setting::Count(u32::try_from(search?.1).unwrap_or(u32::MAX))),
         Key::Simulate => Some(&numerics?.simulate).filter(|effects| !effects.is_empty()).map(|effects| Setting::Effects(effects.clone())),
     }
 }

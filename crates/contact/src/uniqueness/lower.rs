@@ -43,7 +43,6 @@ use super::symmetry::{Block, Symmetries, asymmetry};
 
 /// The lower side of μ*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Lower {
     /// μ* = ∞, exactly: pressures move nothing sideways.
     Unbounded,

@@ -95,6 +95,41 @@ pub struct Question {
     pub epsilon: f64,
 }
 
+impl Question {
+    /// Refuses what has no meaning.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        let (scene, numerics) = self.flat_punch();
+        scene.validate()?;
+        numerics.validate()
+    }
+
+    /// The contact problem of a flat punch with this sole, whose operator it is.
+    pub(crate) fn flat_punch(&self) -> (Scene, Numerics) {
+        let shape = match self.sole {
+            Sole::Rectangle { width_x, width_y } => Shape::FlatRectangle { width_x, width_y },
+            Sole::Disk { radius } => Shape::FlatDisk { radius },
+        };
+        let scene = Scene {
+            foundation: self.foundation.clone(),
+            punch: Punch { shape, material: self.punch },
+            friction: Friction { mu: 0.0 },
+            domain: None,
+            loading: Loading::path(vec![Step { approach: Some(0.0), ..Step::default() }]),
+        };
+        let numerics = Numerics {
+            mesh: self.mesh,
+            projection: self.projection,
+            epsilon: self.epsilon,
+            ceiling: None,
+            method: Method::Auto,
+            tolerance: Numerics::default_tolerance(),
+            max_iterations: Numerics::default_max_iterations(),
+            simulate: Vec::new(),
+        };
+        (scene, numerics)
+    }
+}
+
 /// Where the bodies can touch.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "shape", rename_all = "kebab-case", deny_unknown_fields)]
@@ -115,7 +150,6 @@ pub enum Sole {
 
 /// Where μ* is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Bracket {
     /// μ* = ∞, exactly: pressures move nothing sideways.
     Unbounded,
@@ -151,13 +185,34 @@ pub enum BracketError {
     Upper(#[from] upper::UpperError),
 }
 
-/// Brackets μ*: a certificate with weights for each orbit of elements below, by dense algebra, and a witness above. Either side is
-/// checked on its own, by [`lower::verify`] and [`Witness::verify`].
+/// The most elements of which every orbit gets weights of its own; beyond, they are carried over from a coarser mesh.
+const DENSE_ELEMENTS: usize = 256;
+
+/// The most rows of a block that is factored: some 100 MB for each of a few matrices.
+const FACTORED_ROWS: usize = 3600;
+
+/// Brackets μ*: a certificate with weights below, and a witness above. Either side is checked on its own, by [`lower::verify`] and
+/// [`Witness::verify`].
 pub fn bracket(question: &Question, effort: &Effort) -> Result<Bracket, BracketError> {
     let system = System::new(question)?;
-    match (lower::lower(&system, lower::Freedom::PerOrbit)?, upper::upper(question, &effort.search)?) {
+    match (lower_side(question, &system)?, upper::upper(question, &effort.search)?) {
         (lower::Lower::Bound(lower), upper::Upper::Bound(upper)) => Ok(Bracket::Bounded { lower, upper }),
         _ => Ok(Bracket::Unbounded),
+    }
+}
+
+fn lower_side(question: &Question, system: &System) -> Result<lower::Lower, BracketError> {
+    let mut elements = [system.grid().nx(), system.grid().ny()];
+    if system.elements() <= DENSE_ELEMENTS {
+        return Ok(lower::lower(system, lower::Freedom::PerOrbit)?);
+    }
+    while elements[0] * elements[1] > DENSE_ELEMENTS {
+        elements = elements.map(|n| n.div_ceil(2));
+    }
+    let coarse = System::new(&Question { mesh: Mesh::Exact(elements.map(|n| n as u32)), ..question.clone() })?;
+    match lower::lower(&coarse, lower::Freedom::PerOrbit)? {
+        lower::Lower::Unbounded => Ok(lower::Lower::Unbounded),
+        lower::Lower::Bound(bound) => Ok(lower::lower_from(system, &coarse, &bound, FACTORED_ROWS)?),
     }
 }
 
@@ -173,27 +228,7 @@ impl System {
     /// The operator of a question: that of the contact problem of a flat punch with this sole. Refuses what
     /// [`Scene::validate`] and [`Numerics::validate`] refuse.
     pub fn new(question: &Question) -> Result<Self, SceneError> {
-        let shape = match question.sole {
-            Sole::Rectangle { width_x, width_y } => Shape::FlatRectangle { width_x, width_y },
-            Sole::Disk { radius } => Shape::FlatDisk { radius },
-        };
-        let scene = Scene {
-            foundation: question.foundation.clone(),
-            punch: Punch { shape, material: question.punch },
-            friction: Friction { mu: 0.0 },
-            domain: None,
-            loading: Loading::path(vec![Step { approach: Some(0.0), ..Step::default() }]),
-        };
-        let numerics = Numerics {
-            mesh: question.mesh,
-            projection: question.projection,
-            epsilon: question.epsilon,
-            ceiling: None,
-            method: Method::Auto,
-            tolerance: Numerics::default_tolerance(),
-            max_iterations: Numerics::default_max_iterations(),
-            simulate: Vec::new(),
-        };
+        let (scene, numerics) = question.flat_punch();
         let problem = Problem::new(&scene, &numerics, &Surfaces::default())?;
         let table = InfluenceTable::new(&problem.grid, problem.elasticity, problem.projection);
         let toeplitz = Toeplitz::new(&table);

@@ -35,7 +35,6 @@ impl Default for Search {
 
 /// The upper side of μ*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Upper {
     /// μ* = ∞, exactly: pressures move nothing sideways, and no x ≠ 0 is admissible.
     Unbounded,
