@@ -15,6 +15,7 @@
 
 pub mod certificate;
 pub mod effect;
+pub mod estimate;
 mod forecast;
 pub mod foundation;
 pub mod friction;

@@ -4,6 +4,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::estimate::Estimate;
+
 /// How a solve ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Status {
@@ -21,7 +23,8 @@ pub enum Status {
 pub struct Outcome {
     /// Whether it counts as solved, all the way to the end of the path.
     pub status: Status,
-    /// The coarser grids on which the start of the first increment was found, from coarse to fine; none where it was not sought there.
+    /// The coarser grids on which the start of the first increment was found, or the path followed for an estimate of the error, from
+    /// coarse to fine.
     pub levels: Vec<Level>,
     /// Every increment of the path that was solved, in order. Of a path that could not be followed the last one is the
     /// increment at which it failed; those before it are solutions.
@@ -30,6 +33,10 @@ pub struct Outcome {
     pub hertz: Option<Hertz>,
     /// Where a wheel meets its rail, at the end of the path.
     pub rail: Option<RailContact>,
+    /// How far the end of the path is from what ever finer meshes would give; `None` where no coarser grid could be solved to tell it:
+    /// for a path that could not be followed, on fewer than [`FEWEST`](crate::estimate::FEWEST) elements along a side, and where the
+    /// method fails on the grid of half as many elements each way.
+    pub estimate: Option<Estimate>,
 }
 
 impl Outcome {
@@ -263,12 +270,12 @@ pub struct WorkDone {
     pub operator_applications: u64,
 }
 
-/// A coarser grid on which a start was sought.
+/// A coarser grid on which a start was sought, or the path followed for an estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Level {
     /// Elements along x and y.
     pub elements: [u32; 2],
-    /// What its solution took.
+    /// What it took.
     pub work: WorkDone,
 }
 

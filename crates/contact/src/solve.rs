@@ -2,9 +2,9 @@
 
 use crate::certificate::certify;
 use crate::effect::{Effect, Effects, Stage};
+use crate::estimate::{self, Estimate};
 use crate::influence::{Components, Mirror};
-use crate::loading::Control;
-use crate::loading::Step;
+use crate::loading::{Control, Leg, Step};
 use crate::numerics::{Mesh, Method, Numerics};
 use crate::observables::{fields, observables, states};
 use crate::operators::{Operator, Operators};
@@ -26,86 +26,176 @@ pub fn solve(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators:
 
 fn follow(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators: &mut Operators) -> Result<(Outcome, Fields), SceneError> {
     let gap = Gap::new(scene, surfaces)?;
-    let mut problem = Problem::new(scene, numerics, surfaces)?;
-    let effects = Effects::of(scene, numerics, [problem.grid.nx(), problem.grid.ny()], surfaces)?;
-    let stages = effects.stages(scene);
-    // the certificate knows no mirror planes
-    let certified = if effects.has(Effect::Friction) { Components::ALL } else { Components::NORMAL };
-    let without_mirror = problem.reduced(certified, Mirror::NONE, None).expect("without a mirror plane there is nothing to refuse");
-    let operator = operators.of(&without_mirror);
-    let limits = Limits { tolerance: numerics.tolerance, max_iterations: numerics.max_iterations };
-    let mut outcome = Outcome { status: Status::Certified, levels: Vec::new(), steps: Vec::new(), hertz: None, rail: None };
-    let mut last_fields = Fields::default();
-    let (method, _) = numerics.method.chosen(&scene.loading, [problem.grid.nx(), problem.grid.ny()]);
-    let mut start = match (method, scene.loading.legs().first()) {
-        (Method::Newton, Some(leg)) => {
-            let asked = leg.increment(1, &Motion::default(), &[0.0; 6]);
-            coarse_start(scene, numerics, surfaces, operators, &problem, &stages, &asked, &mut outcome.levels)
-        }
-        _ => Start { p: vec![0.0; problem.f.len()], motion: [0.0; 6] },
+    let problem = Problem::new(scene, numerics, surfaces)?;
+    let elements = [problem.grid.nx(), problem.grid.ny()];
+    let effects = Effects::of(scene, numerics, elements, surfaces)?;
+    let study =
+        Study { scene, numerics, surfaces, stages: effects.stages(scene), certified: certified(&effects), increments: increments(scene) };
+    let (method, _) = numerics.method.chosen(&scene.loading, elements);
+    let mut ladder = Vec::new();
+    let start = match method {
+        Method::Newton => coarse_start(&study, operators, &problem, estimate::TOLERANCE, &mut ladder),
+        Method::Seidel | Method::Auto => nothing(&problem),
     };
-    let mut before = Before::default();
-    for leg in scene.loading.legs() {
-        let departure = before;
-        for part in 1..=leg.increments {
-            let asked = leg.increment(part, &departure.motion, &departure.resultants);
-            let controls = in_units(&asked, &problem);
-            let iterate = solver::solve(method, &mut problem, operators, &stages, &controls, &start, &limits);
-            let (status, mut step, fields, w) = conclude(&problem, &operator, &iterate, &asked, &before, numerics.tolerance);
-            (step.step, step.cycle) = (leg.step, leg.cycle);
-            before = Before { motion: step.motion, resultants: step.observables.resultants() };
-            outcome.steps.push(step);
-            outcome.hertz = hertz(scene, &gap, &step);
-            outcome.rail = rail_contact(&gap, &step);
-            last_fields = fields;
-            if let Status::Failed { reason } = status {
-                let reason = place(&reason, scene, &outcome, part, leg.increments);
-                return Ok((Outcome { status: Status::Failed { reason }, ..outcome }, last_fields));
-            }
-            problem.remember(&iterate.p, &w, &iterate.motion);
-            start = Start { p: iterate.p, motion: iterate.motion };
+    let limits = Limits { tolerance: numerics.tolerance, max_iterations: numerics.max_iterations };
+    let mut path = Path::new(&study, problem, start, operators);
+    let mut status = Status::Certified;
+    for (leg, part) in &study.increments {
+        status = path.advance(&study, method, leg, *part, &limits, operators);
+        if let Status::Failed { reason } = &status {
+            status = Status::Failed { reason: place(reason, scene, path.steps.last(), *part, leg.increments) };
+            break;
         }
     }
-    Ok((outcome, last_fields))
+    let estimate = if status == Status::Certified { estimate(&study, &path, &mut ladder, operators) } else { None };
+    let last = path.steps.last();
+    let (hertz, rail) = (last.and_then(|step| hertz(scene, &gap, step)), last.and_then(|step| rail_contact(&gap, step)));
+    let mut levels: Vec<Level> = ladder.iter().map(Path::level).collect();
+    levels.sort_by_key(|level| level.elements.map(u64::from).iter().product::<u64>());
+    Ok((Outcome { status, levels, steps: path.steps, hertz, rail, estimate }, path.fields))
+}
+
+/// What the solutions on all grids have in common.
+struct Study<'a> {
+    scene: &'a Scene,
+    numerics: &'a Numerics,
+    surfaces: &'a Surfaces,
+    stages: Vec<Stage>,
+    /// Components of the operator that certifies.
+    certified: Components,
+    /// Every increment of the path: its leg, and which part of that it is.
+    increments: Vec<(Leg, u32)>,
+}
+
+fn certified(effects: &Effects) -> Components {
+    if effects.has(Effect::Friction) { Components::ALL } else { Components::NORMAL }
+}
+
+fn increments(scene: &Scene) -> Vec<(Leg, u32)> {
+    scene.loading.legs().into_iter().flat_map(|leg| (1..=leg.increments).map(move |part| (leg, part))).collect()
+}
+
+/// The path on one grid, as far as it has been followed.
+struct Path {
+    problem: Problem,
+    /// Certifies; it knows no mirror planes.
+    operator: Operator,
+    /// The end so far, from which the next increment begins.
+    start: Start,
+    before: Before,
+    /// The end of the leg before.
+    departure: Before,
+    steps: Vec<StepOutcome>,
+    /// Of the last increment.
+    fields: Fields,
+}
+
+impl Path {
+    fn new(study: &Study<'_>, problem: Problem, start: Start, operators: &mut Operators) -> Self {
+        let without_mirror =
+            problem.reduced(study.certified, Mirror::NONE, None).expect("without a mirror plane there is nothing to refuse");
+        let operator = operators.of(&without_mirror);
+        let (before, departure) = (Before::default(), Before::default());
+        Self { problem, operator, start, before, departure, steps: Vec::new(), fields: Fields::default() }
+    }
+
+    /// Solves the next increment, the `part`-th of `leg`.
+    fn advance(&mut self, study: &Study<'_>, method: Method, leg: &Leg, part: u32, limits: &Limits, operators: &mut Operators) -> Status {
+        if part == 1 {
+            self.departure = self.before;
+        }
+        let asked = leg.increment(part, &self.departure.motion, &self.departure.resultants);
+        let controls = in_units(&asked, &self.problem);
+        let iterate = solver::solve(method, &mut self.problem, operators, &study.stages, &controls, &self.start, limits);
+        let (status, mut step, fields, w) = conclude(&self.problem, &self.operator, &iterate, &asked, &self.before, limits.tolerance);
+        (step.step, step.cycle) = (leg.step, leg.cycle);
+        self.before = Before { motion: step.motion, resultants: step.observables.resultants() };
+        self.steps.push(step);
+        self.fields = fields;
+        self.problem.remember(&iterate.p, &w, &iterate.motion);
+        self.start = Start { p: iterate.p, motion: iterate.motion };
+        status
+    }
+
+    fn elements(&self) -> [u32; 2] {
+        [self.problem.grid.nx(), self.problem.grid.ny()].map(|n| n as u32)
+    }
+
+    fn level(&self) -> Level {
+        let sum = |part: fn(&WorkDone) -> u64| self.steps.iter().map(|step| part(&step.work)).sum();
+        let work = WorkDone { iterations: sum(|work| work.iterations), operator_applications: sum(|work| work.operator_applications) };
+        Level { elements: self.elements(), work }
+    }
 }
 
 /// Elements along a side below which a grid is coarse enough to begin from nothing.
 const COARSEST: u32 = 12;
 
+fn nothing(problem: &Problem) -> Start {
+    Start { p: vec![0.0; problem.f.len()], motion: [0.0; 6] }
+}
+
 /// A start for the first increment, found on grids of half as many elements each way, from the coarsest up: Newton's method
-/// from nothing finds its way on few elements, and on many it does not. What each grid took goes to `levels`.
-#[allow(clippy::too_many_arguments)]
-fn coarse_start(
-    scene: &Scene,
-    numerics: &Numerics,
-    surfaces: &Surfaces,
-    operators: &mut Operators,
-    fine: &Problem,
-    stages: &[Stage],
-    asked: &[Control; 6],
-    levels: &mut Vec<Level>,
-) -> Start {
-    let nothing = Start { p: vec![0.0; fine.f.len()], motion: [0.0; 6] };
+/// from nothing finds its way on few elements, and on many it does not. The paths on these grids, as far as the first increment, go to
+/// `ladder`; on the finest of them it is solved to this tolerance.
+fn coarse_start(study: &Study<'_>, operators: &mut Operators, fine: &Problem, tolerance: f64, ladder: &mut Vec<Path>) -> Start {
     let elements = [fine.grid.nx(), fine.grid.ny()].map(|n| n as u32);
     let halved = elements.map(|n| if n > COARSEST { n.div_ceil(2) } else { n });
     if halved == elements {
-        return nothing;
+        return nothing(fine);
     }
-    let coarse_numerics = Numerics { mesh: Mesh::Exact(halved), ..numerics.clone() };
-    let Ok(mut coarse) = Problem::new(scene, &coarse_numerics, surfaces) else { return nothing };
-    let start = coarse_start(scene, numerics, surfaces, operators, &coarse, stages, asked, levels);
-    let limits = Limits { tolerance: COARSE_TOLERANCE, max_iterations: numerics.max_iterations };
-    let controls = in_units(asked, &coarse);
-    let iterate = solver::solve(Method::Newton, &mut coarse, operators, stages, &controls, &start, &limits);
-    levels.push(Level { elements: halved, work: work(&iterate) });
-    if iterate.stop != Stop::Converged {
-        return nothing;
-    }
-    Start { p: coarse.grid.sample(&iterate.p, &fine.grid), motion: iterate.motion }
+    let Some(coarse) = first_increment(study, operators, halved, tolerance, ladder) else { return nothing(fine) };
+    let usable = coarse.steps.iter().all(|step| step.certificate.meets(START_TOLERANCE));
+    let start = Start { p: coarse.problem.grid.sample(&coarse.start.p, &fine.grid), motion: coarse.start.motion };
+    ladder.push(coarse);
+    if usable { start } else { nothing(fine) }
+}
+
+/// The first increment on a grid of so many elements to this tolerance, by way of coarser ones.
+fn first_increment(
+    study: &Study<'_>,
+    operators: &mut Operators,
+    elements: [u32; 2],
+    tolerance: f64,
+    ladder: &mut Vec<Path>,
+) -> Option<Path> {
+    let numerics = Numerics { mesh: Mesh::Exact(elements), ..study.numerics.clone() };
+    let problem = Problem::new(study.scene, &numerics, study.surfaces).ok()?;
+    let (leg, part) = study.increments.first()?;
+    let start = coarse_start(study, operators, &problem, START_TOLERANCE, ladder);
+    let mut path = Path::new(study, problem, start, operators);
+    let limits = Limits { tolerance, max_iterations: study.numerics.max_iterations };
+    path.advance(study, Method::Newton, leg, *part, &limits, operators);
+    Some(path)
 }
 
 /// Relative residual at which a coarse solution is good enough to begin from.
-const COARSE_TOLERANCE: f64 = 1e-3;
+const START_TOLERANCE: f64 = 1e-3;
+
+/// The estimate for the end of `path`, from the same path on a grid of half as many elements each way: the one of `ladder`, or where
+/// that has none, one that is added to it.
+fn estimate(study: &Study<'_>, path: &Path, ladder: &mut Vec<Path>, operators: &mut Operators) -> Option<Estimate> {
+    let elements = estimate::coarser(path.elements())?;
+    let at = match ladder.iter().position(|coarse| coarse.elements() == elements) {
+        Some(at) => at,
+        None => {
+            let coarse = first_increment(study, operators, elements, estimate::TOLERANCE, ladder)?;
+            ladder.push(coarse);
+            ladder.len() - 1
+        }
+    };
+    let coarse = &mut ladder[at];
+    if !coarse.steps.iter().all(|step| step.certificate.meets(estimate::TOLERANCE)) {
+        return None;
+    }
+    let limits = Limits { tolerance: estimate::TOLERANCE, max_iterations: study.numerics.max_iterations };
+    for (leg, part) in &study.increments[coarse.steps.len()..] {
+        if coarse.advance(study, Method::Newton, leg, *part, &limits, operators) != Status::Certified {
+            return None;
+        }
+    }
+    estimate::estimate(study.scene, study.numerics, (&path.steps, &path.fields), (&coarse.steps, &coarse.fields))
+}
 
 /// The state that an increment starts from, in SI units.
 #[derive(Clone, Copy, Debug, Default)]
@@ -159,8 +249,8 @@ pub(crate) fn in_units(asked: &[Control; 6], problem: &Problem) -> [Control; 6] 
 }
 
 /// A reason with the place on the path where it holds, if the path has more than one increment.
-fn place(reason: &str, scene: &Scene, outcome: &Outcome, part: u32, increments: u32) -> String {
-    let Some(last) = outcome.last() else { return reason.to_owned() };
+fn place(reason: &str, scene: &Scene, last: Option<&StepOutcome>, part: u32, increments: u32) -> String {
+    let Some(last) = last else { return reason.to_owned() };
     if scene.loading.steps.len() == 1 && increments == 1 {
         return reason.to_owned();
     }
