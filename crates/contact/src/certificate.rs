@@ -5,7 +5,7 @@
 
 use crate::loading::Control;
 use crate::outcome::{Certificate, Observables};
-use crate::problem::Problem;
+use crate::problem::{Diagonals, Problem};
 
 impl Certificate {
     /// Whether the residuals allow to call it a solution: the natural-map residual, tension, cone violation and the
@@ -16,18 +16,19 @@ impl Certificate {
     }
 }
 
-/// Certifies tractions `p` against `problem`. `displacement` is A p and `diagonal` the largest diagonal entry of A, both
+/// Certifies tractions `p` against `problem`. `displacement` is A p and `diagonal` the diagonal entries of A, both
 /// from an operator that the solver did not use; `claimed` are the observables \[SI\] that go out with `p`, `asked` what was to govern
 /// the punch \[SI\].
 pub fn certify(
     problem: &Problem,
     p: &[f64],
     displacement: &[f64],
-    diagonal: f64,
+    diagonal: impl Into<Diagonals>,
     claimed: &Observables,
     asked: &[Control; 6],
 ) -> Certificate {
     let k = problem.grid.len();
+    let Diagonals { normal, tangential } = diagonal.into();
     let (mu, ceiling) = (problem.mu, problem.ceiling);
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, |a, b| if b.is_nan() { f64::INFINITY } else { a.max(b) });
     let active = || problem.grid.active();
@@ -40,7 +41,8 @@ pub fn certify(
     let largest_slip = largest(&mut active().filter(|&e| p[e] > 0.0).map(|e| w(e, 1).hypot(w(e, 2))));
 
     let mut certificate = Certificate::default();
-    let (mut defect, mut size) = (0.0, 0.0);
+    // tractions with their images, kept to be measured in units of the largest: squares leave the range of doubles early
+    let mut images: Vec<[[f64; 3]; 2]> = Vec::new();
     let mut force = [0.0; 6];
     for e in active() {
         let [pressure, px, py] = [p[e], p[k + e], p[2 * k + e]];
@@ -48,8 +50,8 @@ pub fn certify(
         let [gap, slip_x, slip_y] = [w(e, 0), w(e, 1), w(e, 2)];
 
         // the natural map, written as a nearest point of the truncated cone's section rather than as G
-        let pull = 1.0 / diagonal;
-        let trial = (pressure - pull * gap, px - pull * slip_x, py - pull * slip_y);
+        let (press, pull) = (1.0 / (normal + problem.epsilon), 1.0 / (tangential + problem.epsilon));
+        let trial = (pressure - press * gap, px - pull * slip_x, py - pull * slip_y);
         let allowed = if trial.0 <= 0.0 {
             0.0
         } else if trial.0 >= ceiling {
@@ -60,8 +62,7 @@ pub fn certify(
         let radius = mu * allowed;
         let trial_traction = trial.1.hypot(trial.2);
         let shrink = if trial_traction > radius { radius / trial_traction } else { 1.0 };
-        defect += (pressure - allowed).powi(2) + (px - trial.1 * shrink).powi(2) + (py - trial.2 * shrink).powi(2);
-        size += pressure * pressure + px * px + py * py;
+        images.push([[pressure, px, py], [allowed, trial.1 * shrink, trial.2 * shrink]]);
 
         certificate.tension = certificate.tension.max(relative((-pressure).max(0.0), peak));
         // at the ceiling the law (3) lets the bodies overlap
@@ -84,12 +85,16 @@ pub fn certify(
             *total += part;
         }
     }
-    certificate.residual = if defect == 0.0 {
+    let unit = largest(&mut images.iter().flatten().flatten().map(|t| t.abs()));
+    let square = |a: f64, b: f64| ((a - b) / unit).powi(2);
+    let defect: f64 = images.iter().flat_map(|[own, image]| own.iter().zip(image)).map(|(a, b)| square(*a, *b)).sum();
+    let size: f64 = images.iter().flat_map(|[own, _]| own).map(|a| square(*a, 0.0)).sum();
+    certificate.residual = if unit == 0.0 {
         0.0
-    } else if defect.is_nan() {
-        f64::INFINITY
     } else {
-        (defect / size).sqrt()
+        // 0/0 comes of tractions that are no numbers
+        let residual = (defect / size).sqrt();
+        if residual.is_nan() { f64::INFINITY } else { residual }
     };
 
     let area = problem.grid.element_area();
@@ -97,6 +102,10 @@ pub fn certify(
     let magnitude: f64 = active().map(|e| p[e].abs().max(p[k + e].abs()).max(p[2 * k + e].abs())).sum::<f64>() * unit;
     let c = claimed;
     let claims = [c.load, c.force_x, c.force_y, c.moment_x, c.moment_y, c.moment_z];
+    // of forces below the range of doubles no digit is certain
+    if peak > 0.0 && !magnitude.is_normal() {
+        certificate.force_imbalance = f64::INFINITY;
+    }
     for (which, (sum, claim)) in force.iter().zip(claims).enumerate() {
         let arm = if which < 3 { 1.0 } else { problem.scale.length };
         let mut off = relative((claim - sum * unit * arm).abs(), magnitude * arm);

@@ -2,7 +2,7 @@
 
 use crate::friction::h_u;
 use crate::outcome::{Fields, Observables};
-use crate::problem::Problem;
+use crate::problem::{Diagonals, Problem};
 
 /// What an element does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,12 +19,13 @@ pub enum State {
 }
 
 /// The state of every element, read off the natural map x = p − E v: an element in contact sticks when the projection
-/// onto its friction disk leaves x_t as it is. `w` = A p − f, `diagonal` = 1/E. Without friction everything in contact slips.
-pub fn states(problem: &Problem, p: &[f64], w: &[f64], diagonal: f64) -> Vec<State> {
+/// onto its friction disk leaves x_t as it is. `w` = A p − f, `diagonal` those of A. Without friction everything in contact slips.
+pub fn states(problem: &Problem, p: &[f64], w: &[f64], diagonal: impl Into<Diagonals>) -> Vec<State> {
+    let diagonal = diagonal.into();
     let k = problem.grid.len();
     let mut states = vec![State::Outside; k];
     for e in problem.grid.active() {
-        let x = [0, 1, 2].map(|c| p[c * k + e] - (problem.epsilon * p[c * k + e] + w[c * k + e]) / diagonal);
+        let x = problem.trial([p[e], p[k + e], p[2 * k + e]], [w[e], w[k + e], w[2 * k + e]], diagonal);
         states[e] = if p[e] <= 0.0 {
             State::Open
         } else if x[1].hypot(x[2]) < problem.mu * h_u(x[0], problem.ceiling) {

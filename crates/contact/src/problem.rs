@@ -81,6 +81,26 @@ pub struct Problem {
     pub scale: Scale,
 }
 
+/// Sums of squares that no square has left for being too large or too small.
+const SQUARES: std::ops::Range<f64> = 1e-250..1e250;
+
+/// Diagonal entries of A, by which residuals become tractions. On a thin incompressible layer the one is a millionth of the other, and
+/// in the units of the larger one the smaller one's residual would be nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Diagonals {
+    /// Normal displacement by the element's own pressure.
+    pub normal: f64,
+    /// The larger one of both tangential displacements by the element's own traction in their direction.
+    pub tangential: f64,
+}
+
+impl From<f64> for Diagonals {
+    /// One for all directions.
+    fn from(diagonal: f64) -> Self {
+        Self { normal: diagonal, tangential: diagonal }
+    }
+}
+
 /// How many elements one stands for on the positive sides of mirror planes.
 pub(crate) fn images(mirror: &Mirror) -> f64 {
     [mirror.x, mirror.y].iter().map(|plane| if plane.is_some() { 2.0 } else { 1.0 }).product()
@@ -170,23 +190,10 @@ impl Problem {
         for (rest, gap) in rest.iter_mut().zip(&gaps) {
             *rest = -gap.unwrap_or(0.0) / length;
         }
-        let far = rest.iter().find(|value| !value.is_finite());
-        let units = (scale.motions(), scale.forces());
-        let given = scene.loading.steps.iter().enumerate().flat_map(|(i, step)| {
-            let values = step.given().into_iter().zip(Step::NAMES).enumerate();
-            values.flat_map(move |(which, (given, names))| {
-                [(given[0], names[0], units.0[which]), (given[1], names[1], units.1[which])]
-                    .map(|(value, name, unit)| (i, name, value.unwrap_or(0.0) / unit))
-            })
-        });
-        if let Some(value) = far {
+        if let Some(value) = rest.iter().find(|value| !value.is_finite()) {
             return Err(out_of_range("punch.shape", *value));
         }
-        for (i, name, value) in given {
-            if !value.is_finite() {
-                return Err(out_of_range(&format!("loading.steps[{i}].{name}"), value));
-            }
-        }
+        limits_of_doubles(scene, numerics, &scale, &grid, &rest)?;
         Ok(Self {
             components: Components::ALL,
             pressure: None,
@@ -355,25 +362,61 @@ impl Problem {
         }
     }
 
-    /// Relative natural-map residual ‖p − Gᵘ_μ(p − E v)‖ / ‖p‖ with v = εp + w, E = 1/`diagonal`; 0 when p = 0 solves
-    /// the problem, infinite when p = 0 does not. `w` = A p − f. Masked elements do not count.
-    pub fn residual(&self, p: &[f64], w: &[f64], diagonal: f64) -> f64 {
-        let (mut defect, mut size) = (0.0, 0.0);
-        for e in self.grid.active() {
-            let (own, w) = (self.traction(p, e), self.gather(w, e));
-            let mut x = [0, 1, 2].map(|c| own[c] - (self.epsilon * own[c] + w[c]) / diagonal);
-            if self.pressure.is_some() {
-                x[0] = own[0]; // solved before
-            } else if self.components == Components::NORMAL {
-                [x[1], x[2]] = [0.0; 2];
+    /// Relative natural-map residual ‖p − Gᵘ_μ(p − E v)‖ / ‖p‖ with v = εp + w, E = 1/(ε + `diagonal`), for each direction
+    /// its own; 0 when p = 0 solves the problem, infinite when p = 0 does not. `w` = A p − f. Masked elements do not count.
+    pub fn residual(&self, p: &[f64], w: &[f64], diagonal: impl Into<Diagonals>) -> f64 {
+        let diagonal = diagonal.into();
+        // p and its image at each element
+        let pairs = || {
+            self.grid.active().map(|e| {
+                let (own, w) = (self.traction(p, e), self.gather(w, e));
+                let mut x = self.trial(own, w, diagonal);
+                if self.pressure.is_some() {
+                    x[0] = own[0]; // solved before
+                } else if self.components == Components::NORMAL {
+                    [x[1], x[2]] = [0.0; 2];
+                }
+                (own, g_mu(x, self.mu, self.ceiling))
+            })
+        };
+        let sums = |unit: f64| {
+            let (mut defect, mut size) = (0.0, 0.0);
+            for (own, mapped) in pairs() {
+                for c in 0..3 {
+                    defect += ((own[c] - mapped[c]) / unit).powi(2);
+                    size += (own[c] / unit).powi(2);
+                }
             }
-            let mapped = g_mu(x, self.mu, self.ceiling);
-            for c in 0..3 {
-                defect += (own[c] - mapped[c]).powi(2);
-                size += own[c] * own[c];
+            (defect, size)
+        };
+        let (mut defect, mut size) = sums(1.0);
+        // squares that may have left the range of doubles say nothing
+        if !(SQUARES.contains(&defect) && SQUARES.contains(&size)) {
+            let largest = pairs().flat_map(|(own, mapped)| [own, mapped]).flatten().fold(0.0, |a: f64, b| a.max(b.abs()));
+            if largest > 0.0 && largest.is_finite() {
+                (defect, size) = sums(largest);
             }
         }
         if defect == 0.0 { 0.0 } else { (defect / size).sqrt() }
+    }
+
+    /// x = p − E v of an element, with v = εp + w and E = 1/(ε + `diagonal`).
+    pub(crate) fn trial(&self, own: [f64; 3], w: [f64; 3], diagonal: Diagonals) -> [f64; 3] {
+        let [normal, tangential] = [diagonal.normal, diagonal.tangential].map(|entry| entry + self.epsilon);
+        let moved = |c: usize, entry: f64| own[c] - (self.epsilon * own[c] + w[c]) / entry;
+        [moved(0, normal), moved(1, tangential), moved(2, tangential)]
+    }
+
+    /// The largest tension (−p₁)₊ or excess of traction (|p_t| − μp₁)₊, over the largest pressure: the conditions that hold element by
+    /// element, which the residual as a mean over all elements does not bound well.
+    pub fn violation(&self, p: &[f64]) -> f64 {
+        let (mut worst, mut peak) = (0.0_f64, 0.0_f64);
+        for e in self.grid.active() {
+            let [normal, x, y] = self.traction(p, e);
+            peak = peak.max(normal.abs());
+            worst = worst.max(-normal).max(x.hypot(y) - self.mu * normal);
+        }
+        if worst == 0.0 { 0.0 } else { worst / peak }
     }
 }
 
@@ -475,9 +518,77 @@ impl Layout {
         if let Some(layer) = layers.iter().find(|layer| !(layer.shear_modulus.is_normal() && layer.thickness.is_normal())) {
             return Err(out_of_range("foundation.layers", if layer.thickness.is_normal() { layer.shear_modulus } else { layer.thickness }));
         }
-        if !(scale.length.is_normal() && self.element.iter().all(|side| side.is_normal())) {
+        let units_hold = scale.length.is_normal() && scale.forces().iter().all(|unit| unit.is_normal());
+        if !(units_hold && self.element.iter().all(|side| side.is_normal())) {
             return Err(out_of_range("domain.width_x", 2.0 * scale.length));
         }
         Ok(scale)
     }
+}
+
+/// What a problem's numbers may be of its units, so that their squares and the squares of what they cause are doubles.
+const SQUARABLE: std::ops::RangeInclusive<f64> = 1e-120..=1e120;
+
+/// Refuses loads that no double can answer for: of a size that cannot be squared, beyond what the ceiling carries, or so small that
+/// an approach rounded to a double is too coarse for them. `rest` is −g₀.
+fn limits_of_doubles(scene: &Scene, numerics: &Numerics, scale: &Scale, grid: &Grid, rest: &[f64]) -> Result<(), SceneError> {
+    let refuse = |key: &str, value: f64, expected: String| Err(SceneError { key: key.to_owned(), value: format!("{value:e}"), expected });
+    if numerics.epsilon > *SQUARABLE.end() {
+        let end = SQUARABLE.end();
+        return refuse(
+            "epsilon",
+            numerics.epsilon,
+            format!("leads to tractions too small to be squared in double precision; at most {end:e}"),
+        );
+    }
+    if let Some(ceiling) = numerics.ceiling
+        && ceiling * scale.compliance < *SQUARABLE.start()
+    {
+        let least = SQUARABLE.start() * scale.traction();
+        return refuse(
+            "ceiling",
+            ceiling,
+            format!("is too small to be squared in double precision next to the moduli; at least {least:e}"),
+        );
+    }
+    let (motions, forces) = (scale.motions(), scale.forces());
+    let area = grid.element_area();
+    let top = grid.active().map(|e| rest[e]).fold(f64::NEG_INFINITY, f64::max);
+    for (i, step) in scene.loading.steps.iter().enumerate() {
+        for (which, (given, names)) in step.given().into_iter().zip(Step::NAMES).enumerate() {
+            for (value, name, unit) in [(given[0], names[0], motions[which]), (given[1], names[1], forces[which])] {
+                let value = value.unwrap_or(0.0);
+                let relative = (value / unit).abs();
+                // the last unit is that of energy too
+                if value != 0.0 && !(SQUARABLE.contains(&relative) && (relative * relative * forces[5]).is_finite()) {
+                    let [low, high] = [SQUARABLE.start(), SQUARABLE.end()].map(|end| end * unit);
+                    let expected =
+                        format!("cannot be squared in double precision next to sizes and moduli; 0, or between {low:e} and {high:e}");
+                    return refuse(&format!("loading.steps[{i}].{name}"), value, expected);
+                }
+            }
+        }
+        let Some(force) = step.normal_force else { continue };
+        let key = format!("loading.steps[{i}].normal_force");
+        let most =
+            numerics.ceiling.map_or(f64::INFINITY, |ceiling| ceiling * grid.active_len() as f64 * area * scale.length * scale.length);
+        if force >= most {
+            let expected =
+                format!("is no less than the ceiling lets the whole sole carry, {most:e} N; raise the ceiling or lower the load");
+            return refuse(&key, force, expected);
+        }
+        // one element alone, taken for a disk, is pressed so deep; the approach is that and its gap, which its last digit belongs to
+        let stiffness = 4.0 * (area / std::f64::consts::PI).sqrt();
+        let coarse = 0.5 * f64::EPSILON * top.abs() * stiffness;
+        if numerics.tolerance * force / forces[0] < coarse {
+            let least = coarse * forces[0] / numerics.tolerance;
+            let expected = format!(
+                "is too small to be met to the tolerance: one element gets about {least:e} N from the last digit of an approach that the gap of \
+                 {:e} m is part of; make Ω or the elements smaller",
+                top.abs() * scale.length
+            );
+            return refuse(&key, force, expected);
+        }
+    }
+    Ok(())
 }

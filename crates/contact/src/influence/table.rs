@@ -7,6 +7,7 @@ use crate::foundation::bodies::Bodies;
 use crate::foundation::coefficient::Coefficient;
 use crate::grid::Grid;
 use crate::numerics::Projection;
+use crate::problem::Diagonals;
 
 /// One of the six different entries of a coefficient; xn = −nx, yn = −ny, yx = xy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -180,6 +181,15 @@ impl InfluenceTable {
             nx: value(Entry::Nx),
             ny: value(Entry::Ny),
         }
+    }
+
+    /// The diagonal entries by which a natural map divides.
+    pub fn diagonals(&self) -> Diagonals {
+        let own = self.coefficient(0, 0);
+        let tangential = own.xx.max(own.yy);
+        // a component that is not kept has no entry
+        let or = |own: f64, other: f64| if own > 0.0 { own } else { other };
+        Diagonals { normal: or(own.nn, tangential), tangential: or(tangential, own.nn) }
     }
 
     /// The largest diagonal entry of the operator on the components that are kept.

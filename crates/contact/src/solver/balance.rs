@@ -192,10 +192,12 @@ pub(super) fn first_approach(problem: &Problem, motion: &[f64; 6], load: f64) ->
         if count == 0.0 { 0.0 } else { 4.0 * sum * area / (std::f64::consts::PI * count * area).sqrt() }
     };
     let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let (mut low, mut high) = (-top, -top + 1e-9_f64.max(load));
-    while carried(high) < load && high < 1e12 {
-        high = -top + 2.0 * (high + top);
+    // what one element alone needs is nearly enough
+    let mut step = load * (std::f64::consts::PI * area).sqrt() / (4.0 * area);
+    while carried(-top + step) < load && step < f64::MAX / 4.0 {
+        step *= 2.0;
     }
+    let (mut low, mut high) = (-top, -top + step);
     for _ in 0..100 {
         let middle = 0.5 * (low + high);
         if carried(middle) < load { low = middle } else { high = middle }

@@ -20,7 +20,7 @@ use crate::influence::{Components, Direction, Scratch};
 use crate::loading::{Control, rigid_modes};
 use crate::operators::{Operator, Window};
 use crate::outcome::Way;
-use crate::problem::{Problem, weighted_images};
+use crate::problem::{Diagonals, Problem, weighted_images};
 
 /// Newton steps without a new smallest residual after which the iteration counts as stalled. Close to a solution every
 /// step but the first few at least halves it.
@@ -35,7 +35,7 @@ pub fn solve(problem: &mut Problem, operator: &Operator, controls: &[Control; 6]
     let asked = controls.map(balance::value);
     let mut motion: [f64; 6] = std::array::from_fn(|which| if free.contains(&which) { start.motion[which] } else { asked[which] });
     let mut p = start.p.clone();
-    let largest = operator.table.largest_diagonal();
+    let diagonals = operator.table.diagonals();
     let target = 0.5 * limits.tolerance; // the certificate measures along another path of rounding
     let mut iterate = Iterate { p: Vec::new(), motion, stop: Stop::Diverged, iterations: 0, operator_applications: 0, way: Way::Newton };
     if free.contains(&0) && p.iter().all(|p| *p == 0.0) {
@@ -54,11 +54,14 @@ pub fn solve(problem: &mut Problem, operator: &Operator, controls: &[Control; 6]
         operator.apply(&mut w, &p, &mut scratch);
         iterate.operator_applications += 1;
         w.iter_mut().zip(&problem.f).for_each(|(w, f)| *w -= f);
-        let residual = problem.residual(&p, &w, largest);
+        let residual = problem.residual(&p, &w, diagonals);
         let imbalance = balance::imbalances(problem, &p, &asked, &free);
-        let worst = imbalance.iter().copied().fold(residual, f64::max);
+        let mut worst = imbalance.iter().copied().fold(residual, f64::max);
         if residual <= target && worst <= target {
-            break Stop::Converged;
+            worst = problem.violation(&p).max(worst);
+            if worst <= target {
+                break Stop::Converged;
+            }
         }
         if worst.is_nan() {
             break Stop::Diverged;
@@ -73,7 +76,7 @@ pub fn solve(problem: &mut Problem, operator: &Operator, controls: &[Control; 6]
         if iterate.iterations >= u64::from(limits.max_iterations) {
             break Stop::OutOfIterations { residual: worst };
         }
-        let contact = Contact::of(problem, &p, &w, largest);
+        let contact = Contact::of(problem, &p, &w, diagonals);
         let (window, inner) = contact.part(problem, operator, &mut part);
         let mut linear = Linear::new(problem, inner, window, &contact, scratch);
         let forcing = (0.5 * worst.min(1.0).sqrt()).clamp(1e-6, 0.1).max(0.1 * target / worst);
@@ -95,7 +98,7 @@ pub fn solve(problem: &mut Problem, operator: &Operator, controls: &[Control; 6]
 /// How the resultants of the motions `free` change with these motions at the solution `p`, w = A p − f, with everything else in
 /// equilibrium; with the applications spent.
 pub(super) fn stiffness(problem: &Problem, operator: &Operator, p: &[f64], w: &[f64], free: &[usize]) -> (faer::Mat<f64>, u64) {
-    let contact = Contact::of(problem, p, w, operator.table.largest_diagonal());
+    let contact = Contact::of(problem, p, w, operator.table.diagonals());
     let mut part = None;
     let (window, inner) = contact.part(problem, operator, &mut part);
     let mut linear = Linear::new(problem, inner, window, &contact, operator.scratch());
@@ -126,7 +129,7 @@ struct Contact {
 }
 
 impl Contact {
-    fn of(problem: &Problem, p: &[f64], w: &[f64], largest: f64) -> Self {
+    fn of(problem: &Problem, p: &[f64], w: &[f64], diagonals: Diagonals) -> Self {
         let (nx, ny) = (problem.grid.nx(), problem.grid.ny());
         // with one tangential direction there is no transverse component
         let is_plane = problem.components.includes(Components::TANGENTIAL);
@@ -136,7 +139,7 @@ impl Contact {
             for j in band * rows..ny.min((band + 1) * rows) {
                 for (i, e) in (j * nx..(j + 1) * nx).enumerate().filter(|(_, e)| problem.grid.is_active(*e)) {
                     let (own, w) = (problem.traction(p, e), problem.gather(w, e));
-                    let mut x = [0, 1, 2].map(|c| own[c] - (problem.epsilon * own[c] + w[c]) / largest);
+                    let mut x = problem.trial(own, w, diagonals);
                     if problem.pressure.is_some() {
                         x[0] = own[0];
                     }
@@ -154,7 +157,11 @@ impl Contact {
                         let n = if traction > 0.0 { [x[1] / traction, x[2] / traction] } else { [1.0, 0.0] };
                         let kappa = bound / traction;
                         // without friction the transverse component is not free, as with an infinite σ
-                        let sigma = if kappa > 0.0 && is_plane { (1.0 - kappa) / kappa * largest } else { f64::INFINITY };
+                        let sigma = if kappa > 0.0 && is_plane {
+                            (1.0 - kappa) / kappa * (problem.epsilon + diagonals.tangential)
+                        } else {
+                            f64::INFINITY
+                        };
                         Piece::Slip { n, sigma }
                     };
                     let pressed = x[0] < problem.ceiling && problem.pressure.is_none();
@@ -200,7 +207,7 @@ struct Linear<'a> {
     problem: &'a Problem,
     operator: &'a Operator,
     free: Free,
-    /// Diagonal entry of the tangential blocks.
+    /// Diagonal entry of the tangential blocks of εI + A.
     diagonal: f64,
     /// For each rigid degree of freedom that a force governs.
     borders: Borders,
@@ -233,7 +240,7 @@ impl<'a> Linear<'a> {
             problem,
             operator,
             free,
-            diagonal: own.xx.max(own.yy),
+            diagonal: own.xx.max(own.yy) + problem.epsilon,
             borders: Borders::default(),
             field: vec![0.0; len],
             image: vec![0.0; len],

@@ -21,7 +21,7 @@ const PATIENCE: u64 = 200;
 /// Solves `problem` from the tractions `start` (zero where masked) with the coefficients `table` of its own grid.
 pub fn solve(problem: &Problem, table: &InfluenceTable, start: Vec<f64>, limits: &Limits) -> Iterate {
     let diagonal = table.coefficient(0, 0);
-    let largest = table.largest_diagonal();
+    let diagonals = table.diagonals();
     let normal = diagonal.nn + problem.epsilon;
     let tangential = diagonal.xx.max(diagonal.yy) + problem.epsilon;
     // the certificate measures the same residual along another path of rounding
@@ -35,11 +35,11 @@ pub fn solve(problem: &Problem, table: &InfluenceTable, start: Vec<f64>, limits:
     let (mut best, mut best_at) = (f64::INFINITY, 0);
     let mut applications = 1;
     let stop = loop {
-        let mut residual = problem.residual(&p, &w, largest);
+        let mut residual = problem.residual(&p, &w, diagonals);
         if residual <= target {
             w = displacements(problem, table, &p);
             applications += 1;
-            residual = problem.residual(&p, &w, largest);
+            residual = problem.residual(&p, &w, diagonals);
             if residual <= target {
                 break Stop::Converged;
             }
