@@ -33,6 +33,11 @@ pub(crate) enum Command {
         after_help = "Examples:\n  tribosweep effects sweeps/effects.toml\n  tribosweep effects sweeps/cattaneo-loop.toml --repeat 5 --json\n\nEach job is solved with every effect left out that its scene does not call for, then with each of those simulated, then with everything: in a process of its own, on one thread. Nothing is stored."
     )]
     Effects(EffectsArgs),
+    /// Say what accuracy costs in time: a ladder of meshes and tolerances for a scene, each rung timed alone
+    #[command(
+        after_help = "Examples:\n  tribosweep cost sweeps/cost.toml\n  tribosweep cost sweeps/spence.toml --set friction.mu=0.3\n\nA study of kind \"cost\" is run as it stands. Of any other the scene is taken, its axes fixed by --set, and a ladder made for it."
+    )]
+    Cost(CostArgs),
     /// Continue a study from the store alone; its file need not exist any more
     #[command(after_help = "Examples:\n  tribosweep resume stick-zone")]
     Resume(ResumeArgs),
@@ -142,6 +147,19 @@ pub(crate) struct EffectsArgs {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct CostArgs {
+    /// A study file
+    pub(crate) study: PathBuf,
+    /// Set a key of the scene or the numerics, for example friction.mu=0.5
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) set: Vec<String>,
+    #[command(flatten)]
+    pub(crate) execution: ExecutionArgs,
+    #[command(flatten)]
+    pub(crate) store: StoreArgs,
 }
 
 #[derive(Args)]

@@ -38,7 +38,7 @@ pub(crate) fn compare<'a>(
 ) -> Result<(Vec<Rungs<'a>>, Vec<Option<Compared>>)> {
     let mut compared: Vec<Option<Compared>> = points.iter().map(|_| None).collect();
     let mut ladders = Vec::new();
-    for (at, members) in members(study, ladder, points) {
+    for (at, members) in members(study, |group| group == ladder.group, points) {
         let mut rungs: Vec<(f64, usize, &Record)> = Vec::new();
         for index in members {
             let (Job::Solve(case), Some(record)) = (&points[index].job, records.get(&points[index].key)) else { continue };
@@ -99,12 +99,12 @@ fn height(along: Key, case: &Case, record: &Record) -> f64 {
 }
 
 /// A combination of values of axes, and the points that have it.
-type Members = (Vec<(String, Value)>, Vec<usize>);
+pub(crate) type Members = (Vec<(String, Value)>, Vec<usize>);
 
-/// The points of each ladder, by the values of the other axes.
-fn members(study: &Study, ladder: &Ladder, points: &[Point]) -> Vec<Members> {
+/// The points of each ladder, by the values of the axes in groups that make no rungs.
+pub(crate) fn members(study: &Study, is_rung: impl Fn(usize) -> bool, points: &[Point]) -> Vec<Members> {
     let own: Vec<bool> =
-        study.groups().iter().enumerate().flat_map(|(at, group)| group.axes().iter().map(move |_| at == ladder.group)).collect();
+        study.groups().iter().enumerate().flat_map(|(at, group)| std::iter::repeat_n(is_rung(at), group.axes().len())).collect();
     let mut all: Vec<Members> = Vec::new();
     let mut known: HashMap<String, usize> = HashMap::new();
     for (index, point) in points.iter().enumerate() {
@@ -119,7 +119,7 @@ fn members(study: &Study, ladder: &Ladder, points: &[Point]) -> Vec<Members> {
     all
 }
 
-fn place(at: &[(String, Value)]) -> String {
+pub(crate) fn place(at: &[(String, Value)]) -> String {
     let values: Vec<String> = at.iter().map(|(name, value)| format!("{name} = {value}")).collect();
     if values.is_empty() { "the scene".to_owned() } else { format!("the scene with {}", values.join(", ")) }
 }

@@ -125,7 +125,7 @@ pub(crate) struct Overview {
 /// Groups a study's jobs, of one kind all of them; those that solve no scene have no effects. `first` are the indices of the points with which each of them first occurs.
 pub(crate) fn overview(study: &Study, points: &[Point], first: &[usize]) -> Result<Overview> {
     let cases = first.par_iter().filter_map(|index| match &points[*index].job {
-        Job::Solve(case) => Some(effects(case, study.surfaces())),
+        Job::Solve(case) | Job::Cost { case, .. } => Some(effects(case, study.surfaces())),
         Job::Multiplicity { .. } | Job::Uniqueness { .. } => None,
     });
     let listed: Vec<Listed> = cases.collect::<Result<_>>()?;

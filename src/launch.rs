@@ -11,14 +11,15 @@ use report::Table;
 use runner::{Interrupt, Options, Task};
 use serde::Serialize;
 use store::{OpenError, Store};
-use study::{Job, JobKey, Point, Record, Study};
+use study::{Job, JobKey, Kind, Point, Record, Study};
 
-use crate::cli::{ExecutionArgs, PlanArgs, ResumeArgs, RunArgs};
+use crate::cli::{CostArgs, ExecutionArgs, PlanArgs, ResumeArgs, RunArgs};
 use crate::effects::{Group, Overview, overview};
 use crate::ledger::Ledger;
 use crate::output::{self, Finish, count};
 use crate::progress::{Progress, duration};
 use crate::results::{self, Results};
+use crate::solve::{with_cost_ladder, with_settings};
 use crate::work::{forecast, order};
 use crate::{adaptive, draw};
 
@@ -41,6 +42,20 @@ pub(crate) fn parse_study(text: &str, path: &Path) -> Result<Study, study::Study
 
 pub(crate) fn run(args: &RunArgs) -> Result<Finish> {
     let study = read_study(&args.study)?;
+    Jobs::of(&study)?;
+    let store = Store::open(&args.store.store)?;
+    execute(study, store, &args.store.store, &args.execution)
+}
+
+pub(crate) fn cost(args: &CostArgs) -> Result<Finish> {
+    let path = &args.study;
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read the study file {}", path.display()))?;
+    let given = parse_study(&text, path)?;
+    let text = if args.set.is_empty() { text } else { with_settings(&text, path, &args.set)? };
+    let study = match given.kind() {
+        Kind::Cost => parse_study(&text, path)?,
+        kind => parse_study(&with_cost_ladder(&text, path, given.name(), kind)?, path)?,
+    };
     Jobs::of(&study)?;
     let store = Store::open(&args.store.store)?;
     execute(study, store, &args.store.store, &args.execution)
@@ -153,9 +168,10 @@ fn execute(study: Study, store: Store, directory: &Path, args: &ExecutionArgs) -
             break;
         }
         let mut progress = Progress::new(&tasks, tally.cached, args.json);
-        let outcome = runner::run(tasks, &mut Ledger::new(&store, texts), &options(args, progress.jobs())?, &interrupt, &mut |event| {
-            progress.show(event)
-        });
+        let outcome =
+            runner::run(tasks, &mut Ledger::new(&store, texts), &options(args, &study, progress.jobs())?, &interrupt, &mut |event| {
+                progress.show(event)
+            });
         progress.finish();
         let summary = outcome.map_err(|error| {
             anyhow::Error::new(error).context(format!("the run stopped; what is done is kept: {}", again(&study, directory)))
@@ -170,13 +186,17 @@ fn execute(study: Study, store: Store, directory: &Path, args: &ExecutionArgs) -
 }
 
 /// How the workers for so many jobs are to run.
-fn options(args: &ExecutionArgs, jobs: usize) -> Result<Options> {
+fn options(args: &ExecutionArgs, study: &Study, jobs: usize) -> Result<Options> {
     let program = std::env::current_exe().context("cannot find this program's own file")?;
     let mut options = Options::new(Vec::new(), args.memory.unwrap_or_else(default_memory));
     let cores = options.workers;
     options.workers = args.workers.map_or(cores, |workers| workers as usize).min(jobs);
     // a core for each worker; when there are fewer jobs than cores, the spare ones help
-    let threads = (cores / options.workers).max(1);
+    let mut threads = (cores / options.workers).max(1);
+    if study.cost().is_some() {
+        // nothing else runs while a job is timed; it starts its threads itself
+        (options.workers, threads) = (1, 1);
+    }
     options.worker_command = vec![program.into(), "worker".into(), "--threads".into(), threads.to_string().into()];
     Ok(options)
 }

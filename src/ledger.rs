@@ -9,6 +9,7 @@ use store::Store;
 use study::job::PHYSICS_VERSION;
 use study::{Ending, JobKey, Provenance, Record};
 
+use crate::measure::median;
 use crate::work::{Answer, answer};
 
 /// Keeps results in a store: fields as blobs first, then the records that refer to them.
@@ -25,9 +26,11 @@ impl<'a> Ledger<'a> {
 
     fn record(&mut self, done: Done) -> Result<(JobKey, Vec<u8>), Box<dyn Error + Send + Sync>> {
         let attempts = done.attempts;
+        let mut times = Vec::new();
         let (ending, fields) = match done.verdict {
             Verdict::Completed(bytes) => match answer(&bytes)? {
-                Answer::Ended(ending, fields) => {
+                Answer::Ended { ending, fields, times: each } => {
+                    times = each;
                     (*ending, fields.map(|fields| self.store.blobs().put(&fields)).transpose()?.map(|digest| digest.0))
                 }
                 Answer::Refused(reason) => (Ending::Quarantined { reason, attempts }, None),
@@ -41,7 +44,8 @@ impl<'a> Ledger<'a> {
             fields,
             provenance: Provenance {
                 program: env!("CARGO_PKG_VERSION").to_owned(),
-                seconds: done.seconds,
+                seconds: if times.is_empty() { done.seconds } else { median(times.clone()) },
+                times,
                 worker: done.worker.unwrap_or(0),
                 attempt: done.attempts,
                 finished: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),

@@ -4,6 +4,7 @@
 mod adaptive;
 mod cli;
 mod compare;
+mod cost;
 mod draw;
 mod effects;
 mod launch;
@@ -40,6 +41,7 @@ fn main() -> ExitCode {
         Command::Run(args) => launch::run(&args),
         Command::Plan(args) => launch::plan(&args),
         Command::Effects(args) => measure::measure(&args),
+        Command::Cost(args) => launch::cost(&args),
         Command::Resume(args) => launch::resume(&args),
         Command::Status(args) => query::status(&args),
         Command::Answer(args) => query::answer(&args),

@@ -144,7 +144,7 @@ fn table(runs: &[Run]) -> Result<Table> {
     Ok(Table::new(heads.map(|(name, unit)| Column::new(name, unit)).collect(), rows.collect())?)
 }
 
-fn median(mut seconds: Vec<f64>) -> f64 {
+pub(crate) fn median(mut seconds: Vec<f64>) -> f64 {
     seconds.sort_by(f64::total_cmp);
     let middle = seconds.len() / 2;
     match seconds.len() {

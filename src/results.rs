@@ -13,6 +13,7 @@ use study::{Column, JobKey, Kind, Point, Record, Study};
 
 use crate::adaptive::{self, Chosen, Finding, choose};
 use crate::compare::{self, compare};
+use crate::cost;
 
 /// A record as a store gives it.
 type Fetched = (JobKey, Result<Vec<u8>, ReadError>);
@@ -57,6 +58,10 @@ impl Results {
             answers.extend(compare::limits(&study, &ladders)?.map(|limits| ("limits", limits)));
             compared = all;
         }
+        if let Some(cost) = study.cost() {
+            let found = cost::compare(&study, cost, &points, &records, &|record| fields(blobs, record))?;
+            (answers, compared) = (found.answers, found.compared);
+        }
         Ok(Self { study, points, records, compared, answers })
     }
 
@@ -89,7 +94,12 @@ impl Results {
 
     /// What the study says beyond its rows, each table under its title.
     pub(crate) fn answers_words(&self) -> String {
-        self.answers.iter().map(|(title, table)| format!("\n{title}\n{}", table.terminal(&crate::query::layout()))).collect()
+        let words = |(title, table): &(&str, Table)| match (table.columns(), table.rows()) {
+            // a sentence
+            ([_], [row]) => format!("\n{}\n", row.iter().map(words_of).collect::<String>()),
+            _ => format!("\n{title}\n{}", table.terminal(&crate::query::layout())),
+        };
+        self.answers.iter().map(words).collect()
     }
 
     /// The same as rows by column, by title.
@@ -130,6 +140,7 @@ impl Results {
             true => path_columns(&self.points),
             false => match self.study.kind() {
                 Kind::Solve => &["load", "contact_radius", "stick_fraction", "peak_pressure", "status"][..],
+                Kind::Cost => &["seconds", "spread", "iterations", "status"],
                 Kind::Convergence => &["load", "peak_pressure", "status"],
                 Kind::Uniqueness => &["mu_low", "mu_high", "bracket_width", "unbounded", "status"],
                 Kind::Multiplicity => &["solutions", "index_sum", "largest_distance", "status"],
@@ -241,6 +252,10 @@ fn heads(columns: &[Column]) -> Vec<report::Column> {
 
 fn row(columns: &[Column], row: &Row<'_>) -> Vec<Cell> {
     columns.iter().map(|column| cell(column.value_of(row))).collect()
+}
+
+fn words_of(cell: &Cell) -> &str {
+    if let Cell::Text(words) = cell { words } else { "" }
 }
 
 pub(crate) fn cell(value: Value) -> Cell {

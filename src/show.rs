@@ -88,7 +88,7 @@ pub(crate) fn json(record: &Record, fields: Option<&Fields>, surfaces: &Surfaces
         values.insert(column.name.to_string(), value);
     }
     let mut said = serde_json::json!({ "job": serde_json::from_str::<serde_json::Value>(&record.job)?, "result": values });
-    if let (Job::Solve(case), None) = (&point.job, effects::missing_surface(&point.job, surfaces)) {
+    if let (Job::Solve(case) | Job::Cost { case, .. }, None) = (&point.job, effects::missing_surface(&point.job, surfaces)) {
         let listed = effects::effects(case, surfaces)?;
         said["effects"] = serde_json::json!(listed.lines);
         said["method"] = serde_json::json!(listed.solver);
@@ -122,17 +122,18 @@ pub(crate) fn words(record: &Record, fields: Option<&Fields>, surfaces: &Surface
         text += "; --steps shows each\n\n";
     }
     text += &match (&point.job, effects::missing_surface(&point.job, surfaces)) {
-        (Job::Solve(case), None) => {
+        (Job::Solve(case) | Job::Cost { case, .. }, None) => {
             let listed = effects::effects(case, surfaces)?;
             format!("effects\n{}", effects::words(Some(listed.solver), &listed.lines, listed.cost))
         }
         (Job::Multiplicity { .. } | Job::Uniqueness { .. }, _) => String::new(),
-        (Job::Solve(_), Some(missing)) => format!("effects\n  not known: the store's studies do not hold {missing}\n"),
+        (Job::Solve(_) | Job::Cost { .. }, Some(missing)) => format!("effects\n  not known: the store's studies do not hold {missing}\n"),
     };
     let columns = columns(point.job.kind(), [], []);
     let kinds = [
         (Role::Status, "result"),
         (Role::Observable, "observables"),
+        (Role::Error, "estimated errors"),
         (Role::Certificate, "certificate (0 is exact)"),
         (Role::Work, "work"),
         (Role::Provenance, "provenance"),
@@ -144,7 +145,7 @@ pub(crate) fn words(record: &Record, fields: Option<&Fields>, surfaces: &Surface
             .filter_map(|column| {
                 let shown = match column.value(&point, Some(record)) {
                     Value::Missing => return None,
-                    Value::Number(x) if kind == Role::Certificate => format!("{x:.1e}"),
+                    Value::Number(x) if matches!(kind, Role::Certificate | Role::Error) => format!("{x:.1e}"),
                     value => value.to_string(),
                 };
                 Some(format!("  {:<20} {shown} {}", column.name, column.unit()).trim_end().to_owned() + "\n")

@@ -8,12 +8,13 @@ use contact::Operators;
 use study::job::PHYSICS_VERSION;
 use study::key::Key;
 use study::record::encode_fields;
-use study::{Provenance, Record};
+use study::{Kind, Provenance, Record};
 use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
 use crate::cli::SolveArgs;
+use crate::measure::median;
 use crate::output::{self, Finish};
-use crate::work::perform;
+use crate::work::{Done, perform};
 use crate::{draw, launch, results, show, solutions};
 
 pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
@@ -34,7 +35,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     }
     let job = study.point(0).context("the study's only point cannot be made")?.job;
     let start = Instant::now();
-    let (ending, fields) = perform(&job, study.surfaces(), &mut Operators::default())?;
+    let Done { ending, fields, times } = perform(&job, study.surfaces(), &mut Operators::default())?;
     let record = Record {
         physics: PHYSICS_VERSION,
         job: job.canonical(),
@@ -42,7 +43,8 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
         fields: fields.as_ref().map(|fields| store::Digest::of(&encode_fields(fields)).0),
         provenance: Provenance {
             program: env!("CARGO_PKG_VERSION").to_owned(),
-            seconds: start.elapsed().as_secs_f64(),
+            seconds: if times.is_empty() { start.elapsed().as_secs_f64() } else { median(times.clone()) },
+            times,
             ..Provenance::default()
         },
     };
@@ -74,7 +76,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
 }
 
 /// The study's text with keys set, each taken out of the axes.
-fn with_settings(text: &str, path: &Path, settings: &[String]) -> Result<String> {
+pub(crate) fn with_settings(text: &str, path: &Path, settings: &[String]) -> Result<String> {
     let Ok(mut document) = text.parse::<DocumentMut>() else {
         // the study's own reader says what is wrong, with its place
         launch::parse_study(text, path)?;
@@ -96,6 +98,38 @@ fn with_settings(text: &str, path: &Path, settings: &[String]) -> Result<String>
         set(document.as_item_mut(), &key.path(), value)
             .with_context(|| format!("--set {setting}: {} has no place for it", path.display()))?;
     }
+    Ok(document.to_string())
+}
+
+/// Meshes of the ladder that is made for a scene, and tolerances.
+const LADDER: ([i64; 9], [f64; 3]) = ([8, 12, 16, 24, 32, 48, 64, 96, 128], [1e-2, 1e-4, 1e-8]);
+
+/// The text of a study of what accuracy costs, for the only scene of another study.
+pub(crate) fn with_cost_ladder(text: &str, path: &Path, name: &str, kind: Kind) -> Result<String> {
+    if !matches!(kind, Kind::Solve | Kind::Convergence) {
+        bail!("{}: a study of kind \"{}\" solves no scene whose accuracy could be priced", path.display(), kind.name());
+    }
+    let mut document = text.parse::<DocumentMut>().with_context(|| format!("{} cannot be edited", path.display()))?;
+    for table in ["figure", "refine", "bisect", "convergence"] {
+        document.remove(table);
+    }
+    document["name"] = toml_edit::value(format!("{name}-cost"));
+    document["kind"] = toml_edit::value("cost");
+    for key in [Key::Mesh, Key::Tolerance] {
+        if let Some(sweep) = document.get_mut("sweep").and_then(Item::as_table_like_mut) {
+            remove_axis(sweep, key);
+        }
+    }
+    if document.get("sweep").is_none() {
+        document["sweep"] = Item::Table(Table::new());
+    }
+    let sweep = document["sweep"].as_table_like_mut().context("`sweep` is no table")?;
+    let left: Vec<String> = sweep.iter().map(|(name, _)| name.to_owned()).collect();
+    if !left.is_empty() {
+        bail!("{} varies {}; fix that with --set KEY=VALUE, so that one scene is left", path.display(), left.join(", "));
+    }
+    sweep.insert("mesh", Item::Value(LADDER.0.into_iter().collect::<toml_edit::Array>().into()));
+    sweep.insert("tolerance", Item::Value(LADDER.1.into_iter().collect::<toml_edit::Array>().into()));
     Ok(document.to_string())
 }
 

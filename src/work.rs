@@ -1,5 +1,7 @@
 //! What travels between coordinator and worker, and what a worker does with it.
 
+use std::time::Instant;
+
 use anyhow::{Context, Result};
 use contact::multiplicity;
 use contact::outcome::{Fields, Status};
@@ -28,8 +30,8 @@ struct Order {
 /// What a worker sends back.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) enum Answer {
-    /// What came of it, and the bytes of the fields if it has some of its own.
-    Ended(Box<Ending>, Option<Vec<u8>>),
+    /// What came of it, the bytes of the fields if it has some of its own, and how long each time took if that is asked.
+    Ended { ending: Box<Ending>, fields: Option<Vec<u8>>, times: Vec<f64> },
     /// The scene cannot be bound to its grid.
     Refused(String),
 }
@@ -50,23 +52,58 @@ pub(crate) fn order(job: &Job, canonical: String, surfaces: &Surfaces) -> Result
 pub(crate) fn forecast(job: &Job, surfaces: &Surfaces) -> Result<Forecast, SceneError> {
     match job {
         Job::Solve(Case { scene, numerics }) => contact::forecast(scene, numerics, surfaces),
+        Job::Cost { case: Case { scene, numerics }, repeat, .. } => {
+            let once = contact::forecast(scene, numerics, surfaces)?;
+            Ok(Forecast { seconds: once.seconds * f64::from(*repeat), ..once })
+        }
         Job::Uniqueness { question, effort } => contact::forecast_bracket(question, effort),
         Job::Multiplicity { case: Case { scene, numerics }, search } => contact::forecast_search(scene, numerics, surfaces, search),
     }
 }
 
-/// Does a job: what came of it, and its fields if it has some of its own.
-pub(crate) fn perform(job: &Job, surfaces: &Surfaces, operators: &mut Operators) -> Result<(Ending, Option<Fields>), SceneError> {
-    match job {
+/// What came of a job.
+pub(crate) struct Done {
+    pub(crate) ending: Ending,
+    /// If it has some of its own.
+    pub(crate) fields: Option<Fields>,
+    /// How long each time took, if that is asked \[s\].
+    pub(crate) times: Vec<f64>,
+}
+
+/// Does a job.
+pub(crate) fn perform(job: &Job, surfaces: &Surfaces, operators: &mut Operators) -> Result<Done, SceneError> {
+    let mut times = Vec::new();
+    let (ending, fields) = match job {
         Job::Solve(Case { scene, numerics }) => {
             let (outcome, fields) = contact::solve(scene, numerics, surfaces, operators)?;
-            Ok((Ending::Finished(outcome), Some(fields)))
+            (Ending::Finished(outcome), Some(fields))
         }
-        Job::Uniqueness { question, effort } => Ok((Ending::Bracketed(Box::new(bracketed(question, effort)?)), None)),
+        Job::Cost { case: Case { scene, numerics }, repeat, threads } => {
+            // from the scene to the result: nothing is kept from one time to the next
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(*threads as usize).build();
+            let pool = pool.map_err(|error| SceneError {
+                key: "cost.threads".to_owned(),
+                value: threads.to_string(),
+                expected: format!("must be so many threads as can be started: {error}"),
+            })?;
+            let mut once = || {
+                let start = Instant::now();
+                let solved = pool.install(|| contact::solve(scene, numerics, surfaces, &mut Operators::default()));
+                times.push(start.elapsed().as_secs_f64());
+                solved
+            };
+            for _ in 1..*repeat {
+                once()?;
+            }
+            let (outcome, fields) = once()?;
+            (Ending::Finished(outcome), Some(fields))
+        }
+        Job::Uniqueness { question, effort } => (Ending::Bracketed(Box::new(bracketed(question, effort)?)), None),
         Job::Multiplicity { case: Case { scene, numerics }, search } => {
-            Ok((Ending::Searched(multiplicity::search(scene, numerics, surfaces, operators, search)?), None))
+            (Ending::Searched(multiplicity::search(scene, numerics, surfaces, operators, search)?), None)
         }
-    }
+    };
+    Ok(Done { ending, fields, times })
 }
 
 /// Brackets μ* and verifies both sides.
@@ -132,8 +169,8 @@ struct Solver {
 impl Solver {
     fn run(&mut self, payload: &[u8]) -> Result<Answer> {
         let (job, surfaces) = ordered(payload)?;
-        let (ending, fields) = perform(&job, &surfaces, &mut self.operators)?;
-        Ok(Answer::Ended(Box::new(ending), fields.map(|fields| encode_fields(&fields))))
+        let Done { ending, fields, times } = perform(&job, &surfaces, &mut self.operators)?;
+        Ok(Answer::Ended { ending: Box::new(ending), fields: fields.map(|fields| encode_fields(&fields)), times })
     }
 }
 

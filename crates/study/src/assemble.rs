@@ -8,6 +8,7 @@ use contact::scene::{Base, Domain, Foundation, Friction, Layer, Material, Punch,
 
 use contact::uniqueness::{Effort, Question, Sole, upper};
 
+use crate::cost::Cost;
 use crate::error::Problem;
 use crate::job::{Case, Job};
 use crate::key::{Key, Quantity, Table};
@@ -57,11 +58,21 @@ fn is_of_shape(key: Key) -> bool {
 
 /// Assembles the job that a sheet describes. Everything that is missing, out of place or without meaning is reported
 /// at the place that caused it.
-pub(crate) fn assemble(kind: Kind, sheet: &Sheet<'_>, surfaces: &SurfaceNames, places: &TablePlaces) -> Result<Job, Vec<Problem>> {
+pub(crate) fn assemble(
+    kind: Kind,
+    cost: Option<&Cost>,
+    sheet: &Sheet<'_>,
+    surfaces: &SurfaceNames,
+    places: &TablePlaces,
+) -> Result<Job, Vec<Problem>> {
     let mut missing = Missing { sheet, places, problems: Vec::new() };
     missing.refuse_useless(kind);
     let job = match kind {
         Kind::Solve | Kind::Convergence => Job::Solve(missing.case(surfaces)),
+        Kind::Cost => {
+            let Cost { repeat, threads, .. } = cost.copied().unwrap_or(Cost { on: None, repeat: 1, threads: 1 });
+            Job::Cost { case: missing.case(surfaces), repeat, threads }
+        }
         Kind::Multiplicity => Job::Multiplicity { case: missing.case(surfaces), search: missing.search() },
         Kind::Uniqueness => Job::Uniqueness { question: missing.question(), effort: missing.effort() },
     };

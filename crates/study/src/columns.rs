@@ -10,6 +10,7 @@ use std::borrow::Cow;
 use std::collections::HashSet;
 use std::fmt;
 
+use contact::estimate::Estimate;
 use contact::multiplicity::{Multiplicity, Solution};
 use contact::numerics::Mesh;
 use contact::outcome::{Hertz, Observables, Outcome, RailContact, StepOutcome};
@@ -220,11 +221,11 @@ pub fn columns<'a>(kind: Kind, axes: impl IntoIterator<Item = &'a Axis>, keys: i
     }
     columns.extend_from_slice(ENDING);
     columns.extend_from_slice(match kind {
-        Kind::Solve | Kind::Convergence => SOLUTION,
+        Kind::Solve | Kind::Convergence | Kind::Cost => SOLUTION,
         Kind::Multiplicity => SEARCH,
         Kind::Uniqueness => BRACKET,
     });
-    if kind == Kind::Convergence {
+    if matches!(kind, Kind::Convergence | Kind::Cost) {
         columns.extend_from_slice(ERRORS);
     }
     columns.extend_from_slice(PROVENANCE);
@@ -345,6 +346,18 @@ const SOLUTION: &[Column] = results! {
     Observable "mesh_y" Pure "elements along y" integer!(observables.mesh_y);
     Observable "element_x" Length "element size along x" number!(observables.element_x);
     Observable "element_y" Length "element size along y" number!(observables.element_y);
+    Error "estimate_load" Pure "estimated relative error of the normal force" Source::Outcome(|o| estimate(o, |e| e.load));
+    Error "estimate_approach" Pure "estimated relative error of the approach" Source::Outcome(|o| estimate(o, |e| e.approach));
+    Error "estimate_tangential_force" Pure "estimated relative error of the tangential force" Source::Outcome(|o| estimate(o, |e| e.tangential_force));
+    Error "estimate_shift" Pure "estimated relative error of the shift" Source::Outcome(|o| estimate(o, |e| e.shift));
+    Error "estimate_moment" Pure "estimated relative error of the moments" Source::Outcome(|o| estimate(o, |e| e.moment));
+    Error "estimate_rotation" Pure "estimated relative error of the rotations" Source::Outcome(|o| estimate(o, |e| e.rotation));
+    Error "estimate_peak_pressure" Pure "estimated relative error of the largest pressure" Source::Outcome(|o| estimate(o, |e| e.peak_pressure));
+    Error "estimate_contact_area" Pure "estimated relative error of the area in contact" Source::Outcome(|o| estimate(o, |e| e.contact_area));
+    Error "estimate_stick_area" Pure "estimated relative error of the area that sticks, over the area in contact" Source::Outcome(|o| estimate(o, |e| e.stick_area));
+    Error "estimate_pressure" Pure "estimated relative error of the pressure in L2" Source::Outcome(|o| estimate(o, |e| e.pressure));
+    Error "estimate_traction" Pure "estimated relative error of the tangential traction in L2" Source::Outcome(|o| estimate(o, |e| e.traction));
+    Error "estimate_solver" Pure "estimated relative error in L2 that the solver left" Source::Outcome(|o| estimate(o, |e| Some(e.solver)));
     Certificate "residual" Pure "relative natural-map residual" number!(certificate.residual);
     Certificate "tension" Pure "largest tension over the largest pressure" number!(certificate.tension);
     Certificate "penetration" Pure "largest penetration over the largest displacement" number!(certificate.penetration);
@@ -412,7 +425,8 @@ const BRACKET: &[Column] = results! {
 
 /// The columns that every record has, last.
 const PROVENANCE: &[Column] = results! {
-    Provenance "seconds" Time "time that solving took" Source::Record(|record| Value::Number(record.provenance.seconds));
+    Provenance "seconds" Time "time that solving took; of several times, the median" Source::Record(|record| Value::Number(record.provenance.seconds));
+    Provenance "spread" Pure "of a job that is solved several times, the range of its times over their median" Source::Record(spread);
     Provenance "attempt" Pure "attempt that succeeded, counted from 1" Source::Record(|record| Value::Integer(u64::from(record.provenance.attempt)));
     Provenance "worker" Pure "worker that computed it" Source::Record(|record| Value::Integer(u64::from(record.provenance.worker)));
     Provenance "finished" Time "when it was finished, since 1970-01-01 UTC" Source::Record(|record| Value::Integer(record.provenance.finished));
@@ -426,6 +440,15 @@ fn extreme(found: &Multiplicity, read: fn(&Observables) -> f64, of: fn(f64, f64)
 
 fn largest(found: &Multiplicity, read: fn(&Solution) -> f64) -> Value {
     found.solutions.iter().map(read).reduce(f64::max).map_or(Value::Missing, Value::Number)
+}
+
+fn spread(record: &Record) -> Value {
+    let times = &record.provenance.times;
+    let extreme = |of: fn(f64, f64) -> f64| times.iter().copied().reduce(of);
+    match (extreme(f64::min), extreme(f64::max)) {
+        (Some(least), Some(most)) if record.provenance.seconds > 0.0 => Value::Number((most - least) / record.provenance.seconds),
+        _ => Value::Missing,
+    }
 }
 
 /// A figure of both sides of a bracket.
@@ -452,6 +475,10 @@ fn hertz(outcome: &Outcome, read: fn(&Hertz) -> f64) -> Value {
 
 fn rail(outcome: &Outcome, read: fn(&RailContact) -> f64) -> Value {
     outcome.rail.as_ref().map_or(Value::Missing, |rail| Value::Number(read(rail)))
+}
+
+fn estimate(outcome: &Outcome, read: fn(&Estimate) -> Option<f64>) -> Value {
+    outcome.estimate.as_ref().and_then(read).map_or(Value::Missing, Value::Number)
 }
 
 fn increments(outcome: &Outcome) -> Value {
@@ -507,6 +534,9 @@ mod tests {
         }
         for (name, figure) in end["motion"].as_object().unwrap() {
             assert_eq!(value(&format!("at_{name}")), figure.as_f64(), "{name}");
+        }
+        for (name, figure) in serde_json::to_value(outcome.estimate).unwrap().as_object().unwrap() {
+            assert_eq!(value(&format!("estimate_{name}")), figure.as_f64(), "{name}");
         }
         for (name, figure) in serde_json::to_value(outcome.work()).unwrap().as_object().unwrap() {
             assert_eq!(value(name), figure.as_f64(), "{name}");

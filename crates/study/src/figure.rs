@@ -25,6 +25,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::axis::{Axis, Group};
 use crate::columns::{Column, along_path, find};
+use crate::cost::Cost;
 use crate::error::{Problem, Span};
 use crate::file::refuse_file_name;
 use crate::key::{Key, nearest};
@@ -262,13 +263,21 @@ fn firsts(groups: &[Group]) -> impl Iterator<Item = &Axis> {
 /// The figure of a study that asks for none: over its longest numeric axis what its kind is about, of solutions the stick fraction,
 /// if that axis is friction, else the load; a panel for each value of the first axis of tables or words, a curve for each of the others'.
 /// `None` without a numeric axis.
-pub(crate) fn default(kind: Kind, ladder: Option<&Ladder>, groups: &[Group]) -> Option<Figure> {
+pub(crate) fn default(kind: Kind, ladder: Option<&Ladder>, cost: Option<&Cost>, groups: &[Group]) -> Option<Figure> {
     if let Some(Ladder { group, along, .. }) = ladder {
         let others = firsts(groups).filter(|axis| !groups[*group].axes().contains(axis));
         let series = others.map(|axis| axis.column().into_owned()).collect();
         let x = if *along == Key::Mesh { "mesh_x".to_owned() } else { along.column().into_owned() };
         let y = ["error_pressure", "error_peak_pressure", "error_contact_area"].map(str::to_owned).to_vec();
         return Some(Figure { series, fit: true, log_x: true, log_y: true, ..Figure::new(x, y) });
+    }
+    if let Some(Cost { on, .. }) = cost {
+        let mesh = |axis: &&Axis| axis.key() == Some(Key::Mesh);
+        let series = firsts(groups).filter(|axis| !mesh(axis)).map(|axis| axis.column().into_owned()).collect();
+        let y = vec![format!("error_{}", on.unwrap_or("load"))];
+        let names = Some("mesh".to_owned());
+        let figure = Figure::new("seconds".to_owned(), y);
+        return Some(Figure { series, front: true, names, log_x: true, log_y: true, ..figure });
     }
     // the first of the longest: max_by_key would return the last
     let x = firsts(groups).filter(|axis| axis.is_numeric()).reduce(|a, b| if b.values().len() > a.values().len() { b } else { a })?;
@@ -277,7 +286,7 @@ pub(crate) fn default(kind: Kind, ladder: Option<&Ladder>, groups: &[Group]) -> 
     let series = others().map(|axis| axis.column().into_owned()).filter(|name| Some(name) != panels.as_ref()).collect();
     let y = match kind {
         Kind::Solve if x.column() == "mu" => "stick_fraction",
-        Kind::Solve | Kind::Convergence => "load",
+        Kind::Solve | Kind::Convergence | Kind::Cost => "load",
         Kind::Multiplicity => "solutions",
         Kind::Uniqueness => {
             let band = Some(["mu_low", "mu_high"].map(str::to_owned));

@@ -38,6 +38,7 @@ use crate::adaptive::{self, Adaptive};
 use crate::assemble::assemble;
 use crate::axis::{self, Axis, Group};
 use crate::columns::{self, Column, Value};
+use crate::cost::{self, Cost};
 use crate::error::{Problem, Span, StudyError};
 use crate::figure::{self, Figure};
 use crate::job::{Job, JobError, JobKey};
@@ -59,6 +60,7 @@ pub struct Study {
     groups: Vec<Group>,
     adaptive: Option<Adaptive>,
     ladder: Option<Ladder>,
+    cost: Option<Cost>,
     base: Vec<(Key, Given)>,
     places: TablePlaces,
     points: usize,
@@ -90,7 +92,8 @@ impl Point {
 /// Reads a file that a study names.
 pub type ReadFile<'f> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'f;
 
-const KEYS: &[&str] = &["name", "question", "kind", "scene", "numerics", "search", "sweep", "refine", "bisect", "convergence", "figure"];
+const KEYS: &[&str] =
+    &["name", "question", "kind", "scene", "numerics", "search", "sweep", "refine", "bisect", "convergence", "cost", "figure"];
 
 impl Study {
     /// Reads a study's text. `path` is for messages; `files` reads a file that the study names (a height map), with the
@@ -137,6 +140,11 @@ impl Study {
     /// The ladder of a convergence study.
     pub fn ladder(&self) -> Option<&Ladder> {
         self.ladder.as_ref()
+    }
+
+    /// What a study of cost measures.
+    pub fn cost(&self) -> Option<&Cost> {
+        self.cost.as_ref()
     }
 
     /// Every column of the study's results.
@@ -192,7 +200,7 @@ impl Study {
         let given = Given { setting, span: 0..0, nth: None };
         let mut sheet = self.sheet(&axis::steps(&self.groups, index));
         sheet.set(key, &given);
-        let job = assemble(self.kind, &sheet, &self.surface_names, &self.places).ok()?;
+        let job = assemble(self.kind, self.cost.as_ref(), &sheet, &self.surface_names, &self.places).ok()?;
         show(&mut values);
         Some(Point { values, key: job.key(), job })
     }
@@ -223,7 +231,7 @@ impl Study {
     }
 
     fn job(&self, steps: &[usize]) -> Result<Job, Vec<Problem>> {
-        assemble(self.kind, &self.sheet(steps), &self.surface_names, &self.places)
+        assemble(self.kind, self.cost.as_ref(), &self.sheet(steps), &self.surface_names, &self.places)
     }
 
     /// Reads the height maps and profiles that any point needs, each once.
@@ -384,10 +392,18 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
         }
         (_, None) => None,
     };
+    let cost = match (kind, root.get("cost")) {
+        (Kind::Cost, node) => cost::read(node, &groups, &mut problems),
+        (_, Some(node)) => {
+            problems.push(Problem::new(node.span(), "only a study of kind \"cost\" has `[cost]`", "leave this out"));
+            None
+        }
+        (_, None) => None,
+    };
     let columns = columns::columns(kind, groups.iter().flat_map(Group::axes), keys(&base, &groups));
     let figures = match root.get("figure") {
         Some(node) => figure::read_figures(node, &groups, &columns, &mut problems),
-        None => figure::default(kind, ladder.as_ref(), &groups).into_iter().collect(),
+        None => figure::default(kind, ladder.as_ref(), cost.as_ref(), &groups).into_iter().collect(),
     };
     let adaptive = adaptive::read(root.get("refine"), root.get("bisect"), &groups, &columns, &mut problems);
     if !problems.is_empty() {
@@ -396,6 +412,7 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     let mut study = Study {
         adaptive,
         ladder,
+        cost,
         name,
         question,
         kind,

@@ -21,6 +21,15 @@ pub const PHYSICS_VERSION: u32 = 3;
 pub enum Job {
     /// The solution of a scene.
     Solve(Case),
+    /// The solution of a scene, and how long it takes by itself.
+    Cost {
+        /// The scene.
+        case: Case,
+        /// How often it is solved.
+        repeat: u32,
+        /// Threads it is solved on.
+        threads: u32,
+    },
     /// Every solution of a scene.
     Multiplicity {
         /// The scene. Of its numerics the tolerance counts, not the method.
@@ -52,6 +61,7 @@ impl Job {
     pub fn kind(&self) -> Kind {
         match self {
             Job::Solve(_) => Kind::Solve,
+            Job::Cost { .. } => Kind::Cost,
             Job::Multiplicity { .. } => Kind::Multiplicity,
             Job::Uniqueness { .. } => Kind::Uniqueness,
         }
@@ -60,7 +70,7 @@ impl Job {
     /// The scene that is to be solved, once or often.
     pub fn case(&self) -> Option<&Case> {
         match self {
-            Job::Solve(case) | Job::Multiplicity { case, .. } => Some(case),
+            Job::Solve(case) | Job::Cost { case, .. } | Job::Multiplicity { case, .. } => Some(case),
             Job::Uniqueness { .. } => None,
         }
     }
@@ -68,7 +78,7 @@ impl Job {
     /// The elements that it asks for.
     pub fn mesh(&self) -> Mesh {
         match self {
-            Job::Solve(case) | Job::Multiplicity { case, .. } => case.numerics.mesh,
+            Job::Solve(case) | Job::Cost { case, .. } | Job::Multiplicity { case, .. } => case.numerics.mesh,
             Job::Uniqueness { question, .. } => question.mesh,
         }
     }
@@ -76,7 +86,7 @@ impl Job {
     /// Refuses what has no meaning.
     pub fn validate(&self) -> Result<(), SceneError> {
         match self {
-            Job::Solve(case) | Job::Multiplicity { case, .. } => case.validate(),
+            Job::Solve(case) | Job::Cost { case, .. } | Job::Multiplicity { case, .. } => case.validate(),
             Job::Uniqueness { question, .. } => question.validate(),
         }
     }
@@ -133,7 +143,7 @@ impl Job {
     /// Makes jobs that are the same equal.
     fn normalise(&mut self) {
         match self {
-            Job::Solve(case) => case.normalise(),
+            Job::Solve(case) | Job::Cost { case, .. } => case.normalise(),
             Job::Multiplicity { case, .. } => {
                 case.normalise();
                 (case.numerics.method, case.numerics.simulate) = (Method::default(), Vec::new());

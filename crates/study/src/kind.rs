@@ -10,6 +10,8 @@ pub enum Kind {
     Solve,
     /// Every point is solved, and compared with the limit of a ladder of them.
     Convergence,
+    /// Every point is solved several times over, and its error held against its time.
+    Cost,
     /// Every point is searched for all of its solutions.
     Multiplicity,
     /// The end μ* of the uniqueness set is bracketed at every point.
@@ -18,13 +20,14 @@ pub enum Kind {
 
 impl Kind {
     /// Every kind.
-    pub const ALL: &'static [Kind] = &[Kind::Solve, Kind::Convergence, Kind::Multiplicity, Kind::Uniqueness];
+    pub const ALL: &'static [Kind] = &[Kind::Solve, Kind::Convergence, Kind::Cost, Kind::Multiplicity, Kind::Uniqueness];
 
     /// How a study file calls it.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Solve => "solve",
             Kind::Convergence => "convergence",
+            Kind::Cost => "cost",
             Kind::Multiplicity => "multiplicity",
             Kind::Uniqueness => "uniqueness",
         }
@@ -39,7 +42,7 @@ impl Kind {
     pub(crate) fn refuses(self, key: Key) -> Option<&'static str> {
         let is_of_search = matches!(key, Key::Starts | Key::Seed);
         match self {
-            Kind::Solve | Kind::Convergence => is_of_search.then_some("a scene is solved from one start"),
+            Kind::Solve | Kind::Convergence | Kind::Cost => is_of_search.then_some("a scene is solved from one start"),
             Kind::Multiplicity => match key {
                 Key::Simulate => Some("a search simulates every effect"),
                 Key::Method => Some("a search tries every method"),

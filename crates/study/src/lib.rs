@@ -26,6 +26,7 @@ pub mod adaptive;
 mod assemble;
 pub mod axis;
 pub mod columns;
+pub mod cost;
 pub mod error;
 pub mod figure;
 pub mod file;

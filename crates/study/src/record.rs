@@ -66,8 +66,10 @@ pub struct Bracketed {
 pub struct Provenance {
     /// Version of the program.
     pub program: String,
-    /// Time that solving took \[s\].
+    /// Time that solving took \[s\]; of several times, the median.
     pub seconds: f64,
+    /// Each time by itself, of a job that is solved several times \[s\].
+    pub times: Vec<f64>,
     /// Number of the worker in its run.
     pub worker: u32,
     /// The attempt that gave this record, counted from 1.
@@ -187,13 +189,14 @@ impl Record {
         let Some(outcome) = self.outcome() else { return };
         let (physics, fields, provenance) = (self.physics, self.fields, self.provenance.clone());
         let steps = Vec::with_capacity(outcome.steps.len());
-        let path = Outcome { status: Status::Certified, levels: outcome.levels.clone(), steps, hertz: None, rail: None };
+        let path = Outcome { status: Status::Certified, levels: outcome.levels.clone(), steps, estimate: None, hertz: None, rail: None };
         let mut partial = Record { physics, job: self.job.clone(), ending: Ending::Finished(path), fields, provenance };
         for (at, step) in outcome.steps.iter().enumerate() {
             let Ending::Finished(path) = &mut partial.ending else { return };
             path.steps.push(*step);
             if at + 1 == outcome.steps.len() {
-                (path.status, path.hertz, path.rail) = (outcome.status.clone(), outcome.hertz, outcome.rail);
+                (path.status, path.estimate, path.hertz, path.rail) =
+                    (outcome.status.clone(), outcome.estimate, outcome.hertz, outcome.rail);
             }
             visit(&partial);
         }
@@ -278,7 +281,8 @@ pub(crate) mod tests {
     use proptest::prelude::*;
 
     fn record(ending: Ending) -> Record {
-        let provenance = Provenance { program: "0.1.0".into(), seconds: 0.25, worker: 1, attempt: 1, finished: 1_700_000_000 };
+        let provenance =
+            Provenance { program: "0.1.0".into(), seconds: 0.25, times: vec![0.25, 0.5], worker: 1, attempt: 1, finished: 1_700_000_000 };
         Record { physics: PHYSICS_VERSION, job: crate::job::tests::job().canonical(), ending, fields: Some([7; 32]), provenance }
     }
 
@@ -342,7 +346,21 @@ pub(crate) mod tests {
             wheelset_height: 60.0,
         };
         let coarse = Level { elements: [9, 10], work: WorkDone { iterations: 0, operator_applications: 5 } };
-        Outcome { status, levels: vec![coarse], steps: vec![first, last], hertz: Some(hertz), rail: Some(rail) }
+        let estimate = contact::estimate::Estimate {
+            load: Some(71.0),
+            approach: Some(72.0),
+            tangential_force: Some(73.0),
+            shift: Some(74.0),
+            moment: Some(75.0),
+            rotation: Some(76.0),
+            peak_pressure: Some(77.0),
+            contact_area: Some(78.0),
+            stick_area: Some(79.0),
+            pressure: Some(80.0),
+            traction: Some(81.0),
+            solver: 90.0,
+        };
+        Outcome { status, levels: vec![coarse], steps: vec![first, last], estimate: Some(estimate), hertz: Some(hertz), rail: Some(rail) }
     }
 
     pub(crate) fn solved() -> Record {

@@ -32,7 +32,9 @@ struct Parts<'a> {
 impl<'a> Parts<'a> {
     fn of(job: &'a Job) -> Self {
         match job {
-            Job::Solve(Case { scene, numerics }) | Job::Multiplicity { case: Case { scene, numerics }, .. } => Parts {
+            Job::Solve(Case { scene, numerics })
+            | Job::Cost { case: Case { scene, numerics }, .. }
+            | Job::Multiplicity { case: Case { scene, numerics }, .. } => Parts {
                 foundation: &scene.foundation,
                 shape: Some(Cow::Borrowed(&scene.punch.shape)),
                 material: scene.punch.material.as_ref(),
@@ -45,7 +47,7 @@ impl<'a> Parts<'a> {
                 numerics: Some(numerics),
                 search: match job {
                     Job::Multiplicity { search: Search { starts, seed }, .. } => Some((*starts, *seed)),
-                    Job::Solve(_) | Job::Uniqueness { .. } => None,
+                    Job::Solve(_) | Job::Cost { .. } | Job::Uniqueness { .. } => None,
                 },
             },
             Job::Uniqueness { question, effort } => Parts {

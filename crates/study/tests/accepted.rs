@@ -331,6 +331,9 @@ fn figures() {
         log_x: false,
         log_y,
         fit: false,
+        band: None,
+        front: false,
+        names: None,
     };
     assert_eq!(study.figures(), [figure("mu", "stick_fraction", &["mesh"], false)]);
     let own = "[figure]\nx = \"numerics.mesh\"\ny = \"residual\"\nlog_y = true\npanels = \"projection\"\n";

@@ -1,0 +1,104 @@
+//! Studies of every kind: what they ask for, and that a job of each kind survives being written and read.
+
+use contact::numerics::Mesh;
+use contact::uniqueness::Sole;
+use study::{Adaptive, Job, Kind, Study, columns};
+
+fn read(text: &str) -> Study {
+    Study::parse(text, "kinds.toml", &mut |file| Err(format!("no file {file}"))).unwrap_or_else(|error| panic!("{text}\n{error}"))
+}
+
+/// A study of a kind, with what belongs before its tables and after them.
+fn of_kind(kind: &str, more: &str) -> Study {
+    read(&format!(
+        r#"name = "x"
+kind = "{kind}"
+[scene]
+foundation.base = {{ shear_modulus = "80 GPa", poisson = 0.3 }}
+punch = {{ shape = "sphere", radius = "10 mm" }}
+friction.mu = 0.3
+loading.steps = [{{ approach = "1 um" }}]
+[numerics]
+mesh = 16
+{more}"#
+    ))
+}
+
+const UNIQUENESS: &str = r#"
+name = "x"
+kind = "uniqueness"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+foundation.layers = [{ shear_modulus = "8 GPa", poisson = 0.4, thickness = "0.1 mm" }]
+punch = { shape = "flat-disk", radius = "1 mm", material = { shear_modulus = "8 GPa", poisson = 0.1 } }
+[numerics]
+mesh = 4
+epsilon = 0.1
+[search]
+starts = 7
+seed = 3
+"#;
+
+#[test]
+fn a_uniqueness_study_asks_about_bodies_and_sole_alone() {
+    let study = read(UNIQUENESS);
+    assert_eq!(study.kind(), Kind::Uniqueness);
+    let Job::Uniqueness { question, effort } = study.point(0).unwrap().job else { panic!("another kind of job") };
+    assert_eq!((question.sole, question.mesh, question.epsilon), (Sole::Disk { radius: 1e-3 }, Mesh::Across(4), 0.1));
+    assert_eq!((question.foundation.layers.len(), question.punch.map(|m| m.poisson)), (1, Some(0.1)));
+    assert_eq!((effort.search.starts, effort.search.seed), (7, 3));
+    let columns = study.columns();
+    let has = |name: &str| columns::find(&columns, name).is_some();
+    assert!(has("mu_low") && has("mu_high") && has("starts") && has("layer0_poisson"));
+    assert!(!has("mu") && !has("load") && !has("tolerance") && !has("solutions"));
+    assert_eq!(study.figures()[..], [], "without an axis there is nothing to draw");
+    let swept = read(&format!("{UNIQUENESS}[sweep]\nmesh = [2, 3]\nstarts = [1, 2]\n"));
+    assert_eq!(swept.figures()[0].band, Some(["mu_low", "mu_high"].map(str::to_owned)));
+    assert_eq!(swept.len(), 4);
+}
+
+#[test]
+fn jobs_of_every_kind_are_written_and_read() {
+    let ladder = "[sweep]\nmesh = [8, 16, 32]\n";
+    let studies = [
+        of_kind("solve", ""),
+        of_kind("convergence", ladder),
+        of_kind("cost", &format!("{ladder}[cost]\nrepeat = 2\nthreads = 2\non = \"load\"\n")),
+        of_kind("multiplicity", "[search]\nstarts = 5\nseed = 9\n"),
+        read(UNIQUENESS),
+    ];
+    assert_eq!(studies.len(), Kind::ALL.len());
+    let mut keys = std::collections::HashSet::new();
+    for study in &studies {
+        let job = study.point(study.len() - 1).unwrap().job;
+        assert_eq!(Job::parse(&job.canonical()).unwrap(), job, "{}", study.kind().name());
+        // a case that is compared or timed is written as what it asks for by itself
+        if !matches!(job, Job::Cost { .. }) {
+            assert_eq!(read(&format!("name = \"y\"\n{}", job.to_toml())).point(0).unwrap().job.canonical(), job.canonical());
+        }
+        keys.insert(job.key());
+    }
+    assert_eq!(keys.len(), studies.len(), "what is asked of a scene is part of the identity");
+}
+
+#[test]
+fn a_search_counts_neither_method_nor_effects() {
+    let canonical = of_kind("multiplicity", "").point(0).unwrap().job.canonical();
+    assert!(canonical.contains(r#""search":{"starts":60,"seed":0}"#) && canonical.contains(r#""method":"auto""#), "{canonical}");
+    assert!(!of_kind("multiplicity", "").columns().iter().any(|column| column.name == "method"));
+}
+
+#[test]
+fn adaptive_studies() {
+    let refine = of_kind("solve", "[refine]\non = \"load\"\nuntil = \"0.1%\"\n");
+    assert_eq!(refine.adaptive(), Some(&Adaptive::Refine { on: "load".to_owned(), until: 1e-3, at_most: 1024 }));
+    let finer = refine.point_on_mesh(0, Mesh::Across(32)).unwrap();
+    assert_eq!(finer.job.mesh(), Mesh::Across(32));
+    let bisect = of_kind("solve", "[sweep]\nfriction.mu = [0.1, 0.5]\n[bisect]\naxis = \"mu\"\non = \"stick_area > 0\"\nto = 0.01\n");
+    assert_eq!(bisect.adaptive(), Some(&Adaptive::Bisect { axis: 0, on: "stick_area > 0".to_owned(), to: 0.01 }));
+    let between = bisect.point_at(0, 0, 0.25).unwrap();
+    assert_eq!(between.job.case().unwrap().scene.friction.mu, 0.25);
+    assert_eq!(between.values[0].as_f64(), Some(0.25));
+    assert_eq!(between.job.key(), of_kind("solve", "").point_at(0, 0, 0.25).map_or(between.key, |other| other.key));
+    assert!(bisect.point_at(0, 0, f64::NAN).is_none(), "no job");
+}

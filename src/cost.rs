@@ -1,0 +1,280 @@
+//! What accuracy costs: the error of every rung of a ladder against the time it takes.
+
+use std::collections::HashMap;
+
+use anyhow::{Context, Result, bail};
+use contact::loading::Control;
+use contact::outcome::StepOutcome;
+use contact::reference::{ClosedForm, Errors, closed_form, power_law, richardson};
+use report::{Cell, Column, Table, pareto_front};
+use study::columns::Compared;
+use study::cost::{Cost, is_rung};
+use study::{JobKey, Point, Record, Study, Value};
+
+use crate::compare::{ReadFields, digits, members, place};
+use crate::progress::duration;
+use crate::results::cell;
+
+/// What a study of cost says.
+pub(crate) struct Costs {
+    pub(crate) compared: Vec<Option<Compared>>,
+    /// A title and a table each.
+    pub(crate) answers: Vec<(&'static str, Table)>,
+}
+
+/// A rung: settings, their error and their time.
+struct Rung<'a> {
+    index: usize,
+    /// Diagonal of an element \[m\].
+    h: f64,
+    elements: f64,
+    end: &'a StepOutcome,
+    seconds: f64,
+    spread: f64,
+    error: f64,
+}
+
+/// Holds every rung against the closed form of its scene, or else against what its tightest rungs extrapolate to.
+pub(crate) fn compare(
+    study: &Study,
+    cost: &Cost,
+    points: &[Point],
+    records: &HashMap<JobKey, Record>,
+    fields: &ReadFields<'_>,
+) -> Result<Costs> {
+    let mut compared: Vec<Option<Compared>> = points.iter().map(|_| None).collect();
+    let (mut fronts, mut fits, mut words) = (Vec::new(), Vec::new(), Vec::new());
+    let mut axes: Vec<String> = Vec::new();
+    for (at, members) in members(study, |group| is_rung(&study.groups()[group]), points) {
+        let Some(case) = members.first().and_then(|first| points[*first].job.case()) else { continue };
+        let controls = case.scene.loading.legs().last().map(|leg| leg.target).context("a scene without a load step")?;
+        let on = cost.on.unwrap_or(if matches!(controls[0], Control::Motion(_)) { "load" } else { "approach" });
+        let which = Errors::NAMES.iter().position(|name| *name == on).context("an error without a name")?;
+        let exact = closed_form(&case.scene);
+        let mut rungs = Vec::new();
+        for index in members {
+            let Some(record) = records.get(&points[index].key).filter(|record| record.is_certified()) else { continue };
+            let Some(end) = record.outcome().and_then(|outcome| outcome.last()) else { continue };
+            let o = &end.observables;
+            let (least, most) = record.provenance.times.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), t| (l.min(*t), m.max(*t)));
+            rungs.push(Rung {
+                index,
+                h: o.element_x.hypot(o.element_y),
+                elements: o.mesh_x as f64 * o.mesh_y as f64,
+                end,
+                seconds: record.provenance.seconds,
+                spread: (most - least).max(0.0) / record.provenance.seconds,
+                error: f64::NAN,
+            });
+        }
+        let tightest = tightest(points, &rungs);
+        let (reference, uncertainty) = match &exact {
+            Some(exact) => (format!("{} ({})", exact.name, exact.source), 0.0),
+            None => {
+                let Some(limits) = Limits::of(&tightest.iter().map(|at| &rungs[*at]).collect::<Vec<_>>()) else { continue };
+                let Some((limit, uncertainty)) = limits.of_name(on) else {
+                    bail!("{} has no closed form, and `{on}` cannot be extrapolated; choose another error in [cost]", place(&at));
+                };
+                for rung in &rungs {
+                    let errors = limits.errors(rung.end, &controls);
+                    let reference = "the limit of the finest meshes".to_owned();
+                    compared[rung.index] = Some(Compared { errors, reference });
+                }
+                ("extrapolated".to_owned(), uncertainty / limit.abs())
+            }
+        };
+        if let Some(exact) = &exact {
+            for rung in &rungs {
+                compared[rung.index] = against(exact, rung.end, points, records, rung.index, fields)?
+                    .map(|errors| Compared { errors, reference: reference.clone() });
+            }
+        }
+        for rung in &mut rungs {
+            let errors = compared[rung.index].as_ref().map(|compared| compared.errors.to_array());
+            rung.error = errors.and_then(|errors| errors[which]).unwrap_or(f64::NAN);
+        }
+        rungs.retain(|rung| rung.error.is_finite() && rung.seconds > 0.0);
+        if rungs.is_empty() {
+            continue;
+        }
+        axes = at.iter().map(|(name, _)| name.clone()).collect();
+        let head: Vec<Cell> = at.iter().map(|(_, value)| cell(value.clone())).collect();
+        let spots: Vec<(f64, f64)> = rungs.iter().map(|rung| (rung.seconds, rung.error)).collect();
+        let front: Vec<&Rung<'_>> = pareto_front(&spots).into_iter().map(|at| &rungs[at]).collect();
+        for rung in &front {
+            let mut row = head.clone();
+            row.extend([
+                Cell::Number(digits(rung.error, 1)),
+                Cell::Number(digits(rung.seconds, 2)),
+                Cell::Number(digits(rung.spread, 1)),
+                Cell::Text(settings(study, &points[rung.index])),
+            ]);
+            fronts.push(row);
+        }
+        // the law of the tightest rungs, from the coarsest mesh to the finest
+        let mut line: Vec<&Rung<'_>> = rungs.iter().filter(|rung| tightest_has(points, &rungs, rung)).collect();
+        line.sort_by(|a, b| b.h.total_cmp(&a.h));
+        let order = power_law(&line.iter().map(|rung| (rung.h, rung.error)).filter(|(_, error)| *error > 0.0).collect::<Vec<_>>()).ok();
+        let growth = power_law(&line.iter().map(|rung| (rung.elements, rung.seconds)).collect::<Vec<_>>()).ok();
+        let mut row = head.clone();
+        let pair = |law: &Option<contact::reference::PowerLaw>| match law {
+            Some(law) => [law.slope, law.standard_error].map(|x| Cell::Number(digits(x, 2))),
+            None => [const { Cell::Missing }; 2],
+        };
+        row.push(Cell::Text(on.to_owned()));
+        row.extend(pair(&order));
+        row.extend(pair(&growth));
+        row.extend([Cell::Text(reference.split(" (").next().unwrap_or_default().to_owned()), Cell::Number(digits(uncertainty, 1))]);
+        fits.push(row);
+        let mut row = head;
+        row.push(Cell::Text(sentence(study, points, &rungs, on, uncertainty)));
+        words.push(row);
+    }
+    let columns = study.columns();
+    let unit = |name: &str| study::columns::find(&columns, name).map_or("", study::Column::unit);
+    let table = |own: &[(&str, &str)], rows: Vec<Vec<Cell>>| {
+        let heads = axes.iter().map(|name| Column::new(name.as_str(), unit(name)));
+        Table::new(heads.chain(own.iter().map(|(name, unit)| Column::new(*name, *unit))).collect(), rows)
+    };
+    let mut answers = Vec::new();
+    if !fronts.is_empty() {
+        answers.push(("cheapest for their error", table(&[("error", ""), ("seconds", "s"), ("spread", ""), ("settings", "")], fronts)?));
+        let own = [
+            ("error of", ""),
+            ("order in h", ""),
+            ("±", ""),
+            ("time ~ elements^", ""),
+            ("± ", ""),
+            ("reference", ""),
+            ("its uncertainty", ""),
+        ];
+        answers.push(("laws", table(&own, fits)?));
+        answers.push(("cost", table(&[("answer", "")], words)?));
+    }
+    Ok(Costs { compared, answers })
+}
+
+fn against(
+    exact: &ClosedForm,
+    end: &StepOutcome,
+    points: &[Point],
+    records: &HashMap<JobKey, Record>,
+    index: usize,
+    fields: &ReadFields<'_>,
+) -> Result<Option<Errors>> {
+    let Some(record) = records.get(&points[index].key) else { return Ok(None) };
+    Ok(Errors::against_closed_form(end, &fields(record)?, exact))
+}
+
+/// The rungs that differ from the best in their mesh only: of the smallest tolerance and ε, in the first method and projection.
+fn tightest(points: &[Point], rungs: &[Rung<'_>]) -> Vec<usize> {
+    (0..rungs.len()).filter(|at| tightest_has(points, rungs, &rungs[*at])).collect()
+}
+
+fn tightest_has(points: &[Point], rungs: &[Rung<'_>], rung: &Rung<'_>) -> bool {
+    let numerics = |rung: &Rung<'_>| points[rung.index].job.case().map(|case| &case.numerics);
+    let Some(own) = numerics(rung) else { return false };
+    let all = || rungs.iter().filter_map(numerics);
+    let least = |read: fn(&contact::numerics::Numerics) -> f64| all().map(read).fold(f64::INFINITY, f64::min);
+    let first = all().next();
+    own.tolerance == least(|numerics| numerics.tolerance)
+        && own.epsilon == least(|numerics| numerics.epsilon)
+        && first.is_some_and(|first| (first.method, first.projection) == (own.method, own.projection))
+}
+
+/// What scalar figures extrapolate to, with uncertainties; `None` where they do not.
+struct Limits([Option<(f64, f64)>; 5]);
+
+const SCALARS: [(&str, fn(&StepOutcome) -> f64); 5] = [
+    ("load", |end| end.observables.load),
+    ("approach", |end| end.motion.approach),
+    ("peak_pressure", |end| end.observables.peak_pressure),
+    ("contact_area", |end| end.observables.contact_area),
+    ("stick_area", |end| end.observables.stick_area),
+];
+
+impl Limits {
+    fn of(rungs: &[&Rung<'_>]) -> Option<Self> {
+        let mut rungs = rungs.to_vec();
+        rungs.sort_by(|a, b| b.h.total_cmp(&a.h));
+        (rungs.len() >= 3).then(|| {
+            Limits(SCALARS.map(|(_, read)| {
+                let ladder: Vec<(f64, f64)> = rungs.iter().map(|rung| (rung.h, read(rung.end))).collect();
+                richardson(&ladder).ok().map(|limit| (limit.value, limit.uncertainty))
+            }))
+        })
+    }
+
+    fn of_name(&self, name: &str) -> Option<(f64, f64)> {
+        self.0[SCALARS.iter().position(|(known, _)| *known == name)?]
+    }
+
+    fn errors(&self, end: &StepOutcome, controls: &[Control; 6]) -> Errors {
+        let contact = self.of_name("contact_area").map_or(0.0, |(area, _)| area);
+        let error = |which: usize, over: Option<f64>| {
+            let (limit, _) = self.0[which]?;
+            let unit = over.unwrap_or(limit.abs());
+            (unit > 0.0).then(|| (SCALARS[which].1(end) - limit).abs() / unit)
+        };
+        let is_force = matches!(controls[0], Control::Force(_));
+        Errors {
+            load: error(0, None).filter(|_| !is_force),
+            approach: error(1, None).filter(|_| is_force),
+            peak_pressure: error(2, None),
+            contact_area: error(3, None),
+            stick_area: error(4, Some(contact)),
+            ..Errors::default()
+        }
+    }
+}
+
+/// The settings of a rung, as they differ along the ladder.
+fn settings(study: &Study, point: &Point) -> String {
+    let own = study.axes().zip(&point.values).filter(|(axis, _)| axis.key().is_some_and(|key| key.path().starts_with("numerics.")));
+    let said: Vec<String> = own.map(|(axis, value)| format!("{} {}", axis.column(), shown(value))).collect();
+    said.join(", ")
+}
+
+fn shown(value: &Value) -> String {
+    match value {
+        Value::Number(x) if *x != 0.0 && x.abs() < 1e-3 => format!("{x:e}"),
+        value => value.to_string(),
+    }
+}
+
+/// Errors to ask the price of.
+const TARGETS: [f64; 6] = [0.1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
+
+/// "1 % of the load costs 0.02 s (mesh 24, tolerance 1e-4); the next digit 9 times that."
+fn sentence(study: &Study, points: &[Point], rungs: &[Rung<'_>], on: &str, uncertainty: f64) -> String {
+    // a rung that is better by chance than a finer one is no way to reach an error
+    let reaches = |rung: &&Rung<'_>, target: f64| {
+        let finer = |other: &&Rung<'_>| other.h <= rung.h && tightest_of(points, other) <= tightest_of(points, rung);
+        rungs.iter().filter(finer).all(|other| other.error + uncertainty <= target)
+    };
+    let cheapest = |target: f64| rungs.iter().filter(|rung| reaches(rung, target)).min_by(|a, b| a.seconds.total_cmp(&b.seconds));
+    let mut priced: Vec<(f64, &Rung<'_>)> = Vec::new();
+    for target in TARGETS {
+        let Some(rung) = cheapest(target) else { break };
+        // the same rung gives one more digit for nothing
+        priced.retain(|(_, other)| other.index != rung.index);
+        priced.push((target, rung));
+    }
+    let Some((_, first)) = priced.first() else { return format!("no rung gives the {} to {} %", on.replace('_', " "), TARGETS[0] * 100.0) };
+    let mut said = Vec::new();
+    let mut last = first.seconds;
+    for (target, rung) in &priced {
+        let (price, settings) = (duration(rung.seconds), settings(study, &points[rung.index]));
+        let percent = digits(target * 100.0, 3);
+        said.push(match said.len() {
+            0 => format!("{percent} % of the {} costs {price} ({settings})", on.replace('_', " ")),
+            _ => format!("{percent} % costs {price}, {:.1} times that ({settings})", rung.seconds / last),
+        });
+        last = rung.seconds;
+    }
+    said.join("; ")
+}
+
+fn tightest_of(points: &[Point], rung: &Rung<'_>) -> f64 {
+    points[rung.index].job.case().map_or(f64::NAN, |case| case.numerics.tolerance)
+}
