@@ -21,6 +21,7 @@ pub mod foundation;
 pub mod friction;
 pub mod grid;
 pub mod influence;
+mod limits;
 pub mod loading;
 pub mod multiplicity;
 pub mod norms;
