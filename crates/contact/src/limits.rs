@@ -94,7 +94,8 @@ pub(crate) fn loads(scene: &Scene, numerics: &Numerics, scale: &Scale, grid: &Gr
                 let relative = (value / unit).abs();
                 // the last unit is that of energy too
                 if value != 0.0 && !(SQUARABLE.contains(&relative) && (relative * relative * forces[5]).is_finite()) {
-                    let [low, high] = [SQUARABLE.start(), SQUARABLE.end()].map(|end| end * unit);
+                    let most = SQUARABLE.end().min((f64::MAX / forces[5]).sqrt());
+                    let [low, high] = [*SQUARABLE.start(), most].map(|end| end * unit);
                     let expected =
                         format!("cannot be squared in double precision next to sizes and moduli; 0, or between {low:e} and {high:e}");
                     return refuse(&format!("loading.steps[{i}].{name}"), value, expected);
