@@ -324,6 +324,9 @@ pub(crate) enum StoreCommand {
     /// Read every record and every file and say what is damaged
     #[command(after_help = "Examples:\n  tribosweep store verify")]
     Verify {
+        /// Also prove anew what records claim to have proved: the brackets of uniqueness sets
+        #[arg(long)]
+        deep: bool,
         /// Print JSON
         #[arg(long)]
         json: bool,

@@ -11,7 +11,7 @@ use report::Table;
 use runner::{Interrupt, Options, Task};
 use serde::Serialize;
 use store::{OpenError, Store};
-use study::{Job, JobKey, Kind, Point, Record, Study};
+use study::{Job, JobKey, Point, Record, Study};
 
 use crate::cli::{CostArgs, ExecutionArgs, PlanArgs, ResumeArgs, RunArgs};
 use crate::effects::{Group, Overview, overview};
@@ -19,7 +19,7 @@ use crate::ledger::Ledger;
 use crate::output::{self, Finish, count};
 use crate::progress::{Progress, duration};
 use crate::results::{self, Results};
-use crate::solve::{with_cost_ladder, with_settings};
+use crate::solve::with_cost_ladder;
 use crate::work::{forecast, order};
 use crate::{adaptive, draw};
 
@@ -50,12 +50,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Finish> {
 pub(crate) fn cost(args: &CostArgs) -> Result<Finish> {
     let path = &args.study;
     let text = std::fs::read_to_string(path).with_context(|| format!("cannot read the study file {}", path.display()))?;
-    let given = parse_study(&text, path)?;
-    let text = if args.set.is_empty() { text } else { with_settings(&text, path, &args.set)? };
-    let study = match given.kind() {
-        Kind::Cost => parse_study(&text, path)?,
-        kind => parse_study(&with_cost_ladder(&text, path, given.name(), kind)?, path)?,
-    };
+    let study = parse_study(&with_cost_ladder(&text, path, &args.set)?, path)?;
     Jobs::of(&study)?;
     let store = Store::open(&args.store.store)?;
     execute(study, store, &args.store.store, &args.execution)

@@ -76,7 +76,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
 }
 
 /// The study's text with keys set, each taken out of the axes.
-pub(crate) fn with_settings(text: &str, path: &Path, settings: &[String]) -> Result<String> {
+fn with_settings(text: &str, path: &Path, settings: &[String]) -> Result<String> {
     let Ok(mut document) = text.parse::<DocumentMut>() else {
         // the study's own reader says what is wrong, with its place
         launch::parse_study(text, path)?;
@@ -105,15 +105,27 @@ pub(crate) fn with_settings(text: &str, path: &Path, settings: &[String]) -> Res
 const LADDER: ([i64; 9], [f64; 3]) = ([8, 12, 16, 24, 32, 48, 64, 96, 128], [1e-2, 1e-4, 1e-8]);
 
 /// The text of a study of what accuracy costs, for the only scene of another study.
-pub(crate) fn with_cost_ladder(text: &str, path: &Path, name: &str, kind: Kind) -> Result<String> {
-    if !matches!(kind, Kind::Solve | Kind::Convergence) {
-        bail!("{}: a study of kind \"{}\" solves no scene whose accuracy could be priced", path.display(), kind.name());
+pub(crate) fn with_cost_ladder(text: &str, path: &Path, settings: &[String]) -> Result<String> {
+    let study = launch::parse_study(text, path)?;
+    if study.kind() == Kind::Cost {
+        return with_settings(text, path, settings);
+    }
+    if !matches!(study.kind(), Kind::Solve | Kind::Convergence) {
+        bail!("{}: a study of kind \"{}\" solves no scene whose accuracy could be priced", path.display(), study.kind().name());
     }
     let mut document = text.parse::<DocumentMut>().with_context(|| format!("{} cannot be edited", path.display()))?;
-    for table in ["figure", "refine", "bisect", "convergence"] {
+    for table in ["figure", "refine", "bisect", "convergence", "kind"] {
         document.remove(table);
     }
-    document["name"] = toml_edit::value(format!("{name}-cost"));
+    document["name"] = toml_edit::value(format!("{}-cost", study.name()));
+    let text = with_settings(&document.to_string(), path, settings)?;
+    let study = launch::parse_study(&text, path)?;
+    let left: Vec<String> =
+        study.axes().filter(|axis| !matches!(axis.key(), Some(Key::Mesh | Key::Tolerance))).map(|axis| axis.path().into_owned()).collect();
+    if !left.is_empty() {
+        bail!("{} varies {}; fix that with --set KEY=VALUE, so that one scene is left", path.display(), left.join(", "));
+    }
+    let mut document = text.parse::<DocumentMut>().with_context(|| format!("{} cannot be edited", path.display()))?;
     document["kind"] = toml_edit::value("cost");
     for key in [Key::Mesh, Key::Tolerance] {
         if let Some(sweep) = document.get_mut("sweep").and_then(Item::as_table_like_mut) {
@@ -124,10 +136,6 @@ pub(crate) fn with_cost_ladder(text: &str, path: &Path, name: &str, kind: Kind) 
         document["sweep"] = Item::Table(Table::new());
     }
     let sweep = document["sweep"].as_table_like_mut().context("`sweep` is no table")?;
-    let left: Vec<String> = sweep.iter().map(|(name, _)| name.to_owned()).collect();
-    if !left.is_empty() {
-        bail!("{} varies {}; fix that with --set KEY=VALUE, so that one scene is left", path.display(), left.join(", "));
-    }
     sweep.insert("mesh", Item::Value(LADDER.0.into_iter().collect::<toml_edit::Array>().into()));
     sweep.insert("tolerance", Item::Value(LADDER.1.into_iter().collect::<toml_edit::Array>().into()));
     Ok(document.to_string())

@@ -6,14 +6,14 @@ use anyhow::{Context, Result};
 use indicatif::BinaryBytes;
 use store::{Digest, Store};
 use study::record::DecodeError;
-use study::{JobKey, Record};
+use study::{Job, JobKey, Record};
 
 use crate::cli::StoreCommand;
 use crate::output::{self, Finish, count};
 
 pub(crate) fn run(command: &StoreCommand) -> Result<Finish> {
     match command {
-        StoreCommand::Verify { json, store } => verify(&open(&store.store)?, *json),
+        StoreCommand::Verify { deep, json, store } => verify(&open(&store.store)?, *deep, *json),
         StoreCommand::Salvage { json, store } => salvage(&store.store, *json),
         StoreCommand::Compact { json, store } => compact(&open(&store.store)?, *json),
     }
@@ -29,11 +29,27 @@ fn references(record: &Record) -> Vec<Digest> {
     record.fields.map(Digest).into_iter().collect()
 }
 
-fn verify(store: &Store, json: bool) -> Result<Finish> {
+/// Whether what a record claims to have proved holds, from what it carries; `None` for one that claims nothing of the kind.
+fn proof(record: &Record) -> Option<Result<(), String>> {
+    let bracket = record.bracketed().filter(|_| record.is_certified())?.bracket.as_ref()?;
+    let Ok(Job::Uniqueness { question, .. }) = record.parse_job() else {
+        return Some(Err("it brackets nothing that was asked".to_owned()));
+    };
+    Some(crate::work::verify(&question, bracket).map_err(|error| error.to_string()).and_then(|shown| shown.map(drop)))
+}
+
+fn verify(store: &Store, deep: bool, json: bool) -> Result<Finish> {
     let mut undecodable: Vec<(JobKey, String)> = Vec::new();
-    let mut foreign = 0;
+    let (mut foreign, mut proved) = (0, 0);
     let found = store.verify(|key, bytes| match Record::decode(bytes) {
-        Ok(record) if record.key() == *key => references(&record),
+        Ok(record) if record.key() == *key => {
+            match deep.then(|| proof(&record)).flatten() {
+                Some(Ok(())) => proved += 1,
+                Some(Err(reason)) => undecodable.push((*key, reason)),
+                None => {}
+            }
+            references(&record)
+        }
         Ok(_) => {
             undecodable.push((*key, "it is the record of another job".to_owned()));
             Vec::new()
@@ -57,7 +73,7 @@ fn verify(store: &Store, json: bool) -> Result<Finish> {
     faults.extend(found.lost_studies.iter().map(|(name, reason)| format!("study {name}: {reason}")));
     if json {
         output::print_json(&serde_json::json!({
-            "sound": sound, "records": found.records, "files": found.blobs, "file_bytes": found.blob_bytes, "studies": found.studies, "records_of_other_versions": foreign,
+            "sound": sound, "records": found.records, "files": found.blobs, "file_bytes": found.blob_bytes, "studies": found.studies, "brackets_proved": deep.then_some(proved), "records_of_other_versions": foreign,
             "unreferenced_files": found.unreferenced_blobs, "stray_files": found.stray_files, "faults": faults,
         }))?;
     } else {
@@ -69,6 +85,9 @@ fn verify(store: &Store, json: bool) -> Result<Finish> {
             count(found.studies, "study", "studies")
         );
         text += if sound { ": all sound\n" } else { "\n" };
+        if deep {
+            text += &format!("{} of uniqueness sets proved anew\n", count(proved, "bracket", "brackets"));
+        }
         faults.iter().for_each(|fault| text += &format!("damaged: {fault}\n"));
         if foreign > 0 {
             text += &format!("{} of another version of this program, and not used\n", count(foreign, "record is", "records are"));

@@ -4,9 +4,9 @@
 mod common;
 
 use common::*;
-use contact::loading::Step;
+use contact::loading::{Loading, Step};
 use contact::numerics::{Mesh, Method, Numerics, Projection};
-use contact::outcome::{Fields, Status, StepOutcome};
+use contact::outcome::{Fields, Status, StepOutcome, Way};
 use contact::punch::Surfaces;
 use contact::scene::*;
 use contact::{Operators, solve};
@@ -137,6 +137,28 @@ proptest! {
             if seidel.last().unwrap().observables.load > 0.0 {
                 prop_assert!(difference(&one, &other) < 1e-6, "{}", difference(&one, &other));
             }
+        }
+    }
+}
+
+/// Pulled lightly, most of a contact sticks. From slip everywhere to one side a step leads to slip everywhere to the other, for ever; Newton's
+/// method has to find out of that by itself, whether there is a transverse direction (ν > 0) or not.
+#[test]
+fn a_light_pull_needs_no_other_method() {
+    for poisson in [0.0, 0.3, 0.5] {
+        let body = Material { shear_modulus: 80e9, poisson };
+        let mut scene = scene(Shape::Sphere { radius: 0.01 }, 80e9, poisson, 0.3, Step::default());
+        scene.foundation = Foundation::half_space(body);
+        scene.punch.material = Some(body);
+        scene.loading =
+            Loading::path(vec![Step { approach: Some(1e-6), ..Step::default() }, Step { shift_x: Some(1e-7), ..Step::default() }]);
+        for mesh in [8, 24, 48] {
+            let (outcome, _) =
+                solve(&scene, &numerics(Mesh::Across(mesh), Projection::Average, 1e-8), &Surfaces::new(), &mut Operators::default())
+                    .unwrap();
+            assert_eq!((&outcome.status, outcome.way()), (&Status::Certified, Some(Way::Newton)), "ν = {poisson}, mesh {mesh}");
+            let end = outcome.last().unwrap();
+            assert!(end.work.iterations <= 20 && end.observables.stick_area > 0.5 * end.observables.contact_area, "{:?}", end.work);
         }
     }
 }

@@ -29,6 +29,10 @@ const PATIENCE: u64 = 12;
 /// Applications after which the answer of a linear solve is taken as it is.
 const MOST_APPLICATIONS: u64 = 400;
 
+/// Newton steps without a new smallest residual after which all that is in contact is taken to stick, once: a contact that begins to be
+/// pulled can go in circles between slip everywhere to one side and to the other, and slip eats in from the edges of what sticks.
+const CIRCLING: u64 = 3;
+
 /// Solves `problem` under `controls` (in the problem's units) from `start`; leaves the problem placed at the motion found.
 pub fn solve(problem: &mut Problem, operator: &Operator, controls: &[Control; 6], start: &Start, limits: &Limits) -> Iterate {
     let free = balance::free(controls);
@@ -76,7 +80,10 @@ pub fn solve(problem: &mut Problem, operator: &Operator, controls: &[Control; 6]
         if iterate.iterations >= u64::from(limits.max_iterations) {
             break Stop::OutOfIterations { residual: worst };
         }
-        let contact = Contact::of(problem, &p, &w, diagonals);
+        let mut contact = Contact::of(problem, &p, &w, diagonals);
+        if iterate.iterations - best_at == CIRCLING {
+            contact.stick(problem.mu);
+        }
         let (window, inner) = contact.part(problem, operator, &mut part);
         let mut linear = Linear::new(problem, inner, window, &contact, scratch);
         let forcing = (0.5 * worst.min(1.0).sqrt()).clamp(1e-6, 0.1).max(0.1 * target / worst);
@@ -129,6 +136,13 @@ struct Contact {
 }
 
 impl Contact {
+    /// Makes all elements in contact stick, where there is friction.
+    fn stick(&mut self, mu: f64) {
+        if mu > 0.0 {
+            self.spots.iter_mut().for_each(|spot| spot.piece = Piece::Stick);
+        }
+    }
+
     fn of(problem: &Problem, p: &[f64], w: &[f64], diagonals: Diagonals) -> Self {
         let (nx, ny) = (problem.grid.nx(), problem.grid.ny());
         // with one tangential direction there is no transverse component
