@@ -1,15 +1,15 @@
 //! How far a solution is from what ever finer meshes would give.
 //!
 //! The same path is followed on a grid of half as many elements each way, and what the figures differ by tells what is left. With d the
-//! relative difference of a figure, D that of the pressures in L₂ (of the tangential tractions, where these are farther apart and the
-//! figure is a tangential one), h the mean side of an element, a the radius of a disk as large as the contact and r ≈ 2 the ratio of
-//! both grids' h:
-//! - forces, moments and motions: the larger of 1.5 d/(r − 1) and ½ D² h/a; 2 d/(r − 1) where the contact reaches the edge of its sole,
-//!   with which they are of first order only and, with the staircase of a disk, irregular;
+//! relative difference of a figure, D that of the pressures in L₂, T that of the tangential tractions, h the mean side of an element, a
+//! the radius of a disk as large as the contact and r ≈ 2 the ratio of both grids' h:
+//! - forces, moments and motions: the larger of 1.5 d/(r − 1) and ½ D² h/a, for those that tangential tractions take part in of 0.3 T² h/a
+//!   too; 2 d/(r − 1) where the contact reaches the edge of its sole, with which they are of first order only and, with the staircase of
+//!   a disk, irregular;
 //! - largest pressure: the larger of d/(r − 1) and 0.2 D²;
-//! - areas: the larger of d/(r − 1) and a third of the elements at the rim, for an area is counted in whole elements; where all up to the
+//! - areas: the larger of d/(r − 1) and 0.4 of the elements at the rim, for an area is counted in whole elements; where all up to the
 //!   edge of the sole sticks that is a rim, too, for a ring of slip may be narrower than an element;
-//! - tractions in L₂: 1.1 D/(r − 1).
+//! - tractions in L₂: 1.1 D/(r − 1) and 1.1 T/(r − 1).
 //!
 //! A difference alone tells too little, for a figure may come out the same on two grids by accident. Differences of fields do not:
 //! D is the error in L₂ times a factor between 1 and 2.3. The other bounds follow from it. The error of a
@@ -98,12 +98,12 @@ pub(crate) fn estimate(
     let is_at_edge = reaches_an_edge(fields);
     let order = if is_at_edge { 2.0 } else { 1.5 };
     let along = |difference: Option<f64>| of(difference, order, energy * normal);
-    let across = |difference: Option<f64>| of(difference, order, energy * normal.max(tangential));
+    let across = |difference: Option<f64>| of(difference, order, energy * normal.max(0.6 * tangential));
     // a sole whose staircase has another area on another grid has an uncertain edge too
     let is_staircase = (end.observables.sole_area / coarse_end.observables.sole_area - 1.0).abs() > 1e-9;
     let area = |difference: Option<f64>, of_it: &[State], with_sole: bool| {
-        let third = rim(fields, of_it, with_sole) as f64 / 3.0 * fields.element[0] * fields.element[1];
-        of(difference, 1.0, third / contact)
+        let part = 0.4 * rim(fields, of_it, with_sole) as f64 * fields.element[0] * fields.element[1];
+        of(difference, 1.0, part / contact)
     };
     let is_limited = end.observables.ceiling_elements > 0 || resolves(numerics.epsilon, fields);
     let is_bounded = is_limited || !is_at_edge;
