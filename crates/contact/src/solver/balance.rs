@@ -140,6 +140,15 @@ fn beyond_friction(bound: f64, [x, y]: [f64; 2]) -> Option<usize> {
 pub(super) fn explain(problem: &Problem, controls: &[Control; 6], iterate: &Iterate) -> Stop {
     let force = |which: usize| if let Control::Force(force) = controls[which] { force } else { 0.0 };
     let normal = problem.resultants(&iterate.p)[0];
+    let touches = problem.grid.active().any(|e| iterate.p[e] > 0.0 || problem.f[e] > 0.0);
+    // a tilt that a moment governs could still bring them together
+    let settled = [0, 3, 4].iter().all(|which| matches!(controls[*which], Control::Motion(_)));
+    if !touches
+        && settled
+        && let Some(which) = [1, 2, 5].into_iter().find(|which| force(*which) != 0.0)
+    {
+        return Stop::Slides { which };
+    }
     if normal > 0.0 && normal.is_finite() {
         if let Some(which) = beyond_friction(problem.mu * normal, [force(1), force(2)]) {
             return Stop::Slides { which };
@@ -166,7 +175,9 @@ pub(super) fn imbalances(problem: &Problem, p: &[f64], asked: &[f64; 6], free: &
     let resultants = problem.resultants(p);
     let largest = |e: usize| problem.traction(p, e).into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
     let size = problem.grid.active().map(largest).sum::<f64>() * problem.grid.element_area() * images(&problem.mirror);
-    free.iter().map(|&which| (resultants[which] - asked[which]).abs() / size).collect()
+    // nothing is in balance with nothing
+    let relative = |off: f64| if off == 0.0 { 0.0 } else { off / size };
+    free.iter().map(|&which| relative((resultants[which] - asked[which]).abs())).collect()
 }
 
 /// An approach at which springs under each element, as stiff together as a half-space under their area, carry the load.

@@ -256,6 +256,13 @@ fn loads() -> Vec<Case> {
     {
         all.push(case(format!("load {force:e} N on its own Ω"), end, |s, _| s.loading.steps = vec![loaded(force)]));
     }
+    let away = |pull: f64| vec![loaded(0.003), Step { force_x: Some(pull), force_y: Some(0.0), ..pressed(-0.01) }];
+    all.push(case("lifted off, and pulled by nothing", Certified, |s, _| s.loading.steps = away(0.0)));
+    all.push(case("lifted off, and pulled", Failed("gross sliding"), |s, _| s.loading.steps = away(1e-6)));
+    all.push(case("lifted off, and tipped by nothing", Certified, |s, _| {
+        s.punch.shape = rectangle(1.0, 1.0);
+        s.loading.steps = vec![loaded(0.003), Step { moment_x: Some(0.0), moment_z: Some(0.0), ..pressed(-0.01) }];
+    }));
     all.push(case("load beside the sole", Failed("line of action passes the sole by"), |s, _| {
         s.punch.shape = rectangle(2.0, 1.0);
         s.loading.steps = vec![Step { moment_x: Some(0.006), ..loaded(0.01) }];
