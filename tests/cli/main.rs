@@ -2,6 +2,7 @@
 
 mod effects;
 mod height_maps;
+mod kinds;
 mod paths;
 mod place;
 mod refused;
@@ -17,7 +18,7 @@ use crate::place::{Place, SMALL, redacted};
 #[test]
 fn help_says_what_can_be_asked() {
     let place = Place::empty();
-    let commands = "run plan effects resume status query show plot solve store completions";
+    let commands = "run plan effects cost resume status answer query show plot solve store completions";
     let mut lines: Vec<Vec<&str>> = vec![vec!["--help"], vec!["--version"]];
     lines.extend(commands.split(' ').map(|command| vec![command, "--help"]));
     lines.extend(["verify", "salvage", "compact"].map(|command| vec!["store", command, "--help"]));
@@ -30,7 +31,7 @@ fn help_says_what_can_be_asked() {
 #[test]
 fn examples_in_the_help_exist() {
     let place = Place::empty();
-    for command in ["run", "plan", "effects", "solve"] {
+    for command in ["run", "plan", "effects", "cost", "solve"] {
         let help = place.words(&[command, "--help"]).out;
         for file in help.split_whitespace().filter(|word| word.starts_with("sweeps/")) {
             assert!(Path::new(env!("CARGO_MANIFEST_DIR")).join(file).is_file(), "{command} --help names {file}");
