@@ -3,7 +3,7 @@
 use crate::foundation::bodies::Bodies;
 use crate::grid::Grid;
 use crate::loading::Step;
-use crate::numerics::Numerics;
+use crate::numerics::{Numerics, Projection};
 use crate::problem::Scale;
 use crate::scene::{Base, Scene, SceneError};
 
@@ -60,6 +60,34 @@ pub(crate) fn units(modulus: f64, bodies: &Bodies, scale: &Scale, element: [f64;
         return Err(out_of_range("domain.width_x", 2.0 * scale.length));
     }
     Ok(())
+}
+
+/// The smallest normal coefficient of an element in units of its tangential ones that is more than the rounding of these.
+const NORMAL: f64 = 1e-9;
+
+/// Refuses layers that pressure cannot move: a nearly incompressible one on a rigid base, much thinner than the elements, gives way
+/// at the edges of a loaded element only. Its own mean there is a small part of what the coefficients are computed from, and at its
+/// centre there is nothing. `bodies` have lengths in the grid's unit.
+pub(crate) fn operator(bodies: &Bodies, grid: &Grid, projection: Projection) -> Result<(), SceneError> {
+    let (hx, hy) = (grid.hx(), grid.hy());
+    let Some(layered) = &bodies.layers else { return Ok(()) };
+    let long = layered.compliance(1.0 / hx.max(hy));
+    if long.nn > 1e-3 * long.ll {
+        return Ok(()); // far from it
+    }
+    let own = bodies.kernels(hx.hypot(hy)).influence([0, 0], hx, hy, projection);
+    let tangential = own.xx.max(own.yy);
+    if own.nn > NORMAL * tangential {
+        return Ok(());
+    }
+    Err(SceneError {
+        key: "foundation.layers".to_owned(),
+        value: format!("a pressed element goes down by {:.1e} of what it gives sideways", (own.nn / tangential).max(0.0)),
+        expected: format!(
+            "must be at least {NORMAL:e}: double precision knows no less; take a thicker or more compressible layer, smaller elements, or \
+             `projection = \"average\"`"
+        ),
+    })
 }
 
 /// Refuses loads that no double can answer for: of a size that cannot be squared, beyond what the ceiling carries, or so small that

@@ -193,6 +193,7 @@ impl Problem {
         if let Some(value) = rest.iter().find(|value| !value.is_finite()) {
             return Err(limits::out_of_range("punch.shape", *value));
         }
+        limits::operator(&bodies, &grid, numerics.projection)?;
         limits::loads(scene, numerics, &scale, &grid, &rest)?;
         Ok(Self {
             components: Components::ALL,
