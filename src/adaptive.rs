@@ -134,7 +134,7 @@ fn bisect(study: &Study, records: &HashMap<JobKey, Record>, (axis, on, to): (usi
     let value = |point: &Point| point.values.get(axis).and_then(study::Value::as_f64).unwrap_or(f64::NAN);
     let middle = |low: f64, high: f64| if which.is_log() { (low * high).sqrt() } else { 0.5 * (low + high) };
     let mut chosen = Chosen { points: Vec::new(), findings: Vec::new() };
-    for index in (0..study.len()).filter(|index| index / stride % length == 0) {
+    for index in (0..study.len()).filter(|index| (index / stride).is_multiple_of(length)) {
         let mut line: Vec<Point> = (0..length).filter_map(|step| study.point(index + step * stride)).collect();
         let at = line.first().map(|first| values(study, first, Some(axis))).unwrap_or_default();
         let mut known: Vec<Option<bool>> = line.iter().map(&holds).collect::<Result<_>>()?;

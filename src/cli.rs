@@ -35,7 +35,7 @@ pub(crate) enum Command {
     Effects(EffectsArgs),
     /// Say what accuracy costs in time: a ladder of meshes and tolerances for a scene, each rung timed alone
     #[command(
-        after_help = "Examples:\n  tribosweep cost sweeps/cost.toml\n  tribosweep cost sweeps/spence.toml --set friction.mu=0.3\n\nA study of kind \"cost\" is run as it stands. Of any other the scene is taken, its axes fixed by --set, and a ladder made for it."
+        after_help = "Examples:\n  tribosweep cost sweeps/cost.toml\n  tribosweep cost sweeps/sphere.toml --set friction.mu=0.5\n\nA study of kind \"cost\" is run as it stands. Of any other the scene is taken, its axes fixed by --set, and a ladder made for it."
     )]
     Cost(CostArgs),
     /// Continue a study from the store alone; its file need not exist any more
@@ -322,7 +322,7 @@ pub(crate) struct SolveArgs {
 #[derive(Subcommand)]
 pub(crate) enum StoreCommand {
     /// Read every record and every file and say what is damaged
-    #[command(after_help = "Examples:\n  tribosweep store verify")]
+    #[command(after_help = "Examples:\n  tribosweep store verify\n  tribosweep store verify --deep")]
     Verify {
         /// Also prove anew what records claim to have proved: the brackets of uniqueness sets
         #[arg(long)]

@@ -147,7 +147,7 @@ pub(crate) fn orders(study: &Study, ladders: &[Rungs<'_>], compared: &[Option<Co
             }
             let mut row: Vec<Cell> = ladder.at.iter().map(|(_, value)| cell(value.clone())).collect();
             row.push(Cell::Text((*name).to_owned()));
-            row.extend(match power_law(&line) {
+            row.extend(match power_law(if finest == 0.0 { &[] } else { &line }) {
                 Ok(PowerLaw { slope, standard_error, range, .. }) => {
                     [slope, standard_error, range[0], range[1]].map(|x| Cell::Number(digits(x, 2)))
                 }
@@ -160,8 +160,11 @@ pub(crate) fn orders(study: &Study, ladders: &[Rungs<'_>], compared: &[Option<Co
     Ok(Table::new(heads, rows)?)
 }
 
-/// Quantities whose limit is estimated, with their units.
-const LIMITS: [(&str, &str, fn(&Observables) -> f64); 5] = [
+/// A quantity with its unit.
+type Quantity = (&'static str, &'static str, fn(&Observables) -> f64);
+
+/// Quantities whose limit is estimated.
+const LIMITS: [Quantity; 5] = [
     ("load", "N", |o| o.load),
     ("peak_pressure", "Pa", |o| o.peak_pressure),
     ("contact_area", "m2", |o| o.contact_area),

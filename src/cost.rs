@@ -12,7 +12,6 @@ use study::cost::{Cost, is_rung};
 use study::{JobKey, Point, Record, Study, Value};
 
 use crate::compare::{ReadFields, digits, members, place};
-use crate::progress::duration;
 use crate::results::cell;
 
 /// What a study of cost says.
@@ -185,7 +184,9 @@ fn tightest_has(points: &[Point], rungs: &[Rung<'_>], rung: &Rung<'_>) -> bool {
 /// What scalar figures extrapolate to, with uncertainties; `None` where they do not.
 struct Limits([Option<(f64, f64)>; 5]);
 
-const SCALARS: [(&str, fn(&StepOutcome) -> f64); 5] = [
+type Scalar = (&'static str, fn(&StepOutcome) -> f64);
+
+const SCALARS: [Scalar; 5] = [
     ("load", |end| end.observables.load),
     ("approach", |end| end.motion.approach),
     ("peak_pressure", |end| end.observables.peak_pressure),
@@ -264,7 +265,7 @@ fn sentence(study: &Study, points: &[Point], rungs: &[Rung<'_>], on: &str, uncer
     let mut said = Vec::new();
     let mut last = first.seconds;
     for (target, rung) in &priced {
-        let (price, settings) = (duration(rung.seconds), settings(study, &points[rung.index]));
+        let (price, settings) = (price(rung.seconds), settings(study, &points[rung.index]));
         let percent = digits(target * 100.0, 3);
         said.push(match said.len() {
             0 => format!("{percent} % of the {} costs {price} ({settings})", on.replace('_', " ")),
@@ -273,6 +274,16 @@ fn sentence(study: &Study, points: &[Point], rungs: &[Rung<'_>], on: &str, uncer
         last = rung.seconds;
     }
     said.join("; ")
+}
+
+/// Two digits of a time.
+fn price(seconds: f64) -> String {
+    let (value, unit) = match seconds {
+        s if s < 1e-3 => (s * 1e6, "µs"),
+        s if s < 1.0 => (s * 1e3, "ms"),
+        s => (s, "s"),
+    };
+    format!("{} {unit}", digits(value, 1))
 }
 
 fn tightest_of(points: &[Point], rung: &Rung<'_>) -> f64 {

@@ -70,7 +70,6 @@ fn picture(study: &Study, table: &Table, figure: &study::Figure) -> Result<Figur
         band: figure.band.as_ref().map(|[low, high]| (low.as_str(), high.as_str())),
         front: figure.front,
         names: figure.names.as_deref(),
-        ..FigureSpec::default()
     };
     Ok(Figure::from_table(table, &spec)?)
 }

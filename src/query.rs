@@ -1,6 +1,6 @@
 //! `status` and `query`: what a store knows.
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use report::{Cell, Column, Table, TerminalLayout};
 use store::{Origin, Reader, Store};
 use study::Study;
@@ -95,9 +95,11 @@ pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
         }));
     }
     if results.answers.is_empty() {
-        bail!("the answer of `{0}` is its rows and its figures: tribosweep query {0}, tribosweep plot {0}", args.name);
+        // its rows are the answer
+        let rows = results.table()?.select(&results.usual_columns(false))?;
+        return output::print(format!("{}\n\n{}", results.study.question(), rows.terminal(&layout())).trim_start());
     }
-    output::print(&format!("{}\n{}", results.study.question(), results.answers_words()).trim_start())
+    output::print(format!("{}\n{}", results.study.question(), results.answers_words()).trim_start())
 }
 
 /// What can be selected, as a table itself.

@@ -11,7 +11,7 @@ use study::columns::{Compared, Role, Row, Value, along_path};
 use study::record::decode_fields;
 use study::{Column, JobKey, Kind, Point, Record, Study};
 
-use crate::adaptive::{self, Chosen, Finding, choose};
+use crate::adaptive::{self, Chosen, choose};
 use crate::compare::{self, compare};
 use crate::cost;
 
@@ -46,7 +46,7 @@ impl Results {
 
     /// The same through `fetch`, which gives the records there are, and with the files of fields in `blobs`.
     pub(crate) fn collect(study: Study, fetch: impl FnMut(Vec<JobKey>) -> Vec<Fetched>, blobs: &Blobs) -> Result<Self> {
-        let (points, records, findings) = chosen(&study, fetch)?;
+        let (Chosen { points, findings }, records) = chosen(&study, fetch)?;
         let mut answers = Vec::new();
         if !findings.is_empty() {
             answers.push(("found", adaptive::table(&study, &findings)?));
@@ -67,7 +67,7 @@ impl Results {
 
     /// The points of a study as far as its results determine them.
     pub(crate) fn points(study: &Study, fetch: impl FnMut(Vec<JobKey>) -> Vec<Fetched>) -> Result<Vec<Point>> {
-        Ok(chosen(study, fetch)?.0)
+        Ok(chosen(study, fetch)?.0.points)
     }
 
     /// Distinct jobs without a record.
@@ -203,15 +203,12 @@ impl Warning {
 }
 
 /// The points of a study with what its jobs left, and what it found in choosing them.
-fn chosen(
-    study: &Study,
-    mut fetch: impl FnMut(Vec<JobKey>) -> Vec<Fetched>,
-) -> Result<(Vec<Point>, HashMap<JobKey, Record>, Vec<Finding>)> {
+fn chosen(study: &Study, mut fetch: impl FnMut(Vec<JobKey>) -> Vec<Fetched>) -> Result<(Chosen, HashMap<JobKey, Record>)> {
     let mut records = HashMap::new();
     let mut asked = HashSet::new();
     loop {
-        let Chosen { points, findings } = choose(study, &records)?;
-        let mut keys: Vec<JobKey> = points.iter().map(|point| point.key).filter(|key| asked.insert(*key)).collect();
+        let chosen = choose(study, &records)?;
+        let mut keys: Vec<JobKey> = chosen.points.iter().map(|point| point.key).filter(|key| asked.insert(*key)).collect();
         keys.sort_unstable();
         let before = records.len();
         for (key, bytes) in fetch(keys) {
@@ -220,7 +217,7 @@ fn chosen(
         }
         // what is chosen depends on what is there
         if study.adaptive().is_none() || records.len() == before {
-            return Ok((points, records, findings));
+            return Ok((chosen, records));
         }
     }
 }

@@ -99,7 +99,6 @@ mod tests {
     use crate::numerics::Mesh;
     use crate::problem::Problem;
     use crate::scene::{Foundation, Material, tests::sphere_on_half_space};
-    use crate::uniqueness::{Effort, Question};
 
     #[test]
     fn equal_operators_have_equal_hashes_and_others_not() {

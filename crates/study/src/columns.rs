@@ -410,7 +410,7 @@ const SEARCH: &[Column] = results! {
 /// The columns of brackets of uniqueness sets.
 const BRACKET: &[Column] = results! {
     Observable "mu_low" Pure "below this, every load has one solution at most: lower end of the bracket of μ*" Source::Bracketed(|found| side(found, |low, _| low.mu));
-    Observable "mu_high" Pure "from this on, some load has several solutions: upper end of the bracket of μ*" Source::Bracketed(|found| side(found, |_, high| high.mu));
+    Observable "mu_high" Pure "from this on, the condition for uniqueness fails: upper end of the bracket of μ*" Source::Bracketed(|found| side(found, |_, high| high.mu));
     Observable "bracket_width" Pure "length of the bracket over its upper end" Source::Bracketed(|found| side(found, |low, high| (high.mu - low.mu) / high.mu));
     Observable "unbounded" Pure "yes, if there is one solution at most whatever the friction" Source::Bracketed(|found| match &found.bracket {
         Some(Bracket::Unbounded) => Value::Text("yes".to_owned()),

@@ -267,7 +267,7 @@ pub(crate) fn default(kind: Kind, ladder: Option<&Ladder>, cost: Option<&Cost>, 
     if let Some(Ladder { group, along, .. }) = ladder {
         let others = firsts(groups).filter(|axis| !groups[*group].axes().contains(axis));
         let series = others.map(|axis| axis.column().into_owned()).collect();
-        let x = if *along == Key::Mesh { "mesh_x".to_owned() } else { along.column().into_owned() };
+        let x = along.column().into_owned();
         let y = ["error_pressure", "error_peak_pressure", "error_contact_area"].map(str::to_owned).to_vec();
         return Some(Figure { series, fit: true, log_x: true, log_y: true, ..Figure::new(x, y) });
     }

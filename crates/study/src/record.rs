@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use crate::job::{Job, JobError, JobKey, PHYSICS_VERSION};
 
 /// How a job ended.
+#[expect(clippy::large_enum_variant, reason = "nearly every record is of the large one")]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Ending {
     /// It was computed; whether it counts as solved is in [`Outcome::status`].
