@@ -304,7 +304,7 @@ impl Problem {
         }
     }
 
-    /// Forces and moments of the punch on the foundation, in the problem's units and the order of [`Step::NAMES`]; of a reduced
+    /// Forces and moments of the punch on the foundation, in the problem's units and the order of [`Step::NAMES`](crate::loading::Step::NAMES); of a reduced
     /// problem those of its components, with their images.
     pub fn resultants(&self, p: &[f64]) -> [f64; 6] {
         let (k, nx) = (self.grid.len(), self.grid.nx());

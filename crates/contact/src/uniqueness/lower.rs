@@ -15,7 +15,7 @@
 //! ```
 //!
 //! As T is positive semidefinite, F(μ) ≻ 0 makes F ≻ 0 for every smaller μ too. Only ratios of α and β matter, τ is in units of cℓ.
-//! Where F is to be best is a convex question ([`super::barrier`]), so averaging over the symmetries of Ω loses nothing: the weights are
+//! Where F is to be best is a convex question (`barrier`), so averaging over the symmetries of Ω loses nothing: the weights are
 //! constant on the orbits of elements under them, in whose adapted basis F falls into blocks.
 //!
 //! Without normal–tangential coupling there is nothing to bound: μ* = ∞, exactly ([`Lower::Unbounded`]).
@@ -190,7 +190,7 @@ pub fn lower(system: &System, freedom: Freedom) -> Result<Lower, LowerError> {
 }
 
 /// A lower bound for a mesh too fine for [`lower`]: the weights of a coarser one of the same Ω, found there orbit by orbit, carried over
-/// by the number of elements to the edges, with one factor for all α and one for all τ fitted by iteration with the FFT operator ([`super::ratio`]).
+/// by the number of elements to the edges, with one factor for all α and one for all τ fitted by iteration with the FFT operator (`ratio`).
 ///
 /// Factorised where the blocks have at most `rows` rows (8·rows² bytes for each of a few matrices). Otherwise μ is the iteration's,
 /// less [`UNVERIFIED`] and ten times its residual, and not verified: the iteration can have missed a lower mode.
