@@ -275,7 +275,7 @@ pub(crate) fn conclude(
     tolerance: f64,
 ) -> (Status, StepOutcome, Fields, Vec<f64>) {
     let p = &iterate.p;
-    let diagonal = operator.table.largest_diagonal();
+    let diagonal = operator.table.diagonals();
     // what the operator has no components for does not move against the punch
     let mut displacement = problem.f.clone();
     let acting = operator.influence.components().len() * problem.grid.len();
