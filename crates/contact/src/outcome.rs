@@ -244,7 +244,7 @@ impl Observables {
 /// All are relative and dimensionless, 0 for an exact solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Certificate {
-    /// ‖p − Gᵘ_μ(p − E(εp + Ap − f))‖ / ‖p‖, E = 1/(largest diagonal entry of A).
+    /// ‖p − Gᵘ_μ(p − E(εp + Ap − f))‖ / ‖p‖, E = 1/(ε + diagonal entry of A), one for the normal and one (the larger) for the tangential direction.
     pub residual: f64,
     /// −min(p₁, 0) / max |p₁|: tension, 0 when there is none.
     pub tension: f64,
