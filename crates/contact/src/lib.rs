@@ -31,6 +31,7 @@ mod operators;
 pub mod outcome;
 pub mod problem;
 pub mod punch;
+mod random;
 pub mod reference;
 pub mod scene;
 mod solve;

@@ -43,7 +43,7 @@ mod natural_map;
 mod start;
 
 use natural_map::{NaturalMap, Piece};
-use start::Generator;
+use start::generator;
 
 /// What to start from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -349,7 +349,7 @@ impl<'a> Seeker<'a> {
             if number >= search.starts && self.index_sum().is_none_or(|sum| sum == 1) {
                 break;
             }
-            let mut generator = Generator::new(search.seed, u64::from(number));
+            let mut generator = generator(search.seed, u64::from(number));
             if number % 3 == 0 {
                 let p = start::tractions(&self.problem, &mut generator);
                 self.both(Origin::Tractions(number), &Start { p, motion });
@@ -365,7 +365,7 @@ impl<'a> Seeker<'a> {
     fn spread(&mut self, mut known: usize, search: &Search, motion: [f64; 6]) -> usize {
         while let Some(solution) = self.found.get(known).cloned() {
             let number = known as u32;
-            let mut generator = Generator::new(search.seed ^ 0x5eed, u64::from(number));
+            let mut generator = generator(search.seed ^ 0x5eed, u64::from(number));
             for p in start::images(&self.problem.grid, &solution.p) {
                 self.both(Origin::Image(number), &Start { p, ..solution });
             }

@@ -6,35 +6,16 @@ use super::natural_map::Piece;
 use crate::friction::g_mu;
 use crate::grid::Grid;
 use crate::problem::Problem;
+use crate::random::SplitMix64;
 
-/// SplitMix64 (Steele, Lea and Flood 2014, doi:10.1145/2714064.2660195): a start must stay the same for ever, which no library promises.
-pub(super) struct Generator(u64);
+/// The `stream`-th generator of a seed.
+pub(super) fn generator(seed: u64, stream: u64) -> SplitMix64 {
+    SplitMix64(SplitMix64(seed).next() ^ stream.wrapping_mul(0x9e37_79b9_7f4a_7c15))
+}
 
-impl Generator {
-    /// The `stream`-th generator of a seed.
-    pub(super) fn new(seed: u64, stream: u64) -> Self {
-        let mut generator = Self(seed);
-        let own = generator.next();
-        Self(own ^ stream.wrapping_mul(0x9e37_79b9_7f4a_7c15))
-    }
-
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// Uniform in [0, 1).
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn direction(&mut self) -> [f64; 2] {
-        let (y, x) = (TAU * self.unit()).sin_cos();
-        [x, y]
-    }
+fn direction(generator: &mut SplitMix64) -> [f64; 2] {
+    let (y, x) = (TAU * generator.unit()).sin_cos();
+    [x, y]
 }
 
 /// The traction that f makes, roughly: its largest value, the displacement by unit traction on Ω taken for 1.
@@ -62,13 +43,13 @@ pub(super) fn hertz(problem: &Problem) -> Vec<f64> {
 }
 
 /// Random tractions inside the friction cone, of a random size and with a random share of elements open.
-pub(super) fn tractions(problem: &Problem, generator: &mut Generator) -> Vec<f64> {
+pub(super) fn tractions(problem: &Problem, generator: &mut SplitMix64) -> Vec<f64> {
     let k = problem.grid.len();
-    let size = size(problem) * 10_f64.powf(2.0 * generator.unit() - 1.0);
+    let size = size(problem) * 10_f64.powf(generator.signed());
     let open = 0.8 * generator.unit();
     let mut p = vec![0.0; problem.f.len()];
     for e in problem.grid.active() {
-        let (chance, pressure, share, n) = (generator.unit(), size * generator.unit(), generator.unit().sqrt(), generator.direction());
+        let (chance, pressure, share, n) = (generator.unit(), size * generator.unit(), generator.unit().sqrt(), direction(generator));
         if chance >= open {
             [p[e], p[k + e], p[2 * k + e]] = [pressure, share * problem.mu * pressure * n[0], share * problem.mu * pressure * n[1]];
         }
@@ -78,12 +59,12 @@ pub(super) fn tractions(problem: &Problem, generator: &mut Generator) -> Vec<f64
 
 /// A random pattern: every element by itself, or by the regions between two random lines; slip then goes one way in a region, or towards
 /// or away from a point.
-pub(super) fn pattern(grid: &Grid, is_independent: bool, generator: &mut Generator) -> Vec<Piece> {
+pub(super) fn pattern(grid: &Grid, is_independent: bool, generator: &mut SplitMix64) -> Vec<Piece> {
     let shares = [generator.unit(), generator.unit(), generator.unit()];
     let total: f64 = shares.iter().sum();
-    let draw = |generator: &mut Generator| {
+    let draw = |generator: &mut SplitMix64| {
         let chance = total * generator.unit();
-        let n = generator.direction();
+        let n = direction(generator);
         if chance < shares[0] {
             Piece::Open
         } else if chance < shares[0] + shares[1] {
@@ -96,8 +77,8 @@ pub(super) fn pattern(grid: &Grid, is_independent: bool, generator: &mut Generat
         return (0..grid.len()).map(|_| draw(generator)).collect();
     }
     let ([a, b], [x0, y0]) = extent(grid);
-    let inside = |generator: &mut Generator| [x0 + a * (2.0 * generator.unit() - 1.0), y0 + b * (2.0 * generator.unit() - 1.0)];
-    let lines = [0, 1].map(|_| (inside(generator), generator.direction()));
+    let inside = |generator: &mut SplitMix64| [x0 + a * generator.signed(), y0 + b * generator.signed()];
+    let lines = [0, 1].map(|_| (inside(generator), direction(generator)));
     let regions = [0, 1, 2, 3].map(|_| draw(generator));
     let (middle, chance) = (inside(generator), generator.unit());
     (0..grid.len())
@@ -117,13 +98,13 @@ pub(super) fn pattern(grid: &Grid, is_independent: bool, generator: &mut Generat
 }
 
 /// A solution with every component disturbed by up to `size` times the largest traction, or what f makes of it, put back into the cone.
-pub(super) fn disturbed(problem: &Problem, p: &[f64], size: f64, generator: &mut Generator) -> Vec<f64> {
+pub(super) fn disturbed(problem: &Problem, p: &[f64], size: f64, generator: &mut SplitMix64) -> Vec<f64> {
     let k = problem.grid.len();
     let largest = p.iter().fold(0.0, |a: f64, p| a.max(p.abs()));
     let unit = size * if largest > 0.0 { largest } else { self::size(problem) };
     let mut disturbed = vec![0.0; p.len()];
     for e in problem.grid.active() {
-        let own = [p[e], p[k + e], p[2 * k + e]].map(|p| p + unit * (2.0 * generator.unit() - 1.0));
+        let own = [p[e], p[k + e], p[2 * k + e]].map(|p| p + unit * generator.signed());
         [disturbed[e], disturbed[k + e], disturbed[2 * k + e]] = g_mu(own, problem.mu, problem.ceiling);
     }
     disturbed

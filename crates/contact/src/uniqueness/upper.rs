@@ -12,6 +12,7 @@ use super::witness::{Witness, least_mu};
 use super::{Question, System};
 use crate::influence::Entry;
 use crate::numerics::Mesh;
+use crate::random::SplitMix64;
 use crate::scene::SceneError;
 
 /// How long to search for a witness.
@@ -58,31 +59,13 @@ pub enum UpperError {
     },
 }
 
-/// SplitMix64 (G. L. Steele, D. Lea, C. H. Flood, "Fast splittable pseudorandom number generators", 2014).
-struct Random(u64);
-
-impl Random {
-    fn new(seed: u64, stream: u64) -> Self {
-        let mut random = Self(seed);
-        Self(random.next() ^ Self(stream).next().rotate_left(17))
-    }
-
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// Evenly between −1 and 1.
-    fn signed(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
+/// The `stream`-th generator of a seed.
+fn generator(seed: u64, stream: u64) -> SplitMix64 {
+    SplitMix64(SplitMix64(seed).next() ^ SplitMix64(stream).next().rotate_left(17))
 }
 
 /// A random field: white, or smoothed by the operator; of no symmetry, or with a sign under reflections.
-fn start(system: &System, random: &mut Random) -> Vec<f64> {
+fn start(system: &System, random: &mut SplitMix64) -> Vec<f64> {
     let k = system.elements();
     let kind = random.next();
     let mut x: Vec<f64> = (0..3 * k).map(|_| random.signed()).collect();
@@ -221,7 +204,7 @@ fn best(system: &System, seeds: &[Found], search: &Search) -> Vec<Found> {
     let mut found: Vec<Found> = (0..fresh + seeds.len())
         .into_par_iter()
         .filter_map(|stream| {
-            let mut random = Random::new(search.seed, stream as u64);
+            let mut random = generator(search.seed, stream as u64);
             let Some(seed) = stream.checked_sub(fresh).map(|at| &seeds[at]) else {
                 let mut x = start(system, &mut random);
                 x[..system.elements()].iter_mut().for_each(|x| *x *= coupling);
