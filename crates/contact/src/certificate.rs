@@ -3,8 +3,11 @@
 //! Nothing here calls [`crate::friction`], [`crate::solver`] or [`crate::observables`]: the conditions of contact and
 //! Coulomb's law are spelled out again, and the operator is whatever the caller trusts independently of the solver.
 
+use std::ops::Range;
+
 use crate::loading::Control;
 use crate::outcome::{Certificate, Observables};
+use crate::parallel;
 use crate::problem::{Diagonals, Problem};
 
 impl Certificate {
@@ -14,6 +17,20 @@ impl Certificate {
     pub fn meets(&self, tolerance: f64) -> bool {
         [self.residual, self.tension, self.cone_violation, self.force_imbalance].iter().all(|figure| *figure <= tolerance)
     }
+}
+
+/// What a band of elements adds.
+struct Part {
+    /// The largest figures; the residual and the imbalance are of the whole.
+    certificate: Certificate,
+    /// Sums of tractions and of their moments.
+    force: [f64; 6],
+    /// Sum of the largest components.
+    magnitude: f64,
+    /// The largest traction, and in units of it the squares of the defect and of the tractions.
+    unit: f64,
+    defect: f64,
+    size: f64,
 }
 
 /// Certifies tractions `p` against `problem`. `displacement` is A p and `diagonal` the diagonal entries of A, both
@@ -31,64 +48,87 @@ pub fn certify(
     let Diagonals { normal, tangential } = diagonal.into();
     let (mu, ceiling) = (problem.mu, problem.ceiling);
     let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, |a, b| if b.is_nan() { f64::INFINITY } else { a.max(b) });
-    let active = || problem.grid.active();
-    let peak = largest(&mut active().map(|e| p[e].abs()));
-    let deepest = largest(&mut active().map(|e| (displacement[e] + problem.epsilon * p[e]).abs()).chain([f64::MIN_POSITIVE]));
+    let largest_of = |value: &(dyn Fn(usize) -> f64 + Sync)| {
+        largest(&mut parallel::bands(k, |band| largest(&mut problem.grid.active_in(band).map(value))).into_iter())
+    };
+    let peak = largest_of(&|e| p[e].abs());
+    let deepest = largest_of(&|e| (displacement[e] + problem.epsilon * p[e]).abs()).max(f64::MIN_POSITIVE);
     let relative = |value: f64, to: f64| if value == 0.0 { 0.0 } else { value / to };
 
     // w of equation (3): what the regularised law sees as gap and slip
     let w = |e: usize, c: usize| displacement[c * k + e] + problem.epsilon * p[c * k + e] - problem.f[c * k + e];
-    let largest_slip = largest(&mut active().filter(|&e| p[e] > 0.0).map(|e| w(e, 1).hypot(w(e, 2))));
+    let largest_slip = largest_of(&|e| if p[e] > 0.0 { w(e, 1).hypot(w(e, 2)) } else { 0.0 });
 
-    let mut certificate = Certificate::default();
-    // tractions with their images, kept to be measured in units of the largest: squares leave the range of doubles early
-    let mut images: Vec<[[f64; 3]; 2]> = Vec::new();
-    let mut force = [0.0; 6];
-    for e in active() {
-        let [pressure, px, py] = [p[e], p[k + e], p[2 * k + e]];
-        let traction = px.hypot(py);
-        let [gap, slip_x, slip_y] = [w(e, 0), w(e, 1), w(e, 2)];
+    let of_band = |band: Range<usize>| {
+        let mut certificate = Certificate::default();
+        // tractions with their images, kept to be measured in units of the largest: squares leave the range of doubles early
+        let mut images: Vec<[[f64; 3]; 2]> = Vec::with_capacity(band.len());
+        let (mut force, mut magnitude) = ([0.0; 6], 0.0);
+        for e in problem.grid.active_in(band) {
+            let [pressure, px, py] = [p[e], p[k + e], p[2 * k + e]];
+            let traction = px.hypot(py);
+            let [gap, slip_x, slip_y] = [w(e, 0), w(e, 1), w(e, 2)];
 
-        // the natural map, written as a nearest point of the truncated cone's section rather than as G
-        let (press, pull) = (1.0 / (normal + problem.epsilon), 1.0 / (tangential + problem.epsilon));
-        let trial = (pressure - press * gap, px - pull * slip_x, py - pull * slip_y);
-        let allowed = if trial.0 <= 0.0 {
-            0.0
-        } else if trial.0 >= ceiling {
-            ceiling
-        } else {
-            trial.0
-        };
-        let radius = mu * allowed;
-        let trial_traction = trial.1.hypot(trial.2);
-        let shrink = if trial_traction > radius { radius / trial_traction } else { 1.0 };
-        images.push([[pressure, px, py], [allowed, trial.1 * shrink, trial.2 * shrink]]);
+            // the natural map, written as a nearest point of the truncated cone's section rather than as G
+            let (press, pull) = (1.0 / (normal + problem.epsilon), 1.0 / (tangential + problem.epsilon));
+            let trial = (pressure - press * gap, px - pull * slip_x, py - pull * slip_y);
+            let allowed = if trial.0 <= 0.0 {
+                0.0
+            } else if trial.0 >= ceiling {
+                ceiling
+            } else {
+                trial.0
+            };
+            let radius = mu * allowed;
+            let trial_traction = trial.1.hypot(trial.2);
+            let shrink = if trial_traction > radius { radius / trial_traction } else { 1.0 };
+            images.push([[pressure, px, py], [allowed, trial.1 * shrink, trial.2 * shrink]]);
 
-        certificate.tension = certificate.tension.max(relative((-pressure).max(0.0), peak));
-        // at the ceiling the law (3) lets the bodies overlap
-        if pressure < ceiling {
-            certificate.penetration = certificate.penetration.max(relative((-gap).max(0.0), deepest));
-        }
-        certificate.gap_under_pressure = certificate.gap_under_pressure.max(relative((gap * pressure).max(0.0), peak * deepest));
-        certificate.cone_violation = certificate.cone_violation.max(relative((traction - mu * pressure).max(0.0), peak));
-        let slip = slip_x.hypot(slip_y);
-        if pressure > 0.0 && slip > 1e-3 * largest_slip && traction > 1e-6 * mu * peak {
-            let against = -(slip_x * px + slip_y * py);
-            let across = slip_x * py - slip_y * px;
-            // sticking elements do not slip beyond the residual; where slip is real, traction must oppose it
-            if traction >= mu * pressure * (1.0 - 1e-6) {
-                certificate.slip_angle = certificate.slip_angle.max(across.abs().atan2(against));
+            certificate.tension = certificate.tension.max(relative((-pressure).max(0.0), peak));
+            // at the ceiling the law (3) lets the bodies overlap
+            if pressure < ceiling {
+                certificate.penetration = certificate.penetration.max(relative((-gap).max(0.0), deepest));
             }
+            certificate.gap_under_pressure = certificate.gap_under_pressure.max(relative((gap * pressure).max(0.0), peak * deepest));
+            certificate.cone_violation = certificate.cone_violation.max(relative((traction - mu * pressure).max(0.0), peak));
+            let slip = slip_x.hypot(slip_y);
+            if pressure > 0.0 && slip > 1e-3 * largest_slip && traction > 1e-6 * mu * peak {
+                let against = -(slip_x * px + slip_y * py);
+                let across = slip_x * py - slip_y * px;
+                // sticking elements do not slip beyond the residual; where slip is real, traction must oppose it
+                if traction >= mu * pressure * (1.0 - 1e-6) {
+                    certificate.slip_angle = certificate.slip_angle.max(across.abs().atan2(against));
+                }
+            }
+            let [x, y] = problem.grid.center(e);
+            for (total, part) in force.iter_mut().zip([pressure, px, py, y * pressure, -(x * pressure), x * py - y * px]) {
+                *total += part;
+            }
+            magnitude += pressure.abs().max(px.abs()).max(py.abs());
         }
-        let [x, y] = problem.grid.center(e);
-        for (total, part) in force.iter_mut().zip([pressure, px, py, y * pressure, -(x * pressure), x * py - y * px]) {
-            *total += part;
-        }
+        let unit = largest(&mut images.iter().flatten().flatten().map(|t| t.abs()));
+        let square = |a: f64, b: f64| if unit == 0.0 { 0.0 } else { ((a - b) / unit).powi(2) };
+        let defect: f64 = images.iter().flat_map(|[own, image]| own.iter().zip(image)).map(|(a, b)| square(*a, *b)).sum();
+        let size: f64 = images.iter().flat_map(|[own, _]| own).map(|a| square(*a, 0.0)).sum();
+        Part { certificate, force, magnitude, unit, defect, size }
+    };
+    let parts = parallel::bands(k, of_band);
+    let mut certificate = Certificate::default();
+    let unit = largest(&mut parts.iter().map(|part| part.unit));
+    let (mut force, mut magnitude, mut defect, mut size) = ([0.0; 6], 0.0, 0.0, 0.0);
+    for part in parts {
+        let own = part.certificate;
+        certificate.tension = certificate.tension.max(own.tension);
+        certificate.penetration = certificate.penetration.max(own.penetration);
+        certificate.gap_under_pressure = certificate.gap_under_pressure.max(own.gap_under_pressure);
+        certificate.cone_violation = certificate.cone_violation.max(own.cone_violation);
+        certificate.slip_angle = certificate.slip_angle.max(own.slip_angle);
+        force.iter_mut().zip(part.force).for_each(|(total, part)| *total += part);
+        magnitude += part.magnitude;
+        let ratio = if part.unit == 0.0 { 0.0 } else { (part.unit / unit).powi(2) };
+        defect += part.defect * ratio;
+        size += part.size * ratio;
     }
-    let unit = largest(&mut images.iter().flatten().flatten().map(|t| t.abs()));
-    let square = |a: f64, b: f64| ((a - b) / unit).powi(2);
-    let defect: f64 = images.iter().flat_map(|[own, image]| own.iter().zip(image)).map(|(a, b)| square(*a, *b)).sum();
-    let size: f64 = images.iter().flat_map(|[own, _]| own).map(|a| square(*a, 0.0)).sum();
     certificate.residual = if unit == 0.0 {
         0.0
     } else {
@@ -99,7 +139,7 @@ pub fn certify(
 
     let area = problem.grid.element_area();
     let unit = problem.scale.traction() * problem.scale.length * problem.scale.length * area;
-    let magnitude: f64 = active().map(|e| p[e].abs().max(p[k + e].abs()).max(p[2 * k + e].abs())).sum::<f64>() * unit;
+    let magnitude = magnitude * unit;
     let c = claimed;
     let claims = [c.load, c.force_x, c.force_y, c.moment_x, c.moment_y, c.moment_z];
     // of forces below the range of doubles no digit is certain

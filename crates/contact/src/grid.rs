@@ -1,5 +1,9 @@
 //! The boundary elements that cover Ω: equal rectangles, some of them masked out, and the one index law.
 
+use std::ops::Range;
+
+use crate::parallel;
+
 /// nx × ny equal rectangular boundary elements of size hx × hy, some of them masked out.
 ///
 /// Element (i, j), 0 ≤ i < nx, 0 ≤ j < ny, has index j·nx + i: x is fastest. Lengths are the caller's; a grid has no
@@ -142,14 +146,16 @@ impl Grid {
     pub(crate) fn sample(&self, field: &[f64], other: &Grid) -> Vec<f64> {
         let (k, others) = (self.len(), other.len());
         let mut out = vec![0.0; 3 * others];
-        for e in other.active() {
-            let [x, y] = other.center(e);
-            let [x0, y0] = self.center(0);
-            let at = |x: f64, x0: f64, h: f64, n: usize| (((x - x0) / h).round().max(0.0) as usize).min(n - 1);
-            let from = self.index(at(x, x0, self.hx(), self.nx()), at(y, y0, self.hy(), self.ny()));
-            for c in 0..3 {
-                out[c * others + e] = field[c * k + from];
-            }
+        let [x0, y0] = self.center(0);
+        let at = |x: f64, x0: f64, h: f64, n: usize| (((x - x0) / h).round().max(0.0) as usize).min(n - 1);
+        let columns: Vec<usize> = (0..other.nx).map(|i| at(other.center_of(i, 0)[0], x0, self.hx(), self.nx())).collect();
+        for (out, field) in out.chunks_exact_mut(others).zip(field.chunks_exact(k)) {
+            parallel::rows(out, other.nx, |j, row| {
+                let from = &field[self.index(0, at(other.center_of(0, j)[1], y0, self.hy(), self.ny()))..][..self.nx];
+                for (i, value) in row.iter_mut().enumerate().filter(|(i, _)| other.is_active(j * other.nx + i)) {
+                    *value = from[columns[i]];
+                }
+            });
         }
         out
     }
@@ -167,6 +173,11 @@ impl Grid {
     /// Indices of the elements of Ω, ascending.
     pub fn active(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.len()).filter(|&e| self.is_active(e))
+    }
+
+    /// Those in a range of indices.
+    pub(crate) fn active_in(&self, range: Range<usize>) -> impl Iterator<Item = usize> + '_ {
+        range.filter(|&e| self.is_active(e))
     }
 
     /// Number of elements of Ω.

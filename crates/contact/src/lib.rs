@@ -29,6 +29,7 @@ pub mod numerics;
 pub mod observables;
 mod operators;
 pub mod outcome;
+mod parallel;
 pub mod problem;
 pub mod punch;
 mod random;

@@ -9,6 +9,7 @@
 use crate::grid::Grid;
 use crate::loading::rigid_modes;
 use crate::outcome::Fields;
+use crate::parallel;
 
 /// L₂ norms of tractions, or of a difference of them \[Pa m\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -45,15 +46,18 @@ pub fn norm(fields: &Fields) -> Option<Norm> {
 /// of a grid. A metric: symmetric, 0 for equal fields, and no longer than a way round.
 pub fn distance(a: &Fields, b: &Fields) -> Option<Norm> {
     let pieces = Refinement::of(&Sides::of(a)?, &Sides::of(b)?);
-    let largest = |fields: &Fields| blocks(fields).into_iter().flatten().fold(0.0, |most: f64, p| most.max(p.abs()));
+    let largest = |fields: &Fields| {
+        let of_band = |values: &[f64]| values.iter().fold(0.0, |most: f64, p| most.max(p.abs()));
+        let of_block = |values: &[f64]| parallel::bands(values.len(), |band| of_band(&values[band])).into_iter().fold(0.0, f64::max);
+        blocks(fields).into_iter().map(of_block).fold(0.0, f64::max)
+    };
     let unit = largest(a).max(largest(b));
     if unit == 0.0 {
         return Some(Norm::default());
     }
     let (values, others) = (blocks(a), blocks(b));
-    let mut squares = [0.0; 3];
-    for y in &pieces.y {
-        let mut row = [0.0; 3];
+    let mut rows = vec![[0.0; 3]; pieces.y.len()];
+    parallel::each(pieces.x.len() * pieces.y.len(), rows.iter_mut().zip(&pieces.y).collect(), |(row, y)| {
         for x in &pieces.x {
             let own = at(x.first, y.first, a.shape);
             let other = at(x.second, y.second, b.shape);
@@ -63,10 +67,9 @@ pub fn distance(a: &Fields, b: &Fields) -> Option<Norm> {
                 *sum += difference * difference * x.length;
             }
         }
-        for (sum, row) in squares.iter_mut().zip(row) {
-            *sum += row * y.length;
-        }
-    }
+        row.iter_mut().for_each(|sum| *sum *= y.length);
+    });
+    let squares = [0, 1, 2].map(|c| rows.iter().map(|row| row[c]).sum::<f64>());
     Some(Norm { pressure: unit * squares[0].sqrt(), traction: unit * (squares[1] + squares[2]).sqrt() })
 }
 

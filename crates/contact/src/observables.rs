@@ -1,7 +1,10 @@
 //! Load, areas, peaks and energies of a solution, and its fields, in SI units.
 
+use std::ops::Range;
+
 use crate::friction::h_u;
 use crate::outcome::{Fields, Observables};
+use crate::parallel;
 use crate::problem::{Diagonals, Problem};
 
 /// What an element does.
@@ -24,16 +27,20 @@ pub fn states(problem: &Problem, p: &[f64], w: &[f64], diagonal: impl Into<Diago
     let diagonal = diagonal.into();
     let k = problem.grid.len();
     let mut states = vec![State::Outside; k];
-    for e in problem.grid.active() {
-        let x = problem.trial([p[e], p[k + e], p[2 * k + e]], [w[e], w[k + e], w[2 * k + e]], diagonal);
-        states[e] = if p[e] <= 0.0 {
-            State::Open
-        } else if x[1].hypot(x[2]) < problem.mu * h_u(x[0], problem.ceiling) {
-            State::Stick
-        } else {
-            State::Slip
-        };
-    }
+    parallel::rows(&mut states, problem.grid.nx(), |j, row| {
+        let first = problem.grid.index(0, j);
+        for (i, state) in row.iter_mut().enumerate().filter(|(i, _)| problem.grid.is_active(first + i)) {
+            let e = first + i;
+            let x = problem.trial([p[e], p[k + e], p[2 * k + e]], [w[e], w[k + e], w[2 * k + e]], diagonal);
+            *state = if p[e] <= 0.0 {
+                State::Open
+            } else if x[1].hypot(x[2]) < problem.mu * h_u(x[0], problem.ceiling) {
+                State::Stick
+            } else {
+                State::Slip
+            };
+        }
+    });
     states
 }
 
@@ -44,8 +51,6 @@ pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) ->
     let length = problem.scale.length;
     let traction = problem.scale.traction();
     let area = grid.element_area() * length * length;
-    let (mut energy, mut dissipation) = (0.0, 0.0);
-    let (mut peak_pressure, mut peak_traction) = (0.0_f64, 0.0_f64);
     let mut o = Observables {
         mesh_x: grid.nx() as u64,
         mesh_y: grid.ny() as u64,
@@ -55,22 +60,37 @@ pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) ->
         sole_area: grid.active_len() as f64 * area,
         ..Observables::default()
     };
-    let mut largest_gap = 0.0_f64;
-    for e in grid.active() {
-        let [pn, px, py] = [p[e], p[k + e], p[2 * k + e]];
-        energy += (0..3).map(|c| p[c * k + e] * (w[c * k + e] + problem.f[c * k + e])).sum::<f64>();
-        if states[e] == State::Slip {
-            dissipation -= px * (problem.epsilon * px + w[k + e]) + py * (problem.epsilon * py + w[2 * k + e]);
+    // in the problem's units
+    let of_band = |band: Range<usize>| {
+        let mut o = Observables::default();
+        for e in grid.active_in(band) {
+            let [pn, px, py] = [p[e], p[k + e], p[2 * k + e]];
+            o.energy += (0..3).map(|c| p[c * k + e] * (w[c * k + e] + problem.f[c * k + e])).sum::<f64>();
+            if states[e] == State::Slip {
+                o.dissipation -= px * (problem.epsilon * px + w[k + e]) + py * (problem.epsilon * py + w[2 * k + e]);
+            }
+            o.largest_gap = o.largest_gap.max(w[e]);
+            o.peak_pressure = o.peak_pressure.max(pn);
+            o.peak_traction = o.peak_traction.max(px.hypot(py));
+            o.ceiling_elements += u64::from(pn >= problem.ceiling);
+            o.contact_elements += u64::from(matches!(states[e], State::Stick | State::Slip));
+            o.stick_elements += u64::from(states[e] == State::Stick);
+            let (i, j) = grid.position(e);
+            let at_edge = i == 0 || j == 0 || i + 1 == grid.nx() || j + 1 == grid.ny();
+            o.edge_elements += u64::from(problem.open_edge && at_edge && pn > 0.0);
         }
-        largest_gap = largest_gap.max(w[e]);
-        peak_pressure = peak_pressure.max(pn);
-        peak_traction = peak_traction.max(px.hypot(py));
-        o.ceiling_elements += u64::from(pn >= problem.ceiling);
-        o.contact_elements += u64::from(matches!(states[e], State::Stick | State::Slip));
-        o.stick_elements += u64::from(states[e] == State::Stick);
-        let (i, j) = grid.position(e);
-        let at_edge = i == 0 || j == 0 || i + 1 == grid.nx() || j + 1 == grid.ny();
-        o.edge_elements += u64::from(problem.open_edge && at_edge && pn > 0.0);
+        o
+    };
+    for part in parallel::bands(k, of_band) {
+        o.energy += part.energy;
+        o.dissipation += part.dissipation;
+        o.largest_gap = o.largest_gap.max(part.largest_gap);
+        o.peak_pressure = o.peak_pressure.max(part.peak_pressure);
+        o.peak_traction = o.peak_traction.max(part.peak_traction);
+        o.ceiling_elements += part.ceiling_elements;
+        o.contact_elements += part.contact_elements;
+        o.stick_elements += part.stick_elements;
+        o.edge_elements += part.edge_elements;
     }
     o.slip_elements = o.contact_elements - o.stick_elements;
     let force = traction * area;
@@ -80,11 +100,11 @@ pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) ->
     o.contact_area = o.contact_elements as f64 * area;
     o.stick_area = o.stick_elements as f64 * area;
     o.slip_area = o.slip_elements as f64 * area;
-    o.largest_gap = largest_gap * length;
-    o.peak_pressure = peak_pressure * traction;
-    o.peak_traction = peak_traction * traction;
-    o.energy = 0.5 * energy * force * length;
-    o.dissipation = dissipation * force * length;
+    o.largest_gap *= length;
+    o.peak_pressure *= traction;
+    o.peak_traction *= traction;
+    o.energy = 0.5 * o.energy * force * length;
+    o.dissipation = o.dissipation * force * length;
     o
 }
 
@@ -125,7 +145,15 @@ pub fn fields(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) -> Fiel
     let k = grid.len();
     let (length, traction) = (problem.scale.length, problem.scale.traction());
     let block = |field: &[f64], c: usize, unit: f64| -> Vec<f64> {
-        (0..k).map(|e| if grid.is_active(e) { field[c * k + e] * unit } else { 0.0 }).collect()
+        let mut values = vec![0.0; k];
+        parallel::rows(&mut values, grid.nx(), |j, row| {
+            let first = grid.index(0, j);
+            let from = &field[c * k + first..][..row.len()];
+            for (_, (value, from)) in row.iter_mut().zip(from).enumerate().filter(|(i, _)| grid.is_active(first + i)) {
+                *value = from * unit;
+            }
+        });
+        values
     };
     Fields {
         shape: [grid.nx() as u32, grid.ny() as u32],

@@ -7,6 +7,8 @@
 //! Along a path f₁ = δ + tilt terms − g₀ and f_t = (rigid motion since the increment before) + (εp + Ap)_t of that increment, so that
 //! w_t is the slip increment: what is held still stays as it is, for ε > 0 as well.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::foundation::bodies::Bodies;
@@ -16,6 +18,7 @@ use crate::influence::{Components, Direction, Mirror, MirrorError};
 use crate::limits;
 use crate::loading::rigid_modes;
 use crate::numerics::{Mesh, Numerics, Projection};
+use crate::parallel;
 use crate::punch::{Gap, Surfaces, domain};
 use crate::scene::{Base, Domain, Layer, Material, Scene, SceneError, Shape};
 
@@ -273,15 +276,14 @@ impl Problem {
         let (k, nx) = (self.grid.len(), self.grid.nx());
         for (block, c) in self.components.directions().map(|direction| direction as usize).enumerate() {
             let (f, rest) = (&mut self.f[block * k..][..k], &self.rest[block * k..][..k]);
-            for (j, (f, rest)) in f.chunks_exact_mut(nx).zip(rest.chunks_exact(nx)).enumerate() {
-                for (i, (f, rest)) in f.iter_mut().zip(rest).enumerate() {
-                    let e = j * nx + i;
-                    if self.grid.is_active(e) {
+            parallel::rows(f, nx, |j, f| {
+                for (i, (f, rest)) in f.iter_mut().zip(&rest[j * nx..]).enumerate() {
+                    if self.grid.is_active(j * nx + i) {
                         let [x, y] = self.grid.center_of(i, j);
                         *f = rest + rigid_modes(x, y)[c].iter().zip(motion).map(|(mode, q)| mode * q).sum::<f64>();
                     }
                 }
-            }
+            });
         }
     }
 
@@ -292,15 +294,16 @@ impl Problem {
 
     /// Makes the tractions `p` at `motion`, with `w` = A p − f, the state from which the next increment starts. Leaves f as it is.
     pub fn remember(&mut self, p: &[f64], w: &[f64], motion: &[f64; 6]) {
-        let k = self.grid.len();
-        for e in self.grid.active() {
-            let [x, y] = self.grid.center(e);
-            let modes = rigid_modes(x, y);
-            for (block, c) in self.blocks().filter(|(_, c)| *c > 0) {
-                let at = block * k + e;
-                let moved: f64 = modes[c].iter().zip(motion).map(|(mode, q)| mode * q).sum();
-                self.rest[at] = self.epsilon * p[at] + w[at] + self.f[at] - moved;
-            }
+        let (k, nx, grid) = (self.grid.len(), self.grid.nx(), &self.grid);
+        for (block, c) in self.components.directions().map(|direction| direction as usize).enumerate().filter(|(_, c)| *c > 0) {
+            parallel::rows(&mut self.rest[block * k..][..k], nx, |j, rest| {
+                for (i, rest) in rest.iter_mut().enumerate().filter(|(i, _)| grid.is_active(j * nx + i)) {
+                    let at = block * k + j * nx + i;
+                    let [x, y] = grid.center_of(i, j);
+                    let moved: f64 = rigid_modes(x, y)[c].iter().zip(motion).map(|(mode, q)| mode * q).sum();
+                    *rest = self.epsilon * p[at] + w[at] + self.f[at] - moved;
+                }
+            });
         }
     }
 
@@ -311,17 +314,18 @@ impl Problem {
         let mut sums = [0.0; 6];
         for (block, direction) in self.components.directions().enumerate() {
             // of p, x p and y p, row by row
-            let mut moments = [0.0; 3];
-            for (j, row) in p[block * k..][..k].chunks_exact(nx).enumerate() {
+            let mut moments = vec![[0.0; 3]; self.grid.ny()];
+            let p = &p[block * k..][..k];
+            parallel::each(k, moments.iter_mut().zip(p.chunks_exact(nx)).enumerate().collect(), |(j, (moments, row))| {
                 let [x0, y] = self.grid.center(j * nx);
                 let (mut all, mut by_column) = (0.0, 0.0);
                 for (i, p) in row.iter().enumerate().filter(|(i, _)| self.grid.is_active(j * nx + i)) {
                     all += p;
                     by_column += i as f64 * p;
                 }
-                moments = [moments[0] + all, moments[1] + (x0 * all + self.grid.hx() * by_column), moments[2] + y * all];
-            }
-            let [all, of_x, of_y] = moments;
+                *moments = [all, x0 * all + self.grid.hx() * by_column, y * all];
+            });
+            let [all, of_x, of_y] = [0, 1, 2].map(|which| moments.iter().map(|row| row[which]).sum::<f64>());
             // each mode is 1, x or y of the place, up to a sign
             let [constant, at_x, at_y] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[x, y]| rigid_modes(x, y)[direction as usize]);
             for (which, images) in weighted_images(&self.mirror, direction).into_iter().enumerate() {
@@ -368,8 +372,8 @@ impl Problem {
     pub fn residual(&self, p: &[f64], w: &[f64], diagonal: impl Into<Diagonals>) -> f64 {
         let diagonal = diagonal.into();
         // p and its image at each element
-        let pairs = || {
-            self.grid.active().map(|e| {
+        let pairs = |band: Range<usize>| {
+            self.grid.active_in(band).map(|e| {
                 let (own, w) = (self.traction(p, e), self.gather(w, e));
                 let mut x = self.trial(own, w, diagonal);
                 if self.pressure.is_some() {
@@ -381,19 +385,22 @@ impl Problem {
             })
         };
         let sums = |unit: f64| {
-            let (mut defect, mut size) = (0.0, 0.0);
-            for (own, mapped) in pairs() {
-                for c in 0..3 {
-                    defect += ((own[c] - mapped[c]) / unit).powi(2);
-                    size += (own[c] / unit).powi(2);
+            let bands = parallel::bands(self.grid.len(), |band| {
+                let (mut defect, mut size) = (0.0, 0.0);
+                for (own, mapped) in pairs(band) {
+                    for c in 0..3 {
+                        defect += ((own[c] - mapped[c]) / unit).powi(2);
+                        size += (own[c] / unit).powi(2);
+                    }
                 }
-            }
-            (defect, size)
+                (defect, size)
+            });
+            bands.into_iter().fold((0.0, 0.0), |sum, band| (sum.0 + band.0, sum.1 + band.1))
         };
         let (mut defect, mut size) = sums(1.0);
         // squares that may have left the range of doubles say nothing
         if !(SQUARES.contains(&defect) && SQUARES.contains(&size)) {
-            let largest = pairs().flat_map(|(own, mapped)| [own, mapped]).flatten().fold(0.0, |a: f64, b| a.max(b.abs()));
+            let largest = pairs(0..self.grid.len()).flat_map(|(own, mapped)| [own, mapped]).flatten().fold(0.0, |a: f64, b| a.max(b.abs()));
             if largest > 0.0 && largest.is_finite() {
                 (defect, size) = sums(largest);
             }
@@ -411,12 +418,15 @@ impl Problem {
     /// The largest tension (−p₁)₊ or excess of traction (|p_t| − μp₁)₊, over the largest pressure: the conditions that hold element by
     /// element, which the residual as a mean over all elements does not bound well.
     pub fn violation(&self, p: &[f64]) -> f64 {
-        let (mut worst, mut peak) = (0.0_f64, 0.0_f64);
-        for e in self.grid.active() {
-            let [normal, x, y] = self.traction(p, e);
-            peak = peak.max(normal.abs());
-            worst = worst.max(-normal).max(x.hypot(y) - self.mu * normal);
-        }
+        let bands = parallel::bands(self.grid.len(), |band| {
+            let (mut worst, mut peak) = (0.0_f64, 0.0_f64);
+            for [normal, x, y] in self.grid.active_in(band).map(|e| self.traction(p, e)) {
+                peak = peak.max(normal.abs());
+                worst = worst.max(-normal).max(x.hypot(y) - self.mu * normal);
+            }
+            (worst, peak)
+        });
+        let (worst, peak) = bands.into_iter().fold((0.0_f64, 0.0_f64), |most, band| (most.0.max(band.0), most.1.max(band.1)));
         if worst == 0.0 { 0.0 } else { worst / peak }
     }
 }

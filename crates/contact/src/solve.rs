@@ -9,6 +9,7 @@ use crate::numerics::{Mesh, Method, Numerics};
 use crate::observables::{fields, observables, states};
 use crate::operators::{Operator, Operators};
 use crate::outcome::{Certificate, Fields, Hertz, Level, Motion, Observables, Outcome, RailContact, Status, StepOutcome, WorkDone};
+use crate::parallel;
 use crate::problem::Problem;
 use crate::punch::{Gap, Surfaces, surface_compliance};
 use crate::reference::hertz_ellipse;
@@ -282,11 +283,13 @@ pub(crate) fn conclude(
     operator.apply(&mut displacement[..acting], &p[..acting], &mut operator.scratch());
     let k = problem.grid.len();
     let mut w = vec![0.0; p.len()];
-    for e in problem.grid.active() {
-        for at in [e, k + e, 2 * k + e] {
-            w[at] = displacement[at] - problem.f[at];
+    let nx = problem.grid.nx();
+    parallel::rows(&mut w, nx, |row, w| {
+        let (first, of_field) = ((row * nx) % k, row * nx);
+        for (i, w) in w.iter_mut().enumerate().filter(|(i, _)| problem.grid.is_active(first + i)) {
+            *w = displacement[of_field + i] - problem.f[of_field + i];
         }
-    }
+    });
     let states = states(problem, p, &w, diagonal);
     let mut observables = observables(problem, p, &w, &states);
     let units = problem.scale.motions();

@@ -2,6 +2,7 @@
 
 use super::{Components, Direction};
 use crate::grid::{Grid, GridError};
+use crate::parallel;
 
 /// How a vector field behaves under a reflection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -94,13 +95,13 @@ impl Mirror {
         let mut out = vec![0.0; components.len() * k];
         for (block, direction) in components.directions().enumerate() {
             let [sign_x, sign_y] = self.parity(direction);
-            for j in 0..grid.ny() {
+            parallel::rows(&mut out[block * k..][..k], grid.nx(), |j, row| {
                 let (from_j, sign_y) = fold(j, grid.ny() - ny, sign_y);
-                for i in 0..grid.nx() {
+                for (i, value) in row.iter_mut().enumerate() {
                     let (from_i, sign_x) = fold(i, grid.nx() - nx, sign_x);
-                    out[block * k + grid.index(i, j)] = sign_x * sign_y * field[block * len + from_j * nx + from_i];
+                    *value = sign_x * sign_y * field[block * len + from_j * nx + from_i];
                 }
-            }
+            });
         }
         out
     }

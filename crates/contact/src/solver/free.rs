@@ -3,8 +3,8 @@
 //! They are kept without gaps, element after element: p₁ where it is free, then both tangential components where an element sticks
 //! and the one across its traction where it slips. Fields to and from them live on a [`Window`], which holds the contact.
 
-use super::vector;
 use crate::operators::Window;
+use crate::parallel::{self, BAND};
 use crate::problem::Problem;
 
 /// What the tangential tractions of an element in contact do under the linearised map.
@@ -45,9 +45,6 @@ struct Band {
     spots: Vec<Spot>,
     unknowns: usize,
 }
-
-/// Elements of a band of rows, about: enough work to be worth a thread's while, and little enough to stay in its cache.
-pub(super) const BAND: usize = 8192;
 
 impl Free {
     /// Of spots in the order of their elements, all in the window.
@@ -105,7 +102,7 @@ impl Free {
             let parts: [&mut [f64]; 3] = self.blocks.map(|block| block.and_then(|block| blocks[block].next()).unwrap_or_default());
             pieces.push((at * self.rows * self.window.size[0], &band.spots, unknowns, parts));
         }
-        vector::each(self.unknowns, pieces, |(start, spots, unknowns, mut parts)| {
+        parallel::each(self.unknowns, pieces, |(start, spots, unknowns, mut parts)| {
             let mut unknowns = unknowns.iter().copied();
             let mut next = || unknowns.next().unwrap_or(0.0);
             for spot in spots {
@@ -121,6 +118,26 @@ impl Free {
                 let place = self.place(spot) - start;
                 for (part, value) in parts.iter_mut().zip([normal, tangential[0], tangential[1]]) {
                     if let Some(at) = part.get_mut(place) {
+                        *at = value;
+                    }
+                }
+            }
+        });
+    }
+
+    /// Writes tractions of the elements in contact into a field on the window, from their places.
+    pub(super) fn write(&self, field: &mut [f64], values: impl Fn(&Spot, usize) -> [f64; 3] + Sync) {
+        let size = self.window.size[0] * self.rows;
+        let mut blocks: Vec<_> = field.chunks_exact_mut(self.window.len()).map(|block| block.chunks_mut(size)).collect();
+        let bands = self.bands.iter().enumerate().map(|(at, band)| {
+            let parts: [&mut [f64]; 3] = self.blocks.map(|block| block.and_then(|block| blocks[block].next()).unwrap_or_default());
+            (at * size, &band.spots, parts)
+        });
+        parallel::each(self.unknowns, bands.collect(), |(start, spots, mut parts)| {
+            for spot in spots {
+                let place = self.place(spot);
+                for (part, value) in parts.iter_mut().zip(values(spot, place)) {
+                    if let Some(at) = part.get_mut(place - start) {
                         *at = value;
                     }
                 }
@@ -144,7 +161,7 @@ impl Free {
             pieces.push((first, &band.spots, rows));
             (left, first) = (others, first + band.unknowns);
         }
-        vector::each(self.unknowns, pieces, |(first, spots, rows)| {
+        parallel::each(self.unknowns, pieces, |(first, spots, rows)| {
             let mut next = 0;
             for spot in spots {
                 let own = values(spot, self.place(spot));
@@ -180,15 +197,6 @@ impl Free {
     /// The components of a field on the window at a place, zero for those it has not.
     pub(super) fn at(&self, field: &[f64], place: usize) -> [f64; 3] {
         self.blocks.map(|block| block.map_or(0.0, |block| field[block * self.window.len() + place]))
-    }
-
-    /// Sets the components of a field on the window at a place.
-    pub(super) fn put(&self, field: &mut [f64], place: usize, values: [f64; 3]) {
-        for (block, value) in self.blocks.iter().zip(values) {
-            if let Some(block) = block {
-                field[block * self.window.len() + place] = value;
-            }
-        }
     }
 
     /// The elements in contact with their places in the window.

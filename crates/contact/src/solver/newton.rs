@@ -9,10 +9,9 @@
 //! Klarbring, Pang and Strömberg 1998, doi:10.1002/(SICI)1097-0207(19980515)42:1<145::AID-NME358>3.0.CO;2-L, for the map;
 //! the reduction and the preconditioner are this project's).
 
-use faer::linalg::solvers::Solve;
-use rayon::prelude::*;
+use std::ops::Range;
 
-use super::free::{BAND, Free, Piece, Spot};
+use super::free::{Free, Piece, Spot};
 use super::gmres::{self, Memory, System};
 use super::{Iterate, Limits, Start, Stop, balance, vector};
 use crate::friction::h_u;
@@ -20,7 +19,9 @@ use crate::influence::{Components, Direction, Scratch};
 use crate::loading::{Control, rigid_modes};
 use crate::operators::{Operator, Window};
 use crate::outcome::Way;
+use crate::parallel;
 use crate::problem::{Diagonals, Problem, weighted_images};
+use faer::linalg::solvers::Solve;
 
 /// Newton steps without a new smallest residual after which the iteration counts as stalled. Close to a solution every
 /// step but the first few at least halves it.
@@ -144,14 +145,15 @@ impl Contact {
     }
 
     fn of(problem: &Problem, p: &[f64], w: &[f64], diagonals: Diagonals) -> Self {
-        let (nx, ny) = (problem.grid.nx(), problem.grid.ny());
+        let nx = problem.grid.nx();
         // with one tangential direction there is no transverse component
         let is_plane = problem.components.includes(Components::TANGENTIAL);
-        let rows = BAND.div_ceil(nx);
-        let band = |band: usize| {
+        let band = |band: Range<usize>| {
             let mut contact = Self { spots: Vec::new(), bounds: None };
-            for j in band * rows..ny.min((band + 1) * rows) {
-                for (i, e) in (j * nx..(j + 1) * nx).enumerate().filter(|(_, e)| problem.grid.is_active(*e)) {
+            let [first, last] = [band.start, band.end - 1].map(|e| e / nx);
+            for j in first..=last {
+                let row = band.start.max(j * nx)..band.end.min((j + 1) * nx);
+                for (i, e) in row.map(|e| (e - j * nx, e)).filter(|(_, e)| problem.grid.is_active(*e)) {
                     let (own, w) = (problem.traction(p, e), problem.gather(w, e));
                     let mut x = problem.trial(own, w, diagonals);
                     if problem.pressure.is_some() {
@@ -185,9 +187,7 @@ impl Contact {
             }
             contact
         };
-        let bands = ny.div_ceil(rows);
-        let parts: Vec<Self> =
-            if vector::is_worth_sharing(nx * ny) { (0..bands).into_par_iter().map(band).collect() } else { (0..bands).map(band).collect() };
+        let parts = parallel::bands(problem.grid.len(), band);
         let mut whole = Self { spots: Vec::with_capacity(parts.iter().map(|part| part.spots.len()).sum()), bounds: None };
         for part in parts {
             whole.spots.extend(part.spots);
@@ -298,7 +298,7 @@ impl<'a> Linear<'a> {
         let (window, grid) = (*self.free.window(), &self.problem.grid);
         // the tractions as far as they are known after the step, the unknown ones as they are
         let mut total = vec![0.0; self.free.field_len()];
-        for (spot, place) in self.free.spots() {
+        self.free.write(&mut total, |spot, place| {
             let own = self.problem.traction(p, window.element(place, grid));
             let normal = if spot.pressed || self.problem.pressure.is_some() { own[0] } else { self.problem.ceiling };
             let tangential = match spot.piece {
@@ -308,8 +308,8 @@ impl<'a> Linear<'a> {
                     [mu * normal * n[0] - across * n[1], mu * normal * n[1] + across * n[0]]
                 }
             };
-            self.free.put(&mut total, place, [normal, tangential[0], tangential[1]]);
-        }
+            [normal, tangential[0], tangential[1]]
+        });
         let mut known = total.clone();
         window.each_row(grid, known.len() / window.len(), |of_window, of_grid| {
             known[of_window].iter_mut().zip(&p[of_grid]).for_each(|(known, p)| *known -= p);

@@ -2,21 +2,10 @@
 
 use rayon::prelude::*;
 
+use crate::parallel::is_worth_sharing;
+
 /// Numbers of a chunk: with one chunk of another vector they fit in a core's first cache.
 const CHUNK: usize = 2048;
-
-/// Numbers below which one thread is as fast as two: waking another takes some ten microseconds.
-const WORTH_SHARING: usize = 1 << 15;
-
-/// Whether work on so many numbers is worth sharing among the threads of the current pool.
-pub(super) fn is_worth_sharing(numbers: usize) -> bool {
-    numbers >= WORTH_SHARING && rayon::current_num_threads() > 1
-}
-
-/// Does every piece of work, of which there are `numbers` numbers in all, on one thread or on several.
-pub(super) fn each<T: Send>(numbers: usize, pieces: Vec<T>, work: impl Fn(T) + Sync + Send) {
-    if is_worth_sharing(numbers) { pieces.into_par_iter().for_each(work) } else { pieces.into_iter().for_each(work) }
-}
 
 /// v·v for every chunk and its products with every direction: in one pass over the vectors.
 pub(super) fn products(basis: &[Vec<f64>], v: &[f64]) -> (Vec<f64>, f64) {
@@ -93,6 +82,7 @@ fn chunk_dot(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::parallel::WORTH_SHARING;
 
     #[test]
     fn same_bytes_on_any_number_of_threads() {
