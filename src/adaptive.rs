@@ -8,6 +8,7 @@ use report::{Cell, Column, Table};
 use serde::Serialize;
 use study::{Adaptive, JobKey, Point, Record, Study};
 
+use crate::accuracy::{self, Learnt};
 use crate::compare::digits;
 use crate::results;
 
@@ -44,6 +45,12 @@ pub(crate) enum Found {
     Changes { from: f64, to: f64, becomes: bool },
     /// It holds, or does not, at every value tried.
     Everywhere { holds: bool },
+    /// These settings are to be tried next.
+    Next { mesh: [u32; 2], tolerance: f64 },
+    /// These settings are accurate enough, by the estimate of the relative error with them.
+    Within { mesh: [u32; 2], tolerance: f64, error: f64 },
+    /// No settings were; these came closest.
+    Beyond { mesh: [u32; 2], tolerance: f64, error: Option<f64>, why: &'static str },
 }
 
 /// Chooses a study's points by the records that there are.
@@ -58,6 +65,17 @@ pub(crate) fn choose(study: &Study, records: &HashMap<JobKey, Record>) -> Result
             Ok(chosen)
         }
         Some(Adaptive::Bisect { axis, on, to }) => bisect(study, records, (*axis, on, *to)),
+        Some(Adaptive::Accuracy(accuracy)) => {
+            let (columns, learnt) = (study.columns(), Learnt::of(records));
+            let mut chosen = Chosen { points: Vec::new(), findings: Vec::new() };
+            for index in 0..study.len() {
+                let settings = accuracy::choose(study, accuracy, &columns, &learnt, index);
+                let (point, found) = settings.context("a point of the study cannot be made")?;
+                chosen.findings.push(Finding { at: values(study, &point, None), found });
+                chosen.points.push(point);
+            }
+            Ok(chosen)
+        }
     }
 }
 
@@ -191,6 +209,7 @@ pub(crate) fn table(study: &Study, findings: &[Finding]) -> Result<Table> {
             let name = study.axes().nth(*axis).map(|axis| axis.column().into_owned()).unwrap_or_default();
             ["from", "to"].map(|end| (format!("{name}_{end}"), unit(&name).to_owned())).to_vec()
         }
+        Some(Adaptive::Accuracy(_)) => ["mesh", "tolerance", "estimated error"].map(|name| (name.to_owned(), String::new())).to_vec(),
         None => Vec::new(),
     };
     heads.extend(own.iter().map(|(name, unit)| Column::new(name.as_str(), unit.as_str())));
@@ -210,6 +229,14 @@ pub(crate) fn table(study: &Study, findings: &[Finding]) -> Result<Table> {
                 (vec![Cell::Number(from), Cell::Number(to)], if becomes { "begins to hold" } else { "ceases to hold" })
             }
             Found::Everywhere { holds } => (Vec::new(), if holds { "holds everywhere" } else { "holds nowhere" }),
+            Found::Next { mesh: sides, tolerance } => (vec![mesh(sides), Cell::Number(tolerance)], "to be tried next"),
+            Found::Within { mesh: sides, tolerance, error } => {
+                (vec![mesh(sides), Cell::Number(tolerance), Cell::Number(digits(error, 1))], "accurate enough")
+            }
+            Found::Beyond { mesh: sides, tolerance, error, why } => {
+                let error = error.map_or(Cell::Missing, |error| Cell::Number(digits(error, 1)));
+                (vec![mesh(sides), Cell::Number(tolerance), error], why)
+            }
         };
         let missing = own.len() - cells.len();
         let axes = at.iter().map(|(_, value)| results::cell(value.clone()));

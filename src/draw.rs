@@ -16,7 +16,7 @@ use study::units::Dimension;
 use crate::cli::PlotArgs;
 use crate::output::{self, Finish};
 use crate::query::tell_origin;
-use crate::results::{Results, stored_study};
+use crate::results::{Results, Source, stored_study};
 
 /// Dots per inch of PNG files.
 const RESOLUTION: f64 = 300.0;
@@ -81,7 +81,7 @@ fn write(file: &Path, bytes: &[u8]) -> Result<()> {
 pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
     tell_origin(&reader);
-    let results = Results::read(&reader, stored_study(&reader, &args.name)?)?;
+    let results = Results::read(Source::Reader(&reader), stored_study(&reader, &args.name)?)?;
     let figures = chosen(args, &results.study)?;
     if let (Some(file), [_, _, ..]) = (&args.output, &figures[..]) {
         let names = figures.iter().map(|figure| figure.name.as_str()).collect::<Vec<_>>().join(", ");

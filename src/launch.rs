@@ -18,7 +18,7 @@ use crate::effects::{Group, Overview, overview};
 use crate::ledger::Ledger;
 use crate::output::{self, Finish, count};
 use crate::progress::{Progress, duration};
-use crate::results::{self, Results};
+use crate::results::{self, Results, Source};
 use crate::solve::with_cost_ladder;
 use crate::work::{forecast, order};
 use crate::{adaptive, draw};
@@ -144,20 +144,20 @@ fn execute(study: Study, store: Store, directory: &Path, args: &ExecutionArgs) -
     let interrupt = Interrupt::new().context("cannot prepare for Ctrl-C")?;
     let raised = interrupt.clone();
     ctrlc::set_handler(move || raised.raise()).context("cannot prepare for Ctrl-C")?;
-    let fetch = |keys: Vec<JobKey>| keys.into_iter().filter_map(|key| store.get(&key).transpose().map(|record| (key, record))).collect();
 
     let mut tally = Tally { jobs: 0, cached: 0, computing: 0, seconds: 0.0, interrupted: false };
-    let mut computed = HashSet::new();
+    let (mut asked, mut computed) = (HashSet::new(), HashSet::new());
     // a study that chooses points by its results takes several rounds
     loop {
         let points = match study.adaptive() {
             None => study.points(),
-            Some(_) => Results::points(&study, fetch)?,
+            Some(_) => Results::chosen(&study, Source::Store(&store))?.points,
         };
         let jobs = Jobs::of_points(&study, points)?;
+        asked.extend(jobs.keys());
         let (tasks, texts) = jobs.left(&study, &store, args.retry_failed, &computed)?;
         computed.extend(tasks.iter().map(|task| task.key));
-        (tally.jobs, tally.computing) = (jobs.distinct.len(), computed.len());
+        (tally.jobs, tally.computing) = (asked.len(), computed.len());
         tally.cached = tally.jobs.saturating_sub(tally.computing);
         if tasks.is_empty() {
             break;
@@ -177,7 +177,7 @@ fn execute(study: Study, store: Store, directory: &Path, args: &ExecutionArgs) -
             break;
         }
     }
-    report(&Results::collect(study, fetch, store.blobs())?, directory, args.json, tally)
+    report(&Results::read(Source::Store(&store), study)?, directory, args.json, tally)
 }
 
 /// How the workers for so many jobs are to run.
@@ -211,7 +211,7 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
     let study = &results.study;
     let progress = results.progress();
     let figures = if progress.done > 0 { draw_figures(results, directory) } else { Vec::new() };
-    let finish = match (tally.interrupted, progress.failed) {
+    let finish = match (tally.interrupted, progress.failed + results.inaccurate) {
         (true, _) => Finish::Interrupted,
         (_, 0) => Finish::AllDone,
         _ => Finish::SomeFailed,
@@ -229,7 +229,7 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
         let files: Vec<_> = figures.iter().flatten().flatten().collect();
         let line = serde_json::json!({
             "event": "summary", "study": study.name(), "progress": progress, "run": tally, "failures": failures, "figures": files,
-            "answers": results.answers_json()?,
+            "answers": results.answers_json()?, "inaccurate": results.inaccurate,
         });
         output::print(&format!("{line}\n"))?;
         return Ok(finish);
@@ -270,6 +270,10 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
             let (name, column, words) = (study.name(), warning.column, warning.words);
             text += &format!("warning: {concerned} points {words}: tribosweep query {name} --where '{column} > 0'{store_option}\n");
         }
+    }
+    if results.inaccurate > 0 {
+        let (points, name) = (count(results.inaccurate, "point misses", "points miss"), study.name());
+        text += &format!("warning: {points} the accuracy asked for: tribosweep answer {name}{store_option}\n");
     }
     for failure in failures.iter().take(LISTED_FAILURES) {
         text += &format!("{}: {}\n", failure["status"].as_str().unwrap_or_default(), failure["show"].as_str().unwrap_or_default());
@@ -338,17 +342,33 @@ struct Plan<'a> {
     workers: usize,
     largest_job_bytes: u64,
     effects: &'a [Group],
+    /// Of a study that chooses points, what it found so far.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    chosen: Option<serde_json::Value>,
 }
 
 pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     let study = read_study(&args.study)?;
-    let jobs = Jobs::of(&study)?;
+    let mut jobs = Jobs::of(&study)?;
+    let reader = match Store::read(&args.store.store) {
+        Ok(reader) => Some(reader),
+        Err(OpenError::Missing { .. }) => None,
+        Err(error) => bail!(error),
+    };
+    let mut chosen = None;
+    if study.adaptive().is_some() {
+        let known = match &reader {
+            Some(reader) => Results::chosen(&study, Source::Reader(reader))?,
+            None => adaptive::choose(&study, &HashMap::new())?,
+        };
+        jobs = Jobs::of_points(&study, known.points)?;
+        chosen = Some(adaptive::table(&study, &known.findings)?);
+    }
     let keys = jobs.keys();
     let overview = jobs.effects(&study)?;
-    let cached = match Store::read(&args.store.store) {
-        Ok(reader) => reader.contains(&keys)?,
-        Err(OpenError::Missing { .. }) => vec![false; keys.len()],
-        Err(error) => bail!(error),
+    let cached = match &reader {
+        Some(reader) => reader.contains(&keys)?,
+        None => vec![false; keys.len()],
     };
     let left: Vec<&(usize, Forecast)> = jobs.distinct.iter().zip(&cached).filter(|(_, cached)| !**cached).map(|(job, _)| job).collect();
     let seconds: f64 = left.iter().map(|(_, forecast)| forecast.seconds).sum();
@@ -369,6 +389,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
         workers,
         largest_job_bytes: left.iter().map(|(_, forecast)| forecast.memory).max().unwrap_or(0),
         effects: &overview.groups,
+        chosen: chosen.as_ref().map(|table| serde_json::from_str(&table.json())).transpose()?,
     };
     if args.json {
         return output::print_json(&plan);
@@ -377,7 +398,8 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     if !plan.question.is_empty() {
         text += &format!("{}\n", plan.question);
     }
-    text += &format!("\n{} points, {} distinct jobs: {} in the store, {} to run", plan.points, plan.jobs, plan.cached, plan.to_run);
+    let (points, distinct) = (count(plan.points, "point", "points"), count(plan.jobs, "distinct job", "distinct jobs"));
+    text += &format!("\n{points}, {distinct}: {} in the store, {} to run", plan.cached, plan.to_run);
     text += &if plan.increments > plan.to_run as u64 { format!(" with {} increments\n", plan.increments) } else { "\n".to_owned() };
     if plan.to_run > 0 {
         text += &format!(
@@ -397,6 +419,10 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
         for ([nx, ny], (jobs, seconds)) in by_mesh {
             text += &format!("  {nx} x {ny} elements: {}, {} of work\n", count(jobs, "job", "jobs"), duration(seconds));
         }
+    }
+    if let Some(table) = chosen {
+        text += if plan.to_run > 0 { "more follow, as the results demand\n" } else { "" };
+        text += &format!("\nfound so far\n{}", table.terminal(&crate::query::layout()));
     }
     text += &format!("\n{}", overview.words());
     if std::io::stdout().is_terminal() && plan.to_run > 0 {

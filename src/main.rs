@@ -1,6 +1,7 @@
 //! The `tribosweep` command: wires studies, runner, store and report together.
 #![forbid(unsafe_code)]
 
+mod accuracy;
 mod adaptive;
 mod cli;
 mod compare;

@@ -13,7 +13,7 @@ use contact::{Operators, forecast};
 use report::{Cell, Column, Table};
 use serde::{Deserialize, Serialize};
 use study::record::{decode_fields, encode_fields};
-use study::{Case, Job};
+use study::{Adaptive, Case, Job};
 
 use crate::cli::EffectsArgs;
 use crate::compare::digits;
@@ -50,6 +50,9 @@ struct Measurement {
 
 pub(crate) fn measure(args: &EffectsArgs) -> Result<Finish> {
     let study = read_study(&args.study)?;
+    if let Some(Adaptive::Accuracy(_)) = study.adaptive() {
+        bail!("{}: its meshes follow from its results; give it a mesh in place of the accuracy", study.path());
+    }
     let jobs = Jobs::of(&study)?;
     let overview = jobs.effects(&study)?;
     let mut listed = Vec::new();

@@ -8,7 +8,7 @@ use study::columns::{Role, along_path};
 
 use crate::cli::{AnswerArgs, QueryArgs, StatusArgs, TableFormat};
 use crate::output::{self, Finish};
-use crate::results::{Results, stored_study};
+use crate::results::{Results, Source, stored_study};
 
 /// How tables are laid out on standard output.
 pub(crate) fn layout() -> TerminalLayout {
@@ -36,7 +36,7 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
     let mut rows = Vec::new();
     let mut listed = Vec::new();
     for study in studies {
-        let results = Results::read(&reader, study)?;
+        let results = Results::read(Source::Reader(&reader), study)?;
         let progress = results.progress();
         let name = results.study.name();
         listed.push(serde_json::json!({ "study": name, "question": results.study.question(), "progress": progress }));
@@ -58,7 +58,7 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
 pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
     tell_origin(&reader);
-    let results = Results::read(&reader, stored_study(&reader, &args.name)?)?;
+    let results = Results::read(Source::Reader(&reader), stored_study(&reader, &args.name)?)?;
     let format = if args.json { TableFormat::Json } else { args.format };
     let table = if args.columns {
         columns(&results.study, args.steps)?
@@ -86,7 +86,7 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
 pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
     tell_origin(&reader);
-    let results = Results::read(&reader, stored_study(&reader, &args.name)?)?;
+    let results = Results::read(Source::Reader(&reader), stored_study(&reader, &args.name)?)?;
     if args.json {
         let progress = results.progress();
         let study = &results.study;

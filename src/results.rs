@@ -6,17 +6,51 @@ use anyhow::{Context, Result, bail};
 use contact::loading::Step;
 use contact::outcome::{Fields, Observables};
 use report::{Cell, Table};
-use store::{Blobs, Digest, ReadError, Reader};
+use store::{Blobs, Digest, ReadError, Reader, Store};
 use study::columns::{Compared, Role, Row, Value, along_path};
 use study::record::decode_fields;
-use study::{Column, JobKey, Kind, Point, Record, Study};
+use study::{Adaptive, Column, JobKey, Kind, Point, Record, Study};
 
-use crate::adaptive::{self, Chosen, choose};
+use crate::adaptive::{self, Chosen, Found, choose};
 use crate::compare::{self, compare};
-use crate::cost;
+use crate::{accuracy, cost};
 
 /// A record as a store gives it.
 type Fetched = (JobKey, Result<Vec<u8>, ReadError>);
+
+/// Where records come from.
+#[derive(Clone, Copy)]
+pub(crate) enum Source<'a> {
+    /// The store that this process writes.
+    Store(&'a Store),
+    /// One that it reads.
+    Reader(&'a Reader),
+}
+
+impl<'a> Source<'a> {
+    /// The records of those of `keys` that have one.
+    fn select(self, keys: Vec<JobKey>) -> Vec<Fetched> {
+        match self {
+            Source::Store(store) => keys.into_iter().filter_map(|key| store.get(&key).transpose().map(|record| (key, record))).collect(),
+            Source::Reader(reader) => reader.select(keys).collect(),
+        }
+    }
+
+    /// Every record.
+    fn all(self) -> Result<Box<dyn Iterator<Item = Fetched> + 'a>, ReadError> {
+        Ok(match self {
+            Source::Store(store) => Box::new(store.records()),
+            Source::Reader(reader) => Box::new(reader.records()?),
+        })
+    }
+
+    fn blobs(self) -> &'a Blobs {
+        match self {
+            Source::Store(store) => store.blobs(),
+            Source::Reader(reader) => reader.blobs(),
+        }
+    }
+}
 
 /// Rows of a study: every point, with the record of its job if there is one.
 pub(crate) struct Results {
@@ -27,6 +61,8 @@ pub(crate) struct Results {
     compared: Vec<Option<Compared>>,
     /// What the study says beyond its rows: a title and a table.
     pub(crate) answers: Vec<(&'static str, Table)>,
+    /// Points whose accuracy was asked for and not reached.
+    pub(crate) inaccurate: usize,
 }
 
 /// How far a study is; counts are of points.
@@ -40,13 +76,10 @@ pub(crate) struct Progress {
 
 impl Results {
     /// Reads what a study's jobs left in a store.
-    pub(crate) fn read(reader: &Reader, study: Study) -> Result<Self> {
-        Self::collect(study, |keys| reader.select(keys).collect(), reader.blobs())
-    }
-
-    /// The same through `fetch`, which gives the records there are, and with the files of fields in `blobs`.
-    pub(crate) fn collect(study: Study, fetch: impl FnMut(Vec<JobKey>) -> Vec<Fetched>, blobs: &Blobs) -> Result<Self> {
-        let (Chosen { points, findings }, records) = chosen(&study, fetch)?;
+    pub(crate) fn read(source: Source<'_>, study: Study) -> Result<Self> {
+        let (Chosen { points, findings }, records) = chosen(&study, source)?;
+        let blobs = source.blobs();
+        let inaccurate = findings.iter().filter(|finding| matches!(finding.found, Found::Beyond { .. })).count();
         let mut answers = Vec::new();
         if !findings.is_empty() {
             answers.push(("found", adaptive::table(&study, &findings)?));
@@ -62,12 +95,12 @@ impl Results {
             let found = cost::compare(&study, cost, &points, &records, &|record| fields(blobs, record))?;
             (answers, compared) = (found.answers, found.compared);
         }
-        Ok(Self { study, points, records, compared, answers })
+        Ok(Self { study, points, records, compared, answers, inaccurate })
     }
 
-    /// The points of a study as far as its results determine them.
-    pub(crate) fn points(study: &Study, fetch: impl FnMut(Vec<JobKey>) -> Vec<Fetched>) -> Result<Vec<Point>> {
-        Ok(chosen(study, fetch)?.0.points)
+    /// The points of a study as far as its results determine them, and what they say of the choice.
+    pub(crate) fn chosen(study: &Study, source: Source<'_>) -> Result<Chosen> {
+        Ok(chosen(study, source)?.0)
     }
 
     /// Distinct jobs without a record.
@@ -203,15 +236,28 @@ impl Warning {
 }
 
 /// The points of a study with what its jobs left, and what it found in choosing them.
-fn chosen(study: &Study, mut fetch: impl FnMut(Vec<JobKey>) -> Vec<Fetched>) -> Result<(Chosen, HashMap<JobKey, Record>)> {
+fn chosen(study: &Study, source: Source<'_>) -> Result<(Chosen, HashMap<JobKey, Record>)> {
     let mut records = HashMap::new();
-    let mut asked = HashSet::new();
+    if let Some(Adaptive::Accuracy(_)) = study.adaptive() {
+        // whatever study left them
+        let scenes = accuracy::scenes(study);
+        for (key, bytes) in source.all()? {
+            // what is damaged teaches nothing; where it is a point's own, it is met below
+            let Ok(bytes) = bytes else { continue };
+            if accuracy::tells(&scenes, &bytes)
+                && let Ok(record) = Record::decode(&bytes)
+            {
+                records.insert(key, record);
+            }
+        }
+    }
+    let mut asked: HashSet<JobKey> = records.keys().copied().collect();
     loop {
         let chosen = choose(study, &records)?;
         let mut keys: Vec<JobKey> = chosen.points.iter().map(|point| point.key).filter(|key| asked.insert(*key)).collect();
         keys.sort_unstable();
         let before = records.len();
-        for (key, bytes) in fetch(keys) {
+        for (key, bytes) in source.select(keys) {
             let bytes = bytes.context("run `tribosweep store verify` to see the whole damage")?;
             records.insert(key, Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?);
         }

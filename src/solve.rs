@@ -1,16 +1,20 @@
 //! `solve`: one scene, in this process, nothing stored.
 
+use std::collections::HashMap;
 use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use contact::Operators;
+use contact::outcome::Fields;
+use contact::punch::Surfaces;
 use study::job::PHYSICS_VERSION;
 use study::key::Key;
 use study::record::encode_fields;
-use study::{Kind, Provenance, Record};
+use study::{Adaptive, Job, Kind, Provenance, Record, Study};
 use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
+use crate::adaptive::{Found, choose};
 use crate::cli::SolveArgs;
 use crate::measure::median;
 use crate::output::{self, Finish};
@@ -33,22 +37,17 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
             study.axes().map(|axis| axis.path()).collect::<Vec<_>>().join(", ")
         );
     }
-    let job = study.point(0).context("the study's only point cannot be made")?.job;
-    let start = Instant::now();
-    let Done { ending, fields, times } = perform(&job, study.surfaces(), &mut Operators::default())?;
-    let record = Record {
-        physics: PHYSICS_VERSION,
-        job: job.canonical(),
-        ending,
-        fields: fields.as_ref().map(|fields| store::Digest::of(&encode_fields(fields)).0),
-        provenance: Provenance {
-            program: env!("CARGO_PKG_VERSION").to_owned(),
-            seconds: if times.is_empty() { start.elapsed().as_secs_f64() } else { median(times.clone()) },
-            times,
-            ..Provenance::default()
-        },
+    let mut operators = Operators::default();
+    let (record, fields, found) = match study.adaptive() {
+        Some(Adaptive::Accuracy(_)) => accurate(&study, &mut operators)?,
+        _ => {
+            let job = study.point(0).context("the study's only point cannot be made")?.job;
+            let (record, fields) = solved(&job, study.surfaces(), &mut operators)?;
+            (record, fields, None)
+        }
     };
-    let finish = if record.status() == "certified" { Finish::AllDone } else { Finish::SomeFailed };
+    let missed = matches!(found, Some(Found::Beyond { .. }));
+    let finish = if record.status() == "certified" && !missed { Finish::AllDone } else { Finish::SomeFailed };
     match &args.field {
         Some(name) => {
             let fields = match record.multiplicity() {
@@ -69,10 +68,51 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     for warning in results::WARNINGS.iter().filter(|warning| warning.concerns(&record)) {
         eprintln!("warning: elements {}", warning.words);
     }
-    if finish == Finish::SomeFailed {
+    if let (Some(Found::Beyond { error, why, .. }), true) = (found, record.is_certified()) {
+        let reached = error.map_or(String::new(), |error| format!("; the estimated error is {error:.1e}"));
+        eprintln!("the accuracy asked for was missed: {why}{reached}");
+    }
+    if !record.is_certified() {
         eprintln!("the scene was not solved to its tolerance; the figures are those of the last iterate");
     }
     Ok(finish)
+}
+
+/// What a job leaves, and its fields.
+fn solved(job: &Job, surfaces: &Surfaces, operators: &mut Operators) -> Result<(Record, Option<Fields>)> {
+    let start = Instant::now();
+    let Done { ending, fields, times } = perform(job, surfaces, operators)?;
+    let provenance = Provenance {
+        program: env!("CARGO_PKG_VERSION").to_owned(),
+        seconds: if times.is_empty() { start.elapsed().as_secs_f64() } else { median(times.clone()) },
+        times,
+        ..Provenance::default()
+    };
+    let digest = fields.as_ref().map(|fields| store::Digest::of(&encode_fields(fields)).0);
+    Ok((Record { physics: PHYSICS_VERSION, job: job.canonical(), ending, fields: digest, provenance }, fields))
+}
+
+/// Solves the only scene of a study on one mesh after the other until it is accurate enough, or no mesh is left.
+fn accurate(study: &Study, operators: &mut Operators) -> Result<(Record, Option<Fields>, Option<Found>)> {
+    let (mut records, mut last) = (HashMap::new(), None);
+    loop {
+        let chosen = choose(study, &records)?;
+        let point = chosen.points.into_iter().next().context("the study's only point cannot be made")?;
+        let found = chosen.findings.first().map(|finding| finding.found);
+        if !records.contains_key(&point.key) {
+            let (record, fields) = solved(&point.job, study.surfaces(), operators)?;
+            records.insert(point.key, record);
+            last = fields.map(|fields| (point.key, fields));
+            continue;
+        }
+        // the fields of the finest are at hand, those of a better one before it are not
+        let fields = match last {
+            Some((key, fields)) if key == point.key => Some(fields),
+            _ => solved(&point.job, study.surfaces(), operators)?.1,
+        };
+        let record = records.remove(&point.key).context("a result was lost")?;
+        return Ok((record, fields, found));
+    }
 }
 
 /// The study's text with keys set, each taken out of the axes.
@@ -95,6 +135,10 @@ fn with_settings(text: &str, path: &Path, settings: &[String]) -> Result<String>
         if let Some(sweep) = document.get_mut("sweep").and_then(Item::as_table_like_mut) {
             remove_axis(sweep, key);
         }
+        if key == Key::Mesh {
+            // who says the mesh does not leave it to the accuracy
+            document.remove("accuracy");
+        }
         set(document.as_item_mut(), &key.path(), value)
             .with_context(|| format!("--set {setting}: {} has no place for it", path.display()))?;
     }
@@ -116,6 +160,9 @@ pub(crate) fn with_cost_ladder(text: &str, path: &Path, settings: &[String]) -> 
     let mut document = text.parse::<DocumentMut>().with_context(|| format!("{} cannot be edited", path.display()))?;
     for table in ["figure", "refine", "bisect", "convergence", "kind"] {
         document.remove(table);
+    }
+    if document.remove("accuracy").is_some() {
+        set(document.as_item_mut(), &Key::Mesh.path(), LADDER.0[0].into())?;
     }
     document["name"] = toml_edit::value(format!("{}-cost", study.name()));
     let text = with_settings(&document.to_string(), path, settings)?;

@@ -1,4 +1,4 @@
-//! Studies that choose points as they go: meshes until a result holds still, or one axis by halving.
+//! Studies that choose points as they go: meshes until a result holds still or is [accurate](crate::accuracy), or one axis by halving.
 //!
 //! ```toml
 //! [refine]                    # doubles numerics.mesh, at every point of the axes, until
@@ -17,6 +17,7 @@
 
 use toml::de::DeValue;
 
+use crate::accuracy::Accuracy;
 use crate::axis::Group;
 use crate::columns::{Column, Value};
 use crate::error::Problem;
@@ -27,6 +28,8 @@ use crate::read::{self, Node, entries};
 /// How a study chooses points.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Adaptive {
+    /// By the mesh that makes each accurate enough.
+    Accuracy(Accuracy),
     /// By doubling the mesh.
     Refine {
         /// The column that is to hold still.
@@ -53,8 +56,9 @@ const BISECT: &[&str] = &["axis", "on", "to"];
 /// The finest mesh that is tried without being asked for.
 const AT_MOST: u32 = 1024;
 
-/// Reads `[refine]` or `[bisect]`; `columns` are the study's.
+/// Reads `[refine]` or `[bisect]`, beside which there is no `accuracy`; `columns` are the study's.
 pub(crate) fn read(
+    accuracy: Option<&Node<'_>>,
     refine: Option<&Node<'_>>,
     bisect: Option<&Node<'_>>,
     groups: &[Group],
@@ -62,6 +66,10 @@ pub(crate) fn read(
     problems: &mut Vec<Problem>,
 ) -> Option<Adaptive> {
     let before = problems.len();
+    if let (Some(accuracy), Some(other)) = (accuracy, refine.or(bisect)) {
+        let problem = Problem::new(other.span(), "a study chooses its points in one way only", "needs one of the two");
+        problems.push(problem.context(accuracy.span(), "the other is here"));
+    }
     let read = match (refine, bisect) {
         (Some(refine), Some(bisect)) => {
             let problem = Problem::new(bisect.span(), "a study cannot both refine and bisect", "needs one of the two");

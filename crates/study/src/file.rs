@@ -34,6 +34,7 @@ use contact::punch::{ProfileKind, Surfaces};
 use rayon::prelude::*;
 use toml::de::{DeTable, DeValue};
 
+use crate::accuracy;
 use crate::adaptive::{self, Adaptive};
 use crate::assemble::assemble;
 use crate::axis::{self, Axis, Group};
@@ -93,7 +94,7 @@ impl Point {
 pub type ReadFile<'f> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'f;
 
 const KEYS: &[&str] =
-    &["name", "question", "kind", "scene", "numerics", "search", "sweep", "refine", "bisect", "convergence", "cost", "figure"];
+    &["name", "question", "kind", "accuracy", "scene", "numerics", "search", "sweep", "refine", "bisect", "convergence", "cost", "figure"];
 
 impl Study {
     /// Reads a study's text. `path` is for messages; `files` reads a file that the study names (a height map), with the
@@ -184,22 +185,31 @@ impl Study {
 
     /// The `index`-th point with another mesh; `None` where that is no job.
     pub fn point_on_mesh(&self, index: usize, mesh: Mesh) -> Option<Point> {
-        self.point_with(index, Key::Mesh, Setting::Mesh(mesh), |_| {})
+        self.point_with(index, &[(Key::Mesh, Setting::Mesh(mesh))], |_| {})
+    }
+
+    /// The same, solved to a tolerance, unless the study gives one.
+    pub fn point_as_exact(&self, index: usize, mesh: Mesh, tolerance: f64) -> Option<Point> {
+        let steps = (index < self.points).then(|| axis::steps(&self.groups, index))?;
+        let settings = [(Key::Mesh, Setting::Mesh(mesh)), (Key::Tolerance, Setting::Number(tolerance))];
+        let is_given = self.sheet(&steps).get(Key::Tolerance).is_some();
+        self.point_with(index, if is_given { &settings[..1] } else { &settings }, |_| {})
     }
 
     /// The `index`-th point with another value of the axis with index `axis`, which must be one of numbers; `None` where that is no job.
     pub fn point_at(&self, index: usize, axis: usize, value: f64) -> Option<Point> {
         let key = self.axes().nth(axis)?.key()?;
-        self.point_with(index, key, Setting::Number(value), |values| {
+        self.point_with(index, &[(key, Setting::Number(value))], |values| {
             values.get_mut(axis).into_iter().for_each(|shown| *shown = Value::Number(value));
         })
     }
 
-    fn point_with(&self, index: usize, key: Key, setting: Setting, show: impl FnOnce(&mut Vec<Value>)) -> Option<Point> {
+    fn point_with(&self, index: usize, settings: &[(Key, Setting)], show: impl FnOnce(&mut Vec<Value>)) -> Option<Point> {
         let Point { mut values, .. } = self.point(index)?;
-        let given = Given { setting, span: 0..0, nth: None };
+        let given: Vec<(Key, Given)> =
+            settings.iter().map(|(key, setting)| (*key, Given { setting: setting.clone(), span: 0..0, nth: None })).collect();
         let mut sheet = self.sheet(&axis::steps(&self.groups, index));
-        sheet.set(key, &given);
+        given.iter().for_each(|(key, given)| sheet.set(*key, given));
         let job = assemble(self.kind, self.cost.as_ref(), &sheet, &self.surface_names, &self.places).ok()?;
         show(&mut values);
         Some(Point { values, key: job.key(), job })
@@ -231,7 +241,11 @@ impl Study {
     }
 
     fn job(&self, steps: &[usize]) -> Result<Job, Vec<Problem>> {
-        assemble(self.kind, self.cost.as_ref(), &self.sheet(steps), &self.surface_names, &self.places)
+        let job = assemble(self.kind, self.cost.as_ref(), &self.sheet(steps), &self.surface_names, &self.places)?;
+        if let Some(Adaptive::Accuracy(accuracy)) = &self.adaptive {
+            accuracy.check(&job).map_err(|problem| vec![problem])?;
+        }
+        Ok(job)
     }
 
     /// Reads the height maps and profiles that any point needs, each once.
@@ -380,8 +394,10 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     let name = read_name(&root, &mut problems);
     let question = read_text(&root, "question", &mut problems).unwrap_or_default();
     let kind = read_kind(&root, &mut problems);
-    let (base, places) = read_base(text, &root, &mut problems);
+    let (mut base, places) = read_base(text, &root, &mut problems);
     let groups = root.get("sweep").map(|node| axis::read_sweep(text, node, &mut problems)).unwrap_or_default();
+    let accuracy = root.get("accuracy").and_then(|node| accuracy::read(node, kind, &base, &groups, &mut problems));
+    base.extend(accuracy.iter().map(accuracy::Accuracy::first_mesh));
     axis::refuse_absent(&groups, &base, &mut problems);
     let ladder = match (kind, root.get("convergence")) {
         (Kind::Convergence, node) => ladder::read(node, &groups, &mut problems),
@@ -405,12 +421,12 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
         Some(node) => figure::read_figures(node, &groups, &columns, &mut problems),
         None => figure::default(kind, ladder.as_ref(), cost.as_ref(), &groups).into_iter().collect(),
     };
-    let adaptive = adaptive::read(root.get("refine"), root.get("bisect"), &groups, &columns, &mut problems);
+    let adaptive = adaptive::read(root.get("accuracy"), root.get("refine"), root.get("bisect"), &groups, &columns, &mut problems);
     if !problems.is_empty() {
         return Err(problems);
     }
     let mut study = Study {
-        adaptive,
+        adaptive: adaptive.or(accuracy.map(Adaptive::Accuracy)),
         ladder,
         cost,
         name,

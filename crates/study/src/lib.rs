@@ -22,6 +22,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod accuracy;
 pub mod adaptive;
 mod assemble;
 pub mod axis;
@@ -43,6 +44,7 @@ mod sheet;
 pub mod surface;
 pub mod units;
 
+pub use accuracy::Accuracy;
 pub use adaptive::Adaptive;
 pub use columns::{Column, Value};
 pub use error::StudyError;

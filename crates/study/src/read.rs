@@ -83,7 +83,11 @@ impl<'p> Reader<'p> {
                 (Some(inner), ..) => self.problems.push(mistyped(&inner.short(), node, &inner.expected())),
                 (None, None, _) => {
                     let place = format!("`{}`", table.path());
-                    self.problems.push(unknown(name.get_ref(), name.span(), &place, &table.names()));
+                    let problem = unknown(name.get_ref(), name.span(), &place, &table.names());
+                    self.problems.push(match name.get_ref().as_ref() {
+                        top @ ("accuracy" | "refine" | "bisect") => problem.help(format!("`{top}` stands at the top of the study")),
+                        _ => problem,
+                    });
                 }
             }
         }

@@ -228,6 +228,14 @@ impl Record {
     }
 }
 
+/// The text of the job in the bytes of a record, without reading the rest; `None` unless this program's physics computed it.
+pub fn job_text(bytes: &[u8]) -> Option<&str> {
+    let body = bytes.strip_prefix(&[RECORD_VERSION])?;
+    let config = bincode::config::standard().with_limit::<RECORD_LIMIT>();
+    let ((physics, job), _): ((u32, &str), usize) = bincode::serde::borrow_decode_from_slice(body, config).ok()?;
+    (physics == PHYSICS_VERSION).then_some(job)
+}
+
 /// The bytes of fields.
 pub fn encode_fields(fields: &Fields) -> Vec<u8> {
     encode(fields)

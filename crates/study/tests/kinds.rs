@@ -102,3 +102,34 @@ fn adaptive_studies() {
     assert_eq!(between.job.key(), of_kind("solve", "").point_at(0, 0, 0.25).map_or(between.key, |other| other.key));
     assert!(bisect.point_at(0, 0, f64::NAN).is_none(), "no job");
 }
+
+#[test]
+fn an_accuracy_stands_for_mesh_and_tolerance() {
+    let with = |accuracy: &str, more: &str| {
+        let scene =
+            "[scene]\nfoundation.base = { shear_modulus = \"80 GPa\", poisson = 0.3 }\npunch = { shape = \"sphere\", radius = \"10 mm\" }";
+        read(&format!("name = \"x\"\naccuracy = {accuracy}\n{scene}\nfriction.mu = 0.3\n{more}"))
+    };
+    let steps = "loading.steps = [{ approach = \"1 um\" }]\n";
+    let study = with("\"0.1%\"", steps);
+    let Some(Adaptive::Accuracy(accuracy)) = study.adaptive() else { panic!("chooses no mesh") };
+    assert_eq!((accuracy.of, accuracy.is, accuracy.at_most), (None, 1e-3, 1024));
+    let job = study.point(0).unwrap().job;
+    assert_eq!((job.mesh(), accuracy.of(&job), accuracy.tolerance(&job)), (Mesh::Across(8), "load", 1e-5));
+    let exact = |study: &Study| {
+        let numerics = study.point_as_exact(0, Mesh::Across(24), 1e-5).unwrap().job.case().unwrap().numerics.clone();
+        (numerics.mesh, numerics.tolerance)
+    };
+    assert_eq!(exact(&study), (Mesh::Across(24), 1e-5));
+    // what the study gives stays
+    assert_eq!(exact(&with("0.001", &format!("{steps}[numerics]\ntolerance = 1e-9\n"))), (Mesh::Across(24), 1e-9));
+
+    // of a load that is given the approach is left; a path of many increments must be solved to less in each
+    let path = "loading.steps = [{ normal_force = \"10 N\", increments = 50 }, { shift_x = \"10 nm\", increments = 50 }]\n";
+    let study = with("{ is = 0.01, at_most = 64 }", path);
+    let Some(Adaptive::Accuracy(accuracy)) = study.adaptive() else { panic!("chooses no mesh") };
+    let job = study.point(0).unwrap().job;
+    assert_eq!((accuracy.of(&job), accuracy.tolerance(&job), accuracy.at_most), ("approach", 1e-6, 64));
+    let force = with("{ of = \"tangential_force\", is = 0.01 }", path);
+    assert!(matches!(force.adaptive(), Some(Adaptive::Accuracy(accuracy)) if accuracy.of == Some("tangential_force")));
+}

@@ -1,0 +1,194 @@
+//! Accuracy in place of a mesh: the study says how good its results must be, and each of its points gets the mesh that makes them so.
+//!
+//! ```toml
+//! accuracy = "0.1%"           # in place of numerics.mesh: of the load, or of the approach where the load is given
+//! ```
+//! ```toml
+//! [accuracy]                  # the same with more to say
+//! of = "peak_pressure"        # the figure that counts: one with an estimated error, `estimate_peak_pressure`
+//! is = "0.1%"                 # the estimate of its relative error, and what the solver left, are together no more than this
+//! at_most = 512               # elements across Ω beyond which no mesh is tried; 1024 if left out
+//! ```
+//! Where `numerics.tolerance` is left out it follows from the accuracy; every other key of the numerics stays as it is given. Meshes
+//! are chosen by the results that there are: see `tribosweep answer`.
+
+use contact::loading::Control;
+use contact::numerics::Mesh;
+use contact::scene::Shape;
+use toml::de::DeValue;
+
+use crate::adaptive::part;
+use crate::axis::Group;
+use crate::error::{Problem, Span};
+use crate::job::Job;
+use crate::key::{Key, nearest, one_of};
+use crate::kind::Kind;
+use crate::read::{self, Node, entries};
+use crate::sheet::{Given, Setting};
+
+/// How good the results of a study must be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Accuracy {
+    /// The figure that counts, one of [`OF`]; `None` is the load, or the approach where the load is given.
+    pub of: Option<&'static str>,
+    /// Largest relative error, as it is estimated.
+    pub is: f64,
+    /// Elements across Ω beyond which no mesh is tried.
+    pub at_most: u32,
+    span: Span,
+}
+
+/// The figures whose errors are estimated.
+pub const OF: [&str; 11] = [
+    "load",
+    "approach",
+    "tangential_force",
+    "shift",
+    "moment",
+    "rotation",
+    "peak_pressure",
+    "contact_area",
+    "stick_area",
+    "pressure",
+    "traction",
+];
+
+/// Elements across Ω of the mesh that is tried first.
+pub const FIRST: u32 = 8;
+
+/// The finest mesh that is tried without being asked for.
+const AT_MOST: u32 = 1024;
+
+const KEYS: &[&str] = &["of", "is", "at_most"];
+
+impl Accuracy {
+    /// The figure that counts for a job.
+    pub fn of(&self, job: &Job) -> &'static str {
+        let default = || match controls(job) {
+            Some([Control::Force(_), ..]) => "approach",
+            _ => "load",
+        };
+        self.of.unwrap_or_else(default)
+    }
+
+    /// The tolerance with which the solver takes no more than a tenth of the accuracy: the estimate of what it leaves is four times
+    /// the residual of each increment. A power of ten, so that studies share results.
+    pub fn tolerance(&self, job: &Job) -> f64 {
+        let increments: u32 = job.case().map_or(1, |case| case.scene.loading.legs().iter().map(|leg| leg.increments).sum());
+        let exponent = (self.is / (40.0 * f64::from(increments.max(1)))).log10().floor().clamp(-12.0, -1.0);
+        format!("1e{exponent}").parse().unwrap_or(1e-12)
+    }
+
+    /// Refuses a figure that the job gives, or that has no limit.
+    pub(crate) fn check(&self, job: &Job) -> Result<(), Problem> {
+        let (Some(of), Some(controls)) = (self.of, controls(job)) else { return Ok(()) };
+        let all = |range: std::ops::Range<usize>, force: bool| controls[range].iter().all(|c| matches!(c, Control::Force(_)) == force);
+        let given = match of {
+            "load" => all(0..1, true),
+            "approach" => all(0..1, false),
+            "tangential_force" => all(1..3, true),
+            "shift" => all(1..3, false),
+            "moment" => all(3..6, true),
+            "rotation" => all(3..6, false),
+            _ => false,
+        };
+        let words = of.replace('_', " ");
+        if given {
+            let message = format!("the accuracy of the {words} is no question: the scene gives it");
+            return Err(Problem::new(self.span.clone(), message, "must be a figure that the scene leaves open"));
+        }
+        let case = job.case();
+        let is_cone = case.is_some_and(|case| matches!(case.scene.punch.shape, Shape::Cone { .. }) && case.numerics.ceiling.is_none());
+        if of == "peak_pressure" && is_cone && case.is_some_and(|case| case.numerics.epsilon == 0.0) {
+            let message = "the peak pressure under a cone has no limit that a mesh could come near to".to_owned();
+            return Err(Problem::new(self.span.clone(), message, "must be a figure with a limit, for example the load"));
+        }
+        Ok(())
+    }
+
+    /// The mesh that stands in the study's base until another one is chosen.
+    pub(crate) fn first_mesh(&self) -> (Key, Given) {
+        (Key::Mesh, Given { setting: Setting::Mesh(Mesh::Across(FIRST)), span: self.span.clone(), nth: None })
+    }
+}
+
+/// What the end of the loading path gives.
+fn controls(job: &Job) -> Option<[Control; 6]> {
+    Some(job.case()?.scene.loading.legs().last()?.target)
+}
+
+/// Reads `accuracy`, a part of one or a table.
+pub(crate) fn read(node: &Node<'_>, kind: Kind, base: &[(Key, Given)], groups: &[Group], problems: &mut Vec<Problem>) -> Option<Accuracy> {
+    let before = problems.len();
+    let mut accuracy = Accuracy { of: None, is: f64::NAN, at_most: AT_MOST, span: node.span() };
+    match node.get_ref() {
+        DeValue::Table(table) => {
+            for (name, _) in entries(table).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref())) {
+                problems.push(read::unknown(name.get_ref(), name.span(), "`[accuracy]`", KEYS));
+            }
+            match table.get("is").map(|node| part("accuracy.is", node)) {
+                Some(Ok(is)) => accuracy.is = is,
+                Some(Err(problem)) => problems.push(problem),
+                None => problems.push(Problem::new(node.span(), "`accuracy.is` is missing", "needs is = \"0.1%\" or the like")),
+            }
+            if let Some(node) = table.get("of") {
+                accuracy.span = node.span();
+                match figure(node) {
+                    Ok(of) => accuracy.of = Some(of),
+                    Err(problem) => problems.push(problem),
+                }
+            }
+            if let Some(node) = table.get("at_most") {
+                match at_most(node) {
+                    Ok(n) => accuracy.at_most = n,
+                    Err(problem) => problems.push(problem),
+                }
+            }
+        }
+        _ => match part("accuracy", node) {
+            Ok(is) => accuracy.is = is,
+            Err(problem) => problems.push(problem),
+        },
+    }
+    if kind != Kind::Solve {
+        let message = format!("a study of kind \"{}\" has no `accuracy`", kind.name());
+        problems.push(
+            Problem::new(node.span(), message, "leave this out").help("only studies of kind \"solve\" choose meshes by their accuracy"),
+        );
+    }
+    let axes =
+        groups.iter().flat_map(Group::axes).filter(|axis| axis.choices.iter().any(|c| c.given.iter().any(|(key, _)| *key == Key::Mesh)));
+    let meshes =
+        base.iter().filter(|(key, _)| *key == Key::Mesh).map(|(_, given)| given.span.clone()).chain(axes.map(|axis| axis.span.clone()));
+    for span in meshes {
+        let problem = Problem::new(span, "a study has either a mesh or an accuracy", "leave one of the two out");
+        problems.push(problem.context(node.span(), "which chooses the mesh"));
+    }
+    (problems.len() == before).then_some(accuracy)
+}
+
+fn figure(node: &Node<'_>) -> Result<&'static str, Problem> {
+    let word = read::text("accuracy.of", node)?;
+    // the column of the estimate means the same
+    let bare = word.strip_prefix("estimate_").unwrap_or(&word);
+    OF.into_iter().find(|known| *known == bare).ok_or_else(|| {
+        let problem = |expected: String| Problem::new(node.span(), format!("`accuracy.of`: no error of `{word}` is estimated"), expected);
+        match nearest(bare, OF) {
+            Some(meant) => problem(format!("did you mean \"{meant}\"?")).help(format!("must be {}", one_of(&OF))),
+            None => problem(format!("must be {}", one_of(&OF))),
+        }
+    })
+}
+
+fn at_most(node: &Node<'_>) -> Result<u32, Problem> {
+    let DeValue::Integer(n) = node.get_ref() else {
+        return Err(read::mistyped("accuracy.at_most", node, "a whole number of elements across Ω, like 512"));
+    };
+    match read::whole("accuracy.at_most", n, node.span())? {
+        n if (FIRST..=Mesh::MAX_SIDE).contains(&n) => Ok(n),
+        n => {
+            let expected = format!("must be from {FIRST}, with which it begins, to {}", Mesh::MAX_SIDE);
+            Err(Problem::new(node.span(), format!("`accuracy.at_most` cannot be {n}"), expected))
+        }
+    }
+}
