@@ -162,3 +162,22 @@ fn a_light_pull_needs_no_other_method() {
         }
     }
 }
+
+/// On a mesh large enough for every loop to be shared.
+#[test]
+fn a_solution_has_the_same_bytes_on_any_number_of_threads() {
+    let force = Step { normal_force: Some(3.8), force_x: Some(0.5), force_y: Some(0.1), ..Step::default() };
+    let scene = scene(Shape::Sphere { radius: 1.0 }, 1.0, 0.3, 0.3, force);
+    let numerics = numerics(Mesh::Across(190), Projection::Midpoint, 1e-8);
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| solve(&scene, &numerics, &Surfaces::default(), &mut Operators::default()).unwrap())
+    };
+    let (outcome, fields) = on(1);
+    assert_eq!(outcome.status, Status::Certified);
+    assert!(outcome.estimate.is_some());
+    for threads in [2, 3] {
+        // every digit of a double goes into its debug text
+        assert_eq!(format!("{:?}", on(threads)), format!("{:?}", (&outcome, &fields)), "{threads} threads");
+    }
+}
