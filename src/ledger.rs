@@ -31,7 +31,7 @@ impl<'a> Ledger<'a> {
             Verdict::Completed(bytes) => match answer(&bytes)? {
                 Answer::Ended { ending, fields, times: each } => {
                     times = each;
-                    (*ending, fields.map(|fields| self.store.blobs().put(&fields)).transpose()?.map(|digest| digest.0))
+                    (*ending, fields.map(|fields| self.store.blobs().keep(&fields)).transpose()?)
                 }
                 Answer::Refused(reason) => (Ending::Quarantined { reason, attempts }, None),
             },

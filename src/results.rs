@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use contact::loading::Step;
 use contact::outcome::{Fields, Observables};
 use report::{Cell, Table};
-use store::{Blobs, Digest, ReadError, Reader, Store};
+use store::{Blobs, ReadError, Reader, Store};
 use study::columns::{Compared, Role, Row, Value, along_path};
 use study::record::decode_fields;
 use study::{Adaptive, Column, JobKey, Kind, Point, Record, Study};
@@ -270,8 +270,8 @@ fn chosen(study: &Study, source: Source<'_>) -> Result<(Chosen, HashMap<JobKey, 
 
 /// The fields that a record left.
 pub(crate) fn fields(blobs: &Blobs, record: &Record) -> Result<Fields> {
-    let digest = record.fields.with_context(|| format!("job {} left no fields: it is {}", record.key(), record.status()))?;
-    let blob = blobs.get(&Digest(digest))?.context("the file with its fields is missing; `tribosweep store verify` says what else is")?;
+    let kept = record.fields.as_ref().with_context(|| format!("job {} left no fields: it is {}", record.key(), record.status()))?;
+    let blob = blobs.kept(kept)?.context("the file with its fields is missing; `tribosweep store verify` says what else is")?;
     Ok(decode_fields(&blob)?)
 }
 

@@ -10,7 +10,6 @@ use contact::outcome::Fields;
 use contact::punch::Surfaces;
 use study::job::PHYSICS_VERSION;
 use study::key::Key;
-use study::record::encode_fields;
 use study::{Adaptive, Job, Kind, Provenance, Record, Study};
 use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
@@ -88,8 +87,8 @@ fn solved(job: &Job, surfaces: &Surfaces, operators: &mut Operators) -> Result<(
         times,
         ..Provenance::default()
     };
-    let digest = fields.as_ref().map(|fields| store::Digest::of(&encode_fields(fields)).0);
-    Ok((Record { physics: PHYSICS_VERSION, job: job.canonical(), ending, fields: digest, provenance }, fields))
+    // nothing is stored, so nothing is kept
+    Ok((Record { physics: PHYSICS_VERSION, job: job.canonical(), ending, fields: None, provenance }, fields))
 }
 
 /// Solves the only scene of a study on one mesh after the other until it is accurate enough, or no mesh is left.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use anyhow::{Context, Result};
 use indicatif::BinaryBytes;
 use store::{Digest, Store};
-use study::record::DecodeError;
+use study::record::{DecodeError, Kept};
 use study::{Job, JobKey, Record};
 
 use crate::cli::StoreCommand;
@@ -26,7 +26,10 @@ fn open(directory: &std::path::Path) -> Result<Store> {
 }
 
 fn references(record: &Record) -> Vec<Digest> {
-    record.fields.map(Digest).into_iter().collect()
+    match record.fields {
+        Some(Kept::Blob(digest)) => vec![Digest(digest)],
+        Some(Kept::Inside(_)) | None => Vec::new(),
+    }
 }
 
 /// Whether what a record claims to have proved holds, from what it carries; `None` for one that claims nothing of the kind.

@@ -24,9 +24,12 @@ fn records_of_another_version_are_refused_by_name_and_hurt_nobody() {
 
 #[test]
 fn damage_to_a_file_of_fields_is_found() {
-    let place = Place::run();
+    // larger fields than a record keeps itself
+    let place = Place::with("small.toml", SMALL.replace("mesh = 6", "mesh = 40"));
+    assert_eq!(place.call("run small.toml --workers 2").code, 0);
     assert_eq!(place.call("store verify").code, 0);
     let (fields, _) = place.blobs();
+    assert_eq!(fields.len(), 6);
     let mut bytes = fs::read(&fields[0]).unwrap();
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;

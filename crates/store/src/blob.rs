@@ -9,9 +9,14 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::{fmt, fs, io};
+use study::record::Kept;
 
 /// zstd's own default: fields shrink by the same few per cent at every level worth waiting for.
 const LEVEL: i32 = 3;
+
+/// Compressed bytes up to which whoever refers to content keeps it: a file takes blocks of 4096 bytes and two fsyncs, half a
+/// millisecond each on the disk of a virtual machine, which is what a small job takes to solve.
+const SMALL: usize = 8192;
 
 /// The name of a blob: BLAKE3 of its uncompressed content, shown as 64 lower-case hexadecimal digits.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -111,12 +116,40 @@ impl Blobs {
             return Ok(digest);
         }
         let failed = |source| WriteError::io("write the blob", &path, source);
-        let compressed = zstd::encode_all(content, LEVEL).map_err(failed)?;
+        let compressed = compress(content).map_err(failed)?;
         let shelf = path.parent().unwrap_or(&self.directory);
         durable::create_directory(&self.directory).and_then(|()| durable::create_directory(shelf)).map_err(failed)?;
         WriteError::require_space(&self.directory, compressed.len() as u64)?;
         durable::write(&path, &compressed).map_err(failed)?;
         Ok(digest)
+    }
+
+    /// Compresses `content` for its record to keep if it is small, or stores it as a blob.
+    ///
+    /// # Errors
+    /// [`WriteError::DiskFull`], [`WriteError::Io`].
+    pub fn keep(&self, content: &[u8]) -> Result<Kept, WriteError> {
+        // nothing of ours shrinks to less than an eighth
+        if content.len() <= 8 * SMALL {
+            let compressed = compress(content).map_err(|source| WriteError::io("compress a field for", &self.directory, source))?;
+            if compressed.len() <= SMALL {
+                return Ok(Kept::Inside(compressed));
+            }
+        }
+        Ok(Kept::Blob(self.put(content)?.0))
+    }
+
+    /// What [`keep`](Blobs::keep) kept; `None` if it is in a blob that there is not.
+    ///
+    /// # Errors
+    /// [`ReadError::Inside`] if the record holds anything else, otherwise as for [`get`](Blobs::get).
+    pub fn kept(&self, kept: &Kept) -> Result<Option<Vec<u8>>, ReadError> {
+        match kept {
+            Kept::Blob(digest) => self.get(&Digest(*digest)),
+            Kept::Inside(compressed) => {
+                zstd::decode_all(&compressed[..]).map(Some).map_err(|error| ReadError::Inside { reason: error.to_string() })
+            }
+        }
     }
 
     /// The content of a blob, verified against its name; `None` if there is no such blob.
@@ -166,6 +199,11 @@ impl Blobs {
     }
 }
 
+/// In one go, for which zstd sets less memory aside than for a stream.
+fn compress(content: &[u8]) -> io::Result<Vec<u8>> {
+    zstd::bulk::compress(content, LEVEL)
+}
+
 /// The paths in `directory`, sorted; none if it does not exist.
 fn entries(directory: &Path) -> Result<Vec<PathBuf>, ReadError> {
     let failed = |source| ReadError::Io { path: directory.to_owned(), source };
@@ -202,6 +240,22 @@ mod tests {
         assert_eq!(fs::metadata(blobs.path(&digest)).unwrap().modified().unwrap(), written.modified().unwrap());
         assert_eq!(blobs.get(&digest).unwrap().unwrap(), content);
         assert_eq!(blobs.found().unwrap().len(), 1);
+    }
+
+    #[test]
+    fn what_is_small_is_kept_by_its_record() {
+        let (_directory, blobs) = blobs();
+        // numbers that hardly shrink
+        let content = |len: u32| -> Vec<u8> { (0..len).flat_map(|i| i.wrapping_mul(2_654_435_769).to_le_bytes()).collect() };
+        for (content, is_inside) in [(Vec::new(), true), (content(1000), true), (vec![7; 7 * SMALL], true), (content(4000), false)] {
+            let kept = blobs.keep(&content).unwrap();
+            assert_eq!(matches!(kept, Kept::Inside(_)), is_inside, "{} bytes", content.len());
+            assert_eq!(blobs.kept(&kept).unwrap().as_ref(), Some(&content));
+        }
+        assert_eq!(blobs.found().unwrap().len(), 1);
+        assert_eq!(blobs.kept(&Kept::Blob([7; 32])).unwrap(), None);
+        let garbage = blobs.kept(&Kept::Inside(vec![7; 20])).unwrap_err();
+        assert!(garbage.to_string().starts_with("the fields in a record are corrupt: "), "{garbage}");
     }
 
     #[test]

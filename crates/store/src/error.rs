@@ -123,6 +123,12 @@ pub enum ReadError {
         /// What is wrong with it.
         reason: String,
     },
+    /// What a record keeps itself is not what was written.
+    #[error("the fields in a record are corrupt: {reason}")]
+    Inside {
+        /// What is wrong with them.
+        reason: String,
+    },
     /// The definition of a study has disappeared.
     #[error("the definition of study {name:?} is missing: there is no blob {digest}")]
     StudyMissing {

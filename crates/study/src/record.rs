@@ -79,6 +79,15 @@ pub struct Provenance {
     pub finished: u64,
 }
 
+/// Where the bytes of a record's fields are.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Kept {
+    /// In a blob, whose name is their BLAKE3 digest.
+    Blob([u8; 32]),
+    /// In the record itself, compressed.
+    Inside(Vec<u8>),
+}
+
 /// What a job leaves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
@@ -88,8 +97,8 @@ pub struct Record {
     pub job: String,
     /// How it ended.
     pub ending: Ending,
-    /// BLAKE3 digest of the bytes of its fields ([`encode_fields`]), if they were kept.
-    pub fields: Option<[u8; 32]>,
+    /// The bytes of its fields ([`encode_fields`]), if it left some.
+    pub fields: Option<Kept>,
     /// Who computed it.
     pub provenance: Provenance,
 }
@@ -126,8 +135,11 @@ pub enum DecodeError {
 /// Format of fields, surfaces and definitions of studies.
 const VERSION: u8 = 1;
 
-/// Format of records. 1 held a single load step, 2 no levels.
-const RECORD_VERSION: u8 = 3;
+/// Format of records. 1 held a single load step, 2 no levels, 3 the digests of fields only.
+const RECORD_VERSION: u8 = 4;
+
+/// The last format before, which is read as well.
+const OLDER_VERSION: u8 = 3;
 
 /// Longest text or list in a record that is believed \[bytes\]; a corrupt length must not allocate.
 const RECORD_LIMIT: usize = 16 << 20;
@@ -188,7 +200,7 @@ impl Record {
     /// the record itself. Increments before the one at which a path failed are certified.
     pub fn along_path(&self, mut visit: impl FnMut(&Record)) {
         let Some(outcome) = self.outcome() else { return };
-        let (physics, fields, provenance) = (self.physics, self.fields, self.provenance.clone());
+        let (physics, fields, provenance) = (self.physics, self.fields.clone(), self.provenance.clone());
         let steps = Vec::with_capacity(outcome.steps.len());
         let path = Outcome { status: Status::Certified, levels: outcome.levels.clone(), steps, estimate: None, hertz: None, rail: None };
         let mut partial = Record { physics, job: self.job.clone(), ending: Ending::Finished(path), fields, provenance };
@@ -222,15 +234,22 @@ impl Record {
 
     /// Reads what [`encode`](Record::encode) wrote.
     pub fn decode(bytes: &[u8]) -> Result<Record, DecodeError> {
-        type Parts = ((u32, String, Ending, Option<[u8; 32]>), Provenance);
-        let ((physics, job, ending, fields), provenance) = decode_as::<Parts, RECORD_LIMIT>(RECORD_VERSION, "the record", bytes)?;
+        const WHAT: &str = "the record";
+        type Parts<Fields> = ((u32, String, Ending, Option<Fields>), Provenance);
+        let ((physics, job, ending, fields), provenance) = match bytes.first() {
+            Some(&OLDER_VERSION) => {
+                let ((physics, job, ending, digest), provenance) = decode_as::<Parts<[u8; 32]>, RECORD_LIMIT>(OLDER_VERSION, WHAT, bytes)?;
+                ((physics, job, ending, digest.map(Kept::Blob)), provenance)
+            }
+            _ => decode_as::<Parts<Kept>, RECORD_LIMIT>(RECORD_VERSION, WHAT, bytes)?,
+        };
         Ok(Record { physics, job, ending, fields, provenance })
     }
 }
 
 /// The text of the job in the bytes of a record, without reading the rest; `None` unless this program's physics computed it.
 pub fn job_text(bytes: &[u8]) -> Option<&str> {
-    let body = bytes.strip_prefix(&[RECORD_VERSION])?;
+    let body = [RECORD_VERSION, OLDER_VERSION].iter().find_map(|version| bytes.strip_prefix(&[*version]))?;
     let config = bincode::config::standard().with_limit::<RECORD_LIMIT>();
     let ((physics, job), _): ((u32, &str), usize) = bincode::serde::borrow_decode_from_slice(body, config).ok()?;
     (physics == PHYSICS_VERSION).then_some(job)
@@ -292,7 +311,13 @@ pub(crate) mod tests {
     fn record(ending: Ending) -> Record {
         let provenance =
             Provenance { program: "0.1.0".into(), seconds: 0.25, times: vec![0.25, 0.5], worker: 1, attempt: 1, finished: 1_700_000_000 };
-        Record { physics: PHYSICS_VERSION, job: crate::job::tests::job().canonical(), ending, fields: Some([7; 32]), provenance }
+        Record {
+            physics: PHYSICS_VERSION,
+            job: crate::job::tests::job().canonical(),
+            ending,
+            fields: Some(Kept::Blob([7; 32])),
+            provenance,
+        }
     }
 
     /// Every figure of the last increment differs from every other, so that no two columns can be mistaken for each other.
@@ -420,6 +445,17 @@ pub(crate) mod tests {
         assert_ne!(one.result_bytes(), other.result_bytes());
     }
 
+    #[test]
+    fn the_format_before_is_read() {
+        for record in [solved(), Record { fields: None, ..failed() }] {
+            let digest = record.fields.as_ref().map(|_| [7_u8; 32]);
+            let mut bytes = encode_as(OLDER_VERSION, &(record.physics, &record.job, &record.ending, &digest));
+            bytes.extend_from_slice(&encode(&record.provenance)[1..]);
+            assert_eq!(Record::decode(&bytes).as_ref(), Ok(&record));
+            assert_eq!(job_text(&bytes), Some(&*record.job));
+        }
+    }
+
     /// A change of these bytes is a change of the format: it needs a new version and a way to read the old one.
     #[test]
     fn golden_bytes() {
@@ -438,8 +474,8 @@ pub(crate) mod tests {
     fn what_is_malformed_says_so() {
         let message = |bytes: &[u8]| Record::decode(bytes).unwrap_err().to_string();
         assert_eq!(message(&[]), "the record is empty");
-        assert_eq!(message(&[9, 1]), "the record has format 9, this program reads format 3");
-        assert_eq!(message(&[1, 1]), "the record has format 1, this program reads format 3");
+        assert_eq!(message(&[9, 1]), "the record has format 9, this program reads format 4");
+        assert_eq!(message(&[1, 1]), "the record has format 1, this program reads format 4");
         let mut long = solved().encode();
         long.push(0);
         assert_eq!(message(&long), "the record does not decode: 1 bytes too many");
