@@ -18,6 +18,8 @@ use serde_json::Value;
 use store::{OpenError, Store};
 use study::Record;
 
+mod kinds;
+
 /// Two shapes, 64 jobs; those on the finest mesh take most of the time.
 const STUDY: &str = r#"
 name = "kills"
@@ -64,8 +66,12 @@ struct Place {
 
 impl Place {
     fn new() -> Self {
+        Self::with(STUDY)
+    }
+
+    fn with(study: &str) -> Self {
         let directory = tempfile::tempdir().unwrap();
-        fs::write(directory.path().join("study.toml"), STUDY).unwrap();
+        fs::write(directory.path().join("study.toml"), study).unwrap();
         Self { directory }
     }
 
@@ -110,18 +116,18 @@ impl Place {
         }
     }
 
-    fn results(&self) -> Results {
+    fn results(&self, study: &str) -> Results {
         let mut results = BTreeMap::new();
         for (key, bytes) in self.records() {
             let record = Record::decode(&bytes).unwrap();
             assert_eq!(record.status(), "certified", "job {key}: {:?}", record.ending);
             results.insert(key, record.result_bytes());
         }
-        let columns: Value = serde_json::from_str(&self.succeed(&["query", NAME, "--columns", "--format", "json"])).unwrap();
+        let columns: Value = serde_json::from_str(&self.succeed(&["query", study, "--columns", "--format", "json"])).unwrap();
         let rows = columns["rows"].as_array().unwrap().iter();
         let reproducible = rows.filter(|row| row["kind"] != "provenance").map(|row| row["column"].as_str().unwrap());
         let select = reproducible.collect::<Vec<_>>().join(",");
-        Results { results, table: self.succeed(&["query", NAME, "--select", &select, "--format", "csv"]) }
+        Results { results, table: self.succeed(&["query", study, "--select", &select, "--format", "csv"]) }
     }
 
     /// Live processes that descend from this test through this place.
@@ -145,7 +151,7 @@ impl Place {
 
     /// A finished study that nothing can be said against.
     fn assert_undisturbed(&self) {
-        let (found, expected) = (self.results(), reference());
+        let (found, expected) = (self.results(NAME), reference());
         assert!(found.results.keys().eq(expected.results.keys()), "other jobs");
         for (key, result) in &found.results {
             assert!(*result == expected.results[key], "job {key} has another result");
@@ -157,6 +163,7 @@ impl Place {
 }
 
 /// What is the same whenever the study is run.
+#[derive(Debug, PartialEq)]
 struct Results {
     /// The deterministic part of every record.
     results: BTreeMap<String, Vec<u8>>,
@@ -171,7 +178,7 @@ fn reference() -> &'static Results {
         let place = Place::new();
         let summary = last_line(&place.succeed(&["run", "study.toml", "--workers", "2", "--json"]));
         assert_eq!(summary["run"]["computing"], JOBS);
-        let results = place.results();
+        let results = place.results(NAME);
         assert_eq!(results.results.len(), JOBS);
         assert_eq!(results.table.lines().count(), 1 + JOBS);
         assert!(results.table.contains("stick_fraction") && results.table.contains("iterations") && !results.table.contains("finished"));

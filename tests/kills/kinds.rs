@@ -1,0 +1,149 @@
+//! The same for studies that bracket, search and compare: in the middle of each the coordinator is killed, then a worker.
+
+use std::collections::BTreeSet;
+use std::os::unix::process::ExitStatusExt;
+use std::thread::sleep;
+use std::time::Duration;
+
+use crate::{Place, Results, Running, keys};
+
+const UNIQUENESS: &str = r#"
+name = "kinds"
+kind = "uniqueness"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+punch = { shape = "flat-rectangle", width_x = "2 mm", width_y = "2 mm" }
+[numerics]
+mesh = 2
+[search]
+starts = 2
+[sweep]
+foundation.base.poisson = [0, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5]
+"#;
+
+const MULTIPLICITY: &str = r#"
+name = "kinds"
+kind = "multiplicity"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0 }
+punch = { shape = "flat-rectangle", width_x = "2 mm", width_y = "2 mm" }
+friction.mu = 4
+loading.steps = [
+    { approach = "0 um", tilt_y = "2 mrad" }, { shift_x = "1 um" }, { approach = "1 um", tilt_y = "0 mrad" },
+    { shift_x = "0.4 um" }, { approach = "10 nm" },
+]
+[numerics]
+mesh = 2
+tolerance = 1e-10
+[search]
+starts = 20
+[sweep]
+friction.mu = [1, 1.5, 2, 2.5, 3, 3.5, 4, 5, 6, 7]
+"#;
+
+const CONVERGENCE: &str = r#"
+name = "kinds"
+kind = "convergence"
+[scene]
+foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
+punch = { shape = "sphere", radius = "10 mm" }
+friction.mu = 0
+loading.steps = [{ approach = "1 um" }]
+[numerics]
+mesh = 8
+[sweep]
+mesh = [8, 16, 24, 32, 48, 64, 96, 128]
+projection = ["average", "midpoint"]
+"#;
+
+/// Waits until some jobs are durable and some are not; `false` if the study was over before that was seen.
+fn is_in_its_middle(running: &mut Running) -> bool {
+    while keys(&running.events(), "done").is_empty() {
+        if running.has_ended() {
+            return false;
+        }
+        sleep(Duration::from_micros(200));
+    }
+    !running.has_ended()
+}
+
+/// A run that ends well, of which no job was done twice.
+fn finished(place: &Place, mut running: Running) -> BTreeSet<String> {
+    let status = running.wait();
+    assert_eq!(status.code(), Some(0), "{status}\n{}", running.said());
+    let done = keys(&running.events(), "done");
+    let once: BTreeSet<String> = done.iter().cloned().collect();
+    assert_eq!(once.len(), done.len(), "a job is done twice: {done:?}");
+    place.assert_quiet();
+    once
+}
+
+/// Kills the coordinator and resumes.
+fn without_coordinator(study: &str, jobs: usize) -> Option<Results> {
+    let place = Place::with(study);
+    let mut running = place.start_run(&["--json"]);
+    if !is_in_its_middle(&mut running) {
+        return None;
+    }
+    running.kill();
+    if running.wait().signal() != Some(9) {
+        return None;
+    }
+    place.assert_quiet();
+    let kept = place.records();
+    let said = keys(&running.events(), "done");
+    assert!(said.iter().all(|key| kept.contains_key(key)), "a result that was called durable is gone");
+    if kept.len() == jobs {
+        return None;
+    }
+    let resumed = place.start(&["resume", "kinds", "--workers", "2", "--json"]);
+    let done = finished(&place, resumed);
+    assert!(done.iter().all(|key| !kept.contains_key(key)), "a job with a durable result is done again");
+    assert_eq!(done.len() + kept.len(), jobs);
+    let records = place.records();
+    assert!(kept.iter().all(|(key, record)| records.get(key) == Some(record)), "a record has changed");
+    Some(place.results("kinds"))
+}
+
+/// Kills a worker; the run goes on.
+fn without_worker(study: &str, jobs: usize) -> Option<Results> {
+    let place = Place::with(study);
+    let mut running = place.start_run(&["--json"]);
+    if !is_in_its_middle(&mut running) {
+        return None;
+    }
+    let workers = running.workers();
+    if !workers.first().is_some_and(|worker| running.kill_worker(*worker)) {
+        return None;
+    }
+    let done = finished(&place, running);
+    assert_eq!(done.len(), jobs);
+    Some(place.results("kinds"))
+}
+
+fn survives(study: &str, jobs: usize) {
+    let place = Place::with(study);
+    assert_eq!(finished(&place, place.start_run(&["--json"])).len(), jobs);
+    let undisturbed = place.results("kinds");
+    assert_eq!(undisturbed.table.lines().count(), 1 + jobs);
+    for disturbed in [without_coordinator, without_worker] {
+        // On a busy machine the study may be over before it is seen to have begun.
+        let found = (0..10).find_map(|_| disturbed(study, jobs)).expect("ten runs ended before anything could be killed");
+        assert!(found == undisturbed, "{}\ninstead of\n{}", found.table, undisturbed.table);
+    }
+}
+
+#[test]
+fn brackets_of_uniqueness_sets_survive() {
+    survives(UNIQUENESS, 10);
+}
+
+#[test]
+fn searches_for_solutions_survive() {
+    survives(MULTIPLICITY, 10);
+}
+
+#[test]
+fn measured_convergence_survives() {
+    survives(CONVERGENCE, 16);
+}
