@@ -115,9 +115,12 @@ pub(crate) fn choose(study: &Study, accuracy: &Accuracy, columns: &[Column], lea
 
     let (exact, loose): (Vec<&Rung<'_>>, Vec<&Rung<'_>>) =
         rungs.iter().filter(|rung| rung.across().is_some()).partition(|rung| rung.case.numerics.tolerance <= tolerance);
-    let finest = exact.iter().filter_map(|rung| rung.across()).max();
-    // what a loose solve tells of a mesh
-    let hint = loose.iter().filter(|rung| rung.coarse.is_some_and(|coarse| coarse <= 0.9 * accuracy.is)).filter_map(|rung| rung.across());
+    let tried = exact.iter().filter_map(|rung| rung.across()).max();
+    // what a loose solve tells of a mesh, for which the solver is to leave a tenth
+    let (enough, too_few): (Vec<&&Rung<'_>>, Vec<&&Rung<'_>>) =
+        loose.iter().filter(|rung| rung.coarse.is_some()).partition(|rung| rung.coarse.is_some_and(|coarse| coarse <= 0.9 * accuracy.is));
+    let finest = too_few.iter().filter_map(|rung| rung.across()).chain(tried).max();
+    let hint = enough.iter().filter_map(|rung| rung.across());
     let hint = hint.filter(|n| finest.is_none_or(|finest| *n > finest) && *n <= accuracy.at_most).min();
     let ended = |why: &'static str| {
         let best = exact
@@ -141,7 +144,7 @@ pub(crate) fn choose(study: &Study, accuracy: &Accuracy, columns: &[Column], lea
     if exact.last().is_some_and(|rung| rung.left >= accuracy.is) {
         return ended("the solver leaves more than that");
     }
-    if finest.is_some_and(|finest| finest >= accuracy.at_most) {
+    if tried.is_some_and(|tried| tried >= accuracy.at_most) {
         return ended("not reached on the finest mesh allowed");
     }
     let known: Vec<(f64, f64)> = {
@@ -171,8 +174,7 @@ fn further(finest: Option<u32>, known: &[(f64, f64)], accuracy: f64) -> u32 {
     let (Some((from, _)), Ok(law)) = (known.last(), power_law(known)) else { return twice };
     let order = (-law.slope).clamp(0.5, 3.0);
     // on the fitted line, for estimates go up and down with where the edges of elements lie, and with a fifth to spare
-    let last = (law.intercept + law.slope * from.ln()).exp();
-    let predicted = from * (last / (0.8 * accuracy)).powf(1.0 / order);
+    let predicted = from * (law.at(*from) / (0.8 * accuracy)).powf(1.0 / order);
     round_up(predicted, finest).min(finest.saturating_mul(4))
 }
 

@@ -77,7 +77,7 @@ pub(crate) fn compare<'a>(
                 }
                 _ => None,
             };
-            compared[*index] = errors.map(|errors| Compared { errors, reference: format!("{reference}{source}") });
+            compared[*index] = errors.map(|errors| Compared { errors, reference: format!("{reference}{source}"), claim: None });
         }
         let rungs = rungs.iter().filter_map(|(height, index, record)| Some((*height, *index, record.outcome()?))).collect();
         let noise = points[finest].job.case().map_or(0.0, |case| 10.0 * case.numerics.tolerance);
@@ -167,8 +167,8 @@ type Quantity = (&'static str, &'static str, fn(&Observables) -> f64);
 const LIMITS: [Quantity; 5] = [
     ("load", "N", |o| o.load),
     ("peak_pressure", "Pa", |o| o.peak_pressure),
-    ("contact_area", "m2", |o| o.contact_area),
-    ("stick_area", "m2", |o| o.stick_area),
+    ("contact_area", "m²", |o| o.contact_area),
+    ("stick_area", "m²", |o| o.stick_area),
     ("energy", "J", |o| o.energy),
 ];
 

@@ -4,11 +4,13 @@ use std::collections::HashMap;
 
 use anyhow::{Context, Result, bail};
 use contact::loading::Control;
+use contact::numerics::{Mesh, Numerics};
 use contact::outcome::StepOutcome;
-use contact::reference::{ClosedForm, Errors, closed_form, power_law, richardson};
+use contact::reference::{ClosedForm, Errors, PowerLaw, closed_form, power_law, richardson};
 use report::{Cell, Column, Table, pareto_front};
 use study::columns::Compared;
 use study::cost::{Cost, is_rung};
+use study::key::Key;
 use study::{JobKey, Point, Record, Study, Value};
 
 use crate::compare::{ReadFields, digits, members, place};
@@ -24,13 +26,26 @@ pub(crate) struct Costs {
 /// A rung: settings, their error and their time.
 struct Rung<'a> {
     index: usize,
+    tolerance: f64,
+    /// What else it is solved with: which of the families of rungs it belongs to.
+    family: usize,
     /// Diagonal of an element \[m\].
     h: f64,
     elements: f64,
     end: &'a StepOutcome,
     seconds: f64,
     spread: f64,
+    /// Relative error, as it is measured.
     error: f64,
+    /// Relative error that can be relied on.
+    claim: f64,
+}
+
+/// How the error and the time of a family of rungs go with the mesh, at the tightest tolerance.
+#[derive(Default)]
+struct Laws {
+    order: Option<PowerLaw>,
+    growth: Option<PowerLaw>,
 }
 
 /// Holds every rung against the closed form of its scene, or else against what its tightest rungs extrapolate to.
@@ -51,19 +66,29 @@ pub(crate) fn compare(
         let which = Errors::NAMES.iter().position(|name| *name == on).context("an error without a name")?;
         let exact = closed_form(&case.scene);
         let mut rungs = Vec::new();
+        let mut families: Vec<Numerics> = Vec::new();
         for index in members {
+            let Some(numerics) = points[index].job.case().map(|case| &case.numerics) else { continue };
             let Some(record) = records.get(&points[index].key).filter(|record| record.is_certified()) else { continue };
             let Some(end) = record.outcome().and_then(|outcome| outcome.last()) else { continue };
             let o = &end.observables;
             let (least, most) = record.provenance.times.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), t| (l.min(*t), m.max(*t)));
+            let of = Numerics { mesh: Mesh::Across(1), tolerance: 0.5, ..numerics.clone() };
+            let family = families.iter().position(|known| *known == of).unwrap_or(families.len());
+            if family == families.len() {
+                families.push(of);
+            }
             rungs.push(Rung {
                 index,
+                tolerance: numerics.tolerance,
+                family,
                 h: o.element_x.hypot(o.element_y),
                 elements: o.mesh_x as f64 * o.mesh_y as f64,
                 end,
                 seconds: record.provenance.seconds,
                 spread: (most - least).max(0.0) / record.provenance.seconds,
                 error: f64::NAN,
+                claim: f64::NAN,
             });
         }
         let tightest = tightest(points, &rungs);
@@ -77,15 +102,18 @@ pub(crate) fn compare(
                 for rung in &rungs {
                     let errors = limits.errors(rung.end, &controls);
                     let reference = "the limit of the finest meshes".to_owned();
-                    compared[rung.index] = Some(Compared { errors, reference });
+                    compared[rung.index] = Some(Compared { errors, reference, claim: None });
                 }
                 ("extrapolated".to_owned(), uncertainty / limit.abs())
             }
         };
         if let Some(exact) = &exact {
             for rung in &rungs {
-                compared[rung.index] = against(exact, rung.end, points, records, rung.index, fields)?
-                    .map(|errors| Compared { errors, reference: reference.clone() });
+                compared[rung.index] = against(exact, rung.end, points, records, rung.index, fields)?.map(|errors| Compared {
+                    errors,
+                    reference: reference.clone(),
+                    claim: None,
+                });
             }
         }
         for rung in &mut rungs {
@@ -96,37 +124,43 @@ pub(crate) fn compare(
         if rungs.is_empty() {
             continue;
         }
+        let laws: Vec<Laws> = (0..families.len()).map(|family| Laws::of(&rungs, family, uncertainty)).collect();
+        claim(&mut rungs, &laws, uncertainty);
+        for rung in &rungs {
+            if let Some(compared) = &mut compared[rung.index] {
+                compared.claim = Some(rung.claim);
+            }
+        }
         axes = at.iter().map(|(name, _)| name.clone()).collect();
         let head: Vec<Cell> = at.iter().map(|(_, value)| cell(value.clone())).collect();
-        let spots: Vec<(f64, f64)> = rungs.iter().map(|rung| (rung.seconds, rung.error)).collect();
-        let front: Vec<&Rung<'_>> = pareto_front(&spots).into_iter().map(|at| &rungs[at]).collect();
-        for rung in &front {
+        let spots: Vec<(f64, f64)> = rungs.iter().map(|rung| (rung.seconds, rung.claim)).collect();
+        for rung in pareto_front(&spots).into_iter().map(|at| &rungs[at]) {
             let mut row = head.clone();
             row.extend([
-                Cell::Number(digits(rung.error, 1)),
+                Cell::Number(digits(rung.claim, 1)),
                 Cell::Number(digits(rung.seconds, 2)),
                 Cell::Number(digits(rung.spread, 1)),
-                Cell::Text(settings(study, &points[rung.index])),
+                Cell::Text(settings(study, &points[rung.index], |_| true)),
             ]);
             fronts.push(row);
         }
-        // the law of the tightest rungs, from the coarsest mesh to the finest
-        let mut line: Vec<&Rung<'_>> = rungs.iter().filter(|rung| tightest_has(points, &rungs, rung)).collect();
-        line.sort_by(|a, b| b.h.total_cmp(&a.h));
-        let order = power_law(&line.iter().map(|rung| (rung.h, rung.error)).filter(|(_, error)| *error > 0.0).collect::<Vec<_>>()).ok();
-        let growth = power_law(&line.iter().map(|rung| (rung.elements, rung.seconds)).collect::<Vec<_>>()).ok();
-        let mut row = head.clone();
-        let pair = |law: &Option<contact::reference::PowerLaw>| match law {
-            Some(law) => [law.slope, law.standard_error].map(|x| Cell::Number(digits(x, 2))),
-            None => [const { Cell::Missing }; 2],
-        };
-        row.push(Cell::Text(on.to_owned()));
-        row.extend(pair(&order));
-        row.extend(pair(&growth));
-        row.extend([Cell::Text(reference.split(" (").next().unwrap_or_default().to_owned()), Cell::Number(digits(uncertainty, 1))]);
-        fits.push(row);
+        for (family, laws) in laws.iter().enumerate() {
+            let Some(first) = rungs.iter().find(|rung| rung.family == family) else { continue };
+            let mut row = head.clone();
+            let pair = |law: &Option<PowerLaw>| match law {
+                Some(law) => [law.slope, law.standard_error].map(|x| Cell::Number(digits(x, 2))),
+                None => [const { Cell::Missing }; 2],
+            };
+            let own = settings(study, &points[first.index], |key| !matches!(key, Key::Mesh | Key::Tolerance));
+            row.push(if own.is_empty() { Cell::Missing } else { Cell::Text(own) });
+            row.push(Cell::Text(on.replace('_', " ")));
+            row.extend(pair(&laws.order));
+            row.extend(pair(&laws.growth));
+            row.extend([Cell::Text(reference.split(" (").next().unwrap_or_default().to_owned()), Cell::Number(digits(uncertainty, 1))]);
+            fits.push(row);
+        }
         let mut row = head;
-        row.push(Cell::Text(sentence(study, points, &rungs, on, uncertainty)));
+        row.push(Cell::Text(sentence(study, points, &rungs, on)));
         words.push(row);
     }
     let columns = study.columns();
@@ -137,8 +171,10 @@ pub(crate) fn compare(
     };
     let mut answers = Vec::new();
     if !fronts.is_empty() {
-        answers.push(("cheapest for their error", table(&[("error", ""), ("seconds", "s"), ("spread", ""), ("settings", "")], fronts)?));
+        answers
+            .push(("cheapest for their error", table(&[("error up to", ""), ("seconds", "s"), ("spread", ""), ("settings", "")], fronts)?));
         let own = [
+            ("with", ""),
             ("error of", ""),
             ("order in h", ""),
             ("±", ""),
@@ -151,6 +187,38 @@ pub(crate) fn compare(
         answers.push(("cost", table(&[("answer", "")], words)?));
     }
     Ok(Costs { compared, answers })
+}
+
+impl Laws {
+    /// Of errors that the reference is certain enough to tell.
+    fn of(rungs: &[Rung<'_>], family: usize, uncertainty: f64) -> Self {
+        let own = || rungs.iter().filter(|rung| rung.family == family);
+        let least = own().map(|rung| rung.tolerance).fold(f64::INFINITY, f64::min);
+        let mut line: Vec<&Rung<'_>> = own().filter(|rung| rung.tolerance == least).collect();
+        // from the coarsest mesh to the finest
+        line.sort_by(|a, b| b.h.total_cmp(&a.h));
+        let errors = line.iter().filter(|rung| rung.error > uncertainty).map(|rung| (rung.h, rung.error));
+        Laws {
+            order: power_law(&errors.collect::<Vec<_>>()).ok(),
+            growth: power_law(&line.iter().map(|rung| (rung.elements, rung.seconds)).collect::<Vec<_>>()).ok(),
+        }
+    }
+}
+
+/// What error each rung can be relied on to keep: its own and those of the rungs of its family that are as fine and as tight or more so,
+/// none of which may be better by chance, and what the family's law gives on its mesh; to which the uncertainty of the reference comes.
+fn claim(rungs: &mut [Rung<'_>], laws: &[Laws], uncertainty: f64) {
+    let claims: Vec<f64> = rungs
+        .iter()
+        .map(|rung| {
+            let finer = |other: &&Rung<'_>| other.family == rung.family && other.h <= rung.h && other.tolerance <= rung.tolerance;
+            let largest = rungs.iter().filter(finer).map(|other| other.error).fold(0.0, f64::max);
+            // a line that does not fall tells nothing
+            let law = laws[rung.family].order.as_ref().filter(|law| law.slope > 0.0 && rung.h <= law.range[0]);
+            largest.max(law.map_or(0.0, |law| law.at(rung.h))) + uncertainty
+        })
+        .collect();
+    rungs.iter_mut().zip(claims).for_each(|(rung, claim)| rung.claim = claim);
 }
 
 fn against(
@@ -229,9 +297,10 @@ impl Limits {
     }
 }
 
-/// The settings of a rung, as they differ along the ladder.
-fn settings(study: &Study, point: &Point) -> String {
-    let own = study.axes().zip(&point.values).filter(|(axis, _)| axis.key().is_some_and(|key| key.path().starts_with("numerics.")));
+/// The settings of a rung, as they differ along the ladder, those of some keys.
+fn settings(study: &Study, point: &Point, of: fn(Key) -> bool) -> String {
+    let is_meant = |key: Key| key.path().starts_with("numerics.") && of(key);
+    let own = study.axes().zip(&point.values).filter(|(axis, _)| axis.key().is_some_and(is_meant));
     let said: Vec<String> = own.map(|(axis, value)| format!("{} {}", axis.column(), shown(value))).collect();
     said.join(", ")
 }
@@ -247,13 +316,9 @@ fn shown(value: &Value) -> String {
 const TARGETS: [f64; 6] = [0.1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 
 /// "1 % of the load costs 0.02 s (mesh 24, tolerance 1e-4); the next digit 9 times that."
-fn sentence(study: &Study, points: &[Point], rungs: &[Rung<'_>], on: &str, uncertainty: f64) -> String {
-    // a rung that is better by chance than a finer one is no way to reach an error
-    let reaches = |rung: &&Rung<'_>, target: f64| {
-        let finer = |other: &&Rung<'_>| other.h <= rung.h && tightest_of(points, other) <= tightest_of(points, rung);
-        rungs.iter().filter(finer).all(|other| other.error + uncertainty <= target)
-    };
-    let cheapest = |target: f64| rungs.iter().filter(|rung| reaches(rung, target)).min_by(|a, b| a.seconds.total_cmp(&b.seconds));
+fn sentence(study: &Study, points: &[Point], rungs: &[Rung<'_>], on: &str) -> String {
+    let reaching = |target: f64| rungs.iter().filter(move |rung| rung.claim <= target);
+    let cheapest = |target: f64| reaching(target).min_by(|a, b| a.seconds.total_cmp(&b.seconds));
     let mut priced: Vec<(f64, &Rung<'_>)> = Vec::new();
     for target in TARGETS {
         let Some(rung) = cheapest(target) else { break };
@@ -265,7 +330,7 @@ fn sentence(study: &Study, points: &[Point], rungs: &[Rung<'_>], on: &str, uncer
     let mut said = Vec::new();
     let mut last = first.seconds;
     for (target, rung) in &priced {
-        let (price, settings) = (price(rung.seconds), settings(study, &points[rung.index]));
+        let (price, settings) = (price(rung.seconds), settings(study, &points[rung.index], |_| true));
         let percent = digits(target * 100.0, 3);
         said.push(match said.len() {
             0 => format!("{percent} % of the {} costs {price} ({settings})", on.replace('_', " ")),
@@ -286,6 +351,63 @@ fn price(seconds: f64) -> String {
     format!("{} {unit}", digits(value, 1))
 }
 
-fn tightest_of(points: &[Point], rung: &Rung<'_>) -> f64 {
-    points[rung.index].job.case().map_or(f64::NAN, |case| case.numerics.tolerance)
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rungs of h, tolerance, family and error.
+    fn rungs<'e>(end: &'e StepOutcome, of: &[(f64, f64, usize, f64)]) -> Vec<Rung<'e>> {
+        let rung = |(index, (h, tolerance, family, error)): (usize, &(f64, f64, usize, f64))| {
+            let (h, tolerance, family, error) = (*h, *tolerance, *family, *error);
+            let elements = (1.0 / h).powi(2);
+            Rung { index, tolerance, family, h, elements, end, seconds: 1e-6 * elements, spread: 0.0, error, claim: f64::NAN }
+        };
+        of.iter().enumerate().map(rung).collect()
+    }
+
+    fn claims(of: &[(f64, f64, usize, f64)], families: usize, uncertainty: f64) -> Vec<f64> {
+        let end = StepOutcome::default();
+        let mut rungs = rungs(&end, of);
+        let laws: Vec<Laws> = (0..families).map(|family| Laws::of(&rungs, family, uncertainty)).collect();
+        claim(&mut rungs, &laws, uncertainty);
+        rungs.iter().map(|rung| rung.claim).collect()
+    }
+
+    #[test]
+    fn a_rung_that_is_good_by_chance_claims_what_finer_ones_have() {
+        let claimed = claims(&[(0.4, 1e-8, 0, 0.1), (0.2, 1e-8, 0, 1e-6), (0.1, 1e-8, 0, 0.01), (0.05, 1e-8, 0, 0.004)], 1, 1e-3);
+        assert!(claimed[0] >= 0.101 && claimed[1] >= 0.011, "the second error is one of a change of sign: {claimed:?}");
+        // a loose solve of a fine mesh does not tell of tight ones
+        assert_eq!(claims(&[(0.2, 1e-8, 0, 0.01), (0.1, 1e-2, 0, 0.5)], 1, 0.0), [0.01, 0.5]);
+        // another family is not told of
+        assert_eq!(claims(&[(0.2, 1e-8, 0, 0.01), (0.1, 1e-8, 1, 0.5)], 2, 0.0), [0.01, 0.5]);
+    }
+
+    #[test]
+    fn nothing_below_the_uncertainty_of_the_reference_is_claimed() {
+        let line: Vec<_> = [0.4_f64, 0.2, 0.1, 0.05, 0.025].map(|h| (h, 1e-8, 0, h * h)).to_vec();
+        let claimed = claims(&line, 1, 0.1);
+        assert!(claimed.iter().all(|claim| *claim >= 0.1), "{claimed:?}");
+        let end = StepOutcome::default();
+        assert!(Laws::of(&rungs(&end, &line), 0, 0.1).order.is_none(), "one error is left, no line");
+        let laws = Laws::of(&rungs(&end, &line), 0, 1e-9);
+        assert!((laws.order.unwrap().slope - 2.0).abs() < 1e-9 && (laws.growth.unwrap().slope - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_finest_rung_is_not_better_than_its_law() {
+        let mut line: Vec<_> = [0.4_f64, 0.2, 0.1, 0.05, 0.025].map(|h| (h, 1e-8, 0, h * h)).to_vec();
+        line[4].3 *= 0.95;
+        let claimed = claims(&line, 1, 0.0);
+        assert!(claimed[4] > line[4].3, "{claimed:?}");
+    }
+
+    #[test]
+    fn families_have_laws_of_their_own() {
+        let of = |family: usize, order: i32| [0.4_f64, 0.2, 0.1, 0.05].map(|h| (h, 1e-8, family, h.powi(order)));
+        let end = StepOutcome::default();
+        let all = rungs(&end, &[of(0, 1), of(1, 2)].concat());
+        let order = |family: usize| Laws::of(&all, family, 0.0).order.unwrap().slope;
+        assert!((order(0) - 1.0).abs() < 1e-9 && (order(1) - 2.0).abs() < 1e-9);
+    }
 }

@@ -9,7 +9,7 @@ use contact::outcome::Fields;
 use report::{Field, Figure, FigureSpec, Grid, Table, TerminalInk, Values, field_csv, vti};
 use store::Store;
 use study::Study;
-use study::columns::{along_path, find};
+use study::columns::{Role, along_path, find};
 use study::label::{label, quantity_name};
 use study::units::Dimension;
 
@@ -54,7 +54,12 @@ fn picture(study: &Study, table: &Table, figure: &study::Figure) -> Result<Figur
     // a pair of ends is one quantity
     let is_end = |names: &[String; 2]| names.iter().map(String::as_str).eq(["mu_low", "mu_high"]);
     let quantity = figure.y.first().and_then(|name| find(&columns, name)).map(|column| column.dimension);
-    let y_label = quantity.filter(|dimension| *dimension != Dimension::Pure).map_or("", quantity_name);
+    let is_error = |name: &String| find(&columns, name).is_some_and(|column| column.role == Role::Error);
+    let y_label = match quantity.filter(|dimension| *dimension != Dimension::Pure) {
+        Some(dimension) => quantity_name(dimension),
+        None if figure.y.iter().all(is_error) => "relative error",
+        None => "",
+    };
     let spec = FigureSpec {
         x: &figure.x,
         y: &y,

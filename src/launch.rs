@@ -6,7 +6,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 use contact::Forecast;
+use contact::problem::Problem;
+use contact::scene::SceneError;
 use indicatif::BinaryBytes;
+use rayon::prelude::*;
 use report::Table;
 use runner::{Interrupt, Options, Task};
 use serde::Serialize;
@@ -41,27 +44,20 @@ pub(crate) fn parse_study(text: &str, path: &Path) -> Result<Study, study::Study
 }
 
 pub(crate) fn run(args: &RunArgs) -> Result<Finish> {
-    let study = read_study(&args.study)?;
-    Jobs::of(&study)?;
-    let store = Store::open(&args.store.store)?;
-    execute(study, store, &args.store.store, &args.execution)
+    execute(read_study(&args.study)?, &args.store.store, &args.execution)
 }
 
 pub(crate) fn cost(args: &CostArgs) -> Result<Finish> {
     let path = &args.study;
     let text = std::fs::read_to_string(path).with_context(|| format!("cannot read the study file {}", path.display()))?;
     let study = parse_study(&with_cost_ladder(&text, path, &args.set)?, path)?;
-    Jobs::of(&study)?;
-    let store = Store::open(&args.store.store)?;
-    execute(study, store, &args.store.store, &args.execution)
+    execute(study, &args.store.store, &args.execution)
 }
 
 pub(crate) fn resume(args: &ResumeArgs) -> Result<Finish> {
     // a resume that finds no study must not leave an empty store behind
     let study = results::stored_study(&Store::read(&args.store.store)?, &args.name)?;
-    Jobs::of(&study)?;
-    let store = Store::open(&args.store.store)?;
-    execute(study, store, &args.store.store, &args.execution)
+    execute(study, &args.store.store, &args.execution)
 }
 
 /// The distinct jobs of a study with what they will take, in the order of their first points.
@@ -81,15 +77,25 @@ impl Jobs {
         let mut seen = HashSet::new();
         let mut distinct = Vec::new();
         for (index, point) in points.iter().enumerate().filter(|(_, point)| seen.insert(point.key)) {
-            let forecast = forecast(&point.job, study.surfaces()).map_err(|error| {
-                let values: Vec<String> =
-                    study.axes().zip(&point.values).map(|(axis, value)| format!("{} = {value}", axis.column())).collect();
-                let place = if values.is_empty() { String::new() } else { format!(", at {}", values.join(", ")) };
-                anyhow!("{}: {error}{place}", study.path())
-            })?;
+            let forecast = forecast(&point.job, study.surfaces()).map_err(|error| refused(study, index, point, &error))?;
             distinct.push((index, forecast));
         }
         Ok(Self { points, distinct })
+    }
+
+    /// Refuses scenes that cannot be bound to their grids, those of jobs that are `done` aside. That takes less than a tenth of
+    /// what solving them does, and no operator is assembled.
+    fn bind(&self, study: &Study, done: impl Fn(&JobKey) -> bool + Sync) -> Result<()> {
+        let bound = |(index, _): &(usize, Forecast)| {
+            let point = &self.points[*index];
+            let case = point.job.case().filter(|_| !done(&point.key))?;
+            let error = Problem::new(&case.scene, &case.numerics, study.surfaces()).err()?;
+            Some((*index, error))
+        };
+        match self.distinct.par_iter().find_map_first(bound) {
+            Some((index, error)) => Err(refused(study, index, &self.points[index], &error)),
+            None => Ok(()),
+        }
     }
 
     /// The tasks that are left, those in `computed` aside, and the texts of their jobs.
@@ -134,7 +140,26 @@ impl Jobs {
     }
 }
 
-fn execute(study: Study, store: Store, directory: &Path, args: &ExecutionArgs) -> Result<Finish> {
+/// What is wrong with a point's scene, where it stands in the study file.
+fn refused(study: &Study, index: usize, point: &Point, error: &SceneError) -> anyhow::Error {
+    match study.point(index) {
+        Some(own) if own.key == point.key => study.refuse(index, error).into(),
+        // a point that the study chose
+        _ => anyhow!("{}: {error}", study.path()),
+    }
+}
+
+fn execute(study: Study, directory: &Path, args: &ExecutionArgs) -> Result<Finish> {
+    let jobs = Jobs::of(&study)?;
+    // what is refused leaves no store behind
+    let is_new = !directory.exists();
+    if is_new {
+        jobs.bind(&study, |_| false)?;
+    }
+    let store = Store::open(directory)?;
+    if !is_new {
+        jobs.bind(&study, |key| store.contains(key))?;
+    }
     // a run that computes nothing still clears away what a killed one left
     runner::sweep_leftovers();
     let definition = study.definition();
@@ -370,6 +395,8 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
         Some(reader) => reader.contains(&keys)?,
         None => vec![false; keys.len()],
     };
+    let done: HashSet<JobKey> = keys.iter().zip(&cached).filter(|(_, cached)| **cached).map(|(key, _)| *key).collect();
+    jobs.bind(&study, |key| done.contains(key))?;
     let left: Vec<&(usize, Forecast)> = jobs.distinct.iter().zip(&cached).filter(|(_, cached)| !**cached).map(|(job, _)| job).collect();
     let seconds: f64 = left.iter().map(|(_, forecast)| forecast.seconds).sum();
     let longest = left.iter().map(|(_, forecast)| forecast.seconds).fold(0.0, f64::max);

@@ -139,18 +139,18 @@ pub(crate) fn words(record: &Record, fields: Option<&Fields>, surfaces: &Surface
         (Role::Provenance, "provenance"),
     ];
     for (kind, title) in kinds {
-        let lines: Vec<String> = columns
-            .iter()
-            .filter(|column| column.role == kind)
-            .filter_map(|column| {
-                let shown = match column.value(&point, Some(record)) {
-                    Value::Missing => return None,
-                    Value::Number(x) if matches!(kind, Role::Certificate | Role::Error) => format!("{x:.1e}"),
-                    value => value.to_string(),
-                };
-                Some(format!("  {:<20} {shown} {}", column.name, column.unit()).trim_end().to_owned() + "\n")
-            })
-            .collect();
+        let shown = columns.iter().filter(|column| column.role == kind).filter_map(|column| {
+            let value = match column.value(&point, Some(record)) {
+                Value::Missing => return None,
+                Value::Number(x) if matches!(kind, Role::Certificate | Role::Error) => format!("{x:.1e}"),
+                value => value.to_string(),
+            };
+            Some((column.name.as_ref(), format!("{value} {}", column.unit())))
+        });
+        let shown: Vec<(&str, String)> = shown.collect();
+        let width = shown.iter().map(|(name, _)| name.len()).max().unwrap_or(0).max(20);
+        let lines: Vec<String> =
+            shown.iter().map(|(name, value)| format!("  {name:<width$} {value}").trim_end().to_owned() + "\n").collect();
         if !lines.is_empty() {
             text += &format!("{title}\n{}", lines.concat());
         }

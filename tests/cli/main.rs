@@ -1,5 +1,6 @@
 //! The command as a user meets it: what it prints, what it leaves behind, with which code it ends.
 
+mod accuracy;
 mod effects;
 mod height_maps;
 mod kinds;

@@ -103,3 +103,29 @@ fn files_that_are_no_study_at_all() {
     insta::assert_snapshot!(said);
     assert_eq!(place.files(), files);
 }
+
+/// What only shows when a scene is bound to its grid is refused before anything runs, too.
+#[test]
+fn scenes_that_fit_no_grid_are_refused_at_their_place() {
+    let flat =
+        SMALL.replace("shape = \"sphere\", radius = \"50 mm\"", "shape = \"flat-rectangle\", width_x = \"1 mm\", width_y = \"1 mm\"");
+    let missed = flat.replace("mu = 0.3", "mu = 0.3\ndomain = { width_x = \"1 um\", width_y = \"1 um\", center_x = \"1 m\" }");
+    let stiff =
+        SMALL.replace("base = {", "layers = [{ shear_modulus = \"1e30 Pa\", poisson = 0.3, thickness = \"1 mm\" }]\nfoundation.base = {");
+    for (text, words) in [(&missed, "`domain` cannot be"), (&stiff, "`foundation.base` cannot be")] {
+        assert_ne!(text, SMALL);
+        let place = Place::with("bad.toml", text);
+        for command in ["run", "plan"] {
+            let refused = place.words(&[command, "bad.toml"]);
+            assert_eq!((refused.code, refused.out.as_str()), (1, ""), "{command}: {}", refused.err);
+            assert!(refused.err.contains(words) && refused.err.contains("--> bad.toml:"), "{}", refused.err);
+            assert!(refused.err.contains("it is so at mu = 0.05, poisson = 0"), "the first point: {}", refused.err);
+        }
+        assert_eq!(place.files().len(), 1, "nothing is left");
+        // nor does a store that is there change
+        let place = Place::run();
+        place.write("bad.toml", text.replace("\"small\"", "\"bad\""));
+        assert_eq!(place.call("run bad.toml").code, 1);
+        assert_eq!(place.json("status --json").as_array().map(Vec::len), Some(1));
+    }
+}

@@ -30,6 +30,8 @@ impl Unit {
         let highest = match symbol {
             "s" => 0, // nobody reads kiloseconds
             "m" => 1,
+            // moduli are given in GPa
+            "Pa" => 3,
             _ => 5,
         };
         let step = step.clamp(-5, highest);

@@ -381,7 +381,7 @@ impl Missing<'_> {
 }
 
 /// Turns what the scene itself found wrong into a problem at the place that gave the value.
-fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces) -> Problem {
+pub(crate) fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces) -> Problem {
     let key = Key::find(&error.key);
     let message = |value: &str| match key.map(Key::quantity) {
         // of a list it is said what is wrong with it, and not what it is

@@ -9,6 +9,7 @@
 use std::borrow::Cow;
 use std::collections::HashSet;
 use std::fmt;
+use std::time::{Duration, SystemTime};
 
 use contact::estimate::Estimate;
 use contact::multiplicity::{Multiplicity, Solution};
@@ -132,6 +133,8 @@ pub struct Compared {
     pub errors: Errors,
     /// What they are measured against, in words.
     pub reference: String,
+    /// Of a study of cost, the relative error that can be relied on.
+    pub claim: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -146,6 +149,7 @@ enum Source {
     Multiplicity(fn(&Multiplicity) -> Value),
     Bracketed(fn(&Bracketed) -> Value),
     Error(usize),
+    Claim,
     Reference,
 }
 
@@ -173,6 +177,7 @@ impl Column {
             Source::End(read) => end().map_or(Value::Missing, read),
             Source::Observed(read) => end().map_or(Value::Missing, |end| read(&end.observables)),
             Source::Error(which) => compared.and_then(|compared| compared.errors.to_array()[which]).map_or(Value::Missing, Value::Number),
+            Source::Claim => compared.and_then(|compared| compared.claim).map_or(Value::Missing, Value::Number),
             Source::Reference => compared.map_or(Value::Missing, |compared| Value::Text(compared.reference.clone())),
             Source::Bracketed(read) => record.and_then(Record::bracketed).map_or(Value::Missing, read),
             Source::Multiplicity(read) => record.and_then(Record::multiplicity).map_or(Value::Missing, read),
@@ -185,7 +190,7 @@ impl Column {
             Source::Key(key) => key.quantity().is_numeric(),
             Source::Axis { is_numeric, .. } => is_numeric,
             Source::JobKey | Source::Reference => false,
-            Source::Error(_) => true,
+            Source::Error(_) | Source::Claim => true,
             Source::Record(_)
             | Source::Outcome(_)
             | Source::End(_)
@@ -228,6 +233,9 @@ pub fn columns<'a>(kind: Kind, axes: impl IntoIterator<Item = &'a Axis>, keys: i
     if matches!(kind, Kind::Convergence | Kind::Cost) {
         columns.extend_from_slice(ERRORS);
     }
+    if kind == Kind::Cost {
+        columns.extend_from_slice(CLAIM);
+    }
     columns.extend_from_slice(PROVENANCE);
     columns
 }
@@ -247,7 +255,7 @@ pub fn find<'a>(columns: &'a [Column], name: &str) -> Option<&'a Column> {
 }
 
 /// The columns of results whose values are texts.
-const TEXTS: &[&str] = &["status", "reason", "way", "program", "unbounded"];
+const TEXTS: &[&str] = &["status", "reason", "way", "program", "unbounded", "finished"];
 
 macro_rules! results {
     ($($role:ident $name:literal $dimension:ident $meaning:literal $source:expr;)*) => {
@@ -388,6 +396,11 @@ const ERRORS: &[Column] = results! {
     Error "reference" Pure "what the errors are measured against" Source::Reference;
 };
 
+/// The column that only studies of cost have.
+const CLAIM: &[Column] = results! {
+    Error "claimed_error" Pure "the error that counts, as rungs as fine or finer confirm it, with the reference's uncertainty" Source::Claim;
+};
+
 /// The columns of searches for every solution.
 const SEARCH: &[Column] = results! {
     Observable "solutions" Pure "distinct certified solutions that were found" Source::Multiplicity(|found| Value::Integer(found.solutions.len() as u64));
@@ -427,9 +440,9 @@ const BRACKET: &[Column] = results! {
 const PROVENANCE: &[Column] = results! {
     Provenance "seconds" Time "time that solving took; of several times, the median" Source::Record(|record| Value::Number(record.provenance.seconds));
     Provenance "spread" Pure "of a job that is solved several times, the range of its times over their median" Source::Record(spread);
-    Provenance "attempt" Pure "attempt that succeeded, counted from 1" Source::Record(|record| Value::Integer(u64::from(record.provenance.attempt)));
-    Provenance "worker" Pure "worker that computed it" Source::Record(|record| Value::Integer(u64::from(record.provenance.worker)));
-    Provenance "finished" Time "when it was finished, since 1970-01-01 UTC" Source::Record(|record| Value::Integer(record.provenance.finished));
+    Provenance "attempt" Pure "attempt that succeeded, counted from 1" Source::Record(|record| of_run(record, record.provenance.attempt));
+    Provenance "worker" Pure "worker that computed it" Source::Record(|record| of_run(record, record.provenance.worker));
+    Provenance "finished" Pure "when it was finished, UTC" Source::Record(finished);
     Provenance "program" Pure "version of the program" Source::Record(|record| Value::Text(record.provenance.program.clone()));
 };
 
@@ -440,6 +453,18 @@ fn extreme(found: &Multiplicity, read: fn(&Observables) -> f64, of: fn(f64, f64)
 
 fn largest(found: &Multiplicity, read: fn(&Solution) -> f64) -> Value {
     found.solutions.iter().map(read).reduce(f64::max).map_or(Value::Missing, Value::Number)
+}
+
+/// A count that only jobs of a run have.
+fn of_run(record: &Record, count: u32) -> Value {
+    if record.provenance.attempt == 0 { Value::Missing } else { Value::Integer(u64::from(count)) }
+}
+
+fn finished(record: &Record) -> Value {
+    // the last second of the year 9999 is the last that can be written
+    let seconds = record.provenance.finished.min(253_402_300_799);
+    let time = SystemTime::UNIX_EPOCH.checked_add(Duration::from_secs(seconds)).filter(|_| seconds > 0);
+    time.map_or(Value::Missing, |time| Value::Text(humantime::format_rfc3339_seconds(time).to_string()))
 }
 
 fn spread(record: &Record) -> Value {
@@ -606,5 +631,20 @@ mod tests {
         assert_eq!((value(&solved(), "contact_x"), value(&solved(), "contact_y")), (Value::Number(-5.0), Value::Number(4.0)));
         assert_eq!((value(&solved(), "separated_area"), value(&solved(), "separated_fraction")), (Value::Number(2.0), Value::Number(0.2)));
         assert!(find(&columns, "colour").is_none());
+    }
+
+    #[test]
+    fn who_computed_a_record_is_told_of_runs_only() {
+        let columns = columns(Kind::Solve, [], []);
+        let values = |record: &Record| {
+            let point = Point::of_record(record).unwrap();
+            ["attempt", "worker", "finished"].map(|name| find(&columns, name).unwrap().value(&point, Some(record)).to_string())
+        };
+        assert_eq!(values(&solved()), ["1", "1", "2023-11-14T22:13:20Z"]);
+        let mut alone = solved();
+        (alone.provenance.attempt, alone.provenance.worker, alone.provenance.finished) = (0, 0, 0);
+        assert_eq!(values(&alone), ["", "", ""]);
+        alone.provenance.finished = u64::MAX;
+        assert_eq!(values(&alone)[2], "9999-12-31T23:59:59Z", "whatever a damaged record says");
     }
 }

@@ -271,10 +271,10 @@ pub(crate) fn default(kind: Kind, ladder: Option<&Ladder>, cost: Option<&Cost>, 
         let y = ["error_pressure", "error_peak_pressure", "error_contact_area"].map(str::to_owned).to_vec();
         return Some(Figure { series, fit: true, log_x: true, log_y: true, ..Figure::new(x, y) });
     }
-    if let Some(Cost { on, .. }) = cost {
+    if cost.is_some() {
         let mesh = |axis: &&Axis| axis.key() == Some(Key::Mesh);
         let series = firsts(groups).filter(|axis| !mesh(axis)).map(|axis| axis.column().into_owned()).collect();
-        let y = vec![format!("error_{}", on.unwrap_or("load"))];
+        let y = vec!["claimed_error".to_owned()];
         let names = Some("mesh".to_owned());
         let figure = Figure::new("seconds".to_owned(), y);
         return Some(Figure { series, front: true, names, log_x: true, log_y: true, ..figure });

@@ -31,12 +31,13 @@ use std::sync::Arc;
 
 use contact::numerics::Mesh;
 use contact::punch::{ProfileKind, Surfaces};
+use contact::scene::SceneError;
 use rayon::prelude::*;
 use toml::de::{DeTable, DeValue};
 
 use crate::accuracy;
 use crate::adaptive::{self, Adaptive};
-use crate::assemble::assemble;
+use crate::assemble::{assemble, locate};
 use crate::axis::{self, Axis, Group};
 use crate::columns::{self, Column, Value};
 use crate::cost::{self, Cost};
@@ -213,6 +214,18 @@ impl Study {
         let job = assemble(self.kind, self.cost.as_ref(), &sheet, &self.surface_names, &self.places).ok()?;
         show(&mut values);
         Some(Point { values, key: job.key(), job })
+    }
+
+    /// What is wrong with the scene of the `index`-th point, at its place in the file.
+    pub fn refuse(&self, index: usize, error: &SceneError) -> StudyError {
+        let sheet = self.sheet(&axis::steps(&self.groups, index.min(self.points - 1)));
+        let mut problem = locate(error, &sheet, &self.places);
+        let values = self.point(index).map(|point| point.values).unwrap_or_default();
+        let at: Vec<String> = self.axes().zip(&values).map(|(axis, value)| format!("{} = {value}", axis.column())).collect();
+        if !at.is_empty() {
+            problem.help = format!("it is so at {}", at.join(", "));
+        }
+        StudyError::new(&self.path, &self.text, vec![problem])
     }
 
     /// Every point of the axes, in order. Points whose jobs coincide are all there.

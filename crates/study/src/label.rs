@@ -58,6 +58,10 @@ const LABELS: &[(&str, &str)] = &[
     ("penetration", "largest penetration, relative"),
     ("seconds", "solving time"),
     ("finished", "time of finishing"),
+    ("mu_low", "lower end of μ*"),
+    ("mu_high", "upper end of μ*"),
+    ("claimed_error", "error that finer rungs confirm"),
+    ("estimate_solver", "estimated error that the solver left"),
 ];
 
 /// What a column is called beside the `others` of its table.
@@ -95,6 +99,14 @@ fn words(name: &str) -> String {
     if let Some((_, label)) = LABELS.iter().find(|(known, _)| *known == name) {
         return (*label).to_owned();
     }
+    for (prefix, noun) in [("error_", "error"), ("estimate_", "estimated error")] {
+        let Some(of) = name.strip_prefix(prefix) else { continue };
+        return match (of, of.strip_prefix("local_")) {
+            (_, Some(of)) => format!("{noun} of local means of the {of}"),
+            ("pressure" | "traction", _) => format!("{noun} of the {of} in L2"),
+            _ => format!("{noun} of the {}", of.replace('_', " ")),
+        };
+    }
     match name.rsplit_once('_') {
         Some((rest @ ("tilt" | "moment"), axis)) => format!("{rest} about {axis}"),
         Some((rest, axis @ ("x" | "y" | "z"))) => format!("{} along {axis}", rest.replace('_', " ")),
@@ -115,7 +127,8 @@ mod tests {
     fn no_two_columns_of_one_study_are_called_the_same() {
         let layered = columns(Kind::Solve, [], Key::all(|_| 12));
         let bare = columns(Kind::Solve, [], Key::all(|_| 0));
-        for columns in [along_path(layered.clone()), layered, bare] {
+        let kinds = Kind::ALL.iter().map(|kind| columns(*kind, [], Key::all(|_| 1)));
+        for columns in [along_path(layered.clone()), layered, bare].into_iter().chain(kinds) {
             let mut called = HashMap::new();
             for column in &columns {
                 let label = label(column, &columns);
@@ -129,7 +142,8 @@ mod tests {
 
     #[test]
     fn every_label_in_the_list_belongs_to_a_column() {
-        let all = along_path(columns(Kind::Solve, [], Key::all(|_| 1)));
+        let all = || Kind::ALL.iter().flat_map(|kind| along_path(columns(*kind, [], Key::all(|_| 1))));
+        let all: Vec<Column> = all().collect();
         let names: HashSet<&str> =
             all.iter().map(|column| indexed(&column.name, "layer").map_or(column.name.as_ref(), |(_, key)| key)).collect();
         for (name, _) in LABELS {
@@ -150,6 +164,8 @@ mod tests {
             ("at_tilt_y", "tilt about y"),
             ("stick_fraction", "stick fraction"),
             ("mu", "coefficient of friction"),
+            ("estimate_peak_pressure", "estimated error of the peak pressure"),
+            ("estimate_traction", "estimated error of the traction in L2"),
         ] {
             let column = columns.iter().find(|column| column.name == name).unwrap();
             assert_eq!(label(column, &columns), expected);

@@ -175,7 +175,11 @@ impl FigureSpec<'_> {
 
     /// What a band is called: the values that tell it apart, its columns if there is nothing else or if there are curves too.
     fn band(&self, values: &str, (low, high): (&str, &str)) -> String {
-        let ends = format!("{} to {}", self.label(low), self.label(high));
+        let (low, high) = (self.label(low), self.label(high));
+        // of "lower end" and "upper end" it is enough to say "lower to upper end"
+        let same = low.split(' ').rev().zip(high.split(' ').rev()).take_while(|(a, b)| a == b).count();
+        let own: Vec<&str> = low.split(' ').collect();
+        let ends = format!("{} to {high}", own[..own.len().saturating_sub(same).max(1)].join(" "));
         match (self.y.len(), values) {
             (_, "") => ends,
             (0, values) => values.to_owned(),
