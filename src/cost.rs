@@ -137,7 +137,7 @@ pub(crate) fn compare(
         for rung in pareto_front(&spots).into_iter().map(|at| &rungs[at]) {
             let mut row = head.clone();
             row.extend([
-                Cell::Number(digits(rung.claim, 1)),
+                Cell::Number(rung.claim),
                 Cell::Number(digits(rung.seconds, 2)),
                 Cell::Number(digits(rung.spread, 1)),
                 Cell::Text(settings(study, &points[rung.index], |_| true)),
@@ -218,7 +218,17 @@ fn claim(rungs: &mut [Rung<'_>], laws: &[Laws], uncertainty: f64) {
             largest.max(law.map_or(0.0, |law| law.at(rung.h))) + uncertainty
         })
         .collect();
-    rungs.iter_mut().zip(claims).for_each(|(rung, claim)| rung.claim = claim);
+    rungs.iter_mut().zip(claims).for_each(|(rung, claim)| rung.claim = two_digits_up(claim));
+}
+
+/// The next number of two digits that is not below, so that no rung seems better for a third one.
+fn two_digits_up(x: f64) -> f64 {
+    if x <= 0.0 || !x.is_finite() {
+        return x;
+    }
+    let unit = 10_f64.powi(x.log10().floor() as i32 - 1);
+    // what has two digits already keeps them
+    digits((x / unit - 1e-9).ceil() * unit, 1)
 }
 
 fn against(
@@ -381,6 +391,11 @@ mod tests {
         assert_eq!(claims(&[(0.2, 1e-8, 0, 0.01), (0.1, 1e-2, 0, 0.5)], 1, 0.0), [0.01, 0.5]);
         // another family is not told of
         assert_eq!(claims(&[(0.2, 1e-8, 0, 0.01), (0.1, 1e-8, 1, 0.5)], 2, 0.0), [0.01, 0.5]);
+    }
+
+    #[test]
+    fn claims_have_two_digits() {
+        assert_eq!([0.01, 0.0101, 0.0999, 3.5e-5, 0.0].map(two_digits_up), [0.01, 0.011, 0.1, 3.5e-5, 0.0]);
     }
 
     #[test]
