@@ -317,6 +317,7 @@ fn failure(
     tolerance: f64,
 ) -> String {
     let iterations = iterate.iterations;
+    let unit = |which: usize| if which < 3 { "N" } else { "N m" };
     let name = |which: usize| Step::NAMES[which][1];
     let stop = match iterate.stop {
         Stop::Converged => "the solver took it for converged".to_owned(),
@@ -336,12 +337,67 @@ fn failure(
             format!("no pressure under the sole has the {} that is asked: its line of action passes the sole by", name(which))
         }
     };
+    // what the contact does not carry, most of all, where everything else is right
+    let solved = [certificate.residual, certificate.tension, certificate.cone_violation].iter().all(|figure| *figure <= tolerance);
+    let reached = observables.resultants();
+    let missed = (0..6).filter_map(|which| match asked[which] {
+        Control::Force(asked) if asked != reached[which] => {
+            Some((which, asked, (asked - reached[which]).abs() / asked.abs().max(reached[which].abs())))
+        }
+        _ => None,
+    });
+    let difficulty = match missed.max_by(|a, b| a.2.total_cmp(&b.2)).filter(|_| solved) {
+        Some((which, asked, _)) if observables.contact_elements == 0 => {
+            format!(": where the punch was moved to nothing touches, and nothing carries {} = {asked:.6e} {}", name(which), unit(which))
+        }
+        Some((which, asked, _)) => format!(
+            ": no motion of the punch was found at which the contact carries {} = {asked:.6e} {}; at the nearest it carries {:.6e}",
+            name(which),
+            unit(which),
+            reached[which]
+        ),
+        None => String::new(),
+    };
     format!(
-        "{stop}; the certificate has residual {:.1e}, tension {:.1e}, cone violation {:.1e}, force imbalance {:.1e} where {tolerance:.1e} was asked",
+        "{stop}{difficulty}; the certificate has residual {:.1e}, tension {:.1e}, cone violation {:.1e}, force imbalance {:.1e} where {tolerance:.1e} was asked",
         certificate.residual, certificate.tension, certificate.cone_violation, certificate.force_imbalance
     )
 }
 
 fn work(iterate: &Iterate) -> WorkDone {
     WorkDone { iterations: iterate.iterations, operator_applications: iterate.operator_applications }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::outcome::Way;
+
+    #[test]
+    fn a_failure_names_the_force_that_is_not_carried() {
+        let iterate = Iterate {
+            p: Vec::new(),
+            motion: [0.0; 6],
+            stop: Stop::Stalled { residual: 0.2 },
+            iterations: 17,
+            operator_applications: 0,
+            way: Way::Newton,
+        };
+        let mut asked = [Control::Motion(0.0); 6];
+        (asked[0], asked[1], asked[4]) = (Control::Force(2.0), Control::Force(0.5), Control::Force(-0.25));
+        let observables = Observables { load: 2.0, force_x: 0.5, moment_y: -0.2, contact_elements: 9, ..Observables::default() };
+        let say = |observables: &Observables, certificate: &Certificate| failure(0.3, &iterate, &asked, observables, certificate, 1e-8);
+        let unbalanced = Certificate { force_imbalance: 0.1, ..Certificate::default() };
+        assert_eq!(
+            say(&observables, &unbalanced),
+            "stalled after 17 iterations (smallest residual 2.0e-1): no motion of the punch was found at which the contact carries \
+             moment_y = -2.500000e-1 N m; at the nearest it carries -2.000000e-1; the certificate has residual 0.0e0, tension 0.0e0, \
+             cone violation 0.0e0, force imbalance 1.0e-1 where 1.0e-8 was asked"
+        );
+        let apart = say(&Observables::default(), &unbalanced);
+        assert!(apart.contains("nothing touches, and nothing carries moment_y = -2.500000e-1 N m;"), "{apart}");
+        // where more is wrong than that, it is not the difficulty
+        let unsolved = say(&observables, &Certificate { residual: 1e-3, ..unbalanced });
+        assert!(unsolved.starts_with("stalled after 17 iterations (smallest residual 2.0e-1); the certificate"), "{unsolved}");
+    }
 }

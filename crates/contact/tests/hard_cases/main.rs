@@ -189,6 +189,9 @@ fn friction() -> Vec<Case> {
     all.push(case("twisted by more than friction carries", Failed("gross sliding"), |s, _| {
         s.loading.steps = vec![loaded(0.003), Step { moment_z: Some(0.001), ..Step::default() }];
     }));
+    all.push(case("tilted by a moment where nothing touches", Failed("nothing carries moment_y = 1.000000e-3 N m"), |s, _| {
+        s.loading.steps = vec![Step { moment_y: Some(1e-3), ..pressed(-0.01) }];
+    }));
     for (way, end) in [(1.0, Certified), (1e6, Certified), (1e300, Refused("squared in double precision"))] {
         all.push(case(format!("shifted by {way:e} m"), end, |s, _| s.loading.steps[0].shift_x = Some(way)));
         all.push(case(format!("twisted by {way:e} rad"), end, |s, _| s.loading.steps[0].twist = Some(way)));
