@@ -47,7 +47,7 @@
 //! - Below, [`lower`]: if for weights α, β, τ > 0 per element the matrix sym(αΠ₁A) + sym(βΠ_tA) − (μ/2)(βτΠ₁ + AᵀΠ_t(β/τ)A) is positive
 //!   definite, then μ < μ*: its form is at most Σ α x₁y₁ + β(x_t·y_t − μ|x₁||y_t|), and x ≠ 0 with F(x) ≤ μ would make that ≤ 0.
 //!   This is the S-procedure; it is not lossless, so a gap may remain.
-//! - Above, [`upper`]: an x with F(x) = μ. It is exact in itself, and turned into an explicit B for an explicit E.
+//! - Above, [`upper`]: an x with F(x) = μ. It is exact in itself, and turned into an explicit B for an explicit E. The best ones known are stripes.
 //!
 //! # Fields and units
 //! Fields have three blocks n | x | y, each with one number per element *of Ω*, ascending; masked elements have none. Everything is
@@ -68,7 +68,9 @@ use crate::scene::{Foundation, Friction, Material, Punch, Scene, SceneError, Sha
 
 mod barrier;
 mod descent;
+mod lbfgs;
 pub mod lower;
+mod newton;
 mod ratio;
 mod symmetry;
 pub mod upper;
@@ -292,20 +294,37 @@ impl System {
             self.toeplitz.apply(y, x, scratch);
         } else {
             let (mut from, mut to) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);
-            for block in 0..3 {
-                for (at, e) in self.grid().active().enumerate() {
-                    from[block * n + e] = x[block * k + at];
-                }
-            }
+            self.onto_grid(&mut from, x);
             self.toeplitz.apply(&mut to, &from, scratch);
-            for block in 0..3 {
-                for (at, e) in self.grid().active().enumerate() {
-                    y[block * k + at] = to[block * n + e];
-                }
-            }
+            self.off_grid(y, &to);
         }
         for (y, x) in y.iter_mut().zip(x) {
             *y += self.epsilon * x;
         }
     }
+
+    /// A field on Ω as one on the whole grid, whose other elements keep what they have.
+    fn onto_grid(&self, whole: &mut [f64], field: &[f64]) {
+        let (k, n) = (self.elements(), self.grid().len());
+        for block in 0..3 {
+            for (at, e) in self.grid().active().enumerate() {
+                whole[block * n + e] = field[block * k + at];
+            }
+        }
+    }
+
+    /// The reverse of [`onto_grid`](Self::onto_grid).
+    fn off_grid(&self, field: &mut [f64], whole: &[f64]) {
+        let (k, n) = (self.elements(), self.grid().len());
+        for block in 0..3 {
+            for (at, e) in self.grid().active().enumerate() {
+                field[block * k + at] = whole[block * n + e];
+            }
+        }
+    }
+}
+
+/// Σ aᵢbᵢ.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -6,7 +6,7 @@
 //! lacks; the residual tells how close, as long as the iteration has not missed the lowest mode altogether. Only a
 //! factorisation can tell that.
 
-use super::System;
+use super::{System, dot};
 use crate::influence::Scratch;
 
 /// Weights α, β, P = βτ and Q = β/τ per element of Ω.
@@ -58,10 +58,6 @@ impl Mode {
     fn scale(&mut self, factor: f64) {
         self.0.iter_mut().flatten().for_each(|value| *value *= factor);
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// The smallest ratio, from `x`, which becomes the vector that has it; until the residual is below `tolerance` or for so many `steps`.

@@ -1,15 +1,24 @@
 //! The upper side of μ*: a search for an x with small F(x).
 //!
-//! The problem is not convex and has many local minima, the more the finer the mesh. Minimisations start from random fields, with and
-//! without the symmetries of Ω, and from the best fields of a mesh half as fine. Every start has its own random numbers,
-//! so the result depends on the seed and the effort alone, not on the number of threads.
+//! # What good fields look like
+//! On fine meshes the tangential displacements y_t of the best fields known are one smooth field along some direction n, with ripples. The pressures are stripes
+//! of alternating sign some two elements wide, with y₁ = 0 nearly everywhere, and all elements need the same μ. Such an x has x_t = u + p, u
+//! along n and the same at all elements, p across n and alternating. With Y ~ u times the elements across, what u displaces, and |x₁| in
+//! proportion to p, what an element needs is about (uY + p²)/(|x₁|Y): least where p² ~ uY, and then falling like 1/√Y.
+//!
+//! So minimisations start from stripes of several wavelengths and directions; diagonal ones with a period of four elements lead to the best fields
+//! on half-spaces. Which stripes serve depends on what elements do to their neighbours: where elements are many, all stripes are tried on a part of Ω with at
+//! most 8 × 8 elements of the same size, and the best ones on the whole of it. Few elements have too little room for stripes, and
+//! minimisations start from random fields there too. The problem is not convex and has many local minima, most of them with few elements.
+//!
+//! Every start has its own random numbers, so the result depends on the seed and the effort alone, not on the number of threads.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::descent::{Descent, Limits, dot};
+use super::descent::{Descent, Pattern};
 use super::witness::{Witness, least_mu};
-use super::{Question, System};
+use super::{Question, Sole, System};
 use crate::influence::Entry;
 use crate::numerics::Mesh;
 use crate::random::SplitMix64;
@@ -19,10 +28,9 @@ use crate::scene::SceneError;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Search {
-    /// Random starts on meshes of up to 16 elements, at least one; on finer ones, which also start from coarser ones' results, fewer
-    /// in inverse proportion to the elements, and none on more than 100.
+    /// Random starts on meshes of up to 16 elements; on finer ones fewer in inverse proportion to the elements, and none on more than 100.
     pub starts: u32,
-    /// How many of a mesh's best fields the next finer one starts from, at least one; on more than 100 elements at most two.
+    /// How many of the stripes that serve best on 8 × 8 elements a mesh of more than 100 starts from, at least one.
     pub kept: u32,
     /// Seed of all random numbers.
     pub seed: u64,
@@ -30,7 +38,7 @@ pub struct Search {
 
 impl Default for Search {
     fn default() -> Self {
-        Self { starts: 24, kept: 4, seed: 1 }
+        Self { starts: 24, kept: 2, seed: 1 }
     }
 }
 
@@ -64,117 +72,73 @@ fn generator(seed: u64, stream: u64) -> SplitMix64 {
     SplitMix64(SplitMix64(seed).next() ^ SplitMix64(stream).next().rotate_left(17))
 }
 
-/// A random field: white, or smoothed by the operator; of no symmetry, or with a sign under reflections.
+/// A random field, smoothed by the operator up to twice.
 fn start(system: &System, random: &mut SplitMix64) -> Vec<f64> {
     let k = system.elements();
-    let kind = random.next();
     let mut x: Vec<f64> = (0..3 * k).map(|_| random.signed()).collect();
-    for _ in 0..kind % 3 {
+    for _ in 0..random.next() % 3 {
         let mut y = vec![0.0; 3 * k];
         system.apply(&mut y, &x, &mut system.scratch());
         x = y;
     }
-    let sign = |bit: u64| if (kind >> bit) & 1 == 0 { 1.0 } else { -1.0 };
-    for (axis, which) in [(0, 8), (1, 16)] {
-        if (kind >> which) & 1 == 1 {
-            x = reflected(system, &x, axis, sign(which + 1));
-        }
-    }
     x
 }
 
-/// The part of a field that changes by `sign` under the reflection of x (axis 0) or y (axis 1).
-fn reflected(system: &System, x: &[f64], axis: usize, sign: f64) -> Vec<f64> {
-    let (grid, k) = (system.grid(), system.elements());
-    let mut number = vec![None; grid.len()];
-    for (at, e) in grid.active().enumerate() {
-        number[e] = Some(at);
-    }
-    let mut out = x.to_vec();
-    for (at, e) in grid.active().enumerate() {
-        let (i, j) = grid.position(e);
-        let image = if axis == 0 { grid.index(grid.nx() - 1 - i, j) } else { grid.index(i, grid.ny() - 1 - j) };
-        if let Some(image) = number[image] {
-            for c in 0..3 {
-                let sign = if c == axis + 1 { -sign } else { sign };
-                out[c * k + at] += sign * x[c * k + image];
-            }
-        }
-    }
-    out
-}
+/// Waves along x and y per element, and a phase, in turns.
+const STRIPES: [[f64; 3]; 12] = [
+    [0.25, 0.25, 0.125],
+    [0.25, 0.25, 0.375],
+    [0.22, 0.22, 0.125],
+    [0.3, 0.3, 0.125],
+    [0.33, 0.33, 0.375],
+    [0.2, 0.2, 0.125],
+    [0.2, 0.3, 0.375],
+    [0.33, 0.25, 0.375],
+    [0.25, 0.125, 0.375],
+    [0.25, 0.0, 0.125],
+    [0.25, 0.0, 0.375],
+    [0.33, 0.0, 0.375],
+];
 
-/// A field of a mesh as one of another: each element takes the value of the one that its centre lies in.
-fn prolonged(coarse: &System, x: &[f64], fine: &System) -> Vec<f64> {
-    let mut full = vec![0.0; 3 * coarse.grid().len()];
-    let k = coarse.elements();
-    for block in 0..3 {
-        for (at, e) in coarse.grid().active().enumerate() {
-            full[block * coarse.grid().len() + e] = x[block * k + at];
-        }
-    }
-    let all = coarse.grid().sample(&full, fine.grid());
-    (0..3).flat_map(|block| fine.grid().active().map(move |e| (block, e))).map(|(block, e)| all[block * fine.grid().len() + e]).collect()
-}
-
-/// A field of a smaller mesh on some of the elements of a larger one, from element `corner` on, and zero on the others. Between
-/// half-spaces it needs the same μ there: what is zero meets every condition.
-fn embedded(coarse: &System, x: &[f64], fine: &System, corner: [usize; 2]) -> Vec<f64> {
-    let (from, to, k) = (coarse.grid(), fine.grid(), fine.elements());
-    let mut number = vec![None; to.len()];
-    for (at, e) in to.active().enumerate() {
-        number[e] = Some(at);
-    }
-    let mut out = vec![0.0; 3 * k];
-    for (at, e) in from.active().enumerate() {
-        let (i, j) = from.position(e);
-        if let Some(place) = number[to.index(i + corner[0], j + corner[1])] {
-            for c in 0..3 {
-                out[c * k + place] = x[c * coarse.elements() + at];
-            }
-        }
-    }
-    out
+/// Stripes with displacements along them, and where squares of elements do not make x and y alike the same with the two exchanged.
+fn stripes(system: &System) -> Vec<Pattern> {
+    let grid = system.grid();
+    let alike = grid.nx() == grid.ny() && grid.hx() == grid.hy();
+    let exchanged = STRIPES.into_iter().filter(|[x, y, _]| !alike && x != y).map(|[x, y, phase]| [y, x, phase]);
+    let pattern = |[along_x, along_y, phase]: [f64; 3]| {
+        let wave = |e: usize| {
+            let (i, j) = grid.position(e);
+            (std::f64::consts::TAU * (along_x * i as f64 + along_y * j as f64 + phase)).cos()
+        };
+        let across = [along_y / grid.hy(), -along_x / grid.hx()];
+        let length = across[0].hypot(across[1]);
+        let signs = grid.active().map(|e| if wave(e) < 0.0 { -1.0 } else { 1.0 }).collect();
+        Pattern { signs, direction: across.map(|c| c / length) }
+    };
+    STRIPES.into_iter().chain(exchanged).map(pattern).collect()
 }
 
 /// A field and the μ that it needs.
-#[derive(Clone)]
 struct Found {
     mu: f64,
     x: Vec<f64>,
 }
 
-/// μ κ to start from.
-const FIRST_MU: f64 = 5.0;
-
-/// Up to so many elements random starts are worth their time.
-const FEW: usize = 100;
-
 /// How strictly a witness meets its conditions, in units of those of a typical element: far above the rounding of an application.
 const MARGIN: f64 = 1e-9;
 
-/// Minimises from a start and makes the result strict. A `firm` minimisation stays near the start.
-fn improve(system: &System, mut x: Vec<f64>, guess: f64, firm: bool) -> Option<Found> {
-    let mut limits = match system.elements() {
-        k if k <= FEW => Limits { outer: 60, inner: 20, ..Limits::default() },
-        k if k <= 300 => Limits { outer: 40, inner: 10, ..Limits::default() },
-        _ => Limits { outer: 20, inner: 5, first_penalty: 300.0, ..Limits::default() },
-    };
-    if firm {
-        limits.first_penalty *= 100.0;
-    }
+/// Up to so many elements random starts are worth their time, and all stripes are tried.
+const FEW: usize = 100;
+
+/// Elements across of the part of Ω that stripes are tried on.
+const PART: usize = 8;
+
+/// Minimises from a start and makes the result strict.
+fn improve(system: &System, mut x: Vec<f64>, pattern: Option<&Pattern>) -> Option<Found> {
     let mut descent = Descent::new(system, coupling(system), MARGIN);
-    let mu = descent.minimise(&mut x, guess, limits);
+    let mu = descent.minimise(&mut x, pattern);
     descent.restore(&mut x, mu)?;
     needed(system, x)
-}
-
-/// The better one of a field and what a firm minimisation from it finds.
-fn polished(system: &System, found: Found) -> Found {
-    match improve(system, found.x.clone(), found.mu, true) {
-        Some(polished) if polished.mu < found.mu => polished,
-        _ => found,
-    }
 }
 
 /// A field with the μ that it needs, if it is a witness for any.
@@ -194,73 +158,65 @@ fn coupling(system: &System) -> f64 {
     (10.0 * most / system.largest_diagonal()).min(1.0)
 }
 
-/// The best fields of a mesh, from random starts and from seeds with the μ that they need elsewhere.
-fn best(system: &System, seeds: &[Found], search: &Search) -> Vec<Found> {
-    let fresh = match system.elements() {
-        k if k <= FEW => (search.starts.max(1) as usize * 16 / k.max(16)).max(1),
-        _ => usize::from(seeds.is_empty()),
-    };
+/// What a pattern leads to.
+fn from_pattern(system: &System, pattern: &Pattern) -> Option<Found> {
     let coupling = coupling(system);
-    let mut found: Vec<Found> = (0..fresh + seeds.len())
-        .into_par_iter()
-        .filter_map(|stream| {
-            let mut random = generator(search.seed, stream as u64);
-            let Some(seed) = stream.checked_sub(fresh).map(|at| &seeds[at]) else {
-                let mut x = start(system, &mut random);
-                x[..system.elements()].iter_mut().for_each(|x| *x *= coupling);
-                return improve(system, x, FIRST_MU / coupling, false);
-            };
-            let as_it_is = needed(system, seed.x.clone());
-            if as_it_is.is_some() && system.elements() > FEW {
-                return as_it_is; // set into a part of Ω, from where the way to a better one is long
-            }
-            // Exact zeros and exact symmetry are saddle points as often as not.
-            let size = 0.05 * (dot(&seed.x, &seed.x) / seed.x.len() as f64).sqrt();
-            let shaken = seed.x.iter().map(|x| x + size * random.signed()).collect();
-            improve(system, shaken, seed.mu, false).into_iter().chain(as_it_is).min_by(|a, b| a.mu.total_cmp(&b.mu))
-        })
-        .collect();
-    found.sort_by(|a, b| a.mu.total_cmp(&b.mu));
-    found.truncate(if system.elements() <= FEW { 2 * search.kept.max(1) as usize } else { 1 });
-    found = found.into_par_iter().map(|found| polished(system, found)).collect();
-    found.sort_by(|a, b| a.mu.total_cmp(&b.mu));
-    // Images of one field under the symmetries of Ω need the same μ; one of them is enough.
-    found.dedup_by(|a, b| a.mu - b.mu < 1e-5 * b.mu);
-    found
+    let pressures = pattern.signs.iter().map(|sign| coupling * sign);
+    let along = pattern.direction.into_iter().flat_map(|c| std::iter::repeat_n(c, system.elements()));
+    improve(system, pressures.chain(along).collect(), Some(pattern))
 }
 
-/// The best fields of a mesh and all coarser ones that lead to it.
-fn ladder(question: &Question, system: &System, search: &Search) -> Result<Vec<Found>, UpperError> {
-    let (nx, ny) = (system.grid().nx(), system.grid().ny());
-    let mut seeds = Vec::new();
-    if system.elements() > 9 {
-        let small = [nx.div_ceil(2), ny.div_ceil(2)];
-        let coarse_question = Question { mesh: Mesh::Exact(small.map(|n| n as u32)), ..question.clone() };
-        let coarse = System::new(&coarse_question)?;
-        let kept = if system.elements() <= FEW { search.kept.max(1) } else { search.kept.clamp(1, 2) } as usize;
-        for found in ladder(&coarse_question, &coarse, search)?.into_iter().take(kept) {
-            let middle = [(nx - small[0]) / 2, (ny - small[1]) / 2];
-            let fields = [
-                prolonged(&coarse, &found.x, system),
-                embedded(&coarse, &found.x, system, [0, 0]),
-                embedded(&coarse, &found.x, system, middle),
-            ];
-            seeds.extend(fields.into_iter().map(|x| Found { x, ..found }));
-        }
+/// What the `stream`-th random start leads to.
+fn from_random(system: &System, search: &Search, stream: u64) -> Option<Found> {
+    let mut x = start(system, &mut generator(search.seed, stream));
+    let coupling = coupling(system);
+    x[..system.elements()].iter_mut().for_each(|x| *x *= coupling);
+    improve(system, x, None)
+}
+
+/// A part of Ω with at most so many elements across, of the same size.
+fn part(question: &Question, system: &System) -> Result<System, SceneError> {
+    let [nx, ny] = [system.grid().nx(), system.grid().ny()];
+    let [width_x, width_y] = match question.sole {
+        Sole::Rectangle { width_x, width_y } => [width_x, width_y],
+        Sole::Disk { radius } => [2.0 * radius; 2],
+    };
+    let [mx, my] = [nx, ny].map(|n| n.min(PART));
+    let sole = Sole::Rectangle { width_x: width_x * mx as f64 / nx as f64, width_y: width_y * my as f64 / ny as f64 };
+    System::new(&Question { sole, mesh: Mesh::Exact([mx as u32, my as u32]), ..question.clone() })
+}
+
+/// The stripes to start from.
+fn chosen(question: &Question, system: &System, search: &Search) -> Result<Vec<Pattern>, SceneError> {
+    let patterns = stripes(system);
+    if system.elements() <= FEW {
+        return Ok(patterns);
     }
-    Ok(if system.is_coupled() { best(system, &seeds, search) } else { Vec::new() })
+    let part = part(question, system)?;
+    let tried: Vec<f64> =
+        stripes(&part).par_iter().map(|pattern| from_pattern(&part, pattern).map_or(f64::INFINITY, |found| found.mu)).collect();
+    let mut ranked: Vec<(f64, Pattern)> = tried.into_iter().zip(patterns).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(ranked.into_iter().take(search.kept.max(1) as usize).map(|(_, pattern)| pattern).collect())
 }
 
-/// Searches for a witness: on coarse meshes first, whose fields, spread over Ω or set into a corner or the middle of it, are where finer
-/// ones start. The result is a valid witness but need not be the best one that there is.
+/// Searches for a witness. The result is a valid witness but need not be the best one that there is.
 pub fn upper(question: &Question, search: &Search) -> Result<Upper, UpperError> {
     let system = System::new(question)?;
     if !system.is_coupled() {
         return Ok(Upper::Unbounded);
     }
-    let found = ladder(question, &system, search)?.into_iter().next();
     let elements = system.elements();
-    let Found { mu, x } = found.ok_or(UpperError::NotFound { starts: search.starts as usize, elements })?;
+    let patterns = chosen(question, &system, search)?;
+    let random = if elements <= FEW { search.starts as usize * 16 / elements.max(16) } else { 0 };
+    let starts = patterns.len() + random;
+    let found = (0..starts).into_par_iter().filter_map(|start| match patterns.get(start) {
+        Some(pattern) => from_pattern(&system, pattern),
+        None => from_random(&system, search, start as u64),
+    });
+    let found: Vec<Found> = found.collect();
+    let best = found.into_iter().min_by(|a, b| a.mu.total_cmp(&b.mu));
+    let Found { mu, x } = best.ok_or(UpperError::NotFound { starts, elements })?;
     let largest = x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let x = x.into_iter().map(|x| x / largest).collect();
     // room for the rounding of that division and of other ways to apply the operator
