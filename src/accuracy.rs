@@ -63,7 +63,7 @@ pub(crate) fn scenes(study: &Study) -> HashSet<String> {
 
 /// Whether the bytes of a record tell of one of these scenes.
 pub(crate) fn tells(scenes: &HashSet<String>, record: &[u8]) -> bool {
-    job_text(record).is_some_and(|job| scene(&job).is_some_and(|scene| scenes.contains(scene)))
+    job_text(record).is_some_and(|job| scene(job).is_some_and(|scene| scenes.contains(scene)))
 }
 
 /// The scene in the canonical text of a job that solves it, once or often.

@@ -1,6 +1,7 @@
 //! `solve`: one scene, in this process, nothing stored.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::Path;
 use std::time::Instant;
 
@@ -98,9 +99,9 @@ fn accurate(study: &Study, operators: &mut Operators) -> Result<(Record, Option<
         let chosen = choose(study, &records)?;
         let point = chosen.points.into_iter().next().context("the study's only point cannot be made")?;
         let found = chosen.findings.first().map(|finding| finding.found);
-        if !records.contains_key(&point.key) {
+        if let Entry::Vacant(unknown) = records.entry(point.key) {
             let (record, fields) = solved(&point.job, study.surfaces(), operators)?;
-            records.insert(point.key, record);
+            unknown.insert(record);
             last = fields.map(|fields| (point.key, fields));
             continue;
         }
