@@ -6,6 +6,8 @@
 //! smooth problem but for kinks; where it ends, the equal weights are the first multipliers, and the penalty grows slowly from there. That passes
 //! many a poor local minimum that a start with zero multipliers or a strong penalty ends in.
 //!
+//! Few elements leave the ratio too little to say: there multipliers and penalty begin low, and random starts find what is to be found.
+//!
 //! What the inverse of A's diagonal blocks makes of a gradient is the first guess of the Hessian's inverse: without it, or with another power of A, the
 //! same effort ends a tenth higher. The constraints are of second degree in x, whose length a penalty keeps at xᵀAx = k.
 //!
@@ -27,6 +29,9 @@ pub(super) const LENGTH: f64 = 10.0;
 /// Up to so many elements the inner method is Newton's: it is exact and fast there, and needs a matrix.
 const FEW: usize = 16;
 
+/// μ κ to start from with few elements.
+const FIRST_MU: f64 = 5.0;
+
 /// How far a minimisation is taken.
 #[derive(Clone, Copy, Debug)]
 struct Limits {
@@ -43,7 +48,7 @@ struct Limits {
 impl Limits {
     fn of(elements: usize) -> Self {
         match elements {
-            k if k <= FEW => Self { outer: 120, inner: 20, growth: 1.3, tolerance: 1e-8 },
+            k if k <= FEW => Self { outer: 60, inner: 20, growth: 1.3, tolerance: 1e-8 },
             k if k <= 64 => Self { outer: 300, inner: 100, growth: 1.1, tolerance: 1e-7 },
             k if k <= 300 => Self { outer: 100, inner: 200, growth: 1.2, tolerance: 1e-6 },
             _ => Self { outer: 100, inner: 200, growth: 1.3, tolerance: 1e-6 },
@@ -197,13 +202,33 @@ impl<'a> Descent<'a> {
     pub(super) fn minimise(&mut self, x: &mut [f64], pattern: Option<&Pattern>) -> f64 {
         let (k, limits) = (self.k, Limits::of(self.k));
         let mut point = self.enter(x, 0.0);
-        for pattern in pattern.into_iter().map(Some).chain([None]) {
+        if k <= FEW {
+            // the first minimisation is free to pass poor local minima, the second one stays where the first one ended
             self.point_to_length(&mut point);
+            (point[3 * k], self.unit) = (FIRST_MU, FIRST_MU * FIRST_MU);
+            for penalty in [10.0, 1000.0] {
+                self.multipliers.fill(0.0);
+                self.penalty = penalty / k as f64;
+                self.approach(&mut point, limits);
+                self.unit = point[3 * k] * point[3 * k];
+            }
+        } else {
+            self.begin(&mut point, pattern);
+            self.approach(&mut point, limits);
+        }
+        self.leave(&point, x)
+    }
+
+    /// Minimises the ratio, and takes multipliers and penalty from there.
+    fn begin(&mut self, point: &mut [f64], pattern: Option<&Pattern>) {
+        let k = self.k;
+        for pattern in pattern.into_iter().map(Some).chain([None]) {
+            self.point_to_length(point);
             let ratio = lbfgs::minimise(&mut point[..3 * k], &mut Ratio { descent: self, pattern }, RATIO_STEPS, STALLED);
             point[3 * k] = ratio;
         }
-        self.point_to_length(&mut point);
-        self.constrain(&point);
+        self.point_to_length(point);
+        self.constrain(point);
         let mut weighted = point[..3 * k].to_vec();
         self.weight(&mut weighted);
         let first = point[3 * k] / dot(&weighted, &self.y);
@@ -212,17 +237,22 @@ impl<'a> Descent<'a> {
         self.multipliers[..k].fill(normal);
         self.unit = point[3 * k];
         self.penalty = first / (dot(&self.values, &self.values) / (2 * k) as f64).sqrt();
+    }
+
+    /// The augmented Lagrangian's method.
+    fn approach(&mut self, point: &mut [f64], limits: Limits) {
+        let k = self.k;
         let mut shift = 1.0 / k as f64;
         let matrix = (k <= FEW).then(|| self.matrix());
         let (mut before, mut last) = (f64::INFINITY, f64::INFINITY);
         for _ in 0..limits.outer {
             match &matrix {
-                Some(matrix) => self.descend(matrix, &mut point, limits.inner, &mut shift),
+                Some(matrix) => self.descend(matrix, point, limits.inner, &mut shift),
                 None => {
-                    lbfgs::minimise(&mut point, &mut Lagrangian { descent: self }, limits.inner, STALLED);
+                    lbfgs::minimise(point, &mut Lagrangian { descent: self }, limits.inner, STALLED);
                 }
             }
-            self.constrain(&point);
+            self.constrain(point);
             let (violation, mu) = (self.violation(), point[3 * k]);
             for (multiplier, c) in self.multipliers.iter_mut().zip(&self.values) {
                 *multiplier = (*multiplier + self.penalty * c).max(0.0);
@@ -235,7 +265,6 @@ impl<'a> Descent<'a> {
             }
             (before, last) = (violation, mu);
         }
-        self.leave(&point, x)
     }
 
     /// Makes xᵀAx = k.
