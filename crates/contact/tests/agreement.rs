@@ -163,6 +163,20 @@ fn a_light_pull_needs_no_other_method() {
     }
 }
 
+/// Linear systems that are solved too loosely sent it round in circles, and into Seidel sweeps that take minutes.
+#[test]
+fn many_elements_under_a_flat_disk_take_few_steps() {
+    let pressed = Step { approach: Some(0.01), ..Step::default() };
+    let pulled = Step { normal_force: Some(0.1), force_x: Some(0.02), ..Step::default() };
+    for (step, mesh) in [(pressed, 224), (pulled, 200)] {
+        let scene = scene(Shape::FlatDisk { radius: 1.0 }, 1.0, 0.3, 0.3, step);
+        let numerics = numerics(Mesh::Across(mesh), Projection::Midpoint, 1e-8);
+        let (outcome, _) = solve(&scene, &numerics, &Surfaces::new(), &mut Operators::default()).unwrap();
+        assert_eq!((&outcome.status, outcome.way()), (&Status::Certified, Some(Way::Newton)), "{step:?}");
+        assert!(outcome.last().unwrap().work.iterations <= 15, "{:?}", outcome.last().unwrap().work);
+    }
+}
+
 /// On a mesh large enough for every loop to be shared.
 #[test]
 fn a_solution_has_the_same_bytes_on_any_number_of_threads() {
