@@ -334,7 +334,8 @@ fn failure(
             );
         }
         Stop::Unbalanced { which } => {
-            format!("no pressure under the sole has the {} that is asked: its line of action passes the sole by", name(which))
+            let (Control::Force(asked) | Control::Motion(asked)) = asked[which];
+            return format!("no pressure under the sole has {} = {asked:.6e} N m: its line of action passes the sole by", name(which));
         }
     };
     // what the contact does not carry, most of all, where everything else is right
