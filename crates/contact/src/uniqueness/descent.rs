@@ -1,12 +1,13 @@
 //! Local minimisation of F: least μ under x₁y₁ ≤ 0 and x_t·y_t ≤ μ|x₁||y_t|, by an augmented Lagrangian (J. Nocedal, S. J. Wright, Numerical
-//! Optimization, 2nd ed., section 17.4) with a quasi-Newton method inside ([`lbfgs`](super::lbfgs)), for
-//! few elements Newton's ([`newton`](super::newton)).
+//! Optimization, 2nd ed., section 17.4) with a quasi-Newton method inside ([`lbfgs`](super::lbfgs)) or Newton's ([`newton`](super::newton)),
+//! which ends lower and needs a matrix.
 //!
 //! The constraints added up with equal weights say Σ αx₁y₁ + x_t·y_t ≤ μ Σ|x₁||y_t| with α = 1, or more for a weak coupling. So the ratio of the two sides is minimised first, a
 //! smooth problem but for kinks; where it ends, the equal weights are the first multipliers, and the penalty grows slowly from there. That passes
 //! many a poor local minimum that a start with zero multipliers or a strong penalty ends in.
 //!
-//! Few elements leave the ratio too little to say: there multipliers and penalty begin low, and random starts find what is to be found.
+//! Few elements, random starts and what is far from a stripe leave the ratio too little to say: there multipliers and penalty begin low, and the inner
+//! method is Newton's.
 //!
 //! What the inverse of A's diagonal blocks makes of a gradient is the first guess of the Hessian's inverse: without it, or with another power of A, the
 //! same effort ends a tenth higher. The constraints are of second degree in x, whose length a penalty keeps at xᵀAx = k.
@@ -26,7 +27,7 @@ const WEAK: f64 = 0.3;
 /// Weight of the penalty on the length of x.
 pub(super) const LENGTH: f64 = 10.0;
 
-/// Up to so many elements the inner method is Newton's: it is exact and fast there, and needs a matrix.
+/// Up to so many elements there is too little room for stripes to begin from their ratio.
 const FEW: usize = 16;
 
 /// μ κ to start from with few elements.
@@ -46,10 +47,11 @@ struct Limits {
 }
 
 impl Limits {
+    const NEWTON: Self = Self { outer: 60, inner: 20, growth: 1.3, tolerance: 1e-8 };
+
     fn of(elements: usize) -> Self {
         match elements {
-            k if k <= FEW => Self { outer: 60, inner: 20, growth: 1.3, tolerance: 1e-8 },
-            k if k <= 64 => Self { outer: 300, inner: 100, growth: 1.1, tolerance: 1e-7 },
+            k if k <= 64 => Self { outer: 600, inner: 100, growth: 1.05, tolerance: 1e-7 },
             k if k <= 300 => Self { outer: 100, inner: 200, growth: 1.2, tolerance: 1e-6 },
             _ => Self { outer: 100, inner: 200, growth: 1.3, tolerance: 1e-6 },
         }
@@ -198,23 +200,24 @@ impl<'a> Descent<'a> {
         point[3 * self.k] / self.coupling
     }
 
-    /// Minimises from `x`, towards a pattern if there is one; returns x with xᵀAx near k, and μ. The constraints hold up to a small violation.
+    /// Minimises from `x`, towards a pattern if there is one (without, 3k × 3k matrices are factored); returns x with xᵀAx near k, and μ. The constraints hold up to a small violation.
     pub(super) fn minimise(&mut self, x: &mut [f64], pattern: Option<&Pattern>) -> f64 {
-        let (k, limits) = (self.k, Limits::of(self.k));
+        let k = self.k;
         let mut point = self.enter(x, 0.0);
-        if k <= FEW {
+        if k > FEW && pattern.is_some() {
+            self.begin(&mut point, pattern);
+            self.approach(&mut point, Limits::of(k), None);
+        } else {
             // the first minimisation is free to pass poor local minima, the second one stays where the first one ended
+            let matrix = self.matrix();
             self.point_to_length(&mut point);
             (point[3 * k], self.unit) = (FIRST_MU, FIRST_MU * FIRST_MU);
             for penalty in [10.0, 1000.0] {
                 self.multipliers.fill(0.0);
                 self.penalty = penalty / k as f64;
-                self.approach(&mut point, limits);
+                self.approach(&mut point, Limits::NEWTON, Some(&matrix));
                 self.unit = point[3 * k] * point[3 * k];
             }
-        } else {
-            self.begin(&mut point, pattern);
-            self.approach(&mut point, limits);
         }
         self.leave(&point, x)
     }
@@ -239,14 +242,13 @@ impl<'a> Descent<'a> {
         self.penalty = first / (dot(&self.values, &self.values) / (2 * k) as f64).sqrt();
     }
 
-    /// The augmented Lagrangian's method.
-    fn approach(&mut self, point: &mut [f64], limits: Limits) {
+    /// The augmented Lagrangian's method, with Newton's inside where A is given as a matrix.
+    fn approach(&mut self, point: &mut [f64], limits: Limits, matrix: Option<&Mat<f64>>) {
         let k = self.k;
         let mut shift = 1.0 / k as f64;
-        let matrix = (k <= FEW).then(|| self.matrix());
         let (mut before, mut last) = (f64::INFINITY, f64::INFINITY);
         for _ in 0..limits.outer {
-            match &matrix {
+            match matrix {
                 Some(matrix) => self.descend(matrix, point, limits.inner, &mut shift),
                 None => {
                     lbfgs::minimise(point, &mut Lagrangian { descent: self }, limits.inner, STALLED);

@@ -8,8 +8,8 @@
 //!
 //! So minimisations start from stripes of several wavelengths and directions; diagonal ones with a period of four elements lead to the best fields
 //! on half-spaces. Which stripes serve depends on what elements do to their neighbours: where elements are many, all stripes are tried on a part of Ω with at
-//! most 8 × 8 elements of the same size, and the best ones on the whole of it. Few elements have too little room for stripes, and
-//! minimisations start from random fields there too. The problem is not convex and has many local minima, most of them with few elements.
+//! most 8 × 8 elements of the same size, and the best ones on the whole of it. Few elements have too little room for stripes,
+//! and a large ε or a thin layer makes others best; so up to 100 elements minimisations start from random fields too. The problem is not convex and has many local minima, most of them with few elements.
 //!
 //! Every start has its own random numbers, so the result depends on the seed and the effort alone, not on the number of threads.
 
@@ -28,7 +28,7 @@ use crate::scene::SceneError;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Search {
-    /// Random starts on meshes of up to 16 elements; on finer ones fewer in inverse proportion to the elements, and none on more than 100.
+    /// Random starts on meshes of up to 36 elements; on finer ones fewer in inverse proportion to the elements, and none on more than 100.
     pub starts: u32,
     /// How many of the stripes that serve best on 8 × 8 elements a mesh of more than 100 starts from, at least one.
     pub kept: u32,
@@ -72,16 +72,42 @@ fn generator(seed: u64, stream: u64) -> SplitMix64 {
     SplitMix64(SplitMix64(seed).next() ^ SplitMix64(stream).next().rotate_left(17))
 }
 
-/// A random field, smoothed by the operator up to twice.
+/// A random field, smoothed by the operator up to twice, and with or without symmetry, which minimisations keep.
 fn start(system: &System, random: &mut SplitMix64) -> Vec<f64> {
     let k = system.elements();
+    let kind = random.next();
     let mut x: Vec<f64> = (0..3 * k).map(|_| random.signed()).collect();
-    for _ in 0..random.next() % 3 {
+    for _ in 0..kind % 3 {
         let mut y = vec![0.0; 3 * k];
         system.apply(&mut y, &x, &mut system.scratch());
         x = y;
     }
+    let bit = |at: u32| (kind >> at) & 1 == 1;
+    for (axis, at) in [(0, 8), (1, 16)] {
+        if bit(at) {
+            x = reflected(system, &x, axis, if bit(at + 1) { -1.0 } else { 1.0 });
+        }
+    }
     x
+}
+
+/// The part of a field that changes by `sign` under the reflection of x (axis 0) or y (axis 1).
+fn reflected(system: &System, x: &[f64], axis: usize, sign: f64) -> Vec<f64> {
+    let (grid, n) = (system.grid(), system.grid().len());
+    let mut whole = vec![0.0; 3 * n];
+    system.onto_grid(&mut whole, x);
+    let mut sum = whole.clone();
+    for e in grid.active() {
+        let (i, j) = grid.position(e);
+        let image = if axis == 0 { grid.index(grid.nx() - 1 - i, j) } else { grid.index(i, grid.ny() - 1 - j) };
+        for block in 0..3 {
+            let sign = if block == axis + 1 { -sign } else { sign };
+            sum[block * n + e] += sign * whole[block * n + image];
+        }
+    }
+    let mut part = vec![0.0; x.len()];
+    system.off_grid(&mut part, &sum);
+    part
 }
 
 /// Waves along x and y per element, and a phase, in turns.
@@ -208,7 +234,7 @@ pub fn upper(question: &Question, search: &Search) -> Result<Upper, UpperError> 
     }
     let elements = system.elements();
     let patterns = chosen(question, &system, search)?;
-    let random = if elements <= FEW { search.starts as usize * 16 / elements.max(16) } else { 0 };
+    let random = if elements <= FEW { search.starts as usize * 36 / elements.max(36) } else { 0 };
     let starts = patterns.len() + random;
     let found = (0..starts).into_par_iter().filter_map(|start| match patterns.get(start) {
         Some(pattern) => from_pattern(&system, pattern),
