@@ -14,6 +14,7 @@
 
 use contact::loading::Control;
 use contact::numerics::Mesh;
+use contact::reference::Errors;
 use contact::scene::Shape;
 use toml::de::DeValue;
 
@@ -39,19 +40,7 @@ pub struct Accuracy {
 }
 
 /// The figures whose errors are estimated.
-pub const OF: [&str; 11] = [
-    "load",
-    "approach",
-    "tangential_force",
-    "shift",
-    "moment",
-    "rotation",
-    "peak_pressure",
-    "contact_area",
-    "stick_area",
-    "pressure",
-    "traction",
-];
+pub const OF: [&str; 11] = *Errors::NAMES.first_chunk().unwrap();
 
 /// Elements across Ω of the mesh that is tried first.
 pub const FIRST: u32 = 8;
