@@ -91,7 +91,7 @@ pub fn forecast_bracket(question: &Question, effort: &Effort) -> Result<Forecast
     let newton = 0.004 * k + 3e-7 * rows.powi(3);
     let random = if k <= 100.0 { f64::from(effort.search.starts) * (36.0 / k).min(1.0) } else { 0.0 };
     // a dozen stripes, which where elements are many are tried on a part of Ω
-    let stripes = if k <= 16.0 { 12.0 * newton } else { 12.0 * 0.035 * k.min(100.0) };
+    let stripes = if k <= 16.0 { 12.0 * newton } else { 12.0 * 0.035 * k.min(64.0) };
     let kept = if k > 100.0 { 0.02 * k * f64::from(effort.search.kept.max(1)) } else { 0.0 };
     let seconds = 0.02 + random * newton + stripes + kept;
     Ok(Forecast { elements: [nx, ny], unknowns: 3 * nx * ny, seconds, memory: (8.0 * 8.0 * rows.min(3600.0).powi(2)) as u64, operator: 0 })
