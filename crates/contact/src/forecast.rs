@@ -88,7 +88,7 @@ pub fn forecast_bracket(question: &Question, effort: &Effort) -> Result<Forecast
     let k = (nx * ny) as f64;
     let rows = 3.0 * k;
     // measured on half-spaces with 2² to 48² elements: Newton's method from a random start, or from stripes where elements are few
-    let newton = 0.004 * k + 3e-7 * rows.powi(3);
+    let newton = 0.006 * k + 4e-7 * rows.powi(3);
     let random = if k <= 100.0 { f64::from(effort.search.starts) * (36.0 / k).min(1.0) } else { 0.0 };
     // a dozen stripes, which where elements are many are tried on a part of Ω
     let stripes = if k <= 16.0 { 12.0 * newton } else { 12.0 * 0.035 * k.min(64.0) };
