@@ -61,6 +61,7 @@ impl Queue {
     }
 
     /// Whether this job waits.
+    #[cfg(any(test, debug_assertions))] // asked by the invariants
     pub(crate) fn contains(&self, job: usize) -> bool {
         let (group, cost) = self.jobs[job];
         self.groups[group].waiting.contains(&(cost, job))
