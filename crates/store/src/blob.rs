@@ -18,6 +18,10 @@ const LEVEL: i32 = 3;
 /// a millisecond each on an idle disk and ten times that on a busy one, which is as long as such a job takes to solve.
 const SMALL: usize = 16 << 10;
 
+/// Bytes of content above which that is not tried, and more than which no record is believed to keep: fields do not shrink to less than
+/// an eighth.
+const MOST: usize = 8 * SMALL;
+
 /// The name of a blob: BLAKE3 of its uncompressed content, shown as 64 lower-case hexadecimal digits.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Digest(pub [u8; 32]);
@@ -129,8 +133,7 @@ impl Blobs {
     /// # Errors
     /// [`WriteError::DiskFull`], [`WriteError::Io`].
     pub fn keep(&self, content: &[u8]) -> Result<Kept, WriteError> {
-        // nothing of ours shrinks to less than an eighth
-        if content.len() <= 8 * SMALL {
+        if content.len() <= MOST {
             let compressed = compress(content).map_err(|source| WriteError::io("compress a field for", &self.directory, source))?;
             if compressed.len() <= SMALL {
                 return Ok(Kept::Inside(compressed));
@@ -147,7 +150,7 @@ impl Blobs {
         match kept {
             Kept::Blob(digest) => self.get(&Digest(*digest)),
             Kept::Inside(compressed) => {
-                zstd::decode_all(&compressed[..]).map(Some).map_err(|error| ReadError::Inside { reason: error.to_string() })
+                zstd::bulk::decompress(compressed, MOST).map(Some).map_err(|error| ReadError::Inside { reason: error.to_string() })
             }
         }
     }
