@@ -27,6 +27,9 @@ on = "stick_area > 0"
 to = "1%"
 "#;
 
+/// A punch walked to where it has three solutions, and with less friction to where it has one.
+const SEVERAL: &str = include_str!("studies/several.toml");
+
 /// Rows that no run leaves its mark on.
 fn rows(place: &Place) -> String {
     let said = place.call("query sliding --select key,step1_shift_x,poisson,load,stick_area,residual,iterations --format csv");
@@ -140,6 +143,23 @@ fn what_accuracy_costs_is_said_in_a_sentence() {
 }
 
 #[test]
+fn each_way_of_solving_has_a_law_of_its_own() {
+    let axes = "mesh = [6, 8, 12, 16]\nprojection = [\"average\", \"midpoint\"]\nmethod = [\"newton\", \"seidel\"]\nepsilon = [0, 1e-3]";
+    let place = Place::with("ways.toml", HERTZ.replace("KIND", "cost").replace("mesh = [8, 16, 32, 64]", axes));
+    let said = place.call("cost ways.toml");
+    assert_eq!(said.code, 0, "{}", said.err);
+    let (_, laws) = said.out.split_once("\nlaws\n").unwrap();
+    for projection in ["average", "midpoint"] {
+        for method in ["newton", "seidel"] {
+            for epsilon in ["0 ", "0.001 "] {
+                let way = format!("projection {projection}, method {method}, epsilon {epsilon}");
+                assert_eq!(laws.matches(&way).count(), 1, "{way}\n{}", said.out);
+            }
+        }
+    }
+}
+
+#[test]
 fn brackets_are_proved_anew() {
     let text = r#"name = "unique"
 kind = "uniqueness"
@@ -166,25 +186,7 @@ mesh = 2
 
 #[test]
 fn every_solution_of_a_search_is_shown() {
-    let text = r#"name = "several"
-kind = "multiplicity"
-[scene]
-foundation.base = { shear_modulus = "80 GPa", poisson = 0 }
-punch = { shape = "flat-rectangle", width_x = "2 mm", width_y = "2 mm" }
-friction.mu = 4
-loading.steps = [
-    { approach = "0 um", tilt_y = "2 mrad" }, { shift_x = "1 um" }, { approach = "1 um", tilt_y = "0 mrad" },
-    { shift_x = "0.4 um" }, { approach = "10 nm" },
-]
-[numerics]
-mesh = 2
-tolerance = 1e-10
-[search]
-starts = 20
-[sweep]
-"friction.mu" = [2, 4]
-"#;
-    let place = Place::with("several.toml", text);
+    let place = Place::with("several.toml", SEVERAL);
     assert_eq!(place.call("run several.toml").code, 0);
     let rows = place.json("query several --select key,mu,solutions,index_sum --json")["rows"].clone();
     assert_eq!((rows[0]["solutions"].as_u64(), rows[1]["solutions"].as_u64()), (Some(1), Some(3)), "{rows}");

@@ -21,25 +21,7 @@ starts = 1
 foundation.base.poisson = [0, 0.1, 0.2, 0.3, 0.4, 0.5]
 "#;
 
-const MULTIPLICITY: &str = r#"
-name = "kinds"
-kind = "multiplicity"
-[scene]
-foundation.base = { shear_modulus = "80 GPa", poisson = 0 }
-punch = { shape = "flat-rectangle", width_x = "2 mm", width_y = "2 mm" }
-friction.mu = 4
-loading.steps = [
-    { approach = "0 um", tilt_y = "2 mrad" }, { shift_x = "1 um" }, { approach = "1 um", tilt_y = "0 mrad" },
-    { shift_x = "0.4 um" }, { approach = "10 nm" },
-]
-[numerics]
-mesh = 2
-tolerance = 1e-10
-[search]
-starts = 10
-[sweep]
-friction.mu = [1, 2, 3, 4, 5, 7]
-"#;
+const MULTIPLICITY: &str = include_str!("../cli/studies/several.toml");
 
 const CONVERGENCE: &str = r#"
 name = "kinds"
@@ -140,7 +122,9 @@ fn brackets_of_uniqueness_sets_survive() {
 
 #[test]
 fn searches_for_solutions_survive() {
-    survives(MULTIPLICITY, 6);
+    let friction = "[1, 2, 3, 4, 5, 7]";
+    let study = MULTIPLICITY.replace("\"several\"", "\"kinds\"").replace("[2, 4]", friction);
+    survives(&study, 6);
 }
 
 #[test]
