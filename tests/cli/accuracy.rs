@@ -1,5 +1,6 @@
 //! `accuracy` in place of a mesh: what is picked, from what was learnt or by trying, and what is said of it.
 
+use std::path::Path;
 use std::process::Command;
 use std::thread::sleep;
 use std::time::Duration;
@@ -154,15 +155,24 @@ fn one_scene_is_solved_to_an_accuracy_without_a_store() {
     assert_eq!(place.files().len(), 1);
 }
 
-#[test]
-fn hard_cases_end_as_their_table_says() {
+/// A script that holds the program against a page of the documentation, and leaves nothing behind.
+fn check(script: &str) {
     let temporary = TempDir::new().unwrap();
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/scripts/hard-cases");
-    let mut check = Command::new(script);
+    let mut check = Command::new(Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts").join(script));
     check.args(["--check", "--program", env!("CARGO_BIN_EXE_tribosweep")]).env("TMPDIR", temporary.path());
     let output = check.env_remove("TRIBOSWEEP_STORE").output().unwrap();
     let said = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
     assert!(output.status.success(), "{said}");
     let left: Vec<_> = std::fs::read_dir(temporary.path()).unwrap().map(|entry| entry.unwrap().path()).collect();
     assert!(left.is_empty(), "{left:?}");
+}
+
+#[test]
+fn hard_cases_end_as_their_table_says() {
+    check("hard-cases");
+}
+
+#[test]
+fn the_tables_of_accuracy_are_what_its_script_makes() {
+    check("accuracy");
 }
