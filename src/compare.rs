@@ -136,8 +136,8 @@ pub(crate) fn orders(study: &Study, ladders: &[Rungs<'_>], compared: &[Option<Co
     }));
     let mut rows = Vec::new();
     for ladder in ladders {
-        for (which, name) in Errors::NAMES.iter().enumerate() {
-            let error = |index: usize| compared[index].as_ref().and_then(|compared| compared.errors.to_array()[which]);
+        for (name, _) in Errors::default().named() {
+            let error = |index: usize| compared[index].as_ref().and_then(|compared| compared.errors.get(name));
             let rungs: Vec<(f64, f64)> = ladder.rungs.iter().filter_map(|(h, index, _)| Some((*h, error(*index)?))).collect();
             let Some((_, finest)) = rungs.last().copied() else { continue };
             // ε = 0 is no point in logarithms
@@ -146,7 +146,7 @@ pub(crate) fn orders(study: &Study, ladders: &[Rungs<'_>], compared: &[Option<Co
                 continue;
             }
             let mut row: Vec<Cell> = ladder.at.iter().map(|(_, value)| cell(value.clone())).collect();
-            row.push(Cell::Text((*name).to_owned()));
+            row.push(Cell::Text(name.to_owned()));
             row.extend(match power_law(if finest == 0.0 { &[] } else { &line }) {
                 Ok(PowerLaw { slope, standard_error, range, .. }) => {
                     [slope, standard_error, range[0], range[1]].map(|x| Cell::Number(digits(x, 2)))

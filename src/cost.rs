@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use contact::loading::Control;
 use contact::numerics::{Mesh, Numerics};
 use contact::outcome::StepOutcome;
-use contact::reference::{ClosedForm, Errors, PowerLaw, closed_form, power_law, richardson};
+use contact::reference::{ClosedForm, Errors, FigureErrors, PowerLaw, closed_form, power_law, richardson};
 use report::{Cell, Column, Table, pareto_front};
 use study::columns::Compared;
 use study::cost::{Cost, is_rung};
@@ -63,7 +63,6 @@ pub(crate) fn compare(
         let Some(case) = members.first().and_then(|first| points[*first].job.case()) else { continue };
         let controls = case.scene.loading.legs().last().map(|leg| leg.target).context("a scene without a load step")?;
         let on = cost.on.unwrap_or(if matches!(controls[0], Control::Motion(_)) { "load" } else { "approach" });
-        let which = Errors::NAMES.iter().position(|name| *name == on).context("an error without a name")?;
         let exact = closed_form(&case.scene);
         let mut rungs = Vec::new();
         let mut families: Vec<Numerics> = Vec::new();
@@ -117,8 +116,7 @@ pub(crate) fn compare(
             }
         }
         for rung in &mut rungs {
-            let errors = compared[rung.index].as_ref().map(|compared| compared.errors.to_array());
-            rung.error = errors.and_then(|errors| errors[which]).unwrap_or(f64::NAN);
+            rung.error = compared[rung.index].as_ref().and_then(|compared| compared.errors.get(on)).unwrap_or(f64::NAN);
         }
         rungs.retain(|rung| rung.error.is_finite() && rung.seconds > 0.0);
         if rungs.is_empty() {
@@ -296,14 +294,15 @@ impl Limits {
             (unit > 0.0).then(|| (SCALARS[which].1(end) - limit).abs() / unit)
         };
         let is_force = matches!(controls[0], Control::Force(_));
-        Errors {
+        let figures = FigureErrors {
             load: error(0, None).filter(|_| !is_force),
             approach: error(1, None).filter(|_| is_force),
             peak_pressure: error(2, None),
             contact_area: error(3, None),
             stick_area: error(4, Some(contact)),
-            ..Errors::default()
-        }
+            ..FigureErrors::default()
+        };
+        Errors { figures, ..Errors::default() }
     }
 }
 

@@ -27,37 +27,17 @@ use serde::{Deserialize, Serialize};
 use crate::numerics::Numerics;
 use crate::observables::State;
 use crate::outcome::{Fields, StepOutcome};
-use crate::reference::Errors;
+use crate::reference::{Errors, FigureErrors};
 use crate::scene::{Scene, Shape};
 
-/// Estimates of the relative errors at the end of a path \[1\], of the figures and over the units that [`Errors`] has. `None` where
-/// there is no figure (nothing sticks to a punch without contact), where the scene prescribes it, where it is less than 1e-6 of its kind,
-/// and where it has no limit: see [`peak_pressure`](Estimate::peak_pressure) and [`pressure`](Estimate::pressure).
+/// Estimates of the relative errors at the end of a path \[1\].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// Of P.
-    pub load: Option<f64>,
-    /// Of δ.
-    pub approach: Option<f64>,
-    /// Of the vector (Qx, Qy).
-    pub tangential_force: Option<f64>,
-    /// Of the vector of both shifts.
-    pub shift: Option<f64>,
-    /// Of the vector of moments.
-    pub moment: Option<f64>,
-    /// Of the vector of rotations.
-    pub rotation: Option<f64>,
-    /// Of the largest pressure; `None` under a cone, whose tip has an unbounded one, and where the [pressure](Estimate::pressure) has none.
-    pub peak_pressure: Option<f64>,
-    /// Of the area in contact, counted in whole elements.
-    pub contact_area: Option<f64>,
-    /// Of the area that sticks, over the area in contact.
-    pub stick_area: Option<f64>,
-    /// Of the pressure in L₂; `None` where the contact reaches the edge of the sole or of Ω, at which the pressure is
-    /// unbounded and not in L₂, unless ε is large enough for the grid to resolve what it makes of it, or the ceiling is active.
-    pub pressure: Option<f64>,
-    /// Of the tangential traction in L₂; `None` where that of the pressure is.
-    pub traction: Option<f64>,
+    /// Of the figures. `None` where there is no figure (nothing sticks to a punch without contact), where the scene prescribes it,
+    /// where it is less than 1e-6 of its kind, and where it has no limit. Without one are the tractions in L₂ where the contact reaches
+    /// the edge of the sole or of Ω, at which the pressure is unbounded and not in L₂, unless ε is large enough for the grid to resolve
+    /// what it makes of it, or the ceiling is active; and the largest pressure there and under a cone, whose tip has an unbounded one.
+    pub figures: FigureErrors,
     /// Of all tractions together in L₂, because the solver stopped before its residual was 0; not part of the others. 4 times the larger
     /// of the certificate's residual and its imbalance of forces, summed over the increments, each of which starts from the one before.
     pub solver: f64,
@@ -83,7 +63,7 @@ pub(crate) fn estimate(
 ) -> Option<Estimate> {
     let (end, coarse_end) = (steps.last()?, coarse_steps.last()?);
     let controls = scene.loading.legs().last()?.target;
-    let difference = Errors::against_solution(coarse_end, coarse_fields, end, fields, &controls)?;
+    let difference = Errors::against_solution(coarse_end, coarse_fields, end, fields, &controls)?.figures;
     let size = |fields: &Fields| (fields.element[0] * fields.element[1]).sqrt();
     // the differences of first-order figures are errors times this
     let gain = size(coarse_fields) / size(fields) - 1.0;
@@ -108,7 +88,7 @@ pub(crate) fn estimate(
     let is_limited = end.observables.ceiling_elements > 0 || resolves(numerics.epsilon, fields);
     let is_bounded = is_limited || !is_at_edge;
     let has_peak = is_limited || !matches!(scene.punch.shape, Shape::Cone { .. });
-    Some(Estimate {
+    let figures = FigureErrors {
         load: along(difference.load),
         approach: along(difference.approach),
         tangential_force: across(difference.tangential_force),
@@ -120,8 +100,9 @@ pub(crate) fn estimate(
         stick_area: area(difference.stick_area, &[State::Stick], true),
         pressure: of(difference.pressure, 1.1, 0.0).filter(|_| is_bounded),
         traction: of(difference.traction, 1.1, 0.0).filter(|_| is_bounded),
-        solver: 4.0 * steps.iter().map(|step| step.certificate.residual.max(step.certificate.force_imbalance)).sum::<f64>(),
-    })
+    };
+    let solver = 4.0 * steps.iter().map(|step| step.certificate.residual.max(step.certificate.force_imbalance)).sum::<f64>();
+    Some(Estimate { figures, solver })
 }
 
 const CONTACT: [State; 2] = [State::Stick, State::Slip];

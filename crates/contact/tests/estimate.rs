@@ -5,13 +5,12 @@ mod common;
 use std::f64::consts::PI;
 
 use common::*;
-use contact::estimate::Estimate;
 use contact::loading::{Loading, Step};
 use contact::norms::{distance, norm};
 use contact::numerics::{Mesh, Method, Numerics, Projection};
 use contact::outcome::{Fields, Outcome, Status};
 use contact::punch::Surfaces;
-use contact::reference::{Errors, closed_form, flat_disk};
+use contact::reference::{Errors, FigureErrors, closed_form, flat_disk};
 use contact::scene::*;
 use contact::{Operators, solve};
 
@@ -117,32 +116,15 @@ fn solved(scene: &Scene, numerics: &Numerics) -> (Outcome, Fields) {
     (outcome, fields)
 }
 
-fn figures(e: &Estimate) -> [(&'static str, Option<f64>); 11] {
-    [
-        ("load", e.load),
-        ("approach", e.approach),
-        ("tangential_force", e.tangential_force),
-        ("shift", e.shift),
-        ("moment", e.moment),
-        ("rotation", e.rotation),
-        ("peak_pressure", e.peak_pressure),
-        ("contact_area", e.contact_area),
-        ("stick_area", e.stick_area),
-        ("pressure", e.pressure),
-        ("traction", e.traction),
-    ]
-}
-
 fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for (name, scene) in with_closed_forms() {
         let exact = closed_form(&scene).expect(name);
         for mesh in MESHES {
             let (outcome, fields) = solved(&scene, &numerics(Mesh::Across(mesh), Projection::Average, 1e-8));
-            let errors = Errors::against_closed_form(outcome.last().unwrap(), &fields, &exact).unwrap().to_array();
+            let errors = Errors::against_closed_form(outcome.last().unwrap(), &fields, &exact).unwrap();
             let estimate = outcome.estimate.expect(name);
-            for (figure, estimate) in figures(&estimate) {
-                let error = errors[Errors::NAMES.iter().position(|name| *name == figure).unwrap()];
+            for ((figure, estimate), (_, error)) in estimate.figures.named().into_iter().zip(errors.figures.named()) {
                 // what is 0 in truth is wrong by all that it is
                 let vanishes = |figure: &str| matches!(figure, "tangential_force" | "shift" | "moment" | "rotation");
                 let error = error.or_else(|| (estimate.is_some() && vanishes(figure)).then_some(1.0));
@@ -156,7 +138,7 @@ fn cases() -> Vec<Case> {
     for (name, scene, [load, area, stick]) in with_tables() {
         for mesh in [12, 15, 24, 45, 64] {
             let (outcome, _) = solved(&scene, &numerics(Mesh::Across(mesh), Projection::Average, 1e-8));
-            let (o, estimate) = (outcome.last().unwrap().observables, outcome.estimate.expect(&name));
+            let (o, estimate) = (outcome.last().unwrap().observables, outcome.estimate.expect(&name).figures);
             let area_unit = area.unwrap_or(o.contact_area);
             for (figure, estimate, own, exact, unit) in [
                 ("load", estimate.load, o.load, load, load),
@@ -199,7 +181,7 @@ fn estimates_cover_the_true_errors() {
     for scene in &scenes {
         print(scene, summary(&cases.iter().filter(|case| case.scene == *scene).collect::<Vec<_>>()));
     }
-    for (figure, _) in figures(&Estimate::default()) {
+    for (figure, _) in FigureErrors::default().named() {
         let of_figure = summary(&cases.iter().filter(|case| case.figure == figure).collect::<Vec<_>>());
         print(figure, of_figure);
         let (count, covered, median, _) = of_figure;
@@ -251,7 +233,7 @@ fn estimates_do_not_depend_on_the_method() {
         let [seidel, newton] = [Method::Seidel, Method::Newton].map(|method| {
             let (outcome, _) = solved(&scene, &Numerics { method, ..numerics(Mesh::Across(17), Projection::Average, 1e-9) });
             assert!(outcome.levels.iter().any(|level| level.elements[0] == 9), "{name}: {:?}", outcome.levels);
-            figures(&outcome.estimate.expect(name))
+            outcome.estimate.expect(name).figures.named()
         });
         for ((figure, one), (_, other)) in seidel.into_iter().zip(newton) {
             let off = one.zip(other).map(|(one, other)| (one - other).abs());
@@ -282,7 +264,7 @@ fn what_is_unbounded_has_no_estimate() {
     let disk = scene(Shape::FlatDisk { radius: 1.0 }, 1.0, 0.3, 0.0, Step { approach: Some(1.0), ..Step::default() });
     let of = |epsilon: f64, ceiling: Option<f64>| {
         let numerics = Numerics { epsilon, ceiling, ..numerics(Mesh::Across(32), Projection::Average, 1e-8) };
-        solved(&disk, &numerics).0.estimate.unwrap()
+        solved(&disk, &numerics).0.estimate.unwrap().figures
     };
     for (epsilon, ceiling, is_bounded) in [(0.0, None, false), (1e-6, None, false), (0.3, None, true), (0.0, Some(1.0), true)] {
         let estimate = of(epsilon, ceiling);

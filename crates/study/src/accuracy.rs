@@ -14,7 +14,7 @@
 
 use contact::loading::Control;
 use contact::numerics::Mesh;
-use contact::reference::Errors;
+use contact::reference::FigureErrors;
 use contact::scene::Shape;
 use toml::de::DeValue;
 
@@ -30,7 +30,7 @@ use crate::sheet::{Given, Setting};
 /// How good the results of a study must be.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Accuracy {
-    /// The figure that counts, one of [`OF`]; `None` is the load, or the approach where the load is given.
+    /// The figure that counts, one of those of [`FigureErrors`]; `None` is the load, or the approach where the load is given.
     pub of: Option<&'static str>,
     /// Largest relative error, as it is estimated.
     pub is: f64,
@@ -38,9 +38,6 @@ pub struct Accuracy {
     pub at_most: u32,
     span: Span,
 }
-
-/// The figures whose errors are estimated.
-pub const OF: [&str; 11] = *Errors::NAMES.first_chunk().unwrap();
 
 /// Elements across Ω of the mesh that is tried first.
 pub const FIRST: u32 = 8;
@@ -160,11 +157,12 @@ fn figure(node: &Node<'_>) -> Result<&'static str, Problem> {
     let word = read::text("accuracy.of", node)?;
     // the column of the estimate means the same
     let bare = word.strip_prefix("estimate_").unwrap_or(&word);
-    OF.into_iter().find(|known| *known == bare).ok_or_else(|| {
+    let figures = FigureErrors::default().named().map(|(name, _)| name);
+    figures.into_iter().find(|known| *known == bare).ok_or_else(|| {
         let problem = |expected: String| Problem::new(node.span(), format!("`accuracy.of`: no error of `{word}` is estimated"), expected);
-        match nearest(bare, OF) {
-            Some(meant) => problem(format!("did you mean \"{meant}\"?")).help(format!("must be {}", one_of(&OF))),
-            None => problem(format!("must be {}", one_of(&OF))),
+        match nearest(bare, figures) {
+            Some(meant) => problem(format!("did you mean \"{meant}\"?")).help(format!("must be {}", one_of(&figures))),
+            None => problem(format!("must be {}", one_of(&figures))),
         }
     })
 }

@@ -147,7 +147,7 @@ enum Source {
     Observed(fn(&Observables) -> Value),
     Multiplicity(fn(&Multiplicity) -> Value),
     Bracketed(fn(&Bracketed) -> Value),
-    Error(usize),
+    Error(fn(&Errors) -> Option<f64>),
     Claim,
     Reference,
 }
@@ -175,7 +175,7 @@ impl Column {
             Source::Outcome(read) => record.and_then(Record::outcome).map_or(Value::Missing, read),
             Source::End(read) => end().map_or(Value::Missing, read),
             Source::Observed(read) => end().map_or(Value::Missing, |end| read(&end.observables)),
-            Source::Error(which) => compared.and_then(|compared| compared.errors.to_array()[which]).map_or(Value::Missing, Value::Number),
+            Source::Error(read) => compared.and_then(|compared| read(&compared.errors)).map_or(Value::Missing, Value::Number),
             Source::Claim => compared.and_then(|compared| compared.claim).map_or(Value::Missing, Value::Number),
             Source::Reference => compared.map_or(Value::Missing, |compared| Value::Text(compared.reference.clone())),
             Source::Bracketed(read) => record.and_then(Record::bracketed).map_or(Value::Missing, read),
@@ -295,8 +295,9 @@ mod tests {
         for (name, figure) in end["motion"].as_object().unwrap() {
             assert_eq!(value(&format!("at_{name}")), figure.as_f64(), "{name}");
         }
-        for (name, figure) in serde_json::to_value(outcome.estimate).unwrap().as_object().unwrap() {
-            assert_eq!(value(&format!("estimate_{name}")), figure.as_f64(), "{name}");
+        let estimate = outcome.estimate.unwrap();
+        for (name, figure) in estimate.figures.named().into_iter().chain([("solver", Some(estimate.solver))]) {
+            assert_eq!(value(&format!("estimate_{name}")), figure, "{name}");
         }
         for (name, figure) in serde_json::to_value(outcome.work()).unwrap().as_object().unwrap() {
             assert_eq!(value(name), figure.as_f64(), "{name}");
@@ -319,6 +320,18 @@ mod tests {
         ];
         assert_eq!(names.map(|name| value(name).unwrap()), [51.0, 52.0, 53.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 60.0]);
         assert_eq!((value("step"), value("cycle")), (end["step"].as_f64(), end["cycle"].as_f64()));
+    }
+
+    #[test]
+    fn every_error_has_its_column() {
+        let record = solved();
+        let figures = record.outcome().unwrap().estimate.unwrap().figures;
+        let errors = Errors { figures, local: contact::norms::Relative { pressure: Some(82.0), traction: Some(83.0) } };
+        let compared = Compared { errors, reference: String::new(), claim: None };
+        let row = Row { point: &Point::of_record(&record).unwrap(), record: Some(&record), compared: Some(&compared) };
+        for (name, error) in errors.named() {
+            assert_eq!(find(ERRORS, &format!("error_{name}")).unwrap().value_of(&row).as_f64(), error, "{name}");
+        }
     }
 
     #[test]

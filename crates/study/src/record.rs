@@ -380,7 +380,7 @@ pub(crate) mod tests {
             wheelset_height: 60.0,
         };
         let coarse = Level { elements: [9, 10], work: WorkDone { iterations: 0, operator_applications: 5 } };
-        let estimate = contact::estimate::Estimate {
+        let figures = contact::reference::FigureErrors {
             load: Some(71.0),
             approach: Some(72.0),
             tangential_force: Some(73.0),
@@ -392,8 +392,8 @@ pub(crate) mod tests {
             stick_area: Some(79.0),
             pressure: Some(80.0),
             traction: Some(81.0),
-            solver: 90.0,
         };
+        let estimate = contact::estimate::Estimate { figures, solver: 90.0 };
         Outcome { status, levels: vec![coarse], steps: vec![first, last], estimate: Some(estimate), hertz: Some(hertz), rail: Some(rail) }
     }
 

@@ -1,5 +1,7 @@
 //! How far a solution is from a closed form, or from a solution on a finer mesh.
 
+use serde::{Deserialize, Serialize};
+
 use super::closed_form::ClosedForm;
 use super::quadrature::{Kinks, Rectangle};
 use crate::grid::Grid;
@@ -7,11 +9,9 @@ use crate::loading::Control;
 use crate::norms::{self, Norm, Relative};
 use crate::outcome::{Fields, StepOutcome};
 
-/// Relative errors of a solution \[1\]. `None` for what the scene prescribes, what the reference does not have (an unbounded peak, a
-/// traction outside L₂), and what is less than 1e-6 of its kind in the reference, of which a tolerance of 1e-8 leaves no
-/// more than two digits.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Errors {
+/// Relative errors of the figures of a solution \[1\]; whoever makes them says where there are none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FigureErrors {
     /// Of P.
     pub load: Option<f64>,
     /// Of δ.
@@ -34,10 +34,36 @@ pub struct Errors {
     pub pressure: Option<f64>,
     /// ‖p_t − p_t*‖ / ‖p_t*‖ in L₂.
     pub traction: Option<f64>,
-    /// The same for the local means of the pressure on 8 × 8 parts, a weak measure.
-    pub local_pressure: Option<f64>,
-    /// The same for those of the traction.
-    pub local_traction: Option<f64>,
+}
+
+impl FigureErrors {
+    /// With their names, which are those of the fields.
+    pub fn named(&self) -> [(&'static str, Option<f64>); 11] {
+        [
+            ("load", self.load),
+            ("approach", self.approach),
+            ("tangential_force", self.tangential_force),
+            ("shift", self.shift),
+            ("moment", self.moment),
+            ("rotation", self.rotation),
+            ("peak_pressure", self.peak_pressure),
+            ("contact_area", self.contact_area),
+            ("stick_area", self.stick_area),
+            ("pressure", self.pressure),
+            ("traction", self.traction),
+        ]
+    }
+}
+
+/// Relative errors of a solution \[1\]. `None` for what the scene prescribes, what the reference does not have (an unbounded peak, a
+/// traction outside L₂), and what is less than 1e-6 of its kind in the reference, of which a tolerance of 1e-8 leaves no
+/// more than two digits.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Errors {
+    /// Of the figures.
+    pub figures: FigureErrors,
+    /// Of the local means of the tractions on 8 × 8 parts, in L₂: a weak measure.
+    pub local: Relative,
 }
 
 /// Parts each way over which local means are taken.
@@ -47,42 +73,14 @@ const PARTS: usize = 8;
 const NEGLIGIBLE: f64 = 1e-6;
 
 impl Errors {
-    /// Names of the errors, in the order of [`Errors::to_array`].
-    pub const NAMES: [&'static str; 13] = [
-        "load",
-        "approach",
-        "tangential_force",
-        "shift",
-        "moment",
-        "rotation",
-        "peak_pressure",
-        "contact_area",
-        "stick_area",
-        "pressure",
-        "traction",
-        "local_pressure",
-        "local_traction",
-    ];
+    /// With their names.
+    pub fn named(&self) -> impl Iterator<Item = (&'static str, Option<f64>)> {
+        self.figures.named().into_iter().chain([("local_pressure", self.local.pressure), ("local_traction", self.local.traction)])
+    }
 
-    /// In the order of [`Errors::NAMES`].
-    pub fn to_array(self) -> [Option<f64>; 13] {
-        let Errors { load, approach, tangential_force, shift, moment, rotation, peak_pressure, .. } = self;
-        let Errors { contact_area, stick_area, pressure, traction, local_pressure, local_traction, .. } = self;
-        [
-            load,
-            approach,
-            tangential_force,
-            shift,
-            moment,
-            rotation,
-            peak_pressure,
-            contact_area,
-            stick_area,
-            pressure,
-            traction,
-            local_pressure,
-            local_traction,
-        ]
+    /// The one of this name.
+    pub fn get(&self, name: &str) -> Option<f64> {
+        self.named().find(|(own, _)| *own == name)?.1
     }
 
     /// The end of a path against the closed form of its scene. Local means are taken on the box around the contact and half as much
@@ -126,7 +124,7 @@ impl Errors {
             (all > NEGLIGIBLE * kind && !range.clone().all(|which| is_given(which, as_force))).then(|| off / all)
         };
         let relative = |own: f64, exact: f64, unit: f64| (unit > 0.0).then(|| (own - exact).abs() / unit);
-        Self {
+        let figures = FigureErrors {
             load: vector(true, 0..1, 0.0),
             approach: vector(false, 0..1, 0.0),
             tangential_force: vector(true, 1..3, load),
@@ -138,9 +136,8 @@ impl Errors {
             stick_area: relative(own.areas[1], reference.areas[1], reference.areas[0]),
             pressure: strong.pressure,
             traction: strong.traction,
-            local_pressure: local.pressure,
-            local_traction: local.traction,
-        }
+        };
+        Self { figures, local }
     }
 }
 
@@ -308,12 +305,22 @@ mod tests {
             Errors::against_closed_form(&StepOutcome::default(), &constant(modulus * 1e-3, 12, 3.0 * exact.semi_axes[0]), &exact).unwrap()
         };
         let usual = errors(1.0);
-        assert_eq!((usual.load, usual.peak_pressure, usual.approach), (Some(1.0), None, None));
+        assert_eq!(["load", "peak_pressure", "approach"].map(|name| usual.get(name)), [Some(1.0), None, None]);
         for modulus in [1e-280, 1e280] {
-            for (one, other) in usual.to_array().into_iter().zip(errors(modulus).to_array()) {
+            for ((name, one), (_, other)) in usual.named().zip(errors(modulus).named()) {
                 let apart = one.zip(other).map_or(0.0, |(one, other)| (one - other).abs() / one.max(1e-300));
-                assert!(one.is_some() == other.is_some() && apart < 1e-10, "{one:?} {other:?}");
+                assert!(one.is_some() == other.is_some() && apart < 1e-10, "{name}: {one:?} {other:?}");
             }
         }
+    }
+
+    #[test]
+    fn names_are_those_of_the_fields() {
+        let mut left = serde_json::to_value(FigureErrors::default()).unwrap();
+        for (which, (name, _)) in FigureErrors::default().named().into_iter().enumerate() {
+            left[name] = which.into();
+        }
+        let errors: FigureErrors = serde_json::from_value(left).unwrap();
+        assert_eq!(errors.named().map(|(_, error)| error), std::array::from_fn(|which| Some(which as f64)));
     }
 }

@@ -9,7 +9,7 @@ mod ladder;
 mod quadrature;
 
 pub use closed_form::{ClosedForm, Pressure, Traction, closed_form};
-pub use errors::Errors;
+pub use errors::{Errors, FigureErrors};
 pub use ladder::{LadderError, Limit, PowerLaw, Trend, power_law, richardson};
 
 use std::f64::consts::PI;

@@ -114,17 +114,17 @@ pub(super) const SOLUTION: &[Column] = results! {
     Observable "mesh_y" Pure "elements along y" integer!(observables.mesh_y);
     Observable "element_x" Length "element size along x" number!(observables.element_x);
     Observable "element_y" Length "element size along y" number!(observables.element_y);
-    Error "estimate_load" Pure "estimated relative error of the normal force" Source::Outcome(|o| estimate(o, |e| e.load));
-    Error "estimate_approach" Pure "estimated relative error of the approach" Source::Outcome(|o| estimate(o, |e| e.approach));
-    Error "estimate_tangential_force" Pure "estimated relative error of the tangential force" Source::Outcome(|o| estimate(o, |e| e.tangential_force));
-    Error "estimate_shift" Pure "estimated relative error of the shift" Source::Outcome(|o| estimate(o, |e| e.shift));
-    Error "estimate_moment" Pure "estimated relative error of the moments" Source::Outcome(|o| estimate(o, |e| e.moment));
-    Error "estimate_rotation" Pure "estimated relative error of the rotations" Source::Outcome(|o| estimate(o, |e| e.rotation));
-    Error "estimate_peak_pressure" Pure "estimated relative error of the largest pressure" Source::Outcome(|o| estimate(o, |e| e.peak_pressure));
-    Error "estimate_contact_area" Pure "estimated relative error of the area in contact" Source::Outcome(|o| estimate(o, |e| e.contact_area));
-    Error "estimate_stick_area" Pure "estimated relative error of the area that sticks, over the area in contact" Source::Outcome(|o| estimate(o, |e| e.stick_area));
-    Error "estimate_pressure" Pure "estimated relative error of the pressure in L2" Source::Outcome(|o| estimate(o, |e| e.pressure));
-    Error "estimate_traction" Pure "estimated relative error of the tangential traction in L2" Source::Outcome(|o| estimate(o, |e| e.traction));
+    Error "estimate_load" Pure "estimated relative error of the normal force" Source::Outcome(|o| estimate(o, |e| e.figures.load));
+    Error "estimate_approach" Pure "estimated relative error of the approach" Source::Outcome(|o| estimate(o, |e| e.figures.approach));
+    Error "estimate_tangential_force" Pure "estimated relative error of the tangential force" Source::Outcome(|o| estimate(o, |e| e.figures.tangential_force));
+    Error "estimate_shift" Pure "estimated relative error of the shift" Source::Outcome(|o| estimate(o, |e| e.figures.shift));
+    Error "estimate_moment" Pure "estimated relative error of the moments" Source::Outcome(|o| estimate(o, |e| e.figures.moment));
+    Error "estimate_rotation" Pure "estimated relative error of the rotations" Source::Outcome(|o| estimate(o, |e| e.figures.rotation));
+    Error "estimate_peak_pressure" Pure "estimated relative error of the largest pressure" Source::Outcome(|o| estimate(o, |e| e.figures.peak_pressure));
+    Error "estimate_contact_area" Pure "estimated relative error of the area in contact" Source::Outcome(|o| estimate(o, |e| e.figures.contact_area));
+    Error "estimate_stick_area" Pure "estimated relative error of the area that sticks, over the area in contact" Source::Outcome(|o| estimate(o, |e| e.figures.stick_area));
+    Error "estimate_pressure" Pure "estimated relative error of the pressure in L2" Source::Outcome(|o| estimate(o, |e| e.figures.pressure));
+    Error "estimate_traction" Pure "estimated relative error of the tangential traction in L2" Source::Outcome(|o| estimate(o, |e| e.figures.traction));
     Error "estimate_solver" Pure "estimated relative error in L2 that the solver left" Source::Outcome(|o| estimate(o, |e| Some(e.solver)));
     Certificate "residual" Pure "relative natural-map residual" number!(certificate.residual);
     Certificate "tension" Pure "largest tension over the largest pressure" number!(certificate.tension);
@@ -138,21 +138,21 @@ pub(super) const SOLUTION: &[Column] = results! {
     Work "way" Pure "method that solved it, the last resort along the path" Source::Outcome(|outcome| outcome.way().map_or(Value::Missing, |way| Value::Text(way.words().to_owned())));
 };
 
-/// The columns of errors, in the order of [`Errors::NAMES`], and what they are measured against.
+/// The columns of errors, and what they are measured against.
 pub(super) const ERRORS: &[Column] = results! {
-    Error "error_load" Pure "relative error of the normal force" Source::Error(0);
-    Error "error_approach" Pure "relative error of the approach" Source::Error(1);
-    Error "error_tangential_force" Pure "relative error of the tangential force" Source::Error(2);
-    Error "error_shift" Pure "relative error of the shift" Source::Error(3);
-    Error "error_moment" Pure "relative error of the moments" Source::Error(4);
-    Error "error_rotation" Pure "relative error of the rotations" Source::Error(5);
-    Error "error_peak_pressure" Pure "relative error of the largest pressure" Source::Error(6);
-    Error "error_contact_area" Pure "relative error of the area in contact" Source::Error(7);
-    Error "error_stick_area" Pure "error of the area that sticks over the area in contact" Source::Error(8);
-    Error "error_pressure" Pure "relative error of the pressure in L2" Source::Error(9);
-    Error "error_traction" Pure "relative error of the tangential traction in L2" Source::Error(10);
-    Error "error_local_pressure" Pure "relative error of the local means of the pressure, a weak measure" Source::Error(11);
-    Error "error_local_traction" Pure "relative error of the local means of the traction, a weak measure" Source::Error(12);
+    Error "error_load" Pure "relative error of the normal force" Source::Error(|e| e.figures.load);
+    Error "error_approach" Pure "relative error of the approach" Source::Error(|e| e.figures.approach);
+    Error "error_tangential_force" Pure "relative error of the tangential force" Source::Error(|e| e.figures.tangential_force);
+    Error "error_shift" Pure "relative error of the shift" Source::Error(|e| e.figures.shift);
+    Error "error_moment" Pure "relative error of the moments" Source::Error(|e| e.figures.moment);
+    Error "error_rotation" Pure "relative error of the rotations" Source::Error(|e| e.figures.rotation);
+    Error "error_peak_pressure" Pure "relative error of the largest pressure" Source::Error(|e| e.figures.peak_pressure);
+    Error "error_contact_area" Pure "relative error of the area in contact" Source::Error(|e| e.figures.contact_area);
+    Error "error_stick_area" Pure "error of the area that sticks over the area in contact" Source::Error(|e| e.figures.stick_area);
+    Error "error_pressure" Pure "relative error of the pressure in L2" Source::Error(|e| e.figures.pressure);
+    Error "error_traction" Pure "relative error of the tangential traction in L2" Source::Error(|e| e.figures.traction);
+    Error "error_local_pressure" Pure "relative error of the local means of the pressure, a weak measure" Source::Error(|e| e.local.pressure);
+    Error "error_local_traction" Pure "relative error of the local means of the traction, a weak measure" Source::Error(|e| e.local.traction);
     Error "reference" Pure "what the errors are measured against" Source::Reference;
 };
 
