@@ -38,6 +38,11 @@ pub(crate) fn rows<T: Send>(field: &mut [T], width: usize, work: impl Fn(usize, 
     }
 }
 
+/// `len` times the same value, written by all threads: most of the time that new memory takes is its first touch.
+pub(crate) fn filled<T: Copy + Send + Sync>(len: usize, value: T) -> Vec<T> {
+    if is_worth_sharing(len) { rayon::iter::repeat_n(value, len).collect() } else { vec![value; len] }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

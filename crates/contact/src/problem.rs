@@ -193,7 +193,7 @@ impl Problem {
         for (rest, gap) in rest.iter_mut().zip(&gaps) {
             *rest = -gap.unwrap_or(0.0) / length;
         }
-        if let Some(value) = rest.iter().find(|value| !value.is_finite()) {
+        if let Some(value) = rest[..k].iter().find(|value| !value.is_finite()) {
             return Err(limits::out_of_range("punch.shape", *value));
         }
         limits::operator(&bodies, &grid, numerics.projection)?;
@@ -242,7 +242,11 @@ impl Problem {
     /// What a field of all three components is of these, on the positive sides of mirror planes.
     pub fn part(&self, components: Components, mirror: Mirror, field: &[f64]) -> Vec<f64> {
         let k = self.grid.len();
-        components.directions().flat_map(|direction| mirror.restrict(&self.grid, &field[direction as usize * k..][..k])).collect()
+        if components == Components::ALL {
+            return mirror.restrict(&self.grid, field);
+        }
+        let blocks = components.directions().map(|direction| mirror.restrict(&self.grid, &field[direction as usize * k..][..k]));
+        blocks.collect::<Vec<_>>().concat()
     }
 
     /// Writes a field of a problem [reduced](Problem::reduced) from this one into one of all three components.

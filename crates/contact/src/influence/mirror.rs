@@ -113,12 +113,11 @@ impl Mirror {
     pub fn restrict(&self, grid: &Grid, field: &[f64]) -> Vec<f64> {
         assert!(field.len().is_multiple_of(grid.len()), "a field on another grid");
         let [nx, ny] = self.part_size(grid);
-        let mut out = Vec::with_capacity(field.len() / grid.len() * nx * ny);
-        for block in field.chunks_exact(grid.len()) {
-            for row in block.chunks_exact(grid.nx()).skip(grid.ny() - ny) {
-                out.extend_from_slice(&row[grid.nx() - nx..]);
-            }
-        }
+        let mut out = vec![0.0; field.len() / grid.len() * nx * ny];
+        parallel::rows(&mut out, nx, |at, row| {
+            let (block, j) = (at / ny, at % ny + grid.ny() - ny);
+            row.copy_from_slice(&field[block * grid.len() + (j + 1) * grid.nx() - nx..][..nx]);
+        });
         out
     }
 

@@ -7,6 +7,7 @@
 use realfft::num_complex::Complex;
 
 use crate::grid::Grid;
+use crate::parallel;
 
 mod components;
 mod dense;
@@ -96,10 +97,10 @@ impl Scratch {
 
     fn take(&mut self, size: ScratchSize) -> (&mut [f64], &mut [Complex<f64>]) {
         if self.real.len() < size.real {
-            self.real.resize(size.real, 0.0);
+            self.real = parallel::filled(size.real, 0.0);
         }
         if self.complex.len() < size.complex {
-            self.complex.resize(size.complex, Complex::default());
+            self.complex = parallel::filled(size.complex, Complex::default());
         }
         (&mut self.real[..size.real], &mut self.complex[..size.complex])
     }

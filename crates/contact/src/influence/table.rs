@@ -115,12 +115,14 @@ impl InfluenceTable {
         // with square elements what holds for (Δi, Δj) holds for (Δj, Δi), x and y exchanged
         let square = grid.hx() == grid.hy();
         let exchanged = |di: usize, dj: usize| square && di < dj && dj < nx;
-        let mut quadrant = vec![Coefficient::default(); grid.len()];
-        quadrant.par_chunks_mut(nx).enumerate().for_each(|(dj, row)| {
-            for (di, coefficient) in row.iter_mut().enumerate().filter(|(di, _)| !exchanged(*di, dj)) {
-                *coefficient = kernels.influence([di as i64, dj as i64], grid.hx(), grid.hy(), projection);
+        let coefficient = |at: usize| {
+            let (di, dj) = (at % nx, at / nx);
+            if exchanged(di, dj) {
+                return Coefficient::default();
             }
-        });
+            kernels.influence([di as i64, dj as i64], grid.hx(), grid.hy(), projection)
+        };
+        let quadrant: Vec<Coefficient> = (0..grid.len()).into_par_iter().with_min_len(nx).map(coefficient).collect();
         let width = 2 * nx - 1;
         let needed: Vec<Entry> = components.entries().collect();
         let rows = Entry::ALL.map(|entry| {

@@ -27,9 +27,14 @@ pub(crate) struct Memory(Vec<Vec<f64>>);
 impl Memory {
     /// A vector of this length, with whatever is in it.
     fn vector(&mut self, len: usize) -> Vec<f64> {
-        let mut vector = self.0.pop().unwrap_or_default();
-        vector.resize(len, 0.0);
-        vector
+        match self.0.pop() {
+            Some(mut vector) => {
+                vector.resize(len, 0.0);
+                vector
+            }
+            // not touched before the threads that write it do
+            None => vec![0.0; len],
+        }
     }
 }
 
