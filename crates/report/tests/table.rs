@@ -201,6 +201,10 @@ fn filters_that_are_refused() {
         "0.1 < mu < 0.3",
         "mu && mesh == 64",
         "!mu",
+        "mu[mesh] > 1",
+        "abs() > 1",
+        "abs(mu, mesh) > 1",
+        "mu > 1 ? 2",
         "-status == 'a'",
         "status + 'a' == 'ba'",
         "mesh in 64",
@@ -254,6 +258,8 @@ fn deep_and_long_expressions_are_refused_or_answered() {
         let _ = table.filter(&expression);
     }
     assert_eq!(table.filter(&"(".repeat(5000)).unwrap_err(), FilterError::TooLong { length: 5000 });
+    let refused = table.filter(&deep("(", "mu > 1", ")", 200)).unwrap_err().to_string();
+    assert!(refused.starts_with("too many brackets inside each other at character 97"), "{refused}");
 }
 
 fn cells() -> impl Strategy<Value = Cell> {
