@@ -459,13 +459,15 @@ impl Coordinator {
         let Options { start_timeout, silence, grace, patience, .. } = self.options;
         match worker.phase {
             Phase::Killed(_) => None,
-            Phase::Starting => Some((worker.heard + start_timeout, format!("asked for no job within {start_timeout:?} of its start"))),
+            Phase::Starting => {
+                Some((worker.heard.saturating_add(start_timeout), format!("asked for no job within {start_timeout:?} of its start")))
+            }
             Phase::Leaving => Some((worker.heard + LEAVING, "did not leave when told to".into())),
             Phase::Ready if worker.leases.is_empty() => None,
             Phase::Ready => {
                 let predicted = self.held(worker).map(|job| job.cost).sum::<f64>() * self.calibration().unwrap_or(1.0).max(1.0);
                 let allowed = grace.saturating_add(Duration::try_from_secs_f64(predicted * patience).unwrap_or(Duration::MAX));
-                let (silent, late) = (worker.heard + silence, worker.progress.saturating_add(allowed));
+                let (silent, late) = (worker.heard.saturating_add(silence), worker.progress.saturating_add(allowed));
                 Some(if silent < late {
                     (silent, format!("gave no sign of life for {silence:?}"))
                 } else {
@@ -547,7 +549,7 @@ impl Coordinator {
         let mut ahead: f64 = self.held(worker).map(seconds).sum();
         let (held, mut group, mut bytes) = (worker.leases.len(), worker.group, 0);
         // The last jobs are dealt out in ever smaller portions, so that all workers end together.
-        let share = (self.queue.len() / (2 * self.options.workers)).max(1);
+        let share = (self.queue.len() / 2 / self.options.workers).max(1);
         let mut chosen = Vec::new();
         while held + chosen.len() < MOST_JOBS && chosen.len() < share {
             let jobs = &self.jobs;

@@ -282,6 +282,20 @@ fn a_long_job_is_not_held_behind_another() {
 }
 
 #[test]
+fn endless_patience_and_any_number_of_workers_are_options() {
+    let options = Options { start_timeout: Duration::MAX, silence: Duration::MAX, grace: Duration::MAX, ..options(usize::MAX) };
+    let mut coordinator = Coordinator::new(&alike(3, 1.0, 1), &options);
+    let now = Duration::from_secs(1);
+    coordinator.step(Input::Begin, now);
+    let starts = coordinator.step(Input::Settled, now);
+    assert_eq!(starts.iter().filter(|action| matches!(action, Action::Start(_))).count(), 3);
+    assert_eq!(coordinator.alarm(), Some(Duration::MAX), "of the start");
+    coordinator.step(requests(1, &[]), now);
+    assert_eq!(assigned(&coordinator.step(Input::Settled, now))[0].1.len(), 1);
+    assert_eq!(coordinator.alarm(), Some(Duration::MAX), "of a sign of life");
+}
+
+#[test]
 fn what_does_not_fit_together_waits() {
     let mut coordinator = started(&alike(3, 1.0, 60), 2);
     let now = Duration::from_secs(1);

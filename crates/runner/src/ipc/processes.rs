@@ -1,0 +1,229 @@
+//! The coordinator's end: worker processes, and a channel to each.
+
+use super::arguments::WorkerArguments;
+use super::{DOWN, Grown, HEARTBEAT, INITIAL, JOBS, Names, RESERVE, Shm, UP, backpressure, pack, service};
+use crate::coordinator::Input;
+use crate::interrupt::Interrupt;
+use crate::lease::{LeaseId, WorkerId};
+use crate::protocol::{Assignment, Body, Outcome, Reply, Report, Request, decode};
+use crate::root::{Root, SHARED_MEMORY, free_shared_memory};
+use crate::supervise::Process;
+use crate::transport::{Transport, TransportError};
+use crate::{Options, RunError, spill};
+use iceoryx2::active_request::ActiveRequest;
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::server::Server;
+use iceoryx2::prelude::*;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
+use std::collections::BTreeMap;
+use std::os::fd::BorrowedFd;
+use std::time::Duration;
+
+/// Shared memory that one channel takes from the start, with room to spare (measured: 0.1 MiB).
+const CHANNEL: u64 = 1 << 20;
+
+type Received = ActiveRequest<Shm, [u8], (), [u8], ()>;
+
+/// The coordinator's end of a channel, and the worker process. Fields are dropped in this order.
+#[derive(Debug)]
+struct Channel {
+    process: Process,
+    request: Option<Received>,
+    server: Server<Shm, [u8], (), [u8], ()>,
+    up: Listener<Shm>,
+    down: Notifier<Shm>,
+    grown: Grown,
+    names: Names,
+    _node: Node<Shm>,
+}
+
+/// All workers of a run.
+#[derive(Debug)]
+pub(crate) struct Processes {
+    channels: BTreeMap<WorkerId, Channel>,
+    options: Options,
+    interrupt: Interrupt,
+    /// Last, so that it is removed after everything that lives in it.
+    root: Root,
+}
+
+impl Processes {
+    pub(crate) fn new(options: &Options, interrupt: Interrupt) -> Result<Processes, RunError> {
+        let needed = (options.workers as u64).saturating_mul(CHANNEL).saturating_add(RESERVE);
+        if let Some(free) = free_shared_memory().filter(|&free| free < needed) {
+            return Err(RunError::SharedMemory { free, needed, workers: options.workers });
+        }
+        Ok(Processes { channels: BTreeMap::new(), options: options.clone(), interrupt, root: Root::new()? })
+    }
+
+    fn open(&self, worker: WorkerId) -> Result<Channel, String> {
+        let names = Names { root: self.root.path().into(), prefix: self.root.prefix(worker) };
+        let create = || {
+            if free_shared_memory().is_some_and(|free| free < CHANNEL + RESERVE) {
+                return Err(TransportError { doing: "cannot make a channel", why: format!("{SHARED_MEMORY} is nearly full") });
+            }
+            let node = names.node()?;
+            let jobs = node.service_builder(&service(JOBS)?).request_response::<[u8], [u8]>();
+            let jobs = jobs.enable_safe_overflow_for_requests(false).enable_safe_overflow_for_responses(false);
+            let jobs = jobs.max_servers(1).max_clients(1).max_nodes(2).max_active_requests_per_client(1).max_loaned_requests(1);
+            let jobs = jobs.max_response_buffer_size(1).max_borrowed_responses_per_pending_response(1);
+            let jobs = jobs.create().map_err(TransportError::when("cannot create a channel"))?;
+            let server = jobs.server_builder().initial_max_slice_len(INITIAL).allocation_strategy(AllocationStrategy::PowerOfTwo);
+            let server = server.max_loaned_responses_per_request(1).set_backpressure_handler(backpressure);
+            let server = server.create().map_err(TransportError::when("cannot create a server"))?;
+            let event = |name| {
+                let event = node.service_builder(&service(name)?).event().max_listeners(1).max_notifiers(1).max_nodes(2);
+                event.event_id_max_value(HEARTBEAT.as_value()).create().map_err(TransportError::when("cannot create an event"))
+            };
+            let up = event(UP)?.listener_builder().create().map_err(TransportError::when("cannot create a listener"))?;
+            let down = event(DOWN)?.notifier_builder().create().map_err(TransportError::when("cannot create a notifier"))?;
+            Ok((node, server, up, down))
+        };
+        let (node, server, up, down) = create().map_err(|error: TransportError| error.to_string())?;
+        let arguments = WorkerArguments {
+            prefix: names.prefix.clone(),
+            coordinator: std::process::id(),
+            address_space: self.options.memory_limit.saturating_add(self.options.address_space_margin),
+            heartbeat: self.options.heartbeat,
+            root: names.root.clone(),
+        };
+        let process = Process::start(&self.options.worker_command, &arguments.to_string())?;
+        Ok(Channel { process, request: None, server, up, down, grown: Grown(INITIAL), names, _node: node })
+    }
+}
+
+impl Transport for Processes {
+    fn start(&mut self, worker: WorkerId) -> Result<u32, String> {
+        match self.open(worker) {
+            Ok(channel) => {
+                let pid = channel.process.id();
+                self.channels.insert(worker, channel);
+                Ok(pid)
+            }
+            Err(reason) => {
+                self.root.remove_channel(worker);
+                Err(reason)
+            }
+        }
+    }
+
+    fn kill(&mut self, worker: WorkerId) {
+        if let Some(channel) = self.channels.get_mut(&worker) {
+            channel.process.kill();
+        }
+    }
+
+    fn reply(&mut self, worker: WorkerId, reply: Reply<&[u8]>) -> Result<(), TransportError> {
+        let Some(channel) = self.channels.get_mut(&worker) else { return Ok(()) };
+        let Some(request) = channel.request.take() else { return Ok(()) };
+        let names = &channel.names;
+        let packed = |largest| match &reply {
+            Reply::Stop => Ok(Reply::Stop),
+            Reply::Jobs(jobs) => {
+                let pack = |job: &Assignment<&[u8]>| {
+                    let payload = pack(job.payload, largest, || names.body(job.lease, "payload"))
+                        .map_err(TransportError::when("cannot hand out a job"))?;
+                    Ok(Assignment { lease: job.lease, payload })
+                };
+                Ok(Reply::Jobs(jobs.iter().map(pack).collect::<Result<_, _>>()?))
+            }
+        };
+        let message = channel.grown.encode(free_shared_memory, packed)?;
+        let sent = request.loan_slice_uninit(message.len()).map_err(|error| error.to_string());
+        let sent = sent.and_then(|loan| loan.write_from_slice(&message).send().map_err(|error| error.to_string()));
+        let sent = sent.and_then(|()| channel.down.notify().map_err(|error| error.to_string()));
+        if sent.is_err() {
+            // It does not listen, so it is dead or as good as dead.
+            channel.process.kill();
+        }
+        Ok(())
+    }
+
+    fn wait(&mut self, timeout: Option<Duration>) -> Result<Vec<Input>, TransportError> {
+        let ready = {
+            let mut fds = vec![PollFd::from_borrowed_fd(self.interrupt.wake(), PollFlags::IN)];
+            for channel in self.channels.values() {
+                fds.push(PollFd::from_borrowed_fd(descriptor(&channel.up), PollFlags::IN));
+                fds.push(PollFd::from_borrowed_fd(channel.process.end(), PollFlags::IN));
+            }
+            let timeout = timeout.and_then(|timeout| Timespec::try_from(timeout).ok());
+            match poll(&mut fds, timeout.as_ref()) {
+                Ok(_) => fds[1..].chunks(2).map(|pair| (!pair[0].revents().is_empty(), !pair[1].revents().is_empty())).collect(),
+                Err(Errno::INTR) => Vec::new(),
+                Err(error) => return Err(TransportError { doing: "cannot wait for workers", why: error.to_string() }),
+            }
+        };
+        let mut inputs = Vec::new();
+        let mut gone = Vec::new();
+        for ((&worker, channel), (talked, ended)) in self.channels.iter_mut().zip(ready) {
+            if talked || ended {
+                channel.hear(worker, &mut inputs);
+            }
+            if let Some(how) = if ended { channel.process.ended() } else { None } {
+                let running = channel.begun();
+                inputs.push(Input::Exited { worker, how, running });
+                gone.push(worker);
+            }
+        }
+        for worker in gone {
+            self.channels.remove(&worker);
+            self.root.remove_channel(worker);
+        }
+        Ok(inputs)
+    }
+}
+
+/// The descriptor on which a listener is woken.
+#[allow(unsafe_code)]
+fn descriptor(listener: &Listener<Shm>) -> BorrowedFd<'_> {
+    // SAFETY: the descriptor is open as long as the listener lives, and the result borrows the listener. iceoryx2 has
+    // no safe way to hand it to poll(2), and its own WaitSet cannot wait for a changing set of processes as well.
+    unsafe { BorrowedFd::borrow_raw(listener.file_descriptor().native_handle()) }
+}
+
+impl Channel {
+    /// Takes in all that the worker said.
+    fn hear(&mut self, worker: WorkerId, inputs: &mut Vec<Input>) {
+        let nonsense = |reason| Input::Nonsense { worker, reason };
+        let mut beat = false;
+        // Every event must be consumed, or poll returns at once forever.
+        if let Err(error) = self.up.try_wait(|event| beat |= event.id == HEARTBEAT) {
+            inputs.push(nonsense(format!("its events cannot be read: {error:?}")));
+        }
+        if beat {
+            inputs.push(Input::Heartbeat { worker });
+        }
+        loop {
+            match self.server.receive() {
+                Ok(None) => return,
+                Ok(Some(request)) => {
+                    inputs.push(self.read(worker, request.payload()).unwrap_or_else(nonsense));
+                    self.request = Some(request);
+                }
+                Err(error) => return inputs.push(nonsense(format!("its requests cannot be received: {error}"))),
+            }
+        }
+    }
+
+    fn read(&self, worker: WorkerId, message: &[u8]) -> Result<Input, String> {
+        let Request { reports, idle } = decode::<Request<Body>>(message).map_err(|error| error.to_string())?;
+        let unpack = |Report { lease, seconds, outcome }| {
+            let outcome = match outcome {
+                Outcome::Completed(body) => {
+                    spill::load(&self.names.body(lease, "result"), body).map_or_else(Outcome::Failed, Outcome::Completed)
+                }
+                Outcome::Failed(reason) => Outcome::Failed(reason),
+            };
+            Report { lease, seconds, outcome }
+        };
+        Ok(Input::Request { worker, idle, reports: reports.into_iter().map(unpack).collect() })
+    }
+
+    /// The lease that the worker began last.
+    fn begun(&self) -> Option<LeaseId> {
+        let bytes = std::fs::read(self.names.marker()).ok()?;
+        Some(LeaseId::from_le_bytes(bytes.try_into().ok()?))
+    }
+}
