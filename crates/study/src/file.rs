@@ -50,7 +50,7 @@ use crate::ladder::{self, Ladder};
 use crate::read::{self, Reader, entries};
 use crate::record::{BLOB_LIMIT, DecodeError, Record, decode, encode};
 use crate::sheet::{Given, Setting, Sheet, Source, SurfaceNames, TablePlaces};
-use crate::{profile, surface};
+use crate::{profile, surface, sweep};
 
 /// A study whose every point makes sense.
 #[derive(Clone, Debug)]
@@ -408,10 +408,10 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     let question = read_text(&root, "question", &mut problems).unwrap_or_default();
     let kind = read_kind(&root, &mut problems);
     let (mut base, places) = read_base(text, &root, &mut problems);
-    let groups = root.get("sweep").map(|node| axis::read_sweep(text, node, &mut problems)).unwrap_or_default();
+    let groups = root.get("sweep").map(|node| sweep::read_sweep(text, node, &mut problems)).unwrap_or_default();
     let accuracy = root.get("accuracy").and_then(|node| accuracy::read(node, kind, &base, &groups, &mut problems));
     base.extend(accuracy.iter().map(accuracy::Accuracy::first_mesh));
-    axis::refuse_absent(&groups, &base, &mut problems);
+    sweep::refuse_absent(&groups, &base, &mut problems);
     let ladder = match (kind, root.get("convergence")) {
         (Kind::Convergence, node) => ladder::read(node, &groups, &mut problems),
         (_, Some(node)) => {

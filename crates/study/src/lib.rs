@@ -42,6 +42,7 @@ pub mod record;
 mod settings;
 mod sheet;
 pub mod surface;
+mod sweep;
 pub mod units;
 
 pub use accuracy::Accuracy;

@@ -1,0 +1,312 @@
+//! Reads `[sweep]`, which is written as [`axis`](crate::axis) tells, and refuses axes that do not fit each other or the scene.
+
+use std::collections::{HashMap, HashSet};
+
+use toml::de::DeValue;
+
+use crate::axis::{Axis, Choice, Group, MAX_POINTS, Target, count};
+use crate::columns::Value;
+use crate::error::{Problem, Span};
+use crate::key::{Key, Table, nearest_path};
+use crate::read::{self, Name, Node, Reader, entries};
+use crate::sheet::{Given, Setting, Sheet};
+
+mod range;
+
+use range::{is_range, read_range};
+
+/// Reads `[sweep]`.
+pub(crate) fn read_sweep(text: &str, node: &Node<'_>, problems: &mut Vec<Problem>) -> Vec<Group> {
+    let DeValue::Table(table) = node.get_ref() else {
+        problems.push(read::mistyped("sweep", node, "a table of axes"));
+        return Vec::new();
+    };
+    let before = problems.len();
+    let mut groups = Vec::new();
+    for (name, node) in entries(table) {
+        if name.get_ref() == "zip" {
+            read_zips(text, node, &mut groups, problems);
+        } else {
+            let mut axes = Vec::new();
+            read_axes(text, "", name, node, &mut axes, problems);
+            groups.extend(axes.into_iter().map(|axis| Group { length: axis.choices.len(), axes: vec![axis] }));
+        }
+    }
+    // keys written with dots arrive gathered by their tables; what counts is where they stand
+    groups.sort_by_key(|group| group.axes.first().map(|axis| axis.span.start));
+    refuse_overlaps(&groups, problems);
+    if problems.len() == before && count(&groups).is_none() {
+        let factors = groups.iter().map(|group| group.length.to_string()).collect::<Vec<_>>().join(" × ");
+        let message = format!("the axes make {factors} points, more than {MAX_POINTS}");
+        let span =
+            groups.iter().max_by_key(|group| group.length).and_then(|group| group.axes.first()).map_or(0..0, |axis| axis.span.clone());
+        problems.push(Problem::new(span, message, "needs fewer values, here or on another axis"));
+    }
+    groups
+}
+
+fn read_zips(text: &str, node: &Node<'_>, groups: &mut Vec<Group>, problems: &mut Vec<Problem>) {
+    let expected = "written [[sweep.zip]], with axes that advance together below it";
+    let DeValue::Array(zips) = node.get_ref() else {
+        return problems.push(read::mistyped("zip", node, expected));
+    };
+    for zip in zips.iter() {
+        let DeValue::Table(table) = zip.get_ref() else {
+            problems.push(read::mistyped("zip", zip, expected));
+            continue;
+        };
+        let mut axes = Vec::new();
+        let before = problems.len();
+        for (name, node) in entries(table) {
+            read_axes(text, "", name, node, &mut axes, problems);
+        }
+        axes.sort_by_key(|axis| axis.span.start);
+        let Some(first) = axes.first() else {
+            if problems.len() == before {
+                problems.push(Problem::new(zip.span(), "a zip without axes", "needs axes that advance together"));
+            }
+            continue;
+        };
+        let length = first.choices.len();
+        for other in axes.iter().filter(|axis| axis.choices.len() != length) {
+            let values = |axis: &Axis| match axis.choices.len() {
+                1 => format!("`{}` has 1 value", axis.path()),
+                n => format!("`{}` has {n} values", axis.path()),
+            };
+            let message = format!("{}, {}: axes that advance together need equally many", values(first), values(other));
+            problems
+                .push(Problem::new(other.span.clone(), message, format!("needs {length}")).context(first.span.clone(), "as many as here"));
+        }
+        axes.retain(|axis| axis.choices.len() == length);
+        groups.push(Group { axes, length });
+    }
+}
+
+/// Reads one entry below `[sweep]`; an entry without quotes, `friction.mu = …`, arrives as nested tables.
+fn read_axes(text: &str, prefix: &str, name: &Name<'_>, node: &Node<'_>, axes: &mut Vec<Axis>, problems: &mut Vec<Problem>) {
+    let path = if prefix.is_empty() { name.get_ref().to_string() } else { format!("{prefix}.{}", name.get_ref()) };
+    let span = name.span();
+    if let Some(table) = Table::find(&path) {
+        match node.get_ref() {
+            DeValue::Table(below) if !below.is_empty() && !is_range(node) => {
+                entries(below).into_iter().for_each(|(name, node)| read_axes(text, &path, name, node, axes, problems));
+            }
+            _ => {
+                let choices = read_table_choices(text, table, node, problems);
+                if !choices.is_empty() {
+                    refuse_repeats(&path, &choices, problems);
+                    axes.push(Axis { target: Target::Table(table), choices, log: false, span });
+                }
+            }
+        }
+    } else if let Some(key) = Key::find(&path) {
+        let (choices, log) = read_key_choices(key, node, problems);
+        if !choices.is_empty() {
+            refuse_repeats(&path, &choices, problems);
+            axes.push(Axis { target: Target::Key(key), choices, log, span });
+        }
+    } else {
+        let problem = |expected: &str| Problem::new(span.clone(), format!("there is no key `{path}` to vary"), expected);
+        problems.push(match nearest_path(&path) {
+            Some(meant) => problem(&format!("did you mean \"{meant}\"?")),
+            None => problem("must be a key of the scene or the numerics, like \"friction.mu\" or mesh"),
+        });
+    }
+}
+
+fn read_key_choices(key: Key, node: &Node<'_>, problems: &mut Vec<Problem>) -> (Vec<Choice>, bool) {
+    match node.get_ref() {
+        DeValue::Array(values) => {
+            if values.is_empty() {
+                problems.push(empty(&key.short(), node));
+            }
+            let mut choices = Vec::new();
+            for value in values.iter() {
+                match read::setting(key, value) {
+                    Ok(setting) => choices.push(choice(key, setting, value.span(), None)),
+                    Err(problem) => problems.push(problem),
+                }
+            }
+            (choices, false)
+        }
+        DeValue::Table(table) => match read_range(key, table, node, problems) {
+            Ok(range) => range,
+            Err(problem) => {
+                problems.push(problem);
+                (Vec::new(), false)
+            }
+        },
+        _ => {
+            let expected = format!("a list of values or a range {{ from, to, count }}: each {}", key.quantity().expected());
+            problems.push(read::mistyped(&key.short(), node, &expected).help(format!("one value alone is written [{}]", node_text(node))));
+            (Vec::new(), false)
+        }
+    }
+}
+
+fn node_text(node: &Node<'_>) -> String {
+    match node.get_ref() {
+        DeValue::String(text) => format!("\"{text}\""),
+        DeValue::Integer(n) => n.to_string(),
+        DeValue::Float(x) => x.to_string(),
+        _ => "…".to_owned(),
+    }
+}
+
+fn empty(path: &str, node: &Node<'_>) -> Problem {
+    Problem::new(node.span(), format!("the axis `{path}` is empty"), "needs at least one value")
+}
+
+fn choice(key: Key, setting: Setting, span: Span, nth: Option<usize>) -> Choice {
+    let shown = match Value::from(&setting) {
+        // every value of an axis has a name
+        Value::Missing => Value::Text("none".to_owned()),
+        value => value,
+    };
+    Choice { shown, given: vec![(key, Given { setting, span: span.clone(), nth })], span }
+}
+
+fn read_table_choices(text: &str, table: Table, node: &Node<'_>, problems: &mut Vec<Problem>) -> Vec<Choice> {
+    let path = table.short();
+    let DeValue::Array(values) = node.get_ref() else {
+        problems.push(read::mistyped(&path, node, &format!("a list, each {}", each(&table))));
+        return Vec::new();
+    };
+    if values.is_empty() {
+        problems.push(empty(&path, node));
+    }
+    values.iter().filter_map(|value| read_table_choice(text, table, value, problems)).collect()
+}
+
+/// What each value of an axis over a table must be, for messages.
+fn each(table: &Table) -> String {
+    match table.is_list() {
+        true => format!("{}, or with a name {{ label = \"…\", {} = [ … ] }}", table.expected(), table.name()),
+        false => table.expected(),
+    }
+}
+
+fn read_table_choice(text: &str, table: Table, value: &Node<'_>, problems: &mut Vec<Problem>) -> Option<Choice> {
+    let path = table.short();
+    let mut reader = Reader::new(text, problems);
+    let mut label = None;
+    match (table.list().filter(|_| table.is_list()), Key::find(&table.path()), value.get_ref()) {
+        (Some(list), _, DeValue::Array(_)) => {
+            reader.list(list, value);
+            let length = reader.given.first().map(|(_, given)| given.setting.to_string()).unwrap_or_default();
+            label = Some(match length.as_str() {
+                "0" => format!("no {}", table.name()),
+                "1" => format!("1 {}", table.name().trim_end_matches('s')),
+                _ => format!("{length} {}", table.name()),
+            });
+        }
+        (Some(list), _, DeValue::Table(below)) if below.contains_key(table.name()) => {
+            let names = ["label", table.name()];
+            for (name, node) in entries(below) {
+                match name.get_ref().as_ref() {
+                    "label" => {}
+                    name if name == table.name() => reader.list(list, node),
+                    other => reader.problems.push(read::unknown(other, name.span(), &format!("this value of `{path}`"), &names)),
+                }
+            }
+        }
+        (None, Some(key), DeValue::String(word)) => {
+            reader.key(key, value);
+            label = Some(word.to_string());
+        }
+        (None, _, DeValue::Table(below)) => {
+            let keys = entries(below).into_iter().filter(|(name, _)| name.get_ref() != "label");
+            reader.table(table, value.span(), keys);
+        }
+        _ => {
+            reader.problems.push(read::mistyped(&path, value, &each(&table)));
+            return None;
+        }
+    }
+    let given = reader.given;
+    let label = match value.get_ref() {
+        DeValue::Table(below) => below.get("label").map(|node| read::text("label", node).and_then(|text| checked_label(text, node.span()))),
+        _ => label.map(Ok),
+    };
+    let label = label.or_else(|| shape_of(&given).map(Ok)).unwrap_or_else(|| {
+        Err(Problem::new(value.span(), format!("this value of `{path}` has no label"), "needs label = \"…\" to name it in the results"))
+    });
+    label.map(|label| Choice { shown: Value::Text(label), given, span: value.span() }).map_err(|problem| problems.push(problem)).ok()
+}
+
+fn checked_label(text: String, span: Span) -> Result<String, Problem> {
+    if text.trim().is_empty() || text.chars().count() > 64 || text.chars().any(char::is_control) {
+        return Err(Problem::new(span, "a label that cannot name anything", "must be 1 to 64 visible characters"));
+    }
+    Ok(text)
+}
+
+fn shape_of(given: &[(Key, Given)]) -> Option<String> {
+    given.iter().find_map(|(key, given)| match (key, &given.setting) {
+        (Key::Shape, Setting::Word(shape)) => Some(shape.clone()),
+        _ => None,
+    })
+}
+
+fn refuse_repeats(path: &str, choices: &[Choice], problems: &mut Vec<Problem>) {
+    let mut seen: HashMap<String, &Choice> = HashMap::new();
+    for choice in choices {
+        // bits, not digits: two values are the same when they make the same job
+        let identity = match &choice.shown {
+            Value::Number(x) => format!("{:x}", (x + 0.0).to_bits()),
+            value => value.to_string(),
+        };
+        if let Some(first) = seen.insert(identity, choice) {
+            let message = format!("the axis `{path}` names {} twice", choice.shown);
+            let expected = match choice.given.as_slice() {
+                [(_, given)] if given.span == choice.span => "the values of an axis must differ",
+                _ => "needs a `label` of its own",
+            };
+            problems.push(Problem::new(choice.span.clone(), message, expected).context(first.span.clone(), "first here"));
+            return;
+        }
+    }
+}
+
+fn refuse_overlaps(groups: &[Group], problems: &mut Vec<Problem>) {
+    let axes: Vec<&Axis> = groups.iter().flat_map(|group| &group.axes).collect();
+    for (index, axis) in axes.iter().enumerate() {
+        if let Some(owner) = axes[..index].iter().find(|owner| owner.target.overlaps(axis.target)) {
+            let message = match owner.path() == axis.path() {
+                true => format!("two axes vary `{}`", axis.path()),
+                false => format!("two axes, `{}` and `{}`, set the same keys", owner.path(), axis.path()),
+            };
+            problems
+                .push(Problem::new(axis.span.clone(), message, "only one axis may set a key").context(owner.span.clone(), "the other one"));
+        }
+    }
+}
+
+/// Refuses axes over entries that a list of the scene has not.
+pub(crate) fn refuse_absent(groups: &[Group], base: &[(Key, Given)], problems: &mut Vec<Problem>) {
+    for list in [Key::Layers, Key::Steps] {
+        let axes = || groups.iter().flat_map(|group| &group.axes).filter_map(|axis| Some((axis, axis.target.entry()?)));
+        let in_list = || axes().filter(|(_, (of, _))| *of == list).map(|(axis, (_, index))| (axis, index));
+        let scene = Sheet::new(base.iter().map(|(key, given)| (*key, given)));
+        let (length, has) = match scene.get(list) {
+            Some(_) => (scene.length(list), "has"),
+            None => {
+                let set: HashSet<u32> = in_list().map(|(_, index)| index).collect();
+                ((0..).find(|index| !set.contains(index)).unwrap_or(0), "is missing and would have")
+            }
+        };
+        for (axis, index) in in_list().filter(|(_, index)| *index >= length) {
+            let entries = match length {
+                0 => "no entries".to_owned(),
+                1 => "one entry, [0]".to_owned(),
+                n => format!("{n} entries, [0] to [{}]", n - 1),
+            };
+            let message = format!("there is no `{}[{index}]`: the scene's `{}` {has} {entries}", list.short(), list.name());
+            let problem = Problem::new(axis.span.clone(), message, format!("needs an entry of `scene.{}` to vary", list.short()));
+            problems.push(match scene.get(list) {
+                Some(given) => problem.context(given.span.clone(), "the entries are here"),
+                None => problem,
+            });
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Ranges of values: equal steps, or equal ratios.
+
+use contact::numerics::Mesh;
+use toml::de::{DeTable, DeValue};
+
+use super::choice;
+use crate::axis::{Choice, MAX_POINTS};
+use crate::error::Problem;
+use crate::key::{Key, Quantity};
+use crate::read::{self, Node, entries};
+use crate::sheet::Setting;
+use crate::units::Dimension;
+
+/// Whether a table is a range.
+pub(super) fn is_range(node: &Node<'_>) -> bool {
+    matches!(node.get_ref(), DeValue::Table(table) if RANGE.iter().any(|key| table.contains_key(*key)))
+}
+
+const RANGE: &[&str] = &["from", "to", "count", "log"];
+
+/// The values of a range, and whether they have equal ratios; `node` is the whole of `table`.
+pub(super) fn read_range(
+    key: Key,
+    table: &DeTable<'_>,
+    node: &Node<'_>,
+    problems: &mut Vec<Problem>,
+) -> Result<(Vec<Choice>, bool), Problem> {
+    let what = key.short();
+    let dimension = match key.quantity() {
+        Quantity::Number(dimension) => dimension,
+        Quantity::Count | Quantity::Mesh => Dimension::Pure,
+        _ => {
+            let expected = format!("must be a list, each {}", key.quantity().expected());
+            return Err(Problem::new(node.span(), format!("`{what}` has no ranges"), expected));
+        }
+    };
+    for (name, _) in entries(table).into_iter().filter(|(name, _)| !RANGE.contains(&name.get_ref().as_ref())) {
+        problems.push(read::unknown(name.get_ref(), name.span(), &format!("the range of `{what}`"), RANGE));
+    }
+    let part = |name: &str| {
+        table.get(name).ok_or_else(|| {
+            let message = format!("the range of `{what}` has no `{name}`");
+            Problem::new(node.span(), message, format!("needs `{name}`, as in {{ from = 0.1, to = 0.5, count = 5 }}"))
+        })
+    };
+    let (from_node, to_node, count_node) = (part("from")?, part("to")?, part("count")?);
+    let from = read::number(&format!("{what}: from"), dimension, from_node)?;
+    let to = read::number(&format!("{what}: to"), dimension, to_node)?;
+    let count = match count_node.get_ref() {
+        DeValue::Integer(n) => read::whole("count", n, count_node.span())? as usize,
+        _ => return Err(read::mistyped("count", count_node, "a whole number of values, 2 or more")),
+    };
+    let log = match table.get("log") {
+        Some(node) => read::switch("log", node)?,
+        None => false,
+    };
+    if count < 2 {
+        let message = format!("a range of {count}: both ends are included");
+        return Err(Problem::new(count_node.span(), message, "must be 2 or more").help("a single value is written as a list, [0.3]"));
+    }
+    if count > MAX_POINTS {
+        return Err(Problem::new(count_node.span(), format!("a range of {count} values"), format!("must be {MAX_POINTS} or fewer")));
+    }
+    if log && !(from > 0.0 && to > 0.0) {
+        let bad = if from > 0.0 { to_node } else { from_node };
+        let message = format!("the range of `{what}` has equal ratios but does not stay above 0");
+        return Err(Problem::new(bad.span(), message, "must be above 0 when log = true"));
+    }
+    if from == to {
+        let message = format!("the range of `{what}` begins where it ends");
+        return Err(Problem::new(to_node.span(), message, "must differ from `from`"));
+    }
+    let mut choices = Vec::with_capacity(count);
+    for index in 0..count {
+        let x = between(from, to, index, count, log);
+        let setting = match key.quantity() {
+            Quantity::Number(_) => Setting::Number(x),
+            quantity => {
+                if !(x.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&x)) {
+                    let message = format!("value {} of the range of `{what}` would be {x}", index + 1);
+                    return Err(Problem::new(node.span(), message, "every value must be a whole number, 0 or above"));
+                }
+                // exact: a whole number in the range of u32
+                let n = x as u32;
+                if quantity == Quantity::Mesh { Setting::Mesh(Mesh::Across(n)) } else { Setting::Count(n) }
+            }
+        };
+        choices.push(choice(key, setting, node.span(), Some(index + 1)));
+    }
+    Ok((choices, log))
+}
+
+/// The `index`-th of `count` values from `from` to `to`: the ends exact, the others to 15 significant digits, 13 with equal ratios.
+fn between(from: f64, to: f64, index: usize, count: usize, log: bool) -> f64 {
+    let last = count - 1;
+    if index == 0 {
+        return from;
+    }
+    if index == last {
+        return to;
+    }
+    let t = index as f64 / last as f64;
+    if log {
+        // ln and exp lose a few digits, and differ from one mathematical library to the next
+        let x = (from.ln() * (1.0 - t) + to.ln() * t).exp();
+        return format!("{x:.12e}").parse().unwrap_or(x);
+    }
+    let x = from * (1.0 - t) + to * t;
+    // what cancellation leaves of a 0 is not a value
+    if x.abs() < 1e-14 * from.abs().max(to.abs()) { 0.0 } else { format!("{x:.14e}").parse().unwrap_or(x) }
+}
