@@ -243,6 +243,16 @@ impl Record {
             }
             _ => decode_as::<Parts<Kept>, RECORD_LIMIT>(RECORD_VERSION, WHAT, bytes)?,
         };
+        if let Ending::Searched(found) = &ending {
+            let count = found.solutions.len();
+            for solution in &found.solutions {
+                let distances = solution.distances.len();
+                let misfit = (distances != count).then(|| format!("{distances} distances of a solution to {count}"));
+                if let Some(reason) = misfit.or_else(|| misfit_of(&solution.fields)) {
+                    return Err(DecodeError::Malformed { what: WHAT, reason });
+                }
+            }
+        }
         Ok(Record { physics, job, ending, fields, provenance })
     }
 }
@@ -264,13 +274,19 @@ pub fn encode_fields(fields: &Fields) -> Vec<u8> {
 pub fn decode_fields(bytes: &[u8]) -> Result<Fields, DecodeError> {
     const WHAT: &str = "the field file";
     let fields: Fields = decode::<_, BLOB_LIMIT>(WHAT, bytes)?;
+    match misfit_of(&fields) {
+        Some(reason) => Err(DecodeError::Malformed { what: WHAT, reason }),
+        None => Ok(fields),
+    }
+}
+
+/// What is wrong with fields that have not one value per element.
+fn misfit_of(fields: &Fields) -> Option<String> {
     let [nx, ny] = fields.shape.map(u64::from);
     let lists = [&fields.pressure, &fields.traction_x, &fields.traction_y, &fields.gap, &fields.slip_x, &fields.slip_y];
     let lengths = lists.iter().map(|list| list.len()).chain([fields.state.len()]);
-    match lengths.into_iter().find(|length| *length as u64 != nx.saturating_mul(ny)) {
-        Some(length) => Err(DecodeError::Malformed { what: WHAT, reason: format!("{length} values on {nx} × {ny} elements") }),
-        None => Ok(fields),
-    }
+    let length = lengths.into_iter().find(|length| *length as u64 != nx.saturating_mul(ny))?;
+    Some(format!("{length} values on {nx} × {ny} elements"))
 }
 
 pub(crate) fn encode(value: &impl Serialize) -> Vec<u8> {
@@ -305,6 +321,8 @@ fn decode_as<T: DeserializeOwned, const LIMIT: usize>(known: u8, what: &'static 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use contact::multiplicity::{Origin, Solution};
+    use contact::numerics::Method;
     use contact::outcome::{Certificate, Hertz, Level, Motion, Observables, RailContact, StepOutcome, WorkDone};
     use proptest::prelude::*;
 
@@ -409,6 +427,33 @@ pub(crate) mod tests {
         record(Ending::Quarantined { reason: "killed by SIGKILL".into(), attempts: 3 })
     }
 
+    /// Two solutions.
+    fn searched() -> Record {
+        let solution = |distances: [f64; 2], origin: Origin| Solution {
+            motion: Motion { approach: 1.0, ..Motion::default() },
+            observables: Observables { load: 2.0, ..Observables::default() },
+            certificate: Certificate { residual: 3.0, ..Certificate::default() },
+            origin,
+            method: Method::Newton,
+            reached: 4,
+            error: 5.0,
+            index: Some(-1),
+            distances: distances.to_vec(),
+            fields: fields(),
+        };
+        record(Ending::Searched(Multiplicity {
+            status: Status::Certified,
+            before: vec![StepOutcome::default()],
+            solutions: vec![solution([0.0, 6.0], Origin::Hertz), solution([6.0, 0.0], Origin::Between([0, 1]))],
+            starts: 7,
+            failed: 8,
+            beyond: 9,
+            index_sum: Some(-2),
+            work: WorkDone { iterations: 10, operator_applications: 11 },
+            factorisations: 12,
+        }))
+    }
+
     fn fields() -> Fields {
         let list = |x: f64| vec![x; 6];
         Fields {
@@ -427,7 +472,7 @@ pub(crate) mod tests {
 
     #[test]
     fn round_trip() {
-        for record in [solved(), failed(), quarantined()] {
+        for record in [solved(), failed(), quarantined(), searched()] {
             assert_eq!(Record::decode(&record.encode()), Ok(record.clone()));
             assert_eq!(record.key(), record.parse_job().unwrap().key());
         }
@@ -462,6 +507,7 @@ pub(crate) mod tests {
         insta::assert_snapshot!("record", hexadecimal(&solved().encode()));
         insta::assert_snapshot!("record_failed", hexadecimal(&failed().encode()));
         insta::assert_snapshot!("record_quarantined", hexadecimal(&quarantined().encode()));
+        insta::assert_snapshot!("record_searched", hexadecimal(&searched().encode()));
         insta::assert_snapshot!("fields", hexadecimal(&encode_fields(&fields())));
     }
 
@@ -490,6 +536,14 @@ pub(crate) mod tests {
         );
         short.shape = [u32::MAX; 2];
         assert!(decode_fields(&encode_fields(&short)).is_err());
+        let ragged = |change: fn(&mut Solution)| {
+            let mut record = searched();
+            let Ending::Searched(found) = &mut record.ending else { panic!() };
+            change(&mut found.solutions[1]);
+            message(&record.encode())
+        };
+        assert_eq!(ragged(|solution| solution.distances.truncate(1)), "the record does not decode: 1 distances of a solution to 2");
+        assert_eq!(ragged(|solution| solution.fields.gap.truncate(5)), "the record does not decode: 5 values on 3 × 2 elements");
     }
 
     #[test]
@@ -514,12 +568,12 @@ pub(crate) mod tests {
         }
 
         #[test]
-        fn flipped_bits_never_panic(at in any::<prop::sample::Index>(), bit in 0u8..8, which in 0usize..3) {
-            let mut bytes = [solved(), failed(), quarantined()][which].encode();
+        fn flipped_bits_never_panic(at in any::<prop::sample::Index>(), bit in 0u8..8, which in 0usize..4) {
+            let mut bytes = [solved(), failed(), quarantined(), searched()][which].encode();
             let at = at.index(bytes.len());
             bytes[at] ^= 1 << bit;
             if let Ok(record) = Record::decode(&bytes) {
-                let _ = record.parse_job();
+                let _ = (record.parse_job(), record.multiplicity().map(Multiplicity::furthest));
             }
             let mut bytes = encode_fields(&fields());
             let at = at % bytes.len();
