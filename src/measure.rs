@@ -21,7 +21,7 @@ use crate::effects::Group;
 use crate::launch::{Jobs, read_study};
 use crate::output::{self, Finish};
 use crate::query::layout;
-use crate::work::{order, ordered};
+use crate::work::{order, ordered, share_among};
 
 /// A job as it was solved with some effects asked for.
 #[derive(Serialize)]
@@ -179,7 +179,7 @@ fn in_a_process(order: &[u8], repeat: u32) -> Result<Measurement> {
 
 /// The hidden command `measured`: solves the job on standard input.
 pub(crate) fn measured(repeat: u32) -> Result<Finish> {
-    rayon::ThreadPoolBuilder::new().num_threads(1).build_global().context("cannot start a thread")?;
+    share_among(1)?;
     let mut payload = Vec::new();
     std::io::stdin().read_to_end(&mut payload)?;
     let (Job::Solve(job), surfaces) = ordered(&payload)? else { bail!("only scenes that are solved are measured") };

@@ -18,10 +18,11 @@ use crate::adaptive::{Found, choose};
 use crate::cli::SolveArgs;
 use crate::measure::median;
 use crate::output::{self, Finish};
-use crate::work::{Done, perform};
+use crate::work::{Done, perform, share_among};
 use crate::{draw, launch, results, show, solutions};
 
 pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
+    share_among(0)?;
     let study = if args.set.is_empty() {
         launch::read_study(&args.scene)?
     } else {
