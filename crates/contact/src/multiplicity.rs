@@ -9,8 +9,9 @@
 //! elements (independent, or in the regions between random lines) whose linear equations are solved exactly. From each both a
 //! semismooth Newton method without globalisation, which can end at any solution, and Alexandrov's Seidel iteration, which ends at
 //! those that attract it. The friction coefficient is followed down from a large value and up from zero. Every solution found is
-//! a source of more: its images under the symmetries of the grid, disturbed tractions, loops of μ, and Newton's method
-//! deflated by what is known (Farrell, Birkisson and Funke 2015, doi:10.1137/140984798), which cannot converge to it again.
+//! a source of more: its images under the symmetries of the grid, disturbed tractions, loops of μ, mixtures with earlier solutions,
+//! and Newton's method deflated by what is known (Farrell, Birkisson and Funke 2015, doi:10.1137/140984798), which cannot converge to
+//! it again.
 //!
 //! **Same or different.** A candidate is polished by Newton's method until its relative natural-map residual is 1e-12 or
 //! rounding stops it, and must meet the certificate. F(p) = p − G(p − E(εp + Ap − f)) linearised there, with Jacobian J,
@@ -23,27 +24,24 @@
 //! solutions, if none is singular, add up to 1: their number is odd, and a [sum](Multiplicity::index_sum) other than 1 says
 //! that one was missed. A sum of 1 does not say that none was.
 
-use std::sync::Arc;
-
 use serde::{Deserialize, Serialize};
 
-use crate::effect::Stage;
-use crate::influence::{Components, Dense, Mirror};
+use crate::influence::{Components, Mirror};
 use crate::loading::Control;
 use crate::numerics::{Method, Numerics};
-use crate::operators::{Operator, Operators};
+use crate::operators::Operators;
 use crate::outcome::{Certificate, Fields, Motion, Observables, Status, StepOutcome, WorkDone};
 use crate::problem::Problem;
 use crate::punch::Surfaces;
-use crate::scene::{Scene, SceneError, refuse};
-use crate::solve::{Before, conclude, in_units};
-use crate::solver::{self, Iterate, Limits, Start, Stop, newton};
+use crate::scene::{Scene, SceneError};
+use crate::solve::in_units;
+use crate::solver::Start;
 
 mod natural_map;
+mod seeker;
 mod start;
 
-use natural_map::{NaturalMap, Piece};
-use start::generator;
+use seeker::Seeker;
 
 /// What to start from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -128,8 +126,8 @@ pub struct Solution {
     pub reached: u64,
     /// Relative distance ‖J⁻¹F‖/‖p‖ from the exact solution, to first order; infinite where J is singular.
     pub error: f64,
-    /// sign det J, 0 where J is singular to rounding or an element is between two states; `None` where a force governs a motion, or in the midpoint projection, for then
-    /// the indices need not add up to 1.
+    /// sign det J, 0 where J is singular to rounding or an element is between two states; `None` where a force governs a motion, or in
+    /// the midpoint projection, for then the indices need not add up to 1.
     pub index: Option<i64>,
     /// L₂ distance of its tractions to those of every solution, this one too, over the larger of the two norms.
     pub distances: Vec<f64>,
@@ -172,31 +170,6 @@ pub enum Origin {
     Between([u32; 2]),
 }
 
-/// Relative residual to which a candidate is polished, if rounding lets it.
-const POLISHED: f64 = 1e-12;
-
-/// Relative residual at which a method hands over to the polishing.
-const HANDED_OVER: f64 = 1e-6;
-
-/// The loosest tolerance of a certificate.
-const LOOSEST: f64 = 1e-10;
-
-/// Relative distance below which two candidates are one solution.
-const SAME: f64 = 1e-5;
-
-/// Newton steps after which a method without globalisation is given up, for it goes in circles.
-const NEWTON_STEPS: u32 = 60;
-
-/// How many times the random starts that were asked for are tried while the indices do not add up.
-const PATIENCE: u32 = 4;
-
-/// Earlier solutions between which and a new one starts are placed.
-const NEIGHBOURS: usize = 8;
-
-/// Factors of μ on the way down to it and up to it.
-const FROM_ABOVE: [f64; 9] = [64.0, 16.0, 6.0, 3.0, 2.0, 1.5, 1.2, 1.08, 1.0];
-const FROM_BELOW: [f64; 9] = [0.0, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 0.95, 1.0];
-
 /// Searches for solutions of the last increment of a scene's path. Refuses what [`crate::solve`] refuses, and more than
 /// [`Multiplicity::MOST_ELEMENTS`] elements. Certificates must meet the tolerance asked for, and 1e-10.
 pub fn search(
@@ -234,320 +207,4 @@ pub fn search_from(
     seeker.controls = in_units(asked, &seeker.problem);
     seeker.seek(&nothing, search);
     Ok(seeker.conclude())
-}
-
-/// A search under way.
-struct Seeker<'a> {
-    problem: Problem,
-    operators: &'a mut Operators,
-    operator: Operator,
-    certifying: Operator,
-    dense: Arc<Dense>,
-    /// What governs the punch, in the problem's units and in SI units.
-    controls: [Control; 6],
-    asked: [Control; 6],
-    before: Before,
-    numerics: &'a Numerics,
-    /// Tractions and motions of the solutions.
-    found: Vec<Start>,
-    result: Multiplicity,
-}
-
-/// All components, all elements.
-const WHOLE: [Stage; 1] = [Stage { components: Components::ALL, mirror: Mirror::NONE }];
-
-impl<'a> Seeker<'a> {
-    fn new(problem: Problem, numerics: &'a Numerics, operators: &'a mut Operators) -> Result<Self, SceneError> {
-        let elements = problem.grid.active_len();
-        if elements > Multiplicity::MOST_ELEMENTS {
-            return Err(refuse("mesh", format!("{elements} elements of Ω"), "must be at most 1024 elements for a search of all solutions"));
-        }
-        let operator = operators.of(&problem);
-        let dense = Arc::new(Dense::new(&operator.table));
-        // the solvers' transforms and the certificate's matrix share the coefficients only
-        let mut certifying = operator.clone();
-        certifying.influence = Arc::clone(&dense) as _;
-        Ok(Self {
-            certifying,
-            problem,
-            operators,
-            operator,
-            dense,
-            controls: [Control::Motion(0.0); 6],
-            asked: [Control::Motion(0.0); 6],
-            before: Before::default(),
-            numerics,
-            found: Vec::new(),
-            result: Multiplicity {
-                status: Status::Certified,
-                before: Vec::new(),
-                solutions: Vec::new(),
-                starts: 0,
-                failed: 0,
-                beyond: 0,
-                index_sum: None,
-                work: WorkDone::default(),
-                factorisations: 0,
-            },
-        })
-    }
-
-    /// Follows the path up to its last increment; gives where that one starts, or why it cannot be reached.
-    fn follow(&mut self, scene: &Scene) -> Result<Start, String> {
-        let (method, _) = self.numerics.method.chosen(&scene.loading, [self.problem.grid.nx(), self.problem.grid.ny()]);
-        let limits = Limits { tolerance: self.numerics.tolerance, max_iterations: self.numerics.max_iterations };
-        let mut start = Start { p: vec![0.0; self.problem.f.len()], motion: [0.0; 6] };
-        let legs = scene.loading.legs();
-        for (at, leg) in legs.iter().enumerate() {
-            let departure = self.before;
-            for part in 1..=leg.increments {
-                self.asked = leg.increment(part, &departure.motion, &departure.resultants);
-                self.controls = in_units(&self.asked, &self.problem);
-                if at + 1 == legs.len() && part == leg.increments {
-                    return Ok(start);
-                }
-                let iterate = solver::solve(method, &mut self.problem, self.operators, &WHOLE, &self.controls, &start, &limits);
-                self.count(&iterate);
-                let (status, mut step, _, w) =
-                    conclude(&self.problem, &self.certifying, &iterate, &self.asked, &self.before, self.numerics.tolerance);
-                (step.step, step.cycle) = (leg.step, leg.cycle);
-                self.before = Before { motion: step.motion, resultants: step.observables.resultants() };
-                self.result.before.push(step);
-                if let Status::Failed { reason } = status {
-                    return Err(format!("loading.steps[{}], increment {part} of {}: {reason}", leg.step, leg.increments));
-                }
-                self.problem.remember(&iterate.p, &w, &iterate.motion);
-                start = Start { p: iterate.p, motion: iterate.motion };
-            }
-        }
-        Err("the path has no increment".to_owned())
-    }
-
-    /// Tries every start.
-    fn seek(&mut self, before: &Start, search: &Search) {
-        // what an ordinary solve finds also says where a motion that a force governs will be
-        let limits = self.limits();
-        let iterate = solver::solve(Method::Newton, &mut self.problem, self.operators, &WHOLE, &self.controls, before, &limits);
-        let motion = if iterate.motion.iter().all(|q| q.is_finite()) { iterate.motion } else { before.motion };
-        self.settle(Origin::Before, Method::Newton, iterate);
-        self.problem.place(&motion);
-
-        let nothing = vec![0.0; self.problem.f.len()];
-        self.both(Origin::Before, &Start { p: before.p.clone(), motion });
-        self.both(Origin::Nothing, &Start { p: nothing.clone(), motion });
-        let p = start::hertz(&self.problem);
-        self.both(Origin::Hertz, &Start { p, motion });
-        self.pattern(Origin::Stick, &vec![Piece::Stick; self.problem.grid.len()], motion);
-        for eighth in 0..8 {
-            let (y, x) = (f64::from(eighth) * std::f64::consts::FRAC_PI_4).sin_cos();
-            self.pattern(Origin::Slip(eighth), &vec![Piece::Slip([x, y]); self.problem.grid.len()], motion);
-        }
-        self.along(Origin::FrictionFromAbove, &FROM_ABOVE, Start { p: nothing.clone(), motion });
-        self.along(Origin::FrictionFromBelow, &FROM_BELOW, Start { p: nothing, motion });
-        let mut known = self.spread(0, search, motion);
-        for number in 0..search.starts.saturating_mul(PATIENCE) {
-            if number >= search.starts && self.index_sum().is_none_or(|sum| sum == 1) {
-                break;
-            }
-            let mut generator = generator(search.seed, u64::from(number));
-            if number % 3 == 0 {
-                let p = start::tractions(&self.problem, &mut generator);
-                self.both(Origin::Tractions(number), &Start { p, motion });
-            } else {
-                let pattern = start::pattern(&self.problem.grid, number % 3 == 1, &mut generator);
-                self.pattern(Origin::Pattern(number), &pattern, motion);
-            }
-            known = self.spread(known, search, motion);
-        }
-    }
-
-    /// Starts from the solutions found since there were `known`, and from those that this finds; gives how many there are then.
-    fn spread(&mut self, mut known: usize, search: &Search, motion: [f64; 6]) -> usize {
-        while let Some(solution) = self.found.get(known).cloned() {
-            let number = known as u32;
-            let mut generator = generator(search.seed ^ 0x5eed, u64::from(number));
-            for p in start::images(&self.problem.grid, &solution.p) {
-                self.both(Origin::Image(number), &Start { p, ..solution });
-            }
-            for size in [0.1, 0.5, 1.0] {
-                let p = start::disturbed(&self.problem, &solution.p, size, &mut generator);
-                self.both(Origin::Disturbed(number), &Start { p, ..solution });
-            }
-            let there_and_back = |factors: &[f64; 9]| factors.iter().rev().chain(&factors[1..]).copied().collect::<Vec<_>>();
-            self.along(Origin::FrictionLoopAbove(number), &there_and_back(&FROM_ABOVE), solution.clone());
-            self.along(Origin::FrictionLoopBelow(number), &there_and_back(&FROM_BELOW), solution.clone());
-            self.problem.place(&motion);
-            let starts = [vec![0.0; solution.p.len()], start::hertz(&self.problem), start::tractions(&self.problem, &mut generator), {
-                start::disturbed(&self.problem, &solution.p, 0.3, &mut generator)
-            }];
-            for p in starts {
-                self.problem.place(&motion);
-                let (map, known) = (self.map(), &self.found[..=known]);
-                let (p, factored) = map.deflated(&p, known.iter().map(|solution| &solution.p[..]));
-                self.result.factorisations += factored;
-                self.one(Origin::Deflated(number), Method::Newton, &Start { p, motion });
-            }
-            for (other, earlier) in self.earlier(known) {
-                for share in [0.1, 0.3, 0.5, 0.7, 0.9] {
-                    let mix = |a: f64, b: f64| (1.0 - share) * a + share * b;
-                    let p = solution.p.iter().zip(&earlier.p).map(|(a, b)| mix(*a, *b)).collect();
-                    let motion = std::array::from_fn(|which| mix(solution.motion[which], earlier.motion[which]));
-                    self.one(Origin::Between([other as u32, number]), Method::Newton, &Start { p, motion });
-                }
-            }
-            known += 1;
-        }
-        known
-    }
-
-    /// The last solutions before the one that is `known`, with their numbers.
-    fn earlier(&self, known: usize) -> Vec<(usize, Start)> {
-        self.found[..known].iter().cloned().enumerate().rev().take(NEIGHBOURS).collect()
-    }
-
-    fn map(&self) -> NaturalMap<'_> {
-        NaturalMap::new(&self.problem, self.dense.matrix(), self.operator.table.largest_diagonal())
-    }
-
-    fn limits(&self) -> Limits {
-        Limits { tolerance: HANDED_OVER, max_iterations: self.numerics.max_iterations }
-    }
-
-    fn count(&mut self, iterate: &Iterate) {
-        self.result.work.iterations += iterate.iterations;
-        self.result.work.operator_applications += iterate.operator_applications;
-    }
-
-    /// Starts both methods.
-    fn both(&mut self, origin: Origin, start: &Start) {
-        self.one(origin, Method::Newton, start);
-        self.one(origin, Method::Seidel, start);
-    }
-
-    /// Starts both methods where the linear equations of a pattern of states lead.
-    fn pattern(&mut self, origin: Origin, pattern: &[Piece], motion: [f64; 6]) {
-        self.problem.place(&motion);
-        let p = self.map().equilibrium(pattern);
-        self.result.factorisations += 1;
-        self.both(origin, &Start { p, motion });
-    }
-
-    /// Starts one method.
-    fn one(&mut self, origin: Origin, method: Method, start: &Start) {
-        let limits = self.limits();
-        let iterate = match method {
-            Method::Seidel => solver::solve(method, &mut self.problem, self.operators, &WHOLE, &self.controls, start, &limits),
-            Method::Newton | Method::Auto => {
-                let limits = Limits { max_iterations: limits.max_iterations.min(NEWTON_STEPS), ..limits };
-                newton::solve(&mut self.problem, &self.operator, &self.controls, start, &limits)
-            }
-        };
-        self.settle(origin, method, iterate);
-    }
-
-    /// Follows μ times `factors` by Newton's method, with Seidel sweeps where it fails, from a start; the last factor is 1.
-    fn along(&mut self, origin: Origin, factors: &[f64], mut start: Start) {
-        let mu = self.problem.mu;
-        let limits = self.limits();
-        for factor in factors {
-            self.problem.mu = mu * factor;
-            let steps = Limits { max_iterations: limits.max_iterations.min(NEWTON_STEPS), ..limits };
-            let mut iterate = newton::solve(&mut self.problem, &self.operator, &self.controls, &start, &steps);
-            self.count(&iterate);
-            if iterate.stop != Stop::Converged {
-                iterate = solver::solve(Method::Newton, &mut self.problem, self.operators, &WHOLE, &self.controls, &start, &limits);
-                self.count(&iterate);
-            }
-            if iterate.stop == Stop::Converged {
-                start = Start { p: iterate.p, motion: iterate.motion };
-            }
-        }
-        self.problem.mu = mu;
-        self.one(origin, Method::Newton, &start);
-    }
-
-    /// Polishes and certifies what a method left, and enters it among the solutions.
-    fn settle(&mut self, origin: Origin, method: Method, iterate: Iterate) {
-        self.result.starts += 1;
-        self.count(&iterate);
-        let is_near = match iterate.stop {
-            Stop::Converged => true,
-            Stop::OutOfIterations { residual } | Stop::Stalled { residual } => residual <= HANDED_OVER,
-            Stop::Diverged | Stop::Slides { .. } | Stop::Unbalanced { .. } => false,
-        };
-        let is_finite = iterate.p.iter().chain(&iterate.motion).all(|x| x.is_finite());
-        if !(is_near && is_finite) {
-            self.result.failed += 1;
-            return;
-        }
-        let limits = Limits { tolerance: POLISHED, max_iterations: NEWTON_STEPS };
-        let start = Start { p: iterate.p, motion: iterate.motion };
-        let polished = newton::solve(&mut self.problem, &self.operator, &self.controls, &start, &limits);
-        self.count(&polished);
-        let tolerance = self.numerics.tolerance.min(LOOSEST);
-        let (status, step, fields, _) = conclude(&self.problem, &self.certifying, &polished, &self.asked, &self.before, tolerance);
-        if status != Status::Certified {
-            self.result.failed += 1;
-            return;
-        }
-        let distances: Vec<f64> = self.found.iter().map(|found| distance(&found.p, &polished.p)).collect();
-        let near = (0..distances.len()).min_by(|a, b| distances[*a].total_cmp(&distances[*b]));
-        if let Some(near) = near.filter(|&near| distances[near] <= SAME) {
-            self.result.solutions[near].reached += 1;
-            return;
-        }
-        let (error, sign) = self.map().error_and_index(&polished.p);
-        self.result.factorisations += 1;
-        if let Some(near) = near
-            && [error, self.result.solutions[near].error].iter().any(|error| error.is_finite() && distances[near] <= 100.0 * error)
-        {
-            self.result.solutions[near].reached += 1;
-            return;
-        }
-        if self.found.len() == Multiplicity::MOST_SOLUTIONS {
-            self.result.beyond += 1;
-            return;
-        }
-        let adds_up = self.controls.iter().all(|control| matches!(control, Control::Motion(_)))
-            && self.problem.projection == crate::numerics::Projection::Average;
-        self.found.push(Start { p: polished.p, motion: polished.motion });
-        self.result.solutions.push(Solution {
-            motion: step.motion,
-            observables: step.observables,
-            certificate: step.certificate,
-            origin,
-            method,
-            reached: 1,
-            error,
-            index: adds_up.then_some(sign),
-            distances: Vec::new(),
-            fields,
-        });
-    }
-
-    /// Sum of the indices so far; `None` where one is missing or zero, or there are no solutions.
-    fn index_sum(&self) -> Option<i64> {
-        let solutions = &self.result.solutions;
-        solutions.iter().map(|solution| solution.index.filter(|index| *index != 0)).sum::<Option<i64>>().filter(|_| !solutions.is_empty())
-    }
-
-    /// The result, complete.
-    fn conclude(mut self) -> Multiplicity {
-        for (solution, found) in self.result.solutions.iter_mut().zip(&self.found) {
-            solution.distances = self.found.iter().map(|other| distance(&found.p, &other.p)).collect();
-        }
-        self.result.index_sum = self.index_sum();
-        if self.result.solutions.is_empty() && self.result.status == Status::Certified {
-            let reason = format!("none of {} starts led to a certified solution", self.result.starts);
-            self.result.status = Status::Failed { reason };
-        }
-        self.result
-    }
-}
-
-/// ‖a − b‖ over the larger of the norms; 0 between zeros.
-fn distance(a: &[f64], b: &[f64]) -> f64 {
-    let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|x| x * x).sum::<f64>().sqrt();
-    let size = norm(&mut a.iter().copied()).max(norm(&mut b.iter().copied()));
-    if size == 0.0 { 0.0 } else { norm(&mut a.iter().zip(b).map(|(a, b)| a - b)) / size }
 }

@@ -4,13 +4,15 @@ mod contact_plane;
 mod curve;
 mod profile;
 mod surface;
+mod track;
 mod wheel_rail;
 
 pub use contact_plane::{ContactPlane, Extent, Frame};
 pub use curve::{Curve, CurvePoint};
 pub use profile::{Profile, ProfileError, ProfileKind};
 pub use surface::{Surface, SurfaceError, Surfaces};
-pub use wheel_rail::{Curvatures, Position, Side, Touch, Track, WheelOnRail, WheelRailError, Wheelset};
+pub use track::{Position, Side, Track, WheelRailError, Wheelset};
+pub use wheel_rail::{Curvatures, Touch, WheelOnRail};
 
 use std::f64::consts::PI;
 

@@ -1,0 +1,201 @@
+//! How wheel and rail stand in the track, and what of that makes no sense.
+//!
+//! Track coordinates: x along the track, y to the right, z down, origin in the middle of the track at the height of the rails' tops.
+
+use std::f64::consts::PI;
+
+use super::curve::Curve;
+use super::profile::{Profile, ProfileKind};
+
+/// On which side of the track, seen along x.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Side {
+    /// y < 0.
+    Left,
+    /// y > 0.
+    Right,
+}
+
+impl Side {
+    /// −1 on the left, 1 on the right.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Left => -1.0,
+            Self::Right => 1.0,
+        }
+    }
+}
+
+/// How the rails lie.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Track {
+    /// Distance between the rails' gauge faces \[m\].
+    pub gauge: f64,
+    /// Depth below the rails' tops down to which the gauge is measured \[m\].
+    pub gauge_depth: f64,
+}
+
+/// How the wheels sit on their axle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wheelset {
+    /// Radius of the wheel at its profile's z = 0 \[m\].
+    pub rolling_radius: f64,
+    /// Distance between the backs of the flanges \[m\].
+    pub flange_back_distance: f64,
+    /// From the back of the flange to the profile's y = 0 \[m\].
+    pub flange_back_to_origin: f64,
+}
+
+/// Where the wheelset stands; its height is where the wheel just touches.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Position {
+    /// Lateral displacement of the middle of the axle along y \[m\].
+    pub lateral: f64,
+    /// ψ \[rad\], about z: positive turns x towards y.
+    pub yaw: f64,
+    /// φ \[rad\], about the track's x, after the yaw: positive lowers the right wheel.
+    pub roll: f64,
+}
+
+/// Why a wheel and a rail make no contact.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum WheelRailError {
+    /// A profile of the other kind.
+    #[error("the {role}'s profile is one of a {found}; give a {role}'s")]
+    Kind {
+        /// What it was given for.
+        role: &'static str,
+        /// What it is.
+        found: &'static str,
+    },
+    /// A length or an angle without meaning.
+    #[error("{name} = {value:e}: {expected}")]
+    Value {
+        /// What it is.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What would be right.
+        expected: &'static str,
+    },
+    /// A profile that lies the wrong way round.
+    #[error(
+        "the lowest point of the wheel's profile, at y = {y:e} m, is on the field side; the flange must lie at negative y, mirror the profile"
+    )]
+    Flange {
+        /// y of the lowest point \[m\].
+        y: f64,
+    },
+    /// The gauge cannot be measured.
+    #[error(
+        "the rail's profile ends {depth:e} m below its top on the gauge side (negative y); it must reach down {gauge_depth:e} m, where the gauge is measured"
+    )]
+    Shallow {
+        /// Depth that it reaches \[m\].
+        depth: f64,
+        /// Depth asked for \[m\].
+        gauge_depth: f64,
+    },
+    /// The wheel passes the rail.
+    #[error(
+        "the wheel covers y = {wheel:?} m and the rail y = {rail:?} m: one does not stand over the other; the lateral position must bring them together"
+    )]
+    Beside {
+        /// From where to where the wheel lies \[m\].
+        wheel: [f64; 2],
+        /// From where to where the rail lies \[m\].
+        rail: [f64; 2],
+    },
+    /// The wheel stands on the end of a profile, where the body does not end.
+    #[error(
+        "at y = {y:e} m the wheel first meets the rail where a profile ends; the profiles must go on there, or the lateral position must be less extreme"
+    )]
+    ProfileEnd {
+        /// y in track coordinates \[m\].
+        y: f64,
+    },
+}
+
+/// Refuses profiles, lengths and angles without meaning.
+pub(super) fn check(
+    wheel: &Profile,
+    rail: &Profile,
+    wheelset: &Wheelset,
+    track: &Track,
+    position: &Position,
+) -> Result<(), WheelRailError> {
+    if wheel.kind() != ProfileKind::Wheel {
+        return Err(WheelRailError::Kind { role: "wheel", found: "rail" });
+    }
+    if rail.kind() != ProfileKind::Rail {
+        return Err(WheelRailError::Kind { role: "rail", found: "wheel" });
+    }
+    for (name, value) in [
+        ("rolling_radius", wheelset.rolling_radius),
+        ("flange_back_distance", wheelset.flange_back_distance),
+        ("gauge", track.gauge),
+        ("gauge_depth", track.gauge_depth),
+    ] {
+        if value.is_nan() || value <= 0.0 || value > 10.0 {
+            return Err(WheelRailError::Value { name, value, expected: "must be above 0 and at most 10 m" });
+        }
+    }
+    for (name, value) in [("flange_back_to_origin", wheelset.flange_back_to_origin), ("lateral", position.lateral)] {
+        if value.is_nan() || value.abs() > 10.0 {
+            return Err(WheelRailError::Value { name, value, expected: "must be within ±10 m" });
+        }
+    }
+    for (name, value) in [("yaw", position.yaw), ("roll", position.roll)] {
+        if value.is_nan() || value.abs() > PI / 6.0 {
+            return Err(WheelRailError::Value { name, value, expected: "must be within ±π/6 rad" });
+        }
+    }
+    let points = wheel.curve().points();
+    let lowest = points.iter().max_by(|a, b| a[1].total_cmp(&b[1])).copied().unwrap_or_default();
+    let gauge_side = points.iter().filter(|p| p[0] < 0.0).map(|p| p[1]).fold(f64::NEG_INFINITY, f64::max);
+    // a wheel without a flange may have its lowest point anywhere, but not by the height of a flange
+    if lowest[0] > 0.0 && lowest[1] > gauge_side + 0.01 {
+        return Err(WheelRailError::Flange { y: lowest[0] });
+    }
+    Ok(())
+}
+
+/// A right-hand profile's curve on its side of the track, y rising.
+pub(super) fn towards(curve: &Curve, side: Side) -> Curve {
+    match side {
+        Side::Right => curve.clone(),
+        Side::Left => curve.mirrored(),
+    }
+}
+
+/// The rail where the gauge puts it, its top at z = 0, with its origin's (y, z).
+pub(super) fn placed(rail: &Curve, track: &Track, side: Side) -> Result<(Curve, [f64; 2]), WheelRailError> {
+    let points: Vec<[f64; 2]> = rail.samples(8).into_iter().map(|t| rail.at(t).position).collect();
+    let (highest, top) = points.iter().enumerate().min_by(|a, b| a.1[1].total_cmp(&b.1[1])).map_or((0, 0.0), |(i, p)| (i, p[1]));
+    // from the top to the gauge side
+    let descent: Vec<[f64; 2]> = match side {
+        Side::Right => points[..=highest].iter().rev().copied().collect(),
+        Side::Left => points[highest..].to_vec(),
+    };
+    let limit = top + track.gauge_depth;
+    let below = descent.iter().position(|p| p[1] >= limit);
+    let Some(below) = below else {
+        let depth = descent.iter().map(|p| p[1] - top).fold(0.0, f64::max);
+        return Err(WheelRailError::Shallow { depth, gauge_depth: track.gauge_depth });
+    };
+    let inward = |y: f64| -side.sign() * y;
+    let mut face = descent[..below].iter().map(|p| inward(p[0])).fold(f64::NEG_INFINITY, f64::max);
+    if below > 0 {
+        let (above, below) = (descent[below - 1], descent[below]);
+        face = face.max(inward(above[0] + (below[0] - above[0]) * (limit - above[1]) / (below[1] - above[1])));
+    }
+    let origin = [side.sign() * (0.5 * track.gauge + face), -top];
+    Ok((rail.clone().shifted(origin), origin))
+}
+
+/// R_x(roll) R_z(yaw).
+pub(super) fn rotation(yaw: f64, roll: f64) -> [[f64; 3]; 3] {
+    let ((sy, cy), (sr, cr)) = (yaw.sin_cos(), roll.sin_cos());
+    [[cy, -sy, 0.0], [sy * cr, cy * cr, -sr], [sy * sr, cy * sr, cr]]
+}
