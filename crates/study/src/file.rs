@@ -411,7 +411,6 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     let groups = root.get("sweep").map(|node| sweep::read_sweep(text, node, &mut problems)).unwrap_or_default();
     let accuracy = root.get("accuracy").and_then(|node| accuracy::read(node, kind, &base, &groups, &mut problems));
     base.extend(accuracy.iter().map(accuracy::Accuracy::first_mesh));
-    sweep::refuse_absent(&groups, &base, &mut problems);
     let ladder = match (kind, root.get("convergence")) {
         (Kind::Convergence, node) => ladder::read(node, &groups, &mut problems),
         (_, Some(node)) => {
@@ -429,6 +428,12 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
         }
         (_, None) => None,
     };
+    let before = problems.len();
+    sweep::refuse_absent(&groups, &base, &mut problems);
+    if problems.len() > before {
+        // entries have columns, and an index that is far off would make thousands of millions
+        return Err(problems);
+    }
     let columns = columns::columns(kind, groups.iter().flat_map(Group::axes), keys(&base, &groups));
     let figures = match root.get("figure") {
         Some(node) => figure::read_figures(node, &groups, &columns, &mut problems),
