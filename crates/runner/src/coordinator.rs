@@ -7,8 +7,8 @@
 //! - A reply to a worker is an acknowledgement: it is sent only when everything that the worker reported is durable.
 //! - Commits clock themselves. While one is being written, further results gather and form the next; so a lone result
 //!   never waits for a timer, and under load one commit serves many jobs.
-//! - A worker holds about [`AHEAD`] seconds of work, by the prediction corrected by what jobs really took, so that
-//!   neither transport nor disk stalls short jobs; a job longer than that is never held behind another.
+//! - A worker holds a little work ahead ([`dealing`]), by the prediction corrected by what jobs really
+//!   took, so that neither transport nor disk stalls short jobs; a job longer than that is never held behind another.
 //! - When a worker dies, the attempt is charged to the job that was running. Others that it held go back uncharged.
 
 use crate::event::{Counts, Event, What};
@@ -20,12 +20,6 @@ use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 use study::JobKey;
 
-/// Seconds of predicted work that a worker may hold beyond the job it is running.
-const AHEAD: f64 = 0.1;
-/// Jobs that one worker may hold.
-const MOST_JOBS: usize = 512;
-/// Payload bytes in one reply.
-const MOST_BYTES: usize = 512 << 10;
 /// Workers in a row that die before asking for a job, after which starting more is hopeless.
 const MOST_FAILED_STARTS: u32 = 10;
 /// A worker that was told to leave may take this long.
@@ -477,20 +471,6 @@ impl Coordinator {
         }
     }
 
-    /// What jobs take over what was predicted, once something is known.
-    fn calibration(&self) -> Option<f64> {
-        (self.predicted > 0.0).then(|| self.took / self.predicted)
-    }
-
-    fn held<'a>(&'a self, worker: &'a Worker) -> impl Iterator<Item = &'a Job> {
-        worker.leases.iter().filter_map(|&lease| Some(&self.jobs[self.leases.get(lease)?.job]))
-    }
-
-    /// A worker runs its jobs one after another, so it needs what the largest needs.
-    fn memory(&self, worker: &Worker) -> u64 {
-        self.held(worker).map(|job| job.memory).max().unwrap_or(0)
-    }
-
     fn settle(&mut self) {
         if self.committing.is_empty() && !self.unsaved.is_empty() {
             let (saving, done) = std::mem::take(&mut self.unsaved).into_iter().unzip();
@@ -505,72 +485,6 @@ impl Coordinator {
             self.answer(id);
         }
         self.recruit();
-    }
-
-    fn answer(&mut self, id: WorkerId) {
-        let jobs = if self.stopping() { Vec::new() } else { self.choose(id) };
-        let nothing_left = self.stopping() || self.counts.waiting + self.counts.running == 0;
-        let Some(worker) = self.workers.get_mut(&id) else { return };
-        let idle = worker.leases.is_empty();
-        if jobs.is_empty() && idle {
-            // A job of another worker may yet come back; so stay, unless nothing is out.
-            if nothing_left {
-                (worker.phase, worker.asks, worker.heard) = (Phase::Leaving, false, self.now);
-                self.actions.push(Action::Dismiss(id));
-            }
-            return;
-        }
-        if idle {
-            (worker.heard, worker.progress) = (self.now, self.now);
-        }
-        worker.asks = false;
-        let mut assigned = Vec::with_capacity(jobs.len());
-        for &job in &jobs {
-            let lease = self.leases.grant(job, id);
-            worker.leases.push_back(lease);
-            self.jobs[job].state = State::Leased(lease);
-            assigned.push((lease, job));
-        }
-        self.actions.push(Action::Assign(id, assigned));
-        for job in jobs {
-            self.counts.waiting -= 1;
-            self.counts.running += 1;
-            self.emit(What::Leased { key: self.jobs[job].key, worker: id, attempt: self.jobs[job].failures + 1 });
-        }
-    }
-
-    /// Takes jobs for a worker out of the queue.
-    fn choose(&mut self, id: WorkerId) -> Vec<usize> {
-        let Some(worker) = self.workers.get(&id) else { return Vec::new() };
-        let others: u64 = self.workers.iter().filter(|&(&other, _)| other != id).map(|(_, other)| self.memory(other)).sum();
-        let mut memory = self.memory(worker);
-        let calibration = self.calibration();
-        let seconds = |job: &Job| job.cost * calibration.unwrap_or(f64::INFINITY);
-        let mut ahead: f64 = self.held(worker).map(seconds).sum();
-        let (held, mut group, mut bytes) = (worker.leases.len(), worker.group, 0);
-        // The last jobs are dealt out in ever smaller portions, so that all workers end together.
-        let share = (self.queue.len() / 2 / self.options.workers).max(1);
-        let mut chosen = Vec::new();
-        while held + chosen.len() < MOST_JOBS && chosen.len() < share {
-            let jobs = &self.jobs;
-            let fits = |job: usize| others.saturating_add(memory.max(jobs[job].memory)) <= self.options.memory_limit;
-            let Some((job, of)) = self.queue.take(group, fits) else { break };
-            let behind = held + chosen.len() > 0;
-            if behind && (ahead + seconds(&self.jobs[job]) > AHEAD || bytes + self.jobs[job].bytes > MOST_BYTES) {
-                self.queue.put(job);
-                break;
-            }
-            ahead += seconds(&self.jobs[job]);
-            memory = memory.max(self.jobs[job].memory);
-            bytes += self.jobs[job].bytes;
-            self.queue.hold(group, Some(of));
-            group = Some(of);
-            chosen.push(job);
-        }
-        if let Some(worker) = self.workers.get_mut(&id) {
-            worker.group = group;
-        }
-        chosen
     }
 
     fn recruit(&mut self) {
@@ -616,6 +530,7 @@ fn sane(cost: f64) -> f64 {
     if cost.is_finite() { cost.max(1e-6) } else { 1.0 }
 }
 
+mod dealing;
 #[cfg(any(test, debug_assertions))]
 mod invariants;
 #[cfg(test)]
