@@ -7,7 +7,7 @@
 //! table of increments ([`along_path`], [`Record::along_path`]) each row is what the result would be if the path ended there.
 
 use std::borrow::Cow;
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::fmt;
 
 use contact::multiplicity::Multiplicity;
@@ -211,8 +211,9 @@ pub fn columns<'a>(kind: Kind, axes: impl IntoIterator<Item = &'a Axis>, keys: i
         columns.push(Column { name: axis.column(), dimension, role: Role::Axis, meaning, source: Source::Axis { index, is_numeric } });
     }
     let listed: HashSet<Key> = keys.into_iter().collect();
-    let length = |list| listed.iter().filter(|key| key.list() == Some(list)).filter_map(|key| Some(key.index()? + 1)).max().unwrap_or(0);
-    for key in Key::all(length) {
+    // not every index up to the largest, which may be any number
+    let indices = |list| listed.iter().filter(|key| key.list() == Some(list)).filter_map(|key| key.index()).collect::<BTreeSet<u32>>();
+    for key in Key::of_entries(indices) {
         // a height map is given as a file, a job has its hash
         let is_given = listed.contains(&key) || key == Key::Surface && listed.contains(&Key::File);
         let has_default = ["numerics.", "search."].iter().any(|table| key.path().starts_with(table));
@@ -274,6 +275,14 @@ mod tests {
                 assert!(!seen.contains(&table.column()) || key.is_some_and(|key| key.column() == table.column()), "{table:?}");
             }
         }
+    }
+
+    #[test]
+    fn entries_far_apart_cost_no_more_than_near_ones() {
+        let far = [Key::Approach(0), Key::LayerThickness(4_000_000_000), Key::ShiftX(u32::MAX)];
+        let columns = columns(Kind::Solve, [], far);
+        let names: Vec<&str> = columns.iter().filter(|column| column.role == Role::Key).map(|column| column.name.as_ref()).collect();
+        assert_eq!(names[..3], ["layer4000000000_thickness", "approach", "step4294967295_shift_x"]);
     }
 
     #[test]

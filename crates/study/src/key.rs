@@ -199,11 +199,16 @@ keys! {
 impl Key {
     /// Every key of a scene whose lists ([`Key::Layers`], [`Key::Steps`]) are so long, in the order of the fields.
     pub fn all(length: impl Fn(Key) -> u32) -> Vec<Key> {
+        Key::of_entries(|list| 0..length(list))
+    }
+
+    /// The same of a scene of whose lists only the entries with these indices count.
+    pub(crate) fn of_entries<Indices: IntoIterator<Item = u32>>(indices: impl Fn(Key) -> Indices) -> Vec<Key> {
         let mut keys = Vec::new();
         for run in Key::ALL.chunk_by(|a, b| a.list() == b.list()) {
             match run.first().and_then(|key| key.list()) {
                 None => keys.extend_from_slice(run),
-                Some(list) => keys.extend((0..length(list)).flat_map(|index| run.iter().map(move |key| key.at(index)))),
+                Some(list) => keys.extend(indices(list).into_iter().flat_map(|index| run.iter().map(move |key| key.at(index)))),
             }
         }
         keys

@@ -99,7 +99,10 @@ impl<'a> Sheet<'a> {
     pub(crate) fn length(&self, list: Key) -> u32 {
         match self.count(list) {
             Some(length) => length,
-            None => self.0.keys().filter(|key| key.list() == Some(list)).filter_map(|key| Some(key.index()? + 1)).max().unwrap_or(0),
+            None => {
+                let indices = self.0.keys().filter(|key| key.list() == Some(list)).filter_map(|key| key.index());
+                indices.max().map_or(0, |index| index.saturating_add(1))
+            }
         }
     }
 

@@ -157,6 +157,12 @@ const CASES: &[(&str, &str, &str)] = &[
     ("axis on nothing", "\"friction.mu\" =", "\"weather.wind\" ="),
     ("axis on a step that is not there", "\"friction.mu\" = [0.1, 0.2]", "\"loading.steps[1].shift_x\" = [0, 1]"),
     ("axis on the last step that can be written", "\"friction.mu\" =", "\"loading.steps[4294967295].shift_x\" ="),
+    ("axis on a layer far beyond none", "\"friction.mu\" =", "\"foundation.layers[4000000000].thickness\" ="),
+    (
+        "axis on the last whole layer that can be written",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "\"foundation.layers[4294967295]\" = [{ label = \"a\", thickness = 1 }]",
+    ),
     ("axis on a whole step that is not there", "\"friction.mu\" = [0.1, 0.2]", "\"loading.steps[4]\" = [{ label = \"a\", shift_x = 0 }]"),
     (
         "axis on a step beyond those of the axes",
