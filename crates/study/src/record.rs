@@ -113,14 +113,14 @@ pub enum DecodeError {
         what: &'static str,
     },
     /// Another version of the program wrote it.
-    #[error("{what} has format {found}, this program reads format {known}")]
+    #[error("{what} has format {found}, this program reads {}", formats(known))]
     Version {
         /// What was read.
         what: &'static str,
         /// The version found.
         found: u8,
-        /// The version known.
-        known: u8,
+        /// The versions known.
+        known: &'static [u8],
     },
     /// The bytes do not decode.
     #[error("{what} does not decode: {reason}")]
@@ -132,6 +132,12 @@ pub enum DecodeError {
     },
 }
 
+/// Versions in words.
+fn formats(known: &[u8]) -> String {
+    let numbers: Vec<String> = known.iter().map(u8::to_string).collect();
+    format!("{} {}", if known.len() == 1 { "format" } else { "formats" }, numbers.join(" and "))
+}
+
 /// Format of fields, surfaces and definitions of studies.
 const VERSION: u8 = 1;
 
@@ -140,6 +146,9 @@ const RECORD_VERSION: u8 = 4;
 
 /// The last format before, which is read as well.
 const OLDER_VERSION: u8 = 3;
+
+/// The formats of records that are read.
+const RECORD_VERSIONS: &[u8] = &[OLDER_VERSION, RECORD_VERSION];
 
 /// Longest text or list in a record that is believed \[bytes\]; a corrupt length must not allocate.
 const RECORD_LIMIT: usize = 16 << 20;
@@ -238,10 +247,11 @@ impl Record {
         type Parts<Fields> = ((u32, String, Ending, Option<Fields>), Provenance);
         let ((physics, job, ending, fields), provenance) = match bytes.first() {
             Some(&OLDER_VERSION) => {
-                let ((physics, job, ending, digest), provenance) = decode_as::<Parts<[u8; 32]>, RECORD_LIMIT>(OLDER_VERSION, WHAT, bytes)?;
+                let ((physics, job, ending, digest), provenance) =
+                    decode_as::<Parts<[u8; 32]>, RECORD_LIMIT>(RECORD_VERSIONS, WHAT, bytes)?;
                 ((physics, job, ending, digest.map(Kept::Blob)), provenance)
             }
-            _ => decode_as::<Parts<Kept>, RECORD_LIMIT>(RECORD_VERSION, WHAT, bytes)?,
+            _ => decode_as::<Parts<Kept>, RECORD_LIMIT>(RECORD_VERSIONS, WHAT, bytes)?,
         };
         if let Ending::Searched(found) = &ending {
             let count = found.solutions.len();
@@ -259,7 +269,7 @@ impl Record {
 
 /// The text of the job in the bytes of a record, without reading the rest; `None` unless this program's physics computed it.
 pub fn job_text(bytes: &[u8]) -> Option<&str> {
-    let body = [RECORD_VERSION, OLDER_VERSION].iter().find_map(|version| bytes.strip_prefix(&[*version]))?;
+    let body = RECORD_VERSIONS.iter().find_map(|version| bytes.strip_prefix(&[*version]))?;
     let config = bincode::config::standard().with_limit::<RECORD_LIMIT>();
     let ((physics, job), _): ((u32, &str), usize) = bincode::serde::borrow_decode_from_slice(body, config).ok()?;
     (physics == PHYSICS_VERSION).then_some(job)
@@ -301,12 +311,12 @@ fn encode_as(version: u8, value: &impl Serialize) -> Vec<u8> {
 }
 
 pub(crate) fn decode<T: DeserializeOwned, const LIMIT: usize>(what: &'static str, bytes: &[u8]) -> Result<T, DecodeError> {
-    decode_as::<T, LIMIT>(VERSION, what, bytes)
+    decode_as::<T, LIMIT>(&[VERSION], what, bytes)
 }
 
-fn decode_as<T: DeserializeOwned, const LIMIT: usize>(known: u8, what: &'static str, bytes: &[u8]) -> Result<T, DecodeError> {
+fn decode_as<T: DeserializeOwned, const LIMIT: usize>(known: &'static [u8], what: &'static str, bytes: &[u8]) -> Result<T, DecodeError> {
     let (version, body) = bytes.split_first().ok_or(DecodeError::Empty { what })?;
-    if *version != known {
+    if !known.contains(version) {
         return Err(DecodeError::Version { what, found: *version, known });
     }
     let malformed = |reason: String| DecodeError::Malformed { what, reason };
@@ -520,8 +530,8 @@ pub(crate) mod tests {
     fn what_is_malformed_says_so() {
         let message = |bytes: &[u8]| Record::decode(bytes).unwrap_err().to_string();
         assert_eq!(message(&[]), "the record is empty");
-        assert_eq!(message(&[9, 1]), "the record has format 9, this program reads format 4");
-        assert_eq!(message(&[1, 1]), "the record has format 1, this program reads format 4");
+        assert_eq!(message(&[9, 1]), "the record has format 9, this program reads formats 3 and 4");
+        assert_eq!(message(&[1, 1]), "the record has format 1, this program reads formats 3 and 4");
         let mut long = solved().encode();
         long.push(0);
         assert_eq!(message(&long), "the record does not decode: 1 bytes too many");
