@@ -1,10 +1,14 @@
 //! Residuals of a claimed solution, by formulas and arithmetic of their own.
 //!
 //! Nothing here calls [`crate::friction`], [`crate::solver`] or [`crate::observables`]: the conditions of contact and
-//! Coulomb's law are spelled out again, and the operator is whatever the caller trusts independently of the solver.
+//! Coulomb's law are spelled out again, and what the operator's transform gives is held against plain sums.
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
+use crate::grid::Grid;
+use crate::influence::{Components, Direction, InfluenceTable};
 use crate::loading::Control;
 use crate::outcome::{Certificate, Observables};
 use crate::parallel;
@@ -17,6 +21,31 @@ impl Certificate {
     pub fn meets(&self, tolerance: f64) -> bool {
         [self.residual, self.tension, self.cone_violation, self.force_imbalance].iter().all(|figure| *figure <= tolerance)
     }
+}
+
+/// Elements on which [`transform_error`] looks, and the one with the largest pressure.
+const LOOKED_AT: usize = 7;
+
+/// The largest difference, on some elements all over Ω, between the displacements A `p` as a transform gave them and as the sum over
+/// all elements gives them, over the largest displacement: what a solver that applies the same transform cannot hide. Both are
+/// blocks of `components`.
+pub fn transform_error(table: &InfluenceTable, grid: &Grid, components: Components, p: &[f64], displacement: &[f64]) -> f64 {
+    let k = grid.len();
+    let first = grid.active().max_by(|a, b| p[*a].total_cmp(&p[*b]));
+    let looked_at: Vec<usize> = first.into_iter().chain(grid.active().step_by(grid.active_len().div_ceil(LOOKED_AT).max(1))).collect();
+    let differences = looked_at.par_iter().map(|&e| {
+        let summed = table.displacement_at(e, components, p);
+        let off = |(block, to): (usize, Direction)| (displacement[block * k + e] - summed[to as usize]).abs();
+        components.directions().enumerate().map(off).fold(0.0, larger)
+    });
+    let largest = parallel::bands(displacement.len(), |band| displacement[band].iter().map(|u| u.abs()).fold(0.0, larger));
+    let difference = differences.collect::<Vec<_>>().into_iter().fold(0.0, larger);
+    if difference == 0.0 { 0.0 } else { larger(0.0, difference / largest.into_iter().fold(0.0, larger)) }
+}
+
+/// The larger of two numbers; infinite where one is none.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::INFINITY } else { a.max(b) }
 }
 
 /// What a band of elements adds.
@@ -33,8 +62,8 @@ struct Part {
     size: f64,
 }
 
-/// Certifies tractions `p` against `problem`. `displacement` is A p and `diagonal` the diagonal entries of A, both
-/// from an operator that the solver did not use; `claimed` are the observables \[SI\] that go out with `p`, `asked` what was to govern
+/// Certifies tractions `p` against `problem`. `displacement` is A p and `diagonal` the diagonal entries of A, on all of Ω and without
+/// mirror planes; `claimed` are the observables \[SI\] that go out with `p`, `asked` what was to govern
 /// the punch \[SI\].
 pub fn certify(
     problem: &Problem,
@@ -47,7 +76,7 @@ pub fn certify(
     let k = problem.grid.len();
     let Diagonals { normal, tangential } = diagonal.into();
     let (mu, ceiling) = (problem.mu, problem.ceiling);
-    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, |a, b| if b.is_nan() { f64::INFINITY } else { a.max(b) });
+    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, larger);
     let largest_of = |value: &(dyn Fn(usize) -> f64 + Sync)| {
         largest(&mut parallel::bands(k, |band| largest(&mut problem.grid.active_in(band).map(value))).into_iter())
     };
@@ -155,4 +184,37 @@ pub fn certify(
         certificate.force_imbalance = if off.is_nan() { f64::INFINITY } else { certificate.force_imbalance.max(off) };
     }
     certificate
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::foundation::half_space::HalfSpace;
+    use crate::influence::{Influence, Toeplitz};
+    use crate::numerics::Projection;
+    use crate::scene::Material;
+
+    #[test]
+    fn a_wrong_transform_shows_in_any_component() {
+        let grid = Grid::new(9, 6, 0.5, 0.75, [0.0; 2]).unwrap();
+        let table = |poisson: f64| {
+            let bodies = HalfSpace::new(&Material { shear_modulus: 1.0, poisson }, None);
+            InfluenceTable::new(&grid, &bodies, Projection::Average)
+        };
+        let (right, wrong) = (table(0.3), table(0.31));
+        let operator = Toeplitz::new(&right);
+        for components in [Components::ALL, Components::NORMAL] {
+            let p: Vec<f64> = (0..components.len() * grid.len()).map(|i| (0.7 * i as f64).sin()).collect();
+            let mut displacement = vec![0.0; 3 * grid.len()];
+            let all: Vec<f64> = (0..3 * grid.len()).map(|i| p.get(i).copied().unwrap_or(0.0)).collect();
+            operator.apply(&mut displacement, &all, &mut crate::influence::Scratch::new(&operator));
+            displacement.truncate(p.len());
+            let error = |table: &InfluenceTable, displacement: &[f64]| transform_error(table, &grid, components, &p, displacement);
+            assert!(error(&right, &displacement) < 1e-15 * 10.0, "{}", error(&right, &displacement));
+            assert!(error(&wrong, &displacement) > 1e-3);
+            displacement[0] = f64::NAN;
+            assert_eq!(error(&right, &displacement), f64::INFINITY);
+        }
+        assert_eq!(transform_error(&right, &grid, Components::ALL, &[0.0; 162], &[0.0; 162]), 0.0);
+    }
 }

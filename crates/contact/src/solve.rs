@@ -1,6 +1,6 @@
 //! From a scene to a certified outcome, along its loading path.
 
-use crate::certificate::certify;
+use crate::certificate::{certify, transform_error};
 use crate::effect::{Effect, Effects, Stage};
 use crate::estimate::{self, Estimate};
 use crate::influence::{Components, Mirror};
@@ -16,8 +16,8 @@ use crate::reference::hertz_ellipse;
 use crate::scene::{Scene, SceneError};
 use crate::solver::{self, Iterate, Limits, Start, Stop};
 
-/// Solves a scene: binds it to its grid, follows its loading path with the method, certifies each increment with code and an
-/// operator that the method does not use, and derives the observables; the fields are those of the last increment. What
+/// Solves a scene: binds it to its grid, follows its loading path with the method, certifies each increment with code that the
+/// method does not use (the operator without mirror planes, its transform held against plain sums on some elements), and derives the observables; the fields are those of the last increment. What
 /// cannot mean anything is an error; a path that cannot be followed, or not to the tolerance, is an [`Outcome`] with
 /// [`Status::Failed`] that keeps what came before.
 pub fn solve(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators: &mut Operators) -> Result<(Outcome, Fields), SceneError> {
@@ -297,7 +297,10 @@ pub(crate) fn conclude(
     let (now, was) = (motion.to_array(), before.motion.to_array());
     let (forces, forces_before) = (observables.resultants(), before.resultants);
     observables.external_work = (0..6).map(|which| 0.5 * (forces[which] + forces_before[which]) * (now[which] - was[which])).sum();
-    let certificate = certify(problem, p, &displacement, diagonal, &observables, asked);
+    let mut certificate = certify(problem, p, &displacement, diagonal, &observables, asked);
+    let components = operator.influence.components();
+    let unsure = transform_error(&operator.table, &problem.grid, components, &p[..acting], &displacement[..acting]);
+    certificate.residual = certificate.residual.max(unsure);
     let status = if iterate.stop.is_solution() && certificate.meets(tolerance) {
         Status::Certified
     } else {

@@ -227,6 +227,32 @@ impl InfluenceTable {
         }
     }
 
+    /// The displacement (n, x, y) of the element `receiver` under the tractions `p`, blocks of `components`, added up element by element:
+    /// what faster ways to apply the operator are held against. Zero in the components that are left out.
+    ///
+    /// # Panics
+    /// Unless `receiver` is an element, `p` has a block of the grid's length for each component, and their entries are kept.
+    pub fn displacement_at(&self, receiver: usize, components: Components, p: &[f64]) -> [f64; 3] {
+        let (nx, k) = (self.grid.nx(), self.grid.len());
+        assert!(receiver < k && p.len() == components.len() * k);
+        let (i, j) = self.grid.position(receiver);
+        let mut displacement = [0.0; 3];
+        for to in components.directions() {
+            for (from, p) in components.directions().zip(p.chunks_exact(k)) {
+                let entry = Entry::between(to, from);
+                let rows = p.chunks_exact(nx).enumerate().map(|(source, p)| {
+                    // Δi falls as the source's column rises
+                    let row = &self.row(entry, j as i64 - source as i64)[i..i + nx];
+                    row.iter().rev().zip(p).map(|(coefficient, p)| coefficient * p).sum::<f64>()
+                });
+                // what pressure does sideways is what traction does downwards, the other way
+                let sign = if from == Direction::N && to != Direction::N { -1.0 } else { 1.0 };
+                displacement[to as usize] += sign * rows.sum::<f64>();
+            }
+        }
+        displacement
+    }
+
     /// Memory held, in bytes.
     pub fn bytes(&self) -> usize {
         self.rows.iter().map(|values| size_of_val(values.as_slice())).sum()
