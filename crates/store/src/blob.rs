@@ -6,6 +6,7 @@
 use crate::durable;
 use crate::{ReadError, WriteError};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::{fmt, fs, io};
@@ -21,6 +22,10 @@ const SMALL: usize = 16 << 10;
 /// Bytes of content above which that is not tried, and more than which no record is believed to keep: fields do not shrink to less than
 /// an eighth.
 const MOST: usize = 8 * SMALL;
+
+/// Largest content of a blob \[bytes\]: as much as the crate `study` decodes, six doubles for each element of the largest grid and room
+/// to spare. A file of a megabyte may claim to be tens of gigabytes; whoever reads one is not to find out by running out of memory.
+const LIMIT: u64 = 2 << 30;
 
 /// The name of a blob: BLAKE3 of its uncompressed content, shown as 64 lower-case hexadecimal digits.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -108,12 +113,16 @@ impl Blobs {
         self.directory.join(&name[..2]).join(format!("{}.zst", &name[2..]))
     }
 
-    /// Durably stores `content` and returns its name. Storing it again changes nothing, except that a damaged copy is
-    /// replaced by a sound one.
+    /// Durably stores `content`, of at most 2 GiB, and returns its name. Storing it again changes nothing, except that a
+    /// damaged copy is replaced by a sound one.
     ///
     /// # Errors
-    /// [`WriteError::DiskFull`], [`WriteError::Io`].
+    /// [`WriteError::DiskFull`], [`WriteError::Io`], which is also said of content that is too large.
     pub fn put(&self, content: &[u8]) -> Result<Digest, WriteError> {
+        if content.len() as u64 > LIMIT {
+            let reason = format!("it would have {} bytes, and a blob may have {LIMIT}", content.len());
+            return Err(WriteError::io("write a blob in", &self.directory, io::Error::new(io::ErrorKind::FileTooLarge, reason)));
+        }
         let digest = Digest::of(content);
         let path = self.path(&digest);
         if let Ok(Some(_)) = self.get(&digest) {
@@ -158,18 +167,23 @@ impl Blobs {
     /// The content of a blob, verified against its name; `None` if there is no such blob.
     ///
     /// # Errors
-    /// [`ReadError::Blob`] if the file holds anything else, [`ReadError::Io`] if it cannot be read.
+    /// [`ReadError::Blob`] if the file holds anything else, or more than 2 GiB; [`ReadError::Io`] if it cannot be read.
     pub fn get(&self, digest: &Digest) -> Result<Option<Vec<u8>>, ReadError> {
+        self.get_within(digest, LIMIT)
+    }
+
+    /// As [`get`](Blobs::get), of a content of at most `limit` bytes.
+    fn get_within(&self, digest: &Digest, limit: u64) -> Result<Option<Vec<u8>>, ReadError> {
         let path = self.path(digest);
-        let compressed = match fs::read(&path) {
-            Ok(compressed) => compressed,
+        let compressed = match read_within(&path, zstd::zstd_safe::compress_bound(limit as usize) as u64) {
+            Ok(compressed) => compressed.ok_or("its file is longer than that of any blob".to_owned()),
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(source) => return Err(ReadError::Io { path, source }),
         };
-        match zstd::decode_all(&compressed[..]) {
+        match compressed.and_then(|compressed| decompress(&compressed, limit)) {
             Ok(content) if Digest::of(&content) == *digest => Ok(Some(content)),
             Ok(_) => Err(ReadError::Blob { digest: *digest, path, reason: "its content does not match its name".into() }),
-            Err(error) => Err(ReadError::Blob { digest: *digest, path, reason: error.to_string() }),
+            Err(reason) => Err(ReadError::Blob { digest: *digest, path, reason }),
         }
     }
 
@@ -205,6 +219,29 @@ impl Blobs {
 /// In one go, for which zstd sets less memory aside than for a stream.
 fn compress(content: &[u8]) -> io::Result<Vec<u8>> {
     zstd::bulk::compress(content, LEVEL)
+}
+
+/// The content of `compressed`, or why it has none of at most `limit` bytes; a longer one is not decompressed to its end.
+fn decompress(compressed: &[u8], limit: u64) -> Result<Vec<u8>, String> {
+    let mut content = Vec::new();
+    let decoder = zstd::Decoder::with_buffer(compressed).map_err(|error| error.to_string())?;
+    decoder.take(limit.saturating_add(1)).read_to_end(&mut content).map_err(|error| error.to_string())?;
+    if content.len() as u64 > limit {
+        return Err(format!("its content has more than {limit} bytes, as many as a blob may have"));
+    }
+    Ok(content)
+}
+
+/// The bytes of the file at `path`; `None` if there are more than `limit`.
+fn read_within(path: &Path, limit: u64) -> io::Result<Option<Vec<u8>>> {
+    let file = fs::File::open(path)?;
+    let length = file.metadata()?.len();
+    if length > limit {
+        return Ok(None);
+    }
+    let mut bytes = Vec::new();
+    file.take(length).read_to_end(&mut bytes)?;
+    Ok(Some(bytes))
 }
 
 /// The paths in `directory`, sorted; none if it does not exist.
@@ -275,6 +312,37 @@ mod tests {
             assert_eq!(blobs.put(&content).unwrap(), digest);
             assert_eq!(blobs.get(&digest).unwrap().unwrap(), content);
         }
+    }
+
+    #[test]
+    fn a_blob_is_read_up_to_a_limit_however_small_its_file() {
+        let (_directory, blobs) = blobs();
+        let content = vec![0; 1 << 20];
+        let digest = blobs.put(&content).unwrap();
+        assert!(fs::metadata(blobs.path(&digest)).unwrap().len() < 200);
+        assert_eq!(blobs.get_within(&digest, 1 << 20).unwrap().as_ref(), Some(&content));
+        let error = blobs.get_within(&digest, (1 << 20) - 1).unwrap_err();
+        assert!(matches!(&error, ReadError::Blob { reason, .. } if reason.contains("more than 1048575 bytes")), "{error}");
+        // frames one after the other are one content
+        let frame = fs::read(blobs.path(&digest)).unwrap();
+        fs::write(blobs.path(&digest), frame.repeat(3)).unwrap();
+        let error = blobs.get_within(&digest, 2 << 20).unwrap_err();
+        assert!(matches!(&error, ReadError::Blob { reason, .. } if reason.contains("more than 2097152 bytes")), "{error}");
+
+        // sparse: neither the disk nor the memory has it
+        fs::File::create(blobs.path(&digest)).unwrap().set_len(2 * LIMIT).unwrap();
+        let error = blobs.get(&digest).unwrap_err();
+        assert!(matches!(&error, ReadError::Blob { reason, .. } if reason.contains("longer than that of any blob")), "{error}");
+        assert_eq!(blobs.put(&content).unwrap(), digest);
+        assert_eq!(blobs.get(&digest).unwrap().unwrap(), content);
+    }
+
+    #[test]
+    fn a_blob_that_could_not_be_read_is_not_written() {
+        let (_directory, blobs) = blobs();
+        let error = blobs.put(&vec![0; LIMIT as usize + 1]).unwrap_err(); // pages that are never touched
+        assert!(error.to_string().contains("a blob may have 2147483648"), "{error}");
+        assert!(blobs.found().unwrap().is_empty());
     }
 
     #[test]
