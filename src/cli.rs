@@ -49,7 +49,7 @@ pub(crate) enum Command {
     Answer(AnswerArgs),
     /// Print a study's results as a table
     #[command(
-        after_help = "Examples:\n  tribosweep query stick-zone --where 'mu > 0.3 && mesh == 24' --select mu,poisson,stick_fraction --sort mu\n  tribosweep query stick-zone --sort=-peak_pressure --format csv > results.csv\n  tribosweep query stick-zone --steps --where 'step == 1'     every increment of the loading paths\n  tribosweep query stick-zone --columns      what can be selected"
+        after_help = "Examples:\n  tribosweep query stick-zone --where 'mu > 0.3 && mesh == 32' --select mu,poisson,stick_fraction --sort mu\n  tribosweep query stick-zone --sort=-peak_pressure --format csv > results.csv\n  tribosweep query stick-zone --steps --where 'step == 1'     every increment of the loading paths\n  tribosweep query stick-zone --columns      what can be selected"
     )]
     Query(QueryArgs),
     /// Show one result whole: scene, numbers, certificate, provenance, fields
@@ -209,7 +209,7 @@ pub(crate) enum TableFormat {
 pub(crate) struct QueryArgs {
     /// Name of the study
     pub(crate) name: String,
-    /// Keep the rows for which this holds, for example 'mu > 0.3 && mesh == 24'
+    /// Keep the rows for which this holds, for example 'mu > 0.3 && mesh == 32'
     #[arg(long = "where", value_name = "EXPRESSION")]
     pub(crate) filter: Option<String>,
     /// Columns, separated by commas [default: the axes and the usual figures]
@@ -222,10 +222,10 @@ pub(crate) struct QueryArgs {
     #[arg(long, value_enum, default_value = "table")]
     pub(crate) format: TableFormat,
     /// The same as --format json
-    #[arg(long)]
+    #[arg(long, conflicts_with = "format")]
     pub(crate) json: bool,
     /// List the columns that can be selected, and their units
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["filter", "select", "sort"])]
     pub(crate) columns: bool,
     /// One row for each increment of the loading paths; columns step, cycle and increment say which
     #[arg(long)]
@@ -241,9 +241,9 @@ pub(crate) struct ShowArgs {
     /// Draw a field: pressure, traction_x, traction_y, traction, gap, slip_x, slip_y, state
     #[arg(long, value_name = "FIELD")]
     pub(crate) field: Option<String>,
-    /// Of a search that found several solutions, the index of the one whose field to draw
-    #[arg(long, value_name = "INDEX", requires = "field", default_value_t = 0)]
-    pub(crate) solution: usize,
+    /// Of a search that found several solutions, the index of the one whose field to draw [default: 0]
+    #[arg(long, value_name = "INDEX", requires = "field")]
+    pub(crate) solution: Option<usize>,
     /// Write the field to a file: .png .svg .npy .vti .csv
     #[arg(long, value_name = "FILE", requires = "field")]
     pub(crate) output: Option<PathBuf>,
@@ -308,9 +308,9 @@ pub(crate) struct SolveArgs {
     /// Draw a field: pressure, traction_x, traction_y, traction, gap, slip_x, slip_y, state
     #[arg(long, value_name = "FIELD")]
     pub(crate) field: Option<String>,
-    /// Of a search that finds several solutions, the index of the one whose field to draw
-    #[arg(long, value_name = "INDEX", requires = "field", default_value_t = 0)]
-    pub(crate) solution: usize,
+    /// Of a search that finds several solutions, the index of the one whose field to draw [default: 0]
+    #[arg(long, value_name = "INDEX", requires = "field")]
+    pub(crate) solution: Option<usize>,
     /// Write the field to a file: .png .svg .npy .vti .csv
     #[arg(long, value_name = "FILE", requires = "field")]
     pub(crate) output: Option<PathBuf>,
@@ -365,5 +365,5 @@ fn memory_size(text: &str) -> Result<u64, String> {
         _ => return Err(format!("unknown unit `{}`; use KiB, MiB or GiB", &text[split..])),
     };
     let bytes = number * unit;
-    if bytes >= 1.0 && bytes < u64::MAX as f64 { Ok(bytes as u64) } else { Err("must be at least one byte".to_owned()) }
+    if bytes >= 1.0 && bytes < u64::MAX as f64 { Ok(bytes as u64) } else { Err("must be at least one byte and below 16 EiB".to_owned()) }
 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use anyhow::{Result, bail};
 use contact::outcome::{Fields, Observables, Outcome};
-use contact::reference::{Errors, PowerLaw, Trend, closed_form, power_law, richardson};
+use contact::reference::{ClosedForm, Errors, PowerLaw, Trend, closed_form, power_law, richardson};
 use report::{Cell, Column, Table};
 use study::columns::Compared;
 use study::key::Key;
@@ -26,6 +26,24 @@ pub(crate) struct Rungs<'a> {
     noise: f64,
     /// From the coarsest to the finest: how fine, h or ε, the point's index and what it left.
     rungs: Vec<(f64, usize, &'a Outcome)>,
+}
+
+/// The closed form that the rungs of a ladder tend to: the source's are for ε = 0.
+fn exact(ladder: &Ladder, case: &Case) -> Option<ClosedForm> {
+    if ladder.along == Key::Epsilon || case.numerics.epsilon != 0.0 { None } else { closed_form(&case.scene) }
+}
+
+/// Refuses a study that asks for a closed form where there is none, before anything is solved.
+pub(crate) fn check(study: &Study, ladder: &Ladder, points: &[Point]) -> Result<()> {
+    if ladder.reference != Some(Reference::ClosedForm) {
+        return Ok(());
+    }
+    for (at, members) in members(study, |group| group == ladder.group, points) {
+        if members.iter().filter_map(|index| case(&points[*index])).any(|case| exact(ladder, case).is_none()) {
+            bail!("{}: {} has no closed form; leave `reference` out of [convergence] to compare with the finest", study.path(), place(&at));
+        }
+    }
+    Ok(())
 }
 
 /// Gathers the ladders of a convergence study from what was solved, and compares each rung; one entry for each point.
@@ -50,12 +68,8 @@ pub(crate) fn compare<'a>(
         let Some((_, finest, last)) = rungs.last().copied() else { continue };
         let exact = match ladder.reference {
             Some(Reference::Finest) => None,
-            _ if ladder.along == Key::Epsilon => None,
-            _ => case(&points[finest]).filter(|case| case.numerics.epsilon == 0.0).and_then(|case| closed_form(&case.scene)),
+            _ => case(&points[finest]).and_then(|case| exact(ladder, case)),
         };
-        if exact.is_none() && ladder.reference == Some(Reference::ClosedForm) {
-            bail!("{} has no closed form; leave `reference` out of [convergence] to compare with the finest", place(&at));
-        }
         let (last_fields, last_end) = (fields(last)?, last.outcome().and_then(Outcome::last));
         let (reference, source) = match &exact {
             Some(exact) => (exact.name.to_owned(), format!(" ({})", exact.source)),

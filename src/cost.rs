@@ -13,7 +13,7 @@ use study::cost::{Cost, is_rung};
 use study::key::Key;
 use study::{JobKey, Point, Record, Study, Value};
 
-use crate::compare::{ReadFields, digits, members, place};
+use crate::compare::{ReadFields, digits, members};
 use crate::results::cell;
 
 /// What a study of cost says.
@@ -46,6 +46,19 @@ struct Rung<'a> {
 struct Laws {
     order: Option<PowerLaw>,
     growth: Option<PowerLaw>,
+}
+
+/// Refuses a study whose error has nothing to be an error from, before anything is solved.
+pub(crate) fn check(study: &Study, cost: &Cost, points: &[Point]) -> Result<()> {
+    let Some(on) = cost.on.filter(|on| SCALARS.iter().all(|(known, _)| known != on)) else { return Ok(()) };
+    match points.iter().filter_map(|point| point.job.case()).find(|case| closed_form(&case.scene).is_none()) {
+        Some(_) => bail!(
+            "{}: [cost] on = \"{on}\" needs a scene with a closed form, and this one has none; what is extrapolated instead is {}",
+            study.path(),
+            SCALARS.map(|(name, _)| name).join(", ")
+        ),
+        None => Ok(()),
+    }
 }
 
 /// Holds every rung against the closed form of its scene, or else against what its tightest rungs extrapolate to.
@@ -95,15 +108,13 @@ pub(crate) fn compare(
             Some(exact) => (format!("{} ({})", exact.name, exact.source), 0.0),
             None => {
                 let Some(limits) = Limits::of(&tightest.iter().map(|at| &rungs[*at]).collect::<Vec<_>>()) else { continue };
-                let Some((limit, uncertainty)) = limits.of_name(on) else {
-                    bail!("{} has no closed form, and `{on}` cannot be extrapolated; choose another error in [cost]", place(&at));
-                };
+                let Some(uncertainty) = limits.uncertainty(on) else { continue };
                 for rung in &rungs {
                     let errors = limits.errors(rung.end, &controls);
                     let reference = "the limit of the finest meshes".to_owned();
                     compared[rung.index] = Some(Compared { errors, reference, claim: None });
                 }
-                ("extrapolated".to_owned(), uncertainty / limit.abs())
+                ("extrapolated".to_owned(), uncertainty)
             }
         };
         if let Some(exact) = &exact {
@@ -270,6 +281,9 @@ const SCALARS: [Scalar; 5] = [
     ("stick_area", |end| end.observables.stick_area),
 ];
 
+/// Where in [`SCALARS`].
+const CONTACT_AREA: usize = 3;
+
 impl Limits {
     fn of(rungs: &[&Rung<'_>]) -> Option<Self> {
         let mut rungs = rungs.to_vec();
@@ -282,24 +296,27 @@ impl Limits {
         })
     }
 
-    fn of_name(&self, name: &str) -> Option<(f64, f64)> {
-        self.0[SCALARS.iter().position(|(known, _)| *known == name)?]
+    /// What an error of a quantity is relative to: itself, or of what sticks, what is in contact.
+    fn unit(&self, which: usize) -> Option<f64> {
+        let (limit, _) = self.0[if SCALARS[which].0 == "stick_area" { CONTACT_AREA } else { which }]?;
+        (limit != 0.0).then_some(limit.abs())
+    }
+
+    /// The relative uncertainty of a quantity's limit.
+    fn uncertainty(&self, name: &str) -> Option<f64> {
+        let which = SCALARS.iter().position(|(known, _)| *known == name)?;
+        Some(self.0[which]?.1 / self.unit(which)?)
     }
 
     fn errors(&self, end: &StepOutcome, controls: &[Control; 6]) -> Errors {
-        let contact = self.of_name("contact_area").map_or(0.0, |(area, _)| area);
-        let error = |which: usize, over: Option<f64>| {
-            let (limit, _) = self.0[which]?;
-            let unit = over.unwrap_or(limit.abs());
-            (unit > 0.0).then(|| (SCALARS[which].1(end) - limit).abs() / unit)
-        };
+        let error = |which: usize| Some((SCALARS[which].1(end) - self.0[which]?.0).abs() / self.unit(which)?);
         let is_force = matches!(controls[0], Control::Force(_));
         let figures = FigureErrors {
-            load: error(0, None).filter(|_| !is_force),
-            approach: error(1, None).filter(|_| is_force),
-            peak_pressure: error(2, None),
-            contact_area: error(3, None),
-            stick_area: error(4, Some(contact)),
+            load: error(0).filter(|_| !is_force),
+            approach: error(1).filter(|_| is_force),
+            peak_pressure: error(2),
+            contact_area: error(CONTACT_AREA),
+            stick_area: error(4),
             ..FigureErrors::default()
         };
         Errors { figures, ..Errors::default() }

@@ -165,6 +165,22 @@ fn chosen(args: &PlotArgs, study: &Study) -> Result<Vec<study::Figure>> {
 /// The fields by name.
 const FIELDS: [&str; 8] = ["pressure", "traction_x", "traction_y", "traction", "gap", "slip_x", "slip_y", "state"];
 
+/// The endings of files that a field is written to.
+const ENDINGS: [&str; 5] = ["png", "svg", "npy", "vti", "csv"];
+
+/// Refuses a field that there is not, or a file of which nobody can tell what it is to be; before it is computed.
+pub(crate) fn check_field(name: &str, file: Option<&Path>) -> Result<()> {
+    if !FIELDS.contains(&name) {
+        bail!("there is no field `{name}`; there are {}", FIELDS.join(", "));
+    }
+    match file {
+        Some(file) if !file.extension().and_then(OsStr::to_str).is_some_and(|ending| ENDINGS.contains(&ending)) => {
+            bail!("{}: a field is written as .{}", file.display(), ENDINGS.join(", ."))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// One of the fields of a result; masked elements have no value.
 pub(crate) fn field(fields: &Fields, name: &str) -> Result<Field> {
     let [nx, ny] = fields.shape.map(|n| n as usize);
@@ -189,13 +205,14 @@ pub(crate) fn field(fields: &Fields, name: &str) -> Result<Field> {
             let names = ["outside", "open", "stick", "slip"].map(str::to_owned).to_vec();
             ("", Values::Category { of: fields.state.clone(), names })
         }
-        other => bail!("there is no field `{other}`; there are {}", FIELDS.join(", ")),
+        other => bail!("there is no field `{other}`"),
     };
     Ok(Field::new(name, unit, grid, values)?)
 }
 
 /// Draws a field on standard output or writes it to a file by its ending.
 pub(crate) fn show_field(fields: &Fields, name: &str, file: Option<&Path>) -> Result<Finish> {
+    check_field(name, file)?;
     let field = field(fields, name)?;
     let Some(file) = file else {
         let ink =
@@ -208,7 +225,7 @@ pub(crate) fn show_field(fields: &Fields, name: &str, file: Option<&Path>) -> Re
         Some("npy") => field.npy()?,
         Some("vti") => vti(&[&field])?.into_bytes(),
         Some("csv") => field_csv(&[&field])?.into_bytes(),
-        _ => bail!("{}: a field is written as .png, .svg, .npy, .vti or .csv", file.display()),
+        _ => bail!("{}: a field is not written so", file.display()),
     };
     write(file, &bytes)?;
     output::print(&format!("{}\n", file.display()))

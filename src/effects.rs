@@ -11,7 +11,8 @@ use contact::scene::Shape;
 use contact::{Forecast, forecast};
 use rayon::prelude::*;
 use serde::Serialize;
-use study::{Case, Job, JobKey, Point, Study};
+use study::axis::Group as Axes;
+use study::{Case, Job, JobKey, Point, Study, Value};
 
 use crate::output::count;
 use crate::progress::duration;
@@ -158,7 +159,7 @@ pub(crate) fn overview(study: &Study, points: &[Point], first: &[usize]) -> Resu
             Some(Group {
                 solver: jobs.first()?.solver,
                 first: members.first().copied().unwrap_or(0),
-                which: if order.len() == 1 { String::new() } else { which(study, members) },
+                which: if order.len() == 1 { String::new() } else { which(study, points, members) },
                 jobs: jobs.len(),
                 cost: total(jobs.iter().map(|job| job.cost)),
                 effects: merged(&jobs),
@@ -200,43 +201,43 @@ fn merged(jobs: &[&Listed]) -> Vec<Line> {
 const NAMED_VALUES: usize = 4;
 
 /// What tells these points from the study's others: the values of the axes, if every combination of them is there and no other; else
-/// the first point.
-fn which(study: &Study, members: &[usize]) -> String {
-    let groups = study.groups();
-    let steps = |mut point: usize| {
-        let mut steps = vec![0; groups.len()];
-        for (step, group) in steps.iter_mut().zip(groups).rev() {
-            (*step, point) = (point % group.len(), point / group.len());
-        }
-        steps
-    };
-    let mut taken: Vec<Vec<bool>> = groups.iter().map(|group| vec![false; group.len()]).collect();
-    for point in members {
-        taken.iter_mut().zip(steps(*point)).for_each(|(taken, step)| taken[step] = true);
+/// the first point. Points that the study chose have values besides the axes' own.
+fn which(study: &Study, points: &[Point], members: &[usize]) -> String {
+    let Some(first) = members.first().map(|first| &points[*first]) else { return String::new() };
+    let mut taken: Vec<(&Axes, Vec<&Value>)> = Vec::new();
+    let mut at = 0;
+    for group in study.groups() {
+        // a group's axes go together
+        let own = |point: &'_ Point| format!("{:?}", &point.values[at..at + group.axes().len()]);
+        let mut known = HashSet::new();
+        let values = members.iter().map(|member| &points[*member]).filter(|point| known.insert(own(point)));
+        taken.push((group, values.map(|point| &point.values[at]).collect()));
+        at += group.axes().len();
     }
-    let numbers: Vec<usize> = taken.iter().map(|taken| taken.iter().filter(|taken| **taken).count()).collect();
-    let is_product = numbers.iter().product::<usize>() == members.len();
-    let Some(first) = members.first().map(|first| steps(*first)) else { return String::new() };
+    let is_product = taken.iter().map(|(_, values)| values.len()).product::<usize>() == members.len();
     let mut said = Vec::new();
-    for (at, group) in groups.iter().enumerate().filter(|(_, group)| group.len() > 1) {
-        let Some(axis) = group.axes().first() else { continue };
-        let value = |step: usize| axis.values().nth(step).map(ToString::to_string).unwrap_or_default();
+    let mut at = 0;
+    for (group, values) in &taken {
+        let own = &first.values[at];
+        at += group.axes().len();
+        let Some(axis) = group.axes().first().filter(|_| group.len() > 1 || values.len() > 1) else { continue };
         if !is_product {
-            said.push(format!("{} = {}", axis.column(), value(first[at])));
+            said.push(format!("{} = {own}", axis.column()));
             continue;
         }
-        let named: Vec<usize> = (0..group.len()).filter(|step| taken[at][*step]).collect();
-        let (from, to) = (named.first().copied().unwrap_or(0), named.last().copied().unwrap_or(0));
-        match named.len() {
-            n if n == group.len() => {}
+        let all: Vec<&Value> = axis.values().collect();
+        match values.len() {
+            n if n == all.len() && *values == all => {}
             n if n <= NAMED_VALUES => {
-                said.push(format!("{} = {}", axis.column(), named.into_iter().map(value).collect::<Vec<_>>().join(", ")))
+                said.push(format!("{} = {}", axis.column(), values.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")))
             }
-            n if n == to - from + 1 => said.push(format!("{} = {} … {}", axis.column(), value(from), value(to))),
-            n => said.push(format!("{n} of {} values of {}", group.len(), axis.column())),
+            n if all.windows(n).any(|range| range == &values[..]) => {
+                said.push(format!("{} = {} … {}", axis.column(), values[0], values[n - 1]));
+            }
+            n => said.push(format!("{n} values of {}", axis.column())),
         }
     }
-    format!("{}{}", if is_product { "" } else { "such as " }, said.join("; "))
+    format!("{}{}", if is_product || said.is_empty() { "" } else { "such as " }, said.join("; "))
 }
 
 /// Groups that are printed; the others are in the JSON.
@@ -260,9 +261,9 @@ impl Overview {
             let own: Vec<Line> =
                 group.effects.iter().filter(|line| !self.common.iter().any(|common| common.effect == line.effect)).cloned().collect();
             text += &format!(
-                "effects of {}: {}\n{}",
+                "effects of {}{}\n{}",
                 count(group.jobs, "job", "jobs"),
-                group.which,
+                if group.which.is_empty() { String::new() } else { format!(": {}", group.which) },
                 words(self.solver.xor(Some(group.solver)), &own, group.cost)
             );
         }

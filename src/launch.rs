@@ -24,7 +24,7 @@ use crate::progress::{Progress, duration};
 use crate::results::{self, Results, Source};
 use crate::solve::with_cost_ladder;
 use crate::work::{forecast, order};
-use crate::{adaptive, draw};
+use crate::{adaptive, compare, cost, draw};
 
 /// Rows of the table at the end of a run; more are for `query`.
 const SUMMARY_ROWS: usize = 24;
@@ -70,7 +70,14 @@ impl Jobs {
     /// Refuses a study of which some point cannot be laid out, before anything runs.
     pub(crate) fn of(study: &Study) -> Result<Self> {
         adaptive::check(study)?;
-        Self::of_points(study, study.points())
+        let jobs = Self::of_points(study, study.points())?;
+        if let Some(ladder) = study.ladder() {
+            compare::check(study, ladder, &jobs.points)?;
+        }
+        if let Some(cost) = study.cost() {
+            cost::check(study, cost, &jobs.points)?;
+        }
+        Ok(jobs)
     }
 
     fn of_points(study: &Study, points: Vec<Point>) -> Result<Self> {
@@ -170,7 +177,7 @@ fn execute(study: Study, directory: &Path, args: &ExecutionArgs) -> Result<Finis
     let raised = interrupt.clone();
     ctrlc::set_handler(move || raised.raise()).context("cannot prepare for Ctrl-C")?;
 
-    let mut tally = Tally { jobs: 0, cached: 0, computing: 0, seconds: 0.0, interrupted: false };
+    let mut tally = Tally { jobs: 0, cached: 0, computing: 0, computed: 0, seconds: 0.0, interrupted: false };
     let (mut asked, mut computed) = (HashSet::new(), HashSet::new());
     // a study that chooses points by its results takes several rounds
     loop {
@@ -197,6 +204,7 @@ fn execute(study: Study, directory: &Path, args: &ExecutionArgs) -> Result<Finis
             anyhow::Error::new(error).context(format!("the run stopped; what is done is kept: {}", again(&study, directory)))
         })?;
         tally.interrupted = summary.unfinished > 0;
+        tally.computed += summary.done + summary.quarantined;
         tally.seconds += summary.seconds;
         if tally.interrupted || study.adaptive().is_none() {
             break;
@@ -205,18 +213,23 @@ fn execute(study: Study, directory: &Path, args: &ExecutionArgs) -> Result<Finis
     report(&Results::read(Source::Store(&store), study)?, directory, args.json, tally)
 }
 
+/// How many workers of those asked for have something to do.
+fn workers(study: &Study, asked: usize, jobs: usize) -> usize {
+    // nothing else runs while a job is timed
+    if study.cost().is_some() { 1 } else { asked.min(jobs.max(1)) }
+}
+
 /// How the workers for so many jobs are to run.
 fn options(args: &ExecutionArgs, study: &Study, jobs: usize) -> Result<Options> {
     let program = std::env::current_exe().context("cannot find this program's own file")?;
     let mut options = Options::new(Vec::new(), args.memory.unwrap_or_else(default_memory));
     let cores = options.workers;
-    options.workers = args.workers.map_or(cores, |workers| workers as usize).min(jobs);
-    // a core for each worker; when there are fewer jobs than cores, the spare ones help
-    let mut threads = (cores / options.workers).max(1);
-    if study.cost().is_some() {
-        // nothing else runs while a job is timed; it starts its threads itself
-        (options.workers, threads) = (1, 1);
+    if study.cost().is_some() && args.workers.is_some_and(|workers| workers > 1) {
+        output::say("one worker: what is timed has the machine to itself");
     }
+    options.workers = workers(study, args.workers.map_or(cores, |workers| workers as usize), jobs);
+    // a core for each worker; when there are fewer jobs than cores, the spare ones help; what is timed starts its threads itself
+    let threads = if study.cost().is_some() { 1 } else { (cores / options.workers).max(1) };
     options.worker_command = vec![program.into(), "worker".into(), "--threads".into(), threads.to_string().into()];
     Ok(options)
 }
@@ -227,6 +240,9 @@ struct Tally {
     jobs: usize,
     cached: usize,
     computing: usize,
+    /// Of these, the jobs that ended.
+    #[serde(skip)]
+    computed: usize,
     seconds: f64,
     interrupted: bool,
 }
@@ -268,18 +284,19 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
     }
     text += &table.terminal(&crate::query::layout());
     if all > SUMMARY_ROWS {
-        text += &format!("… {} more rows: tribosweep query {}{store_option}\n", all - SUMMARY_ROWS, study.name());
+        let more = count(all - SUMMARY_ROWS, "more row", "more rows");
+        text += &format!("… {more}: tribosweep query {}{store_option}\n", study.name());
     }
-    let computed = tally.computing - results.missing();
     text += &results.answers_words();
     text += &format!(
-        "\n{}: {} points, {} certified, {} failed, {} left; {computed} of {} jobs computed in {}, {} from the store\n",
+        "\n{}: {}, {} certified, {} failed, {} left; {} of {} computed in {}, {} from the store\n",
         study.name(),
-        progress.points,
+        count(progress.points, "point", "points"),
         progress.done,
         progress.failed,
         progress.left,
-        tally.jobs,
+        tally.computed,
+        count(tally.jobs, "job", "jobs"),
         duration(tally.seconds),
         tally.cached,
     );
@@ -290,10 +307,16 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
         }
     }
     for warning in &results::WARNINGS {
-        let concerned = results.points.iter().filter(|point| results.record(point).is_some_and(|record| warning.concerns(record))).count();
-        if concerned > 0 {
+        let concerned: Vec<&Record> =
+            results.points.iter().filter_map(|point| results.record(point)).filter(|record| warning.concerns(record)).collect();
+        if !concerned.is_empty() {
             let (name, column, words) = (study.name(), warning.column, warning.words);
-            text += &format!("warning: {concerned} points {words}: tribosweep query {name} --where '{column} > 0'{store_option}\n");
+            let points = count(concerned.len(), "point", "points");
+            // a row without them is the end of a path
+            let is_path = concerned.iter().any(|record| record.outcome().is_some_and(|outcome| outcome.steps.len() > 1));
+            let steps = if is_path { " --steps" } else { "" };
+            text +=
+                &format!("warning: elements of {points} {words}: tribosweep query {name}{steps} --where '{column} > 0'{store_option}\n");
         }
     }
     if results.inaccurate > 0 {
@@ -400,7 +423,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     let left: Vec<&(usize, Forecast)> = jobs.distinct.iter().zip(&cached).filter(|(_, cached)| !**cached).map(|(job, _)| job).collect();
     let seconds: f64 = left.iter().map(|(_, forecast)| forecast.seconds).sum();
     let longest = left.iter().map(|(_, forecast)| forecast.seconds).fold(0.0, f64::max);
-    let workers = std::thread::available_parallelism().map_or(1, usize::from).min(left.len().max(1));
+    let workers = workers(&study, std::thread::available_parallelism().map_or(1, usize::from), left.len());
     let operators: BTreeSet<u64> = left.iter().map(|(_, forecast)| forecast.operator).collect();
     let plan = Plan {
         study: study.name(),

@@ -61,7 +61,6 @@ fn main() -> ExitCode {
     };
     match finished {
         Ok(finish) => finish.into(),
-        Err(error) if output::is_closed_pipe(&error) => Finish::AllDone.into(),
         Err(error) => {
             output::complain(&error);
             Finish::Mistake.into()

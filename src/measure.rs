@@ -55,6 +55,9 @@ pub(crate) fn measure(args: &EffectsArgs) -> Result<Finish> {
     }
     let jobs = Jobs::of(&study)?;
     let overview = jobs.effects(&study)?;
+    if overview.groups.is_empty() {
+        bail!("{}: a study of kind \"{}\" simulates every effect; there is nothing to leave out", study.path(), study.kind().name());
+    }
     let mut listed = Vec::new();
     let mut text = String::new();
     for group in &overview.groups {

@@ -3,7 +3,7 @@
 use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 
 /// How a command ended, short of an error; an error is the user's mistake, or the machine's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,12 +29,18 @@ impl From<Finish> for ExitCode {
     }
 }
 
-/// Prints to standard output.
+/// Prints to standard output. That its reader went away, as `head` does, is no error and changes nothing.
 pub(crate) fn print(text: &str) -> Result<Finish> {
     let mut out = io::stdout().lock();
-    out.write_all(text.as_bytes())?;
-    out.flush()?;
-    Ok(Finish::AllDone)
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error).context("cannot write to standard output"),
+        _ => Ok(Finish::AllDone),
+    }
+}
+
+/// Says something beside the results, on standard error; that nobody listens is no error.
+pub(crate) fn say(text: &str) {
+    let _ = writeln!(io::stderr(), "{text}");
 }
 
 /// Prints a value as indented JSON.
@@ -45,11 +51,6 @@ pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<Finish> {
 /// A count with its noun.
 pub(crate) fn count(n: usize, one: &str, many: &str) -> String {
     format!("{n} {}", if n == 1 { one } else { many })
-}
-
-/// Whether the reader of standard output went away, as `head` does.
-pub(crate) fn is_closed_pipe(error: &anyhow::Error) -> bool {
-    error.chain().filter_map(|cause| cause.downcast_ref::<io::Error>()).any(|cause| cause.kind() == io::ErrorKind::BrokenPipe)
 }
 
 /// Prints an error with its causes to standard error.
@@ -68,7 +69,7 @@ pub(crate) fn complain(error: &anyhow::Error) {
             format!("error: {said}")
         }
     };
-    let _ = writeln!(io::stderr(), "{text}");
+    say(&text);
 }
 
 /// Columns of the terminal behind standard output, `None` if there is none.

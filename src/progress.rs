@@ -8,6 +8,8 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use runner::{Event, Task, What};
 use study::JobKey;
 
+use crate::output::{self, count};
+
 /// A reader of the runner's events.
 pub(crate) struct Progress {
     bar: ProgressBar,
@@ -49,7 +51,9 @@ impl Progress {
             What::Done { key, .. } => self.ended(key),
             What::Quarantined { key, reason, attempts } => {
                 self.ended(key);
-                self.notice(&format!("job {} is set aside after {attempts} attempts: {reason}", short(key)));
+                let tried =
+                    if *attempts == 0 { String::new() } else { format!(" after {}", count(*attempts as usize, "attempt", "attempts")) };
+                self.notice(&format!("job {} is set aside{tried}: {reason}", short(key)));
             }
             What::Retried { key, attempt, reason } => self.notice(&format!("attempt {attempt} of job {} failed: {reason}", short(key))),
             What::WorkerLost { worker, how, .. } => self.notice(&format!("worker {worker} is lost: {how}")),
@@ -85,7 +89,7 @@ impl Progress {
 
     fn notice(&self, text: &str) {
         self.bar.suspend(|| {
-            let _ = writeln!(std::io::stderr(), "{text}");
+            output::say(text);
         });
     }
 }
@@ -103,7 +107,7 @@ pub(crate) fn duration(seconds: f64) -> String {
     if seconds < 59.95 {
         return format!("{seconds:.1} s");
     }
-    let whole = Duration::try_from_secs_f64(seconds).map_or(u64::MAX, |duration| duration.as_secs());
+    let whole = Duration::try_from_secs_f64(seconds.round()).map_or(u64::MAX, |duration| duration.as_secs());
     match whole {
         0..3600 => format!("{} min {} s", whole / 60, whole % 60),
         3600..172_800 => format!("{} h {} min", whole / 3600, whole / 60 % 60),
@@ -117,7 +121,7 @@ mod tests {
 
     #[test]
     fn durations_read_well_at_every_size() {
-        let shown = [0.0, 0.0123, 1.0, 59.9, 61.0, 3600.0, 90_000.0, 1e7, f64::INFINITY].map(duration);
-        assert_eq!(shown[..8], ["0 ms", "12 ms", "1.0 s", "59.9 s", "1 min 1 s", "1 h 0 min", "25 h 0 min", "115 days"]);
+        let shown = [0.0, 0.0123, 1.0, 59.9, 59.96, 61.0, 3600.0, 90_000.0, 1e7, f64::INFINITY].map(duration);
+        assert_eq!(shown[..9], ["0 ms", "12 ms", "1.0 s", "59.9 s", "1 min 0 s", "1 min 1 s", "1 h 0 min", "25 h 0 min", "115 days"]);
     }
 }

@@ -8,7 +8,7 @@ use study::columns::{Role, along_path};
 
 use crate::cli::{AnswerArgs, QueryArgs, StatusArgs, TableFormat};
 use crate::output::{self, Finish};
-use crate::results::{Results, Source, stored_study};
+use crate::results::{Progress, Results, Source, stored_study};
 
 /// How tables are laid out on standard output.
 pub(crate) fn layout() -> TerminalLayout {
@@ -18,7 +18,7 @@ pub(crate) fn layout() -> TerminalLayout {
 /// Says where numbers come from when a run is still adding to them.
 pub(crate) fn tell_origin(reader: &Reader) {
     if let origin @ Origin::Process { .. } = reader.origin() {
-        eprintln!("{origin}");
+        output::say(&origin.to_string());
     }
 }
 
@@ -36,19 +36,24 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
     let mut rows = Vec::new();
     let mut listed = Vec::new();
     for study in studies {
-        let results = Results::read(Source::Reader(&reader), study)?;
-        let progress = results.progress();
-        let name = results.study.name();
-        listed.push(serde_json::json!({ "study": name, "question": results.study.question(), "progress": progress }));
-        let mut row = vec![Cell::Text(name.to_owned())];
+        let progress = match Progress::read(Source::Reader(&reader), &study) {
+            Ok(progress) => progress,
+            Err(error) if args.name.is_none() => {
+                output::complain(&error.context(format!("study `{}`", study.name())));
+                continue;
+            }
+            Err(error) => return Err(error),
+        };
+        listed.push(serde_json::json!({ "study": study.name(), "question": study.question(), "progress": progress }));
+        let mut row = vec![Cell::Text(study.name().to_owned())];
         row.extend([progress.points, progress.done, progress.failed, progress.left].map(|count| Cell::Integer(count as i64)));
-        row.push(Cell::Text(results.study.question().to_owned()));
+        row.push(Cell::Text(study.question().to_owned()));
         rows.push(row);
     }
     if args.json {
         return output::print_json(&listed);
     }
-    if rows.is_empty() {
+    if rows.is_empty() && reader.study_names()?.is_empty() {
         return output::print("no studies so far\n");
     }
     let heads = ["study", "points", "certified", "failed", "left", "question"].map(|name| Column::new(name, ""));
@@ -67,7 +72,7 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
         if let Some(expression) = &args.filter {
             table = table.filter(expression)?;
             if table.rows().is_empty() {
-                eprintln!("no row matches");
+                output::say("no row matches");
             }
         }
         if !args.sort.is_empty() {

@@ -74,6 +74,26 @@ pub(crate) struct Progress {
     pub(crate) left: usize,
 }
 
+impl Progress {
+    /// How far a study is, by what a store has of it.
+    pub(crate) fn read(source: Source<'_>, study: &Study) -> Result<Self> {
+        let (Chosen { points, .. }, records) = chosen(study, source)?;
+        Ok(Self::of(&points, &records))
+    }
+
+    fn of(points: &[Point], records: &HashMap<JobKey, Record>) -> Self {
+        let mut progress = Self { points: points.len(), ..Self::default() };
+        for point in points {
+            match records.get(&point.key).map(Record::status) {
+                None => progress.left += 1,
+                Some("certified") => progress.done += 1,
+                Some(_) => progress.failed += 1,
+            }
+        }
+        progress
+    }
+}
+
 impl Results {
     /// Reads what a study's jobs left in a store.
     pub(crate) fn read(source: Source<'_>, study: Study) -> Result<Self> {
@@ -103,26 +123,12 @@ impl Results {
         Ok(chosen(study, source)?.0)
     }
 
-    /// Distinct jobs without a record.
-    pub(crate) fn missing(&self) -> usize {
-        let missing: HashSet<JobKey> = self.points.iter().map(|point| point.key).filter(|key| !self.records.contains_key(key)).collect();
-        missing.len()
-    }
-
     pub(crate) fn record(&self, point: &Point) -> Option<&Record> {
         self.records.get(&point.key)
     }
 
     pub(crate) fn progress(&self) -> Progress {
-        let mut progress = Progress { points: self.points.len(), ..Progress::default() };
-        for point in &self.points {
-            match self.record(point).map(Record::status) {
-                None => progress.left += 1,
-                Some("certified") => progress.done += 1,
-                Some(_) => progress.failed += 1,
-            }
-        }
-        progress
+        Progress::of(&self.points, &self.records)
     }
 
     /// What the study says beyond its rows, each table under its title.

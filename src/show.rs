@@ -33,9 +33,13 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
         return output::print(&if args.json { path.json() } else { path.terminal(&layout()) });
     }
     if let Some(name) = &args.field {
+        draw::check_field(name, args.output.as_deref())?;
         let fields = match record.multiplicity() {
             Some(found) => solutions::fields(found, args.solution)?,
-            None => results::fields(reader.blobs(), &record)?,
+            None => {
+                solutions::only_of_a_search(args.solution)?;
+                results::fields(reader.blobs(), &record)?
+            }
         };
         return draw::show_field(&fields, name, args.output.as_deref());
     }

@@ -38,6 +38,12 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
             study.axes().map(|axis| axis.path()).collect::<Vec<_>>().join(", ")
         );
     }
+    if let Some(name) = &args.field {
+        draw::check_field(name, args.output.as_deref())?;
+    }
+    if study.kind() != Kind::Multiplicity {
+        solutions::only_of_a_search(args.solution)?;
+    }
     let mut operators = Operators::default();
     let (record, fields, found) = match study.adaptive() {
         Some(Adaptive::Accuracy(_)) => accurate(&study, &mut operators)?,
@@ -67,14 +73,18 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
         }
     }
     for warning in results::WARNINGS.iter().filter(|warning| warning.concerns(&record)) {
-        eprintln!("warning: elements {}", warning.words);
+        output::say(&format!("warning: elements {}", warning.words));
     }
     if let (Some(Found::Beyond { error, why, .. }), true) = (found, record.is_certified()) {
         let reached = error.map_or(String::new(), |error| format!("; the estimated error is {error:.1e}"));
-        eprintln!("the accuracy asked for was missed: {why}{reached}");
+        output::say(&format!("the accuracy asked for was missed: {why}{reached}"));
     }
     if !record.is_certified() {
-        eprintln!("the scene was not solved to its tolerance; the figures are those of the last iterate");
+        let last = if record.outcome().is_some() { "; the figures are those of the last iterate" } else { "" };
+        output::say(&format!("not certified: {}{last}", record.ending.reason().unwrap_or_else(|| record.status())));
+    }
+    if let Some(Adaptive::Refine { .. }) = study.adaptive() {
+        output::say("solved on the study's first mesh; `tribosweep run` refines it");
     }
     Ok(finish)
 }
@@ -128,8 +138,13 @@ fn with_settings(text: &str, path: &Path, settings: &[String]) -> Result<String>
             setting.split_once('=').with_context(|| format!("--set {setting}: must be KEY=VALUE, for example friction.mu=0.5"))?;
         let name = name.trim();
         let key = Key::find(name).or_else(|| Key::of_column(name)).with_context(|| {
-            let near = study::key::nearest_path(name);
-            format!("--set {setting}: there is no key `{name}`{}", near.map_or(String::new(), |near| format!("; did you mean `{near}`?")))
+            let said = match study::key::nearest_path(name) {
+                // a table of keys, or a list of them
+                Some(same) if same == name => format!("`{name}` holds several keys; set one of them, or edit the file"),
+                Some(near) => format!("there is no key `{name}`; did you mean `{near}`?"),
+                None => format!("there is no key `{name}`"),
+            };
+            format!("--set {setting}: {said}")
         })?;
         // what is no TOML value is a text: punch.radius=2mm, method=seidel
         let value: Value = value.trim().parse().unwrap_or_else(|_| Value::from(value.trim()));
@@ -166,6 +181,13 @@ pub(crate) fn with_cost_ladder(text: &str, path: &Path, settings: &[String]) -> 
         set(document.as_item_mut(), &Key::Mesh.path(), LADDER.0[0].into())?;
     }
     document["name"] = toml_edit::value(format!("{}-cost", study.name()));
+    let is_rung = |setting: &&String| {
+        let name = setting.split('=').next().unwrap_or_default().trim();
+        matches!(Key::find(name).or_else(|| Key::of_column(name)), Some(Key::Mesh | Key::Tolerance))
+    };
+    if let Some(setting) = settings.iter().find(is_rung) {
+        bail!("--set {setting}: the ladder has meshes and tolerances of its own; a study of kind \"cost\" can have others");
+    }
     let text = with_settings(&document.to_string(), path, settings)?;
     let study = launch::parse_study(&text, path)?;
     let left: Vec<String> =

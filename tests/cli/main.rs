@@ -7,6 +7,7 @@ mod kinds;
 mod paths;
 mod place;
 mod refused;
+mod said;
 mod store;
 
 use std::fs;
@@ -290,7 +291,7 @@ fn solve_takes_one_point_and_settings() {
 
     let unsolved = place.words(&with(&["--set", "max_iterations=2"]));
     assert_eq!(unsolved.code, 2);
-    assert!(unsolved.err.contains("not solved to its tolerance"), "{}", unsolved.err);
+    assert!(unsolved.err.contains("not certified: out of iterations") && unsolved.err.contains("the last iterate"), "{}", unsolved.err);
 }
 
 #[test]
