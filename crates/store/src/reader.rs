@@ -4,7 +4,7 @@ use crate::blob::Blobs;
 use crate::error::{OpenError, ReadError};
 use crate::lock::{Holder, Lock};
 use crate::manifest::{self, Manifest, Unreadable};
-use crate::serve::{BATCH, Connection, Request, Response};
+use crate::serve::{BATCH, Connection, Request, Response, first_records};
 use crate::store::{Core, PATIENCE, definition, held};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -93,10 +93,18 @@ impl Reader {
     pub fn keys(&self) -> Result<Vec<JobKey>, ReadError> {
         match &self.source {
             Source::Disk(core) => Ok(core.keys()),
-            Source::Process(connection) => match ask(connection, &Request::Keys)? {
-                Response::Keys(keys) => Ok(keys.into_iter().map(JobKey).collect()),
-                _ => Err(nonsense(connection)),
-            },
+            Source::Process(connection) => {
+                let mut keys: Vec<JobKey> = Vec::new();
+                loop {
+                    let last = keys.last().copied();
+                    match ask(connection, &Request::Keys(last.map(|key| key.0)))? {
+                        Response::Keys(more) if more.is_empty() => return Ok(keys),
+                        // Else it could go on for ever.
+                        Response::Keys(more) if more.first().map(|key| JobKey(*key)) > last => keys.extend(more.into_iter().map(JobKey)),
+                        _ => return Err(nonsense(connection)),
+                    }
+                }
+            }
         }
     }
 
@@ -124,7 +132,7 @@ impl Reader {
     /// # Errors
     /// As [`Store::get`](crate::Store::get), and [`ReadError::Unanswered`].
     pub fn get(&self, key: &JobKey) -> Result<Option<Vec<u8>>, ReadError> {
-        match self.get_batch(std::slice::from_ref(key)).pop() {
+        match self.first(std::slice::from_ref(key)).pop() {
             Some(record) => record,
             None => Ok(None),
         }
@@ -140,24 +148,27 @@ impl Reader {
 
     /// The records of those of `keys` that have one, in the order given.
     pub fn select(&self, keys: Vec<JobKey>) -> impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)> {
-        // Few at a time: a record may have 16 KiB, and the caller may stop early.
+        // Few at a time: the caller may stop early.
         const AT_A_TIME: usize = 256;
-        let batches = keys.len().div_ceil(AT_A_TIME);
-        (0..batches).flat_map(move |i| {
-            let batch = &keys[i * AT_A_TIME..keys.len().min((i + 1) * AT_A_TIME)];
-            let records = batch.iter().copied().zip(self.get_batch(batch));
-            records.filter_map(|(key, record)| Some((key, record.transpose()?))).collect::<Vec<_>>()
-        })
+        let mut next = 0;
+        let replies = std::iter::from_fn(move || {
+            let batch = &keys[next..keys.len().min(next + AT_A_TIME)];
+            let records = self.first(batch);
+            next += records.len();
+            let found = batch.iter().copied().zip(records).filter_map(|(key, record)| Some((key, record.transpose()?)));
+            (!batch.is_empty()).then(|| found.collect::<Vec<_>>())
+        });
+        replies.flatten()
     }
 
-    /// One answer for each key.
-    fn get_batch(&self, keys: &[JobKey]) -> Vec<Result<Option<Vec<u8>>, ReadError>> {
+    /// One answer for each of the first of `keys`, as many as fit into a reply: at least one, if there is a key.
+    fn first(&self, keys: &[JobKey]) -> Vec<Result<Option<Vec<u8>>, ReadError>> {
         let connection = match &self.source {
-            Source::Disk(core) => return keys.iter().map(|key| core.get(key)).collect(),
+            Source::Disk(core) => return first_records(core, keys),
             Source::Process(connection) => connection,
         };
         match ask(connection, &Request::Get(keys.iter().map(|key| key.0).collect())) {
-            Ok(Response::Get(records)) if records.len() == keys.len() => {
+            Ok(Response::Get(records)) if records.len() <= keys.len() && records.is_empty() == keys.is_empty() => {
                 keys.iter().zip(records).map(|(key, record)| record.into_result(key)).collect()
             }
             Ok(_) => keys.iter().map(|_| Err(nonsense(connection))).collect(),

@@ -5,14 +5,17 @@
 //! and the blobs are plain files, which readers read themselves.
 //!
 //! A message is a frame: length of the body (u32, little-endian), protocol version (u8), body (bincode 2, standard
-//! configuration). A reader sends one [`Request`] and gets one [`Response`], any number of times.
+//! configuration). A reader sends one [`Request`] and gets one [`Response`], any number of times. A response ends where
+//! it would grow beyond [`REPLY`], and the reader asks for the rest: neither side holds more of a store than that.
 
-use crate::store::Core;
+use crate::record::RECORD_LIMIT;
+use crate::store::{Core, PATIENCE};
 use crate::{ReadError, lock::Holder};
 use bincode::config::standard;
 use bincode::{Decode, Encode};
 use std::io::{self, Read, Write};
 use std::net::Shutdown;
+use std::ops::Bound;
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixListener, UnixStream};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -21,28 +24,37 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use study::job::JobKey;
 
-const PROTOCOL: u8 = 1;
+/// 1 answered every key of a request in one response.
+const PROTOCOL: u8 = 2;
 
-/// No honest frame is larger: [`BATCH`] records of 16 KiB, or the keys of four million jobs.
-const FRAME_LIMIT: u32 = 128 << 20;
+/// Bytes of content after which a response takes up nothing more.
+const REPLY: usize = 8 * RECORD_LIMIT;
+
+/// No honest frame is larger: a response one byte short of [`REPLY`] and the largest record, with as much again for lengths and reasons.
+const FRAME_LIMIT: u32 = (REPLY + 2 * RECORD_LIMIT) as u32;
+
+/// Bytes that are counted for an answer besides its record: lengths, and the words for what is wrong with it.
+const OTHERS: usize = 256;
 
 /// Keys in one request; a reader splits larger ones.
 pub(crate) const BATCH: usize = 4096;
 
 #[derive(Debug, PartialEq, Encode, Decode)]
 pub(crate) enum Request {
-    /// Every key in the store.
-    Keys,
+    /// The first keys after this one, or of all, ascending.
+    Keys(Option<[u8; 32]>),
     /// For each key, whether there is a record.
     Contains(Vec<[u8; 32]>),
-    /// For each key, its record.
+    /// For each of the first keys, its record.
     Get(Vec<[u8; 32]>),
 }
 
 #[derive(Debug, PartialEq, Encode, Decode)]
 pub(crate) enum Response {
+    /// None after the last one.
     Keys(Vec<[u8; 32]>),
     Contains(Vec<bool>),
+    /// At least one, if any was asked for.
     Get(Vec<Fetched>),
 }
 
@@ -77,11 +89,26 @@ impl Fetched {
     }
 }
 
+/// What there is of the first of `keys`, in their order: at least of one, and of no more once [`REPLY`] bytes are together.
+pub(crate) fn first_records<'a>(core: &Core, keys: impl IntoIterator<Item = &'a JobKey>) -> Vec<Result<Option<Vec<u8>>, ReadError>> {
+    let mut records = Vec::new();
+    let mut bytes = 0;
+    for key in keys {
+        let record = core.get(key);
+        bytes += record.as_ref().ok().and_then(Option::as_ref).map_or(0, Vec::len) + OTHERS;
+        records.push(record);
+        if bytes >= REPLY {
+            break;
+        }
+    }
+    records
+}
+
 fn invalid(what: impl Into<String>) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, what.into())
 }
 
-fn send(stream: &mut UnixStream, message: &impl Encode) -> io::Result<()> {
+fn send(mut stream: &UnixStream, message: &impl Encode) -> io::Result<()> {
     let mut frame = vec![0; 5];
     bincode::encode_into_std_write(message, &mut frame, standard()).map_err(|e| invalid(e.to_string()))?;
     let length = u32::try_from(frame.len() - 5).ok().filter(|length| *length <= FRAME_LIMIT);
@@ -91,7 +118,7 @@ fn send(stream: &mut UnixStream, message: &impl Encode) -> io::Result<()> {
     stream.write_all(&frame)
 }
 
-fn receive<T: Decode<()>>(stream: &mut UnixStream) -> io::Result<T> {
+fn receive<T: Decode<()>>(mut stream: &UnixStream) -> io::Result<T> {
     let mut header = [0; 5];
     stream.read_exact(&mut header)?;
     let [a, b, c, d, version] = header;
@@ -201,18 +228,23 @@ fn admitted(stream: &UnixStream) -> bool {
     rustix::net::sockopt::socket_peercred(stream).is_ok_and(|peer| peer.uid == ours || peer.uid.is_root())
 }
 
-fn answer(mut stream: UnixStream, core: &Core) {
+fn answer(stream: UnixStream, core: &Core) {
     // Any failure means that the reader is gone or is none of ours; it learns by the end of the stream.
-    while let Ok(request) = receive::<Request>(&mut stream) {
+    while let Ok(request) = receive::<Request>(&stream) {
         let response = match request {
-            Request::Keys => Response::Keys(core.keys().into_iter().map(|key| key.0).collect()),
+            Request::Keys(after) => {
+                let after = after.map_or(Bound::Unbounded, |key| Bound::Excluded(JobKey(key)));
+                let index = core.index();
+                let keys = index.range((after, Bound::Unbounded)).take(REPLY / size_of::<JobKey>());
+                Response::Keys(keys.map(|key| key.0).collect())
+            }
             Request::Contains(keys) => Response::Contains(keys.into_iter().map(|key| core.contains(&JobKey(key))).collect()),
             Request::Get(keys) => {
-                let records = keys.into_iter().take(BATCH).map(|key| Fetched::from(core.get(&JobKey(key))));
-                Response::Get(records.collect())
+                let keys: Vec<_> = keys.into_iter().map(JobKey).collect();
+                Response::Get(first_records(core, &keys).into_iter().map(Fetched::from).collect())
             }
         };
-        if send(&mut stream, &response).is_err() {
+        if send(&stream, &response).is_err() {
             return;
         }
     }
@@ -228,17 +260,68 @@ impl Connection {
     /// Connects to `holder` and makes sure that it answers within `patience`.
     pub(crate) fn open(holder: &Holder, address: &str, patience: Duration) -> io::Result<Self> {
         let stream = UnixStream::connect_addr(&SocketAddr::from_abstract_name(address)?)?;
-        stream.set_read_timeout(Some(patience))?;
-        let connection = Connection { stream: Mutex::new(stream), holder: holder.clone() };
-        match connection.ask(&Request::Contains(Vec::new()))? {
-            Response::Contains(none) if none.is_empty() => Ok(connection),
-            _ => Err(invalid("it did not answer the question")),
+        let wait_up_to = |time| stream.set_read_timeout(Some(time)).and_then(|()| stream.set_write_timeout(Some(time)));
+        wait_up_to(patience)?;
+        match ask(&stream, &Request::Contains(Vec::new()))? {
+            Response::Contains(none) if none.is_empty() => {}
+            _ => return Err(invalid("it did not answer the question")),
         }
+        // What was left of the patience with its start says nothing of how long it may take over an answer.
+        wait_up_to(PATIENCE)?;
+        Ok(Connection { stream: Mutex::new(stream), holder: holder.clone() })
     }
 
+    /// The answer to `request`. After a failure there is none to anything.
     pub(crate) fn ask(&self, request: &Request) -> io::Result<Response> {
-        let mut stream = self.stream.lock().unwrap_or_else(PoisonError::into_inner);
-        send(&mut stream, request)?;
-        receive(&mut stream)
+        let stream = self.stream.lock().unwrap_or_else(PoisonError::into_inner);
+        ask(&stream, request).inspect_err(|_| {
+            // An answer that comes late must not pass for that to the next question.
+            let _ = stream.shutdown(Shutdown::Both);
+        })
+    }
+}
+
+fn ask(stream: &UnixStream, request: &Request) -> io::Result<Response> {
+    send(stream, request)?;
+    receive(stream)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A connection to a holder that answers the first question as it should and every later one as `answer` does.
+    fn connected(patience: Duration, mut answer: impl FnMut(&mut UnixStream) + Send + 'static) -> Connection {
+        let listening = Listening::bind().unwrap();
+        let address = listening.address.clone();
+        thread::spawn(move || {
+            let (mut stream, _) = listening.listener.accept().unwrap();
+            receive::<Request>(&stream).unwrap();
+            send(&stream, &Response::Contains(Vec::new())).unwrap();
+            while receive::<Request>(&stream).is_ok() {
+                answer(&mut stream);
+            }
+        });
+        Connection::open(&Holder::this_process(Some(address.clone())), &address, patience).unwrap()
+    }
+
+    #[test]
+    fn an_answer_is_waited_for_longer_than_what_was_left_of_the_start() {
+        let connection = connected(Duration::from_secs(77), |_| ());
+        let stream = connection.stream.lock().unwrap();
+        assert_eq!(stream.read_timeout().unwrap(), Some(PATIENCE));
+        assert_eq!(stream.write_timeout().unwrap(), Some(PATIENCE));
+    }
+
+    #[test]
+    fn a_late_answer_is_not_taken_for_that_to_the_next_question() {
+        let connection = connected(PATIENCE, |stream| {
+            // Two answers to one question stand for one that came too late and the next one.
+            let _ = stream.write_all(&[0, 0, 0, 0, PROTOCOL]);
+            let _ = send(stream, &Response::Contains(vec![true]));
+        });
+        let question = Request::Contains(vec![[7; 32]]);
+        assert!(connection.ask(&question).is_err());
+        assert!(connection.ask(&question).is_err());
     }
 }

@@ -3,7 +3,7 @@
 use super::child::{Player, command};
 use super::{key, record, records};
 use std::time::{Duration, Instant};
-use store::{OpenError, Origin, ReadError, Store};
+use store::{OpenError, Origin, RECORD_LIMIT, ReadError, Store};
 
 #[test]
 fn the_second_writer_is_told_who_has_it() {
@@ -69,6 +69,38 @@ fn this_process_cannot_open_it_twice_but_can_read_it() {
     let reader = Store::read(directory.path()).unwrap();
     assert_eq!(reader.origin().to_string(), "read from disk");
     check(&reader, 10_000);
+}
+
+/// Together they are many times what a frame holds, and more than the reader asks for at once.
+#[test]
+fn large_records_are_served_in_parts() {
+    const COUNT: u64 = 40;
+    let directory = tempfile::tempdir().unwrap();
+    let store = Store::open(directory.path()).unwrap();
+    for i in 0..COUNT {
+        store.commit(&[(key(i), vec![i as u8; RECORD_LIMIT])]).unwrap();
+    }
+    store.commit(&records(COUNT..COUNT + 300)).unwrap();
+    let check = |reader: &store::Reader| {
+        let mut keys = store_keys(COUNT + 300);
+        keys.insert(20, key(u64::MAX)); // has none
+        let mut found = reader.select(keys);
+        for i in store_keys(COUNT + 300) {
+            let (key, record) = found.next().unwrap();
+            assert_eq!((key, record.unwrap()), (i, reader.get(&i).unwrap().unwrap()));
+        }
+        assert!(found.next().is_none());
+        for i in 0..COUNT {
+            assert!(reader.get(&key(i)).unwrap() == Some(vec![i as u8; RECORD_LIMIT]));
+        }
+    };
+    let reader = Store::read(directory.path()).unwrap();
+    assert!(matches!(reader.origin(), Origin::Process { .. }));
+    check(&reader);
+    drop((reader, store));
+    let reader = Store::read(directory.path()).unwrap();
+    assert_eq!(reader.origin(), Origin::Disk);
+    check(&reader);
 }
 
 fn store_keys(count: u64) -> Vec<study::job::JobKey> {
