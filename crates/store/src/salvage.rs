@@ -3,13 +3,14 @@
 use crate::blob::Blobs;
 use crate::database::{Database, Fault};
 use crate::durable;
-use crate::error::OpenError;
+use crate::error::{OpenError, ReadError, WriteError};
 use crate::manifest::{FILE, Manifest, Unreadable};
 use crate::record;
 use crate::store::{RECORDS, lock_for_writing};
+use rustix::io::Errno;
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 use study::job::JobKey;
 
 /// The sound database while it is being written.
@@ -54,7 +55,10 @@ pub(crate) fn salvage(directory: &Path) -> Result<Salvage, OpenError> {
         fs::remove_dir_all(&salvaged).map_err(io("remove", &salvaged))?;
     }
 
-    let sound = if records.exists() { readable(&records) } else { BTreeMap::new() };
+    // sled enlarges and rewrites its files when opened.
+    WriteError::require_space(directory, 0)?;
+    let sound = if records.exists() { readable(&records).map_err(io("read", &records))? } else { BTreeMap::new() };
+    WriteError::require_space(directory, sound.values().map(|sealed| sealed.len() as u64).sum())?;
     let failed = |fault| match fault {
         Fault::Io(source) => io("write the database", &salvaged)(source),
         Fault::Damaged(what) => OpenError::Damaged { directory: directory.to_owned(), what },
@@ -67,9 +71,15 @@ pub(crate) fn salvage(directory: &Path) -> Result<Salvage, OpenError> {
     drop(database);
 
     let blobs = Blobs::of(directory);
-    let (studies, lost): (BTreeMap<_, _>, BTreeMap<_, _>) =
-        studies.into_iter().partition(|(_, digest)| matches!(blobs.get(digest), Ok(Some(_))));
-    let manifest = Manifest::new(sound.len() as u64, studies);
+    let (mut kept, mut lost) = (BTreeMap::new(), Vec::new());
+    for (name, digest) in studies {
+        match blobs.get(&digest) {
+            Ok(Some(_)) => drop(kept.insert(name, digest)),
+            Err(ReadError::Io { path, source }) if !is_damage(&source) => return Err(io("read", &path)(source)),
+            _ => lost.push(name),
+        }
+    }
+    let manifest = Manifest::new(sound.len() as u64, kept);
     manifest.write(directory).map_err(io("write", &directory.join(FILE)))?;
     let damaged = records.exists().then(|| unused(directory));
     if let Some(damaged) = &damaged {
@@ -77,18 +87,24 @@ pub(crate) fn salvage(directory: &Path) -> Result<Salvage, OpenError> {
     }
     fs::rename(&salvaged, &records).map_err(io("put into place", &salvaged))?;
     durable::sync_directory(directory).map_err(io("make durable", directory))?;
-    Ok(Salvage { kept: sound.len(), promised, studies: manifest.studies.len(), lost_studies: lost.into_keys().collect(), damaged })
+    Ok(Salvage { kept: sound.len(), promised, studies: manifest.studies.len(), lost_studies: lost, damaged })
 }
 
 /// The sealed records that open, read from both ends so that one unreadable page hides only itself.
-fn readable(records: &Path) -> BTreeMap<JobKey, Vec<u8>> {
+///
+/// # Errors
+/// What the operating system refuses, for lack of descriptors or of space: that says nothing of what the database holds.
+fn readable(records: &Path) -> io::Result<BTreeMap<JobKey, Vec<u8>>> {
     let mut sound = BTreeMap::new();
-    // The log alone is enough: without a snapshot and a configuration, sled derives them anew.
-    let database = Database::open(records).or_else(|fault| match set_aside_derived(records) {
-        Ok(()) => Database::open(records),
-        Err(_) => Err(fault),
-    });
-    if let Ok(database) = database {
+    let database = match unless_refused(Database::open(records))? {
+        Some(database) => Some(database),
+        // The log alone is enough: without a snapshot and a configuration, sled derives them anew.
+        None => {
+            set_aside_derived(records)?;
+            unless_refused(Database::open(records))?
+        }
+    };
+    if let Some(database) = database {
         let mut keep = |key: &[u8], sealed: &[u8]| {
             if let Ok(key) = key.try_into().map(JobKey)
                 && record::unseal(&key, sealed).is_ok()
@@ -96,15 +112,34 @@ fn readable(records: &Path) -> BTreeMap<JobKey, Vec<u8>> {
                 sound.insert(key, sealed.to_vec());
             }
         };
-        if database.visit(&mut keep).is_err() {
-            let _ = database.visit_backwards(keep);
+        if unless_refused(database.visit(&mut keep))?.is_none() {
+            unless_refused(database.visit_backwards(keep))?;
         }
     }
-    sound
+    Ok(sound)
+}
+
+/// What was had of the database; `None` if it is damaged there.
+fn unless_refused<T>(outcome: Result<T, Fault>) -> io::Result<Option<T>> {
+    match outcome {
+        Ok(had) => Ok(Some(had)),
+        Err(Fault::Io(error)) if !is_damage(&error) => Err(error),
+        Err(_) => Ok(None),
+    }
+}
+
+/// Whether an error is about what is on the disk: the disk cannot read it, or sled makes no sense of it. Every other one may be gone
+/// when it is tried again.
+fn is_damage(error: &io::Error) -> bool {
+    match error.kind() {
+        io::ErrorKind::UnexpectedEof | io::ErrorKind::InvalidData => true,
+        io::ErrorKind::Other => !error.to_string().contains("could not acquire lock"), // else in words of sled's own
+        _ => Errno::from_io_error(error) == Some(Errno::IO),
+    }
 }
 
 /// Renames the files of a sled database that only repeat what its log says.
-fn set_aside_derived(records: &Path) -> std::io::Result<()> {
+fn set_aside_derived(records: &Path) -> io::Result<()> {
     for entry in fs::read_dir(records)? {
         let name = entry?.file_name();
         let text = name.to_string_lossy();

@@ -112,6 +112,10 @@ fn plays_its_part() {
             wait_for_dismissal();
         }
         "inspect" => inspect(&directory, first),
+        "salvage" => match Store::salvage(&directory) {
+            Ok(salvage) => say(format!("kept {}, studies {}", salvage.kept, salvage.studies)),
+            Err(error) => say(format!("refused: {error}")),
+        },
         "fill" => fill(&directory, first),
         other => panic!("no such part: {other}"),
     }

@@ -4,6 +4,7 @@ use super::child::{Player, command};
 use super::{key, record, records};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 use store::{OpenError, Store};
 
 const COUNT: u64 = 1500;
@@ -196,4 +197,47 @@ fn a_salvage_killed_between_its_renames_is_taken_up_again() {
     assert!(matches!(Store::open(directory.path()), Err(OpenError::Damaged { .. })));
     assert_eq!(Store::salvage(directory.path()).unwrap().kept as u64, COUNT);
     assert_eq!(Store::open(directory.path()).unwrap().len() as u64, COUNT);
+}
+
+/// A sound store is not taken for a damaged one because its files could not be opened.
+#[test]
+fn a_salvage_that_is_refused_a_file_leaves_all_as_it_is() {
+    let original = tempfile::tempdir().unwrap();
+    make(original.path());
+
+    let copied = tempfile::tempdir().unwrap();
+    copy(original.path(), copied.path());
+    let conf = copied.path().join("records/conf");
+    let content = fs::read(&conf).unwrap();
+    fs::remove_file(&conf).unwrap();
+    std::os::unix::fs::symlink("conf", &conf).unwrap(); // to itself: opening it is refused with ELOOP, also to root
+    let before = files(&copied.path().join("records"));
+    let error = Store::salvage(copied.path()).err().unwrap();
+    assert!(matches!(&error, OpenError::Io { path, .. } if path.ends_with("records")), "{error}");
+    assert_eq!(files(&copied.path().join("records")), before);
+    fs::remove_file(&conf).unwrap();
+    fs::write(&conf, content).unwrap();
+    assert_eq!(Store::open(copied.path()).unwrap().len() as u64, COUNT);
+
+    let mut refused = 0;
+    for descriptors in 5..16 {
+        let copied = tempfile::tempdir().unwrap();
+        copy(original.path(), copied.path());
+        let inner = command("salvage", copied.path(), 0);
+        let mut outer = Command::new("bash");
+        outer.arg("-c").arg(format!("ulimit -n {descriptors}; exec \"$0\" \"$@\""));
+        outer.arg(inner.get_program()).args(inner.get_args());
+        outer.envs(inner.get_envs().filter_map(|(name, value)| Some((name, value?))));
+        outer.stdin(Stdio::piped()).stdout(Stdio::piped());
+        let said = Player::start(outer).transcript().concat();
+        eprintln!("{descriptors} descriptors: {said}");
+        if said.starts_with("refused: ") {
+            refused += 1;
+            assert!(!copied.path().join("records.damaged-1").exists(), "{said}");
+            assert_eq!(inspect(copied.path()), "sound");
+        } else {
+            assert_eq!(said, format!("kept {COUNT}, studies 1"));
+        }
+    }
+    assert!(refused > 0, "{refused} were refused");
 }

@@ -4,7 +4,7 @@ use super::child::{Player, command};
 use super::key;
 use std::path::Path;
 use std::process::Command;
-use store::Store;
+use store::{OpenError, Store, WriteError};
 
 /// What was acknowledged by a "fill" part is there.
 fn check(directory: &Path, transcript: &[String]) {
@@ -56,6 +56,10 @@ fn a_disk_nearly_full_is_not_written_to() {
         let failures: Vec<_> = transcript.iter().filter(|line| line.starts_with("failed: ")).collect();
         assert_eq!(failures.len(), 2, "{failures:?}");
         assert!(failures.iter().all(|line| line.contains("the disk of") && line.contains("is full")), "{failures:?}");
+        // nor is it salvaged there
+        let store = volume.join("store");
+        assert!(matches!(Store::salvage(&store), Err(OpenError::Write(WriteError::DiskFull { .. }))));
+        assert!(!store.join("records.salvaged").exists() && !store.join("records.damaged-1").exists());
         assert!(mounted("remount,size=64m").unwrap().status.success());
         check(&volume.join("store"), &transcript);
     });
