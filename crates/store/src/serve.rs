@@ -324,4 +324,20 @@ mod tests {
         assert!(connection.ask(&question).is_err());
         assert!(connection.ask(&question).is_err());
     }
+
+    #[test]
+    fn a_reply_ends_where_it_would_grow_too_long() {
+        let directory = tempfile::tempdir().unwrap();
+        let store = crate::Store::open(directory.path()).unwrap();
+        let keys: Vec<JobKey> = (0..20).map(|i| JobKey([i; 32])).collect();
+        for key in &keys[..19] {
+            store.commit(&[(*key, vec![key.0[0]; REPLY / 8])]).unwrap();
+        }
+        let lengths = |keys: &[JobKey]| -> Vec<_> {
+            first_records(store.core(), keys).into_iter().map(|record| record.unwrap().map(|record| record.len())).collect()
+        };
+        assert_eq!(lengths(&keys), [Some(REPLY / 8); 8]);
+        assert_eq!(lengths(&keys[17..]), [Some(REPLY / 8), Some(REPLY / 8), None]);
+        assert_eq!(lengths(&[]), []);
+    }
 }
