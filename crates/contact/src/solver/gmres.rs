@@ -20,7 +20,7 @@ pub(crate) trait System {
     fn precondition(&mut self, x: &mut [f64], rows: &[f64]);
 }
 
-/// Directions of the solves before, whose memory the next one uses again.
+/// Directions of the solves before, whose memory the next one uses again; no more than one solve has at once.
 #[derive(Debug, Default)]
 pub(crate) struct Memory(Vec<Vec<f64>>);
 
@@ -113,6 +113,8 @@ pub(crate) fn solve(
         let mut sum = vec![0.0; rhs.len()];
         add(&mut sum, &weights, &basis);
         memory.0.append(&mut basis);
+        // one of them did not come from here
+        memory.0.truncate(RESTART + 1);
         system.precondition(&mut prepared, &sum);
         x.iter_mut().zip(&prepared).for_each(|(x, z)| *x += z);
         if rest[columns.len()].abs() <= tolerance * size || figures.applications >= max_applications {
@@ -176,6 +178,12 @@ mod tests {
             assert!(defect <= 1.1e-11 && figures.residual <= 1e-11, "{n}: {defect:e} {figures:?}");
             let (_, preconditioned) = solve(&rhs, 1e-11, 2000, &mut Diagonals { preconditioned: true }, &mut memory);
             assert!(preconditioned.applications <= figures.applications);
+        }
+        // long enough to restart, again and again
+        let rhs: Vec<f64> = (0..2000).map(|i| (i as f64).cos()).collect();
+        for _ in 0..3 {
+            let (_, figures) = solve(&rhs, 1e-13, 400, &mut Diagonals { preconditioned: false }, &mut memory);
+            assert!(figures.applications > 2 * RESTART as u64 && memory.0.len() <= RESTART + 1, "{} kept", memory.0.len());
         }
         assert_eq!(solve(&[0.0; 4], 1e-8, 10, &mut Diagonals { preconditioned: false }, &mut memory).0, [0.0; 4]);
     }
