@@ -1,5 +1,6 @@
 //! Operators kept between solves: jobs of a sweep that share a grid and elastic ratios share their coefficients.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -115,6 +116,7 @@ pub struct Operators {
 struct Kept {
     key: OperatorKey,
     operator: Operator,
+    /// Of what is its own; others may share its table.
     bytes: usize,
 }
 
@@ -135,24 +137,26 @@ impl Operators {
         }
         let (components, mirror) = (problem.components, problem.mirror);
         let has = |kept: &&Kept| kept.key.shares_table(&key) && kept.operator.table.components().includes(components);
-        let (table, table_bytes) = match self.kept.iter().find(has) {
-            Some(kept) => (Arc::clone(&kept.operator.table), 0),
-            None => {
-                let table = InfluenceTable::of(problem.whole_grid(), &problem.elasticity, problem.projection, components);
-                let bytes = table.bytes();
-                (Arc::new(table), bytes)
-            }
+        let table = match self.kept.iter().find(has) {
+            Some(kept) => Arc::clone(&kept.operator.table),
+            None => Arc::new(InfluenceTable::of(problem.whole_grid(), &problem.elasticity, problem.projection, components)),
         };
         let toeplitz = Toeplitz::of(&table, components, mirror);
         let circulant = Circulant::of(&table, components, mirror);
-        let bytes = table_bytes + toeplitz.bytes() + circulant.bytes();
+        let bytes = toeplitz.bytes() + circulant.bytes();
         let operator = Operator { table, influence: Arc::new(toeplitz), circulant: Arc::new(circulant) };
         self.kept.push(Kept { key, operator: operator.clone(), bytes });
-        let mut total: usize = self.kept.iter().map(|kept| kept.bytes).sum();
-        while total > self.budget && self.kept.len() > 1 {
-            total -= self.kept.remove(0).bytes;
+        while self.bytes() > self.budget && self.kept.len() > 1 {
+            self.kept.remove(0);
         }
         operator
+    }
+
+    /// Memory of all that is kept, each table counted once.
+    fn bytes(&self) -> usize {
+        let tables: BTreeMap<_, usize> =
+            self.kept.iter().map(|kept| (Arc::as_ptr(&kept.operator.table), kept.operator.table.bytes())).collect();
+        self.kept.iter().map(|kept| kept.bytes).sum::<usize>() + tables.into_values().sum::<usize>()
     }
 }
 
