@@ -177,11 +177,12 @@ pub fn certify(
     }
     for (which, (sum, claim)) in force.iter().zip(claims).enumerate() {
         let arm = if which < 3 { 1.0 } else { problem.scale.length };
-        let mut off = relative((claim - sum * unit * arm).abs(), magnitude * arm);
-        if let Control::Force(asked) = asked[which] {
-            off = off.max(relative((asked - sum * unit * arm).abs(), magnitude * arm));
+        // `max` would pass over what is no number
+        let off = |from: f64| relative((from - sum * unit * arm).abs(), magnitude * arm);
+        let asked = if let Control::Force(asked) = asked[which] { off(asked) } else { 0.0 };
+        for off in [off(claim), asked] {
+            certificate.force_imbalance = if off.is_nan() { f64::INFINITY } else { certificate.force_imbalance.max(off) };
         }
-        certificate.force_imbalance = if off.is_nan() { f64::INFINITY } else { certificate.force_imbalance.max(off) };
     }
     certificate
 }
