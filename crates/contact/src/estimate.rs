@@ -54,7 +54,8 @@ pub(crate) fn coarser(elements: [u32; 2]) -> Option<[u32; 2]> {
     elements.iter().all(|n| *n >= FEWEST).then(|| elements.map(|n| n.div_ceil(2)))
 }
 
-/// The estimate for the end of a path, from that of the same path on a coarser grid.
+/// The estimate for the end of a path, from that of the same path on a coarser grid; `None` where a path has no end that was solved, or
+/// no contact there.
 pub(crate) fn estimate(
     scene: &Scene,
     numerics: &Numerics,

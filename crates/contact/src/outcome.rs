@@ -33,9 +33,9 @@ pub struct Outcome {
     pub hertz: Option<Hertz>,
     /// Where a wheel meets its rail, at the end of the path.
     pub rail: Option<RailContact>,
-    /// How far the end of the path is from what ever finer meshes would give; `None` where no coarser grid could be solved to tell it:
-    /// for a path that could not be followed, on fewer than [`FEWEST`](crate::estimate::FEWEST) elements along a side, and where the
-    /// method fails on the grid of half as many elements each way.
+    /// How far the end of the path is from what ever finer meshes would give; `None` where nothing tells it: for a path that could not be
+    /// followed or ends without contact, on fewer than [`FEWEST`](crate::estimate::FEWEST) elements along a side, and where the grid of half
+    /// as many elements each way is refused or the method fails on it.
     pub estimate: Option<Estimate>,
 }
 
