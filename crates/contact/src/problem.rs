@@ -190,14 +190,17 @@ impl Problem {
 
         let k = grid.len();
         let mut rest = vec![0.0; 3 * k];
-        for (rest, gap) in rest.iter_mut().zip(&gaps) {
-            *rest = -gap.unwrap_or(0.0) / length;
-        }
+        parallel::rows(&mut rest[..k], nx, |j, rest| {
+            rest.iter_mut().zip(&gaps[j * nx..]).for_each(|(rest, gap)| *rest = -gap.unwrap_or(0.0) / length);
+        });
         if let Some(value) = rest[..k].iter().find(|value| !value.is_finite()) {
             return Err(limits::out_of_range("punch.shape", *value));
         }
         limits::operator(&bodies, &grid, numerics.projection)?;
         limits::loads(scene, numerics, &scale, &grid, &rest)?;
+        // a clone would touch the zeros too
+        let mut f = vec![0.0; 3 * k];
+        f[..k].copy_from_slice(&rest[..k]);
         Ok(Self {
             components: Components::ALL,
             pressure: None,
@@ -209,7 +212,7 @@ impl Problem {
             mu: scene.friction.mu,
             epsilon: numerics.epsilon,
             ceiling: numerics.ceiling.map_or(f64::INFINITY, |u| u * scale.compliance),
-            f: rest.clone(),
+            f,
             rest,
             open_edge: layout.open_edge,
             scale,
