@@ -10,6 +10,7 @@ use study::{Job, JobKey, Record};
 
 use crate::cli::StoreCommand;
 use crate::output::{self, Finish, count};
+use crate::work::Unshown;
 
 pub(crate) fn run(command: &StoreCommand) -> Result<Finish> {
     match command {
@@ -33,22 +34,24 @@ fn references(record: &Record) -> Vec<Digest> {
 }
 
 /// Whether what a record claims to have proved holds, from what it carries; `None` for one that claims nothing of the kind.
-fn proof(record: &Record) -> Option<Result<(), String>> {
+fn proof(record: &Record) -> Option<Result<(), Unshown>> {
     let bracket = record.bracketed().filter(|_| record.is_certified())?.bracket.as_ref()?;
     let Ok(Job::Uniqueness { question, .. }) = record.parse_job() else {
-        return Some(Err("it brackets nothing that was asked".to_owned()));
+        return Some(Err(Unshown::Wrong("it brackets nothing that was asked".to_owned())));
     };
-    Some(crate::work::verify(&question, bracket).map_err(|error| error.to_string()).and_then(|shown| shown.map(drop)))
+    Some(crate::work::verify(&question, bracket).map_err(|error| Unshown::Wrong(error.to_string())).and_then(|shown| shown.map(drop)))
 }
 
 fn verify(store: &Store, deep: bool, json: bool) -> Result<Finish> {
     let mut undecodable: Vec<(JobKey, String)> = Vec::new();
+    let mut too_large: Vec<(JobKey, String)> = Vec::new();
     let (mut foreign, mut proved) = (0, 0);
     let found = store.verify(|key, bytes| match Record::decode(bytes) {
         Ok(record) if record.key() == *key => {
             match deep.then(|| proof(&record)).flatten() {
                 Some(Ok(())) => proved += 1,
-                Some(Err(reason)) => undecodable.push((*key, reason)),
+                Some(Err(Unshown::TooLarge(reason))) => too_large.push((*key, reason)),
+                Some(Err(Unshown::Wrong(reason))) => undecodable.push((*key, reason)),
                 None => {}
             }
             references(&record)
@@ -76,7 +79,7 @@ fn verify(store: &Store, deep: bool, json: bool) -> Result<Finish> {
     faults.extend(found.lost_studies.iter().map(|(name, reason)| format!("study {name}: {reason}")));
     if json {
         output::print_json(&serde_json::json!({
-            "sound": sound, "records": found.records, "files": found.blobs, "file_bytes": found.blob_bytes, "studies": found.studies, "brackets_proved": deep.then_some(proved), "records_of_other_versions": foreign,
+            "sound": sound, "records": found.records, "files": found.blobs, "file_bytes": found.blob_bytes, "studies": found.studies, "brackets_proved": deep.then_some(proved), "brackets_too_large": deep.then_some(too_large.len()), "records_of_other_versions": foreign,
             "unreferenced_files": found.unreferenced_blobs, "stray_files": found.stray_files, "faults": faults,
         }))?;
     } else {
@@ -90,6 +93,7 @@ fn verify(store: &Store, deep: bool, json: bool) -> Result<Finish> {
         text += if sound { ": all sound\n" } else { "\n" };
         if deep {
             text += &format!("{} of uniqueness sets proved anew\n", count(proved, "bracket", "brackets"));
+            too_large.iter().for_each(|(key, reason)| text += &format!("not checked: record {key}: {reason}\n"));
         }
         faults.iter().for_each(|fault| text += &format!("damaged: {fault}\n"));
         if foreign > 0 {

@@ -7,6 +7,7 @@ use contact::multiplicity;
 use contact::outcome::{Fields, Status};
 use contact::punch::Surfaces;
 use contact::scene::{SceneError, Shape};
+use contact::uniqueness::lower::VerifyError;
 use contact::uniqueness::witness::Shown;
 use contact::uniqueness::{self, Bracket, BracketError, Effort, Question, System, lower};
 use contact::{Forecast, Operators};
@@ -117,20 +118,33 @@ fn bracketed(question: &Question, effort: &Effort) -> Result<Bracketed, SceneErr
     let verified = verify(question, &bracket)?;
     let (status, shown) = match verified {
         Ok(shown) => (Status::Certified, shown),
-        Err(reason) => (Status::Failed { reason }, None),
+        Err(Unshown::TooLarge(reason) | Unshown::Wrong(reason)) => (Status::Failed { reason }, None),
     };
     Ok(Bracketed { status, bracket: Some(bracket), shown })
 }
 
-/// Shows that a bracket holds, from what it carries and the question alone; else says what does not hold.
-pub(crate) fn verify(question: &Question, bracket: &Bracket) -> Result<Result<Option<Shown>, String>, SceneError> {
+/// Why a bracket is not shown to hold, in words.
+pub(crate) enum Unshown {
+    /// It takes too large a matrix to check: it may hold.
+    TooLarge(String),
+    /// It carries what does not show it.
+    Wrong(String),
+}
+
+/// Shows that a bracket holds, from what it carries and the question alone; else says what is not shown.
+pub(crate) fn verify(question: &Question, bracket: &Bracket) -> Result<Result<Option<Shown>, Unshown>, SceneError> {
     let system = System::new(question)?;
+    let wrong = |reason: String| Err(Unshown::Wrong(reason));
     Ok(match bracket {
-        Bracket::Unbounded if system.is_coupled() => Err("pressures move the surface sideways, so that μ* is finite".to_owned()),
+        Bracket::Unbounded if system.is_coupled() => wrong("pressures move the surface sideways, so that μ* is finite".to_owned()),
         Bracket::Unbounded => Ok(None),
-        Bracket::Bounded { lower, upper } => match (lower::verify(&system, lower), upper.verify(&system)) {
-            (Err(error), _) => Err(format!("the lower end {} is not shown: {error}", lower.mu)),
-            (_, Err(error)) => Err(format!("the upper end {} is not shown: {error}", upper.mu)),
+        Bracket::Bounded { lower, upper } => match (lower::verify(&system, lower, lower::FACTORED_ROWS), upper.verify(&system)) {
+            (_, Err(error)) => wrong(format!("the upper end {} is not shown: {error}", upper.mu)),
+            (Err(error), _) => {
+                let reason = format!("the lower end {} is not shown: {error}", lower.mu);
+                Err(if matches!(error, VerifyError::TooLarge { .. }) { Unshown::TooLarge(reason) } else { Unshown::Wrong(reason) })
+            }
+            (Ok(()), Ok(_)) if lower.mu >= upper.mu => wrong(format!("the lower end {} is not below the upper end {}", lower.mu, upper.mu)),
             (Ok(()), Ok(shown)) => Ok(Some(shown)),
         },
     })

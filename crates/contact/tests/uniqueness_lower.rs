@@ -2,7 +2,7 @@
 
 use contact::numerics::{Mesh, Projection};
 use contact::scene::{Base, Foundation, Material};
-use contact::uniqueness::lower::{Freedom, Lower, LowerBound, VerifyError, lower, lower_from, orbits, verify};
+use contact::uniqueness::lower::{Freedom, Lower, LowerBound, VerifyError, lower, lower_from, orbits, verify as verify_up_to};
 use contact::uniqueness::{Question, Sole, System};
 
 fn question(mesh: [u32; 2], poisson: f64) -> Question {
@@ -14,6 +14,10 @@ fn question(mesh: [u32; 2], poisson: f64) -> Question {
         projection: Projection::Average,
         epsilon: 0.0,
     }
+}
+
+fn verify(system: &System, bound: &LowerBound) -> Result<(), VerifyError> {
+    verify_up_to(system, bound, 2000)
 }
 
 fn bound(system: &System, freedom: Freedom) -> LowerBound {
@@ -121,6 +125,8 @@ fn refuses_what_proves_nothing() {
         assert!(matches!(verify(&system, &wrong), Err(VerifyError::Weight { name: "beta", orbit: 1, .. })), "{value}");
         assert!(verify(&system, &LowerBound { mu: value, ..good.clone() }).is_err());
     }
+    assert_eq!(verify_up_to(&system, &good, 6), Err(VerifyError::TooLarge { rows: 7, most: 6 }));
+    assert_eq!(verify_up_to(&system, &good, 7), Ok(()));
     // weights of another body
     let other = System::new(&question([3, 3], 0.0)).unwrap();
     assert!(verify(&other, &good).is_err());
@@ -163,6 +169,45 @@ fn weights_of_a_coarse_mesh_serve_a_fine_one() {
     let Lower::Bound(guessed) = lower_from(&fine, &coarse, &weights, 0).unwrap() else { panic!("unbounded") };
     assert!(!guessed.verified && guessed.mu < carried.mu && guessed.mu > 0.995 * carried.mu);
     verify(&fine, &guessed).unwrap();
+}
+
+/// Nothing but the ratios of α and β matters, not even below the normal numbers, where there is no rounding to allow for.
+#[test]
+fn scale_proves_nothing() {
+    let system = System::new(&question([3, 3], 0.3)).unwrap();
+    let good = bound(&system, Freedom::PerOrbit);
+    let scaled = |weights: &[f64], factor: f64| -> Vec<f64> { weights.iter().map(|weight| weight * factor).collect() };
+    for step in -40..40 {
+        let mu = good.mu * (1.0 + 1e-3 * f64::from(step));
+        let tiny = LowerBound { mu, alpha: scaled(&good.alpha, 1e-320), beta: scaled(&good.beta, 1e-320), ..good.clone() };
+        let raised = LowerBound { alpha: scaled(&tiny.alpha, 1e300), beta: scaled(&tiny.beta, 1e300), ..tiny.clone() };
+        assert_eq!(verify(&system, &tiny), verify(&system, &raised), "{mu}");
+    }
+}
+
+/// The weaker the coupling the larger both ends, and with two by two elements they meet.
+#[test]
+fn weak_coupling_has_a_large_bound() {
+    let system = System::new(&question([2, 2], 0.499_999_9)).unwrap();
+    let found = bound(&system, Freedom::PerOrbit);
+    // like 1/(1 − 2ν), 4.702 for ν = 0.3
+    assert!(found.mu > 4e6, "{}", found.mu);
+}
+
+/// Weights that make S indefinite are given up for the same ones everywhere.
+#[test]
+fn weights_that_do_not_serve_are_replaced() {
+    let [coarse, fine] = [4, 8].map(|n| System::new(&question([n, n], 0.3)).unwrap());
+    let mut weights = bound(&coarse, Freedom::PerOrbit);
+    let serve = weights.clone();
+    weights.alpha = (0..weights.alpha.len()).map(|orbit| if orbit % 2 == 0 { 1e4 } else { 1e-4 }).collect();
+    let found = |weights: &LowerBound| match lower_from(&fine, &coarse, weights, 1000) {
+        Ok(Lower::Bound(bound)) => bound,
+        other => panic!("{other:?}"),
+    };
+    let (instead, carried) = (found(&weights), found(&serve));
+    assert_eq!(verify(&fine, &instead), Ok(()));
+    assert!(instead.verified && instead.mu > 0.3 * carried.mu && instead.mu < carried.mu, "{} {}", instead.mu, carried.mu);
 }
 
 /// 48 × 48 elements, 6912 unknowns.

@@ -84,8 +84,36 @@ fn refuses_what_shows_nothing() {
     assert!(matches!(nothing.verify(&system), Err(WitnessError::Field { .. })));
     let no_stiffness = Witness { stiffness: f64::NAN, ..found.clone() };
     assert!(matches!(no_stiffness.verify(&system), Err(WitnessError::Number { name: "stiffness", .. })));
+    let stiff = Witness { stiffness: 1e200, ..found.clone() };
+    assert!(matches!(stiff.verify(&system), Err(WitnessError::Stiff { .. })));
     let elsewhere = System::new(&square(2, 0.2)).unwrap();
     assert!(found.verify(&elsewhere).is_err());
+}
+
+/// Numbers whose products are none show no more than others, and those of a witness no less.
+#[test]
+fn the_length_of_x_has_no_influence() {
+    for n in [2, 11] {
+        let question = square(n, 0.3);
+        let system = System::new(&question).unwrap();
+        let numbers = 3 * system.elements();
+        let stiffness = 1.0 / system.largest_diagonal();
+        for size in [1.0, 1e-200, 5e-324, 1e200] {
+            let none = Witness { mu: 1e-6, stiffness, x: vec![size; numbers] };
+            assert!(matches!(none.verify(&system), Err(WitnessError::Normal { .. })), "{size}: {:?}", none.verify(&system));
+        }
+    }
+    let question = square(2, 0.3);
+    let system = System::new(&question).unwrap();
+    let found = witness(&question, BRIEF);
+    for power in [-1000, -600, 600, 1000] {
+        let scaled = Witness { x: found.x.iter().map(|x| x * 2_f64.powi(power)).collect(), ..found.clone() };
+        assert_eq!(scaled.verify(&system), found.verify(&system), "{power}");
+    }
+    // small beside the others alone
+    let mut uneven = found.clone();
+    uneven.x[0] = -1e-200 * uneven.x[0];
+    assert!(uneven.verify(&system).is_err());
 }
 
 #[test]
@@ -176,7 +204,7 @@ fn two_by_two_elements_close_the_bracket() {
         let question = square(2, poisson);
         let system = System::new(&question).unwrap();
         let Ok(Bracket::Bounded { lower, upper }) = bracket(&question, &Effort { search: BRIEF }) else { panic!("no bracket") };
-        lower::verify(&system, &lower).unwrap();
+        lower::verify(&system, &lower, lower::FACTORED_ROWS).unwrap();
         upper.verify(&system).unwrap();
         assert!(lower.mu < upper.mu && upper.mu - lower.mu < 1e-5 * upper.mu, "{} … {}", lower.mu, upper.mu);
     }

@@ -27,10 +27,15 @@
 //!   2-norm by at most γ‖B‖∞.
 //! - Cholesky's factor of a matrix C is the exact one of a C + E with |E| ≤ γ|L||Lᵀ|, hence ‖E‖₂ ≤ γ‖L‖²_F ≤ 2γ tr C (Higham,
 //!   Accuracy and Stability of Numerical Algorithms, theorem 10.3), and it exists only if C + E is positive definite.
-//! - The table is symmetric under x → −x and y → −y to the last bit, under x ↔ y to rounding. With d the ∞-norm of the difference the
-//!   blocks are those of an operator A' at most d away, and F's is at most (max D + 2‖A‖∞ max Q) d away.
+//! - The table is symmetric under x → −x and y → −y to the last bit, under x ↔ y to rounding, and an entry of a block is a sum of up to
+//!   eight coefficients of both signs, whose rounding goes by Σ|coefficients| and not by |entry|. With d the ∞-norm of the first difference
+//!   and 16u that of the matrix of Σ|coefficients|, the blocks are those of an operator A' at most d away, and F's is at most
+//!   (max D + 2‖A‖∞ max Q) d away.
+//! - Only ratios of α and β matter, and they are divided by the largest β: what underflows then is far below γ‖B‖∞. Where coupling is weak α
+//!   is larger by many orders, so EFE stands for F, with E a power of two near 1/√(max α) on pressures and 1 on tangential tractions,
+//!   which rounds nothing: EBE for B, and max E (max ED + 2 max E ‖A‖∞ max Q) d for what symmetry takes.
 //!
-//! So F is positive definite if F − sI factorises with s the sum of the three. It is the same on any number of threads.
+//! So F is positive definite if EFE − sI factorises with s the sum of the three. It is the same on any number of threads.
 
 use faer::Mat;
 use rayon::prelude::*;
@@ -62,7 +67,8 @@ pub struct LowerBound {
     pub beta: Vec<f64>,
     /// τ > 0 of each orbit, in units of cℓ.
     pub tau: Vec<f64>,
-    /// Whether [`verify`] has shown it; without, μ is what an iteration found, less its error estimate.
+    /// Whether a factorisation has shown it, as [`verify`] does; without, it is no proof: μ is what an iteration found, less its error
+    /// estimate.
     pub verified: bool,
 }
 
@@ -85,6 +91,12 @@ pub enum LowerError {
          projection, or a larger epsilon"
     )]
     Indefinite {
+        /// Elements of Ω.
+        elements: usize,
+    },
+    /// The weights found do not serve.
+    #[error("no weights were found that prove uniqueness on {elements} elements for any friction: take fewer elements")]
+    Weights {
         /// Elements of Ω.
         elements: usize,
     },
@@ -113,6 +125,14 @@ pub enum VerifyError {
         /// The value.
         value: f64,
     },
+    /// There is too much to factor.
+    #[error("too large to be checked here: there are {rows} rows to factor, at most {most} are")]
+    TooLarge {
+        /// Rows of the largest block.
+        rows: usize,
+        /// The most that are factored.
+        most: usize,
+    },
     /// μ is no friction.
     #[error("mu = {mu:e}: it must be finite and above 0")]
     Mu {
@@ -133,8 +153,12 @@ pub fn orbits(system: &System) -> Vec<usize> {
     Symmetries::of(system, |_, _| true).orbits(system)
 }
 
-/// Shows in one factorisation (one for each block of symmetry) that F(μ) is positive definite, rounding included.
-pub fn verify(system: &System, bound: &LowerBound) -> Result<(), VerifyError> {
+/// The most rows of a block that is factored: some 100 MB for each of a few matrices.
+pub const FACTORED_ROWS: usize = 3600;
+
+/// Shows in one factorisation (one for each block of symmetry) that F(μ) is positive definite, rounding included. Refuses blocks of more
+/// than `most` rows, which take a few times 8·rows² bytes each; [`FACTORED_ROWS`] is what a bracket is found with.
+pub fn verify(system: &System, bound: &LowerBound, most: usize) -> Result<(), VerifyError> {
     let symmetries = Symmetries::of(system, |_, _| true);
     let orbits = symmetries.orbits(system).iter().max().map_or(0, |last| last + 1);
     for (name, weights) in [("alpha", &bound.alpha), ("beta", &bound.beta), ("tau", &bound.tau)] {
@@ -148,6 +172,10 @@ pub fn verify(system: &System, bound: &LowerBound) -> Result<(), VerifyError> {
     }
     if !(bound.mu.is_finite() && bound.mu > 0.0) {
         return Err(VerifyError::Mu { mu: bound.mu });
+    }
+    let rows = symmetries.rows(system);
+    if rows > most {
+        return Err(VerifyError::TooLarge { rows, most });
     }
     let blocks = symmetries.blocks(system);
     if is_positive(&blocks, asymmetry_norm(system, symmetries), bound) { Ok(()) } else { Err(VerifyError::Indefinite { mu: bound.mu }) }
@@ -165,7 +193,7 @@ pub fn lower(system: &System, freedom: Freedom) -> Result<Lower, LowerError> {
     orbit.iter().for_each(|&o| sizes[o] += 1);
     let mut blocks = symmetries.blocks(system);
     let indefinite = LowerError::Indefinite { elements: system.elements() };
-    let start = uniform_start(&blocks, sizes.len(), system.largest_diagonal()).ok_or_else(|| indefinite.clone())?;
+    let start = uniform_start(&blocks, sizes.len(), system.largest_diagonal()).ok_or(indefinite)?;
     let weights = match freedom {
         Freedom::PerOrbit => Program { blocks: &blocks, sizes: &sizes }.maximise(start, TOLERANCE),
         Freedom::Global => {
@@ -183,9 +211,10 @@ pub fn lower(system: &System, freedom: Freedom) -> Result<Lower, LowerError> {
             found.map(|w| Weights::uniform(sizes.len(), w.mu(0), w.alpha[0] / w.beta[0], w.tau()[0]))
         }
     };
-    let weights = weights.ok_or_else(|| indefinite.clone())?;
+    let useless = LowerError::Weights { elements: system.elements() };
+    let weights = weights.ok_or_else(|| useless.clone())?;
     let mut bound = LowerBound { mu: 0.0, tau: weights.tau(), alpha: weights.alpha, beta: weights.beta, verified: true };
-    bound.mu = largest_mu(&blocks, asymmetry_norm(system, symmetries), &bound).ok_or(indefinite)?;
+    bound.mu = largest_mu(&blocks, asymmetry_norm(system, symmetries), &bound).ok_or(useless)?;
     Ok(Lower::Bound(bound))
 }
 
@@ -193,12 +222,12 @@ pub fn lower(system: &System, freedom: Freedom) -> Result<Lower, LowerError> {
 /// by the number of elements to the edges, with one factor for all α and one for all τ fitted by iteration with the FFT operator (`ratio`).
 ///
 /// Factorised where the blocks have at most `rows` rows (8·rows² bytes for each of a few matrices). Otherwise μ is the iteration's,
-/// less [`UNVERIFIED`] and ten times its residual, and not verified: the iteration can have missed a lower mode.
+/// less [`UNVERIFIED`] and ten times its residual, and not verified: the iteration can have missed a lower mode. Where the weights carried
+/// over prove nothing, the same ones everywhere are tried.
 pub fn lower_from(system: &System, coarse: &System, bound: &LowerBound, rows: usize) -> Result<Lower, LowerError> {
     if !system.is_coupled() {
         return Ok(Lower::Unbounded);
     }
-    let indefinite = LowerError::Indefinite { elements: system.elements() };
     let symmetries = Symmetries::of(system, |_, _| true);
     let orbit = symmetries.orbits(system);
     let per_element = |weights: &LowerBound| {
@@ -220,23 +249,46 @@ pub fn lower_from(system: &System, coarse: &System, bound: &LowerBound, rows: us
         mode.iter_mut().zip(&generic).for_each(|(x, generic)| *x += share * generic);
         smallest(system, &per_element(weights), &mut mode, tolerance, 2000).unwrap_or(Smallest { ratio: 0.0, residual: 1.0 })
     };
-    let (carried, _) = fit(carry(system, &orbit, coarse, bound), |weights| ratio(weights, SEARCH_TOLERANCE));
-    let found = ratio(&carried, ITERATION_TOLERANCE);
-    if found.ratio <= 0.0 {
-        return Err(indefinite);
+    let mut fitted = |weights| {
+        let (weights, _) = fit(weights, |weights| ratio(weights, SEARCH_TOLERANCE));
+        let found = ratio(&weights, ITERATION_TOLERANCE);
+        (weights, found)
+    };
+    let carried = carry(system, &orbit, coarse, bound);
+    let uniform = LowerBound { alpha: vec![1.0; carried.beta.len()], beta: vec![1.0; carried.beta.len()], ..mean_tau(&carried) };
+    let most = rows;
+    let rows = symmetries.rows(system);
+    let matrices = (rows <= most).then(|| (symmetries.blocks(system), asymmetry_norm(system, symmetries)));
+    // Weights that vary can make S indefinite; with α = β it is a multiple of the operator.
+    for (last, weights) in [(false, carried), (true, uniform)] {
+        let (weights, found) = fitted(weights);
+        if found.ratio <= 0.0 {
+            if last {
+                return Err(LowerError::Indefinite { elements: system.elements() });
+            }
+            continue;
+        }
+        let shown = match &matrices {
+            None => {
+                let mu = found.ratio * (1.0 - UNVERIFIED - 10.0 * found.residual);
+                (mu > 0.0).then_some(LowerBound { mu, verified: false, ..weights })
+            }
+            Some((blocks, asymmetry)) => (0..22)
+                .map(|doublings| found.ratio * (1.0 - 1e-7 * 2_f64.powi(doublings)))
+                .map(|mu| LowerBound { mu, verified: true, ..weights.clone() })
+                .find(|bound| is_positive(blocks, *asymmetry, bound)),
+        };
+        if let Some(bound) = shown {
+            return Ok(Lower::Bound(bound));
+        }
     }
-    let images = (1 + usize::from(symmetries.x)) * (1 + usize::from(symmetries.y));
-    if (3 * system.elements()).div_ceil(images) > rows {
-        let mu = found.ratio * (1.0 - UNVERIFIED - 10.0 * found.residual);
-        return if mu > 0.0 { Ok(Lower::Bound(LowerBound { mu, verified: false, ..carried })) } else { Err(indefinite) };
-    }
-    let (blocks, asymmetry) = (symmetries.blocks(system), asymmetry_norm(system, symmetries));
-    let trials = (0..22).map(|doublings| found.ratio * (1.0 - 1e-7 * 2_f64.powi(doublings)));
-    trials
-        .map(|mu| LowerBound { mu, verified: true, ..carried.clone() })
-        .find(|bound| is_positive(&blocks, asymmetry, bound))
-        .map(Lower::Bound)
-        .ok_or(indefinite)
+    Err(LowerError::Weights { elements: system.elements() })
+}
+
+/// The same with one τ for all, their mean.
+fn mean_tau(weights: &LowerBound) -> LowerBound {
+    let mean = weights.tau.iter().sum::<f64>() / weights.tau.len() as f64;
+    LowerBound { tau: vec![mean; weights.tau.len()], ..weights.clone() }
 }
 
 /// The factors of α and of τ with the largest ratio.
@@ -347,7 +399,7 @@ fn uniform_start(blocks: &[Block], orbits: usize, diagonal: f64) -> Option<Weigh
     // a step counts if it allows a μ larger by a tenth
     let climb = |place: [i32; 2], mut mu: f64| {
         let from = mu;
-        while mu < 1e12 && proves(place, 1.1 * mu) {
+        while mu < MOST_MU && proves(place, 1.1 * mu) {
             mu *= 1.1;
         }
         (mu > from).then_some(mu)
@@ -374,12 +426,19 @@ fn asymmetry_norm(system: &System, symmetries: Symmetries) -> f64 {
     if symmetries.swap { asymmetry(system) * system.largest_diagonal() } else { 0.0 }
 }
 
+/// No larger μ is looked for.
+const MOST_MU: f64 = 1e12;
+
 /// The largest μ, to 10⁻⁹, that the weights prove, by bisection of factorisations; `None` if they prove none. Weights and μ written
 /// with 15 digits prove it still.
 fn largest_mu(blocks: &[Block], asymmetry: f64, weights: &LowerBound) -> Option<f64> {
     let proves = |mu: f64| is_positive(blocks, asymmetry, &LowerBound { mu, ..weights.clone() });
     let mut low = (0..200).map(|halvings| 0.5_f64.powi(halvings - 20)).find(|&mu| proves(mu))?;
     let mut high = 2.0 * low;
+    // the weaker the coupling the larger: above where the search has begun nothing is known yet
+    while high < MOST_MU && proves(high) {
+        (low, high) = (high, 2.0 * high);
+    }
     while high - low > 1e-10 * low {
         let mu = 0.5 * (low + high);
         if proves(mu) { low = mu } else { high = mu }
@@ -389,23 +448,34 @@ fn largest_mu(blocks: &[Block], asymmetry: f64, weights: &LowerBound) -> Option<
 
 /// Whether F(μ) minus the rounding margin factorises in every block.
 fn is_positive(blocks: &[Block], asymmetry: f64, bound: &LowerBound) -> bool {
+    let largest = bound.beta.iter().copied().fold(0.0, f64::max);
+    let [alpha, beta] = [&bound.alpha, &bound.beta].map(|weights| weights.iter().map(|weight| weight / largest).collect::<Vec<f64>>());
     let product = |a: &f64, b: f64| bound.mu * a * b;
     let weights = Weights {
-        alpha: bound.alpha.clone(),
-        beta: bound.beta.clone(),
-        p: bound.beta.iter().zip(&bound.tau).map(|(beta, &tau)| product(beta, tau)).collect(),
-        q: bound.beta.iter().zip(&bound.tau).map(|(beta, &tau)| product(beta, tau.recip())).collect(),
+        p: beta.iter().zip(&bound.tau).map(|(beta, &tau)| product(beta, tau)).collect(),
+        q: beta.iter().zip(&bound.tau).map(|(beta, &tau)| product(beta, tau.recip())).collect(),
+        alpha,
+        beta,
     };
+    let pressures = root(weights.alpha.iter().copied().fold(0.0, f64::max));
     blocks.par_iter().all(|block| {
         let mut form = form(block, &weights);
-        let margin = margin(block, &weights, asymmetry, &form);
+        let scale: Vec<f64> = block.normal.iter().map(|&normal| if normal { pressures } else { 1.0 }).collect();
+        (0..block.len()).for_each(|j| (0..block.len()).for_each(|i| form[(i, j)] *= scale[i] * scale[j]));
+        let margin = margin(block, &weights, &scale, asymmetry, &form);
         (0..block.len()).for_each(|i| form[(i, i)] -= margin);
         cholesky(form).is_some()
     })
 }
 
-/// s of the module's text.
-fn margin(block: &Block, weights: &Weights, asymmetry: f64, form: &Mat<f64>) -> f64 {
+/// A power of two near 1/√α.
+fn root(alpha: f64) -> f64 {
+    let exponent = ((alpha.to_bits() >> 52) & 0x7ff) as i32 - 1023;
+    if alpha > 0.0 { 2_f64.powi(-exponent.div_euclid(2)) } else { 1.0 }
+}
+
+/// s of the module's text, for the scaled `form`.
+fn margin(block: &Block, weights: &Weights, scale: &[f64], asymmetry: f64, form: &Mat<f64>) -> f64 {
     let size = block.len();
     let gamma = 4.0 * (size as f64 + 32.0) * 0.5 * f64::EPSILON;
     let matrix = &block.matrix;
@@ -416,18 +486,21 @@ fn margin(block: &Block, weights: &Weights, asymmetry: f64, form: &Mat<f64>) -> 
         }
         y
     };
+    let product = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a * b).collect() };
     let of =
         |normal: &[f64], tangential: &[f64], i: usize| if block.normal[i] { normal[block.orbit[i]] } else { tangential[block.orbit[i]] };
     let none = vec![0.0; weights.p.len()];
     let linear: Vec<f64> = (0..size).map(|i| of(&weights.alpha, &weights.beta, i)).collect();
     let square: Vec<f64> = (0..size).map(|i| of(&none, &weights.q, i)).collect();
-    let sums = times(&vec![1.0; size]);
-    let weighted = times(&linear);
-    let twice = times(&square.iter().zip(&sums).map(|(q, sum)| q * sum).collect::<Vec<_>>());
-    let rows = (0..size).map(|i| linear[i] * sums[i] + weighted[i] + of(&weights.p, &none, i) + twice[i]);
-    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
+    let sums = times(scale);
+    let weighted = times(&product(&linear, scale));
+    let twice = times(&product(&square, &sums));
+    let rows = (0..size).map(|i| scale[i] * (linear[i] * sums[i] + weighted[i] + of(&weights.p, &none, i) * scale[i] + twice[i]));
+    let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
+    let rows: Vec<f64> = rows.collect();
     let trace = (0..size).map(|i| form[(i, i)].abs()).sum::<f64>();
-    let norm = largest(&mut sums.iter().copied());
-    let swapped = (largest(&mut linear.iter().copied()) + 2.0 * norm * largest(&mut square.iter().copied())) * asymmetry;
-    gamma * largest(&mut rows.into_iter()) + 2.0 * gamma * trace + swapped
+    let norm = largest(&times(&vec![1.0; size]));
+    let top = largest(scale);
+    let moved = top * (largest(&product(&linear, scale)) + 2.0 * top * norm * largest(&square)) * (asymmetry + block.rounding);
+    gamma * largest(&rows) + 2.0 * gamma * trace + moved
 }

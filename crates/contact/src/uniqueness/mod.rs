@@ -157,7 +157,7 @@ pub enum Bracket {
     Unbounded,
     /// Between the two.
     Bounded {
-        /// Below: US(A) holds its μ.
+        /// Below: US(A) holds its μ, if it is [verified](LowerBound::verified).
         lower: LowerBound,
         /// Above: US(A) does not hold its μ.
         upper: Witness,
@@ -190,11 +190,9 @@ pub enum BracketError {
 /// The most elements of which every orbit gets weights of its own; beyond, they are carried over from a coarser mesh.
 const DENSE_ELEMENTS: usize = 256;
 
-/// The most rows of a block that is factored: some 100 MB for each of a few matrices.
-const FACTORED_ROWS: usize = 3600;
-
 /// Brackets μ*: a certificate with weights below, and a witness above. Either side is checked on its own, by [`lower::verify`] and
-/// [`Witness::verify`].
+/// [`Witness::verify`]; a certificate with more than [`lower::FACTORED_ROWS`] rows to factor is not, and proves nothing
+/// ([`LowerBound::verified`]).
 pub fn bracket(question: &Question, effort: &Effort) -> Result<Bracket, BracketError> {
     let system = System::new(question)?;
     match (lower_side(question, &system)?, upper::upper(question, &effort.search)?) {
@@ -214,7 +212,7 @@ fn lower_side(question: &Question, system: &System) -> Result<lower::Lower, Brac
     let coarse = System::new(&Question { mesh: Mesh::Exact(elements.map(|n| n as u32)), ..question.clone() })?;
     match lower::lower(&coarse, lower::Freedom::PerOrbit)? {
         lower::Lower::Unbounded => Ok(lower::Lower::Unbounded),
-        lower::Lower::Bound(bound) => Ok(lower::lower_from(system, &coarse, &bound, FACTORED_ROWS)?),
+        lower::Lower::Bound(bound) => Ok(lower::lower_from(system, &coarse, &bound, lower::FACTORED_ROWS)?),
     }
 }
 

@@ -104,6 +104,11 @@ impl Symmetries {
         let characters = self.characters();
         characters.into_iter().map(|(group, signs)| Block::new(system, group, signs, &orbit)).filter(|b| !b.is_empty()).collect()
     }
+
+    /// Rows of the largest block, without making it.
+    pub(super) fn rows(self, system: &System) -> usize {
+        self.characters().into_iter().map(|(group, signs)| basis(system, group, signs).len()).max().unwrap_or(0)
+    }
 }
 
 impl Motion {
@@ -160,66 +165,85 @@ pub(super) struct Block {
     pub(super) orbit: Vec<usize>,
     /// Whether it is of pressures, not of tangential tractions.
     pub(super) normal: Vec<bool>,
+    /// How far the matrix is at most from the exact one of the table's coefficients, in the ∞-norm: an entry is a sum of up to eight
+    /// of them of both signs, times the rounded root of a power of two, so it may be smaller than what its rounding goes by.
+    pub(super) rounding: f64,
+}
+
+/// Images (element of the grid, component, sign) of each basis vector, the first with sign 1.
+fn basis(system: &System, group: Symmetries, signs: [f64; 3]) -> Vec<Vec<(usize, usize, f64)>> {
+    let grid = system.grid();
+    let number = numbers(system);
+    let mut seen = vec![[false; 3]; system.elements()];
+    let mut basis = Vec::new();
+    for c in 0..3 {
+        for (at, e) in grid.active().enumerate() {
+            if seen[at][c] {
+                continue;
+            }
+            let mut images: Vec<(usize, usize, f64)> = Vec::with_capacity(8);
+            for motion in group.motions() {
+                let element = motion.element(grid.position(e), grid.nx(), grid.ny());
+                let (component, sign) = motion.component(c);
+                let sign = sign * motion.character(signs);
+                if let Some(number) = number[element] {
+                    seen[number][component] = true;
+                }
+                match images.iter_mut().find(|image| (image.0, image.1) == (element, component)) {
+                    Some(image) => image.2 += sign,
+                    None => images.push((element, component, sign)),
+                }
+            }
+            // A field that a reflection maps onto itself with the other sign vanishes.
+            if images[0].2 != 0.0 {
+                let times = images[0].2;
+                basis.push(images.into_iter().map(|(e, c, sign)| (e, c, sign / times)).collect());
+            }
+        }
+    }
+    basis
 }
 
 impl Block {
     fn new(system: &System, group: Symmetries, signs: [f64; 3], orbit: &[usize]) -> Self {
         let grid = system.grid();
         let number = numbers(system);
-        let mut seen = vec![[false; 3]; system.elements()];
-        // images (element of the grid, component, sign), the first with sign 1
-        let mut basis: Vec<Vec<(usize, usize, f64)>> = Vec::new();
-        for c in 0..3 {
-            for (at, e) in grid.active().enumerate() {
-                if seen[at][c] {
-                    continue;
-                }
-                let mut images: Vec<(usize, usize, f64)> = Vec::with_capacity(8);
-                for motion in group.motions() {
-                    let element = motion.element(grid.position(e), grid.nx(), grid.ny());
-                    let (component, sign) = motion.component(c);
-                    let sign = sign * motion.character(signs);
-                    if let Some(number) = number[element] {
-                        seen[number][component] = true;
-                    }
-                    match images.iter_mut().find(|image| (image.0, image.1) == (element, component)) {
-                        Some(image) => image.2 += sign,
-                        None => images.push((element, component, sign)),
-                    }
-                }
-                // A field that a reflection maps onto itself with the other sign vanishes.
-                if images[0].2 != 0.0 {
-                    let times = images[0].2;
-                    basis.push(images.into_iter().map(|(e, c, sign)| (e, c, sign / times)).collect());
-                }
-            }
-        }
+        let basis = basis(system, group, signs);
         let table = system.table();
         let entry = |row: usize, column: usize| {
             let (e, c, _) = basis[row][0];
             let (ei, ej) = grid.position(e);
-            let mut sum = 0.0;
+            let (mut sum, mut sizes) = (0.0, 0.0);
             for &(f, d, sign) in &basis[column] {
                 let (fi, fj) = grid.position(f);
                 let block = table.coefficient(ei as i64 - fi as i64, ej as i64 - fj as i64).block();
                 let regular = if (e, c) == (f, d) { system.epsilon() } else { 0.0 };
                 sum += sign * (block[c][d] + regular);
+                sizes += block[c][d].abs() + regular;
             }
-            sum * (basis[row].len() as f64 / basis[column].len() as f64).sqrt()
+            let root = (basis[row].len() as f64 / basis[column].len() as f64).sqrt();
+            (sum * root, sizes * root)
         };
         let size = basis.len();
         let mut matrix = Mat::zeros(size, size);
+        let mut sums = vec![0.0; size];
         for column in 0..size {
             for row in column..size {
-                let value = entry(row, column);
+                let (value, sizes) = entry(row, column);
                 matrix[(row, column)] = value;
                 matrix[(column, row)] = value;
+                sums[row] += sizes;
+                if row != column {
+                    sums[column] += sizes;
+                }
             }
         }
+        // a sum of two for each of up to eight images, a root and a product: at most eleven roundings
+        let rounding = 16.0 * 0.5 * f64::EPSILON * sums.into_iter().fold(0.0, f64::max);
         let first = |images: &Vec<(usize, usize, f64)>| (number[images[0].0], images[0].1);
         let orbit = basis.iter().filter_map(|images| first(images).0.map(|at| orbit[at])).collect();
         let normal = basis.iter().map(|images| first(images).1 == 0).collect();
-        Self { matrix, orbit, normal }
+        Self { matrix, orbit, normal, rounding }
     }
 
     /// Number of unknowns.

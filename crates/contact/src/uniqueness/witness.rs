@@ -99,6 +99,14 @@ pub enum WitnessError {
         /// Its value.
         value: f64,
     },
+    /// E is too large for the residual to show anything.
+    #[error("the stiffness times the operator's largest diagonal entry is {product:e}: must be at most {most:e}, or rounding hides all")]
+    Stiff {
+        /// E times the largest diagonal entry of A.
+        product: f64,
+        /// The most that it may be.
+        most: f64,
+    },
     /// A normal condition fails.
     #[error("element {element} has x₁y₁ = {product:e}: must not be positive")]
     Normal {
@@ -133,10 +141,15 @@ fn at(field: &[f64], element: usize) -> [f64; 3] {
     [0, 1, 2].map(|c| field[c * k + element])
 }
 
-/// x_t·y_t/(|x₁||y_t|) where x_t·y_t > 0, else 0.
+/// x_t·y_t/(|x₁||y_t|) where x_t·y_t > 0, else 0. No product of it underflows, whatever the sizes.
 fn needed(x: [f64; 3], y: [f64; 3]) -> f64 {
-    let work = x[1] * y[1] + x[2] * y[2];
-    if work > 0.0 { work / (x[0].abs() * y[1].hypot(y[2])) } else { 0.0 }
+    let [large_x, large_y] = [x, y].map(|v| v[1].abs().max(v[2].abs()));
+    if large_x == 0.0 || large_y == 0.0 {
+        return 0.0;
+    }
+    let (x_t, y_t) = ([x[1] / large_x, x[2] / large_x], [y[1] / large_y, y[2] / large_y]);
+    let work = x_t[0] * y_t[0] + x_t[1] * y_t[1];
+    if work <= 0.0 { 0.0 } else { work / y_t[0].hypot(y_t[1]) * (large_x / x[0].abs()) }
 }
 
 /// F(x), or the first condition that fails whatever μ.
@@ -145,7 +158,9 @@ pub(super) fn least_mu(x: &[f64], y: &[f64]) -> Result<f64, WitnessError> {
     for element in 0..x.len() / 3 {
         let (x, y) = (at(x, element), at(y, element));
         let product = x[0] * y[0];
-        if product > 0.0 || product.is_nan() {
+        // by the signs: a product of small numbers is 0
+        let is_positive = (x[0] > 0.0 && y[0] > 0.0) || (x[0] < 0.0 && y[0] < 0.0);
+        if is_positive || product.is_nan() {
             return Err(WitnessError::Normal { element, product });
         }
         let needed = needed(x, y);
@@ -161,6 +176,9 @@ impl Witness {
     /// Largest number of elements for which [`verify`](Self::verify) computes all singular values.
     pub const DENSE: usize = 100;
 
+    /// The most that E times the largest diagonal entry of A may be.
+    const MOST_STIFF: f64 = 1e6;
+
     /// Largest residual over the operator's norm that is rounding.
     const ROUNDING: f64 = 1e-11;
 
@@ -171,13 +189,14 @@ impl Witness {
     pub fn operator(&self, system: &System) -> Vec<Local> {
         let mut y = vec![0.0; self.x.len()];
         system.apply(&mut y, &self.x, &mut system.scratch());
-        self.operator_at(&y)
+        self.operator_at(&self.x, &y)
     }
 
-    fn operator_at(&self, y: &[f64]) -> Vec<Local> {
-        (0..self.x.len() / 3)
+    /// The same from x, of any length, and Ax.
+    fn operator_at(&self, x: &[f64], y: &[f64]) -> Vec<Local> {
+        (0..x.len() / 3)
             .map(|element| {
-                let mut local = Local::of(at(&self.x, element), at(y, element), self.stiffness);
+                let mut local = Local::of(at(x, element), at(y, element), self.stiffness);
                 let size = local.ab[0].hypot(local.ab[1]);
                 if size > self.mu {
                     // the next number down: its rounded length must not be above μ either
@@ -200,19 +219,26 @@ impl Witness {
                 return Err(WitnessError::Number { name, value });
             }
         }
+        let (product, most) = (self.stiffness * system.largest_diagonal(), Self::MOST_STIFF);
+        if product > most {
+            return Err(WitnessError::Stiff { product, most });
+        }
+        // no length of x makes its squares vanish or overflow
+        let largest = self.x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let field: Vec<f64> = self.x.iter().map(|x| x / largest).collect();
         let mut y = vec![0.0; 3 * k];
-        system.apply(&mut y, &self.x, &mut system.scratch());
-        let least_mu = least_mu(&self.x, &y)?;
+        system.apply(&mut y, &field, &mut system.scratch());
+        let least_mu = least_mu(&field, &y)?;
         for element in 0..k {
-            let needed = needed(at(&self.x, element), at(&y, element));
+            let needed = needed(at(&field, element), at(&y, element));
             if needed > self.mu {
                 return Err(WitnessError::Tangential { element, needed, mu: self.mu });
             }
         }
-        let operator = self.operator_at(&y);
+        let operator = self.operator_at(&field, &y);
         let (mut defect, mut size, mut moved) = (0.0, 0.0, 0.0);
         for (element, local) in operator.iter().enumerate() {
-            let (x, y) = (at(&self.x, element), at(&y, element));
+            let (x, y) = (at(&field, element), at(&y, element));
             let mapped = local.apply([0, 1, 2].map(|c| x[c] - self.stiffness * y[c]));
             for c in 0..3 {
                 defect += (mapped[c] - x[c]).powi(2);
@@ -227,7 +253,8 @@ impl Witness {
         let smallest = dense.map(|(smallest, _)| smallest);
         let shown = Shown { least_mu, operator_mu, residual, singular_value: smallest, norm };
         // The smallest singular value is at most the residual: a larger one is a failure of one of the two computations.
-        let vanishes = residual.max(smallest.unwrap_or(0.0)) <= Self::ROUNDING * norm;
+        let is_finite = [least_mu, operator_mu, residual, norm, smallest.unwrap_or(0.0)].iter().all(|figure| figure.is_finite());
+        let vanishes = is_finite && residual.max(smallest.unwrap_or(0.0)) <= Self::ROUNDING * norm;
         if vanishes { Ok(shown) } else { Err(WitnessError::Residual { residual, norm }) }
     }
 }
