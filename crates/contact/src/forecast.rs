@@ -8,7 +8,7 @@ use crate::numerics::{Method, Numerics};
 use crate::problem::{Layout, relative_bodies};
 use crate::punch::{Surfaces, domain};
 use crate::scene::{Scene, SceneError, Shape, refuse};
-use crate::uniqueness::{Effort, Question};
+use crate::uniqueness::{Effort, Question, lower};
 
 /// What a solve will take.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +21,8 @@ pub struct Forecast {
     pub seconds: f64,
     /// Memory for operator and fields \[bytes\].
     pub memory: u64,
-    /// Equal for scenes that share an operator; apart from accidents of hashing, different for others.
+    /// A hint: scenes with the same number mostly share an operator, and those with different ones mostly do not. What is left out of the
+    /// solve, mirror planes for one, makes operators differ that have the same number here.
     pub operator: u64,
 }
 
@@ -67,6 +68,7 @@ pub fn forecast(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces) -> Resu
 
 /// Forecasts a search for every solution of a scene; refuses what cannot be searched.
 pub fn forecast_search(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, search: &Search) -> Result<Forecast, SceneError> {
+    search.validate()?;
     let whole = Numerics { simulate: Effect::OPTIONAL.to_vec(), ..numerics.clone() };
     let Forecast { elements, unknowns, seconds, memory, operator } = forecast(scene, &whole, surfaces)?;
     let k = elements[0] * elements[1];
@@ -77,32 +79,72 @@ pub fn forecast_search(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, 
     // a dense matrix of 3k rows is factored for most starts
     let rows = 3.0 * k as f64;
     let each = 1e-9 * rows.powi(3) + 3e-6 * rows;
-    let searched = 4.0 * f64::from(search.starts + 20) * each;
+    let searched = 4.0 * (f64::from(search.starts) + 20.0) * each;
     Ok(Forecast { elements, unknowns, seconds: seconds + searched, memory: memory + (4.0 * 8.0 * rows * rows) as u64, operator })
 }
 
-/// Forecasts the bracketing of μ*.
+/// Forecasts the bracketing of μ*; refuses what [`crate::uniqueness::bracket`] does before it begins.
 pub fn forecast_bracket(question: &Question, effort: &Effort) -> Result<Forecast, SceneError> {
+    effort.search.validate()?;
     let (scene, numerics) = question.flat_punch();
-    let Forecast { elements: [nx, ny], .. } = forecast(&scene, &numerics, &Surfaces::new())?;
+    let Forecast { elements: [nx, ny], memory, .. } = forecast(&scene, &numerics, &Surfaces::new())?;
     let k = (nx * ny) as f64;
     let rows = 3.0 * k;
     // measured on half-spaces with 2² to 48² elements: Newton's method from a random start, or from stripes where elements are few
     let newton = 0.006 * k + 4e-7 * rows.powi(3);
     let random = if k <= 100.0 { f64::from(effort.search.starts) * (36.0 / k).min(1.0) } else { 0.0 };
-    // a dozen stripes, which where elements are many are tried on a part of Ω
-    let stripes = if k <= 16.0 { 12.0 * newton } else { 12.0 * 0.035 * k.min(64.0) };
+    // a dozen stripes, half as many again where x and y are not alike, which where elements are many are tried on a part of Ω
+    let waves = if nx == ny { 12.0 } else { 18.0 };
+    let stripes = waves * if k <= 16.0 { newton } else { 0.035 * k.min(64.0) };
     let kept = if k > 100.0 { 0.02 * k * f64::from(effort.search.kept.max(1)) } else { 0.0 };
     let seconds = 0.02 + random * newton + stripes + kept;
-    Ok(Forecast { elements: [nx, ny], unknowns: 3 * nx * ny, seconds, memory: (8.0 * 8.0 * rows.min(3600.0).powi(2)) as u64, operator: 0 })
+    // the four blocks of the two mirror planes, a form and its factor for each of two threads; none where they are too large to factor
+    let block = 0.75 * k;
+    let factored = if block <= lower::FACTORED_ROWS as f64 { 8.0 * 8.0 * block * block } else { 0.0 };
+    Ok(Forecast { elements: [nx, ny], unknowns: 3 * nx * ny, seconds, memory: memory + factored as u64, operator: 0 })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::Mesh;
+    use crate::numerics::{Mesh, Projection};
     use crate::problem::Problem;
     use crate::scene::{Foundation, Material, tests::sphere_on_half_space};
+    use crate::uniqueness::{Sole, upper};
+
+    #[test]
+    fn too_many_starts_are_refused_with_their_key() {
+        let numerics: Numerics = serde_json::from_str(r#"{"mesh": 8}"#).unwrap();
+        let question: Question = serde_json::from_str(
+            r#"{"foundation": {"base": {"shear_modulus": 1.0, "poisson": 0.3}}, "sole": {"shape": "disk", "radius": 1.0}, "mesh": 4}"#,
+        )
+        .unwrap();
+        for (starts, refused) in [(10_000, false), (10_001, true), (u32::MAX, true)] {
+            let search = Search { starts, seed: 0 };
+            let all = forecast_search(&sphere_on_half_space(), &numerics, &Surfaces::new(), &search);
+            let effort = Effort { search: upper::Search { starts, ..Default::default() } };
+            for key in [all, forecast_bracket(&question, &effort)].map(|forecast| forecast.map_err(|error| error.key)) {
+                assert_eq!(key.err().as_deref(), refused.then_some("search.starts"), "{starts}");
+            }
+        }
+    }
+
+    /// What is too large to factor takes no memory for it.
+    #[test]
+    fn large_brackets_need_no_matrices() {
+        let of = |n: u32| {
+            let question = Question {
+                foundation: Foundation::half_space(Material { shear_modulus: 1.0, poisson: 0.3 }),
+                punch: None,
+                sole: Sole::Rectangle { width_x: 1.0, width_y: 1.0 },
+                mesh: Mesh::Exact([n, n]),
+                projection: Projection::Average,
+                epsilon: 0.0,
+            };
+            forecast_bracket(&question, &Effort::default()).unwrap().memory
+        };
+        assert!(of(64) > 600_000_000 && of(64) < 900_000_000 && of(128) < of(64), "{} {}", of(64), of(128));
+    }
 
     #[test]
     fn equal_operators_have_equal_hashes_and_others_not() {

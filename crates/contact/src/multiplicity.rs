@@ -33,7 +33,7 @@ use crate::operators::Operators;
 use crate::outcome::{Certificate, Fields, Motion, Observables, Status, StepOutcome, WorkDone};
 use crate::problem::Problem;
 use crate::punch::Surfaces;
-use crate::scene::{Scene, SceneError};
+use crate::scene::{Scene, SceneError, refuse};
 use crate::solve::in_units;
 use crate::solver::Start;
 
@@ -47,7 +47,8 @@ use seeker::Seeker;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Search {
-    /// Random starts, beside those that are always tried; up to four times as many while the solutions' indices do not add up.
+    /// Random starts, beside those that are always tried, at most [`MOST_STARTS`](Self::MOST_STARTS); up to four times as many while the
+    /// solutions' indices do not add up.
     #[serde(default = "Search::default_starts")]
     pub starts: u32,
     /// Seed of the random starts; the same seed, the same starts, and more starts keep the first ones.
@@ -56,6 +57,17 @@ pub struct Search {
 }
 
 impl Search {
+    /// The most random starts.
+    pub const MOST_STARTS: u32 = 10_000;
+
+    /// Refuses more than these.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        if self.starts <= Self::MOST_STARTS {
+            return Ok(());
+        }
+        Err(refuse("search.starts", self.starts, &format!("must be at most {}", Self::MOST_STARTS)))
+    }
+
     /// The default number of random starts, 60.
     pub fn default_starts() -> u32 {
         60
@@ -179,6 +191,7 @@ pub fn search(
     operators: &mut Operators,
     search: &Search,
 ) -> Result<Multiplicity, SceneError> {
+    search.validate()?;
     let problem = Problem::new(scene, numerics, surfaces)?;
     let mut seeker = Seeker::new(problem, numerics, operators)?;
     match seeker.follow(scene) {

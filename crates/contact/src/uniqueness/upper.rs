@@ -22,18 +22,32 @@ use super::{Question, Sole, System};
 use crate::influence::Entry;
 use crate::numerics::Mesh;
 use crate::random::SplitMix64;
-use crate::scene::SceneError;
+use crate::scene::{SceneError, refuse};
 
 /// How long to search for a witness.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Search {
-    /// Random starts on meshes of up to 36 elements; on finer ones fewer in inverse proportion to the elements, and none on more than 100.
+    /// Random starts on meshes of up to 36 elements, at most [`MOST_STARTS`](Self::MOST_STARTS); on finer ones fewer in inverse proportion
+    /// to the elements, and none on more than 100.
     pub starts: u32,
     /// How many of the stripes that serve best on 8 × 8 elements a mesh of more than 100 starts from, at least one.
     pub kept: u32,
     /// Seed of all random numbers.
     pub seed: u64,
+}
+
+impl Search {
+    /// The most random starts.
+    pub const MOST_STARTS: u32 = 10_000;
+
+    /// Refuses more than these.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        if self.starts <= Self::MOST_STARTS {
+            return Ok(());
+        }
+        Err(refuse("search.starts", self.starts, &format!("must be at most {}", Self::MOST_STARTS)))
+    }
 }
 
 impl Default for Search {
@@ -126,22 +140,25 @@ const STRIPES: [[f64; 3]; 12] = [
     [0.33, 0.0, 0.375],
 ];
 
-/// Stripes with displacements along them, and where squares of elements do not make x and y alike the same with the two exchanged.
-fn stripes(system: &System) -> Vec<Pattern> {
+/// The waves to try, and where squares of elements do not make x and y alike the same with the two exchanged.
+fn waves(system: &System) -> Vec<[f64; 3]> {
     let grid = system.grid();
     let alike = grid.nx() == grid.ny() && grid.hx() == grid.hy();
     let exchanged = STRIPES.into_iter().filter(|[x, y, _]| !alike && x != y).map(|[x, y, phase]| [y, x, phase]);
-    let pattern = |[along_x, along_y, phase]: [f64; 3]| {
-        let wave = |e: usize| {
-            let (i, j) = grid.position(e);
-            (std::f64::consts::TAU * (along_x * i as f64 + along_y * j as f64 + phase)).cos()
-        };
-        let across = [along_y / grid.hy(), -along_x / grid.hx()];
-        let length = across[0].hypot(across[1]);
-        let signs = grid.active().map(|e| if wave(e) < 0.0 { -1.0 } else { 1.0 }).collect();
-        Pattern { signs, direction: across.map(|c| c / length) }
+    STRIPES.into_iter().chain(exchanged).collect()
+}
+
+/// The stripes of a wave, with displacements along them.
+fn stripes(system: &System, [along_x, along_y, phase]: [f64; 3]) -> Pattern {
+    let grid = system.grid();
+    let wave = |e: usize| {
+        let (i, j) = grid.position(e);
+        (std::f64::consts::TAU * (along_x * i as f64 + along_y * j as f64 + phase)).cos()
     };
-    STRIPES.into_iter().chain(exchanged).map(pattern).collect()
+    let across = [along_y / grid.hy(), -along_x / grid.hx()];
+    let length = across[0].hypot(across[1]);
+    let signs = grid.active().map(|e| if wave(e) < 0.0 { -1.0 } else { 1.0 }).collect();
+    Pattern { signs, direction: across.map(|c| c / length) }
 }
 
 /// A field and the μ that it needs.
@@ -217,20 +234,20 @@ fn part(question: &Question, system: &System) -> Result<System, SceneError> {
 
 /// The stripes to start from.
 fn chosen(question: &Question, system: &System, search: &Search) -> Result<Vec<Pattern>, SceneError> {
-    let patterns = stripes(system);
+    let waves = waves(system);
     if system.elements() <= FEW {
-        return Ok(patterns);
+        return Ok(waves.into_iter().map(|wave| stripes(system, wave)).collect());
     }
     let part = part(question, system)?;
-    let tried: Vec<f64> =
-        stripes(&part).par_iter().map(|pattern| from_pattern(&part, pattern).map_or(f64::INFINITY, |found| found.mu)).collect();
-    let mut ranked: Vec<(f64, Pattern)> = tried.into_iter().zip(patterns).collect();
+    let needed = |wave: [f64; 3]| from_pattern(&part, &stripes(&part, wave)).map_or(f64::INFINITY, |found| found.mu);
+    let mut ranked: Vec<(f64, [f64; 3])> = waves.into_par_iter().map(|wave| (needed(wave), wave)).collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(ranked.into_iter().take(search.kept.max(1) as usize).map(|(_, pattern)| pattern).collect())
+    Ok(ranked.into_iter().take(search.kept.max(1) as usize).map(|(_, wave)| stripes(system, wave)).collect())
 }
 
 /// Searches for a witness. The result is a valid witness but need not be the best one that there is.
 pub fn upper(question: &Question, search: &Search) -> Result<Upper, UpperError> {
+    search.validate()?;
     let system = System::new(question)?;
     if !system.is_coupled() {
         return Ok(Upper::Unbounded);
@@ -255,3 +272,22 @@ pub fn upper(question: &Question, search: &Search) -> Result<Upper, UpperError> 
 
 /// E of a witness's operator, over the largest diagonal entry of A: large enough for √(a² + b²) to come near μ.
 const STIFFNESS: f64 = 100.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Foundation, Material};
+
+    #[test]
+    fn both_directions_are_tried_unless_they_are_alike() {
+        let of = |mesh: [u32; 2]| {
+            let sole = Sole::Rectangle { width_x: f64::from(mesh[0]), width_y: f64::from(mesh[1]) };
+            let foundation = Foundation::half_space(Material { shear_modulus: 1.0, poisson: 0.3 });
+            let mesh = Mesh::Exact(mesh);
+            let question = Question { foundation, punch: None, sole, mesh, projection: Default::default(), epsilon: 0.0 };
+            let system = System::new(&question).unwrap();
+            waves(&system).len()
+        };
+        assert_eq!((of([9, 9]), of([13, 8]), of([8, 13])), (12, 18, 18));
+    }
+}
