@@ -340,6 +340,13 @@ fn failure(
             let (Control::Force(asked) | Control::Motion(asked)) = asked[which];
             return format!("no pressure under the sole has {} = {asked:.6e} N m: its line of action passes the sole by", name(which));
         }
+        Stop::OneRow { which } => {
+            let (Control::Force(asked) | Control::Motion(asked)) = asked[which];
+            let [tilt, moment] = Step::NAMES[which];
+            return format!(
+                "{moment} = {asked:.6e} N m governs {tilt}, which moves nothing in the middle of a single row of elements: prescribe {tilt}, or take at least two rows"
+            );
+        }
     };
     // what the contact does not carry, most of all, where everything else is right
     let solved = [certificate.residual, certificate.tension, certificate.cone_violation].iter().all(|figure| *figure <= tolerance);

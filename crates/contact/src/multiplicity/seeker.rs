@@ -278,7 +278,7 @@ impl<'a> Seeker<'a> {
         let is_near = match iterate.stop {
             Stop::Converged => true,
             Stop::OutOfIterations { residual } | Stop::Stalled { residual } => residual <= HANDED_OVER,
-            Stop::Diverged | Stop::Slides { .. } | Stop::Unbalanced { .. } => false,
+            Stop::Diverged | Stop::Slides { .. } | Stop::Unbalanced { .. } | Stop::OneRow { .. } => false,
         };
         let is_finite = iterate.p.iter().chain(&iterate.motion).all(|x| x.is_finite());
         if !(is_near && is_finite) {

@@ -103,20 +103,37 @@ pub(super) fn value(control: Control) -> f64 {
 }
 
 /// Forces that no contact can have, whatever its pressure: more than friction carries (|Q| ≥ μP, gross sliding), or a line of
-/// action that passes the sole by.
+/// action that passes the sole by; and moments that determine no tilt, about a single row of elements.
 pub(super) fn impossible(problem: &Problem, controls: &[Control; 6]) -> Option<Stop> {
     let force = |which: usize| if let Control::Force(force) = controls[which] { force } else { 0.0 };
     if let Some(which) = [1, 2, 5].into_iter().find(|which| problem.mu == 0.0 && force(*which) != 0.0) {
         return Some(Stop::Slides { which });
     }
-    let Control::Force(normal) = controls[0] else { return None };
+    let centers = || problem.grid.active().map(|e| problem.grid.center(e));
+    // where the centres lie along x or y, if all at the same place
+    let row = |axis: usize| {
+        let first = centers().next()?[axis];
+        centers().all(|center| center[axis] == first).then_some(first)
+    };
+    let governed = |which: usize| matches!(controls[which], Control::Force(_));
+    let one_row = [(4, 0), (3, 1)].into_iter().find(|&(which, axis)| governed(which) && row(axis).is_some());
+    let one_row = one_row.map(|(which, _)| Stop::OneRow { which });
+    let Control::Force(normal) = controls[0] else { return one_row };
     if let Some(which) = beyond_friction(problem.mu * normal, [force(1), force(2)]) {
         return Some(Stop::Slides { which });
     }
-    let centers = || problem.grid.active().map(|e| problem.grid.center(e));
     // Σ x p₁ and Σ y p₁ over Σ p₁ lie in the convex hull of the elements' centres
     let arm = |which: usize, sign: f64| if let Control::Force(moment) = controls[which] { Some(sign * moment / normal) } else { None };
     let (x, y) = (arm(4, -1.0), arm(3, 1.0));
+    let beside = |at: Option<f64>, axis: usize| {
+        at.zip(row(axis)).is_some_and(|(at, row)| (at - row).abs() > 1e-9 * [problem.grid.hx(), problem.grid.hy()][axis])
+    };
+    if let Some(stop) = one_row
+        && !beside(x, 0)
+        && !beside(y, 1)
+    {
+        return Some(stop);
+    }
     let reaches =
         |direction: [f64; 2], arm: f64| centers().map(|[x, y]| x * direction[0] + y * direction[1]).fold(f64::MIN, f64::max) > arm;
     let directions: Vec<[f64; 2]> = match (x, y) {

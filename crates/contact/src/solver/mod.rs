@@ -99,12 +99,17 @@ pub enum Stop {
         /// Which resultant.
         which: usize,
     },
+    /// A moment governs a tilt about a single row of elements, which moves none of them.
+    OneRow {
+        /// Which resultant.
+        which: usize,
+    },
 }
 
 impl Stop {
     /// Whether the solver takes its iterate for a solution, or for something the certificate may still accept.
     pub fn is_solution(&self) -> bool {
-        !matches!(self, Stop::Slides { .. } | Stop::Unbalanced { .. })
+        !matches!(self, Stop::Slides { .. } | Stop::Unbalanced { .. } | Stop::OneRow { .. })
     }
 }
 

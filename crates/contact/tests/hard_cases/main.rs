@@ -308,6 +308,18 @@ fn shapes() -> Vec<Case> {
             s.punch.shape = rectangle(1.0, 2.0);
             s.loading.steps = vec![Step { moment_x: Some(1e-5), moment_y: Some(1e-5), ..loaded(0.01) }];
         }));
+        if mesh.contains(&1) && mesh != [1, 1] {
+            all.push(case(
+                format!("{mesh:?} elements that a moment is to tilt"),
+                Failed("a single row of elements: prescribe tilt_"),
+                |s, n| {
+                    n.mesh = Mesh::Exact(mesh);
+                    s.punch.shape = rectangle(1.0, 2.0);
+                    let [moment_x, moment_y] = if mesh[0] == 1 { [None, Some(0.0)] } else { [Some(0.0), None] };
+                    s.loading.steps = vec![Step { moment_x, moment_y, ..loaded(0.01) }];
+                },
+            ));
+        }
     }
     for ratio in [1e-3, 1e3, 1e6] {
         all.push(case(format!("elements 1 : {ratio:e} of a flat punch"), Certified, |s, n| {
