@@ -112,7 +112,7 @@ fn the_length_of_x_has_no_influence() {
     }
     // small beside the others alone
     let mut uneven = found.clone();
-    uneven.x[0] = -1e-200 * uneven.x[0];
+    uneven.x[0] *= -1e-200;
     assert!(uneven.verify(&system).is_err());
 }
 
