@@ -112,13 +112,17 @@ impl Job {
         if job.canonical() == text { Ok(job) } else { Err(JobError::NotCanonical) }
     }
 
-    /// The job as the `scene` and `numerics` of a study file, in SI units; read back, it is the same job.
+    /// The job as a study file asks for it, in SI units. Read back, it is the study's only point, and the same job; a study of cost
+    /// needs beside it `[sweep]` with at least three meshes, and the job is one of its points if its own mesh is among them.
     pub fn to_toml(&self) -> String {
         let settings = settings(self);
         let mut text = match self.kind() {
             Kind::Solve => String::new(),
             kind => format!("kind = \"{}\"\n", kind.name()),
         };
+        if let Job::Cost { repeat, threads, .. } = self {
+            text += &format!("cost.repeat = {repeat}\ncost.threads = {threads}\n");
+        }
         let goes_without_saying =
             |key: Key, setting: &Setting| matches!(key, Key::Increments(_) | Key::Cycles) && *setting == Setting::Count(1);
         let said = || settings.iter().filter(|(key, setting)| !goes_without_saying(*key, setting));
