@@ -6,6 +6,7 @@ use anyhow::{Context, Result};
 use contact::numerics::Mesh;
 use report::{Cell, Column, Table};
 use serde::Serialize;
+use study::adaptive::OF_ONE_JOB;
 use study::{Adaptive, JobKey, Point, Record, Study};
 
 use crate::accuracy::{self, Learnt};
@@ -39,8 +40,8 @@ pub(crate) enum Found {
     Unsolved,
     /// The result held still: its value on the finest mesh, and by how much it changed to there.
     Still { mesh: [u32; 2], value: f64, change: f64 },
-    /// The finest mesh that is allowed came first.
-    NotStill { mesh: [u32; 2], value: f64, change: f64 },
+    /// The finest mesh that is allowed came first; from the only one there is no change.
+    NotStill { mesh: [u32; 2], value: f64, change: Option<f64> },
     /// The condition changes between these values, in this direction.
     Changes { from: f64, to: f64, becomes: bool },
     /// It holds, or does not, at every value tried.
@@ -64,7 +65,7 @@ pub(crate) fn choose(study: &Study, records: &HashMap<JobKey, Record>) -> Result
             }
             Ok(chosen)
         }
-        Some(Adaptive::Bisect { axis, on, to }) => bisect(study, records, (*axis, on, *to)),
+        Some(Adaptive::Bisect { axis, on, to, .. }) => bisect(study, records, (*axis, on, *to)),
         Some(Adaptive::Accuracy(accuracy)) => {
             let (columns, learnt) = (study.columns(), Learnt::of(records));
             let mut chosen = Chosen { points: Vec::new(), findings: Vec::new() };
@@ -81,12 +82,37 @@ pub(crate) fn choose(study: &Study, records: &HashMap<JobKey, Record>) -> Result
 
 /// Refuses a condition that cannot be evaluated, before anything runs.
 pub(crate) fn check(study: &Study) -> Result<()> {
-    if let (Some(Adaptive::Bisect { on, .. }), Some(point)) = (study.adaptive(), study.point(0)) {
-        results::table(&study.columns(), &point, None)?
-            .filter(on)
-            .with_context(|| format!("{}: the condition `on` of [bisect]", study.path()))?;
+    let Some(Adaptive::Bisect { on, .. }) = study.adaptive() else { return Ok(()) };
+    let columns = study.columns();
+    // along each axis with the others at their first value: what is a number for one mesh is a text for another
+    let mut points = vec![0];
+    let mut stride = study.len();
+    for group in study.groups() {
+        stride /= group.len();
+        points.extend((1..group.len()).map(|step| step * stride));
+    }
+    for point in points.into_iter().filter_map(|index| study.point(index)) {
+        let sample = sample(&columns, &point)?;
+        sample.filter(on).map_err(|error| study.refuse_condition("`bisect.on` is no condition on the results", &error.to_string()))?;
+        for (late, why) in columns.iter().filter_map(|column| Some((column, column.unknown_in_choosing()?))) {
+            let others: Vec<&str> = columns.iter().map(|column| column.name.as_ref()).filter(|name| *name != late.name).collect();
+            if sample.select(&others)?.filter(on).is_err() {
+                return Err(study.refuse_condition(why, OF_ONE_JOB).into());
+            }
+        }
     }
     Ok(())
+}
+
+/// A row of a point as its job will leave it: what it is not known to say has its type, and no value if it is a number.
+fn sample(columns: &[study::Column], point: &Point) -> Result<Table> {
+    let heads = columns.iter().map(|column| Column::new(column.name.as_ref(), column.unit()));
+    let cells = columns.iter().map(|column| match results::cell(column.value(point, None)) {
+        Cell::Missing if column.is_numeric() => Cell::Number(f64::NAN),
+        Cell::Missing => Cell::Text(String::new()),
+        known => known,
+    });
+    Ok(Table::new(heads.collect(), vec![cells.collect()])?)
 }
 
 fn refine(
@@ -104,30 +130,29 @@ fn refine(
         Mesh::Across(n) => [n, n],
         Mesh::Exact(sides) => sides,
     };
-    let (mut point, mut last) = (Some(first), None);
+    let (mut point, mut last) = (first, None);
     let found = loop {
-        // twice as many elements as some job has still make a job, while their number can be written
-        let Some(next) = point.take() else { break Found::Unsolved };
-        let record = records.get(&next.key);
-        let value = column.value(&next, record).as_f64();
-        let (solved, mesh) = (record.map(Record::is_certified), next.job.mesh());
-        chosen.points.push(next);
+        let record = records.get(&point.key);
+        let value = column.value(&point, record).as_f64();
+        let (solved, mesh) = (record.map(Record::is_certified), point.job.mesh());
+        chosen.points.push(point);
         let value = match (solved, value) {
             (None, _) => break Found::Pending,
             (Some(true), Some(value)) => value,
             _ => break Found::Unsolved,
         };
-        let doubled = sides.map(|n| n.saturating_mul(2));
-        let is_last = doubled.iter().any(|n| *n > at_most);
         let change = last.map(|last: f64| if value == last { 0.0 } else { (value - last).abs() / value.abs() });
-        match change {
-            Some(change) if change <= until => break Found::Still { mesh: sides, value, change },
-            _ if is_last => break Found::NotStill { mesh: sides, value, change: change.unwrap_or(f64::INFINITY) },
-            _ => {}
+        if let Some(change) = change.filter(|change| *change <= until) {
+            break Found::Still { mesh: sides, value, change };
         }
-        (last, sides) = (Some(value), doubled);
-        let finer = if matches!(mesh, Mesh::Across(_)) { Mesh::Across(sides[0]) } else { Mesh::Exact(sides) };
-        point = study.point_on_mesh(index, finer);
+        let doubled = sides.map(|n| n.saturating_mul(2));
+        let finer = if matches!(mesh, Mesh::Across(_)) { Mesh::Across(doubled[0]) } else { Mesh::Exact(doubled) };
+        let is_last = doubled.iter().any(|n| *n > at_most);
+        // what is fine enough for some jobs is too fine for others
+        match study.point_on_mesh(index, finer).filter(|_| !is_last) {
+            Some(next) => (last, sides, point) = (Some(value), doubled, next),
+            None => break Found::NotStill { mesh: sides, value, change },
+        }
     };
     chosen.findings.push(Finding { at, found });
     Ok(())
@@ -150,6 +175,10 @@ fn bisect(study: &Study, records: &HashMap<JobKey, Record>, (axis, on, to): (usi
         }
     };
     let value = |point: &Point| point.values.get(axis).and_then(study::Value::as_f64).unwrap_or(f64::NAN);
+    // a part of the upper end; where that could never be, since the interval begins at 0 or below, of the whole axis
+    let ends: Vec<f64> = which.values().filter_map(study::Value::as_f64).collect();
+    let range = ends.last().zip(ends.first()).map_or(f64::NAN, |(last, first)| last - first);
+    let is_short = |low: f64, high: f64| high - low <= to * if low > 0.0 { high } else { range };
     let middle = |low: f64, high: f64| if which.is_log() { (low * high).sqrt() } else { 0.5 * (low + high) };
     let mut chosen = Chosen { points: Vec::new(), findings: Vec::new() };
     for index in (0..study.len()).filter(|index| (index / stride).is_multiple_of(length)) {
@@ -167,7 +196,7 @@ fn bisect(study: &Study, records: &HashMap<JobKey, Record>, (axis, on, to): (usi
             let between = middle(low, high);
             if before == after {
                 from += 1;
-            } else if high - low <= to * high.abs() || !(low < between && between < high) {
+            } else if is_short(low, high) || !(low < between && between < high) {
                 changes.push(Found::Changes { from: low, to: high, becomes: after });
                 from += 1;
             } else {
@@ -223,7 +252,8 @@ pub(crate) fn table(study: &Study, findings: &[Finding]) -> Result<Table> {
                 (vec![mesh(sides), Cell::Number(value), Cell::Number(digits(change, 1))], "holds still")
             }
             Found::NotStill { mesh: sides, value, change } => {
-                (vec![mesh(sides), Cell::Number(value), Cell::Number(digits(change, 1))], "still changes on the finest mesh allowed")
+                let change = change.map_or(Cell::Missing, |change| Cell::Number(digits(change, 1)));
+                (vec![mesh(sides), Cell::Number(value), change], "still changes on the finest mesh allowed")
             }
             Found::Changes { from, to, becomes } => {
                 (vec![Cell::Number(from), Cell::Number(to)], if becomes { "begins to hold" } else { "ceases to hold" })

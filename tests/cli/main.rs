@@ -1,6 +1,7 @@
 //! The command as a user meets it: what it prints, what it leaves behind, with which code it ends.
 
 mod accuracy;
+mod adaptive;
 mod effects;
 mod height_maps;
 mod kinds;

@@ -43,7 +43,7 @@ pub struct Accuracy {
 pub const FIRST: u32 = 8;
 
 /// The finest mesh that is tried without being asked for.
-const AT_MOST: u32 = 1024;
+pub(crate) const AT_MOST: u32 = 1024;
 
 const KEYS: &[&str] = &["of", "is", "at_most"];
 
@@ -125,7 +125,7 @@ pub(crate) fn read(node: &Node<'_>, kind: Kind, base: &[(Key, Given)], groups: &
                 }
             }
             if let Some(node) = table.get("at_most") {
-                match at_most(node) {
+                match at_most("accuracy.at_most", node, FIRST, "with which it begins") {
                     Ok(n) => accuracy.at_most = n,
                     Err(problem) => problems.push(problem),
                 }
@@ -167,15 +167,16 @@ fn figure(node: &Node<'_>) -> Result<&'static str, Problem> {
     })
 }
 
-fn at_most(node: &Node<'_>) -> Result<u32, Problem> {
+/// Reads the number of elements across Ω beyond which no mesh is tried; `why` it cannot be below `least`.
+pub(crate) fn at_most(what: &str, node: &Node<'_>, least: u32, why: &str) -> Result<u32, Problem> {
     let DeValue::Integer(n) = node.get_ref() else {
-        return Err(read::mistyped("accuracy.at_most", node, "a whole number of elements across Ω, like 512"));
+        return Err(read::mistyped(what, node, "a whole number of elements across Ω, like 512"));
     };
-    match read::whole("accuracy.at_most", n, node.span())? {
-        n if (FIRST..=Mesh::MAX_SIDE).contains(&n) => Ok(n),
+    match read::whole(what, n, node.span())? {
+        n if (least..=Mesh::MAX_SIDE).contains(&n) => Ok(n),
         n => {
-            let expected = format!("must be from {FIRST}, with which it begins, to {}", Mesh::MAX_SIDE);
-            Err(Problem::new(node.span(), format!("`accuracy.at_most` cannot be {n}"), expected))
+            let expected = format!("must be from {least}, {why}, to {}", Mesh::MAX_SIDE);
+            Err(Problem::new(node.span(), format!("`{what}` cannot be {n}"), expected))
         }
     }
 }

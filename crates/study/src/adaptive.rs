@@ -4,26 +4,28 @@
 //! [refine]                    # doubles numerics.mesh, at every point of the axes, until
 //! on = "peak_pressure"        # this result
 //! until = "0.1%"              # changes by no more than this
-//! at_most = 512               # or the mesh would be finer than this; 1024 if left out
+//! at_most = 512               # or the mesh would be finer than this; 1024 if left out, and no less than twice numerics.mesh
 //! ```
 //! ```toml
 //! [bisect]                    # halves the intervals of an axis (equal ratios, if it is logarithmic)
 //! axis = "friction.mu"        # on which
 //! on = "stick_area > 0"       # this, as in `query --where`, begins or ceases to hold
-//! to = "1%"                   # until they are no longer than this part of their upper end
+//! to = "1%"                   # until they are no longer than this part of their upper end; of the whole axis, where they begin at 0 or below
 //! ```
 //! What is chosen follows from the results alone, so that a study that was killed goes on where it was, and its points are
 //! the same on any number of workers.
 
+use contact::numerics::Mesh;
 use toml::de::DeValue;
 
-use crate::accuracy::Accuracy;
+use crate::accuracy::{AT_MOST, Accuracy, at_most};
 use crate::axis::Group;
-use crate::columns::{Column, Value};
-use crate::error::Problem;
+use crate::columns::{Column, Value, find};
+use crate::error::{Problem, Span};
 use crate::figure::column_name;
 use crate::key::{Key, Quantity};
 use crate::read::{self, Node, entries};
+use crate::sheet::{Given, Setting};
 
 /// How a study chooses points.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +47,10 @@ pub enum Adaptive {
         axis: usize,
         /// What holds on one side and not on the other: a condition on columns.
         on: String,
-        /// Length of an interval, relative to its upper end, that is small enough.
+        /// Where that stands in the file.
+        span: Span,
+        /// Length of an interval, relative to its upper end, that is small enough. One that begins at 0 or below can become as
+        /// long as its upper end whatever its length, and is measured against the whole axis.
         to: f64,
     },
 }
@@ -53,14 +58,15 @@ pub enum Adaptive {
 const REFINE: &[&str] = &["on", "until", "at_most"];
 const BISECT: &[&str] = &["axis", "on", "to"];
 
-/// The finest mesh that is tried without being asked for.
-const AT_MOST: u32 = 1024;
+/// What would be right in place of a column that is [unknown in choosing](Column::unknown_in_choosing).
+pub const OF_ONE_JOB: &str = "must be of what one job leaves, like `load` or `estimate_load`";
 
-/// Reads `[refine]` or `[bisect]`, beside which there is no `accuracy`; `columns` are the study's.
+/// Reads `[refine]` or `[bisect]`, beside which there is no `accuracy`; `base`, `groups` and `columns` are the study's.
 pub(crate) fn read(
     accuracy: Option<&Node<'_>>,
     refine: Option<&Node<'_>>,
     bisect: Option<&Node<'_>>,
+    base: &[(Key, Given)],
     groups: &[Group],
     columns: &[Column],
     problems: &mut Vec<Problem>,
@@ -76,7 +82,7 @@ pub(crate) fn read(
             problems.push(problem.context(refine.span(), "the other is here"));
             None
         }
-        (Some(node), None) => read_refine(node, groups, columns, problems),
+        (Some(node), None) => read_refine(node, base, groups, columns, problems),
         (None, Some(node)) => read_bisect(node, groups, problems),
         (None, None) => None,
     };
@@ -106,19 +112,21 @@ fn fields<'t, 'i, const N: usize>(
     found.try_into().ok()
 }
 
-fn read_refine(node: &Node<'_>, groups: &[Group], columns: &[Column], problems: &mut Vec<Problem>) -> Option<Adaptive> {
+fn read_refine(
+    node: &Node<'_>,
+    base: &[(Key, Given)],
+    groups: &[Group],
+    columns: &[Column],
+    problems: &mut Vec<Problem>,
+) -> Option<Adaptive> {
     let [on, until] = fields("refine", node, REFINE, ["on", "until"], problems)?;
-    let found = column_name("refine.on", on, columns, true).map_err(|problem| problems.push(problem)).ok();
-    let until = part("refine.until", until).map_err(|problem| problems.push(problem)).ok();
-    let at_most = match node.get_ref() {
-        DeValue::Table(table) => table.get("at_most"),
-        _ => None,
-    };
-    let at_most = at_most.map_or(Ok(AT_MOST), |node| match node.get_ref() {
-        DeValue::Integer(n) => read::whole("refine.at_most", n, node.span()),
-        _ => Err(read::mistyped("refine.at_most", node, "a whole number of elements across Ω, like 512")),
+    let found = column_name("refine.on", on, columns, true).and_then(|name| {
+        let why = find(columns, &name).and_then(Column::unknown_in_choosing);
+        why.map_or(Ok(name), |why| Err(Problem::new(on.span(), why, OF_ONE_JOB)))
     });
-    let at_most = at_most.map_err(|problem| problems.push(problem)).ok();
+    let found = found.map_err(|problem| problems.push(problem)).ok();
+    let until = part("refine.until", until).map_err(|problem| problems.push(problem)).ok();
+    let at_most = read_at_most(node, finest(base, groups)).map_err(|problem| problems.push(problem)).ok();
     let of_mesh = groups.iter().flat_map(Group::axes).find(|axis| axis.key() == Some(Key::Mesh));
     if let Some(axis) = of_mesh {
         let problem = Problem::new(axis.span.clone(), "`mesh` cannot be an axis of a study that refines", "leave this out");
@@ -127,9 +135,49 @@ fn read_refine(node: &Node<'_>, groups: &[Group], columns: &[Column], problems: 
     Some(Adaptive::Refine { on: found?, until: until?, at_most: at_most? })
 }
 
+/// The most elements along a side among the meshes that are given, and where.
+fn finest(base: &[(Key, Given)], groups: &[Group]) -> Option<(u32, Span)> {
+    let of_axes = groups.iter().flat_map(Group::axes).flat_map(|axis| &axis.choices).flat_map(|choice| &choice.given);
+    let sides = base.iter().chain(of_axes).filter_map(|(_, given)| match &given.setting {
+        Setting::Mesh(Mesh::Across(n)) => Some((*n, given.span.clone())),
+        Setting::Mesh(Mesh::Exact(sides)) => Some((sides[0].max(sides[1]), given.span.clone())),
+        _ => None,
+    });
+    sides.max_by_key(|(side, _)| *side)
+}
+
+/// Reads `refine.at_most`: at least two meshes are needed, the one given and twice as fine a one.
+fn read_at_most(refine: &Node<'_>, finest: Option<(u32, Span)>) -> Result<u32, Problem> {
+    let given = match refine.get_ref() {
+        DeValue::Table(table) => table.get("at_most"),
+        _ => None,
+    };
+    // a mesh that is missing, or of none, is refused by itself
+    let (side, place) = finest.map_or((1, None), |(side, place)| (side, Some(place)));
+    let twice = side.saturating_mul(2).max(2);
+    let beside_mesh = |problem: Problem| match &place {
+        Some(place) => problem.context(place.clone(), "the mesh is given here"),
+        None => problem,
+    };
+    if twice > Mesh::MAX_SIDE {
+        let message = format!("`refine` doubles meshes, and {side} elements are more than half of {}", Mesh::MAX_SIDE);
+        return Err(beside_mesh(Problem::new(refine.span(), message, format!("needs a mesh of at most {}", Mesh::MAX_SIDE / 2))));
+    }
+    match given {
+        Some(node) => at_most("refine.at_most", node, twice, "twice numerics.mesh").map_err(beside_mesh),
+        None if twice > AT_MOST => {
+            let message = format!("`refine.at_most` is missing, and left out it is {AT_MOST}");
+            let expected = format!("needs at_most, from {twice}, twice numerics.mesh, to {}", Mesh::MAX_SIDE);
+            Err(beside_mesh(Problem::new(refine.span(), message, expected)))
+        }
+        None => Ok(AT_MOST),
+    }
+}
+
 fn read_bisect(node: &Node<'_>, groups: &[Group], problems: &mut Vec<Problem>) -> Option<Adaptive> {
     let [axis, on, to] = fields("bisect", node, BISECT, ["axis", "on", "to"], problems)?;
     let name = read::text("bisect.axis", axis).map_err(|problem| problems.push(problem)).ok()?;
+    let span = on.span();
     let on = read::text("bisect.on", on).map_err(|problem| problems.push(problem)).ok();
     let to = part("bisect.to", to).map_err(|problem| problems.push(problem)).ok();
     let axes = || groups.iter().flat_map(|group| group.axes().iter().map(move |axis| (group, axis)));
@@ -156,7 +204,7 @@ fn read_bisect(node: &Node<'_>, groups: &[Group], problems: &mut Vec<Problem>) -
                 let expected = "needs at least two values, the smaller ones first";
                 problems.push(Problem::new(axis.span.clone(), format!("`{name}` cannot be halved"), expected));
             }
-            Some(Adaptive::Bisect { axis: index, on: on?, to: to? })
+            Some(Adaptive::Bisect { axis: index, on: on?, span, to: to? })
         }
     }
 }

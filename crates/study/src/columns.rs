@@ -183,6 +183,12 @@ impl Column {
         }
     }
 
+    /// Why it has no values while a study still chooses its points; `None` if it has.
+    pub fn unknown_in_choosing(&self) -> Option<String> {
+        let is_compared = matches!(self.source, Source::Error(_) | Source::Claim | Source::Reference);
+        is_compared.then(|| format!("`{}` is known only when the study's points are compared, after all of them are chosen", self.name))
+    }
+
     /// Whether its values are numbers, apart from missing ones.
     pub fn is_numeric(&self) -> bool {
         match self.source {

@@ -228,6 +228,16 @@ impl Study {
         StudyError::new(&self.path, &self.text, vec![problem])
     }
 
+    /// What is wrong with the condition of `[bisect]`, at its place in the file; lines of `expected` after the first are advice.
+    pub fn refuse_condition(&self, message: impl Into<String>, expected: &str) -> StudyError {
+        let span = match &self.adaptive {
+            Some(Adaptive::Bisect { span, .. }) => span.clone(),
+            _ => 0..0,
+        };
+        let (expected, help) = expected.split_once('\n').unwrap_or((expected, ""));
+        StudyError::new(&self.path, &self.text, vec![Problem::new(span, message, expected).help(help)])
+    }
+
     /// Every point of the axes, in order. Points whose jobs coincide are all there.
     pub fn points(&self) -> Vec<Point> {
         (0..self.points).into_par_iter().filter_map(|index| self.point(index)).collect()
@@ -439,7 +449,7 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
         Some(node) => figure::read_figures(node, &groups, &columns, &mut problems),
         None => figure::default(kind, ladder.as_ref(), cost.as_ref(), &groups).into_iter().collect(),
     };
-    let adaptive = adaptive::read(root.get("accuracy"), root.get("refine"), root.get("bisect"), &groups, &columns, &mut problems);
+    let adaptive = adaptive::read(root.get("accuracy"), root.get("refine"), root.get("bisect"), &base, &groups, &columns, &mut problems);
     if !problems.is_empty() {
         return Err(problems);
     }

@@ -95,7 +95,8 @@ fn adaptive_studies() {
     let finer = refine.point_on_mesh(0, Mesh::Across(32)).unwrap();
     assert_eq!(finer.job.mesh(), Mesh::Across(32));
     let bisect = of_kind("solve", "[sweep]\nfriction.mu = [0.1, 0.5]\n[bisect]\naxis = \"mu\"\non = \"stick_area > 0\"\nto = 0.01\n");
-    assert_eq!(bisect.adaptive(), Some(&Adaptive::Bisect { axis: 0, on: "stick_area > 0".to_owned(), to: 0.01 }));
+    let Some(Adaptive::Bisect { axis: 0, on, span, to: 0.01 }) = bisect.adaptive() else { panic!("{:?}", bisect.adaptive()) };
+    assert_eq!((on.as_str(), &bisect.text()[span.clone()]), ("stick_area > 0", "\"stick_area > 0\""));
     let between = bisect.point_at(0, 0, 0.25).unwrap();
     assert_eq!(between.job.case().unwrap().scene.friction.mu, 0.25);
     assert_eq!(between.values[0].as_f64(), Some(0.25));

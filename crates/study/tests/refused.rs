@@ -47,6 +47,19 @@ const CASES: &[(&str, &str, &str)] = &[
     ("refine until more than all", "[sweep]", "[refine]\non = \"laod\"\nuntil = \"100%\"\n[sweep]"),
     ("refine an axis of meshes", "\"friction.mu\" = [0.1, 0.2]", "mesh = [8, 16]\n[refine]\non = \"load\"\nuntil = \"1%\""),
     ("refine without an end", "[sweep]", "[refine]\non = \"load\"\nat_most = 6.5\nhow = 3\n[sweep]"),
+    ("refine up to nothing", "[sweep]", "[refine]\non = \"load\"\nuntil = \"1%\"\nat_most = 0\n[sweep]"),
+    ("refine up to a mesh not twice as fine", "[sweep]", "[refine]\non = \"load\"\nuntil = \"1%\"\nat_most = 31\n[sweep]"),
+    ("refine beyond every mesh", "[sweep]", "[refine]\non = \"load\"\nuntil = \"1%\"\nat_most = 4097\n[sweep]"),
+    ("refine up to a text", "[sweep]", "[refine]\non = \"load\"\nuntil = \"1%\"\nat_most = \"64\"\n[sweep]"),
+    ("refine a fine mesh without an end", "mesh = 16\n", "mesh = [64, 600]\n[refine]\non = \"load\"\nuntil = \"1%\"\n"),
+    ("refine the finest mesh", "mesh = 16\n", "mesh = 2049\n[refine]\non = \"load\"\nuntil = \"1%\"\nat_most = 4096\n"),
+    (
+        "refine on what is compared",
+        GOOD,
+        "name = \"x\"\nkind = \"convergence\"\n[scene]\nfoundation.base = { shear_modulus = 1, poisson = 0 }\n\
+         punch = { shape = \"sphere\", radius = 1 }\nfriction.mu = 0\nloading.steps = [{ approach = 1 }]\n\
+         [numerics]\nmesh = 8\n[sweep]\nepsilon = [0, 1e-3]\n[refine]\non = \"error_load\"\nuntil = \"1%\"",
+    ),
     ("bisect no axis", "[sweep]", "[bisect]\naxis = \"radius\"\non = \"load > 0\"\nto = \"1%\"\n[sweep]"),
     ("bisect falling values", "[0.1, 0.2]", "[0.2, 0.1]\n[bisect]\naxis = \"mu\"\non = \"load > 0\"\nto = \"1%\""),
     ("bisect whole numbers", "\"friction.mu\" = [0.1, 0.2]", "mesh = [8, 16]\n[bisect]\naxis = \"mesh\"\non = \"load > 0\"\nto = \"1%\""),
