@@ -4,9 +4,13 @@ use std::collections::HashMap;
 use std::error::Error;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use contact::multiplicity::Multiplicity;
+use contact::outcome::Status;
+use contact::uniqueness::Bracket;
 use runner::{Done, Verdict};
-use store::Store;
+use store::{RECORD_LIMIT, Store};
 use study::job::PHYSICS_VERSION;
+use study::record::Bracketed;
 use study::{Ending, JobKey, Provenance, Record};
 
 use crate::measure::median;
@@ -37,7 +41,7 @@ impl<'a> Ledger<'a> {
             },
             Verdict::Quarantined { reason } => (Ending::Quarantined { reason, attempts }, None),
         };
-        let record = Record {
+        let mut record = Record {
             physics: PHYSICS_VERSION,
             job: self.jobs.remove(&done.key).ok_or("a result came for a job that nobody gave out")?,
             ending,
@@ -51,7 +55,39 @@ impl<'a> Ledger<'a> {
                 finished: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
             },
         };
-        Ok((done.key, record.encode()))
+        let mut bytes = record.encode();
+        if bytes.len() > RECORD_LIMIT {
+            // the results that came with it are kept, and a resume does not compute it again in vain
+            (record.ending, record.fields) = (too_large(record.ending, bytes.len()), None);
+            bytes = record.encode();
+        }
+        Ok((done.key, bytes))
+    }
+}
+
+/// The ending of a result that takes so many bytes, more than a record may have: it says so in place of what makes it large.
+fn too_large(ending: Ending, bytes: usize) -> Ending {
+    let failed = |what: String, elements: usize| {
+        let most = elements * RECORD_LIMIT / bytes.max(1);
+        let size = format!("a record of {bytes} bytes, where the store keeps at most {RECORD_LIMIT}");
+        Status::Failed { reason: format!("{what}: {size}; needs a mesh of at most about {most} elements") }
+    };
+    match ending {
+        Ending::Searched(found) => {
+            let elements = found.solutions.first().map_or(0, |solution| solution.fields.state.len());
+            let status = failed(format!("{} solutions on {elements} elements", found.solutions.len()), elements);
+            Ending::Searched(Multiplicity { status, solutions: Vec::new(), ..found })
+        }
+        Ending::Bracketed(found) => {
+            let elements = match &found.bracket {
+                Some(Bracket::Bounded { upper, .. }) => upper.x.len() / 3,
+                Some(Bracket::Unbounded) | None => 0,
+            };
+            let status = failed(format!("a bracket of μ* with its witness on {elements} elements"), elements);
+            Ending::Bracketed(Box::new(Bracketed { status, bracket: None, shown: None }))
+        }
+        // a path has at most 1000 increments, which fit, and its fields are elsewhere
+        Ending::Finished(_) | Ending::Quarantined { .. } => ending,
     }
 }
 
@@ -59,5 +95,87 @@ impl runner::Ledger for Ledger<'_> {
     fn commit(&mut self, results: Vec<Done>) -> Result<(), Box<dyn Error + Send + Sync>> {
         let records = results.into_iter().map(|done| self.record(done)).collect::<Result<Vec<_>, _>>()?;
         Ok(self.store.commit(&records)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use contact::multiplicity::{Origin, Solution};
+    use contact::numerics::Method;
+    use contact::outcome::{Certificate, Fields, Motion, Observables, WorkDone};
+    use contact::uniqueness::lower::LowerBound;
+    use contact::uniqueness::witness::Witness;
+    use runner::Ledger as _;
+
+    fn bracketed(elements: usize) -> Ending {
+        let lower = LowerBound { mu: 1.0, alpha: Vec::new(), beta: Vec::new(), tau: Vec::new(), verified: true };
+        let upper = Witness { mu: 2.0, stiffness: 1.0, x: vec![1.0; 3 * elements] };
+        Ending::Bracketed(Box::new(Bracketed { status: Status::Certified, bracket: Some(Bracket::Bounded { lower, upper }), shown: None }))
+    }
+
+    fn searched(count: usize, side: u32) -> Ending {
+        let list = vec![1.0; (side * side) as usize];
+        let fields = Fields {
+            shape: [side; 2],
+            origin: [0.0; 2],
+            element: [1.0; 2],
+            pressure: list.clone(),
+            traction_x: list.clone(),
+            traction_y: list.clone(),
+            gap: list.clone(),
+            slip_x: list.clone(),
+            slip_y: list,
+            state: vec![1; (side * side) as usize],
+        };
+        let solution = Solution {
+            motion: Motion::default(),
+            observables: Observables::default(),
+            certificate: Certificate::default(),
+            origin: Origin::Nothing,
+            method: Method::Newton,
+            reached: 1,
+            error: 0.0,
+            index: Some(1),
+            distances: vec![0.0; count],
+            fields,
+        };
+        Ending::Searched(Multiplicity {
+            status: Status::Certified,
+            before: Vec::new(),
+            solutions: vec![solution; count],
+            starts: 70,
+            failed: 6,
+            beyond: 0,
+            index_sum: Some(1),
+            work: WorkDone::default(),
+            factorisations: 9,
+        })
+    }
+
+    /// Else it would stop the run when all the work is done, and every run after it.
+    #[test]
+    fn a_result_that_no_record_holds_fails_by_itself() {
+        let place = tempfile::tempdir().unwrap();
+        let store = Store::open(place.path()).unwrap();
+        let endings = [bracketed(50_000), bracketed(4), searched(40, 32), searched(3, 32)];
+        let keys: Vec<JobKey> = (0..).zip(&endings).map(|(number, _)| JobKey([number; 32])).collect();
+        let texts = keys.iter().map(|key| (*key, key.to_string())).collect();
+        let done = keys.iter().zip(&endings).map(|(key, ending)| {
+            let answer = Answer::Ended { ending: Box::new(ending.clone()), fields: None, times: Vec::new() };
+            let bytes = bincode::serde::encode_to_vec(&answer, bincode::config::standard()).unwrap();
+            Done { key: *key, verdict: Verdict::Completed(bytes), worker: Some(0), seconds: 1.0, attempts: 1 }
+        });
+        Ledger::new(&store, texts).commit(done.collect()).unwrap();
+        let ends = keys.iter().map(|key| Record::decode(&store.get(key).unwrap().unwrap()).unwrap().ending);
+        let ends: Vec<Ending> = ends.collect();
+        assert_eq!((&ends[1], &ends[3]), (&endings[1], &endings[3]), "what fits is kept as it is");
+        let limit = RECORD_LIMIT.to_string();
+        for (end, what) in [(&ends[0], "witness on 50000 elements"), (&ends[2], "40 solutions on 1024 elements")] {
+            let reason = end.reason().unwrap();
+            assert!(reason.contains(what) && reason.contains(&limit) && reason.contains("at most about"), "{reason}");
+        }
+        let Ending::Searched(found) = &ends[2] else { panic!("{:?}", ends[2]) };
+        assert_eq!((found.solutions.len(), found.starts, found.failed), (0, 70, 6), "the counts stay");
     }
 }
