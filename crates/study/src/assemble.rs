@@ -7,12 +7,14 @@ use contact::punch::Side;
 use contact::scene::{Base, Domain, Foundation, Friction, Layer, Material, Punch, Scene, SceneError, Shape, WheelRail};
 
 use contact::uniqueness::{Effort, Question, Sole, upper};
+use contact::{Forecast, forecast_bracket};
 
 use crate::cost::Cost;
 use crate::error::Problem;
 use crate::job::{Case, Job};
 use crate::key::{Key, Quantity, Table};
 use crate::kind::Kind;
+use crate::record::STORED_LIMIT;
 use crate::sheet::{Setting, Sheet, Source, SurfaceNames, TablePlaces};
 
 /// The keys that a shape needs beyond `shape`; `file` stands for `file` or `surface`.
@@ -79,8 +81,46 @@ pub(crate) fn assemble(
     if !missing.problems.is_empty() {
         return Err(missing.problems);
     }
-    job.validate().map_err(|error| vec![locate(&error, sheet, places)])?;
+    job.validate().and_then(|()| refuse_too_fine(&job)).map_err(|error| vec![locate(&error, sheet, places)])?;
     Ok(job)
+}
+
+/// Refuses a uniqueness set on so many elements that no record can hold what shows its end.
+fn refuse_too_fine(job: &Job) -> Result<(), SceneError> {
+    let Job::Uniqueness { question, effort } = job else { return Ok(()) };
+    // without coupling of pressures and tangential displacements there is no end to show
+    let mismatch = |material: Material| (1.0 - 2.0 * material.poisson) / material.shear_modulus;
+    let of_punch = question.punch.map_or(0.0, mismatch);
+    let is_uncoupled = match question.foundation.base {
+        Base::Elastic(material) => question.foundation.layers.is_empty() && mismatch(material) == of_punch,
+        Base::Rigid => false,
+    };
+    // what cannot be laid out is refused with its reason by whoever lays it out
+    let Ok(Forecast { elements: [nx, ny], .. }) = forecast_bracket(question, effort) else { return Ok(()) };
+    // of each element the witness has three numbers; of those that are images of each other, the certificate has three
+    let bytes = |[nx, ny]: [usize; 2]| {
+        let (x, y) = (nx.div_ceil(2), ny.div_ceil(2));
+        let numbers = 3 * nx * ny + 3 * if nx == ny { x * (x + 1) / 2 } else { x * y };
+        let share = match question.sole {
+            Sole::Rectangle { .. } => 1.0,
+            Sole::Disk { .. } => std::f64::consts::FRAC_PI_4,
+        };
+        8.0 * share * numbers as f64
+    };
+    let limit = STORED_LIMIT as f64;
+    if is_uncoupled || bytes([nx, ny]) <= limit {
+        return Ok(());
+    }
+    let coarser = |n: usize| [n, ((n * ny) as f64 / nx as f64).round().max(1.0) as usize];
+    let most = (1..=nx).rev().map(coarser).find(|elements| bytes(*elements) <= limit).unwrap_or([1; 2]);
+    Err(SceneError {
+        key: "numerics.mesh".to_owned(),
+        value: format!("{nx} x {ny}"),
+        expected: format!(
+            "must give no more than {} x {} elements, for a record of {STORED_LIMIT} bytes to hold the witness",
+            most[0], most[1]
+        ),
+    })
 }
 
 struct Missing<'a> {

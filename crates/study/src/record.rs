@@ -150,6 +150,9 @@ const OLDER_VERSION: u8 = 3;
 /// The formats of records that are read.
 const RECORD_VERSIONS: &[u8] = &[OLDER_VERSION, RECORD_VERSION];
 
+/// Most bytes of a record that a store keeps: room for the 1000 increments that a loading path may have.
+pub const STORED_LIMIT: usize = 1 << 20;
+
 /// Longest text or list in a record that is believed \[bytes\]; a corrupt length must not allocate.
 const RECORD_LIMIT: usize = 16 << 20;
 

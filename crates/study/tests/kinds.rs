@@ -58,6 +58,23 @@ fn a_uniqueness_study_asks_about_bodies_and_sole_alone() {
 }
 
 #[test]
+fn a_uniqueness_set_too_fine_for_a_record_is_refused() {
+    let refused = |mesh: &str, poisson: f64| {
+        let text = format!(
+            "name = \"x\"\nkind = \"uniqueness\"\n[scene]\nfoundation.base = {{ shear_modulus = 1, poisson = {poisson} }}\n\
+             punch = {{ shape = \"flat-rectangle\", width_x = 1, width_y = 1 }}\n[numerics]\nmesh = {mesh}\n"
+        );
+        Study::parse(&text, "x.toml", &mut |_| Err(String::new())).err().map(|error| error.to_string())
+    };
+    for (mesh, most) in [("197", "196 x 196"), ("4096", "196 x 196"), ("[4096, 10]", "3798 x 9")] {
+        let said = refused(mesh, 0.3).unwrap();
+        assert!(said.contains(&format!("no more than {most} elements")) && said.contains("--> x.toml:7:8"), "{said}");
+    }
+    assert_eq!((refused("196", 0.3), refused("[3798, 9]", 0.3)), (None, None));
+    assert_eq!(refused("512", 0.5), None, "μ* = ∞ needs no witness");
+}
+
+#[test]
 fn jobs_of_every_kind_are_written_and_read() {
     let ladder = "[sweep]\nmesh = [8, 16, 32]\n";
     let studies = [
