@@ -292,7 +292,11 @@ fn solve_takes_one_point_and_settings() {
 
     let unsolved = place.words(&with(&["--set", "max_iterations=2"]));
     assert_eq!(unsolved.code, 2);
-    assert!(unsolved.err.contains("not certified: not converged in 2 iterations") && unsolved.err.contains("the last iterate"), "{}", unsolved.err);
+    assert!(
+        unsolved.err.contains("not certified: not converged in 2 iterations") && unsolved.err.contains("the last iterate"),
+        "{}",
+        unsolved.err
+    );
 }
 
 #[test]
