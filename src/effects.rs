@@ -203,12 +203,11 @@ const NAMED_VALUES: usize = 4;
 /// What tells these points from the study's others: the values of the axes, if every combination of them is there and no other; else
 /// the first point. Points that the study chose have values besides the axes' own.
 fn which(study: &Study, points: &[Point], members: &[usize]) -> String {
-    let Some(first) = members.first().map(|first| &points[*first]) else { return String::new() };
     let mut taken: Vec<(&Axes, Vec<&Value>)> = Vec::new();
     let mut at = 0;
     for group in study.groups() {
         // a group's axes go together
-        let own = |point: &'_ Point| format!("{:?}", &point.values[at..at + group.axes().len()]);
+        let own = |point: &Point| format!("{:?}", &point.values[at..at + group.axes().len()]);
         let mut known = HashSet::new();
         let values = members.iter().map(|member| &points[*member]).filter(|point| known.insert(own(point)));
         taken.push((group, values.map(|point| &point.values[at]).collect()));
@@ -216,13 +215,10 @@ fn which(study: &Study, points: &[Point], members: &[usize]) -> String {
     }
     let is_product = taken.iter().map(|(_, values)| values.len()).product::<usize>() == members.len();
     let mut said = Vec::new();
-    let mut at = 0;
     for (group, values) in &taken {
-        let own = &first.values[at];
-        at += group.axes().len();
         let Some(axis) = group.axes().first().filter(|_| group.len() > 1 || values.len() > 1) else { continue };
         if !is_product {
-            said.push(format!("{} = {own}", axis.column()));
+            said.push(format!("{} = {}", axis.column(), values[0]));
             continue;
         }
         let all: Vec<&Value> = axis.values().collect();

@@ -33,7 +33,8 @@ use crate::operators::Operators;
 use crate::outcome::{Certificate, Fields, Motion, Observables, Status, StepOutcome, WorkDone};
 use crate::problem::Problem;
 use crate::punch::Surfaces;
-use crate::scene::{Scene, SceneError, refuse};
+use crate::random;
+use crate::scene::{Scene, SceneError};
 use crate::solve::in_units;
 use crate::solver::Start;
 
@@ -58,14 +59,11 @@ pub struct Search {
 
 impl Search {
     /// The most random starts.
-    pub const MOST_STARTS: u32 = 10_000;
+    pub const MOST_STARTS: u32 = random::MOST_STARTS;
 
     /// Refuses more than these.
     pub fn validate(&self) -> Result<(), SceneError> {
-        if self.starts <= Self::MOST_STARTS {
-            return Ok(());
-        }
-        Err(refuse("search.starts", self.starts, &format!("must be at most {}", Self::MOST_STARTS)))
+        random::validate_starts(self.starts)
     }
 
     /// The default number of random starts, 60.

@@ -1,5 +1,15 @@
 //! Random numbers for searches that must take the same way for ever, which no library promises.
 
+use crate::scene::{SceneError, refuse};
+
+/// The most random starts that a search may ask for.
+pub(crate) const MOST_STARTS: u32 = 10_000;
+
+/// Refuses more random starts than [`MOST_STARTS`].
+pub(crate) fn validate_starts(starts: u32) -> Result<(), SceneError> {
+    if starts <= MOST_STARTS { Ok(()) } else { Err(refuse("search.starts", starts, &format!("must be at most {MOST_STARTS}"))) }
+}
+
 /// SplitMix64 (Steele, Lea and Flood 2014, doi:10.1145/2714064.2660195).
 pub(crate) struct SplitMix64(pub(crate) u64);
 

@@ -21,8 +21,8 @@ use super::witness::{Witness, least_mu};
 use super::{Question, Sole, System};
 use crate::influence::Entry;
 use crate::numerics::Mesh;
-use crate::random::SplitMix64;
-use crate::scene::{SceneError, refuse};
+use crate::random::{self, SplitMix64};
+use crate::scene::SceneError;
 
 /// How long to search for a witness.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -39,14 +39,11 @@ pub struct Search {
 
 impl Search {
     /// The most random starts.
-    pub const MOST_STARTS: u32 = 10_000;
+    pub const MOST_STARTS: u32 = random::MOST_STARTS;
 
     /// Refuses more than these.
     pub fn validate(&self) -> Result<(), SceneError> {
-        if self.starts <= Self::MOST_STARTS {
-            return Ok(());
-        }
-        Err(refuse("search.starts", self.starts, &format!("must be at most {}", Self::MOST_STARTS)))
+        random::validate_starts(self.starts)
     }
 }
 
