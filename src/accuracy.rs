@@ -1,8 +1,10 @@
-//! Accuracy in place of a mesh: the cheapest settings that reach it, by what is known of the same scene on any mesh.
+//! Accuracy in place of a mesh: the cheapest settings that reach it, by what is known of the same
+//! scene on any mesh.
 //!
-//! Of what was solved, the coarsest mesh counts whose own estimates are within the accuracy, and on it the loosest tolerance. Where there
-//! is none yet, meshes are tried: 8 and 16 elements across Ω, then what the order with which the estimates fall predicts, but no more
-//! than twice as many at a time, four times from the third mesh on.
+//! Of what was solved, the coarsest mesh counts whose own estimates are within the accuracy, and on
+//! it the loosest tolerance. Where there is none yet, meshes are tried: 8 and 16 elements across Ω,
+//! then what the order with which the estimates fall predicts, but no more than twice as many at a
+//! time, four times from the third mesh on.
 
 use std::collections::{HashMap, HashSet};
 
@@ -58,7 +60,11 @@ impl<'a> Learnt<'a> {
 
 /// The scenes of a study, as their jobs' canonical texts have them.
 pub(crate) fn scenes(study: &Study) -> HashSet<String> {
-    study.points().iter().filter_map(|point| Some(scene(&point.job.canonical())?.to_owned())).collect()
+    study
+        .points()
+        .iter()
+        .filter_map(|point| Some(scene(&point.job.canonical())?.to_owned()))
+        .collect()
 }
 
 /// Whether the bytes of a record tell of one of these scenes.
@@ -68,60 +74,102 @@ pub(crate) fn tells(scenes: &HashSet<String>, record: &[u8]) -> bool {
 
 /// The scene in the canonical text of a job that solves it, once or often.
 fn scene(job: &str) -> Option<&str> {
-    let is_solved = ["{\"kind\":\"solve\",", "{\"kind\":\"cost\","].iter().any(|kind| job.starts_with(kind));
+    let is_solved =
+        ["{\"kind\":\"solve\",", "{\"kind\":\"cost\","].iter().any(|kind| job.starts_with(kind));
     let (rest, _) = job.rsplit_once(",\"numerics\":").filter(|_| is_solved)?;
     rest.split_once("\"scene\":").map(|(_, scene)| scene)
 }
 
 /// The settings for the point with an index: those to use, or those to try next.
-pub(crate) fn choose(study: &Study, accuracy: &Accuracy, columns: &[Column], learnt: &Learnt<'_>, index: usize) -> Option<(Point, Found)> {
+pub(crate) fn choose(
+    study: &Study,
+    accuracy: &Accuracy,
+    columns: &[Column],
+    learnt: &Learnt<'_>,
+    index: usize,
+) -> Option<(Point, Found)> {
     let first = study.point(index)?;
     let Job::Solve(wanted) = &first.job else { return None };
     let tolerance = accuracy.tolerance(&first.job);
     // the study's own, if it has one
-    let tolerance = study.point_as_exact(index, Mesh::Across(FIRST), tolerance)?.job.case()?.numerics.tolerance;
-    let is_given = study.point_as_exact(index, Mesh::Across(FIRST), 0.5 * tolerance)?.job.case()?.numerics.tolerance == tolerance;
+    let tolerance =
+        study.point_as_exact(index, Mesh::Across(FIRST), tolerance)?.job.case()?.numerics.tolerance;
+    let is_given = study
+        .point_as_exact(index, Mesh::Across(FIRST), 0.5 * tolerance)?
+        .job
+        .case()?
+        .numerics
+        .tolerance
+        == tolerance;
     let estimate = find(columns, &format!("estimate_{}", accuracy.of(&first.job)))?;
     let text = first.job.canonical();
     let mut rungs: Vec<Rung<'_>> = Vec::new();
     for record in learnt.0.get(scene(&text)?).into_iter().flatten() {
         let Ok(Job::Solve(case) | Job::Cost { case, .. }) = record.parse_job() else { continue };
-        let own = Numerics { mesh: wanted.numerics.mesh, tolerance: wanted.numerics.tolerance, ..case.numerics.clone() };
-        if own != wanted.numerics || is_given && case.numerics.tolerance != tolerance || !record.is_current() {
+        let own = Numerics {
+            mesh: wanted.numerics.mesh,
+            tolerance: wanted.numerics.tolerance,
+            ..case.numerics.clone()
+        };
+        if own != wanted.numerics
+            || is_given && case.numerics.tolerance != tolerance
+            || !record.is_current()
+        {
             continue;
         }
         let end = record.outcome().and_then(|outcome| outcome.last()).map(|end| &end.observables);
-        let elements = end.map_or([0; 2], |o| [o.mesh_x, o.mesh_y].map(|n| u32::try_from(n).unwrap_or(u32::MAX)));
+        let elements = end
+            .map_or([0; 2], |o| [o.mesh_x, o.mesh_y].map(|n| u32::try_from(n).unwrap_or(u32::MAX)));
         let is_solved = record.is_certified();
         let coarse = estimate.value(&first, Some(record)).as_f64().filter(|_| is_solved);
-        let left = record.outcome().and_then(|outcome| outcome.estimate).map_or(0.0, |estimate| estimate.solver);
+        let left = record
+            .outcome()
+            .and_then(|outcome| outcome.estimate)
+            .map_or(0.0, |estimate| estimate.solver);
         rungs.push(Rung { case, record, elements, coarse, left });
     }
-    // the cheapest first: the time is as the number of elements, and a looser tolerance saves some of it
+    // the cheapest first: the time is as the number of elements, and a looser tolerance saves some
+    // of it
     let product = |[x, y]: [u32; 2]| u64::from(x) * u64::from(y);
     rungs.sort_by(|a, b| {
-        let by_settings =
-            product(a.elements).cmp(&product(b.elements)).then(b.case.numerics.tolerance.total_cmp(&a.case.numerics.tolerance));
+        let by_settings = product(a.elements)
+            .cmp(&product(b.elements))
+            .then(b.case.numerics.tolerance.total_cmp(&a.case.numerics.tolerance));
         by_settings.then_with(|| a.record.job.cmp(&b.record.job))
     });
     let at = |mesh: Mesh, tolerance: f64| study.point_as_exact(index, mesh, tolerance);
-    if let Some(rung) = rungs.iter().find(|rung| rung.error().is_some_and(|error| error <= accuracy.is)) {
+    if let Some(rung) =
+        rungs.iter().find(|rung| rung.error().is_some_and(|error| error <= accuracy.is))
+    {
         let point = at(rung.case.numerics.mesh, rung.case.numerics.tolerance)?;
-        let found = Found::Within { mesh: rung.elements, tolerance: rung.case.numerics.tolerance, error: rung.error()? };
+        let found = Found::Within {
+            mesh: rung.elements,
+            tolerance: rung.case.numerics.tolerance,
+            error: rung.error()?,
+        };
         // a study of cost may have solved it without leaving what a study of solutions wants
         let is_there = rungs.iter().any(|rung| rung.record.key() == point.key);
-        return Some(if is_there { (point, found) } else { (point, next(rung.case.numerics.mesh, rung.case.numerics.tolerance)) });
+        return Some(if is_there {
+            (point, found)
+        } else {
+            (point, next(rung.case.numerics.mesh, rung.case.numerics.tolerance))
+        });
     }
 
-    let (exact, loose): (Vec<&Rung<'_>>, Vec<&Rung<'_>>) =
-        rungs.iter().filter(|rung| rung.across().is_some()).partition(|rung| rung.case.numerics.tolerance <= tolerance);
+    let (exact, loose): (Vec<&Rung<'_>>, Vec<&Rung<'_>>) = rungs
+        .iter()
+        .filter(|rung| rung.across().is_some())
+        .partition(|rung| rung.case.numerics.tolerance <= tolerance);
     let tried = exact.iter().filter_map(|rung| rung.across()).max();
     // what a loose solve tells of a mesh, for which the solver is to leave a tenth
-    let (enough, too_few): (Vec<&&Rung<'_>>, Vec<&&Rung<'_>>) =
-        loose.iter().filter(|rung| rung.coarse.is_some()).partition(|rung| rung.coarse.is_some_and(|coarse| coarse <= 0.9 * accuracy.is));
+    let (enough, too_few): (Vec<&&Rung<'_>>, Vec<&&Rung<'_>>) = loose
+        .iter()
+        .filter(|rung| rung.coarse.is_some())
+        .partition(|rung| rung.coarse.is_some_and(|coarse| coarse <= 0.9 * accuracy.is));
     let finest = too_few.iter().filter_map(|rung| rung.across()).chain(tried).max();
     let hint = enough.iter().filter_map(|rung| rung.across());
-    let hint = hint.filter(|n| finest.is_none_or(|finest| *n > finest) && *n <= accuracy.at_most).min();
+    let hint =
+        hint.filter(|n| finest.is_none_or(|finest| *n > finest) && *n <= accuracy.at_most).min();
     let ended = |why: &'static str| {
         let best = exact
             .iter()
@@ -129,12 +177,23 @@ pub(crate) fn choose(study: &Study, accuracy: &Accuracy, columns: &[Column], lea
             .min_by(|a, b| a.error().unwrap_or(f64::NAN).total_cmp(&b.error().unwrap_or(f64::NAN)));
         let rung = best.or(exact.last())?;
         let settings = &rung.case.numerics;
-        let found = Found::Beyond { mesh: rung.elements, tolerance: settings.tolerance, error: rung.error(), why };
+        let found = Found::Beyond {
+            mesh: rung.elements,
+            tolerance: settings.tolerance,
+            error: rung.error(),
+            why,
+        };
         let point = at(settings.mesh, settings.tolerance)?;
         let is_there = rungs.iter().any(|rung| rung.record.key() == point.key);
-        Some(if is_there { (point, found) } else { (point, next(settings.mesh, settings.tolerance)) })
+        Some(if is_there {
+            (point, found)
+        } else {
+            (point, next(settings.mesh, settings.tolerance))
+        })
     };
-    let last = |n: usize, is: fn(&&&Rung<'_>) -> bool| exact.len() >= n && exact.iter().rev().take(n).filter(is).count() == n;
+    let last = |n: usize, is: fn(&&&Rung<'_>) -> bool| {
+        exact.len() >= n && exact.iter().rev().take(n).filter(is).count() == n
+    };
     if last(2, |rung| !rung.record.is_certified()) {
         return ended("a job was not solved");
     }
@@ -148,7 +207,10 @@ pub(crate) fn choose(study: &Study, accuracy: &Accuracy, columns: &[Column], lea
         return ended("not reached on the finest mesh allowed");
     }
     let known: Vec<(f64, f64)> = {
-        let all = exact.iter().chain(&loose).filter_map(|rung| Some((f64::from(rung.across()?), rung.coarse?)));
+        let all = exact
+            .iter()
+            .chain(&loose)
+            .filter_map(|rung| Some((f64::from(rung.across()?), rung.coarse?)));
         let mut all: Vec<(f64, f64)> = all.filter(|(_, coarse)| *coarse > 0.0).collect();
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         all.dedup_by_key(|(n, _)| *n);
@@ -173,12 +235,14 @@ fn further(finest: Option<u32>, known: &[(f64, f64)], accuracy: f64) -> u32 {
     let twice = finest.saturating_mul(2);
     let (Some((from, _)), Ok(law)) = (known.last(), power_law(known)) else { return twice };
     let order = (-law.slope).clamp(0.5, 3.0);
-    // on the fitted line, for estimates go up and down with where the edges of elements lie, and with a fifth to spare
+    // on the fitted line, for estimates go up and down with where the edges of elements lie, and
+    // with a fifth to spare
     let predicted = from * (law.at(*from) / (0.8 * accuracy)).powf(1.0 / order);
     round_up(predicted, finest).min(finest.saturating_mul(4))
 }
 
-/// The next of 8, 12, 16, 24, 32, … from `n` on that is more than `finest`: they halve well, and other studies have them too.
+/// The next of 8, 12, 16, 24, 32, … from `n` on that is more than `finest`: they halve well, and
+/// other studies have them too.
 fn round_up(n: f64, finest: u32) -> u32 {
     let powers = (3..24).map(|k| 1_u32 << k);
     let mut meshes = powers.flat_map(|n| [n, n / 2 * 3]);
@@ -194,7 +258,11 @@ mod tests {
         assert_eq!(further(None, &[], 1e-3), FIRST);
         assert_eq!(further(Some(8), &[(8.0, 0.1)], 1e-3), 16, "one mesh has no order");
         let second: Vec<(f64, f64)> = [8.0_f64, 16.0, 32.0].map(|n| (n, n.powi(-2))).to_vec();
-        assert_eq!(further(Some(16), &second[..2], 1e-3), 32, "two meshes are not trusted further than twice");
+        assert_eq!(
+            further(Some(16), &second[..2], 1e-3),
+            32,
+            "two meshes are not trusted further than twice"
+        );
         // 0.8 · 3e-4 on 65 elements
         assert_eq!(further(Some(32), &second, 3e-4), 96);
         assert_eq!(further(Some(32), &second, 1e-9), 128);
@@ -205,9 +273,19 @@ mod tests {
     fn scenes_are_found_in_jobs_of_both_kinds() {
         let numerics = r#""numerics":{"mesh":16}"#;
         let scene_of = |text: String| scene(&text).map(str::to_owned);
-        assert_eq!(scene_of(format!(r#"{{"kind":"solve","scene":{{"x":1}},{numerics}}}"#)).as_deref(), Some(r#"{"x":1}"#));
-        let cost = format!(r#"{{"kind":"cost","case":{{"scene":{{"x":1}},{numerics}}},"repeat":5,"threads":1}}"#);
+        assert_eq!(
+            scene_of(format!(r#"{{"kind":"solve","scene":{{"x":1}},{numerics}}}"#)).as_deref(),
+            Some(r#"{"x":1}"#)
+        );
+        let cost = format!(
+            r#"{{"kind":"cost","case":{{"scene":{{"x":1}},{numerics}}},"repeat":5,"threads":1}}"#
+        );
         assert_eq!(scene_of(cost).as_deref(), Some(r#"{"x":1}"#));
-        assert_eq!(scene_of(format!(r#"{{"kind":"multiplicity","case":{{"scene":{{"x":1}},{numerics}}}}}"#)), None);
+        assert_eq!(
+            scene_of(format!(
+                r#"{{"kind":"multiplicity","case":{{"scene":{{"x":1}},{numerics}}}}}"#
+            )),
+            None
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! The points of a study as far as its results determine them: those of its axes, and those it chooses.
+//! The points of a study as far as its results determine them: those of its axes, and those it
+//! chooses.
 
 use std::collections::HashMap;
 
@@ -84,7 +85,8 @@ pub(crate) fn choose(study: &Study, records: &HashMap<JobKey, Record>) -> Result
 pub(crate) fn check(study: &Study) -> Result<()> {
     let Some(Adaptive::Bisect { on, .. }) = study.adaptive() else { return Ok(()) };
     let columns = study.columns();
-    // along each axis with the others at their first value: what is a number for one mesh is a text for another
+    // along each axis with the others at their first value: what is a number for one mesh is a text
+    // for another
     let mut points = vec![0];
     let mut stride = study.len();
     for group in study.groups() {
@@ -93,9 +95,17 @@ pub(crate) fn check(study: &Study) -> Result<()> {
     }
     for point in points.into_iter().filter_map(|index| study.point(index)) {
         let sample = sample(&columns, &point)?;
-        sample.filter(on).map_err(|error| study.refuse_condition("`bisect.on` is no condition on the results", &error.to_string()))?;
-        for (late, why) in columns.iter().filter_map(|column| Some((column, column.unknown_in_choosing()?))) {
-            let others: Vec<&str> = columns.iter().map(|column| column.name.as_ref()).filter(|name| *name != late.name).collect();
+        sample.filter(on).map_err(|error| {
+            study.refuse_condition("`bisect.on` is no condition on the results", &error.to_string())
+        })?;
+        for (late, why) in
+            columns.iter().filter_map(|column| Some((column, column.unknown_in_choosing()?)))
+        {
+            let others: Vec<&str> = columns
+                .iter()
+                .map(|column| column.name.as_ref())
+                .filter(|name| *name != late.name)
+                .collect();
             if sample.select(&others)?.filter(on).is_err() {
                 return Err(study.refuse_condition(why, OF_ONE_JOB).into());
             }
@@ -104,7 +114,8 @@ pub(crate) fn check(study: &Study) -> Result<()> {
     Ok(())
 }
 
-/// A row of a point as its job will leave it: what it is not known to say has its type, and no value if it is a number.
+/// A row of a point as its job will leave it: what it is not known to say has its type, and no
+/// value if it is a number.
 fn sample(columns: &[study::Column], point: &Point) -> Result<Table> {
     let heads = columns.iter().map(|column| Column::new(column.name.as_ref(), column.unit()));
     let cells = columns.iter().map(|column| match results::cell(column.value(point, None)) {
@@ -141,12 +152,17 @@ fn refine(
             (Some(true), Some(value)) => value,
             _ => break Found::Unsolved,
         };
-        let change = last.map(|last: f64| if value == last { 0.0 } else { (value - last).abs() / value.abs() });
+        let change = last
+            .map(|last: f64| if value == last { 0.0 } else { (value - last).abs() / value.abs() });
         if let Some(change) = change.filter(|change| *change <= until) {
             break Found::Still { mesh: sides, value, change };
         }
         let doubled = sides.map(|n| n.saturating_mul(2));
-        let finer = if matches!(mesh, Mesh::Across(_)) { Mesh::Across(doubled[0]) } else { Mesh::Exact(doubled) };
+        let finer = if matches!(mesh, Mesh::Across(_)) {
+            Mesh::Across(doubled[0])
+        } else {
+            Mesh::Exact(doubled)
+        };
         let is_last = doubled.iter().any(|n| *n > at_most);
         // what is fine enough for some jobs is too fine for others
         match study.point_on_mesh(index, finer).filter(|_| !is_last) {
@@ -158,7 +174,11 @@ fn refine(
     Ok(())
 }
 
-fn bisect(study: &Study, records: &HashMap<JobKey, Record>, (axis, on, to): (usize, &str, f64)) -> Result<Chosen> {
+fn bisect(
+    study: &Study,
+    records: &HashMap<JobKey, Record>,
+    (axis, on, to): (usize, &str, f64),
+) -> Result<Chosen> {
     let columns = study.columns();
     let which = study.axes().nth(axis).context("the axis of [bisect] is gone")?;
     let group = study.groups().iter().position(|group| group.axes().contains(which)).unwrap_or(0);
@@ -174,15 +194,19 @@ fn bisect(study: &Study, records: &HashMap<JobKey, Record>, (axis, on, to): (usi
             _ => Ok(None),
         }
     };
-    let value = |point: &Point| point.values.get(axis).and_then(study::Value::as_f64).unwrap_or(f64::NAN);
-    // a part of the upper end; where that could never be, since the interval begins at 0 or below, of the whole axis
+    let value =
+        |point: &Point| point.values.get(axis).and_then(study::Value::as_f64).unwrap_or(f64::NAN);
+    // a part of the upper end; where that could never be, since the interval begins at 0 or below,
+    // of the whole axis
     let ends: Vec<f64> = which.values().filter_map(study::Value::as_f64).collect();
     let range = ends.last().zip(ends.first()).map_or(f64::NAN, |(last, first)| last - first);
     let is_short = |low: f64, high: f64| high - low <= to * if low > 0.0 { high } else { range };
-    let middle = |low: f64, high: f64| if which.is_log() { (low * high).sqrt() } else { 0.5 * (low + high) };
+    let middle =
+        |low: f64, high: f64| if which.is_log() { (low * high).sqrt() } else { 0.5 * (low + high) };
     let mut chosen = Chosen { points: Vec::new(), findings: Vec::new() };
     for index in (0..study.len()).filter(|index| (index / stride).is_multiple_of(length)) {
-        let mut line: Vec<Point> = (0..length).filter_map(|step| study.point(index + step * stride)).collect();
+        let mut line: Vec<Point> =
+            (0..length).filter_map(|step| study.point(index + step * stride)).collect();
         let at = line.first().map(|first| values(study, first, Some(axis))).unwrap_or_default();
         let mut known: Vec<Option<bool>> = line.iter().map(&holds).collect::<Result<_>>()?;
         let mut changes = Vec::new();
@@ -200,7 +224,9 @@ fn bisect(study: &Study, records: &HashMap<JobKey, Record>, (axis, on, to): (usi
                 changes.push(Found::Changes { from: low, to: high, becomes: after });
                 from += 1;
             } else {
-                let point = study.point_at(index, axis, between).context("a value between two of the study cannot be made a job")?;
+                let point = study
+                    .point_at(index, axis, between)
+                    .context("a value between two of the study cannot be made a job")?;
                 known.insert(from + 1, holds(&point)?);
                 line.insert(from + 1, point);
             }
@@ -220,7 +246,8 @@ fn bisect(study: &Study, records: &HashMap<JobKey, Record>, (axis, on, to): (usi
 
 /// The values of a point's axes, one of them left out.
 fn values(study: &Study, point: &Point, without: Option<usize>) -> Vec<(String, study::Value)> {
-    let axes = study.axes().zip(&point.values).enumerate().filter(|(index, _)| Some(*index) != without);
+    let axes =
+        study.axes().zip(&point.values).enumerate().filter(|(index, _)| Some(*index) != without);
     axes.map(|(_, (axis, value))| (axis.column().into_owned(), value.clone())).collect()
 }
 
@@ -229,40 +256,59 @@ pub(crate) fn table(study: &Study, findings: &[Finding]) -> Result<Table> {
     let axes = findings.first().map(|finding| finding.at.clone()).unwrap_or_default();
     let columns = study.columns();
     let unit = |name: &str| study::columns::find(&columns, name).map_or("", study::Column::unit);
-    let mut heads: Vec<Column> = axes.iter().map(|(name, _)| Column::new(name.as_str(), unit(name))).collect();
+    let mut heads: Vec<Column> =
+        axes.iter().map(|(name, _)| Column::new(name.as_str(), unit(name))).collect();
     let own: Vec<(String, String)> = match study.adaptive() {
         Some(Adaptive::Refine { on, .. }) => {
-            vec![("mesh".into(), String::new()), (on.clone(), unit(on).into()), ("change".into(), "1".into())]
+            vec![
+                ("mesh".into(), String::new()),
+                (on.clone(), unit(on).into()),
+                ("change".into(), "1".into()),
+            ]
         }
         Some(Adaptive::Bisect { axis, .. }) => {
-            let name = study.axes().nth(*axis).map(|axis| axis.column().into_owned()).unwrap_or_default();
+            let name =
+                study.axes().nth(*axis).map(|axis| axis.column().into_owned()).unwrap_or_default();
             ["from", "to"].map(|end| (format!("{name}_{end}"), unit(&name).to_owned())).to_vec()
         }
-        Some(Adaptive::Accuracy(_)) => ["mesh", "tolerance", "estimated error"].map(|name| (name.to_owned(), String::new())).to_vec(),
+        Some(Adaptive::Accuracy(_)) => ["mesh", "tolerance", "estimated error"]
+            .map(|name| (name.to_owned(), String::new()))
+            .to_vec(),
         None => Vec::new(),
     };
     heads.extend(own.iter().map(|(name, unit)| Column::new(name.as_str(), unit.as_str())));
     heads.push(Column::new("found", ""));
     let rows = findings.iter().map(|Finding { at, found }| {
-        let mesh = |[x, y]: [u32; 2]| Cell::Text(if x == y { x.to_string() } else { format!("{x}x{y}") });
+        let mesh =
+            |[x, y]: [u32; 2]| Cell::Text(if x == y { x.to_string() } else { format!("{x}x{y}") });
         let (cells, words) = match *found {
             Found::Pending => (Vec::new(), "jobs are left"),
             Found::Unsolved => (Vec::new(), "a job was not solved"),
-            Found::Still { mesh: sides, value, change } => {
-                (vec![mesh(sides), Cell::Number(value), Cell::Number(digits(change, 1))], "holds still")
-            }
+            Found::Still { mesh: sides, value, change } => (
+                vec![mesh(sides), Cell::Number(value), Cell::Number(digits(change, 1))],
+                "holds still",
+            ),
             Found::NotStill { mesh: sides, value, change } => {
                 let change = change.map_or(Cell::Missing, |change| Cell::Number(digits(change, 1)));
-                (vec![mesh(sides), Cell::Number(value), change], "still changes on the finest mesh allowed")
+                (
+                    vec![mesh(sides), Cell::Number(value), change],
+                    "still changes on the finest mesh allowed",
+                )
             }
-            Found::Changes { from, to, becomes } => {
-                (vec![Cell::Number(from), Cell::Number(to)], if becomes { "begins to hold" } else { "ceases to hold" })
+            Found::Changes { from, to, becomes } => (
+                vec![Cell::Number(from), Cell::Number(to)],
+                if becomes { "begins to hold" } else { "ceases to hold" },
+            ),
+            Found::Everywhere { holds } => {
+                (Vec::new(), if holds { "holds everywhere" } else { "holds nowhere" })
             }
-            Found::Everywhere { holds } => (Vec::new(), if holds { "holds everywhere" } else { "holds nowhere" }),
-            Found::Next { mesh: sides, tolerance } => (vec![mesh(sides), Cell::Number(tolerance)], "to be tried next"),
-            Found::Within { mesh: sides, tolerance, error } => {
-                (vec![mesh(sides), Cell::Number(tolerance), Cell::Number(digits(error, 1))], "accurate enough")
+            Found::Next { mesh: sides, tolerance } => {
+                (vec![mesh(sides), Cell::Number(tolerance)], "to be tried next")
             }
+            Found::Within { mesh: sides, tolerance, error } => (
+                vec![mesh(sides), Cell::Number(tolerance), Cell::Number(digits(error, 1))],
+                "accurate enough",
+            ),
             Found::Beyond { mesh: sides, tolerance, error, why } => {
                 let error = error.map_or(Cell::Missing, |error| Cell::Number(digits(error, 1)));
                 (vec![mesh(sides), Cell::Number(tolerance), error], why)
@@ -270,7 +316,10 @@ pub(crate) fn table(study: &Study, findings: &[Finding]) -> Result<Table> {
         };
         let missing = own.len() - cells.len();
         let axes = at.iter().map(|(_, value)| results::cell(value.clone()));
-        axes.chain(cells).chain(std::iter::repeat_n(Cell::Missing, missing)).chain([Cell::Text(words.to_owned())]).collect()
+        axes.chain(cells)
+            .chain(std::iter::repeat_n(Cell::Missing, missing))
+            .chain([Cell::Text(words.to_owned())])
+            .collect()
     });
     Ok(Table::new(heads, rows.collect())?)
 }

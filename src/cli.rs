@@ -26,14 +26,18 @@ pub(crate) enum Command {
     )]
     Run(RunArgs),
     /// Say what a study would run: jobs, cached ones, predicted time and memory; runs nothing
-    #[command(after_help = "Examples:\n  tribosweep plan sweeps/stick-zone.toml\n  tribosweep plan sweeps/stick-zone.toml --json")]
+    #[command(
+        after_help = "Examples:\n  tribosweep plan sweeps/stick-zone.toml\n  tribosweep plan sweeps/stick-zone.toml --json"
+    )]
     Plan(PlanArgs),
-    /// Measure what leaving effects out saves, on the first job of each group of jobs that call for the same ones
+    /// Measure what leaving effects out saves, on the first job of each group of jobs that call for
+    /// the same ones
     #[command(
         after_help = "Examples:\n  tribosweep effects sweeps/effects.toml\n  tribosweep effects sweeps/cattaneo-loop.toml --repeat 5 --json\n\nEach job is solved with every effect left out that its scene does not call for, then with each of those simulated, then with everything: in a process of its own, on one thread. Nothing is stored."
     )]
     Effects(EffectsArgs),
-    /// Say what accuracy costs in time: a ladder of meshes and tolerances for a scene, each rung timed alone
+    /// Say what accuracy costs in time: a ladder of meshes and tolerances for a scene, each rung
+    /// timed alone
     #[command(
         after_help = "Examples:\n  tribosweep cost sweeps/cost.toml\n  tribosweep cost sweeps/sphere.toml --set friction.mu=0.5\n\nA study of kind \"cost\" is run as it stands. Of any other the scene is taken, its axes fixed by --set, and a ladder made for it."
     )]
@@ -45,7 +49,9 @@ pub(crate) enum Command {
     #[command(after_help = "Examples:\n  tribosweep status\n  tribosweep status stick-zone --json")]
     Status(StatusArgs),
     /// Print what a study says beyond its rows: thresholds, orders of convergence, limits
-    #[command(after_help = "Examples:\n  tribosweep answer sliding\n  tribosweep answer convergence --json")]
+    #[command(
+        after_help = "Examples:\n  tribosweep answer sliding\n  tribosweep answer convergence --json"
+    )]
     Answer(AnswerArgs),
     /// Print a study's results as a table
     #[command(
@@ -71,7 +77,9 @@ pub(crate) enum Command {
     #[command(subcommand)]
     Store(StoreCommand),
     /// Print a completion script for a shell
-    #[command(after_help = "Examples:\n  tribosweep completions bash > /etc/bash_completion.d/tribosweep")]
+    #[command(
+        after_help = "Examples:\n  tribosweep completions bash > /etc/bash_completion.d/tribosweep"
+    )]
     Completions {
         /// The shell
         shell: clap_complete::Shell,
@@ -108,7 +116,8 @@ pub(crate) struct ExecutionArgs {
     /// Compute failed and quarantined jobs again
     #[arg(long)]
     pub(crate) retry_failed: bool,
-    /// Memory that all workers together may use, for example 8GiB [default: 80 % of what is available]
+    /// Memory that all workers together may use, for example 8GiB [default: 80 % of what is
+    /// available]
     #[arg(long, value_name = "SIZE", value_parser = memory_size)]
     pub(crate) memory: Option<u64>,
     /// Print events as JSON lines on standard output instead of a progress bar
@@ -241,7 +250,8 @@ pub(crate) struct ShowArgs {
     /// Draw a field: pressure, traction_x, traction_y, traction, gap, slip_x, slip_y, state
     #[arg(long, value_name = "FIELD")]
     pub(crate) field: Option<String>,
-    /// Of a search that found several solutions, the index of the one whose field to draw [default: 0]
+    /// Of a search that found several solutions, the index of the one whose field to draw [default:
+    /// 0]
     #[arg(long, value_name = "INDEX", requires = "field")]
     pub(crate) solution: Option<usize>,
     /// Write the field to a file: .png .svg .npy .vti .csv
@@ -261,7 +271,8 @@ pub(crate) struct ShowArgs {
 pub(crate) struct PlotArgs {
     /// Name of the study
     pub(crate) name: String,
-    /// Draw only the figure of this name; a figure without a name is called by its number [default: all]
+    /// Draw only the figure of this name; a figure without a name is called by its number [default:
+    /// all]
     #[arg(long, value_name = "NAME")]
     pub(crate) figure: Option<String>,
     /// Column along x [default: the study's figure]
@@ -288,7 +299,8 @@ pub(crate) struct PlotArgs {
     /// Logarithmic y
     #[arg(long)]
     pub(crate) log_y: bool,
-    /// File to write, .svg or .png [default: NAME.svg and NAME.png in the current directory, NAME-FIGURE for the other figures]
+    /// File to write, .svg or .png [default: NAME.svg and NAME.png in the current directory,
+    /// NAME-FIGURE for the other figures]
     #[arg(long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Print JSON: the files written
@@ -308,7 +320,8 @@ pub(crate) struct SolveArgs {
     /// Draw a field: pressure, traction_x, traction_y, traction, gap, slip_x, slip_y, state
     #[arg(long, value_name = "FIELD")]
     pub(crate) field: Option<String>,
-    /// Of a search that finds several solutions, the index of the one whose field to draw [default: 0]
+    /// Of a search that finds several solutions, the index of the one whose field to draw [default:
+    /// 0]
     #[arg(long, value_name = "INDEX", requires = "field")]
     pub(crate) solution: Option<usize>,
     /// Write the field to a file: .png .svg .npy .vti .csv
@@ -322,7 +335,9 @@ pub(crate) struct SolveArgs {
 #[derive(Subcommand)]
 pub(crate) enum StoreCommand {
     /// Read every record and every file and say what is damaged
-    #[command(after_help = "Examples:\n  tribosweep store verify\n  tribosweep store verify --deep")]
+    #[command(
+        after_help = "Examples:\n  tribosweep store verify\n  tribosweep store verify --deep"
+    )]
     Verify {
         /// Also prove anew what records claim to have proved: the brackets of uniqueness sets
         #[arg(long)]
@@ -333,7 +348,8 @@ pub(crate) enum StoreCommand {
         #[command(flatten)]
         store: StoreArgs,
     },
-    /// Rebuild a damaged store from what can still be verified; what is lost is computed again by the next run
+    /// Rebuild a damaged store from what can still be verified; what is lost is computed again by
+    /// the next run
     #[command(after_help = "Examples:\n  tribosweep store salvage")]
     Salvage {
         /// Print JSON
@@ -356,8 +372,15 @@ pub(crate) enum StoreCommand {
 /// A size in bytes: a number with an optional unit k, M, G (binary, with or without iB or B).
 fn memory_size(text: &str) -> Result<u64, String> {
     let split = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
-    let number: f64 = text[..split].parse().map_err(|_| "must be a number with a unit, for example 8GiB".to_owned())?;
-    let unit = match text[split..].trim().to_ascii_lowercase().trim_end_matches("ib").trim_end_matches('b') {
+    let number: f64 = text[..split]
+        .parse()
+        .map_err(|_| "must be a number with a unit, for example 8GiB".to_owned())?;
+    let unit = match text[split..]
+        .trim()
+        .to_ascii_lowercase()
+        .trim_end_matches("ib")
+        .trim_end_matches('b')
+    {
         "" => 1.0,
         "k" => 1024.0,
         "m" => 1024.0 * 1024.0,
@@ -365,5 +388,9 @@ fn memory_size(text: &str) -> Result<u64, String> {
         _ => return Err(format!("unknown unit `{}`; use KiB, MiB or GiB", &text[split..])),
     };
     let bytes = number * unit;
-    if bytes >= 1.0 && bytes < u64::MAX as f64 { Ok(bytes as u64) } else { Err("must be at least one byte and below 16 EiB".to_owned()) }
+    if bytes >= 1.0 && bytes < u64::MAX as f64 {
+        Ok(bytes as u64)
+    } else {
+        Err("must be at least one byte and below 16 EiB".to_owned())
+    }
 }

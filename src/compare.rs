@@ -30,7 +30,11 @@ pub(crate) struct Rungs<'a> {
 
 /// The closed form that the rungs of a ladder tend to: the source's are for ε = 0.
 fn exact(ladder: &Ladder, case: &Case) -> Option<ClosedForm> {
-    if ladder.along == Key::Epsilon || case.numerics.epsilon != 0.0 { None } else { closed_form(&case.scene) }
+    if ladder.along == Key::Epsilon || case.numerics.epsilon != 0.0 {
+        None
+    } else {
+        closed_form(&case.scene)
+    }
 }
 
 /// Refuses a study that asks for a closed form where there is none, before anything is solved.
@@ -39,14 +43,23 @@ pub(crate) fn check(study: &Study, ladder: &Ladder, points: &[Point]) -> Result<
         return Ok(());
     }
     for (at, members) in members(study, |group| group == ladder.group, points) {
-        if members.iter().filter_map(|index| case(&points[*index])).any(|case| exact(ladder, case).is_none()) {
-            bail!("{}: {} has no closed form; leave `reference` out of [convergence] to compare with the finest", study.path(), place(&at));
+        if members
+            .iter()
+            .filter_map(|index| case(&points[*index]))
+            .any(|case| exact(ladder, case).is_none())
+        {
+            bail!(
+                "{}: {} has no closed form; leave `reference` out of [convergence] to compare with the finest",
+                study.path(),
+                place(&at)
+            );
         }
     }
     Ok(())
 }
 
-/// Gathers the ladders of a convergence study from what was solved, and compares each rung; one entry for each point.
+/// Gathers the ladders of a convergence study from what was solved, and compares each rung; one
+/// entry for each point.
 pub(crate) fn compare<'a>(
     study: &Study,
     ladder: &Ladder,
@@ -59,8 +72,14 @@ pub(crate) fn compare<'a>(
     for (at, members) in members(study, |group| group == ladder.group, points) {
         let mut rungs: Vec<(f64, usize, &Record)> = Vec::new();
         for index in members {
-            let (Job::Solve(case), Some(record)) = (&points[index].job, records.get(&points[index].key)) else { continue };
-            if record.is_certified() && rungs.iter().all(|(_, other, _)| points[*other].key != points[index].key) {
+            let (Job::Solve(case), Some(record)) =
+                (&points[index].job, records.get(&points[index].key))
+            else {
+                continue;
+            };
+            if record.is_certified()
+                && rungs.iter().all(|(_, other, _)| points[*other].key != points[index].key)
+            {
                 rungs.push((height(ladder.along, case, record), index, record));
             }
         }
@@ -74,26 +93,47 @@ pub(crate) fn compare<'a>(
         let (reference, source) = match &exact {
             Some(exact) => (exact.name.to_owned(), format!(" ({})", exact.source)),
             None => {
-                let [x, y] = last_end.map_or([0; 2], |end| [end.observables.mesh_x, end.observables.mesh_y]);
+                let [x, y] =
+                    last_end.map_or([0; 2], |end| [end.observables.mesh_x, end.observables.mesh_y]);
                 let epsilon = case(&points[finest]).map_or(0.0, |case| case.numerics.epsilon);
-                (if ladder.along == Key::Epsilon { format!("epsilon = {epsilon}") } else { format!("mesh {x} x {y}") }, String::new())
+                (
+                    if ladder.along == Key::Epsilon {
+                        format!("epsilon = {epsilon}")
+                    } else {
+                        format!("mesh {x} x {y}")
+                    },
+                    String::new(),
+                )
             }
         };
         for (_, index, record) in &rungs {
-            let (Some(end), Some(case)) = (record.outcome().and_then(Outcome::last), case(&points[*index])) else { continue };
+            let (Some(end), Some(case)) =
+                (record.outcome().and_then(Outcome::last), case(&points[*index]))
+            else {
+                continue;
+            };
             let errors = match (&exact, last_end) {
                 (Some(exact), _) => Errors::against_closed_form(end, &fields(record)?, exact),
                 // the finest has no error against itself
                 (None, Some(last)) if *index != finest => {
                     let controls = case.scene.loading.legs().last().map(|leg| leg.target);
                     let own = fields(record)?;
-                    controls.and_then(|controls| Errors::against_solution(end, &own, last, &last_fields, &controls))
+                    controls.and_then(|controls| {
+                        Errors::against_solution(end, &own, last, &last_fields, &controls)
+                    })
                 }
                 _ => None,
             };
-            compared[*index] = errors.map(|errors| Compared { errors, reference: format!("{reference}{source}"), claim: None });
+            compared[*index] = errors.map(|errors| Compared {
+                errors,
+                reference: format!("{reference}{source}"),
+                claim: None,
+            });
         }
-        let rungs = rungs.iter().filter_map(|(height, index, record)| Some((*height, *index, record.outcome()?))).collect();
+        let rungs = rungs
+            .iter()
+            .filter_map(|(height, index, record)| Some((*height, *index, record.outcome()?)))
+            .collect();
         let noise = points[finest].job.case().map_or(0.0, |case| 10.0 * case.numerics.tolerance);
         ladders.push(Rungs { at, reference, noise, rungs });
     }
@@ -116,14 +156,23 @@ fn height(along: Key, case: &Case, record: &Record) -> f64 {
 pub(crate) type Members = (Vec<(String, Value)>, Vec<usize>);
 
 /// The points of each ladder, by the values of the axes in groups that make no rungs.
-pub(crate) fn members(study: &Study, is_rung: impl Fn(usize) -> bool, points: &[Point]) -> Vec<Members> {
-    let own: Vec<bool> =
-        study.groups().iter().enumerate().flat_map(|(at, group)| std::iter::repeat_n(is_rung(at), group.axes().len())).collect();
+pub(crate) fn members(
+    study: &Study,
+    is_rung: impl Fn(usize) -> bool,
+    points: &[Point],
+) -> Vec<Members> {
+    let own: Vec<bool> = study
+        .groups()
+        .iter()
+        .enumerate()
+        .flat_map(|(at, group)| std::iter::repeat_n(is_rung(at), group.axes().len()))
+        .collect();
     let mut all: Vec<Members> = Vec::new();
     let mut known: HashMap<String, usize> = HashMap::new();
     for (index, point) in points.iter().enumerate() {
         let others = study.axes().zip(&point.values).zip(&own).filter(|(_, own)| !**own);
-        let at: Vec<(String, Value)> = others.map(|((axis, value), _)| (axis.column().into_owned(), value.clone())).collect();
+        let at: Vec<(String, Value)> =
+            others.map(|((axis, value), _)| (axis.column().into_owned(), value.clone())).collect();
         let ladder = *known.entry(format!("{at:?}")).or_insert(all.len());
         match all.get_mut(ladder) {
             Some((_, members)) => members.push(index),
@@ -135,12 +184,22 @@ pub(crate) fn members(study: &Study, is_rung: impl Fn(usize) -> bool, points: &[
 
 pub(crate) fn place(at: &[(String, Value)]) -> String {
     let values: Vec<String> = at.iter().map(|(name, value)| format!("{name} = {value}")).collect();
-    if values.is_empty() { "the scene".to_owned() } else { format!("the scene with {}", values.join(", ")) }
+    if values.is_empty() {
+        "the scene".to_owned()
+    } else {
+        format!("the scene with {}", values.join(", "))
+    }
 }
 
 /// How each error falls along each ladder: error ~ h^order.
-pub(crate) fn orders(study: &Study, ladders: &[Rungs<'_>], compared: &[Option<Compared>]) -> Result<Table> {
-    let along = study.ladder().map_or("h", |ladder| if ladder.along == Key::Epsilon { "epsilon" } else { "h" });
+pub(crate) fn orders(
+    study: &Study,
+    ladders: &[Rungs<'_>],
+    compared: &[Option<Compared>],
+) -> Result<Table> {
+    let along = study
+        .ladder()
+        .map_or("h", |ladder| if ladder.along == Key::Epsilon { "epsilon" } else { "h" });
     let mut heads = axes(study, ladders);
     let own = ["error", "order", "±", "from", "to", "finest error", "reference"];
     let unit = |name: &str| if along == "h" && matches!(name, "from" | "to") { "m" } else { "" };
@@ -151,15 +210,23 @@ pub(crate) fn orders(study: &Study, ladders: &[Rungs<'_>], compared: &[Option<Co
     let mut rows = Vec::new();
     for ladder in ladders {
         for (name, _) in Errors::default().named() {
-            let error = |index: usize| compared[index].as_ref().and_then(|compared| compared.errors.get(name));
-            let rungs: Vec<(f64, f64)> = ladder.rungs.iter().filter_map(|(h, index, _)| Some((*h, error(*index)?))).collect();
+            let error = |index: usize| {
+                compared[index].as_ref().and_then(|compared| compared.errors.get(name))
+            };
+            let rungs: Vec<(f64, f64)> = ladder
+                .rungs
+                .iter()
+                .filter_map(|(h, index, _)| Some((*h, error(*index)?)))
+                .collect();
             let Some((_, finest)) = rungs.last().copied() else { continue };
             // ε = 0 is no point in logarithms
-            let line: Vec<(f64, f64)> = rungs.into_iter().filter(|(h, error)| *h > 0.0 && *error > ladder.noise).collect();
+            let line: Vec<(f64, f64)> =
+                rungs.into_iter().filter(|(h, error)| *h > 0.0 && *error > ladder.noise).collect();
             if line.is_empty() {
                 continue;
             }
-            let mut row: Vec<Cell> = ladder.at.iter().map(|(_, value)| cell(value.clone())).collect();
+            let mut row: Vec<Cell> =
+                ladder.at.iter().map(|(_, value)| cell(value.clone())).collect();
             row.push(Cell::Text(name.to_owned()));
             row.extend(match power_law(if finest == 0.0 { &[] } else { &line }) {
                 Ok(PowerLaw { slope, standard_error, range, .. }) => {
@@ -188,22 +255,34 @@ const LIMITS: [Quantity; 5] = [
 
 /// What the quantities of each ladder of meshes tend to, by Richardson's extrapolation.
 pub(crate) fn limits(study: &Study, ladders: &[Rungs<'_>]) -> Result<Option<Table>> {
-    if study.ladder().is_none_or(|ladder| ladder.along != Key::Mesh) || ladders.iter().all(|ladder| ladder.rungs.len() < 3) {
+    if study.ladder().is_none_or(|ladder| ladder.along != Key::Mesh)
+        || ladders.iter().all(|ladder| ladder.rungs.len() < 3)
+    {
         return Ok(None);
     }
     let mut heads = axes(study, ladders);
-    heads.extend(["quantity", "unit", "finest", "limit", "± (estimated)", "order", "values"].map(|name| Column::new(name, "")));
+    heads.extend(
+        ["quantity", "unit", "finest", "limit", "± (estimated)", "order", "values"]
+            .map(|name| Column::new(name, "")),
+    );
     let mut rows = Vec::new();
     for ladder in ladders {
         for (name, unit, read) in LIMITS {
-            let values = ladder.rungs.iter().filter_map(|(h, _, outcome)| Some((*h, read(&outcome.last()?.observables))));
+            let values = ladder
+                .rungs
+                .iter()
+                .filter_map(|(h, _, outcome)| Some((*h, read(&outcome.last()?.observables))));
             let values: Vec<(f64, f64)> = values.collect();
-            let (Ok(limit), Some((_, finest))) = (richardson(&values), values.last()) else { continue };
+            let (Ok(limit), Some((_, finest))) = (richardson(&values), values.last()) else {
+                continue;
+            };
             // what is prescribed
-            if values.iter().all(|(_, value)| (value - finest).abs() <= ladder.noise * finest.abs()) {
+            if values.iter().all(|(_, value)| (value - finest).abs() <= ladder.noise * finest.abs())
+            {
                 continue;
             }
-            let mut row: Vec<Cell> = ladder.at.iter().map(|(_, value)| cell(value.clone())).collect();
+            let mut row: Vec<Cell> =
+                ladder.at.iter().map(|(_, value)| cell(value.clone())).collect();
             let trend = match limit.trend {
                 Trend::Settled => "the same to rounding",
                 Trend::Asymptotic => "one order",
@@ -229,7 +308,10 @@ pub(crate) fn limits(study: &Study, ladders: &[Rungs<'_>]) -> Result<Option<Tabl
 fn axes(study: &Study, ladders: &[Rungs<'_>]) -> Vec<Column> {
     let columns = study.columns();
     let unit = |name: &str| study::columns::find(&columns, name).map_or("", study::Column::unit);
-    let names = ladders.first().map(|ladder| ladder.at.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>()).unwrap_or_default();
+    let names = ladders
+        .first()
+        .map(|ladder| ladder.at.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>())
+        .unwrap_or_default();
     names.into_iter().map(|name| Column::new(name, unit(name))).collect()
 }
 

@@ -6,7 +6,9 @@ use anyhow::{Context, Result, bail};
 use contact::loading::Control;
 use contact::numerics::{Mesh, Numerics};
 use contact::outcome::StepOutcome;
-use contact::reference::{ClosedForm, Errors, FigureErrors, PowerLaw, closed_form, power_law, richardson};
+use contact::reference::{
+    ClosedForm, Errors, FigureErrors, PowerLaw, closed_form, power_law, richardson,
+};
 use report::{Cell, Column, Table, pareto_front};
 use study::columns::Compared;
 use study::cost::{Cost, is_rung};
@@ -50,8 +52,14 @@ struct Laws {
 
 /// Refuses a study whose error has nothing to be an error from, before anything is solved.
 pub(crate) fn check(study: &Study, cost: &Cost, points: &[Point]) -> Result<()> {
-    let Some(on) = cost.on.filter(|on| SCALARS.iter().all(|(known, _)| known != on)) else { return Ok(()) };
-    match points.iter().filter_map(|point| point.job.case()).find(|case| closed_form(&case.scene).is_none()) {
+    let Some(on) = cost.on.filter(|on| SCALARS.iter().all(|(known, _)| known != on)) else {
+        return Ok(());
+    };
+    match points
+        .iter()
+        .filter_map(|point| point.job.case())
+        .find(|case| closed_form(&case.scene).is_none())
+    {
         Some(_) => bail!(
             "{}: [cost] on = \"{on}\" needs a scene with a closed form, and this one has none; what is extrapolated instead is {}",
             study.path(),
@@ -61,7 +69,8 @@ pub(crate) fn check(study: &Study, cost: &Cost, points: &[Point]) -> Result<()> 
     }
 }
 
-/// Holds every rung against the closed form of its scene, or else against what its tightest rungs extrapolate to.
+/// Holds every rung against the closed form of its scene, or else against what its tightest rungs
+/// extrapolate to.
 pub(crate) fn compare(
     study: &Study,
     cost: &Cost,
@@ -73,18 +82,40 @@ pub(crate) fn compare(
     let (mut fronts, mut fits, mut words) = (Vec::new(), Vec::new(), Vec::new());
     let mut axes: Vec<String> = Vec::new();
     for (at, members) in members(study, |group| is_rung(&study.groups()[group]), points) {
-        let Some(case) = members.first().and_then(|first| points[*first].job.case()) else { continue };
-        let controls = case.scene.loading.legs().last().map(|leg| leg.target).context("a scene without a load step")?;
-        let on = cost.on.unwrap_or(if matches!(controls[0], Control::Motion(_)) { "load" } else { "approach" });
+        let Some(case) = members.first().and_then(|first| points[*first].job.case()) else {
+            continue;
+        };
+        let controls = case
+            .scene
+            .loading
+            .legs()
+            .last()
+            .map(|leg| leg.target)
+            .context("a scene without a load step")?;
+        let on = cost.on.unwrap_or(if matches!(controls[0], Control::Motion(_)) {
+            "load"
+        } else {
+            "approach"
+        });
         let exact = closed_form(&case.scene);
         let mut rungs = Vec::new();
         let mut families: Vec<Numerics> = Vec::new();
         for index in members {
-            let Some(numerics) = points[index].job.case().map(|case| &case.numerics) else { continue };
-            let Some(record) = records.get(&points[index].key).filter(|record| record.is_certified()) else { continue };
+            let Some(numerics) = points[index].job.case().map(|case| &case.numerics) else {
+                continue;
+            };
+            let Some(record) =
+                records.get(&points[index].key).filter(|record| record.is_certified())
+            else {
+                continue;
+            };
             let Some(end) = record.outcome().and_then(|outcome| outcome.last()) else { continue };
             let o = &end.observables;
-            let (least, most) = record.provenance.times.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), t| (l.min(*t), m.max(*t)));
+            let (least, most) = record
+                .provenance
+                .times
+                .iter()
+                .fold((f64::INFINITY, 0.0_f64), |(l, m), t| (l.min(*t), m.max(*t)));
             let of = Numerics { mesh: Mesh::Across(1), tolerance: 0.5, ..numerics.clone() };
             let family = families.iter().position(|known| *known == of).unwrap_or(families.len());
             if family == families.len() {
@@ -107,7 +138,11 @@ pub(crate) fn compare(
         let (reference, uncertainty) = match &exact {
             Some(exact) => (format!("{} ({})", exact.name, exact.source), 0.0),
             None => {
-                let Some(limits) = Limits::of(&tightest.iter().map(|at| &rungs[*at]).collect::<Vec<_>>()) else { continue };
+                let Some(limits) =
+                    Limits::of(&tightest.iter().map(|at| &rungs[*at]).collect::<Vec<_>>())
+                else {
+                    continue;
+                };
                 let Some(uncertainty) = limits.uncertainty(on) else { continue };
                 for rung in &rungs {
                     let errors = limits.errors(rung.end, &controls);
@@ -119,21 +154,24 @@ pub(crate) fn compare(
         };
         if let Some(exact) = &exact {
             for rung in &rungs {
-                compared[rung.index] = against(exact, rung.end, points, records, rung.index, fields)?.map(|errors| Compared {
-                    errors,
-                    reference: reference.clone(),
-                    claim: None,
-                });
+                compared[rung.index] =
+                    against(exact, rung.end, points, records, rung.index, fields)?.map(|errors| {
+                        Compared { errors, reference: reference.clone(), claim: None }
+                    });
             }
         }
         for rung in &mut rungs {
-            rung.error = compared[rung.index].as_ref().and_then(|compared| compared.errors.get(on)).unwrap_or(f64::NAN);
+            rung.error = compared[rung.index]
+                .as_ref()
+                .and_then(|compared| compared.errors.get(on))
+                .unwrap_or(f64::NAN);
         }
         rungs.retain(|rung| rung.error.is_finite() && rung.seconds > 0.0);
         if rungs.is_empty() {
             continue;
         }
-        let laws: Vec<Laws> = (0..families.len()).map(|family| Laws::of(&rungs, family, uncertainty)).collect();
+        let laws: Vec<Laws> =
+            (0..families.len()).map(|family| Laws::of(&rungs, family, uncertainty)).collect();
         claim(&mut rungs, &laws, uncertainty);
         for rung in &rungs {
             if let Some(compared) = &mut compared[rung.index] {
@@ -160,12 +198,17 @@ pub(crate) fn compare(
                 Some(law) => [law.slope, law.standard_error].map(|x| Cell::Number(digits(x, 2))),
                 None => [const { Cell::Missing }; 2],
             };
-            let own = settings(study, &points[first.index], |key| !matches!(key, Key::Mesh | Key::Tolerance));
+            let own = settings(study, &points[first.index], |key| {
+                !matches!(key, Key::Mesh | Key::Tolerance)
+            });
             row.push(if own.is_empty() { Cell::Missing } else { Cell::Text(own) });
             row.push(Cell::Text(on.replace('_', " ")));
             row.extend(pair(&laws.order));
             row.extend(pair(&laws.growth));
-            row.extend([Cell::Text(reference.split(" (").next().unwrap_or_default().to_owned()), Cell::Number(digits(uncertainty, 1))]);
+            row.extend([
+                Cell::Text(reference.split(" (").next().unwrap_or_default().to_owned()),
+                Cell::Number(digits(uncertainty, 1)),
+            ]);
             fits.push(row);
         }
         let mut row = head;
@@ -176,12 +219,20 @@ pub(crate) fn compare(
     let unit = |name: &str| study::columns::find(&columns, name).map_or("", study::Column::unit);
     let table = |own: &[(&str, &str)], rows: Vec<Vec<Cell>>| {
         let heads = axes.iter().map(|name| Column::new(name.as_str(), unit(name)));
-        Table::new(heads.chain(own.iter().map(|(name, unit)| Column::new(*name, *unit))).collect(), rows)
+        Table::new(
+            heads.chain(own.iter().map(|(name, unit)| Column::new(*name, *unit))).collect(),
+            rows,
+        )
     };
     let mut answers = Vec::new();
     if !fronts.is_empty() {
-        answers
-            .push(("cheapest for their error", table(&[("error up to", ""), ("seconds", "s"), ("spread", ""), ("settings", "")], fronts)?));
+        answers.push((
+            "cheapest for their error",
+            table(
+                &[("error up to", ""), ("seconds", "s"), ("spread", ""), ("settings", "")],
+                fronts,
+            )?,
+        ));
         let own = [
             ("with", ""),
             ("error of", ""),
@@ -206,24 +257,36 @@ impl Laws {
         let mut line: Vec<&Rung<'_>> = own().filter(|rung| rung.tolerance == least).collect();
         // from the coarsest mesh to the finest
         line.sort_by(|a, b| b.h.total_cmp(&a.h));
-        let errors = line.iter().filter(|rung| rung.error > uncertainty).map(|rung| (rung.h, rung.error));
+        let errors =
+            line.iter().filter(|rung| rung.error > uncertainty).map(|rung| (rung.h, rung.error));
         Laws {
             order: power_law(&errors.collect::<Vec<_>>()).ok(),
-            growth: power_law(&line.iter().map(|rung| (rung.elements, rung.seconds)).collect::<Vec<_>>()).ok(),
+            growth: power_law(
+                &line.iter().map(|rung| (rung.elements, rung.seconds)).collect::<Vec<_>>(),
+            )
+            .ok(),
         }
     }
 }
 
-/// What error each rung can be relied on to keep: its own and those of the rungs of its family that are as fine and as tight or more so,
-/// none of which may be better by chance, and what the family's law gives on its mesh; to which the uncertainty of the reference comes.
+/// What error each rung can be relied on to keep: its own and those of the rungs of its family that
+/// are as fine and as tight or more so, none of which may be better by chance, and what the
+/// family's law gives on its mesh; to which the uncertainty of the reference comes.
 fn claim(rungs: &mut [Rung<'_>], laws: &[Laws], uncertainty: f64) {
     let claims: Vec<f64> = rungs
         .iter()
         .map(|rung| {
-            let finer = |other: &&Rung<'_>| other.family == rung.family && other.h <= rung.h && other.tolerance <= rung.tolerance;
+            let finer = |other: &&Rung<'_>| {
+                other.family == rung.family
+                    && other.h <= rung.h
+                    && other.tolerance <= rung.tolerance
+            };
             let largest = rungs.iter().filter(finer).map(|other| other.error).fold(0.0, f64::max);
             // a line that does not fall tells nothing
-            let law = laws[rung.family].order.as_ref().filter(|law| law.slope > 0.0 && rung.h <= law.range[0]);
+            let law = laws[rung.family]
+                .order
+                .as_ref()
+                .filter(|law| law.slope > 0.0 && rung.h <= law.range[0]);
             largest.max(law.map_or(0.0, |law| law.at(rung.h))) + uncertainty
         })
         .collect();
@@ -252,7 +315,8 @@ fn against(
     Ok(Errors::against_closed_form(end, &fields(record)?, exact))
 }
 
-/// The rungs that differ from the best in their mesh only: of the smallest tolerance and ε, in the first method and projection.
+/// The rungs that differ from the best in their mesh only: of the smallest tolerance and ε, in the
+/// first method and projection.
 fn tightest(points: &[Point], rungs: &[Rung<'_>]) -> Vec<usize> {
     (0..rungs.len()).filter(|at| tightest_has(points, rungs, &rungs[*at])).collect()
 }
@@ -261,11 +325,14 @@ fn tightest_has(points: &[Point], rungs: &[Rung<'_>], rung: &Rung<'_>) -> bool {
     let numerics = |rung: &Rung<'_>| points[rung.index].job.case().map(|case| &case.numerics);
     let Some(own) = numerics(rung) else { return false };
     let all = || rungs.iter().filter_map(numerics);
-    let least = |read: fn(&contact::numerics::Numerics) -> f64| all().map(read).fold(f64::INFINITY, f64::min);
+    let least = |read: fn(&contact::numerics::Numerics) -> f64| {
+        all().map(read).fold(f64::INFINITY, f64::min)
+    };
     let first = all().next();
     own.tolerance == least(|numerics| numerics.tolerance)
         && own.epsilon == least(|numerics| numerics.epsilon)
-        && first.is_some_and(|first| (first.method, first.projection) == (own.method, own.projection))
+        && first
+            .is_some_and(|first| (first.method, first.projection) == (own.method, own.projection))
 }
 
 /// What scalar figures extrapolate to, with uncertainties; `None` where they do not.
@@ -290,7 +357,8 @@ impl Limits {
         rungs.sort_by(|a, b| b.h.total_cmp(&a.h));
         (rungs.len() >= 3).then(|| {
             Limits(SCALARS.map(|(_, read)| {
-                let ladder: Vec<(f64, f64)> = rungs.iter().map(|rung| (rung.h, read(rung.end))).collect();
+                let ladder: Vec<(f64, f64)> =
+                    rungs.iter().map(|rung| (rung.h, read(rung.end))).collect();
                 richardson(&ladder).ok().map(|limit| (limit.value, limit.uncertainty))
             }))
         })
@@ -298,7 +366,8 @@ impl Limits {
 
     /// What an error of a quantity is relative to: itself, or of what sticks, what is in contact.
     fn unit(&self, which: usize) -> Option<f64> {
-        let (limit, _) = self.0[if SCALARS[which].0 == "stick_area" { CONTACT_AREA } else { which }]?;
+        let (limit, _) =
+            self.0[if SCALARS[which].0 == "stick_area" { CONTACT_AREA } else { which }]?;
         (limit != 0.0).then_some(limit.abs())
     }
 
@@ -309,7 +378,9 @@ impl Limits {
     }
 
     fn errors(&self, end: &StepOutcome, controls: &[Control; 6]) -> Errors {
-        let error = |which: usize| Some((SCALARS[which].1(end) - self.0[which]?.0).abs() / self.unit(which)?);
+        let error = |which: usize| {
+            Some((SCALARS[which].1(end) - self.0[which]?.0).abs() / self.unit(which)?)
+        };
         let is_force = matches!(controls[0], Control::Force(_));
         let figures = FigureErrors {
             load: error(0).filter(|_| !is_force),
@@ -327,7 +398,8 @@ impl Limits {
 fn settings(study: &Study, point: &Point, of: fn(Key) -> bool) -> String {
     let is_meant = |key: Key| key.path().starts_with("numerics.") && of(key);
     let own = study.axes().zip(&point.values).filter(|(axis, _)| axis.key().is_some_and(is_meant));
-    let said: Vec<String> = own.map(|(axis, value)| format!("{} {}", axis.column(), shown(value))).collect();
+    let said: Vec<String> =
+        own.map(|(axis, value)| format!("{} {}", axis.column(), shown(value))).collect();
     said.join(", ")
 }
 
@@ -352,15 +424,21 @@ fn sentence(study: &Study, points: &[Point], rungs: &[Rung<'_>], on: &str) -> St
         priced.retain(|(_, other)| other.index != rung.index);
         priced.push((target, rung));
     }
-    let Some((_, first)) = priced.first() else { return format!("no rung gives the {} to {} %", on.replace('_', " "), TARGETS[0] * 100.0) };
+    let Some((_, first)) = priced.first() else {
+        return format!("no rung gives the {} to {} %", on.replace('_', " "), TARGETS[0] * 100.0);
+    };
     let mut said = Vec::new();
     let mut last = first.seconds;
     for (target, rung) in &priced {
-        let (price, settings) = (price(rung.seconds), settings(study, &points[rung.index], |_| true));
+        let (price, settings) =
+            (price(rung.seconds), settings(study, &points[rung.index], |_| true));
         let percent = digits(target * 100.0, 3);
         said.push(match said.len() {
             0 => format!("{percent} % of the {} costs {price} ({settings})", on.replace('_', " ")),
-            _ => format!("{percent} % costs {price}, {:.1} times that ({settings})", rung.seconds / last),
+            _ => format!(
+                "{percent} % costs {price}, {:.1} times that ({settings})",
+                rung.seconds / last
+            ),
         });
         last = rung.seconds;
     }
@@ -386,7 +464,18 @@ mod tests {
         let rung = |(index, (h, tolerance, family, error)): (usize, &(f64, f64, usize, f64))| {
             let (h, tolerance, family, error) = (*h, *tolerance, *family, *error);
             let elements = (1.0 / h).powi(2);
-            Rung { index, tolerance, family, h, elements, end, seconds: 1e-6 * elements, spread: 0.0, error, claim: f64::NAN }
+            Rung {
+                index,
+                tolerance,
+                family,
+                h,
+                elements,
+                end,
+                seconds: 1e-6 * elements,
+                spread: 0.0,
+                error,
+                claim: f64::NAN,
+            }
         };
         of.iter().enumerate().map(rung).collect()
     }
@@ -394,15 +483,28 @@ mod tests {
     fn claims(of: &[(f64, f64, usize, f64)], families: usize, uncertainty: f64) -> Vec<f64> {
         let end = StepOutcome::default();
         let mut rungs = rungs(&end, of);
-        let laws: Vec<Laws> = (0..families).map(|family| Laws::of(&rungs, family, uncertainty)).collect();
+        let laws: Vec<Laws> =
+            (0..families).map(|family| Laws::of(&rungs, family, uncertainty)).collect();
         claim(&mut rungs, &laws, uncertainty);
         rungs.iter().map(|rung| rung.claim).collect()
     }
 
     #[test]
     fn a_rung_that_is_good_by_chance_claims_what_finer_ones_have() {
-        let claimed = claims(&[(0.4, 1e-8, 0, 0.1), (0.2, 1e-8, 0, 1e-6), (0.1, 1e-8, 0, 0.01), (0.05, 1e-8, 0, 0.004)], 1, 1e-3);
-        assert!(claimed[0] >= 0.101 && claimed[1] >= 0.011, "the second error is one of a change of sign: {claimed:?}");
+        let claimed = claims(
+            &[
+                (0.4, 1e-8, 0, 0.1),
+                (0.2, 1e-8, 0, 1e-6),
+                (0.1, 1e-8, 0, 0.01),
+                (0.05, 1e-8, 0, 0.004),
+            ],
+            1,
+            1e-3,
+        );
+        assert!(
+            claimed[0] >= 0.101 && claimed[1] >= 0.011,
+            "the second error is one of a change of sign: {claimed:?}"
+        );
         // a loose solve of a fine mesh does not tell of tight ones
         assert_eq!(claims(&[(0.2, 1e-8, 0, 0.01), (0.1, 1e-2, 0, 0.5)], 1, 0.0), [0.01, 0.5]);
         // another family is not told of
@@ -411,7 +513,10 @@ mod tests {
 
     #[test]
     fn claims_have_two_digits() {
-        assert_eq!([0.01, 0.0101, 0.0999, 3.5e-5, 0.0].map(two_digits_up), [0.01, 0.011, 0.1, 3.5e-5, 0.0]);
+        assert_eq!(
+            [0.01, 0.0101, 0.0999, 3.5e-5, 0.0].map(two_digits_up),
+            [0.01, 0.011, 0.1, 3.5e-5, 0.0]
+        );
     }
 
     #[test]
@@ -420,14 +525,21 @@ mod tests {
         let claimed = claims(&line, 1, 0.1);
         assert!(claimed.iter().all(|claim| *claim >= 0.1), "{claimed:?}");
         let end = StepOutcome::default();
-        assert!(Laws::of(&rungs(&end, &line), 0, 0.1).order.is_none(), "one error is left, no line");
+        assert!(
+            Laws::of(&rungs(&end, &line), 0, 0.1).order.is_none(),
+            "one error is left, no line"
+        );
         let laws = Laws::of(&rungs(&end, &line), 0, 1e-9);
-        assert!((laws.order.unwrap().slope - 2.0).abs() < 1e-9 && (laws.growth.unwrap().slope - 1.0).abs() < 1e-9);
+        assert!(
+            (laws.order.unwrap().slope - 2.0).abs() < 1e-9
+                && (laws.growth.unwrap().slope - 1.0).abs() < 1e-9
+        );
     }
 
     #[test]
     fn the_finest_rung_is_not_better_than_its_law() {
-        let mut line: Vec<_> = [0.4_f64, 0.2, 0.1, 0.05, 0.025].map(|h| (h, 1e-8, 0, h * h)).to_vec();
+        let mut line: Vec<_> =
+            [0.4_f64, 0.2, 0.1, 0.05, 0.025].map(|h| (h, 1e-8, 0, h * h)).to_vec();
         line[4].3 *= 0.95;
         let claimed = claims(&line, 1, 0.0);
         assert!(claimed[4] > line[4].3, "{claimed:?}");
@@ -435,7 +547,9 @@ mod tests {
 
     #[test]
     fn families_have_laws_of_their_own() {
-        let of = |family: usize, order: i32| [0.4_f64, 0.2, 0.1, 0.05].map(|h| (h, 1e-8, family, h.powi(order)));
+        let of = |family: usize, order: i32| {
+            [0.4_f64, 0.2, 0.1, 0.05].map(|h| (h, 1e-8, family, h.powi(order)))
+        };
         let end = StepOutcome::default();
         let all = rungs(&end, &[of(0, 1), of(1, 2)].concat());
         let order = |family: usize| Laws::of(&all, family, 0.0).order.unwrap().slope;

@@ -26,8 +26,14 @@ pub(crate) fn figure_files(stem: &Path) -> Vec<PathBuf> {
     ["svg", "png"].map(|ending| PathBuf::from(format!("{}.{ending}", stem.display()))).to_vec()
 }
 
-/// Draws a study's figure to files that end in .svg or .png, from the rows for which `filter` holds.
-pub(crate) fn draw(results: &Results, figure: &study::Figure, filter: Option<&str>, files: &[PathBuf]) -> Result<()> {
+/// Draws a study's figure to files that end in .svg or .png, from the rows for which `filter`
+/// holds.
+pub(crate) fn draw(
+    results: &Results,
+    figure: &study::Figure,
+    filter: Option<&str>,
+    files: &[PathBuf],
+) -> Result<()> {
     let drawn = || -> Result<()> {
         let mut table = results.figure_table(figure.steps)?;
         if let Some(expression) = filter {
@@ -48,13 +54,18 @@ pub(crate) fn draw(results: &Results, figure: &study::Figure, filter: Option<&st
 
 fn picture(study: &Study, table: &Table, figure: &study::Figure) -> Result<Figure> {
     let columns = if figure.steps { along_path(study.columns()) } else { study.columns() };
-    let labels: Vec<(&str, String)> = columns.iter().map(|column| (column.name.as_ref(), label(column, &columns))).collect();
-    let labels: Vec<(&str, &str)> = labels.iter().map(|(name, label)| (*name, label.as_str())).collect();
-    let [y, series] = [&figure.y, &figure.series].map(|names| names.iter().map(String::as_str).collect::<Vec<_>>());
+    let labels: Vec<(&str, String)> =
+        columns.iter().map(|column| (column.name.as_ref(), label(column, &columns))).collect();
+    let labels: Vec<(&str, &str)> =
+        labels.iter().map(|(name, label)| (*name, label.as_str())).collect();
+    let [y, series] = [&figure.y, &figure.series]
+        .map(|names| names.iter().map(String::as_str).collect::<Vec<_>>());
     // a pair of ends is one quantity
     let is_end = |names: &[String; 2]| names.iter().map(String::as_str).eq(["mu_low", "mu_high"]);
-    let quantity = figure.y.first().and_then(|name| find(&columns, name)).map(|column| column.dimension);
-    let is_error = |name: &String| find(&columns, name).is_some_and(|column| column.role == Role::Error);
+    let quantity =
+        figure.y.first().and_then(|name| find(&columns, name)).map(|column| column.dimension);
+    let is_error =
+        |name: &String| find(&columns, name).is_some_and(|column| column.role == Role::Error);
     let y_label = match quantity.filter(|dimension| *dimension != Dimension::Pure) {
         Some(dimension) => quantity_name(dimension),
         None if figure.y.iter().all(is_error) => "relative error",
@@ -63,7 +74,11 @@ fn picture(study: &Study, table: &Table, figure: &study::Figure) -> Result<Figur
     let spec = FigureSpec {
         x: &figure.x,
         y: &y,
-        y_label: if figure.band.as_ref().is_some_and(is_end) { "end μ* of the uniqueness set" } else { y_label },
+        y_label: if figure.band.as_ref().is_some_and(is_end) {
+            "end μ* of the uniqueness set"
+        } else {
+            y_label
+        },
         series: &series,
         panels: figure.panels.as_deref(),
         along: figure.steps.then_some("increment"),
@@ -89,13 +104,18 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
     let results = Results::read(Source::Reader(&reader), stored_study(&reader, &args.name)?)?;
     let figures = chosen(args, &results.study)?;
     if let (Some(file), [_, _, ..]) = (&args.output, &figures[..]) {
-        let names = figures.iter().map(|figure| figure.name.as_str()).collect::<Vec<_>>().join(", ");
-        bail!("{} holds one figure and the study has {names}; choose one with --figure", file.display());
+        let names =
+            figures.iter().map(|figure| figure.name.as_str()).collect::<Vec<_>>().join(", ");
+        bail!(
+            "{} holds one figure and the study has {names}; choose one with --figure",
+            file.display()
+        );
     }
     let (mut written, mut failed) = (Vec::new(), None);
     for figure in &figures {
         let stem = figure.stem(results.study.name());
-        let files = args.output.clone().map_or_else(|| figure_files(Path::new(&stem)), |file| vec![file]);
+        let files =
+            args.output.clone().map_or_else(|| figure_files(Path::new(&stem)), |file| vec![file]);
         match draw(&results, figure, args.filter.as_deref(), &files) {
             Ok(()) => written.extend(files),
             // one that cannot be drawn hinders no other
@@ -105,7 +125,9 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
     if args.json && !written.is_empty() {
         output::print_json(&written)?;
     } else {
-        output::print(&written.iter().map(|file| format!("{}\n", file.display())).collect::<String>())?;
+        output::print(
+            &written.iter().map(|file| format!("{}\n", file.display())).collect::<String>(),
+        )?;
     }
     failed.map_or(Ok(Finish::AllDone), Err)
 }
@@ -115,16 +137,29 @@ fn chosen(args: &PlotArgs, study: &Study) -> Result<Vec<study::Figure>> {
     let own = match &args.figure {
         None => study.figures().to_vec(),
         Some(name) => {
-            let names = || study.figures().iter().map(|figure| format!("`{}`", figure.name)).collect::<Vec<_>>().join(", ");
+            let names = || {
+                study
+                    .figures()
+                    .iter()
+                    .map(|figure| format!("`{}`", figure.name))
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            };
             match study.figures().iter().find(|figure| figure.name == *name) {
                 Some(figure) => vec![figure.clone()],
-                None if study.figures().is_empty() => bail!("the study has no figure `{name}`; it has none"),
+                None if study.figures().is_empty() => {
+                    bail!("the study has no figure `{name}`; it has none")
+                }
                 None => bail!("the study has no figure `{name}`; it has {}", names()),
             }
         }
     };
     let PlotArgs { x, y, series, panels, steps, log_x, log_y, .. } = args;
-    let as_it_is = x.is_none() && y.is_empty() && series.is_none() && panels.is_none() && !(*steps || *log_x || *log_y);
+    let as_it_is = x.is_none()
+        && y.is_empty()
+        && series.is_none()
+        && panels.is_none()
+        && !(*steps || *log_x || *log_y);
     if as_it_is && !own.is_empty() {
         return Ok(own);
     }
@@ -134,7 +169,10 @@ fn chosen(args: &PlotArgs, study: &Study) -> Result<Vec<study::Figure>> {
         (Some(figure), ..) => figure,
         (None, Some(x), false) => study::Figure::new(x.clone(), y.clone()),
         _ => {
-            bail!("the study suggests no figure; name its columns with --x and --y (`tribosweep query {} --columns` lists them)", args.name)
+            bail!(
+                "the study suggests no figure; name its columns with --x and --y (`tribosweep query {} --columns` lists them)",
+                args.name
+            )
         }
     };
     if let Some(x) = x {
@@ -163,18 +201,25 @@ fn chosen(args: &PlotArgs, study: &Study) -> Result<Vec<study::Figure>> {
 }
 
 /// The fields by name.
-const FIELDS: [&str; 8] = ["pressure", "traction_x", "traction_y", "traction", "gap", "slip_x", "slip_y", "state"];
+const FIELDS: [&str; 8] =
+    ["pressure", "traction_x", "traction_y", "traction", "gap", "slip_x", "slip_y", "state"];
 
 /// The endings of files that a field is written to.
 const ENDINGS: [&str; 5] = ["png", "svg", "npy", "vti", "csv"];
 
-/// Refuses a field that there is not, or a file of which nobody can tell what it is to be; before it is computed.
+/// Refuses a field that there is not, or a file of which nobody can tell what it is to be; before
+/// it is computed.
 pub(crate) fn check_field(name: &str, file: Option<&Path>) -> Result<()> {
     if !FIELDS.contains(&name) {
         bail!("there is no field `{name}`; there are {}", FIELDS.join(", "));
     }
     match file {
-        Some(file) if !file.extension().and_then(OsStr::to_str).is_some_and(|ending| ENDINGS.contains(&ending)) => {
+        Some(file)
+            if !file
+                .extension()
+                .and_then(OsStr::to_str)
+                .is_some_and(|ending| ENDINGS.contains(&ending)) =>
+        {
             bail!("{}: a field is written as .{}", file.display(), ENDINGS.join(", ."))
         }
         _ => Ok(()),
@@ -187,7 +232,13 @@ pub(crate) fn field(fields: &Fields, name: &str) -> Result<Field> {
     let corner = [0, 1].map(|c| fields.origin[c] - 0.5 * fields.element[c]);
     let grid = Grid { nx, ny, origin: corner, element: fields.element };
     let on_sole = |values: &[f64]| -> Values {
-        Values::Number(values.iter().zip(&fields.state).map(|(value, state)| if *state == 0 { f64::NAN } else { *value }).collect())
+        Values::Number(
+            values
+                .iter()
+                .zip(&fields.state)
+                .map(|(value, state)| if *state == 0 { f64::NAN } else { *value })
+                .collect(),
+        )
     };
     let traction: Vec<f64>;
     let (unit, values) = match name {
@@ -195,7 +246,12 @@ pub(crate) fn field(fields: &Fields, name: &str) -> Result<Field> {
         "traction_x" => ("Pa", on_sole(&fields.traction_x)),
         "traction_y" => ("Pa", on_sole(&fields.traction_y)),
         "traction" => {
-            traction = fields.traction_x.iter().zip(&fields.traction_y).map(|(x, y)| x.hypot(*y)).collect();
+            traction = fields
+                .traction_x
+                .iter()
+                .zip(&fields.traction_y)
+                .map(|(x, y)| x.hypot(*y))
+                .collect();
             ("Pa", on_sole(&traction))
         }
         "gap" => ("m", on_sole(&fields.gap)),
@@ -215,8 +271,11 @@ pub(crate) fn show_field(fields: &Fields, name: &str, file: Option<&Path>) -> Re
     check_field(name, file)?;
     let field = field(fields, name)?;
     let Some(file) = file else {
-        let ink =
-            if std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none() { TerminalInk::Color } else { TerminalInk::Ascii };
+        let ink = if std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none() {
+            TerminalInk::Color
+        } else {
+            TerminalInk::Ascii
+        };
         return output::print(&field.terminal(output::terminal_width().unwrap_or(80), ink));
     };
     let bytes = match file.extension().and_then(OsStr::to_str) {

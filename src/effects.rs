@@ -1,4 +1,5 @@
-//! Which effects scenes call for, in groups of jobs that call for the same ones, and what leaving the others out saves.
+//! Which effects scenes call for, in groups of jobs that call for the same ones, and what leaving
+//! the others out saves.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Add;
@@ -67,7 +68,9 @@ pub(crate) struct Listed {
 
 /// Lists the effects of a case.
 pub(crate) fn effects(job: &Case, surfaces: &Surfaces) -> Result<Listed> {
-    let with = |simulate: Vec<Effect>| forecast(&job.scene, &Numerics { simulate, ..job.numerics.clone() }, surfaces);
+    let with = |simulate: Vec<Effect>| {
+        forecast(&job.scene, &Numerics { simulate, ..job.numerics.clone() }, surfaces)
+    };
     let decided = with(job.numerics.simulate.clone())?;
     let decisions = Effects::of(&job.scene, &job.numerics, decided.elements, surfaces)?;
     let (method, reason) = job.numerics.method.chosen(&job.scene.loading, decided.elements);
@@ -89,9 +92,13 @@ pub(crate) fn effects(job: &Case, surfaces: &Surfaces) -> Result<Listed> {
 /// What a scene needs that `surfaces` does not hold, in words.
 pub(crate) fn missing_surface(job: &Job, surfaces: &Surfaces) -> Option<String> {
     match &job.case()?.scene.punch.shape {
-        Shape::HeightMap { surface, .. } if surfaces.get(surface).is_none() => Some(format!("the height map {surface}")),
+        Shape::HeightMap { surface, .. } if surfaces.get(surface).is_none() => {
+            Some(format!("the height map {surface}"))
+        }
         Shape::WheelOnRail(wheel) => {
-            let name = [&wheel.wheel, &wheel.rail].into_iter().find(|name| surfaces.profile(name).is_none())?;
+            let name = [&wheel.wheel, &wheel.rail]
+                .into_iter()
+                .find(|name| surfaces.profile(name).is_none())?;
             Some(format!("the profile {name}"))
         }
         _ => None,
@@ -123,7 +130,8 @@ pub(crate) struct Overview {
     pub(crate) groups: Vec<Group>,
 }
 
-/// Groups a study's jobs, of one kind all of them; those that solve no scene have no effects. `first` are the indices of the points with which each of them first occurs.
+/// Groups a study's jobs, of one kind all of them; those that solve no scene have no effects.
+/// `first` are the indices of the points with which each of them first occurs.
 pub(crate) fn overview(study: &Study, points: &[Point], first: &[usize]) -> Result<Overview> {
     let cases = first.par_iter().filter_map(|index| match &points[*index].job {
         Job::Solve(case) | Job::Cost { case, .. } => Some(effects(case, study.surfaces())),
@@ -168,13 +176,26 @@ pub(crate) fn overview(study: &Study, points: &[Point], first: &[usize]) -> Resu
         .collect();
     let all: Vec<&Listed> = listed.iter().collect();
     let is_common = |line: &Line| {
-        let mut own = groups.iter().filter_map(|group| group.effects.iter().find(|own| own.effect == line.effect));
-        own.all(|own| own.simulated == line.simulated && own.reasons == line.reasons && own.reason == line.reason)
+        let mut own = groups
+            .iter()
+            .filter_map(|group| group.effects.iter().find(|own| own.effect == line.effect));
+        own.all(|own| {
+            own.simulated == line.simulated
+                && own.reasons == line.reasons
+                && own.reason == line.reason
+        })
     };
-    let common = merged(&all).into_iter().filter(|line| groups.len() > 1 && is_common(line)).collect();
+    let common =
+        merged(&all).into_iter().filter(|line| groups.len() > 1 && is_common(line)).collect();
     let solvers: HashSet<Solver> = listed.iter().map(|job| job.solver).collect();
     let solver = solvers.iter().next().copied().filter(|_| solvers.len() == 1);
-    Ok(Overview { common, solver, cost: total(listed.iter().map(|job| job.cost)), jobs: listed.len(), groups })
+    Ok(Overview {
+        common,
+        solver,
+        cost: total(listed.iter().map(|job| job.cost)),
+        jobs: listed.len(),
+        groups,
+    })
 }
 
 fn total(costs: impl Iterator<Item = Cost>) -> Cost {
@@ -200,8 +221,9 @@ fn merged(jobs: &[&Listed]) -> Vec<Line> {
 /// Values of an axis that are named one by one; more are a range or a number.
 const NAMED_VALUES: usize = 4;
 
-/// What tells these points from the study's others: the values of the axes, if every combination of them is there and no other; else
-/// the first point. Points that the study chose have values besides the axes' own.
+/// What tells these points from the study's others: the values of the axes, if every combination of
+/// them is there and no other; else the first point. Points that the study chose have values
+/// besides the axes' own.
 fn which(study: &Study, points: &[Point], members: &[usize]) -> String {
     let mut taken: Vec<(&Axes, Vec<&Value>)> = Vec::new();
     let mut at = 0;
@@ -209,14 +231,19 @@ fn which(study: &Study, points: &[Point], members: &[usize]) -> String {
         // a group's axes go together
         let own = |point: &Point| format!("{:?}", &point.values[at..at + group.axes().len()]);
         let mut known = HashSet::new();
-        let values = members.iter().map(|member| &points[*member]).filter(|point| known.insert(own(point)));
+        let values =
+            members.iter().map(|member| &points[*member]).filter(|point| known.insert(own(point)));
         taken.push((group, values.map(|point| &point.values[at]).collect()));
         at += group.axes().len();
     }
-    let is_product = taken.iter().map(|(_, values)| values.len()).product::<usize>() == members.len();
+    let is_product =
+        taken.iter().map(|(_, values)| values.len()).product::<usize>() == members.len();
     let mut said = Vec::new();
     for (group, values) in &taken {
-        let Some(axis) = group.axes().first().filter(|_| group.len() > 1 || values.len() > 1) else { continue };
+        let Some(axis) = group.axes().first().filter(|_| group.len() > 1 || values.len() > 1)
+        else {
+            continue;
+        };
         if !is_product {
             said.push(format!("{} = {}", axis.column(), values[0]));
             continue;
@@ -224,9 +251,11 @@ fn which(study: &Study, points: &[Point], members: &[usize]) -> String {
         let all: Vec<&Value> = axis.values().collect();
         match values.len() {
             n if n == all.len() && *values == all => {}
-            n if n <= NAMED_VALUES => {
-                said.push(format!("{} = {}", axis.column(), values.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")))
-            }
+            n if n <= NAMED_VALUES => said.push(format!(
+                "{} = {}",
+                axis.column(),
+                values.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+            )),
             n if all.windows(n).any(|range| range == &values[..]) => {
                 said.push(format!("{} = {} … {}", axis.column(), values[0], values[n - 1]));
             }
@@ -246,16 +275,28 @@ impl Overview {
             return String::new();
         }
         if let [only] = &self.groups[..] {
-            let jobs = if only.jobs == 1 { String::new() } else { format!(" of all {} jobs", only.jobs) };
-            return format!("effects{jobs}\n{}", words(Some(only.solver), &only.effects, only.cost));
+            let jobs =
+                if only.jobs == 1 { String::new() } else { format!(" of all {} jobs", only.jobs) };
+            return format!(
+                "effects{jobs}\n{}",
+                words(Some(only.solver), &only.effects, only.cost)
+            );
         }
         let mut text = String::new();
         if self.solver.is_some() || !self.common.is_empty() {
-            text += &format!("effects of all {} jobs\n{}", self.jobs, words(self.solver, &self.common, self.cost));
+            text += &format!(
+                "effects of all {} jobs\n{}",
+                self.jobs,
+                words(self.solver, &self.common, self.cost)
+            );
         }
         for group in self.groups.iter().take(PRINTED_GROUPS) {
-            let own: Vec<Line> =
-                group.effects.iter().filter(|line| !self.common.iter().any(|common| common.effect == line.effect)).cloned().collect();
+            let own: Vec<Line> = group
+                .effects
+                .iter()
+                .filter(|line| !self.common.iter().any(|common| common.effect == line.effect))
+                .cloned()
+                .collect();
             text += &format!(
                 "effects of {}{}\n{}",
                 count(group.jobs, "job", "jobs"),
@@ -264,7 +305,10 @@ impl Overview {
             );
         }
         if let Some(rest) = self.groups.len().checked_sub(PRINTED_GROUPS).filter(|rest| *rest > 0) {
-            text += &format!("{} more: --json lists them\n", count(rest, "group of jobs", "groups of jobs"));
+            text += &format!(
+                "{} more: --json lists them\n",
+                count(rest, "group of jobs", "groups of jobs")
+            );
         }
         text
     }
@@ -277,16 +321,27 @@ pub(crate) fn words(solver: Option<Solver>, lines: &[Line], cost: Cost) -> Strin
         Method::Newton | Method::Auto => format!("  {:<15} newton, {reason}\n", "method"),
     });
     let line = |line: &Line| {
-        let mut text = format!("  {:<15} {:<4} {}", line.effect.name(), if line.simulated { "on" } else { "off" }, line.reason);
+        let mut text = format!(
+            "  {:<15} {:<4} {}",
+            line.effect.name(),
+            if line.simulated { "on" } else { "off" },
+            line.reason
+        );
         if line.reasons > 1 {
             text += &format!(" (and {})", count(line.reasons - 1, "other reason", "other reasons"));
         }
-        let saved = |with: f64, without: f64| (with > without && with > 0.0).then(|| format!("{:.0} %", 100.0 * (1.0 - without / with)));
+        let saved = |with: f64, without: f64| {
+            (with > without && with > 0.0)
+                .then(|| format!("{:.0} %", 100.0 * (1.0 - without / with)))
+        };
         if let Some(with) = line.with {
-            let unknowns = saved(with.unknowns as f64, cost.unknowns as f64).map(|part| format!("{part} of the unknowns"));
+            let unknowns = saved(with.unknowns as f64, cost.unknowns as f64)
+                .map(|part| format!("{part} of the unknowns"));
             let spared = with.seconds - cost.seconds;
-            let spared = if spared < 1e-3 { String::new() } else { format!(" ({})", duration(spared)) };
-            let seconds = saved(with.seconds, cost.seconds).map(|part| format!("{part} of the time{spared}"));
+            let spared =
+                if spared < 1e-3 { String::new() } else { format!(" ({})", duration(spared)) };
+            let seconds =
+                saved(with.seconds, cost.seconds).map(|part| format!("{part} of the time{spared}"));
             let parts: Vec<String> = unknowns.into_iter().chain(seconds).collect();
             if !parts.is_empty() {
                 text += &format!("; saves {}", parts.join(", "));

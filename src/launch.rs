@@ -33,14 +33,17 @@ const LISTED_FAILURES: usize = 10;
 
 /// Reads a study file; files that it names are looked for beside it.
 pub(crate) fn read_study(path: &Path) -> Result<Study> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read the study file {}", path.display()))?;
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("cannot read the study file {}", path.display()))?;
     Ok(parse_study(&text, path)?)
 }
 
 /// Parses the text of a study file as if it stood at `path`.
 pub(crate) fn parse_study(text: &str, path: &Path) -> Result<Study, study::StudyError> {
     let beside = path.parent().unwrap_or(Path::new("."));
-    Study::parse(text, &path.display().to_string(), &mut |name| std::fs::read(beside.join(name)).map_err(|error| error.to_string()))
+    Study::parse(text, &path.display().to_string(), &mut |name| {
+        std::fs::read(beside.join(name)).map_err(|error| error.to_string())
+    })
 }
 
 pub(crate) fn run(args: &RunArgs) -> Result<Finish> {
@@ -49,7 +52,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Finish> {
 
 pub(crate) fn cost(args: &CostArgs) -> Result<Finish> {
     let path = &args.study;
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read the study file {}", path.display()))?;
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("cannot read the study file {}", path.display()))?;
     let study = parse_study(&with_cost_ladder(&text, path, &args.set)?, path)?;
     execute(study, &args.store.store, &args.execution)
 }
@@ -83,15 +87,17 @@ impl Jobs {
     fn of_points(study: &Study, points: Vec<Point>) -> Result<Self> {
         let mut seen = HashSet::new();
         let mut distinct = Vec::new();
-        for (index, point) in points.iter().enumerate().filter(|(_, point)| seen.insert(point.key)) {
-            let forecast = forecast(&point.job, study.surfaces()).map_err(|error| refused(study, index, point, &error))?;
+        for (index, point) in points.iter().enumerate().filter(|(_, point)| seen.insert(point.key))
+        {
+            let forecast = forecast(&point.job, study.surfaces())
+                .map_err(|error| refused(study, index, point, &error))?;
             distinct.push((index, forecast));
         }
         Ok(Self { points, distinct })
     }
 
-    /// Refuses scenes that cannot be bound to their grids, those of jobs that are `done` aside. That takes less than a tenth of
-    /// what solving them does, and no operator is assembled.
+    /// Refuses scenes that cannot be bound to their grids, those of jobs that are `done` aside.
+    /// That takes less than a tenth of what solving them does, and no operator is assembled.
     fn bind(&self, study: &Study, done: impl Fn(&JobKey) -> bool + Sync) -> Result<()> {
         let bound = |(index, _): &(usize, Forecast)| {
             let point = &self.points[*index];
@@ -117,10 +123,14 @@ impl Jobs {
         for (index, forecast) in &self.distinct {
             let point = &self.points[*index];
             let again = || match store.get(&point.key) {
-                Ok(Some(bytes)) => Record::decode(&bytes).map_or(true, |record| !record.is_certified()),
+                Ok(Some(bytes)) => {
+                    Record::decode(&bytes).map_or(true, |record| !record.is_certified())
+                }
                 _ => true,
             };
-            if computed.contains(&point.key) || store.contains(&point.key) && !(retry_failed && again()) {
+            if computed.contains(&point.key)
+                || store.contains(&point.key) && !(retry_failed && again())
+            {
                 continue;
             }
             let text = point.job.canonical();
@@ -177,7 +187,8 @@ fn execute(study: Study, directory: &Path, args: &ExecutionArgs) -> Result<Finis
     let raised = interrupt.clone();
     ctrlc::set_handler(move || raised.raise()).context("cannot prepare for Ctrl-C")?;
 
-    let mut tally = Tally { jobs: 0, cached: 0, computing: 0, computed: 0, seconds: 0.0, interrupted: false };
+    let mut tally =
+        Tally { jobs: 0, cached: 0, computing: 0, computed: 0, seconds: 0.0, interrupted: false };
     let (mut asked, mut computed) = (HashSet::new(), HashSet::new());
     // a study that chooses points by its results takes several rounds
     loop {
@@ -195,13 +206,19 @@ fn execute(study: Study, directory: &Path, args: &ExecutionArgs) -> Result<Finis
             break;
         }
         let mut progress = Progress::new(&tasks, tally.cached, args.json);
-        let outcome =
-            runner::run(tasks, &mut Ledger::new(&store, texts), &options(args, &study, progress.jobs())?, &interrupt, &mut |event| {
-                progress.show(event)
-            });
+        let outcome = runner::run(
+            tasks,
+            &mut Ledger::new(&store, texts),
+            &options(args, &study, progress.jobs())?,
+            &interrupt,
+            &mut |event| progress.show(event),
+        );
         progress.finish();
         let summary = outcome.map_err(|error| {
-            anyhow::Error::new(error).context(format!("the run stopped; what is done is kept: {}", again(&study, directory)))
+            anyhow::Error::new(error).context(format!(
+                "the run stopped; what is done is kept: {}",
+                again(&study, directory)
+            ))
         })?;
         tally.interrupted = summary.unfinished > 0;
         tally.computed += summary.done + summary.quarantined;
@@ -228,9 +245,11 @@ fn options(args: &ExecutionArgs, study: &Study, jobs: usize) -> Result<Options> 
         output::say("one worker: what is timed has the machine to itself");
     }
     options.workers = workers(study, args.workers.map_or(cores, |workers| workers as usize), jobs);
-    // a core for each worker; when there are fewer jobs than cores, the spare ones help; what is timed starts its threads itself
+    // a core for each worker; when there are fewer jobs than cores, the spare ones help; what is
+    // timed starts its threads itself
     let threads = if study.cost().is_some() { 1 } else { (cores / options.workers).max(1) };
-    options.worker_command = vec![program.into(), "worker".into(), "--threads".into(), threads.to_string().into()];
+    options.worker_command =
+        vec![program.into(), "worker".into(), "--threads".into(), threads.to_string().into()];
     Ok(options)
 }
 
@@ -260,7 +279,12 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
     let store_option = store_option(directory);
     let mut failures = Vec::new();
     let mut listed = BTreeSet::new();
-    for record in results.points.iter().filter_map(|point| results.record(point)).filter(|record| !record.is_certified()) {
+    for record in results
+        .points
+        .iter()
+        .filter_map(|point| results.record(point))
+        .filter(|record| !record.is_certified())
+    {
         if listed.insert(record.key()) {
             let key = record.key().to_string();
             failures.push(serde_json::json!({ "key": key, "status": record.status(), "show": format!("tribosweep show {}{store_option}", &key[..12]) }));
@@ -302,29 +326,45 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
     );
     for figure in figures {
         match figure {
-            Ok(files) => files.iter().for_each(|file| text += &format!("figure: {}\n", file.display())),
+            Ok(files) => {
+                files.iter().for_each(|file| text += &format!("figure: {}\n", file.display()))
+            }
             Err(error) => text += &format!("no figure: {error:#}\n"),
         }
     }
     for warning in &results::WARNINGS {
-        let concerned: Vec<&Record> =
-            results.points.iter().filter_map(|point| results.record(point)).filter(|record| warning.concerns(record)).collect();
+        let concerned: Vec<&Record> = results
+            .points
+            .iter()
+            .filter_map(|point| results.record(point))
+            .filter(|record| warning.concerns(record))
+            .collect();
         if !concerned.is_empty() {
             let (name, column, words) = (study.name(), warning.column, warning.words);
             let points = count(concerned.len(), "point", "points");
             // a row without them is the end of a path
-            let is_path = concerned.iter().any(|record| record.outcome().is_some_and(|outcome| outcome.steps.len() > 1));
+            let is_path = concerned
+                .iter()
+                .any(|record| record.outcome().is_some_and(|outcome| outcome.steps.len() > 1));
             let steps = if is_path { " --steps" } else { "" };
-            text +=
-                &format!("warning: elements of {points} {words}: tribosweep query {name}{steps} --where '{column} > 0'{store_option}\n");
+            text += &format!(
+                "warning: elements of {points} {words}: tribosweep query {name}{steps} --where '{column} > 0'{store_option}\n"
+            );
         }
     }
     if results.inaccurate > 0 {
-        let (points, name) = (count(results.inaccurate, "point misses", "points miss"), study.name());
-        text += &format!("warning: {points} the accuracy asked for: tribosweep answer {name}{store_option}\n");
+        let (points, name) =
+            (count(results.inaccurate, "point misses", "points miss"), study.name());
+        text += &format!(
+            "warning: {points} the accuracy asked for: tribosweep answer {name}{store_option}\n"
+        );
     }
     for failure in failures.iter().take(LISTED_FAILURES) {
-        text += &format!("{}: {}\n", failure["status"].as_str().unwrap_or_default(), failure["show"].as_str().unwrap_or_default());
+        text += &format!(
+            "{}: {}\n",
+            failure["status"].as_str().unwrap_or_default(),
+            failure["show"].as_str().unwrap_or_default()
+        );
     }
     if failures.len() > LISTED_FAILURES {
         text += &format!(
@@ -340,11 +380,13 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
     Ok(finish)
 }
 
-/// Each of the study's figures as files in the store's own folder of figures; one that cannot be drawn hinders no other.
+/// Each of the study's figures as files in the store's own folder of figures; one that cannot be
+/// drawn hinders no other.
 fn draw_figures(results: &Results, directory: &Path) -> Vec<Result<Vec<PathBuf>>> {
     let folder = directory.join("figures");
     let draw = |figure: &study::Figure| {
-        std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
+        std::fs::create_dir_all(&folder)
+            .with_context(|| format!("cannot make {}", folder.display()))?;
         let files = draw::figure_files(&folder.join(figure.stem(results.study.name())));
         draw::draw(results, figure, None, &files).map(|()| files)
     };
@@ -357,7 +399,11 @@ fn again(study: &Study, directory: &Path) -> String {
 
 /// The option that names the store, unless it is where every command looks.
 pub(crate) fn store_option(directory: &Path) -> String {
-    if directory == Path::new(".tribosweep") { String::new() } else { format!(" --store {}", directory.display()) }
+    if directory == Path::new(".tribosweep") {
+        String::new()
+    } else {
+        format!(" --store {}", directory.display())
+    }
 }
 
 /// 80 % of the memory that is available now \[bytes\].
@@ -371,7 +417,9 @@ fn default_memory() -> u64 {
 
 /// Increments of a job's loading path.
 pub(crate) fn increments(job: &Job) -> u64 {
-    job.case().map_or(0, |case| case.scene.loading.legs().iter().map(|leg| u64::from(leg.increments)).sum())
+    job.case().map_or(0, |case| {
+        case.scene.loading.legs().iter().map(|leg| u64::from(leg.increments)).sum()
+    })
 }
 
 /// What a plan says.
@@ -418,12 +466,20 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
         Some(reader) => reader.contains(&keys)?,
         None => vec![false; keys.len()],
     };
-    let done: HashSet<JobKey> = keys.iter().zip(&cached).filter(|(_, cached)| **cached).map(|(key, _)| *key).collect();
+    let done: HashSet<JobKey> =
+        keys.iter().zip(&cached).filter(|(_, cached)| **cached).map(|(key, _)| *key).collect();
     jobs.bind(&study, |key| done.contains(key))?;
-    let left: Vec<&(usize, Forecast)> = jobs.distinct.iter().zip(&cached).filter(|(_, cached)| !**cached).map(|(job, _)| job).collect();
+    let left: Vec<&(usize, Forecast)> = jobs
+        .distinct
+        .iter()
+        .zip(&cached)
+        .filter(|(_, cached)| !**cached)
+        .map(|(job, _)| job)
+        .collect();
     let seconds: f64 = left.iter().map(|(_, forecast)| forecast.seconds).sum();
     let longest = left.iter().map(|(_, forecast)| forecast.seconds).fold(0.0, f64::max);
-    let workers = workers(&study, std::thread::available_parallelism().map_or(1, usize::from), left.len());
+    let workers =
+        workers(&study, std::thread::available_parallelism().map_or(1, usize::from), left.len());
     let operators: BTreeSet<u64> = left.iter().map(|(_, forecast)| forecast.operator).collect();
     let plan = Plan {
         study: study.name(),
@@ -448,9 +504,15 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     if !plan.question.is_empty() {
         text += &format!("{}\n", plan.question);
     }
-    let (points, distinct) = (count(plan.points, "point", "points"), count(plan.jobs, "distinct job", "distinct jobs"));
-    text += &format!("\n{points}, {distinct}: {} in the store, {} to run", plan.cached, plan.to_run);
-    text += &if plan.increments > plan.to_run as u64 { format!(" with {} increments\n", plan.increments) } else { "\n".to_owned() };
+    let (points, distinct) =
+        (count(plan.points, "point", "points"), count(plan.jobs, "distinct job", "distinct jobs"));
+    text +=
+        &format!("\n{points}, {distinct}: {} in the store, {} to run", plan.cached, plan.to_run);
+    text += &if plan.increments > plan.to_run as u64 {
+        format!(" with {} increments\n", plan.increments)
+    } else {
+        "\n".to_owned()
+    };
     if plan.to_run > 0 {
         text += &format!(
             "about {} on {} ({} of work), {}, up to {} per job\n",
@@ -467,7 +529,11 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
             entry.1 += forecast.seconds;
         }
         for ([nx, ny], (jobs, seconds)) in by_mesh {
-            text += &format!("  {nx} x {ny} elements: {}, {} of work\n", count(jobs, "job", "jobs"), duration(seconds));
+            text += &format!(
+                "  {nx} x {ny} elements: {}, {} of work\n",
+                count(jobs, "job", "jobs"),
+                duration(seconds)
+            );
         }
     }
     if let Some(table) = chosen {
@@ -476,7 +542,11 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     }
     text += &format!("\n{}", overview.words());
     if std::io::stdout().is_terminal() && plan.to_run > 0 {
-        text += &format!("run it with: tribosweep run {}{}\n", args.study.display(), store_option(&args.store.store));
+        text += &format!(
+            "run it with: tribosweep run {}{}\n",
+            args.study.display(),
+            store_option(&args.store.store)
+        );
     }
     output::print(&text)
 }

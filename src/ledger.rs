@@ -43,7 +43,10 @@ impl<'a> Ledger<'a> {
         };
         let mut record = Record {
             physics: PHYSICS_VERSION,
-            job: self.jobs.remove(&done.key).ok_or("a result came for a job that nobody gave out")?,
+            job: self
+                .jobs
+                .remove(&done.key)
+                .ok_or("a result came for a job that nobody gave out")?,
             ending,
             fields,
             provenance: Provenance {
@@ -52,12 +55,15 @@ impl<'a> Ledger<'a> {
                 times,
                 worker: done.worker.unwrap_or(0),
                 attempt: done.attempts,
-                finished: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
+                finished: SystemTime::now()
+                    .duration_since(UNIX_EPOCH)
+                    .map_or(0, |since| since.as_secs()),
             },
         };
         let mut bytes = record.encode();
         if bytes.len() > RECORD_LIMIT {
-            // the results that came with it are kept, and a resume does not compute it again in vain
+            // the results that came with it are kept, and a resume does not compute it again in
+            // vain
             (record.ending, record.fields) = (too_large(record.ending, bytes.len()), None);
             bytes = record.encode();
         }
@@ -65,17 +71,25 @@ impl<'a> Ledger<'a> {
     }
 }
 
-/// The ending of a result that takes so many bytes, more than a record may have: it says so in place of what makes it large.
+/// The ending of a result that takes so many bytes, more than a record may have: it says so in
+/// place of what makes it large.
 fn too_large(ending: Ending, bytes: usize) -> Ending {
     let failed = |what: String, elements: usize| {
         let most = elements * RECORD_LIMIT / bytes.max(1);
-        let size = format!("a record of {bytes} bytes, where the store keeps at most {RECORD_LIMIT}");
-        Status::Failed { reason: format!("{what}: {size}; needs a mesh of at most about {most} elements") }
+        let size =
+            format!("a record of {bytes} bytes, where the store keeps at most {RECORD_LIMIT}");
+        Status::Failed {
+            reason: format!("{what}: {size}; needs a mesh of at most about {most} elements"),
+        }
     };
     match ending {
         Ending::Searched(found) => {
-            let elements = found.solutions.first().map_or(0, |solution| solution.fields.state.len());
-            let status = failed(format!("{} solutions on {elements} elements", found.solutions.len()), elements);
+            let elements =
+                found.solutions.first().map_or(0, |solution| solution.fields.state.len());
+            let status = failed(
+                format!("{} solutions on {elements} elements", found.solutions.len()),
+                elements,
+            );
             Ending::Searched(Multiplicity { status, solutions: Vec::new(), ..found })
         }
         Ending::Bracketed(found) => {
@@ -83,7 +97,10 @@ fn too_large(ending: Ending, bytes: usize) -> Ending {
                 Some(Bracket::Bounded { upper, .. }) => upper.x.len() / 3,
                 Some(Bracket::Unbounded) | None => 0,
             };
-            let status = failed(format!("a bracket of μ* with its witness on {elements} elements"), elements);
+            let status = failed(
+                format!("a bracket of μ* with its witness on {elements} elements"),
+                elements,
+            );
             Ending::Bracketed(Box::new(Bracketed { status, bracket: None, shown: None }))
         }
         // a path has at most 1000 increments, which fit, and its fields are elsewhere
@@ -93,7 +110,8 @@ fn too_large(ending: Ending, bytes: usize) -> Ending {
 
 impl runner::Ledger for Ledger<'_> {
     fn commit(&mut self, results: Vec<Done>) -> Result<(), Box<dyn Error + Send + Sync>> {
-        let records = results.into_iter().map(|done| self.record(done)).collect::<Result<Vec<_>, _>>()?;
+        let records =
+            results.into_iter().map(|done| self.record(done)).collect::<Result<Vec<_>, _>>()?;
         Ok(self.store.commit(&records)?)
     }
 }
@@ -109,9 +127,19 @@ mod tests {
     use runner::Ledger as _;
 
     fn bracketed(elements: usize) -> Ending {
-        let lower = LowerBound { mu: 1.0, alpha: Vec::new(), beta: Vec::new(), tau: Vec::new(), verified: true };
+        let lower = LowerBound {
+            mu: 1.0,
+            alpha: Vec::new(),
+            beta: Vec::new(),
+            tau: Vec::new(),
+            verified: true,
+        };
         let upper = Witness { mu: 2.0, stiffness: 1.0, x: vec![1.0; 3 * elements] };
-        Ending::Bracketed(Box::new(Bracketed { status: Status::Certified, bracket: Some(Bracket::Bounded { lower, upper }), shown: None }))
+        Ending::Bracketed(Box::new(Bracketed {
+            status: Status::Certified,
+            bracket: Some(Bracket::Bounded { lower, upper }),
+            shown: None,
+        }))
     }
 
     fn searched(count: usize, side: u32) -> Ending {
@@ -159,23 +187,45 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let store = Store::open(place.path()).unwrap();
         let endings = [bracketed(50_000), bracketed(4), searched(40, 32), searched(3, 32)];
-        let keys: Vec<JobKey> = (0..).zip(&endings).map(|(number, _)| JobKey([number; 32])).collect();
+        let keys: Vec<JobKey> =
+            (0..).zip(&endings).map(|(number, _)| JobKey([number; 32])).collect();
         let texts = keys.iter().map(|key| (*key, key.to_string())).collect();
         let done = keys.iter().zip(&endings).map(|(key, ending)| {
-            let answer = Answer::Ended { ending: Box::new(ending.clone()), fields: None, times: Vec::new() };
-            let bytes = bincode::serde::encode_to_vec(&answer, bincode::config::standard()).unwrap();
-            Done { key: *key, verdict: Verdict::Completed(bytes), worker: Some(0), seconds: 1.0, attempts: 1 }
+            let answer =
+                Answer::Ended { ending: Box::new(ending.clone()), fields: None, times: Vec::new() };
+            let bytes =
+                bincode::serde::encode_to_vec(&answer, bincode::config::standard()).unwrap();
+            Done {
+                key: *key,
+                verdict: Verdict::Completed(bytes),
+                worker: Some(0),
+                seconds: 1.0,
+                attempts: 1,
+            }
         });
         Ledger::new(&store, texts).commit(done.collect()).unwrap();
-        let ends = keys.iter().map(|key| Record::decode(&store.get(key).unwrap().unwrap()).unwrap().ending);
+        let ends = keys
+            .iter()
+            .map(|key| Record::decode(&store.get(key).unwrap().unwrap()).unwrap().ending);
         let ends: Vec<Ending> = ends.collect();
         assert_eq!((&ends[1], &ends[3]), (&endings[1], &endings[3]), "what fits is kept as it is");
         let limit = RECORD_LIMIT.to_string();
-        for (end, what) in [(&ends[0], "witness on 50000 elements"), (&ends[2], "40 solutions on 1024 elements")] {
+        for (end, what) in
+            [(&ends[0], "witness on 50000 elements"), (&ends[2], "40 solutions on 1024 elements")]
+        {
             let reason = end.reason().unwrap();
-            assert!(reason.contains(what) && reason.contains(&limit) && reason.contains("at most about"), "{reason}");
+            assert!(
+                reason.contains(what)
+                    && reason.contains(&limit)
+                    && reason.contains("at most about"),
+                "{reason}"
+            );
         }
         let Ending::Searched(found) = &ends[2] else { panic!("{:?}", ends[2]) };
-        assert_eq!((found.solutions.len(), found.starts, found.failed), (0, 70, 6), "the counts stay");
+        assert_eq!(
+            (found.solutions.len(), found.starts, found.failed),
+            (0, 70, 6),
+            "the counts stay"
+        );
     }
 }

@@ -35,7 +35,11 @@ fn main() -> ExitCode {
         Err(error) => {
             // a closed pipe is nobody's mistake
             let _ = error.print();
-            return if error.use_stderr() { Finish::Mistake.into() } else { Finish::AllDone.into() };
+            return if error.use_stderr() {
+                Finish::Mistake.into()
+            } else {
+                Finish::AllDone.into()
+            };
         }
     };
     let finished = match cli.command {

@@ -51,12 +51,19 @@ struct Measurement {
 pub(crate) fn measure(args: &EffectsArgs) -> Result<Finish> {
     let study = read_study(&args.study)?;
     if let Some(Adaptive::Accuracy(_)) = study.adaptive() {
-        bail!("{}: its meshes follow from its results; give it a mesh in place of the accuracy", study.path());
+        bail!(
+            "{}: its meshes follow from its results; give it a mesh in place of the accuracy",
+            study.path()
+        );
     }
     let jobs = Jobs::of(&study)?;
     let overview = jobs.effects(&study)?;
     if overview.groups.is_empty() {
-        bail!("{}: a study of kind \"{}\" simulates every effect; there is nothing to leave out", study.path(), study.kind().name());
+        bail!(
+            "{}: a study of kind \"{}\" simulates every effect; there is nothing to leave out",
+            study.path(),
+            study.kind().name()
+        );
     }
     let mut listed = Vec::new();
     let mut text = String::new();
@@ -68,9 +75,15 @@ pub(crate) fn measure(args: &EffectsArgs) -> Result<Finish> {
             serde_json::json!({ "which": group.which, "jobs": group.jobs, "key": jobs.points[group.first].key.to_string(), "runs": runs }),
         );
     }
-    let certified = listed.iter().flat_map(|group| group["runs"].as_array()).flatten().all(|run| run["status"] == "certified");
+    let certified = listed
+        .iter()
+        .flat_map(|group| group["runs"].as_array())
+        .flatten()
+        .all(|run| run["status"] == "certified");
     if args.json {
-        output::print_json(&serde_json::json!({ "study": study.name(), "repeat": args.repeat, "groups": listed }))?;
+        output::print_json(
+            &serde_json::json!({ "study": study.name(), "repeat": args.repeat, "groups": listed }),
+        )?;
     } else {
         output::print(text.trim_end_matches('\n'))?;
         output::print("\n")?;
@@ -80,16 +93,25 @@ pub(crate) fn measure(args: &EffectsArgs) -> Result<Finish> {
 
 fn title(study: &str, group: &Group) -> String {
     let which = if group.which.is_empty() { String::new() } else { format!(", {}", group.which) };
-    if group.jobs == 1 { format!("{study}{which}") } else { format!("{study}{which}: the first of {} jobs", group.jobs) }
+    if group.jobs == 1 {
+        format!("{study}{which}")
+    } else {
+        format!("{study}{which}: the first of {} jobs", group.jobs)
+    }
 }
 
-/// Solves a job with every effect left out that can be, then with each of those, then with everything.
+/// Solves a job with every effect left out that can be, then with each of those, then with
+/// everything.
 fn runs(job: &Case, surfaces: &Surfaces, repeat: u32) -> Result<Vec<Run>> {
-    let with = |simulate: &[Effect]| Case { numerics: Numerics { simulate: simulate.to_vec(), ..job.numerics.clone() }, ..job.clone() };
+    let with = |simulate: &[Effect]| Case {
+        numerics: Numerics { simulate: simulate.to_vec(), ..job.numerics.clone() },
+        ..job.clone()
+    };
     let bare = with(&[]);
     let elements = forecast(&bare.scene, &bare.numerics, surfaces)?.elements;
     let effects = Effects::of(&bare.scene, &bare.numerics, elements, surfaces)?;
-    let off: Vec<Effect> = Effect::OPTIONAL.into_iter().filter(|effect| !effects.has(*effect)).collect();
+    let off: Vec<Effect> =
+        Effect::OPTIONAL.into_iter().filter(|effect| !effects.has(*effect)).collect();
     let mut asked = vec![Vec::new()];
     // without tangential tractions, what they would do is nothing
     let of_friction = [Effect::Coupling, Effect::TractionX, Effect::TractionY];
@@ -123,7 +145,14 @@ fn runs(job: &Case, surfaces: &Surfaces, repeat: u32) -> Result<Vec<Run>> {
 }
 
 fn table(runs: &[Run]) -> Result<Table> {
-    let heads = [("simulated too", ""), ("unknowns", ""), ("seconds", "s"), ("times", ""), ("memory", "MiB"), ("iterations", "")];
+    let heads = [
+        ("simulated too", ""),
+        ("unknowns", ""),
+        ("seconds", "s"),
+        ("times", ""),
+        ("memory", "MiB"),
+        ("iterations", ""),
+    ];
     let heads = heads.into_iter().chain([("difference", "1"), ("status", "")]);
     let fastest = runs.first().map_or(f64::NAN, |run| run.seconds);
     let number = |x: Option<f64>| x.map_or(Cell::Missing, Cell::Number);
@@ -170,13 +199,15 @@ fn in_a_process(order: &[u8], repeat: u32) -> Result<Measurement> {
         .spawn()
         .context("cannot start a process to solve in")?;
     // it reads everything before it answers, so that neither waits for the other
-    let sent = child.stdin.take().context("the solving process has no standard input")?.write_all(order);
+    let sent =
+        child.stdin.take().context("the solving process has no standard input")?.write_all(order);
     let output = child.wait_with_output()?;
     if !output.status.success() {
         bail!("the process that solves ended with {}", output.status);
     }
     sent.context("cannot hand over the job")?;
-    let (measurement, _) = bincode::serde::decode_from_slice(&output.stdout, bincode::config::standard())?;
+    let (measurement, _) =
+        bincode::serde::decode_from_slice(&output.stdout, bincode::config::standard())?;
     Ok(measurement)
 }
 
@@ -185,14 +216,17 @@ pub(crate) fn measured(repeat: u32) -> Result<Finish> {
     share_among(1)?;
     let mut payload = Vec::new();
     std::io::stdin().read_to_end(&mut payload)?;
-    let (Job::Solve(job), surfaces) = ordered(&payload)? else { bail!("only scenes that are solved are measured") };
+    let (Job::Solve(job), surfaces) = ordered(&payload)? else {
+        bail!("only scenes that are solved are measured")
+    };
     let before = peak_memory();
     let mut seconds = Vec::new();
     let mut solved = None;
     for _ in 0..repeat.max(1) {
         drop(solved.take());
         let start = Instant::now();
-        solved = Some(contact::solve(&job.scene, &job.numerics, &surfaces, &mut Operators::default())?);
+        solved =
+            Some(contact::solve(&job.scene, &job.numerics, &surfaces, &mut Operators::default())?);
         seconds.push(start.elapsed().as_secs_f64());
     }
     let bytes = peak_memory().zip(before).map(|(after, before)| after.saturating_sub(before));

@@ -29,11 +29,14 @@ impl From<Finish> for ExitCode {
     }
 }
 
-/// Prints to standard output. That its reader went away, as `head` does, is no error and changes nothing.
+/// Prints to standard output. That its reader went away, as `head` does, is no error and changes
+/// nothing.
 pub(crate) fn print(text: &str) -> Result<Finish> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error).context("cannot write to standard output"),
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(error).context("cannot write to standard output")
+        }
         _ => Ok(Finish::AllDone),
     }
 }
@@ -57,7 +60,10 @@ pub(crate) fn count(n: usize, one: &str, many: &str) -> String {
 pub(crate) fn complain(error: &anyhow::Error) {
     // a study's errors are whole pictures of the file and begin with `error:` themselves
     let text = match error.downcast_ref::<study::StudyError>() {
-        Some(study) => study.render(io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none()).trim_end().to_owned(),
+        Some(study) => study
+            .render(io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none())
+            .trim_end()
+            .to_owned(),
         None => {
             let mut said = String::new();
             for cause in error.chain().map(ToString::to_string) {

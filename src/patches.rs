@@ -6,7 +6,8 @@ use contact::outcome::Fields;
 use report::{Cell, Column, Table};
 use serde::Serialize;
 
-/// A region in contact that touches no other, elements that share a corner taken for one; in SI units.
+/// A region in contact that touches no other, elements that share a corner taken for one; in SI
+/// units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Patch {
     area: f64,
@@ -24,7 +25,8 @@ pub(crate) struct Patch {
 
 /// The patches of a contact, the one that carries most first.
 pub(crate) fn patches(fields: &Fields) -> Vec<Patch> {
-    let in_contact = |at: usize| fields.state.get(at).is_some_and(|state| *state >= State::Stick as u8);
+    let in_contact =
+        |at: usize| fields.state.get(at).is_some_and(|state| *state >= State::Stick as u8);
     let regions = observables::patches(fields.shape.map(|n| n as usize), in_contact);
     let mut patches: Vec<Patch> = regions.iter().map(|region| patch(fields, region)).collect();
     patches.sort_by(|a, b| b.load.total_cmp(&a.load));
@@ -48,7 +50,8 @@ fn patch(fields: &Fields, region: &[usize]) -> Patch {
     };
     for &at in region {
         let pressure = fields.pressure.get(at).copied().unwrap_or(0.0);
-        let (x, y) = (fields.origin[0] + (at % nx) as f64 * hx, fields.origin[1] + (at / nx) as f64 * hy);
+        let (x, y) =
+            (fields.origin[0] + (at % nx) as f64 * hx, fields.origin[1] + (at / nx) as f64 * hy);
         patch.load += pressure * element;
         patch.peak_pressure = patch.peak_pressure.max(pressure);
         patch.x += pressure * element * x;
@@ -66,10 +69,12 @@ fn patch(fields: &Fields, region: &[usize]) -> Patch {
 
 /// The patches as a table.
 pub(crate) fn table(patches: &[Patch]) -> Result<Table> {
-    let heads = [("patch", "")].into_iter().chain([("area", "m²"), ("load", "N"), ("peak_pressure", "Pa")]);
+    let heads =
+        [("patch", "")].into_iter().chain([("area", "m²"), ("load", "N"), ("peak_pressure", "Pa")]);
     let heads = heads.chain(["x", "y", "x_from", "x_to", "y_from", "y_to"].map(|name| (name, "m")));
     let rows = patches.iter().enumerate().map(|(index, p)| {
-        let numbers = [p.area, p.load, p.peak_pressure, p.x, p.y, p.x_from, p.x_to, p.y_from, p.y_to];
+        let numbers =
+            [p.area, p.load, p.peak_pressure, p.x, p.y, p.x_from, p.x_to, p.y_from, p.y_to];
         [Cell::Integer(index as i64 + 1)].into_iter().chain(numbers.map(Cell::Number)).collect()
     });
     Ok(Table::new(heads.map(|(name, unit)| Column::new(name, unit)).collect(), rows.collect())?)
@@ -91,12 +96,29 @@ mod tests {
             0.0, 2.0, 0.0, 4.0, //
             0.0, 0.0, 0.0, 0.0,
         ];
-        let fields = Fields { shape: [4, 3], origin: [0.5, 1.0], element: [1.0, 2.0], pressure, state, ..Fields::default() };
+        let fields = Fields {
+            shape: [4, 3],
+            origin: [0.5, 1.0],
+            element: [1.0, 2.0],
+            pressure,
+            state,
+            ..Fields::default()
+        };
         let found = patches(&fields);
         assert_eq!(
             found,
             [
-                Patch { area: 4.0, load: 16.0, peak_pressure: 4.0, x: 3.5, y: 2.0, x_from: 3.0, x_to: 4.0, y_from: 0.0, y_to: 4.0 },
+                Patch {
+                    area: 4.0,
+                    load: 16.0,
+                    peak_pressure: 4.0,
+                    x: 3.5,
+                    y: 2.0,
+                    x_from: 3.0,
+                    x_to: 4.0,
+                    y_from: 0.0,
+                    y_to: 4.0
+                },
                 Patch {
                     area: 4.0,
                     load: 6.0,

@@ -1,4 +1,5 @@
-//! What a run shows while it runs: a bar on a terminal, JSON lines on request, else only what needs attention.
+//! What a run shows while it runs: a bar on a terminal, JSON lines on request, else only what needs
+//! attention.
 
 use std::collections::HashMap;
 use std::io::Write;
@@ -25,12 +26,24 @@ impl Progress {
     pub(crate) fn new(tasks: &[Task], cached: usize, json: bool) -> Self {
         let costs: HashMap<JobKey, f64> = tasks.iter().map(|task| (task.key, task.cost)).collect();
         let bar = ProgressBar::new(tasks.len() as u64);
-        bar.set_draw_target(if json { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() });
+        bar.set_draw_target(if json {
+            ProgressDrawTarget::hidden()
+        } else {
+            ProgressDrawTarget::stderr()
+        });
         if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len}  {msg}") {
             bar.set_style(style);
         }
         // in the order of the tasks: a sum over a hash map would differ in its last digits
-        Self { bar, json, cached, cost_done: 0.0, cost_left: tasks.iter().map(|task| task.cost).sum(), costs, started: Instant::now() }
+        Self {
+            bar,
+            json,
+            cached,
+            cost_done: 0.0,
+            cost_left: tasks.iter().map(|task| task.cost).sum(),
+            costs,
+            started: Instant::now(),
+        }
     }
 
     /// How many jobs there are.
@@ -51,19 +64,34 @@ impl Progress {
             What::Done { key, .. } => self.ended(key),
             What::Quarantined { key, reason, attempts } => {
                 self.ended(key);
-                let tried =
-                    if *attempts == 0 { String::new() } else { format!(" after {}", count(*attempts as usize, "attempt", "attempts")) };
+                let tried = if *attempts == 0 {
+                    String::new()
+                } else {
+                    format!(" after {}", count(*attempts as usize, "attempt", "attempts"))
+                };
                 self.notice(&format!("job {} is set aside{tried}: {reason}", short(key)));
             }
-            What::Retried { key, attempt, reason } => self.notice(&format!("attempt {attempt} of job {} failed: {reason}", short(key))),
-            What::WorkerLost { worker, how, .. } => self.notice(&format!("worker {worker} is lost: {how}")),
-            What::Interrupted { now: false } => self.notice("stopping after the jobs in flight; Ctrl-C again stops now"),
+            What::Retried { key, attempt, reason } => {
+                self.notice(&format!("attempt {attempt} of job {} failed: {reason}", short(key)))
+            }
+            What::WorkerLost { worker, how, .. } => {
+                self.notice(&format!("worker {worker} is lost: {how}"))
+            }
+            What::Interrupted { now: false } => {
+                self.notice("stopping after the jobs in flight; Ctrl-C again stops now")
+            }
             What::Interrupted { now: true } => self.notice("stopping now"),
             _ => {}
         }
         let counts = &event.counts;
         self.bar.set_position((counts.done + counts.quarantined) as u64);
-        self.bar.set_message(format!("{} cached, {} failed, {} workers{}", self.cached, counts.quarantined, counts.workers, self.left()));
+        self.bar.set_message(format!(
+            "{} cached, {} failed, {} workers{}",
+            self.cached,
+            counts.quarantined,
+            counts.workers,
+            self.left()
+        ));
     }
 
     /// Clears the bar away.
@@ -84,7 +112,11 @@ impl Progress {
         }
         let elapsed = self.started.elapsed().as_secs_f64();
         let pace = elapsed / self.cost_done;
-        format!(", {:.1}/s, about {} left", self.bar.position() as f64 / elapsed.max(1e-9), duration(self.cost_left * pace))
+        format!(
+            ", {:.1}/s, about {} left",
+            self.bar.position() as f64 / elapsed.max(1e-9),
+            duration(self.cost_left * pace)
+        )
     }
 
     fn notice(&self, text: &str) {
@@ -107,7 +139,8 @@ pub(crate) fn duration(seconds: f64) -> String {
     if seconds < 59.95 {
         return format!("{seconds:.1} s");
     }
-    let whole = Duration::try_from_secs_f64(seconds.round()).map_or(u64::MAX, |duration| duration.as_secs());
+    let whole = Duration::try_from_secs_f64(seconds.round())
+        .map_or(u64::MAX, |duration| duration.as_secs());
     match whole {
         0..3600 => format!("{} min {} s", whole / 60, whole % 60),
         3600..172_800 => format!("{} h {} min", whole / 3600, whole / 60 % 60),
@@ -121,7 +154,21 @@ mod tests {
 
     #[test]
     fn durations_read_well_at_every_size() {
-        let shown = [0.0, 0.0123, 1.0, 59.9, 59.96, 61.0, 3600.0, 90_000.0, 1e7, f64::INFINITY].map(duration);
-        assert_eq!(shown[..9], ["0 ms", "12 ms", "1.0 s", "59.9 s", "1 min 0 s", "1 min 1 s", "1 h 0 min", "25 h 0 min", "115 days"]);
+        let shown = [0.0, 0.0123, 1.0, 59.9, 59.96, 61.0, 3600.0, 90_000.0, 1e7, f64::INFINITY]
+            .map(duration);
+        assert_eq!(
+            shown[..9],
+            [
+                "0 ms",
+                "12 ms",
+                "1.0 s",
+                "59.9 s",
+                "1 min 0 s",
+                "1 min 1 s",
+                "1 h 0 min",
+                "25 h 0 min",
+                "115 days"
+            ]
+        );
     }
 }

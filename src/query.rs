@@ -46,7 +46,10 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
         };
         listed.push(serde_json::json!({ "study": study.name(), "question": study.question(), "progress": progress }));
         let mut row = vec![Cell::Text(study.name().to_owned())];
-        row.extend([progress.points, progress.done, progress.failed, progress.left].map(|count| Cell::Integer(count as i64)));
+        row.extend(
+            [progress.points, progress.done, progress.failed, progress.left]
+                .map(|count| Cell::Integer(count as i64)),
+        );
         row.push(Cell::Text(study.question().to_owned()));
         rows.push(row);
     }
@@ -56,7 +59,8 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
     if rows.is_empty() && reader.study_names()?.is_empty() {
         return output::print("no studies so far\n");
     }
-    let heads = ["study", "points", "certified", "failed", "left", "question"].map(|name| Column::new(name, ""));
+    let heads = ["study", "points", "certified", "failed", "left", "question"]
+        .map(|name| Column::new(name, ""));
     output::print(&Table::new(heads.to_vec(), rows)?.terminal(&layout()))
 }
 
@@ -78,7 +82,11 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
         if !args.sort.is_empty() {
             table = table.sort(&args.sort)?;
         }
-        let selected = if args.select.is_empty() { results.usual_columns(args.steps) } else { args.select.clone() };
+        let selected = if args.select.is_empty() {
+            results.usual_columns(args.steps)
+        } else {
+            args.select.clone()
+        };
         table.select(&selected)?
     };
     output::print(&match format {
@@ -102,7 +110,9 @@ pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
     if results.answers.is_empty() {
         // its rows are the answer
         let rows = results.table()?.select(&results.usual_columns(false))?;
-        return output::print(format!("{}\n\n{}", results.study.question(), rows.terminal(&layout())).trim_start());
+        return output::print(
+            format!("{}\n\n{}", results.study.question(), rows.terminal(&layout())).trim_start(),
+        );
     }
     output::print(format!("{}\n{}", results.study.question(), results.answers_words()).trim_start())
 }
@@ -121,6 +131,14 @@ fn columns(study: &Study, steps: bool) -> Result<Table> {
         Role::Provenance => "provenance",
     };
     let columns = if steps { along_path(study.columns()) } else { study.columns() };
-    let rows = columns.iter().map(|c| [&c.name, c.unit(), role(c.role), c.meaning].map(|t| Cell::Text(t.to_owned())).to_vec()).collect();
-    Ok(Table::new(["column", "unit", "kind", "meaning"].map(|name| Column::new(name, "")).to_vec(), rows)?)
+    let rows = columns
+        .iter()
+        .map(|c| {
+            [&c.name, c.unit(), role(c.role), c.meaning].map(|t| Cell::Text(t.to_owned())).to_vec()
+        })
+        .collect();
+    Ok(Table::new(
+        ["column", "unit", "kind", "meaning"].map(|name| Column::new(name, "")).to_vec(),
+        rows,
+    )?)
 }

@@ -31,7 +31,10 @@ impl<'a> Source<'a> {
     /// The records of those of `keys` that have one.
     fn select(self, keys: Vec<JobKey>) -> Vec<Fetched> {
         match self {
-            Source::Store(store) => keys.into_iter().filter_map(|key| store.get(&key).transpose().map(|record| (key, record))).collect(),
+            Source::Store(store) => keys
+                .into_iter()
+                .filter_map(|key| store.get(&key).transpose().map(|record| (key, record)))
+                .collect(),
             Source::Reader(reader) => reader.select(keys).collect(),
         }
     }
@@ -99,20 +102,23 @@ impl Results {
     pub(crate) fn read(source: Source<'_>, study: Study) -> Result<Self> {
         let (Chosen { points, findings }, records) = chosen(&study, source)?;
         let blobs = source.blobs();
-        let inaccurate = findings.iter().filter(|finding| matches!(finding.found, Found::Beyond { .. })).count();
+        let inaccurate =
+            findings.iter().filter(|finding| matches!(finding.found, Found::Beyond { .. })).count();
         let mut answers = Vec::new();
         if !findings.is_empty() {
             answers.push(("found", adaptive::table(&study, &findings)?));
         }
         let mut compared = points.iter().map(|_| None).collect();
         if let Some(ladder) = study.ladder() {
-            let (ladders, all) = compare(&study, ladder, &points, &records, &|record| fields(blobs, record))?;
+            let (ladders, all) =
+                compare(&study, ladder, &points, &records, &|record| fields(blobs, record))?;
             answers.push(("orders", compare::orders(&study, &ladders, &all)?));
             answers.extend(compare::limits(&study, &ladders)?.map(|limits| ("limits", limits)));
             compared = all;
         }
         if let Some(cost) = study.cost() {
-            let found = cost::compare(&study, cost, &points, &records, &|record| fields(blobs, record))?;
+            let found =
+                cost::compare(&study, cost, &points, &records, &|record| fields(blobs, record))?;
             (answers, compared) = (found.answers, found.compared);
         }
         Ok(Self { study, points, records, compared, answers, inaccurate })
@@ -143,18 +149,19 @@ impl Results {
 
     /// The same as rows by column, by title.
     pub(crate) fn answers_json(&self) -> Result<serde_json::Value> {
-        let rows = self.answers.iter().map(|(title, table)| Ok(((*title).to_owned(), serde_json::from_str(&table.json())?)));
+        let rows = self
+            .answers
+            .iter()
+            .map(|(title, table)| Ok(((*title).to_owned(), serde_json::from_str(&table.json())?)));
         Ok(serde_json::Value::Object(rows.collect::<Result<_>>()?))
     }
 
     /// Every column of every point.
     pub(crate) fn table(&self) -> Result<Table> {
         let columns = self.study.columns();
-        let rows = self
-            .points
-            .iter()
-            .zip(&self.compared)
-            .map(|(point, compared)| row(&columns, &Row { point, record: self.record(point), compared: compared.as_ref() }));
+        let rows = self.points.iter().zip(&self.compared).map(|(point, compared)| {
+            row(&columns, &Row { point, record: self.record(point), compared: compared.as_ref() })
+        });
         Ok(Table::new(heads(&columns), rows.collect())?)
     }
 
@@ -164,21 +171,28 @@ impl Results {
         increments(&along_path(self.study.columns()), computed)
     }
 
-    /// What the study's figures are drawn from: the points, or their increments; one at which a path failed is no solution.
+    /// What the study's figures are drawn from: the points, or their increments; one at which a
+    /// path failed is no solution.
     pub(crate) fn figure_table(&self, steps: bool) -> Result<Table> {
         if steps { Ok(self.increments()?.filter("status == \"certified\"")?) } else { self.table() }
     }
 
-    /// The columns that answer the question at a glance: the axes, the figures', the usual observables, and how it ended.
+    /// The columns that answer the question at a glance: the axes, the figures', the usual
+    /// observables, and how it ended.
     pub(crate) fn usual_columns(&self, steps: bool) -> Vec<String> {
         let columns = self.study.columns();
-        let mut names: Vec<String> =
-            columns.iter().filter(|column| column.role == Role::Axis).map(|column| column.name.to_string()).collect();
+        let mut names: Vec<String> = columns
+            .iter()
+            .filter(|column| column.role == Role::Axis)
+            .map(|column| column.name.to_string())
+            .collect();
         let figures = self.study.figures().iter().filter(|figure| steps || !figure.steps);
         let usual = match steps {
             true => path_columns(&self.points),
             false => match self.study.kind() {
-                Kind::Solve => &["load", "contact_radius", "stick_fraction", "peak_pressure", "status"][..],
+                Kind::Solve => {
+                    &["load", "contact_radius", "stick_fraction", "peak_pressure", "status"][..]
+                }
                 Kind::Cost => &["seconds", "spread", "iterations", "status"],
                 Kind::Convergence => &["load", "peak_pressure", "status"],
                 Kind::Uniqueness => &["mu_low", "mu_high", "bracket_width", "unbounded", "status"],
@@ -188,8 +202,12 @@ impl Results {
             .map(|name| (*name).to_owned())
             .collect(),
         };
-        let own: Vec<String> =
-            figures.flat_map(|figure| std::iter::once(&figure.x).chain(&figure.y).chain(figure.band.iter().flatten())).cloned().collect();
+        let own: Vec<String> = figures
+            .flat_map(|figure| {
+                std::iter::once(&figure.x).chain(&figure.y).chain(figure.band.iter().flatten())
+            })
+            .cloned()
+            .collect();
         // on a path it comes first where one is
         let (first, then) = if steps { (usual, own) } else { (own, usual) };
         for name in first.into_iter().chain(then) {
@@ -201,14 +219,21 @@ impl Results {
     }
 }
 
-/// The columns that show loading paths at a glance: the place, the motions and forces that some step mentions, what they do, and how it ended.
+/// The columns that show loading paths at a glance: the place, the motions and forces that some
+/// step mentions, what they do, and how it ended.
 pub(crate) fn path_columns(points: &[Point]) -> Vec<String> {
     let paths = || points.iter().filter_map(|point| Some(&point.job.case()?.scene.loading));
     let cycle = paths().any(|path| path.cycle_from.is_some()).then_some("cycle");
-    let mut names: Vec<String> = ["step"].into_iter().chain(cycle).chain(["increment"]).map(str::to_owned).collect();
+    let mut names: Vec<String> =
+        ["step"].into_iter().chain(cycle).chain(["increment"]).map(str::to_owned).collect();
     for (which, [motion, force]) in Step::NAMES.into_iter().enumerate() {
-        if which == 0 || paths().flat_map(|path| &path.steps).any(|step| step.given()[which] != [None, None]) {
-            names.extend([format!("at_{motion}"), if force == "normal_force" { "load".to_owned() } else { force.to_owned() }]);
+        if which == 0
+            || paths().flat_map(|path| &path.steps).any(|step| step.given()[which] != [None, None])
+        {
+            names.extend([
+                format!("at_{motion}"),
+                if force == "normal_force" { "load".to_owned() } else { force.to_owned() },
+            ]);
         }
     }
     names.extend(["contact_radius", "stick_fraction", "dissipation", "status"].map(str::to_owned));
@@ -237,7 +262,9 @@ pub(crate) const WARNINGS: [Warning; 2] = [
 
 impl Warning {
     pub(crate) fn concerns(&self, record: &Record) -> bool {
-        record.outcome().is_some_and(|outcome| outcome.steps.iter().any(|step| (self.count)(&step.observables) > 0))
+        record.outcome().is_some_and(|outcome| {
+            outcome.steps.iter().any(|step| (self.count)(&step.observables) > 0)
+        })
     }
 }
 
@@ -260,12 +287,16 @@ fn chosen(study: &Study, source: Source<'_>) -> Result<(Chosen, HashMap<JobKey, 
     let mut asked: HashSet<JobKey> = records.keys().copied().collect();
     loop {
         let chosen = choose(study, &records)?;
-        let mut keys: Vec<JobKey> = chosen.points.iter().map(|point| point.key).filter(|key| asked.insert(*key)).collect();
+        let mut keys: Vec<JobKey> =
+            chosen.points.iter().map(|point| point.key).filter(|key| asked.insert(*key)).collect();
         keys.sort_unstable();
         let before = records.len();
         for (key, bytes) in source.select(keys) {
             let bytes = bytes.context("run `tribosweep store verify` to see the whole damage")?;
-            records.insert(key, Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?);
+            records.insert(
+                key,
+                Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?,
+            );
         }
         // what is chosen depends on what is there
         if study.adaptive().is_none() || records.len() == before {
@@ -276,8 +307,12 @@ fn chosen(study: &Study, source: Source<'_>) -> Result<(Chosen, HashMap<JobKey, 
 
 /// The fields that a record left.
 pub(crate) fn fields(blobs: &Blobs, record: &Record) -> Result<Fields> {
-    let kept = record.fields.as_ref().with_context(|| format!("job {} left no fields: it is {}", record.key(), record.status()))?;
-    let blob = blobs.kept(kept)?.context("the file with its fields is missing; `tribosweep store verify` says what else is")?;
+    let kept = record.fields.as_ref().with_context(|| {
+        format!("job {} left no fields: it is {}", record.key(), record.status())
+    })?;
+    let blob = blobs.kept(kept)?.context(
+        "the file with its fields is missing; `tribosweep store verify` says what else is",
+    )?;
     Ok(decode_fields(&blob)?)
 }
 
@@ -287,10 +322,15 @@ pub(crate) fn table(columns: &[Column], point: &Point, record: Option<&Record>) 
 }
 
 /// A table of the increments of results.
-pub(crate) fn increments<'r>(columns: &[Column], results: impl IntoIterator<Item = (&'r Point, &'r Record)>) -> Result<Table> {
+pub(crate) fn increments<'r>(
+    columns: &[Column],
+    results: impl IntoIterator<Item = (&'r Point, &'r Record)>,
+) -> Result<Table> {
     let mut rows = Vec::new();
     for (point, record) in results {
-        record.along_path(|increment| rows.push(row(columns, &Row { point, record: Some(increment), compared: None })));
+        record.along_path(|increment| {
+            rows.push(row(columns, &Row { point, record: Some(increment), compared: None }))
+        });
     }
     Ok(Table::new(heads(columns), rows)?)
 }
@@ -318,13 +358,21 @@ pub(crate) fn cell(value: Value) -> Cell {
 
 /// The study of this name in a store; if there is none, says which there are.
 pub(crate) fn stored_study(reader: &Reader, name: &str) -> Result<Study> {
-    let damaged = || format!("the definition of the study `{name}` is damaged; `tribosweep run` of its file writes it anew");
+    let damaged = || {
+        format!(
+            "the definition of the study `{name}` is damaged; `tribosweep run` of its file writes it anew"
+        )
+    };
     if let Some(definition) = reader.study(name).with_context(damaged)? {
-        return Study::from_definition(&definition).with_context(|| format!("the stored study `{name}`"));
+        return Study::from_definition(&definition)
+            .with_context(|| format!("the stored study `{name}`"));
     }
     let names = reader.study_names()?;
     if std::path::Path::new(name).is_file() {
-        bail!("`{name}` is a file; name a study in the store instead ({}), or start it with `tribosweep run {name}`", list(&names));
+        bail!(
+            "`{name}` is a file; name a study in the store instead ({}), or start it with `tribosweep run {name}`",
+            list(&names)
+        );
     }
     bail!("there is no study `{name}` in the store; it has {}", list(&names))
 }

@@ -19,11 +19,19 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
     tell_origin(&reader);
     let prefix = args.key.to_ascii_lowercase();
-    let matching: Vec<JobKey> = reader.keys()?.into_iter().filter(|key| key.to_string().starts_with(&prefix)).collect();
+    let matching: Vec<JobKey> =
+        reader.keys()?.into_iter().filter(|key| key.to_string().starts_with(&prefix)).collect();
     let key = match matching[..] {
         [key] => key,
-        [] => bail!("no result has a key that begins with `{}`; `tribosweep query STUDY --select key` lists keys", args.key),
-        _ => bail!("{} results have keys that begin with `{}`; give more of it", matching.len(), args.key),
+        [] => bail!(
+            "no result has a key that begins with `{}`; `tribosweep query STUDY --select key` lists keys",
+            args.key
+        ),
+        _ => bail!(
+            "{} results have keys that begin with `{}`; give more of it",
+            matching.len(),
+            args.key
+        ),
     };
     let bytes = reader.get(&key)?.context("the record was removed while it was looked up")?;
     let record = Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?;
@@ -45,7 +53,11 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
     }
     let patches = record.outcome().and_then(Outcome::last).map_or(0, |end| end.observables.patches);
     // the numbers are there without them
-    let fields = (patches > 1).then(|| results::fields(reader.blobs(), &record).map_err(|error| output::complain(&error)).ok()).flatten();
+    let fields = (patches > 1)
+        .then(|| {
+            results::fields(reader.blobs(), &record).map_err(|error| output::complain(&error)).ok()
+        })
+        .flatten();
     let surfaces = stored_surfaces(&reader, &record)?;
     if args.json {
         return output::print_json(&json(&record, fields.as_ref(), &surfaces)?);
@@ -53,7 +65,8 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
     output::print(&words(&record, fields.as_ref(), &surfaces)?)
 }
 
-/// The height map or the profiles that a result's scene names, as far as some study of the store holds them.
+/// The height map or the profiles that a result's scene names, as far as some study of the store
+/// holds them.
 fn stored_surfaces(reader: &Reader, record: &Record) -> Result<Surfaces> {
     let job = record.parse_job()?;
     if effects::missing_surface(&job, &Surfaces::new()).is_none() {
@@ -78,11 +91,17 @@ pub(crate) fn path(record: &Record) -> Result<Table> {
     Ok(table.select(&names)?)
 }
 
-/// Everything about a record by column, units aside; with its fields also its patches, if there are several.
-pub(crate) fn json(record: &Record, fields: Option<&Fields>, surfaces: &Surfaces) -> Result<serde_json::Value> {
+/// Everything about a record by column, units aside; with its fields also its patches, if there are
+/// several.
+pub(crate) fn json(
+    record: &Record,
+    fields: Option<&Fields>,
+    surfaces: &Surfaces,
+) -> Result<serde_json::Value> {
     let point = Point::of_record(record)?;
     let mut values = serde_json::Map::new();
-    for column in columns(point.job.kind(), [], []).iter().filter(|column| column.role != Role::Key) {
+    for column in columns(point.job.kind(), [], []).iter().filter(|column| column.role != Role::Key)
+    {
         let value = match column.value(&point, Some(record)) {
             Value::Number(x) => serde_json::json!(x),
             Value::Integer(n) => serde_json::json!(n),
@@ -92,7 +111,9 @@ pub(crate) fn json(record: &Record, fields: Option<&Fields>, surfaces: &Surfaces
         values.insert(column.name.to_string(), value);
     }
     let mut said = serde_json::json!({ "job": serde_json::from_str::<serde_json::Value>(&record.job)?, "result": values });
-    if let (Job::Solve(case) | Job::Cost { case, .. }, None) = (&point.job, effects::missing_surface(&point.job, surfaces)) {
+    if let (Job::Solve(case) | Job::Cost { case, .. }, None) =
+        (&point.job, effects::missing_surface(&point.job, surfaces))
+    {
         let listed = effects::effects(case, surfaces)?;
         said["effects"] = serde_json::json!(listed.lines);
         said["method"] = serde_json::json!(listed.solver);
@@ -108,20 +129,30 @@ pub(crate) fn json(record: &Record, fields: Option<&Fields>, surfaces: &Surfaces
     Ok(said)
 }
 
-/// The same to be read: the job as it would stand in a study file, how far its path goes, then the figures by kind.
-pub(crate) fn words(record: &Record, fields: Option<&Fields>, surfaces: &Surfaces) -> Result<String> {
+/// The same to be read: the job as it would stand in a study file, how far its path goes, then the
+/// figures by kind.
+pub(crate) fn words(
+    record: &Record,
+    fields: Option<&Fields>,
+    surfaces: &Surfaces,
+) -> Result<String> {
     let point = Point::of_record(record)?;
     let mut text = format!("{}\n\n", point.job.to_toml().trim_end());
     let all = increments(&point.job);
     if let (Some(Case { scene, .. }), true) = (point.job.case(), all > 1) {
         let loading = &scene.loading;
         text += &match record.outcome().map(|outcome| outcome.steps.len() as u64) {
-            Some(solved) if solved < all => format!("the path ended at its increment {solved} of {all}"),
+            Some(solved) if solved < all => {
+                format!("the path ended at its increment {solved} of {all}")
+            }
             _ => format!("a path of {all} increments"),
         };
         text += &format!(": {}", count(loading.steps.len(), "step", "steps"));
         if let Some(from) = loading.cycle_from {
-            text += &format!(", from the one with index {from} on {}", count(loading.cycles as usize, "cycle", "cycles"));
+            text += &format!(
+                ", from the one with index {from} on {}",
+                count(loading.cycles as usize, "cycle", "cycles")
+            );
         }
         text += "; --steps shows each\n\n";
     }
@@ -131,7 +162,9 @@ pub(crate) fn words(record: &Record, fields: Option<&Fields>, surfaces: &Surface
             format!("effects\n{}", effects::words(Some(listed.solver), &listed.lines, listed.cost))
         }
         (Job::Multiplicity { .. } | Job::Uniqueness { .. }, _) => String::new(),
-        (Job::Solve(_) | Job::Cost { .. }, Some(missing)) => format!("effects\n  not known: the store's studies do not hold {missing}\n"),
+        (Job::Solve(_) | Job::Cost { .. }, Some(missing)) => {
+            format!("effects\n  not known: the store's studies do not hold {missing}\n")
+        }
     };
     let columns = columns(point.job.kind(), [], []);
     let kinds = [
@@ -146,15 +179,19 @@ pub(crate) fn words(record: &Record, fields: Option<&Fields>, surfaces: &Surface
         let shown = columns.iter().filter(|column| column.role == kind).filter_map(|column| {
             let value = match column.value(&point, Some(record)) {
                 Value::Missing => return None,
-                Value::Number(x) if matches!(kind, Role::Certificate | Role::Error) => format!("{x:.1e}"),
+                Value::Number(x) if matches!(kind, Role::Certificate | Role::Error) => {
+                    format!("{x:.1e}")
+                }
                 value => value.to_string(),
             };
             Some((column.name.as_ref(), format!("{value} {}", column.unit())))
         });
         let shown: Vec<(&str, String)> = shown.collect();
         let width = shown.iter().map(|(name, _)| name.len()).max().unwrap_or(0).max(20);
-        let lines: Vec<String> =
-            shown.iter().map(|(name, value)| format!("  {name:<width$} {value}").trim_end().to_owned() + "\n").collect();
+        let lines: Vec<String> = shown
+            .iter()
+            .map(|(name, value)| format!("  {name:<width$} {value}").trim_end().to_owned() + "\n")
+            .collect();
         if !lines.is_empty() {
             text += &format!("{title}\n{}", lines.concat());
         }

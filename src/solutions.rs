@@ -49,14 +49,19 @@ pub(crate) fn fields(found: &Multiplicity, index: Option<usize>) -> Result<Field
     let index = index.unwrap_or(0);
     match found.solutions.get(index) {
         Some(solution) => Ok(solution.fields.clone()),
-        None => bail!("there is no solution {index}: the search found {}, counted from 0", found.solutions.len()),
+        None => bail!(
+            "there is no solution {index}: the search found {}, counted from 0",
+            found.solutions.len()
+        ),
     }
 }
 
 /// Refuses an index of a solution where nothing was searched for.
 pub(crate) fn only_of_a_search(index: Option<usize>) -> Result<()> {
     match index {
-        Some(index) => bail!("--solution {index}: only a study of kind \"multiplicity\" has several solutions"),
+        Some(index) => {
+            bail!("--solution {index}: only a study of kind \"multiplicity\" has several solutions")
+        }
         None => Ok(()),
     }
 }

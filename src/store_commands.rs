@@ -33,13 +33,18 @@ fn references(record: &Record) -> Vec<Digest> {
     }
 }
 
-/// Whether what a record claims to have proved holds, from what it carries; `None` for one that claims nothing of the kind.
+/// Whether what a record claims to have proved holds, from what it carries; `None` for one that
+/// claims nothing of the kind.
 fn proof(record: &Record) -> Option<Result<(), Unshown>> {
     let bracket = record.bracketed().filter(|_| record.is_certified())?.bracket.as_ref()?;
     let Ok(Job::Uniqueness { question, .. }) = record.parse_job() else {
         return Some(Err(Unshown::Wrong("it brackets nothing that was asked".to_owned())));
     };
-    Some(crate::work::verify(&question, bracket).map_err(|error| Unshown::Wrong(error.to_string())).and_then(|shown| shown.map(drop)))
+    Some(
+        crate::work::verify(&question, bracket)
+            .map_err(|error| Unshown::Wrong(error.to_string()))
+            .and_then(|shown| shown.map(drop)),
+    )
 }
 
 fn verify(store: &Store, deep: bool, json: bool) -> Result<Finish> {
@@ -74,9 +79,17 @@ fn verify(store: &Store, deep: bool, json: bool) -> Result<Finish> {
     let mut faults = Vec::new();
     let records = found.corrupt_records.iter().chain(&undecodable);
     faults.extend(records.map(|(key, reason)| format!("record {key}: {reason}")));
-    faults.extend(found.corrupt_blobs.iter().map(|(digest, reason)| format!("file {digest}: {reason}")));
-    faults.extend(found.missing_blobs.iter().map(|(digest, key)| format!("file {digest} is missing, job {key} refers to it")));
-    faults.extend(found.lost_studies.iter().map(|(name, reason)| format!("study {name}: {reason}")));
+    faults.extend(
+        found.corrupt_blobs.iter().map(|(digest, reason)| format!("file {digest}: {reason}")),
+    );
+    faults.extend(
+        found
+            .missing_blobs
+            .iter()
+            .map(|(digest, key)| format!("file {digest} is missing, job {key} refers to it")),
+    );
+    faults
+        .extend(found.lost_studies.iter().map(|(name, reason)| format!("study {name}: {reason}")));
     if json {
         output::print_json(&serde_json::json!({
             "sound": sound, "records": found.records, "files": found.blobs, "file_bytes": found.blob_bytes, "studies": found.studies, "brackets_proved": deep.then_some(proved), "brackets_too_large": deep.then_some(too_large.len()), "records_of_other_versions": foreign,
@@ -92,18 +105,31 @@ fn verify(store: &Store, deep: bool, json: bool) -> Result<Finish> {
         );
         text += if sound { ": all sound\n" } else { "\n" };
         if deep {
-            text += &format!("{} of uniqueness sets proved anew\n", count(proved, "bracket", "brackets"));
-            too_large.iter().for_each(|(key, reason)| text += &format!("not checked: record {key}: {reason}\n"));
+            text += &format!(
+                "{} of uniqueness sets proved anew\n",
+                count(proved, "bracket", "brackets")
+            );
+            too_large.iter().for_each(|(key, reason)| {
+                text += &format!("not checked: record {key}: {reason}\n")
+            });
         }
         faults.iter().for_each(|fault| text += &format!("damaged: {fault}\n"));
         if foreign > 0 {
-            text += &format!("{} of another version of this program, and not used\n", count(foreign, "record is", "records are"));
+            text += &format!(
+                "{} of another version of this program, and not used\n",
+                count(foreign, "record is", "records are")
+            );
         }
         if found.unreferenced_blobs > 0 && foreign == 0 {
             let files = count(found.unreferenced_blobs, "file is", "files are");
-            text += &format!("{files} referred to by nothing; `tribosweep store compact` removes what is\n");
+            text += &format!(
+                "{files} referred to by nothing; `tribosweep store compact` removes what is\n"
+            );
         }
-        found.stray_files.iter().for_each(|file| text += &format!("not the store's: {}\n", file.display()));
+        found
+            .stray_files
+            .iter()
+            .for_each(|file| text += &format!("not the store's: {}\n", file.display()));
         output::print(&text)?;
     }
     Ok(if sound { Finish::AllDone } else { Finish::SomeFailed })
@@ -117,14 +143,23 @@ fn salvage(directory: &std::path::Path, json: bool) -> Result<Finish> {
             "former_database": salvaged.damaged,
         }));
     }
-    let promised = salvaged.promised.map_or(String::new(), |promised| format!(" of at least {promised}"));
-    let mut text =
-        format!("kept {}{promised}, and {}\n", count(salvaged.kept, "record", "records"), count(salvaged.studies, "study", "studies"));
+    let promised =
+        salvaged.promised.map_or(String::new(), |promised| format!(" of at least {promised}"));
+    let mut text = format!(
+        "kept {}{promised}, and {}\n",
+        count(salvaged.kept, "record", "records"),
+        count(salvaged.studies, "study", "studies")
+    );
     if let Some(damaged) = &salvaged.damaged {
-        text += &format!("the former database is in {}; delete it when nothing is missed\n", damaged.display());
+        text += &format!(
+            "the former database is in {}; delete it when nothing is missed\n",
+            damaged.display()
+        );
     }
     for name in &salvaged.lost_studies {
-        text += &format!("the definition of the study `{name}` was damaged; `tribosweep run` of its file brings it back\n");
+        text += &format!(
+            "the definition of the study `{name}` was damaged; `tribosweep run` of its file brings it back\n"
+        );
     }
     output::print(&text)
 }
@@ -134,13 +169,19 @@ fn compact(store: &Store, json: bool) -> Result<Finish> {
     for (key, bytes) in store.records() {
         // what cannot be read might refer to anything, so nothing is removed then
         let bytes = bytes.context("nothing was removed")?;
-        let record = Record::decode(&bytes).with_context(|| format!("the record of job {key}; nothing was removed"))?;
+        let record = Record::decode(&bytes)
+            .with_context(|| format!("the record of job {key}; nothing was removed"))?;
         referenced.extend(references(&record));
     }
     let done = store.compact(&referenced)?;
     if json {
-        return output::print_json(&serde_json::json!({ "files": done.blobs, "unfinished_files": done.unfinished, "bytes": done.bytes }));
+        return output::print_json(
+            &serde_json::json!({ "files": done.blobs, "unfinished_files": done.unfinished, "bytes": done.bytes }),
+        );
     }
-    let (files, unfinished) = (count(done.blobs, "file", "files"), count(done.unfinished, "unfinished one", "unfinished ones"));
+    let (files, unfinished) = (
+        count(done.blobs, "file", "files"),
+        count(done.unfinished, "unfinished one", "unfinished ones"),
+    );
     output::print(&format!("removed {files} and {unfinished}, {}\n", BinaryBytes(done.bytes)))
 }

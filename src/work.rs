@@ -31,7 +31,8 @@ struct Order {
 /// What a worker sends back.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) enum Answer {
-    /// What came of it, the bytes of the fields if it has some of its own, and how long each time took if that is asked.
+    /// What came of it, the bytes of the fields if it has some of its own, and how long each time
+    /// took if that is asked.
     Ended { ending: Box<Ending>, fields: Option<Vec<u8>>, times: Vec<f64> },
     /// The scene cannot be bound to its grid.
     Refused(String),
@@ -43,7 +44,9 @@ pub(crate) fn order(job: &Job, canonical: String, surfaces: &Surfaces) -> Result
     let profile = |name: &String| Some((name.clone(), encode_profile(surfaces.profile(name)?)));
     let (height_maps, profiles) = match job.case().map(|case| &case.scene.punch.shape) {
         Some(Shape::HeightMap { surface, .. }) => (map(surface).into_iter().collect(), Vec::new()),
-        Some(Shape::WheelOnRail(wheel)) => (Vec::new(), [&wheel.wheel, &wheel.rail].into_iter().filter_map(profile).collect()),
+        Some(Shape::WheelOnRail(wheel)) => {
+            (Vec::new(), [&wheel.wheel, &wheel.rail].into_iter().filter_map(profile).collect())
+        }
         _ => (Vec::new(), Vec::new()),
     };
     encode(&Order { job: canonical, height_maps, profiles })
@@ -58,7 +61,9 @@ pub(crate) fn forecast(job: &Job, surfaces: &Surfaces) -> Result<Forecast, Scene
             Ok(Forecast { seconds: once.seconds * f64::from(*repeat), ..once })
         }
         Job::Uniqueness { question, effort } => contact::forecast_bracket(question, effort),
-        Job::Multiplicity { case: Case { scene, numerics }, search } => contact::forecast_search(scene, numerics, surfaces, search),
+        Job::Multiplicity { case: Case { scene, numerics }, search } => {
+            contact::forecast_search(scene, numerics, surfaces, search)
+        }
     }
 }
 
@@ -72,7 +77,11 @@ pub(crate) struct Done {
 }
 
 /// Does a job.
-pub(crate) fn perform(job: &Job, surfaces: &Surfaces, operators: &mut Operators) -> Result<Done, SceneError> {
+pub(crate) fn perform(
+    job: &Job,
+    surfaces: &Surfaces,
+    operators: &mut Operators,
+) -> Result<Done, SceneError> {
     let mut times = Vec::new();
     let (ending, fields) = match job {
         Job::Solve(Case { scene, numerics }) => {
@@ -89,7 +98,9 @@ pub(crate) fn perform(job: &Job, surfaces: &Surfaces, operators: &mut Operators)
             })?;
             let mut once = || {
                 let start = Instant::now();
-                let solved = pool.install(|| contact::solve(scene, numerics, surfaces, &mut Operators::default()));
+                let solved = pool.install(|| {
+                    contact::solve(scene, numerics, surfaces, &mut Operators::default())
+                });
                 times.push(start.elapsed().as_secs_f64());
                 solved
             };
@@ -99,17 +110,24 @@ pub(crate) fn perform(job: &Job, surfaces: &Surfaces, operators: &mut Operators)
             let (outcome, fields) = once()?;
             (Ending::Finished(outcome), Some(fields))
         }
-        Job::Uniqueness { question, effort } => (Ending::Bracketed(Box::new(bracketed(question, effort)?)), None),
-        Job::Multiplicity { case: Case { scene, numerics }, search } => {
-            (Ending::Searched(multiplicity::search(scene, numerics, surfaces, operators, search)?), None)
+        Job::Uniqueness { question, effort } => {
+            (Ending::Bracketed(Box::new(bracketed(question, effort)?)), None)
         }
+        Job::Multiplicity { case: Case { scene, numerics }, search } => (
+            Ending::Searched(multiplicity::search(scene, numerics, surfaces, operators, search)?),
+            None,
+        ),
     };
     Ok(Done { ending, fields, times })
 }
 
 /// Brackets μ* and verifies both sides.
 fn bracketed(question: &Question, effort: &Effort) -> Result<Bracketed, SceneError> {
-    let failed = |reason: String| Bracketed { status: Status::Failed { reason }, bracket: None, shown: None };
+    let failed = |reason: String| Bracketed {
+        status: Status::Failed { reason },
+        bracket: None,
+        shown: None,
+    };
     let bracket = match uniqueness::bracket(question, effort) {
         Ok(bracket) => bracket,
         Err(BracketError::Scene(error)) => return Err(error),
@@ -118,7 +136,9 @@ fn bracketed(question: &Question, effort: &Effort) -> Result<Bracketed, SceneErr
     let verified = verify(question, &bracket)?;
     let (status, shown) = match verified {
         Ok(shown) => (Status::Certified, shown),
-        Err(Unshown::TooLarge(reason) | Unshown::Wrong(reason)) => (Status::Failed { reason }, None),
+        Err(Unshown::TooLarge(reason) | Unshown::Wrong(reason)) => {
+            (Status::Failed { reason }, None)
+        }
     };
     Ok(Bracketed { status, bracket: Some(bracket), shown })
 }
@@ -131,28 +151,46 @@ pub(crate) enum Unshown {
     Wrong(String),
 }
 
-/// Shows that a bracket holds, from what it carries and the question alone; else says what is not shown.
-pub(crate) fn verify(question: &Question, bracket: &Bracket) -> Result<Result<Option<Shown>, Unshown>, SceneError> {
+/// Shows that a bracket holds, from what it carries and the question alone; else says what is not
+/// shown.
+pub(crate) fn verify(
+    question: &Question,
+    bracket: &Bracket,
+) -> Result<Result<Option<Shown>, Unshown>, SceneError> {
     let system = System::new(question)?;
     let wrong = |reason: String| Err(Unshown::Wrong(reason));
     Ok(match bracket {
-        Bracket::Unbounded if system.is_coupled() => wrong("pressures move the surface sideways, so that μ* is finite".to_owned()),
+        Bracket::Unbounded if system.is_coupled() => {
+            wrong("pressures move the surface sideways, so that μ* is finite".to_owned())
+        }
         Bracket::Unbounded => Ok(None),
-        Bracket::Bounded { lower, upper } => match (lower::verify(&system, lower, lower::FACTORED_ROWS), upper.verify(&system)) {
-            (_, Err(error)) => wrong(format!("the upper end {} is not shown: {error}", upper.mu)),
-            (Err(error), _) => {
-                let reason = format!("the lower end {} is not shown: {error}", lower.mu);
-                Err(if matches!(error, VerifyError::TooLarge { .. }) { Unshown::TooLarge(reason) } else { Unshown::Wrong(reason) })
+        Bracket::Bounded { lower, upper } => {
+            match (lower::verify(&system, lower, lower::FACTORED_ROWS), upper.verify(&system)) {
+                (_, Err(error)) => {
+                    wrong(format!("the upper end {} is not shown: {error}", upper.mu))
+                }
+                (Err(error), _) => {
+                    let reason = format!("the lower end {} is not shown: {error}", lower.mu);
+                    Err(if matches!(error, VerifyError::TooLarge { .. }) {
+                        Unshown::TooLarge(reason)
+                    } else {
+                        Unshown::Wrong(reason)
+                    })
+                }
+                (Ok(()), Ok(_)) if lower.mu >= upper.mu => wrong(format!(
+                    "the lower end {} is not below the upper end {}",
+                    lower.mu, upper.mu
+                )),
+                (Ok(()), Ok(shown)) => Ok(Some(shown)),
             }
-            (Ok(()), Ok(_)) if lower.mu >= upper.mu => wrong(format!("the lower end {} is not below the upper end {}", lower.mu, upper.mu)),
-            (Ok(()), Ok(shown)) => Ok(Some(shown)),
-        },
+        }
     })
 }
 
 /// Decodes an [`order`].
 pub(crate) fn ordered(payload: &[u8]) -> Result<(Job, Surfaces)> {
-    let (order, _): (Order, usize) = bincode::serde::decode_from_slice(payload, bincode::config::standard())?;
+    let (order, _): (Order, usize) =
+        bincode::serde::decode_from_slice(payload, bincode::config::standard())?;
     let job = Job::parse(&order.job)?;
     let mut surfaces = Surfaces::new();
     for (name, bytes) in order.height_maps {
@@ -166,7 +204,8 @@ pub(crate) fn ordered(payload: &[u8]) -> Result<(Job, Surfaces)> {
 
 /// Decodes what a worker sent.
 pub(crate) fn answer(bytes: &[u8]) -> Result<Answer> {
-    let (answer, _) = bincode::serde::decode_from_slice(bytes, bincode::config::standard()).context("a worker's answer does not decode")?;
+    let (answer, _) = bincode::serde::decode_from_slice(bytes, bincode::config::standard())
+        .context("a worker's answer does not decode")?;
     Ok(answer)
 }
 
@@ -184,21 +223,31 @@ impl Solver {
     fn run(&mut self, payload: &[u8]) -> Result<Answer> {
         let (job, surfaces) = ordered(payload)?;
         let Done { ending, fields, times } = perform(&job, &surfaces, &mut self.operators)?;
-        Ok(Answer::Ended { ending: Box::new(ending), fields: fields.map(|fields| encode_fields(&fields)), times })
+        Ok(Answer::Ended {
+            ending: Box::new(ending),
+            fields: fields.map(|fields| encode_fields(&fields)),
+            times,
+        })
     }
 }
 
 impl runner::Work for Solver {
     fn run(&mut self, payload: &[u8]) -> Vec<u8> {
-        let answer = Solver::run(self, payload).unwrap_or_else(|error| Answer::Refused(format!("{error:#}")));
+        let answer = Solver::run(self, payload)
+            .unwrap_or_else(|error| Answer::Refused(format!("{error:#}")));
         encode(&answer).expect("an answer is plain data")
     }
 }
 
-/// Makes this thread one of those that share the work, `count` of them or, for 0, as many as the machine or RAYON_NUM_THREADS has.
-/// It works itself: to hand over to another and wait takes as long as a small solve's smallest parts.
+/// Makes this thread one of those that share the work, `count` of them or, for 0, as many as the
+/// machine or RAYON_NUM_THREADS has. It works itself: to hand over to another and wait takes as
+/// long as a small solve's smallest parts.
 pub(crate) fn share_among(count: usize) -> Result<()> {
-    rayon::ThreadPoolBuilder::new().num_threads(count).use_current_thread().build_global().context("cannot start threads")
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(count)
+        .use_current_thread()
+        .build_global()
+        .context("cannot start threads")
 }
 
 /// The hidden command `worker`.

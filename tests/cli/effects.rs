@@ -1,4 +1,5 @@
-//! Which effects scenes call for, as `plan`, `show` and `solve` say it, and what leaving them out saves, as `effects` measures it.
+//! Which effects scenes call for, as `plan`, `show` and `solve` say it, and what leaving them out
+//! saves, as `effects` measures it.
 
 use serde_json::Value;
 
@@ -46,12 +47,22 @@ fn a_plan_says_which_effects_are_left_out_and_why() {
         ("frictionless", &[FRICTIONLESS]),
         ("uncoupled", &[INCOMPRESSIBLE]),
         ("symmetric", &[UNSHIFTED]),
-        ("uncoupled, the coupling asked for", &[INCOMPRESSIBLE, ask("mesh = 8\nsimulate = [\"coupling\"]")]),
-        ("frictionless, friction asked for", &[FRICTIONLESS, ask("mesh = 8\nsimulate = [\"friction\"]")]),
-        ("symmetric, one mirror plane given up", &[UNSHIFTED, ask("mesh = 8\nsimulate = [\"asymmetry-y\"]")]),
+        (
+            "uncoupled, the coupling asked for",
+            &[INCOMPRESSIBLE, ask("mesh = 8\nsimulate = [\"coupling\"]")],
+        ),
+        (
+            "frictionless, friction asked for",
+            &[FRICTIONLESS, ask("mesh = 8\nsimulate = [\"friction\"]")],
+        ),
+        (
+            "symmetric, one mirror plane given up",
+            &[UNSHIFTED, ask("mesh = 8\nsimulate = [\"asymmetry-y\"]")],
+        ),
         ("an odd number of elements", &[UNSHIFTED, ask("mesh = [8, 9]")]),
     ];
-    let said: Vec<String> = scenes.iter().map(|(name, changes)| format!("{name}{}", planned(changes))).collect();
+    let said: Vec<String> =
+        scenes.iter().map(|(name, changes)| format!("{name}{}", planned(changes))).collect();
     insta::assert_snapshot!(said.join("\n"));
 }
 
@@ -59,18 +70,26 @@ fn a_plan_says_which_effects_are_left_out_and_why() {
 fn jobs_that_call_for_the_same_effects_are_listed_together() {
     let axes = |text: &'static str| ("mesh = 8", text);
     let scenes: &[(&str, (&str, &str))] = &[
-        ("one axis decides", axes("mesh = 8\n[sweep]\n\"friction.mu\" = [0, 0.1, 0.2]\nmesh = [8, 12]")),
+        (
+            "one axis decides",
+            axes("mesh = 8\n[sweep]\n\"friction.mu\" = [0, 0.1, 0.2]\nmesh = [8, 12]"),
+        ),
         (
             "two do",
-            axes("[sweep]\nmesh = [8, 12]\n\"friction.mu\" = [0, 0.1, 0.2, 0.3, 0.4, 0.5]\n\"foundation.base.poisson\" = [0.3, 0.5]"),
+            axes(
+                "[sweep]\nmesh = [8, 12]\n\"friction.mu\" = [0, 0.1, 0.2, 0.3, 0.4, 0.5]\n\"foundation.base.poisson\" = [0.3, 0.5]",
+            ),
         ),
         (
             "no axis by itself",
-            axes("mesh = 8\n[sweep]\n\"loading.steps[0].shift_x\" = [0, 1e-6]\n\"foundation.base.poisson\" = [0.3, 0.4, 0.5]"),
+            axes(
+                "mesh = 8\n[sweep]\n\"loading.steps[0].shift_x\" = [0, 1e-6]\n\"foundation.base.poisson\" = [0.3, 0.4, 0.5]",
+            ),
         ),
         ("what is asked for", axes("mesh = 8\n[sweep]\nsimulate = [[], [\"asymmetry-y\"]]")),
     ];
-    let said: Vec<String> = scenes.iter().map(|(name, change)| format!("{name}{}", planned(&[*change]))).collect();
+    let said: Vec<String> =
+        scenes.iter().map(|(name, change)| format!("{name}{}", planned(&[*change]))).collect();
     insta::assert_snapshot!(said.join("\n"));
 }
 
@@ -83,10 +102,19 @@ fn a_plan_lists_effects_as_json() {
     assert_eq!((&groups[0]["which"], &groups[0]["jobs"]), (&"mu = 0".into(), &1.into()));
     assert_eq!((&groups[1]["which"], &groups[1]["jobs"]), (&"mu = 0.1, 0.2".into(), &2.into()));
     let effect = |group: &Value, name: &str| {
-        group["effects"].as_array().unwrap().iter().find(|line| line["effect"] == name).unwrap_or_else(|| panic!("{name}")).clone()
+        group["effects"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .find(|line| line["effect"] == name)
+            .unwrap_or_else(|| panic!("{name}"))
+            .clone()
     };
     let friction = effect(&groups[0], "friction");
-    assert_eq!((&friction["simulated"], &friction["reason"]), (&false.into(), &"friction.mu = 0".into()));
+    assert_eq!(
+        (&friction["simulated"], &friction["reason"]),
+        (&false.into(), &"friction.mu = 0".into())
+    );
     let unknowns = |of: &Value| of["unknowns"].as_u64().unwrap();
     let seconds = |of: &Value| of["seconds"].as_f64().unwrap();
     // a quarter of the normal component alone; with tractions a shifted sphere has one mirror plane
@@ -108,10 +136,13 @@ fn one_result_says_which_effects_were_simulated() {
     };
     insta::assert_snapshot!(part(&solved));
     assert_eq!(place.call("run sphere.toml --workers 1").code, 0);
-    let key = place.call("query sphere --select key --format csv").out.lines().nth(1).unwrap()[..12].to_owned();
+    let key = place.call("query sphere --select key --format csv").out.lines().nth(1).unwrap()
+        [..12]
+        .to_owned();
     assert_eq!(part(&place.call(&format!("show {key}")).out), part(&solved));
 
-    let asked = place.words(&["solve", "sphere.toml", "--set", "simulate=[\"coupling\"]", "--json"]);
+    let asked =
+        place.words(&["solve", "sphere.toml", "--set", "simulate=[\"coupling\"]", "--json"]);
     let asked: Value = serde_json::from_str(&asked.out).unwrap();
     let coupling = &asked["effects"][1];
     assert_eq!((&coupling["effect"], &coupling["simulated"]), (&"coupling".into(), &true.into()));
@@ -128,14 +159,18 @@ fn effects_are_not_guessed_without_the_height_map() {
     place.write("rough.csv", "0,1,2,1\n1,2,3,2\n0,1,2,1\n");
     let said = place.call("run one.toml --workers 1");
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-    let key = place.call("query one --select key --format csv").out.lines().nth(1).unwrap()[..12].to_owned();
+    let key = place.call("query one --select key --format csv").out.lines().nth(1).unwrap()[..12]
+        .to_owned();
     let shown = place.call(&format!("show {key}")).out;
     assert!(shown.contains("the punch's shape is not known to be its own image in x"), "{shown}");
     // the study is now about another map
     place.write("rough.csv", "0,1,2,1\n1,2,4,2\n0,1,2,1\n");
     assert_eq!(place.call("run one.toml --workers 1").code, 0);
     let shown = place.call(&format!("show {key}")).out;
-    assert!(shown.contains("effects\n  not known: the store's studies do not hold the height map "), "{shown}");
+    assert!(
+        shown.contains("effects\n  not known: the store's studies do not hold the height map "),
+        "{shown}"
+    );
     assert_eq!(place.json(&format!("show {key} --json"))["effects"], Value::Null);
 }
 
@@ -146,10 +181,14 @@ fn savings_are_measured() {
     let groups = measured["groups"].as_array().unwrap();
     let asked = |group: &Value| -> Vec<(Vec<Value>, u64)> {
         let runs = group["runs"].as_array().unwrap().iter();
-        runs.map(|run| (run["simulate"].as_array().unwrap().clone(), run["unknowns"].as_u64().unwrap())).collect()
+        runs.map(|run| {
+            (run["simulate"].as_array().unwrap().clone(), run["unknowns"].as_u64().unwrap())
+        })
+        .collect()
     };
     let names = |names: &[&str]| names.iter().map(|name| Value::from(*name)).collect::<Vec<_>>();
-    let optional = ["friction", "coupling", "traction-x", "traction-y", "asymmetry-x", "asymmetry-y"];
+    let optional =
+        ["friction", "coupling", "traction-x", "traction-y", "asymmetry-x", "asymmetry-y"];
     assert_eq!(
         asked(&groups[0]),
         [
@@ -170,8 +209,26 @@ fn savings_are_measured() {
 
     let said = place.call("effects sphere.toml --repeat 1");
     assert_eq!(said.code, 0, "{}", said.err);
-    let rows: Vec<&str> =
-        said.out.lines().filter(|line| line.contains("certified")).map(|line| line.split("  ").next().unwrap().trim()).collect();
-    assert_eq!(rows, ["nothing", "friction", "asymmetry-x", "asymmetry-y", "everything", "nothing", "asymmetry-y"]);
-    insta::assert_snapshot!(place.transcript(&[&["effects", "none.toml"], &["effects", "sphere.toml", "--repeat", "0"]]));
+    let rows: Vec<&str> = said
+        .out
+        .lines()
+        .filter(|line| line.contains("certified"))
+        .map(|line| line.split("  ").next().unwrap().trim())
+        .collect();
+    assert_eq!(
+        rows,
+        [
+            "nothing",
+            "friction",
+            "asymmetry-x",
+            "asymmetry-y",
+            "everything",
+            "nothing",
+            "asymmetry-y"
+        ]
+    );
+    insta::assert_snapshot!(
+        place
+            .transcript(&[&["effects", "none.toml"], &["effects", "sphere.toml", "--repeat", "0"]])
+    );
 }

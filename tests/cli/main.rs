@@ -21,7 +21,8 @@ use crate::place::{Place, SMALL, redacted};
 #[test]
 fn help_says_what_can_be_asked() {
     let place = Place::empty();
-    let commands = "run plan effects cost resume status answer query show plot solve store completions";
+    let commands =
+        "run plan effects cost resume status answer query show plot solve store completions";
     let mut lines: Vec<Vec<&str>> = vec![vec!["--help"], vec!["--version"]];
     lines.extend(commands.split(' ').map(|command| vec![command, "--help"]));
     lines.extend(["verify", "salvage", "compact"].map(|command| vec!["store", command, "--help"]));
@@ -37,7 +38,10 @@ fn examples_in_the_help_exist() {
     for command in ["run", "plan", "effects", "cost", "solve"] {
         let help = place.words(&[command, "--help"]).out;
         for file in help.split_whitespace().filter(|word| word.starts_with("sweeps/")) {
-            assert!(Path::new(env!("CARGO_MANIFEST_DIR")).join(file).is_file(), "{command} --help names {file}");
+            assert!(
+                Path::new(env!("CARGO_MANIFEST_DIR")).join(file).is_file(),
+                "{command} --help names {file}"
+            );
         }
     }
 }
@@ -98,7 +102,8 @@ fn the_store_can_be_elsewhere() {
     let place = Place::with("small.toml", SMALL);
     assert_eq!(place.call("run small.toml --store kept --workers 1").code, 0);
     assert!(!place.path(".tribosweep").exists());
-    let output = place.command(&["status", "--json"]).env("TRIBOSWEEP_STORE", "kept").output().unwrap();
+    let output =
+        place.command(&["status", "--json"]).env("TRIBOSWEEP_STORE", "kept").output().unwrap();
     let listed: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(listed[0]["progress"]["done"], 6);
 }
@@ -127,7 +132,9 @@ fn query_selects_sorts_and_keeps() {
     insta::assert_snapshot!(place.transcript(lines));
     let loads = place.json("query small --select mu,load --json");
     assert_eq!(loads["units"]["load"], "N");
-    assert!(loads["rows"].as_array().unwrap().iter().all(|row| row["load"].as_f64().unwrap() > 4000.0));
+    assert!(
+        loads["rows"].as_array().unwrap().iter().all(|row| row["load"].as_f64().unwrap() > 4000.0)
+    );
 }
 
 #[test]
@@ -170,10 +177,22 @@ fn show_finds_a_result_by_the_beginning_of_its_key() {
 fn fields_are_drawn_and_written() {
     let place = Place::run();
     let key = &place.keys()[0];
-    insta::assert_snapshot!(place.transcript(&[&["show", key, "--field", "pressure"], &["show", key, "--field", "state"]]));
-    let begins: [(&str, &[u8]); 5] =
-        [("png", b"\x89PNG\r\n\x1a\n"), ("svg", b"<svg"), ("npy", b"\x93NUMPY"), ("vti", b"<?xml"), ("csv", b"x")];
-    for field in ["pressure", "traction_x", "traction_y", "traction", "gap", "slip_x", "slip_y", "state"] {
+    insta::assert_snapshot!(
+        place.transcript(&[
+            &["show", key, "--field", "pressure"],
+            &["show", key, "--field", "state"]
+        ])
+    );
+    let begins: [(&str, &[u8]); 5] = [
+        ("png", b"\x89PNG\r\n\x1a\n"),
+        ("svg", b"<svg"),
+        ("npy", b"\x93NUMPY"),
+        ("vti", b"<?xml"),
+        ("csv", b"x"),
+    ];
+    for field in
+        ["pressure", "traction_x", "traction_y", "traction", "gap", "slip_x", "slip_y", "state"]
+    {
         for (ending, begin) in begins {
             let file = format!("{field}.{ending}");
             let said = place.words(&["show", key, "--field", field, "--output", &file]);
@@ -186,7 +205,10 @@ fn fields_are_drawn_and_written() {
     let csv = fs::read_to_string(place.path("pressure.csv")).unwrap();
     assert_eq!(csv.lines().count(), 37, "{csv}");
     let npy = fs::read(place.path("pressure.npy")).unwrap();
-    let values: Vec<f64> = npy[npy.len() - 36 * 8..].chunks_exact(8).map(|b| f64::from_le_bytes(b.try_into().unwrap())).collect();
+    let values: Vec<f64> = npy[npy.len() - 36 * 8..]
+        .chunks_exact(8)
+        .map(|b| f64::from_le_bytes(b.try_into().unwrap()))
+        .collect();
     assert_eq!(values.iter().filter(|value| **value > 0.0).count(), 12);
 }
 
@@ -196,7 +218,10 @@ fn plots_of_the_study_and_of_other_columns() {
     insta::assert_snapshot!(place.transcript(&[
         &["plot", "small"],
         &["plot", "small", "--x", "mu", "--y", "load", "--output", "load.svg"],
-        &["plot", "small", "--x", "mu", "--y", "load", "--series", "poisson", "--log-x", "--output", "load.png"],
+        &[
+            "plot", "small", "--x", "mu", "--y", "load", "--series", "poisson", "--log-x",
+            "--output", "load.png"
+        ],
         &["plot", "small", "--where", "poisson == 0.3", "--output", "kept.svg", "--json"],
         &["plot", "small", "--y", "lod"],
         &["plot", "small", "--series", "colour"],
@@ -254,24 +279,53 @@ log_y = true
     );
     let svg = |file: &str| fs::read_to_string(place.path(file)).unwrap();
     let peak = svg("small-peak.svg");
-    for text in ["Is it Hertz's?", "pressure [GPa]", "0.3, peak pressure", "Poisson's ratio", "coefficient of friction"] {
+    for text in [
+        "Is it Hertz's?",
+        "pressure [GPa]",
+        "0.3, peak pressure",
+        "Poisson's ratio",
+        "coefficient of friction",
+    ] {
         assert!(peak.contains(&format!(">{text}</text>")), "{text}: {peak}");
     }
-    assert!(svg("radius.svg").contains(">length [mm]</text>") && svg("radius.svg").contains(">small</text>"));
+    assert!(
+        svg("radius.svg").contains(">length [mm]</text>")
+            && svg("radius.svg").contains(">small</text>")
+    );
     assert!(svg("first.svg").contains("Does it slip?"));
 }
 
 #[test]
 fn solve_takes_one_point_and_settings() {
     let place = Place::with("small.toml", SMALL);
-    let both = ["solve", "small.toml", "--json", "--set", "friction.mu=0.4", "--set", "foundation.base.poisson=0.3"];
+    let both = [
+        "solve",
+        "small.toml",
+        "--json",
+        "--set",
+        "friction.mu=0.4",
+        "--set",
+        "foundation.base.poisson=0.3",
+    ];
     let solved: Value = serde_json::from_str(&place.words(&both).out).unwrap();
     assert_eq!(solved["result"]["status"], "certified");
-    assert_eq!((&solved["result"]["mu"], &solved["result"]["poisson"]), (&Value::Null, &Value::Null), "keys stand in the job");
+    assert_eq!(
+        (&solved["result"]["mu"], &solved["result"]["poisson"]),
+        (&Value::Null, &Value::Null),
+        "keys stand in the job"
+    );
     assert_eq!(solved["job"]["scene"]["friction"]["mu"], 0.4);
 
-    let with = |more: &[&'static str]| [&both[..2], &both[3..], &["--field", "state"], more].concat();
-    let finer = place.words(&with(&["--set", "mesh=8", "--set", "punch.radius=60 mm", "--set", "loading.steps[0].approach=10 um"]));
+    let with =
+        |more: &[&'static str]| [&both[..2], &both[3..], &["--field", "state"], more].concat();
+    let finer = place.words(&with(&[
+        "--set",
+        "mesh=8",
+        "--set",
+        "punch.radius=60 mm",
+        "--set",
+        "loading.steps[0].approach=10 um",
+    ]));
     assert_eq!(finer.code, 0, "{}", finer.err);
     insta::assert_snapshot!(place.transcript(&[
         &["solve", "small.toml"],
@@ -293,7 +347,8 @@ fn solve_takes_one_point_and_settings() {
     let unsolved = place.words(&with(&["--set", "max_iterations=2"]));
     assert_eq!(unsolved.code, 2);
     assert!(
-        unsolved.err.contains("not certified: not converged in 2 iterations") && unsolved.err.contains("the last iterate"),
+        unsolved.err.contains("not certified: not converged in 2 iterations")
+            && unsolved.err.contains("the last iterate"),
         "{}",
         unsolved.err
     );
@@ -304,12 +359,19 @@ fn json_is_json() {
     let place = Place::with("small.toml", SMALL);
     assert_eq!(place.json("plan small.toml --json")["to_run"], 6);
     let run = place.call("run small.toml --workers 1 --json");
-    let events: Vec<Value> = run.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let events: Vec<Value> =
+        run.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let named = |name: &str| events.iter().filter(|event| event["event"] == name).count();
-    assert_eq!((named("run-started"), named("done"), named("finished"), named("summary")), (1, 6, 1, 1));
+    assert_eq!(
+        (named("run-started"), named("done"), named("finished"), named("summary")),
+        (1, 6, 1, 1)
+    );
     let summary = events.last().unwrap();
     assert_eq!(summary["event"], "summary");
-    assert_eq!((&summary["run"]["computing"], &summary["progress"]["done"]), (&6.into(), &6.into()));
+    assert_eq!(
+        (&summary["run"]["computing"], &summary["progress"]["done"]),
+        (&6.into(), &6.into())
+    );
     assert_eq!(run.err, "");
     let again = place.call("run small.toml --json");
     assert_eq!(again.out.lines().count(), 1, "{}", again.out);
@@ -335,7 +397,10 @@ fn failed_jobs_are_listed_and_can_be_tried_again() {
         (said.code, serde_json::from_str(said.out.lines().last().unwrap()).unwrap())
     };
     let (code, first) = summary("run small.toml --workers 2 --json");
-    assert_eq!((code, &first["progress"]["failed"], &first["run"]["computing"]), (2, &6.into(), &6.into()));
+    assert_eq!(
+        (code, &first["progress"]["failed"], &first["run"]["computing"]),
+        (2, &6.into(), &6.into())
+    );
     for failure in first["failures"].as_array().unwrap() {
         let command = failure["show"].as_str().unwrap().strip_prefix("tribosweep ").unwrap();
         let shown = place.call(command);
@@ -343,20 +408,33 @@ fn failed_jobs_are_listed_and_can_be_tried_again() {
         assert!(shown.out.contains("status               failed"), "{}", shown.out);
     }
     let (code, cached) = summary("run small.toml --json");
-    assert_eq!((code, &cached["run"]["cached"]), (2, &6.into()), "a failed job is not computed again unasked");
+    assert_eq!(
+        (code, &cached["run"]["cached"]),
+        (2, &6.into()),
+        "a failed job is not computed again unasked"
+    );
     let (code, again) = summary("run small.toml --json --retry-failed");
     assert_eq!((code, &again["run"]["computing"]), (2, &6.into()));
-    let listed: String =
-        place.call("run small.toml").out.lines().skip_while(|line| !line.starts_with("small:")).map(|l| l.to_owned() + "\n").collect();
+    let listed: String = place
+        .call("run small.toml")
+        .out
+        .lines()
+        .skip_while(|line| !line.starts_with("small:"))
+        .map(|l| l.to_owned() + "\n")
+        .collect();
     insta::assert_snapshot!(redacted(&listed));
 
     // the mended study has other jobs under the same name
     place.write("small.toml", SMALL);
     let (code, mended) = summary("run small.toml --json --retry-failed");
-    assert_eq!((code, &mended["run"]["computing"], &mended["progress"]["done"]), (0, &6.into(), &6.into()));
+    assert_eq!(
+        (code, &mended["run"]["computing"], &mended["progress"]["done"]),
+        (0, &6.into(), &6.into())
+    );
 }
 
-/// Same job, same bytes, whatever the number of workers and of threads in each (two threads share an operator from 64² on).
+/// Same job, same bytes, whatever the number of workers and of threads in each (two threads share
+/// an operator from 64² on).
 #[test]
 fn the_number_of_workers_and_threads_changes_no_byte() {
     let study = SMALL.replace("mesh = 6", "mesh = 72\nmax_iterations = 3");
@@ -364,14 +442,38 @@ fn the_number_of_workers_and_threads_changes_no_byte() {
     let place = Place::with("small.toml", study);
     let results = |workers: &str| {
         let said = place.words(&["run", "small.toml", "--workers", workers, "--store", workers]);
-        assert_eq!(said.code, 2, "three sweeps solve nothing, but leave their figures: {}", said.err);
+        assert_eq!(
+            said.code, 2,
+            "three sweeps solve nothing, but leave their figures: {}",
+            said.err
+        );
         let columns = place.json(&format!("query small --store {workers} --columns --json"));
-        let columns = columns["rows"].as_array().unwrap().iter().filter(|column| column["kind"] != "provenance");
+        let columns = columns["rows"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter(|column| column["kind"] != "provenance");
         let columns: Vec<&str> = columns.map(|column| column["column"].as_str().unwrap()).collect();
-        let table = place.words(&["query", "small", "--store", workers, "--select", &columns.join(","), "--format", "csv"]).out;
+        let table = place
+            .words(&[
+                "query",
+                "small",
+                "--store",
+                workers,
+                "--select",
+                &columns.join(","),
+                "--format",
+                "csv",
+            ])
+            .out;
         let store = place.path(workers);
-        let blobs = place.files().into_iter().filter_map(|(path, bytes)| Some((path.strip_prefix(&store).ok()?.to_owned(), bytes)));
-        let blobs: Vec<_> = blobs.filter(|(path, _)| path.extension().is_some_and(|ending| ending == "zst")).collect();
+        let blobs = place
+            .files()
+            .into_iter()
+            .filter_map(|(path, bytes)| Some((path.strip_prefix(&store).ok()?.to_owned(), bytes)));
+        let blobs: Vec<_> = blobs
+            .filter(|(path, _)| path.extension().is_some_and(|ending| ending == "zst"))
+            .collect();
         assert!(table.lines().count() == 7 && blobs.len() == 7, "{table}");
         (table, blobs)
     };
@@ -384,8 +486,18 @@ fn a_study_named_with_a_dot_gets_its_figure() {
     let place = Place::with("dotted.toml", SMALL.replace("\"small\"", "\"small-v1.2\""));
     assert_eq!(place.call("run dotted.toml").code, 0);
     let said = place.call("plot small-v1.2 --json");
-    assert_eq!(serde_json::from_str::<Value>(&said.out).unwrap(), serde_json::json!(["small-v1.2.svg", "small-v1.2.png"]), "{}", said.err);
-    for file in ["small-v1.2.svg", "small-v1.2.png", ".tribosweep/figures/small-v1.2.svg", ".tribosweep/figures/small-v1.2.png"] {
+    assert_eq!(
+        serde_json::from_str::<Value>(&said.out).unwrap(),
+        serde_json::json!(["small-v1.2.svg", "small-v1.2.png"]),
+        "{}",
+        said.err
+    );
+    for file in [
+        "small-v1.2.svg",
+        "small-v1.2.png",
+        ".tribosweep/figures/small-v1.2.svg",
+        ".tribosweep/figures/small-v1.2.png",
+    ] {
         assert!(place.path(file).exists(), "{file}");
     }
 }

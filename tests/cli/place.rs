@@ -55,7 +55,9 @@ impl Place {
     pub(crate) fn command(&self, words: &[&str]) -> Command {
         let mut command = Command::new(PROGRAM);
         command.args(words).current_dir(self.0.path()).stdin(Stdio::null());
-        for variable in ["TRIBOSWEEP_STORE", "COLUMNS", "NO_COLOR", "CLICOLOR_FORCE", "RUST_BACKTRACE"] {
+        for variable in
+            ["TRIBOSWEEP_STORE", "COLUMNS", "NO_COLOR", "CLICOLOR_FORCE", "RUST_BACKTRACE"]
+        {
             command.env_remove(variable);
         }
         command
@@ -65,9 +67,14 @@ impl Place {
         let output = self.command(words).output().unwrap();
         let clean = |bytes: &[u8]| {
             let text = std::str::from_utf8(bytes).unwrap();
-            text.replace(PROGRAM, "tribosweep").replace(self.0.path().to_str().unwrap(), "[directory]")
+            text.replace(PROGRAM, "tribosweep")
+                .replace(self.0.path().to_str().unwrap(), "[directory]")
         };
-        Said { code: output.status.code().expect("ended by itself"), out: clean(&output.stdout), err: clean(&output.stderr) }
+        Said {
+            code: output.status.code().expect("ended by itself"),
+            out: clean(&output.stdout),
+            err: clean(&output.stderr),
+        }
     }
 
     /// Runs the command with words separated by blanks.
@@ -77,17 +84,28 @@ impl Place {
 
     pub(crate) fn json(&self, line: &str) -> Value {
         let said = self.call(line);
-        serde_json::from_str(&said.out).unwrap_or_else(|error| panic!("{line}: {error}\n{}{}", said.out, said.err))
+        serde_json::from_str(&said.out)
+            .unwrap_or_else(|error| panic!("{line}: {error}\n{}{}", said.out, said.err))
     }
 
     /// All of several commands as a transcript.
     pub(crate) fn transcript(&self, lines: &[&[&str]]) -> String {
-        lines.iter().map(|words| format!("$ tribosweep {}\n{}\n", words.join(" "), self.words(words).transcript())).collect()
+        lines
+            .iter()
+            .map(|words| {
+                format!("$ tribosweep {}\n{}\n", words.join(" "), self.words(words).transcript())
+            })
+            .collect()
     }
 
     /// The small study's keys in the order of its points.
     pub(crate) fn keys(&self) -> Vec<String> {
-        self.call("query small --select key --format csv").out.lines().skip(1).map(str::to_owned).collect()
+        self.call("query small --select key --format csv")
+            .out
+            .lines()
+            .skip(1)
+            .map(str::to_owned)
+            .collect()
     }
 
     /// Every file below the directory with its bytes.
@@ -95,7 +113,11 @@ impl Place {
         fn walk(directory: &Path, files: &mut Vec<(PathBuf, Vec<u8>)>) {
             for entry in fs::read_dir(directory).unwrap() {
                 let path = entry.unwrap().path();
-                if path.is_dir() { walk(&path, files) } else { files.push((path.clone(), fs::read(&path).unwrap())) }
+                if path.is_dir() {
+                    walk(&path, files)
+                } else {
+                    files.push((path.clone(), fs::read(&path).unwrap()))
+                }
             }
         }
         let mut files = Vec::new();
@@ -111,8 +133,13 @@ impl Place {
             let stem = path.file_stem().unwrap().to_str().unwrap();
             format!("{}{stem}", path.parent().unwrap().file_name().unwrap().to_str().unwrap())
         };
-        let blobs = self.files().into_iter().map(|(path, _)| path).filter(|path| path.extension().is_some_and(|e| e == "zst"));
-        let (mut studies, fields): (Vec<_>, Vec<_>) = blobs.partition(|path| manifest.contains(&digest(path)));
+        let blobs = self
+            .files()
+            .into_iter()
+            .map(|(path, _)| path)
+            .filter(|path| path.extension().is_some_and(|e| e == "zst"));
+        let (mut studies, fields): (Vec<_>, Vec<_>) =
+            blobs.partition(|path| manifest.contains(&digest(path)));
         assert_eq!(studies.len(), 1);
         (fields, studies.remove(0))
     }
@@ -125,7 +152,8 @@ impl Said {
     }
 }
 
-/// A text without what differs from run to run: times and parts of times, processes, hashes of floating-point fields, the version.
+/// A text without what differs from run to run: times and parts of times, processes, hashes of
+/// floating-point fields, the version.
 pub(crate) fn redacted(text: &str) -> String {
     let mut lines = Vec::new();
     for line in text.lines() {
@@ -139,7 +167,12 @@ pub(crate) fn redacted(text: &str) -> String {
             let new = match () {
                 () if number && ["ms", "s", "min"].contains(&next.as_str()) => "[time]",
                 () if number && next == "workers" => "[n]",
-                () if number && next == "%" && words.get(at + 4).is_some_and(|word| word.starts_with("time")) => "[part]",
+                () if number
+                    && next == "%"
+                    && words.get(at + 4).is_some_and(|word| word.starts_with("time")) =>
+                {
+                    "[part]"
+                }
                 () if number && before == "process" => "[pid]",
                 () if word == env!("CARGO_PKG_VERSION") => "[version]",
                 () => continue,
@@ -152,20 +185,31 @@ pub(crate) fn redacted(text: &str) -> String {
                 words[at + 1].clear();
             }
         }
-        lines.push(words.join(" ").replace("[time]  ", "[time] ").replace("[time],  ", "[time], ").trim_end().to_owned() + "\n");
+        lines.push(
+            words
+                .join(" ")
+                .replace("[time]  ", "[time] ")
+                .replace("[time],  ", "[time], ")
+                .trim_end()
+                .to_owned()
+                + "\n",
+        );
     }
     lines.concat()
 }
 
 /// The text without hashes of floating-point fields, and without the folder that begins one.
 pub(crate) fn without_hashes(text: &str) -> String {
-    let is_hash = |word: &str| [62, 64].contains(&word.len()) && word.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let is_hash = |word: &str| {
+        [62, 64].contains(&word.len()) && word.bytes().all(|byte| byte.is_ascii_hexdigit())
+    };
     let words = text.split_inclusive(|c: char| !c.is_ascii_alphanumeric()).map(|word| {
         let bare = word.trim_end_matches(|c: char| !c.is_ascii_alphanumeric());
         if is_hash(bare) { word.replace(bare, "[hash]") } else { word.to_owned() }
     });
     let text: String = words.collect();
     let (first, rest) = text.split_once("/blobs/").unwrap_or((&text, ""));
-    rest.split("/blobs/")
-        .fold(first.to_owned(), |said, part| said + if part.is_empty() { "" } else { "/blobs/[hash]/" } + part.get(3..).unwrap_or(part))
+    rest.split("/blobs/").fold(first.to_owned(), |said, part| {
+        said + if part.is_empty() { "" } else { "/blobs/[hash]/" } + part.get(3..).unwrap_or(part)
+    })
 }

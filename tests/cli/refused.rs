@@ -42,9 +42,21 @@ const REFUSED: &[(&str, &str, &str)] = &[
     ("axis of words", "[0.05, 0.2, 0.6]", "[\"low\", \"high\"]"),
     ("axis on nothing", "friction.mu = [", "friction.nu = ["),
     ("range without count", "[0.05, 0.2, 0.6]", "{ from = 0.1, to = 0.2 }"),
-    ("logarithmic range from 0", "[0.05, 0.2, 0.6]", "{ log = true, from = 0, to = 0.2, count = 3 }"),
-    ("more points than anybody waits for", "[0.05, 0.2, 0.6]", "{ from = 0.1, to = 0.2, count = 4000000000 }"),
-    ("zip of unequal lengths", "friction.mu = [0.05, 0.2, 0.6]", "[[sweep.zip]]\nfriction.mu = [0.1, 0.2]\nmesh = [6]"),
+    (
+        "logarithmic range from 0",
+        "[0.05, 0.2, 0.6]",
+        "{ log = true, from = 0, to = 0.2, count = 3 }",
+    ),
+    (
+        "more points than anybody waits for",
+        "[0.05, 0.2, 0.6]",
+        "{ from = 0.1, to = 0.2, count = 4000000000 }",
+    ),
+    (
+        "zip of unequal lengths",
+        "friction.mu = [0.05, 0.2, 0.6]",
+        "[[sweep.zip]]\nfriction.mu = [0.1, 0.2]\nmesh = [6]",
+    ),
     ("figure over an unknown column", "stick_fraction", "stick_fracton"),
     (
         "height map without its file",
@@ -66,13 +78,22 @@ fn refused_studies_say_where_and_leave_nothing() {
         for words in [&["run", "bad.toml"][..], &["plan", "bad.toml"], &["solve", "bad.toml"]] {
             let refused = place.words(words);
             assert_eq!((refused.code, refused.out.as_str()), (1, ""), "{name}: {words:?}");
-            let position = refused.err.split_once("--> bad.toml:").map(|(_, rest)| rest.lines().next().unwrap().split(':'));
-            let position: Vec<u32> = position.unwrap_or_else(|| panic!("{name}: {}", refused.err)).map(|n| n.parse().unwrap()).collect();
+            let position = refused
+                .err
+                .split_once("--> bad.toml:")
+                .map(|(_, rest)| rest.lines().next().unwrap().split(':'));
+            let position: Vec<u32> = position
+                .unwrap_or_else(|| panic!("{name}: {}", refused.err))
+                .map(|n| n.parse().unwrap())
+                .collect();
             assert_eq!(position.len(), 2, "{name}");
             if words[0] == "run" {
                 said += &format!("## {name}\n{}\n", refused.err);
             } else if words[0] == "plan" {
-                assert!(said.ends_with(&format!("{}\n", refused.err)), "{name}: run and plan disagree");
+                assert!(
+                    said.ends_with(&format!("{}\n", refused.err)),
+                    "{name}: run and plan disagree"
+                );
             }
         }
         assert_eq!(place.files(), [(place.path("bad.toml"), text.as_bytes().to_vec())], "{name}");
@@ -97,7 +118,11 @@ fn files_that_are_no_study_at_all() {
     for name in names {
         let refused = place.words(&["run", name]);
         assert_eq!(refused.code, 1, "{name}: {}", refused.err);
-        let short: String = refused.err.lines().map(|line| line.chars().take(200).collect::<String>() + "\n").collect();
+        let short: String = refused
+            .err
+            .lines()
+            .map(|line| line.chars().take(200).collect::<String>() + "\n")
+            .collect();
         said += &format!("## {name}\n{short}\n");
     }
     insta::assert_snapshot!(said);
@@ -107,19 +132,33 @@ fn files_that_are_no_study_at_all() {
 /// What only shows when a scene is bound to its grid is refused before anything runs, too.
 #[test]
 fn scenes_that_fit_no_grid_are_refused_at_their_place() {
-    let flat =
-        SMALL.replace("shape = \"sphere\", radius = \"50 mm\"", "shape = \"flat-rectangle\", width_x = \"1 mm\", width_y = \"1 mm\"");
-    let missed = flat.replace("mu = 0.3", "mu = 0.3\ndomain = { width_x = \"1 um\", width_y = \"1 um\", center_x = \"1 m\" }");
+    let flat = SMALL.replace(
+        "shape = \"sphere\", radius = \"50 mm\"",
+        "shape = \"flat-rectangle\", width_x = \"1 mm\", width_y = \"1 mm\"",
+    );
+    let missed = flat.replace(
+        "mu = 0.3",
+        "mu = 0.3\ndomain = { width_x = \"1 um\", width_y = \"1 um\", center_x = \"1 m\" }",
+    );
     let stiff =
         SMALL.replace("base = {", "layers = [{ shear_modulus = \"1e30 Pa\", poisson = 0.3, thickness = \"1 mm\" }]\nfoundation.base = {");
-    for (text, words) in [(&missed, "`domain` cannot be"), (&stiff, "`foundation.base` cannot be")] {
+    for (text, words) in [(&missed, "`domain` cannot be"), (&stiff, "`foundation.base` cannot be")]
+    {
         assert_ne!(text, SMALL);
         let place = Place::with("bad.toml", text);
         for command in ["run", "plan"] {
             let refused = place.words(&[command, "bad.toml"]);
             assert_eq!((refused.code, refused.out.as_str()), (1, ""), "{command}: {}", refused.err);
-            assert!(refused.err.contains(words) && refused.err.contains("--> bad.toml:"), "{}", refused.err);
-            assert!(refused.err.contains("it is so at mu = 0.05, poisson = 0"), "the first point: {}", refused.err);
+            assert!(
+                refused.err.contains(words) && refused.err.contains("--> bad.toml:"),
+                "{}",
+                refused.err
+            );
+            assert!(
+                refused.err.contains("it is so at mu = 0.05, poisson = 0"),
+                "the first point: {}",
+                refused.err
+            );
         }
         assert_eq!(place.files().len(), 1, "nothing is left");
         // nor does a store that is there change

@@ -1,4 +1,5 @@
-//! What is said, and where: closed pipes, parameters that have nothing to change, what cannot work said before anything is solved.
+//! What is said, and where: closed pipes, parameters that have nothing to change, what cannot work
+//! said before anything is solved.
 
 use std::process::Stdio;
 
@@ -25,7 +26,11 @@ fn with_closed_pipe(place: &Place, line: &str, standard_error: bool) -> Option<i
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
     let mut command = place.command(&line.split_whitespace().collect::<Vec<_>>());
-    let command = if standard_error { command.stderr(writer).stdout(Stdio::null()) } else { command.stdout(writer).stderr(Stdio::null()) };
+    let command = if standard_error {
+        command.stderr(writer).stdout(Stdio::null())
+    } else {
+        command.stdout(writer).stderr(Stdio::null())
+    };
     command.status().unwrap().code()
 }
 
@@ -35,7 +40,10 @@ fn nobody_listening_changes_no_exit_code() {
     assert_eq!(with_closed_pipe(&place, "query small", false), Some(0));
     assert_eq!(with_closed_pipe(&place, "query small --where load<0", true), Some(0));
     // pulled by more than friction holds: every job fails
-    place.write("failing.toml", SMALL.replace("small", "failing").replace("\"20 um\"", "\"20 um\", force_x = 1e9"));
+    place.write(
+        "failing.toml",
+        SMALL.replace("small", "failing").replace("\"20 um\"", "\"20 um\", force_x = 1e9"),
+    );
     assert_eq!(place.call("run failing.toml").code, 2);
     assert_eq!(with_closed_pipe(&place, "run failing.toml", false), Some(2));
     assert_eq!(with_closed_pipe(&place, "run nowhere.toml", true), Some(1));
@@ -51,15 +59,31 @@ fn what_changes_nothing_is_refused() {
         ("query small --columns --sort load".to_owned(), "cannot be used with"),
         ("query small --json --format csv".to_owned(), "cannot be used with"),
         (format!("show {key} --field state --solution 7"), "only a study of kind \"multiplicity\""),
-        ("solve small.toml --set mu=0.2 --set poisson=0.3 --field state --solution 0".to_owned(), "only a study of kind \"multiplicity\""),
-        ("solve small.toml --set mu=0.2 --set poisson=0.3 --field stat".to_owned(), "there is no field `stat`"),
-        ("solve small.toml --set mu=0.2 --set poisson=0.3 --field state --output x.jpg".to_owned(), ".png, .svg"),
+        (
+            "solve small.toml --set mu=0.2 --set poisson=0.3 --field state --solution 0".to_owned(),
+            "only a study of kind \"multiplicity\"",
+        ),
+        (
+            "solve small.toml --set mu=0.2 --set poisson=0.3 --field stat".to_owned(),
+            "there is no field `stat`",
+        ),
+        (
+            "solve small.toml --set mu=0.2 --set poisson=0.3 --field state --output x.jpg"
+                .to_owned(),
+            ".png, .svg",
+        ),
         (ladder.to_owned(), "the ladder has meshes and tolerances of its own"),
         ("solve small.toml --set loading.steps[0]=3".to_owned(), "holds several keys"),
         ("run small.toml --memory 99999999999999999999G".to_owned(), "below 16 EiB"),
     ] {
         let said = place.call(&line);
-        assert!(said.code != 0 && said.out.is_empty() && said.err.contains(words), "{line}: {} {}{}", said.code, said.out, said.err);
+        assert!(
+            said.code != 0 && said.out.is_empty() && said.err.contains(words),
+            "{line}: {} {}{}",
+            said.code,
+            said.out,
+            said.err
+        );
     }
 }
 
@@ -73,12 +97,20 @@ fn a_reference_that_does_not_exist_is_refused_before_anything_is_solved() {
         place.write("x.toml", coupled(name, more));
         for command in ["plan", "run"] {
             let said = place.call(&format!("{command} x.toml"));
-            assert!(said.code == 1 && said.err.contains("closed form"), "{name}: {} {}", said.code, said.err);
+            assert!(
+                said.code == 1 && said.err.contains("closed form"),
+                "{name}: {} {}",
+                said.code,
+                said.err
+            );
         }
         assert!(!place.path(".tribosweep").exists());
     }
     // what can be extrapolated serves
-    place.write("x.toml", coupled("cost", "kind = \"cost\"\n[cost]\non = \"stick_area\"\nrepeat = 1"));
+    place.write(
+        "x.toml",
+        coupled("cost", "kind = \"cost\"\n[cost]\non = \"stick_area\"\nrepeat = 1"),
+    );
     let said = place.call("run x.toml --workers 2");
     assert!(said.code == 0 && said.err.contains("one worker"), "{}{}", said.out, said.err);
     assert!(!place.call("query cost --select claimed_error").out.contains("NaN"));
@@ -86,9 +118,17 @@ fn a_reference_that_does_not_exist_is_refused_before_anything_is_solved() {
 
 #[test]
 fn effects_of_a_study_that_leaves_none_out_are_refused() {
-    let place = Place::with("x.toml", coupled("several", "kind = \"multiplicity\"").replace("mesh = [4, 6, 8]", "mesh = [2]"));
+    let place = Place::with(
+        "x.toml",
+        coupled("several", "kind = \"multiplicity\"").replace("mesh = [4, 6, 8]", "mesh = [2]"),
+    );
     let said = place.call("effects x.toml");
-    assert!(said.code == 1 && said.err.contains("simulates every effect"), "{}{}", said.out, said.err);
+    assert!(
+        said.code == 1 && said.err.contains("simulates every effect"),
+        "{}{}",
+        said.out,
+        said.err
+    );
 }
 
 /// The mesh of the points that were chosen is none of the axes' values.
@@ -96,8 +136,12 @@ fn effects_of_a_study_that_leaves_none_out_are_refused() {
 fn a_plan_names_the_points_that_a_study_chose() {
     let study = "name = \"finer\"\n[refine]\non = \"load\"\nuntil = \"10%\"\n".to_owned()
         + &COUPLED.replace("mesh = [4, 6, 8]", "friction.mu = [0, 0.3, 0.5]");
-    let place = Place::with("finer.toml", study.replace("[sweep]", "[numerics]\nmesh = 4\n\n[sweep]"));
+    let place =
+        Place::with("finer.toml", study.replace("[sweep]", "[numerics]\nmesh = 4\n\n[sweep]"));
     assert_eq!(place.call("run finer.toml").code, 0);
     let said = place.call("plan finer.toml").out;
-    assert!(said.contains("mu = 0") && said.contains("mu = 0.3, 0.5") && !said.contains(": \n"), "{said}");
+    assert!(
+        said.contains("mu = 0") && said.contains("mu = 0.3, 0.5") && !said.contains(": \n"),
+        "{said}"
+    );
 }

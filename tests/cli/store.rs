@@ -9,15 +9,22 @@ use serde_json::Value;
 
 use crate::place::{Place, SMALL, Said, without_hashes};
 
-/// A store in which an earlier version left a result: it opens, the result is named for what it is, and nothing is taken for damage.
+/// A store in which an earlier version left a result: it opens, the result is named for what it is,
+/// and nothing is taken for damage.
 #[test]
 fn records_of_another_version_are_refused_by_name_and_hurt_nobody() {
     let place = Place::run();
     let key = study::JobKey([0xee; 32]);
-    store::Store::open(&place.path(".tribosweep")).unwrap().commit(&[(key, vec![1, 1, 0])]).unwrap();
+    store::Store::open(&place.path(".tribosweep"))
+        .unwrap()
+        .commit(&[(key, vec![1, 1, 0])])
+        .unwrap();
     insta::assert_snapshot!(place.transcript(&[&["show", "eeee"], &["store", "compact"]]));
     let verified = place.json("store verify --json");
-    assert_eq!((&verified["sound"], &verified["records_of_other_versions"]), (&true.into(), &1.into()));
+    assert_eq!(
+        (&verified["sound"], &verified["records_of_other_versions"]),
+        (&true.into(), &1.into())
+    );
     assert!(place.call("store verify").out.contains("1 record is of another version"));
     assert_eq!(place.json("run small.toml --json")["run"]["cached"], 6);
 }
@@ -38,16 +45,33 @@ fn damage_to_a_file_of_fields_is_found() {
     assert_eq!(place.call("store verify").code, 2);
     let verified = place.json("store verify --json");
     assert_eq!(verified["sound"], false);
-    let faults: Vec<String> = verified["faults"].as_array().unwrap().iter().map(|fault| without_hashes(fault.as_str().unwrap())).collect();
+    let faults: Vec<String> = verified["faults"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|fault| without_hashes(fault.as_str().unwrap()))
+        .collect();
     // how a changed byte shows depends on where it fell
-    assert!(faults[0].starts_with("file [hash]: ") && faults[0].len() > "file [hash]: ".len(), "{faults:?}");
+    assert!(
+        faults[0].starts_with("file [hash]: ") && faults[0].len() > "file [hash]: ".len(),
+        "{faults:?}"
+    );
     assert_eq!(faults[1..], ["file [hash] is missing, job [hash] refers to it"]);
     // exactly the two results concerned have no field to show any more, and say so
-    let shown: Vec<Said> = place.keys().iter().map(|key| place.words(&["show", key, "--field", "gap"])).collect();
-    let errors: Vec<&str> = shown.iter().filter(|said| said.code == 1).map(|said| said.err.as_str()).collect();
+    let shown: Vec<Said> =
+        place.keys().iter().map(|key| place.words(&["show", key, "--field", "gap"])).collect();
+    let errors: Vec<&str> =
+        shown.iter().filter(|said| said.code == 1).map(|said| said.err.as_str()).collect();
     assert_eq!(errors.len(), 2);
     assert_eq!(errors.iter().filter(|error| error.contains("is corrupt")).count(), 1, "{errors:?}");
-    assert_eq!(errors.iter().filter(|error| error.contains("is missing; `tribosweep store verify`")).count(), 1, "{errors:?}");
+    assert_eq!(
+        errors
+            .iter()
+            .filter(|error| error.contains("is missing; `tribosweep store verify`"))
+            .count(),
+        1,
+        "{errors:?}"
+    );
     assert_eq!(shown.iter().filter(|said| said.code == 0).count(), 4);
     // the numbers are whole
     assert_eq!(place.call("query small").code, 0);
@@ -62,7 +86,11 @@ fn a_damaged_study_is_found() {
     assert_eq!(verified.code, 2);
     let queried = place.call("query small");
     assert_eq!(queried.code, 1);
-    insta::assert_snapshot!(without_hashes(&format!("{}{}", verified.transcript(), queried.transcript())));
+    insta::assert_snapshot!(without_hashes(&format!(
+        "{}{}",
+        verified.transcript(),
+        queried.transcript()
+    )));
     // the study file is still there and the results are too
     let again = place.call("run small.toml --json");
     assert_eq!(again.code, 0, "{}", again.err);
@@ -76,10 +104,22 @@ fn a_truncated_database_is_never_read_as_a_smaller_one() {
     let database = place.path(".tribosweep/records/db");
     let whole = fs::metadata(&database).unwrap().len();
     fs::File::options().write(true).open(&database).unwrap().set_len(whole / 2).unwrap();
-    for line in ["store verify", "store compact", "status", "query small", "plan small.toml", "run small.toml", "resume small"] {
+    for line in [
+        "store verify",
+        "store compact",
+        "status",
+        "query small",
+        "plan small.toml",
+        "run small.toml",
+        "resume small",
+    ] {
         let refused = place.call(line);
         assert_eq!(refused.code, 1, "{line}: {}", refused.out);
-        assert!(refused.err.contains("is damaged") && refused.err.contains("salvage"), "{line}: {}", refused.err);
+        assert!(
+            refused.err.contains("is damaged") && refused.err.contains("salvage"),
+            "{line}: {}",
+            refused.err
+        );
     }
     let salvaged = place.json("store salvage --json");
     assert_eq!(salvaged["studies"], 1);
@@ -126,7 +166,9 @@ fn a_directory_of_other_things_is_not_a_store() {
         &["store", "salvage"],
     ]
     .iter()
-    .flat_map(|words| ["holiday", "small.toml"].map(|store| [words, &["--store", store][..]].concat()))
+    .flat_map(|words| {
+        ["holiday", "small.toml"].map(|store| [words, &["--store", store][..]].concat())
+    })
     .collect();
     let lines: Vec<&[&str]> = lines.iter().map(Vec::as_slice).collect();
     insta::assert_snapshot!(place.transcript(&lines));
@@ -149,33 +191,63 @@ impl Drop for Running {
 #[test]
 fn a_store_in_use_is_read_through_the_run() {
     // far more work than the test waits for: it is the test that ends the run
-    let many = SMALL.replace("mesh = 6", "mesh = 32").replace("[0.05, 0.2, 0.6]", "{ from = 0.05, to = 0.6, count = 2000 }");
+    let many = SMALL
+        .replace("mesh = 6", "mesh = 32")
+        .replace("[0.05, 0.2, 0.6]", "{ from = 0.05, to = 0.6, count = 2000 }");
     let place = Place::with("many.toml", many.replace("\"small\"", "\"many\""));
     place.write("small.toml", SMALL);
     let log = place.path("events.jsonl");
     let words = ["run", "many.toml", "--workers", "1", "--json"];
-    let mut run = Running(place.command(&words).stdout(fs::File::create(&log).unwrap()).stderr(Stdio::piped()).spawn().unwrap());
+    let mut run = Running(
+        place
+            .command(&words)
+            .stdout(fs::File::create(&log).unwrap())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap(),
+    );
     let deadline = Instant::now() + Duration::from_secs(60);
     while !fs::read_to_string(&log).unwrap().contains("\"committed\"") {
-        assert!(Instant::now() < deadline && run.0.try_wait().unwrap().is_none(), "the run commits nothing");
+        assert!(
+            Instant::now() < deadline && run.0.try_wait().unwrap().is_none(),
+            "the run commits nothing"
+        );
         std::thread::sleep(Duration::from_millis(10));
     }
-    insta::assert_snapshot!(place.transcript(&[&["run", "small.toml"], &["resume", "many"], &["store", "verify"], &["store", "salvage"]]));
+    insta::assert_snapshot!(place.transcript(&[
+        &["run", "small.toml"],
+        &["resume", "many"],
+        &["store", "verify"],
+        &["store", "salvage"]
+    ]));
 
     let served = format!("served by the running process {} (", run.0.id());
     let status = place.call("status --json");
     assert!(status.err.starts_with(&served), "{}", status.err);
     let listed: Value = serde_json::from_str(&status.out).unwrap();
-    assert_eq!((&listed[0]["study"], &listed[0]["progress"]["points"]), (&"many".into(), &4000.into()));
+    assert_eq!(
+        (&listed[0]["study"], &listed[0]["progress"]["points"]),
+        (&"many".into(), &4000.into())
+    );
     assert!(listed[0]["progress"]["done"].as_u64().unwrap() > 0);
-    let query = place.words(&["query", "many", "--where", "status == \"certified\"", "--select", "key", "--format", "csv"]);
+    let query = place.words(&[
+        "query",
+        "many",
+        "--where",
+        "status == \"certified\"",
+        "--select",
+        "key",
+        "--format",
+        "csv",
+    ]);
     assert!(query.err.starts_with(&served), "{}", query.err);
     let key = query.out.lines().nth(1).expect("one result is there").to_owned();
     let shown = place.words(&["show", &key, "--field", "pressure"]);
     assert_eq!((shown.code, shown.err.starts_with(&served)), (0, true), "{}", shown.err);
     assert_eq!(place.json("plan many.toml --json")["points"], 4000);
 
-    let interrupted = Command::new("sh").args(["-c", &format!("kill -INT {}", run.0.id())]).status().unwrap();
+    let interrupted =
+        Command::new("sh").args(["-c", &format!("kill -INT {}", run.0.id())]).status().unwrap();
     assert!(interrupted.success());
     assert_eq!(run.0.wait().unwrap().code(), Some(130));
     let mut err = String::new();
@@ -183,7 +255,10 @@ fn a_store_in_use_is_read_through_the_run() {
     assert_eq!(err, "");
     let text = fs::read_to_string(&log).unwrap();
     let summary: Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
-    assert_eq!((&summary["event"], &summary["run"]["interrupted"]), (&"summary".into(), &true.into()));
+    assert_eq!(
+        (&summary["event"], &summary["run"]["interrupted"]),
+        (&"summary".into(), &true.into())
+    );
     // what was reported done is there, and the store is free again
     let done = text.lines().filter(|line| line.contains("\"event\":\"done\"")).count();
     assert_eq!(place.json("status --json")[0]["progress"]["done"], done);

@@ -1,4 +1,5 @@
-//! The same for studies that bracket, search and compare: in the middle of each the coordinator is killed, then a worker.
+//! The same for studies that bracket, search and compare: in the middle of each the coordinator is
+//! killed, then a worker.
 
 use std::collections::BTreeSet;
 use std::os::unix::process::ExitStatusExt;
@@ -38,7 +39,8 @@ mesh = [8, 16, 24, 32, 48, 64]
 projection = ["average", "midpoint"]
 "#;
 
-/// Waits until some jobs are durable and some are not; `false` if the study was over before that was seen.
+/// Waits until some jobs are durable and some are not; `false` if the study was over before that
+/// was seen.
 fn is_in_its_middle(running: &mut Running) -> bool {
     while keys(&running.events(), "done").is_empty() {
         if running.has_ended() {
@@ -74,16 +76,25 @@ fn without_coordinator(study: &str, jobs: usize) -> Option<Results> {
     place.assert_quiet();
     let kept = place.records();
     let said = keys(&running.events(), "done");
-    assert!(said.iter().all(|key| kept.contains_key(key)), "a result that was called durable is gone");
+    assert!(
+        said.iter().all(|key| kept.contains_key(key)),
+        "a result that was called durable is gone"
+    );
     if kept.len() == jobs {
         return None;
     }
     let resumed = place.start(&["resume", "kinds", "--workers", "2", "--json"]);
     let done = finished(&place, resumed);
-    assert!(done.iter().all(|key| !kept.contains_key(key)), "a job with a durable result is done again");
+    assert!(
+        done.iter().all(|key| !kept.contains_key(key)),
+        "a job with a durable result is done again"
+    );
     assert_eq!(done.len() + kept.len(), jobs);
     let records = place.records();
-    assert!(kept.iter().all(|(key, record)| records.get(key) == Some(record)), "a record has changed");
+    assert!(
+        kept.iter().all(|(key, record)| records.get(key) == Some(record)),
+        "a record has changed"
+    );
     Some(place.results("kinds"))
 }
 
@@ -110,7 +121,9 @@ fn survives(study: &str, jobs: usize) {
     assert_eq!(undisturbed.table.lines().count(), 1 + jobs);
     for disturbed in [without_coordinator, without_worker] {
         // On a busy machine the study may be over before it is seen to have begun.
-        let found = (0..10).find_map(|_| disturbed(study, jobs)).expect("ten runs ended before anything could be killed");
+        let found = (0..10)
+            .find_map(|_| disturbed(study, jobs))
+            .expect("ten runs ended before anything could be killed");
         assert!(found == undisturbed, "{}\ninstead of\n{}", found.table, undisturbed.table);
     }
 }

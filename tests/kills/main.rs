@@ -1,7 +1,8 @@
 //! Studies whose processes are killed and interrupted, against the same study left in peace.
 //!
-//! Processes are found and judged by what is ours alone: a variable in their environment, their parents, the names
-//! that their coordinator gives to shared memory. Other runs on the same machine are neither touched nor counted.
+//! Processes are found and judged by what is ours alone: a variable in their environment, their
+//! parents, the names that their coordinator gives to shared memory. Other runs on the same machine
+//! are neither touched nor counted.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
@@ -88,8 +89,14 @@ impl Place {
         let (out, err) = (self.path("out"), self.path("err"));
         let mut command = Command::new(env!("CARGO_BIN_EXE_tribosweep"));
         command.args(arguments).arg("--store").arg(self.store()).current_dir(self.directory.path());
-        command.env(MARK, self.directory.path()).env_remove("XDG_RUNTIME_DIR").env_remove("TRIBOSWEEP_STORE");
-        command.stdin(Stdio::null()).stdout(File::create(&out).unwrap()).stderr(File::create(&err).unwrap());
+        command
+            .env(MARK, self.directory.path())
+            .env_remove("XDG_RUNTIME_DIR")
+            .env_remove("TRIBOSWEEP_STORE");
+        command
+            .stdin(Stdio::null())
+            .stdout(File::create(&out).unwrap())
+            .stderr(File::create(&err).unwrap());
         let child = command.spawn().unwrap();
         let stat = stat(child.id()).expect("a child that was not waited for is in /proc");
         Running { tag: tag(child.id(), stat.start), child, out, err }
@@ -110,7 +117,11 @@ impl Place {
     /// Every record with its key, whole; none if there is no store yet.
     fn records(&self) -> BTreeMap<String, Vec<u8>> {
         match Store::read(&self.store()) {
-            Ok(reader) => reader.records().unwrap().map(|(key, bytes)| (key.to_string(), bytes.unwrap())).collect(),
+            Ok(reader) => reader
+                .records()
+                .unwrap()
+                .map(|(key, bytes)| (key.to_string(), bytes.unwrap()))
+                .collect(),
             Err(OpenError::Missing { .. }) => BTreeMap::new(),
             Err(error) => panic!("the store cannot be read: {error}"),
         }
@@ -123,11 +134,18 @@ impl Place {
             assert_eq!(record.status(), "certified", "job {key}: {:?}", record.ending);
             results.insert(key, record.result_bytes());
         }
-        let columns: Value = serde_json::from_str(&self.succeed(&["query", study, "--columns", "--format", "json"])).unwrap();
+        let columns: Value =
+            serde_json::from_str(&self.succeed(&["query", study, "--columns", "--format", "json"]))
+                .unwrap();
         let rows = columns["rows"].as_array().unwrap().iter();
-        let reproducible = rows.filter(|row| row["kind"] != "provenance").map(|row| row["column"].as_str().unwrap());
+        let reproducible = rows
+            .filter(|row| row["kind"] != "provenance")
+            .map(|row| row["column"].as_str().unwrap());
         let select = reproducible.collect::<Vec<_>>().join(",");
-        Results { results, table: self.succeed(&["query", study, "--select", &select, "--format", "csv"]) }
+        Results {
+            results,
+            table: self.succeed(&["query", study, "--select", &select, "--format", "csv"]),
+        }
     }
 
     /// Live processes that descend from this test through this place.
@@ -181,7 +199,11 @@ fn reference() -> &'static Results {
         let results = place.results(NAME);
         assert_eq!(results.results.len(), JOBS);
         assert_eq!(results.table.lines().count(), 1 + JOBS);
-        assert!(results.table.contains("stick_fraction") && results.table.contains("iterations") && !results.table.contains("finished"));
+        assert!(
+            results.table.contains("stick_fraction")
+                && results.table.contains("iterations")
+                && !results.table.contains("finished")
+        );
         results
     })
 }
@@ -212,12 +234,16 @@ impl Running {
     /// Its live children.
     fn workers(&self) -> Vec<u32> {
         let parent = self.child.id();
-        pids().filter(|pid| stat(*pid).is_some_and(|stat| stat.lives && stat.parent == parent)).collect()
+        pids()
+            .filter(|pid| stat(*pid).is_some_and(|stat| stat.lives && stat.parent == parent))
+            .collect()
     }
 
     /// Whether a signal was sent to a live child of this process.
     fn kill_worker(&self, pid: u32) -> bool {
-        let Ok(fd) = pidfd_open(Pid::from_raw(pid as i32).unwrap(), PidfdFlags::empty()) else { return false };
+        let Ok(fd) = pidfd_open(Pid::from_raw(pid as i32).unwrap(), PidfdFlags::empty()) else {
+            return false;
+        };
         // Asked again now that the number cannot pass to another process.
         let ours = stat(pid).is_some_and(|stat| stat.lives && stat.parent == self.child.id());
         ours && pidfd_send_signal(fd, Signal::KILL).is_ok()
@@ -235,7 +261,10 @@ impl Running {
     /// The events that it printed; the last line of a killed process may be cut off.
     fn events(&self) -> Vec<Value> {
         let text = fs::read_to_string(&self.out).unwrap();
-        text.split_inclusive('\n').filter(|line| line.ends_with('\n')).map(|line| serde_json::from_str(line).unwrap()).collect()
+        text.split_inclusive('\n')
+            .filter(|line| line.ends_with('\n'))
+            .map(|line| serde_json::from_str(line).unwrap())
+            .collect()
     }
 
     fn said(&self) -> String {
@@ -253,7 +282,11 @@ impl Drop for Running {
 
 /// The keys in events of one kind.
 fn keys(events: &[Value], kind: &str) -> Vec<String> {
-    events.iter().filter(|event| event["event"] == kind).map(|event| event["key"].as_str().unwrap().to_owned()).collect()
+    events
+        .iter()
+        .filter(|event| event["event"] == kind)
+        .map(|event| event["key"].as_str().unwrap().to_owned())
+        .collect()
 }
 
 fn last_line(text: &str) -> Value {
@@ -270,14 +303,22 @@ struct Stat {
 fn stat(pid: u32) -> Option<Stat> {
     let text = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
     let fields: Vec<&str> = text[text.rfind(')')? + 1..].split_ascii_whitespace().collect();
-    Some(Stat { lives: !matches!(fields[0], "Z" | "X"), parent: fields[1].parse().ok()?, start: fields[19].parse().ok()? })
+    Some(Stat {
+        lives: !matches!(fields[0], "Z" | "X"),
+        parent: fields[1].parse().ok()?,
+        start: fields[19].parse().ok()?,
+    })
 }
 
 fn pids() -> impl Iterator<Item = u32> {
-    fs::read_dir("/proc").unwrap().flatten().filter_map(|entry| entry.file_name().to_str()?.parse().ok())
+    fs::read_dir("/proc")
+        .unwrap()
+        .flatten()
+        .filter_map(|entry| entry.file_name().to_str()?.parse().ok())
 }
 
-/// How the runner names what belongs to a coordinator: process-id namespace, process id and start in base 36.
+/// How the runner names what belongs to a coordinator: process-id namespace, process id and start
+/// in base 36.
 fn tag(pid: u32, start: u64) -> String {
     let namespace = fs::metadata("/proc/self/ns/pid").unwrap().ino() % (36 * 36);
     let base36 = |mut number: u64, width: u32| {
@@ -293,9 +334,21 @@ fn tag(pid: u32, start: u64) -> String {
 
 /// What a coordinator has in shared memory and in the directories of runs.
 fn belongings(tag: &str) -> Vec<PathBuf> {
-    let entries = |path: &Path| fs::read_dir(path).into_iter().flatten().flatten().map(|entry| entry.path()).collect::<Vec<_>>();
-    let named = |path: &PathBuf, beginning: &str| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(beginning));
-    let mut found: Vec<PathBuf> = entries(Path::new("/dev/shm")).into_iter().filter(|path| named(path, &format!("tribo{tag}"))).collect();
+    let entries = |path: &Path| {
+        fs::read_dir(path)
+            .into_iter()
+            .flatten()
+            .flatten()
+            .map(|entry| entry.path())
+            .collect::<Vec<_>>()
+    };
+    let named = |path: &PathBuf, beginning: &str| {
+        path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(beginning))
+    };
+    let mut found: Vec<PathBuf> = entries(Path::new("/dev/shm"))
+        .into_iter()
+        .filter(|path| named(path, &format!("tribo{tag}")))
+        .collect();
     for place in BTreeSet::from([std::env::temp_dir(), PathBuf::from("/tmp")]) {
         let runs = entries(&place).into_iter().filter(|path| named(path, "tribo-"));
         found.extend(runs.flat_map(|path| entries(&path)).filter(|path| named(path, tag)));
@@ -331,8 +384,8 @@ enum Blow {
 
 /// What happens to one launch, in the order of the moments.
 ///
-/// A job that loses three workers in one launch is to blame for it and set aside, so at most two are killed before
-/// the coordinator is.
+/// A job that loses three workers in one launch is to blame for it and set aside, so at most two
+/// are killed before the coordinator is.
 fn blows(random: &mut Random, window: Duration) -> Vec<(Duration, Blow)> {
     let last = match random.below(7) {
         0 | 1 => Some(Blow::Coordinator),
@@ -341,7 +394,8 @@ fn blows(random: &mut Random, window: Duration) -> Vec<(Duration, Blow)> {
         _ => None,
     };
     let most = if matches!(last, Some(Blow::Both | Blow::All)) { 1 } else { 2 };
-    let mut moments: Vec<Duration> = (0..random.below(most + 1)).map(|_| random.moment(window)).collect();
+    let mut moments: Vec<Duration> =
+        (0..random.below(most + 1)).map(|_| random.moment(window)).collect();
     let mut blows: Vec<(Duration, Blow)> = Vec::new();
     moments.extend(last.map(|_| random.moment(window)));
     moments.sort();
@@ -351,13 +405,15 @@ fn blows(random: &mut Random, window: Duration) -> Vec<(Duration, Blow)> {
     blows
 }
 
-/// Deals a blow. Returns how many workers were killed before their coordinator, and how many at all: those that are
-/// killed after it die of its death as well.
+/// Deals a blow. Returns how many workers were killed before their coordinator, and how many at
+/// all: those that are killed after it die of its death as well.
 fn strike(running: &mut Running, blow: Blow, random: &mut Random) -> (usize, usize) {
     let mut workers = running.workers();
     match blow {
         Blow::Coordinator => workers.clear(),
-        Blow::Worker | Blow::Both if !workers.is_empty() => workers = vec![workers[random.below(workers.len() as u64) as usize]],
+        Blow::Worker | Blow::Both if !workers.is_empty() => {
+            workers = vec![workers[random.below(workers.len() as u64) as usize]]
+        }
         Blow::Worker | Blow::Both | Blow::All => {}
     }
     let coordinator_first = random.below(2) == 0;
@@ -382,7 +438,10 @@ struct Hits {
 
 impl Hits {
     fn suffice(&self) -> bool {
-        self.workers + self.coordinators >= KILLS && self.workers >= 10 && self.coordinators >= 10 && self.both >= 5
+        self.workers + self.coordinators >= KILLS
+            && self.workers >= 10
+            && self.coordinators >= 10
+            && self.both >= 5
     }
 }
 
@@ -398,7 +457,8 @@ fn killed_at_random_moments_a_study_completes_with_the_same_results() {
 
     // Follows the pace of the machine: blows that come too late make it shorter.
     let mut window = Duration::from_secs(1);
-    let (mut hits, mut launches, mut studies, mut noticed, mut owned) = (Hits::default(), 0, 0, 0, 0);
+    let (mut hits, mut launches, mut studies, mut noticed, mut owned) =
+        (Hits::default(), 0, 0, 0, 0);
     let mut tags = Vec::new();
     while !hits.suffice() {
         studies += 1;
@@ -441,32 +501,54 @@ fn killed_at_random_moments_a_study_completes_with_the_same_results() {
             }
             if status.code() == Some(0) {
                 let summary = events.last().unwrap();
-                assert_eq!(summary["progress"], serde_json::json!({ "points": JOBS, "done": JOBS, "failed": 0, "left": 0 }));
+                assert_eq!(
+                    summary["progress"],
+                    serde_json::json!({ "points": JOBS, "done": JOBS, "failed": 0, "left": 0 })
+                );
                 assert_eq!(summary["run"]["interrupted"], false);
                 assert!(summary["run"]["cached"].as_u64().unwrap() as usize >= kept.len());
                 break;
             }
             assert_eq!(status.signal(), Some(9), "{status}\n{}", running.said());
-            // Half of the time the next launch follows at once, with nobody having opened the store in between.
+            // Half of the time the next launch follows at once, with nobody having opened the store
+            // in between.
             if random.below(2) == 0 {
                 place.assert_quiet();
                 let records = place.records();
-                assert!(durable.iter().all(|key| records.contains_key(key)), "a result that was called durable is gone");
-                assert!(kept.iter().all(|(key, record)| records.get(key) == Some(record)), "a record has changed");
+                assert!(
+                    durable.iter().all(|key| records.contains_key(key)),
+                    "a result that was called durable is gone"
+                );
+                assert!(
+                    kept.iter().all(|(key, record)| records.get(key) == Some(record)),
+                    "a record has changed"
+                );
                 kept = records;
                 durable.extend(kept.keys().cloned());
             }
         }
         let records = place.records();
         assert_eq!(records.len(), JOBS);
-        assert!(kept.iter().all(|(key, record)| records.get(key) == Some(record)), "a record has changed");
+        assert!(
+            kept.iter().all(|(key, record)| records.get(key) == Some(record)),
+            "a record has changed"
+        );
         place.assert_undisturbed();
         let left: Vec<PathBuf> = tags.iter().flat_map(|tag| belongings(tag)).collect();
-        assert!(left.is_empty(), "left behind by a killed run or by the last, {}: {left:?}", tags.last().unwrap());
+        assert!(
+            left.is_empty(),
+            "left behind by a killed run or by the last, {}: {left:?}",
+            tags.last().unwrap()
+        );
     }
-    println!("{hits:?} in {launches} launches of {studies} studies; coordinators saw {noticed} workers die");
+    println!(
+        "{hits:?} in {launches} launches of {studies} studies; coordinators saw {noticed} workers die"
+    );
     assert!(noticed > 0, "workers were killed and no coordinator noticed");
-    assert!(owned > 0, "no coordinator had anything in shared memory, so the search for it is wrong");
+    assert!(
+        owned > 0,
+        "no coordinator had anything in shared memory, so the search for it is wrong"
+    );
 }
 
 /// Interrupts a run in its middle: what it kept, and the place.
@@ -496,8 +578,17 @@ fn interrupted(signal: Signal) -> (Place, BTreeMap<String, Vec<u8>>) {
         assert!(!kept.is_empty() && kept.len() < JOBS);
         let left = JOBS - kept.len();
         assert!(said.contains("stopping after the jobs in flight"), "{said}");
-        assert!(said.contains(&format!("{JOBS} points, {} certified, 0 failed, {left} left", kept.len())), "{said}");
-        let again = format!("interrupted; continue with: tribosweep resume {NAME} --store {}\n", place.store().display());
+        assert!(
+            said.contains(&format!(
+                "{JOBS} points, {} certified, 0 failed, {left} left",
+                kept.len()
+            )),
+            "{said}"
+        );
+        let again = format!(
+            "interrupted; continue with: tribosweep resume {NAME} --store {}\n",
+            place.store().display()
+        );
         assert!(said.contains(&again), "{said}");
         assert_eq!(place.processes(), Vec::<u32>::new());
         assert_eq!(belongings(&running.tag), Vec::<PathBuf>::new());
@@ -513,7 +604,10 @@ fn interrupt_and_resume(signal: Signal) {
     assert_eq!(summary["run"]["cached"], kept.len());
     assert_eq!(summary["run"]["computing"], JOBS - kept.len());
     let records = place.records();
-    assert!(kept.iter().all(|(key, record)| records.get(key) == Some(record)), "a record has changed");
+    assert!(
+        kept.iter().all(|(key, record)| records.get(key) == Some(record)),
+        "a record has changed"
+    );
     place.assert_undisturbed();
 }
 
@@ -545,7 +639,8 @@ fn a_finished_study_computes_nothing() {
     place.assert_undisturbed();
 }
 
-/// A run that finds everything in the store starts no worker, but still clears away what a killed one left.
+/// A run that finds everything in the store starts no worker, but still clears away what a killed
+/// one left.
 #[test]
 fn the_next_run_removes_what_a_killed_one_left_even_if_it_computes_nothing() {
     let finished = Place::new();

@@ -3,7 +3,9 @@
 use contact::foundation::bodies::Bodies;
 use contact::foundation::half_space::HalfSpace;
 use contact::grid::Grid;
-use contact::influence::{Components, Dense, Influence, InfluenceTable, Mirror, Scratch, Symmetry, Toeplitz};
+use contact::influence::{
+    Components, Dense, Influence, InfluenceTable, Mirror, Scratch, Symmetry, Toeplitz,
+};
 use contact::numerics::Projection;
 use contact::scene::{Base, Layer, Material};
 use contact::solver::Circulant;
@@ -35,7 +37,9 @@ fn coefficients(c: &mut Criterion) {
         for n in SIDES {
             let grid = grid(n);
             let id = BenchmarkId::new(format!("{projection:?}"), n);
-            group.bench_function(id, |b| b.iter(|| InfluenceTable::new(black_box(&grid), &bodies(), projection)));
+            group.bench_function(id, |b| {
+                b.iter(|| InfluenceTable::new(black_box(&grid), &bodies(), projection))
+            });
         }
     }
     let long = Grid::new(512, 512, 1e-3, 1.0, [0.0; 2]).expect("a rectangle");
@@ -54,7 +58,10 @@ fn layered(c: &mut Criterion) {
     let cases = [
         ("half-space", Bodies::from(&bodies())),
         ("coating", Bodies::new(&[layer(10.0, 0.5)], &base, None)),
-        ("five layers", Bodies::new(&[5.0, 0.5, 2.0, 0.1, 3.0].map(|g| layer(g, 0.1)), &base, None)),
+        (
+            "five layers",
+            Bodies::new(&[5.0, 0.5, 2.0, 0.1, 3.0].map(|g| layer(g, 0.1)), &base, None),
+        ),
         ("film of 1e-6", Bodies::new(&[layer(0.1, 1e-6)], &base, None)),
         ("layer on rigid base", Bodies::new(&[layer(1.0, 0.2)], &Base::Rigid, None)),
     ];
@@ -65,7 +72,11 @@ fn layered(c: &mut Criterion) {
                 let grid = grid(n);
                 let id = BenchmarkId::new(format!("{name}, {threads} threads"), n);
                 group.bench_function(id, |b| {
-                    b.iter(|| pool.install(|| InfluenceTable::new(black_box(&grid), bodies, Projection::Average)));
+                    b.iter(|| {
+                        pool.install(|| {
+                            InfluenceTable::new(black_box(&grid), bodies, Projection::Average)
+                        })
+                    });
                 });
             }
         }
@@ -82,7 +93,9 @@ fn application(c: &mut Criterion) {
     let mut run = |name: &str, n: usize, operator: &dyn Influence, threads: usize| {
         let (p, mut out) = (field(n), vec![0.0; 3 * n * n]);
         let mut scratch = Scratch::with_threads(operator, threads);
-        group.bench_function(BenchmarkId::new(name, n), |b| b.iter(|| operator.apply(&mut out, black_box(&p), &mut scratch)));
+        group.bench_function(BenchmarkId::new(name, n), |b| {
+            b.iter(|| operator.apply(&mut out, black_box(&p), &mut scratch))
+        });
     };
     for n in [32, 48] {
         run("dense", n, &Dense::new(&table(n)), 1);
@@ -98,14 +111,22 @@ fn application(c: &mut Criterion) {
     group.sample_size(10);
     for n in SIDES {
         let table = table(n);
-        group.bench_function(BenchmarkId::new("symbols", n), |b| b.iter(|| Toeplitz::new(black_box(&table))));
+        group.bench_function(BenchmarkId::new("symbols", n), |b| {
+            b.iter(|| Toeplitz::new(black_box(&table)))
+        });
     }
     group.finish();
 }
 
-/// Fewer components, and halves and quarters of the grid, on one thread; the preconditioner likewise.
+/// Fewer components, and halves and quarters of the grid, on one thread; the preconditioner
+/// likewise.
 fn reduced(c: &mut Criterion) {
-    let sets = [("n, x, y", Components::ALL), ("n", Components::NORMAL), ("x, y", Components::TANGENTIAL), ("x", Components::X)];
+    let sets = [
+        ("n, x, y", Components::ALL),
+        ("n", Components::NORMAL),
+        ("x, y", Components::TANGENTIAL),
+        ("x", Components::X),
+    ];
     let plane = Some(Symmetry::Symmetric);
     let mirrors = [
         ("whole", Mirror::NONE),
@@ -124,7 +145,9 @@ fn reduced(c: &mut Criterion) {
                 let mut out = vec![0.0; p.len()];
                 let mut scratch = Scratch::with_threads(&operator, 1);
                 let id = BenchmarkId::new(format!("operator, {set}, {part}"), n);
-                group.bench_function(id, |b| b.iter(|| operator.apply(&mut out, black_box(&p), &mut scratch)));
+                group.bench_function(id, |b| {
+                    b.iter(|| operator.apply(&mut out, black_box(&p), &mut scratch))
+                });
                 let circulant = Circulant::of(&table, components, mirror);
                 let id = BenchmarkId::new(format!("circulant, {set}, {part}"), n);
                 group.bench_function(id, |b| {

@@ -1,4 +1,5 @@
-//! Seidel sweeps: a sphere with full coupling, ten sweeps from zero traction, and whole solves to 1e-8.
+//! Seidel sweeps: a sphere with full coupling, ten sweeps from zero traction, and whole solves to
+//! 1e-8.
 
 use contact::numerics::Numerics;
 use contact::problem::Problem;
@@ -27,7 +28,9 @@ fn benches(criterion: &mut Criterion) {
         let limits = Limits { tolerance: 1e-15, max_iterations: 10 };
         sweeps.throughput(Throughput::Elements(10 * u64::from(n * n)));
         sweeps.bench_function(BenchmarkId::from_parameter(n), |bencher| {
-            bencher.iter(|| seidel::solve(&problem, &operator.table, vec![0.0; problem.f.len()], &limits));
+            bencher.iter(|| {
+                seidel::solve(&problem, &operator.table, vec![0.0; problem.f.len()], &limits)
+            });
         });
     }
     sweeps.finish();
@@ -38,7 +41,9 @@ fn benches(criterion: &mut Criterion) {
         let (scene, numerics) = sphere(n);
         let mut operators = Operators::default();
         solves.bench_function(BenchmarkId::from_parameter(n), |bencher| {
-            bencher.iter(|| solve(&scene, &numerics, &Surfaces::new(), &mut operators).expect("an outcome"));
+            bencher.iter(|| {
+                solve(&scene, &numerics, &Surfaces::new(), &mut operators).expect("an outcome")
+            });
         });
     }
     solves.finish();

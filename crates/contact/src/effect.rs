@@ -1,8 +1,9 @@
-//! The closed list of effects, which of them a scene calls for and why. What a scene does not call for is not simulated, and
-//! leaving it out is exact: the solution has none of it.
+//! The closed list of effects, which of them a scene calls for and why. What a scene does not call
+//! for is not simulated, and leaving it out is exact: the solution has none of it.
 //!
-//! Every decision is made from the scene before it is solved, and can be overruled ([`Numerics::simulate`]): a test holds the
-//! solution with an effect left out against the one with it.
+//! Every decision is made from the scene before it is solved, and can be overruled
+//! ([`Numerics::simulate`]): a test holds the solution with an effect left out against the one with
+//! it.
 
 use serde::{Deserialize, Serialize};
 
@@ -57,10 +58,16 @@ impl Effect {
         Effect::LoadControl,
     ];
 
-    /// Those that can be simulated although a scene does not call for them; the others are there when the scene's own keys ask
-    /// for them.
-    pub const OPTIONAL: [Effect; 6] =
-        [Effect::Friction, Effect::Coupling, Effect::TractionX, Effect::TractionY, Effect::AsymmetryX, Effect::AsymmetryY];
+    /// Those that can be simulated although a scene does not call for them; the others are there
+    /// when the scene's own keys ask for them.
+    pub const OPTIONAL: [Effect; 6] = [
+        Effect::Friction,
+        Effect::Coupling,
+        Effect::TractionX,
+        Effect::TractionY,
+        Effect::AsymmetryX,
+        Effect::AsymmetryY,
+    ];
 
     /// Its name in a study file.
     pub fn name(self) -> &'static str {
@@ -107,7 +114,12 @@ impl Effects {
     }
 
     /// Decides for a scene. Refuses what [`crate::problem::Problem::new`] would.
-    pub fn of(scene: &Scene, numerics: &Numerics, elements: [usize; 2], surfaces: &Surfaces) -> Result<Self, SceneError> {
+    pub fn of(
+        scene: &Scene,
+        numerics: &Numerics,
+        elements: [usize; 2],
+        surfaces: &Surfaces,
+    ) -> Result<Self, SceneError> {
         let mut effects = Effects(Vec::with_capacity(Effect::ALL.len()));
         for effect in Effect::ALL {
             let (on, reason) = match effect {
@@ -117,7 +129,9 @@ impl Effects {
                 Effect::AsymmetryX => asymmetry(scene, &effects, 0, elements, surfaces)?,
                 Effect::AsymmetryY => asymmetry(scene, &effects, 1, elements, surfaces)?,
                 Effect::Layers => layers(scene),
-                Effect::Regularisation if numerics.epsilon > 0.0 => (true, format!("epsilon = {:e}", numerics.epsilon)),
+                Effect::Regularisation if numerics.epsilon > 0.0 => {
+                    (true, format!("epsilon = {:e}", numerics.epsilon))
+                }
                 Effect::Regularisation => (false, "epsilon = 0".to_owned()),
                 Effect::Ceiling => match numerics.ceiling {
                     Some(ceiling) => (true, format!("ceiling = {ceiling:e} Pa")),
@@ -127,7 +141,8 @@ impl Effects {
                 Effect::LoadControl => load_control(scene),
             };
             let forced = !on && numerics.simulate.contains(&effect);
-            let reason = if forced { format!("asked for by `simulate`, although {reason}") } else { reason };
+            let reason =
+                if forced { format!("asked for by `simulate`, although {reason}") } else { reason };
             effects.0.push(Decision { effect, on: on || forced, reason });
         }
         Ok(effects)
@@ -150,7 +165,14 @@ fn uncoupled(scene: &Scene) -> (bool, &'static str) {
     if bodies.layers.is_some() {
         (false, "layers couple normal and tangential displacements")
     } else if bodies.surface.coupling == 0.0 {
-        (true, if scene.punch.material.is_some() { "the bodies' couplings cancel" } else { "the foundation is incompressible" })
+        (
+            true,
+            if scene.punch.material.is_some() {
+                "the bodies' couplings cancel"
+            } else {
+                "the foundation is incompressible"
+            },
+        )
     } else {
         (false, "normal and tangential displacements depend on each other")
     }
@@ -172,10 +194,15 @@ fn friction(scene: &Scene) -> (bool, String) {
 
 fn coupling(scene: &Scene, effects: &Effects) -> (bool, String) {
     let (uncoupled, why) = uncoupled(scene);
-    if !effects.has(Effect::Friction) { (false, "no tangential tractions".to_owned()) } else { (!uncoupled, why.to_owned()) }
+    if !effects.has(Effect::Friction) {
+        (false, "no tangential tractions".to_owned())
+    } else {
+        (!uncoupled, why.to_owned())
+    }
 }
 
-/// Without coupling and without ν/G the two directions know nothing of each other, and only the loaded one has tractions.
+/// Without coupling and without ν/G the two directions know nothing of each other, and only the
+/// loaded one has tractions.
 fn direction(scene: &Scene, effects: &Effects, effect: Effect) -> (bool, String) {
     let own = if effect == Effect::TractionX { 0 } else { 1 };
     let loads = tangential_loads(scene);
@@ -185,7 +212,10 @@ fn direction(scene: &Scene, effects: &Effects, effect: Effect) -> (bool, String)
     } else if effects.has(Effect::Coupling) {
         (true, "the coupling moves the surface in every direction".to_owned())
     } else if bodies.layers.is_some() || bodies.surface.cross != 0.0 {
-        (true, "tractions along one direction move the surface along the other too (ν > 0)".to_owned())
+        (
+            true,
+            "tractions along one direction move the surface along the other too (ν > 0)".to_owned(),
+        )
     } else if loads[2] {
         (true, "the punch is twisted".to_owned())
     } else if loads[own] {
@@ -200,23 +230,37 @@ fn direction(scene: &Scene, effects: &Effects, effect: Effect) -> (bool, String)
 fn layers(scene: &Scene) -> (bool, String) {
     match relative_bodies(scene, 1.0).layers {
         Some(layered) => (true, format!("{} of different materials", layered.layers().len())),
-        None if scene.foundation.layers.is_empty() => (false, "a homogeneous half-space".to_owned()),
+        None if scene.foundation.layers.is_empty() => {
+            (false, "a homogeneous half-space".to_owned())
+        }
         None => (false, "all layers are of the base's material".to_owned()),
     }
 }
 
 fn history(scene: &Scene) -> (bool, String) {
     let increments: u32 = scene.loading.legs().iter().map(|leg| leg.increments).sum();
-    if increments > 1 { (true, format!("{increments} increments")) } else { (false, "a single increment from zero traction".to_owned()) }
+    if increments > 1 {
+        (true, format!("{increments} increments"))
+    } else {
+        (false, "a single increment from zero traction".to_owned())
+    }
 }
 
 fn load_control(scene: &Scene) -> (bool, String) {
-    let governed = scene.loading.legs().iter().any(|leg| leg.target.iter().any(|control| matches!(control, Control::Force(_))));
-    (governed, if governed { "a force or a moment is prescribed" } else { "all motion is prescribed" }.to_owned())
+    let governed = scene
+        .loading
+        .legs()
+        .iter()
+        .any(|leg| leg.target.iter().any(|control| matches!(control, Control::Force(_))));
+    (
+        governed,
+        if governed { "a force or a moment is prescribed" } else { "all motion is prescribed" }
+            .to_owned(),
+    )
 }
 
-/// What is solved at once: some components, on the positive sides of mirror planes. Without coupling the pressure comes first and
-/// the tangential tractions after it.
+/// What is solved at once: some components, on the positive sides of mirror planes. Without
+/// coupling the pressure comes first and the tangential tractions after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stage {
     /// The components.
@@ -237,26 +281,37 @@ impl Effects {
     /// The stages in which the scene is solved.
     pub fn stages(&self, scene: &Scene) -> Vec<Stage> {
         let plane = |axis: usize, effect: Effect, tangential: bool| {
-            let behaviour = if tangential { image(scene, self, axis) } else { Some(Symmetry::Symmetric) };
+            let behaviour =
+                if tangential { image(scene, self, axis) } else { Some(Symmetry::Symmetric) };
             behaviour.filter(|_| !self.has(effect))
         };
-        let mirror = |tangential: bool| Mirror { x: plane(0, Effect::AsymmetryX, tangential), y: plane(1, Effect::AsymmetryY, tangential) };
+        let mirror = |tangential: bool| Mirror {
+            x: plane(0, Effect::AsymmetryX, tangential),
+            y: plane(1, Effect::AsymmetryY, tangential),
+        };
         let members = [self.has(Effect::TractionX), self.has(Effect::TractionY)];
         if !self.has(Effect::Friction) {
             vec![Stage { components: Components::NORMAL, mirror: mirror(false) }]
         } else if self.has(Effect::Coupling) {
-            vec![Stage { components: Components::of([true, members[0], members[1]]), mirror: mirror(true) }]
+            vec![Stage {
+                components: Components::of([true, members[0], members[1]]),
+                mirror: mirror(true),
+            }]
         } else {
             vec![
                 Stage { components: Components::NORMAL, mirror: mirror(false) },
-                Stage { components: Components::of([false, members[0], members[1]]), mirror: mirror(true) },
+                Stage {
+                    components: Components::of([false, members[0], members[1]]),
+                    mirror: mirror(true),
+                },
             ]
         }
     }
 }
 
-/// How the tangential tractions of a scene that is mirror-symmetric in direction `axis` (0: x, 1: y) behave: under coupling like
-/// the surface displacements of a symmetric pressure, without it as the tangential load has it. `None` when they do neither.
+/// How the tangential tractions of a scene that is mirror-symmetric in direction `axis` (0: x, 1:
+/// y) behave: under coupling like the surface displacements of a symmetric pressure, without it as
+/// the tangential load has it. `None` when they do neither.
 fn image(scene: &Scene, effects: &Effects, axis: usize) -> Option<Symmetry> {
     let [x, y, twist] = tangential_loads(scene);
     let (along, across) = if axis == 0 { (x, y) } else { (y, x) };
@@ -298,7 +353,11 @@ fn asymmetry(
 /// Whether a shape is its own mirror image in x (0) or y (1), exactly.
 fn has_mirror(shape: &Shape, axis: usize, surfaces: &Surfaces) -> bool {
     match shape {
-        Shape::Sphere { .. } | Shape::Ellipsoid { .. } | Shape::FlatRectangle { .. } | Shape::FlatDisk { .. } | Shape::Cone { .. } => true,
+        Shape::Sphere { .. }
+        | Shape::Ellipsoid { .. }
+        | Shape::FlatRectangle { .. }
+        | Shape::FlatDisk { .. }
+        | Shape::Cone { .. } => true,
         Shape::HeightMap { surface, .. } => surfaces.get(surface).is_some_and(|map| {
             let (columns, rows, heights) = (map.columns(), map.rows(), map.heights());
             let image = |at: usize| match (axis, at % columns, at / columns) {

@@ -1,4 +1,5 @@
-//! What a solve will take, before it runs: for plans, for the order of jobs and for their deadlines. Never for results.
+//! What a solve will take, before it runs: for plans, for the order of jobs and for their
+//! deadlines. Never for results.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -21,13 +22,19 @@ pub struct Forecast {
     pub seconds: f64,
     /// Memory for operator and fields \[bytes\].
     pub memory: u64,
-    /// A hint: scenes with the same number mostly share an operator, and those with different ones mostly do not. What is left out of the
-    /// solve, mirror planes for one, makes operators differ that have the same number here.
+    /// A hint: scenes with the same number mostly share an operator, and those with different ones
+    /// mostly do not. What is left out of the solve, mirror planes for one, makes operators differ
+    /// that have the same number here.
     pub operator: u64,
 }
 
-/// Forecasts the solution of a scene. Refuses what cannot be laid out on a grid, as [`crate::problem::Problem::new`] would.
-pub fn forecast(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces) -> Result<Forecast, SceneError> {
+/// Forecasts the solution of a scene. Refuses what cannot be laid out on a grid, as
+/// [`crate::problem::Problem::new`] would.
+pub fn forecast(
+    scene: &Scene,
+    numerics: &Numerics,
+    surfaces: &Surfaces,
+) -> Result<Forecast, SceneError> {
     let layout = Layout::new(scene, numerics, &domain(scene, surfaces)?)?;
     let bodies = relative_bodies(scene, layout.half_diameter);
     layout.scale(scene, &bodies)?;
@@ -39,10 +46,13 @@ pub fn forecast(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces) -> Resu
     format!("{:?}", bodies.scaled(1.0 / bodies.reference_compliance())).hash(&mut hasher);
     // what is masked is part of the operator
     let sole = match scene.punch.shape {
-        Shape::FlatRectangle { .. } | Shape::FlatDisk { .. } | Shape::HeightMap { .. } | Shape::WheelOnRail(_) => {
-            std::mem::discriminant(&scene.punch.shape)
+        Shape::FlatRectangle { .. }
+        | Shape::FlatDisk { .. }
+        | Shape::HeightMap { .. }
+        | Shape::WheelOnRail(_) => std::mem::discriminant(&scene.punch.shape),
+        Shape::Sphere { .. } | Shape::Ellipsoid { .. } | Shape::Cone { .. } => {
+            std::mem::discriminant(&Shape::Cone { angle: 0.0 })
         }
-        Shape::Sphere { .. } | Shape::Ellipsoid { .. } | Shape::Cone { .. } => std::mem::discriminant(&Shape::Cone { angle: 0.0 }),
     };
     sole.hash(&mut hasher);
 
@@ -51,57 +61,107 @@ pub fn forecast(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces) -> Resu
     let (method, _) = numerics.method.chosen(&scene.loading, [layout.nx, layout.ny]);
     let unknowns = match method {
         Method::Seidel => 3 * layout.nx * layout.ny,
-        Method::Newton | Method::Auto => effects.stages(scene).iter().map(|stage| stage.unknowns([layout.nx, layout.ny])).sum(),
+        Method::Newton | Method::Auto => {
+            effects.stages(scene).iter().map(|stage| stage.unknowns([layout.nx, layout.ny])).sum()
+        }
     };
     let assembly = if bodies.layers.is_some() { 0.02 + 2e-6 * elements } else { 4e-7 * elements };
     let seconds = match method {
-        // 3 ns per pair of a receiver and a source in contact, about 0.3·log₁₀(1/tolerance)·√k sweeps (measured on spheres and disks)
-        Method::Seidel => 3e-9 * 0.5 * elements * elements * 0.3 * numerics.tolerance.log10().abs() * elements.sqrt(),
-        // 50 applications and as many preconditionings of 0.1 µs together for each unknown (measured on spheres up to 128²)
+        // 3 ns per pair of a receiver and a source in contact, about 0.3·log₁₀(1/tolerance)·√k
+        // sweeps (measured on spheres and disks)
+        Method::Seidel => {
+            3e-9 * 0.5
+                * elements
+                * elements
+                * 0.3
+                * numerics.tolerance.log10().abs()
+                * elements.sqrt()
+        }
+        // 50 applications and as many preconditionings of 0.1 µs together for each unknown
+        // (measured on spheres up to 128²)
         Method::Newton | Method::Auto => 50.0 * 1e-7 * unknowns as f64,
     };
-    // table and symbols of the certificate's operator and of the solver's, a dozen whole fields, forty Krylov vectors
+    // table and symbols of the certificate's operator and of the solver's, a dozen whole fields,
+    // forty Krylov vectors
     let memory = 8.0 * ((16.0 + 12.0 + 40.0) * elements + 46.0 * unknowns as f64);
     let seconds = assembly + seconds * increments + 1e-4;
-    Ok(Forecast { elements: [layout.nx, layout.ny], unknowns, seconds, memory: memory as u64, operator: hasher.finish() })
+    Ok(Forecast {
+        elements: [layout.nx, layout.ny],
+        unknowns,
+        seconds,
+        memory: memory as u64,
+        operator: hasher.finish(),
+    })
 }
 
 /// Forecasts a search for every solution of a scene; refuses what cannot be searched.
-pub fn forecast_search(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, search: &Search) -> Result<Forecast, SceneError> {
+pub fn forecast_search(
+    scene: &Scene,
+    numerics: &Numerics,
+    surfaces: &Surfaces,
+    search: &Search,
+) -> Result<Forecast, SceneError> {
     search.validate()?;
     let whole = Numerics { simulate: Effect::OPTIONAL.to_vec(), ..numerics.clone() };
-    let Forecast { elements, unknowns, seconds, memory, operator } = forecast(scene, &whole, surfaces)?;
+    let Forecast { elements, unknowns, seconds, memory, operator } =
+        forecast(scene, &whole, surfaces)?;
     let k = elements[0] * elements[1];
     if k > Multiplicity::MOST_ELEMENTS {
-        let expected = format!("must give no more than {} elements to search for every solution", Multiplicity::MOST_ELEMENTS);
-        return Err(refuse("numerics.mesh", format!("{} x {}", elements[0], elements[1]), &expected));
+        let expected = format!(
+            "must give no more than {} elements to search for every solution",
+            Multiplicity::MOST_ELEMENTS
+        );
+        return Err(refuse(
+            "numerics.mesh",
+            format!("{} x {}", elements[0], elements[1]),
+            &expected,
+        ));
     }
     // a dense matrix of 3k rows is factored for most starts
     let rows = 3.0 * k as f64;
     let each = 1e-9 * rows.powi(3) + 3e-6 * rows;
     let searched = 4.0 * (f64::from(search.starts) + 20.0) * each;
-    Ok(Forecast { elements, unknowns, seconds: seconds + searched, memory: memory + (4.0 * 8.0 * rows * rows) as u64, operator })
+    Ok(Forecast {
+        elements,
+        unknowns,
+        seconds: seconds + searched,
+        memory: memory + (4.0 * 8.0 * rows * rows) as u64,
+        operator,
+    })
 }
 
-/// Forecasts the bracketing of μ*; refuses what [`crate::uniqueness::bracket`] does before it begins.
+/// Forecasts the bracketing of μ*; refuses what [`crate::uniqueness::bracket`] does before it
+/// begins.
 pub fn forecast_bracket(question: &Question, effort: &Effort) -> Result<Forecast, SceneError> {
     effort.search.validate()?;
     let (scene, numerics) = question.flat_punch();
-    let Forecast { elements: [nx, ny], memory, .. } = forecast(&scene, &numerics, &Surfaces::new())?;
+    let Forecast { elements: [nx, ny], memory, .. } =
+        forecast(&scene, &numerics, &Surfaces::new())?;
     let k = (nx * ny) as f64;
     let rows = 3.0 * k;
-    // measured on half-spaces with 2² to 48² elements: Newton's method from a random start, or from stripes where elements are few
+    // measured on half-spaces with 2² to 48² elements: Newton's method from a random start, or from
+    // stripes where elements are few
     let newton = 0.006 * k + 4e-7 * rows.powi(3);
-    let random = if k <= 100.0 { f64::from(effort.search.starts) * (36.0 / k).min(1.0) } else { 0.0 };
-    // a dozen stripes, half as many again where x and y are not alike, which where elements are many are tried on a part of Ω
+    let random =
+        if k <= 100.0 { f64::from(effort.search.starts) * (36.0 / k).min(1.0) } else { 0.0 };
+    // a dozen stripes, half as many again where x and y are not alike, which where elements are
+    // many are tried on a part of Ω
     let waves = if nx == ny { 12.0 } else { 18.0 };
     let stripes = waves * if k <= 16.0 { newton } else { 0.035 * k.min(64.0) };
     let kept = if k > 100.0 { 0.02 * k * f64::from(effort.search.kept.max(1)) } else { 0.0 };
     let seconds = 0.02 + random * newton + stripes + kept;
-    // the four blocks of the two mirror planes, a form and its factor for each of two threads; none where they are too large to factor
+    // the four blocks of the two mirror planes, a form and its factor for each of two threads; none
+    // where they are too large to factor
     let block = 0.75 * k;
-    let factored = if block <= lower::FACTORED_ROWS as f64 { 8.0 * 8.0 * block * block } else { 0.0 };
-    Ok(Forecast { elements: [nx, ny], unknowns: 3 * nx * ny, seconds, memory: memory + factored as u64, operator: 0 })
+    let factored =
+        if block <= lower::FACTORED_ROWS as f64 { 8.0 * 8.0 * block * block } else { 0.0 };
+    Ok(Forecast {
+        elements: [nx, ny],
+        unknowns: 3 * nx * ny,
+        seconds,
+        memory: memory + factored as u64,
+        operator: 0,
+    })
 }
 
 #[cfg(test)]
@@ -121,9 +181,12 @@ mod tests {
         .unwrap();
         for (starts, refused) in [(10_000, false), (10_001, true), (u32::MAX, true)] {
             let search = Search { starts, seed: 0 };
-            let all = forecast_search(&sphere_on_half_space(), &numerics, &Surfaces::new(), &search);
+            let all =
+                forecast_search(&sphere_on_half_space(), &numerics, &Surfaces::new(), &search);
             let effort = Effort { search: upper::Search { starts, ..Default::default() } };
-            for key in [all, forecast_bracket(&question, &effort)].map(|forecast| forecast.map_err(|error| error.key)) {
+            for key in [all, forecast_bracket(&question, &effort)]
+                .map(|forecast| forecast.map_err(|error| error.key))
+            {
                 assert_eq!(key.err().as_deref(), refused.then_some("search.starts"), "{starts}");
             }
         }
@@ -143,7 +206,12 @@ mod tests {
             };
             forecast_bracket(&question, &Effort::default()).unwrap().memory
         };
-        assert!(of(64) > 600_000_000 && of(64) < 900_000_000 && of(128) < of(64), "{} {}", of(64), of(128));
+        assert!(
+            of(64) > 600_000_000 && of(64) < 900_000_000 && of(128) < of(64),
+            "{} {}",
+            of(64),
+            of(128)
+        );
     }
 
     #[test]

@@ -1,4 +1,5 @@
-//! Coulomb friction as a projection: the pointwise maps of Alexandrov's equation (1) and its regularisation (3).
+//! Coulomb friction as a projection: the pointwise maps of Alexandrov's equation (1) and its
+//! regularisation (3).
 
 /// h(t) = max(t, 0).
 pub fn h(t: f64) -> f64 {
@@ -32,7 +33,10 @@ mod tests {
     #[test]
     fn h_and_h_u_clamp() {
         assert_eq!([h(-1.0), h(0.0), h(2.0)], [0.0, 0.0, 2.0]);
-        assert_eq!([h_u(-1.0, 3.0), h_u(2.0, 3.0), h_u(4.0, 3.0), h_u(4.0, f64::INFINITY)], [0.0, 2.0, 3.0, 4.0]);
+        assert_eq!(
+            [h_u(-1.0, 3.0), h_u(2.0, 3.0), h_u(4.0, 3.0), h_u(4.0, f64::INFINITY)],
+            [0.0, 2.0, 3.0, 4.0]
+        );
     }
 
     #[test]

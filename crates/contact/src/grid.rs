@@ -1,4 +1,5 @@
-//! The boundary elements that cover Ω: equal rectangles, some of them masked out, and the one index law.
+//! The boundary elements that cover Ω: equal rectangles, some of them masked out, and the one index
+//! law.
 
 use std::ops::Range;
 
@@ -6,8 +7,8 @@ use crate::parallel;
 
 /// nx × ny equal rectangular boundary elements of size hx × hy, some of them masked out.
 ///
-/// Element (i, j), 0 ≤ i < nx, 0 ≤ j < ny, has index j·nx + i: x is fastest. Lengths are the caller's; a grid has no
-/// unit of its own. Masked elements keep their index but are no part of Ω.
+/// Element (i, j), 0 ≤ i < nx, 0 ≤ j < ny, has index j·nx + i: x is fastest. Lengths are the
+/// caller's; a grid has no unit of its own. Masked elements keep their index but are no part of Ω.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     nx: usize,
@@ -23,7 +24,9 @@ pub struct Grid {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GridError {
     /// No elements along one side, or more than an index can count.
-    #[error("{nx} × {ny} elements: there must be at least 1 along each side, and no more in all than memory can index")]
+    #[error(
+        "{nx} × {ny} elements: there must be at least 1 along each side, and no more in all than memory can index"
+    )]
     Count {
         /// Elements along x.
         nx: usize,
@@ -57,8 +60,15 @@ pub enum GridError {
 }
 
 impl Grid {
-    /// nx × ny elements of size hx × hy, all of them in Ω; `origin` is the centre of element (0, 0).
-    pub fn new(nx: usize, ny: usize, hx: f64, hy: f64, origin: [f64; 2]) -> Result<Self, GridError> {
+    /// nx × ny elements of size hx × hy, all of them in Ω; `origin` is the centre of element (0,
+    /// 0).
+    pub fn new(
+        nx: usize,
+        ny: usize,
+        hx: f64,
+        hy: f64,
+        origin: [f64; 2],
+    ) -> Result<Self, GridError> {
         // The operators hold arrays of a small multiple of nx·ny numbers.
         if nx == 0 || ny == 0 || nx.checked_mul(ny).is_none_or(|k| k > usize::MAX / 1024) {
             return Err(GridError::Count { nx, ny });
@@ -72,7 +82,8 @@ impl Grid {
         Ok(Self { nx, ny, hx, hy, origin, mask: None })
     }
 
-    /// The same elements, of which only those with `inside` (one flag per element, in index order) belong to Ω.
+    /// The same elements, of which only those with `inside` (one flag per element, in index order)
+    /// belong to Ω.
     pub fn with_mask(mut self, inside: Vec<bool>) -> Result<Self, GridError> {
         if inside.len() != self.len() {
             return Err(GridError::Mask { found: inside.len(), expected: self.len() });
@@ -83,7 +94,8 @@ impl Grid {
 
     /// The same elements, of which only those with their centre (x, y) `inside` belong to Ω.
     pub fn masked_by(mut self, inside: impl Fn(f64, f64) -> bool) -> Self {
-        let flags: Vec<bool> = (0..self.len()).map(|e| self.center(e)).map(|[x, y]| inside(x, y)).collect();
+        let flags: Vec<bool> =
+            (0..self.len()).map(|e| self.center(e)).map(|[x, y]| inside(x, y)).collect();
         self.mask = if flags.iter().all(|&a| a) { None } else { Some(flags) };
         self
     }
@@ -141,18 +153,25 @@ impl Grid {
         self.hx * self.hy
     }
 
-    /// A field of three blocks on this grid as seen from the elements of another one over the same Ω: each takes the value of the
-    /// element that its centre lies in, zero where it is masked.
+    /// A field of three blocks on this grid as seen from the elements of another one over the same
+    /// Ω: each takes the value of the element that its centre lies in, zero where it is masked.
     pub(crate) fn sample(&self, field: &[f64], other: &Grid) -> Vec<f64> {
         let (k, others) = (self.len(), other.len());
         let mut out = vec![0.0; 3 * others];
         let [x0, y0] = self.center(0);
-        let at = |x: f64, x0: f64, h: f64, n: usize| (((x - x0) / h).round().max(0.0) as usize).min(n - 1);
-        let columns: Vec<usize> = (0..other.nx).map(|i| at(other.center_of(i, 0)[0], x0, self.hx(), self.nx())).collect();
+        let at = |x: f64, x0: f64, h: f64, n: usize| {
+            (((x - x0) / h).round().max(0.0) as usize).min(n - 1)
+        };
+        let columns: Vec<usize> =
+            (0..other.nx).map(|i| at(other.center_of(i, 0)[0], x0, self.hx(), self.nx())).collect();
         for (out, field) in out.chunks_exact_mut(others).zip(field.chunks_exact(k)) {
             parallel::rows(out, other.nx, |j, row| {
-                let from = &field[self.index(0, at(other.center_of(0, j)[1], y0, self.hy(), self.ny()))..][..self.nx];
-                for (i, value) in row.iter_mut().enumerate().filter(|(i, _)| other.is_active(j * other.nx + i)) {
+                let from = &field
+                    [self.index(0, at(other.center_of(0, j)[1], y0, self.hy(), self.ny()))..]
+                    [..self.nx];
+                for (i, value) in
+                    row.iter_mut().enumerate().filter(|(i, _)| other.is_active(j * other.nx + i))
+                {
                     *value = from[columns[i]];
                 }
             });
@@ -213,7 +232,11 @@ mod tests {
         assert_eq!(disk.active_len(), 12);
         assert_eq!(disk.active().count(), 12);
         assert!(!disk.is_active(0) && disk.is_active(5));
-        assert_eq!(grid.clone().masked_by(|_, _| true), grid, "a mask that hides nothing is no mask");
+        assert_eq!(
+            grid.clone().masked_by(|_, _| true),
+            grid,
+            "a mask that hides nothing is no mask"
+        );
         assert_eq!(grid.clone().masked_by(|_, _| false).active_len(), 0);
     }
 

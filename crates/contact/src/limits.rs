@@ -1,4 +1,5 @@
-//! How far double precision reaches: what lies beyond is refused, in words, before anything is solved.
+//! How far double precision reaches: what lies beyond is refused, in words, before anything is
+//! solved.
 
 use crate::foundation::bodies::Bodies;
 use crate::grid::Grid;
@@ -16,11 +17,13 @@ pub(crate) fn out_of_range(key: &str, value: f64) -> SceneError {
     }
 }
 
-/// What a problem's numbers may be of its units, so that their squares and the squares of what they cause are doubles.
+/// What a problem's numbers may be of its units, so that their squares and the squares of what they
+/// cause are doubles.
 const SQUARABLE: std::ops::RangeInclusive<f64> = 1e-120..=1e120;
 
-/// Moduli below the surface in units of that at the surface. The coefficients are good to some 1e-14 of the largest of them, and on a
-/// stiff plate the normal ones grow as the contrast to the power of ⅔ against the others; a base stiffer than that is rigid.
+/// Moduli below the surface in units of that at the surface. The coefficients are good to some
+/// 1e-14 of the largest of them, and on a stiff plate the normal ones grow as the contrast to the
+/// power of ⅔ against the others; a base stiffer than that is rigid.
 const CONTRAST: std::ops::RangeInclusive<f64> = 1e-15..=1e15;
 
 fn too_unlike(key: &str, contrast: f64) -> SceneError {
@@ -33,9 +36,15 @@ fn too_unlike(key: &str, contrast: f64) -> SceneError {
     }
 }
 
-/// Refuses moduli and sizes whose units are no doubles, and layers or a base that differ from what is above by more than can be squared.
-/// `bodies` have moduli in units of `modulus`, that of the surface, and lengths in units of ℓ; so has `element`.
-pub(crate) fn units(modulus: f64, bodies: &Bodies, scale: &Scale, element: [f64; 2]) -> Result<(), SceneError> {
+/// Refuses moduli and sizes whose units are no doubles, and layers or a base that differ from what
+/// is above by more than can be squared. `bodies` have moduli in units of `modulus`, that of the
+/// surface, and lengths in units of ℓ; so has `element`.
+pub(crate) fn units(
+    modulus: f64,
+    bodies: &Bodies,
+    scale: &Scale,
+    element: [f64; 2],
+) -> Result<(), SceneError> {
     if !(scale.compliance.is_normal() && scale.traction().is_normal()) {
         return Err(out_of_range("foundation.base.shear_modulus", modulus));
     }
@@ -62,13 +71,19 @@ pub(crate) fn units(modulus: f64, bodies: &Bodies, scale: &Scale, element: [f64;
     Ok(())
 }
 
-/// The smallest normal coefficient of an element in units of its tangential ones that is more than the rounding of these.
+/// The smallest normal coefficient of an element in units of its tangential ones that is more than
+/// the rounding of these.
 const NORMAL: f64 = 1e-9;
 
-/// Refuses layers that pressure cannot move: a nearly incompressible one on a rigid base, much thinner than the elements, gives way
-/// at the edges of a loaded element only. Its own mean there is a small part of what the coefficients are computed from, and at its
-/// centre there is nothing. `bodies` have lengths in the grid's unit.
-pub(crate) fn operator(bodies: &Bodies, grid: &Grid, projection: Projection) -> Result<(), SceneError> {
+/// Refuses layers that pressure cannot move: a nearly incompressible one on a rigid base, much
+/// thinner than the elements, gives way at the edges of a loaded element only. Its own mean there
+/// is a small part of what the coefficients are computed from, and at its centre there is nothing.
+/// `bodies` have lengths in the grid's unit.
+pub(crate) fn operator(
+    bodies: &Bodies,
+    grid: &Grid,
+    projection: Projection,
+) -> Result<(), SceneError> {
     let (hx, hy) = (grid.hx(), grid.hy());
     let Some(layered) = &bodies.layers else { return Ok(()) };
     let long = layered.compliance(1.0 / hx.max(hy));
@@ -82,7 +97,10 @@ pub(crate) fn operator(bodies: &Bodies, grid: &Grid, projection: Projection) -> 
     }
     Err(SceneError {
         key: "foundation.layers".to_owned(),
-        value: format!("a pressed element goes down by {:.1e} of what it gives sideways", (own.nn / tangential).max(0.0)),
+        value: format!(
+            "a pressed element goes down by {:.1e} of what it gives sideways",
+            (own.nn / tangential).max(0.0)
+        ),
         expected: format!(
             "must be at least {NORMAL:e}: double precision knows no less; take a thicker or more compressible layer, smaller elements, or \
              `projection = \"average\"`"
@@ -90,16 +108,27 @@ pub(crate) fn operator(bodies: &Bodies, grid: &Grid, projection: Projection) -> 
     })
 }
 
-/// Refuses loads that no double can answer for: of a size that cannot be squared, beyond what the ceiling carries, or so small that
-/// an approach rounded to a double is too coarse for them. `rest` is −g₀.
-pub(crate) fn loads(scene: &Scene, numerics: &Numerics, scale: &Scale, grid: &Grid, rest: &[f64]) -> Result<(), SceneError> {
-    let refuse = |key: &str, value: f64, expected: String| Err(SceneError { key: key.to_owned(), value: format!("{value:e}"), expected });
+/// Refuses loads that no double can answer for: of a size that cannot be squared, beyond what the
+/// ceiling carries, or so small that an approach rounded to a double is too coarse for them. `rest`
+/// is −g₀.
+pub(crate) fn loads(
+    scene: &Scene,
+    numerics: &Numerics,
+    scale: &Scale,
+    grid: &Grid,
+    rest: &[f64],
+) -> Result<(), SceneError> {
+    let refuse = |key: &str, value: f64, expected: String| {
+        Err(SceneError { key: key.to_owned(), value: format!("{value:e}"), expected })
+    };
     if numerics.epsilon > *SQUARABLE.end() {
         let end = SQUARABLE.end();
         return refuse(
             "epsilon",
             numerics.epsilon,
-            format!("leads to tractions too small to be squared in double precision; at most {end:e}"),
+            format!(
+                "leads to tractions too small to be squared in double precision; at most {end:e}"
+            ),
         );
     }
     if let Some(ceiling) = numerics.ceiling
@@ -109,7 +138,9 @@ pub(crate) fn loads(scene: &Scene, numerics: &Numerics, scale: &Scale, grid: &Gr
         return refuse(
             "ceiling",
             ceiling,
-            format!("is too small to be squared in double precision next to the moduli; at least {least:e}"),
+            format!(
+                "is too small to be squared in double precision next to the moduli; at least {least:e}"
+            ),
         );
     }
     let (motions, forces) = (scale.motions(), scale.forces());
@@ -117,29 +148,38 @@ pub(crate) fn loads(scene: &Scene, numerics: &Numerics, scale: &Scale, grid: &Gr
     let top = grid.active().map(|e| rest[e]).fold(f64::NEG_INFINITY, f64::max);
     for (i, step) in scene.loading.steps.iter().enumerate() {
         for (which, (given, names)) in step.given().into_iter().zip(Step::NAMES).enumerate() {
-            for (value, name, unit) in [(given[0], names[0], motions[which]), (given[1], names[1], forces[which])] {
+            for (value, name, unit) in
+                [(given[0], names[0], motions[which]), (given[1], names[1], forces[which])]
+            {
                 let value = value.unwrap_or(0.0);
                 let relative = (value / unit).abs();
                 // the last unit is that of energy too
-                if value != 0.0 && !(SQUARABLE.contains(&relative) && (relative * relative * forces[5]).is_finite()) {
+                if value != 0.0
+                    && !(SQUARABLE.contains(&relative)
+                        && (relative * relative * forces[5]).is_finite())
+                {
                     let most = SQUARABLE.end().min((f64::MAX / forces[5]).sqrt());
                     let [low, high] = [*SQUARABLE.start(), most].map(|end| end * unit);
-                    let expected =
-                        format!("cannot be squared in double precision next to sizes and moduli; 0, or between {low:e} and {high:e}");
+                    let expected = format!(
+                        "cannot be squared in double precision next to sizes and moduli; 0, or between {low:e} and {high:e}"
+                    );
                     return refuse(&format!("loading.steps[{i}].{name}"), value, expected);
                 }
             }
         }
         let Some(force) = step.normal_force else { continue };
         let key = format!("loading.steps[{i}].normal_force");
-        let most =
-            numerics.ceiling.map_or(f64::INFINITY, |ceiling| ceiling * grid.active_len() as f64 * area * scale.length * scale.length);
+        let most = numerics.ceiling.map_or(f64::INFINITY, |ceiling| {
+            ceiling * grid.active_len() as f64 * area * scale.length * scale.length
+        });
         if force >= most {
-            let expected =
-                format!("is no less than the ceiling lets the whole sole carry, {most:e} N; raise the ceiling or lower the load");
+            let expected = format!(
+                "is no less than the ceiling lets the whole sole carry, {most:e} N; raise the ceiling or lower the load"
+            );
             return refuse(&key, force, expected);
         }
-        // one element alone, taken for a disk, is pressed so deep; the approach is that and its gap, which its last digit belongs to
+        // one element alone, taken for a disk, is pressed so deep; the approach is that and its
+        // gap, which its last digit belongs to
         let stiffness = 4.0 * (area / std::f64::consts::PI).sqrt();
         let coarse = 0.5 * f64::EPSILON * top.abs() * stiffness;
         if numerics.tolerance * force / forces[0] < coarse {

@@ -11,7 +11,8 @@ use crate::scene::{SceneError, finite, positive, refuse};
 pub struct Loading {
     /// Load steps, in order, from zero traction.
     pub steps: Vec<Step>,
-    /// Index of the step with which a cycle begins; it ends with the last step. `None` is a path without cycles.
+    /// Index of the step with which a cycle begins; it ends with the last step. `None` is a path
+    /// without cycles.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cycle_from: Option<u32>,
     /// How often the cycle is run through.
@@ -26,14 +27,14 @@ impl Loading {
     }
 }
 
-/// One load step. Each of the punch's six rigid degrees of freedom is either prescribed or governed by its force or
-/// moment; one that is not mentioned stays under the control, and at the value, of the step before. Before the first
-/// step the punch just touches at the origin, unshifted and untilted, and nothing is mentioned: the first step must
-/// give the approach or the normal force.
+/// One load step. Each of the punch's six rigid degrees of freedom is either prescribed or governed
+/// by its force or moment; one that is not mentioned stays under the control, and at the value, of
+/// the step before. Before the first step the punch just touches at the origin, unshifted and
+/// untilted, and nothing is mentioned: the first step must give the approach or the normal force.
 ///
-/// A rotation vector (tilt_x, tilt_y, twist) moves a point (x, y, 0) of the punch by
-/// (−twist·y, twist·x, tilt_x·y − tilt_y·x), z into the foundation. Forces and moments are those of the punch on the
-/// foundation, with the signs of [`Observables`](crate::outcome::Observables).
+/// A rotation vector (tilt_x, tilt_y, twist) moves a point (x, y, 0) of the punch by (−twist·y,
+/// twist·x, tilt_x·y − tilt_y·x), z into the foundation. Forces and moments are those of the punch
+/// on the foundation, with the signs of [`Observables`](crate::outcome::Observables).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Step {
@@ -73,8 +74,8 @@ pub struct Step {
     /// Moment about the z axis \[N m\] instead of the twist.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub moment_z: Option<f64>,
-    /// Equal parts in which the step is taken, each solved after the one before: what is prescribed moves evenly from
-    /// its value at the end of the step before to its value here.
+    /// Equal parts in which the step is taken, each solved after the one before: what is prescribed
+    /// moves evenly from its value at the end of the step before to its value here.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub increments: u32,
 }
@@ -101,8 +102,8 @@ impl Default for Step {
 }
 
 impl Step {
-    /// Names of the rigid degrees of freedom in the order approach, shift x, y, tilt x, y, twist: as a motion and as the
-    /// force that is its work-conjugate.
+    /// Names of the rigid degrees of freedom in the order approach, shift x, y, tilt x, y, twist:
+    /// as a motion and as the force that is its work-conjugate.
     pub const NAMES: [[&'static str; 2]; 6] = [
         ["approach", "normal_force"],
         ["shift_x", "force_x"],
@@ -112,7 +113,8 @@ impl Step {
         ["twist", "moment_z"],
     ];
 
-    /// What the step says about each degree of freedom, as a motion and as a force, in the order of [`Step::NAMES`].
+    /// What the step says about each degree of freedom, as a motion and as a force, in the order of
+    /// [`Step::NAMES`].
     pub fn given(&self) -> [[Option<f64>; 2]; 6] {
         [
             [self.approach, self.normal_force],
@@ -173,18 +175,30 @@ impl Loading {
                     }
                 }
                 if let [Some(_), Some(value)] = given {
-                    return Err(refuse(&at(force), value, &format!("cannot stand beside `{motion}`: give one of the two")));
+                    return Err(refuse(
+                        &at(force),
+                        value,
+                        &format!("cannot stand beside `{motion}`: give one of the two"),
+                    ));
                 }
             }
             if let Some(force) = step.normal_force {
                 positive(&format!("loading.steps[{i}].normal_force"), force)?;
             }
             if step.increments == 0 {
-                return Err(refuse(&format!("loading.steps[{i}].increments"), 0, "must be at least 1"));
+                return Err(refuse(
+                    &format!("loading.steps[{i}].increments"),
+                    0,
+                    "must be at least 1",
+                ));
             }
         }
         if first.approach.is_none() && first.normal_force.is_none() {
-            return Err(refuse("loading.steps[0].approach", "missing", "the first step needs `approach` or `normal_force`"));
+            return Err(refuse(
+                "loading.steps[0].approach",
+                "missing",
+                "the first step needs `approach` or `normal_force`",
+            ));
         }
         if self.cycles == 0 {
             return Err(refuse("loading.cycles", 0, "must be at least 1"));
@@ -192,30 +206,47 @@ impl Loading {
         match self.cycle_from {
             Some(from) if from as usize >= steps.len() => {
                 let last = steps.len() - 1;
-                return Err(refuse("loading.cycle_from", from, &format!("must be the index of a step, 0 to {last}")));
+                return Err(refuse(
+                    "loading.cycle_from",
+                    from,
+                    &format!("must be the index of a step, 0 to {last}"),
+                ));
             }
             None if self.cycles > 1 => {
-                return Err(refuse("loading.cycles", self.cycles, "needs `cycle_from`, the index of the step with which a cycle begins"));
+                return Err(refuse(
+                    "loading.cycles",
+                    self.cycles,
+                    "needs `cycle_from`, the index of the step with which a cycle begins",
+                ));
             }
             _ => {}
         }
-        let count = |steps: &[Step]| steps.iter().map(|step| u64::from(step.increments)).sum::<u64>();
-        let (lead, cycle) = steps.split_at(self.cycle_from.map_or(steps.len(), |from| from as usize));
+        let count =
+            |steps: &[Step]| steps.iter().map(|step| u64::from(step.increments)).sum::<u64>();
+        let (lead, cycle) =
+            steps.split_at(self.cycle_from.map_or(steps.len(), |from| from as usize));
         let total = count(lead).saturating_add(count(cycle).saturating_mul(u64::from(self.cycles)));
         if total > u64::from(Self::MAX_INCREMENTS) {
-            return Err(refuse("loading.steps", format!("{total} increments in all"), "must be at most 1000"));
+            return Err(refuse(
+                "loading.steps",
+                format!("{total} increments in all"),
+                "must be at most 1000",
+            ));
         }
         Ok(())
     }
 }
 
 impl Loading {
-    /// The path, with every degree of freedom that a step does not mention under the control of the step before.
+    /// The path, with every degree of freedom that a step does not mention under the control of the
+    /// step before.
     pub fn legs(&self) -> Vec<Leg> {
         let mut target = [Control::Motion(0.0); 6];
-        let from = self.cycle_from.map_or(self.steps.len(), |from| from as usize).min(self.steps.len());
+        let from =
+            self.cycle_from.map_or(self.steps.len(), |from| from as usize).min(self.steps.len());
         let lead = (0..from).map(|step| (step, 0));
-        let cycles = (1..=self.cycles).flat_map(|cycle| (from..self.steps.len()).map(move |step| (step, cycle)));
+        let cycles = (1..=self.cycles)
+            .flat_map(|cycle| (from..self.steps.len()).map(move |step| (step, cycle)));
         lead.chain(cycles)
             .map(|(index, cycle)| {
                 let step = &self.steps[index];
@@ -225,16 +256,19 @@ impl Loading {
             .collect()
     }
 
-    /// The same path without what goes without saying: controls that repeat the step before, and −0.
+    /// The same path without what goes without saying: controls that repeat the step before, and
+    /// −0.
     pub fn normalised(&self) -> Self {
         let mut before = [Control::Motion(0.0); 6];
         let mut loading = self.clone();
         for (index, step) in loading.steps.iter_mut().enumerate() {
             let after = step.from(before);
             // what a step of a cycle repeats the first time it may change the second time
-            let is_once = self.cycles == 1 || self.cycle_from.is_none_or(|from| index < from as usize);
+            let is_once =
+                self.cycles == 1 || self.cycle_from.is_none_or(|from| index < from as usize);
             for (which, given) in step.given_mut().into_iter().enumerate() {
-                let says_nothing = is_once && after[which] == before[which] && !(index == 0 && which == 0);
+                let says_nothing =
+                    is_once && after[which] == before[which] && !(index == 0 && which == 0);
                 for value in given {
                     match value {
                         Some(_) if says_nothing => *value = None,
@@ -275,8 +309,8 @@ impl Step {
 }
 
 impl Leg {
-    /// What is asked of the `part`-th of its increments, counted from 1, when the step before left the punch at `motion` with
-    /// these `resultants`: everything moves evenly from where it is.
+    /// What is asked of the `part`-th of its increments, counted from 1, when the step before left
+    /// the punch at `motion` with these `resultants`: everything moves evenly from where it is.
     pub fn increment(&self, part: u32, motion: &Motion, resultants: &[f64; 6]) -> [Control; 6] {
         let mut controls = self.target;
         if part >= self.increments {
@@ -295,8 +329,8 @@ impl Leg {
     }
 }
 
-/// Displacement of the punch at (x, y) under unit motion of each degree of freedom, as \[component n, x, y\]\[degree of freedom\]. Its
-/// transpose sums tractions to resultants.
+/// Displacement of the punch at (x, y) under unit motion of each degree of freedom, as \[component
+/// n, x, y\]\[degree of freedom\]. Its transpose sums tractions to resultants.
 pub(crate) fn rigid_modes(x: f64, y: f64) -> [[f64; 6]; 3] {
     [[1.0, 0.0, 0.0, y, -x, 0.0], [0.0, 1.0, 0.0, 0.0, 0.0, -y], [0.0, 0.0, 1.0, 0.0, 0.0, x]]
 }
@@ -310,20 +344,31 @@ mod tests {
         let press = Step { normal_force: Some(10.0), ..Step::default() };
         let pull = Step { force_x: Some(2.0), increments: 4, ..Step::default() };
         let hold = Step { shift_x: Some(1e-6), approach: Some(1e-5), ..Step::default() };
-        let legs = Loading { steps: vec![press, pull, hold], cycle_from: Some(1), cycles: 2 }.legs();
+        let legs =
+            Loading { steps: vec![press, pull, hold], cycle_from: Some(1), cycles: 2 }.legs();
         let order: Vec<_> = legs.iter().map(|leg| (leg.step, leg.cycle)).collect();
         assert_eq!(order, [(0, 0), (1, 1), (2, 1), (1, 2), (2, 2)]);
         assert_eq!(legs[1].target[..2], [Control::Force(10.0), Control::Force(2.0)]);
         assert_eq!(legs[2].target[..2], [Control::Motion(1e-5), Control::Motion(1e-6)]);
-        assert_eq!(legs[3].target[..2], [Control::Motion(1e-5), Control::Force(2.0)], "the second cycle begins where the first ended");
+        assert_eq!(
+            legs[3].target[..2],
+            [Control::Motion(1e-5), Control::Force(2.0)],
+            "the second cycle begins where the first ended"
+        );
         let halfway = legs[1].increment(2, &Motion::default(), &[8.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
         assert_eq!(halfway[..3], [Control::Force(9.0), Control::Force(1.5), Control::Motion(0.0)]);
-        assert_eq!(legs[1].increment(4, &Motion::default(), &[8.0, 0.3, 0.0, 0.0, 0.0, 0.0]), legs[1].target);
+        assert_eq!(
+            legs[1].increment(4, &Motion::default(), &[8.0, 0.3, 0.0, 0.0, 0.0, 0.0]),
+            legs[1].target
+        );
     }
 
     #[test]
     fn paths_that_are_the_same_become_equal() {
-        let short = Loading::path(vec![Step { approach: Some(1.0), ..Step::default() }, Step { force_x: Some(2.0), ..Step::default() }]);
+        let short = Loading::path(vec![
+            Step { approach: Some(1.0), ..Step::default() },
+            Step { force_x: Some(2.0), ..Step::default() },
+        ]);
         let wordy = Loading::path(vec![
             Step { approach: Some(1.0), shift_y: Some(-0.0), ..Step::default() },
             Step { approach: Some(1.0), shift_y: Some(0.0), force_x: Some(2.0), ..Step::default() },
@@ -331,7 +376,11 @@ mod tests {
         assert_eq!(wordy.normalised(), short);
         assert_eq!(short.legs(), wordy.legs());
         let cycle = Loading {
-            steps: vec![short.steps[0], Step { shift_x: Some(0.0), ..Step::default() }, short.steps[1]],
+            steps: vec![
+                short.steps[0],
+                Step { shift_x: Some(0.0), ..Step::default() },
+                short.steps[1],
+            ],
             cycle_from: Some(1),
             cycles: 2,
         };

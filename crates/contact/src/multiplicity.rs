@@ -1,28 +1,34 @@
-//! How many solutions a contact problem has: many starting points, every candidate certified, the solutions told apart.
+//! How many solutions a contact problem has: many starting points, every candidate certified, the
+//! solutions told apart.
 //!
-//! The search takes the last increment of a loading path. What comes before it is followed as [`crate::solve`] would, with every
-//! effect simulated, and fixes the tangential right-hand side f_t = shift + (A p)_t; what other histories could have led to is
-//! not looked at. Mirror planes and reductions are off throughout, for solutions of a symmetric scene need not be symmetric.
+//! The search takes the last increment of a loading path. What comes before it is followed as
+//! [`crate::solve`] would, with every effect simulated, and fixes the tangential right-hand side
+//! f_t = shift + (A p)_t; what other histories could have led to is not looked at. Mirror planes
+//! and reductions are off throughout, for solutions of a symmetric scene need not be symmetric.
 //!
-//! **Starts.** Nothing; the end of the increment before; a half ellipsoid of pressure; all sole sticking; all of it slipping, in eight
-//! directions; then [`Search::starts`] random ones: tractions inside the friction cone, and patterns of open, sticking and slipping
-//! elements (independent, or in the regions between random lines) whose linear equations are solved exactly. From each both a
-//! semismooth Newton method without globalisation, which can end at any solution, and Alexandrov's Seidel iteration, which ends at
-//! those that attract it. The friction coefficient is followed down from a large value and up from zero. Every solution found is
-//! a source of more: its images under the symmetries of the grid, disturbed tractions, loops of μ, mixtures with earlier solutions,
-//! and Newton's method deflated by what is known (Farrell, Birkisson and Funke 2015, doi:10.1137/140984798), which cannot converge to
-//! it again.
+//! **Starts.** Nothing; the end of the increment before; a half ellipsoid of pressure; all sole
+//! sticking; all of it slipping, in eight directions; then [`Search::starts`] random ones:
+//! tractions inside the friction cone, and patterns of open, sticking and slipping elements
+//! (independent, or in the regions between random lines) whose linear equations are solved exactly.
+//! From each both a semismooth Newton method without globalisation, which can end at any solution,
+//! and Alexandrov's Seidel iteration, which ends at those that attract it. The friction coefficient
+//! is followed down from a large value and up from zero. Every solution found is a source of more:
+//! its images under the symmetries of the grid, disturbed tractions, loops of μ, mixtures with
+//! earlier solutions, and Newton's method deflated by what is known (Farrell, Birkisson and Funke
+//! 2015, doi:10.1137/140984798), which cannot converge to it again.
 //!
-//! **Same or different.** A candidate is polished by Newton's method until its relative natural-map residual is 1e-12 or
-//! rounding stops it, and must meet the certificate. F(p) = p − G(p − E(εp + Ap − f)) linearised there, with Jacobian J,
-//! bounds to first order what is left: [`Solution::error`] = ‖J⁻¹F‖/‖p‖. Two candidates are different solutions when the
-//! relative L₂ distance of their tractions exceeds 1e-5, and 100 times both errors. The first figure is what a residual of 1e-12 becomes
-//! under a condition of 10⁷.
+//! **Same or different.** A candidate is polished by Newton's method until its relative natural-map
+//! residual is 1e-12 or rounding stops it, and must meet the certificate. F(p) = p − G(p − E(εp +
+//! Ap − f)) linearised there, with Jacobian J, bounds to first order what is left:
+//! [`Solution::error`] = ‖J⁻¹F‖/‖p‖. Two candidates are different solutions when the relative L₂
+//! distance of their tractions exceeds 1e-5, and 100 times both errors. The first figure is what a
+//! residual of 1e-12 becomes under a condition of 10⁷.
 //!
-//! **Is one missing?** For a solution, p·(εp + Ap − f) ≤ 0, which bounds it for every μ when A is positive definite; so the degree of F
-//! does not change with μ. At μ = 0 it is that of the one solution there, 1. Hence the [indices](Solution::index) sign det J of all
-//! solutions, if none is singular, add up to 1: their number is odd, and a [sum](Multiplicity::index_sum) other than 1 says
-//! that one was missed. A sum of 1 does not say that none was.
+//! **Is one missing?** For a solution, p·(εp + Ap − f) ≤ 0, which bounds it for every μ when A is
+//! positive definite; so the degree of F does not change with μ. At μ = 0 it is that of the one
+//! solution there, 1. Hence the [indices](Solution::index) sign det J of all solutions, if none is
+//! singular, add up to 1: their number is odd, and a [sum](Multiplicity::index_sum) other than 1
+//! says that one was missed. A sum of 1 does not say that none was.
 
 use serde::{Deserialize, Serialize};
 
@@ -48,11 +54,13 @@ use seeker::Seeker;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Search {
-    /// Random starts, beside those that are always tried, at most [`MOST_STARTS`](Self::MOST_STARTS); up to four times as many while the
-    /// solutions' indices do not add up.
+    /// Random starts, beside those that are always tried, at most
+    /// [`MOST_STARTS`](Self::MOST_STARTS); up to four times as many while the solutions' indices do
+    /// not add up.
     #[serde(default = "Search::default_starts")]
     pub starts: u32,
-    /// Seed of the random starts; the same seed, the same starts, and more starts keep the first ones.
+    /// Seed of the random starts; the same seed, the same starts, and more starts keep the first
+    /// ones.
     #[serde(default)]
     pub seed: u64,
 }
@@ -81,17 +89,20 @@ impl Default for Search {
 /// What a search found. Plain and deterministic: same scene, numerics and search, same bytes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Multiplicity {
-    /// Failed if the path could not be followed to the last increment, or no start led to a certified solution.
+    /// Failed if the path could not be followed to the last increment, or no start led to a
+    /// certified solution.
     pub status: Status,
     /// The increments before the one searched; the last one is where the path failed, if it did.
     pub before: Vec<StepOutcome>,
-    /// The distinct certified solutions, in the order in which they were found; at most [`Multiplicity::MOST_SOLUTIONS`].
+    /// The distinct certified solutions, in the order in which they were found; at most
+    /// [`Multiplicity::MOST_SOLUTIONS`].
     pub solutions: Vec<Solution>,
     /// Starts tried, one for each method.
     pub starts: u64,
     /// Those that led to no certified solution.
     pub failed: u64,
-    /// Those that led to certified solutions beyond the ones kept; above 0 the solutions are likely a continuum.
+    /// Those that led to certified solutions beyond the ones kept; above 0 the solutions are likely
+    /// a continuum.
     pub beyond: u64,
     /// Sum of the solutions' indices: 1 if none is missing; `None` where one has no index.
     pub index_sum: Option<i64>,
@@ -134,12 +145,15 @@ pub struct Solution {
     pub method: Method,
     /// Starts that led to it.
     pub reached: u64,
-    /// Relative distance ‖J⁻¹F‖/‖p‖ from the exact solution, to first order; infinite where J is singular.
+    /// Relative distance ‖J⁻¹F‖/‖p‖ from the exact solution, to first order; infinite where J is
+    /// singular.
     pub error: f64,
-    /// sign det J, 0 where J is singular to rounding or an element is between two states; `None` where a force governs a motion, or in
-    /// the midpoint projection, for then the indices need not add up to 1.
+    /// sign det J, 0 where J is singular to rounding or an element is between two states; `None`
+    /// where a force governs a motion, or in the midpoint projection, for then the indices need not
+    /// add up to 1.
     pub index: Option<i64>,
-    /// L₂ distance of its tractions to those of every solution, this one too, over the larger of the two norms.
+    /// L₂ distance of its tractions to those of every solution, this one too, over the larger of
+    /// the two norms.
     pub distances: Vec<f64>,
     /// Its fields.
     pub fields: Fields,
@@ -180,8 +194,9 @@ pub enum Origin {
     Between([u32; 2]),
 }
 
-/// Searches for solutions of the last increment of a scene's path. Refuses what [`crate::solve`] refuses, and more than
-/// [`Multiplicity::MOST_ELEMENTS`] elements. Certificates must meet the tolerance asked for, and 1e-10.
+/// Searches for solutions of the last increment of a scene's path. Refuses what [`crate::solve`]
+/// refuses, and more than [`Multiplicity::MOST_ELEMENTS`] elements. Certificates must meet the
+/// tolerance asked for, and 1e-10.
 pub fn search(
     scene: &Scene,
     numerics: &Numerics,
@@ -199,8 +214,9 @@ pub fn search(
     Ok(seeker.conclude())
 }
 
-/// The same for one increment with any past: the right-hand side is what `problem` [remembers](Problem::remember) and the motions that
-/// `asked` \[SI\] prescribes. Of `numerics` only the tolerance and the iterations count.
+/// The same for one increment with any past: the right-hand side is what `problem`
+/// [remembers](Problem::remember) and the motions that `asked` \[SI\] prescribes. Of `numerics`
+/// only the tolerance and the iterations count.
 ///
 /// # Panics
 /// If the problem is a [reduced](Problem::reduced) one.
@@ -211,7 +227,10 @@ pub fn search_from(
     operators: &mut Operators,
     search: &Search,
 ) -> Result<Multiplicity, SceneError> {
-    assert!(problem.components == Components::ALL && problem.mirror == Mirror::NONE, "a search needs the full problem");
+    assert!(
+        problem.components == Components::ALL && problem.mirror == Mirror::NONE,
+        "a search needs the full problem"
+    );
     let nothing = Start { p: vec![0.0; problem.f.len()], motion: [0.0; 6] };
     let mut seeker = Seeker::new(problem, numerics, operators)?;
     seeker.asked = *asked;

@@ -1,10 +1,13 @@
-//! Norms of tractions that are constant on the elements of uniform grids, and distances between those of different grids.
+//! Norms of tractions that are constant on the elements of uniform grids, and distances between
+//! those of different grids.
 //!
-//! Two grids have a common refinement: along x and along y the pieces between neighbouring edges of either. On it both fields are
-//! constant, so every integral here is a sum without a discretisation error, at the cost of about the elements of both grids
-//! together. Outside its grid a field is zero. The grids may lie anywhere and cover different rectangles.
+//! Two grids have a common refinement: along x and along y the pieces between neighbouring edges of
+//! either. On it both fields are constant, so every integral here is a sum without a discretisation
+//! error, at the cost of about the elements of both grids together. Outside its grid a field is
+//! zero. The grids may lie anywhere and cover different rectangles.
 //!
-//! Edges that differ by rounding only are one edge: otherwise the slivers between them would make equal fields √(1e-16) apart.
+//! Edges that differ by rounding only are one edge: otherwise the slivers between them would make
+//! equal fields √(1e-16) apart.
 
 use crate::grid::Grid;
 use crate::loading::rigid_modes;
@@ -33,7 +36,10 @@ impl Norm {
     /// This one in units of `reference`.
     pub fn over(self, reference: Norm) -> Relative {
         let ratio = |own: f64, unit: f64| (unit > 0.0).then(|| own / unit);
-        Relative { pressure: ratio(self.pressure, reference.pressure), traction: ratio(self.traction, reference.traction) }
+        Relative {
+            pressure: ratio(self.pressure, reference.pressure),
+            traction: ratio(self.traction, reference.traction),
+        }
     }
 }
 
@@ -42,13 +48,18 @@ pub fn norm(fields: &Fields) -> Option<Norm> {
     distance(fields, &Fields::default())
 }
 
-/// The norms of the difference of two solutions, each on its own grid; `None` for fields that have not one value for each element
-/// of a grid. A metric: symmetric, 0 for equal fields, and no longer than a way round.
+/// The norms of the difference of two solutions, each on its own grid; `None` for fields that have
+/// not one value for each element of a grid. A metric: symmetric, 0 for equal fields, and no longer
+/// than a way round.
 pub fn distance(a: &Fields, b: &Fields) -> Option<Norm> {
     let pieces = Refinement::of(&Sides::of(a)?, &Sides::of(b)?);
     let largest = |fields: &Fields| {
         let of_band = |values: &[f64]| values.iter().fold(0.0, |most: f64, p| most.max(p.abs()));
-        let of_block = |values: &[f64]| parallel::bands(values.len(), |band| of_band(&values[band])).into_iter().fold(0.0, f64::max);
+        let of_block = |values: &[f64]| {
+            parallel::bands(values.len(), |band| of_band(&values[band]))
+                .into_iter()
+                .fold(0.0, f64::max)
+        };
         blocks(fields).into_iter().map(of_block).fold(0.0, f64::max)
     };
     let unit = largest(a).max(largest(b));
@@ -57,20 +68,28 @@ pub fn distance(a: &Fields, b: &Fields) -> Option<Norm> {
     }
     let (values, others) = (blocks(a), blocks(b));
     let mut rows = vec![[0.0; 3]; pieces.y.len()];
-    parallel::each(pieces.x.len() * pieces.y.len(), rows.iter_mut().zip(&pieces.y).collect(), |(row, y)| {
-        for x in &pieces.x {
-            let own = at(x.first, y.first, a.shape);
-            let other = at(x.second, y.second, b.shape);
-            for (sum, (p, q)) in row.iter_mut().zip(values.iter().zip(&others)) {
-                // squares of tractions in Pa leave the range of doubles before the tractions do
-                let difference = own.map_or(0.0, |e| p[e] / unit) - other.map_or(0.0, |e| q[e] / unit);
-                *sum += difference * difference * x.length;
+    parallel::each(
+        pieces.x.len() * pieces.y.len(),
+        rows.iter_mut().zip(&pieces.y).collect(),
+        |(row, y)| {
+            for x in &pieces.x {
+                let own = at(x.first, y.first, a.shape);
+                let other = at(x.second, y.second, b.shape);
+                for (sum, (p, q)) in row.iter_mut().zip(values.iter().zip(&others)) {
+                    // squares of tractions in Pa leave the range of doubles before the tractions do
+                    let difference =
+                        own.map_or(0.0, |e| p[e] / unit) - other.map_or(0.0, |e| q[e] / unit);
+                    *sum += difference * difference * x.length;
+                }
             }
-        }
-        row.iter_mut().for_each(|sum| *sum *= y.length);
-    });
+            row.iter_mut().for_each(|sum| *sum *= y.length);
+        },
+    );
     let squares = [0, 1, 2].map(|c| rows.iter().map(|row| row[c]).sum::<f64>());
-    Some(Norm { pressure: unit * squares[0].sqrt(), traction: unit * (squares[1] + squares[2]).sqrt() })
+    Some(Norm {
+        pressure: unit * squares[0].sqrt(),
+        traction: unit * (squares[1] + squares[2]).sqrt(),
+    })
 }
 
 /// The distance of a solution from a reference, in the reference's norm.
@@ -78,8 +97,9 @@ pub fn relative_distance(fields: &Fields, reference: &Fields) -> Option<Relative
     Some(distance(fields, reference)?.over(norm(reference)?))
 }
 
-/// The local means of a solution's tractions over the elements of `onto`, on that grid and without gap, slip and states. What
-/// converges weakly converges in every local mean, and for as many of them as there are elements the distance goes to 0.
+/// The local means of a solution's tractions over the elements of `onto`, on that grid and without
+/// gap, slip and states. What converges weakly converges in every local mean, and for as many of
+/// them as there are elements the distance goes to 0.
 pub fn local_means(fields: &Fields, onto: &Grid) -> Option<Fields> {
     let target = Fields {
         shape: [onto.nx() as u32, onto.ny() as u32],
@@ -87,12 +107,17 @@ pub fn local_means(fields: &Fields, onto: &Grid) -> Option<Fields> {
         element: [onto.hx(), onto.hy()],
         ..Fields::default()
     };
-    let pieces = Refinement::of(&Sides::of(fields)?, &Sides { shape: target.shape, origin: target.origin, element: target.element });
+    let pieces = Refinement::of(
+        &Sides::of(fields)?,
+        &Sides { shape: target.shape, origin: target.origin, element: target.element },
+    );
     let mean = |values: &[f64]| {
         let mut means = vec![0.0; onto.len()];
         for y in &pieces.y {
             for x in &pieces.x {
-                if let (Some(from), Some(to)) = (at(x.first, y.first, fields.shape), at(x.second, y.second, target.shape)) {
+                if let (Some(from), Some(to)) =
+                    (at(x.first, y.first, fields.shape), at(x.second, y.second, target.shape))
+                {
                     means[to] += values[from] * ((x.length / onto.hx()) * (y.length / onto.hy()));
                 }
             }
@@ -103,25 +128,31 @@ pub fn local_means(fields: &Fields, onto: &Grid) -> Option<Fields> {
     Some(Fields { pressure, traction_x, traction_y, ..target })
 }
 
-/// The distance of the local means of a solution from those of a reference, over nx × ny equal parts of the reference's grid, in
-/// the norm of the reference's means. A weak measure: for a fixed number of parts it goes to 0 whenever the solution converges
-/// weakly. `None` also where there are no parts.
-pub fn relative_local_distance(fields: &Fields, reference: &Fields, count: [usize; 2]) -> Option<Relative> {
+/// The distance of the local means of a solution from those of a reference, over nx × ny equal
+/// parts of the reference's grid, in the norm of the reference's means. A weak measure: for a fixed
+/// number of parts it goes to 0 whenever the solution converges weakly. `None` also where there are
+/// no parts.
+pub fn relative_local_distance(
+    fields: &Fields,
+    reference: &Fields,
+    count: [usize; 2],
+) -> Option<Relative> {
     let parts = parts(reference, count)?;
     relative_distance(&local_means(fields, &parts)?, &local_means(reference, &parts)?)
 }
 
 /// The rectangle that fields lie on, in nx × ny equal parts.
 pub fn parts(fields: &Fields, [nx, ny]: [usize; 2]) -> Option<Grid> {
-    let [width_x, width_y] = [0, 1].map(|axis| f64::from(fields.shape[axis]) * fields.element[axis]);
+    let [width_x, width_y] =
+        [0, 1].map(|axis| f64::from(fields.shape[axis]) * fields.element[axis]);
     let size = [width_x / nx as f64, width_y / ny as f64];
     let origin = [0, 1].map(|axis| fields.origin[axis] + 0.5 * (size[axis] - fields.element[axis]));
     Grid::new(nx, ny, size[0], size[1], origin).ok()
 }
 
-/// Forces and moments of the punch on the foundation \[N, N m\], summed from the fields, in the order of
-/// [`Step::NAMES`](crate::loading::Step::NAMES); `None` for fields that have not one value for each element of a grid. Continuous in
-/// the weak topology.
+/// Forces and moments of the punch on the foundation \[N, N m\], summed from the fields, in the
+/// order of [`Step::NAMES`](crate::loading::Step::NAMES); `None` for fields that have not one value
+/// for each element of a grid. Continuous in the weak topology.
 pub fn resultants(fields: &Fields) -> Option<[f64; 6]> {
     Sides::of(fields)?;
     let [nx, area] = [fields.shape[0] as f64, fields.element[0] * fields.element[1]];
@@ -129,7 +160,10 @@ pub fn resultants(fields: &Fields) -> Option<[f64; 6]> {
     let mut sums = [0.0; 6];
     for e in 0..fields.pressure.len() {
         let (j, i) = ((e as f64 / nx).floor(), e % fields.shape[0] as usize);
-        let modes = rigid_modes(fields.origin[0] + i as f64 * fields.element[0], fields.origin[1] + j * fields.element[1]);
+        let modes = rigid_modes(
+            fields.origin[0] + i as f64 * fields.element[0],
+            fields.origin[1] + j * fields.element[1],
+        );
         for (modes, values) in modes.iter().zip(&tractions) {
             for (sum, mode) in sums.iter_mut().zip(modes) {
                 *sum += mode * values[e] * area;
@@ -159,8 +193,11 @@ impl Sides {
     /// The grid of these fields, if they have a value for each of its elements.
     fn of(fields: &Fields) -> Option<Self> {
         let elements = fields.shape[0] as usize * fields.shape[1] as usize;
-        let is_placed = fields.origin.iter().all(|x| x.is_finite()) && fields.element.iter().all(|h| h.is_finite() && *h > 0.0);
-        if blocks(fields).iter().any(|block| block.len() != elements) || (elements > 0 && !is_placed) {
+        let is_placed = fields.origin.iter().all(|x| x.is_finite())
+            && fields.element.iter().all(|h| h.is_finite() && *h > 0.0);
+        if blocks(fields).iter().any(|block| block.len() != elements)
+            || (elements > 0 && !is_placed)
+        {
             return None;
         }
         let shape = if elements == 0 { [0; 2] } else { fields.shape };
@@ -201,7 +238,8 @@ fn refine(a: &[f64], b: &[f64]) -> Vec<Piece> {
     let farthest = a.iter().chain(b).fold(0.0, |most: f64, x| most.max(x.abs()));
     // an edge is a sum of two products of rounded lengths in another unit
     let slack = 32.0 * f64::EPSILON * farthest;
-    let inside = |passed: usize, edges: &[f64]| (1..edges.len()).contains(&passed).then(|| passed - 1);
+    let inside =
+        |passed: usize, edges: &[f64]| (1..edges.len()).contains(&passed).then(|| passed - 1);
     let mut pieces = Vec::with_capacity(a.len() + b.len());
     let (mut i, mut j) = (0, 0);
     let mut last = f64::NEG_INFINITY;
@@ -256,7 +294,13 @@ mod tests {
     #[test]
     fn tractions_beyond_the_range_of_squares_have_norms() {
         for p in [1e-300, 1e300] {
-            assert!((norm(&row(0.0, 1e-3, &[3.0 * p, 4.0 * p])).unwrap().pressure / (5.0 * p * 1e-3_f64.sqrt()) - 1.0).abs() < 1e-14);
+            assert!(
+                (norm(&row(0.0, 1e-3, &[3.0 * p, 4.0 * p])).unwrap().pressure
+                    / (5.0 * p * 1e-3_f64.sqrt())
+                    - 1.0)
+                    .abs()
+                    < 1e-14
+            );
         }
     }
 
@@ -284,6 +328,9 @@ mod tests {
         assert_eq!(distance(&row(0.0, f64::NAN, &[1.0]), &Fields::default()), None);
         assert_eq!(resultants(&row(0.0, 0.0, &[1.0])), None);
         assert_eq!(norm(&Fields::default()), Some(Norm::default()));
-        assert_eq!(relative_local_distance(&row(0.0, 1.0, &[1.0]), &row(0.0, 1.0, &[1.0]), [0, 1]), None);
+        assert_eq!(
+            relative_local_distance(&row(0.0, 1.0, &[1.0]), &row(0.0, 1.0, &[1.0]), [0, 1]),
+            None
+        );
     }
 }

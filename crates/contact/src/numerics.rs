@@ -1,4 +1,5 @@
-//! How a scene is discretised and solved. Nothing in here changes what is being asked, only how exactly it is answered.
+//! How a scene is discretised and solved. Nothing in here changes what is being asked, only how
+//! exactly it is answered.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +7,8 @@ use crate::effect::Effect;
 use crate::loading::{Control, Loading};
 use crate::scene::{SceneError, is_zero, positive, refuse};
 
-/// How a scene is discretised and solved. Nothing in here changes what is being asked, only how exactly it is answered.
+/// How a scene is discretised and solved. Nothing in here changes what is being asked, only how
+/// exactly it is answered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Numerics {
@@ -15,11 +17,12 @@ pub struct Numerics {
     /// How the continuous operator becomes a matrix.
     #[serde(default)]
     pub projection: Projection,
-    /// Regularisation ε ≥ 0 of equation (3), dimensionless: the operator gets ε·c·ℓ·I, with c the bodies' summed
-    /// (1−ν)/G and ℓ half the diameter of Ω.
+    /// Regularisation ε ≥ 0 of equation (3), dimensionless: the operator gets ε·c·ℓ·I, with c the
+    /// bodies' summed (1−ν)/G and ℓ half the diameter of Ω.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub epsilon: f64,
-    /// A-priori ceiling u > 0 on the pressure \[Pa\] in equation (3); `None` is no ceiling, equation (1).
+    /// A-priori ceiling u > 0 on the pressure \[Pa\] in equation (3); `None` is no ceiling,
+    /// equation (1).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ceiling: Option<f64>,
     /// The solver.
@@ -77,20 +80,29 @@ pub enum Method {
     Auto,
     /// Alexandrov's nonlinear Seidel iteration, the reference.
     Seidel,
-    /// Semismooth Newton from coarse grids to fine ones, with Seidel sweeps where it does not converge.
+    /// Semismooth Newton from coarse grids to fine ones, with Seidel sweeps where it does not
+    /// converge.
     Newton,
 }
 
 impl Method {
-    /// The method that solves a problem of this many elements under these loads, and why: itself, unless it is left to the scene.
+    /// The method that solves a problem of this many elements under these loads, and why: itself,
+    /// unless it is left to the scene.
     pub fn chosen(self, loading: &Loading, elements: [usize; 2]) -> (Method, &'static str) {
         let legs = loading.legs();
-        let prescribed = || legs.iter().flat_map(|leg| leg.target).all(|control| matches!(control, Control::Motion(_)));
+        let prescribed = || {
+            legs.iter()
+                .flat_map(|leg| leg.target)
+                .all(|control| matches!(control, Control::Motion(_)))
+        };
         match self {
-            Method::Auto if elements[0] * elements[1] <= 36 && prescribed() => {
-                (Method::Seidel, "so few elements are swept through faster than a linear system is set up")
+            Method::Auto if elements[0] * elements[1] <= 36 && prescribed() => (
+                Method::Seidel,
+                "so few elements are swept through faster than a linear system is set up",
+            ),
+            Method::Auto if prescribed() => {
+                (Method::Newton, "its time grows little faster than the number of elements")
             }
-            Method::Auto if prescribed() => (Method::Newton, "its time grows little faster than the number of elements"),
             Method::Auto => (Method::Newton, "it has the forces' motions among its unknowns"),
             Method::Seidel | Method::Newton => (self, "asked for"),
         }
@@ -119,13 +131,22 @@ impl Numerics {
             positive("ceiling", ceiling)?;
         }
         if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
-            return Err(refuse("tolerance", self.tolerance, "must lie between 0 and 1, for example 1e-8"));
+            return Err(refuse(
+                "tolerance",
+                self.tolerance,
+                "must lie between 0 and 1, for example 1e-8",
+            ));
         }
         if self.max_iterations == 0 {
             return Err(refuse("max_iterations", 0, "must be at least 1"));
         }
-        if let Some(effect) = self.simulate.iter().find(|effect| !Effect::OPTIONAL.contains(effect)) {
-            return Err(refuse("simulate", effect.name(), "is simulated when the scene's own keys ask for it"));
+        if let Some(effect) = self.simulate.iter().find(|effect| !Effect::OPTIONAL.contains(effect))
+        {
+            return Err(refuse(
+                "simulate",
+                effect.name(),
+                "is simulated when the scene's own keys ask for it",
+            ));
         }
         Ok(())
     }

@@ -21,17 +21,29 @@ pub enum State {
     Slip = 3,
 }
 
-/// The state of every element, read off the natural map x = p − E v: an element in contact sticks when the projection
-/// onto its friction disk leaves x_t as it is. `w` = A p − f, `diagonal` those of A. Without friction everything in contact slips.
-pub fn states(problem: &Problem, p: &[f64], w: &[f64], diagonal: impl Into<Diagonals>) -> Vec<State> {
+/// The state of every element, read off the natural map x = p − E v: an element in contact sticks
+/// when the projection onto its friction disk leaves x_t as it is. `w` = A p − f, `diagonal` those
+/// of A. Without friction everything in contact slips.
+pub fn states(
+    problem: &Problem,
+    p: &[f64],
+    w: &[f64],
+    diagonal: impl Into<Diagonals>,
+) -> Vec<State> {
     let diagonal = diagonal.into();
     let k = problem.grid.len();
     let mut states = vec![State::Outside; k];
     parallel::rows(&mut states, problem.grid.nx(), |j, row| {
         let first = problem.grid.index(0, j);
-        for (i, state) in row.iter_mut().enumerate().filter(|(i, _)| problem.grid.is_active(first + i)) {
+        for (i, state) in
+            row.iter_mut().enumerate().filter(|(i, _)| problem.grid.is_active(first + i))
+        {
             let e = first + i;
-            let x = problem.trial([p[e], p[k + e], p[2 * k + e]], [w[e], w[k + e], w[2 * k + e]], diagonal);
+            let x = problem.trial(
+                [p[e], p[k + e], p[2 * k + e]],
+                [w[e], w[k + e], w[2 * k + e]],
+                diagonal,
+            );
             *state = if p[e] <= 0.0 {
                 State::Open
             } else if x[1].hypot(x[2]) < problem.mu * h_u(x[0], problem.ceiling) {
@@ -56,7 +68,10 @@ pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) ->
         mesh_y: grid.ny() as u64,
         element_x: grid.hx() * length,
         element_y: grid.hy() * length,
-        patches: patches([grid.nx(), grid.ny()], |e| matches!(states[e], State::Stick | State::Slip)).len() as u64,
+        patches: patches([grid.nx(), grid.ny()], |e| {
+            matches!(states[e], State::Stick | State::Slip)
+        })
+        .len() as u64,
         sole_area: grid.active_len() as f64 * area,
         ..Observables::default()
     };
@@ -65,9 +80,11 @@ pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) ->
         let mut o = Observables::default();
         for e in grid.active_in(band) {
             let [pn, px, py] = [p[e], p[k + e], p[2 * k + e]];
-            o.energy += (0..3).map(|c| p[c * k + e] * (w[c * k + e] + problem.f[c * k + e])).sum::<f64>();
+            o.energy +=
+                (0..3).map(|c| p[c * k + e] * (w[c * k + e] + problem.f[c * k + e])).sum::<f64>();
             if states[e] == State::Slip {
-                o.dissipation -= px * (problem.epsilon * px + w[k + e]) + py * (problem.epsilon * py + w[2 * k + e]);
+                o.dissipation -= px * (problem.epsilon * px + w[k + e])
+                    + py * (problem.epsilon * py + w[2 * k + e]);
             }
             o.largest_gap = o.largest_gap.max(w[e]);
             o.peak_pressure = o.peak_pressure.max(pn);
@@ -96,7 +113,8 @@ pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) ->
     let force = traction * area;
     let units = problem.scale.forces();
     let resultants = problem.resultants(p);
-    [o.load, o.force_x, o.force_y, o.moment_x, o.moment_y, o.moment_z] = std::array::from_fn(|which| resultants[which] * units[which]);
+    [o.load, o.force_x, o.force_y, o.moment_x, o.moment_y, o.moment_z] =
+        std::array::from_fn(|which| resultants[which] * units[which]);
     o.contact_area = o.contact_elements as f64 * area;
     o.stick_area = o.stick_elements as f64 * area;
     o.slip_area = o.slip_elements as f64 * area;
@@ -108,8 +126,8 @@ pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) ->
     o
 }
 
-/// The regions of nx × ny elements in contact that do not touch each other, not even at a corner: the elements of each, in order,
-/// those with the smallest element first.
+/// The regions of nx × ny elements in contact that do not touch each other, not even at a corner:
+/// the elements of each, in order, those with the smallest element first.
 pub fn patches([nx, ny]: [usize; 2], in_contact: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
     let mut seen = vec![false; nx * ny];
     let mut patches = Vec::new();
@@ -149,7 +167,9 @@ pub fn fields(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) -> Fiel
         parallel::rows(&mut values, grid.nx(), |j, row| {
             let first = grid.index(0, j);
             let from = &field[c * k + first..][..row.len()];
-            for (_, (value, from)) in row.iter_mut().zip(from).enumerate().filter(|(i, _)| grid.is_active(first + i)) {
+            for (_, (value, from)) in
+                row.iter_mut().zip(from).enumerate().filter(|(i, _)| grid.is_active(first + i))
+            {
                 *value = from * unit;
             }
         });

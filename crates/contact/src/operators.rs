@@ -1,4 +1,5 @@
-//! Operators kept between solves: jobs of a sweep that share a grid and elastic ratios share their coefficients.
+//! Operators kept between solves: jobs of a sweep that share a grid and elastic ratios share their
+//! coefficients.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -9,7 +10,8 @@ use crate::influence::{Influence, InfluenceTable, Mirror, Scratch, Toeplitz, sui
 use crate::problem::{OperatorKey, Problem};
 use crate::solver::Circulant;
 
-/// The operator of a problem, for its components and on its side of mirror planes, with the coefficients it is made of.
+/// The operator of a problem, for its components and on its side of mirror planes, with the
+/// coefficients it is made of.
 #[derive(Clone)]
 pub struct Operator {
     /// Influence coefficients of every offset of the whole grid.
@@ -35,8 +37,8 @@ impl Window {
         Self { first: [0; 2], size: [grid.nx(), grid.ny()] }
     }
 
-    /// Around the elements from `bounds[0]` to `bounds[1]`, of a size that suits the transforms; all of the grid where there is little to
-    /// save. It begins where a mirror plane lies.
+    /// Around the elements from `bounds[0]` to `bounds[1]`, of a size that suits the transforms;
+    /// all of the grid where there is little to save. It begins where a mirror plane lies.
     pub(crate) fn around([low, high]: [[usize; 2]; 2], grid: &Grid, mirror: &Mirror) -> Self {
         let whole = Self::whole(grid);
         let mut window = whole;
@@ -44,19 +46,26 @@ impl Window {
             let first = if plane.is_some() { 0 } else { low[axis] };
             // one element more on each side, for contacts grow
             let needed = high[axis] + 1 - first;
-            let size = suitable_length(needed + if plane.is_some() { 1 } else { 2 }, plane.is_some());
+            let size =
+                suitable_length(needed + if plane.is_some() { 1 } else { 2 }, plane.is_some());
             if size < whole.size[axis] {
                 let before = if plane.is_some() { 0 } else { (size - needed) / 2 };
                 window.size[axis] = size;
                 window.first[axis] = first.saturating_sub(before).min(whole.size[axis] - size);
             }
         }
-        if 4 * window.len() > 3 * whole.len() || whole.len() < WORTH_A_WINDOW { whole } else { window }
+        if 4 * window.len() > 3 * whole.len() || whole.len() < WORTH_A_WINDOW {
+            whole
+        } else {
+            window
+        }
     }
 
     /// Whether the elements from `low` to `high` lie in it.
     pub(crate) fn holds(&self, [low, high]: [[usize; 2]; 2]) -> bool {
-        (0..2).all(|axis| self.first[axis] <= low[axis] && high[axis] < self.first[axis] + self.size[axis])
+        (0..2).all(|axis| {
+            self.first[axis] <= low[axis] && high[axis] < self.first[axis] + self.size[axis]
+        })
     }
 
     /// Number of elements.
@@ -69,12 +78,20 @@ impl Window {
         grid.index(self.first[0] + place % self.size[0], self.first[1] + place / self.size[0])
     }
 
-    /// The places of each row of each of `blocks` blocks of a field on the window and of one on the grid.
-    pub(crate) fn each_row(&self, grid: &Grid, blocks: usize, mut work: impl FnMut(Range<usize>, Range<usize>)) {
+    /// The places of each row of each of `blocks` blocks of a field on the window and of one on the
+    /// grid.
+    pub(crate) fn each_row(
+        &self,
+        grid: &Grid,
+        blocks: usize,
+        mut work: impl FnMut(Range<usize>, Range<usize>),
+    ) {
         for block in 0..blocks {
             for row in 0..self.size[1] {
-                let (at, from) =
-                    (block * self.len() + row * self.size[0], block * grid.len() + grid.index(self.first[0], self.first[1] + row));
+                let (at, from) = (
+                    block * self.len() + row * self.size[0],
+                    block * grid.len() + grid.index(self.first[0], self.first[1] + row),
+                );
                 work(at..at + self.size[0], from..from + self.size[0]);
             }
         }
@@ -90,8 +107,8 @@ impl Operator {
         self.influence.apply(out, p, scratch);
     }
 
-    /// The same operator on a window of so many elements, on which it knows no mask. Where there are mirror planes the window must
-    /// begin at them.
+    /// The same operator on a window of so many elements, on which it knows no mask. Where there
+    /// are mirror planes the window must begin at them.
     pub(crate) fn within(&self, size: [usize; 2], mirror: Mirror) -> Self {
         let components = self.influence.components();
         Self {
@@ -136,15 +153,23 @@ impl Operators {
             return operator;
         }
         let (components, mirror) = (problem.components, problem.mirror);
-        let has = |kept: &&Kept| kept.key.shares_table(&key) && kept.operator.table.components().includes(components);
+        let has = |kept: &&Kept| {
+            kept.key.shares_table(&key) && kept.operator.table.components().includes(components)
+        };
         let table = match self.kept.iter().find(has) {
             Some(kept) => Arc::clone(&kept.operator.table),
-            None => Arc::new(InfluenceTable::of(problem.whole_grid(), &problem.elasticity, problem.projection, components)),
+            None => Arc::new(InfluenceTable::of(
+                problem.whole_grid(),
+                &problem.elasticity,
+                problem.projection,
+                components,
+            )),
         };
         let toeplitz = Toeplitz::of(&table, components, mirror);
         let circulant = Circulant::of(&table, components, mirror);
         let bytes = toeplitz.bytes() + circulant.bytes();
-        let operator = Operator { table, influence: Arc::new(toeplitz), circulant: Arc::new(circulant) };
+        let operator =
+            Operator { table, influence: Arc::new(toeplitz), circulant: Arc::new(circulant) };
         self.kept.push(Kept { key, operator: operator.clone(), bytes });
         while self.bytes() > self.budget && self.kept.len() > 1 {
             self.kept.remove(0);
@@ -154,8 +179,11 @@ impl Operators {
 
     /// Memory of all that is kept, each table counted once.
     fn bytes(&self) -> usize {
-        let tables: BTreeMap<_, usize> =
-            self.kept.iter().map(|kept| (Arc::as_ptr(&kept.operator.table), kept.operator.table.bytes())).collect();
+        let tables: BTreeMap<_, usize> = self
+            .kept
+            .iter()
+            .map(|kept| (Arc::as_ptr(&kept.operator.table), kept.operator.table.bytes()))
+            .collect();
         self.kept.iter().map(|kept| kept.bytes).sum::<usize>() + tables.into_values().sum::<usize>()
     }
 }
@@ -181,28 +209,44 @@ mod tests {
         let bodies = HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.3 }, None);
         let grid = Grid::new(120, 96, 0.3, 0.4, [0.0; 2]).unwrap();
         let table = Arc::new(InfluenceTable::new(&grid, &bodies, Projection::Average));
-        for mirror in [Mirror::NONE, Mirror { x: Some(Symmetry::Antisymmetric), y: None }, Mirror { x: None, y: Some(Symmetry::Symmetric) }]
-        {
+        for mirror in [
+            Mirror::NONE,
+            Mirror { x: Some(Symmetry::Antisymmetric), y: None },
+            Mirror { x: None, y: Some(Symmetry::Symmetric) },
+        ] {
             for components in [Components::ALL, Components::NORMAL] {
                 let influence = Toeplitz::of(&table, components, mirror);
                 let grid = influence.grid().clone();
                 let circulant = Arc::new(Circulant::of(&table, components, mirror));
-                let operator = Operator { table: Arc::clone(&table), influence: Arc::new(influence), circulant };
+                let operator = Operator {
+                    table: Arc::clone(&table),
+                    influence: Arc::new(influence),
+                    circulant,
+                };
                 let window = Window::around([[9, 7], [30, 33]], &grid, &mirror);
-                assert!(window.holds([[9, 7], [30, 33]]) && 3 * window.len() < grid.len(), "{window:?}");
+                assert!(
+                    window.holds([[9, 7], [30, 33]]) && 3 * window.len() < grid.len(),
+                    "{window:?}"
+                );
                 assert!(mirror.x.is_none() || window.first[0] == 0);
                 let part = operator.within(window.size, mirror);
                 let blocks = components.len();
-                let tractions: Vec<f64> = (0..blocks * window.len()).map(|at| (1.7 * at as f64).sin()).collect();
+                let tractions: Vec<f64> =
+                    (0..blocks * window.len()).map(|at| (1.7 * at as f64).sin()).collect();
                 let mut p = vec![0.0; blocks * grid.len()];
-                window.each_row(&grid, blocks, |of_window, of_grid| p[of_grid].copy_from_slice(&tractions[of_window]));
+                window.each_row(&grid, blocks, |of_window, of_grid| {
+                    p[of_grid].copy_from_slice(&tractions[of_window])
+                });
                 let (mut whole, mut got) = (vec![0.0; p.len()], vec![0.0; tractions.len()]);
                 operator.apply(&mut whole, &p, &mut operator.scratch());
                 part.apply(&mut got, &tractions, &mut part.scratch());
                 let size = whole.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
                 window.each_row(&grid, blocks, |of_window, of_grid| {
                     for (got, exact) in got[of_window].iter().zip(&whole[of_grid]) {
-                        assert!((got - exact).abs() <= 1e-14 * size, "{mirror:?} {components:?}: {got} {exact}");
+                        assert!(
+                            (got - exact).abs() <= 1e-14 * size,
+                            "{mirror:?} {components:?}: {got} {exact}"
+                        );
                     }
                 });
             }
@@ -216,7 +260,11 @@ mod tests {
             assert_eq!(Window::around(bounds, &grid, &Mirror::NONE), Window::whole(&grid));
         }
         let corner = Window::around([[80, 0], [99, 20]], &grid, &Mirror::NONE);
-        assert!(corner.holds([[80, 0], [99, 20]]) && corner.first[0] + corner.size[0] <= 100 && corner.first[1] == 0);
+        assert!(
+            corner.holds([[80, 0], [99, 20]])
+                && corner.first[0] + corner.size[0] <= 100
+                && corner.first[1] == 0
+        );
         let small = Grid::new(20, 20, 1.0, 1.0, [0.0; 2]).unwrap();
         assert_eq!(Window::around([[3, 3], [4, 4]], &small, &Mirror::NONE), Window::whole(&small));
     }

@@ -1,6 +1,8 @@
-//! What solving a scene leaves: observables, a certificate, the work done, the fields, and whether it counts as solved.
+//! What solving a scene leaves: observables, a certificate, the work done, the fields, and whether
+//! it counts as solved.
 //!
-//! Everything here must stay encodable by formats that do not describe themselves (no flattened, tagged or skipped fields).
+//! Everything here must stay encodable by formats that do not describe themselves (no flattened,
+//! tagged or skipped fields).
 
 use serde::{Deserialize, Serialize};
 
@@ -23,19 +25,21 @@ pub enum Status {
 pub struct Outcome {
     /// Whether it counts as solved, all the way to the end of the path.
     pub status: Status,
-    /// The coarser grids on which the start of the first increment was found, or the path followed for an estimate of the error, from
-    /// coarse to fine.
+    /// The coarser grids on which the start of the first increment was found, or the path followed
+    /// for an estimate of the error, from coarse to fine.
     pub levels: Vec<Level>,
-    /// Every increment of the path that was solved, in order. Of a path that could not be followed the last one is the
-    /// increment at which it failed; those before it are solutions.
+    /// Every increment of the path that was solved, in order. Of a path that could not be followed
+    /// the last one is the increment at which it failed; those before it are solutions.
     pub steps: Vec<StepOutcome>,
-    /// What Hertz's theory makes of the load at the end of the path, for smooth punches on a homogeneous foundation.
+    /// What Hertz's theory makes of the load at the end of the path, for smooth punches on a
+    /// homogeneous foundation.
     pub hertz: Option<Hertz>,
     /// Where a wheel meets its rail, at the end of the path.
     pub rail: Option<RailContact>,
-    /// How far the end of the path is from what ever finer meshes would give; `None` where nothing tells it: for a path that could not be
-    /// followed or ends without contact, on fewer than [`FEWEST`](crate::estimate::FEWEST) elements along a side, and where the grid of half
-    /// as many elements each way is refused or the method fails on it.
+    /// How far the end of the path is from what ever finer meshes would give; `None` where nothing
+    /// tells it: for a path that could not be followed or ends without contact, on fewer than
+    /// [`FEWEST`](crate::estimate::FEWEST) elements along a side, and where the grid of half as
+    /// many elements each way is refused or the method fails on it.
     pub estimate: Option<Estimate>,
 }
 
@@ -45,12 +49,17 @@ impl Outcome {
         self.steps.last()
     }
 
-    /// What the whole path took: iterations on all grids, and operator applications on the grid itself, since those on the coarser
-    /// [levels](Outcome::levels) cost a fraction.
+    /// What the whole path took: iterations on all grids, and operator applications on the grid
+    /// itself, since those on the coarser [levels](Outcome::levels) cost a fraction.
     pub fn work(&self) -> WorkDone {
         let coarse: u64 = self.levels.iter().map(|level| level.work.iterations).sum();
-        let sum = |part: fn(&WorkDone) -> u64| self.steps.iter().map(|step| part(&step.work)).sum::<u64>();
-        WorkDone { iterations: coarse + sum(|work| work.iterations), operator_applications: sum(|work| work.operator_applications) }
+        let sum = |part: fn(&WorkDone) -> u64| {
+            self.steps.iter().map(|step| part(&step.work)).sum::<u64>()
+        };
+        WorkDone {
+            iterations: coarse + sum(|work| work.iterations),
+            operator_applications: sum(|work| work.operator_applications),
+        }
     }
 
     /// The last resort that any increment needed.
@@ -66,7 +75,13 @@ impl Outcome {
     /// Energy lost to friction in the last cycle \[J\], `None` for a path without cycles.
     pub fn cycle_dissipation(&self) -> Option<f64> {
         let cycle = self.last()?.cycle;
-        (cycle > 0).then(|| self.steps.iter().filter(|step| step.cycle == cycle).map(|step| step.observables.dissipation).sum())
+        (cycle > 0).then(|| {
+            self.steps
+                .iter()
+                .filter(|step| step.cycle == cycle)
+                .map(|step| step.observables.dissipation)
+                .sum()
+        })
     }
 }
 
@@ -85,20 +100,22 @@ pub struct Hertz {
     pub approach: f64,
 }
 
-/// A contact in track coordinates: x along the track, y to the right, z down, origin midway between the rails at the height of
-/// their tops.
+/// A contact in track coordinates: x along the track, y to the right, z down, origin midway between
+/// the rails at the height of their tops.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RailContact {
-    /// Contact reference point \[m\]: the centre of the undeformed bodies' overlap around the point of first touch, weighted with the
-    /// square of the interpenetration, as CONTACT has it.
+    /// Contact reference point \[m\]: the centre of the undeformed bodies' overlap around the point
+    /// of first touch, weighted with the square of the interpenetration, as CONTACT has it.
     pub track: [f64; 3],
     /// Its (y, z) in the rail profile's coordinates, y to the right \[m\].
     pub rail: [f64; 2],
-    /// Contact angle \[rad\]: mean inclination of the rail there with the same weight, from y towards z.
+    /// Contact angle \[rad\]: mean inclination of the rail there with the same weight, from y
+    /// towards z.
     pub angle: f64,
     /// Centre of pressure, on the rail \[m\]; the reference point without a load.
     pub pressure_center: [f64; 3],
-    /// Height of the wheelset below the position in which the wheel's rolling radius reaches the rails' tops \[m\].
+    /// Height of the wheelset below the position in which the wheel's rolling radius reaches the
+    /// rails' tops \[m\].
     pub wheelset_height: f64,
 }
 
@@ -121,7 +138,8 @@ pub struct StepOutcome {
     pub way: Way,
 }
 
-/// The way to a solution: a method, or what it fell back on. Each of the later ones is tried where the one before it fails.
+/// The way to a solution: a method, or what it fell back on. Each of the later ones is tried where
+/// the one before it fails.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Way {
     /// Newton's method, with the motions that forces govern among its unknowns.
@@ -147,7 +165,8 @@ impl Way {
     }
 }
 
-/// Position of the punch from where it just touches at the origin, with the signs of [`Step`](crate::loading::Step).
+/// Position of the punch from where it just touches at the origin, with the signs of
+/// [`Step`](crate::loading::Step).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
     /// Approach δ \[m\].
@@ -217,11 +236,14 @@ pub struct Observables {
     pub energy: f64,
     /// Energy lost to friction in this increment, −Σ p_t·w_t |e| ≥ 0 \[J\].
     pub dissipation: f64,
-    /// Work that the punch's motion did in this increment, the mean of the forces before and after times the way \[J\].
+    /// Work that the punch's motion did in this increment, the mean of the forces before and after
+    /// times the way \[J\].
     pub external_work: f64,
-    /// Elements at which the ceiling u is active; above 0 the result solves equation (3) but not (1).
+    /// Elements at which the ceiling u is active; above 0 the result solves equation (3) but not
+    /// (1).
     pub ceiling_elements: u64,
-    /// Elements in contact at the edge of Ω although the punch goes on beyond it; above 0, Ω is too small.
+    /// Elements in contact at the edge of Ω although the punch goes on beyond it; above 0, Ω is too
+    /// small.
     pub edge_elements: u64,
     /// Elements along x and y.
     pub mesh_x: u64,
@@ -240,11 +262,12 @@ impl Observables {
     }
 }
 
-/// Residuals of a claimed solution, computed by code that shares nothing with the solvers ([`crate::certificate`]).
-/// All are relative and dimensionless, 0 for an exact solution.
+/// Residuals of a claimed solution, computed by code that shares nothing with the solvers
+/// ([`crate::certificate`]). All are relative and dimensionless, 0 for an exact solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Certificate {
-    /// ‖p − Gᵘ_μ(p − E(εp + Ap − f))‖ / ‖p‖, E = 1/(ε + diagonal entry of A), one for the normal and one (the larger) for the tangential direction.
+    /// ‖p − Gᵘ_μ(p − E(εp + Ap − f))‖ / ‖p‖, E = 1/(ε + diagonal entry of A), one for the normal
+    /// and one (the larger) for the tangential direction.
     pub residual: f64,
     /// −min(p₁, 0) / max |p₁|: tension, 0 when there is none.
     pub tension: f64,
@@ -254,10 +277,11 @@ pub struct Certificate {
     pub gap_under_pressure: f64,
     /// Largest (|p_t| − μ p₁)₊ / max p₁.
     pub cone_violation: f64,
-    /// Largest angle between slip and −traction \[rad\] over elements whose slip is well above rounding.
+    /// Largest angle between slip and −traction \[rad\] over elements whose slip is well above
+    /// rounding.
     pub slip_angle: f64,
-    /// Largest difference between a claimed resultant (P, Qx, Qy), or one that was asked for, and the same summed anew, over
-    /// Σ |p| |e|; for moments over Σ |p| |e| times ℓ.
+    /// Largest difference between a claimed resultant (P, Qx, Qy), or one that was asked for, and
+    /// the same summed anew, over Σ |p| |e|; for moments over Σ |p| |e| times ℓ.
     pub force_imbalance: f64,
 }
 
@@ -296,8 +320,8 @@ pub struct Fields {
     pub traction_y: Vec<f64>,
     /// w₁ \[m\].
     pub gap: Vec<f64>,
-    /// w₂ \[m\], the foundation's surface relative to the punch since the increment before; 0 where the scene has no tangential
-    /// tractions, for then it is not computed.
+    /// w₂ \[m\], the foundation's surface relative to the punch since the increment before; 0 where
+    /// the scene has no tangential tractions, for then it is not computed.
     pub slip_x: Vec<f64>,
     /// w₃ \[m\].
     pub slip_y: Vec<f64>,
@@ -306,15 +330,26 @@ pub struct Fields {
 }
 
 impl Fields {
-    /// The largest difference of two solutions' tractions over this one's largest pressure \[1\]; `None` where there is no pressure
-    /// or they are not on the same number of elements.
+    /// The largest difference of two solutions' tractions over this one's largest pressure \[1\];
+    /// `None` where there is no pressure or they are not on the same number of elements.
     pub fn difference(&self, other: &Self) -> Option<f64> {
         let peak = self.pressure.iter().copied().fold(0.0, f64::max);
-        let pairs = [(&self.pressure, &other.pressure), (&self.traction_x, &other.traction_x), (&self.traction_y, &other.traction_y)];
+        let pairs = [
+            (&self.pressure, &other.pressure),
+            (&self.traction_x, &other.traction_x),
+            (&self.traction_y, &other.traction_y),
+        ];
         if peak == 0.0 || pairs.iter().any(|(a, b)| a.len() != b.len()) {
             return None;
         }
-        Some(pairs.iter().flat_map(|(a, b)| a.iter().zip(*b)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / peak)
+        Some(
+            pairs
+                .iter()
+                .flat_map(|(a, b)| a.iter().zip(*b))
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max)
+                / peak,
+        )
     }
 }
 
@@ -324,8 +359,14 @@ mod tests {
 
     #[test]
     fn differences_are_of_all_tractions_over_the_largest_pressure() {
-        let first = Fields { pressure: vec![1.0, 4.0], traction_x: vec![0.0, 1.0], traction_y: vec![0.0; 2], ..Fields::default() };
-        let second = Fields { pressure: vec![1.0, 4.5], traction_y: vec![-1.0, 0.0], ..first.clone() };
+        let first = Fields {
+            pressure: vec![1.0, 4.0],
+            traction_x: vec![0.0, 1.0],
+            traction_y: vec![0.0; 2],
+            ..Fields::default()
+        };
+        let second =
+            Fields { pressure: vec![1.0, 4.5], traction_y: vec![-1.0, 0.0], ..first.clone() };
         assert_eq!(first.difference(&second), Some(0.25));
         assert_eq!(first.difference(&first), Some(0.0));
         assert_eq!(Fields::default().difference(&first), None);

@@ -1,11 +1,12 @@
-//! Work on many numbers, shared among the threads of the current rayon pool in pieces that do not depend on how many there are: a
-//! result has the same bytes on any number of threads.
+//! Work on many numbers, shared among the threads of the current rayon pool in pieces that do not
+//! depend on how many there are: a result has the same bytes on any number of threads.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-/// Elements of a band, about: enough work to be worth a thread's while, and little enough to stay in its cache.
+/// Elements of a band, about: enough work to be worth a thread's while, and little enough to stay
+/// in its cache.
 pub(crate) const BAND: usize = 8192;
 
 /// Numbers below which one thread is as fast as two: waking another takes some ten microseconds.
@@ -18,29 +19,50 @@ pub(crate) fn is_worth_sharing(numbers: usize) -> bool {
 
 /// Does every piece of work, of which there are `numbers` numbers in all.
 pub(crate) fn each<T: Send>(numbers: usize, pieces: Vec<T>, work: impl Fn(T) + Sync + Send) {
-    if is_worth_sharing(numbers) { pieces.into_par_iter().for_each(work) } else { pieces.into_iter().for_each(work) }
+    if is_worth_sharing(numbers) {
+        pieces.into_par_iter().for_each(work)
+    } else {
+        pieces.into_iter().for_each(work)
+    }
 }
 
 /// What `work` makes of every band of `len` elements, in order.
 pub(crate) fn bands<T: Send>(len: usize, work: impl Fn(Range<usize>) -> T + Sync + Send) -> Vec<T> {
     let band = |at: usize| work(at * BAND..len.min((at + 1) * BAND));
     let count = len.div_ceil(BAND);
-    if is_worth_sharing(len) { (0..count).into_par_iter().map(band).collect() } else { (0..count).map(band).collect() }
+    if is_worth_sharing(len) {
+        (0..count).into_par_iter().map(band).collect()
+    } else {
+        (0..count).map(band).collect()
+    }
 }
 
 /// Writes the rows of a field, `width` long, each of which `work` gets with its number.
-pub(crate) fn rows<T: Send>(field: &mut [T], width: usize, work: impl Fn(usize, &mut [T]) + Sync + Send) {
+pub(crate) fn rows<T: Send>(
+    field: &mut [T],
+    width: usize,
+    work: impl Fn(usize, &mut [T]) + Sync + Send,
+) {
     if is_worth_sharing(field.len()) {
         let least = BAND.div_ceil(width);
-        field.par_chunks_mut(width).with_min_len(least).enumerate().for_each(|(at, row)| work(at, row));
+        field
+            .par_chunks_mut(width)
+            .with_min_len(least)
+            .enumerate()
+            .for_each(|(at, row)| work(at, row));
     } else {
         field.chunks_mut(width).enumerate().for_each(|(at, row)| work(at, row));
     }
 }
 
-/// `len` times the same value, written by all threads: most of the time that new memory takes is its first touch.
+/// `len` times the same value, written by all threads: most of the time that new memory takes is
+/// its first touch.
 pub(crate) fn filled<T: Copy + Send + Sync>(len: usize, value: T) -> Vec<T> {
-    if is_worth_sharing(len) { rayon::iter::repeat_n(value, len).collect() } else { vec![value; len] }
+    if is_worth_sharing(len) {
+        rayon::iter::repeat_n(value, len).collect()
+    } else {
+        vec![value; len]
+    }
 }
 
 #[cfg(test)]
@@ -53,7 +75,9 @@ mod tests {
             let elements: Vec<usize> = bands(len, |band| band.collect::<Vec<_>>()).concat();
             assert_eq!(elements, (0..len).collect::<Vec<_>>());
             let mut field = vec![0; len];
-            rows(&mut field, 7, |at, row| row.iter_mut().enumerate().for_each(|(i, value)| *value = 7 * at + i));
+            rows(&mut field, 7, |at, row| {
+                row.iter_mut().enumerate().for_each(|(i, value)| *value = 7 * at + i)
+            });
             assert_eq!(field, elements);
         }
     }

@@ -1,11 +1,14 @@
-//! A scene bound to a grid: equation (3), p = Gᵘ_μ(p − E(εp + Ap − f)), for one increment of the loading path.
+//! A scene bound to a grid: equation (3), p = Gᵘ_μ(p − E(εp + Ap − f)), for one increment of the
+//! loading path.
 //!
-//! A problem is dimensionless: lengths in units of ℓ (half the diameter of Ω), tractions in units of 1/c
-//! (c = Σ(1−ν)/G), so that neither the unit of length nor the moduli can be felt by a solver. Jobs that differ
-//! only in moduli of equal ratio, loads or sizes therefore share their operator.
+//! A problem is dimensionless: lengths in units of ℓ (half the diameter of Ω), tractions in units
+//! of 1/c (c = Σ(1−ν)/G), so that neither the unit of length nor the moduli can be felt by a
+//! solver. Jobs that differ only in moduli of equal ratio, loads or sizes therefore share their
+//! operator.
 //!
-//! Along a path f₁ = δ + tilt terms − g₀ and f_t = (rigid motion since the increment before) + (εp + Ap)_t of that increment, so that
-//! w_t is the slip increment: what is held still stays as it is, for ε > 0 as well.
+//! Along a path f₁ = δ + tilt terms − g₀ and f_t = (rigid motion since the increment before) + (εp
+//! + Ap)_t of that increment, so that w_t is the slip increment: what is held still stays as it is,
+//! for ε > 0 as well.
 
 use std::ops::Range;
 
@@ -37,7 +40,8 @@ impl Scale {
         1.0 / self.compliance
     }
 
-    /// The units of the six rigid degrees of freedom, in the order of [`Step::NAMES`](crate::loading::Step::NAMES) \[m or rad\].
+    /// The units of the six rigid degrees of freedom, in the order of
+    /// [`Step::NAMES`](crate::loading::Step::NAMES) \[m or rad\].
     pub fn motions(&self) -> [f64; 6] {
         let l = self.length;
         [l, l, l, 1.0, 1.0, 1.0]
@@ -51,7 +55,8 @@ impl Scale {
     }
 }
 
-/// Equation (3) on a grid, dimensionless. Fields are blocks of [components](Problem::components) \[n | x | y\], each as long as the grid.
+/// Equation (3) on a grid, dimensionless. Fields are blocks of [components](Problem::components)
+/// \[n | x | y\], each as long as the grid.
 #[derive(Clone, Debug)]
 pub struct Problem {
     /// The components that there are; all three unless the problem is [reduced](Problem::reduced).
@@ -87,13 +92,15 @@ pub struct Problem {
 /// Sums of squares that no square has left for being too large or too small.
 const SQUARES: std::ops::Range<f64> = 1e-250..1e250;
 
-/// Diagonal entries of A, by which residuals become tractions. On a thin incompressible layer the one is a millionth of the other, and
-/// in the units of the larger one the smaller one's residual would be nothing.
+/// Diagonal entries of A, by which residuals become tractions. On a thin incompressible layer the
+/// one is a millionth of the other, and in the units of the larger one the smaller one's residual
+/// would be nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Diagonals {
     /// Normal displacement by the element's own pressure.
     pub normal: f64,
-    /// The larger one of both tangential displacements by the element's own traction in their direction.
+    /// The larger one of both tangential displacements by the element's own traction in their
+    /// direction.
     pub tangential: f64,
 }
 
@@ -109,7 +116,8 @@ pub(crate) fn images(mirror: &Mirror) -> f64 {
     [mirror.x, mirror.y].iter().map(|plane| if plane.is_some() { 2.0 } else { 1.0 }).product()
 }
 
-/// What the sum over all elements is of the sum over those on the positive sides, for a component weighted with each rigid mode.
+/// What the sum over all elements is of the sum over those on the positive sides, for a component
+/// weighted with each rigid mode.
 pub(crate) fn weighted_images(mirror: &Mirror, direction: Direction) -> [f64; 6] {
     // parity in x and y of the modes' functions 1, x and y, by degree of freedom and component
     const EVEN: [f64; 2] = [1.0, 1.0];
@@ -122,12 +130,14 @@ pub(crate) fn weighted_images(mirror: &Mirror, direction: Direction) -> [f64; 6]
     };
     let parity = mirror.parity(direction);
     modes.map(|mode| {
-        let factor = |plane: bool, axis: usize| if plane { 1.0 + parity[axis] * mode[axis] } else { 1.0 };
+        let factor =
+            |plane: bool, axis: usize| if plane { 1.0 + parity[axis] * mode[axis] } else { 1.0 };
         factor(mirror.x.is_some(), 0) * factor(mirror.y.is_some(), 1)
     })
 }
 
-/// The operator that a problem needs, up to everything that does not change it; equal keys share an operator.
+/// The operator that a problem needs, up to everything that does not change it; equal keys share an
+/// operator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OperatorKey {
     elements: [usize; 2],
@@ -147,9 +157,13 @@ impl OperatorKey {
 }
 
 impl Problem {
-    /// Binds a scene to a grid. Refuses what [`Scene::validate`] and [`Numerics::validate`] refuse, a domain that
-    /// cannot be derived, and a grid on which the punch has no sole.
-    pub fn new(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces) -> Result<Self, SceneError> {
+    /// Binds a scene to a grid. Refuses what [`Scene::validate`] and [`Numerics::validate`] refuse,
+    /// a domain that cannot be derived, and a grid on which the punch has no sole.
+    pub fn new(
+        scene: &Scene,
+        numerics: &Numerics,
+        surfaces: &Surfaces,
+    ) -> Result<Self, SceneError> {
         scene.validate()?;
         numerics.validate()?;
         let gap = Gap::new(scene, surfaces)?;
@@ -162,9 +176,13 @@ impl Problem {
         let length = scale.length;
         let [hx, hy] = layout.element;
         let center = [domain.center_x / length, domain.center_y / length];
-        let origin = [center[0] - 0.5 * (nx - 1) as f64 * hx, center[1] - 0.5 * (ny - 1) as f64 * hy];
-        let grid_error =
-            |error: GridError| SceneError { key: "mesh".to_owned(), value: format!("{nx} × {ny}"), expected: error.to_string() };
+        let origin =
+            [center[0] - 0.5 * (nx - 1) as f64 * hx, center[1] - 0.5 * (ny - 1) as f64 * hy];
+        let grid_error = |error: GridError| SceneError {
+            key: "mesh".to_owned(),
+            value: format!("{nx} × {ny}"),
+            expected: error.to_string(),
+        };
         let grid = Grid::new(nx, ny, hx, hy, origin).map_err(grid_error)?;
         let gaps: Vec<Option<f64>> = (0..grid.len())
             .into_par_iter()
@@ -174,24 +192,33 @@ impl Problem {
                     return (x.hypot(y) <= hx * reach * (1.0 + 1e-12)).then_some(0.0);
                 }
                 match numerics.projection {
-                    Projection::Average => gap.mean(x * length, y * length, hx * length, hy * length),
+                    Projection::Average => {
+                        gap.mean(x * length, y * length, hx * length, hy * length)
+                    }
                     Projection::Midpoint => gap.at(x * length, y * length),
                 }
             })
             .collect();
-        let grid = grid.with_mask(gaps.iter().map(Option::is_some).collect()).map_err(grid_error)?;
+        let grid =
+            grid.with_mask(gaps.iter().map(Option::is_some).collect()).map_err(grid_error)?;
         if grid.active_len() == 0 {
             return Err(SceneError {
                 key: "domain".to_owned(),
-                value: format!("{:e} m × {:e} m around ({:e} m, {:e} m)", domain.width_x, domain.width_y, domain.center_x, domain.center_y),
-                expected: "must hold the centre of at least one element under the punch's sole".to_owned(),
+                value: format!(
+                    "{:e} m × {:e} m around ({:e} m, {:e} m)",
+                    domain.width_x, domain.width_y, domain.center_x, domain.center_y
+                ),
+                expected: "must hold the centre of at least one element under the punch's sole"
+                    .to_owned(),
             });
         }
 
         let k = grid.len();
         let mut rest = vec![0.0; 3 * k];
         parallel::rows(&mut rest[..k], nx, |j, rest| {
-            rest.iter_mut().zip(&gaps[j * nx..]).for_each(|(rest, gap)| *rest = -gap.unwrap_or(0.0) / length);
+            rest.iter_mut()
+                .zip(&gaps[j * nx..])
+                .for_each(|(rest, gap)| *rest = -gap.unwrap_or(0.0) / length);
         });
         if let Some(value) = rest[..k].iter().find(|value| !value.is_finite()) {
             return Err(limits::out_of_range("punch.shape", *value));
@@ -219,10 +246,16 @@ impl Problem {
         })
     }
 
-    /// The same problem for some of its components, on the positive sides of mirror planes, under a given pressure where n is left out.
-    /// Whether that is the same problem is for the caller to know ([`crate::effect`]); it has the motion last placed and the same
-    /// past. Fails where the grid has no such planes.
-    pub fn reduced(&self, components: Components, mirror: Mirror, pressure: Option<&[f64]>) -> Result<Self, MirrorError> {
+    /// The same problem for some of its components, on the positive sides of mirror planes, under a
+    /// given pressure where n is left out. Whether that is the same problem is for the caller to
+    /// know ([`crate::effect`]); it has the motion last placed and the same past. Fails where the
+    /// grid has no such planes.
+    pub fn reduced(
+        &self,
+        components: Components,
+        mirror: Mirror,
+        pressure: Option<&[f64]>,
+    ) -> Result<Self, MirrorError> {
         let grid = mirror.part(&self.grid)?;
         Ok(Self {
             f: self.part(components, mirror, &self.f),
@@ -248,11 +281,14 @@ impl Problem {
         if components == Components::ALL {
             return mirror.restrict(&self.grid, field);
         }
-        let blocks = components.directions().map(|direction| mirror.restrict(&self.grid, &field[direction as usize * k..][..k]));
+        let blocks = components
+            .directions()
+            .map(|direction| mirror.restrict(&self.grid, &field[direction as usize * k..][..k]));
         blocks.collect::<Vec<_>>().concat()
     }
 
-    /// Writes a field of a problem [reduced](Problem::reduced) from this one into one of all three components.
+    /// Writes a field of a problem [reduced](Problem::reduced) from this one into one of all three
+    /// components.
     pub fn extend(&self, reduced: &Problem, field: &[f64], into: &mut [f64]) {
         let k = self.grid.len();
         let all = reduced.mirror.extend(&self.grid, reduced.components, field);
@@ -271,23 +307,34 @@ impl Problem {
         self.components.directions().map(|direction| direction as usize).enumerate()
     }
 
-    /// Whether a rigid degree of freedom has a resultant among the problem's components, and symmetric ones.
+    /// Whether a rigid degree of freedom has a resultant among the problem's components, and
+    /// symmetric ones.
     pub(crate) fn moves(&self, which: usize) -> bool {
         let modes = rigid_modes(1.0, 1.0);
-        let has = |direction: Direction| modes[direction as usize][which] != 0.0 && weighted_images(&self.mirror, direction)[which] != 0.0;
+        let has = |direction: Direction| {
+            modes[direction as usize][which] != 0.0
+                && weighted_images(&self.mirror, direction)[which] != 0.0
+        };
         self.components.directions().any(has)
     }
 
     /// Moves the punch: f for the rigid motion `motion`, in the problem's units.
     pub fn place(&mut self, motion: &[f64; 6]) {
         let (k, nx) = (self.grid.len(), self.grid.nx());
-        for (block, c) in self.components.directions().map(|direction| direction as usize).enumerate() {
+        for (block, c) in
+            self.components.directions().map(|direction| direction as usize).enumerate()
+        {
             let (f, rest) = (&mut self.f[block * k..][..k], &self.rest[block * k..][..k]);
             parallel::rows(f, nx, |j, f| {
                 for (i, (f, rest)) in f.iter_mut().zip(&rest[j * nx..]).enumerate() {
                     if self.grid.is_active(j * nx + i) {
                         let [x, y] = self.grid.center_of(i, j);
-                        *f = rest + rigid_modes(x, y)[c].iter().zip(motion).map(|(mode, q)| mode * q).sum::<f64>();
+                        *f = rest
+                            + rigid_modes(x, y)[c]
+                                .iter()
+                                .zip(motion)
+                                .map(|(mode, q)| mode * q)
+                                .sum::<f64>();
                     }
                 }
             });
@@ -299,23 +346,34 @@ impl Problem {
         self.rest[element]
     }
 
-    /// Makes the tractions `p` at `motion`, with `w` = A p − f, the state from which the next increment starts. Leaves f as it is.
+    /// Makes the tractions `p` at `motion`, with `w` = A p − f, the state from which the next
+    /// increment starts. Leaves f as it is.
     pub fn remember(&mut self, p: &[f64], w: &[f64], motion: &[f64; 6]) {
         let (k, nx, grid) = (self.grid.len(), self.grid.nx(), &self.grid);
-        for (block, c) in self.components.directions().map(|direction| direction as usize).enumerate().filter(|(_, c)| *c > 0) {
+        for (block, c) in self
+            .components
+            .directions()
+            .map(|direction| direction as usize)
+            .enumerate()
+            .filter(|(_, c)| *c > 0)
+        {
             parallel::rows(&mut self.rest[block * k..][..k], nx, |j, rest| {
-                for (i, rest) in rest.iter_mut().enumerate().filter(|(i, _)| grid.is_active(j * nx + i)) {
+                for (i, rest) in
+                    rest.iter_mut().enumerate().filter(|(i, _)| grid.is_active(j * nx + i))
+                {
                     let at = block * k + j * nx + i;
                     let [x, y] = grid.center_of(i, j);
-                    let moved: f64 = rigid_modes(x, y)[c].iter().zip(motion).map(|(mode, q)| mode * q).sum();
+                    let moved: f64 =
+                        rigid_modes(x, y)[c].iter().zip(motion).map(|(mode, q)| mode * q).sum();
                     *rest = self.epsilon * p[at] + w[at] + self.f[at] - moved;
                 }
             });
         }
     }
 
-    /// Forces and moments of the punch on the foundation, in the problem's units and the order of [`Step::NAMES`](crate::loading::Step::NAMES); of a reduced
-    /// problem those of its components, with their images.
+    /// Forces and moments of the punch on the foundation, in the problem's units and the order of
+    /// [`Step::NAMES`](crate::loading::Step::NAMES); of a reduced problem those of its components,
+    /// with their images.
     pub fn resultants(&self, p: &[f64]) -> [f64; 6] {
         let (k, nx) = (self.grid.len(), self.grid.nx());
         let mut sums = [0.0; 6];
@@ -323,27 +381,38 @@ impl Problem {
             // of p, x p and y p, row by row
             let mut moments = vec![[0.0; 3]; self.grid.ny()];
             let p = &p[block * k..][..k];
-            parallel::each(k, moments.iter_mut().zip(p.chunks_exact(nx)).enumerate().collect(), |(j, (moments, row))| {
-                let [x0, y] = self.grid.center(j * nx);
-                let (mut all, mut by_column) = (0.0, 0.0);
-                for (i, p) in row.iter().enumerate().filter(|(i, _)| self.grid.is_active(j * nx + i)) {
-                    all += p;
-                    by_column += i as f64 * p;
-                }
-                *moments = [all, x0 * all + self.grid.hx() * by_column, y * all];
-            });
-            let [all, of_x, of_y] = [0, 1, 2].map(|which| moments.iter().map(|row| row[which]).sum::<f64>());
+            parallel::each(
+                k,
+                moments.iter_mut().zip(p.chunks_exact(nx)).enumerate().collect(),
+                |(j, (moments, row))| {
+                    let [x0, y] = self.grid.center(j * nx);
+                    let (mut all, mut by_column) = (0.0, 0.0);
+                    for (i, p) in
+                        row.iter().enumerate().filter(|(i, _)| self.grid.is_active(j * nx + i))
+                    {
+                        all += p;
+                        by_column += i as f64 * p;
+                    }
+                    *moments = [all, x0 * all + self.grid.hx() * by_column, y * all];
+                },
+            );
+            let [all, of_x, of_y] =
+                [0, 1, 2].map(|which| moments.iter().map(|row| row[which]).sum::<f64>());
             // each mode is 1, x or y of the place, up to a sign
-            let [constant, at_x, at_y] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[x, y]| rigid_modes(x, y)[direction as usize]);
-            for (which, images) in weighted_images(&self.mirror, direction).into_iter().enumerate() {
-                let [one, x, y] = [constant[which], at_x[which] - constant[which], at_y[which] - constant[which]];
+            let [constant, at_x, at_y] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
+                .map(|[x, y]| rigid_modes(x, y)[direction as usize]);
+            for (which, images) in weighted_images(&self.mirror, direction).into_iter().enumerate()
+            {
+                let [one, x, y] =
+                    [constant[which], at_x[which] - constant[which], at_y[which] - constant[which]];
                 sums[which] += images * (one * all + x * of_x + y * of_y);
             }
         }
         sums.map(|sum| sum * self.grid.element_area())
     }
 
-    /// The tractions of an element, with zeros for the components that the problem has not and the given pressure.
+    /// The tractions of an element, with zeros for the components that the problem has not and the
+    /// given pressure.
     pub(crate) fn traction(&self, p: &[f64], element: usize) -> [f64; 3] {
         let mut own = self.gather(p, element);
         if let Some(pressure) = &self.pressure {
@@ -374,8 +443,9 @@ impl Problem {
         }
     }
 
-    /// Relative natural-map residual ‖p − Gᵘ_μ(p − E v)‖ / ‖p‖ with v = εp + w, E = 1/(ε + `diagonal`), for each direction
-    /// its own; 0 when p = 0 solves the problem, infinite when p = 0 does not. `w` = A p − f. Masked elements do not count.
+    /// Relative natural-map residual ‖p − Gᵘ_μ(p − E v)‖ / ‖p‖ with v = εp + w, E = 1/(ε +
+    /// `diagonal`), for each direction its own; 0 when p = 0 solves the problem, infinite when p =
+    /// 0 does not. `w` = A p − f. Masked elements do not count.
     pub fn residual(&self, p: &[f64], w: &[f64], diagonal: impl Into<Diagonals>) -> f64 {
         let diagonal = diagonal.into();
         // p and its image at each element
@@ -407,7 +477,10 @@ impl Problem {
         let (mut defect, mut size) = sums(1.0);
         // squares that may have left the range of doubles say nothing
         if !(SQUARES.contains(&defect) && SQUARES.contains(&size)) {
-            let largest = pairs(0..self.grid.len()).flat_map(|(own, mapped)| [own, mapped]).flatten().fold(0.0, |a: f64, b| a.max(b.abs()));
+            let largest = pairs(0..self.grid.len())
+                .flat_map(|(own, mapped)| [own, mapped])
+                .flatten()
+                .fold(0.0, |a: f64, b| a.max(b.abs()));
             if largest > 0.0 && largest.is_finite() {
                 (defect, size) = sums(largest);
             }
@@ -417,13 +490,15 @@ impl Problem {
 
     /// x = p − E v of an element, with v = εp + w and E = 1/(ε + `diagonal`).
     pub(crate) fn trial(&self, own: [f64; 3], w: [f64; 3], diagonal: Diagonals) -> [f64; 3] {
-        let [normal, tangential] = [diagonal.normal, diagonal.tangential].map(|entry| entry + self.epsilon);
+        let [normal, tangential] =
+            [diagonal.normal, diagonal.tangential].map(|entry| entry + self.epsilon);
         let moved = |c: usize, entry: f64| own[c] - (self.epsilon * own[c] + w[c]) / entry;
         [moved(0, normal), moved(1, tangential), moved(2, tangential)]
     }
 
-    /// The largest tension (−p₁)₊ or excess of traction (|p_t| − μp₁)₊, over the largest pressure: the conditions that hold element by
-    /// element, which the residual as a mean over all elements does not bound well.
+    /// The largest tension (−p₁)₊ or excess of traction (|p_t| − μp₁)₊, over the largest pressure:
+    /// the conditions that hold element by element, which the residual as a mean over all elements
+    /// does not bound well.
     pub fn violation(&self, p: &[f64]) -> f64 {
         let bands = parallel::bands(self.grid.len(), |band| {
             let (mut worst, mut peak) = (0.0_f64, 0.0_f64);
@@ -433,22 +508,31 @@ impl Problem {
             }
             (worst, peak)
         });
-        let (worst, peak) = bands.into_iter().fold((0.0_f64, 0.0_f64), |most, band| (most.0.max(band.0), most.1.max(band.1)));
+        let (worst, peak) = bands
+            .into_iter()
+            .fold((0.0_f64, 0.0_f64), |most, band| (most.0.max(band.0), most.1.max(band.1)));
         if worst == 0.0 { 0.0 } else { worst / peak }
     }
 }
 
-/// The bodies with moduli in units of that of the foundation's surface and lengths in units of ℓ = `length`. Ratios to its modulus,
-/// like those of [`Layout`] to Ω's width, come first, so that jobs that differ only in a modulus or a size get the same operator
-/// to the last bit and can share it.
+/// The bodies with moduli in units of that of the foundation's surface and lengths in units of ℓ =
+/// `length`. Ratios to its modulus, like those of [`Layout`] to Ω's width, come first, so that jobs
+/// that differ only in a modulus or a size get the same operator to the last bit and can share it.
 pub(crate) fn relative_bodies(scene: &Scene, length: f64) -> Bodies {
     let modulus = surface(scene).shear_modulus;
-    let relative = |material: Material| Material { shear_modulus: material.shear_modulus / modulus, poisson: material.poisson };
+    let relative = |material: Material| Material {
+        shear_modulus: material.shear_modulus / modulus,
+        poisson: material.poisson,
+    };
     let foundation = &scene.foundation;
     let layers: Vec<Layer> = foundation
         .layers
         .iter()
-        .map(|layer| Layer { shear_modulus: layer.shear_modulus / modulus, thickness: layer.thickness / length, poisson: layer.poisson })
+        .map(|layer| Layer {
+            shear_modulus: layer.shear_modulus / modulus,
+            thickness: layer.thickness / length,
+            poisson: layer.poisson,
+        })
         .collect();
     let base = match foundation.base {
         Base::Rigid => Base::Rigid,
@@ -477,7 +561,11 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    pub(crate) fn new(scene: &Scene, numerics: &Numerics, domain: &Domain) -> Result<Self, SceneError> {
+    pub(crate) fn new(
+        scene: &Scene,
+        numerics: &Numerics,
+        domain: &Domain,
+    ) -> Result<Self, SceneError> {
         let aspect = domain.width_y / domain.width_x;
         let (nx, ny) = match numerics.mesh {
             Mesh::Exact([nx, ny]) => (nx as usize, ny as usize),
@@ -487,39 +575,64 @@ impl Layout {
                     return Err(SceneError {
                         key: "mesh".to_owned(),
                         value: nx.to_string(),
-                        expected: format!("makes {ny} square elements along y, above {}; give both counts, [nx, ny]", Mesh::MAX_SIDE),
+                        expected: format!(
+                            "makes {ny} square elements along y, above {}; give both counts, [nx, ny]",
+                            Mesh::MAX_SIDE
+                        ),
                     });
                 }
                 (nx as usize, ny as usize)
             }
         };
-        let element = [2.0 / (nx as f64 * 1f64.hypot(aspect)), 2.0 * aspect / (ny as f64 * 1f64.hypot(aspect))];
-        let layout = Self { nx, ny, element, half_diameter: 0.5 * domain.width_x.hypot(domain.width_y), open_edge: false, disk: None };
+        let element = [
+            2.0 / (nx as f64 * 1f64.hypot(aspect)),
+            2.0 * aspect / (ny as f64 * 1f64.hypot(aspect)),
+        ];
+        let layout = Self {
+            nx,
+            ny,
+            element,
+            half_diameter: 0.5 * domain.width_x.hypot(domain.width_y),
+            open_edge: false,
+            disk: None,
+        };
         Ok(match scene.punch.shape {
             Shape::FlatDisk { radius } if scene.domain.is_none() && nx == ny => {
-                // The staircase of elements whose centre lies inside the disk has not the disk's area, and load and
-                // stiffness follow the area: elements sized so that the areas agree make the error smaller and its
-                // decrease smooth (tests/closed_forms.rs holds it to first order).
+                // The staircase of elements whose centre lies inside the disk has not the disk's
+                // area, and load and stiffness follow the area: elements sized so that the areas
+                // agree make the error smaller and its decrease smooth (tests/closed_forms.rs holds
+                // it to first order).
                 let reach = 0.5 * nx as f64;
                 let along = |i: usize| i as f64 + 0.5 - reach;
-                let count = (0..nx * ny).filter(|&s| along(s % nx).hypot(along(s / nx)) <= reach).count();
+                let count =
+                    (0..nx * ny).filter(|&s| along(s % nx).hypot(along(s / nx)) <= reach).count();
                 let side = (std::f64::consts::PI / count as f64).sqrt();
                 Self { element: [side; 2], half_diameter: radius, disk: Some(reach), ..layout }
             }
-            Shape::FlatDisk { radius } => Self { open_edge: domain.width_x.min(domain.width_y) < 2.0 * radius * (1.0 - 1e-12), ..layout },
-            Shape::FlatRectangle { width_x, width_y } | Shape::HeightMap { width_x, width_y, .. } => {
-                Self { open_edge: domain.width_x < width_x * (1.0 - 1e-12) || domain.width_y < width_y * (1.0 - 1e-12), ..layout }
-            }
-            Shape::Sphere { .. } | Shape::Ellipsoid { .. } | Shape::Cone { .. } | Shape::WheelOnRail(_) => {
-                Self { open_edge: true, ..layout }
-            }
+            Shape::FlatDisk { radius } => Self {
+                open_edge: domain.width_x.min(domain.width_y) < 2.0 * radius * (1.0 - 1e-12),
+                ..layout
+            },
+            Shape::FlatRectangle { width_x, width_y }
+            | Shape::HeightMap { width_x, width_y, .. } => Self {
+                open_edge: domain.width_x < width_x * (1.0 - 1e-12)
+                    || domain.width_y < width_y * (1.0 - 1e-12),
+                ..layout
+            },
+            Shape::Sphere { .. }
+            | Shape::Ellipsoid { .. }
+            | Shape::Cone { .. }
+            | Shape::WheelOnRail(_) => Self { open_edge: true, ..layout },
         })
     }
 
     /// The units of the problem. Refuses what leads beyond the range of doubles.
     pub(crate) fn scale(&self, scene: &Scene, bodies: &Bodies) -> Result<Scale, SceneError> {
         let modulus = surface(scene).shear_modulus;
-        let scale = Scale { length: self.half_diameter, compliance: bodies.reference_compliance() / modulus };
+        let scale = Scale {
+            length: self.half_diameter,
+            compliance: bodies.reference_compliance() / modulus,
+        };
         limits::units(modulus, bodies, &scale, self.element)?;
         Ok(scale)
     }

@@ -7,7 +7,11 @@ pub(crate) const MOST_STARTS: u32 = 10_000;
 
 /// Refuses more random starts than [`MOST_STARTS`].
 pub(crate) fn validate_starts(starts: u32) -> Result<(), SceneError> {
-    if starts <= MOST_STARTS { Ok(()) } else { Err(refuse("search.starts", starts, &format!("must be at most {MOST_STARTS}"))) }
+    if starts <= MOST_STARTS {
+        Ok(())
+    } else {
+        Err(refuse("search.starts", starts, &format!("must be at most {MOST_STARTS}")))
+    }
 }
 
 /// SplitMix64 (Steele, Lea and Flood 2014, doi:10.1145/2714064.2660195).
@@ -43,6 +47,10 @@ mod tests {
     fn is_the_published_generator() {
         let mut random = SplitMix64(0);
         assert_eq!([random.next(), random.next()], [0xe220_a839_7b1d_cdaf, 0x6e78_9e6a_a1b9_65f4]);
-        assert!((0..1000).all(|_| (0.0..1.0).contains(&random.unit()) && (-1.0..1.0).contains(&random.signed())));
+        assert!(
+            (0..1000)
+                .all(|_| (0.0..1.0).contains(&random.unit())
+                    && (-1.0..1.0).contains(&random.signed()))
+        );
     }
 }

@@ -1,7 +1,8 @@
-//! A scene: two bodies, friction between them, and how they are moved. Plain data in SI units, no grid.
+//! A scene: two bodies, friction between them, and how they are moved. Plain data in SI units, no
+//! grid.
 //!
-//! Every `validate` refuses a scene that has no mechanical meaning and names the key, the value and what would
-//! be right; keys are spelled as in a study file (`foundation.base.poisson`).
+//! Every `validate` refuses a scene that has no mechanical meaning and names the key, the value and
+//! what would be right; keys are spelled as in a study file (`foundation.base.poisson`).
 
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +19,8 @@ pub struct Scene {
     pub punch: Punch,
     /// Coulomb friction between the two.
     pub friction: Friction,
-    /// The rectangle Ω that is meshed; `None` lets the punch and its approach choose it ([`Scene::domain`]).
+    /// The rectangle Ω that is meshed; `None` lets the punch and its approach choose it
+    /// ([`Scene::domain`]).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub domain: Option<Domain>,
     /// How the punch is moved.
@@ -103,7 +105,8 @@ impl Foundation {
         Self { layers: Vec::new(), base: Base::Elastic(material) }
     }
 
-    /// The material at the surface; `None` for a rigid base without layers, which [`Scene::validate`] refuses.
+    /// The material at the surface; `None` for a rigid base without layers, which
+    /// [`Scene::validate`] refuses.
     pub fn surface(&self) -> Option<Material> {
         match (self.layers.first(), self.base) {
             (Some(layer), _) => Some(layer.material()),
@@ -134,7 +137,8 @@ pub struct Punch {
     pub material: Option<Material>,
 }
 
-/// The closed list of punch shapes. Each gives an initial gap g₀(x, y) ≥ 0 \[m\] and a sole (where it can touch).
+/// The closed list of punch shapes. Each gives an initial gap g₀(x, y) ≥ 0 \[m\] and a sole (where
+/// it can touch).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "shape", rename_all = "kebab-case")]
 pub enum Shape {
@@ -169,23 +173,26 @@ pub enum Shape {
     },
     /// A sampled surface: g₀ = max(heights) − heights, heights positive towards the foundation.
     HeightMap {
-        /// Name of the surface in [`Surfaces`](crate::punch::Surfaces); in a stored job, the hash of its heights.
+        /// Name of the surface in [`Surfaces`](crate::punch::Surfaces); in a stored job, the hash
+        /// of its heights.
         surface: String,
         /// Extent of the map along x > 0 \[m\]; it is the sole.
         width_x: f64,
         /// Extent of the map along y > 0 \[m\].
         width_y: f64,
     },
-    /// A wheel pressed onto a rail, seen from the plane that touches both where they first meet: x along the track, y across. The
-    /// rail is the foundation; the wheel's material is the punch's. The approach is along the normal of that plane.
+    /// A wheel pressed onto a rail, seen from the plane that touches both where they first meet: x
+    /// along the track, y across. The rail is the foundation; the wheel's material is the punch's.
+    /// The approach is along the normal of that plane.
     WheelOnRail(WheelRail),
 }
 
-/// Which profiles, how they lie in the track, and where the wheelset stands. Profiles are given as they are on the
-/// right-hand side. Track coordinates: x along the track, y to the right, z down.
+/// Which profiles, how they lie in the track, and where the wheelset stands. Profiles are given as
+/// they are on the right-hand side. Track coordinates: x along the track, y to the right, z down.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WheelRail {
-    /// Name of the wheel's profile in [`Surfaces`](crate::punch::Surfaces); in a stored job, its hash.
+    /// Name of the wheel's profile in [`Surfaces`](crate::punch::Surfaces); in a stored job, its
+    /// hash.
     pub wheel: String,
     /// Name of the rail's profile.
     pub rail: String,
@@ -269,7 +276,11 @@ pub(crate) fn finite(key: &str, x: f64) -> Result<(), SceneError> {
 }
 
 pub(crate) fn positive(key: &str, x: f64) -> Result<(), SceneError> {
-    if x.is_finite() && x > 0.0 { Ok(()) } else { Err(refuse(key, x, "must be a finite number above 0")) }
+    if x.is_finite() && x > 0.0 {
+        Ok(())
+    } else {
+        Err(refuse(key, x, "must be a finite number above 0"))
+    }
 }
 
 impl Material {
@@ -297,22 +308,33 @@ impl Scene {
         }
         let layers = self.foundation.layers.len();
         if layers > Foundation::MAX_LAYERS {
-            return Err(refuse("foundation.layers", format!("{layers} layers"), "must be at most 64 layers"));
+            return Err(refuse(
+                "foundation.layers",
+                format!("{layers} layers"),
+                "must be at most 64 layers",
+            ));
         }
         match &self.foundation.base {
             Base::Elastic(material) => material.validate("foundation.base")?,
             Base::Rigid if layers == 0 => {
-                return Err(refuse("foundation.base", "\"rigid\"", "needs at least one layer on it: something must be elastic"));
+                return Err(refuse(
+                    "foundation.base",
+                    "\"rigid\"",
+                    "needs at least one layer on it: something must be elastic",
+                ));
             }
             Base::Rigid => {}
         }
         match &self.punch.shape {
-            Shape::Sphere { radius } | Shape::FlatDisk { radius } => positive("punch.radius", *radius)?,
+            Shape::Sphere { radius } | Shape::FlatDisk { radius } => {
+                positive("punch.radius", *radius)?
+            }
             Shape::Ellipsoid { radius_x, radius_y } => {
                 positive("punch.radius_x", *radius_x)?;
                 positive("punch.radius_y", *radius_y)?;
             }
-            Shape::FlatRectangle { width_x, width_y } | Shape::HeightMap { width_x, width_y, .. } => {
+            Shape::FlatRectangle { width_x, width_y }
+            | Shape::HeightMap { width_x, width_y, .. } => {
                 positive("punch.width_x", *width_x)?;
                 positive("punch.width_y", *width_y)?;
             }
@@ -329,7 +351,11 @@ impl Scene {
             Shape::Cone { angle } => {
                 positive("punch.angle", *angle)?;
                 if *angle >= std::f64::consts::FRAC_PI_2 {
-                    return Err(refuse("punch.angle", angle, "must be below a right angle (π/2 rad)"));
+                    return Err(refuse(
+                        "punch.angle",
+                        angle,
+                        "must be below a right angle (π/2 rad)",
+                    ));
                 }
             }
         }
@@ -337,7 +363,11 @@ impl Scene {
             material.validate("punch.material")?;
         }
         if !(self.friction.mu.is_finite() && self.friction.mu >= 0.0) {
-            return Err(refuse("friction.mu", self.friction.mu, "must be a finite number, 0 or above"));
+            return Err(refuse(
+                "friction.mu",
+                self.friction.mu,
+                "must be a finite number, 0 or above",
+            ));
         }
         if let Some(domain) = &self.domain {
             positive("domain.width_x", domain.width_x)?;
@@ -378,20 +408,34 @@ pub(crate) mod tests {
             scene.validate().unwrap_err().key
         };
         assert!(sphere_on_half_space().validate().is_ok());
-        let half_space = |s: &mut Scene, shear_modulus, poisson| s.foundation = Foundation::half_space(Material { shear_modulus, poisson });
+        let half_space = |s: &mut Scene, shear_modulus, poisson| {
+            s.foundation = Foundation::half_space(Material { shear_modulus, poisson })
+        };
         assert_eq!(refused(&|s| half_space(s, 1.0, 0.51)), "foundation.base.poisson");
         assert_eq!(refused(&|s| half_space(s, 1.0, f64::NAN)), "foundation.base.poisson");
         assert_eq!(refused(&|s| half_space(s, 0.0, 0.3)), "foundation.base.shear_modulus");
         assert_eq!(refused(&|s| s.foundation.base = Base::Rigid), "foundation.base");
         let layer = Layer { shear_modulus: 1.0, poisson: 0.3, thickness: 0.0 };
-        assert_eq!(refused(&|s| s.foundation.layers = vec![layer]), "foundation.layers[0].thickness");
+        assert_eq!(
+            refused(&|s| s.foundation.layers = vec![layer]),
+            "foundation.layers[0].thickness"
+        );
         assert_eq!(refused(&|s| s.punch.shape = Shape::Cone { angle: 1.6 }), "punch.angle");
-        assert_eq!(refused(&|s| s.punch.material = Some(Material { shear_modulus: 1.0, poisson: -0.1 })), "punch.material.poisson");
+        assert_eq!(
+            refused(&|s| s.punch.material = Some(Material { shear_modulus: 1.0, poisson: -0.1 })),
+            "punch.material.poisson"
+        );
         assert_eq!(refused(&|s| s.friction.mu = -0.1), "friction.mu");
         assert_eq!(refused(&|s| s.loading.steps.clear()), "loading.steps");
-        assert_eq!(refused(&|s| s.loading.steps[0].twist = Some(f64::INFINITY)), "loading.steps[0].twist");
+        assert_eq!(
+            refused(&|s| s.loading.steps[0].twist = Some(f64::INFINITY)),
+            "loading.steps[0].twist"
+        );
         assert_eq!(refused(&|s| s.loading.steps[0].approach = None), "loading.steps[0].approach");
-        assert_eq!(refused(&|s| s.loading.steps[0].normal_force = Some(1.0)), "loading.steps[0].normal_force");
+        assert_eq!(
+            refused(&|s| s.loading.steps[0].normal_force = Some(1.0)),
+            "loading.steps[0].normal_force"
+        );
         assert_eq!(
             refused(&|s| s.loading.steps.push(Step { normal_force: Some(0.0), ..Step::default() })),
             "loading.steps[1].normal_force"

@@ -8,7 +8,10 @@ use crate::loading::{Control, Leg, Step};
 use crate::numerics::{Mesh, Method, Numerics};
 use crate::observables::{fields, observables, states};
 use crate::operators::{Operator, Operators};
-use crate::outcome::{Certificate, Fields, Hertz, Level, Motion, Observables, Outcome, RailContact, Status, StepOutcome, WorkDone};
+use crate::outcome::{
+    Certificate, Fields, Hertz, Level, Motion, Observables, Outcome, RailContact, Status,
+    StepOutcome, WorkDone,
+};
 use crate::parallel;
 use crate::problem::Problem;
 use crate::punch::{Gap, Surfaces, surface_compliance};
@@ -16,26 +19,47 @@ use crate::reference::hertz_ellipse;
 use crate::scene::{Scene, SceneError};
 use crate::solver::{self, Iterate, Limits, Start, Stop};
 
-/// Solves a scene: binds it to its grid, follows its loading path with the method, certifies each increment with code that the
-/// method does not use (the operator without mirror planes, its transform held against plain sums on some elements), and derives the observables; the fields are those of the last increment. What
-/// cannot mean anything is an error; a path that cannot be followed, or not to the tolerance, is an [`Outcome`] with
-/// [`Status::Failed`] that keeps what came before.
-pub fn solve(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators: &mut Operators) -> Result<(Outcome, Fields), SceneError> {
-    // on a thread of the pool from the start: from outside, each of the many loops would be handed over and waited for
+/// Solves a scene: binds it to its grid, follows its loading path with the method, certifies each
+/// increment with code that the method does not use (the operator without mirror planes, its
+/// transform held against plain sums on some elements), and derives the observables; the fields are
+/// those of the last increment. What cannot mean anything is an error; a path that cannot be
+/// followed, or not to the tolerance, is an [`Outcome`] with [`Status::Failed`] that keeps what
+/// came before.
+pub fn solve(
+    scene: &Scene,
+    numerics: &Numerics,
+    surfaces: &Surfaces,
+    operators: &mut Operators,
+) -> Result<(Outcome, Fields), SceneError> {
+    // on a thread of the pool from the start: from outside, each of the many loops would be handed
+    // over and waited for
     rayon::scope(|_| follow(scene, numerics, surfaces, operators))
 }
 
-fn follow(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators: &mut Operators) -> Result<(Outcome, Fields), SceneError> {
+fn follow(
+    scene: &Scene,
+    numerics: &Numerics,
+    surfaces: &Surfaces,
+    operators: &mut Operators,
+) -> Result<(Outcome, Fields), SceneError> {
     let gap = Gap::new(scene, surfaces)?;
     let problem = Problem::new(scene, numerics, surfaces)?;
     let elements = [problem.grid.nx(), problem.grid.ny()];
     let effects = Effects::of(scene, numerics, elements, surfaces)?;
-    let study =
-        Study { scene, numerics, surfaces, stages: effects.stages(scene), certified: certified(&effects), increments: increments(scene) };
+    let study = Study {
+        scene,
+        numerics,
+        surfaces,
+        stages: effects.stages(scene),
+        certified: certified(&effects),
+        increments: increments(scene),
+    };
     let (method, _) = numerics.method.chosen(&scene.loading, elements);
     let mut ladder = Vec::new();
     let start = match method {
-        Method::Newton => coarse_start(&study, operators, &problem, estimate::TOLERANCE, &mut ladder),
+        Method::Newton => {
+            coarse_start(&study, operators, &problem, estimate::TOLERANCE, &mut ladder)
+        }
         Method::Seidel | Method::Auto => nothing(&problem),
     };
     let limits = Limits { tolerance: numerics.tolerance, max_iterations: numerics.max_iterations };
@@ -44,13 +68,22 @@ fn follow(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces, operators: &m
     for (leg, part) in &study.increments {
         status = path.advance(&study, method, leg, *part, &limits, operators);
         if let Status::Failed { reason } = &status {
-            status = Status::Failed { reason: place(reason, scene, path.steps.last(), *part, leg.increments) };
+            status = Status::Failed {
+                reason: place(reason, scene, path.steps.last(), *part, leg.increments),
+            };
             break;
         }
     }
-    let estimate = if status == Status::Certified { estimate(&study, &path, &mut ladder, operators) } else { None };
+    let estimate = if status == Status::Certified {
+        estimate(&study, &path, &mut ladder, operators)
+    } else {
+        None
+    };
     let last = path.steps.last();
-    let (hertz, rail) = (last.and_then(|step| hertz(scene, &gap, step)), last.and_then(|step| rail_contact(&gap, step)));
+    let (hertz, rail) = (
+        last.and_then(|step| hertz(scene, &gap, step)),
+        last.and_then(|step| rail_contact(&gap, step)),
+    );
     let mut levels: Vec<Level> = ladder.iter().map(Path::level).collect();
     levels.sort_by_key(|level| level.elements.map(u64::from).iter().product::<u64>());
     Ok((Outcome { status, levels, steps: path.steps, hertz, rail, estimate }, path.fields))
@@ -73,7 +106,12 @@ fn certified(effects: &Effects) -> Components {
 }
 
 fn increments(scene: &Scene) -> Vec<(Leg, u32)> {
-    scene.loading.legs().into_iter().flat_map(|leg| (1..=leg.increments).map(move |part| (leg, part))).collect()
+    scene
+        .loading
+        .legs()
+        .into_iter()
+        .flat_map(|leg| (1..=leg.increments).map(move |part| (leg, part)))
+        .collect()
 }
 
 /// The path on one grid, as far as it has been followed.
@@ -93,22 +131,54 @@ struct Path {
 
 impl Path {
     fn new(study: &Study<'_>, problem: Problem, start: Start, operators: &mut Operators) -> Self {
-        let without_mirror =
-            problem.reduced(study.certified, Mirror::NONE, None).expect("without a mirror plane there is nothing to refuse");
+        let without_mirror = problem
+            .reduced(study.certified, Mirror::NONE, None)
+            .expect("without a mirror plane there is nothing to refuse");
         let operator = operators.of(&without_mirror);
         let (before, departure) = (Before::default(), Before::default());
-        Self { problem, operator, start, before, departure, steps: Vec::new(), fields: Fields::default() }
+        Self {
+            problem,
+            operator,
+            start,
+            before,
+            departure,
+            steps: Vec::new(),
+            fields: Fields::default(),
+        }
     }
 
     /// Solves the next increment, the `part`-th of `leg`.
-    fn advance(&mut self, study: &Study<'_>, method: Method, leg: &Leg, part: u32, limits: &Limits, operators: &mut Operators) -> Status {
+    fn advance(
+        &mut self,
+        study: &Study<'_>,
+        method: Method,
+        leg: &Leg,
+        part: u32,
+        limits: &Limits,
+        operators: &mut Operators,
+    ) -> Status {
         if part == 1 {
             self.departure = self.before;
         }
         let asked = leg.increment(part, &self.departure.motion, &self.departure.resultants);
         let controls = in_units(&asked, &self.problem);
-        let iterate = solver::solve(method, &mut self.problem, operators, &study.stages, &controls, &self.start, limits);
-        let (status, mut step, fields, w) = conclude(&self.problem, &self.operator, &iterate, &asked, &self.before, limits.tolerance);
+        let iterate = solver::solve(
+            method,
+            &mut self.problem,
+            operators,
+            &study.stages,
+            &controls,
+            &self.start,
+            limits,
+        );
+        let (status, mut step, fields, w) = conclude(
+            &self.problem,
+            &self.operator,
+            &iterate,
+            &asked,
+            &self.before,
+            limits.tolerance,
+        );
         (step.step, step.cycle) = (leg.step, leg.cycle);
         self.before = Before { motion: step.motion, resultants: step.observables.resultants() };
         self.steps.push(step);
@@ -124,7 +194,10 @@ impl Path {
 
     fn level(&self) -> Level {
         let sum = |part: fn(&WorkDone) -> u64| self.steps.iter().map(|step| part(&step.work)).sum();
-        let work = WorkDone { iterations: sum(|work| work.iterations), operator_applications: sum(|work| work.operator_applications) };
+        let work = WorkDone {
+            iterations: sum(|work| work.iterations),
+            operator_applications: sum(|work| work.operator_applications),
+        };
         Level { elements: self.elements(), work }
     }
 }
@@ -136,18 +209,30 @@ fn nothing(problem: &Problem) -> Start {
     Start { p: vec![0.0; problem.f.len()], motion: [0.0; 6] }
 }
 
-/// A start for the first increment, found on grids of half as many elements each way, from the coarsest up: Newton's method
-/// from nothing finds its way on few elements, and on many it does not. The paths on these grids, as far as the first increment, go to
-/// `ladder`; on the finest of them it is solved to this tolerance.
-fn coarse_start(study: &Study<'_>, operators: &mut Operators, fine: &Problem, tolerance: f64, ladder: &mut Vec<Path>) -> Start {
+/// A start for the first increment, found on grids of half as many elements each way, from the
+/// coarsest up: Newton's method from nothing finds its way on few elements, and on many it does
+/// not. The paths on these grids, as far as the first increment, go to `ladder`; on the finest of
+/// them it is solved to this tolerance.
+fn coarse_start(
+    study: &Study<'_>,
+    operators: &mut Operators,
+    fine: &Problem,
+    tolerance: f64,
+    ladder: &mut Vec<Path>,
+) -> Start {
     let elements = [fine.grid.nx(), fine.grid.ny()].map(|n| n as u32);
     let halved = elements.map(|n| if n > COARSEST { n.div_ceil(2) } else { n });
     if halved == elements {
         return nothing(fine);
     }
-    let Some(coarse) = first_increment(study, operators, halved, tolerance, ladder) else { return nothing(fine) };
+    let Some(coarse) = first_increment(study, operators, halved, tolerance, ladder) else {
+        return nothing(fine);
+    };
     let usable = coarse.steps.iter().all(|step| step.certificate.meets(START_TOLERANCE));
-    let start = Start { p: coarse.problem.grid.sample(&coarse.start.p, &fine.grid), motion: coarse.start.motion };
+    let start = Start {
+        p: coarse.problem.grid.sample(&coarse.start.p, &fine.grid),
+        motion: coarse.start.motion,
+    };
     ladder.push(coarse);
     if usable { start } else { nothing(fine) }
 }
@@ -173,9 +258,14 @@ fn first_increment(
 /// Relative residual at which a coarse solution is good enough to begin from.
 const START_TOLERANCE: f64 = 1e-3;
 
-/// The estimate for the end of `path`, from the same path on a grid of half as many elements each way: the one of `ladder`, or where
-/// that has none, one that is added to it.
-fn estimate(study: &Study<'_>, path: &Path, ladder: &mut Vec<Path>, operators: &mut Operators) -> Option<Estimate> {
+/// The estimate for the end of `path`, from the same path on a grid of half as many elements each
+/// way: the one of `ladder`, or where that has none, one that is added to it.
+fn estimate(
+    study: &Study<'_>,
+    path: &Path,
+    ladder: &mut Vec<Path>,
+    operators: &mut Operators,
+) -> Option<Estimate> {
     let elements = estimate::coarser(path.elements())?;
     let at = match ladder.iter().position(|coarse| coarse.elements() == elements) {
         Some(at) => at,
@@ -189,13 +279,21 @@ fn estimate(study: &Study<'_>, path: &Path, ladder: &mut Vec<Path>, operators: &
     if !coarse.steps.iter().all(|step| step.certificate.meets(estimate::TOLERANCE)) {
         return None;
     }
-    let limits = Limits { tolerance: estimate::TOLERANCE, max_iterations: study.numerics.max_iterations };
+    let limits =
+        Limits { tolerance: estimate::TOLERANCE, max_iterations: study.numerics.max_iterations };
     for (leg, part) in &study.increments[coarse.steps.len()..] {
-        if coarse.advance(study, Method::Newton, leg, *part, &limits, operators) != Status::Certified {
+        if coarse.advance(study, Method::Newton, leg, *part, &limits, operators)
+            != Status::Certified
+        {
             return None;
         }
     }
-    estimate::estimate(study.scene, study.numerics, (&path.steps, &path.fields), (&coarse.steps, &coarse.fields))
+    estimate::estimate(
+        study.scene,
+        study.numerics,
+        (&path.steps, &path.fields),
+        (&coarse.steps, &coarse.fields),
+    )
 }
 
 /// The state that an increment starts from, in SI units.
@@ -208,7 +306,8 @@ pub(crate) struct Before {
 /// What Hertz's theory makes of an increment's load; it knows no layers, no tilt and no moment.
 fn hertz(scene: &Scene, gap: &Gap<'_>, step: &StepOutcome) -> Option<Hertz> {
     let load = step.observables.load;
-    let curvatures = gap.curvatures().filter(|_| scene.foundation.layers.is_empty() && load > 0.0)?;
+    let curvatures =
+        gap.curvatures().filter(|_| scene.foundation.layers.is_empty() && load > 0.0)?;
     let compliance = surface_compliance(scene);
     let ellipse = hertz_ellipse(2.0 / compliance, 0.5 * curvatures[0], 0.5 * curvatures[1], load);
     let (a, b) = (ellipse.semi_axis_x, ellipse.semi_axis_y);
@@ -230,7 +329,11 @@ fn rail_contact(gap: &Gap<'_>, step: &StepOutcome) -> Option<RailContact> {
     let reference = pair.overlap_frame(depth.max(0.0));
     let center = [-o.moment_y / o.load, o.moment_x / o.load];
     // the point of the rail's surface, which the plane of contact only touches
-    let pressure_center = if o.load > 0.0 { pair.onto_rail(frame.to_track([center[0], center[1], 0.0])) } else { reference.origin };
+    let pressure_center = if o.load > 0.0 {
+        pair.onto_rail(frame.to_track([center[0], center[1], 0.0]))
+    } else {
+        reference.origin
+    };
     Some(RailContact {
         track: reference.origin,
         rail: pair.to_rail(reference.origin),
@@ -250,7 +353,13 @@ pub(crate) fn in_units(asked: &[Control; 6], problem: &Problem) -> [Control; 6] 
 }
 
 /// A reason with the place on the path where it holds, if the path has more than one increment.
-fn place(reason: &str, scene: &Scene, last: Option<&StepOutcome>, part: u32, increments: u32) -> String {
+fn place(
+    reason: &str,
+    scene: &Scene,
+    last: Option<&StepOutcome>,
+    part: u32,
+    increments: u32,
+) -> String {
     let Some(last) = last else { return reason.to_owned() };
     if scene.loading.steps.len() == 1 && increments == 1 {
         return reason.to_owned();
@@ -265,8 +374,8 @@ fn place(reason: &str, scene: &Scene, last: Option<&StepOutcome>, part: u32, inc
     format!("{place}: {reason}")
 }
 
-/// Certifies an iterate with `operator`, which has no mirror planes, against `asked` \[SI\] too, and derives what goes out: whether it
-/// counts as solved, its figures, its fields and w = A p − f.
+/// Certifies an iterate with `operator`, which has no mirror planes, against `asked` \[SI\] too,
+/// and derives what goes out: whether it counts as solved, its figures, its fields and w = A p − f.
 pub(crate) fn conclude(
     problem: &Problem,
     operator: &Operator,
@@ -293,20 +402,38 @@ pub(crate) fn conclude(
     let states = states(problem, p, &w, diagonal);
     let mut observables = observables(problem, p, &w, &states);
     let units = problem.scale.motions();
-    let motion = Motion::from_array(std::array::from_fn(|which| iterate.motion[which] * units[which]));
+    let motion =
+        Motion::from_array(std::array::from_fn(|which| iterate.motion[which] * units[which]));
     let (now, was) = (motion.to_array(), before.motion.to_array());
     let (forces, forces_before) = (observables.resultants(), before.resultants);
-    observables.external_work = (0..6).map(|which| 0.5 * (forces[which] + forces_before[which]) * (now[which] - was[which])).sum();
+    observables.external_work = (0..6)
+        .map(|which| 0.5 * (forces[which] + forces_before[which]) * (now[which] - was[which]))
+        .sum();
     let mut certificate = certify(problem, p, &displacement, diagonal, &observables, asked);
     let components = operator.influence.components();
-    let unsure = transform_error(&operator.table, &problem.grid, components, &p[..acting], &displacement[..acting]);
+    let unsure = transform_error(
+        &operator.table,
+        &problem.grid,
+        components,
+        &p[..acting],
+        &displacement[..acting],
+    );
     certificate.residual = certificate.residual.max(unsure);
     let status = if iterate.stop.is_solution() && certificate.meets(tolerance) {
         Status::Certified
     } else {
-        Status::Failed { reason: failure(problem.mu, iterate, asked, &observables, &certificate, tolerance) }
+        Status::Failed {
+            reason: failure(problem.mu, iterate, asked, &observables, &certificate, tolerance),
+        }
     };
-    let step = StepOutcome { motion, observables, certificate, work: work(iterate), way: iterate.way, ..StepOutcome::default() };
+    let step = StepOutcome {
+        motion,
+        observables,
+        certificate,
+        work: work(iterate),
+        way: iterate.way,
+        ..StepOutcome::default()
+    };
     (status, step, fields(problem, p, &w, &states), w)
 }
 
@@ -324,8 +451,12 @@ fn failure(
     let name = |which: usize| Step::NAMES[which][1];
     let stop = match iterate.stop {
         Stop::Converged => "the solver took it for converged".to_owned(),
-        Stop::OutOfIterations { residual } => format!("not converged in {iterations} iterations (residual {residual:.1e})"),
-        Stop::Stalled { residual } => format!("stalled after {iterations} iterations (smallest residual {residual:.1e})"),
+        Stop::OutOfIterations { residual } => {
+            format!("not converged in {iterations} iterations (residual {residual:.1e})")
+        }
+        Stop::Stalled { residual } => {
+            format!("stalled after {iterations} iterations (smallest residual {residual:.1e})")
+        }
         Stop::Diverged => format!("diverged after {iterations} iterations"),
         Stop::Slides { which } => {
             let (Control::Force(asked) | Control::Motion(asked)) = asked[which];
@@ -338,7 +469,10 @@ fn failure(
         }
         Stop::Unbalanced { which } => {
             let (Control::Force(asked) | Control::Motion(asked)) = asked[which];
-            return format!("no pressure under the sole has {} = {asked:.6e} N m: its line of action passes the sole by", name(which));
+            return format!(
+                "no pressure under the sole has {} = {asked:.6e} N m: its line of action passes the sole by",
+                name(which)
+            );
         }
         Stop::OneRow { which } => {
             let (Control::Force(asked) | Control::Motion(asked)) = asked[which];
@@ -349,17 +483,25 @@ fn failure(
         }
     };
     // what the contact does not carry, most of all, where everything else is right
-    let solved = [certificate.residual, certificate.tension, certificate.cone_violation].iter().all(|figure| *figure <= tolerance);
+    let solved = [certificate.residual, certificate.tension, certificate.cone_violation]
+        .iter()
+        .all(|figure| *figure <= tolerance);
     let reached = observables.resultants();
     let missed = (0..6).filter_map(|which| match asked[which] {
-        Control::Force(asked) if asked != reached[which] => {
-            Some((which, asked, (asked - reached[which]).abs() / asked.abs().max(reached[which].abs())))
-        }
+        Control::Force(asked) if asked != reached[which] => Some((
+            which,
+            asked,
+            (asked - reached[which]).abs() / asked.abs().max(reached[which].abs()),
+        )),
         _ => None,
     });
     let difficulty = match missed.max_by(|a, b| a.2.total_cmp(&b.2)).filter(|_| solved) {
         Some((which, asked, _)) if observables.contact_elements == 0 => {
-            format!(": where the punch was moved to nothing touches, and nothing carries {} = {asked:.6e} {}", name(which), unit(which))
+            format!(
+                ": where the punch was moved to nothing touches, and nothing carries {} = {asked:.6e} {}",
+                name(which),
+                unit(which)
+            )
         }
         Some((which, asked, _)) => format!(
             ": no motion of the punch was found at which the contact carries {} = {asked:.6e} {}; at the nearest it carries {:.6e}",
@@ -371,12 +513,18 @@ fn failure(
     };
     format!(
         "{stop}{difficulty}; the certificate has residual {:.1e}, tension {:.1e}, cone violation {:.1e}, force imbalance {:.1e} where {tolerance:.1e} was asked",
-        certificate.residual, certificate.tension, certificate.cone_violation, certificate.force_imbalance
+        certificate.residual,
+        certificate.tension,
+        certificate.cone_violation,
+        certificate.force_imbalance
     )
 }
 
 fn work(iterate: &Iterate) -> WorkDone {
-    WorkDone { iterations: iterate.iterations, operator_applications: iterate.operator_applications }
+    WorkDone {
+        iterations: iterate.iterations,
+        operator_applications: iterate.operator_applications,
+    }
 }
 
 #[cfg(test)]
@@ -395,9 +543,18 @@ mod tests {
             way: Way::Newton,
         };
         let mut asked = [Control::Motion(0.0); 6];
-        (asked[0], asked[1], asked[4]) = (Control::Force(2.0), Control::Force(0.5), Control::Force(-0.25));
-        let observables = Observables { load: 2.0, force_x: 0.5, moment_y: -0.2, contact_elements: 9, ..Observables::default() };
-        let say = |observables: &Observables, certificate: &Certificate| failure(0.3, &iterate, &asked, observables, certificate, 1e-8);
+        (asked[0], asked[1], asked[4]) =
+            (Control::Force(2.0), Control::Force(0.5), Control::Force(-0.25));
+        let observables = Observables {
+            load: 2.0,
+            force_x: 0.5,
+            moment_y: -0.2,
+            contact_elements: 9,
+            ..Observables::default()
+        };
+        let say = |observables: &Observables, certificate: &Certificate| {
+            failure(0.3, &iterate, &asked, observables, certificate, 1e-8)
+        };
         let unbalanced = Certificate { force_imbalance: 0.1, ..Certificate::default() };
         assert_eq!(
             say(&observables, &unbalanced),
@@ -406,9 +563,17 @@ mod tests {
              cone violation 0.0e0, force imbalance 1.0e-1 where 1.0e-8 was asked"
         );
         let apart = say(&Observables::default(), &unbalanced);
-        assert!(apart.contains("nothing touches, and nothing carries moment_y = -2.500000e-1 N m;"), "{apart}");
+        assert!(
+            apart.contains("nothing touches, and nothing carries moment_y = -2.500000e-1 N m;"),
+            "{apart}"
+        );
         // where more is wrong than that, it is not the difficulty
         let unsolved = say(&observables, &Certificate { residual: 1e-3, ..unbalanced });
-        assert!(unsolved.starts_with("stalled after 17 iterations (smallest residual 2.0e-1); the certificate"), "{unsolved}");
+        assert!(
+            unsolved.starts_with(
+                "stalled after 17 iterations (smallest residual 2.0e-1); the certificate"
+            ),
+            "{unsolved}"
+        );
     }
 }

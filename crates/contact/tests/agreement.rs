@@ -1,5 +1,5 @@
-//! Every method gives the same solution, under prescribed motion and under prescribed forces, and a path of forces gives the motion
-//! that, prescribed, gives these forces back.
+//! Every method gives the same solution, under prescribed motion and under prescribed forces, and a
+//! path of forces gives the motion that, prescribed, gives these forces back.
 
 mod common;
 
@@ -26,17 +26,62 @@ fn scenes() -> Vec<(&'static str, Scene)> {
         ("sphere", scene(sphere.clone(), 1.0, 0.3, 0.3, pressed)),
         ("sphere, much friction", scene(sphere.clone(), 1.0, 0.0, 3.0, pressed)),
         ("sphere, no friction", scene(sphere.clone(), 1.0, 0.3, 0.0, pressed)),
-        ("sphere, shifted", scene(sphere.clone(), 1.0, 0.3, 0.3, Step { shift_x: Some(0.1), shift_y: Some(0.04), ..pressed })),
-        ("sphere, uncoupled", scene(sphere.clone(), 1.0, 0.5, 0.3, Step { shift_x: Some(0.1), ..pressed })),
-        ("sphere, sliding", scene(sphere.clone(), 1.0, 0.3, 0.2, Step { shift_x: Some(1.0), ..pressed })),
-        ("sphere, twisted", scene(sphere.clone(), 1.0, 0.3, 0.3, Step { twist: Some(0.3), ..pressed })),
+        (
+            "sphere, shifted",
+            scene(
+                sphere.clone(),
+                1.0,
+                0.3,
+                0.3,
+                Step { shift_x: Some(0.1), shift_y: Some(0.04), ..pressed },
+            ),
+        ),
+        (
+            "sphere, uncoupled",
+            scene(sphere.clone(), 1.0, 0.5, 0.3, Step { shift_x: Some(0.1), ..pressed }),
+        ),
+        (
+            "sphere, sliding",
+            scene(sphere.clone(), 1.0, 0.3, 0.2, Step { shift_x: Some(1.0), ..pressed }),
+        ),
+        (
+            "sphere, twisted",
+            scene(sphere.clone(), 1.0, 0.3, 0.3, Step { twist: Some(0.3), ..pressed }),
+        ),
         ("disk", scene(disk.clone(), 1.0, 0.3, 0.1, flat)),
-        ("disk, shifted", scene(disk.clone(), 1.0, 0.0, 0.8, Step { shift_x: Some(0.004), ..flat })),
-        ("disk, on its edge", scene(disk.clone(), 1.0, 0.3, 0.3, Step { tilt_x: Some(0.02), ..flat })),
-        ("ellipsoid", scene(Shape::Ellipsoid { radius_x: 1.0, radius_y: 0.1 }, 1.0, 0.25, 0.4, Step { shift_y: Some(0.1), ..pressed })),
+        (
+            "disk, shifted",
+            scene(disk.clone(), 1.0, 0.0, 0.8, Step { shift_x: Some(0.004), ..flat }),
+        ),
+        (
+            "disk, on its edge",
+            scene(disk.clone(), 1.0, 0.3, 0.3, Step { tilt_x: Some(0.02), ..flat }),
+        ),
+        (
+            "ellipsoid",
+            scene(
+                Shape::Ellipsoid { radius_x: 1.0, radius_y: 0.1 },
+                1.0,
+                0.25,
+                0.4,
+                Step { shift_y: Some(0.1), ..pressed },
+            ),
+        ),
         ("load", scene(sphere.clone(), 1.0, 0.3, 0.3, loaded)),
-        ("load and pull", scene(sphere.clone(), 1.0, 0.3, 0.3, Step { force_x: Some(0.5), ..loaded })),
-        ("nearly sliding", scene(sphere.clone(), 1.0, 0.0, 0.3, Step { force_x: Some(0.999 * 0.3 * 3.8), ..loaded })),
+        (
+            "load and pull",
+            scene(sphere.clone(), 1.0, 0.3, 0.3, Step { force_x: Some(0.5), ..loaded }),
+        ),
+        (
+            "nearly sliding",
+            scene(
+                sphere.clone(),
+                1.0,
+                0.0,
+                0.3,
+                Step { force_x: Some(0.999 * 0.3 * 3.8), ..loaded },
+            ),
+        ),
         (
             "every force",
             scene(
@@ -44,12 +89,30 @@ fn scenes() -> Vec<(&'static str, Scene)> {
                 1.0,
                 0.3,
                 0.3,
-                Step { force_x: Some(0.5), force_y: Some(-0.2), moment_x: Some(0.1), moment_y: Some(0.05), moment_z: Some(0.1), ..loaded },
+                Step {
+                    force_x: Some(0.5),
+                    force_y: Some(-0.2),
+                    moment_x: Some(0.1),
+                    moment_y: Some(0.05),
+                    moment_z: Some(0.1),
+                    ..loaded
+                },
             ),
         ),
         (
             "eccentric load on a disk",
-            scene(disk, 1.0, 0.3, 0.3, Step { normal_force: Some(1.0), moment_x: Some(0.5), force_y: Some(0.1), ..Step::default() }),
+            scene(
+                disk,
+                1.0,
+                0.3,
+                0.3,
+                Step {
+                    normal_force: Some(1.0),
+                    moment_x: Some(0.5),
+                    force_y: Some(0.1),
+                    ..Step::default()
+                },
+            ),
         ),
     ]
 }
@@ -65,7 +128,12 @@ fn the_methods_agree() {
             assert_eq!(one.state, other.state, "{name}, {n}");
             let scale = seidel.motion.approach;
             for (a, b) in seidel.motion.to_array().iter().zip(newton.motion.to_array()) {
-                assert!((a - b).abs() < 1e-7 * scale, "{name}, {n}: {:?} {:?}", seidel.motion, newton.motion);
+                assert!(
+                    (a - b).abs() < 1e-7 * scale,
+                    "{name}, {n}: {:?} {:?}",
+                    seidel.motion,
+                    newton.motion
+                );
             }
         }
     }
@@ -78,13 +146,18 @@ fn forces_give_the_motion_that_gives_the_forces() {
         let o = by_motion.observables;
         let mut forced = scene.clone();
         // the moments about the tilting axes are as a rule no one's to give
-        forced.loading.steps[0] =
-            Step { normal_force: Some(o.load), force_x: Some(o.force_x), force_y: Some(o.force_y), ..scene.loading.steps[0] };
+        forced.loading.steps[0] = Step {
+            normal_force: Some(o.load),
+            force_x: Some(o.force_x),
+            force_y: Some(o.force_y),
+            ..scene.loading.steps[0]
+        };
         let step = &mut forced.loading.steps[0];
         (step.approach, step.shift_x, step.shift_y) = (None, None, None);
         if forced.friction.mu == 0.0 || name == "sphere, sliding" {
             (step.force_x, step.force_y) = (None, None);
-            (step.shift_x, step.shift_y) = (scene.loading.steps[0].shift_x, scene.loading.steps[0].shift_y);
+            (step.shift_x, step.shift_y) =
+                (scene.loading.steps[0].shift_x, scene.loading.steps[0].shift_y);
         }
         forced.domain = Some(contact::punch::domain(&scene, &Surfaces::new()).unwrap());
         let (by_force, back) = by(Method::Newton, &forced, Mesh::Across(16));
@@ -141,8 +214,9 @@ proptest! {
     }
 }
 
-/// Pulled lightly, most of a contact sticks. From slip everywhere to one side a step leads to slip everywhere to the other, for ever; Newton's
-/// method has to find out of that by itself, whether there is a transverse direction (ν > 0) or not.
+/// Pulled lightly, most of a contact sticks. From slip everywhere to one side a step leads to slip
+/// everywhere to the other, for ever; Newton's method has to find out of that by itself, whether
+/// there is a transverse direction (ν > 0) or not.
 #[test]
 fn a_light_pull_needs_no_other_method() {
     for poisson in [0.0, 0.3, 0.5] {
@@ -150,20 +224,36 @@ fn a_light_pull_needs_no_other_method() {
         let mut scene = scene(Shape::Sphere { radius: 0.01 }, 80e9, poisson, 0.3, Step::default());
         scene.foundation = Foundation::half_space(body);
         scene.punch.material = Some(body);
-        scene.loading =
-            Loading::path(vec![Step { approach: Some(1e-6), ..Step::default() }, Step { shift_x: Some(1e-7), ..Step::default() }]);
+        scene.loading = Loading::path(vec![
+            Step { approach: Some(1e-6), ..Step::default() },
+            Step { shift_x: Some(1e-7), ..Step::default() },
+        ]);
         for mesh in [8, 24, 48] {
-            let (outcome, _) =
-                solve(&scene, &numerics(Mesh::Across(mesh), Projection::Average, 1e-8), &Surfaces::new(), &mut Operators::default())
-                    .unwrap();
-            assert_eq!((&outcome.status, outcome.way()), (&Status::Certified, Some(Way::Newton)), "ν = {poisson}, mesh {mesh}");
+            let (outcome, _) = solve(
+                &scene,
+                &numerics(Mesh::Across(mesh), Projection::Average, 1e-8),
+                &Surfaces::new(),
+                &mut Operators::default(),
+            )
+            .unwrap();
+            assert_eq!(
+                (&outcome.status, outcome.way()),
+                (&Status::Certified, Some(Way::Newton)),
+                "ν = {poisson}, mesh {mesh}"
+            );
             let end = outcome.last().unwrap();
-            assert!(end.work.iterations <= 20 && end.observables.stick_area > 0.5 * end.observables.contact_area, "{:?}", end.work);
+            assert!(
+                end.work.iterations <= 20
+                    && end.observables.stick_area > 0.5 * end.observables.contact_area,
+                "{:?}",
+                end.work
+            );
         }
     }
 }
 
-/// Linear systems that are solved too loosely sent it round in circles, and into Seidel sweeps that take minutes.
+/// Linear systems that are solved too loosely sent it round in circles, and into Seidel sweeps that
+/// take minutes.
 #[test]
 fn many_elements_under_a_flat_disk_take_few_steps() {
     let pressed = Step { approach: Some(0.01), ..Step::default() };
@@ -171,27 +261,43 @@ fn many_elements_under_a_flat_disk_take_few_steps() {
     for (step, mesh) in [(pressed, 224), (pulled, 200)] {
         let scene = scene(Shape::FlatDisk { radius: 1.0 }, 1.0, 0.3, 0.3, step);
         let numerics = numerics(Mesh::Across(mesh), Projection::Midpoint, 1e-8);
-        let (outcome, _) = solve(&scene, &numerics, &Surfaces::new(), &mut Operators::default()).unwrap();
-        assert_eq!((&outcome.status, outcome.way()), (&Status::Certified, Some(Way::Newton)), "{step:?}");
-        assert!(outcome.last().unwrap().work.iterations <= 15, "{:?}", outcome.last().unwrap().work);
+        let (outcome, _) =
+            solve(&scene, &numerics, &Surfaces::new(), &mut Operators::default()).unwrap();
+        assert_eq!(
+            (&outcome.status, outcome.way()),
+            (&Status::Certified, Some(Way::Newton)),
+            "{step:?}"
+        );
+        assert!(
+            outcome.last().unwrap().work.iterations <= 15,
+            "{:?}",
+            outcome.last().unwrap().work
+        );
     }
 }
 
 /// On a mesh large enough for every loop to be shared.
 #[test]
 fn a_solution_has_the_same_bytes_on_any_number_of_threads() {
-    let force = Step { normal_force: Some(3.8), force_x: Some(0.5), force_y: Some(0.1), ..Step::default() };
+    let force =
+        Step { normal_force: Some(3.8), force_x: Some(0.5), force_y: Some(0.1), ..Step::default() };
     let scene = scene(Shape::Sphere { radius: 1.0 }, 1.0, 0.3, 0.3, force);
     let numerics = numerics(Mesh::Across(190), Projection::Midpoint, 1e-8);
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| solve(&scene, &numerics, &Surfaces::default(), &mut Operators::default()).unwrap())
+        pool.install(|| {
+            solve(&scene, &numerics, &Surfaces::default(), &mut Operators::default()).unwrap()
+        })
     };
     let (outcome, fields) = on(1);
     assert_eq!(outcome.status, Status::Certified);
     assert!(outcome.estimate.is_some());
     for threads in [2, 3] {
         // every digit of a double goes into its debug text
-        assert_eq!(format!("{:?}", on(threads)), format!("{:?}", (&outcome, &fields)), "{threads} threads");
+        assert_eq!(
+            format!("{:?}", on(threads)),
+            format!("{:?}", (&outcome, &fields)),
+            "{threads} threads"
+        );
     }
 }

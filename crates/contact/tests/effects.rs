@@ -1,4 +1,5 @@
-//! Leaving out what a scene does not call for changes nothing, and what it does call for is not left out.
+//! Leaving out what a scene does not call for changes nothing, and what it does call for is not
+//! left out.
 
 mod common;
 
@@ -23,24 +24,41 @@ fn off(effects: &Effects) -> Vec<Effect> {
     Effect::OPTIONAL.into_iter().filter(|effect| !effects.has(*effect)).collect()
 }
 
-/// Solves with what the scene calls for and with every effect, and compares. Gives what was left out.
+/// Solves with what the scene calls for and with every effect, and compares. Gives what was left
+/// out.
 fn agree(scene: &Scene, mesh: [u32; 2]) -> Vec<Effect> {
-    let lean = Numerics { simulate: Vec::new(), ..numerics(Mesh::Exact(mesh), Projection::Average, 1e-10) };
+    let lean = Numerics {
+        simulate: Vec::new(),
+        ..numerics(Mesh::Exact(mesh), Projection::Average, 1e-10)
+    };
     let full = Numerics { simulate: Effect::OPTIONAL.to_vec(), ..lean.clone() };
     let run = |numerics: &Numerics| -> (Vec<StepOutcome>, Fields, Status) {
-        let (outcome, fields) = solve(scene, numerics, &Surfaces::new(), &mut Operators::default()).unwrap();
+        let (outcome, fields) =
+            solve(scene, numerics, &Surfaces::new(), &mut Operators::default()).unwrap();
         (outcome.steps, fields, outcome.status)
     };
     let ((steps, fields, status), (all_steps, all_fields, all_status)) = (run(&lean), run(&full));
-    assert_eq!(matches!(status, Status::Certified), matches!(all_status, Status::Certified), "{status:?} {all_status:?} {scene:?}");
+    assert_eq!(
+        matches!(status, Status::Certified),
+        matches!(all_status, Status::Certified),
+        "{status:?} {all_status:?} {scene:?}"
+    );
     if status == Status::Certified {
         let apart = difference(&fields, &all_fields);
         assert!(apart < 1e-7, "{apart:.1e}: {scene:?}");
         for (step, all) in steps.iter().zip(&all_steps) {
             for (a, b) in step.observables.resultants().iter().zip(all.observables.resultants()) {
-                assert!((a - b).abs() <= 1e-7 * all.observables.load.max(1e-3), "{:?} {:?}", step.observables, all.observables);
+                assert!(
+                    (a - b).abs() <= 1e-7 * all.observables.load.max(1e-3),
+                    "{:?} {:?}",
+                    step.observables,
+                    all.observables
+                );
             }
-            assert!((step.observables.dissipation - all.observables.dissipation).abs() <= 1e-7 * all.observables.energy.max(1e-6));
+            assert!(
+                (step.observables.dissipation - all.observables.dissipation).abs()
+                    <= 1e-7 * all.observables.energy.max(1e-6)
+            );
         }
     }
     off(&effects(scene, &lean, &Surfaces::new()))
@@ -67,34 +85,79 @@ fn each_reduction_is_taken_where_it_is_exact_and_changes_nothing() {
     let nothing_tangential = vec![Friction, Coupling, TractionX, TractionY, AsymmetryX, AsymmetryY];
     let even = [14, 12];
     assert_eq!(agree(&sphere(0.3, None, 0.0, &[press]), even), nothing_tangential, "no friction");
-    assert_eq!(agree(&sphere(0.5, None, 0.3, &[press]), even), nothing_tangential, "incompressible and pressed only");
-    assert_eq!(agree(&sphere(0.3, Some(STEEL), 0.3, &[press]), even), nothing_tangential, "like bodies pressed only");
+    assert_eq!(
+        agree(&sphere(0.5, None, 0.3, &[press]), even),
+        nothing_tangential,
+        "incompressible and pressed only"
+    );
+    assert_eq!(
+        agree(&sphere(0.3, Some(STEEL), 0.3, &[press]), even),
+        nothing_tangential,
+        "like bodies pressed only"
+    );
     assert_eq!(agree(&sphere(0.3, None, 0.3, &[press]), even), [AsymmetryX, AsymmetryY]);
     assert_eq!(agree(&sphere(0.3, None, 0.3, &[press, along_x]), even), [AsymmetryY]);
     assert_eq!(agree(&sphere(0.3, None, 0.3, &[press, along_y]), even), [AsymmetryX]);
     assert_eq!(agree(&sphere(0.3, None, 0.3, &[press, twist]), even), []);
     assert_eq!(agree(&sphere(0.3, None, 0.3, &[press, tilt]), even), [AsymmetryY]);
-    assert_eq!(agree(&sphere(0.3, Some(STEEL), 0.3, &[press, along_x]), even), [Coupling, AsymmetryX, AsymmetryY]);
+    assert_eq!(
+        agree(&sphere(0.3, Some(STEEL), 0.3, &[press, along_x]), even),
+        [Coupling, AsymmetryX, AsymmetryY]
+    );
     assert_eq!(agree(&sphere(0.3, Some(STEEL), 0.3, &[press, along_x, along_y]), even), [Coupling]);
-    assert_eq!(agree(&sphere(0.3, Some(STEEL), 0.3, &[press, twist]), even), [Coupling, AsymmetryX, AsymmetryY]);
-    assert_eq!(agree(&sphere(0.3, Some(STEEL), 0.3, &[press, twist, along_y]), even), [Coupling, AsymmetryY]);
+    assert_eq!(
+        agree(&sphere(0.3, Some(STEEL), 0.3, &[press, twist]), even),
+        [Coupling, AsymmetryX, AsymmetryY]
+    );
+    assert_eq!(
+        agree(&sphere(0.3, Some(STEEL), 0.3, &[press, twist, along_y]), even),
+        [Coupling, AsymmetryY]
+    );
     let like = Some(Material { shear_modulus: 1.0, poisson: 0.0 });
-    assert_eq!(agree(&sphere(0.0, like, 0.3, &[press, along_x]), even), [Coupling, TractionY, AsymmetryX, AsymmetryY]);
-    assert_eq!(agree(&sphere(0.0, like, 0.3, &[press, along_y, along_y]), even), [Coupling, TractionX, AsymmetryX, AsymmetryY]);
-    assert_eq!(agree(&sphere(0.0, like, 0.3, &[press, along_x, tilt]), even), [Coupling, TractionY, AsymmetryY]);
-    assert_eq!(agree(&sphere(0.0, like, 0.3, &[press, twist]), even), [Coupling, AsymmetryX, AsymmetryY]);
+    assert_eq!(
+        agree(&sphere(0.0, like, 0.3, &[press, along_x]), even),
+        [Coupling, TractionY, AsymmetryX, AsymmetryY]
+    );
+    assert_eq!(
+        agree(&sphere(0.0, like, 0.3, &[press, along_y, along_y]), even),
+        [Coupling, TractionX, AsymmetryX, AsymmetryY]
+    );
+    assert_eq!(
+        agree(&sphere(0.0, like, 0.3, &[press, along_x, tilt]), even),
+        [Coupling, TractionY, AsymmetryY]
+    );
+    assert_eq!(
+        agree(&sphere(0.0, like, 0.3, &[press, twist]), even),
+        [Coupling, AsymmetryX, AsymmetryY]
+    );
     // loads instead of motions, and moments that are nothing
-    let loaded = Step { normal_force: Some(2.0), moment_x: Some(0.0), moment_y: Some(0.0), moment_z: Some(0.0), ..Step::default() };
+    let loaded = Step {
+        normal_force: Some(2.0),
+        moment_x: Some(0.0),
+        moment_y: Some(0.0),
+        moment_z: Some(0.0),
+        ..Step::default()
+    };
     assert_eq!(agree(&sphere(0.3, None, 0.3, &[loaded]), even), [AsymmetryX, AsymmetryY]);
-    assert_eq!(agree(&sphere(0.3, None, 0.3, &[loaded, Step { force_x: Some(0.3), ..Step::default() }]), even), [AsymmetryY]);
-    assert_eq!(agree(&sphere(0.3, Some(STEEL), 0.3, &[loaded, along_y]), even), [Coupling, AsymmetryX, AsymmetryY]);
+    assert_eq!(
+        agree(
+            &sphere(0.3, None, 0.3, &[loaded, Step { force_x: Some(0.3), ..Step::default() }]),
+            even
+        ),
+        [AsymmetryY]
+    );
+    assert_eq!(
+        agree(&sphere(0.3, Some(STEEL), 0.3, &[loaded, along_y]), even),
+        [Coupling, AsymmetryX, AsymmetryY]
+    );
 }
 
 #[test]
 fn a_slightly_broken_symmetry_is_no_symmetry() {
     let press = Step { approach: Some(1.0), ..Step::default() };
     let has = |scene: &Scene, mesh: [u32; 2], surfaces: &Surfaces| {
-        let effects = effects(scene, &numerics(Mesh::Exact(mesh), Projection::Average, 1e-9), surfaces);
+        let effects =
+            effects(scene, &numerics(Mesh::Exact(mesh), Projection::Average, 1e-9), surfaces);
         [Effect::AsymmetryX, Effect::AsymmetryY].map(|effect| effects.has(effect))
     };
     let none = Surfaces::new();
@@ -111,7 +174,11 @@ fn a_slightly_broken_symmetry_is_no_symmetry() {
         (Step { twist: Some(1e-300), ..press }, [true, true]),
     ] {
         assert_eq!(has(&sphere(0.3, None, 0.3, &[step]), [8, 8], &none), expected, "{step:?}");
-        assert_eq!(has(&sphere(0.3, None, 0.3, &[press, step, press]), [8, 8], &none), expected, "{step:?} on the way");
+        assert_eq!(
+            has(&sphere(0.3, None, 0.3, &[press, step, press]), [8, 8], &none),
+            expected,
+            "{step:?} on the way"
+        );
     }
     let mut heights = vec![0.0, -1.0, 0.0, -1.0, -2.0, -1.0];
     let mut map = base.clone();
@@ -136,7 +203,10 @@ fn every_decision_has_its_reason() {
     let press = Step { approach: Some(1.0), ..Step::default() };
     let numerics = numerics(Mesh::Exact([8, 8]), Projection::Average, 1e-9);
     let decided = effects(&sphere(0.3, None, 0.3, &[press]), &numerics, &Surfaces::new());
-    assert_eq!(decided.decisions().iter().map(|decision| decision.effect).collect::<Vec<_>>(), Effect::ALL);
+    assert_eq!(
+        decided.decisions().iter().map(|decision| decision.effect).collect::<Vec<_>>(),
+        Effect::ALL
+    );
     assert!(decided.decisions().iter().all(|decision| !decision.reason.is_empty()));
     let refused = Numerics { simulate: vec![Effect::Ceiling], ..numerics };
     assert_eq!(refused.validate().unwrap_err().key, "simulate");

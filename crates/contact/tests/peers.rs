@@ -1,6 +1,7 @@
-//! Cases that other programs solved on the same discrete problem (midpoint projection). CONTACT's half-space cases of one step:
-//! resultants, peaks, energy and sampled tractions to 1e-6 relative, numbers of elements in contact, sticking and slipping
-//! exactly; its loading paths: the same figures after every step.
+//! Cases that other programs solved on the same discrete problem (midpoint projection). CONTACT's
+//! half-space cases of one step: resultants, peaks, energy and sampled tractions to 1e-6 relative,
+//! numbers of elements in contact, sticking and slipping exactly; its loading paths: the same
+//! figures after every step.
 
 mod common;
 
@@ -16,12 +17,18 @@ use serde_json::Value;
 
 fn case(id: &str) {
     let file: Value = serde_json::from_str(&reference("peer_cases.json")).unwrap();
-    let case = file["one_step_cases"].as_array().unwrap().iter().find(|case| case["id"] == id).expect("a case of that id");
+    let case = file["one_step_cases"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|case| case["id"] == id)
+        .expect("a case of that id");
     let number = |key: &str| case["params"][key].as_f64().unwrap_or(0.0);
     let (n, width) = (number("n") as usize, number("L"));
 
     let mut surfaces = Surfaces::new();
-    // a height map counts its gap from its highest pixel, the case from the spheres' own lowest point
+    // a height map counts its gap from its highest pixel, the case from the spheres' own lowest
+    // point
     let mut lowest = 0.0;
     let shape = match case["shape"]["type"].as_str().unwrap() {
         // gap b1 x² + b3 y²
@@ -32,12 +39,14 @@ fn case(id: &str) {
         "flat" => Shape::FlatRectangle { width_x: width, width_y: width },
         // the lower envelope of two paraboloids, as a height map whose pixels are the elements
         "two_spheres" => {
-            let (d, radius) = (case["shape"]["d"].as_f64().unwrap(), case["shape"]["R"].as_f64().unwrap());
+            let (d, radius) =
+                (case["shape"]["d"].as_f64().unwrap(), case["shape"]["R"].as_f64().unwrap());
             let at = |i: usize| ((i as f64 + 0.5) / n as f64 - 0.5) * width;
             let gap = |x: f64, y: f64| ((x.abs() - d).powi(2) + y * y) / (2.0 * radius);
             let heights: Vec<f64> = (0..n * n).map(|s| -gap(at(s % n), at(s / n))).collect();
             lowest = -heights.iter().copied().fold(f64::MIN, f64::max);
-            surfaces.insert("two spheres".to_owned(), Arc::new(Surface::new(n, n, heights).unwrap()));
+            surfaces
+                .insert("two spheres".to_owned(), Arc::new(Surface::new(n, n, heights).unwrap()));
             Shape::HeightMap { surface: "two spheres".to_owned(), width_x: width, width_y: width }
         }
         other => panic!("unknown shape {other}"),
@@ -54,9 +63,16 @@ fn case(id: &str) {
     let mut scene = scene(shape, number("G"), number("nu"), number("mu"), step);
     scene.domain = square(width);
     for method in [Method::Seidel, Method::Newton] {
-        let numerics = Numerics { method, ..numerics(Mesh::Across(n as u32), Projection::Midpoint, 1e-10) };
+        let numerics =
+            Numerics { method, ..numerics(Mesh::Across(n as u32), Projection::Midpoint, 1e-10) };
         let (outcome, fields) = certified_with(&scene, &numerics, &surfaces);
-        meets(&format!("{id}, {method:?}"), &case["expected"], &outcome.observables, &fields, width);
+        meets(
+            &format!("{id}, {method:?}"),
+            &case["expected"],
+            &outcome.observables,
+            &fields,
+            width,
+        );
     }
 }
 
@@ -65,7 +81,10 @@ fn meets(id: &str, expected: &Value, o: &Observables, fields: &Fields, width: f6
 
     let near = |name: &str, value: f64, scale: f64| {
         if let Some(reference) = expected[name].as_f64() {
-            assert!((value - reference).abs() <= 1e-6 * reference.abs().max(scale), "{id}: {name} {value:e} against {reference:e}");
+            assert!(
+                (value - reference).abs() <= 1e-6 * reference.abs().max(scale),
+                "{id}: {name} {value:e} against {reference:e}"
+            );
         }
     };
     near("P", o.load, 0.0);
@@ -75,16 +94,27 @@ fn meets(id: &str, expected: &Value, o: &Observables, fields: &Fields, width: f6
     near("pz_max", o.peak_pressure, 0.0);
     near("pt_max", o.peak_traction, 0.0);
     near("energy", o.energy, 0.0);
-    for (name, count) in [("n_contact", o.contact_elements), ("n_stick", o.stick_elements), ("n_slip", o.slip_elements)] {
+    for (name, count) in [
+        ("n_contact", o.contact_elements),
+        ("n_stick", o.stick_elements),
+        ("n_slip", o.slip_elements),
+    ] {
         if let Some(reference) = expected[name].as_u64() {
             assert_eq!(count, reference, "{id}: {name}");
         }
     }
     for sample in expected["samples"].as_array().into_iter().flatten() {
-        let e = sample["iy"].as_u64().unwrap() as usize * n + sample["ix"].as_u64().unwrap() as usize;
-        for (name, field) in [("pz", &fields.pressure), ("px", &fields.traction_x), ("py", &fields.traction_y)] {
+        let e =
+            sample["iy"].as_u64().unwrap() as usize * n + sample["ix"].as_u64().unwrap() as usize;
+        for (name, field) in
+            [("pz", &fields.pressure), ("px", &fields.traction_x), ("py", &fields.traction_y)]
+        {
             let reference = sample[name].as_f64().unwrap();
-            assert!((field[e] - reference).abs() <= 1e-6 * o.peak_pressure, "{id}: {name} of {sample}: {}", field[e]);
+            assert!(
+                (field[e] - reference).abs() <= 1e-6 * o.peak_pressure,
+                "{id}: {name} of {sample}: {}",
+                field[e]
+            );
         }
     }
 }
@@ -114,23 +144,51 @@ fn every_one_step_case_has_its_test() {
     assert_eq!(file["one_step_cases"].as_array().unwrap().len(), 12);
 }
 
-/// A path of a sphere, both by given motion; the names of the resultants are those of the one-step cases.
+/// A path of a sphere, both by given motion; the names of the resultants are those of the one-step
+/// cases.
 fn history(id: &str) {
     let file: Value = serde_json::from_str(&reference("peer_cases.json")).unwrap();
-    let case = file["history_cases"].as_array().unwrap().iter().find(|case| case["id"] == id).expect("a case of that id");
+    let case = file["history_cases"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|case| case["id"] == id)
+        .expect("a case of that id");
     let number = |key: &str| case["params"][key].as_f64().unwrap();
     let steps = case["steps"].as_array().unwrap();
-    let path = steps.iter().map(|step| Step { approach: step["delta"].as_f64(), shift_x: step["wx"].as_f64(), ..Step::default() });
-    assert_eq!((case["shape"]["b1"].as_f64(), case["shape"]["b3"].as_f64()), (Some(0.5), Some(0.5)));
-    let mut scene = scene(Shape::Sphere { radius: 1.0 }, number("G"), number("nu"), number("mu"), Step::default());
+    let path = steps.iter().map(|step| Step {
+        approach: step["delta"].as_f64(),
+        shift_x: step["wx"].as_f64(),
+        ..Step::default()
+    });
+    assert_eq!(
+        (case["shape"]["b1"].as_f64(), case["shape"]["b3"].as_f64()),
+        (Some(0.5), Some(0.5))
+    );
+    let mut scene = scene(
+        Shape::Sphere { radius: 1.0 },
+        number("G"),
+        number("nu"),
+        number("mu"),
+        Step::default(),
+    );
     scene.loading = Loading::path(path.collect());
     scene.domain = square(number("L"));
     for method in [Method::Seidel, Method::Newton] {
-        let numerics = Numerics { method, ..numerics(Mesh::Across(number("n") as u32), Projection::Midpoint, 1e-10) };
+        let numerics = Numerics {
+            method,
+            ..numerics(Mesh::Across(number("n") as u32), Projection::Midpoint, 1e-10)
+        };
         let (path, fields) = certified_path(&scene, &numerics);
         assert_eq!(path.len(), steps.len());
         for (solved, expected) in path.iter().zip(steps) {
-            meets(&format!("{id}, {method:?}, step {}", expected["step"]), expected, &solved.observables, &fields, number("L"));
+            meets(
+                &format!("{id}, {method:?}, step {}", expected["step"]),
+                expected,
+                &solved.observables,
+                &fields,
+                number("L"),
+            );
         }
     }
 }
@@ -148,13 +206,23 @@ fn pressed_in_eight_steps() {
 /// A layered foundation, solved by others with their own influence coefficients.
 fn layered(id: &str) {
     let file: Value = serde_json::from_str(&reference("peer_cases.json")).unwrap();
-    let case = file["layered_cases"].as_array().unwrap().iter().find(|case| case["id"] == id).expect("a case of that id");
+    let case = file["layered_cases"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|case| case["id"] == id)
+        .expect("a case of that id");
     let params = &case["params"];
     let number = |key: &str| params[key].as_f64().unwrap();
     let of = |value: &Value, key: &str| value[key].as_f64().unwrap();
-    let layer = |l: &Value| Layer { shear_modulus: of(l, "G"), poisson: of(l, "nu"), thickness: of(l, "h") };
+    let layer = |l: &Value| Layer {
+        shear_modulus: of(l, "G"),
+        poisson: of(l, "nu"),
+        thickness: of(l, "h"),
+    };
     let base = &params["base"];
-    let step = Step { approach: Some(number("delta")), shift_x: Some(number("wx")), ..Step::default() };
+    let step =
+        Step { approach: Some(number("delta")), shift_x: Some(number("wx")), ..Step::default() };
     let mut scene = scene(Shape::Sphere { radius: 1.0 }, 1.0, 0.3, number("mu"), step);
     scene.foundation = Foundation {
         layers: params["layers"].as_array().unwrap().iter().map(layer).collect(),
@@ -165,17 +233,28 @@ fn layered(id: &str) {
     };
     scene.domain = square(number("L"));
     for method in [Method::Seidel, Method::Newton] {
-        let numerics = Numerics { method, ..numerics(Mesh::Across(number("n") as u32), Projection::Midpoint, 1e-10) };
+        let numerics = Numerics {
+            method,
+            ..numerics(Mesh::Across(number("n") as u32), Projection::Midpoint, 1e-10)
+        };
         let (end, fields) = certified(&scene, &numerics);
         let expected = &case["expected"];
         meets(&format!("{id}, {method:?}"), expected, &end.observables, &fields, number("L"));
         let problem = contact::problem::Problem::new(&scene, &numerics, &Surfaces::new()).unwrap();
-        let table = contact::influence::InfluenceTable::new(&problem.grid, &problem.elasticity, problem.projection);
+        let table = contact::influence::InfluenceTable::new(
+            &problem.grid,
+            &problem.elasticity,
+            problem.projection,
+        );
         let unit = problem.scale.length * problem.scale.compliance;
         let (own, next) = (table.coefficient(0, 0), table.coefficient(1, 0));
         for (name, value) in [("A0zz", own.nn), ("A0xx", own.xx), ("A1xz", -next.nx)] {
             let expected = of(expected, name);
-            assert!((value * unit - expected).abs() < 1e-9 * own.nn * unit, "{id}: {name} {:e} {expected:e}", value * unit);
+            assert!(
+                (value * unit - expected).abs() < 1e-9 * own.nn * unit,
+                "{id}: {name} {:e} {expected:e}",
+                value * unit
+            );
         }
     }
 }
@@ -196,5 +275,8 @@ layered_cases! {
 fn every_case_has_its_test() {
     let file: Value = serde_json::from_str(&reference("peer_cases.json")).unwrap();
     let count = |kind: &str| file[kind].as_array().unwrap().len();
-    assert_eq!((count("one_step_cases"), count("history_cases"), count("layered_cases")), (12, 2, 5));
+    assert_eq!(
+        (count("one_step_cases"), count("history_cases"), count("layered_cases")),
+        (12, 2, 5)
+    );
 }

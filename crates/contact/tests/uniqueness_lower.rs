@@ -2,12 +2,17 @@
 
 use contact::numerics::{Mesh, Projection};
 use contact::scene::{Base, Foundation, Material};
-use contact::uniqueness::lower::{Freedom, Lower, LowerBound, VerifyError, lower, lower_from, orbits, verify as verify_up_to};
+use contact::uniqueness::lower::{
+    Freedom, Lower, LowerBound, VerifyError, lower, lower_from, orbits, verify as verify_up_to,
+};
 use contact::uniqueness::{Question, Sole, System};
 
 fn question(mesh: [u32; 2], poisson: f64) -> Question {
     Question {
-        foundation: Foundation { layers: Vec::new(), base: Base::Elastic(Material { shear_modulus: 1.0, poisson }) },
+        foundation: Foundation {
+            layers: Vec::new(),
+            base: Base::Elastic(Material { shear_modulus: 1.0, poisson }),
+        },
         punch: None,
         sole: Sole::Rectangle { width_x: 1.0, width_y: f64::from(mesh[1]) / f64::from(mesh[0]) },
         mesh: Mesh::Exact(mesh),
@@ -27,7 +32,8 @@ fn bound(system: &System, freedom: Freedom) -> LowerBound {
     bound
 }
 
-/// Figures of an independent prototype (Python, scipy): square Ω, rigid punch, averages over elements.
+/// Figures of an independent prototype (Python, scipy): square Ω, rigid punch, averages over
+/// elements.
 #[test]
 fn reproduces_the_prototype() {
     for (n, poisson, freedom, expected, digits) in [
@@ -46,15 +52,22 @@ fn reproduces_the_prototype() {
     ] {
         let system = System::new(&question([n, n], poisson)).unwrap();
         let found = bound(&system, freedom);
-        assert!((found.mu - expected).abs() <= digits, "{n} × {n}, ν = {poisson}, {freedom:?}: {} instead of {expected}", found.mu);
+        assert!(
+            (found.mu - expected).abs() <= digits,
+            "{n} × {n}, ν = {poisson}, {freedom:?}: {} instead of {expected}",
+            found.mu
+        );
     }
 }
 
-/// Figures of an independent prototype for displacements at midpoints; it was run with two weights to four digits.
+/// Figures of an independent prototype for displacements at midpoints; it was run with two weights
+/// to four digits.
 #[test]
 fn reproduces_the_prototype_at_midpoints() {
     for (n, expected) in [(4, 3.262), (8, 2.330), (16, 1.690)] {
-        let system = System::new(&Question { projection: Projection::Midpoint, ..question([n, n], 0.3) }).unwrap();
+        let system =
+            System::new(&Question { projection: Projection::Midpoint, ..question([n, n], 0.3) })
+                .unwrap();
         let found = bound(&system, Freedom::Global).mu;
         assert!((found - expected).abs() <= 5e-4, "{n} × {n}: {found} instead of {expected}");
     }
@@ -91,7 +104,9 @@ fn smallest_eigenvalue(system: &System, bound: &LowerBound, mu: f64) -> f64 {
     let of = |values: &[f64], i: usize| values[orbit[i % k]];
     let linear = |i: usize| if i < k { of(&bound.alpha, i) } else { of(&bound.beta, i) };
     let form = faer::Mat::from_fn(size, size, |i, j| {
-        let twice: f64 = (k..size).map(|t| matrix[(t, i)] * of(&bound.beta, t) / of(&bound.tau, t) * matrix[(t, j)]).sum();
+        let twice: f64 = (k..size)
+            .map(|t| matrix[(t, i)] * of(&bound.beta, t) / of(&bound.tau, t) * matrix[(t, j)])
+            .sum();
         let square = if i == j && i < k { of(&bound.beta, i) * of(&bound.tau, i) } else { 0.0 };
         0.5 * ((linear(i) + linear(j)) * matrix[(i, j)] - mu * (square + twice))
     });
@@ -100,13 +115,17 @@ fn smallest_eigenvalue(system: &System, bound: &LowerBound, mu: f64) -> f64 {
 
 #[test]
 fn the_blocks_are_the_whole() {
-    let disk = Question { sole: Sole::Disk { radius: 1.0 }, epsilon: 0.05, ..question([5, 5], 0.2) };
+    let disk =
+        Question { sole: Sole::Disk { radius: 1.0 }, epsilon: 0.05, ..question([5, 5], 0.2) };
     for question in [question([4, 4], 0.3), question([3, 3], 0.0), question([4, 3], 0.3), disk] {
         let system = System::new(&question).unwrap();
         let bound = bound(&system, Freedom::PerOrbit);
         let size = smallest_eigenvalue(&system, &bound, 0.0);
         assert!(size > 0.0 && smallest_eigenvalue(&system, &bound, bound.mu) > -1e-12 * size);
-        assert!(smallest_eigenvalue(&system, &bound, bound.mu * (1.0 + 1e-6)) < 0.0, "a larger μ is proven too");
+        assert!(
+            smallest_eigenvalue(&system, &bound, bound.mu * (1.0 + 1e-6)) < 0.0,
+            "a larger μ is proven too"
+        );
     }
 }
 
@@ -118,11 +137,20 @@ fn refuses_what_proves_nothing() {
     assert_eq!(verify(&system, &too_much), Err(VerifyError::Indefinite { mu: too_much.mu }));
     let mut short = good.clone();
     short.tau.pop();
-    assert_eq!(verify(&system, &short), Err(VerifyError::Length { name: "tau", found: 2, orbits: 3 }));
+    assert_eq!(
+        verify(&system, &short),
+        Err(VerifyError::Length { name: "tau", found: 2, orbits: 3 })
+    );
     for value in [f64::NAN, -1.0, 0.0, f64::INFINITY] {
         let mut wrong = good.clone();
         wrong.beta[1] = value;
-        assert!(matches!(verify(&system, &wrong), Err(VerifyError::Weight { name: "beta", orbit: 1, .. })), "{value}");
+        assert!(
+            matches!(
+                verify(&system, &wrong),
+                Err(VerifyError::Weight { name: "beta", orbit: 1, .. })
+            ),
+            "{value}"
+        );
         assert!(verify(&system, &LowerBound { mu: value, ..good.clone() }).is_err());
     }
     assert_eq!(verify_up_to(&system, &good, 6), Err(VerifyError::TooLarge { rows: 7, most: 6 }));
@@ -132,13 +160,15 @@ fn refuses_what_proves_nothing() {
     assert!(verify(&other, &good).is_err());
 }
 
-/// Uniqueness for one unit of length or modulus is uniqueness for all, and the record survives being written.
+/// Uniqueness for one unit of length or modulus is uniqueness for all, and the record survives
+/// being written.
 #[test]
 fn has_no_units_and_can_be_kept() {
     let mut large = question([4, 4], 0.3);
     large.sole = Sole::Rectangle { width_x: 1e9, width_y: 1e9 };
     large.foundation.base = Base::Elastic(Material { shear_modulus: 1e-12, poisson: 0.3 });
-    let [one, other] = [question([4, 4], 0.3), large].map(|question| bound(&System::new(&question).unwrap(), Freedom::PerOrbit));
+    let [one, other] = [question([4, 4], 0.3), large]
+        .map(|question| bound(&System::new(&question).unwrap(), Freedom::PerOrbit));
     assert!((one.mu - other.mu).abs() < 1e-9 * one.mu);
     let written = serde_json::to_string(&Lower::Bound(one.clone())).unwrap();
     let Lower::Bound(read) = serde_json::from_str(&written).unwrap() else { panic!("unbounded") };
@@ -155,32 +185,49 @@ fn same_bytes_on_any_number_of_threads() {
     assert_eq!(one, three);
 }
 
-/// Carried over from a coarse mesh the weights lose little against those found on the fine one, and are proven just as well.
+/// Carried over from a coarse mesh the weights lose little against those found on the fine one, and
+/// are proven just as well.
 #[test]
 fn weights_of_a_coarse_mesh_serve_a_fine_one() {
     let [coarse, fine] = [8, 16].map(|n| System::new(&question([n, n], 0.3)).unwrap());
     let weights = bound(&coarse, Freedom::PerOrbit);
-    let Lower::Bound(carried) = lower_from(&fine, &coarse, &weights, 1000).unwrap() else { panic!("unbounded") };
+    let Lower::Bound(carried) = lower_from(&fine, &coarse, &weights, 1000).unwrap() else {
+        panic!("unbounded")
+    };
     assert!(carried.verified);
     verify(&fine, &carried).unwrap();
     let (two, all) = (bound(&fine, Freedom::Global).mu, bound(&fine, Freedom::PerOrbit).mu);
     assert!(carried.mu > two && carried.mu <= all * (1.0 + 1e-4), "{two} < {} < {all}", carried.mu);
     // without a factorisation: less, and it says so
-    let Lower::Bound(guessed) = lower_from(&fine, &coarse, &weights, 0).unwrap() else { panic!("unbounded") };
+    let Lower::Bound(guessed) = lower_from(&fine, &coarse, &weights, 0).unwrap() else {
+        panic!("unbounded")
+    };
     assert!(!guessed.verified && guessed.mu < carried.mu && guessed.mu > 0.995 * carried.mu);
     verify(&fine, &guessed).unwrap();
 }
 
-/// Nothing but the ratios of α and β matters, not even below the normal numbers, where there is no rounding to allow for.
+/// Nothing but the ratios of α and β matters, not even below the normal numbers, where there is no
+/// rounding to allow for.
 #[test]
 fn scale_proves_nothing() {
     let system = System::new(&question([3, 3], 0.3)).unwrap();
     let good = bound(&system, Freedom::PerOrbit);
-    let scaled = |weights: &[f64], factor: f64| -> Vec<f64> { weights.iter().map(|weight| weight * factor).collect() };
+    let scaled = |weights: &[f64], factor: f64| -> Vec<f64> {
+        weights.iter().map(|weight| weight * factor).collect()
+    };
     for step in -40..40 {
         let mu = good.mu * (1.0 + 1e-3 * f64::from(step));
-        let tiny = LowerBound { mu, alpha: scaled(&good.alpha, 1e-320), beta: scaled(&good.beta, 1e-320), ..good.clone() };
-        let raised = LowerBound { alpha: scaled(&tiny.alpha, 1e300), beta: scaled(&tiny.beta, 1e300), ..tiny.clone() };
+        let tiny = LowerBound {
+            mu,
+            alpha: scaled(&good.alpha, 1e-320),
+            beta: scaled(&good.beta, 1e-320),
+            ..good.clone()
+        };
+        let raised = LowerBound {
+            alpha: scaled(&tiny.alpha, 1e300),
+            beta: scaled(&tiny.beta, 1e300),
+            ..tiny.clone()
+        };
         assert_eq!(verify(&system, &tiny), verify(&system, &raised), "{mu}");
     }
 }
@@ -200,14 +247,20 @@ fn weights_that_do_not_serve_are_replaced() {
     let [coarse, fine] = [4, 8].map(|n| System::new(&question([n, n], 0.3)).unwrap());
     let mut weights = bound(&coarse, Freedom::PerOrbit);
     let serve = weights.clone();
-    weights.alpha = (0..weights.alpha.len()).map(|orbit| if orbit % 2 == 0 { 1e4 } else { 1e-4 }).collect();
+    weights.alpha =
+        (0..weights.alpha.len()).map(|orbit| if orbit % 2 == 0 { 1e4 } else { 1e-4 }).collect();
     let found = |weights: &LowerBound| match lower_from(&fine, &coarse, weights, 1000) {
         Ok(Lower::Bound(bound)) => bound,
         other => panic!("{other:?}"),
     };
     let (instead, carried) = (found(&weights), found(&serve));
     assert_eq!(verify(&fine, &instead), Ok(()));
-    assert!(instead.verified && instead.mu > 0.3 * carried.mu && instead.mu < carried.mu, "{} {}", instead.mu, carried.mu);
+    assert!(
+        instead.verified && instead.mu > 0.3 * carried.mu && instead.mu < carried.mu,
+        "{} {}",
+        instead.mu,
+        carried.mu
+    );
 }
 
 /// 48 × 48 elements, 6912 unknowns.
@@ -216,7 +269,9 @@ fn weights_that_do_not_serve_are_replaced() {
 fn forty_eight_elements_across() {
     let [coarse, fine] = [16, 48].map(|n| System::new(&question([n, n], 0.3)).unwrap());
     let weights = bound(&coarse, Freedom::PerOrbit);
-    let Lower::Bound(found) = lower_from(&fine, &coarse, &weights, 2000).unwrap() else { panic!("unbounded") };
+    let Lower::Bound(found) = lower_from(&fine, &coarse, &weights, 2000).unwrap() else {
+        panic!("unbounded")
+    };
     eprintln!("{}", found.mu);
     assert!(found.verified && found.mu > 0.7 && found.mu < weights.mu);
 }

@@ -1,4 +1,5 @@
-//! The upper side of μ*: the figures known, what they may not depend on, and that a witness which shows nothing is refused.
+//! The upper side of μ*: the figures known, what they may not depend on, and that a witness which
+//! shows nothing is refused.
 
 use contact::numerics::{Mesh, Projection};
 use contact::scene::{Base, Foundation, Layer, Material};
@@ -29,7 +30,13 @@ const BRIEF: Search = Search { starts: 6, kept: 2, seed: 1 };
 
 #[test]
 fn reaches_the_figures_known() {
-    for (n, poisson, known) in [(2, 0.3, 4.702_062), (2, 0.0, 2.700_273), (3, 0.3, 3.774_01), (3, 0.0, 2.187_33), (4, 0.3, 3.374_58)] {
+    for (n, poisson, known) in [
+        (2, 0.3, 4.702_062),
+        (2, 0.0, 2.700_273),
+        (3, 0.3, 3.774_01),
+        (3, 0.0, 2.187_33),
+        (4, 0.3, 3.374_58),
+    ] {
         let question = square(n, poisson);
         let witness = witness(&question, BRIEF);
         let shown = witness.verify(&System::new(&question).unwrap()).unwrap();
@@ -52,7 +59,10 @@ fn the_operator_is_in_its_class_and_leaves_x_for_every_stiffness() {
         let shown = other.verify(&system).unwrap();
         assert!(shown.operator_mu <= found.mu);
         for local in other.operator(&system) {
-            assert!(local.c.iter().all(|c| (0.0..=1.0).contains(c)) && local.c[2] == 0.0, "{local:?}");
+            assert!(
+                local.c.iter().all(|c| (0.0..=1.0).contains(c)) && local.c[2] == 0.0,
+                "{local:?}"
+            );
             assert!(local.ab[0].hypot(local.ab[1]) <= found.mu, "{local:?}");
         }
     }
@@ -65,14 +75,18 @@ fn refuses_what_shows_nothing() {
     let found = witness(&question, BRIEF);
     assert!(found.verify(&system).is_ok());
     for at in 0..found.x.len() {
-        // against x₁ the pressure of an element makes its x₁y₁ positive; a tangential traction moves all y₁
+        // against x₁ the pressure of an element makes its x₁y₁ positive; a tangential traction
+        // moves all y₁
         let mut changed = found.clone();
         changed.x[at] *= 1.0 + 1e-3;
         let mut other = found.clone();
         other.x[at] *= 1.0 - 1e-3;
         let refused = [changed, other].map(|w| w.verify(&system));
         assert!(
-            refused.iter().all(|r| matches!(r, Err(WitnessError::Normal { .. } | WitnessError::Tangential { .. }))),
+            refused.iter().all(|r| matches!(
+                r,
+                Err(WitnessError::Normal { .. } | WitnessError::Tangential { .. })
+            )),
             "{at}: {refused:?}"
         );
     }
@@ -83,7 +97,10 @@ fn refuses_what_shows_nothing() {
     let nothing = Witness { x: vec![0.0; found.x.len()], ..found.clone() };
     assert!(matches!(nothing.verify(&system), Err(WitnessError::Field { .. })));
     let no_stiffness = Witness { stiffness: f64::NAN, ..found.clone() };
-    assert!(matches!(no_stiffness.verify(&system), Err(WitnessError::Number { name: "stiffness", .. })));
+    assert!(matches!(
+        no_stiffness.verify(&system),
+        Err(WitnessError::Number { name: "stiffness", .. })
+    ));
     let stiff = Witness { stiffness: 1e200, ..found.clone() };
     assert!(matches!(stiff.verify(&system), Err(WitnessError::Stiff { .. })));
     let elsewhere = System::new(&square(2, 0.2)).unwrap();
@@ -100,14 +117,19 @@ fn the_length_of_x_has_no_influence() {
         let stiffness = 1.0 / system.largest_diagonal();
         for size in [1.0, 1e-200, 5e-324, 1e200] {
             let none = Witness { mu: 1e-6, stiffness, x: vec![size; numbers] };
-            assert!(matches!(none.verify(&system), Err(WitnessError::Normal { .. })), "{size}: {:?}", none.verify(&system));
+            assert!(
+                matches!(none.verify(&system), Err(WitnessError::Normal { .. })),
+                "{size}: {:?}",
+                none.verify(&system)
+            );
         }
     }
     let question = square(2, 0.3);
     let system = System::new(&question).unwrap();
     let found = witness(&question, BRIEF);
     for power in [-1000, -600, 600, 1000] {
-        let scaled = Witness { x: found.x.iter().map(|x| x * 2_f64.powi(power)).collect(), ..found.clone() };
+        let scaled =
+            Witness { x: found.x.iter().map(|x| x * 2_f64.powi(power)).collect(), ..found.clone() };
         assert_eq!(scaled.verify(&system), found.verify(&system), "{power}");
     }
     // small beside the others alone
@@ -150,7 +172,9 @@ fn a_quarter_turn_changes_nothing() {
 #[test]
 fn without_coupling_there_is_no_end() {
     let steel = Material { shear_modulus: 80e9, poisson: 0.3 };
-    for question in [square(4, 0.5), Question { punch: Some(steel), ..square(4, 0.3) }, square(1, 0.3)] {
+    for question in
+        [square(4, 0.5), Question { punch: Some(steel), ..square(4, 0.3) }, square(1, 0.3)]
+    {
         assert_eq!(upper(&question, &BRIEF), Ok(Upper::Unbounded));
     }
     // The weaker the coupling, the farther the end: μ* goes like one over it.
@@ -163,7 +187,10 @@ fn disks_layers_and_midpoints_have_witnesses() {
     let layer = Layer { shear_modulus: 20e9, poisson: 0.2, thickness: 0.003 };
     let disk = Question { sole: Sole::Disk { radius: 0.005 }, ..square(4, 0.3) };
     assert_eq!(System::new(&disk).unwrap().elements(), 12);
-    let layered = Question { foundation: Foundation { layers: vec![layer], base: Base::Rigid }, ..square(2, 0.3) };
+    let layered = Question {
+        foundation: Foundation { layers: vec![layer], base: Base::Rigid },
+        ..square(2, 0.3)
+    };
     let midpoint = Question { projection: Projection::Midpoint, ..square(2, 0.3) };
     let regular = Question { epsilon: 0.05, ..square(2, 0.3) };
     for question in [&disk, &layered, &midpoint, &regular] {
@@ -203,10 +230,18 @@ fn two_by_two_elements_close_the_bracket() {
     for poisson in [0.3, 0.0] {
         let question = square(2, poisson);
         let system = System::new(&question).unwrap();
-        let Ok(Bracket::Bounded { lower, upper }) = bracket(&question, &Effort { search: BRIEF }) else { panic!("no bracket") };
+        let Ok(Bracket::Bounded { lower, upper }) = bracket(&question, &Effort { search: BRIEF })
+        else {
+            panic!("no bracket")
+        };
         lower::verify(&system, &lower, lower::FACTORED_ROWS).unwrap();
         upper.verify(&system).unwrap();
-        assert!(lower.mu < upper.mu && upper.mu - lower.mu < 1e-5 * upper.mu, "{} … {}", lower.mu, upper.mu);
+        assert!(
+            lower.mu < upper.mu && upper.mu - lower.mu < 1e-5 * upper.mu,
+            "{} … {}",
+            lower.mu,
+            upper.mu
+        );
     }
     assert_eq!(bracket(&square(3, 0.5), &Effort::default()), Ok(Bracket::Unbounded));
 }

@@ -21,7 +21,8 @@ pub(crate) struct Drawn {
 }
 
 impl Drawn {
-    /// An axis called `label [unit]`, or `label [10⁻⁶ unit]` when the ticks leave out a power of ten.
+    /// An axis called `label [unit]`, or `label [10⁻⁶ unit]` when the ticks leave out a power of
+    /// ten.
     pub(crate) fn new(scale: Scale, ticks: Ticks, label: &str, unit: &str) -> Drawn {
         let unit = match (ticks.exponent, unit) {
             (0, "") => String::new(),
@@ -29,7 +30,11 @@ impl Drawn {
             (power, "" | "1") => format!("[{}]", power_of_ten(power)),
             (power, unit) => format!("[{} {unit}]", power_of_ten(power)),
         };
-        let label = if label.is_empty() || unit.is_empty() { format!("{label}{unit}") } else { format!("{label} {unit}") };
+        let label = if label.is_empty() || unit.is_empty() {
+            format!("{label}{unit}")
+        } else {
+            format!("{label} {unit}")
+        };
         Drawn { scale, ticks, label }
     }
 
@@ -44,13 +49,17 @@ impl Drawn {
 
     /// The room that a vertical axis needs beside its frame.
     pub(crate) fn room_beside(&self, height: f64) -> f64 {
-        GAP + self.widest_tick() + 8.0 + self.upright_label(height).len() as f64 * (LABEL_SIZE + 3.0)
+        GAP + self.widest_tick()
+            + 8.0
+            + self.upright_label(height).len() as f64 * (LABEL_SIZE + 3.0)
     }
 
     /// A horizontal axis of a width in pixels, with as many ticks as have room for their labels.
     pub(crate) fn across(scale: Scale, width: f64, label: &str, unit: &str) -> Drawn {
         let most = (width / 45.0) as usize;
-        let candidates = (2..=most.max(3)).rev().map(|target| Drawn::new(scale, scale.ticks(target), label, unit));
+        let candidates = (2..=most.max(3))
+            .rev()
+            .map(|target| Drawn::new(scale, scale.ticks(target), label, unit));
         let mut fewest = None;
         for drawn in candidates {
             if !drawn.slanted(width) {
@@ -63,16 +72,26 @@ impl Drawn {
 
     /// Whether the tick labels of a horizontal axis have to be set askew to fit.
     fn slanted(&self, width: f64) -> bool {
-        let mut places: Vec<(f64, f64)> =
-            self.ticks.major.iter().map(|(x, label)| (self.scale.at(*x) * width, text_width(label, TICK_SIZE))).collect();
+        let mut places: Vec<(f64, f64)> = self
+            .ticks
+            .major
+            .iter()
+            .map(|(x, label)| (self.scale.at(*x) * width, text_width(label, TICK_SIZE)))
+            .collect();
         places.sort_by(|a, b| a.0.total_cmp(&b.0));
         places.windows(2).any(|pair| pair[1].0 - pair[0].0 < (pair[0].1 + pair[1].1) / 2.0 + 4.0)
     }
 
     /// The room that a horizontal axis needs below its frame.
     pub(crate) fn room_below(&self, width: f64) -> f64 {
-        let ticks = if self.slanted(width) { self.widest_tick() * SLANT.sin() + TICK_SIZE } else { TICK_SIZE };
-        GAP + ticks + 6.0 + wrap(&self.label, width * 1.1, LABEL_SIZE, 2).len() as f64 * (LABEL_SIZE + 3.0)
+        let ticks = if self.slanted(width) {
+            self.widest_tick() * SLANT.sin() + TICK_SIZE
+        } else {
+            TICK_SIZE
+        };
+        GAP + ticks
+            + 6.0
+            + wrap(&self.label, width * 1.1, LABEL_SIZE, 2).len() as f64 * (LABEL_SIZE + 3.0)
     }
 }
 
@@ -95,7 +114,12 @@ pub(crate) fn below(drawing: &mut Drawing, frame: Rect, axis: &Drawn, inward: bo
     let toward = if inward { -1.0 } else { 1.0 };
     let place = |value: f64| frame.x + axis.scale.at(value) * frame.width;
     for value in &axis.ticks.minor {
-        drawing.line((place(*value), frame.bottom()), (place(*value), frame.bottom() + toward * 2.5), INK, 0.7);
+        drawing.line(
+            (place(*value), frame.bottom()),
+            (place(*value), frame.bottom() + toward * 2.5),
+            INK,
+            0.7,
+        );
     }
     let slanted = axis.slanted(frame.width);
     for (value, label) in &axis.ticks.major {
@@ -113,7 +137,9 @@ pub(crate) fn below(drawing: &mut Drawing, frame: Rect, axis: &Drawn, inward: bo
         }
     }
     let lines = wrap(&axis.label, frame.width * 1.1, LABEL_SIZE, 2);
-    let first = frame.bottom() + axis.room_below(frame.width) - (lines.len() as f64 - 1.0) * (LABEL_SIZE + 3.0) - 3.0;
+    let first = frame.bottom() + axis.room_below(frame.width)
+        - (lines.len() as f64 - 1.0) * (LABEL_SIZE + 3.0)
+        - 3.0;
     for (i, line) in lines.iter().enumerate() {
         let at = (frame.x + frame.width / 2.0, first + i as f64 * (LABEL_SIZE + 3.0));
         drawing.text(at, LABEL_SIZE, Anchor::Middle, line);
@@ -137,7 +163,11 @@ pub(crate) fn left(drawing: &mut Drawing, frame: Rect, axis: &Drawn, inward: boo
     if labelled {
         let lines = axis.upright_label(frame.height);
         for (i, line) in lines.iter().enumerate() {
-            let x = frame.x - GAP - axis.widest_tick() - 8.0 - (lines.len() - 1 - i) as f64 * (LABEL_SIZE + 3.0);
+            let x = frame.x
+                - GAP
+                - axis.widest_tick()
+                - 8.0
+                - (lines.len() - 1 - i) as f64 * (LABEL_SIZE + 3.0);
             drawing.text_upwards((x, frame.y + frame.height / 2.0), LABEL_SIZE, line);
         }
     }

@@ -34,7 +34,10 @@ impl Grid {
 
     /// The centre of element (i, j), in metres.
     pub fn centre(&self, i: usize, j: usize) -> [f64; 2] {
-        [self.origin[0] + (i as f64 + 0.5) * self.element[0], self.origin[1] + (j as f64 + 0.5) * self.element[1]]
+        [
+            self.origin[0] + (i as f64 + 0.5) * self.element[0],
+            self.origin[1] + (j as f64 + 0.5) * self.element[1],
+        ]
     }
 
     /// The lengths of the sides of the whole grid, in metres.
@@ -43,12 +46,14 @@ impl Grid {
     }
 }
 
-/// One value per element; element (i, j), the i-th along x and the j-th along y, has index `j · nx + i`.
+/// One value per element; element (i, j), the i-th along x and the j-th along y, has index `j · nx
+/// + i`.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Values {
     /// A quantity in SI units. NaN where there is none, e.g. outside a mask.
     Number(Vec<f64>),
-    /// A state, e.g. stick or slip. The first is drawn as ground, the second as light grey, the rest in colours.
+    /// A state, e.g. stick or slip. The first is drawn as ground, the second as light grey, the
+    /// rest in colours.
     Category {
         /// The index of the state in `names`.
         of: Vec<u8>,
@@ -61,7 +66,9 @@ pub enum Values {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum FieldError {
     /// The grid has no elements, or more than can be counted.
-    #[error("field `{name}` has a grid of {nx}×{ny} elements; both numbers must be at least 1 and their product a size in memory")]
+    #[error(
+        "field `{name}` has a grid of {nx}×{ny} elements; both numbers must be at least 1 and their product a size in memory"
+    )]
     Grid {
         /// The field.
         name: String,
@@ -71,7 +78,9 @@ pub enum FieldError {
         ny: usize,
     },
     /// The grid does not lie in the plane.
-    #[error("field `{name}` lies at {origin:?} m with elements of {element:?} m; coordinates must be finite and sides positive")]
+    #[error(
+        "field `{name}` lies at {origin:?} m with elements of {element:?} m; coordinates must be finite and sides positive"
+    )]
     Geometry {
         /// The field.
         name: String,
@@ -91,7 +100,9 @@ pub enum FieldError {
         expected: usize,
     },
     /// A state has no name.
-    #[error("field `{name}` has state {state} in element {element}, but names only for states below {names}")]
+    #[error(
+        "field `{name}` has state {state} in element {element}, but names only for states below {names}"
+    )]
     UnknownState {
         /// The field.
         name: String,
@@ -120,7 +131,12 @@ impl Field {
     ///
     /// # Errors
     /// [`FieldError`].
-    pub fn new(name: impl Into<String>, unit: impl Into<String>, grid: Grid, values: Values) -> Result<Field, FieldError> {
+    pub fn new(
+        name: impl Into<String>,
+        unit: impl Into<String>,
+        grid: Grid,
+        values: Values,
+    ) -> Result<Field, FieldError> {
         let name = name.into();
         let expected = match grid.nx.checked_mul(grid.ny) {
             Some(elements) if elements > 0 => elements,
@@ -128,7 +144,8 @@ impl Field {
         };
         let ends = [0, 1].map(|k| grid.origin[k] + grid.lengths()[k]);
         // A side that vanishes beside the coordinates would leave no room to draw in.
-        let sound = (0..2).all(|k| grid.element[k] > 0.0 && ends[k].abs() < 1e280 && ends[k] > grid.origin[k])
+        let sound = (0..2)
+            .all(|k| grid.element[k] > 0.0 && ends[k].abs() < 1e280 && ends[k] > grid.origin[k])
             && grid.origin.iter().all(|x| x.is_finite());
         if !sound {
             return Err(FieldError::Geometry { name, origin: grid.origin, element: grid.element });
@@ -143,7 +160,12 @@ impl Field {
         if let Values::Category { of, names } = &values
             && let Some(element) = of.iter().position(|&state| usize::from(state) >= names.len())
         {
-            return Err(FieldError::UnknownState { name, state: of[element], element, names: names.len() });
+            return Err(FieldError::UnknownState {
+                name,
+                state: of[element],
+                element,
+                names: names.len(),
+            });
         }
         Ok(Field { name, unit: unit.into(), grid, values })
     }
@@ -208,7 +230,11 @@ impl Shade {
 
     fn color(&self, fraction: f64) -> [u8; 3] {
         // Blue is negative, red positive; else from dark to bright.
-        let c = if self.signed { colorous::RED_BLUE.eval_continuous(1.0 - fraction) } else { colorous::VIRIDIS.eval_continuous(fraction) };
+        let c = if self.signed {
+            colorous::RED_BLUE.eval_continuous(1.0 - fraction)
+        } else {
+            colorous::VIRIDIS.eval_continuous(fraction)
+        };
         [c.r, c.g, c.b]
     }
 }
@@ -233,9 +259,13 @@ fn colors(values: &Values) -> Vec<[u8; 3]> {
     match values {
         Values::Number(numbers) => {
             let shade = Shade::of(numbers);
-            let of = |x: &f64| if crate::scale::drawable(*x, false) { shade.color(shade.at(*x)) } else { NOTHING };
+            let of = |x: &f64| {
+                if crate::scale::drawable(*x, false) { shade.color(shade.at(*x)) } else { NOTHING }
+            };
             numbers.iter().map(of).collect()
         }
-        Values::Category { of, .. } => of.iter().map(|&state| state_color(usize::from(state))).collect(),
+        Values::Category { of, .. } => {
+            of.iter().map(|&state| state_color(usize::from(state))).collect()
+        }
     }
 }

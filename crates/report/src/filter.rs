@@ -1,9 +1,10 @@
 //! Rows by an expression: `mu > 0.3 && mesh == 64 && status == "certified"`.
 //!
-//! The grammar is that of the Common Expression Language (CEL, <https://cel.dev>), parsed by the `cel` crate. The
-//! meaning is given here rather than by CEL's own interpreter, because a table of measurements needs it otherwise in
-//! four places: integers and numbers mix in arithmetic, a column may have a dotted name (`friction.mu`), comparing a
-//! number with text is refused instead of being false, and a missing value makes a comparison unknown.
+//! The grammar is that of the Common Expression Language (CEL, <https://cel.dev>), parsed by the
+//! `cel` crate. The meaning is given here rather than by CEL's own interpreter, because a table of
+//! measurements needs it otherwise in four places: integers and numbers mix in arithmetic, a column
+//! may have a dotted name (`friction.mu`), comparing a number with text is refused instead of being
+//! false, and a missing value makes a comparison unknown.
 
 mod compile;
 mod evaluate;
@@ -28,7 +29,10 @@ pub enum FilterError {
         length: usize,
     },
     /// The expression does not follow the grammar.
-    #[error("{message} at character {position}\n  {expression}\n  {caret:>position$}{hint}", caret = '^')]
+    #[error(
+        "{message} at character {position}\n  {expression}\n  {caret:>position$}{hint}",
+        caret = '^'
+    )]
     Syntax {
         /// What was wrong.
         message: String,
@@ -36,7 +40,8 @@ pub enum FilterError {
         expression: String,
         /// Where, counted in characters from 1.
         position: usize,
-        /// What would be right, if that can be guessed: empty, or a line that begins with a line end.
+        /// What would be right, if that can be guessed: empty, or a line that begins with a line
+        /// end.
         hint: String,
     },
     /// A name is not that of a column.
@@ -56,14 +61,15 @@ pub enum FilterError {
 impl Table {
     /// The rows for which an expression holds, in their order.
     ///
-    /// Columns are called by their names, values are SI. Integers and numbers compare and compute with each other; a
-    /// quotient is never rounded. Text stands in `"…"` or `'…'` and is compared exactly. Conditions are joined by
-    /// `&&`, `||`, `!` and parentheses; there are also `in [1, 2]`, `a ? b : c`, `abs(x)`, `+ - * / %`, and
-    /// `text.contains("…")`, `.startsWith`, `.endsWith`.
+    /// Columns are called by their names, values are SI. Integers and numbers compare and compute
+    /// with each other; a quotient is never rounded. Text stands in `"…"` or `'…'` and is compared
+    /// exactly. Conditions are joined by `&&`, `||`, `!` and parentheses; there are also `in [1,
+    /// 2]`, `a ? b : c`, `abs(x)`, `+ - * / %`, and `text.contains("…")`, `.startsWith`,
+    /// `.endsWith`.
     ///
-    /// A missing value (or NaN) makes whatever is computed from it unknown, as in SQL: neither `x > 1` nor `!(x > 1)`
-    /// nor `x != 1` selects a row without `x`, but `x > 1 || y > 1` does if `y > 1`. `x == null` and `x != null`
-    /// ask for it.
+    /// A missing value (or NaN) makes whatever is computed from it unknown, as in SQL: neither `x >
+    /// 1` nor `!(x > 1)` nor `x != 1` selects a row without `x`, but `x > 1 || y > 1` does if `y >
+    /// 1`. `x == null` and `x != null` ask for it.
     ///
     /// # Errors
     /// [`FilterError`]; also for a comparison of a number with text, which could never hold.

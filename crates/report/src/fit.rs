@@ -1,10 +1,11 @@
 //! Straight lines through the points of a curve, for the slopes that a figure shows.
 
-/// A straight line through points by least squares, as it lies on the axes of a figure: on a logarithmic axis x stands for
-/// log₁₀ x, and y likewise.
+/// A straight line through points by least squares, as it lies on the axes of a figure: on a
+/// logarithmic axis x stands for log₁₀ x, and y likewise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fit {
-    /// The rise of y over x: the power of a power law, decades over the unit of x where y alone is logarithmic.
+    /// The rise of y over x: the power of a power law, decades over the unit of x where y alone is
+    /// logarithmic.
     pub slope: f64,
     /// Of the slope, from how the points scatter about the line with points − 2 degrees of freedom.
     pub standard_error: f64,
@@ -22,7 +23,8 @@ pub struct Fit {
     pub log_y: bool,
 }
 
-/// Slopes at the ends of a run that differ by less than this part of the steeper one are the same slope to a reader.
+/// Slopes at the ends of a run that differ by less than this part of the steeper one are the same
+/// slope to a reader.
 const STRAIGHT: f64 = 0.1;
 /// Slopes beyond this are of no physical quantity; written in another unit they might overflow.
 const LARGEST: f64 = 1e200;
@@ -31,18 +33,22 @@ const NEARLY_STRAIGHT: f64 = 0.2;
 /// Student's t for a probability of 95 % on both sides, for 1, 2, … degrees of freedom.
 const STUDENT: [f64; 10] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228];
 
-/// The power law y = 10^intercept · x^slope through the straight part of a curve; [`straight`] on logarithmic axes.
+/// The power law y = 10^intercept · x^slope through the straight part of a curve; [`straight`] on
+/// logarithmic axes.
 pub fn power_law(points: &[(f64, f64)]) -> Option<Fit> {
     straight(points, true, true)
 }
 
-/// The line through the straight part of a curve; none if it has no straight part of three points with different x.
+/// The line through the straight part of a curve; none if it has no straight part of three points
+/// with different x.
 ///
-/// Points without a place on the axes are left out. All others enter unless they clearly bend: unless the slopes at the two ends
-/// of the parabola through them differ by more than a tenth of the steeper one, and by more than scatter explains (95 %). Then
-/// points are dropped one by one, each time the first or the last, whichever leaves the rest with less of a bend, until the rest
-/// does not clearly bend and its slopes differ by no more than a fifth. This leaves out what is not yet asymptotic as well as a
-/// floor of rounding, and keeps every point of a curve that merely scatters: its standard error says so.
+/// Points without a place on the axes are left out. All others enter unless they clearly bend:
+/// unless the slopes at the two ends of the parabola through them differ by more than a tenth of
+/// the steeper one, and by more than scatter explains (95 %). Then points are dropped one by one,
+/// each time the first or the last, whichever leaves the rest with less of a bend, until the rest
+/// does not clearly bend and its slopes differ by no more than a fifth. This leaves out what is not
+/// yet asymptotic as well as a floor of rounding, and keeps every point of a curve that merely
+/// scatters: its standard error says so.
 pub fn straight(points: &[(f64, f64)], log_x: bool, log_y: bool) -> Option<Fit> {
     let place = |x: f64, log: bool| if log { x.log10() } else { x };
     let placed = |&(x, y): &(f64, f64)| (place(x, log_x), place(y, log_y));
@@ -56,8 +62,11 @@ pub fn straight(points: &[(f64, f64)], log_x: bool, log_y: bool) -> Option<Fit> 
 
     let (mut first, mut end) = (0, on_axes.len());
     let mut parabola = Parabola::through(&on_axes)?;
-    while parabola.clearly_bends() || (end - first < on_axes.len() && parabola.bends(NEARLY_STRAIGHT)) {
-        let rest = |first: usize, end: usize| Some((first, end, Parabola::through(&on_axes[first..end])?));
+    while parabola.clearly_bends()
+        || (end - first < on_axes.len() && parabola.bends(NEARLY_STRAIGHT))
+    {
+        let rest =
+            |first: usize, end: usize| Some((first, end, Parabola::through(&on_axes[first..end])?));
         (first, end, parabola) = match (rest(first + 1, end), rest(first, end - 1)) {
             (Some(without_first), Some(without_last)) => {
                 let straighter = without_first.2.bend().abs() <= without_last.2.bend().abs();
@@ -67,7 +76,16 @@ pub fn straight(points: &[(f64, f64)], log_x: bool, log_y: bool) -> Option<Fit> 
         }?;
     }
     let Parabola { slope, standard_error, intercept, .. } = parabola;
-    let fit = Fit { slope, standard_error, intercept, from: sorted[first].0, to: sorted[end - 1].0, points: end - first, log_x, log_y };
+    let fit = Fit {
+        slope,
+        standard_error,
+        intercept,
+        from: sorted[first].0,
+        to: sorted[end - 1].0,
+        points: end - first,
+        log_x,
+        log_y,
+    };
     [slope, standard_error, intercept].iter().all(|x| x.abs() < LARGEST).then_some(fit)
 }
 
@@ -100,7 +118,8 @@ impl Parabola {
         let count = points.len() as f64;
         let sum = |of: &dyn Fn(f64, f64) -> f64| points.iter().map(|&(x, y)| of(x, y)).sum::<f64>();
         let (mean_x, mean_y) = (sum(&|x, _| x) / count, sum(&|_, y| y) / count);
-        // Three polynomials that are orthogonal on the points: 1, u and q(u) = u² − a·u − b, with u = x − mean.
+        // Three polynomials that are orthogonal on the points: 1, u and q(u) = u² − a·u − b, with u
+        // = x − mean.
         let squares = sum(&|x, _| (x - mean_x).powi(2));
         let slope = sum(&|x, y| (x - mean_x) * (y - mean_y)) / squares;
         let (a, b) = (sum(&|x, _| (x - mean_x).powi(3)) / squares, squares / count);
@@ -108,11 +127,15 @@ impl Parabola {
         let squares_of_q = sum(&|x, _| q(x).powi(2));
         let curvature = sum(&|x, y| q(x) * (y - mean_y)) / squares_of_q;
         let beside_line = sum(&|x, y| (y - mean_y - slope * (x - mean_x)).powi(2));
-        let beside_parabola = sum(&|x, y| (y - mean_y - slope * (x - mean_x) - curvature * q(x)).powi(2));
+        let beside_parabola =
+            sum(&|x, y| (y - mean_y - slope * (x - mean_x) - curvature * q(x)).powi(2));
         let error_of_curvature = match points.len() {
             // through three points there always is a parabola
             3 => f64::INFINITY,
-            n => (beside_parabola / (n - 3) as f64 / squares_of_q).sqrt() * STUDENT.get(n - 4).copied().unwrap_or(2.0),
+            n => {
+                (beside_parabola / (n - 3) as f64 / squares_of_q).sqrt()
+                    * STUDENT.get(n - 4).copied().unwrap_or(2.0)
+            }
         };
         Some(Parabola {
             slope,
@@ -148,9 +171,12 @@ mod tests {
         MESHES.iter().map(|&n| (n, law(n))).collect()
     }
 
-    /// Slope, standard error, range and count of points of the power law, rounded to what is compared.
+    /// Slope, standard error, range and count of points of the power law, rounded to what is
+    /// compared.
     fn fitted(points: &[(f64, f64)]) -> Option<(String, f64, f64, usize)> {
-        power_law(points).map(|fit| (format!("{:.3} ± {:.3}", fit.slope, fit.standard_error), fit.from, fit.to, fit.points))
+        power_law(points).map(|fit| {
+            (format!("{:.3} ± {:.3}", fit.slope, fit.standard_error), fit.from, fit.to, fit.points)
+        })
     }
 
     #[test]
@@ -160,19 +186,25 @@ mod tests {
         points.extend([(0.0, 1.0), (512.0, f64::NAN), (1024.0, -1.0), (f64::INFINITY, 1.0)]);
         let fit = power_law(&points).unwrap();
         assert!((fit.slope + 0.5).abs() < 1e-14 && fit.standard_error < 1e-14, "{fit:?}");
-        assert!((fit.intercept - 3f64.log10()).abs() < 1e-14 && (fit.at(100.0) - 0.3).abs() < 1e-14, "{fit:?}");
+        assert!(
+            (fit.intercept - 3f64.log10()).abs() < 1e-14 && (fit.at(100.0) - 0.3).abs() < 1e-14,
+            "{fit:?}"
+        );
         assert_eq!((fit.from, fit.to, fit.points), (4.0, 256.0, 7));
     }
 
-    /// By hand: of (0, 0), (1, 1), (2, 5) the slope is 5/2, what is left of y is 1/2, −1, 1/2, and the variance of the slope
-    /// is 3/2 over 1 degree of freedom and over 2.
+    /// By hand: of (0, 0), (1, 1), (2, 5) the slope is 5/2, what is left of y is 1/2, −1, 1/2, and
+    /// the variance of the slope is 3/2 over 1 degree of freedom and over 2.
     #[test]
     fn a_line_on_linear_axes_has_the_error_of_the_textbook() {
         let fit = straight(&[(0.0, 0.0), (1.0, 1.0), (2.0, 5.0)], false, false).unwrap();
         assert!((fit.slope - 2.5).abs() < 1e-15 && (fit.intercept + 0.5).abs() < 1e-15, "{fit:?}");
         assert!((fit.standard_error - 0.75f64.sqrt()).abs() < 1e-15, "{fit:?}");
         let decay = straight(&on(|n| 10f64.powf(2.0 - 0.1 * n)), false, true).unwrap();
-        assert!((decay.slope + 0.1).abs() < 1e-12 && (decay.at(10.0) - 10.0).abs() < 1e-11, "{decay:?}");
+        assert!(
+            (decay.slope + 0.1).abs() < 1e-12 && (decay.at(10.0) - 10.0).abs() < 1e-11,
+            "{decay:?}"
+        );
     }
 
     #[test]
@@ -190,10 +222,14 @@ mod tests {
     #[test]
     fn scatter_is_kept_and_shows_in_the_error() {
         let up_and_down = [0.2, -0.15, 0.1, -0.2, 0.05, 0.15, -0.1];
-        let points: Vec<_> = MESHES.iter().zip(up_and_down).map(|(&n, up)| (n, 10f64.powf(up) / n)).collect();
+        let points: Vec<_> =
+            MESHES.iter().zip(up_and_down).map(|(&n, up)| (n, 10f64.powf(up) / n)).collect();
         let fit = power_law(&points).unwrap();
         assert_eq!(fit.points, 7);
-        assert!((fit.slope + 1.0).abs() < 2.0 * fit.standard_error && fit.standard_error > 0.05, "{fit:?}");
+        assert!(
+            (fit.slope + 1.0).abs() < 2.0 * fit.standard_error && fit.standard_error > 0.05,
+            "{fit:?}"
+        );
     }
 
     #[test]
@@ -201,7 +237,15 @@ mod tests {
         assert_eq!(power_law(&on(|n| (-0.1 * n).exp())), None, "an exponential");
         assert_eq!(power_law(&[]), None);
         assert_eq!(power_law(&[(1.0, 1.0), (2.0, 2.0)]), None, "two points");
-        assert_eq!(power_law(&[(1.0, 1.0), (2.0, 2.0), (2.0, 3.0), (2.0, 4.0)]), None, "two abscissas");
-        assert_eq!(straight(&[(0.0, 1e300), (1e-300, -1e300), (1e300, 1e308)], false, false), None, "beyond doubles");
+        assert_eq!(
+            power_law(&[(1.0, 1.0), (2.0, 2.0), (2.0, 3.0), (2.0, 4.0)]),
+            None,
+            "two abscissas"
+        );
+        assert_eq!(
+            straight(&[(0.0, 1e300), (1e-300, -1e300), (1e300, 1e308)], false, false),
+            None,
+            "beyond doubles"
+        );
     }
 }

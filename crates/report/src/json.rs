@@ -33,10 +33,12 @@ impl Serialize for Units<'_> {
 }
 
 impl Table {
-    /// The table as JSON: `{"units": {name: unit, …}, "rows": [{name: value, …}, …]}`, one line per row.
+    /// The table as JSON: `{"units": {name: unit, …}, "rows": [{name: value, …}, …]}`, one line per
+    /// row.
     ///
-    /// Units stand beside the rows so that numbers stay numbers and never travel without their unit; the keys of both
-    /// keep the order of the columns. Missing values, NaN and infinities are `null`.
+    /// Units stand beside the rows so that numbers stay numbers and never travel without their
+    /// unit; the keys of both keep the order of the columns. Missing values, NaN and infinities are
+    /// `null`.
     pub fn json(&self) -> String {
         // Neither serialisation can fail: keys are strings and nothing is written but memory.
         let text = |value: Result<String, serde_json::Error>| value.unwrap_or_default();

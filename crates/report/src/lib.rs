@@ -1,15 +1,16 @@
 //! Records to tables, figures and files.
 //!
-//! Everything here is a pure function from plain data to text or bytes: no files are opened, no terminal is asked
-//! for its width, and the same input gives the same bytes on every machine.
+//! Everything here is a pure function from plain data to text or bytes: no files are opened, no
+//! terminal is asked for its width, and the same input gives the same bytes on every machine.
 //!
-//! - [`Table`] is what a study left behind: named columns with units and rows of [`Cell`]s. It can be narrowed with
-//!   [`select`](Table::select), [`sort`](Table::sort) and [`filter`](Table::filter) and written as text for a
-//!   terminal, CSV or JSON.
-//! - [`Figure`] is a row of line charts, made by hand or from a table, drawn as SVG, with bands between bounds, fitted lines
-//!   ([`fit`]) and the front of what is cheapest ([`pareto_front`]).
+//! - [`Table`] is what a study left behind: named columns with units and rows of [`Cell`]s. It can
+//!   be narrowed with [`select`](Table::select), [`sort`](Table::sort) and
+//!   [`filter`](Table::filter) and written as text for a terminal, CSV or JSON.
+//! - [`Figure`] is a row of line charts, made by hand or from a table, drawn as SVG, with bands
+//!   between bounds, fitted lines ([`fit`]) and the front of what is cheapest ([`pareto_front`]).
 //! - [`Field`] is a quantity on a uniform grid, drawn as a map or written as NPY, VTK or CSV.
-//! - [`png`](fn@png) turns either kind of SVG into a PNG with a font of its own, so that it looks the same everywhere.
+//! - [`png`](fn@png) turns either kind of SVG into a PNG with a font of its own, so that it looks
+//!   the same everywhere.
 //!
 //! Values are SI throughout; prefixes (GPa, µm) are chosen only where a person reads them.
 #![forbid(unsafe_code)]

@@ -1,14 +1,17 @@
-//! Colours, markers and dashes that tell series apart, also for a colour-blind reader and in black and white.
+//! Colours, markers and dashes that tell series apart, also for a colour-blind reader and in black
+//! and white.
 
 use crate::svg::n;
 
-/// Okabe & Ito, <https://jfly.uni-koeln.de/color/>, without the yellow that fades on white; dark ones first.
-pub(crate) const COLORS: [&str; 7] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"];
+/// Okabe & Ito, <https://jfly.uni-koeln.de/color/>, without the yellow that fades on white; dark
+/// ones first.
+pub(crate) const COLORS: [&str; 7] =
+    ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"];
 const DASHES: [&str; 4] = ["", "6 3", "2 2", "7 2 2 2"];
 const MARKERS: usize = 8;
 
-/// How the i-th series looks. Colours and markers repeat with different periods, so that 7·8 = 56 series differ in
-/// one of them; every seven the dash changes as well.
+/// How the i-th series looks. Colours and markers repeat with different periods, so that 7·8 = 56
+/// series differ in one of them; every seven the dash changes as well.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Look {
     pub(crate) color: &'static str,
@@ -18,12 +21,20 @@ pub(crate) struct Look {
 
 impl Look {
     pub(crate) fn of(series: usize) -> Look {
-        Look { color: COLORS[series % COLORS.len()], dash: DASHES[series / COLORS.len() % DASHES.len()], marker: series % MARKERS }
+        Look {
+            color: COLORS[series % COLORS.len()],
+            dash: DASHES[series / COLORS.len() % DASHES.len()],
+            marker: series % MARKERS,
+        }
     }
 
     /// The attribute for the line of a series.
     pub(crate) fn dash_attribute(&self) -> String {
-        if self.dash.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{}\"", self.dash) }
+        if self.dash.is_empty() {
+            String::new()
+        } else {
+            format!(" stroke-dasharray=\"{}\"", self.dash)
+        }
     }
 
     /// The marker at a point, about seven pixels across.
@@ -32,10 +43,12 @@ impl Look {
         let filled = format!("fill=\"{0}\" stroke=\"{0}\" stroke-width=\"1\"", self.color);
         let hollow = format!("fill=\"#ffffff\" stroke=\"{}\" stroke-width=\"1.3\"", self.color);
         let polygon = |corners: &[(f64, f64)], paint: &str| {
-            let points: Vec<String> = corners.iter().map(|(dx, dy)| format!("{},{}", n(x + dx), n(y + dy))).collect();
+            let points: Vec<String> =
+                corners.iter().map(|(dx, dy)| format!("{},{}", n(x + dx), n(y + dy))).collect();
             format!("<polygon points=\"{}\" {paint}/>", points.join(" "))
         };
-        let circle = |paint: &str| format!("<circle cx=\"{}\" cy=\"{}\" r=\"3\" {paint}/>", n(x), n(y));
+        let circle =
+            |paint: &str| format!("<circle cx=\"{}\" cy=\"{}\" r=\"3\" {paint}/>", n(x), n(y));
         match self.marker {
             0 => circle(&filled),
             1 => polygon(&[(-2.8, -2.8), (2.8, -2.8), (2.8, 2.8), (-2.8, 2.8)], &filled),
@@ -62,7 +75,12 @@ mod tests {
     fn fifty_six_series_look_different() {
         let looks: Vec<Look> = (0..56).map(Look::of).collect();
         for (i, look) in looks.iter().enumerate() {
-            assert!(!looks[..i].iter().any(|other| (other.color, other.marker) == (look.color, look.marker)), "{i}");
+            assert!(
+                !looks[..i]
+                    .iter()
+                    .any(|other| (other.color, other.marker) == (look.color, look.marker)),
+                "{i}"
+            );
         }
     }
 }

@@ -13,7 +13,9 @@ pub enum PngError {
     #[error("the figure is not valid SVG: {0}")]
     Svg(#[from] usvg::Error),
     /// The picture would be too large.
-    #[error("a picture of {width}×{height} pixels is too large; at most {LARGEST} pixels a side are drawn; ask for fewer dots per inch")]
+    #[error(
+        "a picture of {width}×{height} pixels is too large; at most {LARGEST} pixels a side are drawn; ask for fewer dots per inch"
+    )]
     Size {
         /// Pixels across.
         width: f64,
@@ -39,8 +41,9 @@ static FONTS: LazyLock<Arc<usvg::fontdb::Database>> = LazyLock::new(|| {
 
 /// Draws an SVG made by this crate as an opaque 8-bit RGB picture.
 ///
-/// The SVG's pixel is 1/96 inch, so a figure 480 wide becomes 1500 pixels wide at 300 dots per inch; the resolution is
-/// noted in the file. Text is set in the embedded font, whatever fonts the machine has.
+/// The SVG's pixel is 1/96 inch, so a figure 480 wide becomes 1500 pixels wide at 300 dots per
+/// inch; the resolution is noted in the file. Text is set in the embedded font, whatever fonts the
+/// machine has.
 ///
 /// # Errors
 /// [`PngError`].
@@ -48,10 +51,17 @@ pub fn png(svg: &str, dots_per_inch: f64) -> Result<Vec<u8>, PngError> {
     if !(dots_per_inch.is_finite() && dots_per_inch > 0.0) {
         return Err(PngError::Resolution(dots_per_inch));
     }
-    let options = usvg::Options { font_family: "Arimo".to_owned(), fontdb: FONTS.clone(), ..Default::default() };
+    let options = usvg::Options {
+        font_family: "Arimo".to_owned(),
+        fontdb: FONTS.clone(),
+        ..Default::default()
+    };
     let tree = usvg::Tree::from_str(svg, &options)?;
     let scale = dots_per_inch / 96.0;
-    let (width, height) = ((f64::from(tree.size().width()) * scale).round(), (f64::from(tree.size().height()) * scale).round());
+    let (width, height) = (
+        (f64::from(tree.size().width()) * scale).round(),
+        (f64::from(tree.size().height()) * scale).round(),
+    );
     let too_large = PngError::Size { width, height };
     if width.max(height) > LARGEST || width.min(height) < 1.0 {
         return Err(too_large);
@@ -61,7 +71,8 @@ pub fn png(svg: &str, dots_per_inch: f64) -> Result<Vec<u8>, PngError> {
     resvg::render(&tree, Transform::from_scale(scale as f32, scale as f32), &mut pixmap.as_mut());
     // On white ground every pixel is opaque, so that alpha can be dropped.
     let rgb: Vec<u8> = pixmap.data().chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
-    encode(width as u32, height as u32, png::ColorType::Rgb, &rgb, Some(dots_per_inch)).map_err(PngError::from)
+    encode(width as u32, height as u32, png::ColorType::Rgb, &rgb, Some(dots_per_inch))
+        .map_err(PngError::from)
 }
 
 /// Packs 8-bit pixels.
@@ -78,7 +89,11 @@ pub(crate) fn encode(
     encoder.set_depth(png::BitDepth::Eight);
     if let Some(dpi) = dots_per_inch {
         let per_metre = (dpi / 0.0254).round() as u32;
-        encoder.set_pixel_dims(Some(png::PixelDimensions { xppu: per_metre, yppu: per_metre, unit: png::Unit::Meter }));
+        encoder.set_pixel_dims(Some(png::PixelDimensions {
+            xppu: per_metre,
+            yppu: per_metre,
+            unit: png::Unit::Meter,
+        }));
     }
     let mut writer = encoder.write_header()?;
     writer.write_image_data(pixels)?;

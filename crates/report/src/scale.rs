@@ -42,16 +42,19 @@ impl Scale {
         }
     }
 
-    /// A range with room around the values; without any drawable value, from 0 to 1 or from 1 to 10.
+    /// A range with room around the values; without any drawable value, from 0 to 1 or from 1 to
+    /// 10.
     pub(crate) fn around(values: impl Iterator<Item = f64>, log: bool) -> Scale {
-        let (low, high) =
-            values.filter(|x| drawable(*x, log)).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        let (low, high) = values
+            .filter(|x| drawable(*x, log))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
         if log {
             if low > high {
                 return Scale { low: 1.0, high: 10.0, log };
             }
             let decades = high.log10() - low.log10();
-            // Two values a factor 1 + 10⁻⁹ apart are one value; ten decades of room do not overflow.
+            // Two values a factor 1 + 10⁻⁹ apart are one value; ten decades of room do not
+            // overflow.
             let room = if decades > 1e-9 { 10f64.powf((0.05 * decades).min(10.0)) } else { 2.0 };
             return Scale { low: low / room, high: high * room, log };
         }
@@ -67,7 +70,11 @@ impl Scale {
 
     /// The place of a value: 0 at the low end, 1 at the high end.
     pub(crate) fn at(&self, x: f64) -> f64 {
-        if self.log { (x.ln() - self.low.ln()) / (self.high.ln() - self.low.ln()) } else { (x - self.low) / (self.high - self.low) }
+        if self.log {
+            (x.ln() - self.low.ln()) / (self.high.ln() - self.low.ln())
+        } else {
+            (x - self.low) / (self.high - self.low)
+        }
     }
 
     /// About `target` labelled positions.
@@ -100,7 +107,10 @@ impl Scale {
         }
         // 1 → 5 parts, 2 → 4 parts, 5 → 5 parts
         let parts = if mantissa == 2.0 { 4.0 } else { 5.0 };
-        let minor = multiples(step / parts).filter(|i| i.rem_euclid(parts) != 0.0).map(|i| i * step / parts).collect();
+        let minor = multiples(step / parts)
+            .filter(|i| i.rem_euclid(parts) != 0.0)
+            .map(|i| i * step / parts)
+            .collect();
         Ticks { major, minor, exponent }
     }
 
@@ -108,9 +118,14 @@ impl Scale {
         let (low, high) = (self.low.log10(), self.high.log10());
         let inside = |x: f64| x >= self.low * (1.0 - 1e-9) && x <= self.high * (1.0 + 1e-9);
         let (first, last) = (low.floor() as i32, high.ceil() as i32);
-        let multiples =
-            |digits: &'static [u8]| (first..=last).flat_map(move |p| digits.iter().map(move |&d| (d, p, f64::from(d) * 10f64.powi(p))));
-        let of = |digits: &'static [u8]| multiples(digits).filter(|&(_, _, x)| inside(x)).collect::<Vec<_>>();
+        let multiples = |digits: &'static [u8]| {
+            (first..=last).flat_map(move |p| {
+                digits.iter().map(move |&d| (d, p, f64::from(d) * 10f64.powi(p)))
+            })
+        };
+        let of = |digits: &'static [u8]| {
+            multiples(digits).filter(|&(_, _, x)| inside(x)).collect::<Vec<_>>()
+        };
         let (decades, thirds) = (of(&[1]), of(&[1, 2, 5]));
         let labelled = match (decades.len(), thirds.len()) {
             (3.., _) => decades,
@@ -127,9 +142,16 @@ impl Scale {
                 return ticks;
             }
         };
-        let skip = if labelled.iter().all(|&(d, ..)| d == 1) { labelled.len().div_ceil(target.max(2)) as i32 } else { 1 };
+        let skip = if labelled.iter().all(|&(d, ..)| d == 1) {
+            labelled.len().div_ceil(target.max(2)) as i32
+        } else {
+            1
+        };
         let every_decade = skip == 1;
-        let labelled: Vec<_> = labelled.into_iter().filter(|(_, p, _)| every_decade || p.rem_euclid(skip) == 0).collect();
+        let labelled: Vec<_> = labelled
+            .into_iter()
+            .filter(|(_, p, _)| every_decade || p.rem_euclid(skip) == 0)
+            .collect();
         let plain = labelled.iter().all(|&(_, p, _)| (-3..4).contains(&p));
         let major: Vec<(f64, String)> = labelled
             .iter()
@@ -148,7 +170,11 @@ impl Scale {
             Vec::new()
         } else {
             let is_major = |x: f64| major.iter().any(|(m, _)| (x / m - 1.0).abs() < 1e-9);
-            of(&[1, 2, 3, 4, 5, 6, 7, 8, 9]).into_iter().map(|(_, _, x)| x).filter(|&x| !is_major(x)).collect()
+            of(&[1, 2, 3, 4, 5, 6, 7, 8, 9])
+                .into_iter()
+                .map(|(_, _, x)| x)
+                .filter(|&x| !is_major(x))
+                .collect()
         };
         Ticks { major, minor, exponent: 0 }
     }
@@ -163,7 +189,8 @@ fn scientific(x: f64) -> String {
     .replace('-', "−")
 }
 
-/// The number among 1, 2, 5 times a power of ten that is nearest to `raw`, with its digit and power.
+/// The number among 1, 2, 5 times a power of ten that is nearest to `raw`, with its digit and
+/// power.
 fn nice_step(raw: f64) -> (f64, f64, i32) {
     let power = raw.log10().floor() as i32;
     let unit = 10f64.powi(power);
@@ -190,10 +217,16 @@ mod tests {
     fn ticks_are_round_numbers() {
         assert_eq!(labels(0.0, 1.0, false), ["0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert_eq!(labels(-0.3, 0.31, false), ["−0.3", "−0.2", "−0.1", "0", "0.1", "0.2", "0.3"]);
-        assert_eq!(labels(0.001, 1000.0, true), ["0.001", "0.01", "0.1", "1", "10", "100", "1000"][..].to_vec());
+        assert_eq!(
+            labels(0.001, 1000.0, true),
+            ["0.001", "0.01", "0.1", "1", "10", "100", "1000"][..].to_vec()
+        );
         assert_eq!(labels(1e-9, 1e-6, true), ["10⁻⁹", "10⁻⁸", "10⁻⁷", "10⁻⁶"]);
         assert_eq!(labels(4.0, 60.0, true), ["5", "10", "20", "50"]);
-        assert_eq!(labels(1.1, 1.4, true), ["1.10", "1.15", "1.20", "1.25", "1.30", "1.35", "1.40"]);
+        assert_eq!(
+            labels(1.1, 1.4, true),
+            ["1.10", "1.15", "1.20", "1.25", "1.30", "1.35", "1.40"]
+        );
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Numbers and units as a person reads them.
 
-/// Symbols that take a prefix. A unit that does not begin with one of them is left as it is: `kg`, `1`, `%`, `°`.
+/// Symbols that take a prefix. A unit that does not begin with one of them is left as it is: `kg`,
+/// `1`, `%`, `°`.
 const SYMBOLS: [&str; 9] = ["Pa", "Hz", "m", "N", "J", "W", "s", "V", "A"];
 const PREFIXES: [&str; 11] = ["f", "p", "n", "µ", "m", "", "k", "M", "G", "T", "P"];
 
@@ -42,13 +43,19 @@ impl Unit {
     /// An SI value in this unit.
     pub(crate) fn of_si(&self, x: f64) -> f64 {
         // Powers of ten up to 10²² are exact, their inverses are not.
-        if self.exponent < 0 { x * 10f64.powi(-self.exponent) } else { x / 10f64.powi(self.exponent) }
+        if self.exponent < 0 {
+            x * 10f64.powi(-self.exponent)
+        } else {
+            x / 10f64.powi(self.exponent)
+        }
     }
 }
 
 /// The symbol that a unit begins with, if it takes a prefix, and the power it has.
 fn leading_symbol(unit: &str) -> Option<(&'static str, i32)> {
-    let symbol = SYMBOLS.into_iter().find(|s| unit.strip_prefix(s).is_some_and(|rest| !starts_with_letter(rest)))?;
+    let symbol = SYMBOLS
+        .into_iter()
+        .find(|s| unit.strip_prefix(s).is_some_and(|rest| !starts_with_letter(rest)))?;
     let rest = &unit[symbol.len()..];
     let power = |text: &str| match text.strip_prefix('^').unwrap_or(text).chars().next() {
         Some('2' | '²') => Some(2),
@@ -63,7 +70,8 @@ fn starts_with_letter(text: &str) -> bool {
     text.starts_with(char::is_alphabetic)
 }
 
-/// The exponent of the leading decimal digit of a number that is neither 0 nor infinite, after rounding to `digits`.
+/// The exponent of the leading decimal digit of a number that is neither 0 nor infinite, after
+/// rounding to `digits`.
 pub(crate) fn decade(x: f64, digits: usize) -> i32 {
     let scientific = format!("{x:.*e}", digits.saturating_sub(1));
     scientific.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0)
@@ -136,7 +144,11 @@ mod tests {
         ] {
             let chosen = Unit::fitting(unit, value);
             assert_eq!(chosen.name, name, "{value} {unit}");
-            assert!((chosen.of_si(value) - read).abs() <= 1e-15 * read, "{value} {unit}: {}", chosen.of_si(value));
+            assert!(
+                (chosen.of_si(value) - read).abs() <= 1e-15 * read,
+                "{value} {unit}: {}",
+                chosen.of_si(value)
+            );
         }
     }
 

@@ -6,7 +6,8 @@ use std::sync::LazyLock;
 use skrifa::instance::{LocationRef, Size};
 use skrifa::{FontRef, MetadataProvider};
 
-/// Arimo: metrically compatible with Arial and Helvetica, so that what is measured here holds with each of them.
+/// Arimo: metrically compatible with Arial and Helvetica, so that what is measured here holds with
+/// each of them.
 pub(crate) const FONT: &[u8] = include_bytes!("../font/Arimo-Regular.ttf");
 const FAMILIES: &str = "Arimo, 'Liberation Sans', Arial, Helvetica, sans-serif";
 
@@ -14,13 +15,17 @@ const FAMILIES: &str = "Arimo, 'Liberation Sans', Arial, Helvetica, sans-serif";
 static ADVANCES: LazyLock<Vec<(u32, f32)>> = LazyLock::new(|| {
     let Ok(font) = FontRef::new(FONT) else { return Vec::new() };
     let metrics = font.glyph_metrics(Size::new(1.0), LocationRef::default());
-    let mut advances: Vec<(u32, f32)> =
-        font.charmap().mappings().map(|(c, glyph)| (c, metrics.advance_width(glyph).unwrap_or(0.6))).collect();
+    let mut advances: Vec<(u32, f32)> = font
+        .charmap()
+        .mappings()
+        .map(|(c, glyph)| (c, metrics.advance_width(glyph).unwrap_or(0.6)))
+        .collect();
     advances.sort_by_key(|&(c, _)| c);
     advances
 });
 
-/// The width of a line of text; characters that the font lacks count as one em, which no font exceeds by much.
+/// The width of a line of text; characters that the font lacks count as one em, which no font
+/// exceeds by much.
 pub(crate) fn text_width(text: &str, size: f64) -> f64 {
     let advance = |c: char| match ADVANCES.binary_search_by_key(&u32::from(c), |&(c, _)| c) {
         Ok(i) => f64::from(ADVANCES[i].1),
@@ -118,7 +123,13 @@ impl Drawing {
         self.body.push('\n');
     }
 
-    pub(crate) fn line(&mut self, (x1, y1): (f64, f64), (x2, y2): (f64, f64), color: &str, width: f64) {
+    pub(crate) fn line(
+        &mut self,
+        (x1, y1): (f64, f64),
+        (x2, y2): (f64, f64),
+        color: &str,
+        width: f64,
+    ) {
         self.push(&format!(
             r#"<line x1="{}" y1="{}" x2="{}" y2="{}" stroke="{color}" stroke-width="{}"/>"#,
             n(x1),
@@ -143,7 +154,13 @@ impl Drawing {
     /// A line of text whose baseline is at `y`.
     pub(crate) fn text(&mut self, (x, y): (f64, f64), size: f64, anchor: Anchor, text: &str) {
         let anchor = anchor.name();
-        self.push(&format!(r#"<text x="{}" y="{}" font-size="{}" text-anchor="{anchor}">{}</text>"#, n(x), n(y), n(size), escape(text)));
+        self.push(&format!(
+            r#"<text x="{}" y="{}" font-size="{}" text-anchor="{anchor}">{}</text>"#,
+            n(x),
+            n(y),
+            n(size),
+            escape(text)
+        ));
     }
 
     /// A line of text read from below, centred on `y`, whose baseline is at `x`.
@@ -213,7 +230,10 @@ mod tests {
     #[test]
     fn long_text_is_broken_and_cut() {
         let width = text_width("stick fraction", 12.0) + 0.1;
-        assert_eq!(wrap("stick fraction of the punch", width, 12.0, 9), ["stick fraction", "of the punch"]);
+        assert_eq!(
+            wrap("stick fraction of the punch", width, 12.0, 9),
+            ["stick fraction", "of the punch"]
+        );
         let cut = wrap("stick fraction of the punch", width, 12.0, 1);
         assert!(cut[0].ends_with('…') && text_width(&cut[0], 12.0) <= width, "{cut:?}");
         assert!(wrap("", width, 12.0, 1).is_empty());

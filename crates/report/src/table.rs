@@ -8,8 +8,8 @@ use thiserror::Error;
 /// One value of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
-    /// A measured or computed quantity, in the unit of its column. NaN counts as missing when rows are sorted,
-    /// filtered or drawn; exports keep it.
+    /// A measured or computed quantity, in the unit of its column. NaN counts as missing when rows
+    /// are sorted, filtered or drawn; exports keep it.
     Number(f64),
     /// A count or an identifier.
     Integer(i64),
@@ -168,7 +168,11 @@ impl Table {
         }
         for (row, cells) in rows.iter().enumerate() {
             if cells.len() != columns.len() {
-                return Err(TableError::RowLength { row, found: cells.len(), expected: columns.len() });
+                return Err(TableError::RowLength {
+                    row,
+                    found: cells.len(),
+                    expected: columns.len(),
+                });
             }
         }
         Ok(Table { columns, rows })
@@ -206,7 +210,8 @@ impl Table {
                 let candidate = column.name.to_lowercase();
                 // The last part of a dotted name is what people remember.
                 let tail = candidate.rsplit('.').next().unwrap_or_default();
-                let likeness = strsim::jaro_winkler(&asked, &candidate).max(strsim::jaro_winkler(&asked, tail));
+                let likeness = strsim::jaro_winkler(&asked, &candidate)
+                    .max(strsim::jaro_winkler(&asked, tail));
                 let contained = asked.chars().count() >= 3 && candidate.contains(&asked);
                 (likeness > 0.8 || contained).then_some((likeness, column.name.as_str()))
             })
@@ -224,7 +229,8 @@ impl Table {
     /// # Errors
     /// [`TableError::UnknownColumn`], or [`TableError::Duplicate`] when a name is given twice.
     pub fn select<S: AsRef<str>>(&self, names: &[S]) -> Result<Table, TableError> {
-        let picked = names.iter().map(|name| self.column(name.as_ref())).collect::<Result<Vec<_>, _>>()?;
+        let picked =
+            names.iter().map(|name| self.column(name.as_ref())).collect::<Result<Vec<_>, _>>()?;
         Table::new(
             picked.iter().map(|&i| self.columns[i].clone()).collect(),
             self.rows.iter().map(|row| picked.iter().map(|&i| row[i].clone()).collect()).collect(),
@@ -233,8 +239,8 @@ impl Table {
 
     /// The table sorted by several columns, the first deciding; `-name` is descending.
     ///
-    /// Rows that are equal in every key keep their order. Numbers come before text, and missing values and NaN come
-    /// last, whether ascending or descending.
+    /// Rows that are equal in every key keep their order. Numbers come before text, and missing
+    /// values and NaN come last, whether ascending or descending.
     ///
     /// # Errors
     /// [`TableError::UnknownColumn`].
@@ -244,7 +250,9 @@ impl Table {
             .map(|key| {
                 let key = key.as_ref();
                 match key.strip_prefix('-') {
-                    Some(name) if self.columns.iter().all(|c| c.name != key) => Ok((self.column(name)?, true)),
+                    Some(name) if self.columns.iter().all(|c| c.name != key) => {
+                        Ok((self.column(name)?, true))
+                    }
                     _ => Ok((self.column(key)?, false)),
                 }
             })
@@ -266,7 +274,13 @@ impl Table {
 
     /// The table with those rows only for which `keep` says so, by index.
     pub(crate) fn keep(&self, keep: &[bool]) -> Table {
-        let rows = self.rows.iter().zip(keep).filter(|(_, keep)| **keep).map(|(row, _)| row.clone()).collect();
+        let rows = self
+            .rows
+            .iter()
+            .zip(keep)
+            .filter(|(_, keep)| **keep)
+            .map(|(row, _)| row.clone())
+            .collect();
         Table { columns: self.columns.clone(), rows }
     }
 }

@@ -1,6 +1,8 @@
 //! A table for a terminal.
 
-use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, TableStyle, Width};
+use comfy_table::{
+    CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, TableStyle, Width,
+};
 use unicode_width::UnicodeWidthStr;
 
 use crate::si::{Unit, decade, exponent, trim_zeros};
@@ -9,12 +11,13 @@ use crate::table::{Cell, Table};
 /// How [`Table::terminal`] lays a table out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TerminalLayout {
-    /// Characters per line. Text is wrapped and the columns are set in several blocks to keep within it. `None` sets
-    /// every row on one line.
+    /// Characters per line. Text is wrapped and the columns are set in several blocks to keep
+    /// within it. `None` sets every row on one line.
     pub width: Option<usize>,
     /// Significant digits of numbers, at least 1.
     pub digits: usize,
-    /// Whether a column with a unit is shown with an SI prefix, one for the whole column: `peak_pressure [GPa]`.
+    /// Whether a column with a unit is shown with an SI prefix, one for the whole column:
+    /// `peak_pressure [GPa]`.
     pub prefixes: bool,
     /// Whether lines and the dash for a missing value may be other than ASCII.
     pub unicode: bool,
@@ -43,10 +46,12 @@ struct Set {
 }
 
 impl Table {
-    /// The table as text: a header with units, numbers aligned at the decimal point, a final newline.
+    /// The table as text: a header with units, numbers aligned at the decimal point, a final
+    /// newline.
     ///
-    /// When the columns do not fit into the width, they are set in several blocks, each beginning with the first
-    /// column. Control characters in text are shown as `�`, so that nothing in a record can reach the terminal.
+    /// When the columns do not fit into the width, they are set in several blocks, each beginning
+    /// with the first column. Control characters in text are shown as `�`, so that nothing in a
+    /// record can reach the terminal.
     pub fn terminal(&self, layout: &TerminalLayout) -> String {
         let columns: Vec<Set> = (0..self.columns().len()).map(|i| self.set(i, layout)).collect();
         let mut out = String::new();
@@ -63,7 +68,11 @@ impl Table {
         let column = &self.columns()[index];
         let numeric = self.cells(index).all(|cell| !matches!(cell, Cell::Text(_)));
         let largest = self.cells(index).filter_map(Cell::number).map(f64::abs).fold(0.0, f64::max);
-        let unit = if numeric && layout.prefixes { Unit::fitting(&column.unit, largest) } else { Unit::plain(&column.unit) };
+        let unit = if numeric && layout.prefixes {
+            Unit::fitting(&column.unit, largest)
+        } else {
+            Unit::plain(&column.unit)
+        };
         let mut header = vec![printable(&column.name)];
         if !unit.name.is_empty() {
             header.push(format!("[{}]", printable(&unit.name)));
@@ -91,7 +100,8 @@ impl Table {
         };
         let widest = |texts: &[String]| texts.iter().map(|t| t.width()).max().unwrap_or(0);
         let content = widest(&cells);
-        let least = widest(&header).max(if numeric { content } else { content.min(NARROWEST_TEXT) });
+        let least =
+            widest(&header).max(if numeric { content } else { content.min(NARROWEST_TEXT) });
         Set { header, cells, numeric, least }
     }
 }
@@ -101,17 +111,21 @@ fn printable(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }
 
-/// Numbers as text of equal width, aligned at the decimal point; with exponents if a plain number of one of them
-/// would need more than six leading or trailing zeros.
+/// Numbers as text of equal width, aligned at the decimal point; with exponents if a plain number
+/// of one of them would need more than six leading or trailing zeros.
 fn align(values: &[Option<f64>], digits: usize, missing: &str) -> Vec<String> {
-    let decades = || values.iter().flatten().filter(|x| x.is_finite() && **x != 0.0).map(|x| decade(*x, digits));
+    let decades = || {
+        values.iter().flatten().filter(|x| x.is_finite() && **x != 0.0).map(|x| decade(*x, digits))
+    };
     let plain = decades().all(|d| (-5..digits.max(6) as i32).contains(&d));
     // The part before and including the point is set flush right, the rest flush left.
     let parts: Vec<(String, String, String)> = values
         .iter()
         .map(|value| match value {
             None => (missing.to_owned(), String::new(), String::new()),
-            Some(x) if !x.is_finite() => (crate::delimited::exact(*x), String::new(), String::new()),
+            Some(x) if !x.is_finite() => {
+                (crate::delimited::exact(*x), String::new(), String::new())
+            }
             Some(x) => {
                 let (number, power) = if *x == 0.0 {
                     ("0".to_owned(), String::new())
@@ -120,7 +134,10 @@ fn align(values: &[Option<f64>], digits: usize, missing: &str) -> Vec<String> {
                     (format!("{x:.decimals$}"), String::new())
                 } else {
                     let text = format!("{x:.*e}", digits - 1);
-                    (text.split_once('e').map_or(text.clone(), |(m, _)| m.to_owned()), exponent(decade(*x, digits)))
+                    (
+                        text.split_once('e').map_or(text.clone(), |(m, _)| m.to_owned()),
+                        exponent(decade(*x, digits)),
+                    )
                 };
                 let number = trim_zeros(&number);
                 let point = number.find('.').unwrap_or(number.len());
@@ -128,7 +145,9 @@ fn align(values: &[Option<f64>], digits: usize, missing: &str) -> Vec<String> {
             }
         })
         .collect();
-    let widest = |part: fn(&(String, String, String)) -> &str| parts.iter().map(|p| part(p).width()).max().unwrap_or(0);
+    let widest = |part: fn(&(String, String, String)) -> &str| {
+        parts.iter().map(|p| part(p).width()).max().unwrap_or(0)
+    };
     let (before, after, power) = (widest(|p| &p.0), widest(|p| &p.1), widest(|p| &p.2));
     parts
         .iter()
@@ -158,7 +177,8 @@ fn blocks(columns: &[Set], width: Option<usize>) -> Vec<Vec<usize>> {
                 used += SEPARATOR + space(i);
             }
             Some(block) if block.len() == 1 => {
-                // Nothing fits beside the key column: overflow rather than repeat it alone for ever.
+                // Nothing fits beside the key column: overflow rather than repeat it alone for
+                // ever.
                 block.push(i);
                 used = width;
             }
@@ -181,7 +201,11 @@ fn draw(columns: &[Set], block: &[usize], rows: usize, layout: &TerminalLayout) 
     let rule = if layout.unicode { '─' } else { '-' };
     let line = LineStyle::none().fill(rule).junction(rule);
     table.load_style(TableStyle::new().top_border(line).header_separator(line).bottom_border(line));
-    let least = block.iter().map(|&i| columns[i].least + PADDING + SEPARATOR).sum::<usize>().saturating_sub(SEPARATOR);
+    let least = block
+        .iter()
+        .map(|&i| columns[i].least + PADDING + SEPARATOR)
+        .sum::<usize>()
+        .saturating_sub(SEPARATOR);
     if let Some(width) = layout.width {
         table.set_content_arrangement(ContentArrangement::Dynamic);
         table.set_width(u16::try_from(width.max(least)).unwrap_or(u16::MAX));
@@ -198,7 +222,8 @@ fn draw(columns: &[Set], block: &[usize], rows: usize, layout: &TerminalLayout) 
     }
     for (position, &i) in block.iter().enumerate() {
         if let Some(column) = table.column_mut(position) {
-            let alignment = if columns[i].numeric { CellAlignment::Right } else { CellAlignment::Left };
+            let alignment =
+                if columns[i].numeric { CellAlignment::Right } else { CellAlignment::Left };
             column.set_cell_alignment(alignment);
             let least = u16::try_from(columns[i].least + PADDING).unwrap_or(u16::MAX);
             column.set_constraint(if columns[i].numeric {

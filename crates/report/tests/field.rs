@@ -15,7 +15,13 @@ fn pressure() -> Field {
 
 fn state() -> Field {
     let names = ["outside", "open", "stick", "slip"].map(String::from).to_vec();
-    Field::new("state", "", grid(4, 2), Values::Category { of: vec![0, 1, 1, 0, 3, 2, 2, 3], names }).unwrap()
+    Field::new(
+        "state",
+        "",
+        grid(4, 2),
+        Values::Category { of: vec![0, 1, 1, 0, 3, 2, 2, 3], names },
+    )
+    .unwrap()
 }
 
 fn decode(bytes: &[u8]) -> (usize, usize, Vec<u8>) {
@@ -28,9 +34,12 @@ fn decode(bytes: &[u8]) -> (usize, usize, Vec<u8>) {
 /// The number of pixels of a colour, and the mean of their places.
 fn find(svg: &str, color: [u8; 3]) -> (usize, f64, f64) {
     let (width, _, pixels) = decode(&png(svg, 96.0).unwrap());
-    let places: Vec<usize> = (0..pixels.len() / 3).filter(|&i| pixels[3 * i..3 * i + 3] == color).collect();
+    let places: Vec<usize> =
+        (0..pixels.len() / 3).filter(|&i| pixels[3 * i..3 * i + 3] == color).collect();
     let n = places.len().max(1) as f64;
-    let mean = |of: fn(usize, usize) -> usize| places.iter().map(|&i| of(i, width) as f64).sum::<f64>() / n;
+    let mean = |of: fn(usize, usize) -> usize| {
+        places.iter().map(|&i| of(i, width) as f64).sum::<f64>() / n
+    };
     (places.len(), mean(|i, w| i % w), mean(|i, w| i / w))
 }
 
@@ -88,7 +97,10 @@ fn npy_reads_back() {
     assert_eq!(values[4..], [1e9, 2e9, 3e9, 4e9]);
     let bytes = state().npy().unwrap();
     assert_eq!(&bytes[..6], b"\x93NUMPY");
-    assert_eq!(npyz::NpyFile::new(&bytes[..]).unwrap().into_vec::<u8>().unwrap(), [0, 1, 1, 0, 3, 2, 2, 3]);
+    assert_eq!(
+        npyz::NpyFile::new(&bytes[..]).unwrap().into_vec::<u8>().unwrap(),
+        [0, 1, 1, 0, 3, 2, 2, 3]
+    );
 }
 
 /// VTK 9.6 (through PyVista) reads this file with the values, the extent and the unit that went in.
@@ -115,15 +127,35 @@ fn fields_that_cannot_share_a_file() {
 fn fields_that_cannot_be() {
     let field = |grid, values| Field::new("f", "m", grid, values).unwrap_err();
     let numbers = |n| Values::Number(vec![0.0; n]);
-    assert!(matches!(field(grid(3, 2), numbers(5)), FieldError::Length { found: 5, expected: 6, .. }));
+    assert!(matches!(
+        field(grid(3, 2), numbers(5)),
+        FieldError::Length { found: 5, expected: 6, .. }
+    ));
     assert!(matches!(field(Grid { nx: 0, ..grid(1, 1) }, numbers(0)), FieldError::Grid { .. }));
-    assert!(matches!(field(Grid { nx: usize::MAX, ..grid(1, 2) }, numbers(1)), FieldError::Grid { .. }));
-    for (origin, element) in [(0.0, 0.0), (0.0, -1.0), (0.0, f64::NAN), (f64::INFINITY, 1.0), (f64::NAN, 1.0), (0.0, 1e300), (1.0, 1e-30)] {
+    assert!(matches!(
+        field(Grid { nx: usize::MAX, ..grid(1, 2) }, numbers(1)),
+        FieldError::Grid { .. }
+    ));
+    for (origin, element) in [
+        (0.0, 0.0),
+        (0.0, -1.0),
+        (0.0, f64::NAN),
+        (f64::INFINITY, 1.0),
+        (f64::NAN, 1.0),
+        (0.0, 1e300),
+        (1.0, 1e-30),
+    ] {
         let grid = Grid { nx: 1, ny: 1, origin: [origin, 0.0], element: [element, 1.0] };
-        assert!(matches!(field(grid, numbers(1)), FieldError::Geometry { .. }), "{origin} {element}");
+        assert!(
+            matches!(field(grid, numbers(1)), FieldError::Geometry { .. }),
+            "{origin} {element}"
+        );
     }
     let states = Values::Category { of: vec![0, 4], names: vec!["a".into(); 4] };
-    assert!(matches!(field(grid(2, 1), states), FieldError::UnknownState { state: 4, element: 1, names: 4, .. }));
+    assert!(matches!(
+        field(grid(2, 1), states),
+        FieldError::UnknownState { state: 4, element: 1, names: 4, .. }
+    ));
 }
 
 proptest! {

@@ -1,9 +1,11 @@
-//! What figures show beyond curves: fitted lines, bands between two ends, the front of what is cheapest.
+//! What figures show beyond curves: fitted lines, bands between two ends, the front of what is
+//! cheapest.
 
 use report::{Cell, Column, Figure, FigureError, FigureSpec, Style, Table};
 
 fn table(columns: &[(&str, &str)], rows: Vec<Vec<Cell>>) -> Table {
-    Table::new(columns.iter().map(|(name, unit)| Column::new(*name, *unit)).collect(), rows).unwrap()
+    Table::new(columns.iter().map(|(name, unit)| Column::new(*name, *unit)).collect(), rows)
+        .unwrap()
 }
 
 /// What is drawn within the frames of the panels and in the legend, without grids and axes.
@@ -13,7 +15,8 @@ fn inside(svg: &str) -> String {
             || line.contains("stroke=\"#e4e4e4\"")
             || line.starts_with("<line") && line.contains("#1a1a1a")
             || line.starts_with("<text")
-                && (line.contains("font-size=\"11\" text-anchor=\"middle\"") || line.contains("text-anchor=\"end\""))
+                && (line.contains("font-size=\"11\" text-anchor=\"middle\"")
+                    || line.contains("text-anchor=\"end\""))
     };
     svg.lines().filter(|line| !axes(line)).collect::<Vec<_>>().join("\n")
 }
@@ -24,7 +27,12 @@ fn errors() -> Table {
     for (scene, scale) in [("sphere", 1.0), ("punch", 0.3)] {
         for mesh in [8_i64, 16, 32, 64, 128, 256] {
             let h = 1.0 / mesh as f64;
-            rows.push(vec![mesh.into(), (scale * (h + 3.0 * h * h)).into(), (0.2 * scale * h * h).into(), scene.into()]);
+            rows.push(vec![
+                mesh.into(),
+                (scale * (h + 3.0 * h * h)).into(),
+                (0.2 * scale * h * h).into(),
+                scene.into(),
+            ]);
         }
     }
     table(&[("mesh", ""), ("error_pressure", "1"), ("error_load", "1"), ("scene", "")], rows)
@@ -33,31 +41,64 @@ fn errors() -> Table {
 #[test]
 fn fitted_lines_have_their_slopes_in_the_legend() {
     let y = ["error_pressure", "error_load"];
-    let spec = FigureSpec { x: "mesh", y: &y, y_label: "error", log_x: true, log_y: true, fit: true, ..Default::default() };
+    let spec = FigureSpec {
+        x: "mesh",
+        y: &y,
+        y_label: "error",
+        log_x: true,
+        log_y: true,
+        fit: true,
+        ..Default::default()
+    };
     let sphere = errors().filter("scene == 'sphere'").unwrap();
     let figure = Figure::from_table(&sphere, &spec).unwrap();
     let fits: Vec<_> = figure.panels[0].series.iter().map(|series| series.fit.unwrap()).collect();
     assert!((fits[1].slope + 2.0).abs() < 1e-12 && fits[1].points == 6, "{fits:?}");
-    assert!(fits[0].from > 8.0 && (-1.1..-1.0).contains(&fits[0].slope), "what is not asymptotic is left out: {fits:?}");
+    assert!(
+        fits[0].from > 8.0 && (-1.1..-1.0).contains(&fits[0].slope),
+        "what is not asymptotic is left out: {fits:?}"
+    );
     let svg = figure.svg();
-    assert!(svg.contains(">error pressure, slope −1.") && svg.contains(">error load, slope −2.000 ± &lt; 0.001</text>"), "{svg}");
+    assert!(
+        svg.contains(">error pressure, slope −1.")
+            && svg.contains(">error load, slope −2.000 ± &lt; 0.001</text>"),
+        "{svg}"
+    );
     assert!(svg.contains("± their standard error"), "a note says what a slope is");
-    assert!(figure.panels[0].series.iter().all(|series| series.style == Style::Markers), "lines are fits and nothing else");
+    assert!(
+        figure.panels[0].series.iter().all(|series| series.style == Style::Markers),
+        "lines are fits and nothing else"
+    );
     insta::assert_snapshot!(inside(&svg));
     let plain = Figure::from_table(&sphere, &FigureSpec { fit: false, ..spec.clone() }).unwrap();
     assert!(!plain.svg().contains("slope") && !plain.svg().contains("standard error"));
 
-    let panels = Figure::from_table(&errors(), &FigureSpec { panels: Some("scene"), ..spec }).unwrap().svg();
+    let panels =
+        Figure::from_table(&errors(), &FigureSpec { panels: Some("scene"), ..spec }).unwrap().svg();
     assert!(panels.contains(">error load</text>"), "of several panels, the legend has names alone");
-    assert_eq!(panels.matches(">slope −2.000 ± &lt; 0.001</text>").count(), 2, "and each panel its slopes");
+    assert_eq!(
+        panels.matches(">slope −2.000 ± &lt; 0.001</text>").count(),
+        2,
+        "and each panel its slopes"
+    );
 }
 
 #[test]
 fn two_points_have_no_slope() {
     let two = errors().filter("scene == 'sphere' && mesh <= 16").unwrap();
-    let spec = FigureSpec { x: "mesh", y: &["error_load"], log_x: true, log_y: true, fit: true, ..Default::default() };
+    let spec = FigureSpec {
+        x: "mesh",
+        y: &["error_load"],
+        log_x: true,
+        log_y: true,
+        fit: true,
+        ..Default::default()
+    };
     let figure = Figure::from_table(&two, &spec).unwrap();
-    assert_eq!((figure.panels[0].series[0].fit, figure.panels[0].series[0].style), (None, Style::LineAndMarkers));
+    assert_eq!(
+        (figure.panels[0].series[0].fit, figure.panels[0].series[0].style),
+        (None, Style::LineAndMarkers)
+    );
 }
 
 /// Brackets for two values of ν: closed ones, one without an upper end, and one that failed.
@@ -73,8 +114,13 @@ fn brackets() -> Table {
         (8, 0.0, Some(1.31), Some(f64::INFINITY)),
     ];
     let cell = |x: Option<f64>| x.map_or(Cell::Missing, Cell::Number);
-    let rows = rows.map(|(n, nu, low, high): (i64, f64, _, _)| vec![n.into(), nu.into(), cell(low), cell(high), "ok".into()]);
-    table(&[("mesh", ""), ("poisson", "1"), ("mu_low", "1"), ("mu_high", "1"), ("status", "")], rows.to_vec())
+    let rows = rows.map(|(n, nu, low, high): (i64, f64, _, _)| {
+        vec![n.into(), nu.into(), cell(low), cell(high), "ok".into()]
+    });
+    table(
+        &[("mesh", ""), ("poisson", "1"), ("mu_low", "1"), ("mu_high", "1"), ("status", "")],
+        rows.to_vec(),
+    )
 }
 
 #[test]
@@ -89,7 +135,10 @@ fn bands_lie_between_two_columns() {
     let figure = Figure::from_table(&brackets(), &spec).unwrap();
     let panel = &figure.panels[0];
     assert!(panel.series.is_empty());
-    assert_eq!(panel.bands.iter().map(|band| (band.label.as_str(), band.joined)).collect::<Vec<_>>(), [("0", true), ("0.3", true)]);
+    assert_eq!(
+        panel.bands.iter().map(|band| (band.label.as_str(), band.joined)).collect::<Vec<_>>(),
+        [("0", true), ("0.3", true)]
+    );
     assert_eq!(panel.bands[1].points[1], (3.0, 3.27, 3.77));
     let svg = figure.svg();
     insta::assert_snapshot!(inside(&svg));
@@ -100,23 +149,47 @@ fn bands_lie_between_two_columns() {
 
     let alone = FigureSpec { series: &[], y_label: "", ..spec.clone() };
     let alone = Figure::from_table(&brackets().filter("poisson == 0.3").unwrap(), &alone).unwrap();
-    assert_eq!((alone.panels[0].bands[0].label.as_str(), alone.panels[0].y.label.as_str()), ("mu low to mu high", "mu low, mu high"));
-    let words = Figure::from_table(&brackets(), &FigureSpec { x: "status", ..spec.clone() }).unwrap();
+    assert_eq!(
+        (alone.panels[0].bands[0].label.as_str(), alone.panels[0].y.label.as_str()),
+        ("mu low to mu high", "mu low, mu high")
+    );
+    let words =
+        Figure::from_table(&brackets(), &FigureSpec { x: "status", ..spec.clone() }).unwrap();
     assert!(words.panels[0].bands.iter().all(|band| !band.joined), "words are not joined");
     let curve = Figure::from_table(&brackets(), &FigureSpec { y: &["mu_low"], ..spec }).unwrap();
-    let labels = (curve.panels[0].series[0].label.as_str(), curve.panels[0].bands[0].label.as_str());
-    assert_eq!(labels, ("0, mu low", "0, mu low to mu high"), "curves and a band say what they are");
+    let labels =
+        (curve.panels[0].series[0].label.as_str(), curve.panels[0].bands[0].label.as_str());
+    assert_eq!(
+        labels,
+        ("0, mu low", "0, mu low to mu high"),
+        "curves and a band say what they are"
+    );
 }
 
 #[test]
 fn the_ends_of_a_band_are_fitted() {
-    let rows = [2_i64, 4, 8, 16].map(|n| vec![n.into(), (4.0 / (n as f64).sqrt()).into(), (5.0 / (n as f64).sqrt()).into()]);
+    let rows = [2_i64, 4, 8, 16].map(|n| {
+        vec![n.into(), (4.0 / (n as f64).sqrt()).into(), (5.0 / (n as f64).sqrt()).into()]
+    });
     let table = table(&[("mesh", ""), ("low", ""), ("high", "")], rows.to_vec());
-    let spec = FigureSpec { x: "mesh", band: Some(("low", "high")), log_x: true, log_y: true, fit: true, ..Default::default() };
+    let spec = FigureSpec {
+        x: "mesh",
+        band: Some(("low", "high")),
+        log_x: true,
+        log_y: true,
+        fit: true,
+        ..Default::default()
+    };
     let figure = Figure::from_table(&table, &spec).unwrap();
-    assert!(figure.panels[0].bands[0].fits.iter().all(|fit| (fit.unwrap().slope + 0.5).abs() < 1e-12));
+    assert!(
+        figure.panels[0].bands[0].fits.iter().all(|fit| (fit.unwrap().slope + 0.5).abs() < 1e-12)
+    );
     let svg = figure.svg();
-    assert!(svg.contains(">lower end: slope −0.5000 ± &lt; 0.0001</text>") && svg.contains(">upper end: slope"), "{svg}");
+    assert!(
+        svg.contains(">lower end: slope −0.5000 ± &lt; 0.0001</text>")
+            && svg.contains(">upper end: slope"),
+        "{svg}"
+    );
 }
 
 /// Errors against seconds of two methods on some meshes.
@@ -125,7 +198,12 @@ fn costs() -> Table {
     for (method, seconds, order) in [("newton", 2e-4, 1.0), ("gradient", 5e-5, 1.3)] {
         for mesh in [16_i64, 32, 64, 128, 256] {
             let n = mesh as f64;
-            rows.push(vec![(seconds * (n / 16.0).powf(2.0 * order)).into(), (0.4 / n).into(), mesh.into(), method.into()]);
+            rows.push(vec![
+                (seconds * (n / 16.0).powf(2.0 * order)).into(),
+                (0.4 / n).into(),
+                mesh.into(),
+                method.into(),
+            ]);
         }
     }
     table(&[("seconds", "s"), ("error", "1"), ("mesh", ""), ("method", "")], rows)
@@ -133,7 +211,15 @@ fn costs() -> Table {
 
 #[test]
 fn the_front_is_marked_and_named() {
-    let spec = FigureSpec { x: "seconds", y: &["error"], series: &["method"], log_x: true, log_y: true, front: true, ..Default::default() };
+    let spec = FigureSpec {
+        x: "seconds",
+        y: &["error"],
+        series: &["method"],
+        log_x: true,
+        log_y: true,
+        front: true,
+        ..Default::default()
+    };
     let named = FigureSpec { names: Some("mesh"), ..spec.clone() };
     let svg = Figure::from_table(&costs(), &named).unwrap().svg();
     insta::assert_snapshot!(inside(&svg));

@@ -4,7 +4,14 @@ use proptest::prelude::*;
 use report::{Cell, Column, FilterError, Table, TableError, TerminalLayout};
 
 fn sample() -> Table {
-    let columns = [("mu", "1"), ("mesh", ""), ("peak_pressure", "Pa"), ("friction.cap", "Pa"), ("layers[0].poisson", "1"), ("status", "")];
+    let columns = [
+        ("mu", "1"),
+        ("mesh", ""),
+        ("peak_pressure", "Pa"),
+        ("friction.cap", "Pa"),
+        ("layers[0].poisson", "1"),
+        ("status", ""),
+    ];
     let columns = columns.map(|(name, unit)| Column::new(name, unit)).to_vec();
     let row = |mu: f64, mesh: i64, peak: Cell, cap: f64, poisson: f64, status: Cell| {
         vec![mu.into(), mesh.into(), peak, cap.into(), poisson.into(), status]
@@ -42,7 +49,8 @@ fn narrow_terminals_get_several_blocks() {
 
 #[test]
 fn escape_sequences_do_not_reach_the_terminal() {
-    let table = Table::new(vec![Column::new("a\u{7}", "")], vec![vec!["\u{1b}[31mred\n".into()]]).unwrap();
+    let table =
+        Table::new(vec![Column::new("a\u{7}", "")], vec![vec!["\u{1b}[31mred\n".into()]]).unwrap();
     let text = table.terminal(&TerminalLayout::default());
     assert!(!text.chars().any(|c| c.is_control() && c != '\n'), "{text:?}");
     assert_eq!(text.lines().count(), 5);
@@ -78,7 +86,10 @@ fn column(table: &Table, name: &str) -> Vec<Cell> {
 #[test]
 fn selection_takes_the_order_asked_for() {
     let table = sample().select(&["status", "mu"]).unwrap();
-    assert_eq!(table.columns().iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["status", "mu"]);
+    assert_eq!(
+        table.columns().iter().map(|c| c.name.as_str()).collect::<Vec<_>>(),
+        ["status", "mu"]
+    );
     assert_eq!(table.rows()[0], ["certified".into(), 0.1.into()]);
 }
 
@@ -101,7 +112,13 @@ fn missing_values_and_nan_come_last_both_ways() {
 #[test]
 fn integers_and_numbers_are_compared_without_rounding() {
     let big = 1_i64 << 53;
-    let rows = vec![vec![(big + 1).into()], vec![(big as f64).into()], vec![big.into()], vec![9.3e18.into()], vec!["a".into()]];
+    let rows = vec![
+        vec![(big + 1).into()],
+        vec![(big as f64).into()],
+        vec![big.into()],
+        vec![9.3e18.into()],
+        vec!["a".into()],
+    ];
     let table = Table::new(vec![Column::new("n", "")], rows).unwrap();
     let sorted = table.sort(&["n"]).unwrap();
     let expected = [(big as f64).into(), big.into(), (big + 1).into(), 9.3e18.into(), "a".into()];
@@ -242,7 +259,9 @@ fn a_column_without_values_fits_any_comparison() {
 #[test]
 fn deep_and_long_expressions_are_refused_or_answered() {
     let table = sample();
-    let deep = |open: &str, middle: &str, close: &str, times: usize| format!("{}{middle}{}", open.repeat(times), close.repeat(times));
+    let deep = |open: &str, middle: &str, close: &str, times: usize| {
+        format!("{}{middle}{}", open.repeat(times), close.repeat(times))
+    };
     for expression in [
         deep("(", "mu > 1", ")", 2000),
         deep("!", "true", "", 4000),
@@ -259,7 +278,10 @@ fn deep_and_long_expressions_are_refused_or_answered() {
     }
     assert_eq!(table.filter(&"(".repeat(5000)).unwrap_err(), FilterError::TooLong { length: 5000 });
     let refused = table.filter(&deep("(", "mu > 1", ")", 200)).unwrap_err().to_string();
-    assert!(refused.starts_with("too many brackets inside each other at character 97"), "{refused}");
+    assert!(
+        refused.starts_with("too many brackets inside each other at character 97"),
+        "{refused}"
+    );
 }
 
 fn cells() -> impl Strategy<Value = Cell> {
@@ -274,11 +296,14 @@ fn cells() -> impl Strategy<Value = Cell> {
 
 fn tables() -> impl Strategy<Value = Table> {
     (1usize..5).prop_flat_map(|columns| {
-        proptest::collection::vec(proptest::collection::vec(cells(), columns), 0..8).prop_map(move |rows| {
-            let names = ["mu", "mesh", "p, \"q\"", "ünits"];
-            let columns = (0..columns).map(|i| Column::new(names[i], ["1", "", "Pa", "m²"][i])).collect();
-            Table::new(columns, rows).unwrap()
-        })
+        proptest::collection::vec(proptest::collection::vec(cells(), columns), 0..8).prop_map(
+            move |rows| {
+                let names = ["mu", "mesh", "p, \"q\"", "ünits"];
+                let columns =
+                    (0..columns).map(|i| Column::new(names[i], ["1", "", "Pa", "m²"][i])).collect();
+                Table::new(columns, rows).unwrap()
+            },
+        )
     })
 }
 

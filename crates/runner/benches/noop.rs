@@ -1,6 +1,7 @@
 //! How fast jobs that do nothing pass through two real workers, and what a waiting worker costs.
 //!
-//! The ledger appends to a file and syncs it, as a store would; `cargo bench -p runner` prints the figures.
+//! The ledger appends to a file and syncs it, as a store would; `cargo bench -p runner` prints the
+//! figures.
 
 use runner::{Done, Interrupt, Ledger, Options, Task, Verdict, Work, WorkerArguments, work};
 use std::error::Error;
@@ -50,7 +51,13 @@ fn tasks(count: u64, payload: &[u8], cost: f64) -> Vec<Task> {
     let task = |number: u64| {
         let mut key = [0; 32];
         key[..8].copy_from_slice(&number.to_be_bytes());
-        Task { key: JobKey(key), payload: payload.to_vec(), group: number / 100, cost, memory: 1 << 20 }
+        Task {
+            key: JobKey(key),
+            payload: payload.to_vec(),
+            group: number / 100,
+            cost,
+            memory: 1 << 20,
+        }
     };
     (0..count).map(task).collect()
 }
@@ -58,7 +65,8 @@ fn tasks(count: u64, payload: &[u8], cost: f64) -> Vec<Task> {
 /// Processor time that a process used so far, in clock ticks.
 fn ticks(pid: u32) -> u64 {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).expect("the process lives");
-    let fields: Vec<_> = stat.rsplit(')').next().expect("it has fields").split_ascii_whitespace().collect();
+    let fields: Vec<_> =
+        stat.rsplit(')').next().expect("it has fields").split_ascii_whitespace().collect();
     fields[11].parse::<u64>().expect("user time") + fields[12].parse::<u64>().expect("system time")
 }
 
@@ -70,9 +78,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     let command = vec![std::env::current_exe()?.into(), "worker".into()];
     let options = Options { workers: 2, ..Options::new(command, 1 << 30) };
     for cost in [1e-5, 0.01, 1.0] {
-        let mut journal = Journal { file: tempfile::tempfile()?, commits: 0, kept: 0, syncing: Duration::ZERO };
+        let mut journal =
+            Journal { file: tempfile::tempfile()?, commits: 0, kept: 0, syncing: Duration::ZERO };
         let start = Instant::now();
-        let summary = runner::run(tasks(10_000, b"payload", cost), &mut journal, &options, &Interrupt::new()?, &mut |_| {})?;
+        let summary = runner::run(
+            tasks(10_000, b"payload", cost),
+            &mut journal,
+            &options,
+            &Interrupt::new()?,
+            &mut |_| {},
+        )?;
         let seconds = start.elapsed().as_secs_f64();
         let Journal { commits, kept, syncing, .. } = journal;
         println!(
@@ -84,19 +99,31 @@ fn main() -> Result<(), Box<dyn Error>> {
     // One job that sleeps and a second worker that waits for it.
     let mut pids = Vec::new();
     let mut idle = Vec::new();
-    let mut journal = Journal { file: tempfile::tempfile()?, commits: 0, kept: 0, syncing: Duration::ZERO };
+    let mut journal =
+        Journal { file: tempfile::tempfile()?, commits: 0, kept: 0, syncing: Duration::ZERO };
     let mut waiting = tasks(2, b"wait", 1.0);
     waiting[1].payload = b"quick".to_vec();
     let me = std::process::id();
     let before = ticks(me);
-    runner::run(waiting, &mut journal, &options, &Interrupt::new()?, &mut |event| match event.what {
-        runner::What::WorkerStarted { pid, .. } => pids.push(pid),
-        runner::What::Done { .. } => idle.push(pids.iter().map(|&pid| (pid, ticks(pid))).collect::<Vec<_>>()),
-        _ => {}
-    })?;
+    runner::run(
+        waiting,
+        &mut journal,
+        &options,
+        &Interrupt::new()?,
+        &mut |event| match event.what {
+            runner::What::WorkerStarted { pid, .. } => pids.push(pid),
+            runner::What::Done { .. } => {
+                idle.push(pids.iter().map(|&pid| (pid, ticks(pid))).collect::<Vec<_>>())
+            }
+            _ => {}
+        },
+    )?;
     for (pid, ticks) in &idle[0] {
         let later = idle[1].iter().find(|(other, _)| other == pid).map_or(0, |(_, ticks)| *ticks);
-        println!("worker {pid} used {} ticks of 10 ms in 5 s, one asleep in its job, one without a job", later - ticks);
+        println!(
+            "worker {pid} used {} ticks of 10 ms in 5 s, one asleep in its job, one without a job",
+            later - ticks
+        );
     }
     println!("the coordinator used {} ticks of 10 ms in that run", ticks(me) - before);
     Ok(())

@@ -1,15 +1,19 @@
 //! The coordinator's decisions: a pure function of what it knows, what it hears and the time.
 //!
-//! It has no sockets, no clock, no processes and no database, so every fault can be played to it in a test.
-//! [`Coordinator::step`] takes one [`Input`] and returns the [`Action`]s that the driver must carry out, in order.
+//! It has no sockets, no clock, no processes and no database, so every fault can be played to it in
+//! a test. [`Coordinator::step`] takes one [`Input`] and returns the [`Action`]s that the driver
+//! must carry out, in order.
 //!
 //! - A job waits, is leased, is being saved, or is done; done is final.
-//! - A reply to a worker is an acknowledgement: it is sent only when everything that the worker reported is durable.
-//! - Commits clock themselves. While one is being written, further results gather and form the next; so a lone result
-//!   never waits for a timer, and under load one commit serves many jobs.
-//! - A worker holds a little work ahead ([`dealing`]), by the prediction corrected by what jobs really
-//!   took, so that neither transport nor disk stalls short jobs; a job longer than that is never held behind another.
-//! - When a worker dies, the attempt is charged to the job that was running. Others that it held go back uncharged.
+//! - A reply to a worker is an acknowledgement: it is sent only when everything that the worker
+//!   reported is durable.
+//! - Commits clock themselves. While one is being written, further results gather and form the
+//!   next; so a lone result never waits for a timer, and under load one commit serves many jobs.
+//! - A worker holds a little work ahead ([`dealing`]), by the prediction corrected by what jobs
+//!   really took, so that neither transport nor disk stalls short jobs; a job longer than that is
+//!   never held behind another.
+//! - When a worker dies, the attempt is charged to the job that was running. Others that it held go
+//!   back uncharged.
 
 use crate::event::{Counts, Event, What};
 use crate::lease::{Lease, LeaseId, Leases, WorkerId};
@@ -266,7 +270,8 @@ impl Coordinator {
             let (needed, limit) = (self.jobs[job].memory, self.options.memory_limit);
             if needed > limit && self.queue.take_this(job) {
                 self.counts.waiting -= 1;
-                let reason = format!("needs {needed} bytes of memory by prediction, the limit is {limit}");
+                let reason =
+                    format!("needs {needed} bytes of memory by prediction, the limit is {limit}");
                 self.save(job, None, 0.0, Err(reason));
             }
         }
@@ -338,11 +343,18 @@ impl Coordinator {
     }
 
     /// The job has its final result, to be made durable.
-    fn save(&mut self, job: usize, worker: Option<WorkerId>, seconds: f64, result: Result<Vec<u8>, String>) {
+    fn save(
+        &mut self,
+        job: usize,
+        worker: Option<WorkerId>,
+        seconds: f64,
+        result: Result<Vec<u8>, String>,
+    ) {
         let entry = &mut self.jobs[job];
         entry.state = State::Saving;
         let attempts = entry.failures + u32::from(result.is_ok());
-        let saving = Saving { job, worker, seconds, attempts, quarantine: result.as_ref().err().cloned() };
+        let saving =
+            Saving { job, worker, seconds, attempts, quarantine: result.as_ref().err().cloned() };
         let verdict = match result {
             Ok(bytes) => Verdict::Completed(bytes),
             Err(reason) => Verdict::Quarantined { reason },
@@ -390,8 +402,11 @@ impl Coordinator {
             Phase::Killed(reason) => format!("{reason} ({how})"),
             _ => how,
         };
-        // The marker may name a lease that was reported since; then the next one was about to begin.
-        let culprit = running.filter(|lease| worker.leases.contains(lease)).or(worker.leases.front().copied());
+        // The marker may name a lease that was reported since; then the next one was about to
+        // begin.
+        let culprit = running
+            .filter(|lease| worker.leases.contains(lease))
+            .or(worker.leases.front().copied());
         for lease in worker.leases {
             let Some(Lease { job, .. }) = self.leases.end(lease, id) else { continue };
             self.counts.running -= 1;
@@ -453,19 +468,30 @@ impl Coordinator {
         let Options { start_timeout, silence, grace, patience, .. } = self.options;
         match worker.phase {
             Phase::Killed(_) => None,
-            Phase::Starting => {
-                Some((worker.heard.saturating_add(start_timeout), format!("asked for no job within {start_timeout:?} of its start")))
-            }
+            Phase::Starting => Some((
+                worker.heard.saturating_add(start_timeout),
+                format!("asked for no job within {start_timeout:?} of its start"),
+            )),
             Phase::Leaving => Some((worker.heard + LEAVING, "did not leave when told to".into())),
             Phase::Ready if worker.leases.is_empty() => None,
             Phase::Ready => {
-                let predicted = self.held(worker).map(|job| job.cost).sum::<f64>() * self.calibration().unwrap_or(1.0).max(1.0);
-                let allowed = grace.saturating_add(Duration::try_from_secs_f64(predicted * patience).unwrap_or(Duration::MAX));
-                let (silent, late) = (worker.heard.saturating_add(silence), worker.progress.saturating_add(allowed));
+                let predicted = self.held(worker).map(|job| job.cost).sum::<f64>()
+                    * self.calibration().unwrap_or(1.0).max(1.0);
+                let allowed = grace.saturating_add(
+                    Duration::try_from_secs_f64(predicted * patience).unwrap_or(Duration::MAX),
+                );
+                let (silent, late) =
+                    (worker.heard.saturating_add(silence), worker.progress.saturating_add(allowed));
                 Some(if silent < late {
                     (silent, format!("gave no sign of life for {silence:?}"))
                 } else {
-                    (late, format!("finished nothing within its deadline of {:.1} s", allowed.as_secs_f64()))
+                    (
+                        late,
+                        format!(
+                            "finished nothing within its deadline of {:.1} s",
+                            allowed.as_secs_f64()
+                        ),
+                    )
                 })
             }
         }
@@ -480,7 +506,11 @@ impl Coordinator {
         if self.interrupts >= 2 {
             return;
         }
-        let asking = self.workers.iter().filter(|(_, worker)| worker.asks && worker.unsaved == 0).map(|(&id, _)| id);
+        let asking = self
+            .workers
+            .iter()
+            .filter(|(_, worker)| worker.asks && worker.unsaved == 0)
+            .map(|(&id, _)| id);
         for id in asking.collect::<Vec<_>>() {
             self.answer(id);
         }
@@ -496,7 +526,9 @@ impl Coordinator {
             if present == 0 && wanted > 0 && !self.stopping() {
                 self.given_up = true;
                 let last = &self.last_failure;
-                self.actions.push(Action::GiveUp(format!("{MOST_FAILED_STARTS} in a row ended before asking for a job, the last: {last}")));
+                self.actions.push(Action::GiveUp(format!(
+                    "{MOST_FAILED_STARTS} in a row ended before asking for a job, the last: {last}"
+                )));
             }
             return;
         }

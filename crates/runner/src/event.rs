@@ -131,7 +131,11 @@ mod tests {
     #[test]
     fn an_event_is_one_flat_json_object() {
         let what = What::Retried { key: JobKey([171; 32]), attempt: 1, reason: "signal 9".into() };
-        let event = Event { seconds: 1.5, what, counts: Counts { waiting: 1, failures: 1, ..Counts::default() } };
+        let event = Event {
+            seconds: 1.5,
+            what,
+            counts: Counts { waiting: 1, failures: 1, ..Counts::default() },
+        };
         let expected = format!(
             r#"{{"seconds":1.5,"event":"retried","key":"{}","attempt":1,"reason":"signal 9","counts":{{"waiting":1,"running":0,"saving":0,"done":0,"quarantined":0,"failures":1,"workers":0}}}}"#,
             "ab".repeat(32)

@@ -5,7 +5,8 @@ use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Asks a run to stop: raised once, no job is begun any more and those in flight are kept; twice, now.
+/// Asks a run to stop: raised once, no job is begun any more and those in flight are kept; twice,
+/// now.
 ///
 /// Clones are the same request. Raising is one atomic and one write, so a signal handler may do it.
 #[derive(Clone, Debug)]

@@ -1,11 +1,13 @@
 //! Shared memory: the only place that uses iceoryx2.
 //!
-//! Every worker has a channel of its own: a request–response service in which the coordinator is the server and the
-//! worker the one client, an event service for each direction, and a name prefix. A worker killed in the middle of an
-//! operation can leave a service in a state that iceoryx2 never repairs, and its slots taken; with a channel each,
-//! that dies with the worker: the coordinator drops its end and removes the files by their prefix.
+//! Every worker has a channel of its own: a request–response service in which the coordinator is
+//! the server and the worker the one client, an event service for each direction, and a name
+//! prefix. A worker killed in the middle of an operation can leave a service in a state that
+//! iceoryx2 never repairs, and its slots taken; with a channel each, that dies with the worker: the
+//! coordinator drops its end and removes the files by their prefix.
 //!
-//! The coordinator waits in one poll(2) for all channels, all processes and the interrupt; a worker waits for its event.
+//! The coordinator waits in one poll(2) for all channels, all processes and the interrupt; a worker
+//! waits for its event.
 
 mod arguments;
 mod processes;
@@ -56,9 +58,11 @@ impl Names {
     fn node(&self) -> Result<Node<Shm>, TransportError> {
         let what = "cannot set up shared memory";
         let mut config = Config::default();
-        let root = Path::new(self.root.as_os_str().as_encoded_bytes()).map_err(TransportError::when(what))?;
+        let root = Path::new(self.root.as_os_str().as_encoded_bytes())
+            .map_err(TransportError::when(what))?;
         config.global.set_root_path(&root);
-        config.global.prefix = FileName::new(self.prefix.as_bytes()).map_err(TransportError::when(what))?;
+        config.global.prefix =
+            FileName::new(self.prefix.as_bytes()).map_err(TransportError::when(what))?;
         config.global.creation_timeout = Duration::from_secs(10);
         // What a dead worker leaves is removed by its prefix, whatever state it is in.
         config.global.node.cleanup_dead_nodes_on_creation = false;
@@ -67,7 +71,11 @@ impl Names {
         // Its complaints would mix with ours; every error comes back as a value.
         set_log_level(LogLevel::Fatal);
         // Signals are the caller's business.
-        NodeBuilder::new().config(&config).signal_handling_mode(SignalHandlingMode::Disabled).create().map_err(TransportError::when(what))
+        NodeBuilder::new()
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create()
+            .map_err(TransportError::when(what))
     }
 
     fn file(&self, name: &str) -> PathBuf {
@@ -88,14 +96,23 @@ fn service(name: &str) -> Result<ServiceName, TransportError> {
     ServiceName::new(name).map_err(TransportError::when("cannot name a service"))
 }
 
-/// With one open request per client the buffers are never full; should they be, give up rather than wait for the dead.
+/// With one open request per client the buffers are never full; should they be, give up rather than
+/// wait for the dead.
 fn backpressure(info: &BackpressureInfo) -> BackpressureAction {
-    if info.elapsed_time < Duration::from_secs(1) { BackpressureAction::Retry } else { BackpressureAction::DiscardDataAndFail }
+    if info.elapsed_time < Duration::from_secs(1) {
+        BackpressureAction::Retry
+    } else {
+        BackpressureAction::DiscardDataAndFail
+    }
 }
 
 /// Puts a body into the message, or beside it.
 fn pack(bytes: &[u8], largest: usize, file: impl FnOnce() -> PathBuf) -> Result<Body, String> {
-    if bytes.len() <= largest { Ok(Body::Inline(bytes.to_vec())) } else { spill::store(&file(), bytes) }
+    if bytes.len() <= largest {
+        Ok(Body::Inline(bytes.to_vec()))
+    } else {
+        spill::store(&file(), bytes)
+    }
 }
 
 /// How large messages through a port have been, and so how much shared memory it has.
@@ -103,8 +120,8 @@ fn pack(bytes: &[u8], largest: usize, file: impl FnOnce() -> PathBuf) -> Result<
 struct Grown(usize);
 
 impl Grown {
-    /// Whether a message of this size can be written without running out of shared memory. Segments grow by powers of
-    /// two, old ones stay, and each holds a handful of messages.
+    /// Whether a message of this size can be written without running out of shared memory. Segments
+    /// grow by powers of two, old ones stay, and each holds a handful of messages.
     fn admits(&mut self, length: usize, free: impl FnOnce() -> Option<u64>) -> bool {
         let needed = 8 * (length as u64).next_power_of_two() + RESERVE;
         if length > self.0 {
@@ -116,7 +133,8 @@ impl Grown {
         true
     }
 
-    /// Encodes a message with bodies inside as far as they are small, or none inside if shared memory is short.
+    /// Encodes a message with bodies inside as far as they are small, or none inside if shared
+    /// memory is short.
     fn encode<M: bincode::Encode>(
         &mut self,
         free: impl Fn() -> Option<u64>,
@@ -131,7 +149,10 @@ impl Grown {
         if self.admits(message.len(), &free) {
             return Ok(message);
         }
-        Err(TransportError { doing: "cannot send a message", why: format!("{SHARED_MEMORY} is full") })
+        Err(TransportError {
+            doing: "cannot send a message",
+            why: format!("{SHARED_MEMORY} is full"),
+        })
     }
 }
 
@@ -146,11 +167,17 @@ mod tests {
         let path = dir.path().join("body");
         let bytes = vec![7; 100_000];
         let build = |largest| Ok(pack(&bytes, largest, || path.clone()).unwrap());
-        let sent = |grown: &mut Grown, free| decode::<Body>(&grown.encode(|| Some(free), build).unwrap()).unwrap();
+        let sent = |grown: &mut Grown, free| {
+            decode::<Body>(&grown.encode(|| Some(free), build).unwrap()).unwrap()
+        };
         let mut grown = Grown(INITIAL);
         assert!(matches!(sent(&mut grown, RESERVE), Body::File { length: 100_000, .. }));
         assert_eq!(sent(&mut grown, 1 << 30), Body::Inline(bytes.clone()));
-        assert_eq!(sent(&mut grown, 0), Body::Inline(bytes.clone()), "the memory that it grew to is there");
+        assert_eq!(
+            sent(&mut grown, 0),
+            Body::Inline(bytes.clone()),
+            "the memory that it grew to is there"
+        );
         let none = Grown(4).encode(|| Some(0), build).unwrap_err().to_string();
         assert_eq!(none, "cannot send a message: /dev/shm is full");
     }

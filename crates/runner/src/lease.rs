@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-/// One handing-out of one job; never used twice in a run, so that a result of a lost lease is recognised as stale.
+/// One handing-out of one job; never used twice in a run, so that a result of a lost lease is
+/// recognised as stale.
 pub(crate) type LeaseId = u64;
 
 /// One worker process; a replacement gets a new number.

@@ -1,14 +1,17 @@
 //! Runs jobs in worker processes, over shared memory, and keeps every result.
 //!
-//! One **coordinator** per run, inside [`run`], starts **workers**: child processes of the caller's choosing that call
-//! [`work`]. They talk through iceoryx2, one channel per worker. The runner knows neither what a job is ([`Work`]) nor
-//! where results go ([`Ledger`]); to it, both are bytes under a [`JobKey`].
+//! One **coordinator** per run, inside [`run`], starts **workers**: child processes of the caller's
+//! choosing that call [`work`]. They talk through iceoryx2, one channel per worker. The runner
+//! knows neither what a job is ([`Work`]) nor where results go ([`Ledger`]); to it, both are bytes
+//! under a [`JobKey`].
 //!
 //! What it promises:
-//! - A result is acknowledged to nobody before [`Ledger::commit`] has returned for it, and is committed once.
+//! - A result is acknowledged to nobody before [`Ledger::commit`] has returned for it, and is
+//!   committed once.
 //! - A worker that dies, hangs or stops is replaced, and its job tried again; a job that fails
 //!   [`Options::attempts`] times is set aside with the reason, and the rest goes on.
-//! - When the coordinator dies, its workers die with it; the next run removes what they left in shared memory.
+//! - When the coordinator dies, its workers die with it; the next run removes what they left in
+//!   shared memory.
 //! - Waiting costs no processor time, on either side.
 //!
 //! Linux only: it needs pidfd, eventfd, `/proc`, `/dev/shm` and the parent-death signal.
@@ -49,7 +52,8 @@ pub struct Task {
     pub payload: Vec<u8>,
     /// Tasks of one group share something costly and go to one worker one after another.
     pub group: u64,
-    /// Predicted seconds. Orders jobs within a group and stretches deadlines; corrected by what jobs really take.
+    /// Predicted seconds. Orders jobs within a group and stretches deadlines; corrected by what
+    /// jobs really take.
     pub cost: f64,
     /// Predicted bytes while it runs, on top of what every worker needs.
     pub memory: u64,
@@ -95,10 +99,11 @@ pub struct Options {
     pub workers: usize,
     /// Program and arguments that start a worker; [`WorkerArguments`] are appended as one argument.
     pub worker_command: Vec<OsString>,
-    /// Bytes that all jobs which run at the same time may need together, by prediction. A job that needs more by
-    /// itself is quarantined at once.
+    /// Bytes that all jobs which run at the same time may need together, by prediction. A job that
+    /// needs more by itself is quarantined at once.
     pub memory_limit: u64,
-    /// Bytes of address space that a worker may use beyond `memory_limit`: its program, stacks, shared memory.
+    /// Bytes of address space that a worker may use beyond `memory_limit`: its program, stacks,
+    /// shared memory.
     pub address_space_margin: u64,
     /// Failed attempts after which a job is quarantined, at least 1.
     pub attempts: u32,
@@ -115,8 +120,8 @@ pub struct Options {
 }
 
 impl Options {
-    /// The usual options: one worker per core, three attempts, deadlines of one minute plus thirty times the
-    /// prediction.
+    /// The usual options: one worker per core, three attempts, deadlines of one minute plus thirty
+    /// times the prediction.
     pub fn new(worker_command: Vec<OsString>, memory_limit: u64) -> Options {
         Options {
             workers: std::thread::available_parallelism().map_or(1, usize::from),
@@ -142,7 +147,9 @@ impl Options {
             return refuse("workers is 0, at least 1 is needed");
         }
         if self.worker_command.is_empty() {
-            return refuse("worker_command is empty, it should name the program that calls runner::work");
+            return refuse(
+                "worker_command is empty, it should name the program that calls runner::work",
+            );
         }
         if self.attempts == 0 {
             return refuse("attempts is 0, at least 1 is needed");
@@ -226,8 +233,8 @@ pub enum RunError {
 
 /// Runs the tasks in worker processes until each is done or set aside, or `interrupt` is raised.
 ///
-/// Call it on a thread that outlives the run: workers die when the thread that started them does. `on_event` is called
-/// on that thread, between the coordinator's steps; it should not block.
+/// Call it on a thread that outlives the run: workers die when the thread that started them does.
+/// `on_event` is called on that thread, between the coordinator's steps; it should not block.
 pub fn run(
     tasks: Vec<Task>,
     ledger: &mut dyn Ledger,

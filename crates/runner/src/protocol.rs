@@ -1,14 +1,15 @@
 //! What coordinator and worker say to each other, as bytes.
 //!
-//! A message is the format version (one byte) followed by bincode 2 in its standard configuration. Both ends are the
-//! same binary, so a version that differs means that a stranger is on the line.
+//! A message is the format version (one byte) followed by bincode 2 in its standard configuration.
+//! Both ends are the same binary, so a version that differs means that a stranger is on the line.
 
 use crate::lease::LeaseId;
 use bincode::{Decode, Encode};
 
 /// Changes with every change of the layout below.
 const FORMAT: u8 = 1;
-/// Messages are smaller. Without a limit, a length in garbage is allocated before its content is missed.
+/// Messages are smaller. Without a limit, a length in garbage is allocated before its content is
+/// missed.
 const LARGEST: usize = 64 << 20;
 
 fn layout() -> impl bincode::config::Config {
@@ -112,8 +113,16 @@ mod tests {
     fn the_bytes_of_a_request_are_these() {
         let request = Request {
             reports: vec![
-                Report { lease: 7, seconds: 0.5, outcome: Outcome::Completed(Body::Inline(vec![1, 2])) },
-                Report { lease: 300, seconds: 0.0, outcome: Outcome::Completed(Body::File { hash: [9; 32], length: 5 }) },
+                Report {
+                    lease: 7,
+                    seconds: 0.5,
+                    outcome: Outcome::Completed(Body::Inline(vec![1, 2])),
+                },
+                Report {
+                    lease: 300,
+                    seconds: 0.0,
+                    outcome: Outcome::Completed(Body::File { hash: [9; 32], length: 5 }),
+                },
                 Report { lease: 8, seconds: 0.0, outcome: Outcome::Failed("no".into()) },
             ],
             idle: true,

@@ -1,7 +1,8 @@
 //! The jobs that wait, in the order in which they should be handed out.
 //!
-//! Jobs of one group share an operator, so they go to one worker one after another, long ones first. Groups are taken
-//! in order of falling total cost. Only when no unclaimed group is left does a worker join the group of another.
+//! Jobs of one group share an operator, so they go to one worker one after another, long ones
+//! first. Groups are taken in order of falling total cost. Only when no unclaimed group is left
+//! does a worker join the group of another.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
@@ -104,16 +105,25 @@ impl Queue {
     }
 
     /// Takes the next job that `fits` for a worker that holds the operator of group `held`.
-    pub(crate) fn take(&mut self, held: Option<GroupIndex>, fits: impl Fn(usize) -> bool) -> Option<(usize, GroupIndex)> {
-        let first = |group: GroupIndex| self.groups[group].waiting.iter().copied().find(|&(_, job)| fits(job));
+    pub(crate) fn take(
+        &mut self,
+        held: Option<GroupIndex>,
+        fits: impl Fn(usize) -> bool,
+    ) -> Option<(usize, GroupIndex)> {
+        let first = |group: GroupIndex| {
+            self.groups[group].waiting.iter().copied().find(|&(_, job)| fits(job))
+        };
         let own = held.and_then(|group| Some((group, first(group)?)));
         let unclaimed = || {
             let mut free = self.open.iter().filter(|(_, group)| self.groups[*group].holders == 0);
             free.find_map(|&(_, group)| Some((group, first(group)?)))
         };
         let shared = || {
-            let mut claimed: Vec<_> = self.open.iter().filter(|(_, group)| self.groups[*group].holders > 0).collect();
-            claimed.sort_by_key(|(rank, group)| (Reverse(self.groups[*group].waiting.len()), *rank, *group));
+            let mut claimed: Vec<_> =
+                self.open.iter().filter(|(_, group)| self.groups[*group].holders > 0).collect();
+            claimed.sort_by_key(|(rank, group)| {
+                (Reverse(self.groups[*group].waiting.len()), *rank, *group)
+            });
             claimed.into_iter().find_map(|&(_, group)| Some((group, first(group)?)))
         };
         let (group, entry) = own.or_else(unclaimed).or_else(shared)?;
@@ -138,10 +148,18 @@ mod tests {
         queue.hold(None, Some(b));
         assert_eq!(queue.take(Some(a), |_| true).unwrap().0, 4);
         assert_eq!(queue.take(Some(b), |_| true).unwrap().0, 3);
-        assert_eq!(queue.take(Some(b), |_| true).unwrap(), (5, a), "and joins the first when its own is empty");
+        assert_eq!(
+            queue.take(Some(b), |_| true).unwrap(),
+            (5, a),
+            "and joins the first when its own is empty"
+        );
         assert_eq!(queue.len(), 1);
         queue.put(5);
         assert!(queue.contains(5));
-        assert_eq!(queue.take(Some(a), |job| job != 5).unwrap().0, 0, "what does not fit is passed over");
+        assert_eq!(
+            queue.take(Some(a), |job| job != 5).unwrap().0,
+            0,
+            "what does not fit is passed over"
+        );
     }
 }

@@ -1,8 +1,9 @@
 //! The directory of a run, the names of its shared memory, and the removal of what dead runs left.
 //!
-//! Both names carry the same tag of 16 base-36 digits: the process-id namespace (2), the coordinator's process id (5)
-//! and start time (7), and the number of the run in that process (2). So a name alone tells whether its owner lives.
-//! Names are short because iceoryx2 puts root and prefix before its own in the path of a socket, which holds 108 bytes.
+//! Both names carry the same tag of 16 base-36 digits: the process-id namespace (2), the
+//! coordinator's process id (5) and start time (7), and the number of the run in that process (2).
+//! So a name alone tells whether its owner lives. Names are short because iceoryx2 puts root and
+//! prefix before its own in the path of a socket, which holds 108 bytes.
 
 use rustix::process::getuid;
 use std::fs::{DirBuilder, Metadata};
@@ -57,7 +58,8 @@ impl Root {
         &self.path
     }
 
-    /// What the names of one worker's channel begin with. The end mark keeps worker 1 apart from worker 10.
+    /// What the names of one worker's channel begin with. The end mark keeps worker 1 apart from
+    /// worker 10.
     pub(crate) fn prefix(&self, worker: u32) -> String {
         format!("{NAME}{}{}_", self.tag, base36(worker.into(), 4))
     }
@@ -79,13 +81,16 @@ impl Drop for Root {
     }
 }
 
-/// Removes shared memory and directories of runs whose coordinator is dead; returns how many entries. Runs that live,
-/// other users and other software are left alone, and so are runs in other process-id namespaces, whose life cannot be
-/// seen from here.
+/// Removes shared memory and directories of runs whose coordinator is dead; returns how many
+/// entries. Runs that live, other users and other software are left alone, and so are runs in other
+/// process-id namespaces, whose life cannot be seen from here.
 pub fn sweep_leftovers() -> usize {
     let mut removed = 0;
     for entry in entries(Path::new(SHARED_MEMORY)) {
-        let tag = entry.0.strip_prefix(NAME).and_then(|rest| rest.get(..TAG).filter(|_| is_channel(&rest[TAG..])));
+        let tag = entry
+            .0
+            .strip_prefix(NAME)
+            .and_then(|rest| rest.get(..TAG).filter(|_| is_channel(&rest[TAG..])));
         if tag.and_then(Owner::parse).is_some_and(|owner| owner.is_dead()) {
             removed += usize::from(std::fs::remove_file(&entry.1).is_ok());
         }
@@ -100,7 +105,8 @@ pub fn sweep_leftovers() -> usize {
 
 /// What follows the tag in a name of shared memory: worker, end mark, and what iceoryx2 adds.
 fn is_channel(rest: &str) -> bool {
-    rest.split_once('_').is_some_and(|(worker, _)| worker.len() >= 4 && worker.bytes().all(is_digit))
+    rest.split_once('_')
+        .is_some_and(|(worker, _)| worker.len() >= 4 && worker.bytes().all(is_digit))
 }
 
 /// Where directories of runs may be, best first. Each is this user's alone.
@@ -140,8 +146,12 @@ fn create(place: &Path, tag: String) -> Result<Root, String> {
             _ => {}
         }
         let found = std::fs::symlink_metadata(place);
-        if found.is_ok_and(|found| !found.is_dir() || !is_mine(&found) || found.mode() & 0o022 != 0) {
-            return Err(format!("{} exists and is not a directory of this user alone", place.display()));
+        if found.is_ok_and(|found| !found.is_dir() || !is_mine(&found) || found.mode() & 0o022 != 0)
+        {
+            return Err(format!(
+                "{} exists and is not a directory of this user alone",
+                place.display()
+            ));
         }
         match private().create(&root.path) {
             Err(error) if error.kind() == ErrorKind::NotFound => continue,
@@ -159,7 +169,8 @@ fn is_mine(metadata: &Metadata) -> bool {
 /// Entries that belong to this user: name and path.
 fn entries(dir: &Path) -> Vec<(String, PathBuf)> {
     let Ok(found) = std::fs::read_dir(dir) else { return Vec::new() };
-    let mine = found.flatten().filter(|entry| entry.metadata().is_ok_and(|metadata| is_mine(&metadata)));
+    let mine =
+        found.flatten().filter(|entry| entry.metadata().is_ok_and(|metadata| is_mine(&metadata)));
     mine.filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry.path()))).collect()
 }
 
@@ -196,11 +207,18 @@ impl Owner {
     fn this(run: u64) -> Result<Owner, String> {
         let pid = std::process::id().into();
         let (start, _) = process(pid).ok_or("/proc does not show this process")?;
-        Ok(Owner { namespace: namespace().ok_or("/proc does not show the process-id namespace")?, pid, start, run: run % NAMESPACES })
+        Ok(Owner {
+            namespace: namespace().ok_or("/proc does not show the process-id namespace")?,
+            pid,
+            start,
+            run: run % NAMESPACES,
+        })
     }
 
     fn tag(&self) -> String {
-        [(self.namespace, 2), (self.pid, 5), (self.start, 7), (self.run, 2)].map(|(number, width)| base36(number, width)).concat()
+        [(self.namespace, 2), (self.pid, 5), (self.start, 7), (self.run, 2)]
+            .map(|(number, width)| base36(number, width))
+            .concat()
     }
 
     fn parse(tag: &str) -> Option<Owner> {
@@ -208,7 +226,12 @@ impl Owner {
             return None;
         }
         let number = |range| u64::from_str_radix(tag.get(range)?, 36).ok();
-        Some(Owner { namespace: number(0..2)?, pid: number(2..7)?, start: number(7..14)?, run: number(14..16)? })
+        Some(Owner {
+            namespace: number(0..2)?,
+            pid: number(2..7)?,
+            start: number(7..14)?,
+            run: number(14..16)?,
+        })
     }
 
     fn is_dead(&self) -> bool {
@@ -255,7 +278,11 @@ mod tests {
         assert!(!owner.is_dead());
         assert!(Owner { start: owner.start + 1, ..owner }.is_dead(), "the process id was reused");
         assert!(Owner { pid: 60_000_000, ..owner }.is_dead());
-        assert!(!Owner { pid: 60_000_000, namespace: (owner.namespace + 1) % NAMESPACES, ..owner }.is_dead(), "not ours to judge");
+        assert!(
+            !Owner { pid: 60_000_000, namespace: (owner.namespace + 1) % NAMESPACES, ..owner }
+                .is_dead(),
+            "not ours to judge"
+        );
         assert_eq!(Owner::parse("0123456789abcde"), None);
         assert_eq!(Owner::parse("0123456789ABCDEF"), None);
     }
@@ -267,7 +294,8 @@ mod tests {
         assert!(create(&long, tag()).unwrap_err().contains("bytes too long"));
         assert!(!long.exists());
         assert!(create(Path::new("/proc"), tag()).unwrap_err().contains("/proc"));
-        let length = Root::new().map(|root| root.path().as_os_str().len() + root.prefix(36u32.pow(4) - 1).len());
+        let length = Root::new()
+            .map(|root| root.path().as_os_str().len() + root.prefix(36u32.pow(4) - 1).len());
         assert!(length.unwrap() <= LONGEST);
     }
 
@@ -276,7 +304,10 @@ mod tests {
         let live = Root::new().unwrap();
         let dead = Owner { pid: 60_000_000, ..Owner::this(0).unwrap() };
         let shm = |name: String| Path::new(SHARED_MEMORY).join(name);
-        let (ours, kept) = (shm(format!("{NAME}{}0001_x.data", dead.tag())), shm(format!("{}x.data", live.prefix(1))));
+        let (ours, kept) = (
+            shm(format!("{NAME}{}0001_x.data", dead.tag())),
+            shm(format!("{}x.data", live.prefix(1))),
+        );
         let stranger = shm(format!("{NAME}{}-notes", dead.tag()));
         let dir = live.path().with_file_name(dead.tag());
         for path in [&ours, &kept, &stranger] {

@@ -35,8 +35,12 @@ pub(crate) fn drive(
                 }),
                 Action::Kill(worker) => transport.kill(worker),
                 Action::Assign(worker, jobs) => {
-                    let payload = |(lease, job): (_, usize)| Assignment { lease, payload: tasks[job].payload.as_slice() };
-                    transport.reply(worker, Reply::Jobs(jobs.into_iter().map(payload).collect()))?;
+                    let payload = |(lease, job): (_, usize)| Assignment {
+                        lease,
+                        payload: tasks[job].payload.as_slice(),
+                    };
+                    transport
+                        .reply(worker, Reply::Jobs(jobs.into_iter().map(payload).collect()))?;
                 }
                 Action::Dismiss(worker) => transport.reply(worker, Reply::Stop)?,
                 Action::Commit(done) => {
@@ -68,7 +72,11 @@ pub(crate) fn drive(
         inbox.push_back(Input::Clock);
     }
     let summary = summary(coordinator.counts(), coordinator.tally, clock.elapsed(), interrupts > 0);
-    on_event(&Event { seconds: summary.seconds, what: What::Finished, counts: coordinator.counts() });
+    on_event(&Event {
+        seconds: summary.seconds,
+        what: What::Finished,
+        counts: coordinator.counts(),
+    });
     match hopeless {
         Some(reason) => Err(RunError::Start { command: options.command_line(), reason }),
         None => Ok(summary),

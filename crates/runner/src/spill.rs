@@ -3,7 +3,8 @@
 use crate::protocol::Body;
 use std::path::Path;
 
-/// Writes bytes to a file. No sync: it need not outlive the run, and the page cache outlives both ends.
+/// Writes bytes to a file. No sync: it need not outlive the run, and the page cache outlives both
+/// ends.
 pub(crate) fn store(path: &Path, bytes: &[u8]) -> Result<Body, String> {
     std::fs::write(path, bytes).map_err(|error| {
         let _ = std::fs::remove_file(path);
@@ -18,10 +19,15 @@ pub(crate) fn load(path: &Path, body: Body) -> Result<Vec<u8>, String> {
         Body::Inline(bytes) => return Ok(bytes),
         Body::File { hash, length } => (hash, length),
     };
-    let bytes = std::fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+    let bytes =
+        std::fs::read(path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
     let _ = std::fs::remove_file(path);
     if bytes.len() as u64 != length || blake3::hash(&bytes) != blake3::Hash::from_bytes(hash) {
-        return Err(format!("{} holds {} bytes that are not the {length} that were sent", path.display(), bytes.len()));
+        return Err(format!(
+            "{} holds {} bytes that are not the {length} that were sent",
+            path.display(),
+            bytes.len()
+        ));
     }
     Ok(bytes)
 }
@@ -39,7 +45,15 @@ mod tests {
         assert!(load(&path, body).unwrap_err().starts_with("cannot read"));
         let body = store(&path, b"traction").unwrap();
         std::fs::write(&path, b"fraction").unwrap();
-        assert!(load(&path, body).unwrap_err().ends_with("holds 8 bytes that are not the 8 that were sent"));
-        assert!(store(&dir.path().join("no/such"), b"x").unwrap_err().starts_with("cannot write 1 bytes"));
+        assert!(
+            load(&path, body)
+                .unwrap_err()
+                .ends_with("holds 8 bytes that are not the 8 that were sent")
+        );
+        assert!(
+            store(&dir.path().join("no/such"), b"x")
+                .unwrap_err()
+                .starts_with("cannot write 1 bytes")
+        );
     }
 }

@@ -15,12 +15,18 @@ pub(crate) struct Process {
 }
 
 impl Process {
-    /// Starts `command` with one more argument. Its standard input and output are closed, standard error is ours. It
-    /// is in a process group of its own, so that Ctrl-C at the terminal reaches the coordinator alone.
+    /// Starts `command` with one more argument. Its standard input and output are closed, standard
+    /// error is ours. It is in a process group of its own, so that Ctrl-C at the terminal reaches
+    /// the coordinator alone.
     pub(crate) fn start(command: &[OsString], argument: &str) -> Result<Process, String> {
         let (program, arguments) = command.split_first().ok_or("no command")?;
         let mut command = Command::new(program);
-        command.args(arguments).arg(argument).stdin(Stdio::null()).stdout(Stdio::null()).process_group(0);
+        command
+            .args(arguments)
+            .arg(argument)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .process_group(0);
         let mut child = command.spawn().map_err(|error| error.to_string())?;
         match pidfd_open(Pid::from_child(&child), PidfdFlags::empty()) {
             Ok(end) => Ok(Process { child, end }),
@@ -67,7 +73,9 @@ fn describe(status: ExitStatus) -> String {
     match (status.code(), status.signal()) {
         (Some(code), _) => format!("exit status {code}"),
         (None, Some(6)) => "signal 6, SIGABRT: out of memory, or a panic in a panic".into(),
-        (None, Some(7)) => "signal 7, SIGBUS: shared memory or a mapped file ran out of space".into(),
+        (None, Some(7)) => {
+            "signal 7, SIGBUS: shared memory or a mapped file ran out of space".into()
+        }
         (None, Some(9)) => "signal 9, SIGKILL".into(),
         (None, Some(11)) => "signal 11, SIGSEGV: stack overflow, or a fault in memory".into(),
         (None, Some(signal)) => format!("signal {signal}"),
@@ -80,7 +88,11 @@ pub(crate) fn die_with(coordinator: u32) -> Result<(), String> {
     rustix::process::set_parent_process_death_signal(Some(Signal::KILL))
         .map_err(|error| format!("cannot ask for the parent-death signal: {error}"))?;
     // It may have died before the line above; then nobody will signal.
-    if is_parent(coordinator) { Ok(()) } else { Err(format!("process {coordinator}, its coordinator, is not its parent")) }
+    if is_parent(coordinator) {
+        Ok(())
+    } else {
+        Err(format!("process {coordinator}, its coordinator, is not its parent"))
+    }
 }
 
 /// In a worker: whether the coordinator lives.

@@ -1,6 +1,7 @@
 //! What the coordinator and a worker need from the world between them.
 //!
-//! Two implementations: shared memory and child processes (`ipc.rs`), and threads with channels for tests (below).
+//! Two implementations: shared memory and child processes (`ipc.rs`), and threads with channels for
+//! tests (below).
 
 use crate::coordinator::Input;
 use crate::lease::{LeaseId, WorkerId};
@@ -16,9 +17,11 @@ pub(crate) trait Transport {
     fn start(&mut self, worker: WorkerId) -> Result<u32, String>;
     /// Ends a worker by force; its exit is heard later.
     fn kill(&mut self, worker: WorkerId);
-    /// Answers the open request of a worker. A worker that is gone is no error: its exit is heard later.
+    /// Answers the open request of a worker. A worker that is gone is no error: its exit is heard
+    /// later.
     fn reply(&mut self, worker: WorkerId, reply: Reply<&[u8]>) -> Result<(), TransportError>;
-    /// Blocks until there is something to hear, or for so long. Everything a worker said comes before its exit.
+    /// Blocks until there is something to hear, or for so long. Everything a worker said comes
+    /// before its exit.
     fn wait(&mut self, timeout: Option<Duration>) -> Result<Vec<Input>, TransportError>;
 }
 
@@ -26,8 +29,12 @@ pub(crate) trait Transport {
 pub(crate) trait Link {
     /// Sends a request without waiting. Only one may be open.
     fn send(&mut self, request: Request<Bytes>) -> Result<(), TransportError>;
-    /// The reply to the open request: at once if it is there, else nothing, or else waits if told to.
-    fn receive(&mut self, block: bool) -> Result<Option<Reply<Result<Bytes, String>>>, TransportError>;
+    /// The reply to the open request: at once if it is there, else nothing, or else waits if told
+    /// to.
+    fn receive(
+        &mut self,
+        block: bool,
+    ) -> Result<Option<Reply<Result<Bytes, String>>>, TransportError>;
     /// Leaves a mark that survives the worker: this lease is being worked on.
     fn begin(&mut self, lease: LeaseId) -> Result<(), TransportError>;
 }

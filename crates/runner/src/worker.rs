@@ -1,7 +1,8 @@
 //! The worker: takes jobs, runs them one at a time, reports.
 //!
-//! It talks while it works: a request goes out as soon as the last was answered and there is something to report, and
-//! the worker goes on with the jobs that it holds. It waits only when it holds none.
+//! It talks while it works: a request goes out as soon as the last was answered and there is
+//! something to report, and the worker goes on with the jobs that it holds. It waits only when it
+//! holds none.
 
 use crate::lease::LeaseId;
 use crate::protocol::{Assignment, Outcome, Reply, Report, Request};
@@ -15,8 +16,9 @@ use std::time::Instant;
 
 /// What a worker does with a job.
 pub trait Work {
-    /// Runs one job: payload in, result out. The same payload gives the same result, whatever ran before; what is
-    /// kept between jobs only saves time. A panic ends this attempt, not the worker.
+    /// Runs one job: payload in, result out. The same payload gives the same result, whatever ran
+    /// before; what is kept between jobs only saves time. A panic ends this attempt, not the
+    /// worker.
     fn run(&mut self, payload: &[u8]) -> Vec<u8>;
 }
 
@@ -26,8 +28,12 @@ const MOST_BYTES: usize = 512 << 10;
 /// Characters kept of what a panic said.
 const LONGEST_REASON: usize = 4 << 10;
 
-/// Works until told to stop. After a panic the work is made afresh, for what it kept may be half written.
-pub(crate) fn serve<W: Work>(link: &mut impl Link, fresh: impl Fn() -> W) -> Result<(), TransportError> {
+/// Works until told to stop. After a panic the work is made afresh, for what it kept may be half
+/// written.
+pub(crate) fn serve<W: Work>(
+    link: &mut impl Link,
+    fresh: impl Fn() -> W,
+) -> Result<(), TransportError> {
     let mut work = fresh();
     let mut jobs: VecDeque<Assignment<Result<Bytes, String>>> = VecDeque::new();
     let mut results: VecDeque<Report<Bytes>> = VecDeque::new();
@@ -70,7 +76,12 @@ fn portion(results: &mut VecDeque<Report<Bytes>>) -> Vec<Report<Bytes>> {
     results.drain(..count).collect()
 }
 
-fn attempt<W: Work>(work: &mut W, fresh: impl Fn() -> W, lease: LeaseId, payload: Result<Bytes, String>) -> Report<Bytes> {
+fn attempt<W: Work>(
+    work: &mut W,
+    fresh: impl Fn() -> W,
+    lease: LeaseId,
+    payload: Result<Bytes, String>,
+) -> Report<Bytes> {
     let start = Instant::now();
     let outcome = match payload {
         Err(reason) => Outcome::Failed(reason),
@@ -93,20 +104,22 @@ fn attempt<W: Work>(work: &mut W, fresh: impl Fn() -> W, lease: LeaseId, payload
 
 fn message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|text| text.to_string());
-    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "without a message".into())
+    text.or_else(|| panic.downcast_ref::<String>().cloned())
+        .unwrap_or_else(|| "without a message".into())
 }
 
 /// Where a job panicked, from the hook to the report.
 static PLACE: Mutex<Option<String>> = Mutex::new(None);
 static IN_JOB: AtomicBool = AtomicBool::new(false);
 
-/// In a worker process: a panic in a job is reported with its place, and not printed as well, in the middle of what
-/// the coordinator shows. Any other panic prints as ever.
+/// In a worker process: a panic in a job is reported with its place, and not printed as well, in
+/// the middle of what the coordinator shows. Any other panic prints as ever.
 pub(crate) fn report_panics() {
     let print = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         if IN_JOB.load(Ordering::SeqCst) {
-            *PLACE.lock().unwrap_or_else(PoisonError::into_inner) = panic.location().map(|location| format!(" at {location}"));
+            *PLACE.lock().unwrap_or_else(PoisonError::into_inner) =
+                panic.location().map(|location| format!(" at {location}"));
         } else {
             print(panic);
         }

@@ -1,8 +1,12 @@
 //! Real worker processes over real shared memory, killed in every way.
 //!
-//! This binary is also the worker, and the coordinator to be killed: the two ignored tests are what children run.
+//! This binary is also the worker, and the coordinator to be killed: the two ignored tests are what
+//! children run.
 
-use runner::{Done, Event, Interrupt, Ledger, Options, RunError, Summary, Task, Verdict, What, Work, WorkerArguments};
+use runner::{
+    Done, Event, Interrupt, Ledger, Options, RunError, Summary, Task, Verdict, What, Work,
+    WorkerArguments,
+};
 use rustix::process::{Pid, Signal, kill_process};
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -37,8 +41,15 @@ impl Work for Script {
             ["hang"] => loop {
                 std::thread::sleep(Duration::from_secs(1));
             },
-            ["huge", length] => (0..length.parse::<u32>().unwrap()).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect(),
-            ["allocate", bytes] => vec![1u8; bytes.parse().unwrap()].iter().map(|&b| u64::from(b)).sum::<u64>().to_string().into(),
+            ["huge", length] => (0..length.parse::<u32>().unwrap())
+                .map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8)
+                .collect(),
+            ["allocate", bytes] => vec![1u8; bytes.parse().unwrap()]
+                .iter()
+                .map(|&b| u64::from(b))
+                .sum::<u64>()
+                .to_string()
+                .into(),
             ["length", ref rest @ ..] => rest.join(" ").len().to_string().into(),
             ["panic"] => panic!("no such punch"),
             _ => panic!("no such verb: {text}"),
@@ -77,7 +88,13 @@ fn options() -> Options {
 fn task(number: u64, payload: impl Into<String>) -> Task {
     let mut key = [0; 32];
     key[..8].copy_from_slice(&number.to_be_bytes());
-    Task { key: JobKey(key), payload: payload.into().into_bytes(), group: number % 7, cost: 0.01, memory: 1 << 20 }
+    Task {
+        key: JobKey(key),
+        payload: payload.into().into_bytes(),
+        group: number % 7,
+        cost: 0.01,
+        memory: 1 << 20,
+    }
 }
 
 fn squares(count: u64) -> Vec<Task> {
@@ -121,7 +138,10 @@ impl Kept {
 
 fn run(tasks: Vec<Task>, options: &Options) -> (Result<Summary, RunError>, Kept, Vec<Event>) {
     let (mut kept, mut events) = (Kept::default(), Vec::new());
-    let summary = runner::run(tasks, &mut kept, options, &Interrupt::new().unwrap(), &mut |event| events.push(event.clone()));
+    let summary =
+        runner::run(tasks, &mut kept, options, &Interrupt::new().unwrap(), &mut |event| {
+            events.push(event.clone())
+        });
     (summary, kept, events)
 }
 
@@ -161,7 +181,10 @@ fn leftovers(pid: u32) -> Vec<PathBuf> {
 
 #[test]
 fn every_job_runs_once_and_nothing_is_left() {
-    let exe = Command::new(&ourselves("a_clean_run")[0]).args(&ourselves("a_clean_run")[1..]).stdout(Stdio::null()).spawn();
+    let exe = Command::new(&ourselves("a_clean_run")[0])
+        .args(&ourselves("a_clean_run")[1..])
+        .stdout(Stdio::null())
+        .spawn();
     let mut child = exe.unwrap();
     assert!(child.wait().unwrap().success());
     assert_eq!(leftovers(child.id()), Vec::<PathBuf>::new());
@@ -173,7 +196,10 @@ fn a_clean_run() {
     let (summary, kept, events) = run(squares(500), &options());
     let summary = summary.unwrap();
     assert_squares(&kept, 500);
-    assert_eq!((summary.done, summary.failures, summary.workers_lost, summary.stale_results), (500, 0, 0, 0));
+    assert_eq!(
+        (summary.done, summary.failures, summary.workers_lost, summary.stale_results),
+        (500, 0, 0, 0)
+    );
     assert!(matches!(events[0].what, What::RunStarted));
     let last = events.last().unwrap();
     assert_eq!((&last.what, last.counts.done, last.counts.workers), (&What::Finished, 500, 0));
@@ -191,9 +217,14 @@ fn a_job_that_kills_its_worker_is_tried_again() {
     let summary = summary.unwrap();
     assert_eq!((summary.done, summary.failures, summary.workers_lost), (41, 1, 1));
     assert_eq!((kept.text(40).as_str(), kept.results[&40].attempts), ("survived", 2));
-    let lost = events.iter().find_map(|event| if let What::WorkerLost { how, .. } = &event.what { Some(how.as_str()) } else { None });
+    let lost = events.iter().find_map(|event| {
+        if let What::WorkerLost { how, .. } = &event.what { Some(how.as_str()) } else { None }
+    });
     assert_eq!(lost, Some("signal 9, SIGKILL"));
-    assert!(kept.results.values().all(|done| number(done.key) == 40 || done.attempts == 1), "only the culprit is charged");
+    assert!(
+        kept.results.values().all(|done| number(done.key) == 40 || done.attempts == 1),
+        "only the culprit is charged"
+    );
 }
 
 #[test]
@@ -202,10 +233,16 @@ fn a_job_that_always_kills_is_set_aside_and_the_rest_goes_on() {
     tasks.push(task(60, "crash"));
     let (summary, mut kept, events) = run(tasks, &options());
     let summary = summary.unwrap();
-    assert_eq!((summary.done, summary.quarantined, summary.failures, summary.workers_lost), (60, 1, 3, 3));
+    assert_eq!(
+        (summary.done, summary.quarantined, summary.failures, summary.workers_lost),
+        (60, 1, 3, 3)
+    );
     let set_aside = kept.results.remove(&60).unwrap();
     assert_eq!(set_aside.attempts, 3);
-    assert_eq!(set_aside.verdict, Verdict::Quarantined { reason: "its worker was lost: signal 9, SIGKILL".into() });
+    assert_eq!(
+        set_aside.verdict,
+        Verdict::Quarantined { reason: "its worker was lost: signal 9, SIGKILL".into() }
+    );
     assert_squares(&kept, 60);
     assert!(events.iter().any(|event| matches!(event.what, What::WorkerReplaced { .. })));
 }
@@ -216,38 +253,68 @@ fn a_panic_costs_the_attempt_and_not_the_worker() {
     tasks.push(task(20, "panic"));
     let (summary, kept, _) = run(tasks, &options());
     let summary = summary.unwrap();
-    assert_eq!((summary.done, summary.quarantined, summary.failures, summary.workers_lost), (20, 1, 3, 0));
+    assert_eq!(
+        (summary.done, summary.quarantined, summary.failures, summary.workers_lost),
+        (20, 1, 3, 0)
+    );
     let reason = kept.text(20);
-    assert!(reason.starts_with("panicked at ") && reason.contains("processes.rs:") && reason.ends_with(": no such punch"), "{reason}");
+    assert!(
+        reason.starts_with("panicked at ")
+            && reason.contains("processes.rs:")
+            && reason.ends_with(": no such punch"),
+        "{reason}"
+    );
 }
 
 #[test]
 fn a_job_that_hangs_misses_its_deadline() {
-    let options = Options { grace: Duration::from_secs(3), patience: 1.0, attempts: 1, ..options() };
+    let options =
+        Options { grace: Duration::from_secs(3), patience: 1.0, attempts: 1, ..options() };
     let mut tasks = squares(20);
     tasks.push(task(20, "hang"));
     let (summary, kept, _) = run(tasks, &options);
     assert_eq!(summary.unwrap().quarantined, 1);
-    assert!(kept.text(20).contains("finished nothing within its deadline of 3."), "{}", kept.text(20));
+    assert!(
+        kept.text(20).contains("finished nothing within its deadline of 3."),
+        "{}",
+        kept.text(20)
+    );
 }
 
 #[test]
 fn a_stopped_worker_is_noticed_by_its_silence() {
-    let options = Options { heartbeat: Duration::from_millis(200), silence: Duration::from_secs(4), attempts: 1, ..options() };
-    let (summary, kept, _) = run(vec![task(0, "stop"), task(1, "square 3"), task(2, "sleep 6000 x")], &options);
+    let options = Options {
+        heartbeat: Duration::from_millis(200),
+        silence: Duration::from_secs(4),
+        attempts: 1,
+        ..options()
+    };
+    let (summary, kept, _) =
+        run(vec![task(0, "stop"), task(1, "square 3"), task(2, "sleep 6000 x")], &options);
     assert_eq!(summary.unwrap().quarantined, 1);
-    assert!(kept.text(0).contains("gave no sign of life for 4s (signal 9, SIGKILL)"), "{}", kept.text(0));
-    assert_eq!((kept.text(1).as_str(), kept.text(2).as_str()), ("9", "x"), "a job longer than the silence is no silence");
+    assert!(
+        kept.text(0).contains("gave no sign of life for 4s (signal 9, SIGKILL)"),
+        "{}",
+        kept.text(0)
+    );
+    assert_eq!(
+        (kept.text(1).as_str(), kept.text(2).as_str()),
+        ("9", "x"),
+        "a job longer than the silence is no silence"
+    );
 }
 
 #[test]
 fn large_results_and_payloads_travel_as_files() {
-    let mut tasks: Vec<_> = (0..8).map(|number| task(number, format!("huge {}", 200_000 + number * 300_000))).collect();
+    let mut tasks: Vec<_> =
+        (0..8).map(|number| task(number, format!("huge {}", 200_000 + number * 300_000))).collect();
     tasks.push(task(8, format!("length {}", "x".repeat(3_000_000))));
     let (summary, kept, _) = run(tasks, &options());
     assert_eq!(summary.unwrap().done, 9);
     for number in 0..8 {
-        let Verdict::Completed(bytes) = &kept.results[&number].verdict else { panic!("job {number} failed") };
+        let Verdict::Completed(bytes) = &kept.results[&number].verdict else {
+            panic!("job {number} failed")
+        };
         assert_eq!(bytes, &Script.run(format!("huge {}", 200_000 + number * 300_000).as_bytes()));
     }
     assert_eq!(kept.text(8), "3000000");
@@ -255,14 +322,19 @@ fn large_results_and_payloads_travel_as_files() {
 
 #[test]
 fn a_job_cannot_take_more_memory_than_its_worker_may() {
-    let options = Options { memory_limit: 1 << 30, address_space_margin: 1 << 30, attempts: 2, ..options() };
+    let options =
+        Options { memory_limit: 1 << 30, address_space_margin: 1 << 30, attempts: 2, ..options() };
     let mut hungry = task(2, "square 2");
     hungry.memory = 2 << 30;
-    let (summary, kept, _) = run(vec![task(0, "allocate 3000000000"), task(1, "allocate 1000"), hungry], &options);
+    let (summary, kept, _) =
+        run(vec![task(0, "allocate 3000000000"), task(1, "allocate 1000"), hungry], &options);
     assert_eq!(summary.unwrap().quarantined, 2);
     assert!(kept.text(0).contains("SIGABRT: out of memory"), "{}", kept.text(0));
     assert_eq!(kept.text(1), "1000");
-    assert_eq!(kept.text(2), "needs 2147483648 bytes of memory by prediction, the limit is 1073741824");
+    assert_eq!(
+        kept.text(2),
+        "needs 2147483648 bytes of memory by prediction, the limit is 1073741824"
+    );
     assert_eq!(kept.results[&2].attempts, 0);
 }
 
@@ -276,22 +348,32 @@ fn workers_that_cannot_start_are_an_error_in_words() {
     );
     let failing = Options { worker_command: vec!["false".into()], ..options() };
     let error = run(squares(3), &failing).0.unwrap_err().to_string();
-    assert_eq!(error, "workers cannot be started with `false`: 10 in a row ended before asking for a job, the last: exit status 1");
+    assert_eq!(
+        error,
+        "workers cannot be started with `false`: 10 in a row ended before asking for a job, the last: exit status 1"
+    );
 }
 
 #[test]
 fn a_worker_that_never_asks_is_given_up() {
     let command = vec!["sh".into(), "-c".into(), "exec sleep 1000".into()];
-    let options = Options { worker_command: command, start_timeout: Duration::from_millis(20), ..options() };
+    let options =
+        Options { worker_command: command, start_timeout: Duration::from_millis(20), ..options() };
     let error = run(squares(3), &options).0.unwrap_err().to_string();
-    assert!(error.contains("asked for no job within 20ms of its start (signal 9, SIGKILL)"), "{error}");
+    assert!(
+        error.contains("asked for no job within 20ms of its start (signal 9, SIGKILL)"),
+        "{error}"
+    );
 }
 
 #[test]
 fn nonsense_is_refused_before_anything_runs() {
     let two = vec![task(1, "square 1"), task(1, "square 2")];
     assert!(matches!(run(two, &options()).0, Err(RunError::Duplicate(_))));
-    assert!(matches!(run(squares(1), &Options { workers: 0, ..options() }).0, Err(RunError::Options { .. })));
+    assert!(matches!(
+        run(squares(1), &Options { workers: 0, ..options() }).0,
+        Err(RunError::Options { .. })
+    ));
     assert!(WorkerArguments::parse("x").is_err());
     assert_eq!(run(Vec::new(), &options()).0.unwrap().done, 0);
 }
@@ -299,14 +381,20 @@ fn nonsense_is_refused_before_anything_runs() {
 #[test]
 fn a_ledger_that_fails_ends_the_run() {
     let mut kept = Kept { fail_after: Some(10), ..Kept::default() };
-    let error = runner::run(squares(200), &mut kept, &options(), &Interrupt::new().unwrap(), &mut |_| {}).unwrap_err();
-    assert!(matches!(&error, RunError::Ledger(source) if source.to_string() == "no space left on device"));
+    let error =
+        runner::run(squares(200), &mut kept, &options(), &Interrupt::new().unwrap(), &mut |_| {})
+            .unwrap_err();
+    assert!(
+        matches!(&error, RunError::Ledger(source) if source.to_string() == "no space left on device")
+    );
     assert_eq!(kept.results.len(), 10);
 }
 
 #[test]
 fn an_interrupt_keeps_what_is_in_flight_and_begins_nothing() {
-    let tasks: Vec<_> = (0..50).map(|number| Task { cost: 1.0, ..task(number, format!("sleep 300 {number}")) }).collect();
+    let tasks: Vec<_> = (0..50)
+        .map(|number| Task { cost: 1.0, ..task(number, format!("sleep 300 {number}")) })
+        .collect();
     let interrupt = Interrupt::new().unwrap();
     let (mut kept, mut leased) = (Kept::default(), 0);
     let summary = runner::run(tasks, &mut kept, &options(), &interrupt, &mut |event| {
@@ -328,7 +416,9 @@ fn two_interrupts_end_the_run_now() {
     let interrupt = Interrupt::new().unwrap();
     let mut kept = Kept::default();
     let summary = runner::run(tasks, &mut kept, &options(), &interrupt, &mut |event| {
-        if matches!(event.what, What::Leased { .. } | What::Interrupted { now: false }) && interrupt.raised() < 2 {
+        if matches!(event.what, What::Leased { .. } | What::Interrupted { now: false })
+            && interrupt.raised() < 2
+        {
             interrupt.raise();
         }
     });
@@ -348,17 +438,18 @@ fn workers_killed_at_random_moments_change_no_result() {
     let options = Options { attempts: u32::MAX, ..options() };
     let tasks: Vec<_> = (0..300).map(|number| task(number, format!("sleep 5 {number}"))).collect();
     let (mut kept, mut pids, mut seed, mut events) = (Kept::default(), Vec::new(), 7, 0u64);
-    let summary = runner::run(tasks, &mut kept, &options, &Interrupt::new().unwrap(), &mut |event| {
-        match event.what {
-            What::WorkerStarted { pid, .. } => pids.push(pid),
-            What::WorkerLost { pid: Some(pid), .. } => pids.retain(|&other| other != pid),
-            _ => {}
-        }
-        events += 1;
-        if scramble(&mut seed).is_multiple_of(20) && !pids.is_empty() {
-            send(pids[(scramble(&mut seed) % pids.len() as u64) as usize], Signal::KILL);
-        }
-    });
+    let summary =
+        runner::run(tasks, &mut kept, &options, &Interrupt::new().unwrap(), &mut |event| {
+            match event.what {
+                What::WorkerStarted { pid, .. } => pids.push(pid),
+                What::WorkerLost { pid: Some(pid), .. } => pids.retain(|&other| other != pid),
+                _ => {}
+            }
+            events += 1;
+            if scramble(&mut seed).is_multiple_of(20) && !pids.is_empty() {
+                send(pids[(scramble(&mut seed) % pids.len() as u64) as usize], Signal::KILL);
+            }
+        });
     let summary = summary.unwrap();
     assert_eq!((summary.done, summary.quarantined), (300, 0));
     assert!(summary.workers_lost > 5, "{summary:?}");
@@ -385,8 +476,11 @@ const JOBS: &str = "RUNNER_TEST_JOBS";
 #[ignore = "the coordinator that other tests disturb"]
 fn coordinator() {
     let (Some(path), Ok(jobs)) = (std::env::var_os(JOURNAL), std::env::var(JOBS)) else { return };
-    let mut journal = Journal(std::fs::File::options().append(true).create(true).open(path).unwrap());
-    let tasks = (0..jobs.parse().unwrap()).map(|number| task(number, format!("sleep 2 {number}"))).collect();
+    let mut journal =
+        Journal(std::fs::File::options().append(true).create(true).open(path).unwrap());
+    let tasks = (0..jobs.parse().unwrap())
+        .map(|number| task(number, format!("sleep 2 {number}")))
+        .collect();
     // Attempts without end: the killer is outside, and no job is to blame.
     let options = Options { attempts: u32::MAX, ..options() };
     runner::run(tasks, &mut journal, &options, &Interrupt::new().unwrap(), &mut |event| {
@@ -396,10 +490,18 @@ fn coordinator() {
 }
 
 /// Starts a coordinator in a process of its own; its events can be read from its standard error.
-fn start_coordinator(journal: &Path, jobs: u32) -> (Child, impl Iterator<Item = serde_json::Value> + Send + use<>) {
+fn start_coordinator(
+    journal: &Path,
+    jobs: u32,
+) -> (Child, impl Iterator<Item = serde_json::Value> + Send + use<>) {
     let command = ourselves("coordinator");
     let mut child = Command::new(&command[0]);
-    child.args(&command[1..]).env(JOURNAL, journal).env(JOBS, jobs.to_string()).stdout(Stdio::null()).stderr(Stdio::piped());
+    child
+        .args(&command[1..])
+        .env(JOURNAL, journal)
+        .env(JOBS, jobs.to_string())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped());
     let mut child = child.spawn().unwrap();
     let lines = BufReader::new(child.stderr.take().unwrap()).lines();
     // The last line of a killed process may be cut off.
@@ -407,10 +509,14 @@ fn start_coordinator(journal: &Path, jobs: u32) -> (Child, impl Iterator<Item = 
 }
 
 fn children(parent: u32) -> Vec<u32> {
-    let numbers = std::fs::read_dir("/proc").unwrap().flatten().filter_map(|entry| entry.file_name().to_str()?.parse().ok());
+    let numbers = std::fs::read_dir("/proc")
+        .unwrap()
+        .flatten()
+        .filter_map(|entry| entry.file_name().to_str()?.parse().ok());
     let is_child = |pid: &u32| {
         let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-        stat.rsplit(')').next().and_then(|rest| rest.split_ascii_whitespace().nth(1)?.parse().ok()) == Some(parent)
+        stat.rsplit(')').next().and_then(|rest| rest.split_ascii_whitespace().nth(1)?.parse().ok())
+            == Some(parent)
     };
     numbers.filter(is_child).collect()
 }
@@ -432,7 +538,8 @@ fn workers_killed_from_outside_even_while_they_start_change_no_result() {
     }
     assert!(child.wait().unwrap().success());
     assert!(kills > 20, "{kills}");
-    let mut done: Vec<u64> = std::fs::read_to_string(path).unwrap().lines().map(|line| line.parse().unwrap()).collect();
+    let mut done: Vec<u64> =
+        std::fs::read_to_string(path).unwrap().lines().map(|line| line.parse().unwrap()).collect();
     done.sort_unstable();
     assert_eq!(done, (0..1000).collect::<Vec<_>>(), "every job once");
     assert_eq!(leftovers(child.id()), Vec::<PathBuf>::new());
@@ -441,7 +548,9 @@ fn workers_killed_from_outside_even_while_they_start_change_no_result() {
 fn lives(pid: u32) -> bool {
     // A child of a dead coordinator belongs to init, which may reap it late.
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-    stat.rsplit(')').next().is_some_and(|rest| !rest.trim_start().starts_with('Z') && !rest.trim().is_empty())
+    stat.rsplit(')')
+        .next()
+        .is_some_and(|rest| !rest.trim_start().starts_with('Z') && !rest.trim().is_empty())
 }
 
 fn within(limit: Duration, condition: impl Fn() -> bool) -> bool {
@@ -460,7 +569,8 @@ fn a_killed_coordinator_takes_its_workers_along_and_the_next_run_cleans_up() {
     let dir = tempfile::tempdir().unwrap();
     let mut seed = 3;
     for round in 0..5 {
-        let (mut child, mut events) = start_coordinator(&dir.path().join(format!("{round}")), 100_000);
+        let (mut child, mut events) =
+            start_coordinator(&dir.path().join(format!("{round}")), 100_000);
         let enough = 3 + scramble(&mut seed) % 300;
         let mut pids = Vec::new();
         for event in events.by_ref().take(enough as usize) {
@@ -468,7 +578,10 @@ fn a_killed_coordinator_takes_its_workers_along_and_the_next_run_cleans_up() {
                 pids.push(event["pid"].as_u64().unwrap() as u32);
             }
         }
-        assert!(!leftovers(child.id()).is_empty(), "round {round}: while it lives, nobody cleans up after it");
+        assert!(
+            !leftovers(child.id()).is_empty(),
+            "round {round}: while it lives, nobody cleans up after it"
+        );
         let listen = std::thread::spawn(move || events.for_each(drop));
         std::thread::sleep(Duration::from_micros(scramble(&mut seed) % 20_000));
         child.kill().unwrap();

@@ -1,7 +1,8 @@
 //! Blobs: large values as files named by their content.
 //!
-//! A blob is a zstd frame in `blobs/ab/cdef….zst`, where `abcdef…` is the BLAKE3 of the uncompressed content. Names make
-//! writing idempotent and reading verifiable, and no lock is needed: any process may write blobs at any time.
+//! A blob is a zstd frame in `blobs/ab/cdef….zst`, where `abcdef…` is the BLAKE3 of the
+//! uncompressed content. Names make writing idempotent and reading verifiable, and no lock is
+//! needed: any process may write blobs at any time.
 
 use crate::durable;
 use crate::{ReadError, WriteError};
@@ -15,19 +16,22 @@ use study::record::Kept;
 /// zstd's own default: fields shrink by the same few per cent at every level worth waiting for.
 const LEVEL: i32 = 3;
 
-/// Compressed bytes up to which a record keeps its fields itself, about those of 32 × 32 elements: a file takes two fsyncs, a quarter of
-/// a millisecond each on an idle disk and ten times that on a busy one, which is as long as such a job takes to solve.
+/// Compressed bytes up to which a record keeps its fields itself, about those of 32 × 32 elements:
+/// a file takes two fsyncs, a quarter of a millisecond each on an idle disk and ten times that on a
+/// busy one, which is as long as such a job takes to solve.
 const SMALL: usize = 16 << 10;
 
-/// Bytes of content above which that is not tried, and more than which no record is believed to keep: fields do not shrink to less than
-/// an eighth.
+/// Bytes of content above which that is not tried, and more than which no record is believed to
+/// keep: fields do not shrink to less than an eighth.
 const MOST: usize = 8 * SMALL;
 
-/// Largest content of a blob \[bytes\]: as much as the crate `study` decodes, six doubles for each element of the largest grid and room
-/// to spare. A file of a megabyte may claim to be tens of gigabytes; whoever reads one is not to find out by running out of memory.
+/// Largest content of a blob \[bytes\]: as much as the crate `study` decodes, six doubles for each
+/// element of the largest grid and room to spare. A file of a megabyte may claim to be tens of
+/// gigabytes; whoever reads one is not to find out by running out of memory.
 const LIMIT: u64 = 2 << 30;
 
-/// The name of a blob: BLAKE3 of its uncompressed content, shown as 64 lower-case hexadecimal digits.
+/// The name of a blob: BLAKE3 of its uncompressed content, shown as 64 lower-case hexadecimal
+/// digits.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Digest(pub [u8; 32]);
 
@@ -113,15 +117,21 @@ impl Blobs {
         self.directory.join(&name[..2]).join(format!("{}.zst", &name[2..]))
     }
 
-    /// Durably stores `content`, of at most 2 GiB, and returns its name. Storing it again changes nothing, except that a
-    /// damaged copy is replaced by a sound one.
+    /// Durably stores `content`, of at most 2 GiB, and returns its name. Storing it again changes
+    /// nothing, except that a damaged copy is replaced by a sound one.
     ///
     /// # Errors
-    /// [`WriteError::DiskFull`], [`WriteError::Io`], which is also said of content that is too large.
+    /// [`WriteError::DiskFull`], [`WriteError::Io`], which is also said of content that is too
+    /// large.
     pub fn put(&self, content: &[u8]) -> Result<Digest, WriteError> {
         if content.len() as u64 > LIMIT {
-            let reason = format!("it would have {} bytes, and a blob may have {LIMIT}", content.len());
-            return Err(WriteError::io("write a blob in", &self.directory, io::Error::new(io::ErrorKind::FileTooLarge, reason)));
+            let reason =
+                format!("it would have {} bytes, and a blob may have {LIMIT}", content.len());
+            return Err(WriteError::io(
+                "write a blob in",
+                &self.directory,
+                io::Error::new(io::ErrorKind::FileTooLarge, reason),
+            ));
         }
         let digest = Digest::of(content);
         let path = self.path(&digest);
@@ -131,7 +141,9 @@ impl Blobs {
         let failed = |source| WriteError::io("write the blob", &path, source);
         let compressed = compress(content).map_err(failed)?;
         let shelf = path.parent().unwrap_or(&self.directory);
-        durable::create_directory(&self.directory).and_then(|()| durable::create_directory(shelf)).map_err(failed)?;
+        durable::create_directory(&self.directory)
+            .and_then(|()| durable::create_directory(shelf))
+            .map_err(failed)?;
         WriteError::require_space(&self.directory, compressed.len() as u64)?;
         durable::write(&path, &compressed).map_err(failed)?;
         Ok(digest)
@@ -143,7 +155,9 @@ impl Blobs {
     /// [`WriteError::DiskFull`], [`WriteError::Io`].
     pub fn keep(&self, content: &[u8]) -> Result<Kept, WriteError> {
         if content.len() <= MOST {
-            let compressed = compress(content).map_err(|source| WriteError::io("compress a field for", &self.directory, source))?;
+            let compressed = compress(content).map_err(|source| {
+                WriteError::io("compress a field for", &self.directory, source)
+            })?;
             if compressed.len() <= SMALL {
                 return Ok(Kept::Inside(compressed));
             }
@@ -154,20 +168,22 @@ impl Blobs {
     /// What [`keep`](Blobs::keep) kept; `None` if it is in a blob that there is not.
     ///
     /// # Errors
-    /// [`ReadError::Inside`] if the record holds anything else, otherwise as for [`get`](Blobs::get).
+    /// [`ReadError::Inside`] if the record holds anything else, otherwise as for
+    /// [`get`](Blobs::get).
     pub fn kept(&self, kept: &Kept) -> Result<Option<Vec<u8>>, ReadError> {
         match kept {
             Kept::Blob(digest) => self.get(&Digest(*digest)),
-            Kept::Inside(compressed) => {
-                zstd::bulk::decompress(compressed, MOST).map(Some).map_err(|error| ReadError::Inside { reason: error.to_string() })
-            }
+            Kept::Inside(compressed) => zstd::bulk::decompress(compressed, MOST)
+                .map(Some)
+                .map_err(|error| ReadError::Inside { reason: error.to_string() }),
         }
     }
 
     /// The content of a blob, verified against its name; `None` if there is no such blob.
     ///
     /// # Errors
-    /// [`ReadError::Blob`] if the file holds anything else, or more than 2 GiB; [`ReadError::Io`] if it cannot be read.
+    /// [`ReadError::Blob`] if the file holds anything else, or more than 2 GiB; [`ReadError::Io`]
+    /// if it cannot be read.
     pub fn get(&self, digest: &Digest) -> Result<Option<Vec<u8>>, ReadError> {
         self.get_within(digest, LIMIT)
     }
@@ -175,14 +191,21 @@ impl Blobs {
     /// As [`get`](Blobs::get), of a content of at most `limit` bytes.
     fn get_within(&self, digest: &Digest, limit: u64) -> Result<Option<Vec<u8>>, ReadError> {
         let path = self.path(digest);
-        let compressed = match read_within(&path, zstd::zstd_safe::compress_bound(limit as usize) as u64) {
-            Ok(compressed) => compressed.ok_or("its file is longer than that of any blob".to_owned()),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-            Err(source) => return Err(ReadError::Io { path, source }),
-        };
+        let compressed =
+            match read_within(&path, zstd::zstd_safe::compress_bound(limit as usize) as u64) {
+                Ok(compressed) => {
+                    compressed.ok_or("its file is longer than that of any blob".to_owned())
+                }
+                Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+                Err(source) => return Err(ReadError::Io { path, source }),
+            };
         match compressed.and_then(|compressed| decompress(&compressed, limit)) {
             Ok(content) if Digest::of(&content) == *digest => Ok(Some(content)),
-            Ok(_) => Err(ReadError::Blob { digest: *digest, path, reason: "its content does not match its name".into() }),
+            Ok(_) => Err(ReadError::Blob {
+                digest: *digest,
+                path,
+                reason: "its content does not match its name".into(),
+            }),
             Err(reason) => Err(ReadError::Blob { digest: *digest, path, reason }),
         }
     }
@@ -204,9 +227,13 @@ impl Blobs {
                 let bytes = fs::metadata(&path).map(|file| file.len()).unwrap_or(0);
                 let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
                 let prefix = shelf.file_name().unwrap_or_default().to_string_lossy().into_owned();
-                let digest = name.strip_suffix(".zst").and_then(|rest| format!("{prefix}{rest}").parse().ok());
+                let digest = name
+                    .strip_suffix(".zst")
+                    .and_then(|rest| format!("{prefix}{rest}").parse().ok());
                 found.push(match digest {
-                    Some(digest) if self.path(&digest) == path => Found::Blob { digest, path, bytes },
+                    Some(digest) if self.path(&digest) == path => {
+                        Found::Blob { digest, path, bytes }
+                    }
                     _ if name.starts_with(durable::UNFINISHED) => Found::Unfinished { path, bytes },
                     _ => Found::Stray(path),
                 });
@@ -221,11 +248,15 @@ fn compress(content: &[u8]) -> io::Result<Vec<u8>> {
     zstd::bulk::compress(content, LEVEL)
 }
 
-/// The content of `compressed`, or why it has none of at most `limit` bytes; a longer one is not decompressed to its end.
+/// The content of `compressed`, or why it has none of at most `limit` bytes; a longer one is not
+/// decompressed to its end.
 fn decompress(compressed: &[u8], limit: u64) -> Result<Vec<u8>, String> {
     let mut content = Vec::new();
     let decoder = zstd::Decoder::with_buffer(compressed).map_err(|error| error.to_string())?;
-    decoder.take(limit.saturating_add(1)).read_to_end(&mut content).map_err(|error| error.to_string())?;
+    decoder
+        .take(limit.saturating_add(1))
+        .read_to_end(&mut content)
+        .map_err(|error| error.to_string())?;
     if content.len() as u64 > limit {
         return Err(format!("its content has more than {limit} bytes, as many as a blob may have"));
     }
@@ -252,7 +283,10 @@ fn entries(directory: &Path) -> Result<Vec<PathBuf>, ReadError> {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
         Err(source) => return Err(failed(source)),
     };
-    let mut paths = listing.map(|entry| entry.map(|e| e.path())).collect::<io::Result<Vec<_>>>().map_err(failed)?;
+    let mut paths = listing
+        .map(|entry| entry.map(|e| e.path()))
+        .collect::<io::Result<Vec<_>>>()
+        .map_err(failed)?;
     paths.sort();
     Ok(paths)
 }
@@ -277,7 +311,10 @@ mod tests {
         let written = fs::metadata(blobs.path(&digest)).unwrap();
         assert!(written.len() < content.len() as u64 / 2);
         assert_eq!(blobs.put(&content).unwrap(), digest);
-        assert_eq!(fs::metadata(blobs.path(&digest)).unwrap().modified().unwrap(), written.modified().unwrap());
+        assert_eq!(
+            fs::metadata(blobs.path(&digest)).unwrap().modified().unwrap(),
+            written.modified().unwrap()
+        );
         assert_eq!(blobs.get(&digest).unwrap().unwrap(), content);
         assert_eq!(blobs.found().unwrap().len(), 1);
     }
@@ -286,8 +323,15 @@ mod tests {
     fn what_is_small_is_kept_by_its_record() {
         let (_directory, blobs) = blobs();
         // numbers that hardly shrink
-        let content = |len: u32| -> Vec<u8> { (0..len).flat_map(|i| i.wrapping_mul(2_654_435_769).to_le_bytes()).collect() };
-        for (content, is_inside) in [(Vec::new(), true), (content(1000), true), (vec![7; 7 * SMALL], true), (content(5000), false)] {
+        let content = |len: u32| -> Vec<u8> {
+            (0..len).flat_map(|i| i.wrapping_mul(2_654_435_769).to_le_bytes()).collect()
+        };
+        for (content, is_inside) in [
+            (Vec::new(), true),
+            (content(1000), true),
+            (vec![7; 7 * SMALL], true),
+            (content(5000), false),
+        ] {
             let kept = blobs.keep(&content).unwrap();
             assert_eq!(matches!(kept, Kept::Inside(_)), is_inside, "{} bytes", content.len());
             assert_eq!(blobs.kept(&kept).unwrap().as_ref(), Some(&content));
@@ -295,7 +339,10 @@ mod tests {
         assert_eq!(blobs.found().unwrap().len(), 1);
         assert_eq!(blobs.kept(&Kept::Blob([7; 32])).unwrap(), None);
         let garbage = blobs.kept(&Kept::Inside(vec![7; 20])).unwrap_err();
-        assert!(garbage.to_string().starts_with("the fields in a record are corrupt: "), "{garbage}");
+        assert!(
+            garbage.to_string().starts_with("the fields in a record are corrupt: "),
+            "{garbage}"
+        );
     }
 
     #[test]
@@ -322,17 +369,26 @@ mod tests {
         assert!(fs::metadata(blobs.path(&digest)).unwrap().len() < 200);
         assert_eq!(blobs.get_within(&digest, 1 << 20).unwrap().as_ref(), Some(&content));
         let error = blobs.get_within(&digest, (1 << 20) - 1).unwrap_err();
-        assert!(matches!(&error, ReadError::Blob { reason, .. } if reason.contains("more than 1048575 bytes")), "{error}");
+        assert!(
+            matches!(&error, ReadError::Blob { reason, .. } if reason.contains("more than 1048575 bytes")),
+            "{error}"
+        );
         // frames one after the other are one content
         let frame = fs::read(blobs.path(&digest)).unwrap();
         fs::write(blobs.path(&digest), frame.repeat(3)).unwrap();
         let error = blobs.get_within(&digest, 2 << 20).unwrap_err();
-        assert!(matches!(&error, ReadError::Blob { reason, .. } if reason.contains("more than 2097152 bytes")), "{error}");
+        assert!(
+            matches!(&error, ReadError::Blob { reason, .. } if reason.contains("more than 2097152 bytes")),
+            "{error}"
+        );
 
         // sparse: neither the disk nor the memory has it
         fs::File::create(blobs.path(&digest)).unwrap().set_len(2 * LIMIT).unwrap();
         let error = blobs.get(&digest).unwrap_err();
-        assert!(matches!(&error, ReadError::Blob { reason, .. } if reason.contains("longer than that of any blob")), "{error}");
+        assert!(
+            matches!(&error, ReadError::Blob { reason, .. } if reason.contains("longer than that of any blob")),
+            "{error}"
+        );
         assert_eq!(blobs.put(&content).unwrap(), digest);
         assert_eq!(blobs.get(&digest).unwrap().unwrap(), content);
     }

@@ -1,7 +1,8 @@
 //! sled, fenced in: the only file that names it.
 //!
-//! sled 0.34 reports some damage by panicking, and after a failed write nothing it says can be relied on. So every call
-//! goes through [`fenced`], and the first failed write ends all writing until the store is opened again.
+//! sled 0.34 reports some damage by panicking, and after a failed write nothing it says can be
+//! relied on. So every call goes through [`fenced`], and the first failed write ends all writing
+//! until the store is opened again.
 
 use std::any::Any;
 use std::cell::Cell;
@@ -13,7 +14,8 @@ use std::time::{Duration, Instant};
 use std::{io, thread};
 use study::job::JobKey;
 
-/// Records are small and read once; sled's default of 1 GiB would be the largest part of a coordinator.
+/// Records are small and read once; sled's default of 1 GiB would be the largest part of a
+/// coordinator.
 const CACHE_BYTES: u64 = 32 << 20;
 
 /// sled releases its own lock from a background thread some time after it is closed.
@@ -41,7 +43,9 @@ impl From<sled::Error> for Fault {
     fn from(error: sled::Error) -> Self {
         match error {
             sled::Error::Io(error) => Fault::Io(error),
-            sled::Error::Corruption { .. } => Fault::Damaged("the database reports corruption".to_owned()),
+            sled::Error::Corruption { .. } => {
+                Fault::Damaged("the database reports corruption".to_owned())
+            }
             other => Fault::Damaged(other.to_string()),
         }
     }
@@ -51,7 +55,8 @@ thread_local! {
     static FENCED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs `call`, turning a panic into a [`Fault`] — silently: what it means to the user is said by the error.
+/// Runs `call`, turning a panic into a [`Fault`] — silently: what it means to the user is said by
+/// the error.
 fn fenced<T>(call: impl FnOnce() -> Result<T, sled::Error>) -> Result<T, Fault> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
@@ -68,12 +73,17 @@ fn fenced<T>(call: impl FnOnce() -> Result<T, sled::Error>) -> Result<T, Fault> 
     FENCED.set(outer);
     match outcome {
         Ok(result) => result.map_err(Fault::from),
-        Err(payload) => Err(Fault::Damaged(format!("the database gave up: {}", message(payload.as_ref())))),
+        Err(payload) => {
+            Err(Fault::Damaged(format!("the database gave up: {}", message(payload.as_ref()))))
+        }
     }
 }
 
 fn message(payload: &(dyn Any + Send)) -> &str {
-    let text = payload.downcast_ref::<String>().map(String::as_str).or_else(|| payload.downcast_ref::<&str>().copied());
+    let text = payload
+        .downcast_ref::<String>()
+        .map(String::as_str)
+        .or_else(|| payload.downcast_ref::<&str>().copied());
     text.unwrap_or("no reason given")
 }
 
@@ -90,9 +100,11 @@ pub(crate) struct Database {
 impl Database {
     /// Opens the database in `directory`, creating it if it is absent.
     pub(crate) fn open(directory: &Path) -> Result<Self, Fault> {
-        // No background flusher: every commit flushes, and closing waits for ever for a flusher that panicked. The
-        // garbage that it would collect was measured: 100 000 records of 1 KiB take the same 190 MB with and without it.
-        let config = sled::Config::new().path(directory).cache_capacity(CACHE_BYTES).flush_every_ms(None);
+        // No background flusher: every commit flushes, and closing waits for ever for a flusher
+        // that panicked. The garbage that it would collect was measured: 100 000 records of 1 KiB
+        // take the same 190 MB with and without it.
+        let config =
+            sled::Config::new().path(directory).cache_capacity(CACHE_BYTES).flush_every_ms(None);
         let start = Instant::now();
         let sled = loop {
             match fenced(|| config.open()) {
@@ -105,11 +117,20 @@ impl Database {
                 other => break other?,
             }
         };
-        let log = File::options().read(true).write(true).open(directory.join("db")).map_err(Fault::Io)?;
-        Ok(Database { sled: Some(sled), log, directory: directory.to_owned(), broken: OnceLock::new() })
+        let log =
+            File::options().read(true).write(true).open(directory.join("db")).map_err(Fault::Io)?;
+        Ok(Database {
+            sled: Some(sled),
+            log,
+            directory: directory.to_owned(),
+            broken: OnceLock::new(),
+        })
     }
 
-    fn fenced<T>(&self, call: impl FnOnce(&sled::Db) -> Result<T, sled::Error>) -> Result<T, Fault> {
+    fn fenced<T>(
+        &self,
+        call: impl FnOnce(&sled::Db) -> Result<T, sled::Error>,
+    ) -> Result<T, Fault> {
         match &self.sled {
             Some(sled) => fenced(|| call(sled)),
             None => Err(Fault::Damaged("the database is closed".to_owned())),
@@ -154,7 +175,10 @@ impl Database {
         self.fenced(|sled| Ok(sled.get(key.0)?.map(|value| value.to_vec())))
     }
 
-    pub(crate) fn insert<'a>(&self, entries: impl Iterator<Item = (&'a JobKey, Vec<u8>)>) -> Result<(), Fault> {
+    pub(crate) fn insert<'a>(
+        &self,
+        entries: impl Iterator<Item = (&'a JobKey, Vec<u8>)>,
+    ) -> Result<(), Fault> {
         self.writing(self.fenced(|sled| {
             for (key, value) in entries {
                 sled.insert(key.0, value)?;
@@ -174,12 +198,14 @@ impl Database {
 
     /// Returns when everything written so far would survive a power failure.
     pub(crate) fn sync(&self) -> Result<(), Fault> {
-        // sled writes with sync_file_range, which waits for the pages but leaves the disk's cache and the file's length.
+        // sled writes with sync_file_range, which waits for the pages but leaves the disk's cache
+        // and the file's length.
         self.writing(self.fenced(|sled| sled.flush().map(drop)))?;
         self.writing(self.log.sync_all().map_err(Fault::Io))
     }
 
-    /// Makes the files themselves durable, after the database was created or sled has rotated its snapshot.
+    /// Makes the files themselves durable, after the database was created or sled has rotated its
+    /// snapshot.
     pub(crate) fn sync_files(&self) -> io::Result<()> {
         File::open(self.directory.join("conf"))?.sync_all()?;
         crate::durable::sync_directory(&self.directory)
@@ -189,7 +215,8 @@ impl Database {
 impl Drop for Database {
     fn drop(&mut self) {
         let sled = self.sled.take();
-        // Everything acknowledged is durable already; what sled still wants to write or complain about changes nothing.
+        // Everything acknowledged is durable already; what sled still wants to write or complain
+        // about changes nothing.
         let _ = fenced(|| {
             drop(sled);
             Ok(())

@@ -5,10 +5,12 @@ use std::io::{self, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
-/// Prefix of a file that is still being written; one found without its writer is a leftover of a kill.
+/// Prefix of a file that is still being written; one found without its writer is a leftover of a
+/// kill.
 pub(crate) const UNFINISHED: &str = ".unfinished-";
 
-/// Puts `bytes` at `path`: written beside it, fsync'ed, renamed over it, and the directory fsync'ed.
+/// Puts `bytes` at `path`: written beside it, fsync'ed, renamed over it, and the directory
+/// fsync'ed.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let directory = path.parent().unwrap_or(Path::new("."));
     let mut file = tempfile::Builder::new()
@@ -35,7 +37,8 @@ pub(crate) fn create_directory(directory: &Path) -> io::Result<()> {
     }
 }
 
-/// Removes what writers that were killed left in `directory`. Only for who knows that nobody is writing there.
+/// Removes what writers that were killed left in `directory`. Only for who knows that nobody is
+/// writing there.
 pub(crate) fn clear_unfinished(directory: &Path) -> io::Result<()> {
     for entry in fs::read_dir(directory)? {
         let entry = entry?;

@@ -71,7 +71,8 @@ pub enum OpenError {
         /// The format that was found.
         found: u64,
     },
-    /// It does not hold what it promised. [`Store::salvage`](crate::Store::salvage) saves what can be read.
+    /// It does not hold what it promised. [`Store::salvage`](crate::Store::salvage) saves what can
+    /// be read.
     #[error("the store {} is damaged: {what}; put back a copy, or salvage it: what is lost will be computed again", .directory.display())]
     Damaged {
         /// The store.
@@ -98,7 +99,9 @@ pub enum OpenError {
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// The record is not what was written. Remove it and its job is computed again.
-    #[error("the record of job {key} is corrupt: {reason}; remove it and the job will be computed again")]
+    #[error(
+        "the record of job {key} is corrupt: {reason}; remove it and the job will be computed again"
+    )]
     Corrupt {
         /// The job.
         key: JobKey,
@@ -179,7 +182,8 @@ pub enum WriteError {
         /// The size of its record.
         bytes: usize,
     },
-    /// The disk is full, or so nearly that it is not risked. Nothing was written; it may be tried again.
+    /// The disk is full, or so nearly that it is not risked. Nothing was written; it may be tried
+    /// again.
     #[error("the disk of {} is full: {} MiB are free and {} MiB are needed; make room and resume, nothing that was done is lost", .path.display(), .free >> 20, needed.div_ceil(1 << 20))]
     DiskFull {
         /// What was to be written.
@@ -189,9 +193,11 @@ pub enum WriteError {
         /// What is needed before writing is risked, in bytes.
         needed: u64,
     },
-    /// Writing failed half-way, now or earlier. The group was not acknowledged; nothing more is written before the store
-    /// is opened again.
-    #[error("writing to the database of records failed: {0}; nothing that was done is lost, open the store again to go on")]
+    /// Writing failed half-way, now or earlier. The group was not acknowledged; nothing more is
+    /// written before the store is opened again.
+    #[error(
+        "writing to the database of records failed: {0}; nothing that was done is lost, open the store again to go on"
+    )]
     Database(String),
     /// The operating system refused.
     #[error("cannot {action} {}: {source}", .path.display())]
@@ -225,7 +231,9 @@ impl WriteError {
     pub(crate) fn require_space(directory: &Path, bytes: u64) -> Result<(), WriteError> {
         match volume::require(directory, bytes) {
             Ok(Ok(())) => Ok(()),
-            Ok(Err((free, needed))) => Err(WriteError::DiskFull { path: directory.to_owned(), free, needed }),
+            Ok(Err((free, needed))) => {
+                Err(WriteError::DiskFull { path: directory.to_owned(), free, needed })
+            }
             Err(source) => Err(WriteError::io("find the free space of", directory, source)),
         }
     }

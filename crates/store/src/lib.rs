@@ -11,15 +11,19 @@
 //!
 //! What holds, whatever happens to the process or the machine:
 //!
-//! - What [`Store::commit`] acknowledged is on the disk: the log is flushed and its file fsync'ed before it returns.
-//! - `manifest.json` never promises more records than the database durably has: its count is raised after a commit is
-//!   durable — during a run within half a second of commits, else on closing — and lowered before a removal. So a kill at any moment raises no false alarm, and a database file that
-//!   was truncated or replaced — which sled may open as an empty one — is refused with [`OpenError::Damaged`].
-//! - Every record, blob and study definition carries a checksum and is verified whenever it is read.
+//! - What [`Store::commit`] acknowledged is on the disk: the log is flushed and its file fsync'ed
+//!   before it returns.
+//! - `manifest.json` never promises more records than the database durably has: its count is raised
+//!   after a commit is durable — during a run within half a second of commits, else on closing —
+//!   and lowered before a removal. So a kill at any moment raises no false alarm, and a database
+//!   file that was truncated or replaced — which sled may open as an empty one — is refused with
+//!   [`OpenError::Damaged`].
+//! - Every record, blob and study definition carries a checksum and is verified whenever it is
+//!   read.
 //! - One process has the store open. While it is a run, others read through it ([`Store::read`]).
 //!
-//! Deliberately absent: transactions over several records (one job is one record), any reliance on sled's own flushing,
-//! and network file systems, whose locks and caches void all of the above.
+//! Deliberately absent: transactions over several records (one job is one record), any reliance on
+//! sled's own flushing, and network file systems, whose locks and caches void all of the above.
 #![forbid(unsafe_code)]
 
 mod blob;

@@ -1,7 +1,7 @@
 //! The lock: who has the store, and where they answer.
 //!
-//! `lock` is held with `flock`, which the kernel releases however its holder ends; there is no stale lock. What the file
-//! says is believed only while the lock is held.
+//! `lock` is held with `flock`, which the kernel releases however its holder ends; there is no
+//! stale lock. What the file says is believed only while the lock is held.
 
 use rustix::fs::{FlockOperation, flock};
 use serde::{Deserialize, Serialize};
@@ -18,13 +18,15 @@ pub(crate) struct Holder {
     pub(crate) command: String,
     /// When it opened the store, in seconds since 1970.
     since: u64,
-    /// The abstract Unix socket on which it answers readers; `None` if it only reads and will be gone in a moment.
+    /// The abstract Unix socket on which it answers readers; `None` if it only reads and will be
+    /// gone in a moment.
     pub(crate) address: Option<String>,
 }
 
 impl Holder {
     pub(crate) fn this_process(address: Option<String>) -> Self {
-        let words: Vec<String> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
+        let words: Vec<String> =
+            std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
         Holder { pid: std::process::id(), command: words.join(" "), since: now(), address }
     }
 
@@ -43,9 +45,15 @@ fn now() -> u64 {
 pub(crate) struct Lock(File);
 
 impl Lock {
-    /// The lock of the store in `directory`, or whoever has it — who may have been too quick, or too slow, to be named.
+    /// The lock of the store in `directory`, or whoever has it — who may have been too quick, or
+    /// too slow, to be named.
     pub(crate) fn acquire(directory: &Path) -> io::Result<Result<Lock, Option<Holder>>> {
-        let file = File::options().read(true).write(true).create(true).truncate(false).open(directory.join("lock"))?;
+        let file = File::options()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(directory.join("lock"))?;
         match flock(&file, FlockOperation::NonBlockingLockExclusive) {
             Ok(()) => Ok(Ok(Lock(file))),
             Err(rustix::io::Errno::WOULDBLOCK) => Ok(Err(read(file))),

@@ -1,4 +1,5 @@
-//! The manifest: what the store promises to hold, kept outside the database so that the database can be held to it.
+//! The manifest: what the store promises to hold, kept outside the database so that the database
+//! can be held to it.
 
 use crate::blob::Digest;
 use crate::durable;
@@ -42,7 +43,10 @@ impl Manifest {
         let mut hasher = blake3::Hasher::new();
         hasher.update(format!("tribosweep manifest {} {}\n", self.format, self.records).as_bytes());
         for (name, digest) in &self.studies {
-            hasher.update(&(name.len() as u64).to_le_bytes()).update(name.as_bytes()).update(&digest.0);
+            hasher
+                .update(&(name.len() as u64).to_le_bytes())
+                .update(name.as_bytes())
+                .update(&digest.0);
         }
         hasher.finalize().to_hex()[..32].to_owned()
     }
@@ -56,13 +60,15 @@ impl Manifest {
 
     fn from_json(text: &[u8]) -> Result<Self, Unreadable> {
         // The format first: a later one may have any other fields.
-        let json: serde_json::Value = serde_json::from_slice(text).map_err(|e| Unreadable::Damaged(e.to_string()))?;
+        let json: serde_json::Value =
+            serde_json::from_slice(text).map_err(|e| Unreadable::Damaged(e.to_string()))?;
         match json.get("format").and_then(serde_json::Value::as_u64) {
             Some(format) if format == u64::from(FORMAT) => {}
             Some(format) => return Err(Unreadable::Format(format)),
             None => return Err(Unreadable::Damaged("it has no format number".to_owned())),
         }
-        let manifest: Manifest = serde_json::from_value(json).map_err(|e| Unreadable::Damaged(e.to_string()))?;
+        let manifest: Manifest =
+            serde_json::from_value(json).map_err(|e| Unreadable::Damaged(e.to_string()))?;
         if manifest.checksum != manifest.sum() {
             return Err(Unreadable::Damaged("its checksum does not match its content".to_owned()));
         }
@@ -114,18 +120,25 @@ mod tests {
             for bit in 0..8 {
                 let mut flipped = text.clone();
                 flipped[at] ^= 1 << bit;
-                // A flip in the white space may leave the same document; nothing else may be accepted.
+                // A flip in the white space may leave the same document; nothing else may be
+                // accepted.
                 if let Ok(manifest) = Manifest::from_json(&flipped) {
                     assert_eq!(manifest, example(), "byte {at}, bit {bit}");
                 }
             }
-            assert!(at + 1 == text.len() || Manifest::from_json(&text[..at]).is_err(), "truncated to {at}");
+            assert!(
+                at + 1 == text.len() || Manifest::from_json(&text[..at]).is_err(),
+                "truncated to {at}"
+            );
         }
     }
 
     #[test]
     fn a_later_format_is_named_whatever_else_it_holds() {
-        assert!(matches!(Manifest::from_json(br#"{"format": 2, "shards": []}"#), Err(Unreadable::Format(2))));
+        assert!(matches!(
+            Manifest::from_json(br#"{"format": 2, "shards": []}"#),
+            Err(Unreadable::Format(2))
+        ));
         assert!(matches!(Manifest::from_json(b"{}"), Err(Unreadable::Damaged(_))));
     }
 }

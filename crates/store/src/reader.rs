@@ -30,7 +30,9 @@ impl fmt::Display for Origin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Origin::Disk => f.write_str("read from disk"),
-            Origin::Process { pid, command } => write!(f, "served by the running process {pid} ({command})"),
+            Origin::Process { pid, command } => {
+                write!(f, "served by the running process {pid} ({command})")
+            }
         }
     }
 }
@@ -40,7 +42,8 @@ enum Source {
     Process(Connection),
 }
 
-/// A store that is only read. What it shows are durable records; in a store that a run is writing, ever more of them.
+/// A store that is only read. What it shows are durable records; in a store that a run is writing,
+/// ever more of them.
 pub struct Reader {
     directory: PathBuf,
     blobs: Blobs,
@@ -49,10 +52,13 @@ pub struct Reader {
 
 impl Reader {
     pub(crate) fn open(directory: &Path) -> Result<Reader, OpenError> {
-        if !directory.join(manifest::FILE).is_file() && !directory.join(crate::store::RECORDS).is_dir() {
+        if !directory.join(manifest::FILE).is_file()
+            && !directory.join(crate::store::RECORDS).is_dir()
+        {
             return Err(OpenError::Missing { directory: directory.to_owned() });
         }
-        let io = |source| OpenError::Io { action: "lock the store", path: directory.to_owned(), source };
+        let io =
+            |source| OpenError::Io { action: "lock the store", path: directory.to_owned(), source };
         let start = Instant::now();
         let source = loop {
             let holder = match Lock::acquire(directory).map_err(io)? {
@@ -63,13 +69,21 @@ impl Reader {
                 Err(holder) => holder,
             };
             let patience = PATIENCE.saturating_sub(start.elapsed());
-            let served = holder.as_ref().and_then(|holder| Some((holder, holder.address.as_ref()?)));
-            match served.map(|(holder, address)| (holder, Connection::open(holder, address, patience.max(Duration::from_millis(1))))) {
+            let served =
+                holder.as_ref().and_then(|holder| Some((holder, holder.address.as_ref()?)));
+            match served.map(|(holder, address)| {
+                (holder, Connection::open(holder, address, patience.max(Duration::from_millis(1))))
+            }) {
                 Some((_, Ok(connection))) => break Source::Process(connection),
                 // It has ended since, or has not yet begun; or, when patience ends, it is stuck.
                 Some((holder, Err(source))) if patience.is_zero() => {
                     let (pid, command) = (holder.pid, holder.command.clone());
-                    return Err(OpenError::Unanswered { directory: directory.to_owned(), pid, command, source });
+                    return Err(OpenError::Unanswered {
+                        directory: directory.to_owned(),
+                        pid,
+                        command,
+                        source,
+                    });
                 }
                 None if patience.is_zero() => return Err(held(directory, holder)),
                 _ => thread::sleep(Duration::from_millis(5)),
@@ -82,7 +96,10 @@ impl Reader {
     pub fn origin(&self) -> Origin {
         match &self.source {
             Source::Disk(_) => Origin::Disk,
-            Source::Process(connection) => Origin::Process { pid: connection.holder.pid, command: connection.holder.command.clone() },
+            Source::Process(connection) => Origin::Process {
+                pid: connection.holder.pid,
+                command: connection.holder.command.clone(),
+            },
         }
     }
 
@@ -100,7 +117,9 @@ impl Reader {
                     match ask(connection, &Request::Keys(last.map(|key| key.0)))? {
                         Response::Keys(more) if more.is_empty() => return Ok(keys),
                         // Else it could go on for ever.
-                        Response::Keys(more) if more.first().map(|key| JobKey(*key)) > last => keys.extend(more.into_iter().map(JobKey)),
+                        Response::Keys(more) if more.first().map(|key| JobKey(*key)) > last => {
+                            keys.extend(more.into_iter().map(JobKey))
+                        }
                         _ => return Err(nonsense(connection)),
                     }
                 }
@@ -142,12 +161,17 @@ impl Reader {
     ///
     /// # Errors
     /// As [`Reader::keys`].
-    pub fn records(&self) -> Result<impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)>, ReadError> {
+    pub fn records(
+        &self,
+    ) -> Result<impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)>, ReadError> {
         Ok(self.select(self.keys()?))
     }
 
     /// The records of those of `keys` that have one, in the order given.
-    pub fn select(&self, keys: Vec<JobKey>) -> impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)> {
+    pub fn select(
+        &self,
+        keys: Vec<JobKey>,
+    ) -> impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)> {
         // Few at a time: the caller may stop early.
         const AT_A_TIME: usize = 256;
         let mut next = 0;
@@ -155,20 +179,27 @@ impl Reader {
             let batch = &keys[next..keys.len().min(next + AT_A_TIME)];
             let records = self.first(batch);
             next += records.len();
-            let found = batch.iter().copied().zip(records).filter_map(|(key, record)| Some((key, record.transpose()?)));
+            let found = batch
+                .iter()
+                .copied()
+                .zip(records)
+                .filter_map(|(key, record)| Some((key, record.transpose()?)));
             (!batch.is_empty()).then(|| found.collect::<Vec<_>>())
         });
         replies.flatten()
     }
 
-    /// One answer for each of the first of `keys`, as many as fit into a reply: at least one, if there is a key.
+    /// One answer for each of the first of `keys`, as many as fit into a reply: at least one, if
+    /// there is a key.
     fn first(&self, keys: &[JobKey]) -> Vec<Result<Option<Vec<u8>>, ReadError>> {
         let connection = match &self.source {
             Source::Disk(core) => return first_records(core, keys),
             Source::Process(connection) => connection,
         };
         match ask(connection, &Request::Get(keys.iter().map(|key| key.0).collect())) {
-            Ok(Response::Get(records)) if records.len() <= keys.len() && records.is_empty() == keys.is_empty() => {
+            Ok(Response::Get(records))
+                if records.len() <= keys.len() && records.is_empty() == keys.is_empty() =>
+            {
                 keys.iter().zip(records).map(|(key, record)| record.into_result(key)).collect()
             }
             Ok(_) => keys.iter().map(|_| Err(nonsense(connection))).collect(),
@@ -188,7 +219,8 @@ impl Reader {
     /// The definition of a study; `None` if there is none of that name.
     ///
     /// # Errors
-    /// [`ReadError::Manifest`], [`ReadError::StudyMissing`], [`ReadError::Blob`], [`ReadError::Io`].
+    /// [`ReadError::Manifest`], [`ReadError::StudyMissing`], [`ReadError::Blob`],
+    /// [`ReadError::Io`].
     pub fn study(&self, name: &str) -> Result<Option<Vec<u8>>, ReadError> {
         let digest = self.manifest()?.studies.get(name).copied();
         digest.map(|digest| definition(&self.blobs, name, &digest)).transpose()
@@ -207,17 +239,22 @@ impl Reader {
         Manifest::read(&self.directory).map_err(|unreadable| match unreadable {
             Unreadable::Io(source) => ReadError::Io { path, source },
             Unreadable::Absent => ReadError::Manifest { path, reason: "it is missing".to_owned() },
-            Unreadable::Format(found) => ReadError::Manifest { path, reason: format!("its format is {found}") },
+            Unreadable::Format(found) => {
+                ReadError::Manifest { path, reason: format!("its format is {found}") }
+            }
             Unreadable::Damaged(reason) => ReadError::Manifest { path, reason },
         })
     }
 }
 
 fn ask(connection: &Connection, request: &Request) -> Result<Response, ReadError> {
-    connection.ask(request).map_err(|source| ReadError::Unanswered { pid: connection.holder.pid, source })
+    connection
+        .ask(request)
+        .map_err(|source| ReadError::Unanswered { pid: connection.holder.pid, source })
 }
 
 fn nonsense(connection: &Connection) -> ReadError {
-    let source = std::io::Error::new(std::io::ErrorKind::InvalidData, "it did not answer the question");
+    let source =
+        std::io::Error::new(std::io::ErrorKind::InvalidData, "it did not answer the question");
     ReadError::Unanswered { pid: connection.holder.pid, source }
 }

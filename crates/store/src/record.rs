@@ -1,17 +1,19 @@
-//! How a record lies in the database: sealed with a format version and a checksum that binds it to its key.
+//! How a record lies in the database: sealed with a format version and a checksum that binds it to
+//! its key.
 //!
 //! ```text
 //! byte 0        format version, 1
 //! bytes 1..17   first 16 bytes of BLAKE3("tribosweep record" ‖ version ‖ key ‖ payload)
 //! bytes 17..    payload: the encoded record, which carries its own schema version
 //! ```
-//! The key is part of the checksum, so that a record that sled returned under a wrong key is found out.
+//! The key is part of the checksum, so that a record that sled returned under a wrong key is found
+//! out.
 
 use study::job::JobKey;
 
-/// Largest payload of one record, in bytes: room for the 1000 increments that a loading path may have. sled's memory grows with what
-/// was written, however it is cut (measured: 117 MB take about as much in records of 6 kB and of 300 kB); fields, a hundred times
-/// that, belong in blobs.
+/// Largest payload of one record, in bytes: room for the 1000 increments that a loading path may
+/// have. sled's memory grows with what was written, however it is cut (measured: 117 MB take about
+/// as much in records of 6 kB and of 300 kB); fields, a hundred times that, belong in blobs.
 pub const RECORD_LIMIT: usize = study::record::STORED_LIMIT;
 
 const VERSION: u8 = 1;
@@ -43,7 +45,8 @@ pub(crate) fn seal(key: &JobKey, payload: &[u8]) -> Vec<u8> {
 }
 
 pub(crate) fn unseal<'a>(key: &JobKey, sealed: &'a [u8]) -> Result<&'a [u8], Unsealable> {
-    let (header, payload) = sealed.split_at_checked(HEADER).ok_or(Unsealable::Corrupt("shorter than its header"))?;
+    let (header, payload) =
+        sealed.split_at_checked(HEADER).ok_or(Unsealable::Corrupt("shorter than its header"))?;
     // The checksum goes first: a version is believed only when it is what was written.
     if header[1..] != checksum(header[0], key, payload) {
         return Err(Unsealable::Corrupt("its checksum does not match"));
@@ -77,7 +80,10 @@ mod tests {
 
     #[test]
     fn a_record_under_another_key_does_not_open() {
-        assert!(matches!(unseal(&JobKey([8; 32]), &seal(&KEY, b"Hertz")), Err(Unsealable::Corrupt(_))));
+        assert!(matches!(
+            unseal(&JobKey([8; 32]), &seal(&KEY, b"Hertz")),
+            Err(Unsealable::Corrupt(_))
+        ));
     }
 
     proptest! {

@@ -21,11 +21,13 @@ const SALVAGED: &str = "records.salvaged";
 pub struct Salvage {
     /// Records saved.
     pub kept: usize,
-    /// Records that the manifest promised; `None` if it could not be read either, and with it the names of the studies.
+    /// Records that the manifest promised; `None` if it could not be read either, and with it the
+    /// names of the studies.
     pub promised: Option<u64>,
     /// Studies saved.
     pub studies: usize,
-    /// Studies whose definition is damaged or gone; they are no longer listed, and running their files brings them back.
+    /// Studies whose definition is damaged or gone; they are no longer listed, and running their
+    /// files brings them back.
     pub lost_studies: Vec<String>,
     /// Where the damaged database is now; `None` if there was none.
     pub damaged: Option<PathBuf>,
@@ -42,7 +44,9 @@ pub(crate) fn salvage(directory: &Path) -> Result<Salvage, OpenError> {
     let _lock = lock_for_writing(directory, None)?;
     let (promised, studies) = match Manifest::read(directory) {
         Ok(manifest) => (Some(manifest.records), manifest.studies),
-        Err(Unreadable::Format(found)) => return Err(OpenError::Format { directory: directory.to_owned(), found }),
+        Err(Unreadable::Format(found)) => {
+            return Err(OpenError::Format { directory: directory.to_owned(), found });
+        }
         Err(Unreadable::Io(source)) => return Err(io("read", &directory.join(FILE))(source)),
         Err(Unreadable::Absent | Unreadable::Damaged(_)) => (None, BTreeMap::new()),
     };
@@ -57,7 +61,11 @@ pub(crate) fn salvage(directory: &Path) -> Result<Salvage, OpenError> {
 
     // sled enlarges and rewrites its files when opened.
     WriteError::require_space(directory, 0)?;
-    let sound = if records.exists() { readable(&records).map_err(io("read", &records))? } else { BTreeMap::new() };
+    let sound = if records.exists() {
+        readable(&records).map_err(io("read", &records))?
+    } else {
+        BTreeMap::new()
+    };
     WriteError::require_space(directory, sound.values().map(|sealed| sealed.len() as u64).sum())?;
     let failed = |fault| match fault {
         Fault::Io(source) => io("write the database", &salvaged)(source),
@@ -75,7 +83,9 @@ pub(crate) fn salvage(directory: &Path) -> Result<Salvage, OpenError> {
     for (name, digest) in studies {
         match blobs.get(&digest) {
             Ok(Some(_)) => drop(kept.insert(name, digest)),
-            Err(ReadError::Io { path, source }) if !is_damage(&source) => return Err(io("read", &path)(source)),
+            Err(ReadError::Io { path, source }) if !is_damage(&source) => {
+                return Err(io("read", &path)(source));
+            }
             _ => lost.push(name),
         }
     }
@@ -87,13 +97,20 @@ pub(crate) fn salvage(directory: &Path) -> Result<Salvage, OpenError> {
     }
     fs::rename(&salvaged, &records).map_err(io("put into place", &salvaged))?;
     durable::sync_directory(directory).map_err(io("make durable", directory))?;
-    Ok(Salvage { kept: sound.len(), promised, studies: manifest.studies.len(), lost_studies: lost, damaged })
+    Ok(Salvage {
+        kept: sound.len(),
+        promised,
+        studies: manifest.studies.len(),
+        lost_studies: lost,
+        damaged,
+    })
 }
 
 /// The sealed records that open, read from both ends so that one unreadable page hides only itself.
 ///
 /// # Errors
-/// What the operating system refuses, for lack of descriptors or of space: that says nothing of what the database holds.
+/// What the operating system refuses, for lack of descriptors or of space: that says nothing of
+/// what the database holds.
 fn readable(records: &Path) -> io::Result<BTreeMap<JobKey, Vec<u8>>> {
     let mut sound = BTreeMap::new();
     let database = match unless_refused(Database::open(records))? {
@@ -128,8 +145,8 @@ fn unless_refused<T>(outcome: Result<T, Fault>) -> io::Result<Option<T>> {
     }
 }
 
-/// Whether an error is about what is on the disk: the disk cannot read it, or sled makes no sense of it. Every other one may be gone
-/// when it is tried again.
+/// Whether an error is about what is on the disk: the disk cannot read it, or sled makes no sense
+/// of it. Every other one may be gone when it is tried again.
 fn is_damage(error: &io::Error) -> bool {
     match error.kind() {
         io::ErrorKind::UnexpectedEof | io::ErrorKind::InvalidData => true,

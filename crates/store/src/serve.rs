@@ -1,12 +1,14 @@
 //! Reading a store through the process that has it open.
 //!
-//! sled admits one process, so the holder answers readers on an abstract Unix socket: it has no file that could be left
-//! behind or whose path could be too long, and it is gone with the process. Only records and keys travel: the manifest
-//! and the blobs are plain files, which readers read themselves.
+//! sled admits one process, so the holder answers readers on an abstract Unix socket: it has no
+//! file that could be left behind or whose path could be too long, and it is gone with the process.
+//! Only records and keys travel: the manifest and the blobs are plain files, which readers read
+//! themselves.
 //!
-//! A message is a frame: length of the body (u32, little-endian), protocol version (u8), body (bincode 2, standard
-//! configuration). A reader sends one [`Request`] and gets one [`Response`], any number of times. A response ends where
-//! it would grow beyond [`REPLY`], and the reader asks for the rest: neither side holds more of a store than that.
+//! A message is a frame: length of the body (u32, little-endian), protocol version (u8), body
+//! (bincode 2, standard configuration). A reader sends one [`Request`] and gets one [`Response`],
+//! any number of times. A response ends where it would grow beyond [`REPLY`], and the reader asks
+//! for the rest: neither side holds more of a store than that.
 
 use crate::record::RECORD_LIMIT;
 use crate::store::{Core, PATIENCE};
@@ -30,10 +32,12 @@ const PROTOCOL: u8 = 2;
 /// Bytes of content after which a response takes up nothing more.
 const REPLY: usize = 8 * RECORD_LIMIT;
 
-/// No honest frame is larger: a response one byte short of [`REPLY`] and the largest record, with as much again for lengths and reasons.
+/// No honest frame is larger: a response one byte short of [`REPLY`] and the largest record, with
+/// as much again for lengths and reasons.
 const FRAME_LIMIT: u32 = (REPLY + 2 * RECORD_LIMIT) as u32;
 
-/// Bytes that are counted for an answer besides its record: lengths, and the words for what is wrong with it.
+/// Bytes that are counted for an answer besides its record: lengths, and the words for what is
+/// wrong with it.
 const OTHERS: usize = 256;
 
 /// Keys in one request; a reader splits larger ones.
@@ -89,8 +93,12 @@ impl Fetched {
     }
 }
 
-/// What there is of the first of `keys`, in their order: at least of one, and of no more once [`REPLY`] bytes are together.
-pub(crate) fn first_records<'a>(core: &Core, keys: impl IntoIterator<Item = &'a JobKey>) -> Vec<Result<Option<Vec<u8>>, ReadError>> {
+/// What there is of the first of `keys`, in their order: at least of one, and of no more once
+/// [`REPLY`] bytes are together.
+pub(crate) fn first_records<'a>(
+    core: &Core,
+    keys: impl IntoIterator<Item = &'a JobKey>,
+) -> Vec<Result<Option<Vec<u8>>, ReadError>> {
     let mut records = Vec::new();
     let mut bytes = 0;
     for key in keys {
@@ -110,7 +118,8 @@ fn invalid(what: impl Into<String>) -> io::Error {
 
 fn send(mut stream: &UnixStream, message: &impl Encode) -> io::Result<()> {
     let mut frame = vec![0; 5];
-    bincode::encode_into_std_write(message, &mut frame, standard()).map_err(|e| invalid(e.to_string()))?;
+    bincode::encode_into_std_write(message, &mut frame, standard())
+        .map_err(|e| invalid(e.to_string()))?;
     let length = u32::try_from(frame.len() - 5).ok().filter(|length| *length <= FRAME_LIMIT);
     let length = length.ok_or_else(|| invalid("too much for one message"))?;
     frame[..4].copy_from_slice(&length.to_le_bytes());
@@ -124,7 +133,9 @@ fn receive<T: Decode<()>>(mut stream: &UnixStream) -> io::Result<T> {
     let [a, b, c, d, version] = header;
     let length = u32::from_le_bytes([a, b, c, d]);
     if version != PROTOCOL {
-        return Err(invalid(format!("it speaks version {version} of the protocol, this program version {PROTOCOL}")));
+        return Err(invalid(format!(
+            "it speaks version {version} of the protocol, this program version {PROTOCOL}"
+        )));
     }
     if length > FRAME_LIMIT {
         return Err(invalid(format!("a message of {length} bytes was announced")));
@@ -135,14 +146,16 @@ fn receive<T: Decode<()>>(mut stream: &UnixStream) -> io::Result<T> {
     if body.len() != length as usize {
         return Err(io::ErrorKind::UnexpectedEof.into());
     }
-    match bincode::decode_from_slice(&body, standard().with_limit::<{ 2 * FRAME_LIMIT as usize }>()) {
+    match bincode::decode_from_slice(&body, standard().with_limit::<{ 2 * FRAME_LIMIT as usize }>())
+    {
         Ok((message, read)) if read == body.len() => Ok(message),
         Ok(_) => Err(invalid("a message goes on after its end")),
         Err(error) => Err(invalid(error.to_string())),
     }
 }
 
-/// A socket bound and listening, so that readers may connect while the database is still being opened.
+/// A socket bound and listening, so that readers may connect while the database is still being
+/// opened.
 pub(crate) struct Listening {
     listener: UnixListener,
     pub(crate) address: String,
@@ -153,7 +166,8 @@ impl Listening {
         static NUMBER: AtomicU64 = AtomicU64::new(0);
         let pid = std::process::id();
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        // Containers may share the socket's name space and not that of the process ids: the time tells them apart.
+        // Containers may share the socket's name space and not that of the process ids: the time
+        // tells them apart.
         let time = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos());
         let address = format!("tribosweep-store-{pid}-{number}-{time:x}");
         let listener = UnixListener::bind_addr(&SocketAddr::from_abstract_name(&address)?)?;
@@ -175,7 +189,8 @@ impl Server {
         let listener = listening.listener;
         let connections = Connections::default();
         let accepting = thread::Builder::new().name("store readers".to_owned()).spawn({
-            let (listener, connections, core) = (listener.try_clone()?, connections.clone(), core.clone());
+            let (listener, connections, core) =
+                (listener.try_clone()?, connections.clone(), core.clone());
             move || accept(&listener, &connections, &core)
         })?;
         Ok(Server { listener, accepting: Some(accepting), connections })
@@ -189,7 +204,8 @@ impl Drop for Server {
         if let Some(thread) = self.accepting.take() {
             let _ = thread.join();
         }
-        let connections = std::mem::take(&mut *self.connections.lock().unwrap_or_else(PoisonError::into_inner));
+        let connections =
+            std::mem::take(&mut *self.connections.lock().unwrap_or_else(PoisonError::into_inner));
         for (stream, thread) in connections {
             let _ = stream.shutdown(Shutdown::Both);
             let _ = thread.join();
@@ -213,7 +229,9 @@ fn accept(listener: &UnixListener, connections: &Connections, core: &Arc<Core>) 
         }
         let Ok(handle) = stream.try_clone() else { continue };
         let core = core.clone();
-        let answering = thread::Builder::new().name("store reader".to_owned()).spawn(move || answer(stream, &core));
+        let answering = thread::Builder::new()
+            .name("store reader".to_owned())
+            .spawn(move || answer(stream, &core));
         let mut connections = connections.lock().unwrap_or_else(PoisonError::into_inner);
         connections.retain(|(_, thread)| !thread.is_finished());
         if let Ok(thread) = answering {
@@ -222,14 +240,17 @@ fn accept(listener: &UnixListener, connections: &Connections, core: &Arc<Core>) 
     }
 }
 
-/// An abstract socket has no permissions: whoever could not read the files of the store is not told what is in them.
+/// An abstract socket has no permissions: whoever could not read the files of the store is not told
+/// what is in them.
 fn admitted(stream: &UnixStream) -> bool {
     let ours = rustix::process::geteuid();
-    rustix::net::sockopt::socket_peercred(stream).is_ok_and(|peer| peer.uid == ours || peer.uid.is_root())
+    rustix::net::sockopt::socket_peercred(stream)
+        .is_ok_and(|peer| peer.uid == ours || peer.uid.is_root())
 }
 
 fn answer(stream: UnixStream, core: &Core) {
-    // Any failure means that the reader is gone or is none of ours; it learns by the end of the stream.
+    // Any failure means that the reader is gone or is none of ours; it learns by the end of the
+    // stream.
     while let Ok(request) = receive::<Request>(&stream) {
         let response = match request {
             Request::Keys(after) => {
@@ -238,7 +259,9 @@ fn answer(stream: UnixStream, core: &Core) {
                 let keys = index.range((after, Bound::Unbounded)).take(REPLY / size_of::<JobKey>());
                 Response::Keys(keys.map(|key| key.0).collect())
             }
-            Request::Contains(keys) => Response::Contains(keys.into_iter().map(|key| core.contains(&JobKey(key))).collect()),
+            Request::Contains(keys) => Response::Contains(
+                keys.into_iter().map(|key| core.contains(&JobKey(key))).collect(),
+            ),
             Request::Get(keys) => {
                 let keys: Vec<_> = keys.into_iter().map(JobKey).collect();
                 Response::Get(first_records(core, &keys).into_iter().map(Fetched::from).collect())
@@ -260,13 +283,16 @@ impl Connection {
     /// Connects to `holder` and makes sure that it answers within `patience`.
     pub(crate) fn open(holder: &Holder, address: &str, patience: Duration) -> io::Result<Self> {
         let stream = UnixStream::connect_addr(&SocketAddr::from_abstract_name(address)?)?;
-        let wait_up_to = |time| stream.set_read_timeout(Some(time)).and_then(|()| stream.set_write_timeout(Some(time)));
+        let wait_up_to = |time| {
+            stream.set_read_timeout(Some(time)).and_then(|()| stream.set_write_timeout(Some(time)))
+        };
         wait_up_to(patience)?;
         match ask(&stream, &Request::Contains(Vec::new()))? {
             Response::Contains(none) if none.is_empty() => {}
             _ => return Err(invalid("it did not answer the question")),
         }
-        // What was left of the patience with its start says nothing of how long it may take over an answer.
+        // What was left of the patience with its start says nothing of how long it may take over an
+        // answer.
         wait_up_to(PATIENCE)?;
         Ok(Connection { stream: Mutex::new(stream), holder: holder.clone() })
     }
@@ -290,8 +316,12 @@ fn ask(stream: &UnixStream, request: &Request) -> io::Result<Response> {
 mod tests {
     use super::*;
 
-    /// A connection to a holder that answers the first question as it should and every later one as `answer` does.
-    fn connected(patience: Duration, mut answer: impl FnMut(&mut UnixStream) + Send + 'static) -> Connection {
+    /// A connection to a holder that answers the first question as it should and every later one as
+    /// `answer` does.
+    fn connected(
+        patience: Duration,
+        mut answer: impl FnMut(&mut UnixStream) + Send + 'static,
+    ) -> Connection {
         let listening = Listening::bind().unwrap();
         let address = listening.address.clone();
         thread::spawn(move || {
@@ -334,7 +364,10 @@ mod tests {
             store.commit(&[(*key, vec![key.0[0]; REPLY / 8])]).unwrap();
         }
         let lengths = |keys: &[JobKey]| -> Vec<_> {
-            first_records(store.core(), keys).into_iter().map(|record| record.unwrap().map(|record| record.len())).collect()
+            first_records(store.core(), keys)
+                .into_iter()
+                .map(|record| record.unwrap().map(|record| record.len()))
+                .collect()
         };
         assert_eq!(lengths(&keys), [Some(REPLY / 8); 8]);
         assert_eq!(lengths(&keys[17..]), [Some(REPLY / 8), Some(REPLY / 8), None]);

@@ -18,18 +18,21 @@ use std::time::{Duration, Instant};
 use std::{fs, io, thread};
 use study::job::JobKey;
 
-/// How long a store may be held by something that will be gone in a moment: a reader, or a process that is starting.
+/// How long a store may be held by something that will be gone in a moment: a reader, or a process
+/// that is starting.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
 
-/// How long the promise of the manifest may lag behind the records during a run. A promise that is too low is harmless,
-/// and raising it costs twice what making a group of records durable does (measured: 8 ms and 4 ms).
+/// How long the promise of the manifest may lag behind the records during a run. A promise that is
+/// too low is harmless, and raising it costs twice what making a group of records durable does
+/// (measured: 8 ms and 4 ms).
 const LAG: Duration = Duration::from_millis(500);
 
 /// The sled database, within the store.
 pub(crate) const RECORDS: &str = "records";
 
-/// A store that this process alone has open, for reading and writing. It answers the readers of other processes from
-/// threads of its own, until it is dropped. All methods may be called from any thread.
+/// A store that this process alone has open, for reading and writing. It answers the readers of
+/// other processes from threads of its own, until it is dropped. All methods may be called from any
+/// thread.
 pub struct Store {
     // Dropped first: its threads use the core.
     _server: Server,
@@ -40,13 +43,17 @@ impl Store {
     /// Opens the store in `directory`, creating the store and the directory if they are absent.
     ///
     /// # Errors
-    /// [`OpenError`]; in particular `Held` if another process has it (a process that only reads is waited for), and
-    /// `Damaged` if it holds less than its manifest promises.
+    /// [`OpenError`]; in particular `Held` if another process has it (a process that only reads is
+    /// waited for), and `Damaged` if it holds less than its manifest promises.
     pub fn open(directory: &Path) -> Result<Store, OpenError> {
-        let io = |action| move |source| OpenError::Io { action, path: directory.to_owned(), source };
+        let io =
+            |action| move |source| OpenError::Io { action, path: directory.to_owned(), source };
         fs::create_dir_all(directory).map_err(io("create the directory"))?;
         // Before the lock, which would leave its file in somebody else's directory.
-        if !directory.join(manifest::FILE).exists() && !directory.join(RECORDS).exists() && !vacant(directory).map_err(io("look into"))? {
+        if !directory.join(manifest::FILE).exists()
+            && !directory.join(RECORDS).exists()
+            && !vacant(directory).map_err(io("look into"))?
+        {
             return Err(OpenError::NotAStore { directory: directory.to_owned() });
         }
         let listening = Listening::bind().map_err(io("open a socket for the readers of"))?;
@@ -56,7 +63,8 @@ impl Store {
         Ok(Store { _server: server, core })
     }
 
-    /// Opens the store in `directory` for reading: through the process that has it open, else from the disk.
+    /// Opens the store in `directory` for reading: through the process that has it open, else from
+    /// the disk.
     ///
     /// # Errors
     /// [`OpenError`]; `Missing` if there is none: reading creates nothing.
@@ -64,8 +72,8 @@ impl Store {
         Reader::open(directory)
     }
 
-    /// Saves what can be read of a damaged store, which is then sound; what is lost will be computed again. The damaged
-    /// database is kept beside it.
+    /// Saves what can be read of a damaged store, which is then sound; what is lost will be
+    /// computed again. The damaged database is kept beside it.
     ///
     /// # Errors
     /// [`OpenError`].
@@ -106,12 +114,15 @@ impl Store {
         self.core.records()
     }
 
-    /// Writes records, replacing those of the same jobs. When it returns `Ok`, they survive a kill and a power failure.
-    /// One call costs a few fsyncs, so records are best committed in groups.
+    /// Writes records, replacing those of the same jobs. When it returns `Ok`, they survive a kill
+    /// and a power failure. One call costs a few fsyncs, so records are best committed in groups.
     ///
     /// # Errors
     /// [`WriteError`]. Then any part of the group may or may not be there after the next opening.
-    pub fn commit<Record: AsRef<[u8]>>(&self, records: &[(JobKey, Record)]) -> Result<(), WriteError> {
+    pub fn commit<Record: AsRef<[u8]>>(
+        &self,
+        records: &[(JobKey, Record)],
+    ) -> Result<(), WriteError> {
         self.core.commit(records)
     }
 
@@ -164,12 +175,18 @@ impl Store {
 
 /// The definition of the study `name`, which the manifest says is the blob `digest`.
 pub(crate) fn definition(blobs: &Blobs, name: &str, digest: &Digest) -> Result<Vec<u8>, ReadError> {
-    blobs.get(digest)?.ok_or_else(|| ReadError::StudyMissing { name: name.to_owned(), digest: *digest })
+    blobs
+        .get(digest)?
+        .ok_or_else(|| ReadError::StudyMissing { name: name.to_owned(), digest: *digest })
 }
 
 /// Takes the lock, waiting for a reader to finish but not for another writer.
-pub(crate) fn lock_for_writing(directory: &Path, address: Option<String>) -> Result<Lock, OpenError> {
-    let io = |source| OpenError::Io { action: "lock the store", path: directory.to_owned(), source };
+pub(crate) fn lock_for_writing(
+    directory: &Path,
+    address: Option<String>,
+) -> Result<Lock, OpenError> {
+    let io =
+        |source| OpenError::Io { action: "lock the store", path: directory.to_owned(), source };
     let start = Instant::now();
     loop {
         match Lock::acquire(directory).map_err(io)? {
@@ -178,7 +195,10 @@ pub(crate) fn lock_for_writing(directory: &Path, address: Option<String>) -> Res
                 return Ok(lock);
             }
             // Unsigned, it was taken this moment; without an address, it is held by a reader.
-            Err(holder) if holder.as_ref().is_some_and(|h| h.address.is_some()) || start.elapsed() > PATIENCE => {
+            Err(holder)
+                if holder.as_ref().is_some_and(|h| h.address.is_some())
+                    || start.elapsed() > PATIENCE =>
+            {
                 return Err(held(directory, holder));
             }
             Err(_) => thread::sleep(Duration::from_millis(5)),
@@ -189,7 +209,12 @@ pub(crate) fn lock_for_writing(directory: &Path, address: Option<String>) -> Res
 pub(crate) fn held(directory: &Path, holder: Option<Holder>) -> OpenError {
     let directory = directory.to_owned();
     match holder {
-        Some(holder) => OpenError::Held { directory, pid: holder.pid, held_for: holder.held_for(), command: holder.command },
+        Some(holder) => OpenError::Held {
+            directory,
+            pid: holder.pid,
+            held_for: holder.held_for(),
+            command: holder.command,
+        },
         None => OpenError::HeldByUnknown { directory },
     }
 }
@@ -199,9 +224,11 @@ pub(crate) struct Core {
     pub(crate) directory: PathBuf,
     pub(crate) blobs: Blobs,
     pub(crate) database: Database,
-    /// The keys of all records, so that counting and asking for one cost nothing. A key is here when it is durable.
+    /// The keys of all records, so that counting and asking for one cost nothing. A key is here
+    /// when it is durable.
     index: RwLock<BTreeSet<JobKey>>,
-    /// As it is on the disk. Held during every change of the store, which makes changes one at a time.
+    /// As it is on the disk. Held during every change of the store, which makes changes one at a
+    /// time.
     manifest: Mutex<Manifest>,
     /// When a commit last raised the promise of the manifest.
     raised: Mutex<Option<Instant>>,
@@ -212,30 +239,42 @@ pub(crate) struct Core {
 impl Core {
     /// Opens the store in an existing directory whose lock is held.
     pub(crate) fn open(directory: &Path, lock: Lock) -> Result<Core, OpenError> {
-        let io = |action| move |source| OpenError::Io { action, path: directory.to_owned(), source };
+        let io =
+            |action| move |source| OpenError::Io { action, path: directory.to_owned(), source };
         let damaged = |what: String| OpenError::Damaged { directory: directory.to_owned(), what };
-        if let Some(kind) = volume::network_file_system(directory).map_err(io("examine the file system of"))? {
+        if let Some(kind) =
+            volume::network_file_system(directory).map_err(io("examine the file system of"))?
+        {
             return Err(OpenError::NetworkFileSystem { directory: directory.to_owned(), kind });
         }
         durable::clear_unfinished(directory).map_err(io("clear"))?;
         let manifest = read_or_create_manifest(directory)?;
         let records = directory.join(RECORDS);
         if manifest.records > 0 && !records.join("db").is_file() {
-            return Err(damaged(format!("it promises {} records and has no database", manifest.records)));
+            return Err(damaged(format!(
+                "it promises {} records and has no database",
+                manifest.records
+            )));
         }
         // sled enlarges and rewrites its files when opened.
         WriteError::require_space(directory, 0)?;
         durable::create_directory(&records).map_err(io("create the database in"))?;
         let failed = |fault| match fault {
-            Fault::Io(source) => OpenError::Io { action: "open the database of", path: directory.to_owned(), source },
-            Fault::Damaged(what) => damaged(format!("the database of records cannot be opened: {what}")),
+            Fault::Io(source) => {
+                OpenError::Io { action: "open the database of", path: directory.to_owned(), source }
+            }
+            Fault::Damaged(what) => {
+                damaged(format!("the database of records cannot be opened: {what}"))
+            }
         };
         let database = Database::open(&records).map_err(failed)?;
         let index = read_index(&database).map_err(damaged)?;
         let found = index.len() as u64;
         if found < manifest.records {
             let promised = manifest.records;
-            return Err(damaged(format!("it promises {promised} records and only {found} can be found")));
+            return Err(damaged(format!(
+                "it promises {promised} records and only {found} can be found"
+            )));
         }
         let core = Core {
             directory: directory.to_owned(),
@@ -250,7 +289,8 @@ impl Core {
         core.database.sync_files().map_err(io("make durable the database of"))?;
         let mut manifest = core.manifest();
         if found > manifest.records {
-            // A kill came between a commit and its manifest; the records are durable now and are promised from here on.
+            // A kill came between a commit and its manifest; the records are durable now and are
+            // promised from here on.
             core.promise(&mut manifest, found)?;
         }
         drop(manifest);
@@ -267,7 +307,9 @@ impl Core {
 
     fn replace(&self, manifest: &mut Manifest, next: Manifest) -> Result<(), WriteError> {
         WriteError::require_space(&self.directory, 0)?;
-        next.write(&self.directory).map_err(|source| WriteError::io("write the manifest", &self.directory.join(manifest::FILE), source))?;
+        next.write(&self.directory).map_err(|source| {
+            WriteError::io("write the manifest", &self.directory.join(manifest::FILE), source)
+        })?;
         *manifest = next;
         Ok(())
     }
@@ -293,12 +335,17 @@ impl Core {
             if !self.contains(key) {
                 return Ok(None); // removed this moment
             }
-            return Err(ReadError::Corrupt { key: *key, reason: "the database has lost it".to_owned() });
+            return Err(ReadError::Corrupt {
+                key: *key,
+                reason: "the database has lost it".to_owned(),
+            });
         };
         match record::unseal(key, &sealed) {
             Ok(payload) => Ok(Some(payload.to_vec())),
             Err(Unsealable::Version(found)) => Err(ReadError::Version { key: *key, found }),
-            Err(Unsealable::Corrupt(reason)) => Err(ReadError::Corrupt { key: *key, reason: reason.to_owned() }),
+            Err(Unsealable::Corrupt(reason)) => {
+                Err(ReadError::Corrupt { key: *key, reason: reason.to_owned() })
+            }
         }
     }
 
@@ -314,7 +361,9 @@ impl Core {
     }
 
     fn commit<Record: AsRef<[u8]>>(&self, records: &[(JobKey, Record)]) -> Result<(), WriteError> {
-        if let Some((key, record)) = records.iter().find(|(_, record)| record.as_ref().len() > RECORD_LIMIT) {
+        if let Some((key, record)) =
+            records.iter().find(|(_, record)| record.as_ref().len() > RECORD_LIMIT)
+        {
             return Err(WriteError::TooLarge { key: *key, bytes: record.as_ref().len() });
         }
         if records.is_empty() {
@@ -322,7 +371,9 @@ impl Core {
         }
         let mut manifest = self.manifest();
         self.writable(records.iter().map(|(_, record)| record.as_ref().len() as u64).sum())?;
-        self.database.insert(records.iter().map(|(key, record)| (key, record::seal(key, record.as_ref()))))?;
+        self.database.insert(
+            records.iter().map(|(key, record)| (key, record::seal(key, record.as_ref()))),
+        )?;
         self.database.sync()?;
         let found = {
             let mut index = self.index.write().unwrap_or_else(PoisonError::into_inner);
@@ -340,7 +391,8 @@ impl Core {
 
     fn remove(&self, keys: &[JobKey]) -> Result<usize, WriteError> {
         let mut manifest = self.manifest();
-        let present: BTreeSet<JobKey> = keys.iter().copied().filter(|key| self.contains(key)).collect();
+        let present: BTreeSet<JobKey> =
+            keys.iter().copied().filter(|key| self.contains(key)).collect();
         if present.is_empty() {
             return Ok(0);
         }
@@ -348,7 +400,10 @@ impl Core {
         // The promise goes first, so that a kill on the way looks like no loss.
         let left = (self.index().len() - present.len()) as u64;
         self.promise(&mut manifest, left)?;
-        self.index.write().unwrap_or_else(PoisonError::into_inner).retain(|key| !present.contains(key));
+        self.index
+            .write()
+            .unwrap_or_else(PoisonError::into_inner)
+            .retain(|key| !present.contains(key));
         self.database.remove(present.iter())?;
         self.database.sync()?;
         Ok(present.len())
@@ -368,18 +423,27 @@ impl Drop for Core {
 
 fn read_or_create_manifest(directory: &Path) -> Result<Manifest, OpenError> {
     let damaged = |what: String| OpenError::Damaged { directory: directory.to_owned(), what };
-    let io = |action| move |source| OpenError::Io { action, path: directory.join(manifest::FILE), source };
+    let io = |action| {
+        move |source| OpenError::Io { action, path: directory.join(manifest::FILE), source }
+    };
     match Manifest::read(directory) {
         Ok(manifest) => Ok(manifest),
-        Err(Unreadable::Format(found)) => Err(OpenError::Format { directory: directory.to_owned(), found }),
-        Err(Unreadable::Damaged(what)) => Err(damaged(format!("its manifest.json cannot be read: {what}"))),
+        Err(Unreadable::Format(found)) => {
+            Err(OpenError::Format { directory: directory.to_owned(), found })
+        }
+        Err(Unreadable::Damaged(what)) => {
+            Err(damaged(format!("its manifest.json cannot be read: {what}")))
+        }
         Err(Unreadable::Io(source)) => Err(io("read")(source)),
-        Err(Unreadable::Absent) if directory.join(RECORDS).exists() => Err(damaged("its manifest.json is missing".to_owned())),
+        Err(Unreadable::Absent) if directory.join(RECORDS).exists() => {
+            Err(damaged("its manifest.json is missing".to_owned()))
+        }
         Err(Unreadable::Absent) if !vacant(directory).map_err(io("look for"))? => {
             Err(OpenError::NotAStore { directory: directory.to_owned() })
         }
         Err(Unreadable::Absent) => {
-            // Written before the database: whoever finds a database without a manifest knows that it was lost.
+            // Written before the database: whoever finds a database without a manifest knows that
+            // it was lost.
             let manifest = Manifest::new(0, BTreeMap::new());
             manifest.write(directory).map_err(io("write"))?;
             Ok(manifest)
@@ -387,7 +451,8 @@ fn read_or_create_manifest(directory: &Path) -> Result<Manifest, OpenError> {
     }
 }
 
-/// Whether a directory holds nothing but what an opening that was killed, or a writer of blobs, leaves in it.
+/// Whether a directory holds nothing but what an opening that was killed, or a writer of blobs,
+/// leaves in it.
 fn vacant(directory: &Path) -> io::Result<bool> {
     for entry in fs::read_dir(directory)? {
         let name = entry?.file_name();
@@ -409,8 +474,13 @@ fn read_index(database: &Database) -> Result<BTreeSet<JobKey>, String> {
         Err(_) => foreign += 1,
     });
     match visited {
-        Err(fault) => Err(format!("the database of records cannot be read: {fault} ({} records were found)", index.len())),
-        Ok(()) if foreign > 0 => Err(format!("the database holds {foreign} entries whose keys are not of 32 bytes")),
+        Err(fault) => Err(format!(
+            "the database of records cannot be read: {fault} ({} records were found)",
+            index.len()
+        )),
+        Ok(()) if foreign > 0 => {
+            Err(format!("the database holds {foreign} entries whose keys are not of 32 bytes"))
+        }
         Ok(()) => Ok(index),
     }
 }

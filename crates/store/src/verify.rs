@@ -36,7 +36,10 @@ pub struct Verification {
 impl Verification {
     /// Whether everything that was ever stored is there and is what was stored.
     pub fn is_sound(&self) -> bool {
-        self.corrupt_records.is_empty() && self.corrupt_blobs.is_empty() && self.missing_blobs.is_empty() && self.lost_studies.is_empty()
+        self.corrupt_records.is_empty()
+            && self.corrupt_blobs.is_empty()
+            && self.missing_blobs.is_empty()
+            && self.lost_studies.is_empty()
     }
 }
 
@@ -52,11 +55,16 @@ pub struct Compaction {
 }
 
 impl Store {
-    /// Reads and verifies everything. `references` names the blobs that a record refers to; records are opaque here.
+    /// Reads and verifies everything. `references` names the blobs that a record refers to; records
+    /// are opaque here.
     ///
     /// # Errors
-    /// [`ReadError`] only for what hides the rest; damage to single records, blobs and studies is in the answer.
-    pub fn verify(&self, mut references: impl FnMut(&JobKey, &[u8]) -> Vec<Digest>) -> Result<Verification, ReadError> {
+    /// [`ReadError`] only for what hides the rest; damage to single records, blobs and studies is
+    /// in the answer.
+    pub fn verify(
+        &self,
+        mut references: impl FnMut(&JobKey, &[u8]) -> Vec<Digest>,
+    ) -> Result<Verification, ReadError> {
         let mut answer = Verification::default();
         let mut referenced = BTreeMap::new();
         for (key, record) in self.records() {
@@ -67,7 +75,9 @@ impl Store {
                         referenced.entry(digest).or_insert(key);
                     }
                 }
-                Err(ReadError::Corrupt { reason, .. }) => answer.corrupt_records.push((key, reason)),
+                Err(ReadError::Corrupt { reason, .. }) => {
+                    answer.corrupt_records.push((key, reason))
+                }
                 Err(other) => answer.corrupt_records.push((key, other.to_string())),
             }
         }
@@ -83,10 +93,14 @@ impl Store {
                             answer.blob_bytes += bytes;
                         }
                         Ok(None) => drop(present.remove(&digest)),
-                        Err(ReadError::Blob { reason, .. }) => answer.corrupt_blobs.push((digest, reason)),
+                        Err(ReadError::Blob { reason, .. }) => {
+                            answer.corrupt_blobs.push((digest, reason))
+                        }
                         Err(other) => answer.corrupt_blobs.push((digest, other.to_string())),
                     }
-                    if !referenced.contains_key(&digest) && !studies.values().any(|study| *study == digest) {
+                    if !referenced.contains_key(&digest)
+                        && !studies.values().any(|study| *study == digest)
+                    {
                         answer.unreferenced_blobs += 1;
                     }
                 }
@@ -94,7 +108,8 @@ impl Store {
                 Found::Stray(path) => answer.stray_files.push(path),
             }
         }
-        answer.missing_blobs = referenced.into_iter().filter(|(digest, _)| !present.contains(digest)).collect();
+        answer.missing_blobs =
+            referenced.into_iter().filter(|(digest, _)| !present.contains(digest)).collect();
         for (name, digest) in studies {
             match crate::store::definition(self.blobs(), &name, &digest) {
                 Ok(_) => answer.studies += 1,
@@ -104,8 +119,9 @@ impl Store {
         Ok(answer)
     }
 
-    /// Removes the blobs that are neither in `referenced` nor the definition of a study, and what killed writers left.
-    /// Call it only while nobody is writing blobs whose digests are yet to appear in a record.
+    /// Removes the blobs that are neither in `referenced` nor the definition of a study, and what
+    /// killed writers left. Call it only while nobody is writing blobs whose digests are yet to
+    /// appear in a record.
     ///
     /// # Errors
     /// [`CompactError`].
@@ -114,7 +130,11 @@ impl Store {
         let mut removed = Compaction::default();
         for found in self.blobs().found()? {
             let (path, bytes) = match found {
-                Found::Blob { digest, .. } if referenced.contains(&digest) || studies.contains(&digest) => continue,
+                Found::Blob { digest, .. }
+                    if referenced.contains(&digest) || studies.contains(&digest) =>
+                {
+                    continue;
+                }
                 Found::Blob { path, bytes, .. } => {
                     removed.blobs += 1;
                     (path, bytes)

@@ -4,12 +4,13 @@ use rustix::fs::{statfs, statvfs};
 use std::io;
 use std::path::Path;
 
-/// sled extends its file by whole segments of 512 KiB and keeps several open, and the manifest is written beside its
-/// predecessor. Stopping this far before the end keeps sled from ever meeting a full disk, which it does not survive.
+/// sled extends its file by whole segments of 512 KiB and keeps several open, and the manifest is
+/// written beside its predecessor. Stopping this far before the end keeps sled from ever meeting a
+/// full disk, which it does not survive.
 const RESERVE: u64 = 8 << 20;
 
-/// File systems on which neither `flock` nor the durability of a rename can be relied on, by the magic number that
-/// `statfs` reports (linux/magic.h and the sources of those that are not in it).
+/// File systems on which neither `flock` nor the durability of a rename can be relied on, by the
+/// magic number that `statfs` reports (linux/magic.h and the sources of those that are not in it).
 const NETWORK: [(u32, &str); 13] = [
     (0x0000_6969, "NFS"),
     (0x0000_517B, "SMB"),
@@ -53,7 +54,12 @@ mod tests {
     fn network_file_systems_are_told_from_local_ones() {
         assert_eq!(network_name(0x6969), Some("NFS"));
         assert_eq!(network_name(0xFF53_4D42), Some("CIFS"));
-        for local in [0xEF53 /* ext4 */, 0x5846_5342 /* xfs */, 0x9123_683E /* btrfs */, 0x0102_1994 /* tmpfs */] {
+        for local in [
+            0xEF53,      /* ext4 */
+            0x5846_5342, /* xfs */
+            0x9123_683E, /* btrfs */
+            0x0102_1994, /* tmpfs */
+        ] {
             assert_eq!(network_name(local), None);
         }
         assert_eq!(network_file_system(Path::new("/proc")).ok(), Some(None));
@@ -62,6 +68,8 @@ mod tests {
     #[test]
     fn no_volume_has_room_for_everything() {
         let directory = std::env::temp_dir();
-        assert!(matches!(require(&directory, u64::MAX), Ok(Err((_, needed))) if needed == u64::MAX));
+        assert!(
+            matches!(require(&directory, u64::MAX), Ok(Err((_, needed))) if needed == u64::MAX)
+        );
     }
 }

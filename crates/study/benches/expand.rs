@@ -18,7 +18,8 @@ foundation.base.poisson = { from = 0, to = 0.5, count = 100 }
 "#;
 
 fn read(text: &str) -> Study {
-    Study::parse(text, "large.toml", &mut |_| Err(String::new())).unwrap_or_else(|error| panic!("{error}"))
+    Study::parse(text, "large.toml", &mut |_| Err(String::new()))
+        .unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn expand(c: &mut Criterion) {

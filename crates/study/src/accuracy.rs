@@ -1,4 +1,5 @@
-//! Accuracy in place of a mesh: the study says how good its results must be, and each of its points gets the mesh that makes them so.
+//! Accuracy in place of a mesh: the study says how good its results must be, and each of its points
+//! gets the mesh that makes them so.
 //!
 //! ```toml
 //! accuracy = "0.1%"           # in place of numerics.mesh: of the load, or of the approach where the load is given
@@ -9,8 +10,9 @@
 //! is = "0.1%"                 # the estimate of its relative error, and what the solver left, are together no more than this
 //! at_most = 512               # elements across Ω beyond which no mesh is tried; 1024 if left out
 //! ```
-//! Where `numerics.tolerance` is left out it follows from the accuracy; every other key of the numerics stays as it is given. Meshes
-//! are chosen by the results that there are: see `tribosweep answer`.
+//! Where `numerics.tolerance` is left out it follows from the accuracy; every other key of the
+//! numerics stays as it is given. Meshes are chosen by the results that there are: see `tribosweep
+//! answer`.
 
 use contact::loading::Control;
 use contact::numerics::Mesh;
@@ -30,7 +32,8 @@ use crate::sheet::{Given, Setting};
 /// How good the results of a study must be.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Accuracy {
-    /// The figure that counts, one of those of [`FigureErrors`]; `None` is the load, or the approach where the load is given.
+    /// The figure that counts, one of those of [`FigureErrors`]; `None` is the load, or the
+    /// approach where the load is given.
     pub of: Option<&'static str>,
     /// Largest relative error, as it is estimated.
     pub is: f64,
@@ -57,18 +60,24 @@ impl Accuracy {
         self.of.unwrap_or_else(default)
     }
 
-    /// The tolerance with which the solver takes no more than a tenth of the accuracy: the estimate of what it leaves is four times
-    /// the residual of each increment. A power of ten, so that studies share results.
+    /// The tolerance with which the solver takes no more than a tenth of the accuracy: the estimate
+    /// of what it leaves is four times the residual of each increment. A power of ten, so that
+    /// studies share results.
     pub fn tolerance(&self, job: &Job) -> f64 {
-        let increments: u32 = job.case().map_or(1, |case| case.scene.loading.legs().iter().map(|leg| leg.increments).sum());
-        let exponent = (self.is / (40.0 * f64::from(increments.max(1)))).log10().floor().clamp(-12.0, -1.0);
+        let increments: u32 = job
+            .case()
+            .map_or(1, |case| case.scene.loading.legs().iter().map(|leg| leg.increments).sum());
+        let exponent =
+            (self.is / (40.0 * f64::from(increments.max(1)))).log10().floor().clamp(-12.0, -1.0);
         format!("1e{exponent}").parse().unwrap_or(1e-12)
     }
 
     /// Refuses a figure that the job gives, or that has no limit.
     pub(crate) fn check(&self, job: &Job) -> Result<(), Problem> {
         let (Some(of), Some(controls)) = (self.of, controls(job)) else { return Ok(()) };
-        let all = |range: std::ops::Range<usize>, force: bool| controls[range].iter().all(|c| matches!(c, Control::Force(_)) == force);
+        let all = |range: std::ops::Range<usize>, force: bool| {
+            controls[range].iter().all(|c| matches!(c, Control::Force(_)) == force)
+        };
         let given = match of {
             "load" => all(0..1, true),
             "approach" => all(0..1, false),
@@ -81,20 +90,40 @@ impl Accuracy {
         let words = of.replace('_', " ");
         if given {
             let message = format!("the accuracy of the {words} is no question: the scene gives it");
-            return Err(Problem::new(self.span.clone(), message, "must be a figure that the scene leaves open"));
+            return Err(Problem::new(
+                self.span.clone(),
+                message,
+                "must be a figure that the scene leaves open",
+            ));
         }
         let case = job.case();
-        let is_cone = case.is_some_and(|case| matches!(case.scene.punch.shape, Shape::Cone { .. }) && case.numerics.ceiling.is_none());
-        if of == "peak_pressure" && is_cone && case.is_some_and(|case| case.numerics.epsilon == 0.0) {
-            let message = "the peak pressure under a cone has no limit that a mesh could come near to".to_owned();
-            return Err(Problem::new(self.span.clone(), message, "must be a figure with a limit, for example the load"));
+        let is_cone = case.is_some_and(|case| {
+            matches!(case.scene.punch.shape, Shape::Cone { .. }) && case.numerics.ceiling.is_none()
+        });
+        if of == "peak_pressure" && is_cone && case.is_some_and(|case| case.numerics.epsilon == 0.0)
+        {
+            let message =
+                "the peak pressure under a cone has no limit that a mesh could come near to"
+                    .to_owned();
+            return Err(Problem::new(
+                self.span.clone(),
+                message,
+                "must be a figure with a limit, for example the load",
+            ));
         }
         Ok(())
     }
 
     /// The mesh that stands in the study's base until another one is chosen.
     pub(crate) fn first_mesh(&self) -> (Key, Given) {
-        (Key::Mesh, Given { setting: Setting::Mesh(Mesh::Across(FIRST)), span: self.span.clone(), nth: None })
+        (
+            Key::Mesh,
+            Given {
+                setting: Setting::Mesh(Mesh::Across(FIRST)),
+                span: self.span.clone(),
+                nth: None,
+            },
+        )
     }
 }
 
@@ -104,18 +133,31 @@ fn controls(job: &Job) -> Option<[Control; 6]> {
 }
 
 /// Reads `accuracy`, a part of one or a table.
-pub(crate) fn read(node: &Node<'_>, kind: Kind, base: &[(Key, Given)], groups: &[Group], problems: &mut Vec<Problem>) -> Option<Accuracy> {
+pub(crate) fn read(
+    node: &Node<'_>,
+    kind: Kind,
+    base: &[(Key, Given)],
+    groups: &[Group],
+    problems: &mut Vec<Problem>,
+) -> Option<Accuracy> {
     let before = problems.len();
     let mut accuracy = Accuracy { of: None, is: f64::NAN, at_most: AT_MOST, span: node.span() };
     match node.get_ref() {
         DeValue::Table(table) => {
-            for (name, _) in entries(table).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref())) {
+            for (name, _) in entries(table)
+                .into_iter()
+                .filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref()))
+            {
                 problems.push(read::unknown(name.get_ref(), name.span(), "`[accuracy]`", KEYS));
             }
             match table.get("is").map(|node| part("accuracy.is", node)) {
                 Some(Ok(is)) => accuracy.is = is,
                 Some(Err(problem)) => problems.push(problem),
-                None => problems.push(Problem::new(node.span(), "`accuracy.is` is missing", "needs is = \"0.1%\" or the like")),
+                None => problems.push(Problem::new(
+                    node.span(),
+                    "`accuracy.is` is missing",
+                    "needs is = \"0.1%\" or the like",
+                )),
             }
             if let Some(node) = table.get("of") {
                 accuracy.span = node.span();
@@ -139,15 +181,24 @@ pub(crate) fn read(node: &Node<'_>, kind: Kind, base: &[(Key, Given)], groups: &
     if kind != Kind::Solve {
         let message = format!("a study of kind \"{}\" has no `accuracy`", kind.name());
         problems.push(
-            Problem::new(node.span(), message, "leave this out").help("only studies of kind \"solve\" choose meshes by their accuracy"),
+            Problem::new(node.span(), message, "leave this out")
+                .help("only studies of kind \"solve\" choose meshes by their accuracy"),
         );
     }
-    let axes =
-        groups.iter().flat_map(Group::axes).filter(|axis| axis.choices.iter().any(|c| c.given.iter().any(|(key, _)| *key == Key::Mesh)));
-    let meshes =
-        base.iter().filter(|(key, _)| *key == Key::Mesh).map(|(_, given)| given.span.clone()).chain(axes.map(|axis| axis.span.clone()));
+    let axes = groups.iter().flat_map(Group::axes).filter(|axis| {
+        axis.choices.iter().any(|c| c.given.iter().any(|(key, _)| *key == Key::Mesh))
+    });
+    let meshes = base
+        .iter()
+        .filter(|(key, _)| *key == Key::Mesh)
+        .map(|(_, given)| given.span.clone())
+        .chain(axes.map(|axis| axis.span.clone()));
     for span in meshes {
-        let problem = Problem::new(span, "a study has either a mesh or an accuracy", "leave one of the two out");
+        let problem = Problem::new(
+            span,
+            "a study has either a mesh or an accuracy",
+            "leave one of the two out",
+        );
         problems.push(problem.context(node.span(), "which chooses the mesh"));
     }
     (problems.len() == before).then_some(accuracy)
@@ -159,15 +210,23 @@ fn figure(node: &Node<'_>) -> Result<&'static str, Problem> {
     let bare = word.strip_prefix("estimate_").unwrap_or(&word);
     let figures = FigureErrors::default().named().map(|(name, _)| name);
     figures.into_iter().find(|known| *known == bare).ok_or_else(|| {
-        let problem = |expected: String| Problem::new(node.span(), format!("`accuracy.of`: no error of `{word}` is estimated"), expected);
+        let problem = |expected: String| {
+            Problem::new(
+                node.span(),
+                format!("`accuracy.of`: no error of `{word}` is estimated"),
+                expected,
+            )
+        };
         match nearest(bare, figures) {
-            Some(meant) => problem(format!("did you mean \"{meant}\"?")).help(format!("must be {}", one_of(&figures))),
+            Some(meant) => problem(format!("did you mean \"{meant}\"?"))
+                .help(format!("must be {}", one_of(&figures))),
             None => problem(format!("must be {}", one_of(&figures))),
         }
     })
 }
 
-/// Reads the number of elements across Ω beyond which no mesh is tried; `why` it cannot be below `least`.
+/// Reads the number of elements across Ω beyond which no mesh is tried; `why` it cannot be below
+/// `least`.
 pub(crate) fn at_most(what: &str, node: &Node<'_>, least: u32, why: &str) -> Result<u32, Problem> {
     let DeValue::Integer(n) = node.get_ref() else {
         return Err(read::mistyped(what, node, "a whole number of elements across Ω, like 512"));

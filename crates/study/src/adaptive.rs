@@ -1,4 +1,5 @@
-//! Studies that choose points as they go: meshes until a result holds still or is [accurate](crate::accuracy), or one axis by halving.
+//! Studies that choose points as they go: meshes until a result holds still or is
+//! [accurate](crate::accuracy), or one axis by halving.
 //!
 //! ```toml
 //! [refine]                    # doubles numerics.mesh, at every point of the axes, until
@@ -12,8 +13,8 @@
 //! on = "stick_area > 0"       # this, as in `query --where`, begins or ceases to hold
 //! to = "1%"                   # until they are no longer than this part of their upper end; of the whole axis, where they begin at 0 or below
 //! ```
-//! What is chosen follows from the results alone, so that a study that was killed goes on where it was, and its points are
-//! the same on any number of workers.
+//! What is chosen follows from the results alone, so that a study that was killed goes on where it
+//! was, and its points are the same on any number of workers.
 
 use contact::numerics::Mesh;
 use toml::de::DeValue;
@@ -43,14 +44,16 @@ pub enum Adaptive {
     },
     /// By halving intervals of an axis.
     Bisect {
-        /// Index of the axis among [`Study::axes`](crate::Study::axes); it is by itself in its group.
+        /// Index of the axis among [`Study::axes`](crate::Study::axes); it is by itself in its
+        /// group.
         axis: usize,
         /// What holds on one side and not on the other: a condition on columns.
         on: String,
         /// Where that stands in the file.
         span: Span,
-        /// Length of an interval, relative to its upper end, that is small enough. One that begins at 0 or below can become as
-        /// long as its upper end whatever its length, and is measured against the whole axis.
+        /// Length of an interval, relative to its upper end, that is small enough. One that begins
+        /// at 0 or below can become as long as its upper end whatever its length, and is measured
+        /// against the whole axis.
         to: f64,
     },
 }
@@ -58,10 +61,12 @@ pub enum Adaptive {
 const REFINE: &[&str] = &["on", "until", "at_most"];
 const BISECT: &[&str] = &["axis", "on", "to"];
 
-/// What would be right in place of a column that is [unknown in choosing](Column::unknown_in_choosing).
+/// What would be right in place of a column that is [unknown in
+/// choosing](Column::unknown_in_choosing).
 pub const OF_ONE_JOB: &str = "must be of what one job leaves, like `load` or `estimate_load`";
 
-/// Reads `[refine]` or `[bisect]`, beside which there is no `accuracy`; `base`, `groups` and `columns` are the study's.
+/// Reads `[refine]` or `[bisect]`, beside which there is no `accuracy`; `base`, `groups` and
+/// `columns` are the study's.
 pub(crate) fn read(
     accuracy: Option<&Node<'_>>,
     refine: Option<&Node<'_>>,
@@ -73,12 +78,20 @@ pub(crate) fn read(
 ) -> Option<Adaptive> {
     let before = problems.len();
     if let (Some(accuracy), Some(other)) = (accuracy, refine.or(bisect)) {
-        let problem = Problem::new(other.span(), "a study chooses its points in one way only", "needs one of the two");
+        let problem = Problem::new(
+            other.span(),
+            "a study chooses its points in one way only",
+            "needs one of the two",
+        );
         problems.push(problem.context(accuracy.span(), "the other is here"));
     }
     let read = match (refine, bisect) {
         (Some(refine), Some(bisect)) => {
-            let problem = Problem::new(bisect.span(), "a study cannot both refine and bisect", "needs one of the two");
+            let problem = Problem::new(
+                bisect.span(),
+                "a study cannot both refine and bisect",
+                "needs one of the two",
+            );
             problems.push(problem.context(refine.span(), "the other is here"));
             None
         }
@@ -98,15 +111,25 @@ fn fields<'t, 'i, const N: usize>(
     problems: &mut Vec<Problem>,
 ) -> Option<[&'t Node<'i>; N]> {
     let DeValue::Table(table) = node.get_ref() else {
-        problems.push(read::mistyped(name, node, &format!("a table with the keys `{}`", keys.join("`, `"))));
+        problems.push(read::mistyped(
+            name,
+            node,
+            &format!("a table with the keys `{}`", keys.join("`, `")),
+        ));
         return None;
     };
-    for (key, _) in entries(table).into_iter().filter(|(key, _)| !keys.contains(&key.get_ref().as_ref())) {
+    for (key, _) in
+        entries(table).into_iter().filter(|(key, _)| !keys.contains(&key.get_ref().as_ref()))
+    {
         problems.push(read::unknown(key.get_ref(), key.span(), &format!("`[{name}]`"), keys));
     }
     let found = needed.map(|key| table.get(key));
     for (key, _) in needed.iter().zip(&found).filter(|(_, found)| found.is_none()) {
-        problems.push(Problem::new(node.span(), format!("`{name}.{key}` is missing"), format!("`[{name}]` needs `{key}`")));
+        problems.push(Problem::new(
+            node.span(),
+            format!("`{name}.{key}` is missing"),
+            format!("`[{name}]` needs `{key}`"),
+        ));
     }
     let found: Vec<&Node<'_>> = found.into_iter().flatten().collect();
     found.try_into().ok()
@@ -126,10 +149,15 @@ fn read_refine(
     });
     let found = found.map_err(|problem| problems.push(problem)).ok();
     let until = part("refine.until", until).map_err(|problem| problems.push(problem)).ok();
-    let at_most = read_at_most(node, finest(base, groups)).map_err(|problem| problems.push(problem)).ok();
+    let at_most =
+        read_at_most(node, finest(base, groups)).map_err(|problem| problems.push(problem)).ok();
     let of_mesh = groups.iter().flat_map(Group::axes).find(|axis| axis.key() == Some(Key::Mesh));
     if let Some(axis) = of_mesh {
-        let problem = Problem::new(axis.span.clone(), "`mesh` cannot be an axis of a study that refines", "leave this out");
+        let problem = Problem::new(
+            axis.span.clone(),
+            "`mesh` cannot be an axis of a study that refines",
+            "leave this out",
+        );
         problems.push(problem.context(node.span(), "which chooses meshes from numerics.mesh on"));
     }
     Some(Adaptive::Refine { on: found?, until: until?, at_most: at_most? })
@@ -137,7 +165,11 @@ fn read_refine(
 
 /// The most elements along a side among the meshes that are given, and where.
 fn finest(base: &[(Key, Given)], groups: &[Group]) -> Option<(u32, Span)> {
-    let of_axes = groups.iter().flat_map(Group::axes).flat_map(|axis| &axis.choices).flat_map(|choice| &choice.given);
+    let of_axes = groups
+        .iter()
+        .flat_map(Group::axes)
+        .flat_map(|axis| &axis.choices)
+        .flat_map(|choice| &choice.given);
     let sides = base.iter().chain(of_axes).filter_map(|(_, given)| match &given.setting {
         Setting::Mesh(Mesh::Across(n)) => Some((*n, given.span.clone())),
         Setting::Mesh(Mesh::Exact(sides)) => Some((sides[0].max(sides[1]), given.span.clone())),
@@ -160,14 +192,24 @@ fn read_at_most(refine: &Node<'_>, finest: Option<(u32, Span)>) -> Result<u32, P
         None => problem,
     };
     if twice > Mesh::MAX_SIDE {
-        let message = format!("`refine` doubles meshes, and {side} elements are more than half of {}", Mesh::MAX_SIDE);
-        return Err(beside_mesh(Problem::new(refine.span(), message, format!("needs a mesh of at most {}", Mesh::MAX_SIDE / 2))));
+        let message = format!(
+            "`refine` doubles meshes, and {side} elements are more than half of {}",
+            Mesh::MAX_SIDE
+        );
+        return Err(beside_mesh(Problem::new(
+            refine.span(),
+            message,
+            format!("needs a mesh of at most {}", Mesh::MAX_SIDE / 2),
+        )));
     }
     match given {
-        Some(node) => at_most("refine.at_most", node, twice, "twice numerics.mesh").map_err(beside_mesh),
+        Some(node) => {
+            at_most("refine.at_most", node, twice, "twice numerics.mesh").map_err(beside_mesh)
+        }
         None if twice > AT_MOST => {
             let message = format!("`refine.at_most` is missing, and left out it is {AT_MOST}");
-            let expected = format!("needs at_most, from {twice}, twice numerics.mesh, to {}", Mesh::MAX_SIDE);
+            let expected =
+                format!("needs at_most, from {twice}, twice numerics.mesh, to {}", Mesh::MAX_SIDE);
             Err(beside_mesh(Problem::new(refine.span(), message, expected)))
         }
         None => Ok(AT_MOST),
@@ -180,14 +222,21 @@ fn read_bisect(node: &Node<'_>, groups: &[Group], problems: &mut Vec<Problem>) -
     let span = on.span();
     let on = read::text("bisect.on", on).map_err(|problem| problems.push(problem)).ok();
     let to = part("bisect.to", to).map_err(|problem| problems.push(problem)).ok();
-    let axes = || groups.iter().flat_map(|group| group.axes().iter().map(move |axis| (group, axis)));
-    let is_meant = |key: Option<Key>| key.is_some() && key == Key::find(&name).or_else(|| Key::of_column(&name));
+    let axes =
+        || groups.iter().flat_map(|group| group.axes().iter().map(move |axis| (group, axis)));
+    let is_meant = |key: Option<Key>| {
+        key.is_some() && key == Key::find(&name).or_else(|| Key::of_column(&name))
+    };
     let problem = |message: String, expected: &str| Problem::new(axis.span(), message, expected);
     match axes().position(|(_, axis)| is_meant(axis.key())) {
         None => {
-            let known: Vec<String> = axes().map(|(_, axis)| format!("\"{}\"", axis.path())).collect();
-            let expected =
-                if known.is_empty() { "needs [sweep] with it".to_owned() } else { format!("must be one of {}", known.join(", ")) };
+            let known: Vec<String> =
+                axes().map(|(_, axis)| format!("\"{}\"", axis.path())).collect();
+            let expected = if known.is_empty() {
+                "needs [sweep] with it".to_owned()
+            } else {
+                format!("must be one of {}", known.join(", "))
+            };
             problems.push(problem(format!("`bisect.axis`: there is no axis `{name}`"), &expected));
             None
         }
@@ -195,14 +244,25 @@ fn read_bisect(node: &Node<'_>, groups: &[Group], problems: &mut Vec<Problem>) -
             let (group, axis) = axes().nth(index)?;
             let continuous = matches!(axis.key().map(Key::quantity), Some(Quantity::Number(_)));
             if !continuous || group.axes().len() > 1 {
-                let why = if continuous { "advances together with others" } else { "has nothing between its values" };
-                problems.push(problem(format!("`bisect.axis`: `{name}` {why}"), "must be an axis of numbers by itself"));
+                let why = if continuous {
+                    "advances together with others"
+                } else {
+                    "has nothing between its values"
+                };
+                problems.push(problem(
+                    format!("`bisect.axis`: `{name}` {why}"),
+                    "must be an axis of numbers by itself",
+                ));
             }
             let is_ascending = |values: &[f64]| values.windows(2).all(|pair| pair[0] < pair[1]);
             let values: Vec<f64> = axis.values().filter_map(Value::as_f64).collect();
             if continuous && (values.len() < 2 || !is_ascending(&values)) {
                 let expected = "needs at least two values, the smaller ones first";
-                problems.push(Problem::new(axis.span.clone(), format!("`{name}` cannot be halved"), expected));
+                problems.push(Problem::new(
+                    axis.span.clone(),
+                    format!("`{name}` cannot be halved"),
+                    expected,
+                ));
             }
             Some(Adaptive::Bisect { axis: index, on: on?, span, to: to? })
         }
@@ -213,10 +273,16 @@ fn read_bisect(node: &Node<'_>, groups: &[Group], problems: &mut Vec<Problem>) -
 pub(crate) fn part(what: &str, node: &Node<'_>) -> Result<f64, Problem> {
     const EXPECTED: &str = "must be a part like \"0.1%\" or 0.001, above 0 and below 1";
     let value = match node.get_ref() {
-        DeValue::String(text) => text.trim().strip_suffix('%').and_then(|number| number.trim().parse::<f64>().ok()).map(|x| x / 100.0),
+        DeValue::String(text) => text
+            .trim()
+            .strip_suffix('%')
+            .and_then(|number| number.trim().parse::<f64>().ok())
+            .map(|x| x / 100.0),
         DeValue::Float(x) => x.as_str().parse::<f64>().ok(),
         DeValue::Integer(n) => n.as_str().parse::<f64>().ok(),
         _ => None,
     };
-    value.filter(|x| *x > 0.0 && *x < 1.0).ok_or_else(|| Problem::new(node.span(), format!("`{what}` is no such part"), EXPECTED))
+    value
+        .filter(|x| *x > 0.0 && *x < 1.0)
+        .ok_or_else(|| Problem::new(node.span(), format!("`{what}` is no such part"), EXPECTED))
 }

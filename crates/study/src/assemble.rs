@@ -4,7 +4,9 @@ use contact::loading::{Loading, Step};
 use contact::multiplicity::Search;
 use contact::numerics::{Mesh, Method, Numerics, Projection};
 use contact::punch::Side;
-use contact::scene::{Base, Domain, Foundation, Friction, Layer, Material, Punch, Scene, SceneError, Shape, WheelRail};
+use contact::scene::{
+    Base, Domain, Foundation, Friction, Layer, Material, Punch, Scene, SceneError, Shape, WheelRail,
+};
 
 use contact::uniqueness::{Effort, Question, Sole, upper};
 use contact::{Forecast, forecast_bracket};
@@ -58,8 +60,8 @@ fn is_of_shape(key: Key) -> bool {
     punch && !matches!(key, Key::Shape | Key::PunchShearModulus | Key::PunchPoisson)
 }
 
-/// Assembles the job that a sheet describes. Everything that is missing, out of place or without meaning is reported
-/// at the place that caused it.
+/// Assembles the job that a sheet describes. Everything that is missing, out of place or without
+/// meaning is reported at the place that caused it.
 pub(crate) fn assemble(
     kind: Kind,
     cost: Option<&Cost>,
@@ -72,16 +74,23 @@ pub(crate) fn assemble(
     let job = match kind {
         Kind::Solve | Kind::Convergence => Job::Solve(missing.case(surfaces)),
         Kind::Cost => {
-            let Cost { repeat, threads, .. } = cost.copied().unwrap_or(Cost { on: None, repeat: 1, threads: 1 });
+            let Cost { repeat, threads, .. } =
+                cost.copied().unwrap_or(Cost { on: None, repeat: 1, threads: 1 });
             Job::Cost { case: missing.case(surfaces), repeat, threads }
         }
-        Kind::Multiplicity => Job::Multiplicity { case: missing.case(surfaces), search: missing.search() },
-        Kind::Uniqueness => Job::Uniqueness { question: missing.question(), effort: missing.effort() },
+        Kind::Multiplicity => {
+            Job::Multiplicity { case: missing.case(surfaces), search: missing.search() }
+        }
+        Kind::Uniqueness => {
+            Job::Uniqueness { question: missing.question(), effort: missing.effort() }
+        }
     };
     if !missing.problems.is_empty() {
         return Err(missing.problems);
     }
-    job.validate().and_then(|()| refuse_too_fine(&job)).map_err(|error| vec![locate(&error, sheet, places)])?;
+    job.validate()
+        .and_then(|()| refuse_too_fine(&job))
+        .map_err(|error| vec![locate(&error, sheet, places)])?;
     Ok(job)
 }
 
@@ -92,12 +101,17 @@ fn refuse_too_fine(job: &Job) -> Result<(), SceneError> {
     let mismatch = |material: Material| (1.0 - 2.0 * material.poisson) / material.shear_modulus;
     let of_punch = question.punch.map_or(0.0, mismatch);
     let is_uncoupled = match question.foundation.base {
-        Base::Elastic(material) => question.foundation.layers.is_empty() && mismatch(material) == of_punch,
+        Base::Elastic(material) => {
+            question.foundation.layers.is_empty() && mismatch(material) == of_punch
+        }
         Base::Rigid => false,
     };
     // what cannot be laid out is refused with its reason by whoever lays it out
-    let Ok(Forecast { elements: [nx, ny], .. }) = forecast_bracket(question, effort) else { return Ok(()) };
-    // of each element the witness has three numbers; of those that are images of each other, the certificate has three
+    let Ok(Forecast { elements: [nx, ny], .. }) = forecast_bracket(question, effort) else {
+        return Ok(());
+    };
+    // of each element the witness has three numbers; of those that are images of each other, the
+    // certificate has three
     let bytes = |[nx, ny]: [usize; 2]| {
         let (x, y) = (nx.div_ceil(2), ny.div_ceil(2));
         let numbers = 3 * nx * ny + 3 * if nx == ny { x * (x + 1) / 2 } else { x * y };
@@ -112,7 +126,8 @@ fn refuse_too_fine(job: &Job) -> Result<(), SceneError> {
         return Ok(());
     }
     let coarser = |n: usize| [n, ((n * ny) as f64 / nx as f64).round().max(1.0) as usize];
-    let most = (1..=nx).rev().map(coarser).find(|elements| bytes(*elements) <= limit).unwrap_or([1; 2]);
+    let most =
+        (1..=nx).rev().map(coarser).find(|elements| bytes(*elements) <= limit).unwrap_or([1; 2]);
     Err(SceneError {
         key: "numerics.mesh".to_owned(),
         value: format!("{nx} x {ny}"),
@@ -134,7 +149,8 @@ impl Missing<'_> {
     fn refuse_useless(&mut self, kind: Kind) {
         for key in self.sheet.keys() {
             if let (Some(why), Some(given)) = (kind.refuses(key), self.sheet.get(key)) {
-                let message = format!("a study of kind \"{}\" has no `{}`: {why}", kind.name(), key.short());
+                let message =
+                    format!("a study of kind \"{}\" has no `{}`: {why}", kind.name(), key.short());
                 self.problems.push(Problem::new(given.span.clone(), message, "leave this out"));
             }
         }
@@ -147,9 +163,13 @@ impl Missing<'_> {
             Shape::FlatRectangle { width_x, width_y } => Sole::Rectangle { width_x, width_y },
             Shape::FlatDisk { radius } => Sole::Disk { radius },
             _ => {
-                if let (Some(given), Some(word)) = (self.sheet.get(Key::Shape), self.sheet.word(Key::Shape)) {
-                    let message =
-                        format!("the uniqueness set of {} is not known beforehand: where it touches depends on the load", a(word));
+                if let (Some(given), Some(word)) =
+                    (self.sheet.get(Key::Shape), self.sheet.word(Key::Shape))
+                {
+                    let message = format!(
+                        "the uniqueness set of {} is not known beforehand: where it touches depends on the load",
+                        a(word)
+                    );
                     let expected = "must be \"flat-rectangle\" or \"flat-disk\", whose sole is Ω";
                     self.problems.push(Problem::new(given.span.clone(), message, expected));
                 }
@@ -169,7 +189,13 @@ impl Missing<'_> {
     fn effort(&mut self) -> Effort {
         let default = Effort::default().search;
         let starts = self.sheet.count(Key::Starts).unwrap_or(default.starts);
-        Effort { search: upper::Search { starts, seed: self.sheet.count(Key::Seed).map_or(default.seed, u64::from), ..default } }
+        Effort {
+            search: upper::Search {
+                starts,
+                seed: self.sheet.count(Key::Seed).map_or(default.seed, u64::from),
+                ..default
+            },
+        }
     }
 
     fn projection(&self) -> Projection {
@@ -209,7 +235,10 @@ impl Missing<'_> {
                 _ => Method::default(),
             },
             tolerance: self.number_or(Key::Tolerance, Numerics::default_tolerance()),
-            max_iterations: self.sheet.count(Key::MaxIterations).unwrap_or_else(Numerics::default_max_iterations),
+            max_iterations: self
+                .sheet
+                .count(Key::MaxIterations)
+                .unwrap_or_else(Numerics::default_max_iterations),
             simulate: match self.sheet.get(Key::Simulate).map(|given| &given.setting) {
                 Some(Setting::Effects(effects)) => effects.clone(),
                 _ => Vec::new(),
@@ -231,13 +260,20 @@ impl Missing<'_> {
             return Foundation { layers, base: Base::Rigid };
         }
         let Some(rigid) = self.sheet.get(Key::Base) else {
-            let material = Material { shear_modulus: self.number(Key::ShearModulus), poisson: self.number(Key::Poisson) };
+            let material = Material {
+                shear_modulus: self.number(Key::ShearModulus),
+                poisson: self.number(Key::Poisson),
+            };
             return Foundation { layers, base: Base::Elastic(material) };
         };
         for key in [Key::ShearModulus, Key::Poisson] {
             if let Some(given) = self.sheet.get(key) {
                 let message = format!("a rigid base has no `{}`", key.name());
-                let problem = Problem::new(given.span.clone(), message, "leave this out, or give the base as a table");
+                let problem = Problem::new(
+                    given.span.clone(),
+                    message,
+                    "leave this out, or give the base as a table",
+                );
                 self.problems.push(problem.context(rigid.span.clone(), "the base is rigid"));
             }
         }
@@ -249,7 +285,11 @@ impl Missing<'_> {
         if steps.is_empty() && self.sheet.get(Key::Steps).is_none() {
             self.miss(Key::Steps, "");
         }
-        Loading { steps, cycle_from: self.sheet.count(Key::CycleFrom), cycles: self.sheet.count(Key::Cycles).unwrap_or(1) }
+        Loading {
+            steps,
+            cycle_from: self.sheet.count(Key::CycleFrom),
+            cycles: self.sheet.count(Key::Cycles).unwrap_or(1),
+        }
     }
 
     fn step(&mut self, i: u32) -> Step {
@@ -273,7 +313,10 @@ impl Missing<'_> {
             let problem = Problem::new(
                 self.places.around(Key::Approach(0)),
                 format!("`{}` is missing", Key::Approach(0).short()),
-                format!("the first step needs `approach`, {}, or `normal_force`", Key::Approach(0).quantity().expected()),
+                format!(
+                    "the first step needs `approach`, {}, or `normal_force`",
+                    Key::Approach(0).quantity().expected()
+                ),
             );
             self.problems.push(problem.help(format!("`approach`: {}", Key::Approach(0).meaning())));
         }
@@ -287,7 +330,11 @@ impl Missing<'_> {
         };
         let message = format!("`{}` is missing{why}", key.short());
         let expected = format!("needs `{}`: {}", key.name(), key.expected());
-        self.problems.push(Problem::new(span, message, expected).help(format!("`{}`: {}", key.name(), key.meaning())));
+        self.problems.push(Problem::new(span, message, expected).help(format!(
+            "`{}`: {}",
+            key.name(),
+            key.meaning()
+        )));
     }
 
     fn number(&mut self, key: Key) -> f64 {
@@ -336,7 +383,10 @@ impl Missing<'_> {
         };
         self.refuse_foreign(shape);
         for key in needed(shape) {
-            let given = self.sheet.get(*key).or_else(|| (*key == Key::File).then(|| self.sheet.get(Key::Surface)).flatten());
+            let given = self
+                .sheet
+                .get(*key)
+                .or_else(|| (*key == Key::File).then(|| self.sheet.get(Key::Surface)).flatten());
             if given.is_none() {
                 self.miss(*key, &format!(": {} needs it", a(shape)));
             }
@@ -345,12 +395,18 @@ impl Missing<'_> {
         match shape {
             "sphere" => Shape::Sphere { radius: number(Key::Radius) },
             "flat-disk" => Shape::FlatDisk { radius: number(Key::Radius) },
-            "ellipsoid" => Shape::Ellipsoid { radius_x: number(Key::RadiusX), radius_y: number(Key::RadiusY) },
-            "flat-rectangle" => Shape::FlatRectangle { width_x: number(Key::WidthX), width_y: number(Key::WidthY) },
-            "cone" => Shape::Cone { angle: number(Key::ConeAngle) },
-            "height-map" => {
-                Shape::HeightMap { surface: self.surface(surfaces), width_x: number(Key::WidthX), width_y: number(Key::WidthY) }
+            "ellipsoid" => {
+                Shape::Ellipsoid { radius_x: number(Key::RadiusX), radius_y: number(Key::RadiusY) }
             }
+            "flat-rectangle" => {
+                Shape::FlatRectangle { width_x: number(Key::WidthX), width_y: number(Key::WidthY) }
+            }
+            "cone" => Shape::Cone { angle: number(Key::ConeAngle) },
+            "height-map" => Shape::HeightMap {
+                surface: self.surface(surfaces),
+                width_x: number(Key::WidthX),
+                width_y: number(Key::WidthY),
+            },
             "wheel-on-rail" => Shape::WheelOnRail(self.wheel_on_rail(surfaces)),
             // the reader lets only the words of Key::Shape through
             _ => none,
@@ -359,10 +415,21 @@ impl Missing<'_> {
 
     fn wheel_on_rail(&self, surfaces: &SurfaceNames) -> WheelRail {
         let number = |key| {
-            let default = || WHEEL_ON_RAIL.iter().find(|(of, _)| *of == key).map_or(f64::NAN, |(_, default)| *default);
+            let default = || {
+                WHEEL_ON_RAIL
+                    .iter()
+                    .find(|(of, _)| *of == key)
+                    .map_or(f64::NAN, |(_, default)| *default)
+            };
             self.sheet.number(key).unwrap_or_else(default)
         };
-        let profile = |key| self.sheet.word(key).and_then(|file| surfaces.profiles.get(file)).cloned().unwrap_or_default();
+        let profile = |key| {
+            self.sheet
+                .word(key)
+                .and_then(|file| surfaces.profiles.get(file))
+                .cloned()
+                .unwrap_or_default()
+        };
         WheelRail {
             wheel: profile(Key::Wheel),
             rail: profile(Key::Rail),
@@ -380,7 +447,11 @@ impl Missing<'_> {
 
     fn surface(&self, surfaces: &SurfaceNames) -> String {
         match self.sheet.sources().first() {
-            Some((_, Source::Map(file, unit))) => surfaces.maps.get(&((*file).to_owned(), (*unit).to_owned())).cloned().unwrap_or_default(),
+            Some((_, Source::Map(file, unit))) => surfaces
+                .maps
+                .get(&((*file).to_owned(), (*unit).to_owned()))
+                .cloned()
+                .unwrap_or_default(),
             Some((_, Source::StoredMap(name))) => (*name).to_owned(),
             _ => String::new(),
         }
@@ -389,28 +460,46 @@ impl Missing<'_> {
     /// Notes every key given for the punch that its shape has not.
     fn refuse_foreign(&mut self, shape: &str) {
         let is_map = shape == "height-map";
-        let has = |key: Key| needed(shape).contains(&key) || optional(shape).any(|optional| optional == key);
+        let has = |key: Key| {
+            needed(shape).contains(&key) || optional(shape).any(|optional| optional == key)
+        };
         for key in Key::ALL.iter().filter(|key| is_of_shape(**key) && !has(**key)) {
             let Some(given) = self.sheet.get(*key) else { continue };
             let span = given.span.clone();
             let problem = match key {
                 Key::Surface if is_map => match self.sheet.get(Key::File) {
-                    Some(file) => Problem::new(span, "a height map is a `file` or a stored `surface`, not both", "leave this out")
-                        .context(file.span.clone(), "given here"),
+                    Some(file) => Problem::new(
+                        span,
+                        "a height map is a `file` or a stored `surface`, not both",
+                        "leave this out",
+                    )
+                    .context(file.span.clone(), "given here"),
                     None => continue,
                 },
                 Key::HeightUnit if is_map => match self.sheet.get(Key::Surface) {
-                    Some(_) if self.sheet.get(Key::File).is_none() => {
-                        Problem::new(span, "a stored surface has no `unit`: its heights are in metres", "leave this out")
-                    }
+                    Some(_) if self.sheet.get(Key::File).is_none() => Problem::new(
+                        span,
+                        "a stored surface has no `unit`: its heights are in metres",
+                        "leave this out",
+                    ),
                     _ => continue,
                 },
                 _ => {
-                    let names = needed(shape).iter().copied().chain(optional(shape)).map(|key| format!("`{}`", key.name()));
+                    let names = needed(shape)
+                        .iter()
+                        .copied()
+                        .chain(optional(shape))
+                        .map(|key| format!("`{}`", key.name()));
                     let names = names.collect::<Vec<_>>().join(", ");
-                    let problem = Problem::new(span, format!("{} has no `{}`", a(shape), key.name()), format!("{} has {names}", a(shape)));
+                    let problem = Problem::new(
+                        span,
+                        format!("{} has no `{}`", a(shape), key.name()),
+                        format!("{} has {names}", a(shape)),
+                    );
                     match self.sheet.get(Key::Shape) {
-                        Some(place) if place.span != given.span => problem.context(place.span.clone(), "the shape is given here"),
+                        Some(place) if place.span != given.span => {
+                            problem.context(place.span.clone(), "the shape is given here")
+                        }
                         _ => problem,
                     }
                 }
@@ -446,7 +535,10 @@ pub(crate) fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces
             }
         }
         None => {
-            let inside = Key::ALL.iter().find(|key| key.short().starts_with(&error.key)).or(Key::ALL.first());
+            let inside = Key::ALL
+                .iter()
+                .find(|key| key.short().starts_with(&error.key))
+                .or(Key::ALL.first());
             let span = key.or(inside.copied()).map_or(0..0, |key| places.around(key));
             Problem::new(span, message(&error.value), error.expected.clone())
         }

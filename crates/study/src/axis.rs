@@ -16,14 +16,15 @@
 //! "foundation.base.shear_modulus" = ["80 GPa", "8 GPa"]
 //! ```
 //!
-//! A table that is a value of an axis replaces the table of the file as a whole. An axis over a list (`foundation.layers`,
-//! `loading.steps`) has lists as values, `[[], [{ … }], [{ … }, { … }]]`, or tables that give them a name,
-//! `{ label = "coated", layers = [{ … }] }`; one over `foundation.base` has tables and the word `"rigid"`. An axis over an
-//! entry of a list, `"loading.steps[1].shift_x"`, needs the entry in the scene; only a list that the scene leaves out
-//! altogether is made of what the axes set.
-//! The values between the ends of a range
-//! are rounded to 15 significant digits (13 with equal ratios), so that `{ from = 0, to = 1, count = 11 }` holds 0.3 and not
-//! 0.30000000000000004, and shares its results with a list that says 0.3. No axis names a value twice.
+//! A table that is a value of an axis replaces the table of the file as a whole. An axis over a
+//! list (`foundation.layers`, `loading.steps`) has lists as values, `[[], [{ … }], [{ … }, { …
+//! }]]`, or tables that give them a name, `{ label = "coated", layers = [{ … }] }`; one over
+//! `foundation.base` has tables and the word `"rigid"`. An axis over an entry of a list,
+//! `"loading.steps[1].shift_x"`, needs the entry in the scene; only a list that the scene leaves
+//! out altogether is made of what the axes set. The values between the ends of a range are rounded
+//! to 15 significant digits (13 with equal ratios), so that `{ from = 0, to = 1, count = 11 }`
+//! holds 0.3 and not 0.30000000000000004, and shares its results with a list that says 0.3. No axis
+//! names a value twice.
 
 use std::borrow::Cow;
 
@@ -64,7 +65,9 @@ impl Target {
     pub(crate) fn overlaps(self, other: Target) -> bool {
         match (self, other) {
             (Target::Key(a), Target::Key(b)) => a == b,
-            (Target::Key(key), Target::Table(table)) | (Target::Table(table), Target::Key(key)) => key.is_under(&table),
+            (Target::Key(key), Target::Table(table)) | (Target::Table(table), Target::Key(key)) => {
+                key.is_under(&table)
+            }
             (Target::Table(a), Target::Table(b)) => a.is_under(&b) || b.is_under(&a),
         }
     }
@@ -156,7 +159,9 @@ impl Group {
 
 /// How many points the groups make; `None` beyond [`MAX_POINTS`].
 pub(crate) fn count(groups: &[Group]) -> Option<usize> {
-    groups.iter().try_fold(1usize, |product, group| product.checked_mul(group.length).filter(|count| *count <= MAX_POINTS))
+    groups.iter().try_fold(1usize, |product, group| {
+        product.checked_mul(group.length).filter(|count| *count <= MAX_POINTS)
+    })
 }
 
 /// The step of each group at a point; the last group is the fastest.

@@ -13,8 +13,8 @@
 //! mesh = [8, 16, 32, 64]
 //! tolerance = [1e-3, 1e-8]
 //! ```
-//! Axes of the scene make ladders of their own. Errors are measured against the scene's closed form, else against the limit that
-//! the meshes with the tightest other settings extrapolate to.
+//! Axes of the scene make ladders of their own. Errors are measured against the scene's closed
+//! form, else against the limit that the meshes with the tightest other settings extrapolate to.
 
 use toml::de::DeValue;
 
@@ -35,7 +35,8 @@ pub struct Cost {
 }
 
 /// The errors that can count.
-pub const ON: [&str; 7] = ["load", "approach", "peak_pressure", "contact_area", "stick_area", "pressure", "traction"];
+pub const ON: [&str; 7] =
+    ["load", "approach", "peak_pressure", "contact_area", "stick_area", "pressure", "traction"];
 
 const KEYS: &[&str] = &["on", "repeat", "threads"];
 
@@ -44,18 +45,31 @@ const REPEAT: u32 = 5;
 
 /// Whether a group of axes makes rungs: one of its axes is of the numerics.
 pub fn is_rung(group: &Group) -> bool {
-    group.axes().iter().any(|axis| axis.key().is_some_and(|key| key.path().starts_with("numerics.")))
+    group
+        .axes()
+        .iter()
+        .any(|axis| axis.key().is_some_and(|key| key.path().starts_with("numerics.")))
 }
 
 /// Reads `[cost]`.
-pub(crate) fn read(node: Option<&Node<'_>>, groups: &[Group], problems: &mut Vec<Problem>) -> Option<Cost> {
+pub(crate) fn read(
+    node: Option<&Node<'_>>,
+    groups: &[Group],
+    problems: &mut Vec<Problem>,
+) -> Option<Cost> {
     let mut cost = Cost { on: None, repeat: REPEAT, threads: 1 };
     if let Some(node) = node {
         let DeValue::Table(table) = node.get_ref() else {
-            problems.push(read::mistyped("cost", node, &format!("a table with the keys `{}`", KEYS.join("`, `"))));
+            problems.push(read::mistyped(
+                "cost",
+                node,
+                &format!("a table with the keys `{}`", KEYS.join("`, `")),
+            ));
             return None;
         };
-        for (name, _) in entries(table).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref())) {
+        for (name, _) in
+            entries(table).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref()))
+        {
             problems.push(read::unknown(name.get_ref(), name.span(), "`[cost]`", KEYS));
         }
         if let Some(node) = table.get("on") {
@@ -64,7 +78,11 @@ pub(crate) fn read(node: Option<&Node<'_>>, groups: &[Group], problems: &mut Vec
                     Some(on) => cost.on = Some(on),
                     None => {
                         let message = format!("`cost.on` cannot be `{word}`");
-                        problems.push(Problem::new(node.span(), message, format!("must be {}", one_of(&ON))));
+                        problems.push(Problem::new(
+                            node.span(),
+                            message,
+                            format!("must be {}", one_of(&ON)),
+                        ));
                     }
                 },
                 Err(problem) => problems.push(problem),
@@ -76,7 +94,11 @@ pub(crate) fn read(node: Option<&Node<'_>>, groups: &[Group], problems: &mut Vec
             let read = match node.get_ref() {
                 DeValue::Integer(n) => read::whole(&what, n, node.span()).and_then(|n| match n {
                     1.. if n <= most => Ok(n),
-                    _ => Err(Problem::new(node.span(), format!("`{what}` cannot be {n}"), format!("must be from 1 to {most}"))),
+                    _ => Err(Problem::new(
+                        node.span(),
+                        format!("`{what}` cannot be {n}"),
+                        format!("must be from 1 to {most}"),
+                    )),
                 }),
                 _ => Err(read::mistyped(&what, node, "a whole number")),
             };
@@ -85,11 +107,18 @@ pub(crate) fn read(node: Option<&Node<'_>>, groups: &[Group], problems: &mut Vec
         cost.repeat = count("repeat", 1000).unwrap_or(cost.repeat);
         cost.threads = count("threads", 1024).unwrap_or(cost.threads);
     }
-    let meshes = groups.iter().flat_map(Group::axes).find(|axis| axis.key() == Some(Key::Mesh)).map_or(0, |axis| axis.values().len());
+    let meshes = groups
+        .iter()
+        .flat_map(Group::axes)
+        .find(|axis| axis.key() == Some(Key::Mesh))
+        .map_or(0, |axis| axis.values().len());
     if meshes < 3 {
         let span = node.map_or(0..0, |node| node.span());
-        let problem =
-            Problem::new(span, "a study of cost needs at least three meshes", "needs for example mesh = [8, 16, 32, 64] below [sweep]");
+        let problem = Problem::new(
+            span,
+            "a study of cost needs at least three meshes",
+            "needs for example mesh = [8, 16, 32, 64] below [sweep]",
+        );
         problems.push(problem);
     }
     Some(cost)

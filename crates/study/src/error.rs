@@ -26,7 +26,13 @@ pub struct Problem {
 impl Problem {
     /// A problem at a place.
     pub fn new(span: Span, message: impl Into<String>, expected: impl Into<String>) -> Self {
-        Problem { message: message.into(), span, expected: expected.into(), help: String::new(), context: None }
+        Problem {
+            message: message.into(),
+            span,
+            expected: expected.into(),
+            help: String::new(),
+            context: None,
+        }
     }
 
     /// The same with advice.
@@ -79,10 +85,16 @@ impl StudyError {
         (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
     }
 
-    /// Every problem with its line of the file and a caret under the place; with ANSI colours if asked.
+    /// Every problem with its line of the file and a caret under the place; with ANSI colours if
+    /// asked.
     pub fn render(&self, colours: bool) -> String {
         let renderer = if colours { Renderer::styled() } else { Renderer::plain() };
-        let mut shown: Vec<String> = self.problems.iter().take(MOST_SHOWN).map(|problem| self.show(problem, &renderer)).collect();
+        let mut shown: Vec<String> = self
+            .problems
+            .iter()
+            .take(MOST_SHOWN)
+            .map(|problem| self.show(problem, &renderer))
+            .collect();
         if let Some(rest) = self.problems.len().checked_sub(MOST_SHOWN).filter(|rest| *rest > 0) {
             shown.push(format!("and {rest} more"));
         }
@@ -96,7 +108,8 @@ impl StudyError {
             .annotation(AnnotationKind::Primary.span(problem.span.clone()).label(label));
         if let Some(context) = &problem.context {
             let (span, why) = context.as_ref();
-            snippet = snippet.annotation(AnnotationKind::Context.span(span.clone()).label(why.as_str()));
+            snippet =
+                snippet.annotation(AnnotationKind::Context.span(span.clone()).label(why.as_str()));
         }
         let mut group = Level::ERROR.primary_title(problem.message.as_str()).element(snippet);
         if !problem.help.is_empty() {
@@ -114,7 +127,8 @@ impl fmt::Display for StudyError {
 
 impl std::error::Error for StudyError {}
 
-/// The span cut to the text, on character boundaries and to its first line, so that it can always be shown.
+/// The span cut to the text, on character boundaries and to its first line, so that it can always
+/// be shown.
 fn within(text: &str, span: &Span) -> Span {
     let floor = |mut at: usize| {
         at = at.min(text.len());

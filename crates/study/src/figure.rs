@@ -1,4 +1,5 @@
-//! The figures that answer a study's question: which columns over which, one curve for each of which, side by side.
+//! The figures that answer a study's question: which columns over which, one curve for each of
+//! which, side by side.
 //!
 //! ```toml
 //! [[figure]]                  # or [figure], if there is only one
@@ -48,7 +49,8 @@ pub struct Figure {
     pub series: Vec<String>,
     /// One panel for each value of this column.
     pub panels: Option<String>,
-    /// Whether every increment is a point, joined along the loading path, and not only the end of it.
+    /// Whether every increment is a point, joined along the loading path, and not only the end of
+    /// it.
     pub steps: bool,
     /// Whether the abscissa is logarithmic.
     pub log_x: bool,
@@ -88,16 +90,25 @@ impl Figure {
         }
     }
 
-    /// The name of its files without ending: the study's, with the figure's unless that is only the number of the first.
+    /// The name of its files without ending: the study's, with the figure's unless that is only the
+    /// number of the first.
     pub fn stem(&self, study: &str) -> String {
         if self.name == FIRST { study.to_owned() } else { format!("{study}-{}", self.name) }
     }
 }
 
-const KEYS: &[&str] = &["name", "title", "x", "y", "series", "panels", "steps", "log_x", "log_y", "fit", "band", "front", "names"];
+const KEYS: &[&str] = &[
+    "name", "title", "x", "y", "series", "panels", "steps", "log_x", "log_y", "fit", "band",
+    "front", "names",
+];
 
 /// Reads `[figure]` or every `[[figure]]`; `columns` are the study's.
-pub(crate) fn read_figures(node: &Node<'_>, groups: &[Group], columns: &[Column], problems: &mut Vec<Problem>) -> Vec<Figure> {
+pub(crate) fn read_figures(
+    node: &Node<'_>,
+    groups: &[Group],
+    columns: &[Column],
+    problems: &mut Vec<Problem>,
+) -> Vec<Figure> {
     let nodes: Vec<&Node<'_>> = match node.get_ref() {
         DeValue::Array(figures) => figures.iter().collect(),
         _ => vec![node],
@@ -129,30 +140,48 @@ pub(crate) fn read_figures(node: &Node<'_>, groups: &[Group], columns: &[Column]
         };
         if let Some(name) = &name {
             if let Some((_, first)) = places.iter().find(|(other, _)| other == name) {
-                let problem = Problem::new(span.clone(), format!("two figures are called `{name}`"), "needs a name of its own");
+                let problem = Problem::new(
+                    span.clone(),
+                    format!("two figures are called `{name}`"),
+                    "needs a name of its own",
+                );
                 problems.push(problem.context(first.clone(), "the first, by its name or number"));
             }
             places.push((name.clone(), span));
         }
-        if let (Some(figure), Some(name)) = (read_figure(node.span(), table, groups, columns, problems), name) {
+        if let (Some(figure), Some(name)) =
+            (read_figure(node.span(), table, groups, columns, problems), name)
+        {
             figures.push(Figure { name, ..figure });
         }
     }
     figures
 }
 
-/// Reads one figure but for its name. Without `series` there is one curve for each combination of the axes left over.
-fn read_figure(span: Span, table: &DeTable<'_>, groups: &[Group], columns: &[Column], problems: &mut Vec<Problem>) -> Option<Figure> {
-    for (name, _) in entries(table).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref())) {
+/// Reads one figure but for its name. Without `series` there is one curve for each combination of
+/// the axes left over.
+fn read_figure(
+    span: Span,
+    table: &DeTable<'_>,
+    groups: &[Group],
+    columns: &[Column],
+    problems: &mut Vec<Problem>,
+) -> Option<Figure> {
+    for (name, _) in
+        entries(table).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref()))
+    {
         problems.push(read::unknown(name.get_ref(), name.span(), "`[figure]`", KEYS));
     }
     let mut switch = |name: &str| {
         let node = table.get(name)?;
         read::switch(&format!("figure.{name}"), node).map_err(|problem| problems.push(problem)).ok()
     };
-    let (log_x, log_y, steps) = (switch("log_x"), switch("log_y"), switch("steps").unwrap_or(false));
+    let (log_x, log_y, steps) =
+        (switch("log_x"), switch("log_y"), switch("steps").unwrap_or(false));
     let (fit, front) = (switch("fit").unwrap_or(false), switch("front").unwrap_or(false));
-    let title = table.get("title").and_then(|node| read::text("figure.title", node).map_err(|problem| problems.push(problem)).ok());
+    let title = table.get("title").and_then(|node| {
+        read::text("figure.title", node).map_err(|problem| problems.push(problem)).ok()
+    });
     let columns = if steps { &along_path(columns.to_vec()) } else { columns };
     let mut column = |name: &str, numeric: bool| {
         let node = table.get(name)?;
@@ -160,41 +189,77 @@ fn read_figure(span: Span, table: &DeTable<'_>, groups: &[Group], columns: &[Col
         read.map_err(|problem| problems.push(problem)).ok()
     };
     let (x, panels, names) = (column("x", true), column("panels", false), column("names", false));
-    let band =
-        table.get("band").and_then(|node| read_y("band", node, columns, problems)).and_then(|band| match <[String; 2]>::try_from(band) {
+    let band = table.get("band").and_then(|node| read_y("band", node, columns, problems)).and_then(
+        |band| match <[String; 2]>::try_from(band) {
             Ok(band) => Some(band),
             Err(_) => {
-                let expected = "must be the lower and the upper column, like [\"mu_low\", \"mu_high\"]";
-                problems.push(Problem::new(table.get("band").map_or(span.clone(), Spanned::span), "`figure.band` is no pair", expected));
+                let expected =
+                    "must be the lower and the upper column, like [\"mu_low\", \"mu_high\"]";
+                problems.push(Problem::new(
+                    table.get("band").map_or(span.clone(), Spanned::span),
+                    "`figure.band` is no pair",
+                    expected,
+                ));
                 None
             }
-        });
-    let y = table.get("y").and_then(|node| read_y("y", node, columns, problems)).or_else(|| band.is_some().then(Vec::new));
+        },
+    );
+    let y = table
+        .get("y")
+        .and_then(|node| read_y("y", node, columns, problems))
+        .or_else(|| band.is_some().then(Vec::new));
     let series = table.get("series").map(|node| match node.get_ref() {
         DeValue::Array(names) => {
             let read = names.iter().map(|node| column_name("figure.series", node, columns, false));
             read.filter_map(|name| name.map_err(|problem| problems.push(problem)).ok()).collect()
         }
         _ => {
-            problems.push(read::mistyped("figure.series", node, "a list of columns like [\"mesh\"]"));
+            problems.push(read::mistyped(
+                "figure.series",
+                node,
+                "a list of columns like [\"mesh\"]",
+            ));
             Vec::new()
         }
     });
     for name in ["x", "y"] {
         if !table.contains_key(name) && (name == "x" || !table.contains_key("band")) {
             let expected = format!("needs {name} = \"…\", a column of numbers");
-            problems.push(Problem::new(span.clone(), format!("the figure has no `{name}`"), expected));
+            problems.push(Problem::new(
+                span.clone(),
+                format!("the figure has no `{name}`"),
+                expected,
+            ));
         }
     }
     let (x, y) = (x?, y?);
-    let others = firsts(groups).map(|axis| axis.column().into_owned()).filter(|name| *name != x && panels.as_ref() != Some(name));
+    let others = firsts(groups)
+        .map(|axis| axis.column().into_owned())
+        .filter(|name| *name != x && panels.as_ref() != Some(name));
     let series = series.unwrap_or_else(|| others.collect());
     let (log_x, log_y) = (log_x.unwrap_or(false), log_y.unwrap_or(false));
-    Some(Figure { title, series, panels, steps, log_x, log_y, fit, band, front, names, ..Figure::new(x, y) })
+    Some(Figure {
+        title,
+        series,
+        panels,
+        steps,
+        log_x,
+        log_y,
+        fit,
+        band,
+        front,
+        names,
+        ..Figure::new(x, y)
+    })
 }
 
 /// Reads a column or a list of columns of one unit; `None` if nothing is right in it.
-fn read_y(key: &str, node: &Node<'_>, columns: &[Column], problems: &mut Vec<Problem>) -> Option<Vec<String>> {
+fn read_y(
+    key: &str,
+    node: &Node<'_>,
+    columns: &[Column],
+    problems: &mut Vec<Problem>,
+) -> Option<Vec<String>> {
     let nodes: Vec<&Node<'_>> = match node.get_ref() {
         DeValue::Array(names) => names.iter().collect(),
         _ => vec![node],
@@ -216,16 +281,25 @@ fn read_y(key: &str, node: &Node<'_>, columns: &[Column], problems: &mut Vec<Pro
             }
         };
         let unit = |name: &str| find(columns, name).map_or("", Column::unit);
-        let in_words = |unit: &str| if unit.is_empty() { "a pure number".to_owned() } else { format!("in {unit}") };
+        let in_words = |unit: &str| {
+            if unit.is_empty() { "a pure number".to_owned() } else { format!("in {unit}") }
+        };
         if let Some((first, place)) = names.first() {
             let (wanted, found) = (unit(first), unit(&name));
             if names.iter().any(|(other, _)| *other == name) {
-                problems.push(Problem::new(node.span(), format!("`figure.{key}`: `{name}` is listed twice"), "once is enough"));
+                problems.push(Problem::new(
+                    node.span(),
+                    format!("`figure.{key}`: `{name}` is listed twice"),
+                    "once is enough",
+                ));
             } else if wanted != found {
-                let message = format!("`figure.{key}`: `{first}` and `{name}` cannot share an axis");
+                let message =
+                    format!("`figure.{key}`: `{first}` and `{name}` cannot share an axis");
                 let problem = Problem::new(node.span(), message, format!("is {}", in_words(found)));
                 problems.push(
-                    problem.context(place.clone(), format!("is {}", in_words(wanted))).help("give each unit a [[figure]] of its own"),
+                    problem
+                        .context(place.clone(), format!("is {}", in_words(wanted)))
+                        .help("give each unit a [[figure]] of its own"),
                 );
             }
         }
@@ -235,21 +309,38 @@ fn read_y(key: &str, node: &Node<'_>, columns: &[Column], problems: &mut Vec<Pro
 }
 
 /// Reads the name of a column; `numeric` for one that holds numbers.
-pub(crate) fn column_name(what: &str, node: &Node<'_>, columns: &[Column], numeric: bool) -> Result<String, Problem> {
+pub(crate) fn column_name(
+    what: &str,
+    node: &Node<'_>,
+    columns: &[Column],
+    numeric: bool,
+) -> Result<String, Problem> {
     let name = read::text(what, node)?;
     match find(columns, &name) {
-        Some(column) if numeric && !column.is_numeric() => {
-            Err(Problem::new(node.span(), format!("`{what}`: the column `{name}` holds texts"), "must be a column of numbers"))
-        }
+        Some(column) if numeric && !column.is_numeric() => Err(Problem::new(
+            node.span(),
+            format!("`{what}`: the column `{name}` holds texts"),
+            "must be a column of numbers",
+        )),
         Some(column) => Ok(column.name.to_string()),
         None => {
             let message = format!("`{what}`: there is no column `{name}`");
             if along_path(Vec::new()).iter().any(|column| column.name == name) {
-                return Err(Problem::new(node.span(), message, "only increments have it: add steps = true to the figure"));
+                return Err(Problem::new(
+                    node.span(),
+                    message,
+                    "only increments have it: add steps = true to the figure",
+                ));
             }
             Err(match nearest(&name, columns.iter().map(|column| column.name.as_ref())) {
-                Some(meant) => Problem::new(node.span(), message, format!("did you mean \"{meant}\"?")),
-                None => Problem::new(node.span(), message, "must be an axis, a key or an observable, like \"mu\" or \"peak_pressure\""),
+                Some(meant) => {
+                    Problem::new(node.span(), message, format!("did you mean \"{meant}\"?"))
+                }
+                None => Problem::new(
+                    node.span(),
+                    message,
+                    "must be an axis, a key or an observable, like \"mu\" or \"peak_pressure\"",
+                ),
             })
         }
     }
@@ -260,38 +351,65 @@ fn firsts(groups: &[Group]) -> impl Iterator<Item = &Axis> {
     groups.iter().filter(|group| group.len() > 1).filter_map(|group| group.axes().first())
 }
 
-/// The figure of a study that asks for none: over its longest numeric axis what its kind is about, of solutions the stick fraction,
-/// if that axis is friction, else the load; a panel for each value of the first axis of tables or words, a curve for each of the others'.
-/// `None` without a numeric axis.
-pub(crate) fn default(kind: Kind, ladder: Option<&Ladder>, cost: Option<&Cost>, groups: &[Group]) -> Option<Figure> {
+/// The figure of a study that asks for none: over its longest numeric axis what its kind is about,
+/// of solutions the stick fraction, if that axis is friction, else the load; a panel for each value
+/// of the first axis of tables or words, a curve for each of the others'. `None` without a numeric
+/// axis.
+pub(crate) fn default(
+    kind: Kind,
+    ladder: Option<&Ladder>,
+    cost: Option<&Cost>,
+    groups: &[Group],
+) -> Option<Figure> {
     if let Some(Ladder { group, along, .. }) = ladder {
         let others = firsts(groups).filter(|axis| !groups[*group].axes().contains(axis));
         let series = others.map(|axis| axis.column().into_owned()).collect();
         let x = along.column().into_owned();
-        let y = ["error_pressure", "error_peak_pressure", "error_contact_area"].map(str::to_owned).to_vec();
+        let y = ["error_pressure", "error_peak_pressure", "error_contact_area"]
+            .map(str::to_owned)
+            .to_vec();
         return Some(Figure { series, fit: true, log_x: true, log_y: true, ..Figure::new(x, y) });
     }
     if cost.is_some() {
         let mesh = |axis: &&Axis| axis.key() == Some(Key::Mesh);
-        let series = firsts(groups).filter(|axis| !mesh(axis)).map(|axis| axis.column().into_owned()).collect();
+        let series = firsts(groups)
+            .filter(|axis| !mesh(axis))
+            .map(|axis| axis.column().into_owned())
+            .collect();
         let y = vec!["claimed_error".to_owned()];
         let names = Some("mesh".to_owned());
         let figure = Figure::new("seconds".to_owned(), y);
         return Some(Figure { series, front: true, names, log_x: true, log_y: true, ..figure });
     }
     // the first of the longest: max_by_key would return the last
-    let x = firsts(groups).filter(|axis| axis.is_numeric()).reduce(|a, b| if b.values().len() > a.values().len() { b } else { a })?;
+    let x = firsts(groups)
+        .filter(|axis| axis.is_numeric())
+        .reduce(|a, b| if b.values().len() > a.values().len() { b } else { a })?;
     let others = || firsts(groups).filter(|axis| axis.column() != x.column());
     let panels = others().find(|axis| !axis.is_numeric()).map(|axis| axis.column().into_owned());
-    let series = others().map(|axis| axis.column().into_owned()).filter(|name| Some(name) != panels.as_ref()).collect();
+    let series = others()
+        .map(|axis| axis.column().into_owned())
+        .filter(|name| Some(name) != panels.as_ref())
+        .collect();
     let y = match kind {
         Kind::Solve if x.column() == "mu" => "stick_fraction",
         Kind::Solve | Kind::Convergence | Kind::Cost => "load",
         Kind::Multiplicity => "solutions",
         Kind::Uniqueness => {
             let band = Some(["mu_low", "mu_high"].map(str::to_owned));
-            return Some(Figure { series, panels, log_x: x.is_log(), band, ..Figure::new(x.column().into_owned(), Vec::new()) });
+            return Some(Figure {
+                series,
+                panels,
+                log_x: x.is_log(),
+                band,
+                ..Figure::new(x.column().into_owned(), Vec::new())
+            });
         }
     };
-    Some(Figure { series, panels, log_x: x.is_log(), ..Figure::new(x.column().into_owned(), vec![y.to_owned()]) })
+    Some(Figure {
+        series,
+        panels,
+        log_x: x.is_log(),
+        ..Figure::new(x.column().into_owned(), vec![y.to_owned()])
+    })
 }

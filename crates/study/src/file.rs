@@ -24,7 +24,8 @@
 //! x = "mu"
 //! y = "stick_fraction"
 //! ```
-//! Numbers are SI or texts with a unit. Everything that could be wrong is refused here, with its place, before anything runs.
+//! Numbers are SI or texts with a unit. Everything that could be wrong is refused here, with its
+//! place, before anything runs.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -94,12 +95,25 @@ impl Point {
 /// Reads a file that a study names.
 pub type ReadFile<'f> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'f;
 
-const KEYS: &[&str] =
-    &["name", "question", "kind", "accuracy", "scene", "numerics", "search", "sweep", "refine", "bisect", "convergence", "cost", "figure"];
+const KEYS: &[&str] = &[
+    "name",
+    "question",
+    "kind",
+    "accuracy",
+    "scene",
+    "numerics",
+    "search",
+    "sweep",
+    "refine",
+    "bisect",
+    "convergence",
+    "cost",
+    "figure",
+];
 
 impl Study {
-    /// Reads a study's text. `path` is for messages; `files` reads a file that the study names (a height map), with the
-    /// name as the study writes it, or a stored surface by its hash.
+    /// Reads a study's text. `path` is for messages; `files` reads a file that the study names (a
+    /// height map), with the name as the study writes it, or a stored surface by its hash.
     pub fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, StudyError> {
         parse(text, path, files).map_err(|problems| StudyError::new(path, text, problems))
     }
@@ -119,7 +133,8 @@ impl Study {
         self.kind
     }
 
-    /// The figures that answer the question: the file's, else one that its axes suggest, if they do.
+    /// The figures that answer the question: the file's, else one that its axes suggest, if they
+    /// do.
     pub fn figures(&self) -> &[Figure] {
         &self.figures
     }
@@ -175,12 +190,14 @@ impl Study {
         self.points
     }
 
-    /// The `index`-th point, `None` from [`len`](Study::len) on. Points are in the order of the axes, the last group fastest.
+    /// The `index`-th point, `None` from [`len`](Study::len) on. Points are in the order of the
+    /// axes, the last group fastest.
     pub fn point(&self, index: usize) -> Option<Point> {
         let steps = (index < self.points).then(|| axis::steps(&self.groups, index))?;
         let job = self.job(&steps).ok()?;
-        let values =
-            self.groups.iter().zip(&steps).flat_map(|(group, step)| group.axes.iter().map(|axis| axis.choices[*step].shown.clone()));
+        let values = self.groups.iter().zip(&steps).flat_map(|(group, step)| {
+            group.axes.iter().map(|axis| axis.choices[*step].shown.clone())
+        });
         Some(Point { values: values.collect(), key: job.key(), job })
     }
 
@@ -192,12 +209,14 @@ impl Study {
     /// The same, solved to a tolerance, unless the study gives one.
     pub fn point_as_exact(&self, index: usize, mesh: Mesh, tolerance: f64) -> Option<Point> {
         let steps = (index < self.points).then(|| axis::steps(&self.groups, index))?;
-        let settings = [(Key::Mesh, Setting::Mesh(mesh)), (Key::Tolerance, Setting::Number(tolerance))];
+        let settings =
+            [(Key::Mesh, Setting::Mesh(mesh)), (Key::Tolerance, Setting::Number(tolerance))];
         let is_given = self.sheet(&steps).get(Key::Tolerance).is_some();
         self.point_with(index, if is_given { &settings[..1] } else { &settings }, |_| {})
     }
 
-    /// The `index`-th point with another value of the axis with index `axis`, which must be one of numbers; `None` where that is no job.
+    /// The `index`-th point with another value of the axis with index `axis`, which must be one of
+    /// numbers; `None` where that is no job.
     pub fn point_at(&self, index: usize, axis: usize, value: f64) -> Option<Point> {
         let key = self.axes().nth(axis)?.key()?;
         self.point_with(index, &[(key, Setting::Number(value))], |values| {
@@ -205,13 +224,22 @@ impl Study {
         })
     }
 
-    fn point_with(&self, index: usize, settings: &[(Key, Setting)], show: impl FnOnce(&mut Vec<Value>)) -> Option<Point> {
+    fn point_with(
+        &self,
+        index: usize,
+        settings: &[(Key, Setting)],
+        show: impl FnOnce(&mut Vec<Value>),
+    ) -> Option<Point> {
         let Point { mut values, .. } = self.point(index)?;
-        let given: Vec<(Key, Given)> =
-            settings.iter().map(|(key, setting)| (*key, Given { setting: setting.clone(), span: 0..0, nth: None })).collect();
+        let given: Vec<(Key, Given)> = settings
+            .iter()
+            .map(|(key, setting)| (*key, Given { setting: setting.clone(), span: 0..0, nth: None }))
+            .collect();
         let mut sheet = self.sheet(&axis::steps(&self.groups, index));
         given.iter().for_each(|(key, given)| sheet.set(*key, given));
-        let job = assemble(self.kind, self.cost.as_ref(), &sheet, &self.surface_names, &self.places).ok()?;
+        let job =
+            assemble(self.kind, self.cost.as_ref(), &sheet, &self.surface_names, &self.places)
+                .ok()?;
         show(&mut values);
         Some(Point { values, key: job.key(), job })
     }
@@ -221,21 +249,30 @@ impl Study {
         let sheet = self.sheet(&axis::steps(&self.groups, index.min(self.points - 1)));
         let mut problem = locate(error, &sheet, &self.places);
         let values = self.point(index).map(|point| point.values).unwrap_or_default();
-        let at: Vec<String> = self.axes().zip(&values).map(|(axis, value)| format!("{} = {value}", axis.column())).collect();
+        let at: Vec<String> = self
+            .axes()
+            .zip(&values)
+            .map(|(axis, value)| format!("{} = {value}", axis.column()))
+            .collect();
         if !at.is_empty() {
             problem.help = format!("it is so at {}", at.join(", "));
         }
         StudyError::new(&self.path, &self.text, vec![problem])
     }
 
-    /// What is wrong with the condition of `[bisect]`, at its place in the file; lines of `expected` after the first are advice.
+    /// What is wrong with the condition of `[bisect]`, at its place in the file; lines of
+    /// `expected` after the first are advice.
     pub fn refuse_condition(&self, message: impl Into<String>, expected: &str) -> StudyError {
         let span = match &self.adaptive {
             Some(Adaptive::Bisect { span, .. }) => span.clone(),
             _ => 0..0,
         };
         let (expected, help) = expected.split_once('\n').unwrap_or((expected, ""));
-        StudyError::new(&self.path, &self.text, vec![Problem::new(span, message, expected).help(help)])
+        StudyError::new(
+            &self.path,
+            &self.text,
+            vec![Problem::new(span, message, expected).help(help)],
+        )
     }
 
     /// Every point of the axes, in order. Points whose jobs coincide are all there.
@@ -243,15 +280,21 @@ impl Study {
         (0..self.points).into_par_iter().filter_map(|index| self.point(index)).collect()
     }
 
-    /// Everything that is needed to read the study again when its files are gone: text, path and the files it names.
+    /// Everything that is needed to read the study again when its files are gone: text, path and
+    /// the files it names.
     pub fn definition(&self) -> Vec<u8> {
         encode(&(&self.path, &self.text, &self.files))
     }
 
     /// Reads a [`definition`](Study::definition).
     pub fn from_definition(bytes: &[u8]) -> Result<Study, DefinitionError> {
-        let (path, text, files) = decode::<(String, String, BTreeMap<String, Vec<u8>>), BLOB_LIMIT>("the study's definition", bytes)?;
-        let mut read = |name: &str| files.get(name).cloned().ok_or_else(|| "it is not in the study's definition".to_owned());
+        let (path, text, files) = decode::<(String, String, BTreeMap<String, Vec<u8>>), BLOB_LIMIT>(
+            "the study's definition",
+            bytes,
+        )?;
+        let mut read = |name: &str| {
+            files.get(name).cloned().ok_or_else(|| "it is not in the study's definition".to_owned())
+        };
         Ok(Study::parse(&text, &path, &mut read)?)
     }
 
@@ -264,7 +307,13 @@ impl Study {
     }
 
     fn job(&self, steps: &[usize]) -> Result<Job, Vec<Problem>> {
-        let job = assemble(self.kind, self.cost.as_ref(), &self.sheet(steps), &self.surface_names, &self.places)?;
+        let job = assemble(
+            self.kind,
+            self.cost.as_ref(),
+            &self.sheet(steps),
+            &self.surface_names,
+            &self.places,
+        )?;
         if let Some(Adaptive::Accuracy(accuracy)) = &self.adaptive {
             accuracy.check(&job).map_err(|problem| vec![problem])?;
         }
@@ -283,7 +332,15 @@ impl Study {
             let wanted: Vec<(Key, Span, Wanted)> = {
                 let sheet = self.sheet(&steps);
                 let sources = sheet.sources().into_iter();
-                sources.map(|(key, source)| (key, sheet.get(key).map_or(0..0, |given| given.span.clone()), Wanted::of(source))).collect()
+                sources
+                    .map(|(key, source)| {
+                        (
+                            key,
+                            sheet.get(key).map_or(0..0, |given| given.span.clone()),
+                            Wanted::of(source),
+                        )
+                    })
+                    .collect()
             };
             for (key, span, wanted) in wanted {
                 let read = match wanted {
@@ -295,11 +352,17 @@ impl Study {
                     let (what, expected) = match key {
                         Key::File => ("height map", "must be an NPY file or a matrix of text"),
                         Key::Surface => ("height map", "must be the hash of a stored surface"),
-                        Key::Wheel => ("profile", "must be a wheel's profile in SIMPACK's format (.prw)"),
+                        Key::Wheel => {
+                            ("profile", "must be a wheel's profile in SIMPACK's format (.prw)")
+                        }
                         _ => ("profile", "must be a rail's profile in SIMPACK's format (.prr)"),
                     };
                     // one bad file is one problem, however many points use it
-                    return vec![Problem::new(span, format!("cannot use this {what}: {why}"), expected)];
+                    return vec![Problem::new(
+                        span,
+                        format!("cannot use this {what}: {why}"),
+                        expected,
+                    )];
                 }
             }
         }
@@ -314,22 +377,32 @@ impl Study {
         Ok(self.files.get(name).map_or(&[], Vec::as_slice))
     }
 
-    fn read_height_map(&mut self, (file, unit): (String, String), files: &mut ReadFile<'_>) -> Result<(), String> {
+    fn read_height_map(
+        &mut self,
+        (file, unit): (String, String),
+        files: &mut ReadFile<'_>,
+    ) -> Result<(), String> {
         if self.surface_names.maps.contains_key(&(file.clone(), unit.clone())) {
             return Ok(());
         }
-        let surface = surface::read(self.file(&file, files)?, &unit).map_err(|error| error.to_string())?;
+        let surface =
+            surface::read(self.file(&file, files)?, &unit).map_err(|error| error.to_string())?;
         let name = surface::name(&surface);
         self.surfaces.insert(name.clone(), Arc::new(surface));
         self.surface_names.maps.insert((file, unit), name);
         Ok(())
     }
 
-    fn read_stored_surface(&mut self, name: String, files: &mut ReadFile<'_>) -> Result<(), String> {
+    fn read_stored_surface(
+        &mut self,
+        name: String,
+        files: &mut ReadFile<'_>,
+    ) -> Result<(), String> {
         if self.surfaces.get(&name).is_some() {
             return Ok(());
         }
-        let surface = surface::decode_surface(self.file(&name, files)?).map_err(|error| error.to_string())?;
+        let surface =
+            surface::decode_surface(self.file(&name, files)?).map_err(|error| error.to_string())?;
         if surface::name(&surface) != name {
             return Err("its content does not have this hash".to_owned());
         }
@@ -337,14 +410,21 @@ impl Study {
         Ok(())
     }
 
-    fn read_profile(&mut self, key: Key, file: String, files: &mut ReadFile<'_>) -> Result<(), String> {
+    fn read_profile(
+        &mut self,
+        key: Key,
+        file: String,
+        files: &mut ReadFile<'_>,
+    ) -> Result<(), String> {
         if !self.surface_names.profiles.contains_key(&file) {
-            let profile = profile::read(self.file(&file, files)?).map_err(|error| error.to_string())?;
+            let profile =
+                profile::read(self.file(&file, files)?).map_err(|error| error.to_string())?;
             let name = profile::name(&profile);
             self.surfaces.insert_profile(name.clone(), Arc::new(profile));
             self.surface_names.profiles.insert(file.clone(), name);
         }
-        let profile = self.surface_names.profiles.get(&file).and_then(|name| self.surfaces.profile(name));
+        let profile =
+            self.surface_names.profiles.get(&file).and_then(|name| self.surfaces.profile(name));
         match (key, profile.map(|profile| profile.kind())) {
             (Key::Wheel, Some(ProfileKind::Rail)) => Err("it is a rail's".to_owned()),
             (Key::Rail, Some(ProfileKind::Wheel)) => Err("it is a wheel's".to_owned()),
@@ -352,8 +432,8 @@ impl Study {
         }
     }
 
-    /// Assembles every point: first along each axis with the others at their first value, which reports each bad value
-    /// once; then, if those are good, all of them.
+    /// Assembles every point: first along each axis with the others at their first value, which
+    /// reports each bad value once; then, if those are good, all of them.
     fn check(&self) -> Result<(), Vec<Problem>> {
         let mut problems = Vec::new();
         for (which, group) in self.groups.iter().enumerate().filter(|(_, group)| group.length > 1) {
@@ -406,25 +486,41 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     let (root, errors) = DeTable::parse_recoverable(text);
     // what follows the first error is mostly its echo
     if let Some(error) = errors.first() {
-        let expected = if error.message() == "duplicate key" { "may be given only once" } else { "" };
-        return Err(vec![Problem::new(error.span().unwrap_or(0..0), format!("not valid TOML: {}", error.message()), expected)]);
+        let expected =
+            if error.message() == "duplicate key" { "may be given only once" } else { "" };
+        return Err(vec![Problem::new(
+            error.span().unwrap_or(0..0),
+            format!("not valid TOML: {}", error.message()),
+            expected,
+        )]);
     }
     let root = root.into_inner();
     let mut problems = Vec::new();
-    for (name, _) in entries(&root).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref())) {
+    for (name, _) in
+        entries(&root).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref()))
+    {
         problems.push(read::unknown(name.get_ref(), name.span(), "the study", KEYS));
     }
     let name = read_name(&root, &mut problems);
     let question = read_text(&root, "question", &mut problems).unwrap_or_default();
     let kind = read_kind(&root, &mut problems);
     let (mut base, places) = read_base(text, &root, &mut problems);
-    let groups = root.get("sweep").map(|node| sweep::read_sweep(text, node, &mut problems)).unwrap_or_default();
-    let accuracy = root.get("accuracy").and_then(|node| accuracy::read(node, kind, &base, &groups, &mut problems));
+    let groups = root
+        .get("sweep")
+        .map(|node| sweep::read_sweep(text, node, &mut problems))
+        .unwrap_or_default();
+    let accuracy = root
+        .get("accuracy")
+        .and_then(|node| accuracy::read(node, kind, &base, &groups, &mut problems));
     base.extend(accuracy.iter().map(accuracy::Accuracy::first_mesh));
     let ladder = match (kind, root.get("convergence")) {
         (Kind::Convergence, node) => ladder::read(node, &groups, &mut problems),
         (_, Some(node)) => {
-            let problem = Problem::new(node.span(), "only a study of kind \"convergence\" has `[convergence]`", "leave this out");
+            let problem = Problem::new(
+                node.span(),
+                "only a study of kind \"convergence\" has `[convergence]`",
+                "leave this out",
+            );
             problems.push(problem.help("or say kind = \"convergence\" at the top"));
             None
         }
@@ -433,7 +529,11 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     let cost = match (kind, root.get("cost")) {
         (Kind::Cost, node) => cost::read(node, &groups, &mut problems),
         (_, Some(node)) => {
-            problems.push(Problem::new(node.span(), "only a study of kind \"cost\" has `[cost]`", "leave this out"));
+            problems.push(Problem::new(
+                node.span(),
+                "only a study of kind \"cost\" has `[cost]`",
+                "leave this out",
+            ));
             None
         }
         (_, None) => None,
@@ -447,9 +547,19 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     let columns = columns::columns(kind, groups.iter().flat_map(Group::axes), keys(&base, &groups));
     let figures = match root.get("figure") {
         Some(node) => figure::read_figures(node, &groups, &columns, &mut problems),
-        None => figure::default(kind, ladder.as_ref(), cost.as_ref(), &groups).into_iter().collect(),
+        None => {
+            figure::default(kind, ladder.as_ref(), cost.as_ref(), &groups).into_iter().collect()
+        }
     };
-    let adaptive = adaptive::read(root.get("accuracy"), root.get("refine"), root.get("bisect"), &base, &groups, &columns, &mut problems);
+    let adaptive = adaptive::read(
+        root.get("accuracy"),
+        root.get("refine"),
+        root.get("bisect"),
+        &base,
+        &groups,
+        &columns,
+        &mut problems,
+    );
     if !problems.is_empty() {
         return Err(problems);
     }
@@ -485,11 +595,20 @@ fn keys<'a>(base: &'a [(Key, Given)], groups: &'a [Group]) -> impl Iterator<Item
     base.iter().chain(choices.flat_map(|choice| &choice.given)).map(|(key, _)| *key)
 }
 
-fn read_base(text: &str, root: &DeTable<'_>, problems: &mut Vec<Problem>) -> (Vec<(Key, Given)>, TablePlaces) {
+fn read_base(
+    text: &str,
+    root: &DeTable<'_>,
+    problems: &mut Vec<Problem>,
+) -> (Vec<(Key, Given)>, TablePlaces) {
     let mut reader = Reader::new(text, problems);
     for (name, node) in entries(root) {
-        match (Table::find(name.get_ref()).filter(|table| table.path() == name.get_ref().as_ref()), node.get_ref()) {
-            (Some(table), DeValue::Table(below)) => reader.table(table, node.span(), entries(below)),
+        match (
+            Table::find(name.get_ref()).filter(|table| table.path() == name.get_ref().as_ref()),
+            node.get_ref(),
+        ) {
+            (Some(table), DeValue::Table(below)) => {
+                reader.table(table, node.span(), entries(below))
+            }
             (Some(table), _) => {
                 reader.problems.push(read::mistyped(&table.path(), node, &table.expected()));
             }
@@ -505,7 +624,11 @@ fn read_text(root: &DeTable<'_>, name: &str, problems: &mut Vec<Problem>) -> Opt
 
 fn read_name(root: &DeTable<'_>, problems: &mut Vec<Problem>) -> String {
     let Some(node) = root.get("name") else {
-        problems.push(Problem::new(0..0, "the study has no name", "needs name = \"…\", under which its results are kept"));
+        problems.push(Problem::new(
+            0..0,
+            "the study has no name",
+            "needs name = \"…\", under which its results are kept",
+        ));
         return String::new();
     };
     let name = read_text(root, "name", problems).unwrap_or_default();
@@ -515,19 +638,27 @@ fn read_name(root: &DeTable<'_>, problems: &mut Vec<Problem>) -> String {
     name
 }
 
-/// The problem of a name that is not fit for a file, if it is not; `what` it names with its article.
+/// The problem of a name that is not fit for a file, if it is not; `what` it names with its
+/// article.
 pub(crate) fn refuse_file_name(name: &str, what: &str, node: &read::Node<'_>) -> Option<Problem> {
     let legal = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
-    let is_name = name.starts_with(|c: char| c.is_ascii_alphanumeric()) && name.chars().all(legal) && name.len() <= 64;
-    let expected = "must be 1 to 64 letters, digits, `-`, `_` or `.`, the first a letter or a digit";
+    let is_name = name.starts_with(|c: char| c.is_ascii_alphanumeric())
+        && name.chars().all(legal)
+        && name.len() <= 64;
+    let expected =
+        "must be 1 to 64 letters, digits, `-`, `_` or `.`, the first a letter or a digit";
     (!is_name).then(|| Problem::new(node.span(), format!("`{name}` cannot name {what}"), expected))
 }
 
 fn read_kind(root: &DeTable<'_>, problems: &mut Vec<Problem>) -> Kind {
-    let (Some(name), Some(node)) = (read_text(root, "kind", problems), root.get("kind")) else { return Kind::default() };
+    let (Some(name), Some(node)) = (read_text(root, "kind", problems), root.get("kind")) else {
+        return Kind::default();
+    };
     Kind::find(&name).unwrap_or_else(|| {
         let names: Vec<&str> = Kind::ALL.iter().map(|kind| kind.name()).collect();
-        let problem = |expected: &str| Problem::new(node.span(), format!("unknown kind of study `{name}`"), expected);
+        let problem = |expected: &str| {
+            Problem::new(node.span(), format!("unknown kind of study `{name}`"), expected)
+        };
         let listed = format!("must be {}", one_of(&names));
         problems.push(match nearest(&name, names.iter().copied()) {
             Some(meant) => problem(&format!("did you mean \"{meant}\"?")).help(listed),

@@ -3,7 +3,9 @@
 use contact::loading::Loading;
 use contact::multiplicity::Search;
 use contact::numerics::{Mesh, Method, Numerics};
-use contact::scene::{Base, Domain, Foundation, Friction, Material, Punch, Scene, SceneError, Shape};
+use contact::scene::{
+    Base, Domain, Foundation, Friction, Material, Punch, Scene, SceneError, Shape,
+};
 use contact::uniqueness::{Effort, Question};
 use serde::{Deserialize, Serialize};
 
@@ -70,7 +72,9 @@ impl Job {
     /// The scene that is to be solved, once or often.
     pub fn case(&self) -> Option<&Case> {
         match self {
-            Job::Solve(case) | Job::Cost { case, .. } | Job::Multiplicity { case, .. } => Some(case),
+            Job::Solve(case) | Job::Cost { case, .. } | Job::Multiplicity { case, .. } => {
+                Some(case)
+            }
             Job::Uniqueness { .. } => None,
         }
     }
@@ -78,7 +82,9 @@ impl Job {
     /// The elements that it asks for.
     pub fn mesh(&self) -> Mesh {
         match self {
-            Job::Solve(case) | Job::Cost { case, .. } | Job::Multiplicity { case, .. } => case.numerics.mesh,
+            Job::Solve(case) | Job::Cost { case, .. } | Job::Multiplicity { case, .. } => {
+                case.numerics.mesh
+            }
             Job::Uniqueness { question, .. } => question.mesh,
         }
     }
@@ -86,14 +92,16 @@ impl Job {
     /// Refuses what has no meaning.
     pub fn validate(&self) -> Result<(), SceneError> {
         match self {
-            Job::Solve(case) | Job::Cost { case, .. } | Job::Multiplicity { case, .. } => case.validate(),
+            Job::Solve(case) | Job::Cost { case, .. } | Job::Multiplicity { case, .. } => {
+                case.validate()
+            }
             Job::Uniqueness { question, .. } => question.validate(),
         }
     }
 
-    /// The canonical text of the job: JSON with the fields in their declared order, defaults and what goes without saying on the
-    /// loading path left out, numbers in SI units in their shortest exact form. Spelling, order and units of the study file leave
-    /// no trace in it.
+    /// The canonical text of the job: JSON with the fields in their declared order, defaults and
+    /// what goes without saying on the loading path left out, numbers in SI units in their shortest
+    /// exact form. Spelling, order and units of the study file leave no trace in it.
     pub fn canonical(&self) -> String {
         let mut job = self.clone();
         job.normalise();
@@ -105,15 +113,17 @@ impl Job {
         JobKey::of(PHYSICS_VERSION, &self.canonical())
     }
 
-    /// Reads a [canonical](Job::canonical) text, bit for bit what was written, and refuses what has no meaning.
+    /// Reads a [canonical](Job::canonical) text, bit for bit what was written, and refuses what has
+    /// no meaning.
     pub fn parse(text: &str) -> Result<Job, JobError> {
         let job: Job = serde_json::from_str(text)?;
         job.validate()?;
         if job.canonical() == text { Ok(job) } else { Err(JobError::NotCanonical) }
     }
 
-    /// The job as a study file asks for it, in SI units. Read back, it is the study's only point, and the same job; a study of cost
-    /// needs beside it `[sweep]` with at least three meshes, and the job is one of its points if its own mesh is among them.
+    /// The job as a study file asks for it, in SI units. Read back, it is the study's only point,
+    /// and the same job; a study of cost needs beside it `[sweep]` with at least three meshes, and
+    /// the job is one of its points if its own mesh is among them.
     pub fn to_toml(&self) -> String {
         let settings = settings(self);
         let mut text = match self.kind() {
@@ -123,8 +133,9 @@ impl Job {
         if let Job::Cost { repeat, threads, .. } = self {
             text += &format!("cost.repeat = {repeat}\ncost.threads = {threads}\n");
         }
-        let goes_without_saying =
-            |key: Key, setting: &Setting| matches!(key, Key::Increments(_) | Key::Cycles) && *setting == Setting::Count(1);
+        let goes_without_saying = |key: Key, setting: &Setting| {
+            matches!(key, Key::Increments(_) | Key::Cycles) && *setting == Setting::Count(1)
+        };
         let said = || settings.iter().filter(|(key, setting)| !goes_without_saying(*key, setting));
         for (key, setting) in said().filter(|(key, _)| key.index().is_none()) {
             if !matches!(key.quantity(), Quantity::List(_)) {
@@ -132,8 +143,10 @@ impl Job {
                 continue;
             }
             let entry = |index| {
-                let keys = said().filter(|(of, _)| of.list() == Some(*key) && of.index() == Some(index));
-                let keys: Vec<String> = keys.map(|(key, setting)| format!("{} = {setting}", key.name())).collect();
+                let keys =
+                    said().filter(|(of, _)| of.list() == Some(*key) && of.index() == Some(index));
+                let keys: Vec<String> =
+                    keys.map(|(key, setting)| format!("{} = {setting}", key.name())).collect();
                 if keys.is_empty() { "{}".to_owned() } else { format!("{{ {} }}", keys.join(", ")) }
             };
             let entries: Vec<String> = (0..length(self, *key)).map(entry).collect();
@@ -173,7 +186,13 @@ impl Case {
         scene.friction.mu += 0.0;
         normalise(&mut scene.foundation, &mut scene.punch.material);
         if let Shape::WheelOnRail(wheel) = &mut scene.punch.shape {
-            for x in [&mut wheel.gauge_depth, &mut wheel.flange_back_to_origin, &mut wheel.lateral, &mut wheel.yaw, &mut wheel.roll] {
+            for x in [
+                &mut wheel.gauge_depth,
+                &mut wheel.flange_back_to_origin,
+                &mut wheel.lateral,
+                &mut wheel.yaw,
+                &mut wheel.roll,
+            ] {
                 *x += 0.0;
             }
         }
@@ -196,8 +215,8 @@ fn normalise(foundation: &mut Foundation, punch: &mut Option<Material>) {
     }
 }
 
-/// A case as it is read: serde reads no flattened field in a struct that denies unknown ones, as the scene's punch does.
-/// [`Job::parse`] finds unknown ones by comparing texts.
+/// A case as it is read: serde reads no flattened field in a struct that denies unknown ones, as
+/// the scene's punch does. [`Job::parse`] finds unknown ones by comparing texts.
 #[derive(Deserialize)]
 struct CaseText {
     scene: SceneText,
@@ -222,8 +241,23 @@ struct PunchText {
 
 impl From<CaseText> for Case {
     fn from(CaseText { scene, numerics }: CaseText) -> Case {
-        let SceneText { foundation, punch: PunchText { shape, material }, friction, domain, loading } = scene;
-        Case { scene: Scene { foundation, punch: Punch { shape, material }, friction, domain, loading }, numerics }
+        let SceneText {
+            foundation,
+            punch: PunchText { shape, material },
+            friction,
+            domain,
+            loading,
+        } = scene;
+        Case {
+            scene: Scene {
+                foundation,
+                punch: Punch { shape, material },
+                friction,
+                domain,
+                loading,
+            },
+            numerics,
+        }
     }
 }
 
@@ -322,7 +356,8 @@ pub(crate) mod tests {
         }
     }
 
-    /// A change of this text or key orphans every stored result; it needs a new [`PHYSICS_VERSION`].
+    /// A change of this text or key orphans every stored result; it needs a new
+    /// [`PHYSICS_VERSION`].
     #[test]
     fn the_canonical_text_is_fixed() {
         insta::assert_snapshot!(job().canonical(), @r#"{"kind":"solve","scene":{"foundation":{"base":{"shear_modulus":80000000000.0,"poisson":0.3}},"punch":{"shape":"sphere","radius":0.05},"friction":{"mu":0.3},"loading":{"steps":[{"approach":0.00002}]}},"numerics":{"mesh":16,"projection":"average","method":"auto","tolerance":1e-8,"max_iterations":20000}}"#);
@@ -336,9 +371,15 @@ pub(crate) mod tests {
         let text = |zero: f64| {
             let job = with(|Case { scene, .. }| {
                 scene.loading.steps[0].shift_x = Some(zero);
-                scene.loading.steps.push(Step { shift_x: Some(1e-6), shift_y: Some(zero), ..Step::default() });
-                scene.foundation = Foundation::half_space(Material { shear_modulus: 1e9, poisson: zero });
-                scene.foundation.layers = vec![Layer { shear_modulus: 1e9, poisson: zero, thickness: 1e-3 }];
+                scene.loading.steps.push(Step {
+                    shift_x: Some(1e-6),
+                    shift_y: Some(zero),
+                    ..Step::default()
+                });
+                scene.foundation =
+                    Foundation::half_space(Material { shear_modulus: 1e9, poisson: zero });
+                scene.foundation.layers =
+                    vec![Layer { shear_modulus: 1e9, poisson: zero, thickness: 1e-3 }];
                 scene.punch.material = Some(Material { shear_modulus: 1e9, poisson: zero });
             });
             job.canonical()
@@ -358,8 +399,13 @@ pub(crate) mod tests {
     #[test]
     fn what_is_not_a_job_is_refused() {
         assert!(Job::parse("{}").is_err());
-        assert!(Job::parse(&job().canonical().replace("\"poisson\":0.3", "\"poisson\":0.6")).is_err());
-        assert!(Job::parse(&job().canonical().replace("\"mesh\":16", "\"mesh\":16,\"colour\":1")).is_err());
+        assert!(
+            Job::parse(&job().canonical().replace("\"poisson\":0.3", "\"poisson\":0.6")).is_err()
+        );
+        assert!(
+            Job::parse(&job().canonical().replace("\"mesh\":16", "\"mesh\":16,\"colour\":1"))
+                .is_err()
+        );
     }
 
     proptest! {

@@ -1,10 +1,12 @@
-//! Every key of a scene and of its numerics: where it stands in a study file, what it measures and the column it
-//! fills. The one list; the reader, the axes, the columns and the messages all go by it.
+//! Every key of a scene and of its numerics: where it stands in a study file, what it measures and
+//! the column it fills. The one list; the reader, the axes, the columns and the messages all go by
+//! it.
 //!
 //! Layers and load steps are lists, and a key of one of them carries its index, counted from 0:
-//! `foundation.layers[1].thickness` fills the column `layer1_thickness`, `loading.steps[2].shift_x` the column
-//! `step2_shift_x`. Only what most studies have, one step, does without its index: the motions and the normal force of
-//! `steps[0]` fill `approach`, `normal_force`, `shift_x` … (its tangential forces and moments do not: `force_x` is a result).
+//! `foundation.layers[1].thickness` fills the column `layer1_thickness`, `loading.steps[2].shift_x`
+//! the column `step2_shift_x`. Only what most studies have, one step, does without its index: the
+//! motions and the normal force of `steps[0]` fill `approach`, `normal_force`, `shift_x` … (its
+//! tangential forces and moments do not: `force_x` is a result).
 
 use std::borrow::Cow;
 
@@ -47,20 +49,32 @@ impl Quantity {
                     Dimension::Moment => "2 N m",
                     _ => return format!("a number in {}", dimension.unit()),
                 };
-                format!("{} like \"{example}\" or a number in {}", dimension.noun(), dimension.unit())
+                format!(
+                    "{} like \"{example}\" or a number in {}",
+                    dimension.noun(),
+                    dimension.unit()
+                )
             }
             Quantity::Count => "a whole number".to_owned(),
-            Quantity::Mesh => "a whole number of elements like 64, or a pair like [64, 32]".to_owned(),
+            Quantity::Mesh => {
+                "a whole number of elements like 64, or a pair like [64, 32]".to_owned()
+            }
             Quantity::Choice(words) => match words {
                 [only] => format!("\"{only}\""),
                 _ => one_of(words),
             },
             Quantity::Text => "a text".to_owned(),
             Quantity::LengthUnit => {
-                format!("a unit of length: {}", quoted(&Dimension::Length.units().collect::<Vec<_>>()))
+                format!(
+                    "a unit of length: {}",
+                    quoted(&Dimension::Length.units().collect::<Vec<_>>())
+                )
             }
             Quantity::Effects => {
-                format!("a list of effects like [\"coupling\", \"asymmetry-x\"], each {}", one_of(&Effect::OPTIONAL.map(Effect::name)))
+                format!(
+                    "a list of effects like [\"coupling\", \"asymmetry-x\"], each {}",
+                    one_of(&Effect::OPTIONAL.map(Effect::name))
+                )
             }
             Quantity::List(example) => format!("a list of tables like [{example}]"),
         }
@@ -90,7 +104,8 @@ macro_rules! keys {
         }
 
         impl Key {
-            /// Every key, in the order of the scene's and the numerics' fields, those of lists with index 0.
+            /// Every key, in the order of the scene's and the numerics' fields, those of lists with
+            /// index 0.
             pub const ALL: &'static [Key] = &[$(Key::$name $((<$type>::MIN))?),*];
 
             /// The same key of another layer or step.
@@ -197,18 +212,25 @@ keys! {
 }
 
 impl Key {
-    /// Every key of a scene whose lists ([`Key::Layers`], [`Key::Steps`]) are so long, in the order of the fields.
+    /// Every key of a scene whose lists ([`Key::Layers`], [`Key::Steps`]) are so long, in the order
+    /// of the fields.
     pub fn all(length: impl Fn(Key) -> u32) -> Vec<Key> {
         Key::of_entries(|list| 0..length(list))
     }
 
     /// The same of a scene of whose lists only the entries with these indices count.
-    pub(crate) fn of_entries<Indices: IntoIterator<Item = u32>>(indices: impl Fn(Key) -> Indices) -> Vec<Key> {
+    pub(crate) fn of_entries<Indices: IntoIterator<Item = u32>>(
+        indices: impl Fn(Key) -> Indices,
+    ) -> Vec<Key> {
         let mut keys = Vec::new();
         for run in Key::ALL.chunk_by(|a, b| a.list() == b.list()) {
             match run.first().and_then(|key| key.list()) {
                 None => keys.extend_from_slice(run),
-                Some(list) => keys.extend(indices(list).into_iter().flat_map(|index| run.iter().map(move |key| key.at(index)))),
+                Some(list) => keys.extend(
+                    indices(list)
+                        .into_iter()
+                        .flat_map(|index| run.iter().map(move |key| key.at(index))),
+                ),
             }
         }
         keys
@@ -240,9 +262,13 @@ impl Key {
     /// The column it fills; an identifier, unique among all columns.
     pub fn column(self) -> Cow<'static, str> {
         match self {
-            Key::Approach(0) | Key::NormalForce(0) | Key::ShiftX(0) | Key::ShiftY(0) | Key::TiltX(0) | Key::TiltY(0) | Key::Twist(0) => {
-                Cow::Borrowed(self.name())
-            }
+            Key::Approach(0)
+            | Key::NormalForce(0)
+            | Key::ShiftX(0)
+            | Key::ShiftY(0)
+            | Key::TiltX(0)
+            | Key::TiltY(0)
+            | Key::Twist(0) => Cow::Borrowed(self.name()),
             _ => match self.index() {
                 Some(index) => Cow::Owned(self.column_pattern().replace("[i]", &index.to_string())),
                 None => Cow::Borrowed(self.column_pattern()),
@@ -269,25 +295,33 @@ impl Key {
     /// The key with this path, short or from the top.
     pub fn find(path: &str) -> Option<Key> {
         let (pattern, index) = pattern_of(path)?;
-        let key = Key::ALL.iter().find(|key| key.pattern() == pattern || short(key.pattern()) == pattern)?;
+        let key = Key::ALL
+            .iter()
+            .find(|key| key.pattern() == pattern || short(key.pattern()) == pattern)?;
         Some(key.at(index))
     }
 
     /// The key that fills this column.
     pub fn of_column(column: &str) -> Option<Key> {
-        let index = column.trim_start_matches(|c: char| c.is_ascii_lowercase()).split('_').next().and_then(|digits| digits.parse().ok());
+        let index = column
+            .trim_start_matches(|c: char| c.is_ascii_lowercase())
+            .split('_')
+            .next()
+            .and_then(|digits| digits.parse().ok());
         let candidates = Key::ALL.iter().flat_map(|key| [*key, key.at(index.unwrap_or(0))]);
         candidates.into_iter().find(|key| key.column() == column)
     }
 
     /// Whether the table holds the key, or is what it says in a word or a number.
     pub fn is_under(self, table: &Table) -> bool {
-        is_inside(self.pattern(), table.pattern) && (!table.has_index() || self.index() == Some(table.index))
+        is_inside(self.pattern(), table.pattern)
+            && (!table.has_index() || self.index() == Some(table.index))
     }
 }
 
-/// A table of a study file whose keys are [`Key`]s, or a list of them; an axis may replace it as a whole. Lists, and the
-/// base of a foundation, are keys as well: what these say fits into a number or a word.
+/// A table of a study file whose keys are [`Key`]s, or a list of them; an axis may replace it as a
+/// whole. Lists, and the base of a foundation, are keys as well: what these say fits into a number
+/// or a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Table {
     pattern: &'static str,
@@ -329,7 +363,9 @@ impl Table {
 
     /// The list of which it is, or the list that it stands in: [`Key::Layers`] or [`Key::Steps`].
     pub fn list(&self) -> Option<Key> {
-        [Key::Layers, Key::Steps].into_iter().find(|list| self.pattern.split('[').next() == Some(list.pattern()))
+        [Key::Layers, Key::Steps]
+            .into_iter()
+            .find(|list| self.pattern.split('[').next() == Some(list.pattern()))
     }
 
     /// Whether it is a list of tables.
@@ -339,7 +375,8 @@ impl Table {
 
     /// The tables of a list, [`Key::Layers`] or [`Key::Steps`].
     pub(crate) fn entry(list: Key, index: u32) -> Option<Table> {
-        let entry = Table::ALL.iter().find(|table| table.has_index() && table.list() == Some(list))?;
+        let entry =
+            Table::ALL.iter().find(|table| table.has_index() && table.list() == Some(list))?;
         Some(Table { index, ..*entry })
     }
 
@@ -369,20 +406,24 @@ impl Table {
     /// The table with this path, short or from the top.
     pub fn find(path: &str) -> Option<Table> {
         let (pattern, index) = pattern_of(path)?;
-        let table = Table::ALL.iter().find(|table| table.pattern == pattern || short(table.pattern) == pattern)?;
+        let table = Table::ALL
+            .iter()
+            .find(|table| table.pattern == pattern || short(table.pattern) == pattern)?;
         Some(Table { index, ..*table })
     }
 
     /// Whether the other table holds it or is it.
     pub fn is_under(&self, other: &Table) -> bool {
-        is_inside(self.pattern, other.pattern) && (!other.has_index() || self.index() == Some(other.index))
+        is_inside(self.pattern, other.pattern)
+            && (!other.has_index() || self.index() == Some(other.index))
     }
 
     /// The names that may stand directly in it.
     pub fn names(&self) -> Vec<&'static str> {
         let mut names = Vec::new();
         for key in Key::ALL {
-            let inner = key.pattern().strip_prefix(self.pattern).and_then(|rest| rest.strip_prefix('.'));
+            let inner =
+                key.pattern().strip_prefix(self.pattern).and_then(|rest| rest.strip_prefix('.'));
             let name = inner.and_then(|inner| inner.split(['.', '[']).next());
             names.extend(name.filter(|name| !names.contains(name)));
         }
@@ -407,7 +448,10 @@ fn is_inside(inner: &str, outer: &str) -> bool {
 }
 
 fn short(path: &str) -> &str {
-    ["scene.", "numerics.", "search."].iter().find_map(|table| path.strip_prefix(table)).unwrap_or(path)
+    ["scene.", "numerics.", "search."]
+        .iter()
+        .find_map(|table| path.strip_prefix(table))
+        .unwrap_or(path)
 }
 
 fn indexed(pattern: &'static str, index: Option<u32>) -> Cow<'static, str> {
@@ -417,7 +461,8 @@ fn indexed(pattern: &'static str, index: Option<u32>) -> Cow<'static, str> {
     }
 }
 
-/// A path with `[i]` in place of its index, and the index; `None` if the index is no number as numbers are written.
+/// A path with `[i]` in place of its index, and the index; `None` if the index is no number as
+/// numbers are written.
 fn pattern_of(path: &str) -> Option<(Cow<'_, str>, u32)> {
     let Some((list, rest)) = path.split_once('[') else { return Some((Cow::Borrowed(path), 0)) };
     let (digits, rest) = rest.split_once(']')?;
@@ -433,8 +478,8 @@ pub fn nearest_path(path: &str) -> Option<String> {
     nearest(&pattern, known).map(|meant| meant.replace("[i]", &format!("[{index}]")))
 }
 
-/// The candidate that was probably meant: one that ends in the word as a path segment, else the nearest by spelling
-/// if it is near at all.
+/// The candidate that was probably meant: one that ends in the word as a path segment, else the
+/// nearest by spelling if it is near at all.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let candidates: Vec<&str> = candidates.into_iter().collect();
     let ends_in_it = |candidate: &&&str| candidate.rsplit('.').next() == Some(word);
@@ -444,7 +489,12 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     let near = 1 + word.chars().count() / 4;
     candidates
         .into_iter()
-        .map(|candidate| (strsim::damerau_levenshtein(&word.to_lowercase(), &candidate.to_lowercase()), candidate))
+        .map(|candidate| {
+            (
+                strsim::damerau_levenshtein(&word.to_lowercase(), &candidate.to_lowercase()),
+                candidate,
+            )
+        })
         .filter(|(distance, _)| *distance <= near)
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate)
@@ -467,11 +517,16 @@ mod tests {
             assert!(columns.insert(key.column()), "{key:?}");
             assert_eq!(Key::of_column(&key.column()), Some(*key));
         }
-        for table in (0..3).flat_map(|index| Table::ALL.iter().map(move |table| Table { index, ..*table })) {
+        for table in
+            (0..3).flat_map(|index| Table::ALL.iter().map(move |table| Table { index, ..*table }))
+        {
             assert_eq!(Table::find(&table.path()).map(|found| found.path()), Some(table.path()));
             // a list and the base are keys too, under the same name
             let is_key = Key::find(&table.path()).is_some_and(|key| key.column() == table.column());
-            assert!(columns.insert(table.column()) || is_key || table.index > 0 && !table.has_index(), "{table:?}");
+            assert!(
+                columns.insert(table.column()) || is_key || table.index > 0 && !table.has_index(),
+                "{table:?}"
+            );
         }
     }
 
@@ -483,9 +538,13 @@ mod tests {
         assert_eq!(column("loading.steps[12].shift_x"), "step12_shift_x");
         assert_eq!(column("foundation.layers[0].poisson"), "layer0_poisson");
         assert_eq!(Key::of_column("step0_shift_x"), None);
-        for path in
-            ["loading.steps[i].twist", "loading.steps[01].twist", "loading.steps[-1].twist", "loading.steps[].twist", "loading.steps.twist"]
-        {
+        for path in [
+            "loading.steps[i].twist",
+            "loading.steps[01].twist",
+            "loading.steps[-1].twist",
+            "loading.steps[].twist",
+            "loading.steps.twist",
+        ] {
             assert_eq!(Key::find(path), None, "{path}");
         }
     }
@@ -495,13 +554,26 @@ mod tests {
         for table in Table::ALL.iter().filter(|table| !table.is_list()) {
             assert!(!table.names().is_empty(), "{table:?}");
         }
-        assert_eq!(Table::find("loading").map(|t| t.names()), Some(vec!["steps", "cycle_from", "cycles"]));
+        assert_eq!(
+            Table::find("loading").map(|t| t.names()),
+            Some(vec!["steps", "cycle_from", "cycles"])
+        );
         assert_eq!(Table::find("foundation").map(|t| t.names()), Some(vec!["layers", "base"]));
         assert_eq!(Table::find("loading.steps[3]").map(|t| t.names().len()), Some(13));
-        let inside = |key: &str, table: &str| Key::find(key).unwrap().is_under(&Table::find(table).unwrap());
-        assert!(inside("loading.steps[3].twist", "loading.steps[3]") && inside("loading.steps[3].twist", "loading.steps"));
-        assert!(!inside("loading.steps[3].twist", "loading.steps[2]") && !inside("loading.steps", "loading.steps[0]"));
-        assert!(inside("foundation.base", "foundation.base") && inside("foundation.layers", "foundation"));
+        let inside =
+            |key: &str, table: &str| Key::find(key).unwrap().is_under(&Table::find(table).unwrap());
+        assert!(
+            inside("loading.steps[3].twist", "loading.steps[3]")
+                && inside("loading.steps[3].twist", "loading.steps")
+        );
+        assert!(
+            !inside("loading.steps[3].twist", "loading.steps[2]")
+                && !inside("loading.steps", "loading.steps[0]")
+        );
+        assert!(
+            inside("foundation.base", "foundation.base")
+                && inside("foundation.layers", "foundation")
+        );
     }
 
     #[test]
@@ -511,6 +583,9 @@ mod tests {
         assert_eq!(nearest("friction.nu", keys()), Some("friction.mu"));
         assert_eq!(nearest("colour", keys()), None);
         assert_eq!(nearest("", keys()), None);
-        assert_eq!(nearest_path("loading.steps[7].aproach").as_deref(), Some("loading.steps[7].approach"));
+        assert_eq!(
+            nearest_path("loading.steps[7].aproach").as_deref(),
+            Some("loading.steps[7].approach")
+        );
     }
 }

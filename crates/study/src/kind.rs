@@ -20,7 +20,8 @@ pub enum Kind {
 
 impl Kind {
     /// Every kind.
-    pub const ALL: &'static [Kind] = &[Kind::Solve, Kind::Convergence, Kind::Cost, Kind::Multiplicity, Kind::Uniqueness];
+    pub const ALL: &'static [Kind] =
+        &[Kind::Solve, Kind::Convergence, Kind::Cost, Kind::Multiplicity, Kind::Uniqueness];
 
     /// How a study file calls it.
     pub fn name(self) -> &'static str {
@@ -42,7 +43,9 @@ impl Kind {
     pub(crate) fn refuses(self, key: Key) -> Option<&'static str> {
         let is_of_search = matches!(key, Key::Starts | Key::Seed);
         match self {
-            Kind::Solve | Kind::Convergence | Kind::Cost => is_of_search.then_some("a scene is solved from one start"),
+            Kind::Solve | Kind::Convergence | Kind::Cost => {
+                is_of_search.then_some("a scene is solved from one start")
+            }
             Kind::Multiplicity => match key {
                 Key::Simulate => Some("a search simulates every effect"),
                 Key::Method => Some("a search tries every method"),
@@ -50,10 +53,20 @@ impl Kind {
             },
             Kind::Uniqueness => match key {
                 Key::Mu => Some("it asks for the friction"),
-                Key::Steps | Key::CycleFrom | Key::Cycles => Some("uniqueness does not depend on the loading"),
-                Key::DomainWidthX | Key::DomainWidthY | Key::DomainCenterX | Key::DomainCenterY => Some("the flat sole of its punch is Ω"),
-                Key::Ceiling | Key::Method | Key::Tolerance | Key::MaxIterations | Key::Simulate => Some("no scene is solved"),
-                _ if key.list() == Some(Key::Steps) => Some("uniqueness does not depend on the loading"),
+                Key::Steps | Key::CycleFrom | Key::Cycles => {
+                    Some("uniqueness does not depend on the loading")
+                }
+                Key::DomainWidthX | Key::DomainWidthY | Key::DomainCenterX | Key::DomainCenterY => {
+                    Some("the flat sole of its punch is Ω")
+                }
+                Key::Ceiling
+                | Key::Method
+                | Key::Tolerance
+                | Key::MaxIterations
+                | Key::Simulate => Some("no scene is solved"),
+                _ if key.list() == Some(Key::Steps) => {
+                    Some("uniqueness does not depend on the loading")
+                }
                 _ => None,
             },
         }

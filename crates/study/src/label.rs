@@ -1,11 +1,13 @@
 //! What columns are called in pictures: `layer0_thickness` is "thickness of layer 0".
 //!
-//! A name is made of words, so most labels are the words of the name; the rest stand in a list here.
+//! A name is made of words, so most labels are the words of the name; the rest stand in a list
+//! here.
 
 use crate::columns::{Column, Role};
 use crate::units::Dimension;
 
-/// Labels that are not the words of the name; those of keys of layers and steps without what says which.
+/// Labels that are not the words of the name; those of keys of layers and steps without what says
+/// which.
 const LABELS: &[(&str, &str)] = &[
     ("poisson", "Poisson's ratio"),
     ("layers", "number of layers"),
@@ -109,7 +111,9 @@ fn words(name: &str) -> String {
     }
     match name.rsplit_once('_') {
         Some((rest @ ("tilt" | "moment"), axis)) => format!("{rest} about {axis}"),
-        Some((rest, axis @ ("x" | "y" | "z"))) => format!("{} along {axis}", rest.replace('_', " ")),
+        Some((rest, axis @ ("x" | "y" | "z"))) => {
+            format!("{} along {axis}", rest.replace('_', " "))
+        }
         _ => name.replace('_', " "),
     }
 }
@@ -134,7 +138,8 @@ mod tests {
                 let label = label(column, &columns);
                 assert!(!label.contains('_') && !label.is_empty(), "{label}");
                 // a motion that is prescribed and the same when it was reached are one quantity
-                let before = called.insert((label.clone(), column.name.starts_with("at_")), column.name.clone());
+                let before = called
+                    .insert((label.clone(), column.name.starts_with("at_")), column.name.clone());
                 assert!(before.is_none(), "{before:?} and {} are both called {label}", column.name);
             }
         }
@@ -142,10 +147,15 @@ mod tests {
 
     #[test]
     fn every_label_in_the_list_belongs_to_a_column() {
-        let all = || Kind::ALL.iter().flat_map(|kind| along_path(columns(*kind, [], Key::all(|_| 1))));
+        let all =
+            || Kind::ALL.iter().flat_map(|kind| along_path(columns(*kind, [], Key::all(|_| 1))));
         let all: Vec<Column> = all().collect();
-        let names: HashSet<&str> =
-            all.iter().map(|column| indexed(&column.name, "layer").map_or(column.name.as_ref(), |(_, key)| key)).collect();
+        let names: HashSet<&str> = all
+            .iter()
+            .map(|column| {
+                indexed(&column.name, "layer").map_or(column.name.as_ref(), |(_, key)| key)
+            })
+            .collect();
         for (name, _) in LABELS {
             assert!(names.contains(name), "{name}");
         }
@@ -171,6 +181,9 @@ mod tests {
             assert_eq!(label(column, &columns), expected);
         }
         let bare = crate::columns::columns(Kind::Solve, [], Key::all(|_| 0));
-        assert_eq!(label(bare.iter().find(|column| column.name == "poisson").unwrap(), &bare), "Poisson's ratio");
+        assert_eq!(
+            label(bare.iter().find(|column| column.name == "poisson").unwrap(), &bare),
+            "Poisson's ratio"
+        );
     }
 }

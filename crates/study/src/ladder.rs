@@ -1,4 +1,5 @@
-//! The ladder of a convergence study: the axis along which its points come closer to what they are compared with.
+//! The ladder of a convergence study: the axis along which its points come closer to what they are
+//! compared with.
 //!
 //! ```toml
 //! kind = "convergence"
@@ -7,8 +8,9 @@
 //! along = "mesh"              # or "epsilon"; the mesh if it is an axis
 //! reference = "closed-form"   # or "finest"; the closed form along meshes, where every scene has one
 //! ```
-//! Along meshes, solutions for ε = 0 converge to the closed form and those for ε > 0 to a limit of their own, which is not known: the finest
-//! mesh stands for it. Along ε, the solution for the smallest ε on the same mesh stands for the limit, that for ε = 0 if it is there.
+//! Along meshes, solutions for ε = 0 converge to the closed form and those for ε > 0 to a limit of
+//! their own, which is not known: the finest mesh stands for it. Along ε, the solution for the
+//! smallest ε on the same mesh stands for the limit, that for ε = 0 if it is there.
 
 use toml::de::DeValue;
 
@@ -42,30 +44,49 @@ const ALONG: [&str; 2] = ["mesh", "epsilon"];
 const REFERENCES: [&str; 2] = ["closed-form", "finest"];
 
 /// Reads `[convergence]`; without it the ladder is the axis of meshes, else that of ε.
-pub(crate) fn read(node: Option<&Node<'_>>, groups: &[Group], problems: &mut Vec<Problem>) -> Option<Ladder> {
+pub(crate) fn read(
+    node: Option<&Node<'_>>,
+    groups: &[Group],
+    problems: &mut Vec<Problem>,
+) -> Option<Ladder> {
     let (mut along, mut reference) = (None, None);
     let span = node.map_or(0..0, |node| node.span());
     if let Some(node) = node {
         let DeValue::Table(table) = node.get_ref() else {
-            problems.push(read::mistyped("convergence", node, &format!("a table with the keys `{}`", KEYS.join("`, `"))));
+            problems.push(read::mistyped(
+                "convergence",
+                node,
+                &format!("a table with the keys `{}`", KEYS.join("`, `")),
+            ));
             return None;
         };
-        for (name, _) in entries(table).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref())) {
+        for (name, _) in
+            entries(table).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref()))
+        {
             problems.push(read::unknown(name.get_ref(), name.span(), "`[convergence]`", KEYS));
         }
         let mut word = |name: &str, words: &[&'static str]| -> Option<usize> {
             let node = table.get(name)?;
             let what = format!("convergence.{name}");
-            let read = read::text(&what, node).and_then(|word| match words.iter().position(|known| *known == word) {
-                Some(at) => Ok(at),
-                None => Err(Problem::new(node.span(), format!("`{what}` cannot be `{word}`"), format!("must be {}", one_of(words)))),
+            let read = read::text(&what, node).and_then(|word| {
+                match words.iter().position(|known| *known == word) {
+                    Some(at) => Ok(at),
+                    None => Err(Problem::new(
+                        node.span(),
+                        format!("`{what}` cannot be `{word}`"),
+                        format!("must be {}", one_of(words)),
+                    )),
+                }
             });
             read.map_err(|problem| problems.push(problem)).ok()
         };
         along = word("along", &ALONG).map(|at| [Key::Mesh, Key::Epsilon][at]);
-        reference = word("reference", &REFERENCES).map(|at| [Reference::ClosedForm, Reference::Finest][at]);
+        reference =
+            word("reference", &REFERENCES).map(|at| [Reference::ClosedForm, Reference::Finest][at]);
     }
-    let group_of = |key: Key| groups.iter().position(|group| group.axes().iter().any(|axis| axis.key() == Some(key)));
+    let group_of = |key: Key| {
+        groups.iter().position(|group| group.axes().iter().any(|axis| axis.key() == Some(key)))
+    };
     let wanted: &[Key] = match &along {
         Some(key) => std::slice::from_ref(key),
         None => &[Key::Mesh, Key::Epsilon],
@@ -74,15 +95,26 @@ pub(crate) fn read(node: Option<&Node<'_>>, groups: &[Group], problems: &mut Vec
     match found {
         Some((key, group)) if groups[group].len() >= 2 => {
             if (key, reference) == (Key::Epsilon, Some(Reference::ClosedForm)) {
-                let problem = Problem::new(span, "along ε the closed form is no reference: the mesh keeps the solutions away from it", "");
+                let problem = Problem::new(
+                    span,
+                    "along ε the closed form is no reference: the mesh keeps the solutions away from it",
+                    "",
+                );
                 problems.push(problem.help("leave `reference` out, or converge along the mesh"));
             }
             Some(Ladder { group, along: key, reference })
         }
         _ => {
             let names: Vec<String> = wanted.iter().map(|key| format!("`{}`", key.name())).collect();
-            let message = format!("a convergence study needs {} as an axis, of at least two values", names.join(" or "));
-            problems.push(Problem::new(span, message, "needs for example mesh = [8, 16, 32, 64] below [sweep]"));
+            let message = format!(
+                "a convergence study needs {} as an axis, of at least two values",
+                names.join(" or ")
+            );
+            problems.push(Problem::new(
+                span,
+                message,
+                "needs for example mesh = [8, 16, 32, 64] below [sweep]",
+            ));
             None
         }
     }

@@ -1,4 +1,5 @@
-//! Profiles of wheels and rails: read from SIMPACK files, kept as blobs under the hash of their content.
+//! Profiles of wheels and rails: read from SIMPACK files, kept as blobs under the hash of their
+//! content.
 
 use contact::punch::{Profile, ProfileError, ProfileKind};
 
@@ -45,7 +46,8 @@ pub fn decode_profile(bytes: &[u8]) -> Result<Profile, DecodeError> {
     const WHAT: &str = "the profile";
     let (is_wheel, points) = decode::<(bool, Vec<[f64; 2]>), LIMIT>(WHAT, bytes)?;
     let kind = if is_wheel { ProfileKind::Wheel } else { ProfileKind::Rail };
-    Profile::from_points(kind, points).map_err(|error| DecodeError::Malformed { what: WHAT, reason: error.to_string() })
+    Profile::from_points(kind, points)
+        .map_err(|error| DecodeError::Malformed { what: WHAT, reason: error.to_string() })
 }
 
 #[cfg(test)]
@@ -63,7 +65,11 @@ mod tests {
         assert_eq!((name(&stored), &stored), (name(&wheel), &wheel));
         let text = String::from_utf8(WHEEL.to_vec()).unwrap();
         let remarked = format!("! a remark\n{text}");
-        assert_eq!(read(remarked.as_bytes()).map(|profile| name(&profile)).ok(), Some(name(&wheel)), "the content counts");
+        assert_eq!(
+            read(remarked.as_bytes()).map(|profile| name(&profile)).ok(),
+            Some(name(&wheel)),
+            "the content counts"
+        );
         assert!(read(b"\xff\xfe").unwrap_err().to_string().contains("not text"));
         assert!(read(b"").is_err());
         assert!(decode_profile(&encode(&(true, vec![[0.0, f64::NAN]; 4]))).is_err());

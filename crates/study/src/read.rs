@@ -41,16 +41,24 @@ pub(crate) fn noun(value: &DeValue<'_>) -> &'static str {
 /// `unknown key` with what was probably meant.
 pub(crate) fn unknown(name: &str, span: Span, place: &str, known: &[&str]) -> Problem {
     let listed = known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-    let problem = |expected: String| Problem::new(span.clone(), format!("unknown key `{name}` in {place}"), expected);
+    let problem = |expected: String| {
+        Problem::new(span.clone(), format!("unknown key `{name}` in {place}"), expected)
+    };
     match nearest(name, known.iter().copied()) {
-        Some(meant) => problem(format!("did you mean `{meant}`?")).help(format!("the keys here are {listed}")),
+        Some(meant) => {
+            problem(format!("did you mean `{meant}`?")).help(format!("the keys here are {listed}"))
+        }
         None => problem(format!("the keys here are {listed}")),
     }
 }
 
 /// The problem of a value of the wrong type.
 pub(crate) fn mistyped(what: &str, node: &Node<'_>, expected: &str) -> Problem {
-    Problem::new(node.span(), format!("`{what}` cannot be {}", noun(node.get_ref())), format!("must be {expected}"))
+    Problem::new(
+        node.span(),
+        format!("`{what}` cannot be {}", noun(node.get_ref())),
+        format!("must be {expected}"),
+    )
 }
 
 /// Reads every key below a table; whatever cannot be read is a problem and left out.
@@ -67,7 +75,12 @@ impl<'p> Reader<'p> {
     }
 
     /// Reads `entries`, which stand in `table`, at `span`.
-    pub(crate) fn table<'t, 'i: 't>(&mut self, table: Table, span: Span, entries: impl IntoIterator<Item = (&'t Name<'i>, &'t Node<'i>)>) {
+    pub(crate) fn table<'t, 'i: 't>(
+        &mut self,
+        table: Table,
+        span: Span,
+        entries: impl IntoIterator<Item = (&'t Name<'i>, &'t Node<'i>)>,
+    ) {
         // a table that only the dots of its keys imply stands nowhere
         if self.text.get(span.clone()).is_some_and(|written| written.starts_with(['[', '{'])) {
             self.places.add(table, span);
@@ -75,17 +88,29 @@ impl<'p> Reader<'p> {
         for (name, node) in entries {
             let path = format!("{}.{}", table.path(), name.get_ref());
             // an index is no part of a name
-            let (inner, key) = if name.get_ref().contains('[') { (None, None) } else { (Table::find(&path), Key::find(&path)) };
+            let (inner, key) = if name.get_ref().contains('[') {
+                (None, None)
+            } else {
+                (Table::find(&path), Key::find(&path))
+            };
             match (inner, key, node.get_ref()) {
                 (Some(inner), Some(list), _) if inner.is_list() => self.list(list, node),
-                (Some(inner), _, DeValue::Table(below)) => self.table(inner, node.span(), self::entries(below)),
-                (Some(_), Some(key), DeValue::String(_)) | (None, Some(key), _) => self.key(key, node),
-                (Some(inner), ..) => self.problems.push(mistyped(&inner.short(), node, &inner.expected())),
+                (Some(inner), _, DeValue::Table(below)) => {
+                    self.table(inner, node.span(), self::entries(below))
+                }
+                (Some(_), Some(key), DeValue::String(_)) | (None, Some(key), _) => {
+                    self.key(key, node)
+                }
+                (Some(inner), ..) => {
+                    self.problems.push(mistyped(&inner.short(), node, &inner.expected()))
+                }
                 (None, None, _) => {
                     let place = format!("`{}`", table.path());
                     let problem = unknown(name.get_ref(), name.span(), &place, &table.names());
                     self.problems.push(match name.get_ref().as_ref() {
-                        top @ ("accuracy" | "refine" | "bisect") => problem.help(format!("`{top}` stands at the top of the study")),
+                        top @ ("accuracy" | "refine" | "bisect") => {
+                            problem.help(format!("`{top}` stands at the top of the study"))
+                        }
                         _ => problem,
                     });
                 }
@@ -101,13 +126,15 @@ impl<'p> Reader<'p> {
         }
     }
 
-    /// Reads a list of tables, [`Key::Layers`] or [`Key::Steps`]; how long it is counts as a key of its own.
+    /// Reads a list of tables, [`Key::Layers`] or [`Key::Steps`]; how long it is counts as a key of
+    /// its own.
     pub(crate) fn list(&mut self, list: Key, node: &Node<'_>) {
         let DeValue::Array(tables) = node.get_ref() else {
             return self.problems.push(mistyped(&list.short(), node, &list.quantity().expected()));
         };
         let length = u32::try_from(tables.len()).unwrap_or(u32::MAX);
-        self.given.push((list, Given { setting: Setting::Count(length), span: node.span(), nth: None }));
+        self.given
+            .push((list, Given { setting: Setting::Count(length), span: node.span(), nth: None }));
         for (index, entry) in (0..length).zip(tables.iter()) {
             let Some(table) = Table::entry(list, index) else { continue };
             match entry.get_ref() {
@@ -131,14 +158,18 @@ pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Problem> {
             _ => Err(wrong()),
         },
         Quantity::Mesh => match node.get_ref() {
-            DeValue::Integer(n) => Ok(Setting::Mesh(Mesh::Across(whole(&key.short(), n, node.span())?))),
+            DeValue::Integer(n) => {
+                Ok(Setting::Mesh(Mesh::Across(whole(&key.short(), n, node.span())?)))
+            }
             DeValue::Float(x) => Err(fraction(&key.short(), x.as_str(), node.span())),
             DeValue::Array(pair) => {
                 let mut sides = Vec::new();
                 for side in pair.iter() {
                     match side.get_ref() {
                         DeValue::Integer(n) => sides.push(whole(&key.short(), n, side.span())?),
-                        DeValue::Float(x) => return Err(fraction(&key.short(), x.as_str(), side.span())),
+                        DeValue::Float(x) => {
+                            return Err(fraction(&key.short(), x.as_str(), side.span()));
+                        }
                         _ => return Err(wrong()),
                     }
                 }
@@ -146,20 +177,29 @@ pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Problem> {
                     [x, y] => Ok(Setting::Mesh(Mesh::Exact([x, y]))),
                     _ => {
                         let message = format!("`{}` is a list of {}", key.short(), sides.len());
-                        Err(Problem::new(node.span(), message, format!("must be {}", key.quantity().expected())))
+                        Err(Problem::new(
+                            node.span(),
+                            message,
+                            format!("must be {}", key.quantity().expected()),
+                        ))
                     }
                 }
             }
             _ => Err(wrong()),
         },
         Quantity::Choice(words) => match node.get_ref() {
-            DeValue::String(word) if words.contains(&word.as_ref()) => Ok(Setting::Word(word.to_string())),
-            DeValue::String(word) => Err(unknown_word(key.name(), word, node.span(), words, &key.expected())),
+            DeValue::String(word) if words.contains(&word.as_ref()) => {
+                Ok(Setting::Word(word.to_string()))
+            }
+            DeValue::String(word) => {
+                Err(unknown_word(key.name(), word, node.span(), words, &key.expected()))
+            }
             _ => Err(wrong()),
         },
         Quantity::Effects => match node.get_ref() {
             DeValue::Array(names) => {
-                let mut effects = names.iter().map(|name| effect(key, name)).collect::<Result<Vec<_>, _>>()?;
+                let mut effects =
+                    names.iter().map(|name| effect(key, name)).collect::<Result<Vec<_>, _>>()?;
                 effects.sort();
                 effects.dedup();
                 Ok(Setting::Effects(effects))
@@ -168,14 +208,24 @@ pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Problem> {
         },
         Quantity::Text => match node.get_ref() {
             DeValue::String(text) if !text.trim().is_empty() => Ok(Setting::Word(text.to_string())),
-            DeValue::String(_) => Err(Problem::new(node.span(), format!("`{}` is empty", key.short()), format!("the {}", key.meaning()))),
+            DeValue::String(_) => Err(Problem::new(
+                node.span(),
+                format!("`{}` is empty", key.short()),
+                format!("the {}", key.meaning()),
+            )),
             _ => Err(wrong()),
         },
         Quantity::LengthUnit => match node.get_ref() {
-            DeValue::String(unit) if crate::units::metres(unit).is_some() => Ok(Setting::Word(unit.to_string())),
+            DeValue::String(unit) if crate::units::metres(unit).is_some() => {
+                Ok(Setting::Word(unit.to_string()))
+            }
             DeValue::String(unit) => {
                 let expected = format!("must be {}", key.quantity().expected());
-                Err(Problem::new(node.span(), format!("`{unit}` is not a unit of length"), expected))
+                Err(Problem::new(
+                    node.span(),
+                    format!("`{unit}` is not a unit of length"),
+                    expected,
+                ))
             }
             _ => Err(wrong()),
         },
@@ -194,7 +244,8 @@ fn effect(key: Key, node: &Node<'_>) -> Result<Effect, Problem> {
 
 /// The problem of a word that is none of those known, with what was probably meant.
 fn unknown_word(what: &str, word: &str, span: Span, known: &[&str], expected: &str) -> Problem {
-    let problem = |expected: String| Problem::new(span, format!("unknown {what} `{word}`"), expected);
+    let problem =
+        |expected: String| Problem::new(span, format!("unknown {what} `{word}`"), expected);
     let expected = format!("must be {expected}");
     match nearest(word, known.iter().copied()) {
         Some(meant) => problem(format!("did you mean \"{meant}\"?")).help(expected),
@@ -209,18 +260,22 @@ pub(crate) fn number(what: &str, dimension: Dimension, node: &Node<'_>) -> Resul
         DeValue::Integer(n) if n.radix() == 10 => n.as_str().parse::<f64>().ok(),
         DeValue::Integer(n) => u64::from_str_radix(n.as_str(), n.radix()).ok().map(|n| n as f64),
         DeValue::Float(x) => x.as_str().parse::<f64>().ok(),
-        DeValue::String(text) => return quantity(text, dimension).map_err(|error| not_a_quantity(what, dimension, error, node.span())),
+        DeValue::String(text) => {
+            return quantity(text, dimension)
+                .map_err(|error| not_a_quantity(what, dimension, error, node.span()));
+        }
         _ => return Err(mistyped(what, node, &Quantity::Number(dimension).expected())),
     };
     // −0 is 0, so that the two are one job
-    bare.filter(|x| x.is_finite())
-        .map(|x| x + 0.0)
-        .ok_or_else(|| Problem::new(node.span(), format!("`{what}` is not a finite number"), expected()))
+    bare.filter(|x| x.is_finite()).map(|x| x + 0.0).ok_or_else(|| {
+        Problem::new(node.span(), format!("`{what}` is not a finite number"), expected())
+    })
 }
 
 fn not_a_quantity(what: &str, dimension: Dimension, error: QuantityError, span: Span) -> Problem {
     let message = format!("`{what}`: {error}");
-    let units = || dimension.units().map(|unit| format!("\"{unit}\"")).collect::<Vec<_>>().join(", ");
+    let units =
+        || dimension.units().map(|unit| format!("\"{unit}\"")).collect::<Vec<_>>().join(", ");
     if dimension == Dimension::Pure {
         let expected = match error {
             QuantityError::NoUnit { .. } => "must be a number, without quotes",
@@ -229,17 +284,27 @@ fn not_a_quantity(what: &str, dimension: Dimension, error: QuantityError, span: 
         return Problem::new(span, message, expected);
     }
     match error {
-        QuantityError::UnknownUnit { nearest: Some(nearest), .. } => Problem::new(span, message, format!("did you mean \"{nearest}\"?"))
-            .help(format!("units of {} are {}", dimension.noun(), units())),
+        QuantityError::UnknownUnit { nearest: Some(nearest), .. } => Problem::new(
+            span,
+            message,
+            format!("did you mean \"{nearest}\"?"),
+        )
+        .help(format!("units of {} are {}", dimension.noun(), units())),
         QuantityError::NoUnit { text } => {
-            let expected = format!("write \"{text} {}\", or {text} without quotes for {0}", dimension.unit());
-            Problem::new(span, message, expected).help(format!("units of {} are {}", dimension.noun(), units()))
+            let expected =
+                format!("write \"{text} {}\", or {text} without quotes for {0}", dimension.unit());
+            Problem::new(span, message, expected).help(format!(
+                "units of {} are {}",
+                dimension.noun(),
+                units()
+            ))
         }
-        _ => Problem::new(span, message, format!("must be {}", Quantity::Number(dimension).expected())).help(format!(
-            "units of {} are {}",
-            dimension.noun(),
-            units()
-        )),
+        _ => Problem::new(
+            span,
+            message,
+            format!("must be {}", Quantity::Number(dimension).expected()),
+        )
+        .help(format!("units of {} are {}", dimension.noun(), units())),
     }
 }
 
@@ -252,7 +317,11 @@ pub(crate) fn whole(what: &str, n: &DeInteger<'_>, span: Span) -> Result<u32, Pr
 }
 
 fn fraction(what: &str, text: &str, span: Span) -> Problem {
-    Problem::new(span, format!("`{what}` = {text} is not a whole number"), "must be a whole number, without a decimal point")
+    Problem::new(
+        span,
+        format!("`{what}` = {text} is not a whole number"),
+        "must be a whole number, without a decimal point",
+    )
 }
 
 /// Reads a text.

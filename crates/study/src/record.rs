@@ -1,8 +1,9 @@
 //! The record that a job leaves, and the bytes of everything a store keeps.
 //!
-//! A record is `[version, deterministic part, provenance]`: the same job gives the same deterministic part on any
-//! number of workers ([`Record::result_bytes`]); provenance says who computed it, when and how fast.
-//! Every format begins with a version byte and is bincode's standard configuration after it.
+//! A record is `[version, deterministic part, provenance]`: the same job gives the same
+//! deterministic part on any number of workers ([`Record::result_bytes`]); provenance says who
+//! computed it, when and how fast. Every format begins with a version byte and is bincode's
+//! standard configuration after it.
 
 use contact::multiplicity::Multiplicity;
 use contact::outcome::{Fields, Outcome, Status};
@@ -45,7 +46,9 @@ impl Ending {
     /// Why it holds none.
     pub fn reason(&self) -> Option<&str> {
         match (self, self.status()) {
-            (Ending::Quarantined { reason, .. }, _) | (_, Some(Status::Failed { reason })) => Some(reason),
+            (Ending::Quarantined { reason, .. }, _) | (_, Some(Status::Failed { reason })) => {
+                Some(reason)
+            }
             _ => None,
         }
     }
@@ -150,13 +153,15 @@ const OLDER_VERSION: u8 = 3;
 /// The formats of records that are read.
 const RECORD_VERSIONS: &[u8] = &[OLDER_VERSION, RECORD_VERSION];
 
-/// Most bytes of a record that a store keeps: room for the 1000 increments that a loading path may have.
+/// Most bytes of a record that a store keeps: room for the 1000 increments that a loading path may
+/// have.
 pub const STORED_LIMIT: usize = 1 << 20;
 
 /// Longest text or list in a record that is believed \[bytes\]; a corrupt length must not allocate.
 const RECORD_LIMIT: usize = 16 << 20;
 
-/// The same for fields and definitions of studies: six doubles for each element of the largest grid, and room to spare.
+/// The same for fields and definitions of studies: six doubles for each element of the largest
+/// grid, and room to spare.
 pub(crate) const BLOB_LIMIT: usize = 2 << 30;
 
 impl Record {
@@ -208,14 +213,29 @@ impl Record {
         }
     }
 
-    /// Visits what the record would be if the path had ended after its first increment, its second and so on; the last visit sees
-    /// the record itself. Increments before the one at which a path failed are certified.
+    /// Visits what the record would be if the path had ended after its first increment, its second
+    /// and so on; the last visit sees the record itself. Increments before the one at which a path
+    /// failed are certified.
     pub fn along_path(&self, mut visit: impl FnMut(&Record)) {
         let Some(outcome) = self.outcome() else { return };
-        let (physics, fields, provenance) = (self.physics, self.fields.clone(), self.provenance.clone());
+        let (physics, fields, provenance) =
+            (self.physics, self.fields.clone(), self.provenance.clone());
         let steps = Vec::with_capacity(outcome.steps.len());
-        let path = Outcome { status: Status::Certified, levels: outcome.levels.clone(), steps, estimate: None, hertz: None, rail: None };
-        let mut partial = Record { physics, job: self.job.clone(), ending: Ending::Finished(path), fields, provenance };
+        let path = Outcome {
+            status: Status::Certified,
+            levels: outcome.levels.clone(),
+            steps,
+            estimate: None,
+            hertz: None,
+            rail: None,
+        };
+        let mut partial = Record {
+            physics,
+            job: self.job.clone(),
+            ending: Ending::Finished(path),
+            fields,
+            provenance,
+        };
         for (at, step) in outcome.steps.iter().enumerate() {
             let Ending::Finished(path) = &mut partial.ending else { return };
             path.steps.push(*step);
@@ -260,7 +280,8 @@ impl Record {
             let count = found.solutions.len();
             for solution in &found.solutions {
                 let distances = solution.distances.len();
-                let misfit = (distances != count).then(|| format!("{distances} distances of a solution to {count}"));
+                let misfit = (distances != count)
+                    .then(|| format!("{distances} distances of a solution to {count}"));
                 if let Some(reason) = misfit.or_else(|| misfit_of(&solution.fields)) {
                     return Err(DecodeError::Malformed { what: WHAT, reason });
                 }
@@ -270,11 +291,13 @@ impl Record {
     }
 }
 
-/// The text of the job in the bytes of a record, without reading the rest; `None` unless this program's physics computed it.
+/// The text of the job in the bytes of a record, without reading the rest; `None` unless this
+/// program's physics computed it.
 pub fn job_text(bytes: &[u8]) -> Option<&str> {
     let body = RECORD_VERSIONS.iter().find_map(|version| bytes.strip_prefix(&[*version]))?;
     let config = bincode::config::standard().with_limit::<RECORD_LIMIT>();
-    let ((physics, job), _): ((u32, &str), usize) = bincode::serde::borrow_decode_from_slice(body, config).ok()?;
+    let ((physics, job), _): ((u32, &str), usize) =
+        bincode::serde::borrow_decode_from_slice(body, config).ok()?;
     (physics == PHYSICS_VERSION).then_some(job)
 }
 
@@ -296,7 +319,14 @@ pub fn decode_fields(bytes: &[u8]) -> Result<Fields, DecodeError> {
 /// What is wrong with fields that have not one value per element.
 fn misfit_of(fields: &Fields) -> Option<String> {
     let [nx, ny] = fields.shape.map(u64::from);
-    let lists = [&fields.pressure, &fields.traction_x, &fields.traction_y, &fields.gap, &fields.slip_x, &fields.slip_y];
+    let lists = [
+        &fields.pressure,
+        &fields.traction_x,
+        &fields.traction_y,
+        &fields.gap,
+        &fields.slip_x,
+        &fields.slip_y,
+    ];
     let lengths = lists.iter().map(|list| list.len()).chain([fields.state.len()]);
     let length = lengths.into_iter().find(|length| *length as u64 != nx.saturating_mul(ny))?;
     Some(format!("{length} values on {nx} × {ny} elements"))
@@ -313,18 +343,26 @@ fn encode_as(version: u8, value: &impl Serialize) -> Vec<u8> {
     bytes
 }
 
-pub(crate) fn decode<T: DeserializeOwned, const LIMIT: usize>(what: &'static str, bytes: &[u8]) -> Result<T, DecodeError> {
+pub(crate) fn decode<T: DeserializeOwned, const LIMIT: usize>(
+    what: &'static str,
+    bytes: &[u8],
+) -> Result<T, DecodeError> {
     decode_as::<T, LIMIT>(&[VERSION], what, bytes)
 }
 
-fn decode_as<T: DeserializeOwned, const LIMIT: usize>(known: &'static [u8], what: &'static str, bytes: &[u8]) -> Result<T, DecodeError> {
+fn decode_as<T: DeserializeOwned, const LIMIT: usize>(
+    known: &'static [u8],
+    what: &'static str,
+    bytes: &[u8],
+) -> Result<T, DecodeError> {
     let (version, body) = bytes.split_first().ok_or(DecodeError::Empty { what })?;
     if !known.contains(version) {
         return Err(DecodeError::Version { what, found: *version, known });
     }
     let malformed = |reason: String| DecodeError::Malformed { what, reason };
     let config = bincode::config::standard().with_limit::<LIMIT>();
-    let (value, read) = bincode::serde::decode_from_slice(body, config).map_err(|error| malformed(error.to_string()))?;
+    let (value, read) = bincode::serde::decode_from_slice(body, config)
+        .map_err(|error| malformed(error.to_string()))?;
     match body.len() - read {
         0 => Ok(value),
         rest => Err(malformed(format!("{rest} bytes too many"))),
@@ -336,12 +374,20 @@ pub(crate) mod tests {
     use super::*;
     use contact::multiplicity::{Origin, Solution};
     use contact::numerics::Method;
-    use contact::outcome::{Certificate, Hertz, Level, Motion, Observables, RailContact, StepOutcome, WorkDone};
+    use contact::outcome::{
+        Certificate, Hertz, Level, Motion, Observables, RailContact, StepOutcome, WorkDone,
+    };
     use proptest::prelude::*;
 
     fn record(ending: Ending) -> Record {
-        let provenance =
-            Provenance { program: "0.1.0".into(), seconds: 0.25, times: vec![0.25, 0.5], worker: 1, attempt: 1, finished: 1_700_000_000 };
+        let provenance = Provenance {
+            program: "0.1.0".into(),
+            seconds: 0.25,
+            times: vec![0.25, 0.5],
+            worker: 1,
+            attempt: 1,
+            finished: 1_700_000_000,
+        };
         Record {
             physics: PHYSICS_VERSION,
             job: crate::job::tests::job().canonical(),
@@ -351,7 +397,8 @@ pub(crate) mod tests {
         }
     }
 
-    /// Every figure of the last increment differs from every other, so that no two columns can be mistaken for each other.
+    /// Every figure of the last increment differs from every other, so that no two columns can be
+    /// mistaken for each other.
     fn outcome(status: Status) -> Outcome {
         let first = StepOutcome {
             observables: Observables { load: 0.5, dissipation: 0.25, ..Observables::default() },
@@ -361,7 +408,14 @@ pub(crate) mod tests {
         let last = StepOutcome {
             step: 1,
             cycle: 2,
-            motion: Motion { approach: 31.0, shift_x: 32.0, shift_y: 33.0, tilt_x: 34.0, tilt_y: 35.0, twist: 36.0 },
+            motion: Motion {
+                approach: 31.0,
+                shift_x: 32.0,
+                shift_y: 33.0,
+                tilt_x: 34.0,
+                tilt_y: 35.0,
+                twist: 36.0,
+            },
             observables: Observables {
                 load: 1.0,
                 force_x: 2.0,
@@ -402,7 +456,13 @@ pub(crate) mod tests {
             work: WorkDone { iterations: 22, operator_applications: 23 },
             way: contact::outcome::Way::NewtonAndSeidel,
         };
-        let hertz = Hertz { semi_axis_a: 41.0, semi_axis_b: 42.0, area: 43.0, peak_pressure: 44.0, approach: 45.0 };
+        let hertz = Hertz {
+            semi_axis_a: 41.0,
+            semi_axis_b: 42.0,
+            area: 43.0,
+            peak_pressure: 44.0,
+            approach: 45.0,
+        };
         let rail = RailContact {
             track: [51.0, 52.0, 53.0],
             rail: [54.0, 55.0],
@@ -410,7 +470,8 @@ pub(crate) mod tests {
             pressure_center: [57.0, 58.0, 59.0],
             wheelset_height: 60.0,
         };
-        let coarse = Level { elements: [9, 10], work: WorkDone { iterations: 0, operator_applications: 5 } };
+        let coarse =
+            Level { elements: [9, 10], work: WorkDone { iterations: 0, operator_applications: 5 } };
         let figures = contact::reference::FigureErrors {
             load: Some(71.0),
             approach: Some(72.0),
@@ -425,7 +486,14 @@ pub(crate) mod tests {
             traction: Some(81.0),
         };
         let estimate = contact::estimate::Estimate { figures, solver: 90.0 };
-        Outcome { status, levels: vec![coarse], steps: vec![first, last], estimate: Some(estimate), hertz: Some(hertz), rail: Some(rail) }
+        Outcome {
+            status,
+            levels: vec![coarse],
+            steps: vec![first, last],
+            estimate: Some(estimate),
+            hertz: Some(hertz),
+            rail: Some(rail),
+        }
     }
 
     pub(crate) fn solved() -> Record {
@@ -433,7 +501,9 @@ pub(crate) mod tests {
     }
 
     pub(crate) fn failed() -> Record {
-        record(Ending::Finished(outcome(Status::Failed { reason: "residual 0.1 after 22 iterations".into() })))
+        record(Ending::Finished(outcome(Status::Failed {
+            reason: "residual 0.1 after 22 iterations".into(),
+        })))
     }
 
     pub(crate) fn quarantined() -> Record {
@@ -457,7 +527,10 @@ pub(crate) mod tests {
         record(Ending::Searched(Multiplicity {
             status: Status::Certified,
             before: vec![StepOutcome::default()],
-            solutions: vec![solution([0.0, 6.0], Origin::Hertz), solution([6.0, 0.0], Origin::Between([0, 1]))],
+            solutions: vec![
+                solution([0.0, 6.0], Origin::Hertz),
+                solution([6.0, 0.0], Origin::Between([0, 1])),
+            ],
             starts: 7,
             failed: 8,
             beyond: 9,
@@ -496,7 +569,8 @@ pub(crate) mod tests {
     fn provenance_leaves_the_result_alone() {
         let one = solved();
         let mut other = solved();
-        other.provenance = Provenance { seconds: 9.0, worker: 7, attempt: 2, ..Provenance::default() };
+        other.provenance =
+            Provenance { seconds: 9.0, worker: 7, attempt: 2, ..Provenance::default() };
         assert_eq!(one.result_bytes(), other.result_bytes());
         assert_ne!(one.encode(), other.encode());
         other.fields = None;
@@ -507,14 +581,16 @@ pub(crate) mod tests {
     fn the_format_before_is_read() {
         for record in [solved(), Record { fields: None, ..failed() }] {
             let digest = record.fields.as_ref().map(|_| [7_u8; 32]);
-            let mut bytes = encode_as(OLDER_VERSION, &(record.physics, &record.job, &record.ending, &digest));
+            let mut bytes =
+                encode_as(OLDER_VERSION, &(record.physics, &record.job, &record.ending, &digest));
             bytes.extend_from_slice(&encode(&record.provenance)[1..]);
             assert_eq!(Record::decode(&bytes).as_ref(), Ok(&record));
             assert_eq!(job_text(&bytes), Some(&*record.job));
         }
     }
 
-    /// A change of these bytes is a change of the format: it needs a new version and a way to read the old one.
+    /// A change of these bytes is a change of the format: it needs a new version and a way to read
+    /// the old one.
     #[test]
     fn golden_bytes() {
         insta::assert_snapshot!("record", hexadecimal(&solved().encode()));
@@ -555,8 +631,14 @@ pub(crate) mod tests {
             change(&mut found.solutions[1]);
             message(&record.encode())
         };
-        assert_eq!(ragged(|solution| solution.distances.truncate(1)), "the record does not decode: 1 distances of a solution to 2");
-        assert_eq!(ragged(|solution| solution.fields.gap.truncate(5)), "the record does not decode: 5 values on 3 × 2 elements");
+        assert_eq!(
+            ragged(|solution| solution.distances.truncate(1)),
+            "the record does not decode: 1 distances of a solution to 2"
+        );
+        assert_eq!(
+            ragged(|solution| solution.fields.gap.truncate(5)),
+            "the record does not decode: 5 values on 3 × 2 elements"
+        );
     }
 
     #[test]

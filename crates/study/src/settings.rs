@@ -46,14 +46,18 @@ impl<'a> Parts<'a> {
                 epsilon: numerics.epsilon,
                 numerics: Some(numerics),
                 search: match job {
-                    Job::Multiplicity { search: Search { starts, seed }, .. } => Some((*starts, *seed)),
+                    Job::Multiplicity { search: Search { starts, seed }, .. } => {
+                        Some((*starts, *seed))
+                    }
                     Job::Solve(_) | Job::Cost { .. } | Job::Uniqueness { .. } => None,
                 },
             },
             Job::Uniqueness { question, effort } => Parts {
                 foundation: &question.foundation,
                 shape: Some(Cow::Owned(match question.sole {
-                    Sole::Rectangle { width_x, width_y } => Shape::FlatRectangle { width_x, width_y },
+                    Sole::Rectangle { width_x, width_y } => {
+                        Shape::FlatRectangle { width_x, width_y }
+                    }
                     Sole::Disk { radius } => Shape::FlatDisk { radius },
                 })),
                 material: question.punch.as_ref(),
@@ -82,7 +86,10 @@ pub(crate) fn length(job: &Job, list: Key) -> u32 {
 
 /// Every key that a job has, with its value: the opposite of [assembling](crate::assemble) it.
 pub(crate) fn settings(job: &Job) -> Vec<(Key, Setting)> {
-    Key::all(|list| length(job, list)).into_iter().filter_map(|key| Some((key, setting(job, key)?))).collect()
+    Key::all(|list| length(job, list))
+        .into_iter()
+        .filter_map(|key| Some((key, setting(job, key)?)))
+        .collect()
 }
 
 /// The value that a job has for a key; `None` where it has none.
@@ -111,7 +118,9 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         _ => None,
     };
     let layer = |i: u32| layers.get(i as usize);
-    let step = |i: u32, part: fn(&Step) -> Option<f64>| loading?.steps.get(i as usize).and_then(part).map(Setting::Number);
+    let step = |i: u32, part: fn(&Step) -> Option<f64>| {
+        loading?.steps.get(i as usize).and_then(part).map(Setting::Number)
+    };
     match key {
         Key::Layers => Some(Setting::Count(length(job, key))),
         Key::Steps => loading.map(|_| Setting::Count(length(job, key))),
@@ -123,7 +132,9 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
             Base::Elastic(_) => None,
         },
         Key::ShearModulus | Key::Poisson => match base {
-            Base::Elastic(material) => number(if key == Key::Poisson { material.poisson } else { material.shear_modulus }),
+            Base::Elastic(material) => {
+                number(if key == Key::Poisson { material.poisson } else { material.shear_modulus })
+            }
             Base::Rigid => None,
         },
         Key::Shape => word(match shape? {
@@ -140,11 +151,14 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
             _ => None,
         },
         Key::RadiusX | Key::RadiusY => match shape? {
-            Shape::Ellipsoid { radius_x, radius_y } => number(if key == Key::RadiusX { *radius_x } else { *radius_y }),
+            Shape::Ellipsoid { radius_x, radius_y } => {
+                number(if key == Key::RadiusX { *radius_x } else { *radius_y })
+            }
             _ => None,
         },
         Key::WidthX | Key::WidthY => match shape? {
-            Shape::FlatRectangle { width_x, width_y } | Shape::HeightMap { width_x, width_y, .. } => {
+            Shape::FlatRectangle { width_x, width_y }
+            | Shape::HeightMap { width_x, width_y, .. } => {
                 number(if key == Key::WidthX { *width_x } else { *width_y })
             }
             _ => None,
@@ -211,6 +225,8 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         Key::MaxIterations => Some(Setting::Count(numerics?.max_iterations)),
         Key::Starts => Some(Setting::Count(search?.0)),
         Key::Seed => Some(Setting::Count(u32::try_from(search?.1).unwrap_or(u32::MAX))),
-        Key::Simulate => Some(&numerics?.simulate).filter(|effects| !effects.is_empty()).map(|effects| Setting::Effects(effects.clone())),
+        Key::Simulate => Some(&numerics?.simulate)
+            .filter(|effects| !effects.is_empty())
+            .map(|effects| Setting::Effects(effects.clone())),
     }
 }

@@ -1,5 +1,6 @@
-//! A filled-in sheet: for every [`Key`] the value given for it, and where. Base and axes fill the sheet of each point;
-//! from a sheet a job is [assembled](crate::assemble), so that every complaint about a job can point at the text that caused it.
+//! A filled-in sheet: for every [`Key`] the value given for it, and where. Base and axes fill the
+//! sheet of each point; from a sheet a job is [assembled](crate::assemble), so that every complaint
+//! about a job can point at the text that caused it.
 
 use std::collections::HashMap;
 
@@ -30,7 +31,8 @@ impl std::fmt::Display for Setting {
             Setting::Mesh(Mesh::Exact([x, y])) => write!(f, "[{x}, {y}]"),
             Setting::Word(word) => write!(f, "\"{word}\""),
             Setting::Effects(effects) => {
-                let names: Vec<String> = effects.iter().map(|effect| format!("\"{}\"", effect.name())).collect();
+                let names: Vec<String> =
+                    effects.iter().map(|effect| format!("\"{}\"", effect.name())).collect();
                 write!(f, "[{}]", names.join(", "))
             }
         }
@@ -86,7 +88,8 @@ impl<'a> Sheet<'a> {
 
     /// The keys that are given, by their places.
     pub(crate) fn keys(&self) -> Vec<Key> {
-        let mut given: Vec<(usize, Key)> = self.0.iter().map(|(key, given)| (given.span.start, *key)).collect();
+        let mut given: Vec<(usize, Key)> =
+            self.0.iter().map(|(key, given)| (given.span.start, *key)).collect();
         given.sort_by_key(|(start, key)| (*start, key.path()));
         given.into_iter().map(|(_, key)| key).collect()
     }
@@ -95,12 +98,17 @@ impl<'a> Sheet<'a> {
         self.0.get(&key).copied()
     }
 
-    /// The length of [`Key::Layers`] or [`Key::Steps`]: as it was given, else so much that every key has its entry.
+    /// The length of [`Key::Layers`] or [`Key::Steps`]: as it was given, else so much that every
+    /// key has its entry.
     pub(crate) fn length(&self, list: Key) -> u32 {
         match self.count(list) {
             Some(length) => length,
             None => {
-                let indices = self.0.keys().filter(|key| key.list() == Some(list)).filter_map(|key| key.index());
+                let indices = self
+                    .0
+                    .keys()
+                    .filter(|key| key.list() == Some(list))
+                    .filter_map(|key| key.index());
                 indices.max().map_or(0, |index| index.saturating_add(1))
             }
         }
@@ -132,11 +140,15 @@ impl<'a> Sheet<'a> {
         let profile = |key| Some((key, Source::Profile(self.word(key)?)));
         match self.word(Key::Shape) {
             Some("height-map") => match (self.word(Key::File), self.word(Key::Surface)) {
-                (Some(file), _) => vec![(Key::File, Source::Map(file, self.word(Key::HeightUnit).unwrap_or("m")))],
+                (Some(file), _) => {
+                    vec![(Key::File, Source::Map(file, self.word(Key::HeightUnit).unwrap_or("m")))]
+                }
                 (None, Some(name)) => vec![(Key::Surface, Source::StoredMap(name))],
                 (None, None) => Vec::new(),
             },
-            Some("wheel-on-rail") => [profile(Key::Wheel), profile(Key::Rail)].into_iter().flatten().collect(),
+            Some("wheel-on-rail") => {
+                [profile(Key::Wheel), profile(Key::Rail)].into_iter().flatten().collect()
+            }
             _ => Vec::new(),
         }
     }
@@ -155,7 +167,11 @@ impl TablePlaces {
 
     /// The innermost table that stands in the file and holds the key; else the start of the file.
     pub(crate) fn around(&self, key: Key) -> Span {
-        let innermost = self.0.iter().filter(|(table, _)| key.is_under(table)).max_by_key(|(table, _)| table.path().len());
+        let innermost = self
+            .0
+            .iter()
+            .filter(|(table, _)| key.is_under(table))
+            .max_by_key(|(table, _)| table.path().len());
         innermost.map_or(0..0, |(_, span)| span.clone())
     }
 }

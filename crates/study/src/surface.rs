@@ -1,7 +1,8 @@
 //! Height maps: read from NPY or text, kept as blobs under the hash of their content.
 //!
-//! An NPY header is read here rather than by a crate: the one at hand multiplies the shape unchecked and recurses on
-//! nested Python literals, so that a damaged file could take the process down.
+//! An NPY header is read here rather than by a crate: the one at hand multiplies the shape
+//! unchecked and recurses on nested Python literals, so that a damaged file could take the process
+//! down.
 
 use contact::punch::{Surface, SurfaceError};
 
@@ -46,11 +47,13 @@ pub enum SurfaceFileError {
     Unit(String),
 }
 
-/// Reads a matrix of heights in `unit`: an NPY file of two dimensions, or text with a row on each line, its numbers
-/// separated by commas, semicolons or blanks; `#` begins a comment. Rows run along y, the first at lowest y, columns along x.
+/// Reads a matrix of heights in `unit`: an NPY file of two dimensions, or text with a row on each
+/// line, its numbers separated by commas, semicolons or blanks; `#` begins a comment. Rows run
+/// along y, the first at lowest y, columns along x.
 pub fn read(bytes: &[u8], unit: &str) -> Result<Surface, SurfaceFileError> {
     let to_metres = metres(unit).ok_or_else(|| SurfaceFileError::Unit(unit.to_owned()))?;
-    let (rows, columns, mut heights) = if bytes.starts_with(NPY_MAGIC) { read_npy(bytes)? } else { read_text(bytes)? };
+    let (rows, columns, mut heights) =
+        if bytes.starts_with(NPY_MAGIC) { read_npy(bytes)? } else { read_text(bytes)? };
     // −0 is 0, so that equal heights have one name
     heights.iter_mut().for_each(|height| *height = to_metres(*height) + 0.0);
     Ok(Surface::new(columns, rows, heights)?)
@@ -69,9 +72,11 @@ pub fn encode_surface(surface: &Surface) -> Vec<u8> {
 /// Reads what [`encode_surface`] wrote.
 pub fn decode_surface(bytes: &[u8]) -> Result<Surface, DecodeError> {
     const WHAT: &str = "the surface";
-    let (columns, rows, heights) = decode::<(u64, u64, Vec<f64>), { MAX_HEIGHTS * 8 + 64 }>(WHAT, bytes)?;
+    let (columns, rows, heights) =
+        decode::<(u64, u64, Vec<f64>), { MAX_HEIGHTS * 8 + 64 }>(WHAT, bytes)?;
     let size = |n: u64| usize::try_from(n).unwrap_or(usize::MAX);
-    Surface::new(size(columns), size(rows), heights).map_err(|error| DecodeError::Malformed { what: WHAT, reason: error.to_string() })
+    Surface::new(size(columns), size(rows), heights)
+        .map_err(|error| DecodeError::Malformed { what: WHAT, reason: error.to_string() })
 }
 
 type Matrix = (usize, usize, Vec<f64>);
@@ -89,7 +94,10 @@ fn read_text(bytes: &[u8]) -> Result<Matrix, SurfaceFileError> {
         let before = heights.len();
         let mut push = |word: &str| -> Result<(), SurfaceFileError> {
             let number = word.trim().parse::<f64>().ok().filter(|x| x.is_finite());
-            heights.push(number.ok_or_else(|| SurfaceFileError::NotANumber { line: index + 1, text: word.trim().to_owned() })?);
+            heights.push(number.ok_or_else(|| SurfaceFileError::NotANumber {
+                line: index + 1,
+                text: word.trim().to_owned(),
+            })?);
             Ok(())
         };
         match separator {
@@ -125,24 +133,34 @@ fn read_npy(bytes: &[u8]) -> Result<Matrix, SurfaceFileError> {
     let end = start + length;
     let header = bytes.get(start..end).ok_or_else(truncated)?;
     let header = std::str::from_utf8(header).map_err(|_| bad("has a damaged header"))?;
-    let after = |key: &str| header.split_once(&format!("'{key}':")).map(|(_, rest)| rest.trim_start());
-    let descr = after("descr").and_then(|rest| rest.strip_prefix('\'')).and_then(|rest| rest.split('\'').next());
+    let after =
+        |key: &str| header.split_once(&format!("'{key}':")).map(|(_, rest)| rest.trim_start());
+    let descr = after("descr")
+        .and_then(|rest| rest.strip_prefix('\''))
+        .and_then(|rest| rest.split('\'').next());
     let descr = descr.ok_or_else(|| bad("does not hold plain numbers"))?;
     let by_columns = match after("fortran_order") {
         Some(rest) if rest.starts_with("True") => true,
         Some(rest) if rest.starts_with("False") => false,
         _ => return Err(bad("has a damaged header")),
     };
-    let shape = after("shape").and_then(|rest| rest.strip_prefix('(')).and_then(|rest| rest.split(')').next());
+    let shape = after("shape")
+        .and_then(|rest| rest.strip_prefix('('))
+        .and_then(|rest| rest.split(')').next());
     let shape = shape.ok_or_else(|| bad("has a damaged header"))?;
-    let sizes: Vec<&str> = shape.split(',').map(str::trim).filter(|size| !size.is_empty()).collect();
+    let sizes: Vec<&str> =
+        shape.split(',').map(str::trim).filter(|size| !size.is_empty()).collect();
     let [rows, columns] = sizes[..] else {
         return Err(SurfaceFileError::Npy(format!("has {} dimensions, not 2", sizes.len())));
     };
     let size = |text: &str| text.parse::<usize>().ok();
-    let count = size(rows).zip(size(columns)).and_then(|(rows, columns)| Some((rows, columns, rows.checked_mul(columns)?)));
+    let count = size(rows)
+        .zip(size(columns))
+        .and_then(|(rows, columns)| Some((rows, columns, rows.checked_mul(columns)?)));
     let Some((rows, columns, count)) = count.filter(|(_, _, count)| *count <= MAX_HEIGHTS) else {
-        return Err(SurfaceFileError::Npy(format!("is too large: {rows} × {columns} heights, more than {MAX_HEIGHTS}")));
+        return Err(SurfaceFileError::Npy(format!(
+            "is too large: {rows} × {columns} heights, more than {MAX_HEIGHTS}"
+        )));
     };
     let values = numbers(descr, bytes.get(end..).unwrap_or_default(), count)?;
     if !by_columns {
@@ -157,12 +175,18 @@ fn numbers(descr: &str, body: &[u8], count: usize) -> Result<Vec<f64>, SurfaceFi
         ($type:ty, $big:expr) => {{
             const SIZE: usize = size_of::<$type>();
             if body.len() != count * SIZE {
-                let message = format!("has {} bytes of heights where its header says {}", body.len(), count * SIZE);
+                let message = format!(
+                    "has {} bytes of heights where its header says {}",
+                    body.len(),
+                    count * SIZE
+                );
                 return Err(SurfaceFileError::Npy(message));
             }
             let (chunks, _) = body.as_chunks::<SIZE>();
             // at most 53 bits matter in a height
-            let read = |bytes: &[u8; SIZE]| if $big { <$type>::from_be_bytes(*bytes) } else { <$type>::from_le_bytes(*bytes) };
+            let read = |bytes: &[u8; SIZE]| {
+                if $big { <$type>::from_be_bytes(*bytes) } else { <$type>::from_le_bytes(*bytes) }
+            };
             Ok(chunks.iter().map(|bytes| read(bytes) as f64).collect())
         }};
     }
@@ -178,7 +202,9 @@ fn numbers(descr: &str, body: &[u8], count: usize) -> Result<Vec<f64>, SurfaceFi
         "u4" => read!(u32, big),
         "u2" => read!(u16, big),
         "u1" => read!(u8, big),
-        _ => Err(SurfaceFileError::Npy(format!("holds `{descr}`, neither floating-point nor whole numbers"))),
+        _ => Err(SurfaceFileError::Npy(format!(
+            "holds `{descr}`, neither floating-point nor whole numbers"
+        ))),
     }
 }
 
@@ -188,7 +214,8 @@ mod tests {
     use proptest::prelude::*;
 
     fn npy(descr: &str, fortran: &str, shape: &str, body: &[u8]) -> Vec<u8> {
-        let mut header = format!("{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}");
+        let mut header =
+            format!("{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}");
         while (10 + header.len() + 1) % 64 != 0 {
             header.push(' ');
         }
@@ -209,7 +236,8 @@ mod tests {
         assert_eq!(read(b"\xef\xbb\xbf1 2\t3\n\n  4 5 6\n", "um").unwrap(), surface);
         let doubles: Vec<u8> = (1..=6).flat_map(|x| f64::from(x).to_le_bytes()).collect();
         assert_eq!(read(&npy("<f8", "False", "(2, 3)", &doubles), "um").unwrap(), surface);
-        let by_columns: Vec<u8> = [1, 4, 2, 5, 3, 6].iter().flat_map(|x| i16::to_be_bytes(*x)).collect();
+        let by_columns: Vec<u8> =
+            [1, 4, 2, 5, 3, 6].iter().flat_map(|x| i16::to_be_bytes(*x)).collect();
         assert_eq!(read(&npy(">i2", "True", "(2, 3)", &by_columns), "um").unwrap(), surface);
         assert_eq!(name(&surface), name(&read(b"1e-6 2e-6 3e-6\n4e-6 5e-6 6e-6", "m").unwrap()));
         assert_ne!(name(&surface), name(&read(b"1 2\n3 4\n5 6", "um").unwrap()));
@@ -228,13 +256,22 @@ mod tests {
     #[test]
     fn what_is_no_height_map_says_why() {
         let message = |bytes: &[u8]| read(bytes, "um").unwrap_err().to_string();
-        assert_eq!(message(b"1 2\n3"), "line 2 is not as long as those before it: 1 against 2 numbers");
+        assert_eq!(
+            message(b"1 2\n3"),
+            "line 2 is not as long as those before it: 1 against 2 numbers"
+        );
         assert_eq!(message(b"1 2\n3 x"), "line 2: `x` is not a finite number");
         assert_eq!(message(b"0,5;0,6"), "line 1: `5;0` is not a finite number");
         assert_eq!(message(b"1 nan"), "line 1: `nan` is not a finite number");
-        assert_eq!(message(b""), "0 heights do not fill 0 columns × 0 rows; it must be a full rectangle of at least 1 × 1");
+        assert_eq!(
+            message(b""),
+            "0 heights do not fill 0 columns × 0 rows; it must be a full rectangle of at least 1 × 1"
+        );
         assert_eq!(message(&[0xff, 0xfe]), "it is neither an NPY file nor text");
-        assert_eq!(message(&npy("<f8", "False", "(2,)", &[])), "it is an NPY file that has 1 dimensions, not 2");
+        assert_eq!(
+            message(&npy("<f8", "False", "(2,)", &[])),
+            "it is an NPY file that has 1 dimensions, not 2"
+        );
         assert_eq!(
             message(&npy("<f8", "False", "(1, 1)", &[0; 7])),
             "it is an NPY file that has 7 bytes of heights where its header says 8"
@@ -243,9 +280,14 @@ mod tests {
             message(&npy("<c16", "False", "(1, 1)", &[])),
             "it is an NPY file that holds `<c16`, neither floating-point nor whole numbers"
         );
-        assert!(message(&npy("<f8", "False", "(99999999999, 99999999999)", &[])).contains("too large"));
+        assert!(
+            message(&npy("<f8", "False", "(99999999999, 99999999999)", &[])).contains("too large")
+        );
         assert!(message(b"\x93NUMPY\x02\x00\xff\xff\xff\xff").contains("ends before"));
-        assert!(message(&npy("<f8", "False", "(1, 1)", &f64::NAN.to_le_bytes())).contains("not a finite number"));
+        assert!(
+            message(&npy("<f8", "False", "(1, 1)", &f64::NAN.to_le_bytes()))
+                .contains("not a finite number")
+        );
         assert_eq!(read(b"1", "GPa").unwrap_err().to_string(), "`GPa` is not a unit of length");
     }
 

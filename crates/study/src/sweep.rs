@@ -1,4 +1,5 @@
-//! Reads `[sweep]`, which is written as [`axis`](crate::axis) tells, and refuses axes that do not fit each other or the scene.
+//! Reads `[sweep]`, which is written as [`axis`](crate::axis) tells, and refuses axes that do not
+//! fit each other or the scene.
 
 use std::collections::{HashMap, HashSet};
 
@@ -29,17 +30,23 @@ pub(crate) fn read_sweep(text: &str, node: &Node<'_>, problems: &mut Vec<Problem
         } else {
             let mut axes = Vec::new();
             read_axes(text, "", name, node, &mut axes, problems);
-            groups.extend(axes.into_iter().map(|axis| Group { length: axis.choices.len(), axes: vec![axis] }));
+            groups.extend(
+                axes.into_iter().map(|axis| Group { length: axis.choices.len(), axes: vec![axis] }),
+            );
         }
     }
     // keys written with dots arrive gathered by their tables; what counts is where they stand
     groups.sort_by_key(|group| group.axes.first().map(|axis| axis.span.start));
     refuse_overlaps(&groups, problems);
     if problems.len() == before && count(&groups).is_none() {
-        let factors = groups.iter().map(|group| group.length.to_string()).collect::<Vec<_>>().join(" × ");
+        let factors =
+            groups.iter().map(|group| group.length.to_string()).collect::<Vec<_>>().join(" × ");
         let message = format!("the axes make {factors} points, more than {MAX_POINTS}");
-        let span =
-            groups.iter().max_by_key(|group| group.length).and_then(|group| group.axes.first()).map_or(0..0, |axis| axis.span.clone());
+        let span = groups
+            .iter()
+            .max_by_key(|group| group.length)
+            .and_then(|group| group.axes.first())
+            .map_or(0..0, |axis| axis.span.clone());
         problems.push(Problem::new(span, message, "needs fewer values, here or on another axis"));
     }
     groups
@@ -63,7 +70,11 @@ fn read_zips(text: &str, node: &Node<'_>, groups: &mut Vec<Group>, problems: &mu
         axes.sort_by_key(|axis| axis.span.start);
         let Some(first) = axes.first() else {
             if problems.len() == before {
-                problems.push(Problem::new(zip.span(), "a zip without axes", "needs axes that advance together"));
+                problems.push(Problem::new(
+                    zip.span(),
+                    "a zip without axes",
+                    "needs axes that advance together",
+                ));
             }
             continue;
         };
@@ -73,23 +84,43 @@ fn read_zips(text: &str, node: &Node<'_>, groups: &mut Vec<Group>, problems: &mu
                 1 => format!("`{}` has 1 value", axis.path()),
                 n => format!("`{}` has {n} values", axis.path()),
             };
-            let message = format!("{}, {}: axes that advance together need equally many", values(first), values(other));
-            problems
-                .push(Problem::new(other.span.clone(), message, format!("needs {length}")).context(first.span.clone(), "as many as here"));
+            let message = format!(
+                "{}, {}: axes that advance together need equally many",
+                values(first),
+                values(other)
+            );
+            problems.push(
+                Problem::new(other.span.clone(), message, format!("needs {length}"))
+                    .context(first.span.clone(), "as many as here"),
+            );
         }
         axes.retain(|axis| axis.choices.len() == length);
         groups.push(Group { axes, length });
     }
 }
 
-/// Reads one entry below `[sweep]`; an entry without quotes, `friction.mu = …`, arrives as nested tables.
-fn read_axes(text: &str, prefix: &str, name: &Name<'_>, node: &Node<'_>, axes: &mut Vec<Axis>, problems: &mut Vec<Problem>) {
-    let path = if prefix.is_empty() { name.get_ref().to_string() } else { format!("{prefix}.{}", name.get_ref()) };
+/// Reads one entry below `[sweep]`; an entry without quotes, `friction.mu = …`, arrives as nested
+/// tables.
+fn read_axes(
+    text: &str,
+    prefix: &str,
+    name: &Name<'_>,
+    node: &Node<'_>,
+    axes: &mut Vec<Axis>,
+    problems: &mut Vec<Problem>,
+) {
+    let path = if prefix.is_empty() {
+        name.get_ref().to_string()
+    } else {
+        format!("{prefix}.{}", name.get_ref())
+    };
     let span = name.span();
     if let Some(table) = Table::find(&path) {
         match node.get_ref() {
             DeValue::Table(below) if !below.is_empty() && !is_range(node) => {
-                entries(below).into_iter().for_each(|(name, node)| read_axes(text, &path, name, node, axes, problems));
+                entries(below)
+                    .into_iter()
+                    .for_each(|(name, node)| read_axes(text, &path, name, node, axes, problems));
             }
             _ => {
                 let choices = read_table_choices(text, table, node, problems);
@@ -106,10 +137,14 @@ fn read_axes(text: &str, prefix: &str, name: &Name<'_>, node: &Node<'_>, axes: &
             axes.push(Axis { target: Target::Key(key), choices, log, span });
         }
     } else {
-        let problem = |expected: &str| Problem::new(span.clone(), format!("there is no key `{path}` to vary"), expected);
+        let problem = |expected: &str| {
+            Problem::new(span.clone(), format!("there is no key `{path}` to vary"), expected)
+        };
         problems.push(match nearest_path(&path) {
             Some(meant) => problem(&format!("did you mean \"{meant}\"?")),
-            None => problem("must be a key of the scene or the numerics, like \"friction.mu\" or mesh"),
+            None => {
+                problem("must be a key of the scene or the numerics, like \"friction.mu\" or mesh")
+            }
         });
     }
 }
@@ -137,8 +172,14 @@ fn read_key_choices(key: Key, node: &Node<'_>, problems: &mut Vec<Problem>) -> (
             }
         },
         _ => {
-            let expected = format!("a list of values or a range {{ from, to, count }}: each {}", key.quantity().expected());
-            problems.push(read::mistyped(&key.short(), node, &expected).help(format!("one value alone is written [{}]", node_text(node))));
+            let expected = format!(
+                "a list of values or a range {{ from, to, count }}: each {}",
+                key.quantity().expected()
+            );
+            problems.push(
+                read::mistyped(&key.short(), node, &expected)
+                    .help(format!("one value alone is written [{}]", node_text(node))),
+            );
             (Vec::new(), false)
         }
     }
@@ -166,7 +207,12 @@ fn choice(key: Key, setting: Setting, span: Span, nth: Option<usize>) -> Choice 
     Choice { shown, given: vec![(key, Given { setting, span: span.clone(), nth })], span }
 }
 
-fn read_table_choices(text: &str, table: Table, node: &Node<'_>, problems: &mut Vec<Problem>) -> Vec<Choice> {
+fn read_table_choices(
+    text: &str,
+    table: Table,
+    node: &Node<'_>,
+    problems: &mut Vec<Problem>,
+) -> Vec<Choice> {
     let path = table.short();
     let DeValue::Array(values) = node.get_ref() else {
         problems.push(read::mistyped(&path, node, &format!("a list, each {}", each(&table))));
@@ -181,19 +227,32 @@ fn read_table_choices(text: &str, table: Table, node: &Node<'_>, problems: &mut 
 /// What each value of an axis over a table must be, for messages.
 fn each(table: &Table) -> String {
     match table.is_list() {
-        true => format!("{}, or with a name {{ label = \"…\", {} = [ … ] }}", table.expected(), table.name()),
+        true => format!(
+            "{}, or with a name {{ label = \"…\", {} = [ … ] }}",
+            table.expected(),
+            table.name()
+        ),
         false => table.expected(),
     }
 }
 
-fn read_table_choice(text: &str, table: Table, value: &Node<'_>, problems: &mut Vec<Problem>) -> Option<Choice> {
+fn read_table_choice(
+    text: &str,
+    table: Table,
+    value: &Node<'_>,
+    problems: &mut Vec<Problem>,
+) -> Option<Choice> {
     let path = table.short();
     let mut reader = Reader::new(text, problems);
     let mut label = None;
     match (table.list().filter(|_| table.is_list()), Key::find(&table.path()), value.get_ref()) {
         (Some(list), _, DeValue::Array(_)) => {
             reader.list(list, value);
-            let length = reader.given.first().map(|(_, given)| given.setting.to_string()).unwrap_or_default();
+            let length = reader
+                .given
+                .first()
+                .map(|(_, given)| given.setting.to_string())
+                .unwrap_or_default();
             label = Some(match length.as_str() {
                 "0" => format!("no {}", table.name()),
                 "1" => format!("1 {}", table.name().trim_end_matches('s')),
@@ -206,7 +265,12 @@ fn read_table_choice(text: &str, table: Table, value: &Node<'_>, problems: &mut 
                 match name.get_ref().as_ref() {
                     "label" => {}
                     name if name == table.name() => reader.list(list, node),
-                    other => reader.problems.push(read::unknown(other, name.span(), &format!("this value of `{path}`"), &names)),
+                    other => reader.problems.push(read::unknown(
+                        other,
+                        name.span(),
+                        &format!("this value of `{path}`"),
+                        &names,
+                    )),
                 }
             }
         }
@@ -225,18 +289,31 @@ fn read_table_choice(text: &str, table: Table, value: &Node<'_>, problems: &mut 
     }
     let given = reader.given;
     let label = match value.get_ref() {
-        DeValue::Table(below) => below.get("label").map(|node| read::text("label", node).and_then(|text| checked_label(text, node.span()))),
+        DeValue::Table(below) => below.get("label").map(|node| {
+            read::text("label", node).and_then(|text| checked_label(text, node.span()))
+        }),
         _ => label.map(Ok),
     };
     let label = label.or_else(|| shape_of(&given).map(Ok)).unwrap_or_else(|| {
-        Err(Problem::new(value.span(), format!("this value of `{path}` has no label"), "needs label = \"…\" to name it in the results"))
+        Err(Problem::new(
+            value.span(),
+            format!("this value of `{path}` has no label"),
+            "needs label = \"…\" to name it in the results",
+        ))
     });
-    label.map(|label| Choice { shown: Value::Text(label), given, span: value.span() }).map_err(|problem| problems.push(problem)).ok()
+    label
+        .map(|label| Choice { shown: Value::Text(label), given, span: value.span() })
+        .map_err(|problem| problems.push(problem))
+        .ok()
 }
 
 fn checked_label(text: String, span: Span) -> Result<String, Problem> {
     if text.trim().is_empty() || text.chars().count() > 64 || text.chars().any(char::is_control) {
-        return Err(Problem::new(span, "a label that cannot name anything", "must be 1 to 64 visible characters"));
+        return Err(Problem::new(
+            span,
+            "a label that cannot name anything",
+            "must be 1 to 64 visible characters",
+        ));
     }
     Ok(text)
 }
@@ -262,7 +339,10 @@ fn refuse_repeats(path: &str, choices: &[Choice], problems: &mut Vec<Problem>) {
                 [(_, given)] if given.span == choice.span => "the values of an axis must differ",
                 _ => "needs a `label` of its own",
             };
-            problems.push(Problem::new(choice.span.clone(), message, expected).context(first.span.clone(), "first here"));
+            problems.push(
+                Problem::new(choice.span.clone(), message, expected)
+                    .context(first.span.clone(), "first here"),
+            );
             return;
         }
     }
@@ -274,10 +354,14 @@ fn refuse_overlaps(groups: &[Group], problems: &mut Vec<Problem>) {
         if let Some(owner) = axes[..index].iter().find(|owner| owner.target.overlaps(axis.target)) {
             let message = match owner.path() == axis.path() {
                 true => format!("two axes vary `{}`", axis.path()),
-                false => format!("two axes, `{}` and `{}`, set the same keys", owner.path(), axis.path()),
+                false => {
+                    format!("two axes, `{}` and `{}`, set the same keys", owner.path(), axis.path())
+                }
             };
-            problems
-                .push(Problem::new(axis.span.clone(), message, "only one axis may set a key").context(owner.span.clone(), "the other one"));
+            problems.push(
+                Problem::new(axis.span.clone(), message, "only one axis may set a key")
+                    .context(owner.span.clone(), "the other one"),
+            );
         }
     }
 }
@@ -285,8 +369,14 @@ fn refuse_overlaps(groups: &[Group], problems: &mut Vec<Problem>) {
 /// Refuses axes over entries that a list of the scene has not.
 pub(crate) fn refuse_absent(groups: &[Group], base: &[(Key, Given)], problems: &mut Vec<Problem>) {
     for list in [Key::Layers, Key::Steps] {
-        let axes = || groups.iter().flat_map(|group| &group.axes).filter_map(|axis| Some((axis, axis.target.entry()?)));
-        let in_list = || axes().filter(|(_, (of, _))| *of == list).map(|(axis, (_, index))| (axis, index));
+        let axes = || {
+            groups
+                .iter()
+                .flat_map(|group| &group.axes)
+                .filter_map(|axis| Some((axis, axis.target.entry()?)))
+        };
+        let in_list =
+            || axes().filter(|(_, (of, _))| *of == list).map(|(axis, (_, index))| (axis, index));
         let scene = Sheet::new(base.iter().map(|(key, given)| (*key, given)));
         let (length, has) = match scene.get(list) {
             Some(_) => (scene.length(list), "has"),
@@ -301,8 +391,16 @@ pub(crate) fn refuse_absent(groups: &[Group], base: &[(Key, Given)], problems: &
                 1 => "one entry, [0]".to_owned(),
                 n => format!("{n} entries, [0] to [{}]", n - 1),
             };
-            let message = format!("there is no `{}[{index}]`: the scene's `{}` {has} {entries}", list.short(), list.name());
-            let problem = Problem::new(axis.span.clone(), message, format!("needs an entry of `scene.{}` to vary", list.short()));
+            let message = format!(
+                "there is no `{}[{index}]`: the scene's `{}` {has} {entries}",
+                list.short(),
+                list.name()
+            );
+            let problem = Problem::new(
+                axis.span.clone(),
+                message,
+                format!("needs an entry of `scene.{}` to vary", list.short()),
+            );
             problems.push(match scene.get(list) {
                 Some(given) => problem.context(given.span.clone(), "the entries are here"),
                 None => problem,

@@ -1,8 +1,8 @@
 //! Dimensions and the units a study file may write. Everything behind this file is SI.
 //!
-//! A units library multiplies by 10⁻⁶ in floating point, which turns "10 um" into 9.999999999999999e-6 m and so into
-//! another job than 1e-5. Here a decimal prefix moves the decimal point of the text before it becomes a number, so
-//! the two are the same bits.
+//! A units library multiplies by 10⁻⁶ in floating point, which turns "10 um" into
+//! 9.999999999999999e-6 m and so into another job than 1e-5. Here a decimal prefix moves the
+//! decimal point of the text before it becomes a number, so the two are the same bits.
 
 /// What a number measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -28,7 +28,8 @@ pub enum Dimension {
 }
 
 impl Dimension {
-    /// The symbol of the SI unit in which everything is computed, stored and shown; empty for a pure number.
+    /// The symbol of the SI unit in which everything is computed, stored and shown; empty for a
+    /// pure number.
     pub fn unit(self) -> &'static str {
         match self {
             Dimension::Pure => "",
@@ -87,7 +88,8 @@ const fn times(symbol: &'static str, dimension: Dimension, factor: f64) -> Unit 
     Unit { symbol, dimension, scale: Scale::Times(factor) }
 }
 
-/// Every unit that a file may write. µ and μ are read as u. There is no millipascal: it would be a misspelt MPa.
+/// Every unit that a file may write. µ and μ are read as u. There is no millipascal: it would be a
+/// misspelt MPa.
 const UNITS: &[Unit] = &[
     ten("m", Dimension::Length, 0),
     ten("cm", Dimension::Length, -2),
@@ -167,10 +169,12 @@ pub enum QuantityError {
     },
 }
 
-/// The SI value of a text such as `80 GPa`, `0.5mm` or `10 µm`, correctly rounded for units that are powers of ten.
+/// The SI value of a text such as `80 GPa`, `0.5mm` or `10 µm`, correctly rounded for units that
+/// are powers of ten.
 pub fn quantity(text: &str, wanted: Dimension) -> Result<f64, QuantityError> {
     let whole = text.trim();
-    let (number, symbol) = split_number(whole).ok_or_else(|| QuantityError::NoNumber { text: text.to_owned() })?;
+    let (number, symbol) =
+        split_number(whole).ok_or_else(|| QuantityError::NoNumber { text: text.to_owned() })?;
     if symbol.is_empty() {
         return Err(QuantityError::NoUnit { text: whole.to_owned() });
     }
@@ -179,16 +183,23 @@ pub fn quantity(text: &str, wanted: Dimension) -> Result<f64, QuantityError> {
         nearest: wanted.units().find(|known| known.eq_ignore_ascii_case(symbol)),
     })?;
     if unit.dimension != wanted {
-        return Err(QuantityError::WrongDimension { text: whole.to_owned(), found: unit.dimension, wanted });
+        return Err(QuantityError::WrongDimension {
+            text: whole.to_owned(),
+            found: unit.dimension,
+            wanted,
+        });
     }
     let value = match unit.scale {
         Scale::Ten(exponent) => shifted(number, exponent),
         Scale::Times(factor) => number.parse::<f64>().ok().map(|x| x * factor),
     };
-    value.filter(|x| x.is_finite()).ok_or_else(|| QuantityError::TooLarge { text: whole.to_owned() })
+    value
+        .filter(|x| x.is_finite())
+        .ok_or_else(|| QuantityError::TooLarge { text: whole.to_owned() })
 }
 
-/// The function that turns numbers in a unit of length into metres; `None` if there is no such unit.
+/// The function that turns numbers in a unit of length into metres; `None` if there is no such
+/// unit.
 pub fn metres(symbol: &str) -> Option<impl Fn(f64) -> f64 + use<>> {
     let unit = find(symbol).filter(|unit| unit.dimension == Dimension::Length)?;
     let scale = unit.scale;
@@ -203,7 +214,8 @@ pub fn metres(symbol: &str) -> Option<impl Fn(f64) -> f64 + use<>> {
 /// Splits `1.5e3 um` into `1.5e3` and `um`; `None` if there is no number in front.
 fn split_number(text: &str) -> Option<(&str, &str)> {
     let bytes = text.as_bytes();
-    let digits = |from: usize| from + bytes[from..].iter().take_while(|b| b.is_ascii_digit()).count();
+    let digits =
+        |from: usize| from + bytes[from..].iter().take_while(|b| b.is_ascii_digit()).count();
     let sign = usize::from(matches!(bytes.first(), Some(b'+' | b'-')));
     let mut end = digits(sign);
     let mut figures = end - sign;
@@ -238,7 +250,11 @@ pub(crate) struct Compact(pub(crate) f64);
 impl std::fmt::Display for Compact {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let size = self.0.abs();
-        if size == 0.0 || (1e-4..1e6).contains(&size) { write!(f, "{}", self.0) } else { write!(f, "{:e}", self.0) }
+        if size == 0.0 || (1e-4..1e6).contains(&size) {
+            write!(f, "{}", self.0)
+        } else {
+            write!(f, "{:e}", self.0)
+        }
     }
 }
 
@@ -276,8 +292,14 @@ mod tests {
         assert_eq!(refused("GPa", Dimension::Pressure), "`GPa` does not begin with a number");
         assert_eq!(refused("", Dimension::Pressure), "`` does not begin with a number");
         assert_eq!(refused("1e999 m", Dimension::Length), "`1e999 m` is too large a number");
-        assert_eq!(refused("1e99999999999 m", Dimension::Length), "`1e99999999999 m` is too large a number");
-        assert_eq!(quantity("80 mpa", Dimension::Pressure), Err(QuantityError::UnknownUnit { unit: "mpa".into(), nearest: Some("MPa") }));
+        assert_eq!(
+            refused("1e99999999999 m", Dimension::Length),
+            "`1e99999999999 m` is too large a number"
+        );
+        assert_eq!(
+            quantity("80 mpa", Dimension::Pressure),
+            Err(QuantityError::UnknownUnit { unit: "mpa".into(), nearest: Some("MPa") })
+        );
     }
 
     proptest! {

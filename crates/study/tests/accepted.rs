@@ -1,4 +1,5 @@
-//! Studies that are right: what they expand to, and that nothing a job can say is lost on the way through a file.
+//! Studies that are right: what they expand to, and that nothing a job can say is lost on the way
+//! through a file.
 
 use std::collections::HashSet;
 use std::sync::OnceLock;
@@ -7,7 +8,9 @@ use contact::effect::Effect;
 use contact::loading::{Loading, Step};
 use contact::numerics::{Mesh, Method, Numerics, Projection};
 use contact::punch::Side;
-use contact::scene::{Base, Domain, Foundation, Friction, Layer, Material, Punch, Scene, Shape, WheelRail};
+use contact::scene::{
+    Base, Domain, Foundation, Friction, Layer, Material, Punch, Scene, Shape, WheelRail,
+};
 use proptest::prelude::*;
 use study::key::Key;
 use study::{Case, Figure, Job, Study, Value, columns};
@@ -69,35 +72,53 @@ fn units_spelling_and_order_leave_no_trace() {
 
 #[test]
 fn the_last_axis_is_the_fastest() {
-    let study = read(&format!("{BASE}[sweep]\n\"numerics.mesh\" = [32, [8, 4]]\nfriction.mu = [0.1, 0.2, 0.3]\n"));
+    let study = read(&format!(
+        "{BASE}[sweep]\n\"numerics.mesh\" = [32, [8, 4]]\nfriction.mu = [0.1, 0.2, 0.3]\n"
+    ));
     assert_eq!(shown(&study, "mesh"), ["32", "32", "32", "8x4", "8x4", "8x4"]);
     assert_eq!(shown(&study, "mu"), ["0.1", "0.2", "0.3", "0.1", "0.2", "0.3"]);
     assert_eq!(shown(&study, "scene.friction.mu"), shown(&study, "mu"));
     assert_eq!(study.points()[3].job.case().unwrap().numerics.mesh, Mesh::Exact([8, 4]));
     assert_eq!(study.points()[3].job.case().unwrap().scene.friction.mu, 0.1);
     let columns = study.columns();
-    assert_eq!(columns.iter().take(2).map(|column| column.name.as_ref()).collect::<Vec<_>>(), ["mesh", "mu"]);
+    assert_eq!(
+        columns.iter().take(2).map(|column| column.name.as_ref()).collect::<Vec<_>>(),
+        ["mesh", "mu"]
+    );
 }
 
 #[test]
 fn axes_with_one_table_in_common_keep_their_places() {
     let sweep = "[sweep]\nfoundation.base.poisson = [0, 0.3]\nmesh = [8, 16]\nfoundation.base.shear_modulus = [\"8 GPa\", \"80 GPa\"]\n";
     let study = read(&format!("{BASE}{sweep}"));
-    assert_eq!(study.axes().map(|axis| axis.column()).collect::<Vec<_>>(), ["poisson", "mesh", "shear_modulus"]);
+    assert_eq!(
+        study.axes().map(|axis| axis.column()).collect::<Vec<_>>(),
+        ["poisson", "mesh", "shear_modulus"]
+    );
 }
 
 #[test]
 fn ranges_hold_their_ends_and_round_numbers_between() {
     let study = read(&format!("{BASE}[sweep]\nfriction.mu = {{ from = 0, to = 1, count = 11 }}\n"));
-    assert_eq!(shown(&study, "mu"), ["0", "0.1", "0.2", "0.3", "0.4", "0.5", "0.6", "0.7", "0.8", "0.9", "1"]);
-    let study = read(&format!("{BASE}[sweep]\n\"loading.steps[0].shift_x\" = {{ from = \"-0.1 mm\", to = \"0.3 mm\", count = 5 }}\n"));
+    assert_eq!(
+        shown(&study, "mu"),
+        ["0", "0.1", "0.2", "0.3", "0.4", "0.5", "0.6", "0.7", "0.8", "0.9", "1"]
+    );
+    let study = read(&format!(
+        "{BASE}[sweep]\n\"loading.steps[0].shift_x\" = {{ from = \"-0.1 mm\", to = \"0.3 mm\", count = 5 }}\n"
+    ));
     assert_eq!(shown(&study, "shift_x"), ["-0.0001", "0", "0.0001", "0.0002", "0.0003"]);
-    let study = read(&format!("{BASE}[sweep]\npunch.radius = {{ log = true, from = \"1 um\", to = \"100 mm\", count = 6 }}\n"));
+    let study = read(&format!(
+        "{BASE}[sweep]\npunch.radius = {{ log = true, from = \"1 um\", to = \"100 mm\", count = 6 }}\n"
+    ));
     assert_eq!(shown(&study, "radius"), ["1e-6", "1e-5", "0.0001", "0.001", "0.01", "0.1"]);
     assert!(study.figures().iter().any(|figure| figure.log_x && figure.x == "radius"));
-    let study = read(&format!("{BASE}[sweep]\nmesh = {{ log = true, from = 8, to = 64, count = 4 }}\n"));
+    let study =
+        read(&format!("{BASE}[sweep]\nmesh = {{ log = true, from = 8, to = 64, count = 4 }}\n"));
     assert_eq!(shown(&study, "mesh"), ["8", "16", "32", "64"]);
-    let study = read(&format!("{BASE}[sweep]\n\"loading.steps[0].tilt_x\" = {{ from = \"5 deg\", to = \"-5 deg\", count = 3 }}\n"));
+    let study = read(&format!(
+        "{BASE}[sweep]\n\"loading.steps[0].tilt_x\" = {{ from = \"5 deg\", to = \"-5 deg\", count = 3 }}\n"
+    ));
     assert_eq!(shown(&study, "tilt_x")[1..], ["0", "-0.08726646259971647"]);
 }
 
@@ -125,7 +146,10 @@ fn a_table_replaces_a_table() {
     assert_eq!(shown(&study, "punch"), ["cone", "steel ball"]);
     assert_eq!(shown(&study, "loading"), ["shifted", "shifted"]);
     assert_eq!(shown(&study, "radius"), ["", "0.001"]);
-    assert!(matches!(jobs[0].job.case().unwrap().scene.punch, Punch { shape: Shape::Cone { .. }, material: None }));
+    assert!(matches!(
+        jobs[0].job.case().unwrap().scene.punch,
+        Punch { shape: Shape::Cone { .. }, material: None }
+    ));
     assert!(jobs[1].job.case().unwrap().scene.punch.material.is_some());
     assert_eq!(jobs[0].job.case().unwrap().scene.loading.steps[0].shift_x, Some(1e-6));
     // a table may supply what the base leaves out
@@ -165,7 +189,10 @@ fn layers_and_steps_have_keys_of_their_own() {
     let scene = &study.point(0).unwrap().job.case().unwrap().scene.clone();
     assert_eq!((scene.foundation.base, scene.foundation.layers[1].poisson), (Base::Rigid, 0.5));
     assert_eq!(scene.loading.steps[0], Step { normal_force: Some(1000.0), ..Step::default() });
-    assert_eq!(scene.loading.steps[2], Step { shift_x: Some(-2e-6), moment_z: Some(0.003), increments: 8, ..Step::default() });
+    assert_eq!(
+        scene.loading.steps[2],
+        Step { shift_x: Some(-2e-6), moment_z: Some(0.003), increments: 8, ..Step::default() }
+    );
     assert_eq!((scene.loading.cycle_from, scene.loading.cycles), (Some(1), 2));
     for (column, value) in [
         ("base", "rigid"),
@@ -194,10 +221,17 @@ fn axes_over_layers_and_steps() {
     "#;
     let study = read(&format!("{PATH}{sweep}"));
     assert_eq!(study.len(), 18);
-    assert_eq!(study.axes().map(|axis| axis.column()).collect::<Vec<_>>(), ["layer1_thickness", "step1_increments", "step2"]);
+    assert_eq!(
+        study.axes().map(|axis| axis.column()).collect::<Vec<_>>(),
+        ["layer1_thickness", "step1_increments", "step2"]
+    );
     assert_eq!(shown(&study, "step2")[..2], ["back", "hold"]);
     assert_eq!(shown(&study, "step2_shift_x")[..2], ["0", ""]);
-    assert_eq!(study.points()[1].job.case().unwrap().scene.loading.steps[2], Step::default(), "the table replaces the step as a whole");
+    assert_eq!(
+        study.points()[1].job.case().unwrap().scene.loading.steps[2],
+        Step::default(),
+        "the table replaces the step as a whole"
+    );
     assert_eq!(shown(&study, "step1_increments")[..6], ["1", "1", "2", "2", "4", "4"]);
     assert_eq!(shown(&study, "layer1_thickness")[12], "0.01");
 }
@@ -217,7 +251,10 @@ fn axes_over_whole_lists_and_the_base() {
         ]
     "#;
     let study = read(&format!("{PATH}{sweep}"));
-    assert_eq!(shown(&study, "layers"), ["1 layer", "1 layer", "1 layer", "1 layer", "soft", "soft", "soft", "soft"]);
+    assert_eq!(
+        shown(&study, "layers"),
+        ["1 layer", "1 layer", "1 layer", "1 layer", "soft", "soft", "soft", "soft"]
+    );
     assert_eq!(shown(&study, "base")[..4], ["rigid", "rigid", "steel", "steel"]);
     assert_eq!(shown(&study, "steps")[..2], ["1", "2"]);
     assert_eq!(shown(&study, "poisson")[..4], ["", "", "0.3", "0.3"]);
@@ -244,8 +281,7 @@ fn a_figure_of_increments_may_name_them() {
 
 #[test]
 fn points_that_coincide_share_their_key() {
-    let sweep =
-        "[sweep]\npunch = [{ label = \"a\", shape = \"sphere\", radius = 1 }, { label = \"b\", shape = \"sphere\", radius = \"1 m\" }]\n";
+    let sweep = "[sweep]\npunch = [{ label = \"a\", shape = \"sphere\", radius = 1 }, { label = \"b\", shape = \"sphere\", radius = \"1 m\" }]\n";
     let study = read(&format!("{BASE}{sweep}"));
     let points = study.points();
     assert_eq!(points[0].key, points[1].key);
@@ -265,9 +301,16 @@ fn height_maps_come_from_files_in_any_unit() {
     let study = Study::parse(&format!("{text}{sweep}"), "study.toml", &mut files).unwrap();
     assert_eq!(asked, ["rough.csv", "rougher.csv"]);
     let points = study.points();
-    let Shape::HeightMap { surface, width_y, .. } = &points[0].job.case().unwrap().scene.punch.shape else { panic!("not a height map") };
+    let Shape::HeightMap { surface, width_y, .. } =
+        &points[0].job.case().unwrap().scene.punch.shape
+    else {
+        panic!("not a height map")
+    };
     assert_eq!(*width_y, 0.002);
-    assert_eq!(study.surfaces().get(surface).unwrap().heights(), [0.0, 1e-6, 2e-6, 3e-6, 4e-6, 5e-6]);
+    assert_eq!(
+        study.surfaces().get(surface).unwrap().heights(),
+        [0.0, 1e-6, 2e-6, 3e-6, 4e-6, 5e-6]
+    );
     assert_eq!(shown(&study, "file")[..2], ["rough.csv", "rougher.csv"]);
     assert_eq!(points[0].key, points[1].key, "the content counts, not the name");
     // the definition needs no files any more
@@ -276,9 +319,15 @@ fn height_maps_come_from_files_in_any_unit() {
     // and a job's own text finds its surface under its hash
     let stored = study::surface::encode_surface(study.surfaces().get(surface).unwrap());
     let job = format!("name = \"job\"\n{}", points[0].job.to_toml());
-    let alone = Study::parse(&job, "job.toml", &mut |name| if name == surface { Ok(stored.clone()) } else { no_files(name) }).unwrap();
+    let alone = Study::parse(&job, "job.toml", &mut |name| {
+        if name == surface { Ok(stored.clone()) } else { no_files(name) }
+    })
+    .unwrap();
     assert_eq!(alone.points()[0].job, points[0].job);
-    assert!(Study::parse(&job, "job.toml", &mut |_| Ok(vec![1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0])).is_err());
+    assert!(
+        Study::parse(&job, "job.toml", &mut |_| Ok(vec![1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0]))
+            .is_err()
+    );
 }
 
 #[test]
@@ -293,14 +342,28 @@ fn a_wheel_and_its_rail_come_from_files() {
     let sweep = "[sweep]\npunch.lateral = { from = 0, to = \"10 mm\", count = 3 }\npunch.yaw = [0, \"1 mrad\"]\n";
     let study = Study::parse(&format!("{text}{sweep}"), "study.toml", &mut files).unwrap();
     let points = study.points();
-    let Shape::WheelOnRail(wheel) = &points[5].job.case().unwrap().scene.punch.shape else { panic!("not a wheel") };
+    let Shape::WheelOnRail(wheel) = &points[5].job.case().unwrap().scene.punch.shape else {
+        panic!("not a wheel")
+    };
     let [(wheel_name, _), (rail_name, _)] = profiles();
     assert_eq!((&wheel.wheel, &wheel.rail, wheel.side), (wheel_name, rail_name, Side::Left));
-    assert_eq!((wheel.lateral, wheel.yaw, wheel.roll, wheel.gauge), (0.01, 0.001, 0.0, WheelRail::GAUGE));
-    assert!(study.surfaces().profile(wheel_name).is_some() && study.surfaces().profile(rail_name).is_some());
-    assert_eq!(Study::from_definition(&study.definition()).unwrap().points(), points, "the files are in the definition");
+    assert_eq!(
+        (wheel.lateral, wheel.yaw, wheel.roll, wheel.gauge),
+        (0.01, 0.001, 0.0, WheelRail::GAUGE)
+    );
+    assert!(
+        study.surfaces().profile(wheel_name).is_some()
+            && study.surfaces().profile(rail_name).is_some()
+    );
+    assert_eq!(
+        Study::from_definition(&study.definition()).unwrap().points(),
+        points,
+        "the files are in the definition"
+    );
     assert_eq!(read_job(&points[5].job.to_toml()), points[5].job);
-    let mut refused = |old: &str, new: &str| Study::parse(&text.replace(old, new), "study.toml", &mut files).unwrap_err().to_string();
+    let mut refused = |old: &str, new: &str| {
+        Study::parse(&text.replace(old, new), "study.toml", &mut files).unwrap_err().to_string()
+    };
     assert!(refused("\"w.prw\"", "\"r.prr\"").contains("cannot use this profile: it is a rail's"));
     assert!(refused("\"r.prr\"", "\"gone.prr\"").contains("gone.prr: no such file"));
     assert!(refused("side = \"left\", ", "").contains("`punch.side` is missing"));
@@ -358,12 +421,21 @@ fn figures() {
     "#;
     let study = read(&format!("{BASE}{axes}{several}"));
     let [two, reach, load] = study.figures() else { panic!("{:?}", study.figures()) };
-    assert_eq!(*two, Figure { y: vec!["residual".to_owned(), "tension".to_owned()], ..figure("mesh", "residual", &["mu"], true) });
+    assert_eq!(
+        *two,
+        Figure {
+            y: vec!["residual".to_owned(), "tension".to_owned()],
+            ..figure("mesh", "residual", &["mu"], true)
+        }
+    );
     assert_eq!((reach.title.as_deref(), &reach.series), (Some("How far it reaches"), &vec![]));
     assert_eq!(load.series, ["mesh", "projection"]);
     let stems = [two, reach, load].map(|figure| figure.stem(study.name()));
     assert_eq!(stems, ["base", "base-reach", "base-3"]);
-    assert!(read(&format!("figure = []\n{BASE}{axes}")).figures().is_empty(), "an empty list is none");
+    assert!(
+        read(&format!("figure = []\n{BASE}{axes}")).figures().is_empty(),
+        "an empty list is none"
+    );
 }
 
 #[test]
@@ -376,7 +448,10 @@ fn the_stick_zone_study_is_what_it_says() {
     assert_eq!(shown(&study, "punch")[..2], ["flat disk", "sphere"]);
     assert_eq!(shown(&study, "approach")[..2], ["1e-6", "2e-5"]);
     assert!(points.iter().all(|point| point.job.case().unwrap().numerics.tolerance == 1e-8));
-    assert!(study.figures().iter().any(|figure| figure.panels.as_deref() == Some("punch") && figure.series == ["poisson", "mesh"]));
+    assert!(
+        study.figures().iter().any(|figure| figure.panels.as_deref() == Some("punch")
+            && figure.series == ["poisson", "mesh"])
+    );
 }
 
 prop_compose! {
@@ -393,10 +468,16 @@ fn shape() -> impl Strategy<Value = Shape> {
     prop_oneof![
         length().prop_map(|radius| Shape::Sphere { radius }),
         length().prop_map(|radius| Shape::FlatDisk { radius }),
-        (length(), length()).prop_map(|(radius_x, radius_y)| Shape::Ellipsoid { radius_x, radius_y }),
-        (length(), length()).prop_map(|(width_x, width_y)| Shape::FlatRectangle { width_x, width_y }),
+        (length(), length())
+            .prop_map(|(radius_x, radius_y)| Shape::Ellipsoid { radius_x, radius_y }),
+        (length(), length())
+            .prop_map(|(width_x, width_y)| Shape::FlatRectangle { width_x, width_y }),
         (1e-6..1.5f64).prop_map(|angle| Shape::Cone { angle }),
-        (length(), length()).prop_map(|(width_x, width_y)| Shape::HeightMap { surface: stored().0, width_x, width_y }),
+        (length(), length()).prop_map(|(width_x, width_y)| Shape::HeightMap {
+            surface: stored().0,
+            width_x,
+            width_y
+        }),
         wheel_on_rail().prop_map(Shape::WheelOnRail),
     ]
 }
@@ -552,7 +633,8 @@ proptest! {
         prop_assert_eq!(Job::parse(&job.canonical()).ok(), Some(plain));
     }
 
-    /// Every key that a study gives has a column, with the value that was given, under its name and under its path.
+    /// Every key that a study gives has a column, with the value that was given, under its name and
+    /// under its path.
     #[test]
     fn every_key_of_a_job_fills_its_column(job in job()) {
         let study = Study::parse(&format!("name = \"job\"\n{}", job.to_toml()), "job.toml", &mut from_store).unwrap();

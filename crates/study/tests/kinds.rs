@@ -1,11 +1,13 @@
-//! Studies of every kind: what they ask for, and that a job of each kind survives being written and read.
+//! Studies of every kind: what they ask for, and that a job of each kind survives being written and
+//! read.
 
 use contact::numerics::Mesh;
 use contact::uniqueness::Sole;
 use study::{Adaptive, Job, Kind, Study, columns};
 
 fn read(text: &str) -> Study {
-    Study::parse(text, "kinds.toml", &mut |file| Err(format!("no file {file}"))).unwrap_or_else(|error| panic!("{text}\n{error}"))
+    Study::parse(text, "kinds.toml", &mut |file| Err(format!("no file {file}")))
+        .unwrap_or_else(|error| panic!("{text}\n{error}"))
 }
 
 /// A study of a kind, with what belongs before its tables and after them.
@@ -43,9 +45,17 @@ seed = 3
 fn a_uniqueness_study_asks_about_bodies_and_sole_alone() {
     let study = read(UNIQUENESS);
     assert_eq!(study.kind(), Kind::Uniqueness);
-    let Job::Uniqueness { question, effort } = study.point(0).unwrap().job else { panic!("another kind of job") };
-    assert_eq!((question.sole, question.mesh, question.epsilon), (Sole::Disk { radius: 1e-3 }, Mesh::Across(4), 0.1));
-    assert_eq!((question.foundation.layers.len(), question.punch.map(|m| m.poisson)), (1, Some(0.1)));
+    let Job::Uniqueness { question, effort } = study.point(0).unwrap().job else {
+        panic!("another kind of job")
+    };
+    assert_eq!(
+        (question.sole, question.mesh, question.epsilon),
+        (Sole::Disk { radius: 1e-3 }, Mesh::Across(4), 0.1)
+    );
+    assert_eq!(
+        (question.foundation.layers.len(), question.punch.map(|m| m.poisson)),
+        (1, Some(0.1))
+    );
     assert_eq!((effort.search.starts, effort.search.seed), (7, 3));
     let columns = study.columns();
     let has = |name: &str| columns::find(&columns, name).is_some();
@@ -64,11 +74,17 @@ fn a_uniqueness_set_too_fine_for_a_record_is_refused() {
             "name = \"x\"\nkind = \"uniqueness\"\n[scene]\nfoundation.base = {{ shear_modulus = 1, poisson = {poisson} }}\n\
              punch = {{ shape = \"flat-rectangle\", width_x = 1, width_y = 1 }}\n[numerics]\nmesh = {mesh}\n"
         );
-        Study::parse(&text, "x.toml", &mut |_| Err(String::new())).err().map(|error| error.to_string())
+        Study::parse(&text, "x.toml", &mut |_| Err(String::new()))
+            .err()
+            .map(|error| error.to_string())
     };
     for (mesh, most) in [("197", "196 x 196"), ("4096", "196 x 196"), ("[4096, 10]", "3798 x 9")] {
         let said = refused(mesh, 0.3).unwrap();
-        assert!(said.contains(&format!("no more than {most} elements")) && said.contains("--> x.toml:7:8"), "{said}");
+        assert!(
+            said.contains(&format!("no more than {most} elements"))
+                && said.contains("--> x.toml:7:8"),
+            "{said}"
+        );
     }
     assert_eq!((refused("196", 0.3), refused("[3798, 9]", 0.3)), (None, None));
     assert_eq!(refused("512", 0.5), None, "μ* = ∞ needs no witness");
@@ -90,7 +106,8 @@ fn jobs_of_every_kind_are_written_and_read() {
         let job = study.point(study.len() - 1).unwrap().job;
         assert_eq!(Job::parse(&job.canonical()).unwrap(), job, "{}", study.kind().name());
         // what is timed stands among other meshes
-        let sweep = if matches!(job, Job::Cost { .. }) { "[sweep]\nmesh = [32, 64, 128]\n" } else { "" };
+        let sweep =
+            if matches!(job, Job::Cost { .. }) { "[sweep]\nmesh = [32, 64, 128]\n" } else { "" };
         let back = read(&format!("name = \"y\"\n{}{sweep}", job.to_toml()));
         assert_eq!(back.point(0).unwrap().job.canonical(), job.canonical());
         keys.insert(job.key());
@@ -101,31 +118,48 @@ fn jobs_of_every_kind_are_written_and_read() {
 #[test]
 fn a_search_counts_neither_method_nor_effects() {
     let canonical = of_kind("multiplicity", "").point(0).unwrap().job.canonical();
-    assert!(canonical.contains(r#""search":{"starts":60,"seed":0}"#) && canonical.contains(r#""method":"auto""#), "{canonical}");
+    assert!(
+        canonical.contains(r#""search":{"starts":60,"seed":0}"#)
+            && canonical.contains(r#""method":"auto""#),
+        "{canonical}"
+    );
     assert!(!of_kind("multiplicity", "").columns().iter().any(|column| column.name == "method"));
 }
 
 #[test]
 fn adaptive_studies() {
     let refine = of_kind("solve", "[refine]\non = \"load\"\nuntil = \"0.1%\"\n");
-    assert_eq!(refine.adaptive(), Some(&Adaptive::Refine { on: "load".to_owned(), until: 1e-3, at_most: 1024 }));
+    assert_eq!(
+        refine.adaptive(),
+        Some(&Adaptive::Refine { on: "load".to_owned(), until: 1e-3, at_most: 1024 })
+    );
     let finer = refine.point_on_mesh(0, Mesh::Across(32)).unwrap();
     assert_eq!(finer.job.mesh(), Mesh::Across(32));
-    let bisect = of_kind("solve", "[sweep]\nfriction.mu = [0.1, 0.5]\n[bisect]\naxis = \"mu\"\non = \"stick_area > 0\"\nto = 0.01\n");
-    let Some(Adaptive::Bisect { axis: 0, on, span, to: 0.01 }) = bisect.adaptive() else { panic!("{:?}", bisect.adaptive()) };
-    assert_eq!((on.as_str(), &bisect.text()[span.clone()]), ("stick_area > 0", "\"stick_area > 0\""));
+    let bisect = of_kind(
+        "solve",
+        "[sweep]\nfriction.mu = [0.1, 0.5]\n[bisect]\naxis = \"mu\"\non = \"stick_area > 0\"\nto = 0.01\n",
+    );
+    let Some(Adaptive::Bisect { axis: 0, on, span, to: 0.01 }) = bisect.adaptive() else {
+        panic!("{:?}", bisect.adaptive())
+    };
+    assert_eq!(
+        (on.as_str(), &bisect.text()[span.clone()]),
+        ("stick_area > 0", "\"stick_area > 0\"")
+    );
     let between = bisect.point_at(0, 0, 0.25).unwrap();
     assert_eq!(between.job.case().unwrap().scene.friction.mu, 0.25);
     assert_eq!(between.values[0].as_f64(), Some(0.25));
-    assert_eq!(between.job.key(), of_kind("solve", "").point_at(0, 0, 0.25).map_or(between.key, |other| other.key));
+    assert_eq!(
+        between.job.key(),
+        of_kind("solve", "").point_at(0, 0, 0.25).map_or(between.key, |other| other.key)
+    );
     assert!(bisect.point_at(0, 0, f64::NAN).is_none(), "no job");
 }
 
 #[test]
 fn an_accuracy_stands_for_mesh_and_tolerance() {
     let with = |accuracy: &str, more: &str| {
-        let scene =
-            "[scene]\nfoundation.base = { shear_modulus = \"80 GPa\", poisson = 0.3 }\npunch = { shape = \"sphere\", radius = \"10 mm\" }";
+        let scene = "[scene]\nfoundation.base = { shear_modulus = \"80 GPa\", poisson = 0.3 }\npunch = { shape = \"sphere\", radius = \"10 mm\" }";
         read(&format!("name = \"x\"\naccuracy = {accuracy}\n{scene}\nfriction.mu = 0.3\n{more}"))
     };
     let steps = "loading.steps = [{ approach = \"1 um\" }]\n";
@@ -133,21 +167,40 @@ fn an_accuracy_stands_for_mesh_and_tolerance() {
     let Some(Adaptive::Accuracy(accuracy)) = study.adaptive() else { panic!("chooses no mesh") };
     assert_eq!((accuracy.of, accuracy.is, accuracy.at_most), (None, 1e-3, 1024));
     let job = study.point(0).unwrap().job;
-    assert_eq!((job.mesh(), accuracy.of(&job), accuracy.tolerance(&job)), (Mesh::Across(8), "load", 1e-5));
+    assert_eq!(
+        (job.mesh(), accuracy.of(&job), accuracy.tolerance(&job)),
+        (Mesh::Across(8), "load", 1e-5)
+    );
     let exact = |study: &Study| {
-        let numerics = study.point_as_exact(0, Mesh::Across(24), 1e-5).unwrap().job.case().unwrap().numerics.clone();
+        let numerics = study
+            .point_as_exact(0, Mesh::Across(24), 1e-5)
+            .unwrap()
+            .job
+            .case()
+            .unwrap()
+            .numerics
+            .clone();
         (numerics.mesh, numerics.tolerance)
     };
     assert_eq!(exact(&study), (Mesh::Across(24), 1e-5));
     // what the study gives stays
-    assert_eq!(exact(&with("0.001", &format!("{steps}[numerics]\ntolerance = 1e-9\n"))), (Mesh::Across(24), 1e-9));
+    assert_eq!(
+        exact(&with("0.001", &format!("{steps}[numerics]\ntolerance = 1e-9\n"))),
+        (Mesh::Across(24), 1e-9)
+    );
 
-    // of a load that is given the approach is left; a path of many increments must be solved to less in each
+    // of a load that is given the approach is left; a path of many increments must be solved to
+    // less in each
     let path = "loading.steps = [{ normal_force = \"10 N\", increments = 50 }, { shift_x = \"10 nm\", increments = 50 }]\n";
     let study = with("{ is = 0.01, at_most = 64 }", path);
     let Some(Adaptive::Accuracy(accuracy)) = study.adaptive() else { panic!("chooses no mesh") };
     let job = study.point(0).unwrap().job;
-    assert_eq!((accuracy.of(&job), accuracy.tolerance(&job), accuracy.at_most), ("approach", 1e-6, 64));
+    assert_eq!(
+        (accuracy.of(&job), accuracy.tolerance(&job), accuracy.at_most),
+        ("approach", 1e-6, 64)
+    );
     let force = with("{ of = \"tangential_force\", is = 0.01 }", path);
-    assert!(matches!(force.adaptive(), Some(Adaptive::Accuracy(accuracy)) if accuracy.of == Some("tangential_force")));
+    assert!(
+        matches!(force.adaptive(), Some(Adaptive::Accuracy(accuracy)) if accuracy.of == Some("tangential_force"))
+    );
 }

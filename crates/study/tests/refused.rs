@@ -42,17 +42,53 @@ const CASES: &[(&str, &str, &str)] = &[
     ("convergence along nothing", "question =", "kind = \"convergence\"\nquestion ="),
     ("convergence table of another kind", "[sweep]", "[convergence]\nalong = \"mesh\"\n[sweep]"),
     ("cost table of another kind", "[sweep]", "[cost]\nrepeat = 3\n[sweep]"),
-    ("refine and bisect", "[sweep]", "[refine]\non = \"load\"\nuntil = 0.1\n[bisect]\naxis = \"mu\"\non = \"load > 0\"\nto = 0.1\n[sweep]"),
+    (
+        "refine and bisect",
+        "[sweep]",
+        "[refine]\non = \"load\"\nuntil = 0.1\n[bisect]\naxis = \"mu\"\non = \"load > 0\"\nto = 0.1\n[sweep]",
+    ),
     ("refine on a text", "[sweep]", "[refine]\non = \"status\"\nuntil = \"1%\"\n[sweep]"),
     ("refine until more than all", "[sweep]", "[refine]\non = \"laod\"\nuntil = \"100%\"\n[sweep]"),
-    ("refine an axis of meshes", "\"friction.mu\" = [0.1, 0.2]", "mesh = [8, 16]\n[refine]\non = \"load\"\nuntil = \"1%\""),
-    ("refine without an end", "[sweep]", "[refine]\non = \"load\"\nat_most = 6.5\nhow = 3\n[sweep]"),
-    ("refine up to nothing", "[sweep]", "[refine]\non = \"load\"\nuntil = \"1%\"\nat_most = 0\n[sweep]"),
-    ("refine up to a mesh not twice as fine", "[sweep]", "[refine]\non = \"load\"\nuntil = \"1%\"\nat_most = 31\n[sweep]"),
-    ("refine beyond every mesh", "[sweep]", "[refine]\non = \"load\"\nuntil = \"1%\"\nat_most = 4097\n[sweep]"),
-    ("refine up to a text", "[sweep]", "[refine]\non = \"load\"\nuntil = \"1%\"\nat_most = \"64\"\n[sweep]"),
-    ("refine a fine mesh without an end", "mesh = 16\n", "mesh = [64, 600]\n[refine]\non = \"load\"\nuntil = \"1%\"\n"),
-    ("refine the finest mesh", "mesh = 16\n", "mesh = 2049\n[refine]\non = \"load\"\nuntil = \"1%\"\nat_most = 4096\n"),
+    (
+        "refine an axis of meshes",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "mesh = [8, 16]\n[refine]\non = \"load\"\nuntil = \"1%\"",
+    ),
+    (
+        "refine without an end",
+        "[sweep]",
+        "[refine]\non = \"load\"\nat_most = 6.5\nhow = 3\n[sweep]",
+    ),
+    (
+        "refine up to nothing",
+        "[sweep]",
+        "[refine]\non = \"load\"\nuntil = \"1%\"\nat_most = 0\n[sweep]",
+    ),
+    (
+        "refine up to a mesh not twice as fine",
+        "[sweep]",
+        "[refine]\non = \"load\"\nuntil = \"1%\"\nat_most = 31\n[sweep]",
+    ),
+    (
+        "refine beyond every mesh",
+        "[sweep]",
+        "[refine]\non = \"load\"\nuntil = \"1%\"\nat_most = 4097\n[sweep]",
+    ),
+    (
+        "refine up to a text",
+        "[sweep]",
+        "[refine]\non = \"load\"\nuntil = \"1%\"\nat_most = \"64\"\n[sweep]",
+    ),
+    (
+        "refine a fine mesh without an end",
+        "mesh = 16\n",
+        "mesh = [64, 600]\n[refine]\non = \"load\"\nuntil = \"1%\"\n",
+    ),
+    (
+        "refine the finest mesh",
+        "mesh = 16\n",
+        "mesh = 2049\n[refine]\non = \"load\"\nuntil = \"1%\"\nat_most = 4096\n",
+    ),
     (
         "refine on what is compared",
         GOOD,
@@ -60,14 +96,34 @@ const CASES: &[(&str, &str, &str)] = &[
          punch = { shape = \"sphere\", radius = 1 }\nfriction.mu = 0\nloading.steps = [{ approach = 1 }]\n\
          [numerics]\nmesh = 8\n[sweep]\nepsilon = [0, 1e-3]\n[refine]\non = \"error_load\"\nuntil = \"1%\"",
     ),
-    ("bisect no axis", "[sweep]", "[bisect]\naxis = \"radius\"\non = \"load > 0\"\nto = \"1%\"\n[sweep]"),
-    ("bisect falling values", "[0.1, 0.2]", "[0.2, 0.1]\n[bisect]\naxis = \"mu\"\non = \"load > 0\"\nto = \"1%\""),
-    ("bisect whole numbers", "\"friction.mu\" = [0.1, 0.2]", "mesh = [8, 16]\n[bisect]\naxis = \"mesh\"\non = \"load > 0\"\nto = \"1%\""),
+    (
+        "bisect no axis",
+        "[sweep]",
+        "[bisect]\naxis = \"radius\"\non = \"load > 0\"\nto = \"1%\"\n[sweep]",
+    ),
+    (
+        "bisect falling values",
+        "[0.1, 0.2]",
+        "[0.2, 0.1]\n[bisect]\naxis = \"mu\"\non = \"load > 0\"\nto = \"1%\"",
+    ),
+    (
+        "bisect whole numbers",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "mesh = [8, 16]\n[bisect]\naxis = \"mesh\"\non = \"load > 0\"\nto = \"1%\"",
+    ),
     ("accuracy beside a mesh", "question =", "accuracy = \"0.1%\"\nquestion ="),
-    ("accuracy beside an axis of meshes", "mesh = 16\n\n[sweep]", "\n[accuracy]\nis = 0.01\n[sweep]\nmesh = [8, 16]"),
+    (
+        "accuracy beside an axis of meshes",
+        "mesh = 16\n\n[sweep]",
+        "\n[accuracy]\nis = 0.01\n[sweep]\nmesh = [8, 16]",
+    ),
     ("accuracy of more than all", "mesh = 16", "[accuracy]\nis = \"100%\"\nat_most = 4\nhow = 1"),
     ("accuracy of nothing known", "mesh = 16", "[accuracy]\nof = \"peak_presure\"\nis = \"1%\""),
-    ("accuracy of what the scene gives", "mesh = 16", "[accuracy]\nof = \"estimate_approach\"\nis = \"1%\""),
+    (
+        "accuracy of what the scene gives",
+        "mesh = 16",
+        "[accuracy]\nof = \"estimate_approach\"\nis = \"1%\"",
+    ),
     ("accuracy without a number", "mesh = 16", "[accuracy]\nof = \"load\"\nat_most = 64.5"),
     ("accuracy as a list", GOOD, "name = \"x\"\naccuracy = [0.1]"),
     (
@@ -76,7 +132,11 @@ const CASES: &[(&str, &str, &str)] = &[
         "name = \"x\"\n[accuracy]\nof = \"peak_pressure\"\nis = 0.01\n[scene]\nfoundation.base = { shear_modulus = 1, poisson = 0 }\n\
          punch = { shape = \"cone\", angle = \"1 deg\" }\nfriction.mu = 0\nloading.steps = [{ approach = 1 }]",
     ),
-    ("accuracy and refine", "mesh = 16", "[accuracy]\nis = 0.01\n[refine]\non = \"load\"\nuntil = \"1%\""),
+    (
+        "accuracy and refine",
+        "mesh = 16",
+        "[accuracy]\nis = 0.01\n[refine]\non = \"load\"\nuntil = \"1%\"",
+    ),
     ("accuracy of another kind", GOOD, "name = \"x\"\nkind = \"multiplicity\"\naccuracy = 0.01"),
     ("accuracy among the numerics", "mesh = 16", "mesh = 16\naccuracy = 0.01"),
     ("band of one column", "[sweep]", "[figure]\nx = \"mu\"\nband = [\"load\"]\n[sweep]"),
@@ -85,18 +145,54 @@ const CASES: &[(&str, &str, &str)] = &[
     ("key of nothing", "mu = 0.3", "mu = 0.3\ncolour = \"red\""),
     ("key at the top", "name = \"good\"", "name = \"good\"\nmesh = 16"),
     ("scene is a number", GOOD, "name = \"x\"\nscene = 3\nnumerics = 4"),
-    ("table is a text", "shape = \"sphere\"\nradius = \"10 mm\"", "material = \"steel\"\nshape = \"sphere\"\nradius = \"10 mm\""),
-    ("rigid base without a layer", "base = { shear_modulus = \"80 GPa\", poisson = 0.3 }", "base = \"rigid\""),
+    (
+        "table is a text",
+        "shape = \"sphere\"\nradius = \"10 mm\"",
+        "material = \"steel\"\nshape = \"sphere\"\nradius = \"10 mm\"",
+    ),
+    (
+        "rigid base without a layer",
+        "base = { shear_modulus = \"80 GPa\", poisson = 0.3 }",
+        "base = \"rigid\"",
+    ),
     ("misspelt rigid", "base = { shear_modulus = \"80 GPa\", poisson = 0.3 }", "base = \"rigd\""),
     ("base is a number", "base = { shear_modulus = \"80 GPa\", poisson = 0.3 }", "base = 80e9"),
-    ("no base", "base = { shear_modulus = \"80 GPa\", poisson = 0.3 }", "layers = [{ shear_modulus = 1, poisson = 0, thickness = 1 }]"),
-    ("layer without thickness", "base =", "layers = [{ shear_modulus = \"8 GPa\", poisson = 0.3 }]\nbase ="),
-    ("layer without extent", "base =", "layers = [{ shear_modulus = \"8 GPa\", poisson = 0.3, thickness = 0 }]\nbase ="),
-    ("Poisson above a half in a layer", "base =", "layers = [{ shear_modulus = \"8 GPa\", poisson = 0.7, thickness = 1 }]\nbase ="),
-    ("misspelt key of a layer", "base =", "layers = [{ shear_modulus = \"8 GPa\", poisson = 0.3, thikness = 1 }]\nbase ="),
+    (
+        "no base",
+        "base = { shear_modulus = \"80 GPa\", poisson = 0.3 }",
+        "layers = [{ shear_modulus = 1, poisson = 0, thickness = 1 }]",
+    ),
+    (
+        "layer without thickness",
+        "base =",
+        "layers = [{ shear_modulus = \"8 GPa\", poisson = 0.3 }]\nbase =",
+    ),
+    (
+        "layer without extent",
+        "base =",
+        "layers = [{ shear_modulus = \"8 GPa\", poisson = 0.3, thickness = 0 }]\nbase =",
+    ),
+    (
+        "Poisson above a half in a layer",
+        "base =",
+        "layers = [{ shear_modulus = \"8 GPa\", poisson = 0.7, thickness = 1 }]\nbase =",
+    ),
+    (
+        "misspelt key of a layer",
+        "base =",
+        "layers = [{ shear_modulus = \"8 GPa\", poisson = 0.3, thikness = 1 }]\nbase =",
+    ),
     ("layer is a number", "base =", "layers = [1]\nbase ="),
-    ("layers is a table", "base =", "layers = { shear_modulus = \"8 GPa\", poisson = 0.3, thickness = 1 }\nbase ="),
-    ("index in a name", "base =", "\"layers[0]\" = { shear_modulus = \"8 GPa\", poisson = 0.3, thickness = 1 }\nbase ="),
+    (
+        "layers is a table",
+        "base =",
+        "layers = { shear_modulus = \"8 GPa\", poisson = 0.3, thickness = 1 }\nbase =",
+    ),
+    (
+        "index in a name",
+        "base =",
+        "\"layers[0]\" = { shear_modulus = \"8 GPa\", poisson = 0.3, thickness = 1 }\nbase =",
+    ),
     ("pressure in millimetres", "80 GPa", "5 mm"),
     ("unknown unit", "10 mm", "10 furlong"),
     ("unit in the wrong case", "80 GPa", "80 gpa"),
@@ -127,22 +223,54 @@ const CASES: &[(&str, &str, &str)] = &[
     ("no radius", "radius = \"10 mm\"\n", ""),
     ("key of another shape", "radius =", "angle = \"5 deg\"\nradius ="),
     ("shape with the wrong keys", "\"sphere\"", "\"ellipsoid\""),
-    ("vertical cone", "shape = \"sphere\"\nradius = \"10 mm\"", "shape = \"cone\"\nangle = \"90 deg\""),
-    ("cone in millimetres", "shape = \"sphere\"\nradius = \"10 mm\"", "shape = \"cone\"\nangle = \"5 mm\""),
+    (
+        "vertical cone",
+        "shape = \"sphere\"\nradius = \"10 mm\"",
+        "shape = \"cone\"\nangle = \"90 deg\"",
+    ),
+    (
+        "cone in millimetres",
+        "shape = \"sphere\"\nradius = \"10 mm\"",
+        "shape = \"cone\"\nangle = \"5 mm\"",
+    ),
     ("half a material", "radius = \"10 mm\"", "radius = \"10 mm\"\nmaterial = { poisson = 0.3 }"),
     ("half a domain", "[numerics]", "[scene.domain]\nwidth_x = \"1 mm\"\n[numerics]"),
-    ("no foundation", "[scene.foundation]\nbase = { shear_modulus = \"80 GPa\", poisson = 0.3 }\n", ""),
+    (
+        "no foundation",
+        "[scene.foundation]\nbase = { shear_modulus = \"80 GPa\", poisson = 0.3 }\n",
+        "",
+    ),
     ("no approach", "approach = \"1 um\"", "shift_x = \"1 um\""),
     ("no steps", "[{ approach = \"1 um\" }]", "[]"),
-    ("approach and its force", "approach = \"1 um\"", "approach = \"1 um\", normal_force = \"1 kN\""),
-    ("shift and its force in the second step", "[{ approach = \"1 um\" }]", "[{ approach = \"1 um\" }, { shift_y = 0, force_y = 1 }]"),
+    (
+        "approach and its force",
+        "approach = \"1 um\"",
+        "approach = \"1 um\", normal_force = \"1 kN\"",
+    ),
+    (
+        "shift and its force in the second step",
+        "[{ approach = \"1 um\" }]",
+        "[{ approach = \"1 um\" }, { shift_y = 0, force_y = 1 }]",
+    ),
     ("force of 0", "approach = \"1 um\"", "normal_force = 0"),
     ("force in millimetres", "approach = \"1 um\"", "normal_force = \"1 mm\""),
-    ("moment in newtons", "[{ approach = \"1 um\" }]", "[{ approach = \"1 um\" }, { moment_z = \"1 N\" }]"),
-    ("misspelt key of a step", "[{ approach = \"1 um\" }]", "[{ approach = \"1 um\" }, { shfit_x = 0 }]"),
+    (
+        "moment in newtons",
+        "[{ approach = \"1 um\" }]",
+        "[{ approach = \"1 um\" }, { moment_z = \"1 N\" }]",
+    ),
+    (
+        "misspelt key of a step",
+        "[{ approach = \"1 um\" }]",
+        "[{ approach = \"1 um\" }, { shfit_x = 0 }]",
+    ),
     ("no increments", "approach = \"1 um\"", "approach = \"1 um\", increments = 0"),
     ("half an increment", "approach = \"1 um\"", "approach = \"1 um\", increments = 0.5"),
-    ("too many increments", "[{ approach = \"1 um\" }]", "[{ approach = \"1 um\", increments = 600 }, { shift_x = 1, increments = 600 }]"),
+    (
+        "too many increments",
+        "[{ approach = \"1 um\" }]",
+        "[{ approach = \"1 um\", increments = 600 }, { shift_x = 1, increments = 600 }]",
+    ),
     ("cycles from nowhere", "steps =", "cycles = 3\nsteps ="),
     ("cycle from a step that is not there", "steps =", "cycle_from = 1\nsteps ="),
     ("no cycles", "steps =", "cycle_from = 0\ncycles = 0\nsteps ="),
@@ -168,25 +296,53 @@ const CASES: &[(&str, &str, &str)] = &[
     ("axis on no key", "\"friction.mu\" =", "\"friction.nu\" ="),
     ("axis on a last segment", "\"friction.mu\" =", "mu ="),
     ("axis on nothing", "\"friction.mu\" =", "\"weather.wind\" ="),
-    ("axis on a step that is not there", "\"friction.mu\" = [0.1, 0.2]", "\"loading.steps[1].shift_x\" = [0, 1]"),
-    ("axis on the last step that can be written", "\"friction.mu\" =", "\"loading.steps[4294967295].shift_x\" ="),
-    ("axis on a layer far beyond none", "\"friction.mu\" =", "\"foundation.layers[4000000000].thickness\" ="),
+    (
+        "axis on a step that is not there",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "\"loading.steps[1].shift_x\" = [0, 1]",
+    ),
+    (
+        "axis on the last step that can be written",
+        "\"friction.mu\" =",
+        "\"loading.steps[4294967295].shift_x\" =",
+    ),
+    (
+        "axis on a layer far beyond none",
+        "\"friction.mu\" =",
+        "\"foundation.layers[4000000000].thickness\" =",
+    ),
     (
         "axis on the last whole layer that can be written",
         "\"friction.mu\" = [0.1, 0.2]",
         "\"foundation.layers[4294967295]\" = [{ label = \"a\", thickness = 1 }]",
     ),
-    ("axis on a whole step that is not there", "\"friction.mu\" = [0.1, 0.2]", "\"loading.steps[4]\" = [{ label = \"a\", shift_x = 0 }]"),
+    (
+        "axis on a whole step that is not there",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "\"loading.steps[4]\" = [{ label = \"a\", shift_x = 0 }]",
+    ),
     (
         "axis on a step beyond those of the axes",
         "[scene.loading]\nsteps = [{ approach = \"1 um\" }]\n\n[numerics]\nmesh = 16\n\n[sweep]",
         "[numerics]\nmesh = 16\n\n[sweep]\n\"loading.steps[0].approach\" = [1, 2]\n\"loading.steps[2].shift_x\" = [1, 2]",
     ),
-    ("axis on a layer that is not there", "\"friction.mu\" =", "\"foundation.layers[0].thickness\" ="),
+    (
+        "axis on a layer that is not there",
+        "\"friction.mu\" =",
+        "\"foundation.layers[0].thickness\" =",
+    ),
     ("axis on a key of a step that is none", "\"friction.mu\" =", "\"loading.steps[0].shfit_x\" ="),
     ("axis on a step without a number", "\"friction.mu\" =", "\"loading.steps[first].shift_x\" ="),
-    ("axis of half increments", "\"friction.mu\" = [0.1, 0.2]", "\"loading.steps[0].increments\" = [1, 1.5]"),
-    ("axis of increments that are too many", "\"friction.mu\" = [0.1, 0.2]", "\"loading.steps[0].increments\" = [1, 10, 10000]"),
+    (
+        "axis of half increments",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "\"loading.steps[0].increments\" = [1, 1.5]",
+    ),
+    (
+        "axis of increments that are too many",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "\"loading.steps[0].increments\" = [1, 10, 10000]",
+    ),
     (
         "elastic base without a name",
         "\"friction.mu\" = [0.1, 0.2]",
@@ -207,7 +363,11 @@ const CASES: &[(&str, &str, &str)] = &[
         "\"friction.mu\" = [0.1, 0.2]",
         "\"foundation.layers\" = [[{ shear_modulus = 1, poisson = 0, thickness = 1 }], [{ shear_modulus = 2, poisson = 0, thickness = 1 }]]",
     ),
-    ("layers without their label", "\"friction.mu\" = [0.1, 0.2]", "\"foundation.layers\" = [{ layers = [] }]"),
+    (
+        "layers without their label",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "\"foundation.layers\" = [{ layers = [] }]",
+    ),
     (
         "layers with more than their label",
         "\"friction.mu\" = [0.1, 0.2]",
@@ -219,10 +379,22 @@ const CASES: &[(&str, &str, &str)] = &[
         "\"loading.steps[0].approach\" = [1, 2]\nloading = [{ label = \"a\", steps = [{ approach = 1 }] }]",
     ),
     ("axis of texts on a number", "[0.1, 0.2]", "[\"low\", \"high\"]"),
-    ("axis of the wrong unit", "\"friction.mu\" = [0.1, 0.2]", "\"punch.radius\" = [\"1 mm\", \"1 MPa\"]"),
+    (
+        "axis of the wrong unit",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "\"punch.radius\" = [\"1 mm\", \"1 MPa\"]",
+    ),
     ("axis with a bad value", "[0.1, 0.2]", "[0.1, -0.2, 0.3, nan]"),
-    ("axis with two bad values", "\"friction.mu\" = [0.1, 0.2]", "\"foundation.base.poisson\" = [0.1, 0.6, 0.2, 0.7]"),
-    ("axis that repeats itself", "\"friction.mu\" = [0.1, 0.2]", "\"punch.radius\" = [\"1 mm\", 0.001]"),
+    (
+        "axis with two bad values",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "\"foundation.base.poisson\" = [0.1, 0.6, 0.2, 0.7]",
+    ),
+    (
+        "axis that repeats itself",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "\"punch.radius\" = [\"1 mm\", 0.001]",
+    ),
     ("axis twice", "\"friction.mu\" = [0.1, 0.2]", "mesh = [16, 32]\n\"numerics.mesh\" = [8, 9]"),
     ("axis inside an axis", "[0.1, 0.2]", "[0.1, 0.2]\nfriction = [{ mu = 0.1, label = \"low\" }]"),
     ("sweep is a list", "[sweep]\n\"friction.mu\" = [0.1, 0.2]", "[[sweep]]\nmesh = [1, 2]"),
@@ -232,24 +404,52 @@ const CASES: &[(&str, &str, &str)] = &[
     ("range of half a value", "[0.1, 0.2]", "{ from = 0.1, to = 0.2, count = 2.5 }"),
     ("range that goes nowhere", "[0.1, 0.2]", "{ from = 0.1, to = 0.1, count = 3 }"),
     ("range with a misspelt key", "[0.1, 0.2]", "{ form = 0.1, to = 0.2, count = 3 }"),
-    ("range with equal ratios from 0", "[0.1, 0.2]", "{ log = true, from = 0, to = 0.2, count = 3 }"),
-    ("range with log in quotes", "[0.1, 0.2]", "{ log = \"yes\", from = 0.1, to = 0.2, count = 3 }"),
-    ("range of words", "\"friction.mu\" = [0.1, 0.2]", "projection = { from = 1, to = 2, count = 2 }"),
-    ("range of broken meshes", "\"friction.mu\" = [0.1, 0.2]", "mesh = { log = true, from = 16, to = 64, count = 4 }"),
+    (
+        "range with equal ratios from 0",
+        "[0.1, 0.2]",
+        "{ log = true, from = 0, to = 0.2, count = 3 }",
+    ),
+    (
+        "range with log in quotes",
+        "[0.1, 0.2]",
+        "{ log = \"yes\", from = 0.1, to = 0.2, count = 3 }",
+    ),
+    (
+        "range of words",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "projection = { from = 1, to = 2, count = 2 }",
+    ),
+    (
+        "range of broken meshes",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "mesh = { log = true, from = 16, to = 64, count = 4 }",
+    ),
     (
         "range that leaves what is allowed",
         "\"friction.mu\" = [0.1, 0.2]",
         "\"foundation.base.poisson\" = { from = 0.3, to = 0.6, count = 4 }",
     ),
     ("range to infinity", "[0.1, 0.2]", "{ from = 0.1, to = inf, count = 3 }"),
-    ("too many points", "[0.1, 0.2]", "{ from = 0.1, to = 0.2, count = 10001 }\nmesh = { from = 1, to = 1001, count = 1001 }"),
+    (
+        "too many points",
+        "[0.1, 0.2]",
+        "{ from = 0.1, to = 0.2, count = 10001 }\nmesh = { from = 1, to = 1001, count = 1001 }",
+    ),
     ("too long a range", "[0.1, 0.2]", "{ from = 0.1, to = 0.2, count = 4000000000 }"),
-    ("zip of unequal lengths", "\"friction.mu\" = [0.1, 0.2]", "[[sweep.zip]]\n\"friction.mu\" = [0.1, 0.2]\nmesh = [8, 16, 32]"),
+    (
+        "zip of unequal lengths",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "[[sweep.zip]]\n\"friction.mu\" = [0.1, 0.2]\nmesh = [8, 16, 32]",
+    ),
     ("zip of nothing", "\"friction.mu\" = [0.1, 0.2]", "[[sweep.zip]]"),
     ("zip is a table", "\"friction.mu\" = [0.1, 0.2]", "zip = { mesh = [1, 2] }"),
     ("zip holds a number", "\"friction.mu\" = [0.1, 0.2]", "zip = [1, 2]"),
     ("punches that are texts", "\"friction.mu\" = [0.1, 0.2]", "punch = [\"sphere\"]"),
-    ("a punch by itself", "\"friction.mu\" = [0.1, 0.2]", "punch = { shape = \"sphere\", radius = 1 }"),
+    (
+        "a punch by itself",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "punch = { shape = \"sphere\", radius = 1 }",
+    ),
     (
         "punches of one name",
         "\"friction.mu\" = [0.1, 0.2]",
@@ -260,23 +460,71 @@ const CASES: &[(&str, &str, &str)] = &[
         "\"friction.mu\" = [0.1, 0.2]",
         "punch = [{ shape = \"sphere\" }, { shape = \"cone\", angle = \"5 deg\" }]",
     ),
-    ("materials without names", "\"friction.mu\" = [0.1, 0.2]", "\"foundation.base\" = [{ shear_modulus = 1, poisson = 0 }]"),
-    ("label of nothing", "\"friction.mu\" = [0.1, 0.2]", "friction = [{ label = \" \", mu = 0.3 }]"),
+    (
+        "materials without names",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "\"foundation.base\" = [{ shear_modulus = 1, poisson = 0 }]",
+    ),
+    (
+        "label of nothing",
+        "\"friction.mu\" = [0.1, 0.2]",
+        "friction = [{ label = \" \", mu = 0.3 }]",
+    ),
     ("figure over nothing", "[sweep]", "[figure]\nx = \"mu\"\ny = \"stick_fracton\"\n[sweep]"),
     ("figure without y", "[sweep]", "[figure]\nx = \"mu\"\n[sweep]"),
     ("figure over words", "[sweep]", "[figure]\nx = \"shape\"\ny = \"load\"\n[sweep]"),
-    ("figure of increments that is none", "[sweep]", "[figure]\nx = \"increment\"\ny = \"load\"\n[sweep]"),
-    ("figure of how many steps", "[sweep]", "[figure]\nx = \"mu\"\ny = \"load\"\nsteps = 3\n[sweep]"),
-    ("figure with a misspelt key", "[sweep]", "[figure]\nx = \"mu\"\ny = \"load\"\nserie = [\"mesh\"]\n[sweep]"),
+    (
+        "figure of increments that is none",
+        "[sweep]",
+        "[figure]\nx = \"increment\"\ny = \"load\"\n[sweep]",
+    ),
+    (
+        "figure of how many steps",
+        "[sweep]",
+        "[figure]\nx = \"mu\"\ny = \"load\"\nsteps = 3\n[sweep]",
+    ),
+    (
+        "figure with a misspelt key",
+        "[sweep]",
+        "[figure]\nx = \"mu\"\ny = \"load\"\nserie = [\"mesh\"]\n[sweep]",
+    ),
     ("figure that is a number", "name = ", "figure = 3\nname = "),
-    ("figures of which one is a text", "name = ", "figure = [{ x = \"mu\", y = \"load\" }, \"load\"]\nname = "),
-    ("figure of two units", "[sweep]", "[figure]\nx = \"mu\"\ny = [\"peak_pressure\", \"hertz_peak_pressure\", \"load\", \"mu\"]\n[sweep]"),
-    ("figure of the same column twice", "[sweep]", "[figure]\nx = \"mu\"\ny = [\"load\", \"load\"]\n[sweep]"),
+    (
+        "figures of which one is a text",
+        "name = ",
+        "figure = [{ x = \"mu\", y = \"load\" }, \"load\"]\nname = ",
+    ),
+    (
+        "figure of two units",
+        "[sweep]",
+        "[figure]\nx = \"mu\"\ny = [\"peak_pressure\", \"hertz_peak_pressure\", \"load\", \"mu\"]\n[sweep]",
+    ),
+    (
+        "figure of the same column twice",
+        "[sweep]",
+        "[figure]\nx = \"mu\"\ny = [\"load\", \"load\"]\n[sweep]",
+    ),
     ("figure of no columns", "[sweep]", "[figure]\nx = \"mu\"\ny = []\n[sweep]"),
-    ("figure of a list with a text", "[sweep]", "[figure]\nx = \"mu\"\ny = [\"load\", \"status\", 3]\n[sweep]"),
-    ("figure over two columns", "[sweep]", "[figure]\nx = [\"mu\", \"mesh\"]\ny = \"load\"\n[sweep]"),
-    ("figure whose name is a path", "[sweep]", "[figure]\nname = \"../mu\"\nx = \"mu\"\ny = \"load\"\n[sweep]"),
-    ("figure whose name is a number", "[sweep]", "[figure]\nname = 3\ntitle = 4\nx = \"mu\"\ny = \"load\"\n[sweep]"),
+    (
+        "figure of a list with a text",
+        "[sweep]",
+        "[figure]\nx = \"mu\"\ny = [\"load\", \"status\", 3]\n[sweep]",
+    ),
+    (
+        "figure over two columns",
+        "[sweep]",
+        "[figure]\nx = [\"mu\", \"mesh\"]\ny = \"load\"\n[sweep]",
+    ),
+    (
+        "figure whose name is a path",
+        "[sweep]",
+        "[figure]\nname = \"../mu\"\nx = \"mu\"\ny = \"load\"\n[sweep]",
+    ),
+    (
+        "figure whose name is a number",
+        "[sweep]",
+        "[figure]\nname = 3\ntitle = 4\nx = \"mu\"\ny = \"load\"\n[sweep]",
+    ),
     (
         "figures of one name",
         "[sweep]",
@@ -287,7 +535,11 @@ const CASES: &[(&str, &str, &str)] = &[
         "[sweep]",
         "[[figure]]\nx = \"mu\"\ny = \"load\"\n[[figure]]\nname = \"loss\"\ny = \"energy\"\n[sweep]",
     ),
-    ("figure with a series that is a text", "[sweep]", "[figure]\nx = \"mu\"\ny = \"load\"\nseries = \"mesh\"\n[sweep]"),
+    (
+        "figure with a series that is a text",
+        "[sweep]",
+        "[figure]\nx = \"mu\"\ny = \"load\"\nseries = \"mesh\"\n[sweep]",
+    ),
     (
         "height map without a file",
         "shape = \"sphere\"\nradius = \"10 mm\"",
@@ -308,7 +560,11 @@ const CASES: &[(&str, &str, &str)] = &[
         "shape = \"sphere\"\nradius = \"10 mm\"",
         "shape = \"height-map\"\nfile = \"ragged.csv\"\nunit = \"Pa\"\nwidth_x = 1\nwidth_y = 1",
     ),
-    ("height map from nowhere", "shape = \"sphere\"\nradius = \"10 mm\"", "shape = \"height-map\"\nfile = \"\"\nwidth_x = 1\nwidth_y = 1"),
+    (
+        "height map from nowhere",
+        "shape = \"sphere\"\nradius = \"10 mm\"",
+        "shape = \"height-map\"\nfile = \"\"\nwidth_x = 1\nwidth_y = 1",
+    ),
     (
         "file and stored surface",
         "shape = \"sphere\"\nradius = \"10 mm\"",
@@ -353,15 +609,19 @@ fn every_refusal_is_clear() {
 #[test]
 fn no_two_cases_are_the_same() {
     let names: std::collections::HashSet<_> = CASES.iter().map(|(name, ..)| name).collect();
-    let texts: std::collections::HashSet<_> = CASES.iter().map(|(_, old, new)| GOOD.replacen(old, new, 1)).collect();
+    let texts: std::collections::HashSet<_> =
+        CASES.iter().map(|(_, old, new)| GOOD.replacen(old, new, 1)).collect();
     assert_eq!((names.len(), texts.len()), (CASES.len(), CASES.len()));
 }
 
 #[test]
 fn positions_are_those_of_an_editor() {
-    let text = GOOD.replace("mu = 0.3", "mu = -1 # µ").replace("\"friction.mu\" = [0.1, 0.2]", "mesh = [8, 0]");
+    let text = GOOD
+        .replace("mu = 0.3", "mu = -1 # µ")
+        .replace("\"friction.mu\" = [0.1, 0.2]", "mesh = [8, 0]");
     let error = Study::parse(&text, "study.toml", &mut files).unwrap_err();
-    let positions: Vec<_> = error.problems().iter().map(|problem| error.position(problem)).collect();
+    let positions: Vec<_> =
+        error.problems().iter().map(|problem| error.position(problem)).collect();
     assert_eq!(positions, [(10, 6)]);
     assert!(error.render(true).contains("\u{1b}["));
 }

@@ -15,11 +15,18 @@ mesh = 16
 "#;
 
 fn read(more: &str) -> Result<Study, study::StudyError> {
-    Study::parse(&format!("{BASE}{more}\n"), "study.toml", &mut |name| Err(format!("no file {name}")))
+    Study::parse(&format!("{BASE}{more}\n"), "study.toml", &mut |name| {
+        Err(format!("no file {name}"))
+    })
 }
 
 fn jobs(more: &str) -> Vec<Job> {
-    read(more).unwrap_or_else(|error| panic!("{error}")).points().into_iter().map(|point| point.job).collect()
+    read(more)
+        .unwrap_or_else(|error| panic!("{error}"))
+        .points()
+        .into_iter()
+        .map(|point| point.job)
+        .collect()
 }
 
 fn column(more: &str) -> Vec<Value> {
@@ -35,20 +42,32 @@ fn text(text: &str) -> Value {
 
 #[test]
 fn effects_are_read_and_fill_their_column() {
-    assert_eq!(jobs("simulate = [\"traction-y\"]")[0].case().unwrap().numerics.simulate, [Effect::TractionY]);
-    assert_eq!(column("simulate = [\"asymmetry-x\", \"coupling\"]"), [text("coupling asymmetry-x")]);
+    assert_eq!(
+        jobs("simulate = [\"traction-y\"]")[0].case().unwrap().numerics.simulate,
+        [Effect::TractionY]
+    );
+    assert_eq!(
+        column("simulate = [\"asymmetry-x\", \"coupling\"]"),
+        [text("coupling asymmetry-x")]
+    );
     assert_eq!(column("simulate = []"), [Value::Missing]);
     assert_eq!(column(""), [Value::Missing]);
     assert_eq!(jobs("simulate = []")[0].key(), jobs("")[0].key());
-    assert!(jobs("simulate = [\"coupling\"]")[0].canonical().ends_with(r#","simulate":["coupling"]}}"#));
+    assert!(
+        jobs("simulate = [\"coupling\"]")[0].canonical().ends_with(r#","simulate":["coupling"]}}"#)
+    );
 }
 
 #[test]
 fn an_axis_is_a_list_of_lists() {
     let axis = "[sweep]\nsimulate = [[], [\"coupling\"], [\"asymmetry-y\", \"asymmetry-x\"]]";
     assert_eq!(column(axis), [text("none"), text("coupling"), text("asymmetry-x asymmetry-y")]);
-    let asked: Vec<_> = jobs(axis).into_iter().map(|job| job.case().unwrap().numerics.simulate.clone()).collect();
-    assert_eq!(asked, [vec![], vec![Effect::Coupling], vec![Effect::AsymmetryX, Effect::AsymmetryY]]);
+    let asked: Vec<_> =
+        jobs(axis).into_iter().map(|job| job.case().unwrap().numerics.simulate.clone()).collect();
+    assert_eq!(
+        asked,
+        [vec![], vec![Effect::Coupling], vec![Effect::AsymmetryX, Effect::AsymmetryY]]
+    );
 }
 
 #[test]

@@ -10,8 +10,8 @@ use crate::scene::{Base, Layer, Material};
 /// A foundation, layered or not, and the punch on it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bodies {
-    /// The material at the foundation's surface, as a half-space, and the punch: all there is without layers, and what is felt
-    /// close to a load with them.
+    /// The material at the foundation's surface, as a half-space, and the punch: all there is
+    /// without layers, and what is felt close to a load with them.
     pub surface: HalfSpace,
     /// The foundation, unless it is a homogeneous half-space.
     pub layers: Option<Layered>,
@@ -30,9 +30,9 @@ impl From<&Self> for Bodies {
 }
 
 impl Bodies {
-    /// Layers from the surface down, what they rest on, and the punch (`None`: rigid). The layers' thicknesses are in the unit of
-    /// length of the grid that the bodies will be used with. Layers of one material are one layer, and those of the
-    /// base's material none.
+    /// Layers from the surface down, what they rest on, and the punch (`None`: rigid). The layers'
+    /// thicknesses are in the unit of length of the grid that the bodies will be used with. Layers
+    /// of one material are one layer, and those of the base's material none.
     pub fn new(layers: &[Layer], base: &Base, punch: Option<&Material>) -> Self {
         let foundation = match (layers.first(), base) {
             (Some(layer), _) => Some(layer.material()),
@@ -51,7 +51,10 @@ impl Bodies {
 
     /// The same bodies in another unit of compliance.
     pub fn scaled(&self, factor: f64) -> Self {
-        Self { surface: self.surface.scaled(factor), layers: self.layers.as_ref().map(|layers| layers.scaled(factor)) }
+        Self {
+            surface: self.surface.scaled(factor),
+            layers: self.layers.as_ref().map(|layers| layers.scaled(factor)),
+        }
     }
 
     /// c = Σ (1−ν)/G of the materials that touch.
@@ -59,11 +62,14 @@ impl Bodies {
         self.surface.direct
     }
 
-    /// The surface kernels, prepared for distances up to `reach` between any point of the source and any of the receiver.
+    /// The surface kernels, prepared for distances up to `reach` between any point of the source
+    /// and any of the receiver.
     pub fn kernels(&self, reach: f64) -> Kernels {
         match &self.layers {
             None => Kernels(Form::Closed(self.surface)),
-            Some(layered) => Kernels(Form::Tabulated(Box::new(Radial::new(layered, &self.surface, reach)))),
+            Some(layered) => {
+                Kernels(Form::Tabulated(Box::new(Radial::new(layered, &self.surface, reach))))
+            }
         }
     }
 }
@@ -79,14 +85,21 @@ enum Form {
 }
 
 impl Kernels {
-    /// Displacement of an element of size hx × hy, `offset` (Δi, Δj) elements away from the loaded one, receiver minus source,
-    /// per unit traction; its unit is length × compliance.
+    /// Displacement of an element of size hx × hy, `offset` (Δi, Δj) elements away from the loaded
+    /// one, receiver minus source, per unit traction; its unit is length × compliance.
     ///
-    /// A half-space's is as good as [`kernel::element`](super::kernel::element) says. A layered foundation's is good to 1e-12 of the
-    /// largest of nn, xx and yy, for layers of any thickness against the element and Ω down to 1e-6 of them; measured: 1e-14,
-    /// and 4e-13 at a contrast of stiffness of 1e8. Where a thin layer on a rigid base makes the coupling much smaller than
+    /// A half-space's is as good as [`kernel::element`](super::kernel::element) says. A layered
+    /// foundation's is good to 1e-12 of the largest of nn, xx and yy, for layers of any thickness
+    /// against the element and Ω down to 1e-6 of them; measured: 1e-14, and 4e-13 at a contrast of
+    /// stiffness of 1e8. Where a thin layer on a rigid base makes the coupling much smaller than
     /// those, it is no better than they are in absolute terms.
-    pub fn influence(&self, offset: [i64; 2], hx: f64, hy: f64, projection: Projection) -> Coefficient {
+    pub fn influence(
+        &self,
+        offset: [i64; 2],
+        hx: f64,
+        hy: f64,
+        projection: Projection,
+    ) -> Coefficient {
         match &self.0 {
             Form::Closed(bodies) => bodies.influence(offset, hx, hy, projection),
             Form::Tabulated(radial) => radial.influence(offset, hx, hy, projection),

@@ -1,9 +1,11 @@
 //! The six different entries of a 3 × 3 block of surface kernels or of their integrals.
 
-/// Displacement of one element under unit traction on another: the six different entries of the 3 × 3 block; xn = −nx,
-/// yn = −ny, yx = xy. The first letter is the displacement's direction, the second the traction's.
+/// Displacement of one element under unit traction on another: the six different entries of the 3 ×
+/// 3 block; xn = −nx, yn = −ny, yx = xy. The first letter is the displacement's direction, the
+/// second the traction's.
 ///
-/// Also, with the same symmetries: a kernel at a point (x, y), receiver minus source, and its integrals.
+/// Also, with the same symmetries: a kernel at a point (x, y), receiver minus source, and its
+/// integrals.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Coefficient {
     /// Normal displacement under pressure.

@@ -1,4 +1,5 @@
-//! Gauss quadrature for the two densities that a projection puts on a boundary element: uniform and tent.
+//! Gauss quadrature for the two densities that a projection puts on a boundary element: uniform and
+//! tent.
 
 use std::sync::LazyLock;
 
@@ -20,15 +21,18 @@ pub(crate) fn tent() -> &'static [Rule] {
     &RULES
 }
 
-/// Index of the smallest rule that integrates, with a relative error of about 1e-15, a function whose nearest
-/// singularity in the complex plane lies `distance` half-widths from the middle of the interval; `None` if none does.
+/// Index of the smallest rule that integrates, with a relative error of about 1e-15, a function
+/// whose nearest singularity in the complex plane lies `distance` half-widths from the middle of
+/// the interval; `None` if none does.
 ///
-/// The error of n points falls like ϱ⁻²ⁿ, ϱ the sum of the semi-axes of the ellipse with foci ±1 through the singularity;
-/// for a given distance it is smallest on the real axis, where distance = (ϱ + 1/ϱ)/2.
+/// The error of n points falls like ϱ⁻²ⁿ, ϱ the sum of the semi-axes of the ellipse with foci ±1
+/// through the singularity; for a given distance it is smallest on the real axis, where distance =
+/// (ϱ + 1/ϱ)/2.
 pub(crate) fn points(distance_squared: f64) -> Option<usize> {
     /// Half the natural logarithm of the wanted reduction.
     const HALF_LOG: f64 = 17.3;
-    static REACH: LazyLock<Vec<f64>> = LazyLock::new(|| (2..=MAX_POINTS).map(|n| (HALF_LOG / n as f64).cosh().powi(2)).collect());
+    static REACH: LazyLock<Vec<f64>> =
+        LazyLock::new(|| (2..=MAX_POINTS).map(|n| (HALF_LOG / n as f64).cosh().powi(2)).collect());
     REACH.iter().position(|&reach| distance_squared >= reach).map(|i| i + 2)
 }
 
@@ -37,8 +41,8 @@ fn legendre(degree: usize) -> Vec<f64> {
     (1..=degree).map(|k| (k * k) as f64 / (4 * k * k - 1) as f64).collect()
 }
 
-/// The same for the tent, by Stieltjes' procedure: β_k = ‖π_k‖²/‖π_{k−1}‖², the norms by a Legendre rule on either half
-/// that is exact for them.
+/// The same for the tent, by Stieltjes' procedure: β_k = ‖π_k‖²/‖π_{k−1}‖², the norms by a Legendre
+/// rule on either half that is exact for them.
 fn tent_recurrence() -> Vec<f64> {
     let exact = MAX_POINTS + 2;
     let half = rules(&legendre(exact)).pop().unwrap_or_default();
@@ -53,7 +57,8 @@ fn tent_recurrence() -> Vec<f64> {
     let mut norm = 1.0;
     for k in 0..MAX_POINTS {
         let back = if k == 0 { 0.0 } else { beta[k - 1] };
-        let next: Vec<f64> = (0..nodes.len()).map(|i| nodes[i].0 * this[i] - back * last[i]).collect();
+        let next: Vec<f64> =
+            (0..nodes.len()).map(|i| nodes[i].0 * this[i] - back * last[i]).collect();
         let next_norm: f64 = nodes.iter().zip(&next).map(|(&(_, w), &p)| w * p * p).sum();
         beta.push(next_norm / norm);
         norm = next_norm;
@@ -62,10 +67,11 @@ fn tent_recurrence() -> Vec<f64> {
     beta
 }
 
-/// The Gauss rules of 0 to `beta.len()` points of an even density of mass 1 with these recurrence coefficients.
+/// The Gauss rules of 0 to `beta.len()` points of an even density of mass 1 with these recurrence
+/// coefficients.
 ///
-/// Zeros of successive orthogonal polynomials interlace, which brackets each one for bisection; the weight at a zero x is
-/// 1/Σ p_k(x)² over the orthonormal polynomials below.
+/// Zeros of successive orthogonal polynomials interlace, which brackets each one for bisection; the
+/// weight at a zero x is 1/Σ p_k(x)² over the orthonormal polynomials below.
 fn rules(beta: &[f64]) -> Vec<Rule> {
     let value = |n: usize, x: f64| {
         let (mut last, mut this) = (0.0, 1.0);
@@ -119,9 +125,10 @@ mod tests {
     #[test]
     fn rules_are_exact_up_to_their_degree_and_no_further() {
         for n in 1..=MAX_POINTS {
-            for (rule, moment) in
-                [(&uniform()[n], (|k| 1.0 / (k + 1.0)) as fn(f64) -> f64), (&tent()[n], |k| 2.0 / ((k + 1.0) * (k + 2.0)))]
-            {
+            for (rule, moment) in [
+                (&uniform()[n], (|k| 1.0 / (k + 1.0)) as fn(f64) -> f64),
+                (&tent()[n], |k| 2.0 / ((k + 1.0) * (k + 2.0))),
+            ] {
                 assert_eq!(rule.len(), n);
                 for k in 0..=2 * n {
                     let sum: f64 = rule.iter().map(|&(x, w)| w * x.powi(k as i32)).sum();

@@ -5,15 +5,16 @@ use super::kernel;
 use crate::numerics::Projection;
 use crate::scene::Material;
 
-/// The elasticity of one half-space, or of two summed: it enters the plane of contact through three compliances only.
-/// Their unit is 1/shear modulus, \[1/Pa\] in SI units.
+/// The elasticity of one half-space, or of two summed: it enters the plane of contact through three
+/// compliances only. Their unit is 1/shear modulus, \[1/Pa\] in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HalfSpace {
     /// Σ (1−ν)/G > 0.
     pub direct: f64,
     /// Σ ν/G ≥ 0.
     pub cross: f64,
-    /// (1−2ν)/2G of the foundation minus that of the punch: normal–tangential coupling, of either sign.
+    /// (1−2ν)/2G of the foundation minus that of the punch: normal–tangential coupling, of either
+    /// sign.
     pub coupling: f64,
 }
 
@@ -31,14 +32,20 @@ impl HalfSpace {
 
     /// The same bodies in another unit of compliance.
     pub fn scaled(&self, factor: f64) -> Self {
-        Self { direct: self.direct * factor, cross: self.cross * factor, coupling: self.coupling * factor }
+        Self {
+            direct: self.direct * factor,
+            cross: self.cross * factor,
+            coupling: self.coupling * factor,
+        }
     }
 
-    /// Displacement per unit traction for these integrals of [`kernel`]'s six (Boussinesq and Cerruti; K. L. Johnson, Contact
-    /// Mechanics, 1985, chapter 3): with r² = x² + y²,
-    /// nn: direct/2π · 1/r, xx: 1/2π · (direct/r + cross x²/r³), xy: cross/2π · xy/r³, nx: coupling/2π · x/r².
+    /// Displacement per unit traction for these integrals of [`kernel`]'s six (Boussinesq and
+    /// Cerruti; K. L. Johnson, Contact Mechanics, 1985, chapter 3): with r² = x² + y², nn:
+    /// direct/2π · 1/r, xx: 1/2π · (direct/r + cross x²/r³), xy: cross/2π · xy/r³, nx: coupling/2π
+    /// · x/r².
     pub fn coefficient(&self, geometry: &Coefficient) -> Coefficient {
-        let [direct, cross, coupling] = [self.direct, self.cross, self.coupling].map(|c| c / std::f64::consts::TAU);
+        let [direct, cross, coupling] =
+            [self.direct, self.cross, self.coupling].map(|c| c / std::f64::consts::TAU);
         Coefficient {
             nn: direct * geometry.nn,
             xx: direct * geometry.nn + cross * geometry.xx,
@@ -49,9 +56,16 @@ impl HalfSpace {
         }
     }
 
-    /// Displacement of an element of size hx × hy, `offset` (Δi, Δj) elements away from the loaded one, receiver minus source,
-    /// per unit traction; its unit is length × compliance. See [`kernel::element`] for its accuracy.
-    pub fn influence(&self, offset: [i64; 2], hx: f64, hy: f64, projection: Projection) -> Coefficient {
+    /// Displacement of an element of size hx × hy, `offset` (Δi, Δj) elements away from the loaded
+    /// one, receiver minus source, per unit traction; its unit is length × compliance. See
+    /// [`kernel::element`] for its accuracy.
+    pub fn influence(
+        &self,
+        offset: [i64; 2],
+        hx: f64,
+        hy: f64,
+        projection: Projection,
+    ) -> Coefficient {
         self.coefficient(&kernel::element(offset, hx, hy, projection))
     }
 
@@ -77,7 +91,14 @@ mod tests {
             let v: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
             let [x, y, a, b, nu, axx, ayy, azz, axy, azx, azy] = v[..] else { panic!("{line}") };
             let got = HalfSpace::new(&material(1.0, nu), None).influence_at(x, y, a, b);
-            for (got, exact) in [(got.xx, axx), (got.yy, ayy), (got.nn, azz), (got.xy, axy), (got.nx, azx), (got.ny, azy)] {
+            for (got, exact) in [
+                (got.xx, axx),
+                (got.yy, ayy),
+                (got.nn, azz),
+                (got.xy, axy),
+                (got.nx, azx),
+                (got.ny, azy),
+            ] {
                 assert!((got - exact).abs() <= 1e-13 * exact.abs(), "{got} {exact} {line}");
             }
             rows += 1;
@@ -100,10 +121,12 @@ mod tests {
 
     #[test]
     fn pressure_pushes_down_and_surface_points_inwards() {
-        let block = HalfSpace::new(&material(1.0, 0.25), None).influence([2, 1], 1.0, 1.0, Projection::Average).block();
+        let block = HalfSpace::new(&material(1.0, 0.25), None)
+            .influence([2, 1], 1.0, 1.0, Projection::Average)
+            .block();
         assert!(block[0][0] > 0.0);
-        // Pressure at the origin draws a point at x, y > 0 towards it; reciprocity gives the opposite sign to normal
-        // displacement under tangential traction.
+        // Pressure at the origin draws a point at x, y > 0 towards it; reciprocity gives the
+        // opposite sign to normal displacement under tangential traction.
         assert!(block[1][0] < 0.0 && block[2][0] < 0.0);
         assert_eq!(block[0][1], -block[1][0]);
         assert_eq!(block[1][2], block[2][1]);

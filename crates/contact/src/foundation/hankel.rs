@@ -1,11 +1,14 @@
-//! Hankel transforms g(r) = ∫ f(k) J_n(kr) dk over all wavenumbers, for f that vary with ln k smoothly at every scale.
+//! Hankel transforms g(r) = ∫ f(k) J_n(kr) dk over all wavenumbers, for f that vary with ln k
+//! smoothly at every scale.
 //!
-//! With k = e^u, r = e^v and a(u) = k^q f(k) the transform is a convolution, r^{1−q} g = ∫ a(u) w(u+v) du with
-//! w(s) = e^{(1−q)s} J_n(e^s), so a Fourier series of a(u) turns into one of r^{1−q} g(r), term by term times the Mellin transform of
-//! J_n, which is known (Gradshteyn & Ryzhik 6.561.14; the method: Talman, J. Comput. Phys. 29, 1978, and Hamilton's FFTLog):
+//! With k = e^u, r = e^v and a(u) = k^q f(k) the transform is a convolution, r^{1−q} g = ∫ a(u)
+//! w(u+v) du with w(s) = e^{(1−q)s} J_n(e^s), so a Fourier series of a(u) turns into one of r^{1−q}
+//! g(r), term by term times the Mellin transform of J_n, which is known (Gradshteyn & Ryzhik
+//! 6.561.14; the method: Talman, J. Comput. Phys. 29, 1978, and Hamilton's FFTLog):
 //!   ∫ x^{μ−1} J_n(x) dx = 2^{μ−1} Γ((n+μ)/2) / Γ(1+(n−μ)/2).
-//! a(u) is analytic in a strip about the real axis, so that its spectrum falls exponentially and equally spaced samples are
-//! as good as exact. The rounding error of g is of the order of max|a| r^{q−1}, whence the choice of the weight q.
+//! a(u) is analytic in a strip about the real axis, so that its spectrum falls exponentially and
+//! equally spaced samples are as good as exact. The rounding error of g is of the order of max|a|
+//! r^{q−1}, whence the choice of the weight q.
 
 use std::f64::consts::{PI, TAU};
 
@@ -24,7 +27,8 @@ pub(super) struct LogGrid {
 }
 
 impl LogGrid {
-    /// From below `smallest` to above `largest`; phases are counted from `middle`, where they should be most accurate.
+    /// From below `smallest` to above `largest`; phases are counted from `middle`, where they
+    /// should be most accurate.
     pub(super) fn new(smallest: f64, middle: f64, largest: f64, step: f64) -> Self {
         let last = ((largest / middle).ln() / step).ceil() as i64;
         let first = ((smallest / middle).ln() / step).floor() as i64;
@@ -36,10 +40,13 @@ impl LogGrid {
         Self { step: 0.5 * self.step, len: 2 * self.len, last: 2 * self.last, ..*self }
     }
 
-    /// All wavenumbers, in the cyclic order that begins with the middle one and continues after the largest with the smallest.
+    /// All wavenumbers, in the cyclic order that begins with the middle one and continues after the
+    /// largest with the smallest.
     pub(super) fn wavenumbers(&self) -> impl Iterator<Item = f64> + Clone + use<> {
         let Self { middle, step, len, last } = *self;
-        (0..len as i64).map(move |at| middle * (step * (if at <= last { at } else { at - len as i64 }) as f64).exp())
+        (0..len as i64).map(move |at| {
+            middle * (step * (if at <= last { at } else { at - len as i64 }) as f64).exp()
+        })
     }
 }
 
@@ -57,9 +64,18 @@ pub(super) struct Transform {
 }
 
 impl Transform {
-    /// Of the samples f(k) at the grid's wavenumbers, with J of the given order, for −½ ≤ weight q < 1.
-    pub(super) fn new(grid: &LogGrid, samples: impl Iterator<Item = f64>, order: f64, weight: f64) -> Self {
-        let mut weighted: Vec<f64> = samples.zip(grid.wavenumbers()).map(|(f, k)| f * (k / grid.middle).powf(weight)).collect();
+    /// Of the samples f(k) at the grid's wavenumbers, with J of the given order, for −½ ≤ weight q
+    /// < 1.
+    pub(super) fn new(
+        grid: &LogGrid,
+        samples: impl Iterator<Item = f64>,
+        order: f64,
+        weight: f64,
+    ) -> Self {
+        let mut weighted: Vec<f64> = samples
+            .zip(grid.wavenumbers())
+            .map(|(f, k)| f * (k / grid.middle).powf(weight))
+            .collect();
         let size = weighted.iter().fold(0.0_f64, |m, a| m.max(a.abs()));
         let forward = RealFftPlanner::new().plan_fft_forward(weighted.len());
         let mut spectrum = forward.make_output_vec();
@@ -83,7 +99,8 @@ impl Transform {
     pub(super) fn times_r(&self, r: f64) -> f64 {
         let v = (self.middle * r).ln();
         let turn = Complex::cis(-self.frequency * v);
-        let sum = self.terms.iter().rev().fold(Complex::new(0.0, 0.0), |sum, term| sum * turn + term);
+        let sum =
+            self.terms.iter().rev().fold(Complex::new(0.0, 0.0), |sum, term| sum * turn + term);
         (self.middle * r).powf(self.weight) * sum.re
     }
 
@@ -100,10 +117,19 @@ fn mellin_bessel(order: f64, mu: Complex<f64>) -> Complex<f64> {
     (ln_gamma(rising) - ln_gamma(falling) + (mu - 1.0) * 2.0_f64.ln()).exp()
 }
 
-/// ln Γ(z) for Re z > 0, up to a multiple of 2πi: Stirling's series, after moving z to where it converges.
+/// ln Γ(z) for Re z > 0, up to a multiple of 2πi: Stirling's series, after moving z to where it
+/// converges.
 fn ln_gamma(mut z: Complex<f64>) -> Complex<f64> {
     /// B_{2j}/(2j(2j−1))
-    const STIRLING: [f64; 7] = [1.0 / 12.0, -1.0 / 360.0, 1.0 / 1260.0, -1.0 / 1680.0, 1.0 / 1188.0, -691.0 / 360360.0, 1.0 / 156.0];
+    const STIRLING: [f64; 7] = [
+        1.0 / 12.0,
+        -1.0 / 360.0,
+        1.0 / 1260.0,
+        -1.0 / 1680.0,
+        1.0 / 1188.0,
+        -691.0 / 360360.0,
+        1.0 / 156.0,
+    ];
     let mut product = Complex::new(1.0, 0.0);
     while z.norm() < 10.0 {
         product *= z;
@@ -128,7 +154,10 @@ mod tests {
         };
         close(Complex::new(0.5, 0.0), Complex::new(PI.sqrt(), 0.0));
         close(Complex::new(5.0, 0.0), Complex::new(24.0, 0.0));
-        close(Complex::new(1.0, 1.0), Complex::new(0.498_015_668_118_356, -0.154_949_828_301_810_68));
+        close(
+            Complex::new(1.0, 1.0),
+            Complex::new(0.498_015_668_118_356, -0.154_949_828_301_810_68),
+        );
         // Γ(½+iy)Γ(½−iy) = π/cosh πy
         for y in [0.3, 4.0, 30.0] {
             let product = (ln_gamma(Complex::new(0.5, y)) + ln_gamma(Complex::new(0.5, -y))).exp();
@@ -156,7 +185,10 @@ mod tests {
                         (true, n) => tail.powi(n as i32) * (1.0 + n as f64 * s) / (s * s * s),
                     };
                     let error = transform.times_r(r) - r * exact;
-                    assert!(error.abs() <= 32.0 * f64::EPSILON * transform.noise(r), "{weight} {order} {r}: {error}");
+                    assert!(
+                        error.abs() <= 32.0 * f64::EPSILON * transform.noise(r),
+                        "{weight} {order} {r}: {error}"
+                    );
                 }
             }
         }

@@ -1,24 +1,28 @@
-//! Integrals of surface kernels over loaded rectangles, (x, y) being receiver minus source: of any kernels with the symmetries of a
-//! [`Coefficient`], and of the half-space's six, which know geometry only ([`HalfSpace`](super::half_space::HalfSpace) adds the
-//! material):
+//! Integrals of surface kernels over loaded rectangles, (x, y) being receiver minus source: of any
+//! kernels with the symmetries of a [`Coefficient`], and of the half-space's six, which know
+//! geometry only ([`HalfSpace`](super::half_space::HalfSpace) adds the material):
 //!   nn: 1/r, xx: x²/r³, yy: y²/r³, xy: xy/r³, nx: x/r², ny: y/r².
 //!
-//! Everything is reduced to the quadrant x, y ≥ 0, where these are ≥ 0, so that nothing but the signs of the
-//! quadrants can cancel:
-//! - far from the source, one Gauss rule for the projection's own density, in as few points as the distance allows;
-//! - near it, panels on which that density is linear, bisected until each is far enough for its own Gauss rule;
+//! Everything is reduced to the quadrant x, y ≥ 0, where these are ≥ 0, so that nothing but the
+//! signs of the quadrants can cancel:
+//! - far from the source, one Gauss rule for the projection's own density, in as few points as the
+//!   distance allows;
+//! - near it, panels on which that density is linear, bisected until each is far enough for its own
+//!   Gauss rule;
 //! - the panel that touches the origin in closed form (`corner`).
 //!
-//! Second differences of antiderivatives, the textbook way, lose about d⁴ of 16 digits at d elements' distance, and as many
-//! again as the element's sides differ.
+//! Second differences of antiderivatives, the textbook way, lose about d⁴ of 16 digits at d
+//! elements' distance, and as many again as the element's sides differ.
 
 use super::coefficient::Coefficient;
 use super::gauss;
 use crate::numerics::Projection;
 
-/// Six functions of (x, y) with the symmetries of a [`Coefficient`], that behave like 1/r at the origin.
+/// Six functions of (x, y) with the symmetries of a [`Coefficient`], that behave like 1/r at the
+/// origin.
 pub(super) trait Kernel: Copy {
-    /// Square of the distance of the nearest singularity in the complex plane of x or y, relative to that of the origin.
+    /// Square of the distance of the nearest singularity in the complex plane of x or y, relative
+    /// to that of the origin.
     const CLEARANCE: f64;
 
     /// As functions of coordinates that are counted in `unit`, times it.
@@ -27,7 +31,8 @@ pub(super) trait Kernel: Copy {
     /// At (x, y) ≠ 0.
     fn at(&self, x: f64, y: f64) -> Coefficient;
 
-    /// Integrals over the product of two panels that both begin at the origin; `None` if it must be cut up first.
+    /// Integrals over the product of two panels that both begin at the origin; `None` if it must be
+    /// cut up first.
     fn corner(&self, px: Panel, py: Panel) -> Option<Coefficient>;
 }
 
@@ -48,7 +53,14 @@ impl Kernel for Geometric {
         let inv_r2 = 1.0 / (x * x + y * y);
         let by_r = inv_r2.sqrt();
         let by_r3 = by_r * inv_r2;
-        Coefficient { nn: by_r, xx: x * x * by_r3, yy: y * y * by_r3, xy: x * y * by_r3, nx: x * inv_r2, ny: y * inv_r2 }
+        Coefficient {
+            nn: by_r,
+            xx: x * x * by_r3,
+            yy: y * y * by_r3,
+            xy: x * y * by_r3,
+            nx: x * inv_r2,
+            ny: y * inv_r2,
+        }
     }
 
     fn corner(&self, px: Panel, py: Panel) -> Option<Coefficient> {
@@ -56,37 +68,56 @@ impl Kernel for Geometric {
     }
 }
 
-/// Integrals of the half-space's kernels for the receiver `offset` (Δi, Δj) elements of size hx × hy away from the source,
-/// receiver minus source: the mean over the receiving element, or the value at its centre.
+/// Integrals of the half-space's kernels for the receiver `offset` (Δi, Δj) elements of size hx ×
+/// hy away from the source, receiver minus source: the mean over the receiving element, or the
+/// value at its centre.
 ///
-/// Each is good to 1e-12 of itself (∫ x²/r³ and ∫ y²/r³, which only ever stand beside ∫ 1/r, to 1e-12 of that) up to 4096
-/// elements away in either direction for 1e-3 ≤ hx/hy ≤ 1e3; measured: 1e-13. Exactly zero where symmetry says so, and exactly
-/// (anti)symmetric in Δi, in Δj, and under an exchange of x and y.
+/// Each is good to 1e-12 of itself (∫ x²/r³ and ∫ y²/r³, which only ever stand beside ∫ 1/r, to
+/// 1e-12 of that) up to 4096 elements away in either direction for 1e-3 ≤ hx/hy ≤ 1e3; measured:
+/// 1e-13. Exactly zero where symmetry says so, and exactly (anti)symmetric in Δi, in Δj, and under
+/// an exchange of x and y.
 pub fn element(offset: [i64; 2], hx: f64, hy: f64, projection: Projection) -> Coefficient {
     element_of(Geometric, offset, hx, hy, projection)
 }
 
 /// The same for any kernel.
-pub(super) fn element_of<K: Kernel>(kernel: K, offset: [i64; 2], hx: f64, hy: f64, projection: Projection) -> Coefficient {
+pub(super) fn element_of<K: Kernel>(
+    kernel: K,
+    offset: [i64; 2],
+    hx: f64,
+    hy: f64,
+    projection: Projection,
+) -> Coefficient {
     let [di, dj] = offset;
     let (i, j) = (di.unsigned_abs(), dj.unsigned_abs());
     let quadrant = if hx == hy && i == j {
-        let diagonal = ordered_element(kernel.in_units_of(hx), i as f64, j as f64, 1.0, projection).scaled(hx);
+        let diagonal =
+            ordered_element(kernel.in_units_of(hx), i as f64, j as f64, 1.0, projection).scaled(hx);
         // Equal but for the order of summation.
-        let (squares, linear) = (0.5 * (diagonal.xx + diagonal.yy), 0.5 * (diagonal.nx + diagonal.ny));
+        let (squares, linear) =
+            (0.5 * (diagonal.xx + diagonal.yy), 0.5 * (diagonal.nx + diagonal.ny));
         Coefficient { xx: squares, yy: squares, nx: linear, ny: linear, ..diagonal }
     } else if (hx, i) >= (hy, j) {
         ordered_element(kernel.in_units_of(hx), i as f64, j as f64, hy / hx, projection).scaled(hx)
     } else {
-        ordered_element(kernel.in_units_of(hy), j as f64, i as f64, hx / hy, projection).scaled(hy).transposed()
+        ordered_element(kernel.in_units_of(hy), j as f64, i as f64, hx / hy, projection)
+            .scaled(hy)
+            .transposed()
     };
     let mut signed = Coefficient::default();
     signed.add_mirrored(&quadrant, 1.0, di.signum() as f64, dj.signum() as f64);
     signed
 }
 
-/// The same for offsets ≥ 0 and elements of size 1 × hy, hy ≤ 1. Kernels that are odd in a zero offset are not defined.
-fn ordered_element<K: Kernel>(kernel: K, i: f64, j: f64, hy: f64, projection: Projection) -> Coefficient {
+/// The same for offsets ≥ 0 and elements of size 1 × hy, hy ≤ 1. Kernels that are odd in a zero
+/// offset are not defined.
+fn ordered_element<K: Kernel>(
+    kernel: K,
+    i: f64,
+    j: f64,
+    hy: f64,
+    projection: Projection,
+) -> Coefficient {
     let (rules, half) = match projection {
         Projection::Average => (gauss::tent(), 1.0),
         Projection::Midpoint => (gauss::uniform(), 0.5),
@@ -112,8 +143,8 @@ fn ordered_element<K: Kernel>(kernel: K, i: f64, j: f64, hy: f64, projection: Pr
     sum
 }
 
-/// Integrals for the receiver at (x, y) and a source rectangle with half-sides a, b > 0 centred at the origin:
-/// displacement at a point, without averaging. The receiver may lie anywhere.
+/// Integrals for the receiver at (x, y) and a source rectangle with half-sides a, b > 0 centred at
+/// the origin: displacement at a point, without averaging. The receiver may lie anywhere.
 pub fn point(x: f64, y: f64, a: f64, b: f64) -> Coefficient {
     let unit = a.max(b);
     let (x, y, a, b) = (x / unit, y / unit, a / unit, b / unit);
@@ -150,25 +181,38 @@ impl Panel {
 
     fn halves(&self) -> [Self; 2] {
         let (half, slope) = (0.5 * self.half, 0.5 * self.slope);
-        [-1.0, 1.0].map(|side| Self { middle: self.middle + side * half, half, density: self.density + side * slope, slope })
+        [-1.0, 1.0].map(|side| Self {
+            middle: self.middle + side * half,
+            half,
+            density: self.density + side * slope,
+            slope,
+        })
     }
 }
 
-/// The density that a projection puts on receiver minus source, `offset` ≥ 0 elements of width h away, folded to x ≥ 0.
+/// The density that a projection puts on receiver minus source, `offset` ≥ 0 elements of width h
+/// away, folded to x ≥ 0.
 fn panels(offset: f64, h: f64, projection: Projection) -> impl Iterator<Item = Panel> + Clone {
-    let at = |middle: f64, half: f64, density: f64, slope: f64| Some(Panel { middle: middle * h, half: half * h, density, slope });
+    let at = |middle: f64, half: f64, density: f64, slope: f64| {
+        Some(Panel { middle: middle * h, half: half * h, density, slope })
+    };
     let pair = match (projection, offset > 0.0) {
         (Projection::Average, false) => [at(0.5, 0.5, 1.0, -1.0), None],
-        (Projection::Average, true) => [at(offset - 0.5, 0.5, 0.5, 0.5), at(offset + 0.5, 0.5, 0.5, -0.5)],
+        (Projection::Average, true) => {
+            [at(offset - 0.5, 0.5, 0.5, 0.5), at(offset + 0.5, 0.5, 0.5, -0.5)]
+        }
         (Projection::Midpoint, false) => [at(0.25, 0.25, 2.0, 0.0), None],
         (Projection::Midpoint, true) => [at(offset, 0.5, 1.0, 0.0), None],
     };
     pair.into_iter().flatten()
 }
 
-/// The interval x − a … x + a, cut at the origin and folded to the positive half-axis; with each part its sign.
+/// The interval x − a … x + a, cut at the origin and folded to the positive half-axis; with each
+/// part its sign.
 fn folded(x: f64, a: f64) -> [Option<(Panel, f64)>; 2] {
-    let part = |middle: f64, half: f64, sign: f64| Some((Panel { middle, half, density: 1.0, slope: 0.0 }, sign));
+    let part = |middle: f64, half: f64, sign: f64| {
+        Some((Panel { middle, half, density: 1.0, slope: 0.0 }, sign))
+    };
     if x.abs() >= a {
         return [part(x.abs(), a, x.signum()), None];
     }
@@ -180,13 +224,19 @@ fn folded(x: f64, a: f64) -> [Option<(Panel, f64)>; 2] {
 fn panel<K: Kernel>(kernel: K, px: Panel, py: Panel) -> Coefficient {
     if px.touches_origin() && py.touches_origin() {
         return kernel.corner(px, py).unwrap_or_else(|| {
-            let [first, second] = if px.half >= py.half { px.halves().map(|px| [px, py]) } else { py.halves().map(|py| [px, py]) };
+            let [first, second] = if px.half >= py.half {
+                px.halves().map(|px| [px, py])
+            } else {
+                py.halves().map(|py| [px, py])
+            };
             let mut sum = panel(kernel, first[0], first[1]);
             sum.add(&panel(kernel, second[0], second[1]), 1.0);
             sum
         });
     }
-    let squared = |middle: f64, gap: f64, half: f64| K::CLEARANCE * (middle * middle + gap * gap) / (half * half);
+    let squared = |middle: f64, gap: f64, half: f64| {
+        K::CLEARANCE * (middle * middle + gap * gap) / (half * half)
+    };
     let (gap_x, gap_y) = ((px.middle - px.half).max(0.0), (py.middle - py.half).max(0.0));
     let points_x = gauss::points(squared(px.middle, gap_y, px.half));
     let points_y = gauss::points(squared(py.middle, gap_x, py.half));
@@ -203,7 +253,12 @@ fn panel<K: Kernel>(kernel: K, px: Panel, py: Panel) -> Coefficient {
 }
 
 /// Integrals over the product of two panels by Gauss rules of so many points.
-pub(super) fn panel_by_gauss(px: &Panel, py: &Panel, points: [usize; 2], kernel: impl Fn(f64, f64) -> Coefficient) -> Coefficient {
+pub(super) fn panel_by_gauss(
+    px: &Panel,
+    py: &Panel,
+    points: [usize; 2],
+    kernel: impl Fn(f64, f64) -> Coefficient,
+) -> Coefficient {
     let mut sum = Coefficient::default();
     for &(v, wy) in &gauss::uniform()[points[1]] {
         let wy = wy * (py.density + py.slope * v);
@@ -215,7 +270,8 @@ pub(super) fn panel_by_gauss(px: &Panel, py: &Panel, points: [usize; 2], kernel:
     sum.scaled(4.0 * px.half * py.half)
 }
 
-/// Integrals of the half-space's kernels over the product of two panels that both begin at the origin.
+/// Integrals of the half-space's kernels over the product of two panels that both begin at the
+/// origin.
 pub(super) fn weighted_corner(px: Panel, py: Panel) -> Coefficient {
     let [one, x, y, xy] = corner(2.0 * px.half, 2.0 * py.half);
     // density = at the origin + per unit of length · distance from it
@@ -230,8 +286,9 @@ pub(super) fn weighted_corner(px: Panel, py: Panel) -> Coefficient {
 
 /// Integrals of the kernels times 1, x, y, xy over 0 … X, 0 … Y, in closed form.
 ///
-/// A function f that is homogeneous of degree m satisfies div(f·(x, y)) = (m + 2) f, so its integral over the rectangle is
-/// [X ∫ f(X, y) dy + Y ∫ f(x, Y) dx]/(m + 2): the singular corner drops out and two elementary integrals remain.
+/// A function f that is homogeneous of degree m satisfies div(f·(x, y)) = (m + 2) f, so its
+/// integral over the rectangle is [X ∫ f(X, y) dy + Y ∫ f(x, Y) dx]/(m + 2): the singular corner
+/// drops out and two elementary integrals remain.
 fn corner(xe: f64, ye: f64) -> [Coefficient; 4] {
     let r = xe.hypot(ye);
     let (tx, ty) = (xe / ye, ye / xe);
@@ -319,8 +376,8 @@ fn atan_defect(t: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Largest error of each kernel over rows of projection,hx,hy,di,dj,inv_r,xx,yy,xy,x,y, relative to itself but for
-    /// x²/r³ and y²/r³: relative to 1/r.
+    /// Largest error of each kernel over rows of projection,hx,hy,di,dj,inv_r,xx,yy,xy,x,y,
+    /// relative to itself but for x²/r³ and y²/r³: relative to 1/r.
     fn worst(reference: &str) -> [(f64, String); 6] {
         let mut worst: [(f64, String); 6] = Default::default();
         for line in reference.lines().skip(1) {
@@ -333,7 +390,8 @@ mod tests {
             };
             let offset = [3, 4].map(|k| cells[k].parse::<i64>().unwrap());
             let got = element(offset, number(1), number(2), projection);
-            for (k, got) in [got.nn, got.xx, got.yy, got.xy, got.nx, got.ny].into_iter().enumerate() {
+            for (k, got) in [got.nn, got.xx, got.yy, got.xy, got.nx, got.ny].into_iter().enumerate()
+            {
                 let exact = number(5 + k);
                 let unit = if k == 1 || k == 2 { number(5) } else { exact };
                 let error = if exact == 0.0 { got.abs() } else { ((got - exact) / unit).abs() };
@@ -357,7 +415,9 @@ mod tests {
     #[test]
     fn the_mean_over_an_element_is_the_mean_of_its_points() {
         for (hx, hy) in [(1.0, 1.0), (0.6, 1.0), (0.2, 0.1)] {
-            for (i, j) in [(4, 0), (0, 4), (3, 3), (-2, 3), (5, -9), (40, 1), (-17, -200), (900, 901)] {
+            for (i, j) in
+                [(4, 0), (0, 4), (3, 3), (-2, 3), (5, -9), (40, 1), (-17, -200), (900, 901)]
+            {
                 let average = element([i, j], hx, hy, Projection::Average);
                 let mut mean = Coefficient::default();
                 for &(v, wy) in &gauss::uniform()[gauss::MAX_POINTS] {
@@ -368,9 +428,15 @@ mod tests {
                 }
                 let off = |a: f64, b: f64| (a - b).abs() / average.nn;
                 assert!(off(average.nn, mean.nn) < 1e-12, "{i} {j}");
-                assert!(off(average.xx, mean.xx) < 1e-12 && off(average.yy, mean.yy) < 1e-12, "{i} {j}");
+                assert!(
+                    off(average.xx, mean.xx) < 1e-12 && off(average.yy, mean.yy) < 1e-12,
+                    "{i} {j}"
+                );
                 assert!(off(average.xy, mean.xy) < 1e-12, "{i} {j}");
-                assert!(off(average.nx, mean.nx) < 1e-12 && off(average.ny, mean.ny) < 1e-12, "{i} {j}");
+                assert!(
+                    off(average.nx, mean.nx) < 1e-12 && off(average.ny, mean.ny) < 1e-12,
+                    "{i} {j}"
+                );
             }
         }
     }

@@ -1,26 +1,29 @@
 //! Bonded isotropic layers on a half-space or a rigid base, in the Fourier plane.
 //!
-//! Under a surface traction of wavenumber k the surface moves by C(k) times the traction: normal (N), along the wave
-//! vector (L) and across it (T). T stands alone; the other two are coupled:
+//! Under a surface traction of wavenumber k the surface moves by C(k) times the traction: normal
+//! (N), along the wave vector (L) and across it (T). T stands alone; the other two are coupled:
 //!   half-space: C_NN = C_LL = (1−ν)/(Gk), C_LN = −(1−2ν)/(2Gk), C_TT = 1/(Gk).
 //!
-//! A layer turns the compliance of what is below it into that of its own upper face. That map is fractional linear in the
-//! matrix C, hence *linear* in (1, C_LL, C_NN, C_LN, det C) up to a common factor: the second compound of the layer's transfer
-//! matrix. Its entries are elementary functions of kh, each computed here without cancellation, and all that multiply
-//! the positive quantities are positive. Only C_LN has a sign of its own, and it is bounded by √(C_LL C_NN), so a step loses
-//! about a digit at worst, for any kh, any ν up to ½ and any contrast of stiffness. Solving for the amplitudes of exponentials
-//! instead has the condition number (kh)⁻³.
+//! A layer turns the compliance of what is below it into that of its own upper face. That map is
+//! fractional linear in the matrix C, hence *linear* in (1, C_LL, C_NN, C_LN, det C) up to a common
+//! factor: the second compound of the layer's transfer matrix. Its entries are elementary functions
+//! of kh, each computed here without cancellation, and all that multiply the positive quantities
+//! are positive. Only C_LN has a sign of its own, and it is bounded by √(C_LL C_NN), so a step
+//! loses about a digit at worst, for any kh, any ν up to ½ and any contrast of stiffness. Solving
+//! for the amplitudes of exponentials instead has the condition number (kh)⁻³.
 
 use crate::scene::{Base, Layer, Material};
 
-/// Surface compliance at one wavenumber: displacement per unit traction, in the unit of length/modulus.
+/// Surface compliance at one wavenumber: displacement per unit traction, in the unit of
+/// length/modulus.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Compliance {
     /// Normal displacement under pressure.
     pub nn: f64,
     /// Displacement along the wave vector under traction along it.
     pub ll: f64,
-    /// Normal displacement under traction along the wave vector, a quarter of a wave apart; also the reverse.
+    /// Normal displacement under traction along the wave vector, a quarter of a wave apart; also
+    /// the reverse.
     pub ln: f64,
     /// Displacement across the wave vector under traction across it.
     pub tt: f64,
@@ -36,7 +39,12 @@ impl Compliance {
 
     /// Each entry of both.
     pub(crate) fn zip(&self, other: &Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        Self { nn: f(self.nn, other.nn), ll: f(self.ll, other.ll), ln: f(self.ln, other.ln), tt: f(self.tt, other.tt) }
+        Self {
+            nn: f(self.nn, other.nn),
+            ll: f(self.ll, other.ll),
+            ln: f(self.ln, other.ln),
+            tt: f(self.tt, other.tt),
+        }
     }
 
     pub(crate) fn map(&self, f: impl Fn(f64) -> f64) -> Self {
@@ -62,12 +70,15 @@ pub(crate) struct Response {
 }
 
 impl Layered {
-    /// These layers, from the surface down, on `base`. `None` if they are one homogeneous half-space.
+    /// These layers, from the surface down, on `base`. `None` if they are one homogeneous
+    /// half-space.
     pub fn new(layers: &[Layer], base: &Base) -> Option<Self> {
         let mut distinct: Vec<Layer> = Vec::with_capacity(layers.len());
         for layer in layers {
             match distinct.last_mut() {
-                Some(above) if above.material() == layer.material() => above.thickness += layer.thickness,
+                Some(above) if above.material() == layer.material() => {
+                    above.thickness += layer.thickness
+                }
                 _ => distinct.push(*layer),
             }
         }
@@ -90,16 +101,22 @@ impl Layered {
     /// The same layers in another unit of compliance.
     pub fn scaled(&self, factor: f64) -> Self {
         let softer = |shear_modulus: f64| shear_modulus / factor;
-        let layers = self.layers.iter().map(|layer| Layer { shear_modulus: softer(layer.shear_modulus), ..*layer }).collect();
+        let layers = self
+            .layers
+            .iter()
+            .map(|layer| Layer { shear_modulus: softer(layer.shear_modulus), ..*layer })
+            .collect();
         let base = match self.base {
             Base::Rigid => Base::Rigid,
-            Base::Elastic(m) => Base::Elastic(Material { shear_modulus: softer(m.shear_modulus), ..m }),
+            Base::Elastic(m) => {
+                Base::Elastic(Material { shear_modulus: softer(m.shear_modulus), ..m })
+            }
         };
         Self { layers, base }
     }
 
-    /// Compliance at the wavenumber `k` > 0 (1/length, the length of the layers' thicknesses). Each entry is good to 3e-15 of
-    /// itself, the coupling to 3e-15 of √(C_NN C_LL).
+    /// Compliance at the wavenumber `k` > 0 (1/length, the length of the layers' thicknesses). Each
+    /// entry is good to 3e-15 of itself, the coupling to 3e-15 of √(C_NN C_LL).
     pub fn compliance(&self, k: f64) -> Compliance {
         self.response(k).surface.map(|c| c / k)
     }
@@ -114,7 +131,8 @@ impl Layered {
 
     pub(crate) fn response(&self, k: f64) -> Response {
         let base = self.base_times_k();
-        // det C on its own: the difference of products would cancel where both columns are nearly parallel
+        // det C on its own: the difference of products would cancel where both columns are nearly
+        // parallel
         let det = match &self.base {
             Base::Rigid => 0.0,
             Base::Elastic(m) => (0.75 - m.poisson) / (m.shear_modulus * m.shear_modulus),
@@ -126,21 +144,30 @@ impl Layered {
             below = top;
             above_base = above_base.zip(&gain, |sum, gain| sum + gain);
         }
-        // Far from the base's compliance the plain difference is the better one: the gains of the layers may cancel.
+        // Far from the base's compliance the plain difference is the better one: the gains of the
+        // layers may cancel.
         let surface = below.0;
-        let far = surface.zip(&base, |top, base| if (top - base).abs() > 0.5 * base.abs() { top - base } else { f64::NAN });
+        let far = surface.zip(&base, |top, base| {
+            if (top - base).abs() > 0.5 * base.abs() { top - base } else { f64::NAN }
+        });
         let above_base = far.zip(&above_base, |far, sum| if far.is_nan() { sum } else { far });
         Response { surface, above_base }
     }
 }
 
-/// Compliance times k of a layer's upper face, with its determinant, and by how much it exceeds that of the lower face.
-fn upper_face(layer: &Layer, x: f64, (below, det): (Compliance, f64)) -> ((Compliance, f64), Compliance) {
+/// Compliance times k of a layer's upper face, with its determinant, and by how much it exceeds
+/// that of the lower face.
+fn upper_face(
+    layer: &Layer,
+    x: f64,
+    (below, det): (Compliance, f64),
+) -> ((Compliance, f64), Compliance) {
     let (g, nu) = (layer.shear_modulus, layer.poisson);
     let c = below.map(|c| c * g);
     let det = det * g * g;
     let f = Hyperbolic::new(x);
-    // m = 1−ν, w = 1−2ν, κ = 3−4ν; products with 1 ∓ … written so that ν = 0 and ν = ½ do not cancel
+    // m = 1−ν, w = 1−2ν, κ = 3−4ν; products with 1 ∓ … written so that ν = 0 and ν = ½ do not
+    // cancel
     let (m, w, kappa) = (1.0 - nu, 1.0 - 2.0 * nu, 3.0 - 4.0 * nu);
     let w_less = f.sinh_cosh_less_x - 2.0 * nu * f.sinh_cosh; // w sinh cosh − x
     let w_more = w * f.sinh_cosh + f.x;
@@ -153,11 +180,14 @@ fn upper_face(layer: &Layer, x: f64, (below, det): (Compliance, f64)) -> ((Compl
     let identity = m * m * f.one;
     let closed = 0.25 * (kappa * f.sinh2 + f.x2);
 
-    let divisor_less = m * (plus * c.ll + minus * c.nn) - coupling * c.ln + f.sinh2_less_x2 * det + closed;
+    let divisor_less =
+        m * (plus * c.ll + minus * c.nn) - coupling * c.ln + f.sinh2_less_x2 * det + closed;
     let divisor = identity + divisor_less;
     let ll = m * (m * f.sinh2 * (c.ll + c.nn) - w_more * c.ln + minus * det + 0.25 * kappa_more);
     let nn = m * (m * f.sinh2 * (c.ll + c.nn) - w_less * c.ln + plus * det + 0.25 * kappa_less);
-    let ln = -0.5 * m * (w_less * c.ll + w_more * c.nn) + 0.5 * (w * w * f.sinh2 - f.x2) * c.ln - 0.5 * coupling * det - 0.125 * twist;
+    let ln = -0.5 * m * (w_less * c.ll + w_more * c.nn) + 0.5 * (w * w * f.sinh2 - f.x2) * c.ln
+        - 0.5 * coupling * det
+        - 0.125 * twist;
     let det_more = 0.25 * m * (kappa_less * c.ll + kappa_more * c.nn) - 0.25 * twist * c.ln
         + closed * det
         + 0.0625 * (f.sinh2_less_x2 + 8.0 * m * w * f.sinh2); // κ² sinh² − x², as κ² − 1 = 8mw
@@ -165,8 +195,14 @@ fn upper_face(layer: &Layer, x: f64, (below, det): (Compliance, f64)) -> ((Compl
     let tanh = x.tanh();
     let across = 1.0 + c.tt * tanh;
     let more = Compliance { nn, ll, ln, tt: tanh };
-    let top = Compliance { tt: (c.tt + tanh) / across, ..c.zip(&more, |c, more| (identity * c + more) / divisor) };
-    let gain = Compliance { tt: tanh * (1.0 - c.tt * c.tt) / across, ..c.zip(&more, |c, more| (more - c * divisor_less) / divisor) };
+    let top = Compliance {
+        tt: (c.tt + tanh) / across,
+        ..c.zip(&more, |c, more| (identity * c + more) / divisor)
+    };
+    let gain = Compliance {
+        tt: tanh * (1.0 - c.tt * c.tt) / across,
+        ..c.zip(&more, |c, more| (more - c * divisor_less) / divisor)
+    };
     let top_det = (identity * det + det_more) / divisor;
     ((top.map(|c| c / g), top_det / (g * g)), gain.map(|c| c / g))
 }
@@ -217,7 +253,9 @@ pub(super) mod tests {
 
     /// Layers "G;ν;h G;ν;h …" and base "G;ν" or "rigid" of a reference table.
     pub(in crate::foundation) fn stack(layers: &str, base: &str) -> (Vec<Layer>, Base) {
-        let numbers = |text: &str| -> Vec<f64> { text.split(';').map(|cell| cell.parse().unwrap()).collect() };
+        let numbers = |text: &str| -> Vec<f64> {
+            text.split(';').map(|cell| cell.parse().unwrap()).collect()
+        };
         let layers = layers.split_whitespace().map(|layer| match numbers(layer)[..] {
             [shear_modulus, poisson, thickness] => Layer { shear_modulus, poisson, thickness },
             _ => panic!("{layer}"),
@@ -245,8 +283,13 @@ pub(super) mod tests {
                     Base::Rigid => panic!("{line}"),
                 },
             };
-            let errors = [(got.ll - ll) / ll, (got.nn - nn) / nn, (got.tt - tt) / tt, (got.ln - ln) / (nn * ll).sqrt()]
-                .map(|error: f64| error.abs());
+            let errors = [
+                (got.ll - ll) / ll,
+                (got.nn - nn) / nn,
+                (got.tt - tt) / tt,
+                (got.ln - ln) / (nn * ll).sqrt(),
+            ]
+            .map(|error: f64| error.abs());
             for error in errors {
                 if error > worst.0 || error.is_nan() {
                     worst = (error, line.to_owned());
@@ -260,19 +303,34 @@ pub(super) mod tests {
 
     #[test]
     fn compliance_meets_the_reference() {
-        // 7e-13 is what ν = 0.49999 loses by being read as a double; the random rows are for the doubles themselves.
+        // 7e-13 is what ν = 0.49999 loses by being read as a double; the random rows are for the
+        // doubles themselves.
         assert_eq!(meets(include_str!("../../tests/reference/layer_compliance.csv"), 1e-12), 112);
-        assert_eq!(meets(include_str!("../../tests/reference/layer_compliance_random.csv"), 3e-15), 240);
+        assert_eq!(
+            meets(include_str!("../../tests/reference/layer_compliance_random.csv"), 3e-15),
+            240
+        );
     }
 
     #[test]
     fn equal_neighbours_are_one_body() {
-        let (hard, soft) = (Material { shear_modulus: 7.0, poisson: 0.2 }, Material { shear_modulus: 0.3, poisson: 0.5 });
-        let of = |m: Material, thickness| Layer { shear_modulus: m.shear_modulus, poisson: m.poisson, thickness };
+        let (hard, soft) = (
+            Material { shear_modulus: 7.0, poisson: 0.2 },
+            Material { shear_modulus: 0.3, poisson: 0.5 },
+        );
+        let of = |m: Material, thickness| Layer {
+            shear_modulus: m.shear_modulus,
+            poisson: m.poisson,
+            thickness,
+        };
         assert_eq!(Layered::new(&[of(hard, 0.5), of(hard, 2.0)], &Base::Elastic(hard)), None);
         assert_eq!(Layered::new(&[], &Base::Rigid), None);
         let whole = Layered::new(&[of(hard, 0.5), of(soft, 2.0)], &Base::Elastic(hard)).unwrap();
-        let cut = Layered::new(&[of(hard, 0.25), of(hard, 0.25), of(soft, 2.0), of(hard, 3.0)], &Base::Elastic(hard)).unwrap();
+        let cut = Layered::new(
+            &[of(hard, 0.25), of(hard, 0.25), of(soft, 2.0), of(hard, 3.0)],
+            &Base::Elastic(hard),
+        )
+        .unwrap();
         assert_eq!(whole, cut);
         // and without the shortcut, the arithmetic says the same
         let uncut = Layered { layers: vec![of(hard, 0.5); 5], base: Base::Elastic(hard) };
@@ -280,10 +338,20 @@ pub(super) mod tests {
         let sliced = Layered { layers: vec![of(hard, 0.5); 5], base: Base::Rigid };
         for k in [1e-9, 1e-3, 0.1, 1.0, 3.0, 1e3, 1e300] {
             let half_space = Compliance::half_space(&hard).map(|c| c / k);
-            for (got, exact) in [(uncut.compliance(k), half_space), (sliced.compliance(k), thick.compliance(k))] {
+            for (got, exact) in
+                [(uncut.compliance(k), half_space), (sliced.compliance(k), thick.compliance(k))]
+            {
                 let off = got.zip(&exact, |a, b| (a - b).abs());
-                assert!(off.nn <= 4e-15 * exact.nn && off.ll <= 4e-15 * exact.ll && off.tt <= 4e-15 * exact.tt, "{k} {got:?} {exact:?}");
-                assert!(off.ln <= 4e-15 * exact.nn.sqrt() * exact.ll.sqrt(), "{k} {got:?} {exact:?}");
+                assert!(
+                    off.nn <= 4e-15 * exact.nn
+                        && off.ll <= 4e-15 * exact.ll
+                        && off.tt <= 4e-15 * exact.tt,
+                    "{k} {got:?} {exact:?}"
+                );
+                assert!(
+                    off.ln <= 4e-15 * exact.nn.sqrt() * exact.ll.sqrt(),
+                    "{k} {got:?} {exact:?}"
+                );
             }
         }
     }
@@ -298,12 +366,20 @@ pub(super) mod tests {
         assert!((limit.tt - -0.105).abs() < 1e-11, "{limit:?}");
         for k in [1e-30, 1e-20, 1e-14, 1e-13] {
             let off = slope(k).zip(&limit, |a, b| ((a - b) / b).abs());
-            assert!(off.nn < 1e-9 && off.ll < 1e-9 && off.ln < 1e-9 && off.tt < 1e-9, "{k}: {off:?}");
+            assert!(
+                off.nn < 1e-9 && off.ll < 1e-9 && off.ln < 1e-9 && off.tt < 1e-9,
+                "{k}: {off:?}"
+            );
         }
         for k in [1e-6, 1e-3, 0.3, 30.0] {
             let Response { surface, above_base } = layered.response(k);
-            let off = surface.zip(&layered.base_times_k(), |a, b| a - b).zip(&above_base, |a, b| (a - b).abs());
-            assert!(off.nn < 1e-15 && off.ll < 1e-15 && off.ln < 1e-15 && off.tt < 1e-15, "{k}: {off:?}");
+            let off = surface
+                .zip(&layered.base_times_k(), |a, b| a - b)
+                .zip(&above_base, |a, b| (a - b).abs());
+            assert!(
+                off.nn < 1e-15 && off.ll < 1e-15 && off.ln < 1e-15 && off.tt < 1e-15,
+                "{k}: {off:?}"
+            );
         }
     }
 }

@@ -1,4 +1,5 @@
-//! What the bodies are made of, as seen from the plane of contact: displacement under a loaded boundary element.
+//! What the bodies are made of, as seen from the plane of contact: displacement under a loaded
+//! boundary element.
 
 pub mod bodies;
 pub mod coefficient;

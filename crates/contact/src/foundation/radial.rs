@@ -1,12 +1,13 @@
 //! The surface kernels of a layered foundation as functions of the distance r, tabulated.
 //!
 //! With F = k·C(k) the kernels are, θ the angle of receiver minus source,
-//!   nn = N/2π,  xx, yy = (A ∓ B cos 2θ)/2π,  xy = −B sin 2θ/2π,  nx = −M cos θ/2π,  ny = −M sin θ/2π,
-//!   N = ∫ F_NN J₀(kr) dk,  A = ∫ ½(F_LL+F_TT) J₀ dk,  B = ∫ ½(F_LL−F_TT) J₂ dk,  M = ∫ F_LN J₁ dk.
-//! Where r is less than the top layer's thickness h₁ they are its half-space's, in closed form, plus a correction that is smooth
-//! in (r/h₁)²; beyond, r times the whole kernel is tabulated on panels of equal length in ln r. So neither a layer much
-//! thinner than an element nor one much thicker than Ω loses digits to the difference of large numbers, and the number of
-//! Hankel transforms grows with the logarithm of the ratio of lengths only.
+//!   nn = N/2π, xx, yy = (A ∓ B cos 2θ)/2π, xy = −B sin 2θ/2π, nx = −M cos θ/2π, ny = −M sin θ/2π,
+//!   N = ∫ F_NN J₀(kr) dk, A = ∫ ½(F_LL+F_TT) J₀ dk, B = ∫ ½(F_LL−F_TT) J₂ dk, M = ∫ F_LN J₁ dk.
+//! Where r is less than the top layer's thickness h₁ they are its half-space's, in closed form,
+//! plus a correction that is smooth in (r/h₁)²; beyond, r times the whole kernel is tabulated on
+//! panels of equal length in ln r. So neither a layer much thinner than an element nor one much
+//! thicker than Ω loses digits to the difference of large numbers, and the number of Hankel
+//! transforms grows with the logarithm of the ratio of lengths only.
 
 use std::f64::consts::{PI, TAU};
 
@@ -29,11 +30,13 @@ const ORDERS: Four = [0.0, 0.0, 2.0, 1.0];
 /// Chebyshev coefficients, of the first panel and of those in ln r.
 const DEGREE: usize = 16;
 
-/// Length of a panel in ln r. The kernels are analytic for |arg r| < 30° at least: poles of C(k) at an angle of 30° belong to a
-/// stiff plate on a thin incompressible layer on a rigid base, k⁶ = −1, the nearest that are known.
+/// Length of a panel in ln r. The kernels are analytic for |arg r| < 30° at least: poles of C(k) at
+/// an angle of 30° belong to a stiff plate on a thin incompressible layer on a rigid base, k⁶ = −1,
+/// the nearest that are known.
 const PANEL: f64 = 0.25;
 
-/// Points per direction that integrate the correction over a panel shorter than the top layer's thickness.
+/// Points per direction that integrate the correction over a panel shorter than the top layer's
+/// thickness.
 const NEAR_POINTS: usize = 12;
 
 /// The tabulated kernels up to a distance.
@@ -62,13 +65,15 @@ fn of_half_space(bodies: &HalfSpace) -> Four {
 }
 
 impl Radial {
-    /// Of these layers, and of `surface`, the top layer's half-space and the punch's, for 0 < r ≤ `reach`.
+    /// Of these layers, and of `surface`, the top layer's half-space and the punch's, for 0 < r ≤
+    /// `reach`.
     pub(super) fn new(layered: &Layered, surface: &HalfSpace, reach: f64) -> Self {
         let near = layered.layers()[0].thickness;
         let transforms = Transforms::new(layered, reach);
         let surface_four = of_half_space(surface);
         let top_four = of_half_space(&HalfSpace::new(&layered.layers()[0].material(), None));
-        // Exactly zero for a rigid punch: over a thin layer, rounding here would be a half-space as large as an element.
+        // Exactly zero for a rigid punch: over a thin layer, rounding here would be a half-space as
+        // large as an element.
         let punch: Four = std::array::from_fn(|i| surface_four[i] - top_four[i]);
         let correction = chebyshev(|t| {
             let ratio = (0.5 * (1.0 + t)).sqrt();
@@ -80,7 +85,8 @@ impl Radial {
             .into_par_iter()
             .map(|panel| {
                 chebyshev(|t| {
-                    let layers = transforms.whole(near * (PANEL * (panel as f64 + 0.5 * (1.0 + t))).exp());
+                    let layers =
+                        transforms.whole(near * (PANEL * (panel as f64 + 0.5 * (1.0 + t))).exp());
                     std::array::from_fn(|i| layers[i] + punch[i])
                 })
             })
@@ -107,7 +113,13 @@ impl Radial {
     }
 
     /// Coefficient of the receiver at `offset`; see [`kernel::element`].
-    pub(super) fn influence(&self, offset: [i64; 2], hx: f64, hy: f64, projection: Projection) -> Coefficient {
+    pub(super) fn influence(
+        &self,
+        offset: [i64; 2],
+        hx: f64,
+        hy: f64,
+        projection: Projection,
+    ) -> Coefficient {
         kernel::element_of(InUnits { radial: self, unit: 1.0 }, offset, hx, hy, projection)
     }
 }
@@ -117,7 +129,14 @@ impl Radial {
 fn at_angle([n, a, b, m]: Four, cos: f64, sin: f64) -> Coefficient {
     let [n, a, b, m] = [n, a, b, m].map(|f| f / TAU);
     let b_cos = b * (cos - sin) * (cos + sin);
-    Coefficient { nn: n, xx: a - b_cos, yy: a + b_cos, xy: -2.0 * b * cos * sin, nx: -m * cos, ny: -m * sin }
+    Coefficient {
+        nn: n,
+        xx: a - b_cos,
+        yy: a + b_cos,
+        xy: -2.0 * b * cos * sin,
+        nx: -m * cos,
+        ny: -m * sin,
+    }
 }
 
 /// A [`Kernel`] whose coordinates are counted in `unit`.
@@ -143,7 +162,8 @@ impl Kernel for InUnits<'_> {
     }
 
     fn corner(&self, px: Panel, py: Panel) -> Option<Coefficient> {
-        // The correction's singularities lie at r = ± 2i h₁: ten half-lengths away, or six from a corner.
+        // The correction's singularities lie at r = ± 2i h₁: ten half-lengths away, or six from a
+        // corner.
         if 2.0 * px.half().hypot(py.half()) * self.unit > self.radial.near {
             return None;
         }
@@ -163,7 +183,9 @@ fn chebyshev(f: impl Fn(f64) -> Four) -> [Four; DEGREE] {
     let values: [Four; DEGREE] = std::array::from_fn(|node| f(angle(node).cos()));
     std::array::from_fn(|n| {
         let scale = if n == 0 { 1.0 } else { 2.0 } / DEGREE as f64;
-        std::array::from_fn(|i| (0..DEGREE).map(|node| scale * values[node][i] * (n as f64 * angle(node)).cos()).sum())
+        std::array::from_fn(|i| {
+            (0..DEGREE).map(|node| scale * values[node][i] * (n as f64 * angle(node)).cos()).sum()
+        })
     })
 }
 
@@ -178,8 +200,9 @@ fn clenshaw(coefficients: &[Four; DEGREE], t: f64) -> Four {
     std::array::from_fn(|i| coefficients[0][i] + t * next[i] - last[i])
 }
 
-/// The Hankel transforms, in two forms that lose their digits at opposite ends: of F − F(∞), whose error relative to 1/r grows
-/// like √r, and of F with its limits at both ends taken out, which may be weighted the other way.
+/// The Hankel transforms, in two forms that lose their digits at opposite ends: of F − F(∞), whose
+/// error relative to 1/r grows like √r, and of F with its limits at both ends taken out, which may
+/// be weighted the other way.
 struct Transforms {
     /// F at k → ∞: the top layer's half-space.
     top: Four,
@@ -197,10 +220,14 @@ impl Transforms {
         const DEEPEST: f64 = 25.0;
         /// Both weights let the smallest wavenumbers fade like √k.
         const FADED: f64 = 80.0;
-        /// In ln k. Resolves what is analytic for |arg k| < 30° to 1e-17; halved where that is not enough.
+        /// In ln k. Resolves what is analytic for |arg k| < 30° to 1e-17; halved where that is not
+        /// enough.
         const STEP: f64 = 0.08;
         let thickness = layered.layers()[0].thickness;
-        let (top, base) = (four(&Compliance::half_space(&layered.layers()[0].material())), four(&layered.base_times_k()));
+        let (top, base) = (
+            four(&Compliance::half_space(&layered.layers()[0].material())),
+            four(&layered.base_times_k()),
+        );
         let length = 2.0 * thickness;
         let smallest = (-FADED).exp() / widest(layered).max(reach);
         let mut grid = LogGrid::new(smallest, 1.0 / thickness, DEEPEST / thickness, STEP);
@@ -218,10 +245,13 @@ impl Transforms {
                 Transform::new(&grid, samples, ORDERS[i], 0.5)
             });
             let from_both = [0, 1, 2, 3].map(|i| {
-                let samples = responses.iter().map(|(k, _, above_base)| above_base[i] + (top[i] - base[i]) * (-k * length).exp_m1());
+                let samples = responses.iter().map(|(k, _, above_base)| {
+                    above_base[i] + (top[i] - base[i]) * (-k * length).exp_m1()
+                });
                 Transform::new(&grid, samples, ORDERS[i], -0.5)
             });
-            let unresolved = from_top.iter().chain(&from_both).fold(0.0_f64, |m, t| m.max(t.unresolved));
+            let unresolved =
+                from_top.iter().chain(&from_both).fold(0.0_f64, |m, t| m.max(t.unresolved));
             // Below the wanted accuracy, or no longer falling: what is left is rounding.
             if unresolved < 1e-14 || unresolved > 0.01 * coarser {
                 return Self { top, base, length, from_top, from_both };
@@ -254,14 +284,16 @@ impl Transforms {
     }
 }
 
-/// No feature of C(k) lies below the inverse of this length: the whole stack's thickness times its contrast of stiffness.
+/// No feature of C(k) lies below the inverse of this length: the whole stack's thickness times its
+/// contrast of stiffness.
 fn widest(layered: &Layered) -> f64 {
     let base = match layered.base() {
         Base::Rigid => None,
         Base::Elastic(material) => Some(material.shear_modulus),
     };
     let moduli = || layered.layers().iter().map(|layer| layer.shear_modulus).chain(base);
-    let (softest, stiffest) = (moduli().fold(f64::INFINITY, f64::min), moduli().fold(0.0, f64::max));
+    let (softest, stiffest) =
+        (moduli().fold(f64::INFINITY, f64::min), moduli().fold(0.0, f64::max));
     layered.layers().iter().map(|layer| layer.thickness).sum::<f64>() * (stiffest / softest)
 }
 
@@ -272,7 +304,11 @@ mod tests {
 
     fn radial(layers: &str, base: &str, reach: f64) -> Radial {
         let (layers, base) = stack(layers, base);
-        Radial::new(&Layered::new(&layers, &base).unwrap(), &HalfSpace::new(&layers[0].material(), None), reach)
+        Radial::new(
+            &Layered::new(&layers, &base).unwrap(),
+            &HalfSpace::new(&layers[0].material(), None),
+            reach,
+        )
     }
 
     #[test]
@@ -285,8 +321,14 @@ mod tests {
             let radial = radial(cells[1], cells[2], 10.0);
             let got = radial.times_r(r);
             let exact = [4, 5, 6, 7].map(number);
-            // A and B stand side by side, M beside both; below the top layer's own by many orders, rounding remains.
-            let unit = [exact[0].abs(), exact[1].abs(), exact[1].abs(), (exact[0] * exact[1]).abs().sqrt()];
+            // A and B stand side by side, M beside both; below the top layer's own by many orders,
+            // rounding remains.
+            let unit = [
+                exact[0].abs(),
+                exact[1].abs(),
+                exact[1].abs(),
+                (exact[0] * exact[1]).abs().sqrt(),
+            ];
             let rounding = 1e-15 * radial.surface_four[0];
             let met = (0..4).all(|i| (got[i] - exact[i]).abs() <= 1e-12 * unit[i] + rounding);
             assert!(met, "{got:?} {line}");
@@ -297,13 +339,20 @@ mod tests {
 
     #[test]
     fn both_forms_agree_where_they_meet() {
-        for (layers, base) in [("5;0.2;0.1 0.5;0.4;0.3 2;0.3;0.05", "1;0.35"), ("1;0.5;0.3", "rigid"), ("1e3;0.1;0.1 1;0.5;0.01", "rigid")]
-        {
+        for (layers, base) in [
+            ("5;0.2;0.1 0.5;0.4;0.3 2;0.3;0.05", "1;0.35"),
+            ("1;0.5;0.3", "rigid"),
+            ("1e3;0.1;0.1 1;0.5;0.01", "rigid"),
+        ] {
             let radial = radial(layers, base, 3.0);
             for r in [radial.near, radial.near * PANEL.exp(), radial.near * (4.0 * PANEL).exp()] {
-                let (below, above) = (radial.times_r(r * (1.0 - 1e-15)), radial.times_r(r * (1.0 + 1e-15)));
+                let (below, above) =
+                    (radial.times_r(r * (1.0 - 1e-15)), radial.times_r(r * (1.0 + 1e-15)));
                 for i in 0..4 {
-                    assert!((below[i] - above[i]).abs() <= 1e-13 * radial.surface_four[0], "{layers} at {r}: {below:?} {above:?}");
+                    assert!(
+                        (below[i] - above[i]).abs() <= 1e-13 * radial.surface_four[0],
+                        "{layers} at {r}: {below:?} {above:?}"
+                    );
                 }
             }
         }

@@ -18,8 +18,8 @@ impl Direction {
     pub const ALL: [Self; 3] = [Self::N, Self::X, Self::Y];
 }
 
-/// A set of directions, and whether the normal one couples with the tangential ones. A field of these components has one block
-/// for each, in the order n, x, y.
+/// A set of directions, and whether the normal one couples with the tangential ones. A field of
+/// these components has one block for each, in the order n, x, y.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Components {
     members: [bool; 3],
@@ -65,7 +65,8 @@ impl Components {
 
     /// Whether all that the other set asks for, coupling included, is in this one.
     pub fn includes(self, other: Self) -> bool {
-        other.directions().all(|direction| self.contains(direction)) && (self.coupled || !other.coupled)
+        other.directions().all(|direction| self.contains(direction))
+            && (self.coupled || !other.coupled)
     }
 
     /// Number of directions, 1 to 3.
@@ -90,7 +91,8 @@ impl Components {
 
     /// The groups of directions with no entry between them, in the order of the blocks.
     pub(crate) fn groups(self) -> impl Iterator<Item = Vec<Direction>> {
-        let (normal, tangential): (Vec<_>, Vec<_>) = self.directions().partition(|&direction| !self.coupled && direction == Direction::N);
+        let (normal, tangential): (Vec<_>, Vec<_>) =
+            self.directions().partition(|&direction| !self.coupled && direction == Direction::N);
         [normal, tangential].into_iter().filter(|group| !group.is_empty())
     }
 }
@@ -105,7 +107,10 @@ mod tests {
         let entries = |set: Components| set.entries().collect::<Vec<_>>();
         let groups = |set: Components| set.groups().collect::<Vec<_>>();
         assert_eq!(entries(Components::ALL), Entry::ALL);
-        assert_eq!(entries(Components::ALL.uncoupled()), [Entry::Nn, Entry::Xx, Entry::Yy, Entry::Xy]);
+        assert_eq!(
+            entries(Components::ALL.uncoupled()),
+            [Entry::Nn, Entry::Xx, Entry::Yy, Entry::Xy]
+        );
         assert_eq!(entries(Components::NORMAL), [Entry::Nn]);
         assert_eq!(entries(Components::X), [Entry::Xx]);
         assert_eq!(entries(Components::TANGENTIAL), [Entry::Xx, Entry::Yy, Entry::Xy]);
@@ -115,7 +120,13 @@ mod tests {
         assert_eq!(groups(Components::TANGENTIAL), [vec![X, Y]]);
         assert_eq!(Components::NORMAL.uncoupled(), Components::NORMAL);
         assert!(!Components::TANGENTIAL.coupled() && Components::of([true, true, false]).coupled());
-        assert!(Components::ALL.includes(Components::ALL.uncoupled()) && !Components::ALL.uncoupled().includes(Components::ALL));
-        assert!(Components::TANGENTIAL.includes(Components::X) && !Components::X.includes(Components::TANGENTIAL));
+        assert!(
+            Components::ALL.includes(Components::ALL.uncoupled())
+                && !Components::ALL.uncoupled().includes(Components::ALL)
+        );
+        assert!(
+            Components::TANGENTIAL.includes(Components::X)
+                && !Components::X.includes(Components::TANGENTIAL)
+        );
     }
 }

@@ -3,7 +3,9 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
-use super::{Components, Direction, Entry, Influence, InfluenceTable, Mirror, Scratch, ScratchSize};
+use super::{
+    Components, Direction, Entry, Influence, InfluenceTable, Mirror, Scratch, ScratchSize,
+};
 use crate::grid::Grid;
 
 /// A as one matrix over the elements of Ω; 8·(ck)² bytes for c components and k elements.
@@ -21,13 +23,17 @@ impl Dense {
         Self::of(table, table.components(), Mirror::NONE)
     }
 
-    /// The matrix on these components of fields with these symmetries; it lives on the part of the table's grid that
-    /// [`Mirror::part`] gives.
+    /// The matrix on these components of fields with these symmetries; it lives on the part of the
+    /// table's grid that [`Mirror::part`] gives.
     ///
     /// # Panics
     /// If the table does not hold the coefficients, or its grid is not symmetric.
     pub fn of(table: &InfluenceTable, components: Components, mirror: Mirror) -> Self {
-        assert!(table.components().includes(components), "{components:?} of a table of {:?}", table.components());
+        assert!(
+            table.components().includes(components),
+            "{components:?} of a table of {:?}",
+            table.components()
+        );
         let grid = mirror.part(table.grid()).unwrap_or_else(|error| panic!("{error}"));
         let active: Vec<usize> = grid.active().collect();
         let k = active.len();
@@ -49,8 +55,10 @@ impl Dense {
                         for (d, &from) in directions.iter().enumerate() {
                             if entries.contains(&Entry::between(to, from)) {
                                 let [sign_x, sign_y] = mirror.parity(from);
-                                let sign = if image_x { sign_x } else { 1.0 } * if image_y { sign_y } else { 1.0 };
-                                matrix[(c * k + row, d * k + column)] += sign * block[to as usize][from as usize];
+                                let sign = if image_x { sign_x } else { 1.0 }
+                                    * if image_y { sign_y } else { 1.0 };
+                                matrix[(c * k + row, d * k + column)] +=
+                                    sign * block[to as usize][from as usize];
                             }
                         }
                     }
@@ -60,7 +68,8 @@ impl Dense {
         Self { grid, components, active, matrix }
     }
 
-    /// The matrix: blocks of the components over the elements of Ω in ascending order, masked ones left out.
+    /// The matrix: blocks of the components over the elements of Ω in ascending order, masked ones
+    /// left out.
     pub fn matrix(&self) -> MatRef<'_, f64> {
         self.matrix.as_ref()
     }
@@ -124,7 +133,9 @@ mod tests {
     fn averaged_operator_is_positive_definite() {
         for poisson in [0.0, 0.3, 0.5] {
             for (hx, hy) in [(1.0, 1.0), (0.1, 1.0), (30.0, 1.0)] {
-                let grid = Grid::new(6, 5, hx, hy, [0.0; 2]).unwrap().masked_by(|x, y| x > 0.5 * hx || y > 0.5 * hy);
+                let grid = Grid::new(6, 5, hx, hy, [0.0; 2])
+                    .unwrap()
+                    .masked_by(|x, y| x > 0.5 * hx || y > 0.5 * hy);
                 let bodies = HalfSpace::new(&Material { shear_modulus: 1.0, poisson }, None);
                 let dense = Dense::new(&InfluenceTable::new(&grid, &bodies, Projection::Average));
                 let matrix = dense.matrix();

@@ -31,7 +31,10 @@ struct Case {
 
 impl Case {
     fn grid(&self) -> Grid {
-        Grid::new(self.n[0], self.n[1], self.h[0], self.h[1], [0.0; 2]).unwrap().with_mask(self.inside.clone()).unwrap()
+        Grid::new(self.n[0], self.n[1], self.h[0], self.h[1], [0.0; 2])
+            .unwrap()
+            .with_mask(self.inside.clone())
+            .unwrap()
     }
 
     fn bodies(&self) -> Bodies {
@@ -40,40 +43,69 @@ impl Case {
 }
 
 fn cases() -> impl Strategy<Value = Case> {
-    let material =
-        || (0.5..2.0, prop_oneof![Just(0.0), Just(0.5), 0.0..0.5]).prop_map(|(shear_modulus, poisson)| Material { shear_modulus, poisson });
+    let material = || {
+        (0.5..2.0, prop_oneof![Just(0.0), Just(0.5), 0.0..0.5])
+            .prop_map(|(shear_modulus, poisson)| Material { shear_modulus, poisson })
+    };
     let thickness = || (-2.5..2.0).prop_map(|exponent: f64| 10_f64.powf(exponent));
     let layer = move || {
-        (material(), thickness()).prop_map(|(m, thickness)| Layer { shear_modulus: m.shear_modulus, poisson: m.poisson, thickness })
+        (material(), thickness()).prop_map(|(m, thickness)| Layer {
+            shear_modulus: m.shear_modulus,
+            poisson: m.poisson,
+            thickness,
+        })
     };
     let foundation = prop_oneof![
         material().prop_map(|m| (Vec::new(), Base::Elastic(m))),
-        (proptest::collection::vec(layer(), 1..4), prop_oneof![Just(Base::Rigid), material().prop_map(Base::Elastic)]),
+        (
+            proptest::collection::vec(layer(), 1..4),
+            prop_oneof![Just(Base::Rigid), material().prop_map(Base::Elastic)]
+        ),
     ];
     let side = || prop_oneof![Just(1_usize), 2..14_usize];
     (side(), side()).prop_flat_map(move |(nx, ny)| {
         let k = nx * ny;
-        let mask = prop_oneof![Just(vec![true; k]), proptest::collection::vec(prop::bool::weighted(0.7), k)];
+        let mask = prop_oneof![
+            Just(vec![true; k]),
+            proptest::collection::vec(prop::bool::weighted(0.7), k)
+        ];
         let field = || proptest::collection::vec(-1.0..1.0, 3 * k);
         let size = || (-1.5..1.5).prop_map(|exponent: f64| 10_f64.powf(exponent));
         let projection = prop_oneof![Just(Projection::Average), Just(Projection::Midpoint)];
         let reduced = (prop::sample::select(component_sets()), prop::sample::select(mirrors()));
         let fields = (reduced, field(), field());
-        (size(), prop_oneof![Just(None), size().prop_map(Some)], mask, foundation.clone(), material(), projection, fields).prop_map(
-            move |(hx, hy, inside, (layers, base), punch, projection, ((components, mirror), p, q))| Case {
-                n: [nx, ny],
-                h: [hx, hy.unwrap_or(hx)], // square elements half the time
-                inside,
-                layers,
-                base,
-                punch,
-                projection,
-                components,
-                mirror,
-                p,
-                q,
-            },
+        (
+            size(),
+            prop_oneof![Just(None), size().prop_map(Some)],
+            mask,
+            foundation.clone(),
+            material(),
+            projection,
+            fields,
         )
+            .prop_map(
+                move |(
+                    hx,
+                    hy,
+                    inside,
+                    (layers, base),
+                    punch,
+                    projection,
+                    ((components, mirror), p, q),
+                )| Case {
+                    n: [nx, ny],
+                    h: [hx, hy.unwrap_or(hx)], // square elements half the time
+                    inside,
+                    layers,
+                    base,
+                    punch,
+                    projection,
+                    components,
+                    mirror,
+                    p,
+                    q,
+                },
+            )
     })
 }
 
@@ -83,7 +115,9 @@ type Build = fn(&InfluenceTable, Components, Mirror) -> Box<dyn Influence>;
 /// Every set of components: each choice of directions, the normal one with and without coupling.
 fn component_sets() -> Vec<Components> {
     let members = (1..8).map(|bits| [bits & 1 != 0, bits & 2 != 0, bits & 4 != 0]);
-    let mut sets: Vec<Components> = members.flat_map(|members| [Components::of(members), Components::of(members).uncoupled()]).collect();
+    let mut sets: Vec<Components> = members
+        .flat_map(|members| [Components::of(members), Components::of(members).uncoupled()])
+        .collect();
     sets.dedup();
     sets
 }
@@ -96,7 +130,8 @@ fn mirrors() -> Vec<Mirror> {
 
 /// Checks all laws on random cases and on grids that are a single element, a row, and a column.
 pub(crate) fn hold(build: Build) {
-    let mut runner = TestRunner::new(Config { cases: 96, failure_persistence: None, ..Config::default() });
+    let mut runner =
+        TestRunner::new(Config { cases: 96, failure_persistence: None, ..Config::default() });
     let checked = runner.run(&cases(), |case| {
         check(build, &case);
         Ok(())
@@ -104,7 +139,8 @@ pub(crate) fn hold(build: Build) {
     checked.unwrap_or_else(|error| panic!("{error}"));
     for n in [[1, 1], [1, 9], [17, 1], [40, 23]] {
         let k = n[0] * n[1];
-        let wave = |phase: f64| (0..3 * k).map(|e| (e as f64 * 1.7 + phase).sin()).collect::<Vec<_>>();
+        let wave =
+            |phase: f64| (0..3 * k).map(|e| (e as f64 * 1.7 + phase).sin()).collect::<Vec<_>>();
         for projection in [Projection::Average, Projection::Midpoint] {
             let case = Case {
                 n,
@@ -121,8 +157,9 @@ pub(crate) fn hold(build: Build) {
             };
             check(build, &case);
             if k < 100 {
-                for (components, mirror) in
-                    component_sets().into_iter().flat_map(|set| mirrors().into_iter().map(move |mirror| (set, mirror)))
+                for (components, mirror) in component_sets()
+                    .into_iter()
+                    .flat_map(|set| mirrors().into_iter().map(move |mirror| (set, mirror)))
                 {
                     check_reduced(build, &Case { components, mirror, ..case.clone() });
                 }
@@ -135,13 +172,18 @@ pub(crate) fn hold(build: Build) {
 pub(crate) fn same_on_any_number_of_threads(build: Build) {
     for n in [[33, 20], [2, 50], [1, 1], [50, 2]] {
         let grid = Grid::new(n[0], n[1], 1.0, 0.5, [0.0; 2]).unwrap().masked_by(|x, _| x != 16.0);
-        let (material, layer) = (Material { shear_modulus: 1.0, poisson: 0.2 }, Layer { shear_modulus: 3.0, poisson: 0.4, thickness: 0.7 });
+        let (material, layer) = (
+            Material { shear_modulus: 1.0, poisson: 0.2 },
+            Layer { shear_modulus: 3.0, poisson: 0.4, thickness: 0.7 },
+        );
         let bodies = Bodies::new(&[layer], &Base::Elastic(material), None);
         let table = InfluenceTable::new(&grid, &bodies, Projection::Average);
         for mirror in mirrors().into_iter().filter(|mirror| mirror.part(&grid).is_ok()) {
             for components in [Components::ALL, Components::TANGENTIAL, Components::NORMAL] {
                 let operator = build(&table, components, mirror);
-                let p: Vec<f64> = (0..components.len() * operator.grid().len()).map(|e| (e as f64 * 0.7).sin()).collect();
+                let p: Vec<f64> = (0..components.len() * operator.grid().len())
+                    .map(|e| (e as f64 * 0.7).sin())
+                    .collect();
                 let on = |threads| {
                     let mut out = vec![f64::NAN; p.len()];
                     operator.apply(&mut out, &p, &mut Scratch::with_threads(&*operator, threads));
@@ -150,7 +192,11 @@ pub(crate) fn same_on_any_number_of_threads(build: Build) {
                 let one = on(1);
                 assert!(one.iter().all(|u| u.is_finite()));
                 for threads in [2, 3, 7] {
-                    assert_eq!(on(threads), one, "{n:?} on {threads} threads, {components:?}, {mirror:?}");
+                    assert_eq!(
+                        on(threads),
+                        one,
+                        "{n:?} on {threads} threads, {components:?}, {mirror:?}"
+                    );
                 }
             }
         }
@@ -181,7 +227,12 @@ fn check_reduced(build: Build, case: &Case) {
     a_part_says_everything(build, case);
 }
 
-fn operator(build: Build, grid: &Grid, bodies: &Bodies, projection: Projection) -> Box<dyn Influence> {
+fn operator(
+    build: Build,
+    grid: &Grid,
+    bodies: &Bodies,
+    projection: Projection,
+) -> Box<dyn Influence> {
     build(&InfluenceTable::new(grid, bodies, projection), Components::ALL, Mirror::NONE)
 }
 
@@ -197,14 +248,18 @@ fn apply(a: &dyn Influence, p: &[f64]) -> Vec<f64> {
 fn close(what: &str, got: &[f64], expected: &[f64], size: f64) {
     assert_eq!(got.len(), expected.len());
     for (e, (got, expected)) in got.iter().zip(expected).enumerate() {
-        assert!((got - expected).abs() <= ROUNDING * size, "{what}: {got} instead of {expected} at {e}");
+        assert!(
+            (got - expected).abs() <= ROUNDING * size,
+            "{what}: {got} instead of {expected} at {e}"
+        );
     }
 }
 
 /// The definition, with coefficients that have not been through a table.
 fn is_the_sum_over_sources(case: &Case, ap: &[f64], size: f64) {
     let (grid, k) = (case.grid(), case.grid().len());
-    let kernels = case.bodies().kernels((case.n[0] as f64 * case.h[0]).hypot(case.n[1] as f64 * case.h[1]));
+    let kernels =
+        case.bodies().kernels((case.n[0] as f64 * case.h[0]).hypot(case.n[1] as f64 * case.h[1]));
     let mut expected = vec![0.0; 3 * k];
     for receiver in grid.active() {
         let (ri, rj) = grid.position(receiver);
@@ -213,7 +268,8 @@ fn is_the_sum_over_sources(case: &Case, ap: &[f64], size: f64) {
             let offset = [ri as i64 - si as i64, rj as i64 - sj as i64];
             let block = kernels.influence(offset, grid.hx(), grid.hy(), case.projection).block();
             for c in 0..3 {
-                expected[c * k + receiver] += (0..3).map(|d| block[c][d] * case.p[d * k + source]).sum::<f64>();
+                expected[c * k + receiver] +=
+                    (0..3).map(|d| block[c][d] * case.p[d * k + source]).sum::<f64>();
             }
         }
     }
@@ -236,28 +292,36 @@ fn is_self_adjoint_and_non_negative(case: &Case, ap: &[f64], aq: &[f64], size: f
     assert!((product(ap, &case.q) - product(&case.p, aq)).abs() <= rounding, "not self-adjoint");
     // Collocation at midpoints need not be positive.
     if case.projection == Projection::Average && case.inside.contains(&true) {
-        let norm: f64 = (0..ap.len()).filter(|e| case.inside[e % case.inside.len()]).map(|e| case.p[e] * case.p[e]).sum();
+        let norm: f64 = (0..ap.len())
+            .filter(|e| case.inside[e % case.inside.len()])
+            .map(|e| case.p[e] * case.p[e])
+            .sum();
         assert!(product(ap, &case.p) > 0.0 || norm == 0.0, "negative energy");
     }
 }
 
 fn is_linear(case: &Case, a: &dyn Influence, ap: &[f64], aq: &[f64], size: f64) {
-    let combine = |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(u, v)| 2.5 * u - v).collect::<Vec<_>>();
+    let combine =
+        |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(u, v)| 2.5 * u - v).collect::<Vec<_>>();
     close("linearity", &apply(a, &combine(&case.p, &case.q)), &combine(ap, aq), 4.0 * size);
 }
 
 /// The blocks of some components.
 fn blocks(field: &[f64], components: Components) -> Vec<f64> {
     let k = field.len() / 3;
-    components.directions().flat_map(|direction| &field[direction as usize * k..][..k]).copied().collect()
+    components
+        .directions()
+        .flat_map(|direction| &field[direction as usize * k..][..k])
+        .copied()
+        .collect()
 }
 
 fn largest(field: &[f64]) -> f64 {
     field.iter().fold(0.0, |m, u| m.max(u.abs()))
 }
 
-/// An operator on some components is the block of the full one, and an uncoupled one that without n with x and y; made of a table
-/// of its own coefficients or of all.
+/// An operator on some components is the block of the full one, and an uncoupled one that without n
+/// with x and y; made of a table of its own coefficients or of all.
 fn keeps_to_its_components(build: Build, case: &Case) {
     let (grid, k, components) = (case.grid(), case.inside.len(), case.components);
     let all = InfluenceTable::new(&grid, case.bodies(), case.projection);
@@ -276,24 +340,35 @@ fn keeps_to_its_components(build: Build, case: &Case) {
         }
     }
     let p = blocks(&case.p, components);
-    let own = build(&InfluenceTable::of(&grid, case.bodies(), case.projection, components), components, Mirror::NONE);
+    let own = build(
+        &InfluenceTable::of(&grid, case.bodies(), case.projection, components),
+        components,
+        Mirror::NONE,
+    );
     assert_eq!(own.components(), components);
     let got = apply(&*own, &p);
     close("components", &got, &blocks(&expected, components), largest(&expected));
     assert_eq!(apply(&*build(&all, components, Mirror::NONE), &p), got, "a larger table");
 }
 
-/// On the part that mirror planes leave of a grid: the operator of the whole grid on the field with its mirror images.
+/// On the part that mirror planes leave of a grid: the operator of the whole grid on the field with
+/// its mirror images.
 fn a_part_says_everything(build: Build, case: &Case) {
     let ([nx, ny], components, mirror) = (case.n, case.components, case.mirror);
     let twice = |n: usize, symmetry: Option<Symmetry>| if symmetry.is_some() { 2 * n } else { n };
-    let whole = Grid::new(twice(nx, mirror.x), twice(ny, mirror.y), case.h[0], case.h[1], [0.0; 2]).unwrap();
+    let whole = Grid::new(twice(nx, mirror.x), twice(ny, mirror.y), case.h[0], case.h[1], [0.0; 2])
+        .unwrap();
     let inside: Vec<f64> = case.inside.iter().map(|&inside| f64::from(inside)).collect();
-    let inside = mirror.extend(&whole, Components::NORMAL, &inside).iter().map(|value| *value != 0.0).collect();
+    let inside = mirror
+        .extend(&whole, Components::NORMAL, &inside)
+        .iter()
+        .map(|value| *value != 0.0)
+        .collect();
     let whole = whole.with_mask(inside).unwrap();
     let table = InfluenceTable::of(&whole, case.bodies(), case.projection, components);
     let p = blocks(&case.p, components);
-    let full = apply(&*build(&table, components, Mirror::NONE), &mirror.extend(&whole, components, &p));
+    let full =
+        apply(&*build(&table, components, Mirror::NONE), &mirror.extend(&whole, components, &p));
     let part = build(&table, components, mirror);
     assert_eq!(part.grid(), &mirror.part(&whole).unwrap());
     let got = apply(&*part, &p);
@@ -303,7 +378,8 @@ fn a_part_says_everything(build: Build, case: &Case) {
     close("images", &mirror.extend(&whole, components, &got), &full, size);
 }
 
-/// Moves values to the elements `to` and multiplies vectors by the signed permutation `turn`[new component] = (old, sign).
+/// Moves values to the elements `to` and multiplies vectors by the signed permutation `turn`[new
+/// component] = (old, sign).
 fn moved(field: &[f64], to: &dyn Fn(usize) -> usize, turn: [(usize, f64); 3]) -> Vec<f64> {
     let k = field.len() / 3;
     let mut out = vec![0.0; 3 * k];
@@ -341,7 +417,12 @@ fn turns(build: Build, case: &Case, ap: &[f64], size: f64) {
     let [nx, ny] = case.n;
     let to = |e: usize| (e % nx) * ny + (ny - 1 - e / nx);
     let turn = [(0, 1.0), (2, -1.0), (1, 1.0)];
-    let other = Case { n: [ny, nx], h: [case.h[1], case.h[0]], inside: moved_mask(&case.inside, &to), ..case.clone() };
+    let other = Case {
+        n: [ny, nx],
+        h: [case.h[1], case.h[0]],
+        inside: moved_mask(&case.inside, &to),
+        ..case.clone()
+    };
     let a = operator(build, &other.grid(), &case.bodies(), case.projection);
     close("right angle", &apply(&*a, &moved(&case.p, &to, turn)), &moved(ap, &to, turn), size);
 }
@@ -360,17 +441,22 @@ fn is_the_same_everywhere(build: Build, case: &Case, size: f64) {
     let p: Vec<f64> = (0..3 * k).map(|e| if last(e % k) { 0.0 } else { case.p[e] }).collect();
     let onward = |e: usize| (e + nx + 1) % k;
     let same = [(0, 1.0), (1, 1.0), (2, 1.0)];
-    let keep = |field: Vec<f64>| -> Vec<f64> { field.into_iter().enumerate().map(|(e, u)| if first(e % k) { 0.0 } else { u }).collect() };
+    let keep = |field: Vec<f64>| -> Vec<f64> {
+        field.into_iter().enumerate().map(|(e, u)| if first(e % k) { 0.0 } else { u }).collect()
+    };
     let here = keep(moved(&apply(&*a, &p), &onward, same));
     let there = keep(apply(&*a, &moved(&p, &onward, same)));
     close("translation", &there, &here, 4.0 * size.max(case.h[0].max(case.h[1])));
 }
 
-/// The foundation's displacement plus the punch's, seen from its own side: normal reversed, so the coupling is too.
+/// The foundation's displacement plus the punch's, seen from its own side: normal reversed, so the
+/// coupling is too.
 fn superposes_bodies(build: Build, case: &Case, ap: &[f64], size: f64) {
     let grid = case.grid();
-    let below = operator(build, &grid, &Bodies::new(&case.layers, &case.base, None), case.projection);
-    let above = operator(build, &grid, &Bodies::from(&HalfSpace::new(&case.punch, None)), case.projection);
+    let below =
+        operator(build, &grid, &Bodies::new(&case.layers, &case.base, None), case.projection);
+    let above =
+        operator(build, &grid, &Bodies::from(&HalfSpace::new(&case.punch, None)), case.projection);
     let stay = |e: usize| e;
     let reverse = [(0, -1.0), (1, 1.0), (2, 1.0)];
     let seen = moved(&apply(&*above, &moved(&case.p, &stay, reverse)), &stay, reverse);
@@ -382,13 +468,23 @@ fn superposes_bodies(build: Build, case: &Case, ap: &[f64], size: f64) {
 fn scales(build: Build, case: &Case, ap: &[f64]) {
     let (length, modulus) = (1e-9, 1e12);
     let stiffer = |m: Material| Material { shear_modulus: m.shear_modulus * modulus, ..m };
-    let smaller = |l: &Layer| Layer { shear_modulus: l.shear_modulus * modulus, thickness: l.thickness * length, ..*l };
+    let smaller = |l: &Layer| Layer {
+        shear_modulus: l.shear_modulus * modulus,
+        thickness: l.thickness * length,
+        ..*l
+    };
     let base = match case.base {
         Base::Rigid => Base::Rigid,
         Base::Elastic(m) => Base::Elastic(stiffer(m)),
     };
     let layers = case.layers.iter().map(smaller).collect();
-    let other = Case { h: case.h.map(|h| h * length), layers, base, punch: stiffer(case.punch), ..case.clone() };
+    let other = Case {
+        h: case.h.map(|h| h * length),
+        layers,
+        base,
+        punch: stiffer(case.punch),
+        ..case.clone()
+    };
     let a = operator(build, &other.grid(), &other.bodies(), case.projection);
     let unscaled: Vec<f64> = apply(&*a, &case.p).iter().map(|u| u * modulus / length).collect();
     close("scaling", &unscaled, ap, ap.iter().fold(0.0_f64, |m, u| m.max(u.abs())));
@@ -396,7 +492,9 @@ fn scales(build: Build, case: &Case, ap: &[f64]) {
 
 #[test]
 fn both_operators_agree() {
-    for (nx, ny, hx, hy) in [(24, 24, 1.0, 1.0), (7, 30, 0.2, 1.0), (31, 4, 1.0, 90.0), (1, 1, 1.0, 1.0)] {
+    for (nx, ny, hx, hy) in
+        [(24, 24, 1.0, 1.0), (7, 30, 0.2, 1.0), (31, 4, 1.0, 90.0), (1, 1, 1.0, 1.0)]
+    {
         for projection in [Projection::Average, Projection::Midpoint] {
             let (cx, cy) = (0.5 * nx as f64 * hx, 0.5 * ny as f64 * hy);
             let grid = Grid::new(nx, ny, hx, hy, [0.5 * hx - cx, 0.5 * hy - cy]).unwrap();

@@ -7,7 +7,8 @@ use crate::parallel;
 /// How a vector field behaves under a reflection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Symmetry {
-    /// It is its own mirror image: the component across the plane of symmetry is odd, the two others are even.
+    /// It is its own mirror image: the component across the plane of symmetry is odd, the two
+    /// others are even.
     Symmetric,
     /// It is its mirror image reversed: the component across is even, the two others are odd.
     Antisymmetric,
@@ -15,7 +16,8 @@ pub enum Symmetry {
 
 /// The planes of symmetry of a field, in the middle of the grid; `None` where there is none.
 ///
-/// Of a mirrored direction only the elements beyond the middle are kept, x > 0 or y > 0 where the origin lies there.
+/// Of a mirrored direction only the elements beyond the middle are kept, x > 0 or y > 0 where the
+/// origin lies there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Mirror {
     /// Behaviour under x → −x.
@@ -28,7 +30,9 @@ pub struct Mirror {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MirrorError {
     /// The plane would go through elements.
-    #[error("{count} elements along {axis}: for a mirror plane between elements there must be an even number of them")]
+    #[error(
+        "{count} elements along {axis}: for a mirror plane between elements there must be an even number of them"
+    )]
     Odd {
         /// Elements along the mirrored direction.
         count: usize,
@@ -64,24 +68,34 @@ impl Mirror {
         })
     }
 
-    /// The half or quarter of a grid that fields with these symmetries live on, with its part of the mask.
+    /// The half or quarter of a grid that fields with these symmetries live on, with its part of
+    /// the mask.
     pub fn part(&self, grid: &Grid) -> Result<Grid, MirrorError> {
         let counts = [(grid.nx(), self.x, 'x'), (grid.ny(), self.y, 'y')];
-        if let Some(&(count, _, axis)) = counts.iter().find(|(count, symmetry, _)| symmetry.is_some() && !count.is_multiple_of(2)) {
+        if let Some(&(count, _, axis)) = counts
+            .iter()
+            .find(|(count, symmetry, _)| symmetry.is_some() && !count.is_multiple_of(2))
+        {
             return Err(MirrorError::Odd { count, axis });
         }
-        let [nx, ny] = counts.map(|(count, symmetry, _)| if symmetry.is_some() { count / 2 } else { count });
+        let [nx, ny] =
+            counts.map(|(count, symmetry, _)| if symmetry.is_some() { count / 2 } else { count });
         let origin = grid.center(grid.index(grid.nx() - nx, grid.ny() - ny));
         let part = Grid::new(nx, ny, grid.hx(), grid.hy(), origin)?;
         let Some(mask) = grid.mask() else { return Ok(part) };
         for e in 0..grid.len() {
             for image in self.images(grid, e) {
                 if mask[image] != mask[e] {
-                    return Err(MirrorError::Mask { element: grid.position(e), image: grid.position(image) });
+                    return Err(MirrorError::Mask {
+                        element: grid.position(e),
+                        image: grid.position(image),
+                    });
                 }
             }
         }
-        Ok(part.clone().with_mask((0..part.len()).map(|e| mask[self.whole(grid, &part, e)]).collect())?)
+        Ok(part
+            .clone()
+            .with_mask((0..part.len()).map(|e| mask[self.whole(grid, &part, e)]).collect())?)
     }
 
     /// What a field on the part says about all of `grid`: the images beside it, with their signs.
@@ -127,7 +141,9 @@ impl Mirror {
     }
 
     fn part_size(&self, grid: &Grid) -> [usize; 2] {
-        let size = |count: usize, symmetry: Option<Symmetry>| if symmetry.is_some() { count / 2 } else { count };
+        let size = |count: usize, symmetry: Option<Symmetry>| {
+            if symmetry.is_some() { count / 2 } else { count }
+        };
         [size(grid.nx(), self.x), size(grid.ny(), self.y)]
     }
 
@@ -158,7 +174,9 @@ mod tests {
 
     #[test]
     fn a_part_is_the_upper_half_or_quarter() {
-        let grid = Grid::new(4, 6, 0.5, 1.0, [-0.75, -2.5]).unwrap().masked_by(|x, y| x.abs() + y.abs() < 3.0);
+        let grid = Grid::new(4, 6, 0.5, 1.0, [-0.75, -2.5])
+            .unwrap()
+            .masked_by(|x, y| x.abs() + y.abs() < 3.0);
         let mirror = Mirror { x: Some(Symmetric), y: Some(Antisymmetric) };
         let part = mirror.part(&grid).unwrap();
         assert_eq!((part.nx(), part.ny(), part.center(0)), (2, 3, [0.25, 0.5]));
@@ -170,7 +188,8 @@ mod tests {
         for e in 0..grid.len() {
             let (i, j) = grid.position(e);
             let (in_x, in_y) = (grid.index(3 - i, j), grid.index(i, 5 - j));
-            for (block, [sx, sy]) in [[1.0, -1.0], [-1.0, -1.0], [1.0, 1.0]].into_iter().enumerate() {
+            for (block, [sx, sy]) in [[1.0, -1.0], [-1.0, -1.0], [1.0, 1.0]].into_iter().enumerate()
+            {
                 assert_eq!(whole[block * 24 + in_x], sx * whole[block * 24 + e]);
                 assert_eq!(whole[block * 24 + in_y], sy * whole[block * 24 + e]);
             }

@@ -1,8 +1,9 @@
 //! The influence operator A: tractions on Ω to displacements of Ω, p ↦ A p.
 //!
 //! - [`InfluenceTable`]: the coefficients, one block per offset (Δi, Δj);
-//! - [`Influence`]: an operator made of them, [`Dense`] (the oracle, small grids) or [`Toeplitz`] (FFT, all others), on some
-//!   [`Components`] only, and on the half or quarter of the grid that a [`Mirror`] leaves.
+//! - [`Influence`]: an operator made of them, [`Dense`] (the oracle, small grids) or [`Toeplitz`]
+//!   (FFT, all others), on some [`Components`] only, and on the half or quarter of the grid that a
+//!   [`Mirror`] leaves.
 
 use realfft::num_complex::Complex;
 
@@ -27,11 +28,13 @@ pub use table::{Entry, InfluenceTable};
 pub use toeplitz::Toeplitz;
 pub(crate) use torus::{Torus, suitable_length};
 
-/// A discretised influence operator: self-adjoint, and positive definite on Ω in the average projection.
+/// A discretised influence operator: self-adjoint, and positive definite on Ω in the average
+/// projection.
 ///
-/// Fields have one block as long as the grid for each of the operator's components, in the order n, x, y. The operator is M A M,
-/// M the restriction to Ω: what is given on masked elements is ignored, and the displacement there is set to zero. With
-/// mirror planes the mirror images act too. Same operator and input, same bytes, for any number of threads.
+/// Fields have one block as long as the grid for each of the operator's components, in the order n,
+/// x, y. The operator is M A M, M the restriction to Ω: what is given on masked elements is
+/// ignored, and the displacement there is set to zero. With mirror planes the mirror images act
+/// too. Same operator and input, same bytes, for any number of threads.
 pub trait Influence: Send + Sync {
     /// The grid that the fields live on.
     fn grid(&self) -> &Grid;
@@ -58,8 +61,9 @@ pub struct ScratchSize {
     pub complex: usize,
 }
 
-/// Memory for applications of an operator, owned by the caller so that an iteration allocates once. It carries nothing from
-/// one application to the next, and grows when used for an operator that needs more.
+/// Memory for applications of an operator, owned by the caller so that an iteration allocates once.
+/// It carries nothing from one application to the next, and grows when used for an operator that
+/// needs more.
 #[derive(Clone, Debug)]
 pub struct Scratch {
     threads: usize,
@@ -68,7 +72,8 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// Enough for `operator` on as many threads as the current rayon pool has, or on one where that is faster.
+    /// Enough for `operator` on as many threads as the current rayon pool has, or on one where that
+    /// is faster.
     pub fn new<I: Influence + ?Sized>(operator: &I) -> Self {
         let mut scratch = Self::for_elements(operator.grid().len());
         scratch.take(operator.scratch_size(scratch.threads));

@@ -9,20 +9,24 @@ use super::{Direction, Entry, Symmetry};
 
 /// Symbols of a group of directions on a torus, the transforms' normalisation included.
 ///
-/// A coefficient is even or odd in each offset, so its symbol is real or imaginary and one quadrant of it says all. With the
-/// component along x turned by i in the spectrum's x, and that along y in its y, as sines are against cosines, the matrix of
-/// symbols of a wavenumber is real and symmetric.
+/// A coefficient is even or odd in each offset, so its symbol is real or imaginary and one quadrant
+/// of it says all. With the component along x turned by i in the spectrum's x, and that along y in
+/// its y, as sines are against cosines, the matrix of symbols of a wavenumber is real and
+/// symmetric.
 ///
-/// Along a mirrored x each column of the spectrum holds the wavenumbers k and length − k as real and imaginary part, so there
-/// are two lanes of symbols. An odd component has them the other way round, which the factor i sets right but for the sign
-/// of one of them: it goes into the odd entries. Antisymmetric fields have odd and even components exchanged, hence the
-/// wavenumbers in reverse and, as an odd entry turns a cosine into the negative of a sine, a sign on the odd entries.
+/// Along a mirrored x each column of the spectrum holds the wavenumbers k and length − k as real
+/// and imaginary part, so there are two lanes of symbols. An odd component has them the other way
+/// round, which the factor i sets right but for the sign of one of them: it goes into the odd
+/// entries. Antisymmetric fields have odd and even components exchanged, hence the wavenumbers in
+/// reverse and, as an odd entry turns a cosine into the negative of a sine, a sign on the odd
+/// entries.
 #[derive(Clone, Debug)]
 pub(crate) struct Symbols {
     pub(super) directions: Vec<Direction>,
     /// Numbers per column of the spectrum.
     stride: usize,
-    /// By column, then wavenumber along y from 0 to half the torus, then entry of the packed upper triangle, then lane.
+    /// By column, then wavenumber along y from 0 to half the torus, then entry of the packed upper
+    /// triangle, then lane.
     numbers: Vec<f64>,
 }
 
@@ -33,7 +37,8 @@ pub(super) const fn entry_at(size: usize, row: usize, column: usize) -> usize {
 }
 
 impl Symbols {
-    /// Of the coefficients `value`(entry, Δi, Δj) for 0 ≤ Δ ≤ half the torus, zero from `extent` on.
+    /// Of the coefficients `value`(entry, Δi, Δj) for 0 ≤ Δ ≤ half the torus, zero from `extent`
+    /// on.
     pub(crate) fn new(
         torus: &Torus,
         directions: &[Direction],
@@ -55,10 +60,13 @@ impl Symbols {
                         let (wave_x, sign_x) = wave_along_x(&torus.x, kx, lane, entry.odd_in_x());
                         for ky in 0..waves_y {
                             let (wave_y, sign_y) = match torus.y.symmetry {
-                                Some(Symmetry::Antisymmetric) => (waves_y - 1 - ky, if entry.odd_in_y() { -1.0 } else { 1.0 }),
+                                Some(Symmetry::Antisymmetric) => {
+                                    (waves_y - 1 - ky, if entry.odd_in_y() { -1.0 } else { 1.0 })
+                                }
                                 _ => (ky, 1.0),
                             };
-                            numbers[(ky * count + at) * lanes + lane] = sign_x * sign_y * quadrant[wave_x * waves_y + wave_y];
+                            numbers[(ky * count + at) * lanes + lane] =
+                                sign_x * sign_y * quadrant[wave_x * waves_y + wave_y];
                         }
                     }
                 });
@@ -68,8 +76,15 @@ impl Symbols {
     }
 
     /// Those of one column of the spectrum, by wavenumber along y.
-    pub(super) fn column<const S: usize, const LANES: usize>(&self, column: usize) -> &[[[f64; LANES]; S]] {
-        self.numbers[column * self.stride..(column + 1) * self.stride].as_chunks::<LANES>().0.as_chunks::<S>().0
+    pub(super) fn column<const S: usize, const LANES: usize>(
+        &self,
+        column: usize,
+    ) -> &[[[f64; LANES]; S]] {
+        self.numbers[column * self.stride..(column + 1) * self.stride]
+            .as_chunks::<LANES>()
+            .0
+            .as_chunks::<S>()
+            .0
     }
 
     /// Raises every symbol to at least `share` of the largest.
@@ -96,9 +111,14 @@ fn wave_along_x(x: &Axis, column: usize, lane: usize, odd: bool) -> (usize, f64)
     if first { (column, 1.0) } else { (x.length - column, if odd { -1.0 } else { 1.0 }) }
 }
 
-/// The entry's symbol by wavenumber along x, then y, 0 to half the torus, over the product of the transforms' lengths; the
-/// imaginary part where odd in one direction.
-fn quadrant(torus: &Torus, entry: Entry, extent: [usize; 2], value: impl Fn(usize, usize) -> f64 + Sync) -> Vec<f64> {
+/// The entry's symbol by wavenumber along x, then y, 0 to half the torus, over the product of the
+/// transforms' lengths; the imaginary part where odd in one direction.
+fn quadrant(
+    torus: &Torus,
+    entry: Entry,
+    extent: [usize; 2],
+    value: impl Fn(usize, usize) -> f64 + Sync,
+) -> Vec<f64> {
     let [mx, my] = [torus.x.torus, torus.y.torus];
     let [waves_x, waves_y] = [mx / 2 + 1, my / 2 + 1];
     let mut planner = RealFftPlanner::new();
@@ -118,11 +138,14 @@ fn quadrant(torus: &Torus, entry: Entry, extent: [usize; 2], value: impl Fn(usiz
             }
             let done = along_x.process_with_scratch(line, waves, scratch);
             debug_assert!(done.is_ok());
-            row.iter_mut().zip(waves.iter()).for_each(|(value, &wave)| *value = part(entry.odd_in_x(), wave));
+            row.iter_mut()
+                .zip(waves.iter())
+                .for_each(|(value, &wave)| *value = part(entry.odd_in_x(), wave));
         },
     );
     // i · i where the entry is odd in both.
-    let normalisation = sign(entry.odd_in_x() && entry.odd_in_y()) / (torus.x.length * torus.y.length) as f64;
+    let normalisation =
+        sign(entry.odd_in_x() && entry.odd_in_y()) / (torus.x.length * torus.y.length) as f64;
     let mut quadrant = vec![0.0; waves_x * waves_y];
     quadrant.par_chunks_mut(waves_y).enumerate().for_each_init(
         || (along_y.make_input_vec(), along_y.make_output_vec(), along_y.make_scratch_vec()),
@@ -135,7 +158,10 @@ fn quadrant(torus: &Torus, entry: Entry, extent: [usize; 2], value: impl Fn(usiz
             }
             let done = along_y.process_with_scratch(line, waves, scratch);
             debug_assert!(done.is_ok());
-            symbols.iter_mut().zip(waves.iter()).for_each(|(symbol, &wave)| *symbol = normalisation * part(entry.odd_in_y(), wave));
+            symbols
+                .iter_mut()
+                .zip(waves.iter())
+                .for_each(|(symbol, &wave)| *symbol = normalisation * part(entry.odd_in_y(), wave));
         },
     );
     quadrant

@@ -89,16 +89,18 @@ impl Entry {
     }
 }
 
-/// Influence coefficients of every offset that occurs on a grid, |Δi| < nx and |Δj| < ny: displacement of the receiver per
-/// unit traction on the source, Δ = receiver − source. Their unit is the grid's length times the bodies' compliance.
+/// Influence coefficients of every offset that occurs on a grid, |Δi| < nx and |Δj| < ny:
+/// displacement of the receiver per unit traction on the source, Δ = receiver − source. Their unit
+/// is the grid's length times the bodies' compliance.
 ///
-/// Entries that are even in Δj keep the rows Δj ≥ 0 only, so all six have 16·nx·ny numbers instead of 24·nx·ny; those that the
-/// table's components do not need are not kept.
+/// Entries that are even in Δj keep the rows Δj ≥ 0 only, so all six have 16·nx·ny numbers instead
+/// of 24·nx·ny; those that the table's components do not need are not kept.
 #[derive(Clone, Debug)]
 pub struct InfluenceTable {
     grid: Grid,
     components: Components,
-    /// By [`Entry`]: rows of 2nx − 1, from Δj = 0 or, where odd in Δj, from Δj = −(ny − 1). Empty where not kept.
+    /// By [`Entry`]: rows of 2nx − 1, from Δj = 0 or, where odd in Δj, from Δj = −(ny − 1). Empty
+    /// where not kept.
     rows: [Vec<f64>; 6],
 }
 
@@ -108,8 +110,14 @@ impl InfluenceTable {
         Self::of(grid, bodies, projection, Components::ALL)
     }
 
-    /// Computes the coefficients that an operator on these components needs, on the threads of the current rayon pool; the numbers do not depend on how many there are.
-    pub fn of(grid: &Grid, bodies: impl Into<Bodies>, projection: Projection, components: Components) -> Self {
+    /// Computes the coefficients that an operator on these components needs, on the threads of the
+    /// current rayon pool; the numbers do not depend on how many there are.
+    pub fn of(
+        grid: &Grid,
+        bodies: impl Into<Bodies>,
+        projection: Projection,
+        components: Components,
+    ) -> Self {
         let (nx, ny) = (grid.nx(), grid.ny());
         let kernels = bodies.into().kernels((nx as f64 * grid.hx()).hypot(ny as f64 * grid.hy()));
         // with square elements what holds for (Δi, Δj) holds for (Δj, Δi), x and y exchanged
@@ -122,7 +130,8 @@ impl InfluenceTable {
             }
             kernels.influence([di as i64, dj as i64], grid.hx(), grid.hy(), projection)
         };
-        let quadrant: Vec<Coefficient> = (0..grid.len()).into_par_iter().with_min_len(nx).map(coefficient).collect();
+        let quadrant: Vec<Coefficient> =
+            (0..grid.len()).into_par_iter().with_min_len(nx).map(coefficient).collect();
         let width = 2 * nx - 1;
         let needed: Vec<Entry> = components.entries().collect();
         let rows = Entry::ALL.map(|entry| {
@@ -136,8 +145,11 @@ impl InfluenceTable {
                 let sign_y = if entry.odd_in_y() && at + ny < stored { -1.0 } else { 1.0 };
                 let sign_x = if entry.odd_in_x() { -sign_y } else { sign_y };
                 for di in 0..nx {
-                    let value =
-                        if exchanged(di, dj) { entry.exchanged().of(&quadrant[di * nx + dj]) } else { entry.of(&quadrant[dj * nx + di]) };
+                    let value = if exchanged(di, dj) {
+                        entry.exchanged().of(&quadrant[di * nx + dj])
+                    } else {
+                        entry.of(&quadrant[dj * nx + di])
+                    };
                     row[nx - 1 - di] = sign_x * value;
                     row[nx - 1 + di] = sign_y * value;
                 }
@@ -174,7 +186,9 @@ impl InfluenceTable {
     /// Unless |Δi| < nx and |Δj| < ny.
     pub fn coefficient(&self, di: i64, dj: i64) -> Coefficient {
         let at = (di + self.grid.nx() as i64 - 1) as usize;
-        let value = |entry| if self.rows[entry as usize].is_empty() { 0.0 } else { self.row(entry, dj)[at] };
+        let value = |entry| {
+            if self.rows[entry as usize].is_empty() { 0.0 } else { self.row(entry, dj)[at] }
+        };
         Coefficient {
             nn: value(Entry::Nn),
             xx: value(Entry::Xx),
@@ -200,8 +214,8 @@ impl InfluenceTable {
         own.nn.max(own.xx).max(own.yy)
     }
 
-    /// Adds to `displacement` (blocks n | x | y) that under the traction (n, x, y) on the element `source`. Masked receivers get
-    /// theirs too: the caller skips them when it reads.
+    /// Adds to `displacement` (blocks n | x | y) that under the traction (n, x, y) on the element
+    /// `source`. Masked receivers get theirs too: the caller skips them when it reads.
     ///
     /// # Panics
     /// Unless `source` is an element, `displacement` 3·len of the grid, and every entry is kept.
@@ -227,11 +241,13 @@ impl InfluenceTable {
         }
     }
 
-    /// The displacement (n, x, y) of the element `receiver` under the tractions `p`, blocks of `components`, added up element by element:
-    /// what faster ways to apply the operator are held against. Zero in the components that are left out.
+    /// The displacement (n, x, y) of the element `receiver` under the tractions `p`, blocks of
+    /// `components`, added up element by element: what faster ways to apply the operator are held
+    /// against. Zero in the components that are left out.
     ///
     /// # Panics
-    /// Unless `receiver` is an element, `p` has a block of the grid's length for each component, and their entries are kept.
+    /// Unless `receiver` is an element, `p` has a block of the grid's length for each component,
+    /// and their entries are kept.
     pub fn displacement_at(&self, receiver: usize, components: Components, p: &[f64]) -> [f64; 3] {
         let (nx, k) = (self.grid.nx(), self.grid.len());
         assert!(receiver < k && p.len() == components.len() * k);
@@ -277,7 +293,10 @@ mod tests {
                 let table = InfluenceTable::new(&grid, &bodies(), projection);
                 for dj in 1 - ny as i64..ny as i64 {
                     for di in 1 - nx as i64..nx as i64 {
-                        assert_eq!(table.coefficient(di, dj), bodies().influence([di, dj], 0.5, 0.75, projection));
+                        assert_eq!(
+                            table.coefficient(di, dj),
+                            bodies().influence([di, dj], 0.5, 0.75, projection)
+                        );
                     }
                     assert_eq!(table.row(Entry::Xy, dj).len(), 2 * nx - 1);
                 }

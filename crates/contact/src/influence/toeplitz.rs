@@ -1,14 +1,18 @@
 //! The operator as a block-Toeplitz matrix, applied by FFT.
 //!
-//! A coefficient depends on the offset only, so A p is a convolution. It is cyclic on a torus of at least
-//! (2nx − 1) × (2ny − 1) elements, where Fourier's transform makes it a product with the symbol of each entry.
+//! A coefficient depends on the offset only, so A p is a convolution. It is cyclic on a torus of at
+//! least (2nx − 1) × (2ny − 1) elements, where Fourier's transform makes it a product with the
+//! symbol of each entry.
 
 use super::symbols::Symbols;
 use super::torus::Torus;
-use super::{Components, Direction, Entry, Influence, InfluenceTable, Mirror, Scratch, ScratchSize};
+use super::{
+    Components, Direction, Entry, Influence, InfluenceTable, Mirror, Scratch, ScratchSize,
+};
 use crate::grid::Grid;
 
-/// A by FFT: memory O(k), an application O(k log k). With fewer components or with mirror planes both shrink in proportion.
+/// A by FFT: memory O(k), an application O(k log k). With fewer components or with mirror planes
+/// both shrink in proportion.
 #[derive(Clone, Debug)]
 pub struct Toeplitz {
     grid: Grid,
@@ -24,24 +28,39 @@ impl Toeplitz {
         Self::of(table, table.components(), Mirror::NONE)
     }
 
-    /// The operator on these components of fields with these symmetries; it lives on the part of the table's grid that
-    /// [`Mirror::part`] gives.
+    /// The operator on these components of fields with these symmetries; it lives on the part of
+    /// the table's grid that [`Mirror::part`] gives.
     ///
     /// # Panics
     /// If the table does not hold the coefficients, or its grid is not symmetric.
     pub fn of(table: &InfluenceTable, components: Components, mirror: Mirror) -> Self {
-        assert!(table.components().includes(components), "{components:?} of a table of {:?}", table.components());
+        assert!(
+            table.components().includes(components),
+            "{components:?} of a table of {:?}",
+            table.components()
+        );
         let grid = mirror.part(table.grid()).unwrap_or_else(|error| panic!("{error}"));
         Self::on(grid, table, components, mirror)
     }
 
-    /// The operator on a window of so many elements of such a part, which begins at the mirror planes; without a mask.
+    /// The operator on a window of so many elements of such a part, which begins at the mirror
+    /// planes; without a mask.
     ///
     /// # Panics
     /// If the table does not hold the coefficients, or is smaller.
-    pub(crate) fn within(table: &InfluenceTable, components: Components, mirror: Mirror, size: [usize; 2]) -> Self {
-        assert!(table.components().includes(components), "{components:?} of a table of {:?}", table.components());
-        let grid = Grid::new(size[0], size[1], table.grid().hx(), table.grid().hy(), [0.0; 2]).unwrap_or_else(|error| panic!("{error}"));
+    pub(crate) fn within(
+        table: &InfluenceTable,
+        components: Components,
+        mirror: Mirror,
+        size: [usize; 2],
+    ) -> Self {
+        assert!(
+            table.components().includes(components),
+            "{components:?} of a table of {:?}",
+            table.components()
+        );
+        let grid = Grid::new(size[0], size[1], table.grid().hx(), table.grid().hy(), [0.0; 2])
+            .unwrap_or_else(|error| panic!("{error}"));
         Self::on(grid, table, components, mirror)
     }
 
@@ -50,7 +69,10 @@ impl Toeplitz {
         let torus = Torus::new(extent, mirror, true);
         let middle = table.grid().nx() - 1;
         let value = |entry: Entry, di: usize, dj: usize| table.row(entry, dj as i64)[middle + di];
-        let symbols = components.groups().map(|group: Vec<Direction>| Symbols::new(&torus, &group, extent, value)).collect();
+        let symbols = components
+            .groups()
+            .map(|group: Vec<Direction>| Symbols::new(&torus, &group, extent, value))
+            .collect();
         Self { grid, components, torus, symbols }
     }
 
@@ -79,7 +101,8 @@ impl Influence for Toeplitz {
         assert_eq!((out.len(), p.len()), (size, size), "fields on another grid");
         let (mut out, mut p) = (out, p);
         for symbols in &self.symbols {
-            let (to, out_left) = std::mem::take(&mut out).split_at_mut(symbols.fields() * self.grid.len());
+            let (to, out_left) =
+                std::mem::take(&mut out).split_at_mut(symbols.fields() * self.grid.len());
             let (from, p_left) = p.split_at(to.len());
             (out, p) = (out_left, p_left);
             let mask = self.grid.mask();
@@ -104,6 +127,8 @@ mod tests {
 
     #[test]
     fn same_bytes_on_any_number_of_threads() {
-        laws::same_on_any_number_of_threads(|table, components, mirror| Box::new(Toeplitz::of(table, components, mirror)));
+        laws::same_on_any_number_of_threads(|table, components, mirror| {
+            Box::new(Toeplitz::of(table, components, mirror))
+        });
     }
 }

@@ -1,12 +1,14 @@
-//! Cyclic convolution of fields on a torus of elements: transforms, the product with real symbols, and back.
+//! Cyclic convolution of fields on a torus of elements: transforms, the product with real symbols,
+//! and back.
 //!
-//! A field on nx × ny elements is padded to the torus, or fills it. Along a mirrored direction it is the half of an even
-//! or odd field that repeats after twice the length of the transform: a cosine or sine transform, made of a Fourier
-//! transform of half the torus (J. Makhoul, IEEE Trans. ASSP 28 (1980) 27–34, doi:10.1109/TASSP.1980.1163351).
+//! A field on nx × ny elements is padded to the torus, or fills it. Along a mirrored direction it
+//! is the half of an even or odd field that repeats after twice the length of the transform: a
+//! cosine or sine transform, made of a Fourier transform of half the torus (J. Makhoul, IEEE Trans.
+//! ASSP 28 (1980) 27–34, doi:10.1109/TASSP.1980.1163351).
 //!
-//! One convolution: real transforms of the rows that are not padding; then for each column of the spectrum a transform
-//! along y, the product, and back; then the rows back. Each step writes what only it owns, in parallel: the rows, then
-//! tiles of a few columns, then the rows of the result.
+//! One convolution: real transforms of the rows that are not padding; then for each column of the
+//! spectrum a transform along y, the product, and back; then the rows back. Each step writes what
+//! only it owns, in parallel: the rows, then tiles of a few columns, then the rows of the result.
 
 use std::fmt;
 use std::ops::Range;
@@ -68,7 +70,8 @@ impl Axis {
         Self { elements: whole / 2, torus, length, symmetry, turns }
     }
 
-    /// Where the transform takes the j-th element from. Mirrored: even ones in order, then odd ones backwards.
+    /// Where the transform takes the j-th element from. Mirrored: even ones in order, then odd ones
+    /// backwards.
     fn place(&self, j: usize) -> usize {
         match self.symmetry {
             None => j,
@@ -85,16 +88,18 @@ impl Axis {
         }
     }
 
-    /// Sign with which odd elements enter the transform: a sine transform is the cosine transform of alternating signs, with the
-    /// wavenumbers in reverse.
+    /// Sign with which odd elements enter the transform: a sine transform is the cosine transform
+    /// of alternating signs, with the wavenumbers in reverse.
     fn sign(&self, direction: Direction, across: Direction) -> f64 {
-        let odd = self.symmetry.is_some_and(|symmetry| (symmetry == Symmetry::Symmetric) == (direction == across));
+        let odd = self
+            .symmetry
+            .is_some_and(|symmetry| (symmetry == Symmetry::Symmetric) == (direction == across));
         if odd { -1.0 } else { 1.0 }
     }
 }
 
-/// The smallest length ≥ 2n − 1 that has no prime factor above 5, even unless it is 1, and twice an even number if it is to
-/// be halved.
+/// The smallest length ≥ 2n − 1 that has no prime factor above 5, even unless it is 1, and twice an
+/// even number if it is to be halved.
 fn torus_length(n: usize, halved: bool) -> usize {
     let smooth = |mut m: usize| {
         for factor in [2, 3, 5] {
@@ -114,14 +119,15 @@ fn torus_length(n: usize, halved: bool) -> usize {
     2 * half
 }
 
-/// The smallest number of elements, `n` or more, that fills such a torus; where mirrored, of one side of the mirror.
+/// The smallest number of elements, `n` or more, that fills such a torus; where mirrored, of one
+/// side of the mirror.
 pub(crate) fn suitable_length(n: usize, mirrored: bool) -> usize {
     if mirrored { torus_length(2 * n, true) / 4 } else { torus_length(n, false).div_ceil(2) }
 }
 
 impl Torus {
-    /// For fields on `whole` elements, or on the part that `mirror` leaves of them: with room for every offset between two of them,
-    /// or else of that size.
+    /// For fields on `whole` elements, or on the part that `mirror` leaves of them: with room for
+    /// every offset between two of them, or else of that size.
     pub(crate) fn new(whole: [usize; 2], mirror: Mirror, padded: bool) -> Self {
         let [x, y] = [0, 1].map(|along| Axis::new(whole[along], mirror.axes()[along], padded));
         let (mut real, mut complex) = (RealFftPlanner::new(), FftPlanner::new());
@@ -135,12 +141,14 @@ impl Torus {
         }
     }
 
-    /// Columns of the spectrum, complex numbers each: one wavenumber or, where x is mirrored, two, k and length − k.
+    /// Columns of the spectrum, complex numbers each: one wavenumber or, where x is mirrored, two,
+    /// k and length − k.
     pub(super) fn columns(&self) -> usize {
         self.x.length / 2 + 1
     }
 
-    /// From one column of a tile to the next: off powers of two, where they would all compete for the same lines of the cache.
+    /// From one column of a tile to the next: off powers of two, where they would all compete for
+    /// the same lines of the cache.
     fn stride(&self) -> usize {
         self.y.length + TILE
     }
@@ -159,7 +167,8 @@ impl Torus {
         (self.x.length * self.y.length) as f64
     }
 
-    /// Complex numbers that one thread needs for `fields` fields: columns of a tile, and what the transforms ask for.
+    /// Complex numbers that one thread needs for `fields` fields: columns of a tile, and what the
+    /// transforms ask for.
     fn slot_size(&self, fields: usize) -> [usize; 2] {
         let transforms = [
             self.row_forward.get_scratch_len(),
@@ -175,7 +184,10 @@ impl Torus {
     pub(crate) fn scratch_size(&self, fields: usize, threads: usize) -> ScratchSize {
         let rows = fields * self.y.elements;
         let slot: usize = self.slot_size(fields).iter().sum();
-        ScratchSize { real: threads * self.x.length, complex: rows * (self.columns() + self.tiles() * TILE) + threads * slot }
+        ScratchSize {
+            real: threads * self.x.length,
+            complex: rows * (self.columns() + self.tiles() * TILE) + threads * slot,
+        }
     }
 
     fn work<'a>(&self, fields: usize, scratch: &'a mut Scratch) -> Work<'a> {
@@ -196,8 +208,9 @@ impl Torus {
         Work { spectrum, tiles, slots }
     }
 
-    /// out = the convolution of F = `symbols.directions` fields with the symbols. `entries` turns the packed symbols of a wavenumber into those to multiply with.
-    /// `masked`: only these elements count.
+    /// out = the convolution of F = `symbols.directions` fields with the symbols. `entries` turns
+    /// the packed symbols of a wavenumber into those to multiply with. `masked`: only these
+    /// elements count.
     pub(crate) fn convolve<const F: usize, const S: usize>(
         &self,
         symbols: &Symbols,
@@ -216,7 +229,13 @@ impl Torus {
     }
 
     /// Transforms the rows.
-    fn forward(&self, p: &[f64], mask: Option<&[bool]>, directions: &[Direction], work: &mut Work<'_>) {
+    fn forward(
+        &self,
+        p: &[f64],
+        mask: Option<&[bool]>,
+        directions: &[Direction],
+        work: &mut Work<'_>,
+    ) {
         let (nx, ny) = (self.x.elements, self.y.elements);
         assert_eq!(p.len(), directions.len() * self.field_len(), "fields on another grid");
         share(work.spectrum, self.columns(), &mut work.slots, |at, waves, slot| {
@@ -265,23 +284,42 @@ impl Torus {
             let buffer = &mut slot.columns[..F * columns.len() * self.stride()];
             self.load(directions, columns.clone(), spectrum, buffer);
             for column in buffer.chunks_exact_mut(self.stride()) {
-                self.column_forward.process_with_scratch(&mut column[..self.y.length], slot.transform);
+                self.column_forward
+                    .process_with_scratch(&mut column[..self.y.length], slot.transform);
             }
             for (column, at) in buffer.chunks_exact_mut(F * self.stride()).zip(columns.clone()) {
                 match self.x.symmetry {
-                    None => self.multiply_column(directions, column, symbols.column::<S, 1>(at), &entries),
-                    Some(_) => self.multiply_column(directions, column, symbols.column::<S, 2>(at), &entries),
+                    None => self.multiply_column(
+                        directions,
+                        column,
+                        symbols.column::<S, 1>(at),
+                        &entries,
+                    ),
+                    Some(_) => self.multiply_column(
+                        directions,
+                        column,
+                        symbols.column::<S, 2>(at),
+                        &entries,
+                    ),
                 }
             }
             for column in buffer.chunks_exact_mut(self.stride()) {
-                self.column_backward.process_with_scratch(&mut column[..self.y.length], slot.transform);
+                self.column_backward
+                    .process_with_scratch(&mut column[..self.y.length], slot.transform);
             }
             self.store(directions, columns.len(), buffer, tile);
         });
     }
 
-    /// Columns of the spectrum, which has a row for each row of each block, to the places where the transform takes them from.
-    fn load(&self, directions: &[Direction], columns: Range<usize>, spectrum: &[Complex<f64>], buffer: &mut [Complex<f64>]) {
+    /// Columns of the spectrum, which has a row for each row of each block, to the places where the
+    /// transform takes them from.
+    fn load(
+        &self,
+        directions: &[Direction],
+        columns: Range<usize>,
+        spectrum: &[Complex<f64>],
+        buffer: &mut [Complex<f64>],
+    ) {
         let (ny, stride) = (self.y.elements, self.stride());
         for column in buffer.chunks_exact_mut(stride) {
             column[self.y.padding()].fill(Complex::zero());
@@ -299,7 +337,13 @@ impl Torus {
     }
 
     /// The reverse of `load`: to a tile with TILE numbers for each row of each block.
-    fn store(&self, directions: &[Direction], width: usize, buffer: &[Complex<f64>], tile: &mut [Complex<f64>]) {
+    fn store(
+        &self,
+        directions: &[Direction],
+        width: usize,
+        buffer: &[Complex<f64>],
+        tile: &mut [Complex<f64>],
+    ) {
         let (ny, stride) = (self.y.elements, self.stride());
         for (block, &direction) in directions.iter().enumerate() {
             let odd = self.y.sign(direction, Direction::Y);
@@ -312,10 +356,11 @@ impl Torus {
         }
     }
 
-    /// Multiplies one column (of every block, a stride apart) by its symbols, two wavenumbers along y at a time.
+    /// Multiplies one column (of every block, a stride apart) by its symbols, two wavenumbers along
+    /// y at a time.
     ///
-    /// With the component along a direction turned by i, as sines are against cosines, every symbol is real and symmetric:
-    /// see [`Symbols`] for their order and signs.
+    /// With the component along a direction turned by i, as sines are against cosines, every symbol
+    /// is real and symmetric: see [`Symbols`] for their order and signs.
     fn multiply_column<const F: usize, const S: usize, const LANES: usize>(
         &self,
         directions: &[Direction; F],
@@ -325,7 +370,9 @@ impl Torus {
     ) {
         let my = self.y.length;
         let mut parts = column.chunks_exact_mut(self.stride());
-        let blocks: [&mut [Complex<f64>]; F] = std::array::from_fn(|_| parts.next().map_or(Default::default(), |part| &mut part[..my]));
+        let blocks: [&mut [Complex<f64>]; F] = std::array::from_fn(|_| {
+            parts.next().map_or(Default::default(), |part| &mut part[..my])
+        });
         let along = |direction: Direction| directions.map(|d| d == direction);
         let (x, y) = (along(Direction::X), directions.map(|d| d == Direction::Y));
         for k in 0..=my / 2 {
@@ -362,11 +409,17 @@ impl Torus {
                 if LANES == 1 {
                     (one, two) = (product(&symbol, one), product(&symbol, two));
                 } else {
-                    // each number holds the spectra a, b of two real columns: a + ib at k, and at −k their conjugates
+                    // each number holds the spectra a, b of two real columns: a + ib at k, and at
+                    // −k their conjugates
                     let two_conjugate = two.map(|z| z.conj());
-                    let a: [Complex<f64>; F] = std::array::from_fn(|c| 0.5 * (one[c] + two_conjugate[c]));
-                    let ib: [Complex<f64>; F] = std::array::from_fn(|c| 0.5 * (one[c] - two_conjugate[c]));
-                    let (a, ib) = (product(&symbol.map(|s| [s[0]]), a), product(&symbol.map(|s| [s[LANES - 1]]), ib));
+                    let a: [Complex<f64>; F] =
+                        std::array::from_fn(|c| 0.5 * (one[c] + two_conjugate[c]));
+                    let ib: [Complex<f64>; F] =
+                        std::array::from_fn(|c| 0.5 * (one[c] - two_conjugate[c]));
+                    let (a, ib) = (
+                        product(&symbol.map(|s| [s[0]]), a),
+                        product(&symbol.map(|s| [s[LANES - 1]]), ib),
+                    );
                     for c in 0..F {
                         (one[c], two[c]) = (a[c] + ib[c], (a[c] - ib[c]).conj());
                     }
@@ -387,7 +440,13 @@ impl Torus {
     }
 
     /// Transforms the rows back.
-    fn backward(&self, out: &mut [f64], mask: Option<&[bool]>, directions: &[Direction], work: &mut Work<'_>) {
+    fn backward(
+        &self,
+        out: &mut [f64],
+        mask: Option<&[bool]>,
+        directions: &[Direction],
+        work: &mut Work<'_>,
+    ) {
         let (nx, ny, columns) = (self.x.elements, self.y.elements, self.columns());
         assert_eq!(out.len(), directions.len() * self.field_len(), "fields on another grid");
         let (tiles, rows) = (&*work.tiles, directions.len() * ny);
@@ -417,7 +476,9 @@ impl Torus {
                 }
             }
             if let Some(mask) = mask {
-                for (value, _) in row.iter_mut().zip(&mask[j * nx..]).filter(|(_, inside)| !**inside) {
+                for (value, _) in
+                    row.iter_mut().zip(&mask[j * nx..]).filter(|(_, inside)| !**inside)
+                {
                     *value = 0.0;
                 }
             }
@@ -436,7 +497,10 @@ fn turned_back(z: Complex<f64>) -> Complex<f64> {
 }
 
 /// The symbols to multiply with, lane by lane.
-fn adapted<const S: usize, const LANES: usize>(symbols: &[[f64; LANES]; S], entries: &impl Fn([f64; S]) -> [f64; S]) -> [[f64; LANES]; S] {
+fn adapted<const S: usize, const LANES: usize>(
+    symbols: &[[f64; LANES]; S],
+    entries: &impl Fn([f64; S]) -> [f64; S],
+) -> [[f64; LANES]; S] {
     let mut out = [[0.0; LANES]; S];
     for lane in 0..LANES {
         let of_lane = entries(symbols.map(|symbol| symbol[lane]));
@@ -447,8 +511,12 @@ fn adapted<const S: usize, const LANES: usize>(symbols: &[[f64; LANES]; S], entr
     out
 }
 
-/// A real symmetric matrix, packed, times a vector; the first lane for the real part, the last for the imaginary one.
-fn product<const F: usize, const S: usize, const LANES: usize>(matrix: &[[f64; LANES]; S], v: [Complex<f64>; F]) -> [Complex<f64>; F] {
+/// A real symmetric matrix, packed, times a vector; the first lane for the real part, the last for
+/// the imaginary one.
+fn product<const F: usize, const S: usize, const LANES: usize>(
+    matrix: &[[f64; LANES]; S],
+    v: [Complex<f64>; F],
+) -> [Complex<f64>; F] {
     std::array::from_fn(|row| {
         let mut sum = Complex::zero();
         for (column, v) in v.iter().enumerate() {
@@ -475,9 +543,14 @@ struct Slot<'a> {
     transform: &'a mut [Complex<f64>],
 }
 
-/// Works on every `unit` of `whole`, a slot's worth of neighbours each on its own thread. What a unit becomes depends on
-/// its number only.
-fn share<T: Send>(whole: &mut [T], unit: usize, slots: &mut [Slot<'_>], work: impl Fn(usize, &mut [T], &mut Slot<'_>) + Sync) {
+/// Works on every `unit` of `whole`, a slot's worth of neighbours each on its own thread. What a
+/// unit becomes depends on its number only.
+fn share<T: Send>(
+    whole: &mut [T],
+    unit: usize,
+    slots: &mut [Slot<'_>],
+    work: impl Fn(usize, &mut [T], &mut Slot<'_>) + Sync,
+) {
     if let [slot] = slots {
         whole.chunks_exact_mut(unit).enumerate().for_each(|(at, part)| work(at, part, slot));
         return;
@@ -496,7 +569,13 @@ mod tests {
 
     #[test]
     fn torus_leaves_room_for_every_offset_and_suits_the_transform() {
-        assert_eq!([1, 2, 3, 4, 7, 11, 512].map(|n| torus_length(n, false)), [1, 4, 6, 8, 16, 24, 1024]);
-        assert_eq!([2, 4, 6, 14, 22, 26, 512].map(|n| torus_length(n, true)), [4, 8, 12, 32, 48, 60, 1024]);
+        assert_eq!(
+            [1, 2, 3, 4, 7, 11, 512].map(|n| torus_length(n, false)),
+            [1, 4, 6, 8, 16, 24, 1024]
+        );
+        assert_eq!(
+            [2, 4, 6, 14, 22, 26, 512].map(|n| torus_length(n, true)),
+            [4, 8, 12, 32, 48, 60, 1024]
+        );
     }
 }

@@ -1,5 +1,5 @@
-//! The natural map F(p) = p − Gᵘ_μ(p − E(εp + Ap − f)) of a problem with prescribed motion, and its linearisation, as dense matrices over
-//! the elements of Ω.
+//! The natural map F(p) = p − Gᵘ_μ(p − E(εp + Ap − f)) of a problem with prescribed motion, and its
+//! linearisation, as dense matrices over the elements of Ω.
 
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef};
@@ -65,7 +65,9 @@ impl<'a> NaturalMap<'a> {
         let f = self.column(&self.problem.f);
         let displacement = self.matrix * p;
         Mat::from_fn(self.size(), 1, |row, _| {
-            p[(row, 0)] - (self.problem.epsilon * p[(row, 0)] + displacement[(row, 0)] - f[(row, 0)]) / self.diagonal
+            p[(row, 0)]
+                - (self.problem.epsilon * p[(row, 0)] + displacement[(row, 0)] - f[(row, 0)])
+                    / self.diagonal
         })
     }
 
@@ -91,7 +93,8 @@ impl<'a> NaturalMap<'a> {
                     own - (self.problem.epsilon * own + self.matrix[(row, column)]) / self.diagonal
                 });
                 for c in 0..3 {
-                    jacobian[(c * m + a, column)] -= (0..3).map(|d| derivative[c][d] * through[d]).sum::<f64>();
+                    jacobian[(c * m + a, column)] -=
+                        (0..3).map(|d| derivative[c][d] * through[d]).sum::<f64>();
                 }
             }
         }
@@ -121,7 +124,8 @@ impl<'a> NaturalMap<'a> {
         ]
     }
 
-    /// ‖J⁻¹F‖/‖p‖ and sign det J at a solution; infinite and 0 where J is singular to rounding, and 0 on a kink of F, where J is not one.
+    /// ‖J⁻¹F‖/‖p‖ and sign det J at a solution; infinite and 0 where J is singular to rounding, and
+    /// 0 on a kink of F, where J is not one.
     pub(super) fn error_and_index(&self, p: &[f64]) -> (f64, i64) {
         let p = self.column(p);
         let (value, jacobian) = self.linearised(p.as_ref());
@@ -131,7 +135,10 @@ impl<'a> NaturalMap<'a> {
             return (f64::INFINITY, 0);
         }
         let (left, size) = (factors.solve(&value).norm_l2(), p.norm_l2());
-        (if left == 0.0 { 0.0 } else { left / size }, if self.is_on_kink(p.as_ref()) { 0 } else { sign })
+        (
+            if left == 0.0 { 0.0 } else { left / size },
+            if self.is_on_kink(p.as_ref()) { 0 } else { sign },
+        )
     }
 
     /// Whether an element is between two states: about to open, to reach the ceiling, or to slip.
@@ -142,24 +149,28 @@ impl<'a> NaturalMap<'a> {
         (0..m).any(|a| {
             let x = [0, 1, 2].map(|c| x[(c * m + a, 0)]);
             let bound = self.problem.mu * h_u(x[0], self.problem.ceiling);
-            let slides = x[0] > 0.0 && self.problem.mu > 0.0 && (x[1].hypot(x[2]) - bound).abs() <= near;
+            let slides =
+                x[0] > 0.0 && self.problem.mu > 0.0 && (x[1].hypot(x[2]) - bound).abs() <= near;
             x[0].abs() <= near || (x[0] - self.problem.ceiling).abs() <= near || slides
         })
     }
 
-    /// The tractions in equilibrium when every element does what `pattern` (one entry per element of the grid) says, signs and bounds
-    /// left out of account; zero where that is singular.
+    /// The tractions in equilibrium when every element does what `pattern` (one entry per element
+    /// of the grid) says, signs and bounds left out of account; zero where that is singular.
     pub(super) fn equilibrium(&self, pattern: &[Piece]) -> Vec<f64> {
         let (m, size) = (self.active.len(), self.size());
         let f = self.column(&self.problem.f);
         let epsilon = self.problem.epsilon;
         let unit = |row: usize, column: usize| if row == column { 1.0 } else { 0.0 };
-        let elastic = |row: usize, column: usize| self.matrix[(row, column)] + epsilon * unit(row, column);
+        let elastic =
+            |row: usize, column: usize| self.matrix[(row, column)] + epsilon * unit(row, column);
         let piece = |row: usize| pattern[self.active[row % m]];
         let system = Mat::from_fn(size, size, |row, column| match (piece(row), row / m) {
             (Piece::Open, _) => unit(row, column),
             (Piece::Stick, _) | (Piece::Slip(_), 0) => elastic(row, column),
-            (Piece::Slip(n), c) => unit(row, column) - self.problem.mu * n[c - 1] * unit(row % m, column),
+            (Piece::Slip(n), c) => {
+                unit(row, column) - self.problem.mu * n[c - 1] * unit(row % m, column)
+            }
         });
         let right = Mat::from_fn(size, 1, |row, _| match (piece(row), row / m) {
             (Piece::Stick, _) | (Piece::Slip(_), 0) => f[(row, 0)],
@@ -169,10 +180,14 @@ impl<'a> NaturalMap<'a> {
         if solved.iter().all(|p| p.is_finite()) { solved } else { vec![0.0; solved.len()] }
     }
 
-    /// Newton's method from `start` on M F with M = Π (1/‖p − pᵢ‖² + 1) over the `known` solutions, lengths in units of the largest of
-    /// them or of what f makes; also gives the matrices factored. J⁻¹F of F itself is scaled by 1/(1 − ∇M·J⁻¹F/M)
-    /// (Sherman–Morrison).
-    pub(super) fn deflated<'s>(&self, start: &[f64], known: impl Iterator<Item = &'s [f64]>) -> (Vec<f64>, u64) {
+    /// Newton's method from `start` on M F with M = Π (1/‖p − pᵢ‖² + 1) over the `known` solutions,
+    /// lengths in units of the largest of them or of what f makes; also gives the matrices
+    /// factored. J⁻¹F of F itself is scaled by 1/(1 − ∇M·J⁻¹F/M) (Sherman–Morrison).
+    pub(super) fn deflated<'s>(
+        &self,
+        start: &[f64],
+        known: impl Iterator<Item = &'s [f64]>,
+    ) -> (Vec<f64>, u64) {
         let known: Vec<Mat<f64>> = known.map(|p| self.column(p)).collect();
         let reach = self.column(&self.problem.f).norm_l2() / self.diagonal;
         let unit = known.iter().map(|p| p.norm_l2()).fold(0.1 * reach, f64::max);
@@ -190,7 +205,9 @@ impl<'a> NaturalMap<'a> {
             for other in &known {
                 let away = &p - other;
                 let squared = (away.norm_l2() / unit).powi(2);
-                let inner = (0..self.size()).map(|row| away[(row, 0)] * step[(row, 0)]).sum::<f64>() / (unit * unit);
+                let inner =
+                    (0..self.size()).map(|row| away[(row, 0)] * step[(row, 0)]).sum::<f64>()
+                        / (unit * unit);
                 slope -= 2.0 * inner / (squared * (1.0 + squared));
             }
             let scale = 1.0 / (1.0 - slope);
@@ -242,7 +259,9 @@ mod tests {
 
     #[test]
     fn signs_of_determinants_are_those_of_their_permutations() {
-        let sign = |rows: [[f64; 3]; 3]| sign_of_determinant(&Mat::from_fn(3, 3, |i, j| rows[i][j]).partial_piv_lu());
+        let sign = |rows: [[f64; 3]; 3]| {
+            sign_of_determinant(&Mat::from_fn(3, 3, |i, j| rows[i][j]).partial_piv_lu())
+        };
         assert_eq!(sign([[2.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 1.0]]), 1);
         assert_eq!(sign([[0.0, 2.0, 0.0], [3.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), -1);
         assert_eq!(sign([[0.0, 2.0, 0.0], [0.0, 0.0, 1.0], [3.0, 0.0, 0.0]]), 1);
@@ -272,8 +291,15 @@ mod tests {
             let map = NaturalMap::new(&problem, dense.matrix(), table.largest_diagonal());
             let k = problem.grid.len();
             // open, sticking, slipping and, under the ceiling, bounded elements
-            let p: Vec<f64> =
-                (0..3 * k).map(|at| if at < k { 0.03 * ((at * 7) % 5) as f64 } else { 0.02 * (((at * 5) % 7) as f64 - 3.0) }).collect();
+            let p: Vec<f64> = (0..3 * k)
+                .map(|at| {
+                    if at < k {
+                        0.03 * ((at * 7) % 5) as f64
+                    } else {
+                        0.02 * (((at * 5) % 7) as f64 - 3.0)
+                    }
+                })
+                .collect();
             let p = map.column(&p);
             let (value, jacobian) = map.linearised(p.as_ref());
             let change = Mat::from_fn(3 * k, 1, |row, _| 1e-7 * ((row as f64).sin()));
@@ -281,17 +307,23 @@ mod tests {
             let predicted = &jacobian * &change;
             assert!((&moved - &value - &predicted).norm_l2() < 1e-5 * predicted.norm_l2());
 
-            let pattern: Vec<Piece> = (0..k).map(|e| [Piece::Open, Piece::Stick, Piece::Slip([0.6, 0.8])][e % 3]).collect();
+            let pattern: Vec<Piece> = (0..k)
+                .map(|e| [Piece::Open, Piece::Stick, Piece::Slip([0.6, 0.8])][e % 3])
+                .collect();
             let p = map.equilibrium(&pattern);
             let x = map.argument(map.column(&p).as_ref());
             for e in 0..k {
                 // x = p where w = 0
                 match pattern[e] {
                     Piece::Open => assert_eq!([p[e], p[k + e], p[2 * k + e]], [0.0; 3]),
-                    Piece::Stick => assert!((0..3).all(|c| (x[(c * k + e, 0)] - p[c * k + e]).abs() < 1e-12)),
+                    Piece::Stick => {
+                        assert!((0..3).all(|c| (x[(c * k + e, 0)] - p[c * k + e]).abs() < 1e-12))
+                    }
                     Piece::Slip(n) => {
                         assert!((x[(e, 0)] - p[e]).abs() < 1e-12);
-                        assert!((0..2).all(|c| (p[(c + 1) * k + e] - 0.7 * n[c] * p[e]).abs() < 1e-12));
+                        assert!(
+                            (0..2).all(|c| (p[(c + 1) * k + e] - 0.7 * n[c] * p[e]).abs() < 1e-12)
+                        );
                     }
                 }
             }

@@ -62,10 +62,18 @@ pub(super) struct Seeker<'a> {
 const WHOLE: [Stage; 1] = [Stage { components: Components::ALL, mirror: Mirror::NONE }];
 
 impl<'a> Seeker<'a> {
-    pub(super) fn new(problem: Problem, numerics: &'a Numerics, operators: &'a mut Operators) -> Result<Self, SceneError> {
+    pub(super) fn new(
+        problem: Problem,
+        numerics: &'a Numerics,
+        operators: &'a mut Operators,
+    ) -> Result<Self, SceneError> {
         let elements = problem.grid.active_len();
         if elements > Multiplicity::MOST_ELEMENTS {
-            return Err(refuse("mesh", format!("{elements} elements of Ω"), "must be at most 1024 elements for a search of all solutions"));
+            return Err(refuse(
+                "mesh",
+                format!("{elements} elements of Ω"),
+                "must be at most 1024 elements for a search of all solutions",
+            ));
         }
         let operator = operators.of(&problem);
         let dense = Arc::new(Dense::new(&operator.table));
@@ -97,10 +105,17 @@ impl<'a> Seeker<'a> {
         })
     }
 
-    /// Follows the path up to its last increment; gives where that one starts, or why it cannot be reached.
+    /// Follows the path up to its last increment; gives where that one starts, or why it cannot be
+    /// reached.
     pub(super) fn follow(&mut self, scene: &Scene) -> Result<Start, String> {
-        let (method, _) = self.numerics.method.chosen(&scene.loading, [self.problem.grid.nx(), self.problem.grid.ny()]);
-        let limits = Limits { tolerance: self.numerics.tolerance, max_iterations: self.numerics.max_iterations };
+        let (method, _) = self
+            .numerics
+            .method
+            .chosen(&scene.loading, [self.problem.grid.nx(), self.problem.grid.ny()]);
+        let limits = Limits {
+            tolerance: self.numerics.tolerance,
+            max_iterations: self.numerics.max_iterations,
+        };
         let mut start = Start { p: vec![0.0; self.problem.f.len()], motion: [0.0; 6] };
         let legs = scene.loading.legs();
         for (at, leg) in legs.iter().enumerate() {
@@ -111,15 +126,33 @@ impl<'a> Seeker<'a> {
                 if at + 1 == legs.len() && part == leg.increments {
                     return Ok(start);
                 }
-                let iterate = solver::solve(method, &mut self.problem, self.operators, &WHOLE, &self.controls, &start, &limits);
+                let iterate = solver::solve(
+                    method,
+                    &mut self.problem,
+                    self.operators,
+                    &WHOLE,
+                    &self.controls,
+                    &start,
+                    &limits,
+                );
                 self.count(&iterate);
-                let (status, mut step, _, w) =
-                    conclude(&self.problem, &self.certifying, &iterate, &self.asked, &self.before, self.numerics.tolerance);
+                let (status, mut step, _, w) = conclude(
+                    &self.problem,
+                    &self.certifying,
+                    &iterate,
+                    &self.asked,
+                    &self.before,
+                    self.numerics.tolerance,
+                );
                 (step.step, step.cycle) = (leg.step, leg.cycle);
-                self.before = Before { motion: step.motion, resultants: step.observables.resultants() };
+                self.before =
+                    Before { motion: step.motion, resultants: step.observables.resultants() };
                 self.result.before.push(step);
                 if let Status::Failed { reason } = status {
-                    return Err(format!("loading.steps[{}], increment {part} of {}: {reason}", leg.step, leg.increments));
+                    return Err(format!(
+                        "loading.steps[{}], increment {part} of {}: {reason}",
+                        leg.step, leg.increments
+                    ));
                 }
                 self.problem.remember(&iterate.p, &w, &iterate.motion);
                 start = Start { p: iterate.p, motion: iterate.motion };
@@ -132,8 +165,20 @@ impl<'a> Seeker<'a> {
     pub(super) fn seek(&mut self, before: &Start, search: &Search) {
         // what an ordinary solve finds also says where a motion that a force governs will be
         let limits = self.limits();
-        let iterate = solver::solve(Method::Newton, &mut self.problem, self.operators, &WHOLE, &self.controls, before, &limits);
-        let motion = if iterate.motion.iter().all(|q| q.is_finite()) { iterate.motion } else { before.motion };
+        let iterate = solver::solve(
+            Method::Newton,
+            &mut self.problem,
+            self.operators,
+            &WHOLE,
+            &self.controls,
+            before,
+            &limits,
+        );
+        let motion = if iterate.motion.iter().all(|q| q.is_finite()) {
+            iterate.motion
+        } else {
+            before.motion
+        };
         self.settle(Origin::Before, Method::Newton, iterate);
         self.problem.place(&motion);
 
@@ -145,7 +190,11 @@ impl<'a> Seeker<'a> {
         self.pattern(Origin::Stick, &vec![Piece::Stick; self.problem.grid.len()], motion);
         for eighth in 0..8 {
             let (y, x) = (f64::from(eighth) * std::f64::consts::FRAC_PI_4).sin_cos();
-            self.pattern(Origin::Slip(eighth), &vec![Piece::Slip([x, y]); self.problem.grid.len()], motion);
+            self.pattern(
+                Origin::Slip(eighth),
+                &vec![Piece::Slip([x, y]); self.problem.grid.len()],
+                motion,
+            );
         }
         self.along(Origin::FrictionFromAbove, &FROM_ABOVE, Start { p: nothing.clone(), motion });
         self.along(Origin::FrictionFromBelow, &FROM_BELOW, Start { p: nothing, motion });
@@ -166,7 +215,8 @@ impl<'a> Seeker<'a> {
         }
     }
 
-    /// Starts from the solutions found since there were `known`, and from those that this finds; gives how many there are then.
+    /// Starts from the solutions found since there were `known`, and from those that this finds;
+    /// gives how many there are then.
     fn spread(&mut self, mut known: usize, search: &Search, motion: [f64; 6]) -> usize {
         while let Some(solution) = self.found.get(known).cloned() {
             let number = known as u32;
@@ -178,13 +228,26 @@ impl<'a> Seeker<'a> {
                 let p = start::disturbed(&self.problem, &solution.p, size, &mut generator);
                 self.both(Origin::Disturbed(number), &Start { p, ..solution });
             }
-            let there_and_back = |factors: &[f64; 9]| factors.iter().rev().chain(&factors[1..]).copied().collect::<Vec<_>>();
-            self.along(Origin::FrictionLoopAbove(number), &there_and_back(&FROM_ABOVE), solution.clone());
-            self.along(Origin::FrictionLoopBelow(number), &there_and_back(&FROM_BELOW), solution.clone());
+            let there_and_back = |factors: &[f64; 9]| {
+                factors.iter().rev().chain(&factors[1..]).copied().collect::<Vec<_>>()
+            };
+            self.along(
+                Origin::FrictionLoopAbove(number),
+                &there_and_back(&FROM_ABOVE),
+                solution.clone(),
+            );
+            self.along(
+                Origin::FrictionLoopBelow(number),
+                &there_and_back(&FROM_BELOW),
+                solution.clone(),
+            );
             self.problem.place(&motion);
-            let starts = [vec![0.0; solution.p.len()], start::hertz(&self.problem), start::tractions(&self.problem, &mut generator), {
-                start::disturbed(&self.problem, &solution.p, 0.3, &mut generator)
-            }];
+            let starts = [
+                vec![0.0; solution.p.len()],
+                start::hertz(&self.problem),
+                start::tractions(&self.problem, &mut generator),
+                { start::disturbed(&self.problem, &solution.p, 0.3, &mut generator) },
+            ];
             for p in starts {
                 self.problem.place(&motion);
                 let (map, known) = (self.map(), &self.found[..=known]);
@@ -196,8 +259,14 @@ impl<'a> Seeker<'a> {
                 for share in [0.1, 0.3, 0.5, 0.7, 0.9] {
                     let mix = |a: f64, b: f64| (1.0 - share) * a + share * b;
                     let p = solution.p.iter().zip(&earlier.p).map(|(a, b)| mix(*a, *b)).collect();
-                    let motion = std::array::from_fn(|which| mix(solution.motion[which], earlier.motion[which]));
-                    self.one(Origin::Between([other as u32, number]), Method::Newton, &Start { p, motion });
+                    let motion = std::array::from_fn(|which| {
+                        mix(solution.motion[which], earlier.motion[which])
+                    });
+                    self.one(
+                        Origin::Between([other as u32, number]),
+                        Method::Newton,
+                        &Start { p, motion },
+                    );
                 }
             }
             known += 1;
@@ -241,26 +310,46 @@ impl<'a> Seeker<'a> {
     fn one(&mut self, origin: Origin, method: Method, start: &Start) {
         let limits = self.limits();
         let iterate = match method {
-            Method::Seidel => solver::solve(method, &mut self.problem, self.operators, &WHOLE, &self.controls, start, &limits),
+            Method::Seidel => solver::solve(
+                method,
+                &mut self.problem,
+                self.operators,
+                &WHOLE,
+                &self.controls,
+                start,
+                &limits,
+            ),
             Method::Newton | Method::Auto => {
-                let limits = Limits { max_iterations: limits.max_iterations.min(NEWTON_STEPS), ..limits };
+                let limits =
+                    Limits { max_iterations: limits.max_iterations.min(NEWTON_STEPS), ..limits };
                 newton::solve(&mut self.problem, &self.operator, &self.controls, start, &limits)
             }
         };
         self.settle(origin, method, iterate);
     }
 
-    /// Follows μ times `factors` by Newton's method, with Seidel sweeps where it fails, from a start; the last factor is 1.
+    /// Follows μ times `factors` by Newton's method, with Seidel sweeps where it fails, from a
+    /// start; the last factor is 1.
     fn along(&mut self, origin: Origin, factors: &[f64], mut start: Start) {
         let mu = self.problem.mu;
         let limits = self.limits();
         for factor in factors {
             self.problem.mu = mu * factor;
-            let steps = Limits { max_iterations: limits.max_iterations.min(NEWTON_STEPS), ..limits };
-            let mut iterate = newton::solve(&mut self.problem, &self.operator, &self.controls, &start, &steps);
+            let steps =
+                Limits { max_iterations: limits.max_iterations.min(NEWTON_STEPS), ..limits };
+            let mut iterate =
+                newton::solve(&mut self.problem, &self.operator, &self.controls, &start, &steps);
             self.count(&iterate);
             if iterate.stop != Stop::Converged {
-                iterate = solver::solve(Method::Newton, &mut self.problem, self.operators, &WHOLE, &self.controls, &start, &limits);
+                iterate = solver::solve(
+                    Method::Newton,
+                    &mut self.problem,
+                    self.operators,
+                    &WHOLE,
+                    &self.controls,
+                    &start,
+                    &limits,
+                );
                 self.count(&iterate);
             }
             if iterate.stop == Stop::Converged {
@@ -277,8 +366,13 @@ impl<'a> Seeker<'a> {
         self.count(&iterate);
         let is_near = match iterate.stop {
             Stop::Converged => true,
-            Stop::OutOfIterations { residual } | Stop::Stalled { residual } => residual <= HANDED_OVER,
-            Stop::Diverged | Stop::Slides { .. } | Stop::Unbalanced { .. } | Stop::OneRow { .. } => false,
+            Stop::OutOfIterations { residual } | Stop::Stalled { residual } => {
+                residual <= HANDED_OVER
+            }
+            Stop::Diverged
+            | Stop::Slides { .. }
+            | Stop::Unbalanced { .. }
+            | Stop::OneRow { .. } => false,
         };
         let is_finite = iterate.p.iter().chain(&iterate.motion).all(|x| x.is_finite());
         if !(is_near && is_finite) {
@@ -287,15 +381,24 @@ impl<'a> Seeker<'a> {
         }
         let limits = Limits { tolerance: POLISHED, max_iterations: NEWTON_STEPS };
         let start = Start { p: iterate.p, motion: iterate.motion };
-        let polished = newton::solve(&mut self.problem, &self.operator, &self.controls, &start, &limits);
+        let polished =
+            newton::solve(&mut self.problem, &self.operator, &self.controls, &start, &limits);
         self.count(&polished);
         let tolerance = self.numerics.tolerance.min(LOOSEST);
-        let (status, step, fields, _) = conclude(&self.problem, &self.certifying, &polished, &self.asked, &self.before, tolerance);
+        let (status, step, fields, _) = conclude(
+            &self.problem,
+            &self.certifying,
+            &polished,
+            &self.asked,
+            &self.before,
+            tolerance,
+        );
         if status != Status::Certified {
             self.result.failed += 1;
             return;
         }
-        let distances: Vec<f64> = self.found.iter().map(|found| distance(&found.p, &polished.p)).collect();
+        let distances: Vec<f64> =
+            self.found.iter().map(|found| distance(&found.p, &polished.p)).collect();
         let near = (0..distances.len()).min_by(|a, b| distances[*a].total_cmp(&distances[*b]));
         if let Some(near) = near.filter(|&near| distances[near] <= SAME) {
             self.result.solutions[near].reached += 1;
@@ -304,7 +407,9 @@ impl<'a> Seeker<'a> {
         let (error, sign) = self.map().error_and_index(&polished.p);
         self.result.factorisations += 1;
         if let Some(near) = near
-            && [error, self.result.solutions[near].error].iter().any(|error| error.is_finite() && distances[near] <= 100.0 * error)
+            && [error, self.result.solutions[near].error]
+                .iter()
+                .any(|error| error.is_finite() && distances[near] <= 100.0 * error)
         {
             self.result.solutions[near].reached += 1;
             return;
@@ -313,8 +418,8 @@ impl<'a> Seeker<'a> {
             self.result.beyond += 1;
             return;
         }
-        let adds_up =
-            self.controls.iter().all(|control| matches!(control, Control::Motion(_))) && self.problem.projection == Projection::Average;
+        let adds_up = self.controls.iter().all(|control| matches!(control, Control::Motion(_)))
+            && self.problem.projection == Projection::Average;
         self.found.push(Start { p: polished.p, motion: polished.motion });
         self.result.solutions.push(Solution {
             motion: step.motion,
@@ -333,17 +438,23 @@ impl<'a> Seeker<'a> {
     /// Sum of the indices so far; `None` where one is missing or zero, or there are no solutions.
     fn index_sum(&self) -> Option<i64> {
         let solutions = &self.result.solutions;
-        solutions.iter().map(|solution| solution.index.filter(|index| *index != 0)).sum::<Option<i64>>().filter(|_| !solutions.is_empty())
+        solutions
+            .iter()
+            .map(|solution| solution.index.filter(|index| *index != 0))
+            .sum::<Option<i64>>()
+            .filter(|_| !solutions.is_empty())
     }
 
     /// The result, complete.
     pub(super) fn conclude(mut self) -> Multiplicity {
         for (solution, found) in self.result.solutions.iter_mut().zip(&self.found) {
-            solution.distances = self.found.iter().map(|other| distance(&found.p, &other.p)).collect();
+            solution.distances =
+                self.found.iter().map(|other| distance(&found.p, &other.p)).collect();
         }
         self.result.index_sum = self.index_sum();
         if self.result.solutions.is_empty() && self.result.status == Status::Certified {
-            let reason = format!("none of {} starts led to a certified solution", self.result.starts);
+            let reason =
+                format!("none of {} starts led to a certified solution", self.result.starts);
             self.result.status = Status::Failed { reason };
         }
         self.result

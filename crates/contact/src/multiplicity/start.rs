@@ -18,9 +18,14 @@ fn direction(generator: &mut SplitMix64) -> [f64; 2] {
     [x, y]
 }
 
-/// The traction that f makes, roughly: its largest value, the displacement by unit traction on Ω taken for 1.
+/// The traction that f makes, roughly: its largest value, the displacement by unit traction on Ω
+/// taken for 1.
 fn size(problem: &Problem) -> f64 {
-    problem.grid.active().flat_map(|e| problem.gather(&problem.f, e)).fold(0.0, |a: f64, f| a.max(f.abs()))
+    problem
+        .grid
+        .active()
+        .flat_map(|e| problem.gather(&problem.f, e))
+        .fold(0.0, |a: f64, f| a.max(f.abs()))
 }
 
 /// Half-widths and centre of the grid.
@@ -42,23 +47,33 @@ pub(super) fn hertz(problem: &Problem) -> Vec<f64> {
     p
 }
 
-/// Random tractions inside the friction cone, of a random size and with a random share of elements open.
+/// Random tractions inside the friction cone, of a random size and with a random share of elements
+/// open.
 pub(super) fn tractions(problem: &Problem, generator: &mut SplitMix64) -> Vec<f64> {
     let k = problem.grid.len();
     let size = size(problem) * 10_f64.powf(generator.signed());
     let open = 0.8 * generator.unit();
     let mut p = vec![0.0; problem.f.len()];
     for e in problem.grid.active() {
-        let (chance, pressure, share, n) = (generator.unit(), size * generator.unit(), generator.unit().sqrt(), direction(generator));
+        let (chance, pressure, share, n) = (
+            generator.unit(),
+            size * generator.unit(),
+            generator.unit().sqrt(),
+            direction(generator),
+        );
         if chance >= open {
-            [p[e], p[k + e], p[2 * k + e]] = [pressure, share * problem.mu * pressure * n[0], share * problem.mu * pressure * n[1]];
+            [p[e], p[k + e], p[2 * k + e]] = [
+                pressure,
+                share * problem.mu * pressure * n[0],
+                share * problem.mu * pressure * n[1],
+            ];
         }
     }
     p
 }
 
-/// A random pattern: every element by itself, or by the regions between two random lines; slip then goes one way in a region, or towards
-/// or away from a point.
+/// A random pattern: every element by itself, or by the regions between two random lines; slip then
+/// goes one way in a region, or towards or away from a point.
 pub(super) fn pattern(grid: &Grid, is_independent: bool, generator: &mut SplitMix64) -> Vec<Piece> {
     let shares = [generator.unit(), generator.unit(), generator.unit()];
     let total: f64 = shares.iter().sum();
@@ -77,18 +92,22 @@ pub(super) fn pattern(grid: &Grid, is_independent: bool, generator: &mut SplitMi
         return (0..grid.len()).map(|_| draw(generator)).collect();
     }
     let ([a, b], [x0, y0]) = extent(grid);
-    let inside = |generator: &mut SplitMix64| [x0 + a * generator.signed(), y0 + b * generator.signed()];
+    let inside =
+        |generator: &mut SplitMix64| [x0 + a * generator.signed(), y0 + b * generator.signed()];
     let lines = [0, 1].map(|_| (inside(generator), direction(generator)));
     let regions = [0, 1, 2, 3].map(|_| draw(generator));
     let (middle, chance) = (inside(generator), generator.unit());
     (0..grid.len())
         .map(|e| {
             let [x, y] = grid.center(e);
-            let side = |&(on, n): &([f64; 2], [f64; 2])| usize::from((x - on[0]) * n[0] + (y - on[1]) * n[1] > 0.0);
+            let side = |&(on, n): &([f64; 2], [f64; 2])| {
+                usize::from((x - on[0]) * n[0] + (y - on[1]) * n[1] > 0.0)
+            };
             match regions[2 * side(&lines[0]) + side(&lines[1])] {
                 Piece::Slip(_) if chance < 0.5 => {
                     let (dx, dy) = (x - middle[0], y - middle[1]);
-                    let sign = if chance < 0.25 { 1.0 } else { -1.0 } / dx.hypot(dy).max(f64::MIN_POSITIVE);
+                    let sign = if chance < 0.25 { 1.0 } else { -1.0 }
+                        / dx.hypot(dy).max(f64::MIN_POSITIVE);
                     Piece::Slip([sign * dx, sign * dy])
                 }
                 piece => piece,
@@ -97,21 +116,28 @@ pub(super) fn pattern(grid: &Grid, is_independent: bool, generator: &mut SplitMi
         .collect()
 }
 
-/// A solution with every component disturbed by up to `size` times the largest traction, or what f makes of it, put back into the cone.
-pub(super) fn disturbed(problem: &Problem, p: &[f64], size: f64, generator: &mut SplitMix64) -> Vec<f64> {
+/// A solution with every component disturbed by up to `size` times the largest traction, or what f
+/// makes of it, put back into the cone.
+pub(super) fn disturbed(
+    problem: &Problem,
+    p: &[f64],
+    size: f64,
+    generator: &mut SplitMix64,
+) -> Vec<f64> {
     let k = problem.grid.len();
     let largest = p.iter().fold(0.0, |a: f64, p| a.max(p.abs()));
     let unit = size * if largest > 0.0 { largest } else { self::size(problem) };
     let mut disturbed = vec![0.0; p.len()];
     for e in problem.grid.active() {
         let own = [p[e], p[k + e], p[2 * k + e]].map(|p| p + unit * generator.signed());
-        [disturbed[e], disturbed[k + e], disturbed[2 * k + e]] = g_mu(own, problem.mu, problem.ceiling);
+        [disturbed[e], disturbed[k + e], disturbed[2 * k + e]] =
+            g_mu(own, problem.mu, problem.ceiling);
     }
     disturbed
 }
 
-/// The images of tractions under the symmetries of the grid: mirrored in x, in y, in both, and on a square grid of square elements
-/// with x and y exchanged as well.
+/// The images of tractions under the symmetries of the grid: mirrored in x, in y, in both, and on a
+/// square grid of square elements with x and y exchanged as well.
 pub(super) fn images(grid: &Grid, p: &[f64]) -> Vec<Vec<f64>> {
     let k = grid.len();
     let is_square = grid.nx() == grid.ny() && (grid.hx() / grid.hy() - 1.0).abs() < 1e-12;
@@ -133,7 +159,8 @@ pub(super) fn images(grid: &Grid, p: &[f64]) -> Vec<Vec<f64>> {
                 }
                 let to = grid.index(i, j);
                 if grid.is_active(to) {
-                    [image[to], image[k + to], image[2 * k + to]] = [p[e], traction[0], traction[1]];
+                    [image[to], image[k + to], image[2 * k + to]] =
+                        [p[e], traction[0], traction[1]];
                 }
             }
             image

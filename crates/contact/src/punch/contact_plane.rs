@@ -3,7 +3,8 @@
 use super::curve::{Curve, Graph};
 use super::wheel_rail::WheelOnRail;
 
-/// Contact coordinates (x, s, n): x along the track, s across in the plane of contact, n into the rail.
+/// Contact coordinates (x, s, n): x along the track, s across in the plane of contact, n into the
+/// rail.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// Its origin in track coordinates \[m\].
@@ -36,13 +37,15 @@ pub struct Extent {
     pub s: [f64; 2],
 }
 
-/// A wheel and a rail seen along the normal of their plane of contact: the gap between the two as they just touch.
+/// A wheel and a rail seen along the normal of their plane of contact: the gap between the two as
+/// they just touch.
 #[derive(Clone, Debug)]
 pub struct ContactPlane {
     frame: Frame,
     wheel: Curve,
     radius: f64,
-    /// The frame's origin and axes x, s, n in coordinates of the wheel: origin on the axle at the profile's y = 0.
+    /// The frame's origin and axes x, s, n in coordinates of the wheel: origin on the axle at the
+    /// profile's y = 0.
     origin: [f64; 3],
     axes: [[f64; 3]; 3],
     rail: Graph,
@@ -63,14 +66,22 @@ struct Outline {
 }
 
 /// Three-point Gauss rule on (−½, ½).
-const GAUSS: [(f64, f64); 3] = [(-0.387_298_334_620_741_7, 5.0 / 18.0), (0.0, 8.0 / 18.0), (0.387_298_334_620_741_7, 5.0 / 18.0)];
+const GAUSS: [(f64, f64); 3] = [
+    (-0.387_298_334_620_741_7, 5.0 / 18.0),
+    (0.0, 8.0 / 18.0),
+    (0.387_298_334_620_741_7, 5.0 / 18.0),
+];
 
 impl ContactPlane {
     /// The plane of `frame` between the two bodies of `pair`.
     pub fn new(pair: &WheelOnRail, frame: Frame) -> Self {
         let (sin, cos) = frame.angle.sin_cos();
         // from the track to the wheel, by the transpose of the rotation
-        let back = |v: [f64; 3]| [0, 1, 2].map(|c| pair.rotation[0][c] * v[0] + pair.rotation[1][c] * v[1] + pair.rotation[2][c] * v[2]);
+        let back = |v: [f64; 3]| {
+            [0, 1, 2].map(|c| {
+                pair.rotation[0][c] * v[0] + pair.rotation[1][c] * v[1] + pair.rotation[2][c] * v[2]
+            })
+        };
         let mut origin = back([0, 1, 2].map(|c| frame.origin[c] - pair.center[c]));
         origin[1] -= pair.wheel_origin;
         let touch = &pair.touches()[0];
@@ -79,8 +90,15 @@ impl ContactPlane {
             let [y, z] = pair.rail.at(t).position;
             (y - touch.position[1]).hypot(z - touch.position[2])
         };
-        let around = rail_parameters.into_iter().min_by(|a, b| nearest(*a).total_cmp(&nearest(*b))).unwrap_or(0.0);
-        let rail = Graph::new(&pair.rail.clone().shifted([-frame.origin[1], -frame.origin[2]]), [cos, sin], around);
+        let around = rail_parameters
+            .into_iter()
+            .min_by(|a, b| nearest(*a).total_cmp(&nearest(*b)))
+            .unwrap_or(0.0);
+        let rail = Graph::new(
+            &pair.rail.clone().shifted([-frame.origin[1], -frame.origin[2]]),
+            [cos, sin],
+            around,
+        );
         Self {
             frame,
             wheel: pair.wheel.clone(),
@@ -89,7 +107,11 @@ impl ContactPlane {
             axes: [back([1.0, 0.0, 0.0]), back([0.0, cos, sin]), back([0.0, -sin, cos])],
             rail,
             silhouette: outline(pair, &frame, touch.wheel),
-            touches: pair.touches().iter().map(|touch| frame.from_track(touch.position)[1]).collect(),
+            touches: pair
+                .touches()
+                .iter()
+                .map(|touch| frame.from_track(touch.position)[1])
+                .collect(),
         }
     }
 
@@ -98,7 +120,8 @@ impl ContactPlane {
         self.frame
     }
 
-    /// Gap \[m\] along n at (x, s) \[m\], 0 where the two just touch; `None` where one body is not above the other.
+    /// Gap \[m\] along n at (x, s) \[m\], 0 where the two just touch; `None` where one body is not
+    /// above the other.
     pub fn gap(&self, x: f64, s: f64) -> Option<f64> {
         let (sin, cos) = self.frame.angle.sin_cos();
         let [y, z] = self.rail.at(s)?.position;
@@ -106,7 +129,8 @@ impl ContactPlane {
         Some((cos * z - sin * y - self.wheel_height(x, s)?).max(0.0))
     }
 
-    /// Mean gap \[m\] over the element hx × hs \[m\] centred at (x, s) \[m\]; `None` where one body is not above the other in all of it.
+    /// Mean gap \[m\] over the element hx × hs \[m\] centred at (x, s) \[m\]; `None` where one body
+    /// is not above the other in all of it.
     pub fn mean_gap(&self, x: f64, s: f64, hx: f64, hs: f64) -> Option<f64> {
         let mut mean = 0.0;
         for (along, weight) in GAUSS {
@@ -117,14 +141,20 @@ impl ContactPlane {
         Some(mean)
     }
 
-    /// The rectangle around all regions in which the undeformed bodies would overlap after an approach \[m\], with a margin of a
-    /// twentieth of its widths at each side; `None` when nothing would overlap.
+    /// The rectangle around all regions in which the undeformed bodies would overlap after an
+    /// approach \[m\], with a margin of a twentieth of its widths at each side; `None` when nothing
+    /// would overlap.
     pub fn overlap(&self, approach: f64) -> Option<Extent> {
         let depth = |s: f64| -> Option<(f64, f64)> {
             let x = self.outline_at(s)?.x;
             Some((approach - self.gap(x, s)?, x)).filter(|(depth, _)| *depth > 0.0)
         };
-        let mut stations: Vec<f64> = self.silhouette.iter().map(|outline| outline.s).chain(self.touches.iter().copied()).collect();
+        let mut stations: Vec<f64> = self
+            .silhouette
+            .iter()
+            .map(|outline| outline.s)
+            .chain(self.touches.iter().copied())
+            .collect();
         stations.sort_by(f64::total_cmp);
         let mut extent: Option<Extent> = None;
         let mut take = |x: f64, s: f64| {
@@ -137,7 +167,11 @@ impl ContactPlane {
             for direction in [-1.0, 1.0] {
                 take(x + direction * self.half_length(x, s, direction, approach, deep), s);
             }
-            for neighbour in [i.checked_sub(1), Some(i + 1)].into_iter().flatten().filter_map(|at| stations.get(at)) {
+            for neighbour in [i.checked_sub(1), Some(i + 1)]
+                .into_iter()
+                .flatten()
+                .filter_map(|at| stations.get(at))
+            {
                 let (mut inside, mut outside) = (s, *neighbour);
                 for _ in 0..40 {
                     let half = 0.5 * (inside + outside);
@@ -147,14 +181,16 @@ impl ContactPlane {
             }
         }
         extent.map(|Extent { x, s }| {
-            let wider = |[low, high]: [f64; 2]| [low - 0.05 * (high - low), high + 0.05 * (high - low)];
+            let wider =
+                |[low, high]: [f64; 2]| [low - 0.05 * (high - low), high + 0.05 * (high - low)];
             Extent { x: wider(x), s: wider(s) }
         })
     }
 
     /// How far the overlap reaches from its deepest point x on a line s = const, along ±x.
     fn half_length(&self, x: f64, s: f64, direction: f64, approach: f64, depth: f64) -> f64 {
-        let overlaps = |reach: f64| self.gap(x + direction * reach, s).is_some_and(|gap| gap < approach);
+        let overlaps =
+            |reach: f64| self.gap(x + direction * reach, s).is_some_and(|gap| gap < approach);
         let (mut inside, mut outside) = (0.0, (2.0 * self.radius * depth).sqrt());
         while outside < self.radius && overlaps(outside) {
             (inside, outside) = (outside, 1.5 * outside);
@@ -175,11 +211,16 @@ impl ContactPlane {
         };
         let part = (s - start.s) / (end.s - start.s);
         let mix = |a: f64, b: f64| a + part * (b - a);
-        Some(Outline { x: mix(start.x, end.x), s, n: mix(start.n, end.n), parameter: mix(start.parameter, end.parameter) })
+        Some(Outline {
+            x: mix(start.x, end.x),
+            s,
+            n: mix(start.n, end.n),
+            parameter: mix(start.parameter, end.parameter),
+        })
     }
 
-    /// n of the wheel's surface on the line (x, s): Newton's method for n and the parameter of the wheel's curve, from the silhouette
-    /// at s and a circle of the wheel's radius along x.
+    /// n of the wheel's surface on the line (x, s): Newton's method for n and the parameter of the
+    /// wheel's curve, from the silhouette at s and a circle of the wheel's radius along x.
     fn wheel_height(&self, x: f64, s: f64) -> Option<f64> {
         let start = self.outline_at(s)?;
         let [low, high] = [self.silhouette.first()?.parameter, self.silhouette.last()?.parameter];
@@ -191,15 +232,20 @@ impl ContactPlane {
             let q = [0, 1, 2].map(|c| foot[c] + n * normal[c]);
             let point = self.wheel.at(t);
             let distance = q[0].hypot(q[2]);
-            let (off_y, off_r) = (q[1] - point.position[0], distance - self.radius - point.position[1]);
+            let (off_y, off_r) =
+                (q[1] - point.position[0], distance - self.radius - point.position[1]);
             let outward = (q[0] * normal[0] + q[2] * normal[2]) / distance;
             let [dy, dz] = point.tangent;
-            // |outward·dy − normal_y·dz| is the cosine between the two normals; negative where the surface turns away
+            // |outward·dy − normal_y·dz| is the cosine between the two normals; negative where the
+            // surface turns away
             let facing = outward * dy - normal[1] * dz;
             if facing.is_nan() || facing <= 0.0 {
                 return None;
             }
-            let (step_n, step_t) = ((off_y * dz - off_r * dy) / facing, (outward * off_y - normal[1] * off_r) / facing);
+            let (step_n, step_t) = (
+                (off_y * dz - off_r * dy) / facing,
+                (outward * off_y - normal[1] * off_r) / facing,
+            );
             n += step_n;
             let next = (t + step_t).clamp(low, high);
             let settled = step_n.abs() <= 1e-15 && (next - t).abs() <= 1e-12;
@@ -212,12 +258,14 @@ impl ContactPlane {
         // the last steps only shuffle rounding
         let q = [0, 1, 2].map(|c| foot[c] + n * normal[c]);
         let point = self.wheel.at(t);
-        let off = (q[1] - point.position[0]).hypot(q[0].hypot(q[2]) - self.radius - point.position[1]);
+        let off =
+            (q[1] - point.position[0]).hypot(q[0].hypot(q[2]) - self.radius - point.position[1]);
         (off <= 1e-13).then_some(n)
     }
 }
 
-/// The silhouette in contact coordinates, around the parameter `around` of the wheel's curve as far as s rises.
+/// The silhouette in contact coordinates, around the parameter `around` of the wheel's curve as far
+/// as s rises.
 fn outline(pair: &WheelOnRail, frame: &Frame, around: f64) -> Vec<Outline> {
     let at = |t: f64| {
         let [x, s, n] = frame.from_track(pair.silhouette(t)?.position);
@@ -249,10 +297,26 @@ mod tests {
     use crate::punch::{Position, Profile, Side, Track, Wheelset};
 
     fn benchmark(side: Side, position: &Position) -> WheelOnRail {
-        let wheel = Profile::from_simpack(include_str!("../../../../sweeps/profiles/MBench_S1002_v3.prw")).unwrap();
-        let rail = Profile::from_simpack(include_str!("../../../../sweeps/profiles/MBench_UIC60_v3.prr")).unwrap();
-        let wheelset = Wheelset { rolling_radius: 0.46, flange_back_distance: 1.36, flange_back_to_origin: 0.07 };
-        WheelOnRail::new(&wheel, &rail, &wheelset, &Track { gauge: 1.435, gauge_depth: 0.014 }, side, position).unwrap()
+        let wheel =
+            Profile::from_simpack(include_str!("../../../../sweeps/profiles/MBench_S1002_v3.prw"))
+                .unwrap();
+        let rail =
+            Profile::from_simpack(include_str!("../../../../sweeps/profiles/MBench_UIC60_v3.prr"))
+                .unwrap();
+        let wheelset = Wheelset {
+            rolling_radius: 0.46,
+            flange_back_distance: 1.36,
+            flange_back_to_origin: 0.07,
+        };
+        WheelOnRail::new(
+            &wheel,
+            &rail,
+            &wheelset,
+            &Track { gauge: 1.435, gauge_depth: 0.014 },
+            side,
+            position,
+        )
+        .unwrap()
     }
 
     const YAWED: Position = Position { lateral: 4e-3, yaw: 9.6e-3, roll: -2.557e-4 };
@@ -261,26 +325,38 @@ mod tests {
     fn frames_go_there_and_back() {
         let frame = Frame { origin: [0.1, -0.7, 0.02], angle: 0.4 };
         let back = frame.from_track(frame.to_track([1.0, 2.0, 3.0]));
-        assert!(back.iter().zip([1.0, 2.0, 3.0]).all(|(a, b)| (a - b).abs() < 1e-15 * 10.0), "{back:?}");
+        assert!(
+            back.iter().zip([1.0, 2.0, 3.0]).all(|(a, b)| (a - b).abs() < 1e-15 * 10.0),
+            "{back:?}"
+        );
         // s turned from y towards z: the plane falls to the right
         assert!(frame.to_track([0.0, 1.0, 0.0])[2] > 0.02);
     }
 
     #[test]
     fn the_gap_is_zero_where_the_two_touch_and_nowhere_negative() {
-        for (side, position) in [(Side::Left, YAWED), (Side::Left, Position::default()), (Side::Right, YAWED)] {
+        for (side, position) in
+            [(Side::Left, YAWED), (Side::Left, Position::default()), (Side::Right, YAWED)]
+        {
             let pair = benchmark(side, &position);
             for frame in [pair.tangent_frame(), pair.overlap_frame(2e-5)] {
                 let plane = ContactPlane::new(&pair, frame);
                 let [x, s, _] = frame.from_track(pair.touches()[0].position);
-                assert!(plane.gap(x, s).unwrap() < 1e-12, "{side:?} {frame:?}: {:?}", plane.gap(x, s));
+                assert!(
+                    plane.gap(x, s).unwrap() < 1e-12,
+                    "{side:?} {frame:?}: {:?}",
+                    plane.gap(x, s)
+                );
                 // without the clamp: the surfaces themselves must not cross
                 let (sin, cos) = frame.angle.sin_cos();
                 for i in -60..=60 {
                     for j in -60..=60 {
                         let (x, s) = (x + 1e-4 * f64::from(i), s + 1e-4 * f64::from(j));
                         let [y, z] = plane.rail.at(s).unwrap().position;
-                        assert!(cos * z - sin * y - plane.wheel_height(x, s).unwrap() > -1e-12, "{x} {s}");
+                        assert!(
+                            cos * z - sin * y - plane.wheel_height(x, s).unwrap() > -1e-12,
+                            "{x} {s}"
+                        );
                     }
                 }
             }
@@ -289,7 +365,8 @@ mod tests {
 
     #[test]
     fn the_wheels_height_lies_on_its_surface() {
-        // independently: the point found, turned back to the wheelset, has the profile's radius at its y
+        // independently: the point found, turned back to the wheelset, has the profile's radius at
+        // its y
         let pair = benchmark(Side::Left, &YAWED);
         let frame = pair.tangent_frame();
         let plane = ContactPlane::new(&pair, frame);
@@ -306,7 +383,9 @@ mod tests {
 
     #[test]
     fn near_the_touching_point_the_gap_is_the_paraboloid_of_its_curvatures() {
-        for (side, position) in [(Side::Left, YAWED), (Side::Right, Position { lateral: -4e-3, ..YAWED })] {
+        for (side, position) in
+            [(Side::Left, YAWED), (Side::Right, Position { lateral: -4e-3, ..YAWED })]
+        {
             let pair = benchmark(side, &position);
             let plane = ContactPlane::new(&pair, pair.tangent_frame());
             let c = pair.curvatures();
@@ -323,10 +402,17 @@ mod tests {
     fn element_means_meet_a_fine_quadrature() {
         let pair = benchmark(Side::Left, &YAWED);
         let plane = ContactPlane::new(&pair, pair.tangent_frame());
-        for (x, s, hx, hs) in [(0.0, 0.0, 2e-4, 2e-4), (2e-3, -3e-3, 2e-4, 2e-4), (-4e-3, 3e-3, 5e-4, 5e-4), (1e-3, 6e-3, 2e-4, 4e-4)] {
+        for (x, s, hx, hs) in [
+            (0.0, 0.0, 2e-4, 2e-4),
+            (2e-3, -3e-3, 2e-4, 2e-4),
+            (-4e-3, 3e-3, 5e-4, 5e-4),
+            (1e-3, 6e-3, 2e-4, 4e-4),
+        ] {
             let count = 60;
             let at = |i: usize, h: f64| ((i as f64 + 0.5) / count as f64 - 0.5) * h;
-            let fine: f64 = (0..count * count).map(|e| plane.gap(x + at(e % count, hx), s + at(e / count, hs)).unwrap()).sum();
+            let fine: f64 = (0..count * count)
+                .map(|e| plane.gap(x + at(e % count, hx), s + at(e / count, hs)).unwrap())
+                .sum();
             let fine = fine / (count * count) as f64;
             // the midpoint rule's own error, h²/24 of the second derivative over its steps
             let own = (hx * hx * 2.2 + hs * hs * 5.0) / 24.0 / (count * count) as f64;
@@ -337,21 +423,27 @@ mod tests {
 
     #[test]
     fn the_overlap_lies_in_its_rectangle_and_reaches_its_sides() {
-        for (side, position, approach) in
-            [(Side::Left, YAWED, 2e-5), (Side::Left, Position::default(), 1.6e-5), (Side::Left, YAWED, 1e-9), (Side::Right, YAWED, 5e-5)]
-        {
+        for (side, position, approach) in [
+            (Side::Left, YAWED, 2e-5),
+            (Side::Left, Position::default(), 1.6e-5),
+            (Side::Left, YAWED, 1e-9),
+            (Side::Right, YAWED, 5e-5),
+        ] {
             let pair = benchmark(side, &position);
             let plane = ContactPlane::new(&pair, pair.tangent_frame());
             let Extent { x, s } = plane.overlap(approach).unwrap();
             let (wx, ws) = (x[1] - x[0], s[1] - s[0]);
-            // a grid beyond the rectangle: nothing overlaps outside of it, and something in the outer tenth at each side
+            // a grid beyond the rectangle: nothing overlaps outside of it, and something in the
+            // outer tenth at each side
             let mut reached = [false; 4];
             for i in -20..=120 {
                 for j in -20..=120 {
                     let (u, v) = (f64::from(i) / 100.0, f64::from(j) / 100.0);
                     if plane.gap(x[0] + u * wx, s[0] + v * ws).is_some_and(|gap| gap < approach) {
                         assert!((0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v), "{u} {v}");
-                        for (side, there) in reached.iter_mut().zip([u < 0.1, u > 0.9, v < 0.1, v > 0.9]) {
+                        for (side, there) in
+                            reached.iter_mut().zip([u < 0.1, u > 0.9, v < 0.1, v > 0.9])
+                        {
                             *side |= there;
                         }
                     }
@@ -367,7 +459,10 @@ mod tests {
     fn regions_on_tread_and_flange_root_fit_one_rectangle() {
         let pair = benchmark(Side::Right, &Position { lateral: 4.8e-3, ..Position::default() });
         let [tread, root] = pair.touches() else { panic!("{:?}", pair.touches()) };
-        assert!(root.gap < 4e-5 && (tread.position[1] - root.position[1]) > 0.01, "{tread:?} {root:?}");
+        assert!(
+            root.gap < 4e-5 && (tread.position[1] - root.position[1]) > 0.01,
+            "{tread:?} {root:?}"
+        );
         let plane = ContactPlane::new(&pair, pair.tangent_frame());
         let s = plane.frame().from_track(root.position)[1];
         let reach = plane.gap(0.0, s).unwrap() + 1e-6;
@@ -382,7 +477,10 @@ mod tests {
         let pair = benchmark(Side::Left, &Position::default());
         let plane = ContactPlane::new(&pair, pair.tangent_frame());
         assert!(plane.gap(0.0, 0.01).is_some());
-        assert_eq!((plane.gap(0.0, 0.5), plane.gap(0.0, -0.5), plane.mean_gap(0.0, 0.5, 1e-3, 1e-3)), (None, None, None));
+        assert_eq!(
+            (plane.gap(0.0, 0.5), plane.gap(0.0, -0.5), plane.mean_gap(0.0, 0.5, 1e-3, 1e-3)),
+            (None, None, None)
+        );
         assert_eq!(plane.gap(0.5, 0.0), None, "the wheel is 0.46 m high");
     }
 }

@@ -1,7 +1,8 @@
 //! A smooth plane curve through points: the natural cubic spline over chord length.
 
-/// A curve that passes through given points with continuous curvature. Its parameter is the length of the polygon through the
-/// points \[m\], the arc length up to the polygon's own error, so it may turn back over either axis.
+/// A curve that passes through given points with continuous curvature. Its parameter is the length
+/// of the polygon through the points \[m\], the arc length up to the polygon's own error, so it may
+/// turn back over either axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
     parameters: Vec<f64>,
@@ -35,8 +36,8 @@ impl CurvePoint {
 }
 
 impl Curve {
-    /// The curve through `points` \[m\] in their order. `None` when they are fewer than three, or not finite, or when neighbours
-    /// coincide.
+    /// The curve through `points` \[m\] in their order. `None` when they are fewer than three, or
+    /// not finite, or when neighbours coincide.
     pub fn through(points: Vec<[f64; 2]>) -> Option<Self> {
         let count = points.len();
         if count < 3 || !points.iter().flatten().all(|v| v.is_finite()) {
@@ -77,10 +78,16 @@ impl Curve {
         let h = self.parameters[right] - self.parameters[left];
         let (a, b) = ((self.parameters[right] - t) / h, (t - self.parameters[left]) / h);
         let each = |f: &dyn Fn(usize) -> f64| [f(0), f(1)];
-        let (p, q, m, n) = (self.points[left], self.points[right], self.bends[left], self.bends[right]);
+        let (p, q, m, n) =
+            (self.points[left], self.points[right], self.bends[left], self.bends[right]);
         CurvePoint {
-            position: each(&|c| a * p[c] + b * q[c] - h * h / 6.0 * (a * b) * ((1.0 + a) * m[c] + (1.0 + b) * n[c])),
-            tangent: each(&|c| (q[c] - p[c]) / h + h / 6.0 * ((3.0 * b * b - 1.0) * n[c] - (3.0 * a * a - 1.0) * m[c])),
+            position: each(&|c| {
+                a * p[c] + b * q[c] - h * h / 6.0 * (a * b) * ((1.0 + a) * m[c] + (1.0 + b) * n[c])
+            }),
+            tangent: each(&|c| {
+                (q[c] - p[c]) / h
+                    + h / 6.0 * ((3.0 * b * b - 1.0) * n[c] - (3.0 * a * a - 1.0) * m[c])
+            }),
             bend: each(&|c| a * m[c] + b * n[c]),
         }
     }
@@ -102,19 +109,23 @@ impl Curve {
         self
     }
 
-    /// The points of the curve with `pieces` equal steps between neighbouring given points, as parameters.
+    /// The points of the curve with `pieces` equal steps between neighbouring given points, as
+    /// parameters.
     pub fn samples(&self, pieces: usize) -> Vec<f64> {
         let mut samples: Vec<f64> = self
             .parameters
             .windows(2)
-            .flat_map(|ends| (0..pieces).map(move |i| ends[0] + (ends[1] - ends[0]) * i as f64 / pieces as f64))
+            .flat_map(|ends| {
+                (0..pieces).map(move |i| ends[0] + (ends[1] - ends[0]) * i as f64 / pieces as f64)
+            })
             .collect();
         samples.push(self.length());
         samples
     }
 }
 
-/// Second derivatives of the natural cubic spline, by elimination in the tridiagonal system (diagonally dominant: no pivots).
+/// Second derivatives of the natural cubic spline, by elimination in the tridiagonal system
+/// (diagonally dominant: no pivots).
 fn second_derivatives(parameters: &[f64], points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let count = points.len();
     let step = |i: usize| parameters[i + 1] - parameters[i];
@@ -124,7 +135,9 @@ fn second_derivatives(parameters: &[f64], points: &[[f64; 2]]) -> Vec<[f64; 2]> 
     for i in 1..count - 1 {
         let diagonal = 2.0 * (step(i - 1) + step(i)) - step(i - 1) * upper[i - 1];
         upper[i] = step(i) / diagonal;
-        bends[i] = [0, 1].map(|c| (6.0 * (slope(i, c) - slope(i - 1, c)) - step(i - 1) * bends[i - 1][c]) / diagonal);
+        bends[i] = [0, 1].map(|c| {
+            (6.0 * (slope(i, c) - slope(i - 1, c)) - step(i - 1) * bends[i - 1][c]) / diagonal
+        });
     }
     for i in (1..count - 1).rev() {
         bends[i] = [0, 1].map(|c| bends[i][c] - upper[i] * bends[i + 1][c]);
@@ -142,15 +155,16 @@ pub(crate) struct Graph {
 }
 
 impl Graph {
-    /// The part of `curve` around its parameter `around` that advances along the unit vector `direction`; empty when it does not
-    /// advance there.
+    /// The part of `curve` around its parameter `around` that advances along the unit vector
+    /// `direction`; empty when it does not advance there.
     pub(crate) fn new(curve: &Curve, direction: [f64; 2], around: f64) -> Self {
         let along = |v: [f64; 2]| v[0] * direction[0] + v[1] * direction[1];
         let advances = |t: &f64| along(curve.at(*t).tangent) > 0.0;
         let all = curve.samples(4);
         let middle = all.partition_point(|&t| t < around);
         let first = all[..middle].iter().rposition(|t| !advances(t)).map_or(0, |i| i + 1);
-        let last = all[middle..].iter().position(|t| !advances(t)).map_or(all.len(), |i| middle + i);
+        let last =
+            all[middle..].iter().position(|t| !advances(t)).map_or(all.len(), |i| middle + i);
         let mut samples: Vec<[f64; 2]> = Vec::with_capacity(last.saturating_sub(first));
         for &t in &all[first..last.max(first)] {
             let at = along(curve.at(t).position);
@@ -222,9 +236,14 @@ mod tests {
             .map(|count| {
                 let curve = Curve::through(arc(radius, 0.2, 4.0, count)).unwrap();
                 // away from the ends, where the natural spline is straight
-                let middle: Vec<CurvePoint> = (0..101).map(|i| curve.at(curve.length() * (0.3 + 0.004 * f64::from(i)))).collect();
+                let middle: Vec<CurvePoint> = (0..101)
+                    .map(|i| curve.at(curve.length() * (0.3 + 0.004 * f64::from(i))))
+                    .collect();
                 let off = |f: &dyn Fn(&CurvePoint) -> f64| middle.iter().map(f).fold(0.0, f64::max);
-                [off(&|p| (p.position[0].hypot(p.position[1]) / radius - 1.0).abs()), off(&|p| (p.curvature() * radius - 1.0).abs())]
+                [
+                    off(&|p| (p.position[0].hypot(p.position[1]) / radius - 1.0).abs()),
+                    off(&|p| (p.curvature() * radius - 1.0).abs()),
+                ]
             })
             .to_vec();
         for pair in errors.windows(2) {
@@ -244,8 +263,13 @@ mod tests {
                 assert!((curve.at(t).position[c] - expected).abs() < 1e-14);
                 assert!((below.tangent[c] - above.tangent[c]).abs() < 1e-6);
                 assert!((below.bend[c] - above.bend[c]).abs() < 1e-6);
-                let slope = (curve.at(t + 1e-6).position[c] - curve.at(t - 1e-6).position[c]) / 2e-6;
-                assert!(t == 0.0 || t == curve.length() || (slope - curve.at(t).tangent[c]).abs() < 1e-7);
+                let slope =
+                    (curve.at(t + 1e-6).position[c] - curve.at(t - 1e-6).position[c]) / 2e-6;
+                assert!(
+                    t == 0.0
+                        || t == curve.length()
+                        || (slope - curve.at(t).tangent[c]).abs() < 1e-7
+                );
             }
         }
         assert_eq!(curve.at(-1.0), curve.at(0.0));
@@ -254,9 +278,14 @@ mod tests {
 
     #[test]
     fn straight_points_make_a_straight_line() {
-        let curve = Curve::through((0..5).map(|i| [f64::from(i * i), 2.0 * f64::from(i * i)]).collect()).unwrap();
+        let curve =
+            Curve::through((0..5).map(|i| [f64::from(i * i), 2.0 * f64::from(i * i)]).collect())
+                .unwrap();
         let point = curve.at(0.37 * curve.length());
-        assert!((point.position[1] / point.position[0] - 2.0).abs() < 1e-14 && point.curvature().abs() < 1e-14);
+        assert!(
+            (point.position[1] / point.position[0] - 2.0).abs() < 1e-14
+                && point.curvature().abs() < 1e-14
+        );
         assert!((point.angle() - 2f64.atan()).abs() < 1e-14);
     }
 
@@ -276,7 +305,11 @@ mod tests {
         assert!((low + 0.2f64.cos()).abs() < 1e-12 && (high - 1.0).abs() < 1e-4 && high < 1.0);
         for x in [-0.9, -0.3, 0.0, 0.77, 0.99] {
             let point = graph.at(x).unwrap();
-            assert!((point.position[0] + x).abs() < 1e-14 && (point.position[1] - (1.0 - x * x).sqrt()).abs() < 1e-8, "{x}: {point:?}");
+            assert!(
+                (point.position[0] + x).abs() < 1e-14
+                    && (point.position[1] - (1.0 - x * x).sqrt()).abs() < 1e-8,
+                "{x}: {point:?}"
+            );
         }
         assert_eq!((graph.at(1.1), graph.at(-0.99)), (None, None));
         assert_eq!(Graph::new(&curve, [1.0, 0.0], 1.0).range(), None);

@@ -1,4 +1,5 @@
-//! The punch's geometry: initial gap g₀, its mean over an element, the sole, and the Ω that a shape calls for.
+//! The punch's geometry: initial gap g₀, its mean over an element, the sole, and the Ω that a shape
+//! calls for.
 
 mod contact_plane;
 mod curve;
@@ -34,7 +35,8 @@ enum Sampled<'a> {
 }
 
 impl<'a> Gap<'a> {
-    /// The gap under `scene`'s punch. Fails when the scene names a surface that `surfaces` has not, or a wheel does not meet its rail.
+    /// The gap under `scene`'s punch. Fails when the scene names a surface that `surfaces` has not,
+    /// or a wheel does not meet its rail.
     pub fn new(scene: &'a Scene, surfaces: &'a Surfaces) -> Result<Self, SceneError> {
         let shape = &scene.punch.shape;
         let missing = |key: &str, name: &str, what: &str| SceneError {
@@ -43,12 +45,17 @@ impl<'a> Gap<'a> {
             expected: format!("names {what} that was not supplied"),
         };
         let sampled = match shape {
-            Shape::HeightMap { surface, .. } => {
-                Sampled::Map(surfaces.get(surface).ok_or_else(|| missing("punch.surface", surface, "a height map"))?)
-            }
+            Shape::HeightMap { surface, .. } => Sampled::Map(
+                surfaces
+                    .get(surface)
+                    .ok_or_else(|| missing("punch.surface", surface, "a height map"))?,
+            ),
             Shape::WheelOnRail(rail) => {
-                let profile =
-                    |key: &str, name: &str| surfaces.profile(name).ok_or_else(|| missing(&format!("punch.{key}"), name, "a profile"));
+                let profile = |key: &str, name: &str| {
+                    surfaces
+                        .profile(name)
+                        .ok_or_else(|| missing(&format!("punch.{key}"), name, "a profile"))
+                };
                 let pair = WheelOnRail::new(
                     profile("wheel", &rail.wheel)?,
                     profile("rail", &rail.rail)?,
@@ -63,12 +70,16 @@ impl<'a> Gap<'a> {
                 );
                 let pair = pair.map_err(|error| SceneError {
                     key: "punch".to_owned(),
-                    value: format!("lateral {:e} m, yaw {:e} rad, roll {:e} rad", rail.lateral, rail.yaw, rail.roll),
+                    value: format!(
+                        "lateral {:e} m, yaw {:e} rad, roll {:e} rad",
+                        rail.lateral, rail.yaw, rail.roll
+                    ),
                     expected: error.to_string(),
                 })?;
                 let ([a, b], _) = pair.curvatures().principal();
                 let approach = wheel_approach(scene, (a > 0.0).then_some([a, b])).unwrap_or(0.0);
-                let frame = pair.overlap_frame(approach.max(0.0) / pair.tangent_frame().angle.cos());
+                let frame =
+                    pair.overlap_frame(approach.max(0.0) / pair.tangent_frame().angle.cos());
                 let plane = ContactPlane::new(&pair, frame);
                 Sampled::Plane(Box::new(pair), Box::new(plane))
             }
@@ -77,43 +88,56 @@ impl<'a> Gap<'a> {
         Ok(Self { shape, sampled })
     }
 
-    /// Initial gap g₀ ≥ 0 \[m\] at (x, y) \[m\]; `None` where the punch has no sole, that is, cannot touch at all.
+    /// Initial gap g₀ ≥ 0 \[m\] at (x, y) \[m\]; `None` where the punch has no sole, that is,
+    /// cannot touch at all.
     pub fn at(&self, x: f64, y: f64) -> Option<f64> {
         if !self.has_sole(x, y) {
             return None;
         }
         match (self.shape, &self.sampled) {
             (Shape::Sphere { radius }, _) => Some((x * x + y * y) / (2.0 * radius)),
-            (Shape::Ellipsoid { radius_x, radius_y }, _) => Some(x * x / (2.0 * radius_x) + y * y / (2.0 * radius_y)),
+            (Shape::Ellipsoid { radius_x, radius_y }, _) => {
+                Some(x * x / (2.0 * radius_x) + y * y / (2.0 * radius_y))
+            }
             (Shape::FlatRectangle { .. } | Shape::FlatDisk { .. }, _) => Some(0.0),
             (Shape::Cone { angle }, _) => Some(x.hypot(y) * angle.tan()),
             (Shape::HeightMap { width_x, width_y, .. }, Sampled::Map(surface)) => {
                 Some(surface.gap_at(x / width_x + 0.5, y / width_y + 0.5))
             }
             (Shape::WheelOnRail(_), Sampled::Plane(_, plane)) => plane.gap(x, y),
-            (Shape::HeightMap { .. } | Shape::WheelOnRail(_), _) => unreachable!("Gap::new supplies the surface"),
+            (Shape::HeightMap { .. } | Shape::WheelOnRail(_), _) => {
+                unreachable!("Gap::new supplies the surface")
+            }
         }
     }
 
-    /// Mean of g₀ \[m\] over the element hx × hy \[m\] centred at (x, y) \[m\]; `None` where the punch has no sole.
+    /// Mean of g₀ \[m\] over the element hx × hy \[m\] centred at (x, y) \[m\]; `None` where the
+    /// punch has no sole.
     pub fn mean(&self, x: f64, y: f64, hx: f64, hy: f64) -> Option<f64> {
         if !self.has_sole(x, y) {
             return None;
         }
         match (self.shape, &self.sampled) {
             // ⟨x²⟩ over an element is x² + hx²/12
-            (Shape::Sphere { radius }, _) => Some((x * x + y * y + (hx * hx + hy * hy) / 12.0) / (2.0 * radius)),
-            (Shape::Ellipsoid { radius_x, radius_y }, _) => {
-                Some((x * x + hx * hx / 12.0) / (2.0 * radius_x) + (y * y + hy * hy / 12.0) / (2.0 * radius_y))
+            (Shape::Sphere { radius }, _) => {
+                Some((x * x + y * y + (hx * hx + hy * hy) / 12.0) / (2.0 * radius))
             }
+            (Shape::Ellipsoid { radius_x, radius_y }, _) => Some(
+                (x * x + hx * hx / 12.0) / (2.0 * radius_x)
+                    + (y * y + hy * hy / 12.0) / (2.0 * radius_y),
+            ),
             (Shape::FlatRectangle { .. } | Shape::FlatDisk { .. }, _) => Some(0.0),
             (Shape::Cone { angle }, _) => Some(mean_distance(x, y, hx, hy) * angle.tan()),
-            (Shape::HeightMap { width_x, width_y, .. }, Sampled::Map(surface)) => Some(surface.mean_gap(
-                [(x - hx / 2.0) / width_x + 0.5, (x + hx / 2.0) / width_x + 0.5],
-                [(y - hy / 2.0) / width_y + 0.5, (y + hy / 2.0) / width_y + 0.5],
-            )),
+            (Shape::HeightMap { width_x, width_y, .. }, Sampled::Map(surface)) => {
+                Some(surface.mean_gap(
+                    [(x - hx / 2.0) / width_x + 0.5, (x + hx / 2.0) / width_x + 0.5],
+                    [(y - hy / 2.0) / width_y + 0.5, (y + hy / 2.0) / width_y + 0.5],
+                ))
+            }
             (Shape::WheelOnRail(_), Sampled::Plane(_, plane)) => plane.mean_gap(x, y, hx, hy),
-            (Shape::HeightMap { .. } | Shape::WheelOnRail(_), _) => unreachable!("Gap::new supplies the surface"),
+            (Shape::HeightMap { .. } | Shape::WheelOnRail(_), _) => {
+                unreachable!("Gap::new supplies the surface")
+            }
         }
     }
 
@@ -122,8 +146,12 @@ impl<'a> Gap<'a> {
         let slack = 1.0 + 1e-12;
         match self.shape {
             // where a wheel is not above its rail the gap itself says so
-            Shape::Sphere { .. } | Shape::Ellipsoid { .. } | Shape::Cone { .. } | Shape::WheelOnRail(_) => true,
-            Shape::FlatRectangle { width_x, width_y } | Shape::HeightMap { width_x, width_y, .. } => {
+            Shape::Sphere { .. }
+            | Shape::Ellipsoid { .. }
+            | Shape::Cone { .. }
+            | Shape::WheelOnRail(_) => true,
+            Shape::FlatRectangle { width_x, width_y }
+            | Shape::HeightMap { width_x, width_y, .. } => {
                 x.abs() <= 0.5 * width_x * slack && y.abs() <= 0.5 * width_y * slack
             }
             Shape::FlatDisk { radius } => x.hypot(y) <= radius * slack,
@@ -138,12 +166,14 @@ impl<'a> Gap<'a> {
         }
     }
 
-    /// Principal curvatures \[1/m\] of a smooth gap where it is smallest, the smaller one first; `None` where Hertz's theory has
-    /// nothing to say.
+    /// Principal curvatures \[1/m\] of a smooth gap where it is smallest, the smaller one first;
+    /// `None` where Hertz's theory has nothing to say.
     pub fn curvatures(&self) -> Option<[f64; 2]> {
         let curvatures = match (self.shape, &self.sampled) {
             (Shape::Sphere { radius }, _) => [1.0 / radius; 2],
-            (Shape::Ellipsoid { radius_x, radius_y }, _) => [1.0 / radius_x.max(*radius_y), 1.0 / radius_x.min(*radius_y)],
+            (Shape::Ellipsoid { radius_x, radius_y }, _) => {
+                [1.0 / radius_x.max(*radius_y), 1.0 / radius_x.min(*radius_y)]
+            }
             (_, Sampled::Plane(pair, _)) => pair.curvatures().principal().0,
             _ => return None,
         };
@@ -151,16 +181,17 @@ impl<'a> Gap<'a> {
     }
 }
 
-/// Mean distance from the origin over the rectangle hx × hy centred at (x, y): the second difference of an F with
-/// F_xy = r, F = x y r/3 + (x³ asinh(y/|x|) + y³ asinh(x/|y|))/6, where cancellation leaves it exact, else a
-/// fourth-order Taylor expansion about the centre.
+/// Mean distance from the origin over the rectangle hx × hy centred at (x, y): the second
+/// difference of an F with F_xy = r, F = x y r/3 + (x³ asinh(y/|x|) + y³ asinh(x/|y|))/6, where
+/// cancellation leaves it exact, else a fourth-order Taylor expansion about the centre.
 fn mean_distance(x: f64, y: f64, hx: f64, hy: f64) -> f64 {
     let r = x.hypot(y);
     if r > 200.0 * hx.max(hy) {
         // r + (hx² r_xx + hy² r_yy)/24; the next term is below (h/r)⁴/500
         return r + (hx * hx * y * y + hy * hy * x * x) / (24.0 * r * r * r);
     }
-    let cube_asinh = |a: f64, b: f64| if a == 0.0 { 0.0 } else { a.powi(3) * (b / a.abs()).asinh() };
+    let cube_asinh =
+        |a: f64, b: f64| if a == 0.0 { 0.0 } else { a.powi(3) * (b / a.abs()).asinh() };
     let f = |x: f64, y: f64| x * y * x.hypot(y) / 3.0 + (cube_asinh(x, y) + cube_asinh(y, x)) / 6.0;
     let (x0, x1, y0, y1) = (x - hx / 2.0, x + hx / 2.0, y - hy / 2.0, y + hy / 2.0);
     (f(x1, y1) - f(x0, y1) - f(x1, y0) + f(x0, y0)) / (hx * hy)
@@ -168,33 +199,46 @@ fn mean_distance(x: f64, y: f64, hx: f64, hy: f64) -> f64 {
 
 /// The Ω of a scene: the one it gives, else the one its punch and its path call for.
 ///
-/// Under a smooth punch the contact lies inside the region where the rigid shapes would overlap (for a normal
-/// compliance that is nowhere negative); Ω is that region with a margin, which for a sphere is 3a × 3a with a
-/// Hertz's contact radius, over all steps of the path. Where the normal force is prescribed the approach is Hertz's for
-/// the compliance that is felt at the size of the contact. Under a flat sole or a height map Ω is the sole's bounding box.
+/// Under a smooth punch the contact lies inside the region where the rigid shapes would overlap
+/// (for a normal compliance that is nowhere negative); Ω is that region with a margin, which for a
+/// sphere is 3a × 3a with a Hertz's contact radius, over all steps of the path. Where the normal
+/// force is prescribed the approach is Hertz's for the compliance that is felt at the size of the
+/// contact. Under a flat sole or a height map Ω is the sole's bounding box.
 pub fn domain(scene: &Scene, surfaces: &Surfaces) -> Result<Domain, SceneError> {
     if let Some(domain) = scene.domain {
         return Ok(domain);
     }
     let centred = |width_x, width_y| Domain { width_x, width_y, center_x: 0.0, center_y: 0.0 };
-    let paraboloid = |radius_x: f64, radius_y: f64| {
-        let radius = (radius_x * radius_y).sqrt();
-        // Hertz with E* = 2/c: a³ = 3PRc/8, δ = a²/R
-        let pressed = |force: f64| {
-            let contact = contact_size(scene, |compliance| (0.375 * force * radius * compliance).cbrt());
-            contact * contact / radius
+    let paraboloid =
+        |radius_x: f64, radius_y: f64| {
+            let radius = (radius_x * radius_y).sqrt();
+            // Hertz with E* = 2/c: a³ = 3PRc/8, δ = a²/R
+            let pressed = |force: f64| {
+                let contact =
+                    contact_size(scene, |compliance| (0.375 * force * radius * compliance).cbrt());
+                contact * contact / radius
+            };
+            cover(
+                scene.loading.legs().iter().map(|leg| {
+                    paraboloid_domain(radius_x, radius_y, &Pose::of(&leg.target, pressed))
+                }),
+            )
         };
-        cover(scene.loading.legs().iter().map(|leg| paraboloid_domain(radius_x, radius_y, &Pose::of(&leg.target, pressed))))
-    };
     Ok(match scene.punch.shape {
         Shape::Sphere { radius } => paraboloid(radius, radius),
         Shape::Ellipsoid { radius_x, radius_y } => paraboloid(radius_x, radius_y),
-        Shape::FlatRectangle { width_x, width_y } | Shape::HeightMap { width_x, width_y, .. } => centred(width_x, width_y),
+        Shape::FlatRectangle { width_x, width_y } | Shape::HeightMap { width_x, width_y, .. } => {
+            centred(width_x, width_y)
+        }
         Shape::FlatDisk { radius } => centred(2.0 * radius, 2.0 * radius),
         Shape::WheelOnRail(_) => wheel_domain(scene, &Gap::new(scene, surfaces)?)?,
         Shape::Cone { angle } => {
             // Sneddon: P = 2E*δ²/(π tan β)
-            let pressed = |force: f64| contact_size(scene, |compliance| (0.25 * PI * force * angle.tan() * compliance).sqrt());
+            let pressed = |force: f64| {
+                contact_size(scene, |compliance| {
+                    (0.25 * PI * force * angle.tan() * compliance).sqrt()
+                })
+            };
             let mut width = 0.0_f64;
             for leg in scene.loading.legs() {
                 let pose = Pose::of(&leg.target, pressed);
@@ -207,15 +251,17 @@ pub fn domain(scene: &Scene, surfaces: &Surfaces) -> Result<Domain, SceneError> 
                     });
                 }
                 // overlap radius δ/slope; a punch that does not reach has an empty contact on any Ω
-                width = width.max(2.0 * if pose.approach == 0.0 { 1e-3 } else { pose.approach.abs() } / slope);
+                width = width.max(
+                    2.0 * if pose.approach == 0.0 { 1e-3 } else { pose.approach.abs() } / slope,
+                );
             }
             centred(width, width)
         }
     })
 }
 
-/// The deepest approach of a wheel's path \[m\]; where the load is prescribed, that of Hertz's ellipse with these principal curvatures
-/// of the gap. `None` without them.
+/// The deepest approach of a wheel's path \[m\]; where the load is prescribed, that of Hertz's
+/// ellipse with these principal curvatures of the gap. `None` without them.
 fn wheel_approach(scene: &Scene, curvatures: Option<[f64; 2]>) -> Option<f64> {
     let mut deepest = f64::NEG_INFINITY;
     for leg in scene.loading.legs() {
@@ -223,11 +269,15 @@ fn wheel_approach(scene: &Scene, curvatures: Option<[f64; 2]>) -> Option<f64> {
             Control::Motion(approach) => approach,
             Control::Force(force) => {
                 let [a, b] = curvatures?;
-                let pressed = |compliance: f64| hertz_ellipse(2.0 / compliance, 0.5 * a, 0.5 * b, force);
-                let size = |ellipse: HertzEllipse| (ellipse.semi_axis_x * ellipse.semi_axis_y).sqrt();
+                let pressed =
+                    |compliance: f64| hertz_ellipse(2.0 / compliance, 0.5 * a, 0.5 * b, force);
+                let size =
+                    |ellipse: HertzEllipse| (ellipse.semi_axis_x * ellipse.semi_axis_y).sqrt();
                 // the approach of an ellipse goes as the square of its size
                 let own = pressed(surface_compliance(scene));
-                own.approach * (contact_size(scene, |compliance| size(pressed(compliance))) / size(own)).powi(2)
+                own.approach
+                    * (contact_size(scene, |compliance| size(pressed(compliance))) / size(own))
+                        .powi(2)
             }
         });
     }
@@ -236,11 +286,20 @@ fn wheel_approach(scene: &Scene, curvatures: Option<[f64; 2]>) -> Option<f64> {
 
 /// All regions in which wheel and rail would overlap after the deepest approach of the path.
 fn wheel_domain(scene: &Scene, gap: &Gap<'_>) -> Result<Domain, SceneError> {
-    let not_given = |expected: &str| SceneError { key: "domain".to_owned(), value: "not given".to_owned(), expected: expected.to_owned() };
-    let Some((_, plane)) = gap.wheel_on_rail() else { unreachable!("the caller's punch is a wheel") };
+    let not_given = |expected: &str| SceneError {
+        key: "domain".to_owned(),
+        value: "not given".to_owned(),
+        expected: expected.to_owned(),
+    };
+    let Some((_, plane)) = gap.wheel_on_rail() else {
+        unreachable!("the caller's punch is a wheel")
+    };
     let no_curvatures = "must be given, for wheel and rail do not touch in a point with curvatures to estimate it from";
-    let deepest = wheel_approach(scene, gap.curvatures()).ok_or_else(|| not_given(no_curvatures))?;
-    let extent = plane.overlap(deepest).ok_or_else(|| not_given("must be given, for the wheel does not reach the rail"))?;
+    let deepest =
+        wheel_approach(scene, gap.curvatures()).ok_or_else(|| not_given(no_curvatures))?;
+    let extent = plane
+        .overlap(deepest)
+        .ok_or_else(|| not_given("must be given, for the wheel does not reach the rail"))?;
     let span = |[low, high]: [f64; 2]| (high - low, 0.5 * (low + high));
     let ((width_x, center_x), (width_y, center_y)) = (span(extent.x), span(extent.s));
     Ok(Domain { width_x, width_y, center_x, center_y })
@@ -277,11 +336,16 @@ impl Pose {
 
 /// Σ(1−ν)/G of the materials that touch \[1/Pa\].
 pub(crate) fn surface_compliance(scene: &Scene) -> f64 {
-    [scene.foundation.surface(), scene.punch.material].iter().flatten().map(Material::compliance).sum()
+    [scene.foundation.surface(), scene.punch.material]
+        .iter()
+        .flatten()
+        .map(Material::compliance)
+        .sum()
 }
 
-/// Size of a contact that depends on the bodies' compliance Σ(1−ν)/G: with layers on that which is felt at this size, k C_NN(k) at
-/// k = 1/size, and a fifth more to be on the safe side of a rough guess.
+/// Size of a contact that depends on the bodies' compliance Σ(1−ν)/G: with layers on that which is
+/// felt at this size, k C_NN(k) at k = 1/size, and a fifth more to be on the safe side of a rough
+/// guess.
 fn contact_size(scene: &Scene, size: impl Fn(f64) -> f64) -> f64 {
     let mut contact = size(surface_compliance(scene));
     let foundation = &scene.foundation;
@@ -307,8 +371,10 @@ fn cover(domains: impl Iterator<Item = Domain>) -> Domain {
                     let high = (center + 0.5 * width).max(other + 0.5 * other_width);
                     (0.5 * (low + high), high - low)
                 };
-                let (center_x, width_x) = span(all.center_x, all.width_x, next.center_x, next.width_x);
-                let (center_y, width_y) = span(all.center_y, all.width_y, next.center_y, next.width_y);
+                let (center_x, width_x) =
+                    span(all.center_x, all.width_x, next.center_x, next.width_x);
+                let (center_y, width_y) =
+                    span(all.center_y, all.width_y, next.center_y, next.width_y);
                 Domain { width_x, width_y, center_x, center_y }
             }
         });
@@ -316,10 +382,12 @@ fn cover(domains: impl Iterator<Item = Domain>) -> Domain {
     all.unwrap_or(Domain { width_x: 1.0, width_y: 1.0, center_x: 0.0, center_y: 0.0 })
 }
 
-/// A tilted paraboloid is the same paraboloid moved to its new lowest point, with a larger approach.
+/// A tilted paraboloid is the same paraboloid moved to its new lowest point, with a larger
+/// approach.
 fn paraboloid_domain(radius_x: f64, radius_y: f64, pose: &Pose) -> Domain {
     let (slope_x, slope_y) = (pose.slope_x, pose.slope_y);
-    let approach = pose.approach + (slope_x * slope_x * radius_x + slope_y * slope_y * radius_y) / 2.0;
+    let approach =
+        pose.approach + (slope_x * slope_x * radius_x + slope_y * slope_y * radius_y) / 2.0;
     let approach = if approach == 0.0 { 1e-6 * radius_x.min(radius_y) } else { approach.abs() };
     Domain {
         width_x: 3.0 * (radius_x * approach).sqrt(),
@@ -342,7 +410,12 @@ mod tests {
             let sum: f64 = (0..n * n).map(|s| (x + at(s % n, hx)).hypot(y + at(s / n, hy))).sum();
             sum / (n * n) as f64
         };
-        for (x, y, hx, hy) in [(0.0, 0.0, 1.0, 1.0), (0.5, 0.5, 1.0, 1.0), (3.0, -2.0, 1.0, 0.2), (0.0, 5.0, 0.3, 2.0)] {
+        for (x, y, hx, hy) in [
+            (0.0, 0.0, 1.0, 1.0),
+            (0.5, 0.5, 1.0, 1.0),
+            (3.0, -2.0, 1.0, 0.2),
+            (0.0, 5.0, 0.3, 2.0),
+        ] {
             let exact = mean_distance(x, y, hx, hy);
             assert!((exact / numeric(x, y, hx, hy) - 1.0).abs() < 3e-6, "{x} {y}: {exact}");
         }
@@ -355,15 +428,25 @@ mod tests {
     fn means_of_smooth_shapes_match_quadrature() {
         let surfaces = Surfaces::default();
         let scene = crate::scene::tests::sphere_on_half_space();
-        let mut scene =
-            Scene { punch: crate::scene::Punch { shape: Shape::Ellipsoid { radius_x: 2.0, radius_y: 0.7 }, material: None }, ..scene };
-        for shape in [Shape::Ellipsoid { radius_x: 2.0, radius_y: 0.7 }, Shape::Sphere { radius: 1.3 }] {
+        let mut scene = Scene {
+            punch: crate::scene::Punch {
+                shape: Shape::Ellipsoid { radius_x: 2.0, radius_y: 0.7 },
+                material: None,
+            },
+            ..scene
+        };
+        for shape in
+            [Shape::Ellipsoid { radius_x: 2.0, radius_y: 0.7 }, Shape::Sphere { radius: 1.3 }]
+        {
             scene.punch.shape = shape;
             let gap = Gap::new(&scene, &surfaces).unwrap();
             // two-point Gauss is exact for a quadratic
             let g = 0.5 / 3f64.sqrt();
             let (x, y, hx, hy) = (0.3, -0.8, 0.2, 0.5);
-            let gauss: f64 = [(-g, -g), (g, -g), (-g, g), (g, g)].iter().map(|(s, t)| gap.at(x + s * hx, y + t * hy).unwrap() / 4.0).sum();
+            let gauss: f64 = [(-g, -g), (g, -g), (-g, g), (g, g)]
+                .iter()
+                .map(|(s, t)| gap.at(x + s * hx, y + t * hy).unwrap() / 4.0)
+                .sum();
             assert!((gap.mean(x, y, hx, hy).unwrap() / gauss - 1.0).abs() < 1e-14);
         }
     }

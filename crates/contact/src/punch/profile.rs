@@ -1,7 +1,7 @@
 //! Profiles of rails and wheels, and the text format in which SIMPACK keeps them (.prr, .prw).
 //!
-//! In a profile's own coordinates y points to the field side and z down, as for a rail and a wheel on the right of a track:
-//! the gauge face of a rail and the flange of a wheel lie at negative y.
+//! In a profile's own coordinates y points to the field side and z down, as for a rail and a wheel
+//! on the right of a track: the gauge face of a rail and the flange of a wheel lie at negative y.
 
 use super::curve::Curve;
 
@@ -14,8 +14,8 @@ pub enum ProfileKind {
     Wheel,
 }
 
-/// A cross-section of a rail or a wheel. Its curve runs with the body below it (a rail) or above it (a wheel) in the order of rising y
-/// along the running surface.
+/// A cross-section of a rail or a wheel. Its curve runs with the body below it (a rail) or above it
+/// (a wheel) in the order of rising y along the running surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
     kind: ProfileKind,
@@ -65,7 +65,8 @@ pub enum ProfileError {
     },
 }
 
-/// Points nearer than this \[m\] are one point: below what any file resolves, and a spline cannot turn on it.
+/// Points nearer than this \[m\] are one point: below what any file resolves, and a spline cannot
+/// turn on it.
 const SAME_POINT: f64 = 1e-12;
 
 impl Profile {
@@ -81,18 +82,21 @@ impl Profile {
         {
             points.reverse();
         }
-        let curve = Curve::through(points).ok_or(ProfileError::Points { count, expected: "no two neighbours coincide" })?;
+        let curve = Curve::through(points)
+            .ok_or(ProfileError::Points { count, expected: "no two neighbours coincide" })?;
         Ok(Self { kind, curve })
     }
 
-    /// Reads SIMPACK's profile text. What the processing data ask for is done, in their order: minimum distance of points,
-    /// shift, rotation, bounds, mirroring, inversion, unit. Smoothing is refused: the curve passes through the points, whose
-    /// weights, which only smoothing would use, have no effect.
+    /// Reads SIMPACK's profile text. What the processing data ask for is done, in their order:
+    /// minimum distance of points, shift, rotation, bounds, mirroring, inversion, unit. Smoothing
+    /// is refused: the curve passes through the points, whose weights, which only smoothing would
+    /// use, have no effect.
     pub fn from_simpack(text: &str) -> Result<Self, ProfileError> {
         let simpack = Simpack::read(text)?;
-        let kind = simpack
-            .kind
-            .ok_or(ProfileError::Missing { missing: "profile type", expected: "the header must say `type = 0` (rail) or 1 (wheel)" })?;
+        let kind = simpack.kind.ok_or(ProfileError::Missing {
+            missing: "profile type",
+            expected: "the header must say `type = 0` (rail) or 1 (wheel)",
+        })?;
         Self::from_points(kind, simpack.processed()?)
     }
 
@@ -163,7 +167,9 @@ impl Simpack {
                     section
                 }
                 (Section::Header | Section::Spline, _) => {
-                    let (key, value) = body.split_once('=').ok_or_else(|| wrong(line, body, "must be `key = value`"))?;
+                    let (key, value) = body
+                        .split_once('=')
+                        .ok_or_else(|| wrong(line, body, "must be `key = value`"))?;
                     let entry = Entry { line, key: key.trim(), value: value.trim() };
                     if section == Section::Header {
                         profile.header(&entry)?
@@ -173,12 +179,19 @@ impl Simpack {
                     section
                 }
                 (Section::Outside, _) => {
-                    return Err(wrong(line, body, "must be `header.begin` or `spline.begin`: nothing else stands outside the two"));
+                    return Err(wrong(
+                        line,
+                        body,
+                        "must be `header.begin` or `spline.begin`: nothing else stands outside the two",
+                    ));
                 }
             };
         }
         if section != Section::Outside {
-            return Err(ProfileError::Missing { missing: "end of the last block", expected: "every `.begin` must have its `.end`" });
+            return Err(ProfileError::Missing {
+                missing: "end of the last block",
+                expected: "every `.begin` must have its `.end`",
+            });
         }
         if let [Some(length), Some(angle)] = units {
             profile.units = Some([length, angle]);
@@ -189,7 +202,9 @@ impl Simpack {
     fn header(&mut self, entry: &Entry) -> Result<(), ProfileError> {
         match entry.key {
             "version" if entry.value == "1" => {}
-            "version" => return Err(entry.wrong("this is the version of the format; only 1 is known")),
+            "version" => {
+                return Err(entry.wrong("this is the version of the format; only 1 is known"));
+            }
             "type" => {
                 self.kind = Some(match entry.value {
                     "0" => ProfileKind::Rail,
@@ -202,13 +217,18 @@ impl Simpack {
         Ok(())
     }
 
-    fn processing(&mut self, entry: &Entry, units: &mut [Option<f64>; 2]) -> Result<(), ProfileError> {
+    fn processing(
+        &mut self,
+        entry: &Entry,
+        units: &mut [Option<f64>; 2],
+    ) -> Result<(), ProfileError> {
         match entry.key {
             // where the data came from
             "file" | "file.mtime" | "comment" | "type" => {}
             "approx.smooth" => {
                 if entry.number()? != 0.0 {
-                    return Err(entry.wrong("smoothing is not done here; smooth the points before and set 0"));
+                    return Err(entry
+                        .wrong("smoothing is not done here; smooth the points before and set 0"));
                 }
             }
             "point.dist.min" => self.least_distance = entry.number()?.max(0.0),
@@ -226,7 +246,11 @@ impl Simpack {
             "units.ang.f" => units[1] = Some(entry.unit()?),
             // names of the two
             "units.len" | "units.ang" => {}
-            _ => return Err(entry.wrong("this key is not known; remove it or say what it means with a known one")),
+            _ => {
+                return Err(entry.wrong(
+                    "this key is not known; remove it or say what it means with a known one",
+                ));
+            }
         }
         Ok(())
     }
@@ -239,7 +263,9 @@ impl Simpack {
         })?;
         let mut kept: Vec<[f64; 2]> = Vec::with_capacity(self.points.len());
         for point in self.points {
-            if kept.last().is_none_or(|last| (point[0] - last[0]).hypot(point[1] - last[1]) >= self.least_distance) {
+            if kept.last().is_none_or(|last| {
+                (point[0] - last[0]).hypot(point[1] - last[1]) >= self.least_distance
+            }) {
                 kept.push(point);
             }
         }
@@ -279,7 +305,9 @@ impl Entry<'_> {
     }
 
     fn unit(&self) -> Result<f64, ProfileError> {
-        Some(self.number()?).filter(|unit| unit.is_normal() && *unit > 0.0).ok_or_else(|| self.wrong("must be above 0"))
+        Some(self.number()?)
+            .filter(|unit| unit.is_normal() && *unit > 0.0)
+            .ok_or_else(|| self.wrong("must be above 0"))
     }
 
     fn flag(&self) -> Result<bool, ProfileError> {
@@ -292,7 +320,11 @@ impl Entry<'_> {
 }
 
 fn wrong(line: usize, found: &str, expected: &str) -> ProfileError {
-    ProfileError::Line { line, found: found.chars().take(80).collect(), expected: expected.to_owned() }
+    ProfileError::Line {
+        line,
+        found: found.chars().take(80).collect(),
+        expected: expected.to_owned(),
+    }
 }
 
 /// A number, Fortran's exponents included.
@@ -341,7 +373,13 @@ mod tests {
         assert_eq!((rail.kind(), rail.curve().points().len()), (ProfileKind::Rail, 495));
         assert_eq!(rail.curve().points()[0], [-4.3704898e1 / 1e3, 3.8510726e1 / 1e3]);
         // its crown is an arc of 300 mm
-        let crown = rail.curve().samples(1).into_iter().map(|t| rail.curve().at(t)).find(|p| p.position[0] > -0.005).unwrap();
+        let crown = rail
+            .curve()
+            .samples(1)
+            .into_iter()
+            .map(|t| rail.curve().at(t))
+            .find(|p| p.position[0] > -0.005)
+            .unwrap();
         assert!((crown.curvature() * 0.3 - 1.0).abs() < 1e-3, "{}", crown.curvature());
     }
 
@@ -367,13 +405,25 @@ mod tests {
         // the order of the points does not matter to a profile
         near(with("inversion", "1"), plain.clone());
         let (sin, cos) = 0.025f64.sin_cos();
-        near(with("rotate", "0.025"), plain.iter().map(|p| [cos * p[0] - sin * p[1], sin * p[0] + cos * p[1]]).collect());
+        near(
+            with("rotate", "0.025"),
+            plain.iter().map(|p| [cos * p[0] - sin * p[1], sin * p[0] + cos * p[1]]).collect(),
+        );
         near(with("bound.z.max", "0.9"), plain.clone());
-        let text = RAIL.replace("bound.z.min    = +1.0", "bound.z.min = -1.0").replace("bound.z.max    = +0.0", "bound.z.max = +2.0");
-        near(Profile::from_simpack(&text), plain.iter().copied().filter(|p| p[1] <= 2e-3).collect());
+        let text = RAIL
+            .replace("bound.z.min    = +1.0", "bound.z.min = -1.0")
+            .replace("bound.z.max    = +0.0", "bound.z.max = +2.0");
+        near(
+            Profile::from_simpack(&text),
+            plain.iter().copied().filter(|p| p[1] <= 2e-3).collect(),
+        );
         let sparse = with("point.dist.min", "0.9").unwrap().curve().points().to_vec();
         assert!(sparse.len() < plain.len() / 2);
-        assert!(sparse.windows(2).all(|p| (p[0][0] - p[1][0]).hypot(p[0][1] - p[1][1]) >= 0.9e-3 * (1.0 - 1e-9)));
+        assert!(
+            sparse
+                .windows(2)
+                .all(|p| (p[0][0] - p[1][0]).hypot(p[0][1] - p[1][1]) >= 0.9e-3 * (1.0 - 1e-9))
+        );
     }
 
     /// The message of the refusal, which must name the line and what would be right.
@@ -401,14 +451,19 @@ mod tests {
             ("    point.end", "!", "line 539: `spline.end`: must be y and z"),
             ("  spline.end", "!", "there is no end of the last block"),
             ("    shift.z", "    shift.x", "this key is not known"),
-            ("-4.3704898E+01", "-4.37048.98", "line 43: `-4.37048.98\t3.8510726E+01`: must be y and z"),
+            (
+                "-4.3704898E+01",
+                "-4.37048.98",
+                "line 43: `-4.37048.98\t3.8510726E+01`: must be y and z",
+            ),
             ("  header.begin", "  footer.begin", "line 10: `footer.begin`: must be `header.begin`"),
         ] {
             let message = refusal(Profile::from_simpack(&RAIL.replacen(from, to, 1)));
             assert!(message.contains(says), "{message}");
         }
         assert!(refusal(Profile::from_simpack("")).contains("profile type"));
-        let short = Profile::from_points(ProfileKind::Rail, vec![[0.0, 0.0], [0.0, 0.0], [1.0, 0.0]]);
+        let short =
+            Profile::from_points(ProfileKind::Rail, vec![[0.0, 0.0], [0.0, 0.0], [1.0, 0.0]]);
         assert!(refusal(short).starts_with("2 different points are left"));
     }
 

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use super::profile::Profile;
 
-/// A sampled surface. A pixel's value is the surface's mean height over that pixel, positive towards the foundation.
+/// A sampled surface. A pixel's value is the surface's mean height over that pixel, positive
+/// towards the foundation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
     columns: usize,
@@ -18,7 +19,9 @@ pub struct Surface {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SurfaceError {
     /// The number of heights does not fill the rectangle.
-    #[error("{count} heights do not fill {columns} columns × {rows} rows; it must be a full rectangle of at least 1 × 1")]
+    #[error(
+        "{count} heights do not fill {columns} columns × {rows} rows; it must be a full rectangle of at least 1 × 1"
+    )]
     Shape {
         /// Columns asked for.
         columns: usize,
@@ -79,13 +82,18 @@ impl Surfaces {
 }
 
 impl Surface {
-    /// A surface of `columns` pixels along x by `rows` along y; `heights` \[m\] row by row, x fastest, the first row at lowest y.
+    /// A surface of `columns` pixels along x by `rows` along y; `heights` \[m\] row by row, x
+    /// fastest, the first row at lowest y.
     pub fn new(columns: usize, rows: usize, heights: Vec<f64>) -> Result<Self, SurfaceError> {
         if columns == 0 || rows == 0 || columns.checked_mul(rows) != Some(heights.len()) {
             return Err(SurfaceError::Shape { columns, rows, count: heights.len() });
         }
         if let Some(at) = heights.iter().position(|height| !height.is_finite()) {
-            return Err(SurfaceError::NotFinite { row: at / columns, column: at % columns, value: heights[at] });
+            return Err(SurfaceError::NotFinite {
+                row: at / columns,
+                column: at % columns,
+                value: heights[at],
+            });
         }
         let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         Ok(Self { columns, rows, heights, highest })
@@ -106,8 +114,8 @@ impl Surface {
         &self.heights
     }
 
-    /// Gap below the highest pixel \[m\] at fractions (s, t) of the map's widths, bilinear between pixel centres and
-    /// constant beyond the outermost ones.
+    /// Gap below the highest pixel \[m\] at fractions (s, t) of the map's widths, bilinear between
+    /// pixel centres and constant beyond the outermost ones.
     pub fn gap_at(&self, s: f64, t: f64) -> f64 {
         let locate = |fraction: f64, count: usize| {
             let at = (fraction * count as f64 - 0.5).clamp(0.0, (count - 1) as f64);
@@ -117,12 +125,14 @@ impl Surface {
         let (i0, i1, a) = locate(s, self.columns);
         let (j0, j1, b) = locate(t, self.rows);
         let gap = |i: usize, j: usize| self.highest - self.heights[j * self.columns + i];
-        let along_x = |j: usize| if a == 0.0 { gap(i0, j) } else { gap(i0, j) * (1.0 - a) + gap(i1, j) * a };
+        let along_x =
+            |j: usize| if a == 0.0 { gap(i0, j) } else { gap(i0, j) * (1.0 - a) + gap(i1, j) * a };
         if b == 0.0 { along_x(j0) } else { along_x(j0) * (1.0 - b) + along_x(j1) * b }
     }
 
-    /// Mean gap below the highest pixel \[m\] over a rectangle in fractions of the map's widths, each pixel weighted
-    /// with its share; elements that coincide with pixels get the pixels' own values.
+    /// Mean gap below the highest pixel \[m\] over a rectangle in fractions of the map's widths,
+    /// each pixel weighted with its share; elements that coincide with pixels get the pixels' own
+    /// values.
     pub fn mean_gap(&self, s: [f64; 2], t: [f64; 2]) -> f64 {
         let (columns, rows) = (shares(s, self.columns), shares(t, self.rows));
         let mut sum = 0.0;
@@ -135,8 +145,9 @@ impl Surface {
     }
 }
 
-/// The pixels of a row that an interval covers, with their shares of it (they sum to 1). Overlaps of less than 1e-9 of a pixel
-/// are rounding and left out; beyond the map its outermost pixel goes on.
+/// The pixels of a row that an interval covers, with their shares of it (they sum to 1). Overlaps
+/// of less than 1e-9 of a pixel are rounding and left out; beyond the map its outermost pixel goes
+/// on.
 fn shares(interval: [f64; 2], count: usize) -> Vec<(usize, f64)> {
     let [low, high] = interval.map(|fraction| fraction * count as f64);
     let last = count as f64 - 1.0;
@@ -165,9 +176,15 @@ mod tests {
 
     #[test]
     fn refuses_what_is_no_surface() {
-        assert!(matches!(Surface::new(2, 2, vec![0.0; 3]), Err(SurfaceError::Shape { count: 3, .. })));
+        assert!(matches!(
+            Surface::new(2, 2, vec![0.0; 3]),
+            Err(SurfaceError::Shape { count: 3, .. })
+        ));
         assert!(matches!(Surface::new(0, 2, vec![]), Err(SurfaceError::Shape { .. })));
-        assert!(matches!(Surface::new(2, 2, vec![0.0, 0.0, f64::NAN, 0.0]), Err(SurfaceError::NotFinite { row: 1, column: 0, .. })));
+        assert!(matches!(
+            Surface::new(2, 2, vec![0.0, 0.0, f64::NAN, 0.0]),
+            Err(SurfaceError::NotFinite { row: 1, column: 0, .. })
+        ));
     }
 
     proptest! {

@@ -1,6 +1,7 @@
 //! How wheel and rail stand in the track, and what of that makes no sense.
 //!
-//! Track coordinates: x along the track, y to the right, z down, origin in the middle of the track at the height of the rails' tops.
+//! Track coordinates: x along the track, y to the right, z down, origin in the middle of the track
+//! at the height of the rails' tops.
 
 use std::f64::consts::PI;
 
@@ -138,23 +139,33 @@ pub(super) fn check(
         ("gauge_depth", track.gauge_depth),
     ] {
         if value.is_nan() || value <= 0.0 || value > 10.0 {
-            return Err(WheelRailError::Value { name, value, expected: "must be above 0 and at most 10 m" });
+            return Err(WheelRailError::Value {
+                name,
+                value,
+                expected: "must be above 0 and at most 10 m",
+            });
         }
     }
-    for (name, value) in [("flange_back_to_origin", wheelset.flange_back_to_origin), ("lateral", position.lateral)] {
+    for (name, value) in
+        [("flange_back_to_origin", wheelset.flange_back_to_origin), ("lateral", position.lateral)]
+    {
         if value.is_nan() || value.abs() > 10.0 {
             return Err(WheelRailError::Value { name, value, expected: "must be within ±10 m" });
         }
     }
     for (name, value) in [("yaw", position.yaw), ("roll", position.roll)] {
         if value.is_nan() || value.abs() > PI / 6.0 {
-            return Err(WheelRailError::Value { name, value, expected: "must be within ±π/6 rad" });
+            return Err(WheelRailError::Value {
+                name, value, expected: "must be within ±π/6 rad"
+            });
         }
     }
     let points = wheel.curve().points();
     let lowest = points.iter().max_by(|a, b| a[1].total_cmp(&b[1])).copied().unwrap_or_default();
-    let gauge_side = points.iter().filter(|p| p[0] < 0.0).map(|p| p[1]).fold(f64::NEG_INFINITY, f64::max);
-    // a wheel without a flange may have its lowest point anywhere, but not by the height of a flange
+    let gauge_side =
+        points.iter().filter(|p| p[0] < 0.0).map(|p| p[1]).fold(f64::NEG_INFINITY, f64::max);
+    // a wheel without a flange may have its lowest point anywhere, but not by the height of a
+    // flange
     if lowest[0] > 0.0 && lowest[1] > gauge_side + 0.01 {
         return Err(WheelRailError::Flange { y: lowest[0] });
     }
@@ -170,9 +181,17 @@ pub(super) fn towards(curve: &Curve, side: Side) -> Curve {
 }
 
 /// The rail where the gauge puts it, its top at z = 0, with its origin's (y, z).
-pub(super) fn placed(rail: &Curve, track: &Track, side: Side) -> Result<(Curve, [f64; 2]), WheelRailError> {
+pub(super) fn placed(
+    rail: &Curve,
+    track: &Track,
+    side: Side,
+) -> Result<(Curve, [f64; 2]), WheelRailError> {
     let points: Vec<[f64; 2]> = rail.samples(8).into_iter().map(|t| rail.at(t).position).collect();
-    let (highest, top) = points.iter().enumerate().min_by(|a, b| a.1[1].total_cmp(&b.1[1])).map_or((0, 0.0), |(i, p)| (i, p[1]));
+    let (highest, top) = points
+        .iter()
+        .enumerate()
+        .min_by(|a, b| a.1[1].total_cmp(&b.1[1]))
+        .map_or((0, 0.0), |(i, p)| (i, p[1]));
     // from the top to the gauge side
     let descent: Vec<[f64; 2]> = match side {
         Side::Right => points[..=highest].iter().rev().copied().collect(),
@@ -188,7 +207,9 @@ pub(super) fn placed(rail: &Curve, track: &Track, side: Side) -> Result<(Curve, 
     let mut face = descent[..below].iter().map(|p| inward(p[0])).fold(f64::NEG_INFINITY, f64::max);
     if below > 0 {
         let (above, below) = (descent[below - 1], descent[below]);
-        face = face.max(inward(above[0] + (below[0] - above[0]) * (limit - above[1]) / (below[1] - above[1])));
+        face = face.max(inward(
+            above[0] + (below[0] - above[0]) * (limit - above[1]) / (below[1] - above[1]),
+        ));
     }
     let origin = [side.sign() * (0.5 * track.gauge + face), -top];
     Ok((rail.clone().shifted(origin), origin))

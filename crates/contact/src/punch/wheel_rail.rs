@@ -1,15 +1,18 @@
 //! A wheel on a rail: where the two touch, and in which plane.
 //!
-//! In the coordinates of the [track](super::track) the rail is a cylinder along x. The wheel is a surface of revolution about the
-//! axle, which first the wheelset's yaw ψ about z and then its roll φ about the track's x turn out of the y-axis: rotation
-//! R_x(φ) R_z(ψ). Seen along the rail, the wheel is bounded by its silhouette, the points whose normal has no x-component; of each
-//! point of its profile there is at most one, in closed form. The two bodies therefore touch where, in the plane (y, z), the
-//! silhouette touches the rail's profile.
+//! In the coordinates of the [track](super::track) the rail is a cylinder along x. The wheel is a
+//! surface of revolution about the axle, which first the wheelset's yaw ψ about z and then its roll
+//! φ about the track's x turn out of the y-axis: rotation R_x(φ) R_z(ψ). Seen along the rail, the
+//! wheel is bounded by its silhouette, the points whose normal has no x-component; of each point of
+//! its profile there is at most one, in closed form. The two bodies therefore touch where, in the
+//! plane (y, z), the silhouette touches the rail's profile.
 
 use super::contact_plane::Frame;
 use super::curve::{Curve, CurvePoint, Graph};
 use super::profile::Profile;
-use super::track::{Position, Side, Track, WheelRailError, Wheelset, check, placed, rotation, towards};
+use super::track::{
+    Position, Side, Track, WheelRailError, Wheelset, check, placed, rotation, towards,
+};
 
 /// A point at which the gap along z between wheel and rail is smallest around.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,14 +39,18 @@ pub struct Curvatures {
 }
 
 impl Curvatures {
-    /// The smaller and the larger principal curvature \[1/m\], and the direction of the smaller one, from x towards s \[rad\].
-    /// Hertz's theory applies where both are above 0.
+    /// The smaller and the larger principal curvature \[1/m\], and the direction of the smaller
+    /// one, from x towards s \[rad\]. Hertz's theory applies where both are above 0.
     pub fn principal(&self) -> ([f64; 2], f64) {
         let (mean, half) = (0.5 * (self.xx + self.ss), 0.5 * (self.xx - self.ss));
         let spread = half.hypot(self.xs);
         // the larger one without cancellation, the smaller one from the determinant
         let larger = mean + spread;
-        let smaller = if mean > 0.0 { (self.xx * self.ss - self.xs * self.xs) / larger } else { mean - spread };
+        let smaller = if mean > 0.0 {
+            (self.xx * self.ss - self.xs * self.xs) / larger
+        } else {
+            mean - spread
+        };
         ([smaller, larger], 0.5 * (-self.xs).atan2(-half))
     }
 }
@@ -79,7 +86,8 @@ pub(crate) struct Silhouette {
 }
 
 impl WheelOnRail {
-    /// Puts the wheel on the rail. Profiles are those of the right side; for the left they are mirrored.
+    /// Puts the wheel on the rail. Profiles are those of the right side; for the left they are
+    /// mirrored.
     pub fn new(
         wheel: &Profile,
         rail: &Profile,
@@ -92,8 +100,12 @@ impl WheelOnRail {
         let wheel = towards(wheel.curve(), side);
         let rail = towards(rail.curve(), side);
         let (rail, rail_origin) = placed(&rail, track, side)?;
-        let wheel_origin = side.sign() * (0.5 * wheelset.flange_back_distance + wheelset.flange_back_to_origin);
-        let highest = rail.samples(4).into_iter().min_by(|a, b| rail.at(*a).position[1].total_cmp(&rail.at(*b).position[1]));
+        let wheel_origin =
+            side.sign() * (0.5 * wheelset.flange_back_distance + wheelset.flange_back_to_origin);
+        let highest = rail
+            .samples(4)
+            .into_iter()
+            .min_by(|a, b| rail.at(*a).position[1].total_cmp(&rail.at(*b).position[1]));
         let top = Graph::new(&rail, [1.0, 0.0], highest.unwrap_or(0.0));
         let mut pair = Self {
             wheel,
@@ -115,7 +127,8 @@ impl WheelOnRail {
         Ok(pair)
     }
 
-    /// Height of the axle's middle below the one at which the rolling radius reaches the rails' tops \[m\].
+    /// Height of the axle's middle below the one at which the rolling radius reaches the rails'
+    /// tops \[m\].
     pub fn height(&self) -> f64 {
         self.center[2] + self.radius
     }
@@ -130,9 +143,10 @@ impl WheelOnRail {
         Frame { origin: self.touches[0].position, angle: self.touches[0].angle }
     }
 
-    /// The frame at the centre of the overlap that appears around the touching point when the wheel is lowered by `depth` \[m\], with the
-    /// mean inclination of the rail there; both are weighted with the square of the interpenetration, as CONTACT does it
-    /// (E.A.H. Vollebregt, User guide for CONTACT). For no depth it is the tangent frame.
+    /// The frame at the centre of the overlap that appears around the touching point when the wheel
+    /// is lowered by `depth` \[m\], with the mean inclination of the rail there; both are weighted
+    /// with the square of the interpenetration, as CONTACT does it (E.A.H. Vollebregt, User guide
+    /// for CONTACT). For no depth it is the tangent frame.
     pub fn overlap_frame(&self, depth: f64) -> Frame {
         let touch = self.touches[0];
         let overlap = |t: f64| self.gap_at(t).map_or(f64::NEG_INFINITY, |(gap, ..)| depth - gap);
@@ -149,7 +163,8 @@ impl WheelOnRail {
         };
         let low = end(samples[..middle].iter().rev().find(|t| overlap(**t) <= 0.0), 0.0);
         let high = end(samples[middle..].iter().find(|t| overlap(**t) <= 0.0), self.wheel.length());
-        // along x the overlap is a parabola, and the integral of its square goes as the 5/2th power of its height
+        // along x the overlap is a parabola, and the integral of its square goes as the 5/2th power
+        // of its height
         const STEPS: usize = 2000;
         let mut sums = [0.0; 4];
         for i in 0..STEPS {
@@ -163,7 +178,9 @@ impl WheelOnRail {
         let [total, x, y, angle] = sums;
         let height = self.top.at(y / total).map(|point| point.position[1]);
         match height {
-            Some(z) if total > 0.0 => Frame { origin: [x / total, y / total, z], angle: angle / total },
+            Some(z) if total > 0.0 => {
+                Frame { origin: [x / total, y / total, z], angle: angle / total }
+            }
             _ => self.tangent_frame(),
         }
     }
@@ -173,9 +190,14 @@ impl WheelOnRail {
         let touch = self.touches[0];
         let point = self.wheel.at(touch.wheel);
         let [dy, dz] = point.tangent.map(|v| v / point.tangent[0].hypot(point.tangent[1]));
-        let position = self.silhouette(touch.wheel).map_or(touch.position, |silhouette| silhouette.position);
+        let position =
+            self.silhouette(touch.wheel).map_or(touch.position, |silhouette| silhouette.position);
         // the frame's axes in the wheelset's coordinates, by the transpose of the rotation
-        let back = |v: [f64; 3]| [0, 1, 2].map(|c| self.rotation[0][c] * v[0] + self.rotation[1][c] * v[1] + self.rotation[2][c] * v[2]);
+        let back = |v: [f64; 3]| {
+            [0, 1, 2].map(|c| {
+                self.rotation[0][c] * v[0] + self.rotation[1][c] * v[1] + self.rotation[2][c] * v[2]
+            })
+        };
         let [x, _, z] = back([0, 1, 2].map(|c| position[c] - self.center[c]));
         let radius = x.hypot(z);
         let (sin, cos) = (x / radius, z / radius);
@@ -194,19 +216,21 @@ impl WheelOnRail {
         }
     }
 
-    /// The point of the rail straight below or above a point in track coordinates; the point itself beside the rail.
+    /// The point of the rail straight below or above a point in track coordinates; the point itself
+    /// beside the rail.
     pub fn onto_rail(&self, position: [f64; 3]) -> [f64; 3] {
         let [x, y, z] = position;
         [x, y, self.top.at(y).map_or(z, |point| point.position[1])]
     }
 
-    /// (y, z) in the rail profile's coordinates, y towards the right as in the track, of a point in track coordinates.
+    /// (y, z) in the rail profile's coordinates, y towards the right as in the track, of a point in
+    /// track coordinates.
     pub fn to_rail(&self, position: [f64; 3]) -> [f64; 2] {
         [position[1] - self.rail_origin[0], position[2] - self.rail_origin[1]]
     }
 
-    /// The point of the silhouette that belongs to a parameter of the wheel's curve; `None` where the curve goes back over y or is
-    /// so steep that the yaw hides it.
+    /// The point of the silhouette that belongs to a parameter of the wheel's curve; `None` where
+    /// the curve goes back over y or is so steep that the yaw hides it.
     pub(crate) fn silhouette(&self, parameter: f64) -> Option<Silhouette> {
         let CurvePoint { position: [y, z], tangent: [dy, dz], .. } = self.wheel.at(parameter);
         let [rx, ry, rz] = self.rotation[0];
@@ -218,7 +242,10 @@ impl WheelOnRail {
         let radius = self.radius + z;
         let [_, ny, nz] = turned(&self.rotation, [dy * sin, -dz, dy * cos]);
         let position = turned(&self.rotation, [radius * sin, self.wheel_origin + y, radius * cos]);
-        (radius > 0.0 && nz > 0.0).then(|| Silhouette { position: [0, 1, 2].map(|c| position[c] + self.center[c]), angle: (-ny).atan2(nz) })
+        (radius > 0.0 && nz > 0.0).then(|| Silhouette {
+            position: [0, 1, 2].map(|c| position[c] + self.center[c]),
+            angle: (-ny).atan2(nz),
+        })
     }
 
     /// Gap along z \[m\] at a point of the silhouette, with that point and the rail's below it.
@@ -232,10 +259,13 @@ impl WheelOnRail {
     fn smallest_gaps(&self) -> Result<Vec<Touch>, WheelRailError> {
         // sign of the gap's derivative over y
         let opening = |t: f64| self.gap_at(t).map(|(_, wheel, rail)| rail.angle() - wheel.angle);
-        let samples: Vec<(f64, Option<f64>)> = self.wheel.samples(8).into_iter().map(|t| (t, opening(t))).collect();
+        let samples: Vec<(f64, Option<f64>)> =
+            self.wheel.samples(8).into_iter().map(|t| (t, opening(t))).collect();
         let mut touches = Vec::new();
         for pair in samples.windows(2) {
-            let [(mut low, Some(before)), (mut high, Some(after))] = [pair[0], pair[1]] else { continue };
+            let [(mut low, Some(before)), (mut high, Some(after))] = [pair[0], pair[1]] else {
+                continue;
+            };
             if !(before < 0.0 && after >= 0.0) {
                 continue;
             }
@@ -266,9 +296,19 @@ impl WheelOnRail {
             Some((gap, y)) if gap < least - 1e-12 => Err(WheelRailError::ProfileEnd { y }),
             Some(_) => Ok(touches),
             None => {
-                let ys: Vec<f64> = samples.iter().filter_map(|(t, _)| self.silhouette(*t)).map(|s| s.position[1]).collect();
-                let wheel = [ys.iter().copied().fold(f64::INFINITY, f64::min), ys.iter().copied().fold(f64::NEG_INFINITY, f64::max)];
-                Err(WheelRailError::Beside { wheel, rail: self.top.range().unwrap_or([f64::NAN; 2]) })
+                let ys: Vec<f64> = samples
+                    .iter()
+                    .filter_map(|(t, _)| self.silhouette(*t))
+                    .map(|s| s.position[1])
+                    .collect();
+                let wheel = [
+                    ys.iter().copied().fold(f64::INFINITY, f64::min),
+                    ys.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+                ];
+                Err(WheelRailError::Beside {
+                    wheel,
+                    rail: self.top.range().unwrap_or([f64::NAN; 2]),
+                })
             }
         }
     }
@@ -287,11 +327,15 @@ mod tests {
     use proptest::prelude::*;
 
     fn benchmark() -> [Profile; 2] {
-        [include_str!("../../../../sweeps/profiles/MBench_S1002_v3.prw"), include_str!("../../../../sweeps/profiles/MBench_UIC60_v3.prr")]
-            .map(|text| Profile::from_simpack(text).unwrap())
+        [
+            include_str!("../../../../sweeps/profiles/MBench_S1002_v3.prw"),
+            include_str!("../../../../sweeps/profiles/MBench_UIC60_v3.prr"),
+        ]
+        .map(|text| Profile::from_simpack(text).unwrap())
     }
 
-    const WHEELSET: Wheelset = Wheelset { rolling_radius: 0.46, flange_back_distance: 1.36, flange_back_to_origin: 0.07 };
+    const WHEELSET: Wheelset =
+        Wheelset { rolling_radius: 0.46, flange_back_distance: 1.36, flange_back_to_origin: 0.07 };
     const TRACK: Track = Track { gauge: 1.435, gauge_depth: 0.014 };
 
     fn placed(side: Side, position: &Position) -> Result<WheelOnRail, WheelRailError> {
@@ -299,7 +343,8 @@ mod tests {
         WheelOnRail::new(&wheel, &rail, &WHEELSET, &TRACK, side, position)
     }
 
-    /// An arc of `radius` around (0, `center`), `half` of it at either side of its topmost (−1) or lowest (1) point.
+    /// An arc of `radius` around (0, `center`), `half` of it at either side of its topmost (−1) or
+    /// lowest (1) point.
     fn arc(center: f64, radius: f64, direction: f64, half: f64) -> Vec<[f64; 2]> {
         (-400..=400)
             .map(|i| f64::from(i) / 400.0 * half / radius)
@@ -307,56 +352,102 @@ mod tests {
             .collect()
     }
 
-    /// A wheel with an arc of 0.3 m radius for a profile on a rail with one of 0.08 m, crowns above each other.
+    /// A wheel with an arc of 0.3 m radius for a profile on a rail with one of 0.08 m, crowns above
+    /// each other.
     fn barrel(side: Side, position: &Position) -> WheelOnRail {
         let wheel = Profile::from_points(ProfileKind::Wheel, arc(-0.3, 0.3, 1.0, 0.03)).unwrap();
         let rail = Profile::from_points(ProfileKind::Rail, arc(0.08, 0.08, -1.0, 0.06)).unwrap();
         // at a depth of 10 mm the arc is √(2·80·10 − 10²) mm wide to either side
         let gauge = 1.5 - 2.0 * (2.0 * 0.08f64 * 0.01 - 1e-4).sqrt();
-        let wheelset = Wheelset { rolling_radius: 0.5, flange_back_distance: 1.4, flange_back_to_origin: 0.05 };
-        WheelOnRail::new(&wheel, &rail, &wheelset, &Track { gauge, gauge_depth: 0.01 }, side, position).unwrap()
+        let wheelset = Wheelset {
+            rolling_radius: 0.5,
+            flange_back_distance: 1.4,
+            flange_back_to_origin: 0.05,
+        };
+        WheelOnRail::new(
+            &wheel,
+            &rail,
+            &wheelset,
+            &Track { gauge, gauge_depth: 0.01 },
+            side,
+            position,
+        )
+        .unwrap()
     }
 
     #[test]
     fn two_crowns_touch_between_their_tops_with_the_curvatures_of_their_arcs() {
         let pair = barrel(Side::Right, &Position::default());
         let [x, y, z] = pair.touches()[0].position;
-        assert!(x == 0.0 && (y - 0.75).abs() < 1e-7 && z.abs() < 1e-12 && pair.height().abs() < 1e-12, "{x} {y} {z}");
+        assert!(
+            x == 0.0 && (y - 0.75).abs() < 1e-7 && z.abs() < 1e-12 && pair.height().abs() < 1e-12,
+            "{x} {y} {z}"
+        );
         assert_eq!(pair.touches().len(), 1);
         let curvatures = pair.curvatures();
         // the spline's curvature errs by the square of its step
         assert!((curvatures.xx * 0.5 - 1.0).abs() < 1e-9 && curvatures.xs.abs() < 1e-9);
         assert!((curvatures.ss / (1.0 / 0.3 + 1.0 / 0.08) - 1.0).abs() < 1e-5, "{}", curvatures.ss);
-        // moved aside by v, the arcs, of radii 0.3 and 0.08 around their centres, touch on the line between these
+        // moved aside by v, the arcs, of radii 0.3 and 0.08 around their centres, touch on the line
+        // between these
         let moved = barrel(Side::Right, &Position { lateral: 0.01, ..Position::default() });
         let sine = 0.01 / (0.3 + 0.08);
         let touch = moved.touches()[0];
-        assert!((touch.position[1] - 0.75 - 0.08 * sine).abs() < 1e-7 && (touch.angle - sine.asin()).abs() < 1e-6, "{touch:?}");
+        assert!(
+            (touch.position[1] - 0.75 - 0.08 * sine).abs() < 1e-7
+                && (touch.angle - sine.asin()).abs() < 1e-6,
+            "{touch:?}"
+        );
     }
 
     #[test]
     fn a_yawed_barrel_keeps_its_principal_curvatures() {
-        // a sphere's radius across: the wheel's surface has the principal curvatures 1/0.5 and 1/0.3, turned with the yaw
+        // a sphere's radius across: the wheel's surface has the principal curvatures 1/0.5 and
+        // 1/0.3, turned with the yaw
         let yaw = 0.05f64;
         let pair = barrel(Side::Left, &Position { yaw, ..Position::default() });
         let curvatures = pair.curvatures();
         let (sin, cos) = yaw.sin_cos();
         let (circle, across, rail) = (1.0 / 0.5, 1.0 / 0.3, 1.0 / 0.08);
-        assert!((curvatures.xx - circle * cos * cos - across * sin * sin).abs() < 1e-4, "{curvatures:?}");
-        assert!((curvatures.ss - circle * sin * sin - across * cos * cos - rail).abs() < 1e-3, "{curvatures:?}");
-        assert!((curvatures.xs.abs() - (across - circle) * sin * cos).abs() < 1e-4, "{curvatures:?}");
+        assert!(
+            (curvatures.xx - circle * cos * cos - across * sin * sin).abs() < 1e-4,
+            "{curvatures:?}"
+        );
+        assert!(
+            (curvatures.ss - circle * sin * sin - across * cos * cos - rail).abs() < 1e-3,
+            "{curvatures:?}"
+        );
+        assert!(
+            (curvatures.xs.abs() - (across - circle) * sin * cos).abs() < 1e-4,
+            "{curvatures:?}"
+        );
         let ([small, large], direction) = curvatures.principal();
         assert!((small + large - curvatures.xx - curvatures.ss).abs() < 1e-12);
-        let along = |a: f64| curvatures.xx * a.cos().powi(2) + 2.0 * curvatures.xs * a.cos() * a.sin() + curvatures.ss * a.sin().powi(2);
-        assert!((along(direction) - small).abs() < 1e-12 && (along(direction + 0.5 * PI) - large).abs() < 1e-12);
+        let along = |a: f64| {
+            curvatures.xx * a.cos().powi(2)
+                + 2.0 * curvatures.xs * a.cos() * a.sin()
+                + curvatures.ss * a.sin().powi(2)
+        };
+        assert!(
+            (along(direction) - small).abs() < 1e-12
+                && (along(direction + 0.5 * PI) - large).abs() < 1e-12
+        );
     }
 
     #[test]
     fn a_wheelset_in_the_middle_touches_both_rails_alike() {
-        let [left, right] = [Side::Left, Side::Right].map(|side| placed(side, &Position::default()).unwrap());
+        let [left, right] =
+            [Side::Left, Side::Right].map(|side| placed(side, &Position::default()).unwrap());
         let (a, b) = (left.touches()[0], right.touches()[0]);
-        assert!((a.position[1] + b.position[1]).abs() < 1e-9 && (a.angle + b.angle).abs() < 1e-12, "{a:?} {b:?}");
-        assert!(a.position[0] == 0.0 && b.position[0] == 0.0 && (left.height() - right.height()).abs() < 1e-15);
+        assert!(
+            (a.position[1] + b.position[1]).abs() < 1e-9 && (a.angle + b.angle).abs() < 1e-12,
+            "{a:?} {b:?}"
+        );
+        assert!(
+            a.position[0] == 0.0
+                && b.position[0] == 0.0
+                && (left.height() - right.height()).abs() < 1e-15
+        );
         // the gauge faces stand 1435 mm apart, 14 mm below the tops
         let [y, z] = right.to_rail([0.0, 0.7175, 0.014]);
         assert!((y + 43.0325e-3).abs() < 1e-7 && (z - 0.014).abs() < 1e-6, "{y} {z}");
@@ -364,9 +455,13 @@ mod tests {
 
     #[test]
     fn the_benchmarks_flange_comes_into_contact() {
-        // at 6 mm with the benchmark's roll the left wheel runs on its tread and the right one towards its flange
-        let tread = placed(Side::Left, &Position { lateral: 6e-3, yaw: 1.44e-2, roll: -6.272e-4 }).unwrap();
-        let flange = placed(Side::Right, &Position { lateral: 6e-3, yaw: 1.44e-2, roll: -6.272e-4 }).unwrap();
+        // at 6 mm with the benchmark's roll the left wheel runs on its tread and the right one
+        // towards its flange
+        let tread =
+            placed(Side::Left, &Position { lateral: 6e-3, yaw: 1.44e-2, roll: -6.272e-4 }).unwrap();
+        let flange =
+            placed(Side::Right, &Position { lateral: 6e-3, yaw: 1.44e-2, roll: -6.272e-4 })
+                .unwrap();
         assert!(tread.touches()[0].angle < 0.02);
         let angle = flange.touches()[0].angle;
         assert!(angle < -0.3, "{angle}");
@@ -378,16 +473,33 @@ mod tests {
         let [wheel, rail] = benchmark();
         let new = |wheel: &Profile, rail: &Profile, track: Track, lateral: f64, yaw: f64| {
             let position = Position { lateral, yaw, roll: 0.0 };
-            WheelOnRail::new(wheel, rail, &WHEELSET, &track, Side::Left, &position).map(|_| ()).unwrap_err().to_string()
+            WheelOnRail::new(wheel, rail, &WHEELSET, &track, Side::Left, &position)
+                .map(|_| ())
+                .unwrap_err()
+                .to_string()
         };
-        assert_eq!(new(&rail, &wheel, TRACK, 0.0, 0.0), "the wheel's profile is one of a rail; give a wheel's");
-        assert!(new(&wheel, &rail, TRACK, f64::NAN, 0.0).contains("lateral = NaN: must be within ±10 m"));
+        assert_eq!(
+            new(&rail, &wheel, TRACK, 0.0, 0.0),
+            "the wheel's profile is one of a rail; give a wheel's"
+        );
+        assert!(
+            new(&wheel, &rail, TRACK, f64::NAN, 0.0)
+                .contains("lateral = NaN: must be within ±10 m")
+        );
         assert!(new(&wheel, &rail, TRACK, 0.0, 1.0).contains("yaw = 1e0: must be within ±π/6"));
-        assert!(new(&wheel, &rail, Track { gauge: 0.0, ..TRACK }, 0.0, 0.0).contains("gauge = 0e0: must be above 0"));
-        assert!(new(&wheel, &rail, Track { gauge_depth: 0.04, ..TRACK }, 0.0, 0.0).contains("the gauge is measured"));
+        assert!(
+            new(&wheel, &rail, Track { gauge: 0.0, ..TRACK }, 0.0, 0.0)
+                .contains("gauge = 0e0: must be above 0")
+        );
+        assert!(
+            new(&wheel, &rail, Track { gauge_depth: 0.04, ..TRACK }, 0.0, 0.0)
+                .contains("the gauge is measured")
+        );
         assert!(new(&wheel, &rail, TRACK, 1.0, 0.0).contains("one does not stand over the other"));
         assert!(new(&wheel, &rail, TRACK, 0.09, 0.0).contains("where a profile ends"));
-        let unmirrored = Profile::from_points(ProfileKind::Wheel, wheel.curve().mirrored().points().to_vec()).unwrap();
+        let unmirrored =
+            Profile::from_points(ProfileKind::Wheel, wheel.curve().mirrored().points().to_vec())
+                .unwrap();
         assert!(new(&unmirrored, &rail, TRACK, 0.0, 0.0).contains("mirror the profile"));
     }
 

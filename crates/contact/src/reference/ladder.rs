@@ -1,5 +1,6 @@
-//! What a ladder of ever finer solutions tells: the limit of a figure by Richardson extrapolation with the uncertainty of that limit,
-//! and the order of an error, or the exponent of a cost, by a straight line in logarithms.
+//! What a ladder of ever finer solutions tells: the limit of a figure by Richardson extrapolation
+//! with the uncertainty of that limit, and the order of an error, or the exponent of a cost, by a
+//! straight line in logarithms.
 
 /// A limit from a ladder of values.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,10 +22,11 @@ pub enum Trend {
     Settled,
     /// Successive threes of values show the same order.
     Asymptotic,
-    /// The three finest values show an order; there are no others, or those before show another one.
+    /// The three finest values show an order; there are no others, or those before show another
+    /// one.
     Converging,
-    /// The three finest values or the three before them show no order: they go up and down, as counted areas do, or do not draw
-    /// nearer to each other.
+    /// The three finest values or the three before them show no order: they go up and down, as
+    /// counted areas do, or do not draw nearer to each other.
     Scattered,
 }
 
@@ -57,19 +59,23 @@ const ORDERS: [f64; 2] = [0.25, 6.0];
 /// Orders of successive threes that differ by less than this part of the larger one are the same.
 const SAME_ORDER: f64 = 0.25;
 
-/// The limit of a figure whose error goes like an unknown power of h, from rungs (h, value) in the order of falling h > 0.
+/// The limit of a figure whose error goes like an unknown power of h, from rungs (h, value) in the
+/// order of falling h > 0.
 ///
-/// The three finest rungs determine value = L + C hᵖ. The uncertainty of L is, with the finest value v and the one before it u:
-/// - [`Trend::Asymptotic`]: the same extrapolation from the next coarser three gave L′; 1.25 |L − L′|/(r − 1) with the last step's
-///   ratio r ≤ 2 of mesh sizes, for the error of L falls at least like h, and at least a tenth of |L − v|;
-/// - [`Trend::Converging`]: 1.25 |L − v| from three rungs only, the grid convergence index; with a fourth that shows another order
-///   the larger of 3 |L − v| and |v − u|;
-/// - [`Trend::Scattered`]: the limit is the mean of the last four values (of three on a ladder of three), its uncertainty one
-///   and a half times their range, on a ladder of three twice that.
+/// The three finest rungs determine value = L + C hᵖ. The uncertainty of L is, with the finest
+/// value v and the one before it u:
+/// - [`Trend::Asymptotic`]: the same extrapolation from the next coarser three gave L′; 1.25 |L −
+///   L′|/(r − 1) with the last step's ratio r ≤ 2 of mesh sizes, for the error of L falls at least
+///   like h, and at least a tenth of |L − v|;
+/// - [`Trend::Converging`]: 1.25 |L − v| from three rungs only, the grid convergence index; with a
+///   fourth that shows another order the larger of 3 |L − v| and |v − u|;
+/// - [`Trend::Scattered`]: the limit is the mean of the last four values (of three on a ladder of
+///   three), its uncertainty one and a half times their range, on a ladder of three twice that.
 ///
-/// The factors 1.25 and 3 are Roache's (Annu. Rev. Fluid Mech. 29 (1997) 123–160, doi:10.1146/annurev.fluid.29.1.123), and so is their
-/// use for orders that can be trusted and orders that cannot; the range of scattered values is used as Eça and Hoekstra do
-/// (J. Comput. Phys. 262 (2014) 104–130, doi:10.1016/j.jcp.2014.01.006).
+/// The factors 1.25 and 3 are Roache's (Annu. Rev. Fluid Mech. 29 (1997) 123–160,
+/// doi:10.1146/annurev.fluid.29.1.123), and so is their use for orders that can be trusted and
+/// orders that cannot; the range of scattered values is used as Eça and Hoekstra do (J. Comput.
+/// Phys. 262 (2014) 104–130, doi:10.1016/j.jcp.2014.01.006).
 pub fn richardson(ladder: &[(f64, f64)]) -> Result<Limit, LadderError> {
     let rungs = ladder.len();
     if rungs < 3 {
@@ -101,13 +107,24 @@ pub fn richardson(ladder: &[(f64, f64)]) -> Result<Limit, LadderError> {
         let tail = &ladder[rungs.saturating_sub(4)..];
         let mean = tail.iter().map(|rung| rung.1).sum::<f64>() / tail.len() as f64;
         let factor = if tail.len() > 3 { 1.5 } else { 2.0 };
-        return Ok(Limit { value: mean, uncertainty: factor * range(tail), order: None, trend: Trend::Scattered });
+        return Ok(Limit {
+            value: mean,
+            uncertainty: factor * range(tail),
+            order: None,
+            trend: Trend::Scattered,
+        });
     };
     let left = (value - last).abs();
     let (uncertainty, trend) = match earlier.flatten() {
         None => (1.25 * left, Trend::Converging),
-        Some((other, other_order)) if (order - other_order).abs() <= SAME_ORDER * order.max(other_order) => {
-            ((1.25 * (value - other).abs() / (finest[1].0 / finest[2].0 - 1.0).min(1.0)).max(0.1 * left), Trend::Asymptotic)
+        Some((other, other_order))
+            if (order - other_order).abs() <= SAME_ORDER * order.max(other_order) =>
+        {
+            (
+                (1.25 * (value - other).abs() / (finest[1].0 / finest[2].0 - 1.0).min(1.0))
+                    .max(0.1 * left),
+                Trend::Asymptotic,
+            )
         }
         Some(_) => ((3.0 * left).max((last - before).abs()), Trend::Converging),
     };
@@ -119,7 +136,9 @@ fn extrapolate([coarse, middle, fine]: [(f64, f64); 3]) -> Option<(f64, f64)> {
     let (first, second) = (coarse.1 - middle.1, middle.1 - fine.1);
     let ratio = first / second;
     // (h₁ᵖ − h₂ᵖ)/(h₂ᵖ − h₃ᵖ) rises with p
-    let of_order = |p: f64| ((p * (coarse.0 / middle.0).ln()).exp_m1()) / -(-p * (middle.0 / fine.0).ln()).exp_m1();
+    let of_order = |p: f64| {
+        ((p * (coarse.0 / middle.0).ln()).exp_m1()) / -(-p * (middle.0 / fine.0).ln()).exp_m1()
+    };
     let [mut low, mut high] = ORDERS;
     // also refuses NaN, which a second difference of 0 makes of a first one of 0
     if !(ratio >= of_order(low) && ratio <= of_order(high)) {
@@ -169,10 +188,11 @@ const STUDENT: [f64; 10] = [63.66, 9.925, 5.841, 4.604, 4.032, 3.707, 3.499, 3.3
 
 /// The power law that a ladder (x, y), x, y > 0, ends in, by least squares in logarithms.
 ///
-/// Rungs are given in the order in which the law comes to hold: errors with falling mesh size or ε, costs with a rising number of
-/// elements. The line starts with the last three rungs and is extended backwards rung by rung, as long as the next one lies within
-/// a tenth of what the line predicts for it, or where its scatter lets 99 of 100 lie; the first that does not, and everything
-/// before it, is taken to be pre-asymptotic and left out.
+/// Rungs are given in the order in which the law comes to hold: errors with falling mesh size or ε,
+/// costs with a rising number of elements. The line starts with the last three rungs and is
+/// extended backwards rung by rung, as long as the next one lies within a tenth of what the line
+/// predicts for it, or where its scatter lets 99 of 100 lie; the first that does not, and
+/// everything before it, is taken to be pre-asymptotic and left out.
 pub fn power_law(ladder: &[(f64, f64)]) -> Result<PowerLaw, LadderError> {
     if ladder.len() < 3 {
         return Err(LadderError::Short { found: ladder.len() });
@@ -226,8 +246,10 @@ impl Line {
         let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / n;
         let center = (mean(|p| p.0), mean(|p| p.1));
         let variation = points.iter().map(|p| (p.0 - center.0).powi(2)).sum::<f64>();
-        let slope = points.iter().map(|p| (p.0 - center.0) * (p.1 - center.1)).sum::<f64>() / variation;
-        let residuals = points.iter().map(|p| (p.1 - center.1 - slope * (p.0 - center.0)).powi(2)).sum::<f64>();
+        let slope =
+            points.iter().map(|p| (p.0 - center.0) * (p.1 - center.1)).sum::<f64>() / variation;
+        let residuals =
+            points.iter().map(|p| (p.1 - center.1 - slope * (p.0 - center.0)).powi(2)).sum::<f64>();
         Self { slope, center, variation, scatter: (residuals / (n - 2.0)).sqrt(), points: n }
     }
 
@@ -238,7 +260,9 @@ impl Line {
     /// How far from the line 99 of 100 further points at x lie.
     fn reach_of_prediction(&self, x: f64) -> f64 {
         let student = STUDENT[(self.points as usize - 3).min(STUDENT.len() - 1)];
-        student * self.scatter * (1.0 + 1.0 / self.points + (x - self.center.0).powi(2) / self.variation).sqrt()
+        student
+            * self.scatter
+            * (1.0 + 1.0 / self.points + (x - self.center.0).powi(2) / self.variation).sqrt()
     }
 }
 
@@ -257,7 +281,10 @@ mod tests {
             for meshes in [&[8.0, 16.0, 32.0, 64.0][..], &[10.0, 13.0, 31.0, 40.0, 41.0]] {
                 let limit = richardson(&ladder(meshes, |h| 3.0 - 0.7 * h.powf(order))).unwrap();
                 assert_eq!(limit.trend, Trend::Asymptotic);
-                assert!((limit.value - 3.0).abs() < 1e-9 && (limit.order.unwrap() - order).abs() < 1e-4, "{order}: {limit:?}");
+                assert!(
+                    (limit.value - 3.0).abs() < 1e-9 && (limit.order.unwrap() - order).abs() < 1e-4,
+                    "{order}: {limit:?}"
+                );
                 assert!((limit.value - 3.0).abs() <= limit.uncertainty);
             }
         }
@@ -266,16 +293,24 @@ mod tests {
         assert!((three.uncertainty / (1.25 / 32.0) - 1.0).abs() < 1e-9, "{three:?}");
     }
 
-    /// Two powers: the uncertainty covers the error whatever the second one's sign and size, but for h^½ followed closely by the
-    /// next power, which for opposite signs turns round only beyond the ladder.
+    /// Two powers: the uncertainty covers the error whatever the second one's sign and size, but
+    /// for h^½ followed closely by the next power, which for opposite signs turns round only beyond
+    /// the ladder.
     #[test]
     fn the_uncertainty_covers_what_a_second_power_does() {
         let (mut all, mut covered) = (0, 0);
         for order in [0.5, 1.0, 1.5, 2.0] {
             for next in [0.5, 1.0, 2.0] {
                 for share in [-3.0, -1.0, -0.3, 0.3, 1.0, 3.0, 10.0] {
-                    for meshes in [&[12.0, 24.0, 48.0, 96.0][..], &[16.0, 24.0, 36.0, 54.0, 81.0], &[12.0, 24.0, 48.0]] {
-                        let limit = richardson(&ladder(meshes, |h| 2.0 + h.powf(order) * (1.0 + share * h.powf(next)))).unwrap();
+                    for meshes in [
+                        &[12.0, 24.0, 48.0, 96.0][..],
+                        &[16.0, 24.0, 36.0, 54.0, 81.0],
+                        &[12.0, 24.0, 48.0],
+                    ] {
+                        let limit = richardson(&ladder(meshes, |h| {
+                            2.0 + h.powf(order) * (1.0 + share * h.powf(next))
+                        }))
+                        .unwrap();
                         all += 1;
                         covered += usize::from((limit.value - 2.0).abs() <= limit.uncertainty);
                     }
@@ -286,19 +321,25 @@ mod tests {
         assert!(covered * 100 >= all * 93, "{covered} of {all}");
     }
 
-    /// Areas of disks counted in elements jump about π; the uncertainty must own up to that, and must not be far too large.
+    /// Areas of disks counted in elements jump about π; the uncertainty must own up to that, and
+    /// must not be far too large.
     #[test]
     fn counted_areas_are_honest() {
         let area = |n: f64, radius: f64| {
             let h = 3.0 / n;
             let at = |i: usize| (i as f64 + 0.5) * h - 1.5;
-            let count = (0..(n * n) as usize).filter(|s| at(s % n as usize).hypot(at(s / n as usize)) < radius).count();
+            let count = (0..(n * n) as usize)
+                .filter(|s| at(s % n as usize).hypot(at(s / n as usize)) < radius)
+                .count();
             count as f64 * h * h
         };
         let (mut covered, mut widest, all) = (0, 0.0_f64, 200);
         for k in 0..all {
             let radius = 0.8 + 0.5 * k as f64 / all as f64;
-            let rungs: Vec<(f64, f64)> = [24.0, 34.0, 48.0, 68.0, 96.0].iter().map(|n| (1.0 / n, area(*n, radius))).collect();
+            let rungs: Vec<(f64, f64)> = [24.0, 34.0, 48.0, 68.0, 96.0]
+                .iter()
+                .map(|n| (1.0 / n, area(*n, radius)))
+                .collect();
             let limit = richardson(&rungs).unwrap();
             let exact = PI * radius * radius;
             covered += usize::from((limit.value - exact).abs() <= limit.uncertainty);
@@ -318,7 +359,10 @@ mod tests {
         let settled = richardson(&[(0.4, 0.0), (0.2, 0.0), (0.1, 0.0)]).unwrap();
         assert_eq!((settled.value, settled.uncertainty, settled.trend), (0.0, 0.0, Trend::Settled));
         // two equal values at the end say nothing about an order
-        assert_eq!(richardson(&[(0.4, 1.0), (0.2, 0.5), (0.1, 0.5)]).unwrap().trend, Trend::Scattered);
+        assert_eq!(
+            richardson(&[(0.4, 1.0), (0.2, 0.5), (0.1, 0.5)]).unwrap().trend,
+            Trend::Scattered
+        );
     }
 
     #[test]
@@ -331,19 +375,30 @@ mod tests {
         assert_eq!(rung(&[(1.0, 1.0), (1.0, 1.0), (0.5, 1.0)]), 1);
         assert_eq!(rung(&[(1.0, 1.0), (0.5, f64::NAN), (0.25, 1.0)]), 1);
         assert_eq!(rung(&[(0.0, 1.0), (0.5, 1.0), (0.25, 1.0)]), 0);
-        assert!(matches!(power_law(&[(1.0, 1.0), (0.5, 0.0), (0.25, 1.0)]), Err(LadderError::Rung { rung: 1, .. })));
-        assert!(matches!(power_law(&[(1.0, 1.0), (0.5, 1.0), (1.0, 1.0)]), Err(LadderError::Rung { rung: 2, .. })));
+        assert!(matches!(
+            power_law(&[(1.0, 1.0), (0.5, 0.0), (0.25, 1.0)]),
+            Err(LadderError::Rung { rung: 1, .. })
+        ));
+        assert!(matches!(
+            power_law(&[(1.0, 1.0), (0.5, 1.0), (1.0, 1.0)]),
+            Err(LadderError::Rung { rung: 2, .. })
+        ));
     }
 
     #[test]
     fn a_line_leaves_out_what_comes_before_the_law() {
         // y = 2 x^1.5 from the third rung on, far above it before
-        let rungs: Vec<(f64, f64)> = (0..7).map(|k| 0.5_f64.powi(k)).map(|x| (x, 2.0 * x.powf(1.5))).collect();
+        let rungs: Vec<(f64, f64)> =
+            (0..7).map(|k| 0.5_f64.powi(k)).map(|x| (x, 2.0 * x.powf(1.5))).collect();
         let mut bent = rungs.clone();
         (bent[0].1, bent[1].1) = (bent[0].1 * 3.0, bent[1].1 * 1.5);
         let law = power_law(&bent).unwrap();
         assert_eq!((law.first, law.range), (2, [0.25, 0.5_f64.powi(6)]));
-        assert!((law.slope - 1.5).abs() < 1e-12 && law.standard_error < 1e-12 && (law.at(0.1) / rungs_at(0.1) - 1.0).abs() < 1e-12);
+        assert!(
+            (law.slope - 1.5).abs() < 1e-12
+                && law.standard_error < 1e-12
+                && (law.at(0.1) / rungs_at(0.1) - 1.0).abs() < 1e-12
+        );
         assert_eq!(power_law(&rungs).unwrap().first, 0);
     }
 
@@ -361,14 +416,19 @@ mod tests {
         };
         let (trials, mut within, mut whole) = (400, 0, 0);
         for _ in 0..trials {
-            let rungs: Vec<(f64, f64)> =
-                (3..11).map(|k| 2f64.powi(k)).map(|n| (n, n.powf(2.2) * (0.2 * (uniform() - 0.5)).exp())).collect();
+            let rungs: Vec<(f64, f64)> = (3..11)
+                .map(|k| 2f64.powi(k))
+                .map(|n| (n, n.powf(2.2) * (0.2 * (uniform() - 0.5)).exp()))
+                .collect();
             let law = power_law(&rungs).unwrap();
             within += usize::from((law.slope - 2.2).abs() <= 2.45 * law.standard_error);
             whole += usize::from(law.first == 0);
         }
         eprintln!("{within} of {trials} within the 95 % interval, {whole} whole");
         // 2.45: Student's t for 6 degrees of freedom
-        assert!(within * 100 >= trials * 88 && whole * 100 >= trials * 85, "{within}, {whole} of {trials}");
+        assert!(
+            within * 100 >= trials * 88 && whole * 100 >= trials * 85,
+            "{within}, {whole} of {trials}"
+        );
     }
 }

@@ -1,8 +1,10 @@
-//! Integrals over rectangles of functions that are smooth but for concentric ellipses and their centre.
+//! Integrals over rectangles of functions that are smooth but for concentric ellipses and their
+//! centre.
 //!
-//! At the edge of a contact the pressure goes like the root of the distance (under a flat sole like its inverse), at that of a stick
-//! zone the traction has such a root too, and under a cone's tip the pressure goes like a logarithm. Rectangles that an ellipse cuts are
-//! therefore swept along chords that end on it, in the variable t of 3t² − 2t³, whose square-root ends make those roots
+//! At the edge of a contact the pressure goes like the root of the distance (under a flat sole like
+//! its inverse), at that of a stick zone the traction has such a root too, and under a cone's tip
+//! the pressure goes like a logarithm. Rectangles that an ellipse cuts are therefore swept along
+//! chords that end on it, in the variable t of 3t² − 2t³, whose square-root ends make those roots
 //! analytic; rectangles at the centre are halved towards it.
 
 use crate::foundation::gauss::{self, MAX_POINTS};
@@ -30,13 +32,23 @@ const FAR_POINTS: usize = 6;
 const HALVINGS: u32 = 40;
 
 impl Kinks {
-    /// ∫ f over the rectangle. Relative error: below 1e-9 of roots at the ellipses, their squares and logarithms at the centre; below
-    /// 1e-6 of inverse roots, which lose digits in telling a point next to the ellipse from one on it.
-    pub(super) fn integrate<const N: usize>(&self, over: Rectangle, f: &impl Fn(f64, f64) -> [f64; N]) -> [f64; N] {
+    /// ∫ f over the rectangle. Relative error: below 1e-9 of roots at the ellipses, their squares
+    /// and logarithms at the centre; below 1e-6 of inverse roots, which lose digits in telling a
+    /// point next to the ellipse from one on it.
+    pub(super) fn integrate<const N: usize>(
+        &self,
+        over: Rectangle,
+        f: &impl Fn(f64, f64) -> [f64; N],
+    ) -> [f64; N] {
         self.halved(over, f, HALVINGS)
     }
 
-    fn halved<const N: usize>(&self, over: Rectangle, f: &impl Fn(f64, f64) -> [f64; N], left: u32) -> [f64; N] {
+    fn halved<const N: usize>(
+        &self,
+        over: Rectangle,
+        f: &impl Fn(f64, f64) -> [f64; N],
+        left: u32,
+    ) -> [f64; N] {
         let size = [over.x[1] - over.x[0], over.y[1] - over.y[0]];
         let longest = size[0].max(size[1]);
         let distance = |[low, high]: [f64; 2]| low.max(-high).max(0.0);
@@ -50,21 +62,31 @@ impl Kinks {
         };
         let mut sum = [0.0; N];
         if size[0] == longest {
-            halves(over.x).into_iter().for_each(|x| add(&mut sum, self.halved(Rectangle { x, ..over }, f, left - 1), 1.0));
+            halves(over.x).into_iter().for_each(|x| {
+                add(&mut sum, self.halved(Rectangle { x, ..over }, f, left - 1), 1.0)
+            });
         } else {
-            halves(over.y).into_iter().for_each(|y| add(&mut sum, self.halved(Rectangle { y, ..over }, f, left - 1), 1.0));
+            halves(over.y).into_iter().for_each(|y| {
+                add(&mut sum, self.halved(Rectangle { y, ..over }, f, left - 1), 1.0)
+            });
         }
         sum
     }
 
-    fn without_center<const N: usize>(&self, over: Rectangle, f: &impl Fn(f64, f64) -> [f64; N]) -> [f64; N] {
+    fn without_center<const N: usize>(
+        &self,
+        over: Rectangle,
+        f: &impl Fn(f64, f64) -> [f64; N],
+    ) -> [f64; N] {
         if self.ellipses.iter().all(|semi_axes| !is_near(over, *semi_axes)) {
             let line = |y: f64| gauss_legendre(over.x, FAR_POINTS, &|x| f(x, y));
             return gauss_legendre(over.y, FAR_POINTS, &line);
         }
-        // where a chord's end jumps from an ellipse to a side of the rectangle or the chord ends altogether
-        let turns =
-            self.ellipses.iter().flat_map(|&[a, b]| over.x.map(|x| (x / a).abs()).into_iter().chain([0.0]).map(move |x| b * cathetus(x)));
+        // where a chord's end jumps from an ellipse to a side of the rectangle or the chord ends
+        // altogether
+        let turns = self.ellipses.iter().flat_map(|&[a, b]| {
+            over.x.map(|x| (x / a).abs()).into_iter().chain([0.0]).map(move |x| b * cathetus(x))
+        });
         let line = |y: f64| {
             let ends = self.ellipses.iter().map(|&[a, b]| a * cathetus((y / b).abs()));
             pieces(over.x, ends, &|x| f(x, y))
@@ -91,8 +113,13 @@ fn is_near(over: Rectangle, [a, b]: [f64; 2]) -> bool {
 }
 
 /// ∫ f over an interval, cut at ± each of `at`, by a rule for roots at the ends of each piece.
-fn pieces<const N: usize>([low, high]: [f64; 2], at: impl Iterator<Item = f64>, f: &impl Fn(f64) -> [f64; N]) -> [f64; N] {
-    let mut cuts: Vec<f64> = at.flat_map(|x| [-x, x]).filter(|x| *x > low && *x < high).chain([low, high]).collect();
+fn pieces<const N: usize>(
+    [low, high]: [f64; 2],
+    at: impl Iterator<Item = f64>,
+    f: &impl Fn(f64) -> [f64; N],
+) -> [f64; N] {
+    let mut cuts: Vec<f64> =
+        at.flat_map(|x| [-x, x]).filter(|x| *x > low && *x < high).chain([low, high]).collect();
     cuts.sort_unstable_by(f64::total_cmp);
     let mut sum = [0.0; N];
     for piece in cuts.windows(2) {
@@ -110,7 +137,11 @@ fn pieces<const N: usize>([low, high]: [f64; 2], at: impl Iterator<Item = f64>, 
     sum
 }
 
-fn gauss_legendre<const N: usize>([low, high]: [f64; 2], points: usize, f: &impl Fn(f64) -> [f64; N]) -> [f64; N] {
+fn gauss_legendre<const N: usize>(
+    [low, high]: [f64; 2],
+    points: usize,
+    f: &impl Fn(f64) -> [f64; N],
+) -> [f64; N] {
     let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
     let mut sum = [0.0; N];
     for &(u, weight) in &gauss::uniform()[points] {
@@ -131,8 +162,13 @@ mod tests {
     use std::f64::consts::PI;
 
     /// Sums over the elements of an n × m grid on [−1.37, 1.31] × [−1.25, 1.2].
-    fn over_grid<const N: usize>(kinks: &Kinks, [n, m]: [usize; 2], f: &impl Fn(f64, f64) -> [f64; N]) -> [f64; N] {
-        let edge = |i: usize, n: usize, low: f64, high: f64| low + (high - low) * i as f64 / n as f64;
+    fn over_grid<const N: usize>(
+        kinks: &Kinks,
+        [n, m]: [usize; 2],
+        f: &impl Fn(f64, f64) -> [f64; N],
+    ) -> [f64; N] {
+        let edge =
+            |i: usize, n: usize, low: f64, high: f64| low + (high - low) * i as f64 / n as f64;
         let mut sum = [0.0; N];
         for j in 0..m {
             for i in 0..n {
@@ -147,7 +183,9 @@ mod tests {
     #[test]
     fn roots_inverse_roots_and_logarithms_are_integrated_whatever_the_grid() {
         let (a, b, c) = (1.1, 0.7, 0.45);
-        let below = |x: f64, y: f64, scale: f64| 1.0 - ((x / (a * scale)).powi(2) + (y / (b * scale)).powi(2));
+        let below = |x: f64, y: f64, scale: f64| {
+            1.0 - ((x / (a * scale)).powi(2) + (y / (b * scale)).powi(2))
+        };
         let f = |x: f64, y: f64| {
             let (outer, inner) = (below(x, y, 1.0), below(x, y, c));
             let root = outer.max(0.0).sqrt();

@@ -1,7 +1,9 @@
-//! The free components of a contact whose elements are known to be open, to stick or to slip: the unknowns of Newton's method.
+//! The free components of a contact whose elements are known to be open, to stick or to slip: the
+//! unknowns of Newton's method.
 //!
-//! They are kept without gaps, element after element: p₁ where it is free, then both tangential components where an element sticks
-//! and the one across its traction where it slips. Fields to and from them live on a [`Window`], which holds the contact.
+//! They are kept without gaps, element after element: p₁ where it is free, then both tangential
+//! components where an element sticks and the one across its traction where it slips. Fields to and
+//! from them live on a [`Window`], which holds the contact.
 
 use crate::operators::Window;
 use crate::parallel::{self, BAND};
@@ -12,7 +14,8 @@ use crate::problem::Problem;
 pub(super) enum Piece {
     /// Both are free.
     Stick,
-    /// Only that across n, the direction of the traction, is, and not even this one where σ is infinite.
+    /// Only that across n, the direction of the traction, is, and not even this one where σ is
+    /// infinite.
     Slip { n: [f64; 2], sigma: f64 },
 }
 
@@ -56,7 +59,8 @@ impl Free {
         let mut left = spots;
         for band in 0..window.size[1].div_ceil(rows) {
             let end = window.first[1] + (band + 1) * rows;
-            let (spots, others) = left.split_at(left.partition_point(|spot| (spot.j as usize) < end));
+            let (spots, others) =
+                left.split_at(left.partition_point(|spot| (spot.j as usize) < end));
             left = others;
             let unknowns = spots.iter().map(|spot| free.count(spot)).sum();
             free.unknowns += unknowns;
@@ -85,21 +89,33 @@ impl Free {
 
     /// Place of a spot in a block of the window.
     fn place(&self, spot: &Spot) -> usize {
-        (spot.j as usize - self.window.first[1]) * self.window.size[0] + spot.i as usize - self.window.first[0]
+        (spot.j as usize - self.window.first[1]) * self.window.size[0] + spot.i as usize
+            - self.window.first[0]
     }
 
-    /// Tractions of free components. On slipping elements p_t·n = `mu` p₁; `weight`(σ) goes to what is across.
+    /// Tractions of free components. On slipping elements p_t·n = `mu` p₁; `weight`(σ) goes to what
+    /// is across.
     ///
     /// `field` is written where there are spots only.
-    pub(super) fn expand(&self, field: &mut [f64], unknowns: &[f64], mu: f64, weight: impl Fn(f64) -> f64 + Sync) {
-        let mut blocks: Vec<_> =
-            field.chunks_exact_mut(self.window.len()).map(|block| block.chunks_mut(self.rows * self.window.size[0])).collect();
+    pub(super) fn expand(
+        &self,
+        field: &mut [f64],
+        unknowns: &[f64],
+        mu: f64,
+        weight: impl Fn(f64) -> f64 + Sync,
+    ) {
+        let mut blocks: Vec<_> = field
+            .chunks_exact_mut(self.window.len())
+            .map(|block| block.chunks_mut(self.rows * self.window.size[0]))
+            .collect();
         let mut left = unknowns;
         let mut pieces = Vec::with_capacity(self.bands.len());
         for (at, band) in self.bands.iter().enumerate() {
             let (unknowns, others) = left.split_at(band.unknowns);
             left = others;
-            let parts: [&mut [f64]; 3] = self.blocks.map(|block| block.and_then(|block| blocks[block].next()).unwrap_or_default());
+            let parts: [&mut [f64]; 3] = self
+                .blocks
+                .map(|block| block.and_then(|block| blocks[block].next()).unwrap_or_default());
             pieces.push((at * self.rows * self.window.size[0], &band.spots, unknowns, parts));
         }
         parallel::each(self.unknowns, pieces, |(start, spots, unknowns, mut parts)| {
@@ -108,7 +124,9 @@ impl Free {
             for spot in spots {
                 let normal = if spot.pressed { next() } else { 0.0 };
                 let tangential = match spot.piece {
-                    Piece::Stick => [1, 2].map(|c| if self.blocks[c].is_some() { next() } else { 0.0 }),
+                    Piece::Stick => {
+                        [1, 2].map(|c| if self.blocks[c].is_some() { next() } else { 0.0 })
+                    }
                     Piece::Slip { n, sigma } => {
                         let along = mu * normal;
                         let across = if sigma.is_finite() { weight(sigma) * next() } else { 0.0 };
@@ -126,11 +144,18 @@ impl Free {
     }
 
     /// Writes tractions of the elements in contact into a field on the window, from their places.
-    pub(super) fn write(&self, field: &mut [f64], values: impl Fn(&Spot, usize) -> [f64; 3] + Sync) {
+    pub(super) fn write(
+        &self,
+        field: &mut [f64],
+        values: impl Fn(&Spot, usize) -> [f64; 3] + Sync,
+    ) {
         let size = self.window.size[0] * self.rows;
-        let mut blocks: Vec<_> = field.chunks_exact_mut(self.window.len()).map(|block| block.chunks_mut(size)).collect();
+        let mut blocks: Vec<_> =
+            field.chunks_exact_mut(self.window.len()).map(|block| block.chunks_mut(size)).collect();
         let bands = self.bands.iter().enumerate().map(|(at, band)| {
-            let parts: [&mut [f64]; 3] = self.blocks.map(|block| block.and_then(|block| blocks[block].next()).unwrap_or_default());
+            let parts: [&mut [f64]; 3] = self
+                .blocks
+                .map(|block| block.and_then(|block| blocks[block].next()).unwrap_or_default());
             (at * size, &band.spots, parts)
         });
         parallel::each(self.unknowns, bands.collect(), |(start, spots, mut parts)| {
@@ -145,8 +170,9 @@ impl Free {
         });
     }
 
-    /// Rows of the free components, of the values that `values` gives for a place in the window, n, x, y: with p₁ goes `mu` times what is
-    /// along the traction of a slipping element; of what is across it, `across`(σ, row, its number) makes the row.
+    /// Rows of the free components, of the values that `values` gives for a place in the window, n,
+    /// x, y: with p₁ goes `mu` times what is along the traction of a slipping element; of what is
+    /// across it, `across`(σ, row, its number) makes the row.
     pub(super) fn restrict(
         &self,
         rows: &mut [f64],

@@ -1,7 +1,8 @@
 //! GMRES with right preconditioning (Saad and Schultz 1986, doi:10.1137/0907058), restarted.
 //!
-//! New directions are made orthogonal to all others at once, which reads the memory they are in twice, and a second time where the
-//! first has cancelled much (Daniel, Gragg, Kaufman and Stewart 1976, doi:10.1090/S0025-5718-1976-0431641-8).
+//! New directions are made orthogonal to all others at once, which reads the memory they are in
+//! twice, and a second time where the first has cancelled much (Daniel, Gragg, Kaufman and Stewart
+//! 1976, doi:10.1090/S0025-5718-1976-0431641-8).
 
 use super::vector::{add, norm, products, scale};
 
@@ -20,7 +21,8 @@ pub(crate) trait System {
     fn precondition(&mut self, x: &mut [f64], rows: &[f64]);
 }
 
-/// Directions of the solves before, whose memory the next one uses again; no more than one solve has at once.
+/// Directions of the solves before, whose memory the next one uses again; no more than one solve
+/// has at once.
 #[derive(Debug, Default)]
 pub(crate) struct Memory(Vec<Vec<f64>>);
 
@@ -47,7 +49,8 @@ pub(crate) struct Figures {
     pub(crate) applications: u64,
 }
 
-/// Solves `system`·x = `rhs` from x = 0 to the relative residual `tolerance`. The result does not depend on the number of threads.
+/// Solves `system`·x = `rhs` from x = 0 to the relative residual `tolerance`. The result does not
+/// depend on the number of threads.
 pub(crate) fn solve(
     rhs: &[f64],
     tolerance: f64,
@@ -66,13 +69,17 @@ pub(crate) fn solve(
     loop {
         let start = norm(&residual);
         figures.residual = start / size;
-        if figures.residual <= tolerance || figures.applications >= max_applications || !start.is_finite() {
+        if figures.residual <= tolerance
+            || figures.applications >= max_applications
+            || !start.is_finite()
+        {
             return (x, figures);
         }
         scale(&mut residual, 1.0 / start);
         let mut basis = vec![residual];
         // the triangular factor column by column, and the rotations that made it
-        let (mut columns, mut rotations): (Vec<Vec<f64>>, Vec<(f64, f64)>) = (Vec::new(), Vec::new());
+        let (mut columns, mut rotations): (Vec<Vec<f64>>, Vec<(f64, f64)>) =
+            (Vec::new(), Vec::new());
         let mut rest = vec![start];
         while columns.len() < RESTART && figures.applications < max_applications {
             let mut v = memory.vector(rhs.len());
@@ -81,7 +88,8 @@ pub(crate) fn solve(
             figures.applications += 1;
             let (mut column, height) = orthogonalise(&mut v, &basis);
             for (i, (c, s)) in rotations.iter().enumerate() {
-                (column[i], column[i + 1]) = (c * column[i] + s * column[i + 1], c * column[i + 1] - s * column[i]);
+                (column[i], column[i + 1]) =
+                    (c * column[i] + s * column[i + 1], c * column[i + 1] - s * column[i]);
             }
             let last = column.len() - 1;
             let length = column[last].hypot(height);
@@ -117,7 +125,8 @@ pub(crate) fn solve(
         memory.0.truncate(RESTART + 1);
         system.precondition(&mut prepared, &sum);
         x.iter_mut().zip(&prepared).for_each(|(x, z)| *x += z);
-        if rest[columns.len()].abs() <= tolerance * size || figures.applications >= max_applications {
+        if rest[columns.len()].abs() <= tolerance * size || figures.applications >= max_applications
+        {
             figures.residual = rest[columns.len()].abs() / size;
             return (x, figures);
         }
@@ -128,7 +137,8 @@ pub(crate) fn solve(
     }
 }
 
-/// Takes from `v` what it has of the directions; gives how much that was, and what is left of its length.
+/// Takes from `v` what it has of the directions; gives how much that was, and what is left of its
+/// length.
 fn orthogonalise(v: &mut [f64], basis: &[Vec<f64>]) -> (Vec<f64>, f64) {
     let (mut along, square) = products(basis, v);
     let minus: Vec<f64> = along.iter().map(|a| -a).collect();
@@ -154,7 +164,10 @@ mod tests {
     impl System for Diagonals {
         fn apply(&mut self, image: &mut [f64], x: &[f64]) {
             for i in 0..x.len() {
-                let (above, below) = (if i + 1 < x.len() { x[i + 1] } else { 0.0 }, if i > 0 { x[i - 1] } else { 0.0 });
+                let (above, below) = (
+                    if i + 1 < x.len() { x[i + 1] } else { 0.0 },
+                    if i > 0 { x[i - 1] } else { 0.0 },
+                );
                 image[i] = (2.0 + i as f64) * x[i] + 0.7 * above - 0.2 * below;
             }
         }
@@ -171,21 +184,32 @@ mod tests {
         let mut memory = Memory::default();
         for n in [3, 40, 200] {
             let rhs: Vec<f64> = (0..n).map(|i| (i as f64).cos()).collect();
-            let (x, figures) = solve(&rhs, 1e-11, 2000, &mut Diagonals { preconditioned: false }, &mut memory);
+            let (x, figures) =
+                solve(&rhs, 1e-11, 2000, &mut Diagonals { preconditioned: false }, &mut memory);
             let mut back = vec![0.0; n];
             Diagonals { preconditioned: false }.apply(&mut back, &x);
-            let defect = norm(&back.iter().zip(&rhs).map(|(a, b)| a - b).collect::<Vec<_>>()) / norm(&rhs);
+            let defect =
+                norm(&back.iter().zip(&rhs).map(|(a, b)| a - b).collect::<Vec<_>>()) / norm(&rhs);
             assert!(defect <= 1.1e-11 && figures.residual <= 1e-11, "{n}: {defect:e} {figures:?}");
-            let (_, preconditioned) = solve(&rhs, 1e-11, 2000, &mut Diagonals { preconditioned: true }, &mut memory);
+            let (_, preconditioned) =
+                solve(&rhs, 1e-11, 2000, &mut Diagonals { preconditioned: true }, &mut memory);
             assert!(preconditioned.applications <= figures.applications);
         }
         // long enough to restart, again and again
         let rhs: Vec<f64> = (0..2000).map(|i| (i as f64).cos()).collect();
         for _ in 0..3 {
-            let (_, figures) = solve(&rhs, 1e-13, 400, &mut Diagonals { preconditioned: false }, &mut memory);
-            assert!(figures.applications > 2 * RESTART as u64 && memory.0.len() <= RESTART + 1, "{} kept", memory.0.len());
+            let (_, figures) =
+                solve(&rhs, 1e-13, 400, &mut Diagonals { preconditioned: false }, &mut memory);
+            assert!(
+                figures.applications > 2 * RESTART as u64 && memory.0.len() <= RESTART + 1,
+                "{} kept",
+                memory.0.len()
+            );
         }
-        assert_eq!(solve(&[0.0; 4], 1e-8, 10, &mut Diagonals { preconditioned: false }, &mut memory).0, [0.0; 4]);
+        assert_eq!(
+            solve(&[0.0; 4], 1e-8, 10, &mut Diagonals { preconditioned: false }, &mut memory).0,
+            [0.0; 4]
+        );
     }
 
     #[test]
@@ -195,7 +219,9 @@ mod tests {
         scale(&mut basis[0], 1.0 / norm(&first));
         let mut v: Vec<f64> = first.iter().enumerate().map(|(i, x)| x + 1e-9 * i as f64).collect();
         let (along, left) = orthogonalise(&mut v, &basis);
-        assert!((left - norm(&v)).abs() <= 1e-12 * left && (along[0] / norm(&first) - 1.0).abs() < 1e-6);
+        assert!(
+            (left - norm(&v)).abs() <= 1e-12 * left && (along[0] / norm(&first) - 1.0).abs() < 1e-6
+        );
         assert!(products(&basis, &v).0[0].abs() <= 1e-15 * norm(&first).max(left));
     }
 }

@@ -1,4 +1,5 @@
-//! One entry point for all methods: a problem, its operator and what governs the punch in, an iterate with figures out.
+//! One entry point for all methods: a problem, its operator and what governs the punch in, an
+//! iterate with figures out.
 
 use crate::effect::Stage;
 use crate::loading::Control;
@@ -27,8 +28,9 @@ pub struct Start {
     pub motion: [f64; 6],
 }
 
-/// Solves `problem` by a method (one [chosen](Method::chosen) already) under `controls` (in the problem's units), from `start`, in `stages` if the method can; leaves the problem placed
-/// at the motion found.
+/// Solves `problem` by a method (one [chosen](Method::chosen) already) under `controls` (in the
+/// problem's units), from `start`, in `stages` if the method can; leaves the problem placed at the
+/// motion found.
 pub fn solve(
     method: Method,
     problem: &mut Problem,
@@ -41,18 +43,38 @@ pub fn solve(
     if let Some(stop) = balance::impossible(problem, controls) {
         let motion = start.motion;
         problem.place(&motion);
-        return Iterate { p: start.p.clone(), motion, stop, iterations: 0, operator_applications: 0, way: Way::default() };
+        return Iterate {
+            p: start.p.clone(),
+            motion,
+            stop,
+            iterations: 0,
+            operator_applications: 0,
+            way: Way::default(),
+        };
     }
     let iterate = match method {
         Method::Seidel => {
             let operator = operators.of(problem);
-            balance::solve(problem, &operator, controls, start, limits, |problem, operator, start, limits| {
-                seidel::solve(problem, &operator.table, start.p.clone(), limits)
-            })
+            balance::solve(
+                problem,
+                &operator,
+                controls,
+                start,
+                limits,
+                |problem, operator, start, limits| {
+                    seidel::solve(problem, &operator.table, start.p.clone(), limits)
+                },
+            )
         }
-        Method::Newton | Method::Auto => robust::solve(problem, operators, stages, controls, start, limits),
+        Method::Newton | Method::Auto => {
+            robust::solve(problem, operators, stages, controls, start, limits)
+        }
     };
-    if iterate.stop == Stop::Converged { iterate } else { Iterate { stop: balance::explain(problem, controls, &iterate), ..iterate } }
+    if iterate.stop == Stop::Converged {
+        iterate
+    } else {
+        Iterate { stop: balance::explain(problem, controls, &iterate), ..iterate }
+    }
 }
 
 /// What a solver hands over. Whether it is a solution is for the certificate to say.
@@ -60,7 +82,8 @@ pub fn solve(
 pub struct Iterate {
     /// Tractions, three blocks [n | x | y], in the problem's units.
     pub p: Vec<f64>,
-    /// Rigid motion, in the problem's units and the order of [`Step::NAMES`](crate::loading::Step::NAMES).
+    /// Rigid motion, in the problem's units and the order of
+    /// [`Step::NAMES`](crate::loading::Step::NAMES).
     pub motion: [f64; 6],
     /// Why the solver stopped.
     pub stop: Stop,
@@ -89,7 +112,8 @@ pub enum Stop {
     },
     /// The iterates left the range of doubles.
     Diverged,
-    /// A tangential force or twisting moment is asked that friction cannot carry: all that is in contact slips.
+    /// A tangential force or twisting moment is asked that friction cannot carry: all that is in
+    /// contact slips.
     Slides {
         /// Which resultant, in the order of [`Step::NAMES`](crate::loading::Step::NAMES).
         which: usize,
@@ -107,7 +131,8 @@ pub enum Stop {
 }
 
 impl Stop {
-    /// Whether the solver takes its iterate for a solution, or for something the certificate may still accept.
+    /// Whether the solver takes its iterate for a solution, or for something the certificate may
+    /// still accept.
     pub fn is_solution(&self) -> bool {
         !matches!(self, Stop::Slides { .. } | Stop::Unbalanced { .. } | Stop::OneRow { .. })
     }

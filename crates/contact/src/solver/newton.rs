@@ -1,13 +1,15 @@
-//! Semismooth Newton on the natural map p − Gᵘ_μ(p − E v), v = εp + Ap − f, with the rigid motions that a force governs among
-//! the unknowns.
+//! Semismooth Newton on the natural map p − Gᵘ_μ(p − E v), v = εp + Ap − f, with the rigid motions
+//! that a force governs among the unknowns.
 //!
-//! With x = p − E v an element is open where x₁ ≤ 0 and then p = 0; in contact v₁ = 0, or p₁ = u where x₁ ≥ u. It sticks where
-//! |x_t| ≤ μ h_u(x₁) and then v_t = 0. It slips elsewhere: along n = x_t/|x_t| the traction follows the pressure, p_t·n = μ p₁, and
-//! across it the linearised projection asks σ (p + δp)_⊥ + (v + δv)_⊥ = 0 with κ = μ h_u(x₁)/|x_t| and σ = (1 − κ)/κE, which is
-//! |w_t|/μp₁ at a solution. What is left is a linear system for the free components, solved by GMRES with the inverse
-//! circulants of A's diagonal blocks as preconditioner, W C⁻¹ W with W = 1/√(1 + σ/2a) on p_⊥ and a the diagonal entry (Christensen,
-//! Klarbring, Pang and Strömberg 1998, doi:10.1002/(SICI)1097-0207(19980515)42:1<145::AID-NME358>3.0.CO;2-L, for the map;
-//! the reduction and the preconditioner are this project's).
+//! With x = p − E v an element is open where x₁ ≤ 0 and then p = 0; in contact v₁ = 0, or p₁ = u
+//! where x₁ ≥ u. It sticks where |x_t| ≤ μ h_u(x₁) and then v_t = 0. It slips elsewhere: along n =
+//! x_t/|x_t| the traction follows the pressure, p_t·n = μ p₁, and across it the linearised
+//! projection asks σ (p + δp)_⊥ + (v + δv)_⊥ = 0 with κ = μ h_u(x₁)/|x_t| and σ = (1 − κ)/κE, which
+//! is |w_t|/μp₁ at a solution. What is left is a linear system for the free components, solved by
+//! GMRES with the inverse circulants of A's diagonal blocks as preconditioner, W C⁻¹ W with W =
+//! 1/√(1 + σ/2a) on p_⊥ and a the diagonal entry (Christensen, Klarbring, Pang and Strömberg 1998,
+//! doi:10.1002/(SICI)1097-0207(19980515)42:1<145::AID-NME358>3.0.CO;2-L, for the map; the reduction
+//! and the preconditioner are this project's).
 
 use std::ops::Range;
 
@@ -23,31 +25,50 @@ use crate::parallel;
 use crate::problem::{Diagonals, Problem, weighted_images};
 use faer::linalg::solvers::Solve;
 
-/// Newton steps without a new smallest residual after which the iteration counts as stalled. Close to a solution every
-/// step but the first few at least halves it.
+/// Newton steps without a new smallest residual after which the iteration counts as stalled. Close
+/// to a solution every step but the first few at least halves it.
 const PATIENCE: u64 = 12;
 
 /// Applications after which the answer of a linear solve is taken as it is.
 const MOST_APPLICATIONS: u64 = 400;
 
-/// Relative residual to which a linear system is solved at least. Looser, Newton's method under a flat disk of 200 or more elements across
-/// goes round in circles: with 0.1 it took 411 applications under a pull at 200², or found nothing at 224², with 0.01 92 and 45. Under
-/// spheres both take about as many, 0.01 in fewer steps.
+/// Relative residual to which a linear system is solved at least. Looser, Newton's method under a
+/// flat disk of 200 or more elements across goes round in circles: with 0.1 it took 411
+/// applications under a pull at 200², or found nothing at 224², with 0.01 92 and 45. Under spheres
+/// both take about as many, 0.01 in fewer steps.
 const LOOSEST: f64 = 0.01;
 
-/// Newton steps without a new smallest residual after which all that is in contact is taken to stick, once: a contact that begins to be
-/// pulled can go in circles between slip everywhere to one side and to the other, and slip eats in from the edges of what sticks.
+/// Newton steps without a new smallest residual after which all that is in contact is taken to
+/// stick, once: a contact that begins to be pulled can go in circles between slip everywhere to one
+/// side and to the other, and slip eats in from the edges of what sticks.
 const CIRCLING: u64 = 3;
 
-/// Solves `problem` under `controls` (in the problem's units) from `start`; leaves the problem placed at the motion found.
-pub fn solve(problem: &mut Problem, operator: &Operator, controls: &[Control; 6], start: &Start, limits: &Limits) -> Iterate {
+/// Solves `problem` under `controls` (in the problem's units) from `start`; leaves the problem
+/// placed at the motion found.
+pub fn solve(
+    problem: &mut Problem,
+    operator: &Operator,
+    controls: &[Control; 6],
+    start: &Start,
+    limits: &Limits,
+) -> Iterate {
     let free = balance::free(controls);
     let asked = controls.map(balance::value);
-    let mut motion: [f64; 6] = std::array::from_fn(|which| if free.contains(&which) { start.motion[which] } else { asked[which] });
+    let mut motion: [f64; 6] =
+        std::array::from_fn(
+            |which| if free.contains(&which) { start.motion[which] } else { asked[which] },
+        );
     let mut p = start.p.clone();
     let diagonals = operator.table.diagonals();
     let target = 0.5 * limits.tolerance; // the certificate measures along another path of rounding
-    let mut iterate = Iterate { p: Vec::new(), motion, stop: Stop::Diverged, iterations: 0, operator_applications: 0, way: Way::Newton };
+    let mut iterate = Iterate {
+        p: Vec::new(),
+        motion,
+        stop: Stop::Diverged,
+        iterations: 0,
+        operator_applications: 0,
+        way: Way::Newton,
+    };
     if free.contains(&0) && p.iter().all(|p| *p == 0.0) {
         motion[0] = balance::first_approach(problem, &motion, asked[0]);
     }
@@ -57,7 +78,8 @@ pub fn solve(problem: &mut Problem, operator: &Operator, controls: &[Control; 6]
     let mut memory = Memory::default();
     // the operator of the linear systems, on the part of the grid that the contact needs
     let mut part: Option<(Window, Operator)> = None;
-    // the iterate nearest to a solution, its figure and when it was: what goes out if no solution is found
+    // the iterate nearest to a solution, its figure and when it was: what goes out if no solution
+    // is found
     let (mut best, mut best_at, mut best_iterate) = (f64::INFINITY, 0, (p.clone(), motion));
     iterate.stop = loop {
         problem.place(&motion);
@@ -108,9 +130,15 @@ pub fn solve(problem: &mut Problem, operator: &Operator, controls: &[Control; 6]
     Iterate { p, motion, ..iterate }
 }
 
-/// How the resultants of the motions `free` change with these motions at the solution `p`, w = A p − f, with everything else in
-/// equilibrium; with the applications spent.
-pub(super) fn stiffness(problem: &Problem, operator: &Operator, p: &[f64], w: &[f64], free: &[usize]) -> (faer::Mat<f64>, u64) {
+/// How the resultants of the motions `free` change with these motions at the solution `p`, w = A p
+/// − f, with everything else in equilibrium; with the applications spent.
+pub(super) fn stiffness(
+    problem: &Problem,
+    operator: &Operator,
+    p: &[f64],
+    w: &[f64],
+    free: &[usize],
+) -> (faer::Mat<f64>, u64) {
     let contact = Contact::of(problem, p, w, operator.table.diagonals());
     let mut part = None;
     let (window, inner) = contact.part(problem, operator, &mut part);
@@ -120,7 +148,8 @@ pub(super) fn stiffness(problem: &Problem, operator: &Operator, p: &[f64], w: &[
     let mut stiffness = faer::Mat::zeros(free.len(), free.len());
     for (j, &which) in free.iter().enumerate() {
         let rows = linear.rigid(which);
-        let (answer, figures) = gmres::solve(&rows, 1e-4, MOST_APPLICATIONS, &mut linear, &mut memory);
+        let (answer, figures) =
+            gmres::solve(&rows, 1e-4, MOST_APPLICATIONS, &mut linear, &mut memory);
         linear.applications += figures.applications;
         for (i, resultant) in resultants.iter().enumerate() {
             stiffness[(i, j)] = vector::dot(resultant, &answer);
@@ -129,15 +158,17 @@ pub(super) fn stiffness(problem: &Problem, operator: &Operator, p: &[f64], w: &[
     (stiffness, linear.applications)
 }
 
-/// The transverse tractions of a slipping element and its neighbours give way to each other as if the element's own compliance were
-/// this many times what it is alone: what takes the fewest applications, of ½, 1, 2, 3 and 4.
+/// The transverse tractions of a slipping element and its neighbours give way to each other as if
+/// the element's own compliance were this many times what it is alone: what takes the fewest
+/// applications, of ½, 1, 2, 3 and 4.
 const COMPLIANCE: f64 = 2.0;
 
 /// What the elements do under the map linearised about an iterate.
 struct Contact {
     /// Those in contact, in order.
     spots: Vec<Spot>,
-    /// First and last column and row of all that is in contact or has a traction to lose; `None` where nothing is.
+    /// First and last column and row of all that is in contact or has a traction to lose; `None`
+    /// where nothing is.
     bounds: Option<[[usize; 2]; 2]>,
 }
 
@@ -158,7 +189,9 @@ impl Contact {
             let [first, last] = [band.start, band.end - 1].map(|e| e / nx);
             for j in first..=last {
                 let row = band.start.max(j * nx)..band.end.min((j + 1) * nx);
-                for (i, e) in row.map(|e| (e - j * nx, e)).filter(|(_, e)| problem.grid.is_active(*e)) {
+                for (i, e) in
+                    row.map(|e| (e - j * nx, e)).filter(|(_, e)| problem.grid.is_active(*e))
+                {
                     let (own, w) = (problem.traction(p, e), problem.gather(w, e));
                     let mut x = problem.trial(own, w, diagonals);
                     if problem.pressure.is_some() {
@@ -175,9 +208,14 @@ impl Contact {
                     let piece = if traction <= bound && problem.mu > 0.0 {
                         Piece::Stick
                     } else {
-                        let n = if traction > 0.0 { [x[1] / traction, x[2] / traction] } else { [1.0, 0.0] };
+                        let n = if traction > 0.0 {
+                            [x[1] / traction, x[2] / traction]
+                        } else {
+                            [1.0, 0.0]
+                        };
                         let kappa = bound / traction;
-                        // without friction the transverse component is not free, as with an infinite σ
+                        // without friction the transverse component is not free, as with an
+                        // infinite σ
                         let sigma = if kappa > 0.0 && is_plane {
                             (1.0 - kappa) / kappa * (problem.epsilon + diagonals.tangential)
                         } else {
@@ -193,7 +231,10 @@ impl Contact {
             contact
         };
         let parts = parallel::bands(problem.grid.len(), band);
-        let mut whole = Self { spots: Vec::with_capacity(parts.iter().map(|part| part.spots.len()).sum()), bounds: None };
+        let mut whole = Self {
+            spots: Vec::with_capacity(parts.iter().map(|part| part.spots.len()).sum()),
+            bounds: None,
+        };
         for part in parts {
             whole.spots.extend(part.spots);
             part.bounds.into_iter().for_each(|bounds| whole.reach(bounds));
@@ -210,12 +251,21 @@ impl Contact {
     }
 
     /// The window that it fits in and the operator there, both kept in `part` as long as they do.
-    fn part<'a>(&self, problem: &Problem, whole: &'a Operator, part: &'a mut Option<(Window, Operator)>) -> (Window, &'a Operator) {
+    fn part<'a>(
+        &self,
+        problem: &Problem,
+        whole: &'a Operator,
+        part: &'a mut Option<(Window, Operator)>,
+    ) -> (Window, &'a Operator) {
         let all = Window::whole(&problem.grid);
         let Some(bounds) = self.bounds else { return (all, whole) };
         if part.as_ref().is_none_or(|(window, _)| !window.holds(bounds)) {
             let window = Window::around(bounds, &problem.grid, &problem.mirror);
-            *part = if window == all { None } else { Some((window, whole.within(window.size, problem.mirror))) };
+            *part = if window == all {
+                None
+            } else {
+                Some((window, whole.within(window.size, problem.mirror)))
+            };
         }
         part.as_ref().map_or((all, whole), |(window, operator)| (*window, operator))
     }
@@ -245,13 +295,20 @@ struct Borders {
     rows: Vec<Vec<f64>>,
     /// The resultants as products with the free components.
     resultants: Vec<Vec<f64>>,
-    /// What the preconditioner makes of the displacements, and the factored matrix of the resultants of that.
+    /// What the preconditioner makes of the displacements, and the factored matrix of the
+    /// resultants of that.
     answers: Vec<Vec<f64>>,
     factors: Option<faer::linalg::solvers::FullPivLu<f64>>,
 }
 
 impl<'a> Linear<'a> {
-    fn new(problem: &'a Problem, operator: &'a Operator, window: Window, contact: &Contact, scratch: Scratch) -> Self {
+    fn new(
+        problem: &'a Problem,
+        operator: &'a Operator,
+        window: Window,
+        contact: &Contact,
+        scratch: Scratch,
+    ) -> Self {
         let free = Free::new(problem, window, &contact.spots);
         let own = operator.table.coefficient(0, 0);
         let len = free.field_len();
@@ -271,7 +328,12 @@ impl<'a> Linear<'a> {
     /// Rows of the displacement by a rigid motion.
     fn rigid(&self, which: usize) -> Vec<f64> {
         let mut rows = vec![0.0; self.free.len()];
-        self.free.restrict(&mut rows, 0.0, |spot, _| self.modes(spot).map(|modes| modes[which]), |_, row, _| row);
+        self.free.restrict(
+            &mut rows,
+            0.0,
+            |spot, _| self.modes(spot).map(|modes| modes[which]),
+            |_, row, _| row,
+        );
         rows
     }
 
@@ -294,22 +356,39 @@ impl<'a> Linear<'a> {
 
     /// Area of an element with its images, for each component in one resultant.
     fn weights(&self, which: usize) -> [f64; 3] {
-        Direction::ALL.map(|direction| weighted_images(&self.problem.mirror, direction)[which] * self.problem.grid.element_area())
+        Direction::ALL.map(|direction| {
+            weighted_images(&self.problem.mirror, direction)[which]
+                * self.problem.grid.element_area()
+        })
     }
 
-    /// Makes the Newton step in `p`, solved to the relative residual `forcing`; gives the change of these motions.
-    fn step(&mut self, p: &mut [f64], w: &[f64], asked: &[f64; 6], motions: &[usize], forcing: f64, memory: &mut Memory) -> Vec<f64> {
+    /// Makes the Newton step in `p`, solved to the relative residual `forcing`; gives the change of
+    /// these motions.
+    fn step(
+        &mut self,
+        p: &mut [f64],
+        w: &[f64],
+        asked: &[f64; 6],
+        motions: &[usize],
+        forcing: f64,
+        memory: &mut Memory,
+    ) -> Vec<f64> {
         let (mu, epsilon) = (self.problem.mu, self.problem.epsilon);
         let (window, grid) = (*self.free.window(), &self.problem.grid);
         // the tractions as far as they are known after the step, the unknown ones as they are
         let mut total = vec![0.0; self.free.field_len()];
         self.free.write(&mut total, |spot, place| {
             let own = self.problem.traction(p, window.element(place, grid));
-            let normal = if spot.pressed || self.problem.pressure.is_some() { own[0] } else { self.problem.ceiling };
+            let normal = if spot.pressed || self.problem.pressure.is_some() {
+                own[0]
+            } else {
+                self.problem.ceiling
+            };
             let tangential = match spot.piece {
                 Piece::Stick => [own[1], own[2]],
                 Piece::Slip { n, sigma } => {
-                    let across = if sigma.is_finite() { own[2] * n[0] - own[1] * n[1] } else { 0.0 };
+                    let across =
+                        if sigma.is_finite() { own[2] * n[0] - own[1] * n[1] } else { 0.0 };
                     [mu * normal * n[0] - across * n[1], mu * normal * n[1] + across * n[0]]
                 }
             };
@@ -326,7 +405,11 @@ impl<'a> Linear<'a> {
         let mut rhs = vec![0.0; self.free.len()];
         let (image, free) = (&self.image, &self.free);
         let defect = |_: &Spot, place: usize| {
-            let (image, total, w) = (free.at(image, place), free.at(&total, place), self.problem.gather(w, window.element(place, grid)));
+            let (image, total, w) = (
+                free.at(image, place),
+                free.at(&total, place),
+                self.problem.gather(w, window.element(place, grid)),
+            );
             [0, 1, 2].map(|c| -(image[c] + epsilon * total[c] + w[c]))
         };
         let mut own = vec![0.0; self.free.len()];
@@ -369,7 +452,9 @@ impl<'a> Linear<'a> {
             borders.resultants.push(self.resultant(which));
         }
         let size = motions.len();
-        let matrix = faer::Mat::from_fn(size, size, |i, j| vector::dot(&borders.resultants[i], &borders.answers[j]));
+        let matrix = faer::Mat::from_fn(size, size, |i, j| {
+            vector::dot(&borders.resultants[i], &borders.answers[j])
+        });
         borders.factors = Some(matrix.full_piv_lu());
         self.borders = borders;
     }
@@ -378,9 +463,19 @@ impl<'a> Linear<'a> {
     fn elastic_inverse(&mut self, unknowns: &mut [f64], rows: &[f64]) {
         let weight = |sigma: f64| 1.0 / (1.0 + sigma / (COMPLIANCE * self.diagonal)).sqrt();
         self.free.expand(&mut self.field, rows, 0.0, weight);
-        self.operator.circulant.invert(&mut self.image, &self.field, self.problem.epsilon, &mut self.scratch);
+        self.operator.circulant.invert(
+            &mut self.image,
+            &self.field,
+            self.problem.epsilon,
+            &mut self.scratch,
+        );
         let (free, image) = (&self.free, &self.image);
-        free.restrict(unknowns, 0.0, |_, place| free.at(image, place), |sigma, row, _| weight(sigma) * row);
+        free.restrict(
+            unknowns,
+            0.0,
+            |_, place| free.at(image, place),
+            |sigma, row, _| weight(sigma) * row,
+        );
     }
 }
 
@@ -391,9 +486,13 @@ impl System for Linear<'_> {
         let (rows, resultants) = image.split_at_mut(self.free.len());
         self.free.expand(&mut self.field, unknowns, self.problem.mu, |_| 1.0);
         self.operator.apply(&mut self.image, &self.field, &mut self.scratch);
-        let (free, field, image, epsilon) = (&self.free, &self.field, &self.image, self.problem.epsilon);
+        let (free, field, image, epsilon) =
+            (&self.free, &self.field, &self.image, self.problem.epsilon);
         let values = |_: &Spot, place: usize| {
-            let (image, own) = (free.at(image, place), if epsilon > 0.0 { free.at(field, place) } else { [0.0; 3] });
+            let (image, own) = (
+                free.at(image, place),
+                if epsilon > 0.0 { free.at(field, place) } else { [0.0; 3] },
+            );
             [0, 1, 2].map(|c| image[c] + epsilon * own[c])
         };
         free.restrict(rows, 0.0, values, |sigma, row, at| row + sigma * unknowns[at]);
@@ -412,7 +511,9 @@ impl System for Linear<'_> {
         let (unknowns, moved) = x.split_at_mut(self.free.len());
         self.elastic_inverse(unknowns, rows);
         if let Some(factors) = &self.borders.factors {
-            let mut missing = faer::Mat::from_fn(asked.len(), 1, |i, _| asked[i] - vector::dot(&self.borders.resultants[i], unknowns));
+            let mut missing = faer::Mat::from_fn(asked.len(), 1, |i, _| {
+                asked[i] - vector::dot(&self.borders.resultants[i], unknowns)
+            });
             factors.solve_in_place(missing.as_mut());
             moved.iter_mut().enumerate().for_each(|(i, moved)| *moved = missing[(i, 0)]);
             vector::add(unknowns, moved, &self.borders.answers);

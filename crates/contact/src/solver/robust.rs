@@ -1,6 +1,7 @@
-//! Newton's method with ways back. Where it does not converge, the motions that forces govern are found in an outer iteration;
-//! where it does not converge with all motion prescribed, it takes turns with Seidel sweeps, which always bring the iterate
-//! nearer, and in the end these are left alone.
+//! Newton's method with ways back. Where it does not converge, the motions that forces govern are
+//! found in an outer iteration; where it does not converge with all motion prescribed, it takes
+//! turns with Seidel sweeps, which always bring the iterate nearer, and in the end these are left
+//! alone.
 
 use super::{Iterate, Limits, Start, Stop, balance, newton, seidel};
 use crate::effect::Stage;
@@ -14,7 +15,8 @@ use crate::problem::Problem;
 const ROUNDS: u32 = 6;
 const SWEEPS: u32 = 25;
 
-/// Solves `problem` under `controls` from `start`: stage by stage, and where a stage fails as a whole.
+/// Solves `problem` under `controls` from `start`: stage by stage, and where a stage fails as a
+/// whole.
 pub(super) fn solve(
     problem: &mut Problem,
     operators: &mut Operators,
@@ -59,7 +61,11 @@ fn staged(
         let given = (!stage.components.contains(Direction::N)).then(|| &all.p[..k]);
         let reduced = problem.reduced(stage.components, stage.mirror, given);
         // a coarse grid may have no plane of elements' edges in its middle
-        let whole = || problem.reduced(stage.components, Mirror::NONE, given).expect("without a mirror plane there is nothing to refuse");
+        let whole = || {
+            problem
+                .reduced(stage.components, Mirror::NONE, given)
+                .expect("without a mirror plane there is nothing to refuse")
+        };
         let mut reduced = reduced.unwrap_or_else(|_| whole());
         let operator = operators.of(&reduced);
         // what the stage has no components for, or what a mirror plane forbids, stays where it is
@@ -69,7 +75,10 @@ fn staged(
                 *control = Control::Motion(all.motion[which]);
             }
         }
-        let from = Start { p: problem.part(reduced.components, reduced.mirror, &start.p), motion: all.motion };
+        let from = Start {
+            p: problem.part(reduced.components, reduced.mirror, &start.p),
+            motion: all.motion,
+        };
         let solved = newton::solve(&mut reduced, &operator, &own, &from, limits);
         all.iterations += solved.iterations;
         all.operator_applications += solved.operator_applications;
@@ -85,7 +94,12 @@ fn staged(
 }
 
 /// All motion prescribed: Newton's method and Seidel sweeps in turn, in the end the latter alone.
-fn prescribed(problem: &mut Problem, operator: &Operator, start: &Start, limits: &Limits) -> Iterate {
+fn prescribed(
+    problem: &mut Problem,
+    operator: &Operator,
+    start: &Start,
+    limits: &Limits,
+) -> Iterate {
     let controls = start.motion.map(Control::Motion);
     let mut iterate = newton::solve(problem, operator, &controls, start, limits);
     for round in 0..=ROUNDS {
@@ -94,12 +108,23 @@ fn prescribed(problem: &mut Problem, operator: &Operator, start: &Start, limits:
         }
         let from = if round == 0 { start.p.clone() } else { iterate.p.clone() };
         let sweeps = if round < ROUNDS { SWEEPS } else { limits.max_iterations };
-        let swept = seidel::solve(problem, &operator.table, from, &Limits { max_iterations: sweeps, ..*limits });
+        let swept = seidel::solve(
+            problem,
+            &operator.table,
+            from,
+            &Limits { max_iterations: sweeps, ..*limits },
+        );
         let swept = after(&iterate, swept);
         if swept.stop == Stop::Converged {
             return Iterate { motion: start.motion, way: Way::NewtonAndSeidel, ..swept };
         }
-        let tried = newton::solve(problem, operator, &controls, &Start { p: swept.p.clone(), motion: start.motion }, limits);
+        let tried = newton::solve(
+            problem,
+            operator,
+            &controls,
+            &Start { p: swept.p.clone(), motion: start.motion },
+            limits,
+        );
         iterate = Iterate { way: Way::NewtonAndSeidel, ..after(&swept, tried) };
         if iterate.stop != Stop::Converged {
             iterate.p = swept.p;

@@ -1,12 +1,14 @@
 //! Alexandrov's nonlinear Seidel iteration, the project's reference solver.
 //!
-//! Element by element: α, β, γ solve the three own rows of (εI + A)p = f with the newest values of all others; then
-//! p₁ = h_u(α) and (p₂, p₃) = (β, γ) projected onto the disk of radius μ p₁. The source divides β and γ by their own
-//! diagonals; where hx ≠ hy those differ and the fixed point would not have slip opposite to traction, against
-//! Coulomb's law. One scalar for both rows, the larger, keeps the fixed point exact.
+//! Element by element: α, β, γ solve the three own rows of (εI + A)p = f with the newest values of
+//! all others; then p₁ = h_u(α) and (p₂, p₃) = (β, γ) projected onto the disk of radius μ p₁. The
+//! source divides β and γ by their own diagonals; where hx ≠ hy those differ and the fixed point
+//! would not have slip opposite to traction, against Coulomb's law. One scalar for both rows, the
+//! larger, keeps the fixed point exact.
 //!
-//! The displacements of all elements are kept up to date as tractions change, so an element that is open and stays open costs
-//! nothing, and are summed afresh before convergence is believed. Memory O(k), a sweep O(k × elements in contact).
+//! The displacements of all elements are kept up to date as tractions change, so an element that is
+//! open and stays open costs nothing, and are summed afresh before convergence is believed. Memory
+//! O(k), a sweep O(k × elements in contact).
 
 use super::{Iterate, Limits, Stop};
 use crate::friction::g_mu;
@@ -14,12 +16,18 @@ use crate::influence::InfluenceTable;
 use crate::outcome::Way;
 use crate::problem::Problem;
 
-/// Sweeps without a new smallest residual after which the iteration counts as stalled. The residual of a convergent
-/// run falls in every sweep but for a few while the contact area settles.
+/// Sweeps without a new smallest residual after which the iteration counts as stalled. The residual
+/// of a convergent run falls in every sweep but for a few while the contact area settles.
 const PATIENCE: u64 = 200;
 
-/// Solves `problem` from the tractions `start` (zero where masked) with the coefficients `table` of its own grid.
-pub fn solve(problem: &Problem, table: &InfluenceTable, start: Vec<f64>, limits: &Limits) -> Iterate {
+/// Solves `problem` from the tractions `start` (zero where masked) with the coefficients `table` of
+/// its own grid.
+pub fn solve(
+    problem: &Problem,
+    table: &InfluenceTable,
+    start: Vec<f64>,
+    limits: &Limits,
+) -> Iterate {
     let diagonal = table.coefficient(0, 0);
     let diagonals = table.diagonals();
     let normal = diagonal.nn + problem.epsilon;
@@ -58,7 +66,11 @@ pub fn solve(problem: &Problem, table: &InfluenceTable, start: Vec<f64>, limits:
         for &e in &elements {
             let own = [p[e], p[k + e], p[2 * k + e]];
             let v = [0, 1, 2].map(|c| w[c * k + e] + problem.epsilon * own[c]);
-            let new = g_mu([own[0] - v[0] / normal, own[1] - v[1] / tangential, own[2] - v[2] / tangential], problem.mu, problem.ceiling);
+            let new = g_mu(
+                [own[0] - v[0] / normal, own[1] - v[1] / tangential, own[2] - v[2] / tangential],
+                problem.mu,
+                problem.ceiling,
+            );
             let change = [new[0] - own[0], new[1] - own[1], new[2] - own[2]];
             if change != [0.0; 3] {
                 table.add_column(e, change, &mut w);
@@ -68,7 +80,14 @@ pub fn solve(problem: &Problem, table: &InfluenceTable, start: Vec<f64>, limits:
         sweeps += 1;
         applications += 1;
     };
-    Iterate { p, motion: [0.0; 6], stop, iterations: sweeps, operator_applications: applications, way: Way::Seidel }
+    Iterate {
+        p,
+        motion: [0.0; 6],
+        stop,
+        iterations: sweeps,
+        operator_applications: applications,
+        way: Way::Seidel,
+    }
 }
 
 /// w = A p − f, summed column by column.

@@ -1,4 +1,5 @@
-//! Long vectors: sums in chunks of fixed length, the chunks in order, so that a result has the same bytes on any number of threads.
+//! Long vectors: sums in chunks of fixed length, the chunks in order, so that a result has the same
+//! bytes on any number of threads.
 
 use rayon::prelude::*;
 
@@ -87,7 +88,9 @@ mod tests {
     #[test]
     fn same_bytes_on_any_number_of_threads() {
         for n in [0, 5, 3 * WORTH_SHARING + 7] {
-            let vector = |phase: f64| -> Vec<f64> { (0..n).map(|i| (0.37 * i as f64 + phase).sin()).collect() };
+            let vector = |phase: f64| -> Vec<f64> {
+                (0..n).map(|i| (0.37 * i as f64 + phase).sin()).collect()
+            };
             let (basis, v) = ([vector(1.0), vector(2.0)], vector(3.0));
             let with = |threads| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -104,7 +107,11 @@ mod tests {
             let close = |a: f64, b: f64| (a - b).abs() <= 1e-12 * (1.0 + n as f64);
             assert!(close(products[1], exact(&basis[1], &v)) && close(square, exact(&v, &v)));
             assert!(close(after, 100.0 * exact(&sum, &sum)) && alone == products[0]);
-            assert!((0..n).all(|i| (sum[i] - 0.1 * (v[i] + 0.5 * basis[0][i] - 0.25 * basis[1][i])).abs() < 1e-15));
+            assert!(
+                (0..n).all(|i| (sum[i] - 0.1 * (v[i] + 0.5 * basis[0][i] - 0.25 * basis[1][i]))
+                    .abs()
+                    < 1e-15)
+            );
         }
     }
 }

@@ -1,10 +1,12 @@
 //! The weights that make the lower bound of μ* largest.
 //!
-//! With p = μβτ and q = μβ/τ the form F = sym(αΠ₁A) + sym(βΠ_tA) − ½(pΠ₁ + AᵀqΠ_tA) is linear in the weights, and
-//! μβ ≤ √(pq) is a cone. So for fixed μ the weights that serve are a convex set, and the largest μ is a quasi-convex program. It is
-//! solved by an interior-point method: at a given μ maximise t subject to F ≻ 0 and μβ ≤ √((p − tp₀)(q − tq₀)), with logarithmic
-//! barriers and Newton's method, follow the path a little, take what t has won into μ, and go on. The derivatives need no more
-//! than F⁻¹, F⁻¹A and AF⁻¹A. Nothing here is relied upon: the outcome is checked in [`super::lower`].
+//! With p = μβτ and q = μβ/τ the form F = sym(αΠ₁A) + sym(βΠ_tA) − ½(pΠ₁ + AᵀqΠ_tA) is linear in
+//! the weights, and μβ ≤ √(pq) is a cone. So for fixed μ the weights that serve are a convex set,
+//! and the largest μ is a quasi-convex program. It is solved by an interior-point method: at a
+//! given μ maximise t subject to F ≻ 0 and μβ ≤ √((p − tp₀)(q − tq₀)), with logarithmic barriers
+//! and Newton's method, follow the path a little, take what t has won into μ, and go on. The
+//! derivatives need no more than F⁻¹, F⁻¹A and AF⁻¹A. Nothing here is relied upon: the outcome is
+//! checked in [`super::lower`].
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
@@ -26,7 +28,12 @@ pub(super) struct Weights {
 impl Weights {
     /// The same α and τ everywhere, β = 1.
     pub(super) fn uniform(orbits: usize, mu: f64, alpha: f64, tau: f64) -> Self {
-        Self { alpha: vec![alpha; orbits], beta: vec![1.0; orbits], p: vec![mu * tau; orbits], q: vec![mu / tau; orbits] }
+        Self {
+            alpha: vec![alpha; orbits],
+            beta: vec![1.0; orbits],
+            p: vec![mu * tau; orbits],
+            q: vec![mu / tau; orbits],
+        }
     }
 
     /// √(pq)/β, the μ that an orbit allows.
@@ -44,10 +51,21 @@ pub(super) fn form(block: &Block, weights: &Weights) -> Mat<f64> {
     let size = block.len();
     let normals = block.normal.iter().filter(|&&normal| normal).count();
     // basis vectors come normal ones first
-    let roots = Mat::from_fn(size - normals, size, |i, j| weights.q[block.orbit[normals + i]].sqrt() * block.matrix[(normals + i, j)]);
+    let roots = Mat::from_fn(size - normals, size, |i, j| {
+        weights.q[block.orbit[normals + i]].sqrt() * block.matrix[(normals + i, j)]
+    });
     let diagonal: Vec<f64> =
-        (0..size).map(|i| if i < normals { weights.alpha[block.orbit[i]] } else { weights.beta[block.orbit[i]] }).collect();
-    let mut form = Mat::from_fn(size, size, |i, j| 0.5 * (diagonal[i] + diagonal[j]) * block.matrix[(i, j)]);
+        (0..size)
+            .map(|i| {
+                if i < normals {
+                    weights.alpha[block.orbit[i]]
+                } else {
+                    weights.beta[block.orbit[i]]
+                }
+            })
+            .collect();
+    let mut form =
+        Mat::from_fn(size, size, |i, j| 0.5 * (diagonal[i] + diagonal[j]) * block.matrix[(i, j)]);
     for i in 0..normals {
         form[(i, i)] -= 0.5 * weights.p[block.orbit[i]];
     }
@@ -55,12 +73,23 @@ pub(super) fn form(block: &Block, weights: &Weights) -> Mat<f64> {
     form
 }
 
-/// The lower triangular factor L with LLᵀ = `matrix`, `None` unless it is positive definite to rounding. On one thread, so
-/// that it is the same on any number.
+/// The lower triangular factor L with LLᵀ = `matrix`, `None` unless it is positive definite to
+/// rounding. On one thread, so that it is the same on any number.
 pub(super) fn cholesky(mut matrix: Mat<f64>) -> Option<Mat<f64>> {
     let size = matrix.nrows();
-    let mut memory = MemBuffer::new(llt::factor::cholesky_in_place_scratch::<f64>(size, Par::Seq, Default::default()));
-    llt::factor::cholesky_in_place(matrix.as_mut(), Default::default(), Par::Seq, MemStack::new(&mut memory), Default::default()).ok()?;
+    let mut memory = MemBuffer::new(llt::factor::cholesky_in_place_scratch::<f64>(
+        size,
+        Par::Seq,
+        Default::default(),
+    ));
+    llt::factor::cholesky_in_place(
+        matrix.as_mut(),
+        Default::default(),
+        Par::Seq,
+        MemStack::new(&mut memory),
+        Default::default(),
+    )
+    .ok()?;
     for j in 0..size {
         if !(matrix[(j, j)].is_finite() && matrix[(j, j)] > 0.0) {
             return None;
@@ -77,7 +106,8 @@ fn log_det(lower: &Mat<f64>) -> f64 {
     (0..lower.nrows()).map(|i| 2.0 * lower[(i, i)].ln()).sum()
 }
 
-/// First and second derivatives of −log det F with respect to α, β, p, q of all orbits, 4m and 4m × 4m.
+/// First and second derivatives of −log det F with respect to α, β, p, q of all orbits, 4m and 4m ×
+/// 4m.
 fn derivatives(block: &Block, lower: &Mat<f64>, orbits: usize) -> (Vec<f64>, Mat<f64>) {
     let size = block.len();
     let mut inverse = Mat::zeros(size, size);
@@ -148,19 +178,23 @@ struct Stage<'a> {
 }
 
 impl Program<'_> {
-    /// Weights with a μ that no others exceed by much more than the relative `tolerance`, from feasible ones; `None` when `start` is not.
+    /// Weights with a μ that no others exceed by much more than the relative `tolerance`, from
+    /// feasible ones; `None` when `start` is not.
     pub(super) fn maximise(&self, start: Weights, tolerance: f64) -> Option<Weights> {
         let orbits = self.sizes.len();
         let degree = (self.blocks.iter().map(Block::len).sum::<usize>() + 6 * orbits + 1) as f64;
-        let least = |weights: &Weights| (0..orbits).map(|o| weights.mu(o)).fold(f64::INFINITY, f64::min);
+        let least =
+            |weights: &Weights| (0..orbits).map(|o| weights.mu(o)).fold(f64::INFINITY, f64::min);
         let mut mu = 0.9 * least(&start);
         let mut kappa = 3.0 / degree;
         let mut point = Point { weights: start, t: 0.0 };
         self.factors(&point.weights)?;
         loop {
             let tau = point.weights.tau();
-            let p: Vec<f64> = point.weights.beta.iter().zip(&tau).map(|(beta, tau)| beta * tau).collect();
-            let q: Vec<f64> = point.weights.beta.iter().zip(&tau).map(|(beta, tau)| beta / tau).collect();
+            let p: Vec<f64> =
+                point.weights.beta.iter().zip(&tau).map(|(beta, tau)| beta * tau).collect();
+            let q: Vec<f64> =
+                point.weights.beta.iter().zip(&tau).map(|(beta, tau)| beta / tau).collect();
             let stage = Stage { mu, kappa: kappa * mu, p: &p, q: &q };
             self.center(&stage, &mut point);
 
@@ -189,7 +223,11 @@ impl Program<'_> {
             let cone = less_p * less_q - (stage.mu * beta[o]).powi(2);
             left -= self.sizes[o] as f64 * beta[o];
             let positive = [alpha[o], beta[o], p[o], q[o]];
-            if !(positive.iter().all(|&value| value > 0.0) && less_p > 0.0 && less_q > 0.0 && cone > 0.0) {
+            if !(positive.iter().all(|&value| value > 0.0)
+                && less_p > 0.0
+                && less_q > 0.0
+                && cone > 0.0)
+            {
                 return None;
             }
             value -= cone.ln() + positive.iter().map(|value| value.ln()).sum::<f64>();
@@ -203,7 +241,8 @@ impl Program<'_> {
         value.is_finite().then_some((value, factors))
     }
 
-    /// F is homogeneous in the weights: their scale is fixed by a bound on the sum of β over all elements.
+    /// F is homogeneous in the weights: their scale is fixed by a bound on the sum of β over all
+    /// elements.
     fn budget(&self) -> f64 {
         2.0 * self.sizes.iter().sum::<usize>() as f64
     }
@@ -217,7 +256,9 @@ impl Program<'_> {
             let (direction, decrement) = step;
             let mut length = 1.0;
             let moved = loop {
-                let shift = |values: &[f64], at: usize| values.iter().zip(&direction[at * m..]).map(|(v, d)| v + length * d).collect();
+                let shift = |values: &[f64], at: usize| {
+                    values.iter().zip(&direction[at * m..]).map(|(v, d)| v + length * d).collect()
+                };
                 let trial = Point {
                     weights: Weights {
                         alpha: shift(&point.weights.alpha, 0),
@@ -254,8 +295,12 @@ impl Program<'_> {
     /// Newton's direction (α, β, p, q, t) and the squared decrement.
     fn step(&self, stage: &Stage, point: &Point, factors: &[Mat<f64>]) -> Option<(Vec<f64>, f64)> {
         let m = self.sizes.len();
-        let parts: Vec<(Vec<f64>, Mat<f64>)> =
-            self.blocks.par_iter().zip(factors).map(|(block, lower)| derivatives(block, lower, m)).collect();
+        let parts: Vec<(Vec<f64>, Mat<f64>)> = self
+            .blocks
+            .par_iter()
+            .zip(factors)
+            .map(|(block, lower)| derivatives(block, lower, m))
+            .collect();
         let mut gradient = vec![0.0; 4 * m + 1];
         let mut hessian = Mat::<f64>::zeros(4 * m + 1, 4 * m + 1);
         for (part, second) in &parts {
@@ -268,7 +313,8 @@ impl Program<'_> {
         }
         let Weights { alpha, beta, p, q } = &point.weights;
         gradient[4 * m] -= 1.0 / stage.kappa;
-        let left = self.budget() - self.sizes.iter().zip(beta).map(|(&size, beta)| size as f64 * beta).sum::<f64>();
+        let left = self.budget()
+            - self.sizes.iter().zip(beta).map(|(&size, beta)| size as f64 * beta).sum::<f64>();
         for o in 0..m {
             for (at, value) in [alpha[o], beta[o], p[o], q[o]].into_iter().enumerate() {
                 gradient[at * m + o] -= 1.0 / value;
@@ -276,7 +322,8 @@ impl Program<'_> {
             }
             gradient[m + o] += self.sizes[o] as f64 / left;
             for other in 0..m {
-                hessian[(m + o, m + other)] += (self.sizes[o] * self.sizes[other]) as f64 / (left * left);
+                hessian[(m + o, m + other)] +=
+                    (self.sizes[o] * self.sizes[other]) as f64 / (left * left);
             }
             // −log(PQ − μ²β²), P = p − tp₀, Q = q − tq₀, in the places of β, p, q, t
             let (p0, q0, mu2) = (stage.p[o], stage.q[o], stage.mu * stage.mu);
@@ -294,20 +341,26 @@ impl Program<'_> {
                 gradient[places[a]] -= first[a] / cone;
                 for b in 0..4 {
                     let curvature = if a <= b { second[a][b] } else { second[b][a] };
-                    hessian[(places[a], places[b])] += (first[a] * first[b] / cone - curvature) / cone;
+                    hessian[(places[a], places[b])] +=
+                        (first[a] * first[b] / cone - curvature) / cone;
                 }
             }
         }
         // Scaled to a unit diagonal: p and q differ by the square of a length.
         let scale: Vec<f64> = (0..4 * m + 1).map(|i| hessian[(i, i)].sqrt().recip()).collect();
-        let lower =
-            cholesky(Mat::from_fn(4 * m + 1, 4 * m + 1, |i, j| scale[i] * hessian[(i, j)] * scale[j] + if i == j { 1e-13 } else { 0.0 }))?;
+        let lower = cholesky(Mat::from_fn(4 * m + 1, 4 * m + 1, |i, j| {
+            scale[i] * hessian[(i, j)] * scale[j] + if i == j { 1e-13 } else { 0.0 }
+        }))?;
         let mut direction = Mat::from_fn(4 * m + 1, 1, |i, _| -scale[i] * gradient[i]);
         llt::solve::solve_in_place(
             lower.as_ref(),
             direction.as_mut(),
             Par::Seq,
-            MemStack::new(&mut MemBuffer::new(llt::solve::solve_in_place_scratch::<f64>(4 * m + 1, 1, Par::Seq))),
+            MemStack::new(&mut MemBuffer::new(llt::solve::solve_in_place_scratch::<f64>(
+                4 * m + 1,
+                1,
+                Par::Seq,
+            ))),
         );
         let direction: Vec<f64> = (0..4 * m + 1).map(|i| scale[i] * direction[(i, 0)]).collect();
         let decrement = -direction.iter().zip(&gradient).map(|(d, g)| d * g).sum::<f64>();

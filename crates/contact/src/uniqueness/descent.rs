@@ -1,19 +1,24 @@
-//! Local minimisation of F: least μ under x₁y₁ ≤ 0 and x_t·y_t ≤ μ|x₁||y_t|, by an augmented Lagrangian (J. Nocedal, S. J. Wright, Numerical
-//! Optimization, 2nd ed., section 17.4) with a quasi-Newton method inside ([`lbfgs`](super::lbfgs)) or Newton's ([`newton`](super::newton)),
+//! Local minimisation of F: least μ under x₁y₁ ≤ 0 and x_t·y_t ≤ μ|x₁||y_t|, by an augmented
+//! Lagrangian (J. Nocedal, S. J. Wright, Numerical Optimization, 2nd ed., section 17.4) with a
+//! quasi-Newton method inside ([`lbfgs`](super::lbfgs)) or Newton's ([`newton`](super::newton)),
 //! which ends lower and needs a matrix.
 //!
-//! The constraints added up with equal weights say Σ αx₁y₁ + x_t·y_t ≤ μ Σ|x₁||y_t| with α = 1, or more for a weak coupling. So the ratio of the two sides is minimised first, a
-//! smooth problem but for kinks; where it ends, the equal weights are the first multipliers, and the penalty grows slowly from there. That passes
-//! many a poor local minimum that a start with zero multipliers or a strong penalty ends in.
+//! The constraints added up with equal weights say Σ αx₁y₁ + x_t·y_t ≤ μ Σ|x₁||y_t| with α = 1, or
+//! more for a weak coupling. So the ratio of the two sides is minimised first, a smooth problem but
+//! for kinks; where it ends, the equal weights are the first multipliers, and the penalty grows
+//! slowly from there. That passes many a poor local minimum that a start with zero multipliers or a
+//! strong penalty ends in.
 //!
-//! Few elements, random starts and what is far from a stripe leave the ratio too little to say: there multipliers and penalty begin low, and the inner
-//! method is Newton's.
+//! Few elements, random starts and what is far from a stripe leave the ratio too little to say:
+//! there multipliers and penalty begin low, and the inner method is Newton's.
 //!
-//! What the inverse of A's diagonal blocks makes of a gradient is the first guess of the Hessian's inverse: without it, or with another power of A, the
-//! same effort ends a tenth higher. The constraints are of second degree in x, whose length a penalty keeps at xᵀAx = k.
+//! What the inverse of A's diagonal blocks makes of a gradient is the first guess of the Hessian's
+//! inverse: without it, or with another power of A, the same effort ends a tenth higher. The
+//! constraints are of second degree in x, whose length a penalty keeps at xᵀAx = k.
 //!
-//! With a weak coupling κ pressures are of order κ and μ of order 1/κ. So in here x₁ is in units of κ, y₁ in units of 1/κ (which leaves
-//! the operator symmetric), the normal constraint is x₁y₁/κ² and μ in units of 1/κ: all are of order one for every κ.
+//! With a weak coupling κ pressures are of order κ and μ of order 1/κ. So in here x₁ is in units of
+//! κ, y₁ in units of 1/κ (which leaves the operator symmetric), the normal constraint is x₁y₁/κ²
+//! and μ in units of 1/κ: all are of order one for every κ.
 
 use faer::Mat;
 
@@ -40,7 +45,8 @@ struct Limits {
     outer: usize,
     /// Steps between two of them.
     inner: usize,
-    /// What the penalty grows by where violations do not shrink. A slow growth passes many a poor local minimum.
+    /// What the penalty grows by where violations do not shrink. A slow growth passes many a poor
+    /// local minimum.
     growth: f64,
     /// Largest violation, and relative change of μ, that end it.
     tolerance: f64,
@@ -140,7 +146,8 @@ impl<'a> Descent<'a> {
         for e in 0..k {
             let work = x[k + e] * y[k + e] + x[2 * k + e] * y[2 * k + e];
             self.values[e] = x[e] * y[e] / (self.coupling * self.coupling) + self.margin;
-            self.values[k + e] = work - mu * x[e].abs() * y[k + e].hypot(y[2 * k + e]) + self.margin;
+            self.values[k + e] =
+                work - mu * x[e].abs() * y[k + e].hypot(y[2 * k + e]) + self.margin;
         }
         self.y = y;
     }
@@ -160,7 +167,10 @@ impl<'a> Descent<'a> {
         let (a, sign) = (x1.abs(), if x1 == 0.0 { 0.0 } else { x1.signum() });
         let unit = 1.0 / (self.coupling * self.coupling);
         let normal = [unit * y1, 0.0, 0.0, unit * x1, 0.0, 0.0, 0.0];
-        (normal, [-mu * sign * slip, y2, y3, 0.0, x2 - mu * a * n[0], x3 - mu * a * n[1], -a * slip])
+        (
+            normal,
+            [-mu * sign * slip, y2, y3, 0.0, x2 - mu * a * n[0], x3 - mu * a * n[1], -a * slip],
+        )
     }
 
     /// (I A) v for numbers per element in (x, y, μ): what a derivative in those is in the point.
@@ -182,7 +192,17 @@ impl<'a> Descent<'a> {
 
     /// A change of the point as changes in (x, y, μ) per element; `image` is A times its x.
     fn spread<'b>(k: usize, step: &'b [f64], image: &'b [f64]) -> impl Fn(usize) -> [f64; 7] + 'b {
-        move |e| [step[e], step[k + e], step[2 * k + e], image[e], image[k + e], image[2 * k + e], step[3 * k]]
+        move |e| {
+            [
+                step[e],
+                step[k + e],
+                step[2 * k + e],
+                image[e],
+                image[k + e],
+                image[2 * k + e],
+                step[3 * k],
+            ]
+        }
     }
 
     /// x and μ as a point in the units of this module.
@@ -200,7 +220,8 @@ impl<'a> Descent<'a> {
         point[3 * self.k] / self.coupling
     }
 
-    /// Minimises from `x`, towards a pattern if there is one (without, 3k × 3k matrices are factored); returns x with xᵀAx near k, and μ. The constraints hold up to a small violation.
+    /// Minimises from `x`, towards a pattern if there is one (without, 3k × 3k matrices are
+    /// factored); returns x with xᵀAx near k, and μ. The constraints hold up to a small violation.
     pub(super) fn minimise(&mut self, x: &mut [f64], pattern: Option<&Pattern>) -> f64 {
         let k = self.k;
         let mut point = self.enter(x, 0.0);
@@ -208,7 +229,8 @@ impl<'a> Descent<'a> {
             self.begin(&mut point, pattern);
             self.approach(&mut point, Limits::of(k), None);
         } else {
-            // the first minimisation is free to pass poor local minima, the second one stays where the first one ended
+            // the first minimisation is free to pass poor local minima, the second one stays where
+            // the first one ended
             let matrix = self.matrix();
             self.point_to_length(&mut point);
             (point[3 * k], self.unit) = (FIRST_MU, FIRST_MU * FIRST_MU);
@@ -227,7 +249,12 @@ impl<'a> Descent<'a> {
         let k = self.k;
         for pattern in pattern.into_iter().map(Some).chain([None]) {
             self.point_to_length(point);
-            let ratio = lbfgs::minimise(&mut point[..3 * k], &mut Ratio { descent: self, pattern }, RATIO_STEPS, STALLED);
+            let ratio = lbfgs::minimise(
+                &mut point[..3 * k],
+                &mut Ratio { descent: self, pattern },
+                RATIO_STEPS,
+                STALLED,
+            );
             point[3 * k] = ratio;
         }
         self.point_to_length(point);
@@ -251,7 +278,12 @@ impl<'a> Descent<'a> {
             match matrix {
                 Some(matrix) => self.descend(matrix, point, limits.inner, &mut shift),
                 None => {
-                    lbfgs::minimise(point, &mut Lagrangian { descent: self }, limits.inner, STALLED);
+                    lbfgs::minimise(
+                        point,
+                        &mut Lagrangian { descent: self },
+                        limits.inner,
+                        STALLED,
+                    );
                 }
             }
             self.constrain(point);
@@ -277,7 +309,8 @@ impl<'a> Descent<'a> {
         x.iter_mut().for_each(|x| *x *= length);
     }
 
-    /// The root of the weight α of the normal constraints: 1, for a weak coupling in proportion to 1/κ.
+    /// The root of the weight α of the normal constraints: 1, for a weak coupling in proportion to
+    /// 1/κ.
     fn normal_weight(&self) -> f64 {
         (WEAK / self.coupling).max(1.0)
     }
@@ -298,8 +331,8 @@ impl<'a> Descent<'a> {
         out.iter_mut().for_each(|x| *x /= self.scale);
     }
 
-    /// Gauss–Newton onto the active constraints, with the least change of the point. The μ reached, if all of them hold
-    /// with half of the margin.
+    /// Gauss–Newton onto the active constraints, with the least change of the point. The μ reached,
+    /// if all of them hold with half of the margin.
     pub(super) fn restore(&mut self, x: &mut [f64], mu: f64) -> Option<f64> {
         let k = self.k;
         let mut point = self.enter(x, mu);
@@ -308,9 +341,11 @@ impl<'a> Descent<'a> {
             if self.violation() <= 0.5 * self.margin {
                 return Some(self.leave(&point, x));
             }
-            let slopes: Vec<([f64; 7], [f64; 7])> = (0..k).map(|e| self.slopes(&point, e)).collect();
+            let slopes: Vec<([f64; 7], [f64; 7])> =
+                (0..k).map(|e| self.slopes(&point, e)).collect();
             let active: Vec<bool> = self.values.iter().map(|&c| c > -10.0 * self.margin).collect();
-            let mut residual: Vec<f64> = self.values.iter().zip(&active).map(|(&c, &a)| if a { -c } else { 0.0 }).collect();
+            let mut residual: Vec<f64> =
+                self.values.iter().zip(&active).map(|(&c, &a)| if a { -c } else { 0.0 }).collect();
             // conjugate gradients on J Jᵀ
             let mut p = residual.clone();
             let mut total = vec![0.0; 3 * k + 1];
@@ -319,7 +354,10 @@ impl<'a> Descent<'a> {
             let mut rr = dot(&residual, &residual);
             let target = rr * 1e-12;
             for _ in 0..400 {
-                let pulled = slopes.iter().enumerate().map(|(e, (g, h))| std::array::from_fn(|i| p[e] * g[i] + p[k + e] * h[i]));
+                let pulled = slopes
+                    .iter()
+                    .enumerate()
+                    .map(|(e, (g, h))| std::array::from_fn(|i| p[e] * g[i] + p[k + e] * h[i]));
                 let pulled: Vec<[f64; 7]> = pulled.collect();
                 self.collect(pulled.into_iter(), &mut step);
                 let norm = dot(&step, &step);
@@ -371,7 +409,9 @@ impl Objective for Ratio<'_, '_> {
             let slip = y[k + e].hypot(y[2 * k + e]);
             let (sign, [nx, ny]) = match self.pattern {
                 Some(pattern) => (pattern.signs[e], pattern.direction),
-                None if slip > 0.0 => (if x[e] < 0.0 { -1.0 } else { 1.0 }, [y[k + e] / slip, y[2 * k + e] / slip]),
+                None if slip > 0.0 => {
+                    (if x[e] < 0.0 { -1.0 } else { 1.0 }, [y[k + e] / slip, y[2 * k + e] / slip])
+                }
                 None => (0.0, [0.0; 2]),
             };
             let along = nx * y[k + e] + ny * y[2 * k + e];
@@ -390,7 +430,10 @@ impl Objective for Ratio<'_, '_> {
         by_y.iter_mut().zip(&weighted).for_each(|(by, w)| *by = w - ratio * *by);
         self.descent.apply(gradient, &by_y);
         by_x.resize(3 * k, 0.0);
-        gradient.iter_mut().zip(y.iter().zip(&by_x)).for_each(|(g, (y, by))| *g = (*g + y - ratio * by) / sum);
+        gradient
+            .iter_mut()
+            .zip(y.iter().zip(&by_x))
+            .for_each(|(g, (y, by))| *g = (*g + y - ratio * by) / sum);
         ratio
     }
 
@@ -411,13 +454,15 @@ impl Objective for Lagrangian<'_, '_> {
         descent.constrain(point);
         let (x, mu) = (&point[..3 * k], point[3 * k]);
         let length = dot(x, &descent.y) / k as f64 - 1.0;
-        let along: Vec<f64> = descent.y.iter().map(|y| 2.0 * LENGTH * length * y / k as f64).collect();
+        let along: Vec<f64> =
+            descent.y.iter().map(|y| 2.0 * LENGTH * length * y / k as f64).collect();
         let mut sum = 0.0;
         let forces: Vec<[f64; 7]> = (0..k)
             .map(|e| {
                 let (by_normal, by_tangential) = descent.slopes(point, e);
                 let [normal, tangential] = [e, k + e].map(|i| {
-                    let force = (descent.multipliers[i] + descent.penalty * descent.values[i]).max(0.0);
+                    let force =
+                        (descent.multipliers[i] + descent.penalty * descent.values[i]).max(0.0);
                     sum += force * force - descent.multipliers[i] * descent.multipliers[i];
                     force
                 });

@@ -1,6 +1,7 @@
-//! Minimisation of a smooth function of many variables with memory of a few steps: L-BFGS (J. Nocedal, S. J. Wright, Numerical Optimization,
-//! 2nd ed., section 7.2), with a preconditioner as its first guess of the inverse Hessian and a line search for Wolfe's weak
-//! conditions by bisection, which also serves at kinks (A. S. Lewis, M. L. Overton, Math. Program. 141, 2013).
+//! Minimisation of a smooth function of many variables with memory of a few steps: L-BFGS (J.
+//! Nocedal, S. J. Wright, Numerical Optimization, 2nd ed., section 7.2), with a preconditioner as
+//! its first guess of the inverse Hessian and a line search for Wolfe's weak conditions by
+//! bisection, which also serves at kinks (A. S. Lewis, M. L. Overton, Math. Program. 141, 2013).
 
 use std::collections::VecDeque;
 
@@ -11,7 +12,8 @@ pub(super) trait Objective {
     /// The value at a point, infinite or NaN where there is none, and its gradient.
     fn value(&mut self, point: &[f64], gradient: &mut [f64]) -> f64;
 
-    /// out = an approximate inverse of the Hessian, symmetric and positive definite, times `gradient`; its scale does not matter.
+    /// out = an approximate inverse of the Hessian, symmetric and positive definite, times
+    /// `gradient`; its scale does not matter.
     fn precondition(&mut self, gradient: &[f64], out: &mut [f64]);
 }
 
@@ -40,15 +42,24 @@ struct Place {
 
 impl Place {
     fn go(&mut self, from: &[f64], direction: &[f64], length: f64, objective: &mut impl Objective) {
-        self.point.iter_mut().zip(from.iter().zip(direction)).for_each(|(to, (x, d))| *to = x + length * d);
+        self.point
+            .iter_mut()
+            .zip(from.iter().zip(direction))
+            .for_each(|(to, (x, d))| *to = x + length * d);
         self.value = objective.value(&self.point, &mut self.gradient);
     }
 }
 
-/// Minimises from `point`, which becomes the best one found, in at most so many `steps`, until one wins less than the
-/// relative `tolerance`. The value reached.
-pub(super) fn minimise(point: &mut [f64], objective: &mut impl Objective, steps: usize, tolerance: f64) -> f64 {
-    let nowhere = || Place { point: point.to_vec(), value: f64::INFINITY, gradient: vec![0.0; point.len()] };
+/// Minimises from `point`, which becomes the best one found, in at most so many `steps`, until one
+/// wins less than the relative `tolerance`. The value reached.
+pub(super) fn minimise(
+    point: &mut [f64],
+    objective: &mut impl Objective,
+    steps: usize,
+    tolerance: f64,
+) -> f64 {
+    let nowhere =
+        || Place { point: point.to_vec(), value: f64::INFINITY, gradient: vec![0.0; point.len()] };
     let [mut here, mut trial, mut best] = [nowhere(), nowhere(), nowhere()];
     here.value = objective.value(&here.point, &mut here.gradient);
     let mut pairs: VecDeque<Pair> = VecDeque::with_capacity(MEMORY);
@@ -58,7 +69,11 @@ pub(super) fn minimise(point: &mut [f64], objective: &mut impl Objective, steps:
         towards(&here.gradient, &pairs, objective, &mut direction);
         let slope = dot(&here.gradient, &direction);
         // without memory the direction has no length to go by
-        let mut length = if pairs.is_empty() { dot(&direction, &direction).sqrt().recip().min(1.0) } else { 1.0 };
+        let mut length = if pairs.is_empty() {
+            dot(&direction, &direction).sqrt().recip().min(1.0)
+        } else {
+            1.0
+        };
         let (mut low, mut high) = (0.0, f64::INFINITY);
         for _ in 0..if slope < 0.0 { TRIALS } else { 0 } {
             trial.go(&here.point, &direction, length, objective);
@@ -98,8 +113,10 @@ pub(super) fn minimise(point: &mut [f64], objective: &mut impl Objective, steps:
 impl Pair {
     /// `None` where the curvature along the step is not positive.
     fn between(from: &Place, to: &Place) -> Option<Self> {
-        let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
-        let (step, change) = (difference(&to.point, &from.point), difference(&to.gradient, &from.gradient));
+        let difference =
+            |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
+        let (step, change) =
+            (difference(&to.point, &from.point), difference(&to.gradient, &from.gradient));
         let curvature = dot(&step, &change);
         let sizes = (dot(&step, &step) * dot(&change, &change)).sqrt();
         (curvature > f64::EPSILON * sizes).then(|| Self { step, change, inverse: 1.0 / curvature })
@@ -107,7 +124,12 @@ impl Pair {
 }
 
 /// Minus the approximate inverse of the Hessian times the gradient.
-fn towards(gradient: &[f64], pairs: &VecDeque<Pair>, objective: &mut impl Objective, direction: &mut [f64]) {
+fn towards(
+    gradient: &[f64],
+    pairs: &VecDeque<Pair>,
+    objective: &mut impl Objective,
+    direction: &mut [f64],
+) {
     let mut rest: Vec<f64> = gradient.iter().map(|g| -g).collect();
     let mut shares = Vec::with_capacity(pairs.len());
     for pair in pairs.iter().rev() {

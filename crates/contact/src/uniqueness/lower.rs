@@ -7,35 +7,43 @@
 //! F(μ) = S − μT,  S = sym(αΠ₁A) + sym(βΠ_tA),  T = ½(βτΠ₁ + AᵀΠ_t(β/τ)A).
 //! ```
 //!
-//! If F(μ) is positive definite then μ < μ*. For suppose μ ≥ μ*: then there is an x ≠ 0 with y = Ax, x₁y₁ ≤ 0 and x_t·y_t ≤ μ|x₁||y_t| at
-//! every element ([`super`]), and as 2|x₁||y_t| ≤ τx₁² + |y_t|²/τ,
+//! If F(μ) is positive definite then μ < μ*. For suppose μ ≥ μ*: then there is an x ≠ 0 with y =
+//! Ax, x₁y₁ ≤ 0 and x_t·y_t ≤ μ|x₁||y_t| at every element ([`super`]), and as 2|x₁||y_t| ≤ τx₁² +
+//! |y_t|²/τ,
 //!
 //! ```text
 //! xᵀF(μ)x = Σ αx₁y₁ + β(x_t·y_t − ½μ(τx₁² + |y_t|²/τ)) ≤ Σ αx₁y₁ + β(x_t·y_t − μ|x₁||y_t|) ≤ 0.
 //! ```
 //!
-//! As T is positive semidefinite, F(μ) ≻ 0 makes F ≻ 0 for every smaller μ too. Only ratios of α and β matter, τ is in units of cℓ.
-//! Where F is to be best is a convex question (`barrier`), so averaging over the symmetries of Ω loses nothing: the weights are
-//! constant on the orbits of elements under them, in whose adapted basis F falls into blocks.
+//! As T is positive semidefinite, F(μ) ≻ 0 makes F ≻ 0 for every smaller μ too. Only ratios of α
+//! and β matter, τ is in units of cℓ. Where F is to be best is a convex question (`barrier`), so
+//! averaging over the symmetries of Ω loses nothing: the weights are constant on the orbits of
+//! elements under them, in whose adapted basis F falls into blocks.
 //!
-//! Without normal–tangential coupling there is nothing to bound: μ* = ∞, exactly ([`Lower::Unbounded`]).
+//! Without normal–tangential coupling there is nothing to bound: μ* = ∞, exactly
+//! ([`Lower::Unbounded`]).
 //!
 //! # Rounding
-//! [`verify`] takes the coefficients of the table, as they are, for the operator, and shows F ≻ 0 in exact arithmetic. With u = 2⁻⁵³ and
-//! γ = 4(m + 32)u for a block of size m (inner products of at most m + 32 terms, with room to spare):
-//! - What is computed differs from F by at most γB entrywise, B = |D||A| + |A||D| + P + |A|Q|A| with D = (α, β), P = μβτ, Q = μβ/τ, hence in the
-//!   2-norm by at most γ‖B‖∞.
-//! - Cholesky's factor of a matrix C is the exact one of a C + E with |E| ≤ γ|L||Lᵀ|, hence ‖E‖₂ ≤ γ‖L‖²_F ≤ 2γ tr C (Higham,
-//!   Accuracy and Stability of Numerical Algorithms, theorem 10.3), and it exists only if C + E is positive definite.
-//! - The table is symmetric under x → −x and y → −y to the last bit, under x ↔ y to rounding, and an entry of a block is a sum of up to
-//!   eight coefficients of both signs, whose rounding goes by Σ|coefficients| and not by |entry|. With d the ∞-norm of the first difference
-//!   and 16u that of the matrix of Σ|coefficients|, the blocks are those of an operator A' at most d away, and F's is at most
-//!   (max D + 2‖A‖∞ max Q) d away.
-//! - Only ratios of α and β matter, and they are divided by the largest β: what underflows then is far below γ‖B‖∞. Where coupling is weak α
-//!   is larger by many orders, so EFE stands for F, with E a power of two near 1/√(max α) on pressures and 1 on tangential tractions,
-//!   which rounds nothing: EBE for B, and max E (max ED + 2 max E ‖A‖∞ max Q) d for what symmetry takes.
+//! [`verify`] takes the coefficients of the table, as they are, for the operator, and shows F ≻ 0
+//! in exact arithmetic. With u = 2⁻⁵³ and γ = 4(m + 32)u for a block of size m (inner products of
+//! at most m + 32 terms, with room to spare):
+//! - What is computed differs from F by at most γB entrywise, B = |D||A| + |A||D| + P + |A|Q|A|
+//!   with D = (α, β), P = μβτ, Q = μβ/τ, hence in the 2-norm by at most γ‖B‖∞.
+//! - Cholesky's factor of a matrix C is the exact one of a C + E with |E| ≤ γ|L||Lᵀ|, hence ‖E‖₂ ≤
+//!   γ‖L‖²_F ≤ 2γ tr C (Higham, Accuracy and Stability of Numerical Algorithms, theorem 10.3), and
+//!   it exists only if C + E is positive definite.
+//! - The table is symmetric under x → −x and y → −y to the last bit, under x ↔ y to rounding, and
+//!   an entry of a block is a sum of up to eight coefficients of both signs, whose rounding goes by
+//!   Σ|coefficients| and not by |entry|. With d the ∞-norm of the first difference and 16u that of
+//!   the matrix of Σ|coefficients|, the blocks are those of an operator A' at most d away, and F's
+//!   is at most (max D + 2‖A‖∞ max Q) d away.
+//! - Only ratios of α and β matter, and they are divided by the largest β: what underflows then is
+//!   far below γ‖B‖∞. Where coupling is weak α is larger by many orders, so EFE stands for F, with
+//!   E a power of two near 1/√(max α) on pressures and 1 on tangential tractions, which rounds
+//!   nothing: EBE for B, and max E (max ED + 2 max E ‖A‖∞ max Q) d for what symmetry takes.
 //!
-//! So F is positive definite if EFE − sI factorises with s the sum of the three. It is the same on any number of threads.
+//! So F is positive definite if EFE − sI factorises with s the sum of the three. It is the same on
+//! any number of threads.
 
 use faer::Mat;
 use rayon::prelude::*;
@@ -67,8 +75,8 @@ pub struct LowerBound {
     pub beta: Vec<f64>,
     /// τ > 0 of each orbit, in units of cℓ.
     pub tau: Vec<f64>,
-    /// Whether a factorisation has shown it, as [`verify`] does; without, it is no proof: μ is what an iteration found, less its error
-    /// estimate.
+    /// Whether a factorisation has shown it, as [`verify`] does; without, it is no proof: μ is what
+    /// an iteration found, less its error estimate.
     pub verified: bool,
 }
 
@@ -95,7 +103,9 @@ pub enum LowerError {
         elements: usize,
     },
     /// The weights found do not serve.
-    #[error("no weights were found that prove uniqueness on {elements} elements for any friction: take fewer elements")]
+    #[error(
+        "no weights were found that prove uniqueness on {elements} elements for any friction: take fewer elements"
+    )]
     Weights {
         /// Elements of Ω.
         elements: usize,
@@ -106,7 +116,9 @@ pub enum LowerError {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum VerifyError {
     /// There are not as many weights as orbits.
-    #[error("{found} weights {name}, but the elements of Ω have {orbits} orbits under its symmetries: there must be one for each")]
+    #[error(
+        "{found} weights {name}, but the elements of Ω have {orbits} orbits under its symmetries: there must be one for each"
+    )]
     Length {
         /// Which weights.
         name: &'static str,
@@ -140,15 +152,17 @@ pub enum VerifyError {
         mu: f64,
     },
     /// F(μ) is not positive definite, or not by more than rounding.
-    #[error("F(μ) for mu = {mu:e} minus its rounding margin has no Cholesky factor: the weights do not prove uniqueness")]
+    #[error(
+        "F(μ) for mu = {mu:e} minus its rounding margin has no Cholesky factor: the weights do not prove uniqueness"
+    )]
     Indefinite {
         /// μ.
         mu: f64,
     },
 }
 
-/// The orbits of the elements of Ω under its symmetries: for each element, ascending, the number of its orbit; orbits are
-/// numbered in the order of their first elements.
+/// The orbits of the elements of Ω under its symmetries: for each element, ascending, the number of
+/// its orbit; orbits are numbered in the order of their first elements.
 pub fn orbits(system: &System) -> Vec<usize> {
     Symmetries::of(system, |_, _| true).orbits(system)
 }
@@ -156,8 +170,9 @@ pub fn orbits(system: &System) -> Vec<usize> {
 /// The most rows of a block that is factored: some 100 MB for each of a few matrices.
 pub const FACTORED_ROWS: usize = 3600;
 
-/// Shows in one factorisation (one for each block of symmetry) that F(μ) is positive definite, rounding included. Refuses blocks of more
-/// than `most` rows, which take a few times 8·rows² bytes each; [`FACTORED_ROWS`] is what a bracket is found with.
+/// Shows in one factorisation (one for each block of symmetry) that F(μ) is positive definite,
+/// rounding included. Refuses blocks of more than `most` rows, which take a few times 8·rows² bytes
+/// each; [`FACTORED_ROWS`] is what a bracket is found with.
 pub fn verify(system: &System, bound: &LowerBound, most: usize) -> Result<(), VerifyError> {
     let symmetries = Symmetries::of(system, |_, _| true);
     let orbits = symmetries.orbits(system).iter().max().map_or(0, |last| last + 1);
@@ -165,8 +180,10 @@ pub fn verify(system: &System, bound: &LowerBound, most: usize) -> Result<(), Ve
         if weights.len() != orbits {
             return Err(VerifyError::Length { name, found: weights.len(), orbits });
         }
-        let wrong = |value: f64| !value.is_finite() || value < 0.0 || (value == 0.0 && name != "alpha");
-        if let Some((orbit, &value)) = weights.iter().enumerate().find(|(_, value)| wrong(**value)) {
+        let wrong =
+            |value: f64| !value.is_finite() || value < 0.0 || (value == 0.0 && name != "alpha");
+        if let Some((orbit, &value)) = weights.iter().enumerate().find(|(_, value)| wrong(**value))
+        {
             return Err(VerifyError::Weight { name, orbit, value });
         }
     }
@@ -178,11 +195,15 @@ pub fn verify(system: &System, bound: &LowerBound, most: usize) -> Result<(), Ve
         return Err(VerifyError::TooLarge { rows, most });
     }
     let blocks = symmetries.blocks(system);
-    if is_positive(&blocks, asymmetry_norm(system, symmetries), bound) { Ok(()) } else { Err(VerifyError::Indefinite { mu: bound.mu }) }
+    if is_positive(&blocks, asymmetry_norm(system, symmetries), bound) {
+        Ok(())
+    } else {
+        Err(VerifyError::Indefinite { mu: bound.mu })
+    }
 }
 
-/// The best lower bound that weights of this freedom give, by dense algebra: memory and time of a few matrices and their factors
-/// of 3k/4 to 3k rows, depending on the symmetry of Ω.
+/// The best lower bound that weights of this freedom give, by dense algebra: memory and time of a
+/// few matrices and their factors of 3k/4 to 3k rows, depending on the symmetry of Ω.
 pub fn lower(system: &System, freedom: Freedom) -> Result<Lower, LowerError> {
     if !system.is_coupled() {
         return Ok(Lower::Unbounded);
@@ -204,27 +225,43 @@ pub fn lower(system: &System, freedom: Freedom) -> Result<Lower, LowerError> {
                     std::mem::replace(&mut block.orbit, zeros)
                 })
                 .collect();
-            let one = [start.alpha[0], start.beta[0], start.p[0], start.q[0]].map(|value| vec![value]);
+            let one =
+                [start.alpha[0], start.beta[0], start.p[0], start.q[0]].map(|value| vec![value]);
             let [alpha, beta, p, q] = one;
-            let found = Program { blocks: &blocks, sizes: &[system.elements()] }.maximise(Weights { alpha, beta, p, q }, TOLERANCE);
+            let found = Program { blocks: &blocks, sizes: &[system.elements()] }
+                .maximise(Weights { alpha, beta, p, q }, TOLERANCE);
             blocks.iter_mut().zip(own).for_each(|(block, own)| block.orbit = own);
-            found.map(|w| Weights::uniform(sizes.len(), w.mu(0), w.alpha[0] / w.beta[0], w.tau()[0]))
+            found
+                .map(|w| Weights::uniform(sizes.len(), w.mu(0), w.alpha[0] / w.beta[0], w.tau()[0]))
         }
     };
     let useless = LowerError::Weights { elements: system.elements() };
     let weights = weights.ok_or_else(|| useless.clone())?;
-    let mut bound = LowerBound { mu: 0.0, tau: weights.tau(), alpha: weights.alpha, beta: weights.beta, verified: true };
+    let mut bound = LowerBound {
+        mu: 0.0,
+        tau: weights.tau(),
+        alpha: weights.alpha,
+        beta: weights.beta,
+        verified: true,
+    };
     bound.mu = largest_mu(&blocks, asymmetry_norm(system, symmetries), &bound).ok_or(useless)?;
     Ok(Lower::Bound(bound))
 }
 
-/// A lower bound for a mesh too fine for [`lower`]: the weights of a coarser one of the same Ω, found there orbit by orbit, carried over
-/// by the number of elements to the edges, with one factor for all α and one for all τ fitted by iteration with the FFT operator (`ratio`).
+/// A lower bound for a mesh too fine for [`lower`]: the weights of a coarser one of the same Ω,
+/// found there orbit by orbit, carried over by the number of elements to the edges, with one factor
+/// for all α and one for all τ fitted by iteration with the FFT operator (`ratio`).
 ///
-/// Factorised where the blocks have at most `rows` rows (8·rows² bytes for each of a few matrices). Otherwise μ is the iteration's,
-/// less [`UNVERIFIED`] and ten times its residual, and not verified: the iteration can have missed a lower mode. Where the weights carried
-/// over prove nothing, the same ones everywhere are tried.
-pub fn lower_from(system: &System, coarse: &System, bound: &LowerBound, rows: usize) -> Result<Lower, LowerError> {
+/// Factorised where the blocks have at most `rows` rows (8·rows² bytes for each of a few matrices).
+/// Otherwise μ is the iteration's, less [`UNVERIFIED`] and ten times its residual, and not
+/// verified: the iteration can have missed a lower mode. Where the weights carried over prove
+/// nothing, the same ones everywhere are tried.
+pub fn lower_from(
+    system: &System,
+    coarse: &System,
+    bound: &LowerBound,
+    rows: usize,
+) -> Result<Lower, LowerError> {
     if !system.is_coupled() {
         return Ok(Lower::Unbounded);
     }
@@ -239,15 +276,19 @@ pub fn lower_from(system: &System, coarse: &System, bound: &LowerBound, rows: us
             q: of(&|o| weights.beta[o] / weights.tau[o]),
         }
     };
-    // Any vector with a part in every mode, the same one always. What has been found for other weights is a good start, but can lie in
-    // one class of symmetry altogether, and the lowest mode in another.
-    let generic: Vec<f64> = (0..3 * system.elements()).map(|i| ((i + 1) as f64 * 0.618_033_988_749_895).fract() - 0.5).collect();
+    // Any vector with a part in every mode, the same one always. What has been found for other
+    // weights is a good start, but can lie in one class of symmetry altogether, and the lowest mode
+    // in another.
+    let generic: Vec<f64> = (0..3 * system.elements())
+        .map(|i| ((i + 1) as f64 * 0.618_033_988_749_895).fract() - 0.5)
+        .collect();
     let mut mode = generic.clone();
     let mut ratio = |weights: &LowerBound, tolerance: f64| {
         let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
         let share = 0.5 * size(&mode) / size(&generic);
         mode.iter_mut().zip(&generic).for_each(|(x, generic)| *x += share * generic);
-        smallest(system, &per_element(weights), &mut mode, tolerance, 2000).unwrap_or(Smallest { ratio: 0.0, residual: 1.0 })
+        smallest(system, &per_element(weights), &mut mode, tolerance, 2000)
+            .unwrap_or(Smallest { ratio: 0.0, residual: 1.0 })
     };
     let mut fitted = |weights| {
         let (weights, _) = fit(weights, |weights| ratio(weights, SEARCH_TOLERANCE));
@@ -255,10 +296,15 @@ pub fn lower_from(system: &System, coarse: &System, bound: &LowerBound, rows: us
         (weights, found)
     };
     let carried = carry(system, &orbit, coarse, bound);
-    let uniform = LowerBound { alpha: vec![1.0; carried.beta.len()], beta: vec![1.0; carried.beta.len()], ..mean_tau(&carried) };
+    let uniform = LowerBound {
+        alpha: vec![1.0; carried.beta.len()],
+        beta: vec![1.0; carried.beta.len()],
+        ..mean_tau(&carried)
+    };
     let most = rows;
     let rows = symmetries.rows(system);
-    let matrices = (rows <= most).then(|| (symmetries.blocks(system), asymmetry_norm(system, symmetries)));
+    let matrices =
+        (rows <= most).then(|| (symmetries.blocks(system), asymmetry_norm(system, symmetries)));
     // Weights that vary can make S indefinite; with α = β it is a multiple of the operator.
     for (last, weights) in [(false, carried), (true, uniform)] {
         let (weights, found) = fitted(weights);
@@ -292,13 +338,17 @@ fn mean_tau(weights: &LowerBound) -> LowerBound {
 }
 
 /// The factors of α and of τ with the largest ratio.
-fn fit(weights: LowerBound, mut ratio: impl FnMut(&LowerBound) -> Smallest) -> (LowerBound, Smallest) {
+fn fit(
+    weights: LowerBound,
+    mut ratio: impl FnMut(&LowerBound) -> Smallest,
+) -> (LowerBound, Smallest) {
     let scaled = |weights: &LowerBound, [alpha, tau]: [f64; 2]| LowerBound {
         alpha: weights.alpha.iter().map(|a| a * alpha).collect(),
         tau: weights.tau.iter().map(|t| t * tau).collect(),
         ..weights.clone()
     };
-    // The weights that prove a given μ are a convex set in α, p and q, so the ratio has one top along log τ and, of those, one along log α.
+    // The weights that prove a given μ are a convex set in α, p and q, so the ratio has one top
+    // along log τ and, of those, one along log α.
     let mut best = (weights.clone(), ratio(&weights));
     let start = weights;
     golden(|alpha| {
@@ -315,7 +365,8 @@ fn fit(weights: LowerBound, mut ratio: impl FnMut(&LowerBound) -> Smallest) -> (
     best
 }
 
-/// The largest value of a function with one top between −ln 4 and ln 4, by golden sections to about 2 %.
+/// The largest value of a function with one top between −ln 4 and ln 4, by golden sections to about
+/// 2 %.
 fn golden(mut value: impl FnMut(f64) -> f64) -> f64 {
     const SECTION: f64 = 0.618_033_988_749_895;
     let (mut low, mut high) = (-(4_f64.ln()), 4_f64.ln());
@@ -337,16 +388,24 @@ fn golden(mut value: impl FnMut(f64) -> f64) -> f64 {
     values[0].max(values[1])
 }
 
-/// Weights of a coarser mesh of the same Ω at the orbits of another: those at as many elements from the edges, in the middle those of the
-/// middle, τ in proportion to the operators' diagonals. They vary near the edges by the element: carried over by position instead
-/// they serve worse than constant ones (8 × 8 to 16 × 16 elements, ν = 0.3: 1.278 by position, 1.312 constant, 1.341 by elements).
+/// Weights of a coarser mesh of the same Ω at the orbits of another: those at as many elements from
+/// the edges, in the middle those of the middle, τ in proportion to the operators' diagonals. They
+/// vary near the edges by the element: carried over by position instead they serve worse than
+/// constant ones (8 × 8 to 16 × 16 elements, ν = 0.3: 1.278 by position, 1.312 constant, 1.341 by
+/// elements).
 fn carry(system: &System, orbit: &[usize], coarse: &System, bound: &LowerBound) -> LowerBound {
     let (grid, from) = (system.grid(), coarse.grid());
     let of = orbits(coarse);
     let mut number = vec![None; from.len()];
     from.active().zip(&of).for_each(|(e, &o)| number[e] = Some(o));
     let count = orbit.iter().max().map_or(0, |last| last + 1);
-    let mut carried = LowerBound { mu: 0.0, alpha: vec![0.0; count], beta: vec![0.0; count], tau: vec![0.0; count], verified: false };
+    let mut carried = LowerBound {
+        mu: 0.0,
+        alpha: vec![0.0; count],
+        beta: vec![0.0; count],
+        tau: vec![0.0; count],
+        verified: false,
+    };
     let scale = system.largest_diagonal() / coarse.largest_diagonal();
     for (at, e) in grid.active().enumerate() {
         if carried.beta[orbit[at]] != 0.0 {
@@ -363,7 +422,8 @@ fn carry(system: &System, orbit: &[usize], coarse: &System, bound: &LowerBound) 
         let (mut sums, mut total) = ([0.0; 3], 0.0);
         for f in from.active() {
             let (k, l) = from.position(f);
-            let share = (1.0 - (x - k as f64).abs()).max(0.0) * (1.0 - (y - l as f64).abs()).max(0.0);
+            let share =
+                (1.0 - (x - k as f64).abs()).max(0.0) * (1.0 - (y - l as f64).abs()).max(0.0);
             if let (true, Some(o)) = (share > 0.0, number[f]) {
                 total += share;
                 for (sum, values) in sums.iter_mut().zip([&bound.alpha, &bound.beta, &bound.tau]) {
@@ -373,9 +433,13 @@ fn carry(system: &System, orbit: &[usize], coarse: &System, bound: &LowerBound) 
         }
         // at the edge of a mask there may be none beside it
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-        let [alpha, beta, tau] =
-            if total > 0.0 { sums.map(|sum| sum / total) } else { [&bound.alpha, &bound.beta, &bound.tau].map(|values| mean(values)) };
-        (carried.alpha[orbit[at]], carried.beta[orbit[at]], carried.tau[orbit[at]]) = (alpha, beta, scale * tau);
+        let [alpha, beta, tau] = if total > 0.0 {
+            sums.map(|sum| sum / total)
+        } else {
+            [&bound.alpha, &bound.beta, &bound.tau].map(|values| mean(values))
+        };
+        (carried.alpha[orbit[at]], carried.beta[orbit[at]], carried.tau[orbit[at]]) =
+            (alpha, beta, scale * tau);
     }
     carried
 }
@@ -389,11 +453,15 @@ const SEARCH_TOLERANCE: f64 = 1e-3;
 /// Relative margin of a μ that no factorisation has checked.
 pub const UNVERIFIED: f64 = 1e-3;
 
-/// Weights to start from, the same for all orbits and well inside: α and τ by doubling and halving until F(μ) stays positive
-/// definite up to the largest μ. `None` where no μ > 0 has it.
+/// Weights to start from, the same for all orbits and well inside: α and τ by doubling and halving
+/// until F(μ) stays positive definite up to the largest μ. `None` where no μ > 0 has it.
 fn uniform_start(blocks: &[Block], orbits: usize, diagonal: f64) -> Option<Weights> {
-    let of = |[alpha, tau]: [i32; 2], mu: f64| Weights::uniform(orbits, mu, 2_f64.powi(alpha), diagonal * 2_f64.powi(tau));
-    let proves = |place: [i32; 2], mu: f64| blocks.iter().all(|block| cholesky(form(block, &of(place, mu))).is_some());
+    let of = |[alpha, tau]: [i32; 2], mu: f64| {
+        Weights::uniform(orbits, mu, 2_f64.powi(alpha), diagonal * 2_f64.powi(tau))
+    };
+    let proves = |place: [i32; 2], mu: f64| {
+        blocks.iter().all(|block| cholesky(form(block, &of(place, mu))).is_some())
+    };
     let mut place = [0, 3]; // α = β makes S a multiple of A
     let mut mu = (0..60).map(|halvings| 0.5_f64.powi(halvings)).find(|&mu| proves(place, mu))?;
     // a step counts if it allows a μ larger by a tenth
@@ -429,8 +497,8 @@ fn asymmetry_norm(system: &System, symmetries: Symmetries) -> f64 {
 /// No larger μ is looked for.
 const MOST_MU: f64 = 1e12;
 
-/// The largest μ, to 10⁻⁹, that the weights prove, by bisection of factorisations; `None` if they prove none. Weights and μ written
-/// with 15 digits prove it still.
+/// The largest μ, to 10⁻⁹, that the weights prove, by bisection of factorisations; `None` if they
+/// prove none. Weights and μ written with 15 digits prove it still.
 fn largest_mu(blocks: &[Block], asymmetry: f64, weights: &LowerBound) -> Option<f64> {
     let proves = |mu: f64| is_positive(blocks, asymmetry, &LowerBound { mu, ..weights.clone() });
     let mut low = (0..200).map(|halvings| 0.5_f64.powi(halvings - 20)).find(|&mu| proves(mu))?;
@@ -449,7 +517,8 @@ fn largest_mu(blocks: &[Block], asymmetry: f64, weights: &LowerBound) -> Option<
 /// Whether F(μ) minus the rounding margin factorises in every block.
 fn is_positive(blocks: &[Block], asymmetry: f64, bound: &LowerBound) -> bool {
     let largest = bound.beta.iter().copied().fold(0.0, f64::max);
-    let [alpha, beta] = [&bound.alpha, &bound.beta].map(|weights| weights.iter().map(|weight| weight / largest).collect::<Vec<f64>>());
+    let [alpha, beta] = [&bound.alpha, &bound.beta]
+        .map(|weights| weights.iter().map(|weight| weight / largest).collect::<Vec<f64>>());
     let product = |a: &f64, b: f64| bound.mu * a * b;
     let weights = Weights {
         p: beta.iter().zip(&bound.tau).map(|(beta, &tau)| product(beta, tau)).collect(),
@@ -460,8 +529,10 @@ fn is_positive(blocks: &[Block], asymmetry: f64, bound: &LowerBound) -> bool {
     let pressures = root(weights.alpha.iter().copied().fold(0.0, f64::max));
     blocks.par_iter().all(|block| {
         let mut form = form(block, &weights);
-        let scale: Vec<f64> = block.normal.iter().map(|&normal| if normal { pressures } else { 1.0 }).collect();
-        (0..block.len()).for_each(|j| (0..block.len()).for_each(|i| form[(i, j)] *= scale[i] * scale[j]));
+        let scale: Vec<f64> =
+            block.normal.iter().map(|&normal| if normal { pressures } else { 1.0 }).collect();
+        (0..block.len())
+            .for_each(|j| (0..block.len()).for_each(|i| form[(i, j)] *= scale[i] * scale[j]));
         let margin = margin(block, &weights, &scale, asymmetry, &form);
         (0..block.len()).for_each(|i| form[(i, i)] -= margin);
         cholesky(form).is_some()
@@ -486,21 +557,28 @@ fn margin(block: &Block, weights: &Weights, scale: &[f64], asymmetry: f64, form:
         }
         y
     };
-    let product = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a * b).collect() };
-    let of =
-        |normal: &[f64], tangential: &[f64], i: usize| if block.normal[i] { normal[block.orbit[i]] } else { tangential[block.orbit[i]] };
+    let product =
+        |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a * b).collect() };
+    let of = |normal: &[f64], tangential: &[f64], i: usize| {
+        if block.normal[i] { normal[block.orbit[i]] } else { tangential[block.orbit[i]] }
+    };
     let none = vec![0.0; weights.p.len()];
     let linear: Vec<f64> = (0..size).map(|i| of(&weights.alpha, &weights.beta, i)).collect();
     let square: Vec<f64> = (0..size).map(|i| of(&none, &weights.q, i)).collect();
     let sums = times(scale);
     let weighted = times(&product(&linear, scale));
     let twice = times(&product(&square, &sums));
-    let rows = (0..size).map(|i| scale[i] * (linear[i] * sums[i] + weighted[i] + of(&weights.p, &none, i) * scale[i] + twice[i]));
+    let rows = (0..size).map(|i| {
+        scale[i]
+            * (linear[i] * sums[i] + weighted[i] + of(&weights.p, &none, i) * scale[i] + twice[i])
+    });
     let largest = |values: &[f64]| values.iter().copied().fold(0.0, f64::max);
     let rows: Vec<f64> = rows.collect();
     let trace = (0..size).map(|i| form[(i, i)].abs()).sum::<f64>();
     let norm = largest(&times(&vec![1.0; size]));
     let top = largest(scale);
-    let moved = top * (largest(&product(&linear, scale)) + 2.0 * top * norm * largest(&square)) * (asymmetry + block.rounding);
+    let moved = top
+        * (largest(&product(&linear, scale)) + 2.0 * top * norm * largest(&square))
+        * (asymmetry + block.rounding);
     gamma * largest(&rows) + 2.0 * gamma * trace + moved
 }

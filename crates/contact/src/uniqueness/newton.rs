@@ -1,8 +1,9 @@
 //! Newton's method for the augmented Lagrangian of few elements, whose Hessian is a matrix.
 //!
-//! The Lagrangian is a sum of functions of seven numbers, x and y = Ax at one element and μ. With their 7 × 7 Hessians as blocks of M its
-//! Hessian is (I A) M (I A)ᵀ. It is not definite; as much of the identity is added as makes the step one of descent and the value fall as
-//! predicted (Levenberg and Marquardt).
+//! The Lagrangian is a sum of functions of seven numbers, x and y = Ax at one element and μ. With
+//! their 7 × 7 Hessians as blocks of M its Hessian is (I A) M (I A)ᵀ. It is not definite; as much
+//! of the identity is added as makes the step one of descent and the value fall as predicted
+//! (Levenberg and Marquardt).
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
@@ -24,7 +25,8 @@ impl Descent<'_> {
     /// An element's part of the Lagrangian, at the point last constrained.
     fn local(&self, point: &[f64], e: usize) -> Local {
         let (k, mu) = (self.k, point[3 * self.k]);
-        let [normal, tangential] = [e, k + e].map(|i| (self.multipliers[i] + self.penalty * self.values[i]).max(0.0));
+        let [normal, tangential] =
+            [e, k + e].map(|i| (self.multipliers[i] + self.penalty * self.values[i]).max(0.0));
         let (by_normal, by_tangential) = self.slopes(point, e);
         let mut local = Local { gradient: [0.0; 7], hessian: [[0.0; 7]; 7] };
         let mut add = |i: usize, j: usize, value: f64| {
@@ -75,7 +77,13 @@ impl Descent<'_> {
     }
 
     /// Newton's method with as much of the identity as it needs.
-    pub(super) fn descend(&mut self, a: &Mat<f64>, point: &mut [f64], steps: usize, shift: &mut f64) {
+    pub(super) fn descend(
+        &mut self,
+        a: &Mat<f64>,
+        point: &mut [f64],
+        steps: usize,
+        shift: &mut f64,
+    ) {
         let (k, n) = (self.k, point.len());
         let mut value = self.lagrangian(point);
         let mut gradient = vec![0.0; n];
@@ -138,8 +146,9 @@ impl Descent<'_> {
                 let h = &locals[e].hessian;
                 for c in 0..3 {
                     // half of M_yy, so that the sum with its transpose is the whole
-                    left[(c * k + e, j)] =
-                        0.5 * (0..3).map(|d| h[3 + c][3 + d] * column[d]).sum::<f64>() + h[3 + c][j / k] * f64::from(u8::from(j % k == e));
+                    left[(c * k + e, j)] = 0.5
+                        * (0..3).map(|d| h[3 + c][3 + d] * column[d]).sum::<f64>()
+                        + h[3 + c][j / k] * f64::from(u8::from(j % k == e));
                 }
             }
         }
@@ -151,7 +160,10 @@ impl Descent<'_> {
         for j in 0..3 * k {
             for i in 0..=j {
                 let own = if i % k == j % k { locals[i % k].hessian[i / k][j / k] } else { 0.0 };
-                let value = half[(i, j)] + half[(j, i)] + own + LENGTH * (along[i] * along[j] + length * 2.0 * a[(i, j)] / k as f64);
+                let value = half[(i, j)]
+                    + half[(j, i)]
+                    + own
+                    + LENGTH * (along[i] * along[j] + length * 2.0 * a[(i, j)] / k as f64);
                 out[(i, j)] = value;
                 out[(j, i)] = value;
             }
@@ -164,7 +176,8 @@ impl Descent<'_> {
             }
         }
         for j in 0..3 * k {
-            let value = locals[j % k].hessian[6][j / k] + (0..3 * k).map(|i| a[(i, j)] * mixed[i]).sum::<f64>();
+            let value = locals[j % k].hessian[6][j / k]
+                + (0..3 * k).map(|i| a[(i, j)] * mixed[i]).sum::<f64>();
             out[(3 * k, j)] = value;
             out[(j, 3 * k)] = value;
         }
@@ -173,7 +186,8 @@ impl Descent<'_> {
     }
 }
 
-/// −(H + shift I)⁻¹ g and the decrease that the quadratic model predicts, if that matrix is positive definite.
+/// −(H + shift I)⁻¹ g and the decrease that the quadratic model predicts, if that matrix is
+/// positive definite.
 fn newton_step(matrix: &Mat<f64>, gradient: &[f64], shift: f64) -> Option<(Vec<f64>, f64)> {
     let n = gradient.len();
     let mut shifted = matrix.clone();

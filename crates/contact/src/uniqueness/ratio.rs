@@ -1,10 +1,11 @@
-//! The smallest ratio xᵀSx / xᵀTx of the two parts of F(μ) = S − μT, the μ at which it ceases to be positive definite, by
-//! iteration with the operator as it is applied by FFT.
+//! The smallest ratio xᵀSx / xᵀTx of the two parts of F(μ) = S − μT, the μ at which it ceases to be
+//! positive definite, by iteration with the operator as it is applied by FFT.
 //!
-//! The ratio is minimised by locally optimal conjugate gradients: each step takes the best combination of x, of the gradient and of the step
-//! before (Knyazev, SIAM J. Sci. Comput. 23, 2001). The ratio of any x is an *upper* bound of that μ, close to it by the square of what x
-//! lacks; the residual tells how close, as long as the iteration has not missed the lowest mode altogether. Only a
-//! factorisation can tell that.
+//! The ratio is minimised by locally optimal conjugate gradients: each step takes the best
+//! combination of x, of the gradient and of the step before (Knyazev, SIAM J. Sci. Comput. 23,
+//! 2001). The ratio of any x is an *upper* bound of that μ, close to it by the square of what x
+//! lacks; the residual tells how close, as long as the iteration has not missed the lowest mode
+//! altogether. Only a factorisation can tell that.
 
 use super::{System, dot};
 use crate::influence::Scratch;
@@ -33,7 +34,10 @@ impl Mode {
     fn of(system: &System, parts: &Parts, x: Vec<f64>, scratch: &mut Scratch) -> Self {
         let k = system.elements();
         let times = |normal: &[f64], tangential: &[f64], x: &[f64]| -> Vec<f64> {
-            x.iter().enumerate().map(|(i, x)| x * if i < k { normal[i] } else { tangential[i % k] }).collect()
+            x.iter()
+                .enumerate()
+                .map(|(i, x)| x * if i < k { normal[i] } else { tangential[i % k] })
+                .collect()
         };
         let mut image = |x: &[f64]| {
             let mut y = vec![0.0; 3 * k];
@@ -42,7 +46,8 @@ impl Mode {
         };
         let none = vec![0.0; k];
         let y = image(&x);
-        let (left, right) = (times(&parts.alpha, &parts.beta, &y), image(&times(&parts.alpha, &parts.beta, &x)));
+        let (left, right) =
+            (times(&parts.alpha, &parts.beta, &y), image(&times(&parts.alpha, &parts.beta, &x)));
         let (square, twice) = (times(&parts.p, &none, &x), image(&times(&none, &parts.q, &y)));
         let mean = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect();
         let (s, t) = (mean(&left, &right), mean(&square, &twice));
@@ -60,9 +65,15 @@ impl Mode {
     }
 }
 
-/// The smallest ratio, from `x`, which becomes the vector that has it; until the residual is below `tolerance` or for so many `steps`.
-/// `None` if S is found to be indefinite.
-pub(super) fn smallest(system: &System, parts: &Parts, x: &mut Vec<f64>, tolerance: f64, steps: usize) -> Option<Smallest> {
+/// The smallest ratio, from `x`, which becomes the vector that has it; until the residual is below
+/// `tolerance` or for so many `steps`. `None` if S is found to be indefinite.
+pub(super) fn smallest(
+    system: &System,
+    parts: &Parts,
+    x: &mut Vec<f64>,
+    tolerance: f64,
+    steps: usize,
+) -> Option<Smallest> {
     let mut scratch = system.scratch();
     let mut mode = Mode::of(system, parts, std::mem::take(x), &mut scratch);
     let mut before: Option<Mode> = None;
@@ -127,18 +138,29 @@ fn best(basis: &mut Vec<Mode>) -> Option<Vec<f64>> {
         return Some(vec![1.0, 0.0][..size].to_vec());
     }
     let gram = |which: usize| {
-        faer::Mat::from_fn(size, size, |i, j| 0.5 * (dot(&basis[i].0[0], &basis[j].0[which]) + dot(&basis[j].0[0], &basis[i].0[which])))
+        faer::Mat::from_fn(size, size, |i, j| {
+            0.5 * (dot(&basis[i].0[0], &basis[j].0[which])
+                + dot(&basis[j].0[0], &basis[i].0[which]))
+        })
     };
     // largest eigenvalue of L⁻¹TL⁻ᵀ, S = LLᵀ
     let lower = super::barrier::cholesky(gram(1))?;
     let solve = |mut right: faer::Mat<f64>| {
-        faer::linalg::triangular_solve::solve_lower_triangular_in_place(lower.as_ref(), right.as_mut(), faer::Par::Seq);
+        faer::linalg::triangular_solve::solve_lower_triangular_in_place(
+            lower.as_ref(),
+            right.as_mut(),
+            faer::Par::Seq,
+        );
         right
     };
     let half = solve(gram(2));
     let pencil = solve(half.transpose().to_owned());
     let eigen = pencil.self_adjoint_eigen(faer::Side::Lower).ok()?;
     let mut factors = faer::Mat::from_fn(size, 1, |i, _| eigen.U()[(i, size - 1)]);
-    faer::linalg::triangular_solve::solve_upper_triangular_in_place(lower.transpose(), factors.as_mut(), faer::Par::Seq);
+    faer::linalg::triangular_solve::solve_upper_triangular_in_place(
+        lower.transpose(),
+        factors.as_mut(),
+        faer::Par::Seq,
+    );
     Some((0..size).map(|i| factors[(i, 0)]).collect())
 }

@@ -1,8 +1,9 @@
 //! The symmetries of Ω with its mesh, and the operator in a basis adapted to them.
 //!
-//! The reflections x → −x, y → −y and, for squares of square elements, x ↔ y map the operator onto itself as far as they map Ω
-//! onto itself. A form with weights that are constant on their orbits then falls into blocks, one for each way of changing sign
-//! under them. With all three (the group D₄ of the square) there are four blocks of an eighth of the size, and one of a quarter that
+//! The reflections x → −x, y → −y and, for squares of square elements, x ↔ y map the operator onto
+//! itself as far as they map Ω onto itself. A form with weights that are constant on their orbits
+//! then falls into blocks, one for each way of changing sign under them. With all three (the group
+//! D₄ of the square) there are four blocks of an eighth of the size, and one of a quarter that
 //! occurs twice.
 
 use faer::Mat;
@@ -36,10 +37,12 @@ impl Symmetries {
         let (nx, ny) = (grid.nx(), grid.ny());
         let number = numbers(system);
         let keeps = |motion: Motion| {
-            (0..grid.len()).all(|e| match (number[e], number[motion.element(grid.position(e), nx, ny)]) {
-                (Some(a), Some(b)) => same(a, b),
-                (None, None) => true,
-                _ => false,
+            (0..grid.len()).all(|e| {
+                match (number[e], number[motion.element(grid.position(e), nx, ny)]) {
+                    (Some(a), Some(b)) => same(a, b),
+                    (None, None) => true,
+                    _ => false,
+                }
             })
         };
         let none = Motion { x: false, y: false, swap: false };
@@ -53,8 +56,13 @@ impl Symmetries {
     fn motions(self) -> impl Iterator<Item = Motion> {
         let all = [false, true];
         all.into_iter()
-            .flat_map(move |swap| all.into_iter().flat_map(move |y| all.into_iter().map(move |x| Motion { x, y, swap })))
-            .filter(move |motion| (self.x || !motion.x) && (self.y || !motion.y) && (self.swap || !motion.swap))
+            .flat_map(move |swap| {
+                all.into_iter()
+                    .flat_map(move |y| all.into_iter().map(move |x| Motion { x, y, swap }))
+            })
+            .filter(move |motion| {
+                (self.x || !motion.x) && (self.y || !motion.y) && (self.swap || !motion.swap)
+            })
     }
 
     /// For each element of Ω its orbit, orbits numbered in the order of their first elements.
@@ -66,7 +74,9 @@ impl Symmetries {
         for (at, e) in grid.active().enumerate() {
             if orbit[at] == usize::MAX {
                 for motion in self.motions() {
-                    if let Some(image) = number[motion.element(grid.position(e), grid.nx(), grid.ny())] {
+                    if let Some(image) =
+                        number[motion.element(grid.position(e), grid.nx(), grid.ny())]
+                    {
                         orbit[image] = count;
                     }
                 }
@@ -76,13 +86,16 @@ impl Symmetries {
         orbit
     }
 
-    /// The ways of changing sign under the reflections that fields can be made of: the reflections that matter and the signs.
+    /// The ways of changing sign under the reflections that fields can be made of: the reflections
+    /// that matter and the signs.
     fn characters(self) -> Vec<(Self, [f64; 3])> {
         let signs = [1.0, -1.0];
         if self.x && self.y && self.swap {
-            // x → −x and y → −y are conjugate. Fields that are even under one and odd under the other come in pairs,
-            // images of each other under x ↔ y: one of the two blocks stands for both.
-            let mut all: Vec<_> = signs.iter().flat_map(|&s| signs.map(|t| (self, [s, s, t]))).collect();
+            // x → −x and y → −y are conjugate. Fields that are even under one and odd under the
+            // other come in pairs, images of each other under x ↔ y: one of the two blocks stands
+            // for both.
+            let mut all: Vec<_> =
+                signs.iter().flat_map(|&s| signs.map(|t| (self, [s, s, t]))).collect();
             all.push((Self { swap: false, ..self }, [1.0, -1.0, 1.0]));
             return all;
         }
@@ -102,12 +115,20 @@ impl Symmetries {
     pub(super) fn blocks(self, system: &System) -> Vec<Block> {
         let orbit = self.orbits(system);
         let characters = self.characters();
-        characters.into_iter().map(|(group, signs)| Block::new(system, group, signs, &orbit)).filter(|b| !b.is_empty()).collect()
+        characters
+            .into_iter()
+            .map(|(group, signs)| Block::new(system, group, signs, &orbit))
+            .filter(|b| !b.is_empty())
+            .collect()
     }
 
     /// Rows of the largest block, without making it.
     pub(super) fn rows(self, system: &System) -> usize {
-        self.characters().into_iter().map(|(group, signs)| basis(system, group, signs).len()).max().unwrap_or(0)
+        self.characters()
+            .into_iter()
+            .map(|(group, signs)| basis(system, group, signs).len())
+            .max()
+            .unwrap_or(0)
     }
 }
 
@@ -124,7 +145,11 @@ impl Motion {
     }
 
     fn character(self, signs: [f64; 3]) -> f64 {
-        [self.x, self.y, self.swap].into_iter().zip(signs).map(|(does, sign)| if does { sign } else { 1.0 }).product()
+        [self.x, self.y, self.swap]
+            .into_iter()
+            .zip(signs)
+            .map(|(does, sign)| if does { sign } else { 1.0 })
+            .product()
     }
 }
 
@@ -137,8 +162,8 @@ fn numbers(system: &System) -> Vec<Option<usize>> {
     numbers
 }
 
-/// How far the operator is from symmetric under x ↔ y: the sum of |difference| over all coefficients, in units of the
-/// largest diagonal entry. Infinite unless the grid is square.
+/// How far the operator is from symmetric under x ↔ y: the sum of |difference| over all
+/// coefficients, in units of the largest diagonal entry. Infinite unless the grid is square.
 pub(super) fn asymmetry(system: &System) -> f64 {
     let (table, n) = (system.table(), system.grid().nx());
     if n != system.grid().ny() {
@@ -148,7 +173,12 @@ pub(super) fn asymmetry(system: &System) -> f64 {
     let mut sum = 0.0;
     for dj in 0..n {
         for di in 0..n {
-            for (a, b) in [(Entry::Nn, Entry::Nn), (Entry::Xx, Entry::Yy), (Entry::Xy, Entry::Xy), (Entry::Nx, Entry::Ny)] {
+            for (a, b) in [
+                (Entry::Nn, Entry::Nn),
+                (Entry::Xx, Entry::Yy),
+                (Entry::Xy, Entry::Xy),
+                (Entry::Nx, Entry::Ny),
+            ] {
                 // four quadrants, and each pair stands for at most four entries of the 3×3 block
                 sum += 16.0 * (value(a, di, dj) - value(b, dj, di)).abs();
             }
@@ -157,7 +187,8 @@ pub(super) fn asymmetry(system: &System) -> f64 {
     sum / system.largest_diagonal()
 }
 
-/// εI + A on the fields with one behaviour under the reflections, in an orthonormal basis of sums of images.
+/// εI + A on the fields with one behaviour under the reflections, in an orthonormal basis of sums
+/// of images.
 pub(super) struct Block {
     /// The matrix.
     pub(super) matrix: Mat<f64>,
@@ -165,8 +196,9 @@ pub(super) struct Block {
     pub(super) orbit: Vec<usize>,
     /// Whether it is of pressures, not of tangential tractions.
     pub(super) normal: Vec<bool>,
-    /// How far the matrix is at most from the exact one of the table's coefficients, in the ∞-norm: an entry is a sum of up to eight
-    /// of them of both signs, times the rounded root of a power of two, so it may be smaller than what its rounding goes by.
+    /// How far the matrix is at most from the exact one of the table's coefficients, in the ∞-norm:
+    /// an entry is a sum of up to eight of them of both signs, times the rounded root of a power of
+    /// two, so it may be smaller than what its rounding goes by.
     pub(super) rounding: f64,
 }
 
@@ -238,7 +270,8 @@ impl Block {
                 }
             }
         }
-        // a sum of two for each of up to eight images, a root and a product: at most eleven roundings
+        // a sum of two for each of up to eight images, a root and a product: at most eleven
+        // roundings
         let rounding = 16.0 * 0.5 * f64::EPSILON * sums.into_iter().fold(0.0, f64::max);
         let first = |images: &Vec<(usize, usize, f64)>| (number[images[0].0], images[0].1);
         let orbit = basis.iter().filter_map(|images| first(images).0.map(|at| orbit[at])).collect();

@@ -1,17 +1,23 @@
 //! The upper side of μ*: a search for an x with small F(x).
 //!
 //! # What good fields look like
-//! On fine meshes the tangential displacements y_t of the best fields known are one smooth field along some direction n, with ripples. The pressures are stripes
-//! of alternating sign some two elements wide, with y₁ = 0 nearly everywhere, and all elements need the same μ. Such an x has x_t = u + p, u
-//! along n and the same at all elements, p across n and alternating. With Y ~ u times the elements across, what u displaces, and |x₁| in
-//! proportion to p, what an element needs is about (uY + p²)/(|x₁|Y): least where p² ~ uY, and then falling like 1/√Y.
+//! On fine meshes the tangential displacements y_t of the best fields known are one smooth field
+//! along some direction n, with ripples. The pressures are stripes of alternating sign some two
+//! elements wide, with y₁ = 0 nearly everywhere, and all elements need the same μ. Such an x has
+//! x_t = u + p, u along n and the same at all elements, p across n and alternating. With Y ~ u
+//! times the elements across, what u displaces, and |x₁| in proportion to p, what an element needs
+//! is about (uY + p²)/(|x₁|Y): least where p² ~ uY, and then falling like 1/√Y.
 //!
-//! So minimisations start from stripes of several wavelengths and directions; diagonal ones with a period of four elements lead to the best fields
-//! on half-spaces. Which stripes serve depends on what elements do to their neighbours: where elements are many, all stripes are tried on a part of Ω with at
-//! most 8 × 8 elements of the same size, and the best ones on the whole of it. Few elements have too little room for stripes,
-//! and a large ε or a thin layer makes others best; so up to 100 elements minimisations start from random fields too. The problem is not convex and has many local minima, most of them with few elements.
+//! So minimisations start from stripes of several wavelengths and directions; diagonal ones with a
+//! period of four elements lead to the best fields on half-spaces. Which stripes serve depends on
+//! what elements do to their neighbours: where elements are many, all stripes are tried on a part
+//! of Ω with at most 8 × 8 elements of the same size, and the best ones on the whole of it. Few
+//! elements have too little room for stripes, and a large ε or a thin layer makes others best; so
+//! up to 100 elements minimisations start from random fields too. The problem is not convex and has
+//! many local minima, most of them with few elements.
 //!
-//! Every start has its own random numbers, so the result depends on the seed and the effort alone, not on the number of threads.
+//! Every start has its own random numbers, so the result depends on the seed and the effort alone,
+//! not on the number of threads.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -28,10 +34,11 @@ use crate::scene::SceneError;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Search {
-    /// Random starts on meshes of up to 36 elements, at most [`MOST_STARTS`](Self::MOST_STARTS); on finer ones fewer in inverse proportion
-    /// to the elements, and none on more than 100.
+    /// Random starts on meshes of up to 36 elements, at most [`MOST_STARTS`](Self::MOST_STARTS); on
+    /// finer ones fewer in inverse proportion to the elements, and none on more than 100.
     pub starts: u32,
-    /// How many of the stripes that serve best on 8 × 8 elements a mesh of more than 100 starts from, at least one.
+    /// How many of the stripes that serve best on 8 × 8 elements a mesh of more than 100 starts
+    /// from, at least one.
     pub kept: u32,
     /// Seed of all random numbers.
     pub seed: u64,
@@ -69,7 +76,9 @@ pub enum UpperError {
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// No start led to a field that meets the conditions.
-    #[error("no witness found from {starts} starts with {elements} elements: try more starts or another seed")]
+    #[error(
+        "no witness found from {starts} starts with {elements} elements: try more starts or another seed"
+    )]
     NotFound {
         /// Starts on the question's own mesh.
         starts: usize,
@@ -83,7 +92,8 @@ fn generator(seed: u64, stream: u64) -> SplitMix64 {
     SplitMix64(SplitMix64(seed).next() ^ SplitMix64(stream).next().rotate_left(17))
 }
 
-/// A random field, smoothed by the operator up to twice, and with or without symmetry, which minimisations keep.
+/// A random field, smoothed by the operator up to twice, and with or without symmetry, which
+/// minimisations keep.
 fn start(system: &System, random: &mut SplitMix64) -> Vec<f64> {
     let k = system.elements();
     let kind = random.next();
@@ -110,7 +120,11 @@ fn reflected(system: &System, x: &[f64], axis: usize, sign: f64) -> Vec<f64> {
     let mut sum = whole.clone();
     for e in grid.active() {
         let (i, j) = grid.position(e);
-        let image = if axis == 0 { grid.index(grid.nx() - 1 - i, j) } else { grid.index(i, grid.ny() - 1 - j) };
+        let image = if axis == 0 {
+            grid.index(grid.nx() - 1 - i, j)
+        } else {
+            grid.index(i, grid.ny() - 1 - j)
+        };
         for block in 0..3 {
             let sign = if block == axis + 1 { -sign } else { sign };
             sum[block * n + e] += sign * whole[block * n + image];
@@ -137,11 +151,13 @@ const STRIPES: [[f64; 3]; 12] = [
     [0.33, 0.0, 0.375],
 ];
 
-/// The waves to try, and where squares of elements do not make x and y alike the same with the two exchanged.
+/// The waves to try, and where squares of elements do not make x and y alike the same with the two
+/// exchanged.
 fn waves(system: &System) -> Vec<[f64; 3]> {
     let grid = system.grid();
     let alike = grid.nx() == grid.ny() && grid.hx() == grid.hy();
-    let exchanged = STRIPES.into_iter().filter(|[x, y, _]| !alike && x != y).map(|[x, y, phase]| [y, x, phase]);
+    let exchanged =
+        STRIPES.into_iter().filter(|[x, y, _]| !alike && x != y).map(|[x, y, phase]| [y, x, phase]);
     STRIPES.into_iter().chain(exchanged).collect()
 }
 
@@ -164,7 +180,8 @@ struct Found {
     x: Vec<f64>,
 }
 
-/// How strictly a witness meets its conditions, in units of those of a typical element: far above the rounding of an application.
+/// How strictly a witness meets its conditions, in units of those of a typical element: far above
+/// the rounding of an application.
 const MARGIN: f64 = 1e-9;
 
 /// Up to so many elements random starts are worth their time, and all stripes are tried.
@@ -181,7 +198,8 @@ fn improve(system: &System, mut x: Vec<f64>, pattern: Option<&Pattern>) -> Optio
     needed(system, x)
 }
 
-/// What μ is multiplied by, in turns, until a field can be made strict: where a minimisation is cut short it takes a little more friction.
+/// What μ is multiplied by, in turns, until a field can be made strict: where a minimisation is cut
+/// short it takes a little more friction.
 const MORE: [f64; 4] = [1.0, 1.003, 1.01, 1.03];
 
 /// A field with the μ that it needs, if it is a witness for any.
@@ -192,11 +210,14 @@ fn needed(system: &System, x: Vec<f64>) -> Option<Found> {
     (mu > 0.0 && mu.is_finite()).then_some(Found { mu, x })
 }
 
-/// How weak the coupling is: κ = 1 about where the bodies are compressible and only one of them deforms, 0 without coupling.
+/// How weak the coupling is: κ = 1 about where the bodies are compressible and only one of them
+/// deforms, 0 without coupling.
 fn coupling(system: &System) -> f64 {
     let table = system.table();
     let ny = system.grid().ny() as i64;
-    let rows = [Entry::Nx, Entry::Ny].into_iter().flat_map(|entry| (1 - ny..ny).map(move |dj| table.row(entry, dj)));
+    let rows = [Entry::Nx, Entry::Ny]
+        .into_iter()
+        .flat_map(|entry| (1 - ny..ny).map(move |dj| table.row(entry, dj)));
     let most = rows.flatten().fold(0.0, |most: f64, c| most.max(c.abs()));
     (10.0 * most / system.largest_diagonal()).min(1.0)
 }
@@ -205,7 +226,8 @@ fn coupling(system: &System) -> f64 {
 fn from_pattern(system: &System, pattern: &Pattern) -> Option<Found> {
     let coupling = coupling(system);
     let pressures = pattern.signs.iter().map(|sign| coupling * sign);
-    let along = pattern.direction.into_iter().flat_map(|c| std::iter::repeat_n(c, system.elements()));
+    let along =
+        pattern.direction.into_iter().flat_map(|c| std::iter::repeat_n(c, system.elements()));
     improve(system, pressures.chain(along).collect(), Some(pattern))
 }
 
@@ -225,24 +247,39 @@ fn part(question: &Question, system: &System) -> Result<System, SceneError> {
         Sole::Disk { radius } => [2.0 * radius; 2],
     };
     let [mx, my] = [nx, ny].map(|n| n.min(PART));
-    let sole = Sole::Rectangle { width_x: width_x * mx as f64 / nx as f64, width_y: width_y * my as f64 / ny as f64 };
+    let sole = Sole::Rectangle {
+        width_x: width_x * mx as f64 / nx as f64,
+        width_y: width_y * my as f64 / ny as f64,
+    };
     System::new(&Question { sole, mesh: Mesh::Exact([mx as u32, my as u32]), ..question.clone() })
 }
 
 /// The stripes to start from.
-fn chosen(question: &Question, system: &System, search: &Search) -> Result<Vec<Pattern>, SceneError> {
+fn chosen(
+    question: &Question,
+    system: &System,
+    search: &Search,
+) -> Result<Vec<Pattern>, SceneError> {
     let waves = waves(system);
     if system.elements() <= FEW {
         return Ok(waves.into_iter().map(|wave| stripes(system, wave)).collect());
     }
     let part = part(question, system)?;
-    let needed = |wave: [f64; 3]| from_pattern(&part, &stripes(&part, wave)).map_or(f64::INFINITY, |found| found.mu);
-    let mut ranked: Vec<(f64, [f64; 3])> = waves.into_par_iter().map(|wave| (needed(wave), wave)).collect();
+    let needed = |wave: [f64; 3]| {
+        from_pattern(&part, &stripes(&part, wave)).map_or(f64::INFINITY, |found| found.mu)
+    };
+    let mut ranked: Vec<(f64, [f64; 3])> =
+        waves.into_par_iter().map(|wave| (needed(wave), wave)).collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(ranked.into_iter().take(search.kept.max(1) as usize).map(|(_, wave)| stripes(system, wave)).collect())
+    Ok(ranked
+        .into_iter()
+        .take(search.kept.max(1) as usize)
+        .map(|(_, wave)| stripes(system, wave))
+        .collect())
 }
 
-/// Searches for a witness. The result is a valid witness but need not be the best one that there is.
+/// Searches for a witness. The result is a valid witness but need not be the best one that there
+/// is.
 pub fn upper(question: &Question, search: &Search) -> Result<Upper, UpperError> {
     search.validate()?;
     let system = System::new(question)?;
@@ -267,7 +304,8 @@ pub fn upper(question: &Question, search: &Search) -> Result<Upper, UpperError> 
     Ok(Upper::Bound(Witness { mu, stiffness: STIFFNESS / system.largest_diagonal(), x }))
 }
 
-/// E of a witness's operator, over the largest diagonal entry of A: large enough for √(a² + b²) to come near μ.
+/// E of a witness's operator, over the largest diagonal entry of A: large enough for √(a² + b²) to
+/// come near μ.
 const STIFFNESS: f64 = 100.0;
 
 #[cfg(test)]
@@ -281,7 +319,14 @@ mod tests {
             let sole = Sole::Rectangle { width_x: f64::from(mesh[0]), width_y: f64::from(mesh[1]) };
             let foundation = Foundation::half_space(Material { shear_modulus: 1.0, poisson: 0.3 });
             let mesh = Mesh::Exact(mesh);
-            let question = Question { foundation, punch: None, sole, mesh, projection: Default::default(), epsilon: 0.0 };
+            let question = Question {
+                foundation,
+                punch: None,
+                sole,
+                mesh,
+                projection: Default::default(),
+                epsilon: 0.0,
+            };
             let system = System::new(&question).unwrap();
             waves(&system).len()
         };

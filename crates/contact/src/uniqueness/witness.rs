@@ -1,8 +1,9 @@
 //! A witness against uniqueness: an x with F(x) ≤ μ, and the operator B in 𝔅_μ that it stands for.
 //!
-//! With z = x − Ey, element by element: c₁ = x₁/z₁; d is the point nearest to x_t of the disk with diameter \[0, z_t\]; it is c₂ t (t·z_t) with t
-//! along d and c₂ = |d|²/d·z_t; (a, b) = (x_t − d)/x₁; c₃ = 0. What rounding leaves of c₁, c₂ outside of \[0, 1\] and of √(a² + b²)
-//! above μ is cut off, so B is in 𝔅_μ exactly and the rounding shows in B(I − EA)x − x.
+//! With z = x − Ey, element by element: c₁ = x₁/z₁; d is the point nearest to x_t of the disk with
+//! diameter \[0, z_t\]; it is c₂ t (t·z_t) with t along d and c₂ = |d|²/d·z_t; (a, b) = (x_t −
+//! d)/x₁; c₃ = 0. What rounding leaves of c₁, c₂ outside of \[0, 1\] and of √(a² + b²) above μ is
+//! cut off, so B is in 𝔅_μ exactly and the rounding shows in B(I − EA)x − x.
 
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -18,7 +19,8 @@ use super::System;
 pub struct Witness {
     /// The friction μ ≥ F(x): it does not belong to US(A), nor does anything above it.
     pub mu: f64,
-    /// E of the operator B that is made of x, in units of 1/cℓ. x has a B in 𝔅_μ for every other E > 0 too.
+    /// E of the operator B that is made of x, in units of 1/cℓ. x has a B in 𝔅_μ for every other E
+    /// > 0 too.
     pub stiffness: f64,
     /// x: blocks n | x | y over the elements of Ω, of any length.
     pub x: Vec<f64>,
@@ -40,7 +42,11 @@ impl Local {
     pub fn block(&self) -> [[f64; 3]; 3] {
         let ([c1, c2, c3], [a, b], (sin, cos)) = (self.c, self.ab, self.phi.sin_cos());
         let cross = (c2 - c3) * sin * cos;
-        [[c1, 0.0, 0.0], [c1 * a, c2 * cos * cos + c3 * sin * sin, cross], [c1 * b, cross, c2 * sin * sin + c3 * cos * cos]]
+        [
+            [c1, 0.0, 0.0],
+            [c1 * a, c2 * cos * cos + c3 * sin * sin, cross],
+            [c1 * b, cross, c2 * sin * sin + c3 * cos * cos],
+        ]
     }
 
     /// B z.
@@ -53,15 +59,32 @@ impl Local {
         let z = [0, 1, 2].map(|c| x[c] - stiffness * y[c]);
         let c1 = if x[0] == 0.0 { 0.0 } else { (x[0] / z[0]).clamp(0.0, 1.0) };
         let center = [0.5 * z[1], 0.5 * z[2]];
-        // a few roundings inside: near the disk's ends d·z_t ≥ |d|² would not survive a rounding outwards
+        // a few roundings inside: near the disk's ends d·z_t ≥ |d|² would not survive a rounding
+        // outwards
         let radius = 0.5 * z[1].hypot(z[2]) * (1.0 - 64.0 * f64::EPSILON);
         let from = [x[1] - center[0], x[2] - center[1]];
         let distance = from[0].hypot(from[1]);
-        let nearest = if distance <= radius { [x[1], x[2]] } else { [0, 1].map(|c| center[c] + radius * from[c] / distance) };
+        let nearest = if distance <= radius {
+            [x[1], x[2]]
+        } else {
+            [0, 1].map(|c| center[c] + radius * from[c] / distance)
+        };
         let size = nearest[0] * nearest[0] + nearest[1] * nearest[1];
-        let c2 = if size == 0.0 { 0.0 } else { (size / (nearest[0] * z[1] + nearest[1] * z[2])).clamp(0.0, 1.0) };
-        let ab = if distance <= radius || x[0] == 0.0 { [0.0; 2] } else { [0, 1].map(|c| (x[c + 1] - nearest[c]) / x[0]) };
-        Self { c: [c1, if c2.is_nan() { 0.0 } else { c2 }, 0.0], ab, phi: nearest[1].atan2(nearest[0]) }
+        let c2 = if size == 0.0 {
+            0.0
+        } else {
+            (size / (nearest[0] * z[1] + nearest[1] * z[2])).clamp(0.0, 1.0)
+        };
+        let ab = if distance <= radius || x[0] == 0.0 {
+            [0.0; 2]
+        } else {
+            [0, 1].map(|c| (x[c + 1] - nearest[c]) / x[0])
+        };
+        Self {
+            c: [c1, if c2.is_nan() { 0.0 } else { c2 }, 0.0],
+            ab,
+            phi: nearest[1].atan2(nearest[0]),
+        }
     }
 }
 
@@ -76,7 +99,8 @@ pub struct Shown {
     pub residual: f64,
     /// The smallest singular value of B(I − EA) − I itself, for few elements ([`Witness::DENSE`]).
     pub singular_value: Option<f64>,
-    /// A lower bound of the norm of B(I − EA) − I, which the two have to be seen against; the norm itself for few elements.
+    /// A lower bound of the norm of B(I − EA) − I, which the two have to be seen against; the norm
+    /// itself for few elements.
     pub norm: f64,
 }
 
@@ -84,7 +108,9 @@ pub struct Shown {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WitnessError {
     /// It is no field on Ω.
-    #[error("a field of {found} numbers for {elements} elements: there must be 3 finite ones per element, not all of them 0")]
+    #[error(
+        "a field of {found} numbers for {elements} elements: there must be 3 finite ones per element, not all of them 0"
+    )]
     Field {
         /// Numbers given.
         found: usize,
@@ -100,7 +126,9 @@ pub enum WitnessError {
         value: f64,
     },
     /// E is too large for the residual to show anything.
-    #[error("the stiffness times the operator's largest diagonal entry is {product:e}: must be at most {most:e}, or rounding hides all")]
+    #[error(
+        "the stiffness times the operator's largest diagonal entry is {product:e}: must be at most {most:e}, or rounding hides all"
+    )]
     Stiff {
         /// E times the largest diagonal entry of A.
         product: f64,
@@ -126,7 +154,9 @@ pub enum WitnessError {
         mu: f64,
     },
     /// B(I − EA)x is not x.
-    #[error("‖B(I − EA)x − x‖/‖x‖ = {residual:e} where the operator's norm is {norm:e}: must vanish to rounding")]
+    #[error(
+        "‖B(I − EA)x − x‖/‖x‖ = {residual:e} where the operator's norm is {norm:e}: must vanish to rounding"
+    )]
     Residual {
         /// The residual.
         residual: f64,
@@ -207,11 +237,14 @@ impl Witness {
             .collect()
     }
 
-    /// Shows that μ does not belong to US(A): that F(x) ≤ μ, for which there is a B in 𝔅_μ for every E; and that the B for this E
-    /// leaves x where it is.
+    /// Shows that μ does not belong to US(A): that F(x) ≤ μ, for which there is a B in 𝔅_μ for
+    /// every E; and that the B for this E leaves x where it is.
     pub fn verify(&self, system: &System) -> Result<Shown, WitnessError> {
         let k = system.elements();
-        if self.x.len() != 3 * k || !self.x.iter().all(|x| x.is_finite()) || self.x.iter().all(|&x| x == 0.0) {
+        if self.x.len() != 3 * k
+            || !self.x.iter().all(|x| x.is_finite())
+            || self.x.iter().all(|&x| x == 0.0)
+        {
             return Err(WitnessError::Field { found: self.x.len(), elements: k });
         }
         for (name, value) in [("stiffness", self.stiffness), ("mu", self.mu)] {
@@ -247,13 +280,19 @@ impl Witness {
             }
         }
         let residual = (defect / size).sqrt();
-        let operator_mu = operator.iter().map(|local| local.ab[0].hypot(local.ab[1])).fold(0.0, f64::max);
-        let dense = (k <= Self::DENSE).then(|| singular_values(system, &operator, self.stiffness)).flatten();
+        let operator_mu =
+            operator.iter().map(|local| local.ab[0].hypot(local.ab[1])).fold(0.0, f64::max);
+        let dense = (k <= Self::DENSE)
+            .then(|| singular_values(system, &operator, self.stiffness))
+            .flatten();
         let norm = dense.map_or(1f64.max((moved / size).sqrt()), |(_, largest)| largest);
         let smallest = dense.map(|(smallest, _)| smallest);
         let shown = Shown { least_mu, operator_mu, residual, singular_value: smallest, norm };
-        // The smallest singular value is at most the residual: a larger one is a failure of one of the two computations.
-        let is_finite = [least_mu, operator_mu, residual, norm, smallest.unwrap_or(0.0)].iter().all(|figure| figure.is_finite());
+        // The smallest singular value is at most the residual: a larger one is a failure of one of
+        // the two computations.
+        let is_finite = [least_mu, operator_mu, residual, norm, smallest.unwrap_or(0.0)]
+            .iter()
+            .all(|figure| figure.is_finite());
         let vanishes = is_finite && residual.max(smallest.unwrap_or(0.0)) <= Self::ROUNDING * norm;
         if vanishes { Ok(shown) } else { Err(WitnessError::Residual { residual, norm }) }
     }
@@ -263,17 +302,35 @@ impl Witness {
 fn singular_values(system: &System, operator: &[Local], stiffness: f64) -> Option<(f64, f64)> {
     let k = operator.len();
     let a = system.matrix();
-    let inner = Mat::from_fn(3 * k, 3 * k, |i, j| f64::from(u8::from(i == j)) - stiffness * a[(i, j)]);
+    let inner =
+        Mat::from_fn(3 * k, 3 * k, |i, j| f64::from(u8::from(i == j)) - stiffness * a[(i, j)]);
     let blocks: Vec<[[f64; 3]; 3]> = operator.iter().map(Local::block).collect();
     let matrix = Mat::from_fn(3 * k, 3 * k, |i, j| {
         let row = blocks[i % k][i / k];
-        (0..3).map(|c| row[c] * inner[(c * k + i % k, j)]).sum::<f64>() - f64::from(u8::from(i == j))
+        (0..3).map(|c| row[c] * inner[(c * k + i % k, j)]).sum::<f64>()
+            - f64::from(u8::from(i == j))
     });
     // on one thread, so that it is the same on any number
     let none = svd::ComputeSvdVectors::No;
-    let mut memory = MemBuffer::new(svd::svd_scratch::<f64>(3 * k, 3 * k, none, none, Par::Seq, Default::default()));
+    let mut memory = MemBuffer::new(svd::svd_scratch::<f64>(
+        3 * k,
+        3 * k,
+        none,
+        none,
+        Par::Seq,
+        Default::default(),
+    ));
     let mut values = Diag::zeros(3 * k);
-    svd::svd(matrix.as_ref(), values.as_mut(), None, None, Par::Seq, MemStack::new(&mut memory), Default::default()).ok()?;
+    svd::svd(
+        matrix.as_ref(),
+        values.as_mut(),
+        None,
+        None,
+        Par::Seq,
+        MemStack::new(&mut memory),
+        Default::default(),
+    )
+    .ok()?;
     let values = values.column_vector();
     Some((values[3 * k - 1], values[0]))
 }

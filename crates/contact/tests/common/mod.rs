@@ -42,8 +42,13 @@ pub fn certified(scene: &Scene, numerics: &Numerics) -> (StepOutcome, Fields) {
     certified_with(scene, numerics, &Surfaces::new())
 }
 
-pub fn certified_with(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces) -> (StepOutcome, Fields) {
-    let (outcome, fields) = solve(scene, numerics, surfaces, &mut Operators::default()).expect("a scene with a meaning");
+pub fn certified_with(
+    scene: &Scene,
+    numerics: &Numerics,
+    surfaces: &Surfaces,
+) -> (StepOutcome, Fields) {
+    let (outcome, fields) = solve(scene, numerics, surfaces, &mut Operators::default())
+        .expect("a scene with a meaning");
     assert_eq!(outcome.status, Status::Certified, "{:?}", outcome.last());
     (*outcome.last().expect("a certified path has steps"), fields)
 }
@@ -51,15 +56,21 @@ pub fn certified_with(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces) -
 /// Solves, insists on a certificate and gives every increment of the path.
 pub fn certified_path(scene: &Scene, numerics: &Numerics) -> (Vec<StepOutcome>, Fields) {
     let (Outcome { status, steps, .. }, fields) =
-        solve(scene, numerics, &Surfaces::new(), &mut Operators::default()).expect("a scene with a meaning");
+        solve(scene, numerics, &Surfaces::new(), &mut Operators::default())
+            .expect("a scene with a meaning");
     assert_eq!(status, Status::Certified, "{:?}", steps.last());
     (steps, fields)
 }
 
-/// Largest difference of the tractions over the peak pressure; none between contacts without pressure.
+/// Largest difference of the tractions over the peak pressure; none between contacts without
+/// pressure.
 pub fn difference(a: &Fields, b: &Fields) -> f64 {
     let is_empty = |fields: &Fields| fields.pressure.iter().all(|p| *p == 0.0);
-    if is_empty(a) && is_empty(b) { 0.0 } else { a.difference(b).expect("pressures on the same elements") }
+    if is_empty(a) && is_empty(b) {
+        0.0
+    } else {
+        a.difference(b).expect("pressures on the same elements")
+    }
 }
 
 /// The text of a file of tests/reference.

@@ -1,6 +1,6 @@
-//! Scenes at the limits: each ends certified, or says in words what is difficult. `sweeps/hard-cases.toml` has such a list for the
-//! program. Here is the table; `limits` compares known
-//! answers, `random` looks for more.
+//! Scenes at the limits: each ends certified, or says in words what is difficult.
+//! `sweeps/hard-cases.toml` has such a list for the program. Here is the table; `limits` compares
+//! known answers, `random` looks for more.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -38,7 +38,8 @@ struct Case {
     end: End,
 }
 
-/// A sphere of radius 1 on a half-space with G = 1, ν = 0.3, μ = 0.3, pressed by 0.01: contact radius 0.1.
+/// A sphere of radius 1 on a half-space with G = 1, ν = 0.3, μ = 0.3, pressed by 0.01: contact
+/// radius 0.1.
 fn sphere() -> Scene {
     scene(Shape::Sphere { radius: 1.0 }, 1.0, 0.3, 0.3, pressed(0.01))
 }
@@ -82,47 +83,85 @@ fn stiffness() -> Vec<Case> {
     let mut all = Vec::new();
     for g in [1e-12, 1e12] {
         for (thickness, name) in [(0.1, "layer"), (1e-3, "thin layer")] {
-            all.push(case(format!("{name} {g:e} times as stiff as its base"), Certified, |s, _| {
-                s.foundation.layers = vec![layer(g, thickness)];
-            }));
-            all.push(case(format!("{name} {g:e} times as stiff as its base, by load"), Certified, |s, _| {
-                s.foundation.layers = vec![layer(g, thickness)];
-                s.loading.steps = vec![loaded(g.min(1.0) * 1e-3)];
-            }));
+            all.push(case(
+                format!("{name} {g:e} times as stiff as its base"),
+                Certified,
+                |s, _| {
+                    s.foundation.layers = vec![layer(g, thickness)];
+                },
+            ));
+            all.push(case(
+                format!("{name} {g:e} times as stiff as its base, by load"),
+                Certified,
+                |s, _| {
+                    s.foundation.layers = vec![layer(g, thickness)];
+                    s.loading.steps = vec![loaded(g.min(1.0) * 1e-3)];
+                },
+            ));
         }
-        all.push(case(format!("punch {g:e} times as stiff as the foundation"), Certified, |s, _| {
-            s.punch.material = Some(Material { shear_modulus: g, poisson: 0.3 });
-        }));
+        all.push(case(
+            format!("punch {g:e} times as stiff as the foundation"),
+            Certified,
+            |s, _| {
+                s.punch.material = Some(Material { shear_modulus: g, poisson: 0.3 });
+            },
+        ));
     }
     for thickness in [1e-6, 1e6] {
         for g in [0.1, 10.0] {
-            all.push(case(format!("layer {g} times as stiff, {thickness:e} elements thick"), Certified, |s, _| {
-                s.domain = square(0.32);
-                s.foundation.layers = vec![layer(g, 0.02 * thickness)];
-            }));
+            all.push(case(
+                format!("layer {g} times as stiff, {thickness:e} elements thick"),
+                Certified,
+                |s, _| {
+                    s.domain = square(0.32);
+                    s.foundation.layers = vec![layer(g, 0.02 * thickness)];
+                },
+            ));
         }
         for poisson in [0.3, 0.5] {
-            all.push(case(format!("layer with ν = {poisson} on a rigid base, {thickness:e} elements thick"), Certified, |s, _| {
-                s.domain = square(0.32);
-                s.foundation = Foundation { layers: vec![Layer { poisson, ..layer(1.0, 0.02 * thickness) }], base: Base::Rigid };
-            }));
+            all.push(case(
+                format!("layer with ν = {poisson} on a rigid base, {thickness:e} elements thick"),
+                Certified,
+                |s, _| {
+                    s.domain = square(0.32);
+                    s.foundation = Foundation {
+                        layers: vec![Layer { poisson, ..layer(1.0, 0.02 * thickness) }],
+                        base: Base::Rigid,
+                    };
+                },
+            ));
         }
     }
     for thickness in [1e-6, 1e-2] {
         let end = Refused("double precision knows no less");
-        all.push(case(format!("layer with ν = 0.5 on a rigid base, {thickness:e} elements thick, at midpoints"), end, |s, n| {
-            s.domain = square(0.32);
-            n.projection = Projection::Midpoint;
-            s.foundation = Foundation { layers: vec![Layer { poisson: 0.5, ..layer(1.0, 0.02 * thickness) }], base: Base::Rigid };
-        }));
+        all.push(case(
+            format!(
+                "layer with ν = 0.5 on a rigid base, {thickness:e} elements thick, at midpoints"
+            ),
+            end,
+            |s, n| {
+                s.domain = square(0.32);
+                n.projection = Projection::Midpoint;
+                s.foundation = Foundation {
+                    layers: vec![Layer { poisson: 0.5, ..layer(1.0, 0.02 * thickness) }],
+                    base: Base::Rigid,
+                };
+            },
+        ));
     }
     for g in [1e-300, 1e-16, 1e16, 1e300] {
-        all.push(case(format!("layer {g:e} times as stiff as its base"), Refused("double precision loses the softer"), |s, _| {
-            s.foundation.layers = vec![layer(g, 0.1)];
-        }));
+        all.push(case(
+            format!("layer {g:e} times as stiff as its base"),
+            Refused("double precision loses the softer"),
+            |s, _| {
+                s.foundation.layers = vec![layer(g, 0.1)];
+            },
+        ));
     }
     for poisson in [0.0, 0.499_999_9, 0.5] {
-        all.push(case(format!("ν = {poisson}"), Certified, |s, _| s.foundation = half_space(1.0, poisson)));
+        all.push(case(format!("ν = {poisson}"), Certified, |s, _| {
+            s.foundation = half_space(1.0, poisson)
+        }));
     }
     for (modulus, end) in [
         (1e-308, Refused("range of double precision")),
@@ -132,7 +171,9 @@ fn stiffness() -> Vec<Case> {
         (1e300, Certified),
         (1e308, Refused("range of double precision")),
     ] {
-        all.push(case(format!("G = {modulus:e} Pa"), end, |s, _| s.foundation = half_space(modulus, 0.3)));
+        all.push(case(format!("G = {modulus:e} Pa"), end, |s, _| {
+            s.foundation = half_space(modulus, 0.3)
+        }));
         all.push(case(format!("G = {modulus:e} Pa, by load"), end, |s, _| {
             s.foundation = half_space(modulus, 0.3);
             s.loading.steps = vec![loaded(modulus * 0.003)];
@@ -183,18 +224,32 @@ fn friction() -> Vec<Case> {
             }));
         }
     }
-    all.push(case("pulled by 100 μP under a prescribed approach", Failed("gross sliding"), |s, _| {
-        s.loading.steps = vec![pressed(0.01), pulled(0.11)];
-    }));
+    all.push(case(
+        "pulled by 100 μP under a prescribed approach",
+        Failed("gross sliding"),
+        |s, _| {
+            s.loading.steps = vec![pressed(0.01), pulled(0.11)];
+        },
+    ));
     all.push(case("twisted by more than friction carries", Failed("gross sliding"), |s, _| {
         s.loading.steps = vec![loaded(0.003), Step { moment_z: Some(0.001), ..Step::default() }];
     }));
-    all.push(case("tilted by a moment where nothing touches", Failed("nothing carries moment_y = 1.000000e-3 N m"), |s, _| {
-        s.loading.steps = vec![Step { moment_y: Some(1e-3), ..pressed(-0.01) }];
-    }));
-    for (way, end) in [(1.0, Certified), (1e6, Certified), (1e300, Refused("squared in double precision"))] {
-        all.push(case(format!("shifted by {way:e} m"), end, |s, _| s.loading.steps[0].shift_x = Some(way)));
-        all.push(case(format!("twisted by {way:e} rad"), end, |s, _| s.loading.steps[0].twist = Some(way)));
+    all.push(case(
+        "tilted by a moment where nothing touches",
+        Failed("nothing carries moment_y = 1.000000e-3 N m"),
+        |s, _| {
+            s.loading.steps = vec![Step { moment_y: Some(1e-3), ..pressed(-0.01) }];
+        },
+    ));
+    for (way, end) in
+        [(1.0, Certified), (1e6, Certified), (1e300, Refused("squared in double precision"))]
+    {
+        all.push(case(format!("shifted by {way:e} m"), end, |s, _| {
+            s.loading.steps[0].shift_x = Some(way)
+        }));
+        all.push(case(format!("twisted by {way:e} rad"), end, |s, _| {
+            s.loading.steps[0].twist = Some(way)
+        }));
     }
     all.push(case("cycle of 200 steps", Certified, |s, _| s.loading = two_hundred_steps()));
     all
@@ -202,7 +257,11 @@ fn friction() -> Vec<Case> {
 
 /// Pressed once, then pulled to and fro a hundred times.
 fn two_hundred_steps() -> Loading {
-    Loading { steps: vec![loaded(0.003), pulled(0.0006), pulled(-0.0006)], cycle_from: Some(1), cycles: 100 }
+    Loading {
+        steps: vec![loaded(0.003), pulled(0.0006), pulled(-0.0006)],
+        cycle_from: Some(1),
+        cycles: 100,
+    }
 }
 
 fn regularisation_and_ceiling() -> Vec<Case> {
@@ -224,18 +283,24 @@ fn regularisation_and_ceiling() -> Vec<Case> {
         (1e3, Certified, Certified),
         (1e300, Certified, Certified),
     ] {
-        all.push(case(format!("ceiling {ceiling:e} Pa"), by_motion, |_, n| n.ceiling = Some(ceiling)));
+        all.push(case(format!("ceiling {ceiling:e} Pa"), by_motion, |_, n| {
+            n.ceiling = Some(ceiling)
+        }));
         all.push(case(format!("ceiling {ceiling:e} Pa, by load"), by_load, |s, n| {
             n.ceiling = Some(ceiling);
             s.loading.steps = vec![loaded(0.003)];
         }));
     }
     for share in [0.5, 0.99, 0.999_999] {
-        all.push(case(format!("load {share} of what the ceiling lets a flat punch carry"), Certified, |s, n| {
-            n.ceiling = Some(1e-2);
-            s.punch.shape = rectangle(1.0, 1.0);
-            s.loading.steps = vec![loaded(share * 1e-2)];
-        }));
+        all.push(case(
+            format!("load {share} of what the ceiling lets a flat punch carry"),
+            Certified,
+            |s, n| {
+                n.ceiling = Some(1e-2);
+                s.punch.shape = rectangle(1.0, 1.0);
+                s.loading.steps = vec![loaded(share * 1e-2)];
+            },
+        ));
     }
     all
 }
@@ -243,18 +308,32 @@ fn regularisation_and_ceiling() -> Vec<Case> {
 fn loads() -> Vec<Case> {
     let mut all = Vec::new();
     for n in [15, 16] {
-        for (what, approach) in [("never touches", -0.01), ("just touches", 0.0), ("full contact", 1.0), ("full contact", 1e6)] {
-            all.push(case(format!("{what}, approach {approach} m, {n} elements"), Certified, |s, numerics| {
-                numerics.mesh = Mesh::Across(n);
-                s.domain = square(0.3);
-                s.loading.steps = vec![pressed(approach)];
-            }));
+        for (what, approach) in [
+            ("never touches", -0.01),
+            ("just touches", 0.0),
+            ("full contact", 1.0),
+            ("full contact", 1e6),
+        ] {
+            all.push(case(
+                format!("{what}, approach {approach} m, {n} elements"),
+                Certified,
+                |s, numerics| {
+                    numerics.mesh = Mesh::Across(n);
+                    s.domain = square(0.3);
+                    s.loading.steps = vec![pressed(approach)];
+                },
+            ));
         }
         let too_small = Refused("last digit of an approach");
         let beyond = Refused("squared in double precision");
-        for (force, end) in
-            [(1e-300, beyond), (1e-30, too_small), (1e-12, Certified), (1e12, Certified), (1e100, Certified), (1e300, beyond)]
-        {
+        for (force, end) in [
+            (1e-300, beyond),
+            (1e-30, too_small),
+            (1e-12, Certified),
+            (1e12, Certified),
+            (1e100, Certified),
+            (1e300, beyond),
+        ] {
             all.push(case(format!("load {force:e} N, {n} elements"), end, |s, numerics| {
                 numerics.mesh = Mesh::Across(n);
                 s.domain = square(0.3);
@@ -262,17 +341,32 @@ fn loads() -> Vec<Case> {
             }));
         }
     }
-    for (force, end) in
-        [(1e-100, Certified), (1e-12, Certified), (1e12, Certified), (1e100, Certified), (1e300, Refused("squared in double precision"))]
-    {
-        all.push(case(format!("load {force:e} N on its own Ω"), end, |s, _| s.loading.steps = vec![loaded(force)]));
+    for (force, end) in [
+        (1e-100, Certified),
+        (1e-12, Certified),
+        (1e12, Certified),
+        (1e100, Certified),
+        (1e300, Refused("squared in double precision")),
+    ] {
+        all.push(case(format!("load {force:e} N on its own Ω"), end, |s, _| {
+            s.loading.steps = vec![loaded(force)]
+        }));
     }
-    let away = |pull: f64| vec![loaded(0.003), Step { force_x: Some(pull), force_y: Some(0.0), ..pressed(-0.01) }];
-    all.push(case("lifted off, and pulled by nothing", Certified, |s, _| s.loading.steps = away(0.0)));
-    all.push(case("lifted off, and pulled", Failed("gross sliding"), |s, _| s.loading.steps = away(1e-6)));
+    let away = |pull: f64| {
+        vec![loaded(0.003), Step { force_x: Some(pull), force_y: Some(0.0), ..pressed(-0.01) }]
+    };
+    all.push(case("lifted off, and pulled by nothing", Certified, |s, _| {
+        s.loading.steps = away(0.0)
+    }));
+    all.push(case("lifted off, and pulled", Failed("gross sliding"), |s, _| {
+        s.loading.steps = away(1e-6)
+    }));
     all.push(case("lifted off, and tipped by nothing", Certified, |s, _| {
         s.punch.shape = rectangle(1.0, 1.0);
-        s.loading.steps = vec![loaded(0.003), Step { moment_x: Some(0.0), moment_z: Some(0.0), ..pressed(-0.01) }];
+        s.loading.steps = vec![
+            loaded(0.003),
+            Step { moment_x: Some(0.0), moment_z: Some(0.0), ..pressed(-0.01) },
+        ];
     }));
     all.push(case("load beside the sole", Failed("line of action passes the sole by"), |s, _| {
         s.punch.shape = rectangle(2.0, 1.0);
@@ -280,13 +374,18 @@ fn loads() -> Vec<Case> {
     }));
     all.push(case("load near the corner", Certified, |s, _| {
         s.punch.shape = rectangle(2.0, 1.0);
-        s.loading.steps = vec![Step { moment_x: Some(0.0043), moment_y: Some(0.009), ..loaded(0.01) }];
+        s.loading.steps =
+            vec![Step { moment_x: Some(0.0043), moment_y: Some(0.009), ..loaded(0.01) }];
     }));
-    for (name, approach, tilt) in [("one corner", -0.028, [0.03, -0.03]), ("one edge", -0.012, [0.03, 0.0]), ("a half", 0.0, [0.02, 0.01])]
-    {
+    for (name, approach, tilt) in [
+        ("one corner", -0.028, [0.03, -0.03]),
+        ("one edge", -0.012, [0.03, 0.0]),
+        ("a half", 0.0, [0.02, 0.01]),
+    ] {
         all.push(case(format!("tilt that leaves {name}"), Certified, |s, _| {
             s.punch.shape = rectangle(2.0, 1.0);
-            s.loading.steps = vec![Step { tilt_x: Some(tilt[0]), tilt_y: Some(tilt[1]), ..pressed(approach) }];
+            s.loading.steps =
+                vec![Step { tilt_x: Some(tilt[0]), tilt_y: Some(tilt[1]), ..pressed(approach) }];
         }));
     }
     all
@@ -303,11 +402,16 @@ fn shapes() -> Vec<Case> {
             n.mesh = Mesh::Exact(mesh);
             s.loading.steps = vec![Step { force_y: Some(1e-4), ..loaded(0.003) }];
         }));
-        all.push(case(format!("{mesh:?} elements that cannot carry a moment"), Failed("line of action passes the sole by"), |s, n| {
-            n.mesh = Mesh::Exact(mesh);
-            s.punch.shape = rectangle(1.0, 2.0);
-            s.loading.steps = vec![Step { moment_x: Some(1e-5), moment_y: Some(1e-5), ..loaded(0.01) }];
-        }));
+        all.push(case(
+            format!("{mesh:?} elements that cannot carry a moment"),
+            Failed("line of action passes the sole by"),
+            |s, n| {
+                n.mesh = Mesh::Exact(mesh);
+                s.punch.shape = rectangle(1.0, 2.0);
+                s.loading.steps =
+                    vec![Step { moment_x: Some(1e-5), moment_y: Some(1e-5), ..loaded(0.01) }];
+            },
+        ));
         if mesh.contains(&1) && mesh != [1, 1] {
             all.push(case(
                 format!("{mesh:?} elements that a moment is to tilt"),
@@ -315,7 +419,8 @@ fn shapes() -> Vec<Case> {
                 |s, n| {
                     n.mesh = Mesh::Exact(mesh);
                     s.punch.shape = rectangle(1.0, 2.0);
-                    let [moment_x, moment_y] = if mesh[0] == 1 { [None, Some(0.0)] } else { [Some(0.0), None] };
+                    let [moment_x, moment_y] =
+                        if mesh[0] == 1 { [None, Some(0.0)] } else { [Some(0.0), None] };
                     s.loading.steps = vec![Step { moment_x, moment_y, ..loaded(0.01) }];
                 },
             ));
@@ -329,16 +434,23 @@ fn shapes() -> Vec<Case> {
         }));
         all.push(case(format!("elements 1 : {ratio:e} of a sphere"), Certified, |s, n| {
             n.mesh = Mesh::Exact([16, 16]);
-            s.domain = Some(Domain { width_x: 0.3, width_y: 0.3 * ratio, center_x: 0.0, center_y: 0.0 });
+            s.domain =
+                Some(Domain { width_x: 0.3, width_y: 0.3 * ratio, center_x: 0.0, center_y: 0.0 });
             s.loading.steps[0].shift_y = Some(0.001);
         }));
     }
-    for (shape, name) in [(Shape::FlatDisk { radius: 1.0 }, "disk"), (rectangle(1.0, 1.0), "square")] {
+    for (shape, name) in
+        [(Shape::FlatDisk { radius: 1.0 }, "disk"), (rectangle(1.0, 1.0), "square")]
+    {
         for n in [15, 64] {
-            all.push(case(format!("sharp edges of a {name}, {n} elements"), Certified, |s, numerics| {
-                numerics.mesh = Mesh::Across(n);
-                s.punch.shape = shape.clone();
-            }));
+            all.push(case(
+                format!("sharp edges of a {name}, {n} elements"),
+                Certified,
+                |s, numerics| {
+                    numerics.mesh = Mesh::Across(n);
+                    s.punch.shape = shape.clone();
+                },
+            ));
         }
     }
     for radius in [1e3, 1e6, 1e12, 1e100] {
@@ -350,9 +462,13 @@ fn shapes() -> Vec<Case> {
             }));
         }
     }
-    all.push(case("ellipsoid 1 : 1e6, elements along y not given", Refused("square elements along y"), |s, _| {
-        s.punch.shape = Shape::Ellipsoid { radius_x: 1.0, radius_y: 1e12 };
-    }));
+    all.push(case(
+        "ellipsoid 1 : 1e6, elements along y not given",
+        Refused("square elements along y"),
+        |s, _| {
+            s.punch.shape = Shape::Ellipsoid { radius_x: 1.0, radius_y: 1e12 };
+        },
+    ));
     all.push(case("ellipsoid 1 : 1e6", Certified, |s, n| {
         n.mesh = Mesh::Exact([16, 16]);
         s.punch.shape = Shape::Ellipsoid { radius_x: 1.0, radius_y: 1e12 };
@@ -390,7 +506,8 @@ fn with_map(name: &str, end: End, pixels: usize, heights: Vec<f64>) -> Case {
 /// 7 × 7 bumps, each of its own height.
 fn spots() -> Case {
     let n = 84;
-    let bump = |at: usize| ((at as f64 + 0.5) / n as f64 * 7.0 * std::f64::consts::PI).sin().powi(2);
+    let bump =
+        |at: usize| ((at as f64 + 0.5) / n as f64 * 7.0 * std::f64::consts::PI).sin().powi(2);
     let height = |e: usize| {
         let (i, j) = (e % n, e / n);
         let own = ((i / 12 * 7 + j / 12) * 29 % 49) as f64 / 49.0;
@@ -406,7 +523,8 @@ fn run(case: &Case, method: Method) -> Result<(Outcome, Fields), SceneError> {
 
 /// The end of a case's path, which must be certified.
 fn solved(case: &Case) -> (StepOutcome, Fields) {
-    let (outcome, fields) = run(case, Method::Auto).unwrap_or_else(|error| panic!("{}: {error}", case.name));
+    let (outcome, fields) =
+        run(case, Method::Auto).unwrap_or_else(|error| panic!("{}: {error}", case.name));
     assert_eq!(outcome.status, Status::Certified, "{}", case.name);
     (*outcome.last().unwrap(), fields)
 }
@@ -418,13 +536,25 @@ fn all_finite(outcome: &Outcome, fields: &Fields) -> Result<(), String> {
     if text.contains("NaN") || text.contains(": inf") || text.contains("-inf") {
         return Err(text);
     }
-    let blocks = [&fields.pressure, &fields.traction_x, &fields.traction_y, &fields.gap, &fields.slip_x, &fields.slip_y];
-    if blocks.into_iter().flatten().all(|x| x.is_finite()) { Ok(()) } else { Err("a field has an entry that is no number".to_owned()) }
+    let blocks = [
+        &fields.pressure,
+        &fields.traction_x,
+        &fields.traction_y,
+        &fields.gap,
+        &fields.slip_x,
+        &fields.slip_y,
+    ];
+    if blocks.into_iter().flatten().all(|x| x.is_finite()) {
+        Ok(())
+    } else {
+        Err("a field has an entry that is no number".to_owned())
+    }
 }
 
-/// The residual of a solution of one increment, from its fields alone: displacements summed column by column, the conditions of
-/// contact spelled out once more. Also what of it may be rounding: of the largest coefficient, and of the motion, which has been
-/// turned into SI units, in units of the smallest diagonal.
+/// The residual of a solution of one increment, from its fields alone: displacements summed column
+/// by column, the conditions of contact spelled out once more. Also what of it may be rounding: of
+/// the largest coefficient, and of the motion, which has been turned into SI units, in units of the
+/// smallest diagonal.
 fn residual_anew(case: &Case, end: &StepOutcome, fields: &Fields) -> [f64; 2] {
     let mut problem = Problem::new(&case.scene, &case.numerics, &case.surfaces).unwrap();
     let units = problem.scale.motions();
@@ -442,7 +572,8 @@ fn residual_anew(case: &Case, end: &StepOutcome, fields: &Fields) -> [f64; 2] {
     }
     let peak = p.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
     let own = table.coefficient(0, 0);
-    let stiff = [own.nn, own.xx.max(own.yy), own.xx.max(own.yy)].map(|entry| problem.epsilon + entry);
+    let stiff =
+        [own.nn, own.xx.max(own.yy), own.xx.max(own.yy)].map(|entry| problem.epsilon + entry);
     let frictionless = case.scene.friction.mu == 0.0;
     let (mut defect, mut size) = (0.0, 0.0);
     for e in problem.grid.active() {
@@ -450,7 +581,8 @@ fn residual_anew(case: &Case, end: &StepOutcome, fields: &Fields) -> [f64; 2] {
         let x = [0, 1, 2].map(|c| own[c] - (problem.epsilon * own[c] + w[c * k + e]) / stiff[c]);
         let normal = x[0].clamp(0.0, problem.ceiling);
         let share = (problem.mu * normal / x[1].hypot(x[2])).min(1.0);
-        let tangential = if frictionless || share.is_nan() { [0.0; 2] } else { [share * x[1], share * x[2]] };
+        let tangential =
+            if frictionless || share.is_nan() { [0.0; 2] } else { [share * x[1], share * x[2]] };
         for (own, image) in own.into_iter().zip([normal, tangential[0], tangential[1]]) {
             defect += if own == image { 0.0 } else { ((own - image) / peak).powi(2) };
             size += if own == 0.0 { 0.0 } else { (own / peak).powi(2) };
@@ -459,7 +591,8 @@ fn residual_anew(case: &Case, end: &StepOutcome, fields: &Fields) -> [f64; 2] {
     let smallest = stiff.iter().fold(f64::INFINITY, |a, b| a.min(*b));
     let way: f64 = motion.iter().zip(units).map(|(motion, unit)| (motion / unit).abs()).sum();
     let rounding = 1e-14 * stiff.iter().fold(0.0, |a: f64, b| a.max(*b)) / smallest;
-    let rounding = rounding + if way == 0.0 { 0.0 } else { 16.0 * f64::EPSILON * way / (smallest * peak) };
+    let rounding =
+        rounding + if way == 0.0 { 0.0 } else { 16.0 * f64::EPSILON * way / (smallest * peak) };
     [if defect == 0.0 { 0.0 } else { (defect / size).sqrt() }, rounding]
 }
 
@@ -468,8 +601,13 @@ fn flaw(case: &Case, outcome: &Outcome, fields: &Fields) -> Option<String> {
     if let Err(text) = all_finite(outcome, fields) {
         return Some(text);
     }
-    if let Some(step) = outcome.steps.iter().find(|step| !step.certificate.meets(case.numerics.tolerance)) {
-        return Some(format!("a certificate that does not meet the tolerance: {:?}", step.certificate));
+    if let Some(step) =
+        outcome.steps.iter().find(|step| !step.certificate.meets(case.numerics.tolerance))
+    {
+        return Some(format!(
+            "a certificate that does not meet the tolerance: {:?}",
+            step.certificate
+        ));
     }
     let increments: u32 = case.scene.loading.legs().iter().map(|leg| leg.increments).sum();
     let end = outcome.last()?;
@@ -503,7 +641,9 @@ fn check(cases: Vec<Case>) {
             (Ok((Outcome { status: Status::Failed { reason }, .. }, _)), Failed(words)) => {
                 assert!(reason.contains(words), "{name}: {reason}")
             }
-            (Err(error), Refused(words)) => assert!(error.to_string().contains(words), "{name}: {error}"),
+            (Err(error), Refused(words)) => {
+                assert!(error.to_string().contains(words), "{name}: {error}")
+            }
             (end, _) => panic!("{name}: {:?}", end.map(|(outcome, _)| outcome.status)),
         }
     }
@@ -515,18 +655,33 @@ fn by_the_reference(case: &Case, fields: &Fields) {
     if fields.pressure.len() > 400 || case.scene.loading.steps.len() > 1 {
         return;
     }
-    let case = Case { name: case.name.clone(), scene: case.scene.clone(), numerics: short, surfaces: case.surfaces.clone(), end: case.end };
+    let case = Case {
+        name: case.name.clone(),
+        scene: case.scene.clone(),
+        numerics: short,
+        surfaces: case.surfaces.clone(),
+        end: case.end,
+    };
     let (outcome, other) = run(&case, Method::Seidel).unwrap();
     match outcome.status {
         Status::Certified => {
             assert_eq!(flaw(&case, &outcome, &other), None, "{}", case.name);
             // where friction is large there may be more than one solution
             if case.scene.friction.mu < 1.0 {
-                assert!(difference(&other, fields) < 1e-4, "{}: {:e}", case.name, difference(&other, fields));
+                assert!(
+                    difference(&other, fields) < 1e-4,
+                    "{}: {:e}",
+                    case.name,
+                    difference(&other, fields)
+                );
             }
         }
         Status::Failed { reason } => {
-            assert!(reason.contains("not converged in") || reason.contains("stalled after"), "{}: {reason}", case.name)
+            assert!(
+                reason.contains("not converged in") || reason.contains("stalled after"),
+                "{}: {reason}",
+                case.name
+            )
         }
     }
 }
@@ -560,5 +715,7 @@ fn shapes_and_meshes() {
 #[test]
 #[ignore = "some seconds on all cores, and gigabytes"]
 fn a_million_elements() {
-    check(vec![case("1024 × 1024 elements", Certified, |_, n| n.mesh = Mesh::Exact([1024, 1024]))]);
+    check(vec![case("1024 × 1024 elements", Certified, |_, n| {
+        n.mesh = Mesh::Exact([1024, 1024])
+    })]);
 }

@@ -1,5 +1,5 @@
-//! Scenes of all kinds with sizes, stiffnesses and loads over many decades: whatever is asked, there is an end, and what counts as
-//! solved is.
+//! Scenes of all kinds with sizes, stiffnesses and loads over many decades: whatever is asked,
+//! there is an end, and what counts as solved is.
 
 use super::*;
 use proptest::prelude::*;
@@ -31,8 +31,10 @@ fn foundation() -> impl Strategy<Value = Foundation> {
         })
     };
     prop_oneof![
-        (prop::collection::vec(layer(), 0..3), material()).prop_map(|(layers, base)| Foundation { layers, base: Base::Elastic(base) }),
-        prop::collection::vec(layer(), 1..3).prop_map(|layers| Foundation { layers, base: Base::Rigid }),
+        (prop::collection::vec(layer(), 0..3), material())
+            .prop_map(|(layers, base)| Foundation { layers, base: Base::Elastic(base) }),
+        prop::collection::vec(layer(), 1..3)
+            .prop_map(|layers| Foundation { layers, base: Base::Rigid }),
     ]
 }
 
@@ -40,23 +42,30 @@ fn shape() -> impl Strategy<Value = Shape> {
     let side = || decades(-2.0, 2.0);
     prop_oneof![
         side().prop_map(|radius| Shape::Sphere { radius }),
-        (side(), decades(-4.0, 4.0)).prop_map(|(radius_x, radius_y)| Shape::Ellipsoid { radius_x, radius_y }),
+        (side(), decades(-4.0, 4.0))
+            .prop_map(|(radius_x, radius_y)| Shape::Ellipsoid { radius_x, radius_y }),
         (side(), side()).prop_map(|(width_x, width_y)| Shape::FlatRectangle { width_x, width_y }),
         side().prop_map(|radius| Shape::FlatDisk { radius }),
         (0.001..1.57).prop_map(|angle| Shape::Cone { angle }),
-        (side(), side()).prop_map(|(width_x, width_y)| Shape::HeightMap { surface: "map".to_owned(), width_x, width_y }),
+        (side(), side()).prop_map(|(width_x, width_y)| Shape::HeightMap {
+            surface: "map".to_owned(),
+            width_x,
+            width_y
+        }),
     ]
 }
 
 /// Nothing, or any size and sign.
 fn either() -> impl Strategy<Value = Option<f64>> {
-    let any = (decades(-8.0, 3.0), any::<bool>()).prop_map(|(size, positive)| if positive { size } else { -size });
+    let any = (decades(-8.0, 3.0), any::<bool>())
+        .prop_map(|(size, positive)| if positive { size } else { -size });
     prop_oneof![3 => Just(None), 1 => Just(Some(0.0)), 2 => any.prop_map(Some)]
 }
 
 /// What a step asks of one degree of freedom: nothing, a motion, or a force.
 fn control() -> impl Strategy<Value = [Option<f64>; 2]> {
-    (either(), any::<bool>()).prop_map(|(value, motion)| if motion { [value, None] } else { [None, value] })
+    (either(), any::<bool>())
+        .prop_map(|(value, motion)| if motion { [value, None] } else { [None, value] })
 }
 
 /// Forces are in units of the foundation's modulus.
@@ -66,21 +75,23 @@ fn step() -> impl Strategy<Value = Step> {
         1 => Just([Some(-1e-3), None]),
         3 => decades(-12.0, 2.0).prop_map(|force| [None, Some(force)]),
     ];
-    (pressing, prop::array::uniform5(control()), 1u32..3).prop_map(|(n, [x, y, tx, ty, z], increments)| Step {
-        approach: n[0],
-        normal_force: n[1],
-        shift_x: x[0],
-        force_x: x[1],
-        shift_y: y[0],
-        force_y: y[1],
-        tilt_x: tx[0],
-        moment_x: tx[1],
-        tilt_y: ty[0],
-        moment_y: ty[1],
-        twist: z[0],
-        moment_z: z[1],
-        increments,
-    })
+    (pressing, prop::array::uniform5(control()), 1u32..3).prop_map(
+        |(n, [x, y, tx, ty, z], increments)| Step {
+            approach: n[0],
+            normal_force: n[1],
+            shift_x: x[0],
+            force_x: x[1],
+            shift_y: y[0],
+            force_y: y[1],
+            tilt_x: tx[0],
+            moment_x: tx[1],
+            tilt_y: ty[0],
+            moment_y: ty[1],
+            twist: z[0],
+            moment_z: z[1],
+            increments,
+        },
+    )
 }
 
 fn mu() -> impl Strategy<Value = f64> {
@@ -88,22 +99,46 @@ fn mu() -> impl Strategy<Value = f64> {
 }
 
 fn scenes() -> impl Strategy<Value = Scene> {
-    let punch = (shape(), prop::option::weighted(0.3, material())).prop_map(|(shape, material)| Punch { shape, material });
-    let domain = prop::option::weighted(0.3, (decades(-3.0, 2.0), decades(-3.0, 2.0), -0.1..0.1, -0.1..0.1))
-        .prop_map(|domain| domain.map(|(width_x, width_y, center_x, center_y)| Domain { width_x, width_y, center_x, center_y }));
+    let punch = (shape(), prop::option::weighted(0.3, material()))
+        .prop_map(|(shape, material)| Punch { shape, material });
+    let domain =
+        prop::option::weighted(0.3, (decades(-3.0, 2.0), decades(-3.0, 2.0), -0.1..0.1, -0.1..0.1))
+            .prop_map(|domain| {
+                domain.map(|(width_x, width_y, center_x, center_y)| Domain {
+                    width_x,
+                    width_y,
+                    center_x,
+                    center_y,
+                })
+            });
     let unit = prop_oneof![Just(1.0), decades(-280.0, 280.0)];
     let path = prop::collection::vec(step(), 1..4);
-    (foundation(), punch, mu(), domain, path, unit).prop_map(|(mut foundation, mut punch, mu, domain, mut steps, unit)| {
-        let base = if let Base::Elastic(base) = &mut foundation.base { Some(&mut base.shear_modulus) } else { None };
-        let layers = foundation.layers.iter_mut().map(|layer| &mut layer.shear_modulus);
-        let moduli = layers.chain(base).chain(punch.material.as_mut().map(|material| &mut material.shear_modulus));
-        let forces = steps.iter_mut().flat_map(|step| {
-            let Step { normal_force, force_x, force_y, moment_x, moment_y, moment_z, .. } = step;
-            [normal_force, force_x, force_y, moment_x, moment_y, moment_z].into_iter().flatten()
-        });
-        moduli.chain(forces).for_each(|value| *value *= unit);
-        Scene { foundation, punch, friction: Friction { mu }, domain, loading: Loading::path(steps) }
-    })
+    (foundation(), punch, mu(), domain, path, unit).prop_map(
+        |(mut foundation, mut punch, mu, domain, mut steps, unit)| {
+            let base = if let Base::Elastic(base) = &mut foundation.base {
+                Some(&mut base.shear_modulus)
+            } else {
+                None
+            };
+            let layers = foundation.layers.iter_mut().map(|layer| &mut layer.shear_modulus);
+            let moduli = layers
+                .chain(base)
+                .chain(punch.material.as_mut().map(|material| &mut material.shear_modulus));
+            let forces = steps.iter_mut().flat_map(|step| {
+                let Step { normal_force, force_x, force_y, moment_x, moment_y, moment_z, .. } =
+                    step;
+                [normal_force, force_x, force_y, moment_x, moment_y, moment_z].into_iter().flatten()
+            });
+            moduli.chain(forces).for_each(|value| *value *= unit);
+            Scene {
+                foundation,
+                punch,
+                friction: Friction { mu },
+                domain,
+                loading: Loading::path(steps),
+            }
+        },
+    )
 }
 
 fn any_numerics() -> impl Strategy<Value = Numerics> {
@@ -111,7 +146,8 @@ fn any_numerics() -> impl Strategy<Value = Numerics> {
     let projection = prop_oneof![Just(Projection::Average), Just(Projection::Midpoint)];
     let epsilon = prop_oneof![3 => Just(0.0), 1 => decades(-16.0, 2.0)];
     let ceiling = prop_oneof![3 => Just(None), 1 => decades(-6.0, 3.0).prop_map(Some)];
-    let method = prop_oneof![4 => Just(Method::Auto), 1 => Just(Method::Newton), 1 => Just(Method::Seidel)];
+    let method =
+        prop_oneof![4 => Just(Method::Auto), 1 => Just(Method::Newton), 1 => Just(Method::Seidel)];
     (mesh, projection, epsilon, ceiling, method, decades(-10.0, -3.0)).prop_map(
         |(mesh, projection, epsilon, ceiling, method, tolerance)| Numerics {
             mesh,

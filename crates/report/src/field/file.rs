@@ -45,7 +45,8 @@ fn shared_grid<'a>(fields: &[&'a Field]) -> Result<&'a Grid, VtiError> {
 }
 
 impl Field {
-    /// The values as NPY (NumPy), version 1: shape (ny, nx), C order, little-endian `f8`, or `u1` for states.
+    /// The values as NPY (NumPy), version 1: shape (ny, nx), C order, little-endian `f8`, or `u1`
+    /// for states.
     ///
     /// `numpy.load(f)[j, i]` is element (i, j).
     ///
@@ -57,13 +58,21 @@ impl Field {
         match &self.values {
             Values::Number(values) => {
                 let kind = npyz::DType::Plain("<f8".parse().map_err(std::io::Error::other)?);
-                let mut writer = npyz::WriteOptions::new().dtype(kind).shape(&shape).writer(&mut bytes).begin_nd()?;
+                let mut writer = npyz::WriteOptions::new()
+                    .dtype(kind)
+                    .shape(&shape)
+                    .writer(&mut bytes)
+                    .begin_nd()?;
                 writer.extend(values.iter().copied())?;
                 writer.finish()?;
             }
             Values::Category { of, .. } => {
                 let kind = npyz::DType::Plain("|u1".parse().map_err(std::io::Error::other)?);
-                let mut writer = npyz::WriteOptions::new().dtype(kind).shape(&shape).writer(&mut bytes).begin_nd()?;
+                let mut writer = npyz::WriteOptions::new()
+                    .dtype(kind)
+                    .shape(&shape)
+                    .writer(&mut bytes)
+                    .begin_nd()?;
                 writer.extend(of.iter().copied())?;
                 writer.finish()?;
             }
@@ -74,8 +83,8 @@ impl Field {
 
 /// Fields on one grid as a VTK image (`.vti`), for ParaView and PyVista.
 ///
-/// Every field is cell data on a flat image in the plane z = 0; binary, little-endian, not compressed. States are
-/// bytes. Units stand in VTK's own `UNITS_LABEL`.
+/// Every field is cell data on a flat image in the plane z = 0; binary, little-endian, not
+/// compressed. States are bytes. Units stand in VTK's own `UNITS_LABEL`.
 ///
 /// # Errors
 /// [`VtiError`].
@@ -97,10 +106,16 @@ pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
         exact(grid.element[0]),
         exact(grid.element[1])
     );
-    let _ = writeln!(out, "<Piece Extent=\"0 {nx} 0 {ny} 0 0\">\n<CellData Scalars=\"{}\">", escape(&fields[0].name));
+    let _ = writeln!(
+        out,
+        "<Piece Extent=\"0 {nx} 0 {ny} 0 0\">\n<CellData Scalars=\"{}\">",
+        escape(&fields[0].name)
+    );
     for field in fields {
         let (kind, values): (&str, Vec<u8>) = match &field.values {
-            Values::Number(values) => ("Float64", values.iter().flat_map(|x| x.to_le_bytes()).collect()),
+            Values::Number(values) => {
+                ("Float64", values.iter().flat_map(|x| x.to_le_bytes()).collect())
+            }
             Values::Category { of, .. } => ("UInt8", of.clone()),
         };
         // The length in bytes and the values are encoded as one.
@@ -114,7 +129,10 @@ pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
         );
         if !field.unit.is_empty() {
             let unit = escape(&field.unit);
-            let _ = writeln!(out, "<InformationKey name=\"UNITS_LABEL\" location=\"vtkDataArray\">{unit}</InformationKey>");
+            let _ = writeln!(
+                out,
+                "<InformationKey name=\"UNITS_LABEL\" location=\"vtkDataArray\">{unit}</InformationKey>"
+            );
         }
         out += "</DataArray>\n";
     }
@@ -122,21 +140,30 @@ pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
     Ok(out)
 }
 
-/// Fields on one grid as CSV: `x,y` of the centre of each element in metres, then a column per field.
+/// Fields on one grid as CSV: `x,y` of the centre of each element in metres, then a column per
+/// field.
 ///
-/// Numbers as in [`Table::csv`](crate::Table::csv), an empty field where there is no value; states by name.
+/// Numbers as in [`Table::csv`](crate::Table::csv), an empty field where there is no value; states
+/// by name.
 ///
 /// # Errors
 /// [`VtiError`].
 pub fn field_csv(fields: &[&Field]) -> Result<String, VtiError> {
     let grid = shared_grid(fields)?;
-    let header = ["x", "y"].into_iter().chain(fields.iter().map(|f| f.name.as_str())).map(str::to_owned).collect();
+    let header = ["x", "y"]
+        .into_iter()
+        .chain(fields.iter().map(|f| f.name.as_str()))
+        .map(str::to_owned)
+        .collect();
     let rows = (0..grid.len()).map(|e| {
-        let mut row: Vec<String> = grid.centre(e % grid.nx, e / grid.nx).into_iter().map(exact).collect();
+        let mut row: Vec<String> =
+            grid.centre(e % grid.nx, e / grid.nx).into_iter().map(exact).collect();
         row.extend(fields.iter().map(|field| match &field.values {
             Values::Number(values) if values[e].is_nan() => String::new(),
             Values::Number(values) => exact(values[e]),
-            Values::Category { of, names } => names.get(usize::from(of[e])).cloned().unwrap_or_default(),
+            Values::Category { of, names } => {
+                names.get(usize::from(of[e])).cloned().unwrap_or_default()
+            }
         }));
         row
     });

@@ -15,27 +15,32 @@ const SIDE: f64 = 300.0;
 /// The shorter side is never drawn shorter; the map is then out of proportion and says so.
 const SHORTEST: f64 = 20.0;
 const BAR: f64 = 14.0;
-/// The picture inside has about so many pixels a side, so that viewers that smooth pictures keep elements sharp.
+/// The picture inside has about so many pixels a side, so that viewers that smooth pictures keep
+/// elements sharp.
 const PICTURE: usize = 1024;
 /// No element is repeated more often than this along a side.
 const MOST_TIMES: usize = 64;
 
 impl Field {
-    /// The field as SVG, in pixels of 1/96 inch: a map of equal scale in x and y with a colour bar or a legend.
+    /// The field as SVG, in pixels of 1/96 inch: a map of equal scale in x and y with a colour bar
+    /// or a legend.
     ///
-    /// Numbers of one sign are coloured by viridis, numbers of both signs from blue through white to red with zero in
-    /// the middle; elements without a value are white.
+    /// Numbers of one sign are coloured by viridis, numbers of both signs from blue through white
+    /// to red with zero in the middle; elements without a value are white.
     pub fn svg(&self) -> String {
         let [length, breadth] = self.grid.lengths();
         let proportion = SIDE / length.max(breadth);
-        let (width, height) = ((length * proportion).max(SHORTEST), (breadth * proportion).max(SHORTEST));
+        let (width, height) =
+            ((length * proportion).max(SHORTEST), (breadth * proportion).max(SHORTEST));
         let stretched = (width / height) / (length / breadth);
         let unit = {
-            let ends = (0..2).flat_map(|k| [self.grid.origin[k], self.grid.origin[k] + self.grid.lengths()[k]]);
+            let ends = (0..2)
+                .flat_map(|k| [self.grid.origin[k], self.grid.origin[k] + self.grid.lengths()[k]]);
             Unit::fitting("m", ends.map(f64::abs).fold(0.0, f64::max))
         };
         let scale = |k: usize| {
-            let ends = [self.grid.origin[k], self.grid.origin[k] + self.grid.lengths()[k]].map(|x| unit.of_si(x));
+            let ends = [self.grid.origin[k], self.grid.origin[k] + self.grid.lengths()[k]]
+                .map(|x| unit.of_si(x));
             Scale { low: ends[0], high: ends[1], log: false }
         };
         let x = Drawn::across(scale(0), width, "x", &unit.name);
@@ -70,26 +75,42 @@ impl Field {
         let mut bottom = (frame.bottom() + x.room_below(width)).max(top + key.height());
         if !(0.99..1.01).contains(&stretched) {
             bottom += TICK_SIZE + 6.0;
-            drawing.text((MARGIN, bottom - 2.0), 10.0, Anchor::Start, "x and y are not drawn to the same scale");
+            drawing.text(
+                (MARGIN, bottom - 2.0),
+                10.0,
+                Anchor::Start,
+                "x and y are not drawn to the same scale",
+            );
         }
         drawing.finish(total, bottom + MARGIN, &self.title())
     }
 }
 
-/// The elements as a picture inside the SVG: one file of a few kilobytes, whatever the number of elements.
+/// The elements as a picture inside the SVG: one file of a few kilobytes, whatever the number of
+/// elements.
 fn picture(frame: Rect, grid: &Grid, colors: &[[u8; 3]]) -> String {
-    let (across, down) = (PICTURE.div_ceil(grid.nx).min(MOST_TIMES), PICTURE.div_ceil(grid.ny).min(MOST_TIMES));
+    let (across, down) =
+        (PICTURE.div_ceil(grid.nx).min(MOST_TIMES), PICTURE.div_ceil(grid.ny).min(MOST_TIMES));
     let mut pixels = Vec::with_capacity(grid.nx * across * grid.ny * down * 3);
     for j in (0..grid.ny).rev() {
-        let row: Vec<u8> = colors[j * grid.nx..(j + 1) * grid.nx].iter().flat_map(|c| std::iter::repeat_n(*c, across)).flatten().collect();
+        let row: Vec<u8> = colors[j * grid.nx..(j + 1) * grid.nx]
+            .iter()
+            .flat_map(|c| std::iter::repeat_n(*c, across))
+            .flatten()
+            .collect();
         for _ in 0..down {
             pixels.extend_from_slice(&row);
         }
     }
     let size = |elements: usize, times: usize| u32::try_from(elements * times).ok();
-    let (Some(width), Some(height)) = (size(grid.nx, across), size(grid.ny, down)) else { return String::new() };
-    // A picture that cannot be packed (2³² pixels a side) leaves the map white; there is no smaller one to draw.
-    let Ok(png) = crate::png::encode(width, height, png::ColorType::Rgb, &pixels, None) else { return String::new() };
+    let (Some(width), Some(height)) = (size(grid.nx, across), size(grid.ny, down)) else {
+        return String::new();
+    };
+    // A picture that cannot be packed (2³² pixels a side) leaves the map white; there is no smaller
+    // one to draw.
+    let Ok(png) = crate::png::encode(width, height, png::ColorType::Rgb, &pixels, None) else {
+        return String::new();
+    };
     format!(
         "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" image-rendering=\"optimizeSpeed\" \
          xlink:href=\"data:image/png;base64,{}\"/>",
@@ -126,7 +147,12 @@ impl Key {
     fn width(&self) -> f64 {
         match self {
             Key::Bar { axis, height, .. } => BAR + axis.room_beside(*height) + 4.0,
-            Key::States(states) => 20.0 + states.iter().map(|(_, name)| text_width(name, TICK_SIZE)).fold(0.0, f64::max),
+            Key::States(states) => {
+                20.0 + states
+                    .iter()
+                    .map(|(_, name)| text_width(name, TICK_SIZE))
+                    .fold(0.0, f64::max)
+            }
         }
     }
 
@@ -141,10 +167,15 @@ impl Key {
         match self {
             Key::Bar { shade, axis, height } => {
                 let bar = Rect { x: left, y: frame.y, width: BAR, height: *height };
-                drawing.push("<defs><linearGradient id=\"shade\" x1=\"0\" y1=\"1\" x2=\"0\" y2=\"0\">");
+                drawing.push(
+                    "<defs><linearGradient id=\"shade\" x1=\"0\" y1=\"1\" x2=\"0\" y2=\"0\">",
+                );
                 for i in 0..=32 {
                     let [r, g, b] = shade.color(f64::from(i) / 32.0);
-                    drawing.push(&format!("<stop offset=\"{}\" stop-color=\"#{r:02x}{g:02x}{b:02x}\"/>", f64::from(i) / 32.0));
+                    drawing.push(&format!(
+                        "<stop offset=\"{}\" stop-color=\"#{r:02x}{g:02x}{b:02x}\"/>",
+                        f64::from(i) / 32.0
+                    ));
                 }
                 drawing.push("</linearGradient></defs>");
                 drawing.rect(bar, "url(#shade)", INK, 0.9);
@@ -152,11 +183,23 @@ impl Key {
                 for (value, label) in &axis.ticks.major {
                     let y = bar.bottom() - axis.scale.at(*value) * bar.height;
                     drawing.line((bar.right(), y), (bar.right() + 4.0, y), INK, 0.8);
-                    drawing.text((bar.right() + 7.0, y + TICK_SIZE * 0.36), TICK_SIZE, Anchor::Start, label);
+                    drawing.text(
+                        (bar.right() + 7.0, y + TICK_SIZE * 0.36),
+                        TICK_SIZE,
+                        Anchor::Start,
+                        label,
+                    );
                     widest = widest.max(text_width(label, TICK_SIZE));
                 }
-                for (i, line) in wrap(&axis.label, bar.height * 1.1, LABEL_SIZE, 3).iter().enumerate() {
-                    let x = bar.right() + 7.0 + widest + LABEL_SIZE + 4.0 + i as f64 * (LABEL_SIZE + 3.0);
+                for (i, line) in
+                    wrap(&axis.label, bar.height * 1.1, LABEL_SIZE, 3).iter().enumerate()
+                {
+                    let x = bar.right()
+                        + 7.0
+                        + widest
+                        + LABEL_SIZE
+                        + 4.0
+                        + i as f64 * (LABEL_SIZE + 3.0);
                     drawing.text_upwards((x, bar.y + bar.height / 2.0), LABEL_SIZE, line);
                 }
             }

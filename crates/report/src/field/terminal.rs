@@ -20,18 +20,23 @@ const STATES: &[u8] = b" .#o+x*%&=";
 const RESET: &str = "\u{1b}[0m";
 
 impl Field {
-    /// The field as text at most `width` characters wide, y upwards, followed by lines that give the scale.
+    /// The field as text at most `width` characters wide, y upwards, followed by lines that give
+    /// the scale.
     ///
-    /// A pixel averages the elements it covers, or shows the most frequent state. Without colours, numbers are drawn
-    /// with `.:-=+*#%@` from the lowest to the highest, a blank where there is no value.
+    /// A pixel averages the elements it covers, or shows the most frequent state. Without colours,
+    /// numbers are drawn with `.:-=+*#%@` from the lowest to the highest, a blank where there is no
+    /// value.
     pub fn terminal(&self, width: usize, ink: TerminalInk) -> String {
         let width = width.clamp(8, 400);
         let [length, breadth] = self.grid.lengths();
-        // A character is about twice as high as wide, so a pixel is half a character high; never smaller than an
-        // element, never so many that the drawing leaves a screen.
+        // A character is about twice as high as wide, so a pixel is half a character high; never
+        // smaller than an element, never so many that the drawing leaves a screen.
         let most_rows = 2 * width.min(60);
-        let pixel = (length / width as f64).max(breadth / most_rows as f64).max(self.grid.element[0].min(self.grid.element[1]) / 4.0);
-        let count = |extent: f64, most: usize| ((extent / pixel).round().clamp(1.0, most as f64)) as usize;
+        let pixel = (length / width as f64)
+            .max(breadth / most_rows as f64)
+            .max(self.grid.element[0].min(self.grid.element[1]) / 4.0);
+        let count =
+            |extent: f64, most: usize| ((extent / pixel).round().clamp(1.0, most as f64)) as usize;
         let across = count(length, width);
         let rows = count(breadth, most_rows).div_ceil(2);
         let mut out = String::new();
@@ -42,7 +47,10 @@ impl Field {
                 for row in (0..rows).rev() {
                     let mut before = None;
                     for column in 0..across {
-                        let pair = (picture[(2 * row + 1) * across + column], picture[2 * row * across + column]);
+                        let pair = (
+                            picture[(2 * row + 1) * across + column],
+                            picture[2 * row * across + column],
+                        );
                         if before != Some(pair) {
                             let ([r, g, b], [s, h, c]) = pair;
                             let _ = write!(out, "\u{1b}[38;2;{r};{g};{b};48;2;{s};{h};{c}m");
@@ -82,15 +90,24 @@ impl Field {
             _ if across == self.grid.nx && down == self.grid.ny => colors.to_vec(),
             Values::Number(values) => {
                 let shade = Shade::of(values);
-                let color = |x: &Option<f64>| x.map_or(super::NOTHING, |x| shade.color(shade.at(x)));
+                let color =
+                    |x: &Option<f64>| x.map_or(super::NOTHING, |x| shade.color(shade.at(x)));
                 self.averaged(across, down, values).iter().map(color).collect()
             }
-            Values::Category { of, .. } => self.most_frequent(across, down, of).iter().map(|&s| state_color(usize::from(s))).collect(),
+            Values::Category { of, .. } => self
+                .most_frequent(across, down, of)
+                .iter()
+                .map(|&s| state_color(usize::from(s)))
+                .collect(),
         }
     }
 
     /// The elements that each pixel covers, from the lowest row of pixels.
-    fn covered(&self, across: usize, down: usize) -> impl Iterator<Item = impl Iterator<Item = usize>> {
+    fn covered(
+        &self,
+        across: usize,
+        down: usize,
+    ) -> impl Iterator<Item = impl Iterator<Item = usize>> {
         let (nx, ny) = (self.grid.nx, self.grid.ny);
         let range = |pixel: usize, pixels: usize, elements: usize| {
             let first = pixel * elements / pixels;
@@ -150,19 +167,36 @@ impl Field {
                     if ink == TerminalInk::Color {
                         line += RESET;
                     }
-                    let _ = write!(line, " {} {}", significant(unit.of_si(shade.high), 4), printable(&unit.name));
+                    let _ = write!(
+                        line,
+                        " {} {}",
+                        significant(unit.of_si(shade.high), 4),
+                        printable(&unit.name)
+                    );
                 }
             }
             Values::Category { of, names } => {
-                let present = names.iter().enumerate().filter(|(s, _)| of.iter().any(|&o| usize::from(o) == *s));
+                let present = names
+                    .iter()
+                    .enumerate()
+                    .filter(|(s, _)| of.iter().any(|&o| usize::from(o) == *s));
                 for (state, name) in present {
                     match ink {
                         TerminalInk::Color => {
                             let [r, g, b] = state_color(state);
-                            let _ = write!(line, "\u{1b}[48;2;{r};{g};{b}m  {RESET} {}  ", printable(name));
+                            let _ = write!(
+                                line,
+                                "\u{1b}[48;2;{r};{g};{b}m  {RESET} {}  ",
+                                printable(name)
+                            );
                         }
                         TerminalInk::Ascii => {
-                            let _ = write!(line, "[{}] {}  ", char::from(STATES[state % STATES.len()]), printable(name));
+                            let _ = write!(
+                                line,
+                                "[{}] {}  ",
+                                char::from(STATES[state % STATES.len()]),
+                                printable(name)
+                            );
                         }
                     }
                 }

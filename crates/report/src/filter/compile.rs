@@ -11,7 +11,8 @@ use crate::table::{Cell, Table};
 /// The longest expression, in bytes.
 pub(super) const LONGEST: usize = 4096;
 
-/// What kind of value a part of the expression has; `Unknown` for a column that mixes kinds or has no values at all.
+/// What kind of value a part of the expression has; `Unknown` for a column that mixes kinds or has
+/// no values at all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Number,
@@ -77,7 +78,8 @@ pub(super) enum TextTest {
     EndsWith,
 }
 
-/// A compiled expression, with its column names resolved. `String`s are how the part was written, for messages.
+/// A compiled expression, with its column names resolved. `String`s are how the part was written,
+/// for messages.
 #[derive(Debug)]
 pub(super) enum Node {
     Constant(Value<'static>),
@@ -118,7 +120,9 @@ pub(super) fn compile(expression: &str, table: &Table) -> Compiled {
     if expression.len() > LONGEST {
         return Err(FilterError::TooLong { length: expression.len() });
     }
-    let tree = cel::parser::Parser::new().parse(expression).map_err(|errors| syntax_error(expression, &errors))?;
+    let tree = cel::parser::Parser::new()
+        .parse(expression)
+        .map_err(|errors| syntax_error(expression, &errors))?;
     let condition = part(&tree.expr, table)?;
     expect(&condition, Kind::Truth, "a filter must be a condition such as `mu > 0.3`")?;
     Ok(condition)
@@ -128,14 +132,20 @@ pub(super) fn compile(expression: &str, table: &Table) -> Compiled {
 fn spelled(expression: &Expr) -> Option<String> {
     match expression {
         Expr::Ident(name) => Some(name.clone()),
-        Expr::Select(select) if !select.test => Some(format!("{}.{}", spelled(&select.operand.expr)?, select.field)),
-        Expr::Call(CallExpr { func_name, target: None, args }) if func_name == operators::INDEX => match args.as_slice() {
-            [operand, index] => match &index.expr {
-                Expr::Literal(LiteralValue::Int(i)) => Some(format!("{}[{}]", spelled(&operand.expr)?, i.inner())),
+        Expr::Select(select) if !select.test => {
+            Some(format!("{}.{}", spelled(&select.operand.expr)?, select.field))
+        }
+        Expr::Call(CallExpr { func_name, target: None, args }) if func_name == operators::INDEX => {
+            match args.as_slice() {
+                [operand, index] => match &index.expr {
+                    Expr::Literal(LiteralValue::Int(i)) => {
+                        Some(format!("{}[{}]", spelled(&operand.expr)?, i.inner()))
+                    }
+                    _ => None,
+                },
                 _ => None,
-            },
-            _ => None,
-        },
+            }
+        }
         _ => None,
     }
 }
@@ -143,15 +153,23 @@ fn spelled(expression: &Expr) -> Option<String> {
 fn part(expression: &Expr, table: &Table) -> Compiled {
     if let Some(name) = spelled(expression) {
         let index = table.column(&name)?;
-        return Ok(Part { node: Node::Column(index), kind: column_kind(table, index), label: format!("column `{name}`") });
+        return Ok(Part {
+            node: Node::Column(index),
+            kind: column_kind(table, index),
+            label: format!("column `{name}`"),
+        });
     }
     match expression {
         Expr::Literal(literal) => constant(literal),
         Expr::Call(call) => self::call(call, table),
         Expr::List(_) => Err(FilterError::Unsupported("a list other than after `in`".to_owned())),
         Expr::Map(_) | Expr::Struct(_) => Err(FilterError::Unsupported("`{…}`".to_owned())),
-        Expr::Select(select) => Err(FilterError::Unsupported(format!("`.{}` of a value", select.field))),
-        Expr::Comprehension(_) => Err(FilterError::Unsupported("a macro such as all() or exists()".to_owned())),
+        Expr::Select(select) => {
+            Err(FilterError::Unsupported(format!("`.{}` of a value", select.field)))
+        }
+        Expr::Comprehension(_) => {
+            Err(FilterError::Unsupported("a macro such as all() or exists()".to_owned()))
+        }
         Expr::Unspecified | Expr::Ident(_) => Err(FilterError::Empty),
     }
 }
@@ -177,7 +195,9 @@ fn constant(literal: &LiteralValue) -> Compiled {
             Err(_) => (Value::Number(*u.inner() as f64), u.inner().to_string()),
         },
         LiteralValue::Double(x) => (Value::Number(*x.inner()), x.inner().to_string()),
-        LiteralValue::String(s) => (Value::Text(Cow::Owned(s.inner().to_owned())), format!("{:?}", s.inner())),
+        LiteralValue::String(s) => {
+            (Value::Text(Cow::Owned(s.inner().to_owned())), format!("{:?}", s.inner()))
+        }
         LiteralValue::Null => (Value::Missing, "null".to_owned()),
         LiteralValue::Bytes(_) => return Err(FilterError::Unsupported("b\"…\"".to_owned())),
     };
@@ -192,7 +212,9 @@ fn call(call: &CallExpr, table: &Table) -> Compiled {
         }
     };
     let condition = |node| Ok(Part { node, kind: Kind::Truth, label: "a comparison".to_owned() });
-    let number = |node| Ok(Part { node, kind: Kind::Number, label: "the result of a calculation".to_owned() });
+    let number = |node| {
+        Ok(Part { node, kind: Kind::Number, label: "the result of a calculation".to_owned() })
+    };
 
     if let Some(target) = &call.target {
         let test = match call.func_name.as_str() {
@@ -225,7 +247,11 @@ fn call(call: &CallExpr, table: &Table) -> Compiled {
                 comparable(relation, &a, &b).map_err(FilterError::Mismatch)?;
                 Node::Compare(relation, a, b)
             }
-            _ => return Err(FilterError::Mismatch("null can only be compared by == and !=".to_owned())),
+            _ => {
+                return Err(FilterError::Mismatch(
+                    "null can only be compared by == and !=".to_owned(),
+                ));
+            }
         };
         condition(node)
     };
@@ -265,10 +291,16 @@ fn call(call: &CallExpr, table: &Table) -> Compiled {
         operators::NEGATE => {
             let operand = argument(0)?;
             expect(&operand, Kind::Number, "- needs a number")?;
-            let zero = Part { node: Node::Constant(Value::Integer(0)), kind: Kind::Number, label: "0".to_owned() };
+            let zero = Part {
+                node: Node::Constant(Value::Integer(0)),
+                kind: Kind::Number,
+                label: "0".to_owned(),
+            };
             number(Node::Arithmetic(Arithmetic::Minus, Box::new(zero), operand))
         }
-        "abs" if call.args.len() != 1 => Err(FilterError::Mismatch("`abs` takes one number".to_owned())),
+        "abs" if call.args.len() != 1 => {
+            Err(FilterError::Mismatch("`abs` takes one number".to_owned()))
+        }
         "abs" => {
             let operand = argument(0)?;
             expect(&operand, Kind::Number, "abs() needs a number")?;
@@ -281,16 +313,26 @@ fn call(call: &CallExpr, table: &Table) -> Compiled {
                 (a, b) if a == b => a,
                 (Kind::Unknown, other) | (other, Kind::Unknown) => other,
                 _ => {
-                    let message = format!("both sides of `:` must be alike: {}, {}", yes.described(), no.described());
+                    let message = format!(
+                        "both sides of `:` must be alike: {}, {}",
+                        yes.described(),
+                        no.described()
+                    );
                     return Err(FilterError::Mismatch(message));
                 }
             };
-            Ok(Part { node: Node::Choose(condition, yes, no), kind, label: "the result of ?:".to_owned() })
+            Ok(Part {
+                node: Node::Choose(condition, yes, no),
+                kind,
+                label: "the result of ?:".to_owned(),
+            })
         }
         operators::IN => {
             let value = argument(0)?;
             let Some(Expr::List(list)) = call.args.get(1).map(|a| &a.expr) else {
-                return Err(FilterError::Mismatch("`in` needs a list such as `mesh in [32, 64]`".to_owned()));
+                return Err(FilterError::Mismatch(
+                    "`in` needs a list such as `mesh in [32, 64]`".to_owned(),
+                ));
             };
             let mut members = Vec::new();
             for element in &list.elements {
@@ -300,7 +342,9 @@ fn call(call: &CallExpr, table: &Table) -> Compiled {
             }
             condition(Node::In(value, members))
         }
-        operators::INDEX => Err(FilterError::Unsupported("`[…]` with anything but a number of an entry".to_owned())),
+        operators::INDEX => {
+            Err(FilterError::Unsupported("`[…]` with anything but a number of an entry".to_owned()))
+        }
         other => Err(FilterError::Unsupported(format!("`{other}()`"))),
     }
 }

@@ -6,7 +6,8 @@ use std::cmp::Ordering;
 use super::compile::{Arithmetic, Node, Part, Relation, TextTest, Value};
 use crate::table::{Cell, compare_exactly};
 
-/// The value of a part of the expression for a row; an error where kinds that only the row tells do not fit.
+/// The value of a part of the expression for a row; an error where kinds that only the row tells do
+/// not fit.
 pub(super) fn evaluate<'a>(part: &'a Part, row: &'a [Cell]) -> Result<Value<'a>, String> {
     let logical = |value: Option<bool>| Ok(value.map_or(Value::Missing, Value::Truth));
     match &part.node {
@@ -38,10 +39,14 @@ pub(super) fn evaluate<'a>(part: &'a Part, row: &'a [Cell]) -> Result<Value<'a>,
                 None => None,
             },
         }),
-        Node::Compare(relation, a, b) => logical(holds(*relation, a, &evaluate(a, row)?, b, &evaluate(b, row)?)?),
+        Node::Compare(relation, a, b) => {
+            logical(holds(*relation, a, &evaluate(a, row)?, b, &evaluate(b, row)?)?)
+        }
         Node::IsMissing(a) => Ok(Value::Truth(evaluate(a, row)? == Value::Missing)),
         Node::Arithmetic(operation, a, b) => {
-            let (Some(x), Some(y)) = (number(a, &evaluate(a, row)?)?, number(b, &evaluate(b, row)?)?) else {
+            let (Some(x), Some(y)) =
+                (number(a, &evaluate(a, row)?)?, number(b, &evaluate(b, row)?)?)
+            else {
                 return Ok(Value::Missing);
             };
             let result = match operation {
@@ -53,7 +58,9 @@ pub(super) fn evaluate<'a>(part: &'a Part, row: &'a [Cell]) -> Result<Value<'a>,
             };
             Ok(if result.is_nan() { Value::Missing } else { Value::Number(result) })
         }
-        Node::Absolute(a) => Ok(number(a, &evaluate(a, row)?)?.map_or(Value::Missing, |x| Value::Number(x.abs()))),
+        Node::Absolute(a) => {
+            Ok(number(a, &evaluate(a, row)?)?.map_or(Value::Missing, |x| Value::Number(x.abs())))
+        }
         Node::In(a, members) => {
             let value = evaluate(a, row)?;
             let mut found = Some(false);
@@ -78,7 +85,11 @@ pub(super) fn evaluate<'a>(part: &'a Part, row: &'a [Cell]) -> Result<Value<'a>,
                 TextTest::StartsWith => text.starts_with(&*pattern),
                 TextTest::EndsWith => text.ends_with(&*pattern),
             })),
-            (a, b) => Err(format!("text was needed, but there are {} and {}", a.kind().name(), b.kind().name())),
+            (a, b) => Err(format!(
+                "text was needed, but there are {} and {}",
+                a.kind().name(),
+                b.kind().name()
+            )),
         },
     }
 }
@@ -88,7 +99,9 @@ pub(super) fn truth(part: &Part, value: &Value<'_>) -> Result<Option<bool>, Stri
     match value {
         Value::Truth(t) => Ok(Some(*t)),
         Value::Missing => Ok(None),
-        other => Err(format!("a condition was needed, but {} is {}", part.label, other.kind().name())),
+        other => {
+            Err(format!("a condition was needed, but {} is {}", part.label, other.kind().name()))
+        }
     }
 }
 
@@ -101,7 +114,13 @@ fn number(part: &Part, value: &Value<'_>) -> Result<Option<f64>, String> {
     }
 }
 
-fn holds(relation: Relation, a: &Part, x: &Value<'_>, b: &Part, y: &Value<'_>) -> Result<Option<bool>, String> {
+fn holds(
+    relation: Relation,
+    a: &Part,
+    x: &Value<'_>,
+    b: &Part,
+    y: &Value<'_>,
+) -> Result<Option<bool>, String> {
     let order = match (x, y) {
         (Value::Missing, _) | (_, Value::Missing) => return Ok(None),
         (Value::Integer(x), Value::Integer(y)) => x.cmp(y),
@@ -115,7 +134,10 @@ fn holds(relation: Relation, a: &Part, x: &Value<'_>, b: &Part, y: &Value<'_>) -
         (Value::Truth(x), Value::Truth(y)) => x.cmp(y),
         (x, y) => {
             let (x, y) = (x.kind().name(), y.kind().name());
-            return Err(format!("{} is {x} and {} is {y}; they cannot be compared", a.label, b.label));
+            return Err(format!(
+                "{} is {x} and {} is {y}; they cannot be compared",
+                a.label, b.label
+            ));
         }
     };
     Ok(Some(match relation {

@@ -20,10 +20,19 @@ fn is_open(high: f64) -> bool {
 
 /// What an axis has to show of a band: its ends, and room above for those that are open.
 pub(super) fn corners(band: &Band, log_y: bool) -> Vec<(f64, f64)> {
-    let closed = band.points.iter().flat_map(|&(x, low, high)| [(x, low), (x, if is_open(high) { low } else { high })]);
-    let mut corners: Vec<(f64, f64)> = closed.filter(|(_, y)| y.abs() <= LARGEST && (!log_y || *y > 1.0 / LARGEST)).collect();
-    if let Some(open) = band.points.iter().find(|p| p.0.is_finite() && p.1.is_finite() && is_open(p.2)) {
-        let (low, high) = corners.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (_, y)| (low.min(*y), high.max(*y)));
+    let closed = band
+        .points
+        .iter()
+        .flat_map(|&(x, low, high)| [(x, low), (x, if is_open(high) { low } else { high })]);
+    let mut corners: Vec<(f64, f64)> =
+        closed.filter(|(_, y)| y.abs() <= LARGEST && (!log_y || *y > 1.0 / LARGEST)).collect();
+    if let Some(open) =
+        band.points.iter().find(|p| p.0.is_finite() && p.1.is_finite() && is_open(p.2))
+    {
+        let (low, high) =
+            corners.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (_, y)| {
+                (low.min(*y), high.max(*y))
+            });
         let above = match (log_y, high > low) {
             (true, true) => high * (high / low).powf(0.15),
             (true, false) => high * 2.0,
@@ -56,11 +65,17 @@ impl<'a> Placed<'a> {
     pub(super) fn new(canvas: &Canvas<'_>, band: &'a Band, look: Look, aside: f64) -> Placed<'a> {
         let (mut runs, mut left_out) = (vec![Vec::new()], 0);
         for &(x, low, high) in &band.points {
-            let upper = if is_open(high) { Some(None) } else { canvas.place((x, high)).map(|(_, y)| Some(y)) };
+            let upper = if is_open(high) {
+                Some(None)
+            } else {
+                canvas.place((x, high)).map(|(_, y)| Some(y))
+            };
             match (canvas.place((x, low)), upper) {
                 (Some((x, low)), Some(high)) => {
                     let x = x + if band.joined { 0.0 } else { aside };
-                    runs.last_mut().into_iter().for_each(|run: &mut Vec<_>| run.push((x, low, high)));
+                    runs.last_mut()
+                        .into_iter()
+                        .for_each(|run: &mut Vec<_>| run.push((x, low, high)));
                 }
                 _ => {
                     left_out += usize::from(!(x.is_nan() || low.is_nan()));
@@ -84,20 +99,37 @@ impl<'a> Placed<'a> {
         self.runs.iter().flatten().flat_map(|&(x, low, high)| [(x, low), (x, high.unwrap_or(low))])
     }
 
-    /// The shade between the ends, below all curves; between an end that is open and one that is not there is nothing to shade.
+    /// The shade between the ends, below all curves; between an end that is open and one that is
+    /// not there is nothing to shade.
     pub(super) fn shade(&self, drawing: &mut Drawing) {
-        for part in self.runs.iter().flat_map(|run| run.chunk_by(|a, b| a.2.is_some() == b.2.is_some())) {
+        for part in
+            self.runs.iter().flat_map(|run| run.chunk_by(|a, b| a.2.is_some() == b.2.is_some()))
+        {
             if let [(x, low, high)] = part[..] {
                 if high.is_some() || !self.band.joined {
                     let top = high.unwrap_or(self.top);
-                    shaded(drawing, Rect { x: x - BAR / 2.0, y: top.min(low), width: BAR, height: (low - top).abs() }, self.look);
+                    shaded(
+                        drawing,
+                        Rect {
+                            x: x - BAR / 2.0,
+                            y: top.min(low),
+                            width: BAR,
+                            height: (low - top).abs(),
+                        },
+                        self.look,
+                    );
                 }
                 continue;
             }
             let lower = part.iter().map(|&(x, low, _)| (x, low));
             let upper = part.iter().rev().map(|&(x, _, high)| (x, high.unwrap_or(self.top)));
-            let outline: Vec<String> = lower.chain(upper).map(|(x, y)| format!("{},{}", n(x), n(y))).collect();
-            drawing.push(&format!(r#"<polygon points="{}" fill="{}" fill-opacity="{SHADE}"/>"#, outline.join(" "), self.look.color));
+            let outline: Vec<String> =
+                lower.chain(upper).map(|(x, y)| format!("{},{}", n(x), n(y))).collect();
+            drawing.push(&format!(
+                r#"<polygon points="{}" fill="{}" fill-opacity="{SHADE}"/>"#,
+                outline.join(" "),
+                self.look.color
+            ));
         }
     }
 
@@ -117,7 +149,9 @@ impl<'a> Placed<'a> {
             }
             polyline(&run.iter().map(|&(x, low, _)| (x, low)).collect::<Vec<_>>());
             for closed in run.split(|(.., high)| high.is_none()) {
-                polyline(&closed.iter().filter_map(|&(x, _, high)| Some((x, high?))).collect::<Vec<_>>());
+                polyline(
+                    &closed.iter().filter_map(|&(x, _, high)| Some((x, high?))).collect::<Vec<_>>(),
+                );
             }
         }
         if !path.is_empty() {
@@ -164,7 +198,8 @@ fn arrow(drawing: &mut Drawing, x: f64, from: f64, to: f64, color: &str) {
     ));
 }
 
-/// A piece of a band for the legend, `x` at the left and `y` in the middle; a bar if its points are not joined.
+/// A piece of a band for the legend, `x` at the left and `y` in the middle; a bar if its points are
+/// not joined.
 pub(super) fn sample(drawing: &mut Drawing, x: f64, y: f64, width: f64, look: Look, joined: bool) {
     if joined {
         shaded(drawing, Rect { x, y: y - 5.0, width, height: 10.0 }, look);
@@ -173,7 +208,11 @@ pub(super) fn sample(drawing: &mut Drawing, x: f64, y: f64, width: f64, look: Lo
         }
     } else {
         // lying, so that the ends of entries one below the other do not mix
-        shaded(drawing, Rect { x: x + 4.0, y: y - BAR / 2.0, width: width - 8.0, height: BAR }, look);
+        shaded(
+            drawing,
+            Rect { x: x + 4.0, y: y - BAR / 2.0, width: width - 8.0, height: BAR },
+            look,
+        );
         drawing.line((x + 4.0, y), (x + width - 4.0, y), look.color, 1.3);
         drawing.push(&look.marker(x + 4.0, y));
         drawing.push(&look.marker(x + width - 4.0, y));

@@ -12,8 +12,9 @@ use crate::table::{Cell, Table, UnknownColumn};
 pub struct FigureSpec<'a> {
     /// The column along the horizontal axis; a column of text makes an axis of categories.
     pub x: &'a str,
-    /// The columns of numbers along the vertical axis, all in one unit; a curve for each of them. The points of the first are
-    /// marked, the others are lines alone, so that curves which agree do not hide each other.
+    /// The columns of numbers along the vertical axis, all in one unit; a curve for each of them.
+    /// The points of the first are marked, the others are lines alone, so that curves which agree
+    /// do not hide each other.
     pub y: &'a [&'a str],
     /// What several columns of `y` measure, for their axis; with nothing here it lists them.
     pub y_label: &'a str,
@@ -21,10 +22,11 @@ pub struct FigureSpec<'a> {
     pub series: &'a [&'a str],
     /// The column with a panel for each of its values.
     pub panels: Option<&'a str>,
-    /// The column that counts along a path: points are then joined in the order of the rows and not by x, and where it does not
-    /// grow another path begins.
+    /// The column that counts along a path: points are then joined in the order of the rows and not
+    /// by x, and where it does not grow another path begins.
     pub along: Option<&'a str>,
-    /// What columns are called in the picture, by their names; one that is not here is called by the words of its name.
+    /// What columns are called in the picture, by their names; one that is not here is called by
+    /// the words of its name.
     pub labels: &'a [(&'a str, &'a str)],
     /// Above the figure.
     pub title: &'a str,
@@ -32,15 +34,19 @@ pub struct FigureSpec<'a> {
     pub log_x: bool,
     /// Whether y is logarithmic.
     pub log_y: bool,
-    /// Two columns of numbers in the unit of `y`, a lower and an upper end: a band between them for every series. Where there is a
-    /// lower end and no upper one, or an infinite one, the band is open upwards. With a band, `y` may be empty.
+    /// Two columns of numbers in the unit of `y`, a lower and an upper end: a band between them for
+    /// every series. Where there is a lower end and no upper one, or an infinite one, the band is
+    /// open upwards. With a band, `y` may be empty.
     pub band: Option<(&'a str, &'a str)>,
-    /// Whether a straight line is fitted to each curve and each end of a band, by the rule of [`straight`]: a power law on
-    /// logarithmic axes. What it is fitted to is drawn as points that are not joined.
+    /// Whether a straight line is fitted to each curve and each end of a band, by the rule of
+    /// [`straight`]: a power law on logarithmic axes. What it is fitted to is drawn as points that
+    /// are not joined.
     pub fit: bool,
-    /// Whether the points of all curves of a panel are marked for which no other has both a smaller x and a smaller y.
+    /// Whether the points of all curves of a panel are marked for which no other has both a smaller
+    /// x and a smaller y.
     pub front: bool,
-    /// The column whose value is written beside each point of the front, without a front beside each point, where there is room.
+    /// The column whose value is written beside each point of the front, without a front beside
+    /// each point, where there is room.
     pub names: Option<&'a str>,
 }
 
@@ -54,7 +60,9 @@ pub enum FigureError {
     #[error("the figure has no column along y; name at least one column of numbers")]
     NoY,
     /// The vertical axis has columns of different units.
-    #[error("columns `{a}` [{a_unit}] and `{b}` [{b_unit}] cannot share an axis; choose columns of one unit")]
+    #[error(
+        "columns `{a}` [{a_unit}] and `{b}` [{b_unit}] cannot share an axis; choose columns of one unit"
+    )]
     DifferentUnits {
         /// The first column.
         a: String,
@@ -66,7 +74,9 @@ pub enum FigureError {
         b_unit: String,
     },
     /// There is nothing to draw.
-    #[error("no row has a value in both `{x}` and `{y}`, so there is nothing to draw ({rows} rows)")]
+    #[error(
+        "no row has a value in both `{x}` and `{y}`, so there is nothing to draw ({rows} rows)"
+    )]
     NothingToDraw {
         /// The column along x.
         x: String,
@@ -76,7 +86,9 @@ pub enum FigureError {
         rows: usize,
     },
     /// The vertical axis has text.
-    #[error("column `{column}` has text, such as {example:?}, and cannot be drawn along y; choose a column of numbers")]
+    #[error(
+        "column `{column}` has text, such as {example:?}, and cannot be drawn along y; choose a column of numbers"
+    )]
     TextOnY {
         /// The column.
         column: String,
@@ -84,7 +96,9 @@ pub enum FigureError {
         example: String,
     },
     /// Text has no logarithm.
-    #[error("column `{column}` has text, such as {example:?}, so that its axis cannot be logarithmic")]
+    #[error(
+        "column `{column}` has text, such as {example:?}, so that its axis cannot be logarithmic"
+    )]
     TextOnLog {
         /// The column.
         column: String,
@@ -92,7 +106,9 @@ pub enum FigureError {
         example: String,
     },
     /// What needs points with numbers along x, in any order, was asked for without them.
-    #[error("{what} cannot be shown along `{x}`, {why}; leave it out or choose another column for x")]
+    #[error(
+        "{what} cannot be shown along `{x}`, {why}; leave it out or choose another column for x"
+    )]
     NotAlong {
         /// What was asked for.
         what: &'static str,
@@ -135,10 +151,13 @@ const MOST_SERIES: usize = 56;
 /// The distinct combinations of the values of some columns, sorted, and which of them each row has.
 fn groups(table: &Table, columns: &[usize]) -> (Vec<String>, Vec<usize>) {
     let names: Vec<String> = columns.iter().map(|&i| table.columns()[i].name.clone()).collect();
-    let written: Vec<(usize, Written)> = columns.iter().map(|&i| (i, Written::of(table, i))).collect();
+    let written: Vec<(usize, Written)> =
+        columns.iter().map(|&i| (i, Written::of(table, i))).collect();
     // Sorted by value and not as text: 8 comes before 16.
     let sorted = table.sort(&names).unwrap_or_else(|_| table.clone());
-    let label = |row: &[Cell]| written.iter().map(|(i, written)| written.text(&row[*i])).collect::<Vec<_>>().join(", ");
+    let label = |row: &[Cell]| {
+        written.iter().map(|(i, written)| written.text(&row[*i])).collect::<Vec<_>>().join(", ")
+    };
     let mut labels: Vec<String> = Vec::new();
     let mut index = std::collections::HashMap::new();
     for row in sorted.rows() {
@@ -148,7 +167,8 @@ fn groups(table: &Table, columns: &[usize]) -> (Vec<String>, Vec<usize>) {
             labels.len() - 1
         });
     }
-    let of_row = table.rows().iter().map(|row| index.get(&label(row)).copied().unwrap_or(0)).collect();
+    let of_row =
+        table.rows().iter().map(|row| index.get(&label(row)).copied().unwrap_or(0)).collect();
     (labels, of_row)
 }
 
@@ -173,11 +193,13 @@ impl FigureSpec<'_> {
         self.band.into_iter().flat_map(|(low, high)| [low, high])
     }
 
-    /// What a band is called: the values that tell it apart, its columns if there is nothing else or if there are curves too.
+    /// What a band is called: the values that tell it apart, its columns if there is nothing else
+    /// or if there are curves too.
     fn band(&self, values: &str, (low, high): (&str, &str)) -> String {
         let (low, high) = (self.label(low), self.label(high));
         // of "lower end" and "upper end" it is enough to say "lower to upper end"
-        let same = low.split(' ').rev().zip(high.split(' ').rev()).take_while(|(a, b)| a == b).count();
+        let same =
+            low.split(' ').rev().zip(high.split(' ').rev()).take_while(|(a, b)| a == b).count();
         let own: Vec<&str> = low.split(' ').collect();
         let ends = format!("{} to {high}", own[..own.len().saturating_sub(same).max(1)].join(" "));
         match (self.y.len(), values) {
@@ -189,21 +211,29 @@ impl FigureSpec<'_> {
 
     /// What only points with numbers along x can have.
     fn check_marks(&self, text_on_x: Option<&str>) -> Result<(), FigureError> {
-        let ordered =
-            [(self.fit, "a fitted line"), (self.front, "a front"), (self.band.is_some(), "a band"), (self.names.is_some(), "names")];
+        let ordered = [
+            (self.fit, "a fitted line"),
+            (self.front, "a front"),
+            (self.band.is_some(), "a band"),
+            (self.names.is_some(), "names"),
+        ];
         let refuse = |what, why| Err(FigureError::NotAlong { what, x: self.x.to_owned(), why });
         match (self.along, ordered.iter().find(|(asked, _)| *asked), text_on_x) {
-            (Some(along), Some((_, what)), _) => refuse(what, format!("whose points are joined in the order of `{along}`")),
-            (None, Some(_), Some(example)) if self.fit || self.front => {
-                refuse(if self.fit { ordered[0].1 } else { ordered[1].1 }, format!("which has text, such as {example:?}"))
+            (Some(along), Some((_, what)), _) => {
+                refuse(what, format!("whose points are joined in the order of `{along}`"))
             }
+            (None, Some(_), Some(example)) if self.fit || self.front => refuse(
+                if self.fit { ordered[0].1 } else { ordered[1].1 },
+                format!("which has text, such as {example:?}"),
+            ),
             // a front and names are of points, which a band has not
             _ if self.y.is_empty() && (self.front || self.names.is_some()) => Err(FigureError::NoY),
             _ => Ok(()),
         }
     }
 
-    /// What a curve is called: the values that tell it apart, then its column if there are several or a band.
+    /// What a curve is called: the values that tell it apart, then its column if there are several
+    /// or a band.
     fn curve(&self, values: &str, y: &str) -> String {
         match (self.y.len() + usize::from(self.band.is_some()), values) {
             (0 | 1, values) => values.to_owned(),
@@ -216,18 +246,20 @@ impl FigureSpec<'_> {
 impl Figure {
     /// A figure of columns of a table.
     ///
-    /// Rows are grouped into panels and series by value, to at most six significant digits; within a series the points are
-    /// sorted by x, unless they lie along a path. A row without y is a gap in its curve, a row without x is left out. When several
-    /// rows of a series have the same x (some other column varies), or x is text, points are not joined by lines. Values in the
-    /// legend and above panels have units, with one prefix for all values of a column. A band is joined as curves are, or else
-    /// drawn as a bar at each x.
+    /// Rows are grouped into panels and series by value, to at most six significant digits; within
+    /// a series the points are sorted by x, unless they lie along a path. A row without y is a gap
+    /// in its curve, a row without x is left out. When several rows of a series have the same x
+    /// (some other column varies), or x is text, points are not joined by lines. Values in the
+    /// legend and above panels have units, with one prefix for all values of a column. A band is
+    /// joined as curves are, or else drawn as a bar at each x.
     ///
     /// # Errors
     /// [`FigureError`].
     pub fn from_table(table: &Table, spec: &FigureSpec<'_>) -> Result<Figure, FigureError> {
         let x = table.column(spec.x)?;
         let ys = spec.y.iter().map(|name| table.column(name)).collect::<Result<Vec<_>, _>>()?;
-        let series = spec.series.iter().map(|name| table.column(name)).collect::<Result<Vec<_>, _>>()?;
+        let series =
+            spec.series.iter().map(|name| table.column(name)).collect::<Result<Vec<_>, _>>()?;
         let panels = spec.panels.map(|name| table.column(name)).transpose()?;
         let along = spec.along.map(|name| table.column(name)).transpose()?;
 
@@ -242,9 +274,13 @@ impl Figure {
         let x_text = text_in(table, x);
         spec.check_marks(x_text.as_deref())?;
         if let (Some(example), true) = (&x_text, spec.log_x) {
-            return Err(FigureError::TextOnLog { column: spec.x.to_owned(), example: example.clone() });
+            return Err(FigureError::TextOnLog {
+                column: spec.x.to_owned(),
+                example: example.clone(),
+            });
         }
-        let (categories, places) = if x_text.is_some() { categories(table, x) } else { (Vec::new(), numbers(table, x)) };
+        let (categories, places) =
+            if x_text.is_some() { categories(table, x) } else { (Vec::new(), numbers(table, x)) };
         let values: Vec<Vec<f64>> = ys.iter().map(|&y| numbers(table, y)).collect();
         let ends: Vec<Vec<f64>> = ends.iter().map(|&end| numbers(table, end)).collect();
         let both = || {
@@ -254,7 +290,11 @@ impl Figure {
         };
         let all_y = spec.y.iter().copied().chain(spec.ends()).collect::<Vec<_>>().join(", ");
         if both().next().is_none() {
-            return Err(FigureError::NothingToDraw { x: spec.x.to_owned(), y: all_y, rows: places.len() });
+            return Err(FigureError::NothingToDraw {
+                x: spec.x.to_owned(),
+                y: all_y,
+                rows: places.len(),
+            });
         }
         if spec.log_x && both().all(|(x, _)| *x <= 0.0) {
             return Err(FigureError::NothingPositive { column: spec.x.to_owned() });
@@ -265,7 +305,10 @@ impl Figure {
 
         let (panel_labels, panel_of_row) = groups(table, &panels.into_iter().collect::<Vec<_>>());
         if let (Some(column), true) = (spec.panels, panel_labels.len() > MOST_PANELS) {
-            return Err(FigureError::TooManyPanels { column: column.to_owned(), count: panel_labels.len() });
+            return Err(FigureError::TooManyPanels {
+                column: column.to_owned(),
+                count: panel_labels.len(),
+            });
         }
         let (series_labels, series_of_row) = groups(table, &series);
         let count = series_labels.len() * (ys.len() + usize::from(spec.band.is_some()));
@@ -274,41 +317,73 @@ impl Figure {
             return Err(FigureError::TooManySeries { columns, count });
         }
 
-        let x_axis = Axis { label: spec.label(spec.x), unit: table.columns()[x].unit.clone(), log: spec.log_x, categories };
-        let y_axis = Axis { label: spec.axis_of_y(), unit: y_unit, log: spec.log_y, categories: Vec::new() };
-        let fit = |points: &[(f64, f64)]| spec.fit.then(|| straight(points, spec.log_x, spec.log_y)).flatten();
-        let written = names.map(|column| (column, Written::of(table, column)));
-        let name = |row: usize| written.as_ref().map(|(column, written)| written.text(&table.rows()[row][*column]));
-        // `rows` are in order of x, unless they lie along a path
-        let curve = |rows: &[usize], which: usize, y: &[f64], label: String, kin: usize| -> Series {
-            let points = rows.iter().map(|&row| (places[row], y[row]));
-            let (points, style) = if let Some(along) = along {
-                let count = |row: usize| table.rows()[row][along].number();
-                (paths(rows.iter().map(|&row| count(row)).zip(points)), if x_text.is_some() { Style::Markers } else { Style::Path })
-            } else {
-                let style = match which {
-                    _ if repeated(rows, &places) || x_text.is_some() => Style::Markers,
-                    _ if which == 0 || spec.fit => Style::LineAndMarkers,
-                    _ => Style::Line,
-                };
-                (points.collect(), style)
-            };
-            let fit = fit(&points);
-            let style = if fit.is_some() { Style::Markers } else { style };
-            // of several columns for several values, a colour tells the value and a line the column
-            let kin = (ys.len() > 1 && series_labels.len() > 1 && style != Style::Markers && !spec.fit).then_some(kin);
-            Series { label, points, style, kin, fit, names: rows.iter().filter_map(|&row| name(row)).collect() }
+        let x_axis = Axis {
+            label: spec.label(spec.x),
+            unit: table.columns()[x].unit.clone(),
+            log: spec.log_x,
+            categories,
         };
+        let y_axis =
+            Axis { label: spec.axis_of_y(), unit: y_unit, log: spec.log_y, categories: Vec::new() };
+        let fit = |points: &[(f64, f64)]| {
+            spec.fit.then(|| straight(points, spec.log_x, spec.log_y)).flatten()
+        };
+        let written = names.map(|column| (column, Written::of(table, column)));
+        let name = |row: usize| {
+            written.as_ref().map(|(column, written)| written.text(&table.rows()[row][*column]))
+        };
+        // `rows` are in order of x, unless they lie along a path
+        let curve =
+            |rows: &[usize], which: usize, y: &[f64], label: String, kin: usize| -> Series {
+                let points = rows.iter().map(|&row| (places[row], y[row]));
+                let (points, style) = if let Some(along) = along {
+                    let count = |row: usize| table.rows()[row][along].number();
+                    (
+                        paths(rows.iter().map(|&row| count(row)).zip(points)),
+                        if x_text.is_some() { Style::Markers } else { Style::Path },
+                    )
+                } else {
+                    let style = match which {
+                        _ if repeated(rows, &places) || x_text.is_some() => Style::Markers,
+                        _ if which == 0 || spec.fit => Style::LineAndMarkers,
+                        _ => Style::Line,
+                    };
+                    (points.collect(), style)
+                };
+                let fit = fit(&points);
+                let style = if fit.is_some() { Style::Markers } else { style };
+                // of several columns for several values, a colour tells the value and a line the
+                // column
+                let kin = (ys.len() > 1
+                    && series_labels.len() > 1
+                    && style != Style::Markers
+                    && !spec.fit)
+                    .then_some(kin);
+                Series {
+                    label,
+                    points,
+                    style,
+                    kin,
+                    fit,
+                    names: rows.iter().filter_map(|&row| name(row)).collect(),
+                }
+            };
         let band = |rows: &[usize], label: String| -> Option<Band> {
             let [low, high] = &ends[..] else { return None };
             let points = rows.iter().map(|&row| (places[row], low[row], high[row])).collect();
-            let fits = [low, high].map(|end| fit(&rows.iter().map(|&row| (places[row], end[row])).collect::<Vec<_>>()));
+            let fits = [low, high].map(|end| {
+                fit(&rows.iter().map(|&row| (places[row], end[row])).collect::<Vec<_>>())
+            });
             Some(Band { label, points, joined: !repeated(rows, &places) && x_text.is_none(), fits })
         };
         let panel = |(panel, value): (usize, &String)| {
             let (mut series, mut bands) = (Vec::new(), Vec::new());
             for (index, values_label) in series_labels.iter().enumerate() {
-                let mine = |row: &usize| panel_of_row[*row] == panel && series_of_row[*row] == index && places[*row].is_finite();
+                let mine = |row: &usize| {
+                    panel_of_row[*row] == panel
+                        && series_of_row[*row] == index
+                        && places[*row].is_finite()
+                };
                 let mut rows: Vec<usize> = (0..places.len()).filter(mine).collect();
                 if rows.is_empty() {
                     continue;
@@ -374,7 +449,8 @@ fn numbers(table: &Table, column: usize) -> Vec<f64> {
     table.cells(column).map(|cell| cell.number().unwrap_or(f64::NAN)).collect()
 }
 
-/// The distinct values of a column in order of appearance, and which of them each row has; NaN where there is none.
+/// The distinct values of a column in order of appearance, and which of them each row has; NaN
+/// where there is none.
 fn categories(table: &Table, column: usize) -> (Vec<String>, Vec<f64>) {
     let written = Written::of(table, column);
     let mut seen = Vec::new();

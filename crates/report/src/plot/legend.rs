@@ -37,7 +37,11 @@ impl<'a> Entry<'a> {
     pub(super) fn of_series(before: &[Entry<'_>], series: &'a Series) -> Entry<'a> {
         let mut look = Look::of(series.kin.unwrap_or(before.len()));
         if matches!(series.style, Style::Line | Style::Path) {
-            let alike = if series.kin.is_some() { before.iter().filter(|e| e.kin == series.kin).count() } else { before.len() };
+            let alike = if series.kin.is_some() {
+                before.iter().filter(|e| e.kin == series.kin).count()
+            } else {
+                before.len()
+            };
             look.dash = DASHES[alike % DASHES.len()];
         }
         let sample = Sample::Curve { style: series.style, fitted: series.fit.is_some() };
@@ -47,7 +51,13 @@ impl<'a> Entry<'a> {
     /// The entry of a band after those `before`.
     pub(super) fn of_band(before: &[Entry<'_>], band: &'a Band) -> Entry<'a> {
         let sample = Sample::Band { joined: band.joined };
-        Entry { label: &band.label, look: Look::of(before.len()), sample, kin: None, slopes: Vec::new() }
+        Entry {
+            label: &band.label,
+            look: Look::of(before.len()),
+            sample,
+            kin: None,
+            slopes: Vec::new(),
+        }
     }
 
     /// An entry for a mark that means the same on every curve.
@@ -57,7 +67,11 @@ impl<'a> Entry<'a> {
 
     /// Whether it is the entry of a band, or else of a series, of a label.
     pub(super) fn is(&self, band: bool, label: &str) -> bool {
-        let kind = if band { matches!(self.sample, Sample::Band { .. }) } else { matches!(self.sample, Sample::Curve { .. }) };
+        let kind = if band {
+            matches!(self.sample, Sample::Band { .. })
+        } else {
+            matches!(self.sample, Sample::Curve { .. })
+        };
         kind && self.label == label
     }
 
@@ -78,7 +92,9 @@ impl<'a> Entry<'a> {
     fn draw_sample(&self, drawing: &mut Drawing, x: f64, y: f64) {
         let (style, fitted) = match self.sample {
             Sample::Curve { style, fitted } => (style, fitted),
-            Sample::Band { joined } => return band::sample(drawing, x, y, SAMPLE, self.look, joined),
+            Sample::Band { joined } => {
+                return band::sample(drawing, x, y, SAMPLE, self.look, joined);
+            }
             Sample::Front => return front::sample(drawing, x, y, SAMPLE),
             Sample::Open => return band::sample_of_open(drawing, x, y, SAMPLE),
         };
@@ -95,7 +111,9 @@ impl<'a> Entry<'a> {
         match style {
             Style::Line => {}
             Style::Path => drawing.push(&self.look.marker(x + SAMPLE, y)),
-            Style::LineAndMarkers | Style::Markers => drawing.push(&self.look.marker(x + SAMPLE / 2.0, y)),
+            Style::LineAndMarkers | Style::Markers => {
+                drawing.push(&self.look.marker(x + SAMPLE / 2.0, y))
+            }
         }
     }
 }
@@ -115,9 +133,15 @@ fn height_of(lines: usize) -> f64 {
 impl<'a> Legend<'a> {
     /// In as few columns as `height` allows, about equally long.
     pub(super) fn new(heading: &str, entries: &'a [Entry<'a>], height: f64) -> Legend<'a> {
-        let entries: Vec<_> = entries.iter().map(|e| (e, e.lines())).filter(|(_, lines)| !lines.is_empty()).collect();
-        let heading = if entries.is_empty() { Vec::new() } else { wrap(heading, WIDEST_ENTRY, TICK_SIZE, 3) };
-        let text = entries.iter().flat_map(|(_, lines)| lines).map(|line| text_width(line, TICK_SIZE)).fold(0.0, f64::max);
+        let entries: Vec<_> =
+            entries.iter().map(|e| (e, e.lines())).filter(|(_, lines)| !lines.is_empty()).collect();
+        let heading =
+            if entries.is_empty() { Vec::new() } else { wrap(heading, WIDEST_ENTRY, TICK_SIZE, 3) };
+        let text = entries
+            .iter()
+            .flat_map(|(_, lines)| lines)
+            .map(|line| text_width(line, TICK_SIZE))
+            .fold(0.0, f64::max);
         let whole: f64 = entries.iter().map(|(_, lines)| height_of(lines.len())).sum();
         let room = (height - heading.len() as f64 * ENTRY).max(ENTRY);
         let count = (whole / room).ceil().max(1.0);
@@ -127,7 +151,8 @@ impl<'a> Legend<'a> {
             if columns.len() as f64 <= count {
                 return Legend { heading, columns, text };
             }
-            // a column more than were counted: as an entry cannot be parted, all become a little longer
+            // a column more than were counted: as an entry cannot be parted, all become a little
+            // longer
             limit += LINE / 2.0;
         }
     }
@@ -141,18 +166,26 @@ impl<'a> Legend<'a> {
     }
 
     pub(super) fn width(&self) -> f64 {
-        let heading = self.heading.iter().map(|line| text_width(line, TICK_SIZE)).fold(0.0, f64::max);
+        let heading =
+            self.heading.iter().map(|line| text_width(line, TICK_SIZE)).fold(0.0, f64::max);
         (self.columns.len() as f64 * self.column_width() - 12.0).max(heading)
     }
 
     pub(super) fn height(&self) -> f64 {
-        let column = |column: &Vec<(_, Vec<String>)>| column.iter().map(|(_, lines)| height_of(lines.len())).sum();
+        let column = |column: &Vec<(_, Vec<String>)>| {
+            column.iter().map(|(_, lines)| height_of(lines.len())).sum()
+        };
         self.heading.len() as f64 * ENTRY + self.columns.iter().map(column).fold(0.0, f64::max)
     }
 
     pub(super) fn draw(&self, drawing: &mut Drawing, left: f64, top: f64) {
         for (i, line) in self.heading.iter().enumerate() {
-            drawing.text((left, top + i as f64 * ENTRY + TICK_SIZE), TICK_SIZE, Anchor::Start, line);
+            drawing.text(
+                (left, top + i as f64 * ENTRY + TICK_SIZE),
+                TICK_SIZE,
+                Anchor::Start,
+                line,
+            );
         }
         for (i, column) in self.columns.iter().enumerate() {
             let x = left + i as f64 * self.column_width();

@@ -22,15 +22,21 @@ pub(super) struct Taken {
     pub(super) stairs: Vec<Segment>,
 }
 
-/// Writes each name beside its point, `clear` pixels from it: on a side where it covers no curve if there is one, else on one
-/// where it covers neither marker nor stair nor other name, else not at all.
+/// Writes each name beside its point, `clear` pixels from it: on a side where it covers no curve if
+/// there is one, else on one where it covers neither marker nor stair nor other name, else not at
+/// all.
 pub(super) fn draw(drawing: &mut Drawing, wanted: &[(Point, &str)], clear: f64, taken: &Taken) {
     let every = wanted.len().div_ceil(MOST).max(1);
     let mut names: Vec<Rect> = Vec::new();
     for &(point, name) in wanted.iter().step_by(every).filter(|(_, name)| !name.is_empty()) {
         let sides = sides(point, text_width(name, NAME_SIZE), clear);
-        let free = |rect: &&Rect| taken.has_room(rect) && !names.iter().any(|other| overlap(other, rect));
-        let side = sides.iter().filter(free).find(|rect| !taken.crosses(rect)).or_else(|| sides.iter().find(free));
+        let free =
+            |rect: &&Rect| taken.has_room(rect) && !names.iter().any(|other| overlap(other, rect));
+        let side = sides
+            .iter()
+            .filter(free)
+            .find(|rect| !taken.crosses(rect))
+            .or_else(|| sides.iter().find(free));
         let Some(&side) = side else { continue };
         let baseline = side.y + ASCENT * NAME_SIZE;
         // The white rim keeps a line of the grid or of a curve from running through the letters.
@@ -44,7 +50,8 @@ pub(super) fn draw(drawing: &mut Drawing, wanted: &[(Point, &str)], clear: f64, 
     }
 }
 
-/// The places for a name, in the order they are tried: right and left above, right and left below, beside, above, below.
+/// The places for a name, in the order they are tried: right and left above, right and left below,
+/// beside, above, below.
 fn sides((x, y): Point, width: f64, clear: f64) -> [Rect; 8] {
     let height = (ASCENT + DESCENT) * NAME_SIZE;
     // at a corner the distance is along a diagonal
@@ -65,19 +72,27 @@ fn sides((x, y): Point, width: f64, clear: f64) -> [Rect; 8] {
 
 fn overlap(a: &Rect, b: &Rect) -> bool {
     const APART: f64 = 1.5;
-    a.x < b.right() + APART && b.x < a.right() + APART && a.y < b.bottom() + APART && b.y < a.bottom() + APART
+    a.x < b.right() + APART
+        && b.x < a.right() + APART
+        && a.y < b.bottom() + APART
+        && b.y < a.bottom() + APART
 }
 
 impl Taken {
     /// Whether a rectangle is within the frame and covers no marker and no stair.
     fn has_room(&self, rect: &Rect) -> bool {
         let frame = &self.frame;
-        let inside =
-            rect.x > frame.x + 2.0 && rect.right() < frame.right() - 2.0 && rect.y > frame.y + 2.0 && rect.bottom() < frame.bottom() - 2.0;
+        let inside = rect.x > frame.x + 2.0
+            && rect.right() < frame.right() - 2.0
+            && rect.y > frame.y + 2.0
+            && rect.bottom() < frame.bottom() - 2.0;
         let covers = |&((x, y), radius): &(Point, f64)| {
-            (rect.x - radius..rect.right() + radius).contains(&x) && (rect.y - radius..rect.bottom() + radius).contains(&y)
+            (rect.x - radius..rect.right() + radius).contains(&x)
+                && (rect.y - radius..rect.bottom() + radius).contains(&y)
         };
-        inside && !self.markers.iter().any(covers) && !self.stairs.iter().any(|&line| crosses(rect, line))
+        inside
+            && !self.markers.iter().any(covers)
+            && !self.stairs.iter().any(|&line| crosses(rect, line))
     }
 
     fn crosses(&self, rect: &Rect) -> bool {
@@ -88,7 +103,9 @@ impl Taken {
 /// Whether a piece of a line runs through a rectangle: what is left of it between the four sides.
 fn crosses(rect: &Rect, ((x1, y1), (x2, y2)): Segment) -> bool {
     let (mut from, mut to) = (0.0f64, 1.0f64);
-    for (start, step, low, high) in [(x1, x2 - x1, rect.x, rect.right()), (y1, y2 - y1, rect.y, rect.bottom())] {
+    for (start, step, low, high) in
+        [(x1, x2 - x1, rect.x, rect.right()), (y1, y2 - y1, rect.y, rect.bottom())]
+    {
         if step == 0.0 {
             if start < low || start > high {
                 return false;
@@ -109,7 +126,11 @@ mod tests {
     const FRAME: Rect = Rect { x: 0.0, y: 0.0, width: 200.0, height: 100.0 };
 
     /// The lower left corners of the names that were written.
-    fn written(wanted: &[(Point, &str)], markers: &[Point], lines: &[Segment]) -> Vec<(String, String, String)> {
+    fn written(
+        wanted: &[(Point, &str)],
+        markers: &[Point],
+        lines: &[Segment],
+    ) -> Vec<(String, String, String)> {
         let mut drawing = Drawing::default();
         draw(
             &mut drawing,
@@ -128,7 +149,9 @@ mod tests {
             let rest = &line[line.find(before).unwrap() + before.len()..];
             rest[..rest.find(after).unwrap()].to_owned()
         };
-        texts.map(|line| (part(line, "x=\"", '"'), part(line, "y=\"", '"'), part(line, "\">", '<'))).collect()
+        texts
+            .map(|line| (part(line, "x=\"", '"'), part(line, "y=\"", '"'), part(line, "\">", '<')))
+            .collect()
     }
 
     #[test]
@@ -139,15 +162,23 @@ mod tests {
         let crossed = written(&[(middle, "64")], &[middle], &[(middle, (200.0, 0.0))]);
         assert_ne!(crossed[0].0, "104.8", "not on the curve");
         let corner = (199.0, 1.0);
-        assert!(written(&[(corner, "64")], &[corner], &[])[0].0.parse::<f64>().unwrap() < 199.0, "within the frame");
+        assert!(
+            written(&[(corner, "64")], &[corner], &[])[0].0.parse::<f64>().unwrap() < 199.0,
+            "within the frame"
+        );
     }
 
     #[test]
     fn names_without_room_are_left_out() {
-        let crowd: Vec<Point> = (0..40).flat_map(|i| (0..20).map(move |j| (5.0 * f64::from(i), 5.0 * f64::from(j)))).collect();
+        let crowd: Vec<Point> = (0..40)
+            .flat_map(|i| (0..20).map(move |j| (5.0 * f64::from(i), 5.0 * f64::from(j))))
+            .collect();
         assert_eq!(written(&[((100.0, 50.0), "64")], &crowd, &[]), []);
         let same: Vec<(Point, &str)> = vec![((100.0, 50.0), "a long name"); 20];
-        assert!((1..8).contains(&written(&same, &[(100.0, 50.0)], &[]).len()), "names do not cover each other");
+        assert!(
+            (1..8).contains(&written(&same, &[(100.0, 50.0)], &[]).len()),
+            "names do not cover each other"
+        );
     }
 
     #[test]

@@ -23,7 +23,8 @@ pub(super) fn draw(drawing: &mut Drawing, canvas: &Canvas<'_>, fit: &Fit, color:
     }
 }
 
-/// `slope −0.97 ± 0.02`, in the units of the axes: a power on logarithmic ones, else with the unit it has.
+/// `slope −0.97 ± 0.02`, in the units of the axes: a power on logarithmic ones, else with the unit
+/// it has.
 pub(super) fn text(fit: &Fit, x: &Unit, y: &Unit) -> String {
     // on a logarithmic axis a prefix moves the line and does not turn it
     let over = |unit: &Unit, log: bool| if log { 1.0 } else { unit.of_si(1.0) };
@@ -32,13 +33,17 @@ pub(super) fn text(fit: &Fit, x: &Unit, y: &Unit) -> String {
     let unit = match (fit.log_x, fit.log_y) {
         (true, true) => String::new(),
         (true, false) => format!("{} per decade", pure(y)),
-        (false, true) => format!("decades per {}", if pure(x).is_empty() { "1".to_owned() } else { pure(x) }),
+        (false, true) => {
+            format!("decades per {}", if pure(x).is_empty() { "1".to_owned() } else { pure(x) })
+        }
         (false, false) => match (pure(y), pure(x)) {
             (y, x) if x.is_empty() => y,
             (y, x) => format!("{} per {x}", if y.is_empty() { "1" } else { &y }),
         },
     };
-    format!("slope {} {}", with_error(fit.slope * scale, fit.standard_error * scale), unit.trim()).trim_end().to_owned()
+    format!("slope {} {}", with_error(fit.slope * scale, fit.standard_error * scale), unit.trim())
+        .trim_end()
+        .to_owned()
 }
 
 /// A number with its error, to the first digit that is uncertain and to four digits at most.
@@ -53,7 +58,11 @@ fn with_error(x: f64, error: f64) -> String {
     let last = if error > 0.0 { decade(error, 1).max(finest) } else { finest };
     let decimals = usize::try_from(-last).unwrap_or(0);
     let smallest = 10f64.powi(-(decimals as i32));
-    let error = if error < 0.5 * smallest { format!("< {smallest:.decimals$}") } else { format!("{error:.decimals$}") };
+    let error = if error < 0.5 * smallest {
+        format!("< {smallest:.decimals$}")
+    } else {
+        format!("{error:.decimals$}")
+    };
     let number = format!("{x:.decimals$} ± {error}").replacen('-', "−", 1);
     if power == 0 { number } else { format!("({number})·{}", power_of_ten(power)) }
 }
@@ -84,16 +93,32 @@ mod tests {
 
     #[test]
     fn a_slope_has_the_units_of_its_axes() {
-        let fit = |log_x, log_y| Fit { slope: -2e12, standard_error: 1e11, intercept: 0.0, from: 1.0, to: 2.0, points: 3, log_x, log_y };
+        let fit = |log_x, log_y| Fit {
+            slope: -2e12,
+            standard_error: 1e11,
+            intercept: 0.0,
+            from: 1.0,
+            to: 2.0,
+            points: 3,
+            log_x,
+            log_y,
+        };
         let power = Fit { slope: -2.0, standard_error: 0.1, ..fit(true, true) };
-        let (length, pressure, none) = (Unit::fitting("m", 1e-3), Unit::fitting("Pa", 1e9), Unit::plain("1"));
+        let (length, pressure, none) =
+            (Unit::fitting("m", 1e-3), Unit::fitting("Pa", 1e9), Unit::plain("1"));
         assert_eq!(text(&power, &length, &pressure), "slope −2.0 ± 0.1");
         assert_eq!(text(&fit(false, false), &length, &pressure), "slope −2.0 ± 0.1 GPa per mm");
-        assert_eq!(text(&Fit { slope: 3e9, standard_error: 1e8, ..fit(true, false) }, &none, &pressure), "slope 3.0 ± 0.1 GPa per decade");
+        assert_eq!(
+            text(&Fit { slope: 3e9, standard_error: 1e8, ..fit(true, false) }, &none, &pressure),
+            "slope 3.0 ± 0.1 GPa per decade"
+        );
         assert_eq!(
             text(&Fit { slope: -200.0, standard_error: 10.0, ..fit(false, true) }, &length, &none),
             "slope −0.20 ± 0.01 decades per mm"
         );
-        assert_eq!(text(&Fit { slope: -2.0, standard_error: 0.1, ..fit(false, false) }, &none, &none), "slope −2.0 ± 0.1");
+        assert_eq!(
+            text(&Fit { slope: -2.0, standard_error: 0.1, ..fit(false, false) }, &none, &none),
+            "slope −2.0 ± 0.1"
+        );
     }
 }

@@ -20,8 +20,14 @@ impl Written {
         let numbers = || table.cells(column).filter_map(Cell::number).filter(|x| x.is_finite());
         let texts = table.cells(column).any(|cell| matches!(cell, Cell::Text(_)));
         let largest = numbers().map(f64::abs).fold(0.0, f64::max);
-        let unit = if texts { Unit::plain("") } else { Unit::fitting(&table.columns()[column].unit, largest) };
-        let distinct = |digits: usize| numbers().map(|x| short(unit.of_si(x), digits)).collect::<HashSet<_>>().len();
+        let unit = if texts {
+            Unit::plain("")
+        } else {
+            Unit::fitting(&table.columns()[column].unit, largest)
+        };
+        let distinct = |digits: usize| {
+            numbers().map(|x| short(unit.of_si(x), digits)).collect::<HashSet<_>>().len()
+        };
         let [least, most] = DIGITS;
         let all = distinct(most);
         let digits = (least..most).find(|digits| distinct(*digits) == all).unwrap_or(most);
@@ -55,7 +61,9 @@ fn short(x: f64, digits: usize) -> String {
         trim_zeros(&format!("{x:.decimals$}")).to_owned()
     } else {
         let scientific = format!("{x:.*e}", digits - 1);
-        match trim_zeros(scientific.split_once('e').map_or(scientific.as_str(), |(mantissa, _)| mantissa)) {
+        match trim_zeros(
+            scientific.split_once('e').map_or(scientific.as_str(), |(mantissa, _)| mantissa),
+        ) {
             "1" => power_of_ten(leading),
             "-1" => format!("-{}", power_of_ten(leading)),
             mantissa => format!("{mantissa}·{}", power_of_ten(leading)),
@@ -78,7 +86,8 @@ mod tests {
 
     #[test]
     fn one_prefix_for_all_and_no_more_digits_than_needed() {
-        let numbers = |numbers: &[f64]| numbers.iter().copied().map(Cell::Number).collect::<Vec<_>>();
+        let numbers =
+            |numbers: &[f64]| numbers.iter().copied().map(Cell::Number).collect::<Vec<_>>();
         let cases: &[(&str, &[f64], &[&str])] = &[
             ("Pa", &[8e9, 25.298_221e9, 800e9], &["8 GPa", "25.3 GPa", "800 GPa"]),
             ("m", &[1e-4, 5e-4], &["100 µm", "500 µm"]),
@@ -95,6 +104,9 @@ mod tests {
         }
         assert_eq!(written("", &[16_i64.into(), 1_234_567_i64.into()]), ["16", "1234567"]);
         assert_eq!(written("s", &[2_i64.into(), Cell::Number(f64::INFINITY)]), ["2 s", "inf s"]);
-        assert_eq!(written("Pa", &["soft".into(), 1e9.into(), Cell::Missing]), ["soft", "10⁹", "none"]);
+        assert_eq!(
+            written("Pa", &["soft".into(), 1e9.into(), Cell::Missing]),
+            ["soft", "10⁹", "none"]
+        );
     }
 }

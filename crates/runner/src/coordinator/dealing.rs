@@ -55,14 +55,23 @@ impl Coordinator {
         for job in jobs {
             self.counts.waiting -= 1;
             self.counts.running += 1;
-            self.emit(What::Leased { key: self.jobs[job].key, worker: id, attempt: self.jobs[job].failures + 1 });
+            self.emit(What::Leased {
+                key: self.jobs[job].key,
+                worker: id,
+                attempt: self.jobs[job].failures + 1,
+            });
         }
     }
 
     /// Takes jobs for a worker out of the queue.
     fn choose(&mut self, id: WorkerId) -> Vec<usize> {
         let Some(worker) = self.workers.get(&id) else { return Vec::new() };
-        let others: u64 = self.workers.iter().filter(|&(&other, _)| other != id).map(|(_, other)| self.memory(other)).sum();
+        let others: u64 = self
+            .workers
+            .iter()
+            .filter(|&(&other, _)| other != id)
+            .map(|(_, other)| self.memory(other))
+            .sum();
         let mut memory = self.memory(worker);
         let calibration = self.calibration();
         let seconds = |job: &Job| job.cost * calibration.unwrap_or(f64::INFINITY);
@@ -73,10 +82,15 @@ impl Coordinator {
         let mut chosen = Vec::new();
         while held + chosen.len() < MOST_JOBS && chosen.len() < share {
             let jobs = &self.jobs;
-            let fits = |job: usize| others.saturating_add(memory.max(jobs[job].memory)) <= self.options.memory_limit;
+            let fits = |job: usize| {
+                others.saturating_add(memory.max(jobs[job].memory)) <= self.options.memory_limit
+            };
             let Some((job, of)) = self.queue.take(group, fits) else { break };
             let behind = held + chosen.len() > 0;
-            if behind && (ahead + seconds(&self.jobs[job]) > AHEAD || bytes + self.jobs[job].bytes > MOST_BYTES) {
+            if behind
+                && (ahead + seconds(&self.jobs[job]) > AHEAD
+                    || bytes + self.jobs[job].bytes > MOST_BYTES)
+            {
                 self.queue.put(job);
                 break;
             }

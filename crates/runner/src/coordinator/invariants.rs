@@ -5,18 +5,30 @@ use super::{Coordinator, Counts, Phase, State};
 impl Coordinator {
     /// Every rule that must hold between two steps; the first one broken, in words.
     pub(crate) fn check(&self) -> Result<(), String> {
-        let mut tally = Counts { failures: self.counts.failures, workers: self.workers.len(), ..Counts::default() };
+        let mut tally = Counts {
+            failures: self.counts.failures,
+            workers: self.workers.len(),
+            ..Counts::default()
+        };
         for (number, job) in self.jobs.iter().enumerate() {
             let queued = self.queue.contains(number);
             let saved = self.unsaved.iter().map(|(saving, _)| saving).chain(&self.committing);
             // Quadratic, so only for studies of the size that tests have.
-            if self.jobs.len() <= 100 && saved.filter(|saving| saving.job == number).count() != usize::from(job.state == State::Saving) {
-                return Err(format!("job {number} is {:?} but that is not what is being saved", job.state));
+            if self.jobs.len() <= 100
+                && saved.filter(|saving| saving.job == number).count()
+                    != usize::from(job.state == State::Saving)
+            {
+                return Err(format!(
+                    "job {number} is {:?} but that is not what is being saved",
+                    job.state
+                ));
             }
             if queued != (job.state == State::Waiting) {
                 return Err(format!("job {number} is {:?}, in the queue: {queued}", job.state));
             }
-            if matches!(job.state, State::Waiting | State::Leased(_)) && job.failures >= self.options.attempts {
+            if matches!(job.state, State::Waiting | State::Leased(_))
+                && job.failures >= self.options.attempts
+            {
                 return Err(format!("job {number} is tried again after {} failures", job.failures));
             }
             match job.state {
@@ -26,10 +38,15 @@ impl Coordinator {
                 State::Quarantined => tally.quarantined += 1,
                 State::Leased(lease) => {
                     tally.running += 1;
-                    let holder =
-                        self.leases.get(lease).filter(|lease| lease.job == number).and_then(|lease| self.workers.get(&lease.worker));
+                    let holder = self
+                        .leases
+                        .get(lease)
+                        .filter(|lease| lease.job == number)
+                        .and_then(|lease| self.workers.get(&lease.worker));
                     if !holder.is_some_and(|worker| worker.leases.contains(&lease)) {
-                        return Err(format!("lease {lease} of job {number} is in the hands of no live worker"));
+                        return Err(format!(
+                            "lease {lease} of job {number} is in the hands of no live worker"
+                        ));
                     }
                 }
             }
@@ -38,16 +55,37 @@ impl Coordinator {
             return Err(format!("counted {tally:?}, kept {:?}", self.counts));
         }
         let held: usize = self.workers.values().map(|worker| worker.leases.len()).sum();
-        if held != self.leases.len() || held != self.counts.running || self.queue.len() != self.counts.waiting {
-            return Err(format!("{held} leases held, {} granted, {} jobs queued, {:?}", self.leases.len(), self.queue.len(), self.counts));
+        if held != self.leases.len()
+            || held != self.counts.running
+            || self.queue.len() != self.counts.waiting
+        {
+            return Err(format!(
+                "{held} leases held, {} granted, {} jobs queued, {:?}",
+                self.leases.len(),
+                self.queue.len(),
+                self.counts
+            ));
         }
         let memory: u64 = self.workers.values().map(|worker| self.memory(worker)).sum();
         if memory > self.options.memory_limit {
-            return Err(format!("{memory} bytes of memory are promised, the limit is {}", self.options.memory_limit));
+            return Err(format!(
+                "{memory} bytes of memory are promised, the limit is {}",
+                self.options.memory_limit
+            ));
         }
-        let held_by = |group| self.workers.values().filter(|worker| worker.group == Some(group)).count();
-        if let Some((group, holders)) = self.queue.holders().into_iter().enumerate().find(|&(group, holders)| holders != held_by(group)) {
-            return Err(format!("group {group} has {holders} holders, but {} workers hold it", held_by(group)));
+        let held_by =
+            |group| self.workers.values().filter(|worker| worker.group == Some(group)).count();
+        if let Some((group, holders)) = self
+            .queue
+            .holders()
+            .into_iter()
+            .enumerate()
+            .find(|&(group, holders)| holders != held_by(group))
+        {
+            return Err(format!(
+                "group {group} has {holders} holders, but {} workers hold it",
+                held_by(group)
+            ));
         }
         for (id, worker) in &self.workers {
             if worker.asks && worker.phase != Phase::Ready {
@@ -63,6 +101,8 @@ impl Coordinator {
     /// The jobs that are durable.
     #[cfg(test)]
     pub(super) fn durable(&self) -> Vec<usize> {
-        (0..self.jobs.len()).filter(|&job| matches!(self.jobs[job].state, State::Done | State::Quarantined)).collect()
+        (0..self.jobs.len())
+            .filter(|&job| matches!(self.jobs[job].state, State::Done | State::Quarantined))
+            .collect()
     }
 }

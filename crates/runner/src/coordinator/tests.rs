@@ -23,8 +23,13 @@ fn options(workers: usize) -> Options {
 fn input() -> impl Strategy<Value = Input> {
     let worker = 0..8u32;
     let outcome = prop_oneof![3 => Just(Outcome::Completed(vec![1])), 1 => Just(Outcome::Failed("no".to_string()))];
-    let seconds = prop_oneof![Just(0.0), Just(0.01), Just(f64::NAN), Just(f64::INFINITY), Just(-1.0)];
-    let report = (0..40u64, seconds, outcome).prop_map(|(lease, seconds, outcome)| Report { lease, seconds, outcome });
+    let seconds =
+        prop_oneof![Just(0.0), Just(0.01), Just(f64::NAN), Just(f64::INFINITY), Just(-1.0)];
+    let report = (0..40u64, seconds, outcome).prop_map(|(lease, seconds, outcome)| Report {
+        lease,
+        seconds,
+        outcome,
+    });
     prop_oneof![
         6 => Just(Input::Settled),
         4 => (worker.clone(), any::<bool>(), proptest::collection::vec(report, 0..5))
@@ -126,7 +131,10 @@ impl World {
     }
 
     fn random(&mut self, below: u64) -> u64 {
-        self.random = self.random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.random = self
+            .random
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         (self.random >> 33) % below
     }
 
@@ -193,7 +201,9 @@ impl World {
         self.now += Duration::from_millis(later);
         let count = self.workers.len() as u64;
         let chosen = if count > 0 { self.random(count) as usize } else { 0 };
-        let Some(worker) = self.workers.keys().nth(chosen).copied() else { return inbox.push_back(Input::Clock) };
+        let Some(worker) = self.workers.keys().nth(chosen).copied() else {
+            return inbox.push_back(Input::Clock);
+        };
         if self.fault() {
             return self.end(worker, inbox);
         }
@@ -206,16 +216,26 @@ impl World {
         if *hangs {
             // Only its deadline ends this.
             self.now += Duration::from_secs(40);
-            inbox.extend(self.workers.keys().filter(|&&other| other != worker).map(|&worker| Input::Heartbeat { worker }));
+            inbox.extend(
+                self.workers
+                    .keys()
+                    .filter(|&&other| other != worker)
+                    .map(|&worker| Input::Heartbeat { worker }),
+            );
             return inbox.push_back(Input::Clock);
         }
         if let Some(lease) = leases.pop_front() {
-            let outcome = if fails { Outcome::Failed("no".into()) } else { Outcome::Completed(vec![7]) };
+            let outcome =
+                if fails { Outcome::Failed("no".into()) } else { Outcome::Completed(vec![7]) };
             reports.push(Report { lease, seconds: 0.01, outcome });
         }
         if !*awaits {
             *awaits = true;
-            let request = Input::Request { worker, idle: leases.is_empty(), reports: std::mem::take(reports) };
+            let request = Input::Request {
+                worker,
+                idle: leases.is_empty(),
+                reports: std::mem::take(reports),
+            };
             if fails {
                 inbox.push_back(request.clone());
             }
@@ -225,20 +245,32 @@ impl World {
 }
 
 fn requests(worker: WorkerId, leases: &[LeaseId]) -> Input {
-    let reports = leases.iter().map(|&lease| Report { lease, seconds: 1e-6, outcome: Outcome::Completed(vec![7]) });
+    let reports = leases.iter().map(|&lease| Report {
+        lease,
+        seconds: 1e-6,
+        outcome: Outcome::Completed(vec![7]),
+    });
     Input::Request { worker, idle: true, reports: reports.collect() }
 }
 
 fn assigned(actions: &[Action]) -> Vec<(WorkerId, Vec<LeaseId>)> {
     let assigned = actions.iter().filter_map(|action| match action {
-        Action::Assign(worker, jobs) => Some((*worker, jobs.iter().map(|&(lease, _)| lease).collect())),
+        Action::Assign(worker, jobs) => {
+            Some((*worker, jobs.iter().map(|&(lease, _)| lease).collect()))
+        }
         _ => None,
     });
     assigned.collect()
 }
 
 fn alike(count: usize, cost: f64, memory: u64) -> Vec<Task> {
-    let task = |number: usize| Task { key: JobKey([number as u8; 32]), payload: Vec::new(), group: 0, cost, memory };
+    let task = |number: usize| Task {
+        key: JobKey([number as u8; 32]),
+        payload: Vec::new(),
+        group: 0,
+        cost,
+        memory,
+    };
     (0..count).map(task).collect()
 }
 
@@ -255,14 +287,22 @@ fn a_reply_waits_until_what_it_acknowledges_is_durable() {
     let mut coordinator = started(&alike(200, 1.0, 1), 2);
     let now = Duration::from_secs(1);
     coordinator.step(requests(1, &[]), now);
-    assert_eq!(assigned(&coordinator.step(Input::Settled, now)), [(1, vec![1])], "one job, while nothing is known of its length");
+    assert_eq!(
+        assigned(&coordinator.step(Input::Settled, now)),
+        [(1, vec![1])],
+        "one job, while nothing is known of its length"
+    );
     coordinator.step(requests(1, &[1]), now);
     let actions = coordinator.step(Input::Settled, now);
     assert!(matches!(&actions[..], [Action::Commit(done)] if done.len() == 1), "{actions:?}");
     assert_eq!(coordinator.step(Input::Settled, now), [], "not durable, no reply");
     coordinator.step(Input::Committed, now);
     let next = assigned(&coordinator.step(Input::Settled, now));
-    assert_eq!(next[0].1.len(), 49, "short jobs go in batches, but not more than a fair share of what is left");
+    assert_eq!(
+        next[0].1.len(),
+        49,
+        "short jobs go in batches, but not more than a fair share of what is left"
+    );
 }
 
 #[test]
@@ -283,7 +323,12 @@ fn a_long_job_is_not_held_behind_another() {
 
 #[test]
 fn endless_patience_and_any_number_of_workers_are_options() {
-    let options = Options { start_timeout: Duration::MAX, silence: Duration::MAX, grace: Duration::MAX, ..options(usize::MAX) };
+    let options = Options {
+        start_timeout: Duration::MAX,
+        silence: Duration::MAX,
+        grace: Duration::MAX,
+        ..options(usize::MAX)
+    };
     let mut coordinator = Coordinator::new(&alike(3, 1.0, 1), &options);
     let now = Duration::from_secs(1);
     coordinator.step(Input::Begin, now);
@@ -301,7 +346,11 @@ fn what_does_not_fit_together_waits() {
     let now = Duration::from_secs(1);
     coordinator.step(requests(1, &[]), now);
     coordinator.step(requests(2, &[]), now);
-    assert_eq!(assigned(&coordinator.step(Input::Settled, now)), [(1, vec![1])], "the second worker waits: 60 + 60 > 100");
+    assert_eq!(
+        assigned(&coordinator.step(Input::Settled, now)),
+        [(1, vec![1])],
+        "the second worker waits: 60 + 60 > 100"
+    );
     coordinator.step(requests(1, &[1]), now);
     assert_eq!(assigned(&coordinator.step(Input::Settled, now)), [(2, vec![2])]);
 }
@@ -314,9 +363,15 @@ fn the_result_of_a_lost_lease_is_dropped() {
     coordinator.step(Input::Settled, now);
     coordinator.step(Input::Exited { worker: 1, how: "gone".into(), running: Some(1) }, now);
     coordinator.step(requests(1, &[1]), now);
-    assert_eq!((coordinator.tally.stale, coordinator.counts().waiting, coordinator.counts().failures), (1, 1, 1));
+    assert_eq!(
+        (coordinator.tally.stale, coordinator.counts().waiting, coordinator.counts().failures),
+        (1, 1, 1)
+    );
     let actions = coordinator.step(Input::Settled, now);
-    assert!(actions.contains(&Action::Start(2)) && !actions.iter().any(|action| matches!(action, Action::Commit(_))));
+    assert!(
+        actions.contains(&Action::Start(2))
+            && !actions.iter().any(|action| matches!(action, Action::Commit(_)))
+    );
 }
 
 #[test]
@@ -326,7 +381,8 @@ fn a_worker_that_dies_before_it_begins_charges_its_first_job() {
     for worker in 1..=3 {
         coordinator.step(requests(worker, &[]), now);
         coordinator.step(Input::Settled, now);
-        coordinator.step(Input::Exited { worker, how: "cannot read its jobs".into(), running: None }, now);
+        coordinator
+            .step(Input::Exited { worker, how: "cannot read its jobs".into(), running: None }, now);
         assert_eq!(coordinator.counts().failures, worker as usize, "or it would be tried for ever");
         coordinator.step(Input::Settled, now);
     }

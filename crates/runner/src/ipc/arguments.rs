@@ -49,7 +49,12 @@ impl WorkerArguments {
 impl std::fmt::Display for WorkerArguments {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let WorkerArguments { prefix, coordinator, address_space, heartbeat, root } = self;
-        write!(f, "{prefix},{coordinator},{address_space},{},{}", heartbeat.as_nanos(), root.display())
+        write!(
+            f,
+            "{prefix},{coordinator},{address_space},{},{}",
+            heartbeat.as_nanos(),
+            root.display()
+        )
     }
 }
 

@@ -1,7 +1,9 @@
 //! The coordinator's end: worker processes, and a channel to each.
 
 use super::arguments::WorkerArguments;
-use super::{DOWN, Grown, HEARTBEAT, INITIAL, JOBS, Names, RESERVE, Shm, UP, backpressure, pack, service};
+use super::{
+    DOWN, Grown, HEARTBEAT, INITIAL, JOBS, Names, RESERVE, Shm, UP, backpressure, pack, service,
+};
 use crate::coordinator::Input;
 use crate::interrupt::Interrupt;
 use crate::lease::{LeaseId, WorkerId};
@@ -55,42 +57,89 @@ impl Processes {
         if let Some(free) = free_shared_memory().filter(|&free| free < needed) {
             return Err(RunError::SharedMemory { free, needed, workers: options.workers });
         }
-        Ok(Processes { channels: BTreeMap::new(), options: options.clone(), interrupt, root: Root::new()? })
+        Ok(Processes {
+            channels: BTreeMap::new(),
+            options: options.clone(),
+            interrupt,
+            root: Root::new()?,
+        })
     }
 
     fn open(&self, worker: WorkerId) -> Result<Channel, String> {
         let names = Names { root: self.root.path().into(), prefix: self.root.prefix(worker) };
         let create = || {
             if free_shared_memory().is_some_and(|free| free < CHANNEL + RESERVE) {
-                return Err(TransportError { doing: "cannot make a channel", why: format!("{SHARED_MEMORY} is nearly full") });
+                return Err(TransportError {
+                    doing: "cannot make a channel",
+                    why: format!("{SHARED_MEMORY} is nearly full"),
+                });
             }
             let node = names.node()?;
             let jobs = node.service_builder(&service(JOBS)?).request_response::<[u8], [u8]>();
-            let jobs = jobs.enable_safe_overflow_for_requests(false).enable_safe_overflow_for_responses(false);
-            let jobs = jobs.max_servers(1).max_clients(1).max_nodes(2).max_active_requests_per_client(1).max_loaned_requests(1);
-            let jobs = jobs.max_response_buffer_size(1).max_borrowed_responses_per_pending_response(1);
+            let jobs = jobs
+                .enable_safe_overflow_for_requests(false)
+                .enable_safe_overflow_for_responses(false);
+            let jobs = jobs
+                .max_servers(1)
+                .max_clients(1)
+                .max_nodes(2)
+                .max_active_requests_per_client(1)
+                .max_loaned_requests(1);
+            let jobs =
+                jobs.max_response_buffer_size(1).max_borrowed_responses_per_pending_response(1);
             let jobs = jobs.create().map_err(TransportError::when("cannot create a channel"))?;
-            let server = jobs.server_builder().initial_max_slice_len(INITIAL).allocation_strategy(AllocationStrategy::PowerOfTwo);
-            let server = server.max_loaned_responses_per_request(1).set_backpressure_handler(backpressure);
+            let server = jobs
+                .server_builder()
+                .initial_max_slice_len(INITIAL)
+                .allocation_strategy(AllocationStrategy::PowerOfTwo);
+            let server =
+                server.max_loaned_responses_per_request(1).set_backpressure_handler(backpressure);
             let server = server.create().map_err(TransportError::when("cannot create a server"))?;
             let event = |name| {
-                let event = node.service_builder(&service(name)?).event().max_listeners(1).max_notifiers(1).max_nodes(2);
-                event.event_id_max_value(HEARTBEAT.as_value()).create().map_err(TransportError::when("cannot create an event"))
+                let event = node
+                    .service_builder(&service(name)?)
+                    .event()
+                    .max_listeners(1)
+                    .max_notifiers(1)
+                    .max_nodes(2);
+                event
+                    .event_id_max_value(HEARTBEAT.as_value())
+                    .create()
+                    .map_err(TransportError::when("cannot create an event"))
             };
-            let up = event(UP)?.listener_builder().create().map_err(TransportError::when("cannot create a listener"))?;
-            let down = event(DOWN)?.notifier_builder().create().map_err(TransportError::when("cannot create a notifier"))?;
+            let up = event(UP)?
+                .listener_builder()
+                .create()
+                .map_err(TransportError::when("cannot create a listener"))?;
+            let down = event(DOWN)?
+                .notifier_builder()
+                .create()
+                .map_err(TransportError::when("cannot create a notifier"))?;
             Ok((node, server, up, down))
         };
-        let (node, server, up, down) = create().map_err(|error: TransportError| error.to_string())?;
+        let (node, server, up, down) =
+            create().map_err(|error: TransportError| error.to_string())?;
         let arguments = WorkerArguments {
             prefix: names.prefix.clone(),
             coordinator: std::process::id(),
-            address_space: self.options.memory_limit.saturating_add(self.options.address_space_margin),
+            address_space: self
+                .options
+                .memory_limit
+                .saturating_add(self.options.address_space_margin),
             heartbeat: self.options.heartbeat,
             root: names.root.clone(),
         };
         let process = Process::start(&self.options.worker_command, &arguments.to_string())?;
-        Ok(Channel { process, request: None, server, up, down, grown: Grown(INITIAL), names, _node: node })
+        Ok(Channel {
+            process,
+            request: None,
+            server,
+            up,
+            down,
+            grown: Grown(INITIAL),
+            names,
+            _node: node,
+        })
     }
 }
 
@@ -132,7 +181,9 @@ impl Transport for Processes {
         };
         let message = channel.grown.encode(free_shared_memory, packed)?;
         let sent = request.loan_slice_uninit(message.len()).map_err(|error| error.to_string());
-        let sent = sent.and_then(|loan| loan.write_from_slice(&message).send().map_err(|error| error.to_string()));
+        let sent = sent.and_then(|loan| {
+            loan.write_from_slice(&message).send().map_err(|error| error.to_string())
+        });
         let sent = sent.and_then(|()| channel.down.notify().map_err(|error| error.to_string()));
         if sent.is_err() {
             // It does not listen, so it is dead or as good as dead.
@@ -150,9 +201,17 @@ impl Transport for Processes {
             }
             let timeout = timeout.and_then(|timeout| Timespec::try_from(timeout).ok());
             match poll(&mut fds, timeout.as_ref()) {
-                Ok(_) => fds[1..].chunks(2).map(|pair| (!pair[0].revents().is_empty(), !pair[1].revents().is_empty())).collect(),
+                Ok(_) => fds[1..]
+                    .chunks(2)
+                    .map(|pair| (!pair[0].revents().is_empty(), !pair[1].revents().is_empty()))
+                    .collect(),
                 Err(Errno::INTR) => Vec::new(),
-                Err(error) => return Err(TransportError { doing: "cannot wait for workers", why: error.to_string() }),
+                Err(error) => {
+                    return Err(TransportError {
+                        doing: "cannot wait for workers",
+                        why: error.to_string(),
+                    });
+                }
             }
         };
         let mut inputs = Vec::new();
@@ -178,8 +237,9 @@ impl Transport for Processes {
 /// The descriptor on which a listener is woken.
 #[allow(unsafe_code)]
 fn descriptor(listener: &Listener<Shm>) -> BorrowedFd<'_> {
-    // SAFETY: the descriptor is open as long as the listener lives, and the result borrows the listener. iceoryx2 has
-    // no safe way to hand it to poll(2), and its own WaitSet cannot wait for a changing set of processes as well.
+    // SAFETY: the descriptor is open as long as the listener lives, and the result borrows the
+    // listener. iceoryx2 has no safe way to hand it to poll(2), and its own WaitSet cannot wait for
+    // a changing set of processes as well.
     unsafe { BorrowedFd::borrow_raw(listener.file_descriptor().native_handle()) }
 }
 
@@ -202,18 +262,21 @@ impl Channel {
                     inputs.push(self.read(worker, request.payload()).unwrap_or_else(nonsense));
                     self.request = Some(request);
                 }
-                Err(error) => return inputs.push(nonsense(format!("its requests cannot be received: {error}"))),
+                Err(error) => {
+                    return inputs
+                        .push(nonsense(format!("its requests cannot be received: {error}")));
+                }
             }
         }
     }
 
     fn read(&self, worker: WorkerId, message: &[u8]) -> Result<Input, String> {
-        let Request { reports, idle } = decode::<Request<Body>>(message).map_err(|error| error.to_string())?;
+        let Request { reports, idle } =
+            decode::<Request<Body>>(message).map_err(|error| error.to_string())?;
         let unpack = |Report { lease, seconds, outcome }| {
             let outcome = match outcome {
-                Outcome::Completed(body) => {
-                    spill::load(&self.names.body(lease, "result"), body).map_or_else(Outcome::Failed, Outcome::Completed)
-                }
+                Outcome::Completed(body) => spill::load(&self.names.body(lease, "result"), body)
+                    .map_or_else(Outcome::Failed, Outcome::Completed),
                 Outcome::Failed(reason) => Outcome::Failed(reason),
             };
             Report { lease, seconds, outcome }

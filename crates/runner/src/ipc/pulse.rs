@@ -31,7 +31,10 @@ impl Pulse {
                     Beat::Busy => {
                         // A failure shows as silence, which is what it is.
                         let _ = up.notify_with_custom_event_id(HEARTBEAT);
-                        changed.wait_timeout_while(now, interval, |beat| *beat == Beat::Busy).unwrap_or_else(PoisonError::into_inner).0
+                        changed
+                            .wait_timeout_while(now, interval, |beat| *beat == Beat::Busy)
+                            .unwrap_or_else(PoisonError::into_inner)
+                            .0
                     }
                 };
             }

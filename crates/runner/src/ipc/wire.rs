@@ -22,15 +22,19 @@ use std::time::Duration;
 
 type Awaited = PendingResponse<Shm, [u8], (), [u8], ()>;
 
-/// How often a waiting worker looks whether it still has a parent, should the signal of its death have been missed.
+/// How often a waiting worker looks whether it still has a parent, should the signal of its death
+/// have been missed.
 const DOUBT: Duration = Duration::from_secs(30);
 
-/// Runs jobs for the coordinator that started this process, until told to stop. `fresh` makes the work, once at the
-/// start and again after a panic.
+/// Runs jobs for the coordinator that started this process, until told to stop. `fresh` makes the
+/// work, once at the start and again after a panic.
 ///
-/// From here on the process dies when the coordinator does, its address space is limited, and panics of jobs are
-/// reported instead of printed.
-pub fn work<W: Work>(arguments: &WorkerArguments, fresh: impl Fn() -> W) -> Result<(), WorkerError> {
+/// From here on the process dies when the coordinator does, its address space is limited, and
+/// panics of jobs are reported instead of printed.
+pub fn work<W: Work>(
+    arguments: &WorkerArguments,
+    fresh: impl Fn() -> W,
+) -> Result<(), WorkerError> {
     die_with(arguments.coordinator).map_err(WorkerError::Setup)?;
     limit_address_space(arguments.address_space).map_err(WorkerError::Setup)?;
     report_panics();
@@ -59,23 +63,56 @@ impl Wire {
         let node = names.node()?;
         let jobs = node.service_builder(&service(JOBS)?).request_response::<[u8], [u8]>();
         let jobs = jobs.open().map_err(TransportError::when("cannot open the channel"))?;
-        let client = jobs.client_builder().initial_max_slice_len(INITIAL).allocation_strategy(AllocationStrategy::PowerOfTwo);
-        let client = client.set_backpressure_handler(backpressure).create().map_err(TransportError::when("cannot create a client"))?;
-        let event = |name| node.service_builder(&service(name)?).event().open().map_err(TransportError::when("cannot open an event"));
-        let down = event(DOWN)?.listener_builder().create().map_err(TransportError::when("cannot create a listener"))?;
-        let up = Arc::new(event(UP)?.notifier_builder().create().map_err(TransportError::when("cannot create a notifier"))?);
-        let marker = File::create(names.marker()).map_err(TransportError::when("cannot create the marker"))?;
+        let client = jobs
+            .client_builder()
+            .initial_max_slice_len(INITIAL)
+            .allocation_strategy(AllocationStrategy::PowerOfTwo);
+        let client = client
+            .set_backpressure_handler(backpressure)
+            .create()
+            .map_err(TransportError::when("cannot create a client"))?;
+        let event = |name| {
+            node.service_builder(&service(name)?)
+                .event()
+                .open()
+                .map_err(TransportError::when("cannot open an event"))
+        };
+        let down = event(DOWN)?
+            .listener_builder()
+            .create()
+            .map_err(TransportError::when("cannot create a listener"))?;
+        let up = Arc::new(
+            event(UP)?
+                .notifier_builder()
+                .create()
+                .map_err(TransportError::when("cannot create a notifier"))?,
+        );
+        let marker = File::create(names.marker())
+            .map_err(TransportError::when("cannot create the marker"))?;
         let pulse = Pulse::new(arguments.heartbeat, up.clone())?;
         let (grown, coordinator) = (Grown(INITIAL), arguments.coordinator);
-        Ok(Wire { pulse, response: None, client, down, up, marker, grown, names, coordinator, _node: node })
+        Ok(Wire {
+            pulse,
+            response: None,
+            client,
+            down,
+            up,
+            marker,
+            grown,
+            names,
+            coordinator,
+            _node: node,
+        })
     }
 
     fn unpack(&self, reply: Reply<Body>) -> Reply<Result<Bytes, String>> {
         match reply {
             Reply::Stop => Reply::Stop,
             Reply::Jobs(jobs) => {
-                let load =
-                    |Assignment { lease, payload }| Assignment { lease, payload: spill::load(&self.names.body(lease, "payload"), payload) };
+                let load = |Assignment { lease, payload }| Assignment {
+                    lease,
+                    payload: spill::load(&self.names.body(lease, "payload"), payload),
+                };
                 Reply::Jobs(jobs.into_iter().map(load).collect())
             }
         }
@@ -91,7 +128,8 @@ impl Link for Wire {
                     Outcome::Failed(reason) => Outcome::Failed(reason.clone()),
                     // A result that cannot be handed over is a failed attempt, not a broken worker.
                     Outcome::Completed(bytes) => {
-                        pack(bytes, largest, || names.body(report.lease, "result")).map_or_else(Outcome::Failed, Outcome::Completed)
+                        pack(bytes, largest, || names.body(report.lease, "result"))
+                            .map_or_else(Outcome::Failed, Outcome::Completed)
                     }
                 };
                 Report { lease: report.lease, seconds: report.seconds, outcome }
@@ -100,8 +138,10 @@ impl Link for Wire {
         };
         let message = self.grown.encode(free_shared_memory, packed)?;
         let doing = "cannot send a request";
-        let loan = self.client.loan_slice_uninit(message.len()).map_err(TransportError::when(doing))?;
-        let response = loan.write_from_slice(&message).send().map_err(TransportError::when(doing))?;
+        let loan =
+            self.client.loan_slice_uninit(message.len()).map_err(TransportError::when(doing))?;
+        let response =
+            loan.write_from_slice(&message).send().map_err(TransportError::when(doing))?;
         // Delivery to nobody is no error to iceoryx2.
         if response.number_of_server_connections() == 0 {
             return Err(TransportError { doing, why: "nobody receives it".into() });
@@ -111,7 +151,10 @@ impl Link for Wire {
         Ok(())
     }
 
-    fn receive(&mut self, block: bool) -> Result<Option<Reply<Result<Bytes, String>>>, TransportError> {
+    fn receive(
+        &mut self,
+        block: bool,
+    ) -> Result<Option<Reply<Result<Bytes, String>>>, TransportError> {
         let doing = "cannot receive a reply";
         let Some(response) = &self.response else {
             return Err(TransportError { doing, why: "nothing was asked".into() });
@@ -136,6 +179,8 @@ impl Link for Wire {
     }
 
     fn begin(&mut self, lease: LeaseId) -> Result<(), TransportError> {
-        self.marker.write_all_at(&lease.to_le_bytes(), 0).map_err(TransportError::when("cannot mark the job as begun"))
+        self.marker
+            .write_all_at(&lease.to_le_bytes(), 0)
+            .map_err(TransportError::when("cannot mark the job as begun"))
     }
 }

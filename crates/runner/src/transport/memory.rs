@@ -39,17 +39,28 @@ impl<W: Work, F: Fn() -> W + Clone + Send + 'static> Transport for Threads<F> {
     fn start(&mut self, worker: WorkerId) -> Result<u32, String> {
         let (to_worker, replies) = channel();
         let begun = Arc::new(AtomicU64::new(0));
-        let mut end = End { worker, replies, to_us: self.to_us.clone(), begun: begun.clone(), dies: self.dies };
+        let mut end = End {
+            worker,
+            replies,
+            to_us: self.to_us.clone(),
+            begun: begun.clone(),
+            dies: self.dies,
+        };
         self.live.insert(worker, (to_worker, begun));
         let fresh = self.fresh.clone();
         std::thread::spawn(move || {
             let _ = serve(&mut end, fresh);
-            let _ = end.to_us.send(Input::Exited { worker, how: "the thread ended".into(), running: None });
+            let _ = end.to_us.send(Input::Exited {
+                worker,
+                how: "the thread ended".into(),
+                running: None,
+            });
         });
         Ok(worker)
     }
 
-    /// The thread goes on until it talks again, like a process whose last message is still on its way.
+    /// The thread goes on until it talks again, like a process whose last message is still on its
+    /// way.
     fn kill(&mut self, worker: WorkerId) {
         if let Some(exit) = self.exit(worker, "killed") {
             let _ = self.to_us.send(exit);
@@ -58,7 +69,10 @@ impl<W: Work, F: Fn() -> W + Clone + Send + 'static> Transport for Threads<F> {
 
     fn reply(&mut self, worker: WorkerId, reply: Reply<&[u8]>) -> Result<(), TransportError> {
         let Some((to_worker, _)) = self.live.get(&worker) else { return Ok(()) };
-        let owned = |job: Assignment<&[u8]>| Assignment { lease: job.lease, payload: Ok(job.payload.to_vec()) };
+        let owned = |job: Assignment<&[u8]>| Assignment {
+            lease: job.lease,
+            payload: Ok(job.payload.to_vec()),
+        };
         let _ = to_worker.send(match reply {
             Reply::Stop => Reply::Stop,
             Reply::Jobs(jobs) => Reply::Jobs(jobs.into_iter().map(owned).collect()),
@@ -76,7 +90,9 @@ impl<W: Work, F: Fn() -> W + Clone + Send + 'static> Transport for Threads<F> {
         while let Some(input) = next {
             match input {
                 // A thread that was killed reports its end as well; the exit was told already.
-                Input::Exited { worker, how, running: None } => inputs.extend(self.exit(worker, &how)),
+                Input::Exited { worker, how, running: None } => {
+                    inputs.extend(self.exit(worker, &how))
+                }
                 input => inputs.push(input),
             }
             next = self.heard.try_recv().ok();
@@ -153,30 +169,56 @@ mod tests {
         let task = |number: u32| {
             let mut key = [0; 32];
             key[..4].copy_from_slice(&number.to_be_bytes());
-            Task { key: JobKey(key), payload: number.to_be_bytes().into(), group: u64::from(number % 5), cost: 0.001, memory: 1 }
+            Task {
+                key: JobKey(key),
+                payload: number.to_be_bytes().into(),
+                group: u64::from(number % 5),
+                cost: 0.001,
+                memory: 1,
+            }
         };
         (0..count).map(task).collect()
     }
 
-    fn run(tasks: &[Task], workers: usize, attempts: u32, dies: fn(LeaseId) -> bool) -> (crate::Summary, Kept) {
+    fn run(
+        tasks: &[Task],
+        workers: usize,
+        attempts: u32,
+        dies: fn(LeaseId) -> bool,
+    ) -> (crate::Summary, Kept) {
         let options = Options { workers, attempts, ..Options::new(vec!["unused".into()], 1 << 30) };
         let mut kept = Kept::default();
         let mut threads = Threads::new(|| Reverse, dies);
-        let summary = drive(tasks, &mut kept, &options, &mut threads, &Interrupt::new().unwrap(), &mut |_| {}).unwrap();
+        let summary = drive(
+            tasks,
+            &mut kept,
+            &options,
+            &mut threads,
+            &Interrupt::new().unwrap(),
+            &mut |_| {},
+        )
+        .unwrap();
         (summary, kept)
     }
 
     #[test]
     fn results_are_the_same_for_any_number_of_workers_and_any_deaths() {
         let tasks = tasks(100);
-        let results = |kept: Kept| kept.0.into_iter().map(|(key, done)| (key, done.verdict)).collect::<Vec<_>>();
+        let results = |kept: Kept| {
+            kept.0.into_iter().map(|(key, done)| (key, done.verdict)).collect::<Vec<_>>()
+        };
         let one = results(run(&tasks, 1, 3, |_| false).1);
-        let expected = tasks.iter().map(|task| (task.key, Verdict::Completed(task.payload.iter().rev().copied().collect())));
+        let expected = tasks.iter().map(|task| {
+            (task.key, Verdict::Completed(task.payload.iter().rev().copied().collect()))
+        });
         assert_eq!(one, expected.collect::<Vec<_>>());
         assert_eq!(one, results(run(&tasks, 4, 3, |_| false).1));
         let (summary, kept) = run(&tasks, 4, u32::MAX, |lease| lease % 5 == 0);
         assert_eq!(one, results(kept));
-        assert!(summary.workers_lost >= 20 && summary.failures == summary.workers_lost, "{summary:?}");
+        assert!(
+            summary.workers_lost >= 20 && summary.failures == summary.workers_lost,
+            "{summary:?}"
+        );
     }
 
     #[test]
@@ -184,7 +226,13 @@ mod tests {
         let mut tasks = tasks(10);
         tasks[3].payload = b"panic".to_vec();
         let (summary, kept) = run(&tasks, 2, 3, |_| false);
-        assert_eq!((summary.done, summary.quarantined, summary.failures, summary.workers_lost), (9, 1, 3, 0));
-        assert_eq!(kept.0[&tasks[3].key].verdict, Verdict::Quarantined { reason: "panicked: no such punch".into() });
+        assert_eq!(
+            (summary.done, summary.quarantined, summary.failures, summary.workers_lost),
+            (9, 1, 3, 0)
+        );
+        assert_eq!(
+            kept.0[&tasks[3].key].verdict,
+            Verdict::Quarantined { reason: "panicked: no such punch".into() }
+        );
     }
 }

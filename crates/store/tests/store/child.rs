@@ -36,7 +36,10 @@ impl Player {
     /// The next thing it says; `None` when it has ended.
     pub(crate) fn line(&mut self) -> Option<String> {
         // The test harness talks too.
-        self.lines.by_ref().map_while(Result::ok).find_map(|line| line.strip_prefix("says ").map(str::to_owned))
+        self.lines
+            .by_ref()
+            .map_while(Result::ok)
+            .find_map(|line| line.strip_prefix("says ").map(str::to_owned))
     }
 
     /// Ends its part; it leaves the store in order.
@@ -56,7 +59,8 @@ impl Player {
         let pid = rustix::process::Pid::from_child(&self.process);
         let (ended, watch) = std::sync::mpsc::channel::<()>();
         let watchdog = std::thread::spawn(move || {
-            let hung = watch.recv_timeout(Duration::from_secs(60)) == Err(std::sync::mpsc::RecvTimeoutError::Timeout);
+            let hung = watch.recv_timeout(Duration::from_secs(60))
+                == Err(std::sync::mpsc::RecvTimeoutError::Timeout);
             if hung {
                 let _ = rustix::process::kill_process(pid, rustix::process::Signal::KILL);
             }
@@ -121,8 +125,8 @@ fn plays_its_part() {
     }
 }
 
-/// Commits and removes groups without end, saying which are done. Group g has jobs first + 100 g …, of which a later
-/// group removes a few.
+/// Commits and removes groups without end, saying which are done. Group g has jobs first + 100 g …,
+/// of which a later group removes a few.
 fn write(directory: &Path, first: u64) {
     let store = Store::open(directory).unwrap();
     for group in 0.. {
@@ -171,14 +175,21 @@ fn inspect(directory: &Path, count: u64) {
         Ok(study) => return say(format!("WRONG study {study:?} among {:?}", store.study_names())),
         Err(error) => return say(format!("study: {error}")),
     }
-    say(if reported == 0 { "sound".to_owned() } else { format!("{sound} sound, {reported} reported") });
+    say(if reported == 0 {
+        "sound".to_owned()
+    } else {
+        format!("{sound} sound, {reported} reported")
+    });
 }
 
-/// Commits groups of large records until it fails, then says why it fails again, and whether a blob fits.
+/// Commits groups of large records until it fails, then says why it fails again, and whether a blob
+/// fits.
 fn fill(directory: &Path, first: u64) {
     let store = Store::open(directory).unwrap();
     let start = Instant::now();
-    let group = |group: u64| -> Vec<_> { (0..10).map(|i| (key(first + 10 * group + i), vec![group as u8; 16 << 10])).collect() };
+    let group = |group: u64| -> Vec<_> {
+        (0..10).map(|i| (key(first + 10 * group + i), vec![group as u8; 16 << 10])).collect()
+    };
     let mut number = 0;
     while let Ok(()) = store.commit(&group(number)) {
         assert!(start.elapsed() < Duration::from_secs(50), "the disk does not fill");

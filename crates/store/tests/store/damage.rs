@@ -51,11 +51,14 @@ fn inspect(directory: &Path) -> String {
 }
 
 fn acceptable(said: &str) -> bool {
-    said == "sound" || said.ends_with(" reported") || said.starts_with("refused: ") || said.starts_with("study: ")
+    said == "sound"
+        || said.ends_with(" reported")
+        || said.starts_with("refused: ")
+        || said.starts_with("study: ")
 }
 
-/// Every file of the store, damaged in every way, each time from a sound copy and in a process of its own: sled may
-/// take its threads, and would take the process if it could.
+/// Every file of the store, damaged in every way, each time from a sound copy and in a process of
+/// its own: sled may take its threads, and would take the process if it could.
 #[test]
 fn damage_to_any_file_is_survived_and_said() {
     let original = tempfile::tempdir().unwrap();
@@ -133,7 +136,10 @@ fn a_lost_manifest_is_said_and_every_record_salvaged() {
             Some(garbage) => fs::write(&manifest, garbage).unwrap(),
         }
         let error = Store::open(directory.path()).err().unwrap();
-        assert!(matches!(&error, OpenError::Damaged { what, .. } if what.contains("manifest.json")), "{error}");
+        assert!(
+            matches!(&error, OpenError::Damaged { what, .. } if what.contains("manifest.json")),
+            "{error}"
+        );
         let salvage = Store::salvage(directory.path()).unwrap();
         assert_eq!((salvage.kept as u64, salvage.promised, salvage.studies), (COUNT, None, 0));
         assert!(salvage.damaged.unwrap().join("db").is_file());
@@ -152,7 +158,10 @@ fn what_only_repeats_the_log_costs_no_record() {
                 fs::write(&file, vec![0; fs::metadata(&file).unwrap().len() as usize]).unwrap();
             }
         }
-        assert!(matches!(Store::open(directory.path()), Err(OpenError::Damaged { .. })), "{prefix}");
+        assert!(
+            matches!(Store::open(directory.path()), Err(OpenError::Damaged { .. })),
+            "{prefix}"
+        );
         let salvage = Store::salvage(directory.path()).unwrap();
         assert_eq!((salvage.kept as u64, salvage.studies), (COUNT, 1), "{prefix}");
         let store = Store::open(directory.path()).unwrap();
@@ -193,7 +202,8 @@ fn a_later_format_is_left_alone() {
 fn a_salvage_killed_between_its_renames_is_taken_up_again() {
     let directory = tempfile::tempdir().unwrap();
     make(directory.path());
-    fs::rename(directory.path().join("records"), directory.path().join("records.salvaged")).unwrap();
+    fs::rename(directory.path().join("records"), directory.path().join("records.salvaged"))
+        .unwrap();
     assert!(matches!(Store::open(directory.path()), Err(OpenError::Damaged { .. })));
     assert_eq!(Store::salvage(directory.path()).unwrap().kept as u64, COUNT);
     assert_eq!(Store::open(directory.path()).unwrap().len() as u64, COUNT);

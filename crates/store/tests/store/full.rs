@@ -26,15 +26,22 @@ fn a_write_that_is_refused_is_said_and_loses_nothing_acknowledged() {
         let directory = tempfile::tempdir().unwrap();
         let inner = command("fill", directory.path(), 0);
         let mut outer = Command::new("bash");
-        // Ignored, SIGXFSZ stays ignored in the program, which then sees EFBIG, as it would see ENOSPC.
-        outer.arg("-c").arg(format!("trap '' XFSZ; ulimit -f {}; exec \"$0\" \"$@\"", mebibytes * 1024));
+        // Ignored, SIGXFSZ stays ignored in the program, which then sees EFBIG, as it would see
+        // ENOSPC.
+        outer
+            .arg("-c")
+            .arg(format!("trap '' XFSZ; ulimit -f {}; exec \"$0\" \"$@\"", mebibytes * 1024));
         outer.arg(inner.get_program()).args(inner.get_args());
         outer.envs(inner.get_envs().filter_map(|(name, value)| Some((name, value?))));
         outer.stdin(std::process::Stdio::piped()).stdout(std::process::Stdio::piped());
         let transcript = Player::start(outer).transcript();
-        let failures: Vec<_> = transcript.iter().filter(|line| line.starts_with("failed: ")).collect();
+        let failures: Vec<_> =
+            transcript.iter().filter(|line| line.starts_with("failed: ")).collect();
         assert_eq!(failures.len(), 1, "{failures:?}");
-        assert!(failures.iter().all(|line| line.contains("nothing that was done is lost")), "{failures:?}");
+        assert!(
+            failures.iter().all(|line| line.contains("nothing that was done is lost")),
+            "{failures:?}"
+        );
         assert_eq!(transcript.last().map(String::as_str), Some("closed"));
         check(directory.path(), &transcript);
     }
@@ -46,20 +53,31 @@ fn a_disk_nearly_full_is_not_written_to() {
     let directory = tempfile::tempdir().unwrap();
     let volume = directory.path().join("volume");
     std::fs::create_dir(&volume).unwrap();
-    let mounted = |options: &str| Command::new("mount").args(["-t", "tmpfs", "-o", options, "tmpfs"]).arg(&volume).output();
+    let mounted = |options: &str| {
+        Command::new("mount").args(["-t", "tmpfs", "-o", options, "tmpfs"]).arg(&volume).output()
+    };
     if !mounted("size=24m").is_ok_and(|run| run.status.success()) {
         eprintln!("skipped: mounting a small file system takes privileges that this user lacks");
         return;
     }
     let outcome = std::panic::catch_unwind(|| {
         let transcript = Player::start(command("fill", &volume.join("store"), 0)).transcript();
-        let failures: Vec<_> = transcript.iter().filter(|line| line.starts_with("failed: ")).collect();
+        let failures: Vec<_> =
+            transcript.iter().filter(|line| line.starts_with("failed: ")).collect();
         assert_eq!(failures.len(), 2, "{failures:?}");
-        assert!(failures.iter().all(|line| line.contains("the disk of") && line.contains("is full")), "{failures:?}");
+        assert!(
+            failures.iter().all(|line| line.contains("the disk of") && line.contains("is full")),
+            "{failures:?}"
+        );
         // nor is it salvaged there
         let store = volume.join("store");
-        assert!(matches!(Store::salvage(&store), Err(OpenError::Write(WriteError::DiskFull { .. }))));
-        assert!(!store.join("records.salvaged").exists() && !store.join("records.damaged-1").exists());
+        assert!(matches!(
+            Store::salvage(&store),
+            Err(OpenError::Write(WriteError::DiskFull { .. }))
+        ));
+        assert!(
+            !store.join("records.salvaged").exists() && !store.join("records.damaged-1").exists()
+        );
         assert!(mounted("remount,size=64m").unwrap().status.success());
         check(&volume.join("store"), &transcript);
     });

@@ -44,7 +44,11 @@ fn what_was_acknowledged_survives_every_kill() {
         }
         let (group, what) = next;
         let start = first + 100 * group;
-        let undecided = if what == "committed" { start..start + size(group) } else { start - 100..start - 100 + removed(group) };
+        let undecided = if what == "committed" {
+            start..start + size(group)
+        } else {
+            start - 100..start - 100 + removed(group)
+        };
 
         let store = Store::open(directory.path()).unwrap();
         for i in undecided {
@@ -53,7 +57,11 @@ fn what_was_acknowledged_survives_every_kill() {
             expected.insert(i, found.is_some());
         }
         for (i, present) in &expected {
-            assert_eq!(store.get(&key(*i)).unwrap(), present.then(|| record(*i)), "job {i} after round {round}");
+            assert_eq!(
+                store.get(&key(*i)).unwrap(),
+                present.then(|| record(*i)),
+                "job {i} after round {round}"
+            );
         }
         assert_eq!(store.len(), expected.values().filter(|present| **present).count());
     }

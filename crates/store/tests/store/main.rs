@@ -1,4 +1,5 @@
-//! The store as its users meet it: whole directories, several processes, kills, damage, a full disk.
+//! The store as its users meet it: whole directories, several processes, kills, damage, a full
+//! disk.
 
 mod child;
 mod damage;

@@ -107,8 +107,11 @@ fn a_record_too_large_stops_its_whole_group() {
     let largest = vec![1; RECORD_LIMIT];
     store.commit(&[(key(1), &largest)]).unwrap();
     assert_eq!(store.get(&key(1)).unwrap(), Some(largest));
-    let error = store.commit(&[(key(2), vec![1]), (key(3), vec![1; RECORD_LIMIT + 1])]).unwrap_err();
-    assert!(matches!(error, WriteError::TooLarge { key: k, bytes } if k == key(3) && bytes == RECORD_LIMIT + 1));
+    let error =
+        store.commit(&[(key(2), vec![1]), (key(3), vec![1; RECORD_LIMIT + 1])]).unwrap_err();
+    assert!(
+        matches!(error, WriteError::TooLarge { key: k, bytes } if k == key(3) && bytes == RECORD_LIMIT + 1)
+    );
     assert!(error.to_string().contains("blobs"), "{error}");
     assert_eq!(store.keys(), [key(1)]);
 }
@@ -118,7 +121,8 @@ fn verify_names_what_is_wrong_and_compact_keeps_what_is_needed() {
     let directory = tempfile::tempdir().unwrap();
     let store = Store::open(directory.path()).unwrap();
     let field = |i: u8| vec![i; 5000];
-    let (kept, orphan) = (store.blobs().put(&field(1)).unwrap(), store.blobs().put(&field(2)).unwrap());
+    let (kept, orphan) =
+        (store.blobs().put(&field(1)).unwrap(), store.blobs().put(&field(2)).unwrap());
     let absent = Digest::of(&field(3));
     store.commit(&[(key(1), kept.0), (key(2), absent.0)]).unwrap();
     store.put_study("sweep", b"a study").unwrap();
@@ -147,7 +151,10 @@ fn verify_names_what_is_wrong_and_compact_keeps_what_is_needed() {
     std::fs::remove_file(store.blobs().path(&Digest::of(b"a study"))).unwrap();
     let found = store.verify(digests).unwrap();
     assert_eq!(found.corrupt_blobs.iter().map(|(digest, _)| *digest).collect::<Vec<_>>(), [kept]);
-    assert_eq!(found.lost_studies.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["sweep"]);
+    assert_eq!(
+        found.lost_studies.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(),
+        ["sweep"]
+    );
     assert!(matches!(store.study("sweep"), Err(ReadError::StudyMissing { .. })));
 }
 
@@ -169,7 +176,13 @@ fn records_outlive_many_threads_writing_at_once() {
     std::thread::scope(|scope| {
         for thread in 0..4 {
             let store = &store;
-            scope.spawn(move || (0..10).for_each(|i| store.commit(&records(thread * 100 + i * 10..thread * 100 + i * 10 + 10)).unwrap()));
+            scope.spawn(move || {
+                (0..10).for_each(|i| {
+                    store
+                        .commit(&records(thread * 100 + i * 10..thread * 100 + i * 10 + 10))
+                        .unwrap()
+                })
+            });
         }
     });
     drop(store);

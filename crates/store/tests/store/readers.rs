@@ -24,7 +24,8 @@ fn the_second_writer_is_told_who_has_it() {
 #[test]
 fn of_many_at_once_one_gets_it() {
     let directory = tempfile::tempdir().unwrap();
-    let mut players: Vec<_> = (0..4).map(|_| Player::start(command("race", directory.path(), 0))).collect();
+    let mut players: Vec<_> =
+        (0..4).map(|_| Player::start(command("race", directory.path(), 0))).collect();
     let mut said: Vec<_> = players.iter_mut().map(|player| player.line().unwrap()).collect();
     said.sort();
     assert_eq!(said, ["held", "held", "held", "open"]);
@@ -35,7 +36,9 @@ fn of_many_at_once_one_gets_it() {
 fn this_process_cannot_open_it_twice_but_can_read_it() {
     let directory = tempfile::tempdir().unwrap();
     let store = Store::open(directory.path()).unwrap();
-    assert!(matches!(Store::open(directory.path()), Err(OpenError::Held { pid, .. }) if pid == std::process::id()));
+    assert!(
+        matches!(Store::open(directory.path()), Err(OpenError::Held { pid, .. }) if pid == std::process::id())
+    );
     store.commit(&records(0..700)).unwrap();
     store.put_study("sweep", b"mu = [0.1, 0.3]").unwrap();
     let digest = store.blobs().put(b"pressure").unwrap();
@@ -45,14 +48,18 @@ fn this_process_cannot_open_it_twice_but_can_read_it() {
     assert!(reader.origin().to_string().starts_with("served by the running process"));
     let check = |reader: &store::Reader, count: u64| {
         assert_eq!(reader.keys().unwrap(), store_keys(count));
-        let found: Vec<_> = reader.records().unwrap().map(|(key, record)| (key, record.unwrap())).collect();
+        let found: Vec<_> =
+            reader.records().unwrap().map(|(key, record)| (key, record.unwrap())).collect();
         let mut expected = records(0..count);
         expected.sort();
         assert_eq!(found, expected);
         assert_eq!(reader.get(&key(3)).unwrap(), Some(record(3)));
         assert_eq!(reader.get(&key(count)).unwrap(), None);
         assert_eq!(reader.contains(&[key(0), key(count)]).unwrap(), [true, false]);
-        assert_eq!(reader.select(vec![key(5), key(count), key(4)]).map(|(key, _)| key).collect::<Vec<_>>(), [key(5), key(4)]);
+        assert_eq!(
+            reader.select(vec![key(5), key(count), key(4)]).map(|(key, _)| key).collect::<Vec<_>>(),
+            [key(5), key(4)]
+        );
         assert_eq!(reader.study("sweep").unwrap().unwrap(), b"mu = [0.1, 0.3]");
         assert_eq!(reader.study("another").unwrap(), None);
         assert_eq!(reader.study_names().unwrap().len(), 1);
@@ -151,6 +158,9 @@ fn a_writer_waits_for_a_reader() {
 fn reading_creates_nothing() {
     let directory = tempfile::tempdir().unwrap();
     assert!(matches!(Store::read(directory.path()), Err(OpenError::Missing { .. })));
-    assert!(matches!(Store::read(&directory.path().join("nowhere")), Err(OpenError::Missing { .. })));
+    assert!(matches!(
+        Store::read(&directory.path().join("nowhere")),
+        Err(OpenError::Missing { .. })
+    ));
     assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 0);
 }

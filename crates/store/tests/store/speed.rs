@@ -1,4 +1,5 @@
-//! Figures, printed and not asserted: `cargo test --release -p store -- --ignored --nocapture figures`.
+//! Figures, printed and not asserted: `cargo test --release -p store -- --ignored --nocapture
+//! figures`.
 
 use super::{key, records};
 use std::time::Instant;
@@ -6,7 +7,13 @@ use store::Store;
 
 fn resident() -> String {
     let status = std::fs::read_to_string("/proc/self/status").unwrap();
-    status.lines().find(|line| line.starts_with("VmHWM")).unwrap_or_default().split_whitespace().skip(1).collect()
+    status
+        .lines()
+        .find(|line| line.starts_with("VmHWM"))
+        .unwrap_or_default()
+        .split_whitespace()
+        .skip(1)
+        .collect()
 }
 
 #[test]
@@ -18,7 +25,10 @@ fn figures() {
         let store = Store::open(directory.path()).unwrap();
         let start = Instant::now();
         jobs.chunks(group).for_each(|group| store.commit(group).unwrap());
-        println!("{count} records of 400 B committed in groups of {group}: {:.0?}", start.elapsed());
+        println!(
+            "{count} records of 400 B committed in groups of {group}: {:.0?}",
+            start.elapsed()
+        );
         let start = Instant::now();
         drop(store);
         println!("  closed: {:.0?}", start.elapsed());
@@ -32,8 +42,15 @@ fn figures() {
         println!("  every record read: {:.0?}", start.elapsed());
         let start = Instant::now();
         let reader = Store::read(directory.path()).unwrap();
-        assert_eq!(reader.records().unwrap().filter(|(_, record)| record.is_ok()).count() as u64, count);
-        println!("  every record read through the socket: {:.0?}; memory at most {}", start.elapsed(), resident());
+        assert_eq!(
+            reader.records().unwrap().filter(|(_, record)| record.is_ok()).count() as u64,
+            count
+        );
+        println!(
+            "  every record read through the socket: {:.0?}; memory at most {}",
+            start.elapsed(),
+            resident()
+        );
     }
     let directory = tempfile::tempdir().unwrap();
     let store = Store::open(directory.path()).unwrap();

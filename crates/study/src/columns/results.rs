@@ -208,7 +208,12 @@ pub(super) const PROVENANCE: &[Column] = results! {
 
 /// The smallest or largest of a quantity of the solutions.
 fn extreme(found: &Multiplicity, read: fn(&Observables) -> f64, of: fn(f64, f64) -> f64) -> Value {
-    found.solutions.iter().map(|solution| read(&solution.observables)).reduce(of).map_or(Value::Missing, Value::Number)
+    found
+        .solutions
+        .iter()
+        .map(|solution| read(&solution.observables))
+        .reduce(of)
+        .map_or(Value::Missing, Value::Number)
 }
 
 fn largest(found: &Multiplicity, read: fn(&Solution) -> f64) -> Value {
@@ -223,15 +228,20 @@ fn of_run(record: &Record, count: u32) -> Value {
 fn finished(record: &Record) -> Value {
     // the last second of the year 9999 is the last that can be written
     let seconds = record.provenance.finished.min(253_402_300_799);
-    let time = SystemTime::UNIX_EPOCH.checked_add(Duration::from_secs(seconds)).filter(|_| seconds > 0);
-    time.map_or(Value::Missing, |time| Value::Text(humantime::format_rfc3339_seconds(time).to_string()))
+    let time =
+        SystemTime::UNIX_EPOCH.checked_add(Duration::from_secs(seconds)).filter(|_| seconds > 0);
+    time.map_or(Value::Missing, |time| {
+        Value::Text(humantime::format_rfc3339_seconds(time).to_string())
+    })
 }
 
 fn spread(record: &Record) -> Value {
     let times = &record.provenance.times;
     let extreme = |of: fn(f64, f64) -> f64| times.iter().copied().reduce(of);
     match (extreme(f64::min), extreme(f64::max)) {
-        (Some(least), Some(most)) if record.provenance.seconds > 0.0 => Value::Number((most - least) / record.provenance.seconds),
+        (Some(least), Some(most)) if record.provenance.seconds > 0.0 => {
+            Value::Number((most - least) / record.provenance.seconds)
+        }
         _ => Value::Missing,
     }
 }

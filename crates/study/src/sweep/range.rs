@@ -34,13 +34,24 @@ pub(super) fn read_range(
             return Err(Problem::new(node.span(), format!("`{what}` has no ranges"), expected));
         }
     };
-    for (name, _) in entries(table).into_iter().filter(|(name, _)| !RANGE.contains(&name.get_ref().as_ref())) {
-        problems.push(read::unknown(name.get_ref(), name.span(), &format!("the range of `{what}`"), RANGE));
+    for (name, _) in
+        entries(table).into_iter().filter(|(name, _)| !RANGE.contains(&name.get_ref().as_ref()))
+    {
+        problems.push(read::unknown(
+            name.get_ref(),
+            name.span(),
+            &format!("the range of `{what}`"),
+            RANGE,
+        ));
     }
     let part = |name: &str| {
         table.get(name).ok_or_else(|| {
             let message = format!("the range of `{what}` has no `{name}`");
-            Problem::new(node.span(), message, format!("needs `{name}`, as in {{ from = 0.1, to = 0.5, count = 5 }}"))
+            Problem::new(
+                node.span(),
+                message,
+                format!("needs `{name}`, as in {{ from = 0.1, to = 0.5, count = 5 }}"),
+            )
         })
     };
     let (from_node, to_node, count_node) = (part("from")?, part("to")?, part("count")?);
@@ -48,7 +59,9 @@ pub(super) fn read_range(
     let to = read::number(&format!("{what}: to"), dimension, to_node)?;
     let count = match count_node.get_ref() {
         DeValue::Integer(n) => read::whole("count", n, count_node.span())? as usize,
-        _ => return Err(read::mistyped("count", count_node, "a whole number of values, 2 or more")),
+        _ => {
+            return Err(read::mistyped("count", count_node, "a whole number of values, 2 or more"));
+        }
     };
     let log = match table.get("log") {
         Some(node) => read::switch("log", node)?,
@@ -56,10 +69,15 @@ pub(super) fn read_range(
     };
     if count < 2 {
         let message = format!("a range of {count}: both ends are included");
-        return Err(Problem::new(count_node.span(), message, "must be 2 or more").help("a single value is written as a list, [0.3]"));
+        return Err(Problem::new(count_node.span(), message, "must be 2 or more")
+            .help("a single value is written as a list, [0.3]"));
     }
     if count > MAX_POINTS {
-        return Err(Problem::new(count_node.span(), format!("a range of {count} values"), format!("must be {MAX_POINTS} or fewer")));
+        return Err(Problem::new(
+            count_node.span(),
+            format!("a range of {count} values"),
+            format!("must be {MAX_POINTS} or fewer"),
+        ));
     }
     if log && !(from > 0.0 && to > 0.0) {
         let bad = if from > 0.0 { to_node } else { from_node };
@@ -77,12 +95,21 @@ pub(super) fn read_range(
             Quantity::Number(_) => Setting::Number(x),
             quantity => {
                 if !(x.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&x)) {
-                    let message = format!("value {} of the range of `{what}` would be {x}", index + 1);
-                    return Err(Problem::new(node.span(), message, "every value must be a whole number, 0 or above"));
+                    let message =
+                        format!("value {} of the range of `{what}` would be {x}", index + 1);
+                    return Err(Problem::new(
+                        node.span(),
+                        message,
+                        "every value must be a whole number, 0 or above",
+                    ));
                 }
                 // exact: a whole number in the range of u32
                 let n = x as u32;
-                if quantity == Quantity::Mesh { Setting::Mesh(Mesh::Across(n)) } else { Setting::Count(n) }
+                if quantity == Quantity::Mesh {
+                    Setting::Mesh(Mesh::Across(n))
+                } else {
+                    Setting::Count(n)
+                }
             }
         };
         choices.push(choice(key, setting, node.span(), Some(index + 1)));
@@ -90,7 +117,8 @@ pub(super) fn read_range(
     Ok((choices, log))
 }
 
-/// The `index`-th of `count` values from `from` to `to`: the ends exact, the others to 15 significant digits, 13 with equal ratios.
+/// The `index`-th of `count` values from `from` to `to`: the ends exact, the others to 15
+/// significant digits, 13 with equal ratios.
 fn between(from: f64, to: f64, index: usize, count: usize, log: bool) -> f64 {
     let last = count - 1;
     if index == 0 {
@@ -107,5 +135,9 @@ fn between(from: f64, to: f64, index: usize, count: usize, log: bool) -> f64 {
     }
     let x = from * (1.0 - t) + to * t;
     // what cancellation leaves of a 0 is not a value
-    if x.abs() < 1e-14 * from.abs().max(to.abs()) { 0.0 } else { format!("{x:.14e}").parse().unwrap_or(x) }
+    if x.abs() < 1e-14 * from.abs().max(to.abs()) {
+        0.0
+    } else {
+        format!("{x:.14e}").parse().unwrap_or(x)
+    }
 }
