@@ -69,7 +69,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
             draw::show_field(&fields.context("it has no fields")?, name, args.output.as_deref())?;
         }
         None if args.json => {
-            drop(output::print_json(&show::json(&record, fields.as_ref(), study.surfaces())?)?)
+            output::print_json(&show::json(&record, fields.as_ref(), study.surfaces())?)?;
         }
         None => {
             let mut text = show::words(&record, fields.as_ref(), study.surfaces())?;

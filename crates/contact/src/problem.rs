@@ -6,9 +6,9 @@
 //! solver. Jobs that differ only in moduli of equal ratio, loads or sizes therefore share their
 //! operator.
 //!
-//! Along a path f₁ = δ + tilt terms − g₀ and f_t = (rigid motion since the increment before) + (εp
-//! + Ap)_t of that increment, so that w_t is the slip increment: what is held still stays as it is,
-//! for ε > 0 as well.
+//! Along a path f₁ = δ + tilt terms − g₀ and f_t = (rigid motion since the increment before) +
+//! (εp + Ap)_t of that increment, so that w_t is the slip increment: what is held still stays as it
+//! is, for ε > 0 as well.
 
 use std::ops::Range;
 

@@ -1,0 +1,6 @@
+//! Tables, filters, figures and fields, against approved texts and pictures.
+
+mod field;
+mod figure;
+mod marks;
+mod table;
