@@ -15,7 +15,7 @@ use study::columns::find;
 use study::record::job_text;
 use study::{Accuracy, Case, Column, Job, JobKey, Point, Record, Study};
 
-use crate::adaptive::Found;
+use crate::found::Found;
 
 /// What was solved of a scene with some settings.
 struct Rung<'a> {

@@ -6,54 +6,12 @@ use std::collections::HashMap;
 use anyhow::{Context, Result};
 use contact::numerics::Mesh;
 use report::{Cell, Column, Table};
-use serde::Serialize;
 use study::adaptive::OF_ONE_JOB;
 use study::{Adaptive, JobKey, Point, Record, Study};
 
 use crate::accuracy::{self, Learnt};
-use crate::compare::digits;
-use crate::results;
-
-/// What is known of the points of a study.
-pub(crate) struct Chosen {
-    /// In order; what has no record yet is wanted.
-    pub(crate) points: Vec<Point>,
-    /// Of a study that chooses points, what it found so far at each combination of its axes.
-    pub(crate) findings: Vec<Finding>,
-}
-
-/// What a study that chooses points found at one combination of its axes.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Finding {
-    /// The values of the axes, without the one that is halved.
-    #[serde(skip)]
-    pub(crate) at: Vec<(String, study::Value)>,
-    pub(crate) found: Found,
-}
-
-/// How far the choice of points has come.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum Found {
-    /// Jobs are left.
-    Pending,
-    /// A job that the choice depends on was not solved.
-    Unsolved,
-    /// The result held still: its value on the finest mesh, and by how much it changed to there.
-    Still { mesh: [u32; 2], value: f64, change: f64 },
-    /// The finest mesh that is allowed came first; from the only one there is no change.
-    NotStill { mesh: [u32; 2], value: f64, change: Option<f64> },
-    /// The condition changes between these values, in this direction.
-    Changes { from: f64, to: f64, becomes: bool },
-    /// It holds, or does not, at every value tried.
-    Everywhere { holds: bool },
-    /// These settings are to be tried next.
-    Next { mesh: [u32; 2], tolerance: f64 },
-    /// These settings are accurate enough, by the estimate of the relative error with them.
-    Within { mesh: [u32; 2], tolerance: f64, error: f64 },
-    /// No settings were; these came closest.
-    Beyond { mesh: [u32; 2], tolerance: f64, error: Option<f64>, why: &'static str },
-}
+use crate::found::{Chosen, Finding, Found};
+use crate::rows;
 
 /// Chooses a study's points by the records that there are.
 pub(crate) fn choose(study: &Study, records: &HashMap<JobKey, Record>) -> Result<Chosen> {
@@ -118,7 +76,7 @@ pub(crate) fn check(study: &Study) -> Result<()> {
 /// value if it is a number.
 fn sample(columns: &[study::Column], point: &Point) -> Result<Table> {
     let heads = columns.iter().map(|column| Column::new(column.name.as_ref(), column.unit()));
-    let cells = columns.iter().map(|column| match results::cell(column.value(point, None)) {
+    let cells = columns.iter().map(|column| match rows::cell(column.value(point, None)) {
         Cell::Missing if column.is_numeric() => Cell::Number(f64::NAN),
         Cell::Missing => Cell::Text(String::new()),
         known => known,
@@ -188,7 +146,7 @@ fn bisect(
     let holds = |point: &Point| -> Result<Option<bool>> {
         match records.get(&point.key) {
             Some(record) if record.is_certified() => {
-                let table = results::table(&columns, point, Some(record))?;
+                let table = rows::table(&columns, point, Some(record))?;
                 Ok(Some(!table.filter(on)?.rows().is_empty()))
             }
             _ => Ok(None),
@@ -249,77 +207,4 @@ fn values(study: &Study, point: &Point, without: Option<usize>) -> Vec<(String, 
     let axes =
         study.axes().zip(&point.values).enumerate().filter(|(index, _)| Some(*index) != without);
     axes.map(|(_, (axis, value))| (axis.column().into_owned(), value.clone())).collect()
-}
-
-/// What was found as a table.
-pub(crate) fn table(study: &Study, findings: &[Finding]) -> Result<Table> {
-    let axes = findings.first().map(|finding| finding.at.clone()).unwrap_or_default();
-    let columns = study.columns();
-    let unit = |name: &str| study::columns::find(&columns, name).map_or("", study::Column::unit);
-    let mut heads: Vec<Column> =
-        axes.iter().map(|(name, _)| Column::new(name.as_str(), unit(name))).collect();
-    let own: Vec<(String, String)> = match study.adaptive() {
-        Some(Adaptive::Refine { on, .. }) => {
-            vec![
-                ("mesh".into(), String::new()),
-                (on.clone(), unit(on).into()),
-                ("change".into(), "1".into()),
-            ]
-        }
-        Some(Adaptive::Bisect { axis, .. }) => {
-            let name =
-                study.axes().nth(*axis).map(|axis| axis.column().into_owned()).unwrap_or_default();
-            ["from", "to"].map(|end| (format!("{name}_{end}"), unit(&name).to_owned())).to_vec()
-        }
-        Some(Adaptive::Accuracy(_)) => ["mesh", "tolerance", "estimated error"]
-            .map(|name| (name.to_owned(), String::new()))
-            .to_vec(),
-        None => Vec::new(),
-    };
-    heads.extend(own.iter().map(|(name, unit)| Column::new(name.as_str(), unit.as_str())));
-    heads.push(Column::new("found", ""));
-    let rows = findings.iter().map(|Finding { at, found }| {
-        let mesh =
-            |[x, y]: [u32; 2]| Cell::Text(if x == y { x.to_string() } else { format!("{x}x{y}") });
-        let (cells, words) = match *found {
-            Found::Pending => (Vec::new(), "jobs are left"),
-            Found::Unsolved => (Vec::new(), "a job was not solved"),
-            Found::Still { mesh: sides, value, change } => (
-                vec![mesh(sides), Cell::Number(value), Cell::Number(digits(change, 1))],
-                "holds still",
-            ),
-            Found::NotStill { mesh: sides, value, change } => {
-                let change = change.map_or(Cell::Missing, |change| Cell::Number(digits(change, 1)));
-                (
-                    vec![mesh(sides), Cell::Number(value), change],
-                    "still changes on the finest mesh allowed",
-                )
-            }
-            Found::Changes { from, to, becomes } => (
-                vec![Cell::Number(from), Cell::Number(to)],
-                if becomes { "begins to hold" } else { "ceases to hold" },
-            ),
-            Found::Everywhere { holds } => {
-                (Vec::new(), if holds { "holds everywhere" } else { "holds nowhere" })
-            }
-            Found::Next { mesh: sides, tolerance } => {
-                (vec![mesh(sides), Cell::Number(tolerance)], "to be tried next")
-            }
-            Found::Within { mesh: sides, tolerance, error } => (
-                vec![mesh(sides), Cell::Number(tolerance), Cell::Number(digits(error, 1))],
-                "accurate enough",
-            ),
-            Found::Beyond { mesh: sides, tolerance, error, why } => {
-                let error = error.map_or(Cell::Missing, |error| Cell::Number(digits(error, 1)));
-                (vec![mesh(sides), Cell::Number(tolerance), error], why)
-            }
-        };
-        let missing = own.len() - cells.len();
-        let axes = at.iter().map(|(_, value)| results::cell(value.clone()));
-        axes.chain(cells)
-            .chain(std::iter::repeat_n(Cell::Missing, missing))
-            .chain([Cell::Text(words.to_owned())])
-            .collect()
-    });
-    Ok(Table::new(heads, rows.collect())?)
 }

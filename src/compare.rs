@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use anyhow::{Result, bail};
-use contact::outcome::{Fields, Observables, Outcome};
+use contact::outcome::{Observables, Outcome};
 use contact::reference::{ClosedForm, Errors, PowerLaw, Trend, closed_form, power_law, richardson};
 use report::{Cell, Column, Table};
 use study::columns::Compared;
@@ -11,10 +11,8 @@ use study::key::Key;
 use study::ladder::{Ladder, Reference};
 use study::{Case, Job, JobKey, Point, Record, Study, Value};
 
-use crate::results::cell;
-
-/// Reads the fields of a record.
-pub(crate) type ReadFields<'f> = dyn Fn(&Record) -> Result<Fields> + 'f;
+use crate::ladders::{ReadFields, members, place};
+use crate::rows::{cell, digits};
 
 /// One ladder: the points that differ in their rung only.
 pub(crate) struct Rungs<'a> {
@@ -152,45 +150,6 @@ fn height(along: Key, case: &Case, record: &Record) -> f64 {
     }
 }
 
-/// A combination of values of axes, and the points that have it.
-pub(crate) type Members = (Vec<(String, Value)>, Vec<usize>);
-
-/// The points of each ladder, by the values of the axes in groups that make no rungs.
-pub(crate) fn members(
-    study: &Study,
-    is_rung: impl Fn(usize) -> bool,
-    points: &[Point],
-) -> Vec<Members> {
-    let own: Vec<bool> = study
-        .groups()
-        .iter()
-        .enumerate()
-        .flat_map(|(at, group)| std::iter::repeat_n(is_rung(at), group.axes().len()))
-        .collect();
-    let mut all: Vec<Members> = Vec::new();
-    let mut known: HashMap<String, usize> = HashMap::new();
-    for (index, point) in points.iter().enumerate() {
-        let others = study.axes().zip(&point.values).zip(&own).filter(|(_, own)| !**own);
-        let at: Vec<(String, Value)> =
-            others.map(|((axis, value), _)| (axis.column().into_owned(), value.clone())).collect();
-        let ladder = *known.entry(format!("{at:?}")).or_insert(all.len());
-        match all.get_mut(ladder) {
-            Some((_, members)) => members.push(index),
-            None => all.push((at, vec![index])),
-        }
-    }
-    all
-}
-
-pub(crate) fn place(at: &[(String, Value)]) -> String {
-    let values: Vec<String> = at.iter().map(|(name, value)| format!("{name} = {value}")).collect();
-    if values.is_empty() {
-        "the scene".to_owned()
-    } else {
-        format!("the scene with {}", values.join(", "))
-    }
-}
-
 /// How each error falls along each ladder: error ~ h^order.
 pub(crate) fn orders(
     study: &Study,
@@ -313,9 +272,4 @@ fn axes(study: &Study, ladders: &[Rungs<'_>]) -> Vec<Column> {
         .map(|ladder| ladder.at.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>())
         .unwrap_or_default();
     names.into_iter().map(|name| Column::new(name, unit(name))).collect()
-}
-
-/// So many digits after the first.
-pub(crate) fn digits(x: f64, more: usize) -> f64 {
-    format!("{x:.more$e}").parse().unwrap_or(x)
 }

@@ -15,8 +15,8 @@ use study::cost::{Cost, is_rung};
 use study::key::Key;
 use study::{JobKey, Point, Record, Study, Value};
 
-use crate::compare::{ReadFields, digits, members};
-use crate::results::cell;
+use crate::ladders::{ReadFields, members};
+use crate::rows::{cell, digits};
 
 /// What a study of cost says.
 pub(crate) struct Costs {

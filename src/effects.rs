@@ -15,8 +15,7 @@ use serde::Serialize;
 use study::axis::Group as Axes;
 use study::{Case, Job, JobKey, Point, Study, Value};
 
-use crate::output::count;
-use crate::progress::duration;
+use crate::words::{count, duration};
 
 /// What solving takes, predicted; of several jobs, the sums.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]

@@ -13,8 +13,8 @@ use study::job::PHYSICS_VERSION;
 use study::record::Bracketed;
 use study::{Ending, JobKey, Provenance, Record};
 
-use crate::measure::median;
-use crate::work::{Answer, answer};
+use crate::perform::median;
+use crate::wire::{Answer, answer};
 
 /// Keeps results in a store: fields as blobs first, then the records that refer to them.
 pub(crate) struct Ledger<'a> {

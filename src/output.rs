@@ -4,6 +4,7 @@ use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
+use report::TerminalLayout;
 
 /// How a command ended, short of an error; an error is the user's mistake, or the machine's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,11 +52,6 @@ pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<Finish> {
     print(&(serde_json::to_string_pretty(value)? + "\n"))
 }
 
-/// A count with its noun.
-pub(crate) fn count(n: usize, one: &str, many: &str) -> String {
-    format!("{n} {}", if n == 1 { one } else { many })
-}
-
 /// Prints an error with its causes to standard error.
 pub(crate) fn complain(error: &anyhow::Error) {
     // a study's errors are whole pictures of the file and begin with `error:` themselves
@@ -84,4 +80,9 @@ pub(crate) fn terminal_width() -> Option<usize> {
         return None;
     }
     terminal_size::terminal_size().map(|(width, _)| usize::from(width.0))
+}
+
+/// How tables are laid out on standard output.
+pub(crate) fn layout() -> TerminalLayout {
+    TerminalLayout { width: terminal_width(), digits: 6, prefixes: true, unicode: true }
 }

@@ -2,58 +2,20 @@
 
 use std::collections::{HashMap, HashSet};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use contact::loading::Step;
-use contact::outcome::{Fields, Observables};
+use contact::outcome::Observables;
 use report::{Cell, Table};
-use store::{Blobs, ReadError, Reader, Store};
-use study::columns::{Compared, Role, Row, Value, along_path};
-use study::record::decode_fields;
-use study::{Adaptive, Column, JobKey, Kind, Point, Record, Study};
+use study::columns::{Compared, Role, Row, along_path};
+use study::{Adaptive, JobKey, Kind, Point, Record, Study};
 
-use crate::adaptive::{self, Chosen, Found, choose};
+use crate::adaptive::choose;
 use crate::compare::{self, compare};
+use crate::found::{self, Chosen, Found};
+use crate::output::layout;
+use crate::rows::{heads, increments, row};
+use crate::stored::{Source, fields};
 use crate::{accuracy, cost};
-
-/// A record as a store gives it.
-type Fetched = (JobKey, Result<Vec<u8>, ReadError>);
-
-/// Where records come from.
-#[derive(Clone, Copy)]
-pub(crate) enum Source<'a> {
-    /// The store that this process writes.
-    Store(&'a Store),
-    /// One that it reads.
-    Reader(&'a Reader),
-}
-
-impl<'a> Source<'a> {
-    /// The records of those of `keys` that have one.
-    fn select(self, keys: Vec<JobKey>) -> Vec<Fetched> {
-        match self {
-            Source::Store(store) => keys
-                .into_iter()
-                .filter_map(|key| store.get(&key).transpose().map(|record| (key, record)))
-                .collect(),
-            Source::Reader(reader) => reader.select(keys).collect(),
-        }
-    }
-
-    /// Every record.
-    fn all(self) -> Result<Box<dyn Iterator<Item = Fetched> + 'a>, ReadError> {
-        Ok(match self {
-            Source::Store(store) => Box::new(store.records()),
-            Source::Reader(reader) => Box::new(reader.records()?),
-        })
-    }
-
-    fn blobs(self) -> &'a Blobs {
-        match self {
-            Source::Store(store) => store.blobs(),
-            Source::Reader(reader) => reader.blobs(),
-        }
-    }
-}
 
 /// Rows of a study: every point, with the record of its job if there is one.
 pub(crate) struct Results {
@@ -106,7 +68,7 @@ impl Results {
             findings.iter().filter(|finding| matches!(finding.found, Found::Beyond { .. })).count();
         let mut answers = Vec::new();
         if !findings.is_empty() {
-            answers.push(("found", adaptive::table(&study, &findings)?));
+            answers.push(("found", found::table(&study, &findings)?));
         }
         let mut compared = points.iter().map(|_| None).collect();
         if let Some(ladder) = study.ladder() {
@@ -142,7 +104,7 @@ impl Results {
         let words = |(title, table): &(&str, Table)| match (table.columns(), table.rows()) {
             // a sentence
             ([_], [row]) => format!("\n{}\n", row.iter().map(words_of).collect::<String>()),
-            _ => format!("\n{title}\n{}", table.terminal(&crate::query::layout())),
+            _ => format!("\n{title}\n{}", table.terminal(&layout())),
         };
         self.answers.iter().map(words).collect()
     }
@@ -305,78 +267,6 @@ fn chosen(study: &Study, source: Source<'_>) -> Result<(Chosen, HashMap<JobKey, 
     }
 }
 
-/// The fields that a record left.
-pub(crate) fn fields(blobs: &Blobs, record: &Record) -> Result<Fields> {
-    let kept = record.fields.as_ref().with_context(|| {
-        format!("job {} left no fields: it is {}", record.key(), record.status())
-    })?;
-    let blob = blobs.kept(kept)?.context(
-        "the file with its fields is missing; `tribosweep store verify` says what else is",
-    )?;
-    Ok(decode_fields(&blob)?)
-}
-
-/// One row by itself, as a table.
-pub(crate) fn table(columns: &[Column], point: &Point, record: Option<&Record>) -> Result<Table> {
-    Ok(Table::new(heads(columns), vec![row(columns, &Row { point, record, compared: None })])?)
-}
-
-/// A table of the increments of results.
-pub(crate) fn increments<'r>(
-    columns: &[Column],
-    results: impl IntoIterator<Item = (&'r Point, &'r Record)>,
-) -> Result<Table> {
-    let mut rows = Vec::new();
-    for (point, record) in results {
-        record.along_path(|increment| {
-            rows.push(row(columns, &Row { point, record: Some(increment), compared: None }))
-        });
-    }
-    Ok(Table::new(heads(columns), rows)?)
-}
-
-fn heads(columns: &[Column]) -> Vec<report::Column> {
-    columns.iter().map(|column| report::Column::new(column.name.as_ref(), column.unit())).collect()
-}
-
-fn row(columns: &[Column], row: &Row<'_>) -> Vec<Cell> {
-    columns.iter().map(|column| cell(column.value_of(row))).collect()
-}
-
 fn words_of(cell: &Cell) -> &str {
     if let Cell::Text(words) = cell { words } else { "" }
-}
-
-pub(crate) fn cell(value: Value) -> Cell {
-    match value {
-        Value::Number(x) => Cell::Number(x),
-        Value::Integer(n) => i64::try_from(n).map_or(Cell::Number(n as f64), Cell::Integer),
-        Value::Text(text) => Cell::Text(text),
-        Value::Missing => Cell::Missing,
-    }
-}
-
-/// The study of this name in a store; if there is none, says which there are.
-pub(crate) fn stored_study(reader: &Reader, name: &str) -> Result<Study> {
-    let damaged = || {
-        format!(
-            "the definition of the study `{name}` is damaged; `tribosweep run` of its file writes it anew"
-        )
-    };
-    if let Some(definition) = reader.study(name).with_context(damaged)? {
-        return Study::from_definition(&definition)
-            .with_context(|| format!("the stored study `{name}`"));
-    }
-    let names = reader.study_names()?;
-    if std::path::Path::new(name).is_file() {
-        bail!(
-            "`{name}` is a file; name a study in the store instead ({}), or start it with `tribosweep run {name}`",
-            list(&names)
-        );
-    }
-    bail!("there is no study `{name}` in the store; it has {}", list(&names))
-}
-
-fn list(names: &[String]) -> String {
-    if names.is_empty() { "none so far".to_owned() } else { names.join(", ") }
 }

@@ -5,7 +5,7 @@ use contact::multiplicity::{Multiplicity, Origin, Solution};
 use contact::outcome::Fields;
 use report::{Cell, Column, Table};
 
-use crate::compare::digits;
+use crate::rows::digits;
 
 /// One row for each solution.
 pub(crate) fn table(found: &Multiplicity) -> Result<Table> {

@@ -1,56 +1,17 @@
-//! What travels between coordinator and worker, and what a worker does with it.
+//! What is done with a job.
 
 use std::time::Instant;
 
-use anyhow::{Context, Result};
 use contact::multiplicity;
 use contact::outcome::{Fields, Status};
 use contact::punch::Surfaces;
-use contact::scene::{SceneError, Shape};
+use contact::scene::SceneError;
 use contact::uniqueness::lower::VerifyError;
 use contact::uniqueness::witness::Shown;
 use contact::uniqueness::{self, Bracket, BracketError, Effort, Question, System, lower};
 use contact::{Forecast, Operators};
-use runner::{WorkerArguments, work};
-use serde::{Deserialize, Serialize};
-use study::profile::{decode_profile, encode_profile};
-use study::record::{Bracketed, encode_fields};
-use study::surface::{decode_surface, encode_surface};
+use study::record::Bracketed;
 use study::{Case, Ending, Job};
-
-use crate::output::Finish;
-
-/// A job on its way to a worker: its canonical text and what it names.
-#[derive(Serialize, Deserialize)]
-struct Order {
-    job: String,
-    height_maps: Vec<(String, Vec<u8>)>,
-    profiles: Vec<(String, Vec<u8>)>,
-}
-
-/// What a worker sends back.
-#[derive(Debug, Serialize, Deserialize)]
-pub(crate) enum Answer {
-    /// What came of it, the bytes of the fields if it has some of its own, and how long each time
-    /// took if that is asked.
-    Ended { ending: Box<Ending>, fields: Option<Vec<u8>>, times: Vec<f64> },
-    /// The scene cannot be bound to its grid.
-    Refused(String),
-}
-
-/// Encodes a job for a worker.
-pub(crate) fn order(job: &Job, canonical: String, surfaces: &Surfaces) -> Result<Vec<u8>> {
-    let map = |name: &String| Some((name.clone(), encode_surface(surfaces.get(name)?)));
-    let profile = |name: &String| Some((name.clone(), encode_profile(surfaces.profile(name)?)));
-    let (height_maps, profiles) = match job.case().map(|case| &case.scene.punch.shape) {
-        Some(Shape::HeightMap { surface, .. }) => (map(surface).into_iter().collect(), Vec::new()),
-        Some(Shape::WheelOnRail(wheel)) => {
-            (Vec::new(), [&wheel.wheel, &wheel.rail].into_iter().filter_map(profile).collect())
-        }
-        _ => (Vec::new(), Vec::new()),
-    };
-    encode(&Order { job: canonical, height_maps, profiles })
-}
 
 /// What a job will take.
 pub(crate) fn forecast(job: &Job, surfaces: &Surfaces) -> Result<Forecast, SceneError> {
@@ -187,72 +148,23 @@ pub(crate) fn verify(
     })
 }
 
-/// Decodes an [`order`].
-pub(crate) fn ordered(payload: &[u8]) -> Result<(Job, Surfaces)> {
-    let (order, _): (Order, usize) =
-        bincode::serde::decode_from_slice(payload, bincode::config::standard())?;
-    let job = Job::parse(&order.job)?;
-    let mut surfaces = Surfaces::new();
-    for (name, bytes) in order.height_maps {
-        surfaces.insert(name, decode_surface(&bytes)?.into());
-    }
-    for (name, bytes) in order.profiles {
-        surfaces.insert_profile(name, decode_profile(&bytes)?.into());
-    }
-    Ok((job, surfaces))
-}
-
-/// Decodes what a worker sent.
-pub(crate) fn answer(bytes: &[u8]) -> Result<Answer> {
-    let (answer, _) = bincode::serde::decode_from_slice(bytes, bincode::config::standard())
-        .context("a worker's answer does not decode")?;
-    Ok(answer)
-}
-
-fn encode(value: &impl Serialize) -> Result<Vec<u8>> {
-    Ok(bincode::serde::encode_to_vec(value, bincode::config::standard())?)
-}
-
-/// Solves jobs, keeping operators between them.
-#[derive(Default)]
-struct Solver {
-    operators: Operators,
-}
-
-impl Solver {
-    fn run(&mut self, payload: &[u8]) -> Result<Answer> {
-        let (job, surfaces) = ordered(payload)?;
-        let Done { ending, fields, times } = perform(&job, &surfaces, &mut self.operators)?;
-        Ok(Answer::Ended {
-            ending: Box::new(ending),
-            fields: fields.map(|fields| encode_fields(&fields)),
-            times,
-        })
+pub(crate) fn median(mut seconds: Vec<f64>) -> f64 {
+    seconds.sort_by(f64::total_cmp);
+    let middle = seconds.len() / 2;
+    match seconds.len() {
+        0 => f64::NAN,
+        n if n % 2 == 1 => seconds[middle],
+        _ => 0.5 * (seconds[middle - 1] + seconds[middle]),
     }
 }
 
-impl runner::Work for Solver {
-    fn run(&mut self, payload: &[u8]) -> Vec<u8> {
-        let answer = Solver::run(self, payload)
-            .unwrap_or_else(|error| Answer::Refused(format!("{error:#}")));
-        encode(&answer).expect("an answer is plain data")
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn medians() {
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
     }
-}
-
-/// Makes this thread one of those that share the work, `count` of them or, for 0, as many as the
-/// machine or RAYON_NUM_THREADS has. It works itself: to hand over to another and wait takes as
-/// long as a small solve's smallest parts.
-pub(crate) fn share_among(count: usize) -> Result<()> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(count)
-        .use_current_thread()
-        .build_global()
-        .context("cannot start threads")
-}
-
-/// The hidden command `worker`.
-pub(crate) fn run(threads: usize, argument: &str) -> Result<Finish> {
-    share_among(threads)?;
-    work(&WorkerArguments::parse(argument)?, Solver::default)?;
-    Ok(Finish::AllDone)
 }

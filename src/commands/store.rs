@@ -9,10 +9,11 @@ use study::record::{DecodeError, Kept};
 use study::{Job, JobKey, Record};
 
 use crate::cli::StoreCommand;
-use crate::output::{self, Finish, count};
-use crate::work::Unshown;
+use crate::output::{self, Finish};
+use crate::perform::{self, Unshown};
+use crate::words::count;
 
-pub(crate) fn run(command: &StoreCommand) -> Result<Finish> {
+pub(crate) fn store(command: &StoreCommand) -> Result<Finish> {
     match command {
         StoreCommand::Verify { deep, json, store } => verify(&open(&store.store)?, *deep, *json),
         StoreCommand::Salvage { json, store } => salvage(&store.store, *json),
@@ -41,7 +42,7 @@ fn proof(record: &Record) -> Option<Result<(), Unshown>> {
         return Some(Err(Unshown::Wrong("it brackets nothing that was asked".to_owned())));
     };
     Some(
-        crate::work::verify(&question, bracket)
+        perform::verify(&question, bracket)
             .map_err(|error| Unshown::Wrong(error.to_string()))
             .and_then(|shown| shown.map(drop)),
     )

@@ -1,27 +1,27 @@
 //! `effects`: what leaving effects out saves, measured.
 
-use std::io::{Read, Write};
+use std::io::Write;
 use std::process::{Command, Stdio};
-use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use contact::effect::{Effect, Effects};
+use contact::forecast;
 use contact::numerics::Numerics;
-use contact::outcome::{Fields, Outcome, Status};
+use contact::outcome::{Fields, Status};
 use contact::punch::Surfaces;
-use contact::{Operators, forecast};
 use report::{Cell, Column, Table};
-use serde::{Deserialize, Serialize};
-use study::record::{decode_fields, encode_fields};
+use serde::Serialize;
+use study::record::decode_fields;
 use study::{Adaptive, Case, Job};
 
 use crate::cli::EffectsArgs;
-use crate::compare::digits;
 use crate::effects::Group;
-use crate::launch::{Jobs, read_study};
-use crate::output::{self, Finish};
-use crate::query::layout;
-use crate::work::{order, ordered, share_among};
+use crate::job_list::Jobs;
+use crate::output::{self, Finish, layout};
+use crate::perform::median;
+use crate::rows::digits;
+use crate::study_file::read_study;
+use crate::wire::{Measurement, order};
 
 /// A job as it was solved with some effects asked for.
 #[derive(Serialize)]
@@ -39,16 +39,7 @@ struct Run {
     status: &'static str,
 }
 
-/// What the process that solves says.
-#[derive(Serialize, Deserialize)]
-struct Measurement {
-    seconds: Vec<f64>,
-    bytes: Option<u64>,
-    outcome: Outcome,
-    fields: Vec<u8>,
-}
-
-pub(crate) fn measure(args: &EffectsArgs) -> Result<Finish> {
+pub(crate) fn effects(args: &EffectsArgs) -> Result<Finish> {
     let study = read_study(&args.study)?;
     if let Some(Adaptive::Accuracy(_)) = study.adaptive() {
         bail!(
@@ -179,16 +170,6 @@ fn table(runs: &[Run]) -> Result<Table> {
     Ok(Table::new(heads.map(|(name, unit)| Column::new(name, unit)).collect(), rows.collect())?)
 }
 
-pub(crate) fn median(mut seconds: Vec<f64>) -> f64 {
-    seconds.sort_by(f64::total_cmp);
-    let middle = seconds.len() / 2;
-    match seconds.len() {
-        0 => f64::NAN,
-        n if n % 2 == 1 => seconds[middle],
-        _ => 0.5 * (seconds[middle - 1] + seconds[middle]),
-    }
-}
-
 /// Has a job solved `repeat` times by a process of its own, whose memory is that of the job.
 fn in_a_process(order: &[u8], repeat: u32) -> Result<Measurement> {
     let program = std::env::current_exe().context("cannot find this program's own file")?;
@@ -209,48 +190,4 @@ fn in_a_process(order: &[u8], repeat: u32) -> Result<Measurement> {
     let (measurement, _) =
         bincode::serde::decode_from_slice(&output.stdout, bincode::config::standard())?;
     Ok(measurement)
-}
-
-/// The hidden command `measured`: solves the job on standard input.
-pub(crate) fn measured(repeat: u32) -> Result<Finish> {
-    share_among(1)?;
-    let mut payload = Vec::new();
-    std::io::stdin().read_to_end(&mut payload)?;
-    let (Job::Solve(job), surfaces) = ordered(&payload)? else {
-        bail!("only scenes that are solved are measured")
-    };
-    let before = peak_memory();
-    let mut seconds = Vec::new();
-    let mut solved = None;
-    for _ in 0..repeat.max(1) {
-        drop(solved.take());
-        let start = Instant::now();
-        solved =
-            Some(contact::solve(&job.scene, &job.numerics, &surfaces, &mut Operators::default())?);
-        seconds.push(start.elapsed().as_secs_f64());
-    }
-    let bytes = peak_memory().zip(before).map(|(after, before)| after.saturating_sub(before));
-    let (outcome, fields) = solved.context("nothing was solved")?;
-    let measurement = Measurement { seconds, bytes, outcome, fields: encode_fields(&fields) };
-    let bytes = bincode::serde::encode_to_vec(&measurement, bincode::config::standard())?;
-    std::io::stdout().write_all(&bytes)?;
-    Ok(Finish::AllDone)
-}
-
-/// The most memory that this process has had so far \[bytes\], where the system says it.
-fn peak_memory() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = text.lines().find(|line| line.starts_with("VmHWM:"))?;
-    Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? * 1024)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn medians() {
-        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
-        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
-    }
 }

@@ -1,0 +1,103 @@
+//! What a store has: studies by name, and records.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+use contact::outcome::Fields;
+use store::{Blobs, Origin, ReadError, Reader, Store};
+use study::record::decode_fields;
+use study::{JobKey, Record, Study};
+
+use crate::output;
+
+/// A record as a store gives it.
+type Fetched = (JobKey, Result<Vec<u8>, ReadError>);
+
+/// Where records come from.
+#[derive(Clone, Copy)]
+pub(crate) enum Source<'a> {
+    /// The store that this process writes.
+    Store(&'a Store),
+    /// One that it reads.
+    Reader(&'a Reader),
+}
+
+impl<'a> Source<'a> {
+    /// The records of those of `keys` that have one.
+    pub(crate) fn select(self, keys: Vec<JobKey>) -> Vec<Fetched> {
+        match self {
+            Source::Store(store) => keys
+                .into_iter()
+                .filter_map(|key| store.get(&key).transpose().map(|record| (key, record)))
+                .collect(),
+            Source::Reader(reader) => reader.select(keys).collect(),
+        }
+    }
+
+    /// Every record.
+    pub(crate) fn all(self) -> Result<Box<dyn Iterator<Item = Fetched> + 'a>, ReadError> {
+        Ok(match self {
+            Source::Store(store) => Box::new(store.records()),
+            Source::Reader(reader) => Box::new(reader.records()?),
+        })
+    }
+
+    pub(crate) fn blobs(self) -> &'a Blobs {
+        match self {
+            Source::Store(store) => store.blobs(),
+            Source::Reader(reader) => reader.blobs(),
+        }
+    }
+}
+
+/// The fields that a record left.
+pub(crate) fn fields(blobs: &Blobs, record: &Record) -> Result<Fields> {
+    let kept = record.fields.as_ref().with_context(|| {
+        format!("job {} left no fields: it is {}", record.key(), record.status())
+    })?;
+    let blob = blobs.kept(kept)?.context(
+        "the file with its fields is missing; `tribosweep store verify` says what else is",
+    )?;
+    Ok(decode_fields(&blob)?)
+}
+
+/// The study of this name in a store; if there is none, says which there are.
+pub(crate) fn stored_study(reader: &Reader, name: &str) -> Result<Study> {
+    let damaged = || {
+        format!(
+            "the definition of the study `{name}` is damaged; `tribosweep run` of its file writes it anew"
+        )
+    };
+    if let Some(definition) = reader.study(name).with_context(damaged)? {
+        return Study::from_definition(&definition)
+            .with_context(|| format!("the stored study `{name}`"));
+    }
+    let names = reader.study_names()?;
+    if std::path::Path::new(name).is_file() {
+        bail!(
+            "`{name}` is a file; name a study in the store instead ({}), or start it with `tribosweep run {name}`",
+            list(&names)
+        );
+    }
+    bail!("there is no study `{name}` in the store; it has {}", list(&names))
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "none so far".to_owned() } else { names.join(", ") }
+}
+
+/// Says where numbers come from when a run is still adding to them.
+pub(crate) fn tell_origin(reader: &Reader) {
+    if let origin @ Origin::Process { .. } = reader.origin() {
+        output::say(&origin.to_string());
+    }
+}
+
+/// The option that names the store, unless it is where every command looks.
+pub(crate) fn store_option(directory: &Path) -> String {
+    if directory == Path::new(".tribosweep") {
+        String::new()
+    } else {
+        format!(" --store {}", directory.display())
+    }
+}
