@@ -8,13 +8,14 @@ use anyhow::{Context, Result, anyhow, bail};
 use contact::Forecast;
 use contact::problem::Problem;
 use contact::scene::SceneError;
+use identity::JobKey;
 use indicatif::BinaryBytes;
 use rayon::prelude::*;
 use report::Table;
 use runner::{Interrupt, Options, Task};
 use serde::Serialize;
 use store::{OpenError, Store};
-use study::{Job, JobKey, Point, Record, Study};
+use study::{Job, Point, Record, Study};
 
 use crate::cli::{CostArgs, ExecutionArgs, PlanArgs, ResumeArgs, RunArgs};
 use crate::effects::{Group, Overview, overview};

@@ -5,11 +5,12 @@ use std::collections::{HashMap, HashSet};
 use anyhow::{Context, Result, bail};
 use contact::loading::Step;
 use contact::outcome::{Fields, Observables};
+use identity::JobKey;
 use report::{Cell, Table};
 use store::{Blobs, ReadError, Reader, Store};
 use study::columns::{Compared, Role, Row, Value, along_path};
 use study::record::decode_fields;
-use study::{Adaptive, Column, JobKey, Kind, Point, Record, Study};
+use study::{Adaptive, Column, Kind, Point, Record, Study};
 
 use crate::adaptive::{self, Chosen, Found, choose};
 use crate::compare::{self, compare};

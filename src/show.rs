@@ -3,10 +3,11 @@
 use anyhow::{Context, Result, bail};
 use contact::outcome::{Fields, Outcome};
 use contact::punch::Surfaces;
+use identity::JobKey;
 use report::Table;
 use store::{Reader, Store};
 use study::columns::{Role, Value, along_path, columns};
-use study::{Case, Job, JobKey, Kind, Point, Record};
+use study::{Case, Job, Kind, Point, Record};
 
 use crate::cli::ShowArgs;
 use crate::launch::increments;
