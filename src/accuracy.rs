@@ -10,10 +10,11 @@ use std::collections::{HashMap, HashSet};
 
 use contact::numerics::{Mesh, Numerics};
 use contact::reference::power_law;
+use identity::JobKey;
 use study::accuracy::FIRST;
 use study::columns::find;
 use study::record::job_text;
-use study::{Accuracy, Case, Column, Job, JobKey, Point, Record, Study};
+use study::{Accuracy, Case, Column, Job, Point, Record, Study};
 
 use crate::found::Found;
 

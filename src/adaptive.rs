@@ -5,9 +5,10 @@ use std::collections::HashMap;
 
 use anyhow::{Context, Result};
 use contact::numerics::Mesh;
+use identity::JobKey;
 use report::{Cell, Column, Table};
 use study::adaptive::OF_ONE_JOB;
-use study::{Adaptive, JobKey, Point, Record, Study};
+use study::{Adaptive, Point, Record, Study};
 
 use crate::accuracy::{self, Learnt};
 use crate::found::{Chosen, Finding, Found};

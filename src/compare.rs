@@ -5,11 +5,12 @@ use std::collections::HashMap;
 use anyhow::{Result, bail};
 use contact::outcome::{Observables, Outcome};
 use contact::reference::{ClosedForm, Errors, PowerLaw, Trend, closed_form, power_law, richardson};
+use identity::JobKey;
 use report::{Cell, Column, Table};
 use study::columns::Compared;
 use study::key::Key;
 use study::ladder::{Ladder, Reference};
-use study::{Case, Job, JobKey, Point, Record, Study, Value};
+use study::{Case, Job, Point, Record, Study, Value};
 
 use crate::ladders::{ReadFields, members, place};
 use crate::rows::{cell, digits};

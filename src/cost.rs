@@ -9,11 +9,12 @@ use contact::outcome::StepOutcome;
 use contact::reference::{
     ClosedForm, Errors, FigureErrors, PowerLaw, closed_form, power_law, richardson,
 };
+use identity::JobKey;
 use report::{Cell, Column, Table, pareto_front};
 use study::columns::Compared;
 use study::cost::{Cost, is_rung};
 use study::key::Key;
-use study::{JobKey, Point, Record, Study, Value};
+use study::{Point, Record, Study, Value};
 
 use crate::ladders::{ReadFields, members};
 use crate::rows::{cell, digits};

@@ -10,10 +10,11 @@ use contact::numerics::{Method, Numerics};
 use contact::punch::Surfaces;
 use contact::scene::Shape;
 use contact::{Forecast, forecast};
+use identity::JobKey;
 use rayon::prelude::*;
 use serde::Serialize;
 use study::axis::Group as Axes;
-use study::{Case, Job, JobKey, Point, Study, Value};
+use study::{Case, Job, Point, Study, Value};
 
 use crate::words::{count, duration};
 

@@ -6,10 +6,11 @@ use anyhow::{Result, anyhow};
 use contact::Forecast;
 use contact::problem::Problem;
 use contact::scene::SceneError;
+use identity::JobKey;
 use rayon::prelude::*;
 use runner::Task;
 use store::Store;
-use study::{Job, JobKey, Point, Record, Study};
+use study::{Job, Point, Record, Study};
 
 use crate::effects::{Overview, overview};
 use crate::perform::forecast;

@@ -7,11 +7,12 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use contact::multiplicity::Multiplicity;
 use contact::outcome::Status;
 use contact::uniqueness::Bracket;
+use identity::JobKey;
 use runner::{Done, Verdict};
 use store::{RECORD_LIMIT, Store};
 use study::job::PHYSICS_VERSION;
 use study::record::Bracketed;
-use study::{Ending, JobKey, Provenance, Record};
+use study::{Ending, Provenance, Record};
 
 use crate::perform::median;
 use crate::wire::{Answer, answer};

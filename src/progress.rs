@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use std::io::Write;
 use std::time::Instant;
 
+use identity::JobKey;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use runner::{Event, Task, What};
-use study::JobKey;
 
 use crate::output;
 use crate::words::{count, duration};

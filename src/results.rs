@@ -5,17 +5,18 @@ use std::collections::{HashMap, HashSet};
 use anyhow::{Context, Result};
 use contact::loading::Step;
 use contact::outcome::Observables;
+use identity::JobKey;
 use report::{Cell, Table};
 use study::columns::{Compared, Role, Row, along_path};
-use study::{Adaptive, JobKey, Kind, Point, Record, Study};
+use study::{Adaptive, Kind, Point, Record, Study};
 
 use crate::adaptive::choose;
-use crate::compare::{self, compare};
-use crate::found::{self, Chosen, Found};
+use crate::compare::compare;
+use crate::found::{Chosen, Found};
 use crate::output::layout;
 use crate::rows::{heads, increments, row};
 use crate::stored::{Source, fields};
-use crate::{accuracy, cost};
+use crate::{accuracy, compare, cost, found};
 
 /// Rows of a study: every point, with the record of its job if there is one.
 pub(crate) struct Results {

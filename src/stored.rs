@@ -4,9 +4,10 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use contact::outcome::Fields;
+use identity::JobKey;
 use store::{Blobs, Origin, ReadError, Reader, Store};
 use study::record::decode_fields;
-use study::{JobKey, Record, Study};
+use study::{Record, Study};
 
 use crate::output;
 

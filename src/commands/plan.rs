@@ -5,21 +5,21 @@ use std::io::IsTerminal;
 
 use anyhow::{Result, bail};
 use contact::Forecast;
+use identity::JobKey;
 use indicatif::BinaryBytes;
 use serde::Serialize;
 use store::{OpenError, Store};
-use study::JobKey;
 
 use crate::cli::PlanArgs;
 use crate::effects::Group;
 use crate::execution::workers;
 use crate::job_list::{Jobs, increments};
-use crate::output::{self, Finish, layout};
+use crate::output::{Finish, layout};
 use crate::results::Results;
 use crate::stored::{Source, store_option};
 use crate::study_file::read_study;
 use crate::words::{count, duration};
-use crate::{adaptive, found};
+use crate::{adaptive, found, output};
 
 /// What a plan says.
 #[derive(Serialize)]

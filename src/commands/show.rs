@@ -3,14 +3,15 @@
 use anyhow::{Context, Result, bail};
 use contact::outcome::Outcome;
 use contact::punch::Surfaces;
+use identity::JobKey;
 use store::{Reader, Store};
-use study::{JobKey, Record};
+use study::Record;
 
 use crate::cli::ShowArgs;
 use crate::one_result::{json, path, words};
-use crate::output::{self, Finish, layout};
-use crate::stored::{self, stored_study, tell_origin};
-use crate::{effects, fields, solutions};
+use crate::output::{Finish, layout};
+use crate::stored::{stored_study, tell_origin};
+use crate::{effects, fields, output, solutions, stored};
 
 pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;

@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 
 use anyhow::{Context, Result};
+use identity::{JobKey, Kept};
 use indicatif::BinaryBytes;
 use store::{Digest, Store};
-use study::record::{DecodeError, Kept};
-use study::{Job, JobKey, Record};
+use study::record::DecodeError;
+use study::{Job, Record};
 
 use crate::cli::StoreCommand;
 use crate::output::{self, Finish};

@@ -10,13 +10,13 @@ use contact::scene::{
 
 use contact::uniqueness::{Effort, Question, Sole, upper};
 use contact::{Forecast, forecast_bracket};
+use identity::STORED_LIMIT;
 
 use crate::cost::Cost;
 use crate::error::Problem;
 use crate::job::{Case, Job};
 use crate::key::{Key, Quantity, Table};
 use crate::kind::Kind;
-use crate::record::STORED_LIMIT;
 use crate::sheet::{Setting, Sheet, Source, SurfaceNames, TablePlaces};
 
 /// The keys that a shape needs beyond `shape`; `file` stands for `file` or `surface`.

@@ -33,6 +33,7 @@ use std::sync::Arc;
 use contact::numerics::Mesh;
 use contact::punch::{ProfileKind, Surfaces};
 use contact::scene::SceneError;
+use identity::JobKey;
 use rayon::prelude::*;
 use toml::de::{DeTable, DeValue};
 
@@ -44,7 +45,7 @@ use crate::columns::{self, Column, Value};
 use crate::cost::{self, Cost};
 use crate::error::{Problem, Span, StudyError};
 use crate::figure::{self, Figure};
-use crate::job::{Job, JobError, JobKey};
+use crate::job::{Job, JobError};
 use crate::key::{Key, Table, nearest, one_of};
 use crate::kind::Kind;
 use crate::ladder::{self, Ladder};

@@ -7,6 +7,7 @@ use contact::scene::{
     Base, Domain, Foundation, Friction, Material, Punch, Scene, SceneError, Shape,
 };
 use contact::uniqueness::{Effort, Question};
+use identity::JobKey;
 use serde::{Deserialize, Serialize};
 
 use crate::key::{Key, Quantity};
@@ -273,47 +274,6 @@ pub enum JobError {
     /// It is one without mechanical meaning.
     #[error("not a job: {0}")]
     Scene(#[from] SceneError),
-}
-
-/// The identity of a job: 32 bytes, shown as hexadecimal.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub struct JobKey(pub [u8; 32]);
-
-impl JobKey {
-    /// The key of a canonical text under a version of the physics.
-    pub fn of(physics: u32, canonical: &str) -> JobKey {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(b"tribosweep job ");
-        hasher.update(&physics.to_le_bytes());
-        hasher.update(canonical.as_bytes());
-        JobKey(*hasher.finalize().as_bytes())
-    }
-}
-
-/// Why a text is not a job's key.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is not a job's key: it must be 64 hexadecimal digits")]
-pub struct ParseKeyError(pub String);
-
-impl std::str::FromStr for JobKey {
-    type Err = ParseKeyError;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let hash = blake3::Hash::from_hex(text).map_err(|_| ParseKeyError(text.to_owned()))?;
-        Ok(JobKey(*hash.as_bytes()))
-    }
-}
-
-impl std::fmt::Display for JobKey {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
-    }
-}
-
-impl std::fmt::Debug for JobKey {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "JobKey({self})")
-    }
 }
 
 #[cfg(test)]

@@ -51,7 +51,7 @@ pub use columns::{Column, Value};
 pub use error::StudyError;
 pub use figure::Figure;
 pub use file::{Point, Study};
-pub use job::{Case, Job, JobKey};
+pub use job::{Case, Job};
 pub use kind::Kind;
 pub use ladder::Ladder;
 pub use record::{Ending, Provenance, Record};

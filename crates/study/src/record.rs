@@ -9,9 +9,10 @@ use contact::multiplicity::Multiplicity;
 use contact::outcome::{Fields, Outcome, Status};
 use contact::uniqueness::Bracket;
 use contact::uniqueness::witness::Shown;
+use identity::{JobKey, Kept};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use crate::job::{Job, JobError, JobKey, PHYSICS_VERSION};
+use crate::job::{Job, JobError, PHYSICS_VERSION};
 
 /// How a job ended.
 #[expect(clippy::large_enum_variant, reason = "nearly every record is of the large one")]
@@ -82,15 +83,6 @@ pub struct Provenance {
     pub finished: u64,
 }
 
-/// Where the bytes of a record's fields are.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Kept {
-    /// In a blob, whose name is their BLAKE3 digest.
-    Blob([u8; 32]),
-    /// In the record itself, compressed.
-    Inside(Vec<u8>),
-}
-
 /// What a job leaves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
@@ -152,10 +144,6 @@ const OLDER_VERSION: u8 = 3;
 
 /// The formats of records that are read.
 const RECORD_VERSIONS: &[u8] = &[OLDER_VERSION, RECORD_VERSION];
-
-/// Most bytes of a record that a store keeps: room for the 1000 increments that a loading path may
-/// have.
-pub const STORED_LIMIT: usize = 1 << 20;
 
 /// Longest text or list in a record that is believed \[bytes\]; a corrupt length must not allocate.
 const RECORD_LIMIT: usize = 16 << 20;
