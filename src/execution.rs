@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 use std::path::Path;
 
+use answers::{Results, choice};
 use anyhow::{Context, Result};
 use runner::{Interrupt, Options};
 use store::Store;
@@ -13,7 +14,6 @@ use crate::job_list::Jobs;
 use crate::ledger::Ledger;
 use crate::output::{self, Finish};
 use crate::progress::Progress;
-use crate::results::Results;
 use crate::stored::Source;
 use crate::summary::{Tally, again, report};
 
@@ -28,6 +28,7 @@ pub(crate) fn execute(study: Study, directory: &Path, args: &ExecutionArgs) -> R
     if !is_new {
         jobs.bind(&study, |key| store.contains(key))?;
     }
+    let source = Source::Store(&store);
     // a run that computes nothing still clears away what a killed one left
     runner::sweep_leftovers();
     let definition = study.definition();
@@ -45,7 +46,7 @@ pub(crate) fn execute(study: Study, directory: &Path, args: &ExecutionArgs) -> R
     loop {
         let points = match study.adaptive() {
             None => study.points(),
-            Some(_) => Results::chosen(&study, Source::Store(&store))?.points,
+            Some(_) => choice::gather(&study, &source)?.chosen.points,
         };
         let jobs = Jobs::of_points(&study, points)?;
         asked.extend(jobs.keys());
@@ -78,7 +79,7 @@ pub(crate) fn execute(study: Study, directory: &Path, args: &ExecutionArgs) -> R
             break;
         }
     }
-    report(&Results::read(Source::Store(&store), study)?, directory, args.json, tally)
+    report(&Results::read(study, &source)?, directory, args.json, tally)
 }
 
 /// How many workers of those asked for have something to do.

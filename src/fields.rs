@@ -5,6 +5,7 @@ use std::io::IsTerminal;
 use std::path::Path;
 
 use anyhow::{Result, bail};
+use contact::multiplicity::Multiplicity;
 use contact::outcome::Fields;
 use report::{Field, Grid, TerminalInk, Values, field_csv, vti};
 
@@ -99,4 +100,26 @@ pub(crate) fn show_field(fields: &Fields, name: &str, file: Option<&Path>) -> Re
     };
     write(file, &bytes)?;
     output::print(&format!("{}\n", file.display()))
+}
+
+/// The fields of the solution with this index, the first without one.
+pub(crate) fn solution_fields(found: &Multiplicity, index: Option<usize>) -> Result<Fields> {
+    let index = index.unwrap_or(0);
+    match found.solutions.get(index) {
+        Some(solution) => Ok(solution.fields.clone()),
+        None => bail!(
+            "there is no solution {index}: the search found {}, counted from 0",
+            found.solutions.len()
+        ),
+    }
+}
+
+/// Refuses an index of a solution where nothing was searched for.
+pub(crate) fn only_of_a_search(index: Option<usize>) -> Result<()> {
+    match index {
+        Some(index) => {
+            bail!("--solution {index}: only a study of kind \"multiplicity\" has several solutions")
+        }
+        None => Ok(()),
+    }
 }

@@ -3,14 +3,13 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
+use answers::Results;
 use anyhow::{Context, Result, bail};
 use report::{Figure, FigureSpec, Table};
 use study::Study;
 use study::columns::{Role, along_path, find};
 use study::label::{label, quantity_name};
 use study::units::Dimension;
-
-use crate::results::Results;
 
 /// Dots per inch of PNG files.
 pub(crate) const RESOLUTION: f64 = 300.0;
@@ -29,18 +28,15 @@ pub(crate) fn draw(
     files: &[PathBuf],
 ) -> Result<()> {
     let drawn = || -> Result<()> {
-        let mut table = results.figure_table(figure.steps)?;
-        if let Some(expression) = filter {
-            table = table.filter(expression)?;
-        }
-        let svg = picture(&results.study, &table, figure)?.svg();
+        let table = results.figure_table(figure, filter)?;
+        let svg = picture(results.study(), &table, figure)?.svg();
         files.iter().try_for_each(|file| match file.extension().and_then(OsStr::to_str) {
             Some("svg") => write(file, svg.as_bytes()),
             Some("png") => write(file, &report::png(&svg, RESOLUTION)?),
             _ => bail!("{}: a figure is written as .svg or .png", file.display()),
         })
     };
-    match results.study.figures() {
+    match results.study().figures() {
         [_, _, ..] => drawn().with_context(|| format!("figure `{}`", figure.name)),
         _ => drawn(),
     }

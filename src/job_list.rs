@@ -2,6 +2,9 @@
 
 use std::collections::{HashMap, HashSet};
 
+use answers::effects::{Overview, overview};
+use answers::perform::forecast;
+use answers::{choice, convergence, cost};
 use anyhow::{Result, anyhow};
 use contact::Forecast;
 use contact::problem::Problem;
@@ -12,10 +15,7 @@ use runner::Task;
 use store::Store;
 use study::{Job, Point, Record, Study};
 
-use crate::effects::{Overview, overview};
-use crate::perform::forecast;
 use crate::wire::order;
-use crate::{adaptive, compare, cost};
 
 /// The distinct jobs of a study with what they will take, in the order of their first points.
 pub(crate) struct Jobs {
@@ -26,10 +26,10 @@ pub(crate) struct Jobs {
 impl Jobs {
     /// Refuses a study of which some point cannot be laid out, before anything runs.
     pub(crate) fn of(study: &Study) -> Result<Self> {
-        adaptive::check(study)?;
+        choice::check(study)?;
         let jobs = Self::of_points(study, study.points())?;
         if let Some(ladder) = study.ladder() {
-            compare::check(study, ladder, &jobs.points)?;
+            convergence::check(study, ladder, &jobs.points)?;
         }
         if let Some(cost) = study.cost() {
             cost::check(study, cost, &jobs.points)?;
@@ -102,7 +102,7 @@ impl Jobs {
     /// The effects of all of them.
     pub(crate) fn effects(&self, study: &Study) -> Result<Overview> {
         let first: Vec<usize> = self.distinct.iter().map(|(index, _)| *index).collect();
-        overview(study, &self.points, &first)
+        Ok(overview(study, &self.points, &first)?)
     }
 
     pub(crate) fn keys(&self) -> Vec<JobKey> {

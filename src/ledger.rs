@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::error::Error;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use answers::perform::median;
 use contact::multiplicity::Multiplicity;
 use contact::outcome::Status;
 use contact::uniqueness::Bracket;
@@ -14,7 +15,6 @@ use study::job::PHYSICS_VERSION;
 use study::record::Bracketed;
 use study::{Ending, Provenance, Record};
 
-use crate::perform::median;
 use crate::wire::{Answer, answer};
 
 /// Keeps results in a store: fields as blobs first, then the records that refer to them.

@@ -1,29 +1,19 @@
 //! The `tribosweep` command: wires studies, runner, store and report together.
 #![forbid(unsafe_code)]
 
-mod accuracy;
-mod adaptive;
+mod answer_text;
 mod cli;
 mod commands;
-mod compare;
-mod cost;
 mod edit;
-mod effects;
+mod effect_text;
 mod execution;
 mod fields;
 mod figures;
-mod found;
 mod job_list;
-mod ladders;
 mod ledger;
 mod one_result;
 mod output;
-mod patches;
-mod perform;
 mod progress;
-mod results;
-mod rows;
-mod solutions;
 mod stored;
 mod study_file;
 mod summary;

@@ -1,5 +1,7 @@
 //! One result whole, to be read or as JSON.
 
+use answers::patches::{self, patches};
+use answers::{effects, results, rows, solutions};
 use anyhow::Result;
 use contact::outcome::Fields;
 use contact::punch::Surfaces;
@@ -7,11 +9,10 @@ use report::Table;
 use study::columns::{Role, Value, along_path, columns};
 use study::{Case, Job, Kind, Point, Record};
 
+use crate::effect_text;
 use crate::job_list::increments;
 use crate::output::layout;
-use crate::patches::{self, patches};
 use crate::words::count;
-use crate::{effects, results, rows, solutions};
 
 /// The increments of a result's loading path.
 pub(crate) fn path(record: &Record) -> Result<Table> {
@@ -90,7 +91,10 @@ pub(crate) fn words(
     text += &match (&point.job, effects::missing_surface(&point.job, surfaces)) {
         (Job::Solve(case) | Job::Cost { case, .. }, None) => {
             let listed = effects::effects(case, surfaces)?;
-            format!("effects\n{}", effects::words(Some(listed.solver), &listed.lines, listed.cost))
+            format!(
+                "effects\n{}",
+                effect_text::words(Some(listed.solver), &listed.lines, listed.cost)
+            )
         }
         (Job::Multiplicity { .. } | Job::Uniqueness { .. }, _) => String::new(),
         (Job::Solve(_) | Job::Cost { .. }, Some(missing)) => {

@@ -2,17 +2,15 @@
 
 use std::path::Path;
 
+use answers::{RecordMap, Records, RecordsError};
 use anyhow::{Context, Result, bail};
 use contact::outcome::Fields;
 use identity::JobKey;
 use store::{Blobs, Origin, ReadError, Reader, Store};
-use study::record::decode_fields;
+use study::record::{decode_fields, job_text};
 use study::{Record, Study};
 
 use crate::output;
-
-/// A record as a store gives it.
-type Fetched = (JobKey, Result<Vec<u8>, ReadError>);
 
 /// Where records come from.
 #[derive(Clone, Copy)]
@@ -23,31 +21,58 @@ pub(crate) enum Source<'a> {
     Reader(&'a Reader),
 }
 
-impl<'a> Source<'a> {
+/// A record as a store gives it.
+type Fetched = (JobKey, Result<Vec<u8>, ReadError>);
+
+impl Source<'_> {
     /// The records of those of `keys` that have one.
-    pub(crate) fn select(self, keys: Vec<JobKey>) -> Vec<Fetched> {
+    fn fetch(self, keys: &[JobKey]) -> Vec<Fetched> {
         match self {
             Source::Store(store) => keys
-                .into_iter()
-                .filter_map(|key| store.get(&key).transpose().map(|record| (key, record)))
+                .iter()
+                .filter_map(|key| store.get(key).transpose().map(|record| (*key, record)))
                 .collect(),
-            Source::Reader(reader) => reader.select(keys).collect(),
+            Source::Reader(reader) => reader.select(keys.to_vec()).collect(),
         }
     }
 
     /// Every record.
-    pub(crate) fn all(self) -> Result<Box<dyn Iterator<Item = Fetched> + 'a>, ReadError> {
+    fn all(&self) -> Result<Box<dyn Iterator<Item = Fetched> + '_>, ReadError> {
         Ok(match self {
             Source::Store(store) => Box::new(store.records()),
             Source::Reader(reader) => Box::new(reader.records()?),
         })
     }
 
-    pub(crate) fn blobs(self) -> &'a Blobs {
+    fn blobs(&self) -> &Blobs {
         match self {
             Source::Store(store) => store.blobs(),
             Source::Reader(reader) => reader.blobs(),
         }
+    }
+}
+
+impl Records for Source<'_> {
+    fn select(&self, keys: &[JobKey]) -> Result<RecordMap, RecordsError> {
+        let decoded = |(key, bytes): Fetched| -> Result<(JobKey, Record)> {
+            let bytes = bytes.context("run `tribosweep store verify` to see the whole damage")?;
+            let record =
+                Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?;
+            Ok((key, record))
+        };
+        Ok(self.fetch(keys).into_iter().map(decoded).collect::<Result<_>>()?)
+    }
+
+    fn matching(&self, is_wanted: &dyn Fn(&str) -> bool) -> Result<RecordMap, RecordsError> {
+        let wanted = |(key, bytes): Fetched| {
+            let bytes = bytes.ok().filter(|bytes| job_text(bytes).is_some_and(is_wanted))?;
+            Some((key, Record::decode(&bytes).ok()?))
+        };
+        Ok(self.all()?.filter_map(wanted).collect())
+    }
+
+    fn fields(&self, record: &Record) -> Result<Fields, RecordsError> {
+        Ok(fields(self.blobs(), record)?)
     }
 }
 

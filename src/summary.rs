@@ -3,14 +3,16 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use answers::Results;
+use answers::results::WARNINGS;
 use anyhow::{Context, Result};
 use report::Table;
 use serde::Serialize;
 use study::{Record, Study};
 
+use crate::answer_text::{answers_json, answers_words};
 use crate::figures;
 use crate::output::{self, Finish, layout};
-use crate::results::{Results, WARNINGS};
 use crate::stored::store_option;
 use crate::words::{count, duration};
 
@@ -40,10 +42,10 @@ pub(crate) fn report(
     json: bool,
     tally: Tally,
 ) -> Result<Finish> {
-    let study = &results.study;
+    let study = results.study();
     let progress = results.progress();
     let figures = if progress.done > 0 { draw_figures(results, directory) } else { Vec::new() };
-    let finish = match (tally.interrupted, progress.failed + results.inaccurate) {
+    let finish = match (tally.interrupted, progress.failed + results.inaccurate()) {
         (true, _) => Finish::Interrupted,
         (_, 0) => Finish::AllDone,
         _ => Finish::SomeFailed,
@@ -52,7 +54,7 @@ pub(crate) fn report(
     let mut failures = Vec::new();
     let mut listed = BTreeSet::new();
     for record in results
-        .points
+        .points()
         .iter()
         .filter_map(|point| results.record(point))
         .filter(|record| !record.is_certified())
@@ -66,14 +68,14 @@ pub(crate) fn report(
         let files: Vec<_> = figures.iter().flatten().flatten().collect();
         let line = serde_json::json!({
             "event": "summary", "study": study.name(), "progress": progress, "run": tally, "failures": failures, "figures": files,
-            "answers": results.answers_json()?, "inaccurate": results.inaccurate,
+            "answers": answers_json(results.answers()?)?, "inaccurate": results.inaccurate(),
         });
         output::print(&format!("{line}\n"))?;
         return Ok(finish);
     }
 
     let mut text = String::new();
-    let mut table = results.table()?.select(&results.usual_columns(false))?;
+    let mut table = results.usual_table()?;
     let all = table.rows().len();
     if all > SUMMARY_ROWS {
         table = Table::new(table.columns().to_vec(), table.rows()[..SUMMARY_ROWS].to_vec())?;
@@ -83,7 +85,7 @@ pub(crate) fn report(
         let more = count(all - SUMMARY_ROWS, "more row", "more rows");
         text += &format!("… {more}: tribosweep query {}{store_option}\n", study.name());
     }
-    text += &results.answers_words();
+    text += &answers_words(results.answers()?);
     text += &format!(
         "\n{}: {}, {} certified, {} failed, {} left; {} of {} computed in {}, {} from the store\n",
         study.name(),
@@ -106,7 +108,7 @@ pub(crate) fn report(
     }
     for warning in &WARNINGS {
         let concerned: Vec<&Record> = results
-            .points
+            .points()
             .iter()
             .filter_map(|point| results.record(point))
             .filter(|record| warning.concerns(record))
@@ -124,9 +126,9 @@ pub(crate) fn report(
             );
         }
     }
-    if results.inaccurate > 0 {
+    if results.inaccurate() > 0 {
         let (points, name) =
-            (count(results.inaccurate, "point misses", "points miss"), study.name());
+            (count(results.inaccurate(), "point misses", "points miss"), study.name());
         text += &format!(
             "warning: {points} the accuracy asked for: tribosweep answer {name}{store_option}\n"
         );
@@ -159,10 +161,10 @@ fn draw_figures(results: &Results, directory: &Path) -> Vec<Result<Vec<PathBuf>>
     let draw = |figure: &study::Figure| {
         std::fs::create_dir_all(&folder)
             .with_context(|| format!("cannot make {}", folder.display()))?;
-        let files = figures::figure_files(&folder.join(figure.stem(results.study.name())));
+        let files = figures::figure_files(&folder.join(figure.stem(results.study().name())));
         figures::draw(results, figure, None, &files).map(|()| files)
     };
-    results.study.figures().iter().map(draw).collect()
+    results.study().figures().iter().map(draw).collect()
 }
 
 pub(crate) fn again(study: &Study, directory: &Path) -> String {

@@ -3,6 +3,9 @@
 use std::io::Write;
 use std::process::{Command, Stdio};
 
+use answers::effects::Group;
+use answers::perform::median;
+use answers::rows::digits;
 use anyhow::{Context, Result, bail};
 use contact::effect::{Effect, Effects};
 use contact::forecast;
@@ -15,11 +18,8 @@ use study::record::decode_fields;
 use study::{Adaptive, Case, Job};
 
 use crate::cli::EffectsArgs;
-use crate::effects::Group;
 use crate::job_list::Jobs;
 use crate::output::{self, Finish, layout};
-use crate::perform::median;
-use crate::rows::digits;
 use crate::study_file::read_study;
 use crate::wire::{Measurement, order};
 

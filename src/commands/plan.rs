@@ -3,6 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::io::IsTerminal;
 
+use answers::choice;
+use answers::effects::Group;
 use anyhow::{Result, bail};
 use contact::Forecast;
 use identity::JobKey;
@@ -11,15 +13,14 @@ use serde::Serialize;
 use store::{OpenError, Store};
 
 use crate::cli::PlanArgs;
-use crate::effects::Group;
+use crate::effect_text::overview_words;
 use crate::execution::workers;
 use crate::job_list::{Jobs, increments};
+use crate::output;
 use crate::output::{Finish, layout};
-use crate::results::Results;
 use crate::stored::{Source, store_option};
 use crate::study_file::read_study;
 use crate::words::{count, duration};
-use crate::{adaptive, found, output};
 
 /// What a plan says.
 #[derive(Serialize)]
@@ -53,11 +54,11 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     let mut chosen = None;
     if study.adaptive().is_some() {
         let known = match &reader {
-            Some(reader) => Results::chosen(&study, Source::Reader(reader))?,
-            None => adaptive::choose(&study, &HashMap::new())?,
+            Some(reader) => choice::gather(&study, &Source::Reader(reader))?.chosen,
+            None => choice::choose(&study, &HashMap::new())?,
         };
         jobs = Jobs::of_points(&study, known.points)?;
-        chosen = Some(found::table(&study, &known.findings)?);
+        chosen = Some(choice::table(&study, &known.findings)?);
     }
     let keys = jobs.keys();
     let overview = jobs.effects(&study)?;
@@ -139,7 +140,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
         text += if plan.to_run > 0 { "more follow, as the results demand\n" } else { "" };
         text += &format!("\nfound so far\n{}", table.terminal(&layout()));
     }
-    text += &format!("\n{}", overview.words());
+    text += &format!("\n{}", overview_words(&overview));
     if std::io::stdout().is_terminal() && plan.to_run > 0 {
         text += &format!(
             "run it with: tribosweep run {}{}\n",

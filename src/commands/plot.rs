@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use answers::Results;
 use anyhow::{Result, bail};
 use store::Store;
 use study::Study;
@@ -9,14 +10,14 @@ use study::Study;
 use crate::cli::PlotArgs;
 use crate::figures::{draw, figure_files};
 use crate::output::{self, Finish};
-use crate::results::Results;
 use crate::stored::{Source, stored_study, tell_origin};
 
 pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
     tell_origin(&reader);
-    let results = Results::read(Source::Reader(&reader), stored_study(&reader, &args.name)?)?;
-    let figures = chosen(args, &results.study)?;
+    let source = Source::Reader(&reader);
+    let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
+    let figures = chosen(args, results.study())?;
     if let (Some(file), [_, _, ..]) = (&args.output, &figures[..]) {
         let names =
             figures.iter().map(|figure| figure.name.as_str()).collect::<Vec<_>>().join(", ");
@@ -27,7 +28,7 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
     }
     let (mut written, mut failed) = (Vec::new(), None);
     for figure in &figures {
-        let stem = figure.stem(results.study.name());
+        let stem = figure.stem(results.study().name());
         let files =
             args.output.clone().map_or_else(|| figure_files(Path::new(&stem)), |file| vec![file]);
         match draw(&results, figure, args.filter.as_deref(), &files) {

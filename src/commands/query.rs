@@ -1,5 +1,6 @@
 //! `query`: the results of a study as a table.
 
+use answers::Results;
 use anyhow::Result;
 use report::{Cell, Column, Table};
 use store::Store;
@@ -8,18 +9,28 @@ use study::columns::{Role, along_path};
 
 use crate::cli::{QueryArgs, TableFormat};
 use crate::output::{self, Finish, layout};
-use crate::results::Results;
 use crate::stored::{Source, stored_study, tell_origin};
 
 pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
     tell_origin(&reader);
-    let results = Results::read(Source::Reader(&reader), stored_study(&reader, &args.name)?)?;
+    let source = Source::Reader(&reader);
+    let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
     let format = if args.json { TableFormat::Json } else { args.format };
     let table = if args.columns {
-        columns(&results.study, args.steps)?
+        columns(results.study(), args.steps)?
     } else {
-        let mut table = if args.steps { results.increments()? } else { results.table()? };
+        let selected = if args.select.is_empty() {
+            results.usual_columns(args.steps)
+        } else {
+            args.select.clone()
+        };
+        let mut table = if args.steps {
+            results.increments()?
+        } else {
+            let mentions = selected.iter().chain(&args.sort).chain(&args.filter);
+            results.table(&mentions.collect::<Vec<_>>())?
+        };
         if let Some(expression) = &args.filter {
             table = table.filter(expression)?;
             if table.rows().is_empty() {
@@ -29,11 +40,6 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
         if !args.sort.is_empty() {
             table = table.sort(&args.sort)?;
         }
-        let selected = if args.select.is_empty() {
-            results.usual_columns(args.steps)
-        } else {
-            args.select.clone()
-        };
         table.select(&selected)?
     };
     output::print(&match format {

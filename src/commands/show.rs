@@ -1,5 +1,6 @@
 //! `show`: one result whole.
 
+use answers::effects;
 use anyhow::{Context, Result, bail};
 use contact::outcome::Outcome;
 use contact::punch::Surfaces;
@@ -11,7 +12,7 @@ use crate::cli::ShowArgs;
 use crate::one_result::{json, path, words};
 use crate::output::{Finish, layout};
 use crate::stored::{stored_study, tell_origin};
-use crate::{effects, fields, output, solutions, stored};
+use crate::{fields, output, stored};
 
 pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
@@ -41,9 +42,9 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
     if let Some(name) = &args.field {
         fields::check_field(name, args.output.as_deref())?;
         let fields = match record.multiplicity() {
-            Some(found) => solutions::fields(found, args.solution)?,
+            Some(found) => fields::solution_fields(found, args.solution)?,
             None => {
-                solutions::only_of_a_search(args.solution)?;
+                fields::only_of_a_search(args.solution)?;
                 stored::fields(reader.blobs(), &record)?
             }
         };

@@ -4,6 +4,9 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::time::Instant;
 
+use answers::choice::{Found, choose};
+use answers::perform::{Done, median, perform};
+use answers::results::WARNINGS;
 use anyhow::{Context, Result, bail};
 use contact::Operators;
 use contact::outcome::Fields;
@@ -11,15 +14,12 @@ use contact::punch::Surfaces;
 use study::job::PHYSICS_VERSION;
 use study::{Adaptive, Job, Kind, Provenance, Record, Study};
 
-use crate::adaptive::choose;
 use crate::cli::SolveArgs;
 use crate::edit::with_settings;
-use crate::found::Found;
 use crate::output::{self, Finish, layout};
-use crate::perform::{Done, median, perform};
 use crate::study_file::{parse_study, read_study};
 use crate::threads::share_among;
-use crate::{fields, one_result, results, solutions};
+use crate::{fields, one_result};
 
 pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     share_among(0)?;
@@ -43,7 +43,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
         fields::check_field(name, args.output.as_deref())?;
     }
     if study.kind() != Kind::Multiplicity {
-        solutions::only_of_a_search(args.solution)?;
+        fields::only_of_a_search(args.solution)?;
     }
     let mut operators = Operators::default();
     let (record, fields, found) = match study.adaptive() {
@@ -63,7 +63,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     match &args.field {
         Some(name) => {
             let fields = match record.multiplicity() {
-                Some(found) => Some(solutions::fields(found, args.solution)?),
+                Some(found) => Some(fields::solution_fields(found, args.solution)?),
                 None => fields,
             };
             fields::show_field(&fields.context("it has no fields")?, name, args.output.as_deref())?;
@@ -79,7 +79,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
             output::print(&text)?;
         }
     }
-    for warning in results::WARNINGS.iter().filter(|warning| warning.concerns(&record)) {
+    for warning in WARNINGS.iter().filter(|warning| warning.concerns(&record)) {
         output::say(&format!("warning: elements {}", warning.words));
     }
     if let (Some(Found::Beyond { error, why, .. }), true) = (found, record.is_certified()) {

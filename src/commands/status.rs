@@ -1,12 +1,12 @@
 //! `status`: how far the studies of a store are.
 
+use answers::Progress;
 use anyhow::Result;
 use report::{Cell, Column, Table};
 use store::Store;
 
 use crate::cli::StatusArgs;
 use crate::output::{self, Finish, layout};
-use crate::results::Progress;
 use crate::stored::{Source, stored_study, tell_origin};
 
 pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
@@ -23,13 +23,14 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
     let mut rows = Vec::new();
     let mut listed = Vec::new();
     for study in studies {
-        let progress = match Progress::read(Source::Reader(&reader), &study) {
+        let progress = match Progress::read(&study, &Source::Reader(&reader)) {
             Ok(progress) => progress,
             Err(error) if args.name.is_none() => {
+                let error = anyhow::Error::from(error);
                 output::complain(&error.context(format!("study `{}`", study.name())));
                 continue;
             }
-            Err(error) => return Err(error),
+            Err(error) => return Err(error.into()),
         };
         listed.push(serde_json::json!({ "study": study.name(), "question": study.question(), "progress": progress }));
         let mut row = vec![Cell::Text(study.name().to_owned())];

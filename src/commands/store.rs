@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use answers::perform::{self, Unshown};
 use anyhow::{Context, Result};
 use identity::{JobKey, Kept};
 use indicatif::BinaryBytes;
@@ -11,7 +12,6 @@ use study::{Job, Record};
 
 use crate::cli::StoreCommand;
 use crate::output::{self, Finish};
-use crate::perform::{self, Unshown};
 use crate::words::count;
 
 pub(crate) fn store(command: &StoreCommand) -> Result<Finish> {

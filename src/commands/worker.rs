@@ -1,12 +1,12 @@
 //! `worker`: does jobs for a coordinator.
 
+use answers::perform::{Done, perform};
 use anyhow::Result;
 use contact::Operators;
 use runner::{WorkerArguments, work};
 use study::record::encode_fields;
 
 use crate::output::Finish;
-use crate::perform::{Done, perform};
 use crate::threads::share_among;
 use crate::wire::{Answer, encode, ordered};
 

@@ -1,20 +1,25 @@
 //! Rows of tables, from points and records.
 
-use anyhow::Result;
 use report::{Cell, Table};
 use study::columns::Row;
 use study::{Column, Point, Record, Value};
 
+use crate::error::AnswerError;
+
 /// One row by itself, as a table.
-pub(crate) fn table(columns: &[Column], point: &Point, record: Option<&Record>) -> Result<Table> {
+pub(crate) fn table(
+    columns: &[Column],
+    point: &Point,
+    record: Option<&Record>,
+) -> Result<Table, AnswerError> {
     Ok(Table::new(heads(columns), vec![row(columns, &Row { point, record, compared: None })])?)
 }
 
 /// A table of the increments of results.
-pub(crate) fn increments<'r>(
+pub fn increments<'r>(
     columns: &[Column],
     results: impl IntoIterator<Item = (&'r Point, &'r Record)>,
-) -> Result<Table> {
+) -> Result<Table, AnswerError> {
     let mut rows = Vec::new();
     for (point, record) in results {
         record.along_path(|increment| {
@@ -42,6 +47,6 @@ pub(crate) fn cell(value: Value) -> Cell {
 }
 
 /// So many digits after the first.
-pub(crate) fn digits(x: f64, more: usize) -> f64 {
+pub fn digits(x: f64, more: usize) -> f64 {
     format!("{x:.more$e}").parse().unwrap_or(x)
 }

@@ -1,22 +1,21 @@
 //! How far solutions are from what they converge to, and what that says: orders and limits.
 
-use std::collections::HashMap;
-
-use anyhow::{Result, bail};
 use contact::outcome::{Observables, Outcome};
 use contact::reference::{ClosedForm, Errors, PowerLaw, Trend, closed_form, power_law, richardson};
-use identity::JobKey;
 use report::{Cell, Column, Table};
 use study::columns::Compared;
 use study::key::Key;
 use study::ladder::{Ladder, Reference};
 use study::{Case, Job, Point, Record, Study, Value};
 
-use crate::ladders::{ReadFields, members, place};
+use crate::comparison::{AnswerTable, Comparison};
+use crate::error::AnswerError;
+use crate::ladders::{members, place};
+use crate::records::{RecordMap, Records};
 use crate::rows::{cell, digits};
 
 /// One ladder: the points that differ in their rung only.
-pub(crate) struct Rungs<'a> {
+struct Rungs<'a> {
     /// The values of the other axes.
     at: Vec<(String, Value)>,
     /// What its rungs are compared with, by its name.
@@ -37,7 +36,7 @@ fn exact(ladder: &Ladder, case: &Case) -> Option<ClosedForm> {
 }
 
 /// Refuses a study that asks for a closed form where there is none, before anything is solved.
-pub(crate) fn check(study: &Study, ladder: &Ladder, points: &[Point]) -> Result<()> {
+pub fn check(study: &Study, ladder: &Ladder, points: &[Point]) -> Result<(), AnswerError> {
     if ladder.reference != Some(Reference::ClosedForm) {
         return Ok(());
     }
@@ -47,11 +46,11 @@ pub(crate) fn check(study: &Study, ladder: &Ladder, points: &[Point]) -> Result<
             .filter_map(|index| case(&points[*index]))
             .any(|case| exact(ladder, case).is_none())
         {
-            bail!(
+            return Err(AnswerError::Refused(format!(
                 "{}: {} has no closed form; leave `reference` out of [convergence] to compare with the finest",
                 study.path(),
                 place(&at)
-            );
+            )));
         }
     }
     Ok(())
@@ -59,13 +58,14 @@ pub(crate) fn check(study: &Study, ladder: &Ladder, points: &[Point]) -> Result<
 
 /// Gathers the ladders of a convergence study from what was solved, and compares each rung; one
 /// entry for each point.
-pub(crate) fn compare<'a>(
+pub fn compare(
     study: &Study,
     ladder: &Ladder,
     points: &[Point],
-    records: &'a HashMap<JobKey, Record>,
-    fields: &ReadFields<'_>,
-) -> Result<(Vec<Rungs<'a>>, Vec<Option<Compared>>)> {
+    records: &RecordMap,
+    source: &dyn Records,
+) -> Result<Comparison, AnswerError> {
+    let fields = |record: &Record| source.fields(record).map_err(AnswerError::Records);
     let mut compared: Vec<Option<Compared>> = points.iter().map(|_| None).collect();
     let mut ladders = Vec::new();
     for (at, members) in members(study, |group| group == ladder.group, points) {
@@ -136,7 +136,10 @@ pub(crate) fn compare<'a>(
         let noise = points[finest].job.case().map_or(0.0, |case| 10.0 * case.numerics.tolerance);
         ladders.push(Rungs { at, reference, noise, rungs });
     }
-    Ok((ladders, compared))
+    let mut answers =
+        vec![AnswerTable { title: "orders", table: orders(study, &ladders, &compared)? }];
+    answers.extend(limits(study, &ladders)?.map(|table| AnswerTable { title: "limits", table }));
+    Ok(Comparison { compared, answers })
 }
 
 fn case(point: &Point) -> Option<&Case> {
@@ -152,11 +155,11 @@ fn height(along: Key, case: &Case, record: &Record) -> f64 {
 }
 
 /// How each error falls along each ladder: error ~ h^order.
-pub(crate) fn orders(
+fn orders(
     study: &Study,
     ladders: &[Rungs<'_>],
     compared: &[Option<Compared>],
-) -> Result<Table> {
+) -> Result<Table, AnswerError> {
     let along = study
         .ladder()
         .map_or("h", |ladder| if ladder.along == Key::Epsilon { "epsilon" } else { "h" });
@@ -214,7 +217,7 @@ const LIMITS: [Quantity; 5] = [
 ];
 
 /// What the quantities of each ladder of meshes tend to, by Richardson's extrapolation.
-pub(crate) fn limits(study: &Study, ladders: &[Rungs<'_>]) -> Result<Option<Table>> {
+fn limits(study: &Study, ladders: &[Rungs<'_>]) -> Result<Option<Table>, AnswerError> {
     if study.ladder().is_none_or(|ladder| ladder.along != Key::Mesh)
         || ladders.iter().all(|ladder| ladder.rungs.len() < 3)
     {

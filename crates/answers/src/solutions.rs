@@ -1,14 +1,13 @@
 //! The solutions that a search found, as a table.
 
-use anyhow::{Result, bail};
 use contact::multiplicity::{Multiplicity, Origin, Solution};
-use contact::outcome::Fields;
 use report::{Cell, Column, Table};
 
+use crate::error::AnswerError;
 use crate::rows::digits;
 
 /// One row for each solution.
-pub(crate) fn table(found: &Multiplicity) -> Result<Table> {
+pub fn table(found: &Multiplicity) -> Result<Table, AnswerError> {
     let heads = [
         ("solution", ""),
         ("load", "N"),
@@ -42,28 +41,6 @@ pub(crate) fn table(found: &Multiplicity) -> Result<Table> {
     };
     let rows = found.solutions.iter().enumerate().map(row).collect();
     Ok(Table::new(heads.map(|(name, unit)| Column::new(name, unit)).to_vec(), rows)?)
-}
-
-/// The fields of the solution with this index, the first without one.
-pub(crate) fn fields(found: &Multiplicity, index: Option<usize>) -> Result<Fields> {
-    let index = index.unwrap_or(0);
-    match found.solutions.get(index) {
-        Some(solution) => Ok(solution.fields.clone()),
-        None => bail!(
-            "there is no solution {index}: the search found {}, counted from 0",
-            found.solutions.len()
-        ),
-    }
-}
-
-/// Refuses an index of a solution where nothing was searched for.
-pub(crate) fn only_of_a_search(index: Option<usize>) -> Result<()> {
-    match index {
-        Some(index) => {
-            bail!("--solution {index}: only a study of kind \"multiplicity\" has several solutions")
-        }
-        None => Ok(()),
-    }
 }
 
 /// Where a start comes from, in words.

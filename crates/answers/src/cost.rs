@@ -1,30 +1,22 @@
 //! What accuracy costs: the error of every rung of a ladder against the time it takes.
 
-use std::collections::HashMap;
-
-use anyhow::{Context, Result, bail};
 use contact::loading::Control;
 use contact::numerics::{Mesh, Numerics};
 use contact::outcome::StepOutcome;
 use contact::reference::{
     ClosedForm, Errors, FigureErrors, PowerLaw, closed_form, power_law, richardson,
 };
-use identity::JobKey;
 use report::{Cell, Column, Table, pareto_front};
 use study::columns::Compared;
 use study::cost::{Cost, is_rung};
 use study::key::Key;
-use study::{Point, Record, Study, Value};
+use study::{Point, Study, Value};
 
-use crate::ladders::{ReadFields, members};
+use crate::comparison::{AnswerTable, Comparison};
+use crate::error::AnswerError;
+use crate::ladders::members;
+use crate::records::{RecordMap, Records};
 use crate::rows::{cell, digits};
-
-/// What a study of cost says.
-pub(crate) struct Costs {
-    pub(crate) compared: Vec<Option<Compared>>,
-    /// A title and a table each.
-    pub(crate) answers: Vec<(&'static str, Table)>,
-}
 
 /// A rung: settings, their error and their time.
 struct Rung<'a> {
@@ -52,7 +44,7 @@ struct Laws {
 }
 
 /// Refuses a study whose error has nothing to be an error from, before anything is solved.
-pub(crate) fn check(study: &Study, cost: &Cost, points: &[Point]) -> Result<()> {
+pub fn check(study: &Study, cost: &Cost, points: &[Point]) -> Result<(), AnswerError> {
     let Some(on) = cost.on.filter(|on| SCALARS.iter().all(|(known, _)| known != on)) else {
         return Ok(());
     };
@@ -61,24 +53,24 @@ pub(crate) fn check(study: &Study, cost: &Cost, points: &[Point]) -> Result<()> 
         .filter_map(|point| point.job.case())
         .find(|case| closed_form(&case.scene).is_none())
     {
-        Some(_) => bail!(
+        Some(_) => Err(AnswerError::Refused(format!(
             "{}: [cost] on = \"{on}\" needs a scene with a closed form, and this one has none; what is extrapolated instead is {}",
             study.path(),
             SCALARS.map(|(name, _)| name).join(", ")
-        ),
+        ))),
         None => Ok(()),
     }
 }
 
 /// Holds every rung against the closed form of its scene, or else against what its tightest rungs
 /// extrapolate to.
-pub(crate) fn compare(
+pub fn compare(
     study: &Study,
     cost: &Cost,
     points: &[Point],
-    records: &HashMap<JobKey, Record>,
-    fields: &ReadFields<'_>,
-) -> Result<Costs> {
+    records: &RecordMap,
+    source: &dyn Records,
+) -> Result<Comparison, AnswerError> {
     let mut compared: Vec<Option<Compared>> = points.iter().map(|_| None).collect();
     let (mut fronts, mut fits, mut words) = (Vec::new(), Vec::new(), Vec::new());
     let mut axes: Vec<String> = Vec::new();
@@ -92,7 +84,7 @@ pub(crate) fn compare(
             .legs()
             .last()
             .map(|leg| leg.target)
-            .context("a scene without a load step")?;
+            .ok_or(AnswerError::Inconsistent("a scene without a load step"))?;
         let on = cost.on.unwrap_or(if matches!(controls[0], Control::Motion(_)) {
             "load"
         } else {
@@ -156,7 +148,7 @@ pub(crate) fn compare(
         if let Some(exact) = &exact {
             for rung in &rungs {
                 compared[rung.index] =
-                    against(exact, rung.end, points, records, rung.index, fields)?.map(|errors| {
+                    against(exact, rung.end, points, records, rung.index, source)?.map(|errors| {
                         Compared { errors, reference: reference.clone(), claim: None }
                     });
             }
@@ -227,13 +219,11 @@ pub(crate) fn compare(
     };
     let mut answers = Vec::new();
     if !fronts.is_empty() {
-        answers.push((
-            "cheapest for their error",
-            table(
-                &[("error up to", ""), ("seconds", "s"), ("spread", ""), ("settings", "")],
-                fronts,
-            )?,
-        ));
+        let front = table(
+            &[("error up to", ""), ("seconds", "s"), ("spread", ""), ("settings", "")],
+            fronts,
+        )?;
+        answers.push(AnswerTable { title: "cheapest for their error", table: front });
         let own = [
             ("with", ""),
             ("error of", ""),
@@ -244,10 +234,10 @@ pub(crate) fn compare(
             ("reference", ""),
             ("its uncertainty", ""),
         ];
-        answers.push(("laws", table(&own, fits)?));
-        answers.push(("cost", table(&[("answer", "")], words)?));
+        answers.push(AnswerTable { title: "laws", table: table(&own, fits)? });
+        answers.push(AnswerTable { title: "cost", table: table(&[("answer", "")], words)? });
     }
-    Ok(Costs { compared, answers })
+    Ok(Comparison { compared, answers })
 }
 
 impl Laws {
@@ -308,12 +298,16 @@ fn against(
     exact: &ClosedForm,
     end: &StepOutcome,
     points: &[Point],
-    records: &HashMap<JobKey, Record>,
+    records: &RecordMap,
     index: usize,
-    fields: &ReadFields<'_>,
-) -> Result<Option<Errors>> {
+    source: &dyn Records,
+) -> Result<Option<Errors>, AnswerError> {
     let Some(record) = records.get(&points[index].key) else { return Ok(None) };
-    Ok(Errors::against_closed_form(end, &fields(record)?, exact))
+    Ok(Errors::against_closed_form(
+        end,
+        &source.fields(record).map_err(AnswerError::Records)?,
+        exact,
+    ))
 }
 
 /// The rungs that differ from the best in their mesh only: of the smallest tolerance and ε, in the

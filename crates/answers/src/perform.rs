@@ -14,7 +14,7 @@ use study::record::Bracketed;
 use study::{Case, Ending, Job};
 
 /// What a job will take.
-pub(crate) fn forecast(job: &Job, surfaces: &Surfaces) -> Result<Forecast, SceneError> {
+pub fn forecast(job: &Job, surfaces: &Surfaces) -> Result<Forecast, SceneError> {
     match job {
         Job::Solve(Case { scene, numerics }) => contact::forecast(scene, numerics, surfaces),
         Job::Cost { case: Case { scene, numerics }, repeat, .. } => {
@@ -29,16 +29,17 @@ pub(crate) fn forecast(job: &Job, surfaces: &Surfaces) -> Result<Forecast, Scene
 }
 
 /// What came of a job.
-pub(crate) struct Done {
-    pub(crate) ending: Ending,
+pub struct Done {
+    /// How it ended.
+    pub ending: Ending,
     /// If it has some of its own.
-    pub(crate) fields: Option<Fields>,
+    pub fields: Option<Fields>,
     /// How long each time took, if that is asked \[s\].
-    pub(crate) times: Vec<f64>,
+    pub times: Vec<f64>,
 }
 
 /// Does a job.
-pub(crate) fn perform(
+pub fn perform(
     job: &Job,
     surfaces: &Surfaces,
     operators: &mut Operators,
@@ -105,7 +106,7 @@ fn bracketed(question: &Question, effort: &Effort) -> Result<Bracketed, SceneErr
 }
 
 /// Why a bracket is not shown to hold, in words.
-pub(crate) enum Unshown {
+pub enum Unshown {
     /// It takes too large a matrix to check: it may hold.
     TooLarge(String),
     /// It carries what does not show it.
@@ -114,7 +115,7 @@ pub(crate) enum Unshown {
 
 /// Shows that a bracket holds, from what it carries and the question alone; else says what is not
 /// shown.
-pub(crate) fn verify(
+pub fn verify(
     question: &Question,
     bracket: &Bracket,
 ) -> Result<Result<Option<Shown>, Unshown>, SceneError> {
@@ -148,7 +149,8 @@ pub(crate) fn verify(
     })
 }
 
-pub(crate) fn median(mut seconds: Vec<f64>) -> f64 {
+/// Returns the median, NaN of nothing.
+pub fn median(mut seconds: Vec<f64>) -> f64 {
     seconds.sort_by(f64::total_cmp);
     let middle = seconds.len() / 2;
     match seconds.len() {

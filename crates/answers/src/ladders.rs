@@ -2,12 +2,7 @@
 
 use std::collections::HashMap;
 
-use anyhow::Result;
-use contact::outcome::Fields;
-use study::{Point, Record, Study, Value};
-
-/// Reads the fields of a record.
-pub(crate) type ReadFields<'f> = dyn Fn(&Record) -> Result<Fields> + 'f;
+use study::{Point, Study, Value};
 
 /// A combination of values of axes, and the points that have it.
 pub(crate) type Members = (Vec<(String, Value)>, Vec<usize>);

@@ -1,15 +1,16 @@
 //! The separate regions of a contact, as its fields show them.
 
-use anyhow::Result;
 use contact::observables::{self, State};
 use contact::outcome::Fields;
 use report::{Cell, Column, Table};
 use serde::Serialize;
 
+use crate::error::AnswerError;
+
 /// A region in contact that touches no other, elements that share a corner taken for one; in SI
 /// units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct Patch {
+pub struct Patch {
     area: f64,
     load: f64,
     peak_pressure: f64,
@@ -24,7 +25,7 @@ pub(crate) struct Patch {
 }
 
 /// The patches of a contact, the one that carries most first.
-pub(crate) fn patches(fields: &Fields) -> Vec<Patch> {
+pub fn patches(fields: &Fields) -> Vec<Patch> {
     let in_contact =
         |at: usize| fields.state.get(at).is_some_and(|state| *state >= State::Stick as u8);
     let regions = observables::patches(fields.shape.map(|n| n as usize), in_contact);
@@ -68,7 +69,7 @@ fn patch(fields: &Fields, region: &[usize]) -> Patch {
 }
 
 /// The patches as a table.
-pub(crate) fn table(patches: &[Patch]) -> Result<Table> {
+pub fn table(patches: &[Patch]) -> Result<Table, AnswerError> {
     let heads =
         [("patch", "")].into_iter().chain([("area", "m²"), ("load", "N"), ("peak_pressure", "Pa")]);
     let heads = heads.chain(["x", "y", "x_from", "x_to", "y_from", "y_to"].map(|name| (name, "m")));

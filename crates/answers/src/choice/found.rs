@@ -1,55 +1,101 @@
 //! What a study that chooses points found.
 
-use anyhow::Result;
 use report::{Cell, Column, Table};
 use serde::Serialize;
 use study::{Adaptive, Point, Study};
 
+use crate::error::AnswerError;
 use crate::rows::{cell, digits};
 
 /// What is known of the points of a study.
-pub(crate) struct Chosen {
+pub struct Chosen {
     /// In order; what has no record yet is wanted.
-    pub(crate) points: Vec<Point>,
+    pub points: Vec<Point>,
     /// Of a study that chooses points, what it found so far at each combination of its axes.
-    pub(crate) findings: Vec<Finding>,
+    pub findings: Vec<Finding>,
 }
 
 /// What a study that chooses points found at one combination of its axes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Finding {
+pub struct Finding {
     /// The values of the axes, without the one that is halved.
     #[serde(skip)]
-    pub(crate) at: Vec<(String, study::Value)>,
-    pub(crate) found: Found,
+    pub at: Vec<(String, study::Value)>,
+    /// How far the choice has come there.
+    pub found: Found,
 }
 
 /// How far the choice of points has come.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Found {
+pub enum Found {
     /// Jobs are left.
     Pending,
     /// A job that the choice depends on was not solved.
     Unsolved,
-    /// The result held still: its value on the finest mesh, and by how much it changed to there.
-    Still { mesh: [u32; 2], value: f64, change: f64 },
-    /// The finest mesh that is allowed came first; from the only one there is no change.
-    NotStill { mesh: [u32; 2], value: f64, change: Option<f64> },
-    /// The condition changes between these values, in this direction.
-    Changes { from: f64, to: f64, becomes: bool },
-    /// It holds, or does not, at every value tried.
-    Everywhere { holds: bool },
+    /// The result holds still.
+    Still {
+        /// Elements along x and y of the finest mesh.
+        mesh: [u32; 2],
+        /// The result on that mesh, in SI units.
+        value: f64,
+        /// The relative change from the mesh before.
+        change: f64,
+    },
+    /// The finest mesh that is allowed came before the result held still.
+    NotStill {
+        /// Elements along x and y of the finest mesh.
+        mesh: [u32; 2],
+        /// The result on that mesh, in SI units.
+        value: f64,
+        /// The relative change from the mesh before; `None` for the only one.
+        change: Option<f64>,
+    },
+    /// The condition changes between two values of the axis, in SI units.
+    Changes {
+        /// The lower value.
+        from: f64,
+        /// The upper value.
+        to: f64,
+        /// The condition holds at the upper value, and not at the lower one; else the reverse.
+        becomes: bool,
+    },
+    /// The condition is the same at every value that was tried.
+    Everywhere {
+        /// It holds.
+        holds: bool,
+    },
     /// These settings are to be tried next.
-    Next { mesh: [u32; 2], tolerance: f64 },
-    /// These settings are accurate enough, by the estimate of the relative error with them.
-    Within { mesh: [u32; 2], tolerance: f64, error: f64 },
-    /// No settings were; these came closest.
-    Beyond { mesh: [u32; 2], tolerance: f64, error: Option<f64>, why: &'static str },
+    Next {
+        /// Elements along x and y.
+        mesh: [u32; 2],
+        /// The solver's tolerance.
+        tolerance: f64,
+    },
+    /// These settings are accurate enough.
+    Within {
+        /// Elements along x and y.
+        mesh: [u32; 2],
+        /// The solver's tolerance.
+        tolerance: f64,
+        /// The estimated relative error.
+        error: f64,
+    },
+    /// No settings were accurate enough; these came closest.
+    Beyond {
+        /// Elements along x and y.
+        mesh: [u32; 2],
+        /// The solver's tolerance.
+        tolerance: f64,
+        /// The estimated relative error, if there is an estimate.
+        error: Option<f64>,
+        /// The reason, in words.
+        why: &'static str,
+    },
 }
 
 /// What was found as a table.
-pub(crate) fn table(study: &Study, findings: &[Finding]) -> Result<Table> {
+pub fn table(study: &Study, findings: &[Finding]) -> Result<Table, AnswerError> {
     let axes = findings.first().map(|finding| finding.at.clone()).unwrap_or_default();
     let columns = study.columns();
     let unit = |name: &str| study::columns::find(&columns, name).map_or("", study::Column::unit);

@@ -13,10 +13,9 @@ use contact::reference::power_law;
 use identity::JobKey;
 use study::accuracy::FIRST;
 use study::columns::find;
-use study::record::job_text;
 use study::{Accuracy, Case, Column, Job, Point, Record, Study};
 
-use crate::found::Found;
+use super::found::Found;
 
 /// What was solved of a scene with some settings.
 struct Rung<'a> {
@@ -44,11 +43,11 @@ impl Rung<'_> {
 }
 
 /// What is known of the scenes of a study, on any mesh.
-pub(crate) struct Learnt<'a>(HashMap<&'a str, Vec<&'a Record>>);
+pub(super) struct Learnt<'a>(HashMap<&'a str, Vec<&'a Record>>);
 
 impl<'a> Learnt<'a> {
     /// Sorts records by their scenes.
-    pub(crate) fn of(records: &'a HashMap<JobKey, Record>) -> Self {
+    pub(super) fn of(records: &'a HashMap<JobKey, Record>) -> Self {
         let mut known: HashMap<&str, Vec<&Record>> = HashMap::new();
         for record in records.values() {
             if let Some(scene) = scene(&record.job) {
@@ -60,7 +59,7 @@ impl<'a> Learnt<'a> {
 }
 
 /// The scenes of a study, as their jobs' canonical texts have them.
-pub(crate) fn scenes(study: &Study) -> HashSet<String> {
+pub(super) fn scenes(study: &Study) -> HashSet<String> {
     study
         .points()
         .iter()
@@ -68,9 +67,9 @@ pub(crate) fn scenes(study: &Study) -> HashSet<String> {
         .collect()
 }
 
-/// Whether the bytes of a record tell of one of these scenes.
-pub(crate) fn tells(scenes: &HashSet<String>, record: &[u8]) -> bool {
-    job_text(record).is_some_and(|job| scene(job).is_some_and(|scene| scenes.contains(scene)))
+/// Whether the canonical text of a job solves one of these scenes.
+pub(super) fn solves(scenes: &HashSet<String>, job: &str) -> bool {
+    scene(job).is_some_and(|scene| scenes.contains(scene))
 }
 
 /// The scene in the canonical text of a job that solves it, once or often.
@@ -82,7 +81,7 @@ fn scene(job: &str) -> Option<&str> {
 }
 
 /// The settings for the point with an index: those to use, or those to try next.
-pub(crate) fn choose(
+pub(super) fn choose(
     study: &Study,
     accuracy: &Accuracy,
     columns: &[Column],

@@ -1,10 +1,6 @@
 //! Which effects scenes call for, in groups of jobs that call for the same ones, and what leaving
 //! the others out saves.
-
-use std::collections::{HashMap, HashSet};
-use std::ops::Add;
-
-use anyhow::Result;
+use crate::error::AnswerError;
 use contact::effect::{Effect, Effects};
 use contact::numerics::{Method, Numerics};
 use contact::punch::Surfaces;
@@ -13,16 +9,18 @@ use contact::{Forecast, forecast};
 use identity::JobKey;
 use rayon::prelude::*;
 use serde::Serialize;
+use std::collections::{HashMap, HashSet};
+use std::ops::Add;
 use study::axis::Group as Axes;
 use study::{Case, Job, Point, Study, Value};
 
-use crate::words::{count, duration};
-
 /// What solving takes, predicted; of several jobs, the sums.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub(crate) struct Cost {
-    pub(crate) unknowns: usize,
-    pub(crate) seconds: f64,
+pub struct Cost {
+    /// The number of unknowns.
+    pub unknowns: usize,
+    /// The time \[s\].
+    pub seconds: f64,
 }
 
 impl From<Forecast> for Cost {
@@ -41,33 +39,40 @@ impl Add for Cost {
 
 /// An effect of one or several jobs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Line {
-    pub(crate) effect: Effect,
-    pub(crate) simulated: bool,
+pub struct Line {
+    /// The effect.
+    pub effect: Effect,
+    /// It is simulated, and not left out.
+    pub simulated: bool,
     /// The reason, that of the first job if they differ.
-    pub(crate) reason: String,
+    pub reason: String,
     /// How many reasons there are.
-    pub(crate) reasons: usize,
+    pub reasons: usize,
     /// What solving would take with it, for an effect that is left out and could be asked for.
-    pub(crate) with: Option<Cost>,
+    pub with: Option<Cost>,
 }
 
 /// The method that solves, and why.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-pub(crate) struct Solver {
-    method: Method,
-    reason: &'static str,
+pub struct Solver {
+    /// The method.
+    pub method: Method,
+    /// The reason to choose it.
+    pub reason: &'static str,
 }
 
 /// The effects of one job.
-pub(crate) struct Listed {
-    pub(crate) solver: Solver,
-    pub(crate) cost: Cost,
-    pub(crate) lines: Vec<Line>,
+pub struct Listed {
+    /// The method that solves it.
+    pub solver: Solver,
+    /// Predicted, with the effects as they are.
+    pub cost: Cost,
+    /// Every effect.
+    pub lines: Vec<Line>,
 }
 
 /// Lists the effects of a case.
-pub(crate) fn effects(job: &Case, surfaces: &Surfaces) -> Result<Listed> {
+pub fn effects(job: &Case, surfaces: &Surfaces) -> Result<Listed, AnswerError> {
     let with = |simulate: Vec<Effect>| {
         forecast(&job.scene, &Numerics { simulate, ..job.numerics.clone() }, surfaces)
     };
@@ -90,7 +95,7 @@ pub(crate) fn effects(job: &Case, surfaces: &Surfaces) -> Result<Listed> {
 }
 
 /// What a scene needs that `surfaces` does not hold, in words.
-pub(crate) fn missing_surface(job: &Job, surfaces: &Surfaces) -> Option<String> {
+pub fn missing_surface(job: &Job, surfaces: &Surfaces) -> Option<String> {
     match &job.case()?.scene.punch.shape {
         Shape::HeightMap { surface, .. } if surfaces.get(surface).is_none() => {
             Some(format!("the height map {surface}"))
@@ -107,37 +112,44 @@ pub(crate) fn missing_surface(job: &Job, surfaces: &Surfaces) -> Option<String> 
 
 /// Jobs of a study of which the same effects are simulated, by the same method.
 #[derive(Serialize)]
-pub(crate) struct Group {
+pub struct Group {
     /// Index of the first point.
     #[serde(skip)]
-    pub(crate) first: usize,
+    pub first: usize,
     /// Which values of the axes they have, in words; of a study without axes, nothing.
-    pub(crate) which: String,
-    pub(crate) jobs: usize,
-    pub(crate) solver: Solver,
+    pub which: String,
+    /// The number of jobs.
+    pub jobs: usize,
+    /// The method that solves them.
+    pub solver: Solver,
     /// Predicted, of all its jobs.
-    pub(crate) cost: Cost,
-    pub(crate) effects: Vec<Line>,
+    pub cost: Cost,
+    /// Every effect.
+    pub effects: Vec<Line>,
 }
 
 /// The effects of a study's jobs.
-pub(crate) struct Overview {
+pub struct Overview {
     /// What holds for all jobs alike.
-    common: Vec<Line>,
-    solver: Option<Solver>,
-    cost: Cost,
-    jobs: usize,
-    pub(crate) groups: Vec<Group>,
+    pub common: Vec<Line>,
+    /// The method, if all jobs are solved by the same.
+    pub solver: Option<Solver>,
+    /// Predicted, of all jobs.
+    pub cost: Cost,
+    /// The number of jobs.
+    pub jobs: usize,
+    /// The groups, in the order of their first points.
+    pub groups: Vec<Group>,
 }
 
 /// Groups a study's jobs, of one kind all of them; those that solve no scene have no effects.
 /// `first` are the indices of the points with which each of them first occurs.
-pub(crate) fn overview(study: &Study, points: &[Point], first: &[usize]) -> Result<Overview> {
+pub fn overview(study: &Study, points: &[Point], first: &[usize]) -> Result<Overview, AnswerError> {
     let cases = first.par_iter().filter_map(|index| match &points[*index].job {
         Job::Solve(case) | Job::Cost { case, .. } => Some(effects(case, study.surfaces())),
         Job::Multiplicity { .. } | Job::Uniqueness { .. } => None,
     });
-    let listed: Vec<Listed> = cases.collect::<Result<_>>()?;
+    let listed: Vec<Listed> = cases.collect::<Result<_, AnswerError>>()?;
     let mut order: Vec<Vec<usize>> = Vec::new();
     let mut known: HashMap<(Solver, Vec<bool>), usize> = HashMap::new();
     for (at, job) in listed.iter().enumerate() {
@@ -263,91 +275,4 @@ fn which(study: &Study, points: &[Point], members: &[usize]) -> String {
         }
     }
     format!("{}{}", if is_product || said.is_empty() { "" } else { "such as " }, said.join("; "))
-}
-
-/// Groups that are printed; the others are in the JSON.
-const PRINTED_GROUPS: usize = 5;
-
-impl Overview {
-    /// The overview to be read: what all jobs have in common, then each group's own.
-    pub(crate) fn words(&self) -> String {
-        if self.groups.is_empty() {
-            return String::new();
-        }
-        if let [only] = &self.groups[..] {
-            let jobs =
-                if only.jobs == 1 { String::new() } else { format!(" of all {} jobs", only.jobs) };
-            return format!(
-                "effects{jobs}\n{}",
-                words(Some(only.solver), &only.effects, only.cost)
-            );
-        }
-        let mut text = String::new();
-        if self.solver.is_some() || !self.common.is_empty() {
-            text += &format!(
-                "effects of all {} jobs\n{}",
-                self.jobs,
-                words(self.solver, &self.common, self.cost)
-            );
-        }
-        for group in self.groups.iter().take(PRINTED_GROUPS) {
-            let own: Vec<Line> = group
-                .effects
-                .iter()
-                .filter(|line| !self.common.iter().any(|common| common.effect == line.effect))
-                .cloned()
-                .collect();
-            text += &format!(
-                "effects of {}{}\n{}",
-                count(group.jobs, "job", "jobs"),
-                if group.which.is_empty() { String::new() } else { format!(": {}", group.which) },
-                words(self.solver.xor(Some(group.solver)), &own, group.cost)
-            );
-        }
-        if let Some(rest) = self.groups.len().checked_sub(PRINTED_GROUPS).filter(|rest| *rest > 0) {
-            text += &format!(
-                "{} more: --json lists them\n",
-                count(rest, "group of jobs", "groups of jobs")
-            );
-        }
-        text
-    }
-}
-
-/// Effects as lines of text, after the method; `cost` is what solving takes as it is.
-pub(crate) fn words(solver: Option<Solver>, lines: &[Line], cost: Cost) -> String {
-    let solver = solver.map(|Solver { method, reason }| match method {
-        Method::Seidel => format!("  {:<15} seidel, {reason}; it leaves out nothing\n", "method"),
-        Method::Newton | Method::Auto => format!("  {:<15} newton, {reason}\n", "method"),
-    });
-    let line = |line: &Line| {
-        let mut text = format!(
-            "  {:<15} {:<4} {}",
-            line.effect.name(),
-            if line.simulated { "on" } else { "off" },
-            line.reason
-        );
-        if line.reasons > 1 {
-            text += &format!(" (and {})", count(line.reasons - 1, "other reason", "other reasons"));
-        }
-        let saved = |with: f64, without: f64| {
-            (with > without && with > 0.0)
-                .then(|| format!("{:.0} %", 100.0 * (1.0 - without / with)))
-        };
-        if let Some(with) = line.with {
-            let unknowns = saved(with.unknowns as f64, cost.unknowns as f64)
-                .map(|part| format!("{part} of the unknowns"));
-            let spared = with.seconds - cost.seconds;
-            let spared =
-                if spared < 1e-3 { String::new() } else { format!(" ({})", duration(spared)) };
-            let seconds =
-                saved(with.seconds, cost.seconds).map(|part| format!("{part} of the time{spared}"));
-            let parts: Vec<String> = unknowns.into_iter().chain(seconds).collect();
-            if !parts.is_empty() {
-                text += &format!("; saves {}", parts.join(", "));
-            }
-        }
-        text + "\n"
-    };
-    solver.into_iter().chain(lines.iter().map(line)).collect()
 }

@@ -1,21 +1,26 @@
 //! The points of a study as far as its results determine them: those of its axes, and those it
 //! chooses.
 
-use std::collections::HashMap;
+use std::collections::HashSet;
 
-use anyhow::{Context, Result};
 use contact::numerics::Mesh;
 use identity::JobKey;
 use report::{Cell, Column, Table};
 use study::adaptive::OF_ONE_JOB;
 use study::{Adaptive, Point, Record, Study};
 
-use crate::accuracy::{self, Learnt};
-use crate::found::{Chosen, Finding, Found};
+use crate::error::AnswerError;
+use crate::records::{RecordMap, Records};
 use crate::rows;
 
+mod accuracy;
+mod found;
+
+use accuracy::Learnt;
+pub use found::{Chosen, Finding, Found, table};
+
 /// Chooses a study's points by the records that there are.
-pub(crate) fn choose(study: &Study, records: &HashMap<JobKey, Record>) -> Result<Chosen> {
+pub fn choose(study: &Study, records: &RecordMap) -> Result<Chosen, AnswerError> {
     match study.adaptive() {
         None => Ok(Chosen { points: study.points(), findings: Vec::new() }),
         Some(Adaptive::Refine { on, until, at_most }) => {
@@ -31,7 +36,8 @@ pub(crate) fn choose(study: &Study, records: &HashMap<JobKey, Record>) -> Result
             let mut chosen = Chosen { points: Vec::new(), findings: Vec::new() };
             for index in 0..study.len() {
                 let settings = accuracy::choose(study, accuracy, &columns, &learnt, index);
-                let (point, found) = settings.context("a point of the study cannot be made")?;
+                let (point, found) = settings
+                    .ok_or(AnswerError::Inconsistent("a point of the study cannot be made"))?;
                 chosen.findings.push(Finding { at: values(study, &point, None), found });
                 chosen.points.push(point);
             }
@@ -41,7 +47,7 @@ pub(crate) fn choose(study: &Study, records: &HashMap<JobKey, Record>) -> Result
 }
 
 /// Refuses a condition that cannot be evaluated, before anything runs.
-pub(crate) fn check(study: &Study) -> Result<()> {
+pub fn check(study: &Study) -> Result<(), AnswerError> {
     let Some(Adaptive::Bisect { on, .. }) = study.adaptive() else { return Ok(()) };
     let columns = study.columns();
     // along each axis with the others at their first value: what is a number for one mesh is a text
@@ -75,7 +81,7 @@ pub(crate) fn check(study: &Study) -> Result<()> {
 
 /// A row of a point as its job will leave it: what it is not known to say has its type, and no
 /// value if it is a number.
-fn sample(columns: &[study::Column], point: &Point) -> Result<Table> {
+fn sample(columns: &[study::Column], point: &Point) -> Result<Table, AnswerError> {
     let heads = columns.iter().map(|column| Column::new(column.name.as_ref(), column.unit()));
     let cells = columns.iter().map(|column| match rows::cell(column.value(point, None)) {
         Cell::Missing if column.is_numeric() => Cell::Number(f64::NAN),
@@ -87,14 +93,17 @@ fn sample(columns: &[study::Column], point: &Point) -> Result<Table> {
 
 fn refine(
     study: &Study,
-    records: &HashMap<JobKey, Record>,
+    records: &RecordMap,
     index: usize,
     (on, until, at_most): (&str, f64, u32),
     chosen: &mut Chosen,
-) -> Result<()> {
+) -> Result<(), AnswerError> {
     let columns = study.columns();
-    let column = study::columns::find(&columns, on).context("the column of [refine] is gone")?;
-    let first = study.point(index).context("a point of the study cannot be made")?;
+    let column = study::columns::find(&columns, on)
+        .ok_or(AnswerError::Inconsistent("the column of [refine] is gone"))?;
+    let first = study
+        .point(index)
+        .ok_or(AnswerError::Inconsistent("a point of the study cannot be made"))?;
     let at = values(study, &first, None);
     let mut sides = match first.job.mesh() {
         Mesh::Across(n) => [n, n],
@@ -135,16 +144,17 @@ fn refine(
 
 fn bisect(
     study: &Study,
-    records: &HashMap<JobKey, Record>,
+    records: &RecordMap,
     (axis, on, to): (usize, &str, f64),
-) -> Result<Chosen> {
+) -> Result<Chosen, AnswerError> {
     let columns = study.columns();
-    let which = study.axes().nth(axis).context("the axis of [bisect] is gone")?;
+    let which =
+        study.axes().nth(axis).ok_or(AnswerError::Inconsistent("the axis of [bisect] is gone"))?;
     let group = study.groups().iter().position(|group| group.axes().contains(which)).unwrap_or(0);
     let length = study.groups()[group].len();
     let stride: usize = study.groups()[group + 1..].iter().map(study::axis::Group::len).product();
     // whether the condition holds; None where it is not known
-    let holds = |point: &Point| -> Result<Option<bool>> {
+    let holds = |point: &Point| -> Result<Option<bool>, AnswerError> {
         match records.get(&point.key) {
             Some(record) if record.is_certified() => {
                 let table = rows::table(&columns, point, Some(record))?;
@@ -167,7 +177,7 @@ fn bisect(
         let mut line: Vec<Point> =
             (0..length).filter_map(|step| study.point(index + step * stride)).collect();
         let at = line.first().map(|first| values(study, first, Some(axis))).unwrap_or_default();
-        let mut known: Vec<Option<bool>> = line.iter().map(&holds).collect::<Result<_>>()?;
+        let mut known: Vec<Option<bool>> = line.iter().map(&holds).collect::<Result<_, _>>()?;
         let mut changes = Vec::new();
         let mut from = 0;
         while from + 1 < line.len() {
@@ -183,9 +193,10 @@ fn bisect(
                 changes.push(Found::Changes { from: low, to: high, becomes: after });
                 from += 1;
             } else {
-                let point = study
-                    .point_at(index, axis, between)
-                    .context("a value between two of the study cannot be made a job")?;
+                let point =
+                    study.point_at(index, axis, between).ok_or(AnswerError::Inconsistent(
+                        "a value between two of the study cannot be made a job",
+                    ))?;
                 known.insert(from + 1, holds(&point)?);
                 line.insert(from + 1, point);
             }
@@ -208,4 +219,40 @@ fn values(study: &Study, point: &Point, without: Option<usize>) -> Vec<(String, 
     let axes =
         study.axes().zip(&point.values).enumerate().filter(|(index, _)| Some(*index) != without);
     axes.map(|(_, (axis, value))| (axis.column().into_owned(), value.clone())).collect()
+}
+
+/// The points of a study as far as its results determine them, with these results.
+pub struct Gathered {
+    /// The points, and what was found in choosing them.
+    pub chosen: Chosen,
+    /// The records that the points have, and those that the choice has learnt from.
+    pub records: RecordMap,
+}
+
+/// Chooses a study's points by the results that `source` keeps, as far as these go.
+///
+/// # Errors
+/// A record cannot be read, or a condition cannot be evaluated.
+pub fn gather(study: &Study, source: &dyn Records) -> Result<Gathered, AnswerError> {
+    let mut records = RecordMap::new();
+    if let Some(Adaptive::Accuracy(_)) = study.adaptive() {
+        // whatever study left them
+        let scenes = accuracy::scenes(study);
+        let is_wanted = |job: &str| accuracy::solves(&scenes, job);
+        // what is damaged teaches nothing; where it is a point's own, it is met below
+        records = source.matching(&is_wanted).map_err(AnswerError::Records)?;
+    }
+    let mut asked: HashSet<JobKey> = records.keys().copied().collect();
+    loop {
+        let chosen = choose(study, &records)?;
+        let mut keys: Vec<JobKey> =
+            chosen.points.iter().map(|point| point.key).filter(|key| asked.insert(*key)).collect();
+        keys.sort_unstable();
+        let before = records.len();
+        records.extend(source.select(&keys).map_err(AnswerError::Records)?);
+        // what is chosen depends on what is there
+        if study.adaptive().is_none() || records.len() == before {
+            return Ok(Gathered { chosen, records });
+        }
+    }
 }
