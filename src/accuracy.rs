@@ -12,7 +12,7 @@ use contact::numerics::{Mesh, Numerics};
 use contact::reference::power_law;
 use study::accuracy::FIRST;
 use study::columns::find;
-use study::record::job_text;
+use study::record_format::job_text;
 use study::{Accuracy, Case, Column, Job, JobKey, Point, Record, Study};
 
 use crate::adaptive::Found;

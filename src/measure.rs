@@ -12,7 +12,7 @@ use contact::punch::Surfaces;
 use contact::{Operators, forecast};
 use report::{Cell, Column, Table};
 use serde::{Deserialize, Serialize};
-use study::record::{decode_fields, encode_fields};
+use study::record_format::{decode_fields, encode_fields};
 use study::{Adaptive, Case, Job};
 
 use crate::cli::EffectsArgs;

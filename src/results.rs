@@ -7,9 +7,9 @@ use contact::loading::Step;
 use contact::outcome::{Fields, Observables};
 use report::{Cell, Table};
 use store::{Blobs, ReadError, Reader, Store};
-use study::columns::{Compared, Role, Row, Value, along_path};
-use study::record::decode_fields;
-use study::{Adaptive, Column, JobKey, Kind, Point, Record, Study};
+use study::columns::{Compared, Role, Row, along_path};
+use study::record_format::decode_fields;
+use study::{Adaptive, Column, JobKey, Kind, Point, Record, Study, Value};
 
 use crate::adaptive::{self, Chosen, Found, choose};
 use crate::compare::{self, compare};

@@ -5,8 +5,8 @@ use contact::outcome::{Fields, Outcome};
 use contact::punch::Surfaces;
 use report::Table;
 use store::{Reader, Store};
-use study::columns::{Role, Value, along_path, columns};
-use study::{Case, Job, JobKey, Kind, Point, Record};
+use study::columns::{Role, along_path, columns};
+use study::{Case, Job, JobKey, Kind, Point, Record, Value};
 
 use crate::cli::ShowArgs;
 use crate::launch::increments;

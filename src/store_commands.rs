@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use anyhow::{Context, Result};
 use indicatif::BinaryBytes;
 use store::{Digest, Store};
-use study::record::{DecodeError, Kept};
+use study::encoding::DecodeError;
+use study::record::Kept;
 use study::{Job, JobKey, Record};
 
 use crate::cli::StoreCommand;

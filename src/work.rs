@@ -14,7 +14,8 @@ use contact::{Forecast, Operators};
 use runner::{WorkerArguments, work};
 use serde::{Deserialize, Serialize};
 use study::profile::{decode_profile, encode_profile};
-use study::record::{Bracketed, encode_fields};
+use study::record::Bracketed;
+use study::record_format::encode_fields;
 use study::surface::{decode_surface, encode_surface};
 use study::{Case, Ending, Job};
 

@@ -20,7 +20,6 @@ use contact::reference::FigureErrors;
 use contact::scene::Shape;
 use toml::de::DeValue;
 
-use crate::adaptive::part;
 use crate::axis::Group;
 use crate::error::{Problem, Span};
 use crate::job::Job;
@@ -150,7 +149,7 @@ pub(crate) fn read(
             {
                 problems.push(read::unknown(name.get_ref(), name.span(), "`[accuracy]`", KEYS));
             }
-            match table.get("is").map(|node| part("accuracy.is", node)) {
+            match table.get("is").map(|node| read::part("accuracy.is", node)) {
                 Some(Ok(is)) => accuracy.is = is,
                 Some(Err(problem)) => problems.push(problem),
                 None => problems.push(Problem::new(
@@ -173,7 +172,7 @@ pub(crate) fn read(
                 }
             }
         }
-        _ => match part("accuracy", node) {
+        _ => match read::part("accuracy", node) {
             Ok(is) => accuracy.is = is,
             Err(problem) => problems.push(problem),
         },

@@ -21,12 +21,13 @@ use toml::de::DeValue;
 
 use crate::accuracy::{AT_MOST, Accuracy, at_most};
 use crate::axis::Group;
-use crate::columns::{Column, Value, find};
+use crate::column_name::column_name;
+use crate::columns::{Column, find};
 use crate::error::{Problem, Span};
-use crate::figure::column_name;
 use crate::key::{Key, Quantity};
 use crate::read::{self, Node, entries};
 use crate::sheet::{Given, Setting};
+use crate::value::Value;
 
 /// How a study chooses points.
 #[derive(Clone, Debug, PartialEq)]
@@ -148,7 +149,7 @@ fn read_refine(
         why.map_or(Ok(name), |why| Err(Problem::new(on.span(), why, OF_ONE_JOB)))
     });
     let found = found.map_err(|problem| problems.push(problem)).ok();
-    let until = part("refine.until", until).map_err(|problem| problems.push(problem)).ok();
+    let until = read::part("refine.until", until).map_err(|problem| problems.push(problem)).ok();
     let at_most =
         read_at_most(node, finest(base, groups)).map_err(|problem| problems.push(problem)).ok();
     let of_mesh = groups.iter().flat_map(Group::axes).find(|axis| axis.key() == Some(Key::Mesh));
@@ -221,7 +222,7 @@ fn read_bisect(node: &Node<'_>, groups: &[Group], problems: &mut Vec<Problem>) -
     let name = read::text("bisect.axis", axis).map_err(|problem| problems.push(problem)).ok()?;
     let span = on.span();
     let on = read::text("bisect.on", on).map_err(|problem| problems.push(problem)).ok();
-    let to = part("bisect.to", to).map_err(|problem| problems.push(problem)).ok();
+    let to = read::part("bisect.to", to).map_err(|problem| problems.push(problem)).ok();
     let axes =
         || groups.iter().flat_map(|group| group.axes().iter().map(move |axis| (group, axis)));
     let is_meant = |key: Option<Key>| {
@@ -267,22 +268,4 @@ fn read_bisect(node: &Node<'_>, groups: &[Group], problems: &mut Vec<Problem>) -
             Some(Adaptive::Bisect { axis: index, on: on?, span, to: to? })
         }
     }
-}
-
-/// Reads a part of one: `"0.1%"` or `0.001`.
-pub(crate) fn part(what: &str, node: &Node<'_>) -> Result<f64, Problem> {
-    const EXPECTED: &str = "must be a part like \"0.1%\" or 0.001, above 0 and below 1";
-    let value = match node.get_ref() {
-        DeValue::String(text) => text
-            .trim()
-            .strip_suffix('%')
-            .and_then(|number| number.trim().parse::<f64>().ok())
-            .map(|x| x / 100.0),
-        DeValue::Float(x) => x.as_str().parse::<f64>().ok(),
-        DeValue::Integer(n) => n.as_str().parse::<f64>().ok(),
-        _ => None,
-    };
-    value
-        .filter(|x| *x > 0.0 && *x < 1.0)
-        .ok_or_else(|| Problem::new(node.span(), format!("`{what}` is no such part"), EXPECTED))
 }

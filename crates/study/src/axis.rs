@@ -28,10 +28,10 @@
 
 use std::borrow::Cow;
 
-use crate::columns::Value;
 use crate::error::Span;
 use crate::key::{Key, Table};
-use crate::sheet::{Given, Sheet};
+use crate::sheet::{Given, Setting, Sheet};
+use crate::value::Value;
 
 /// The largest number of points of one study.
 pub const MAX_POINTS: usize = 10_000_000;
@@ -87,6 +87,18 @@ pub(crate) struct Choice {
     pub(crate) shown: Value,
     pub(crate) given: Vec<(Key, Given)>,
     pub(crate) span: Span,
+}
+
+impl Choice {
+    /// The value of an axis over a key.
+    pub(crate) fn of_key(key: Key, setting: Setting, span: Span, nth: Option<usize>) -> Self {
+        let shown = match Value::from(&setting) {
+            // every value of an axis has a name
+            Value::Missing => Value::Text("none".to_owned()),
+            value => value,
+        };
+        Choice { shown, given: vec![(key, Given { setting, span: span.clone(), nth })], span }
+    }
 }
 
 impl Axis {
@@ -172,4 +184,13 @@ pub(crate) fn steps(groups: &[Group], mut point: usize) -> Vec<usize> {
         point /= group.length;
     }
     steps
+}
+
+/// Every key that a base or an axis gives, some more than once.
+pub(crate) fn keys<'a>(
+    base: &'a [(Key, Given)],
+    groups: &'a [Group],
+) -> impl Iterator<Item = Key> + 'a {
+    let choices = groups.iter().flat_map(Group::axes).flat_map(|axis| &axis.choices);
+    base.iter().chain(choices.flat_map(|choice| &choice.given)).map(|(key, _)| *key)
 }

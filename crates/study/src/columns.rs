@@ -9,221 +9,19 @@
 //! is of the whole path. In a table of increments ([`along_path`], [`Record::along_path`]) each row
 //! is what the result would be if the path ended there.
 
-use std::borrow::Cow;
 use std::collections::{BTreeSet, HashSet};
-use std::fmt;
-
-use contact::multiplicity::Multiplicity;
-use contact::numerics::Mesh;
-use contact::outcome::{Observables, Outcome, StepOutcome};
-use contact::reference::Errors;
 
 use crate::axis::Axis;
-use crate::file::Point;
 use crate::key::Key;
 use crate::kind::Kind;
-use crate::record::{Bracketed, Record};
-use crate::settings;
-use crate::sheet::Setting;
-use crate::units::{Compact, Dimension};
+use crate::units::Dimension;
 
+mod column;
 mod results;
 
-use results::{BRACKET, CLAIM, ENDING, ERRORS, PLACE, PROVENANCE, SEARCH, SOLUTION, TEXTS};
-
-/// A cell of a table, in SI units.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Value {
-    /// A number.
-    Number(f64),
-    /// A whole number.
-    Integer(u64),
-    /// A text.
-    Text(String),
-    /// Nothing: the job has no such key, or it left no such figure.
-    Missing,
-}
-
-impl Value {
-    /// The number, whole or not; `None` for texts and where it is missing.
-    pub fn as_f64(&self) -> Option<f64> {
-        match self {
-            Value::Number(x) => Some(*x),
-            Value::Integer(n) => Some(*n as f64),
-            Value::Text(_) | Value::Missing => None,
-        }
-    }
-}
-
-/// Numbers in their shortest exact form; nothing for what is missing.
-impl fmt::Display for Value {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Value::Number(x) => write!(f, "{}", Compact(*x)),
-            Value::Integer(n) => write!(f, "{n}"),
-            Value::Text(text) => f.write_str(text),
-            Value::Missing => Ok(()),
-        }
-    }
-}
-
-impl From<&Setting> for Value {
-    fn from(setting: &Setting) -> Self {
-        match setting {
-            Setting::Number(x) => Value::Number(*x),
-            Setting::Count(n) | Setting::Mesh(Mesh::Across(n)) => Value::Integer(u64::from(*n)),
-            Setting::Mesh(Mesh::Exact([x, y])) => Value::Text(format!("{x}x{y}")),
-            Setting::Word(word) => Value::Text(word.clone()),
-            Setting::Effects(effects) if effects.is_empty() => Value::Missing,
-            Setting::Effects(effects) => Value::Text(
-                effects.iter().map(|effect| effect.name()).collect::<Vec<_>>().join(" "),
-            ),
-        }
-    }
-}
-
-/// Where a column's values come from, which is also how tables group them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Role {
-    /// An axis of the study.
-    Axis,
-    /// A key of the scene or the numerics that the study does not vary.
-    Key,
-    /// Whether and how the job ended.
-    Status,
-    /// Where on its loading path an increment stands; only tables of increments have it.
-    Place,
-    /// A quantity of the solution.
-    Observable,
-    /// A residual of the solution.
-    Certificate,
-    /// How far it is from what it is compared with.
-    Error,
-    /// What solving took, in deterministic counts.
-    Work,
-    /// Who computed it, when and how fast; differs from run to run.
-    Provenance,
-}
-
-/// A column.
-#[derive(Clone, Debug)]
-pub struct Column {
-    /// Its name, an identifier.
-    pub name: Cow<'static, str>,
-    /// What it measures; the values are in [`Dimension::unit`].
-    pub dimension: Dimension,
-    /// Where its values come from.
-    pub role: Role,
-    /// What it means, in words.
-    pub meaning: &'static str,
-    source: Source,
-}
-
-/// What a row of a table is made of.
-#[derive(Clone, Copy, Debug)]
-pub struct Row<'a> {
-    /// The point.
-    pub point: &'a Point,
-    /// What its job left, if it left something yet.
-    pub record: Option<&'a Record>,
-    /// How far that is from what it is compared with.
-    pub compared: Option<&'a Compared>,
-}
-
-/// How far a solution is from what it is compared with.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Compared {
-    /// Relative errors.
-    pub errors: Errors,
-    /// What they are measured against, in words.
-    pub reference: String,
-    /// Of a study of cost, the relative error that can be relied on.
-    pub claim: Option<f64>,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Source {
-    Axis { index: usize, is_numeric: bool },
-    Key(Key),
-    JobKey,
-    Record(fn(&Record) -> Value),
-    Outcome(fn(&Outcome) -> Value),
-    End(fn(&StepOutcome) -> Value),
-    Observed(fn(&Observables) -> Value),
-    Multiplicity(fn(&Multiplicity) -> Value),
-    Bracketed(fn(&Bracketed) -> Value),
-    Error(fn(&Errors) -> Option<f64>),
-    Claim,
-    Reference,
-}
-
-impl Column {
-    /// Symbol of the SI unit of its values; empty for pure numbers and texts.
-    pub fn unit(&self) -> &'static str {
-        self.dimension.unit()
-    }
-
-    /// Its value for a point and the record that the point's job left, if it left one yet.
-    pub fn value(&self, point: &Point, record: Option<&Record>) -> Value {
-        self.value_of(&Row { point, record, compared: None })
-    }
-
-    /// Its value for a row.
-    pub fn value_of(&self, Row { point, record, compared }: &Row<'_>) -> Value {
-        let record = *record;
-        let end = || record.and_then(Record::outcome).and_then(Outcome::last);
-        match self.source {
-            Source::Axis { index, .. } => {
-                point.values.get(index).cloned().unwrap_or(Value::Missing)
-            }
-            Source::Key(key) => settings::setting(&point.job, key)
-                .map_or(Value::Missing, |setting| Value::from(&setting)),
-            Source::JobKey => Value::Text(point.key.to_string()),
-            Source::Record(read) => record.map_or(Value::Missing, read),
-            Source::Outcome(read) => record.and_then(Record::outcome).map_or(Value::Missing, read),
-            Source::End(read) => end().map_or(Value::Missing, read),
-            Source::Observed(read) => end().map_or(Value::Missing, |end| read(&end.observables)),
-            Source::Error(read) => compared
-                .and_then(|compared| read(&compared.errors))
-                .map_or(Value::Missing, Value::Number),
-            Source::Claim => {
-                compared.and_then(|compared| compared.claim).map_or(Value::Missing, Value::Number)
-            }
-            Source::Reference => {
-                compared.map_or(Value::Missing, |compared| Value::Text(compared.reference.clone()))
-            }
-            Source::Bracketed(read) => {
-                record.and_then(Record::bracketed).map_or(Value::Missing, read)
-            }
-            Source::Multiplicity(read) => {
-                record.and_then(Record::multiplicity).map_or(Value::Missing, read)
-            }
-        }
-    }
-
-    /// Why it has no values while a study still chooses its points; `None` if it has.
-    pub fn unknown_in_choosing(&self) -> Option<String> {
-        let is_compared =
-            matches!(self.source, Source::Error(_) | Source::Claim | Source::Reference);
-        is_compared.then(|| format!("`{}` is known only when the study's points are compared, after all of them are chosen", self.name))
-    }
-
-    /// Whether its values are numbers, apart from missing ones.
-    pub fn is_numeric(&self) -> bool {
-        match self.source {
-            Source::Key(key) => key.quantity().is_numeric(),
-            Source::Axis { is_numeric, .. } => is_numeric,
-            Source::JobKey | Source::Reference => false,
-            Source::Error(_) | Source::Claim => true,
-            Source::Record(_)
-            | Source::Outcome(_)
-            | Source::End(_)
-            | Source::Observed(_)
-            | Source::Multiplicity(_)
-            | Source::Bracketed(_) => !TEXTS.contains(&self.name.as_ref()),
-        }
-    }
-}
+use column::Source;
+pub use column::{Column, Compared, Role, Row};
+use results::{BRACKET, CLAIM, ENDING, ERRORS, PLACE, PROVENANCE, SEARCH, SOLUTION};
 
 /// The columns of a study of this kind with these axes, in order: the axes, the other keys, then
 /// what the records hold. Without axes and keys, the columns of any record. `keys` are those that
@@ -246,6 +44,7 @@ pub fn columns<'a>(
             role: Role::Axis,
             meaning,
             source: Source::Axis { index, is_numeric },
+            is_text: false,
         });
     }
     let listed: HashSet<Key> = keys.into_iter().collect();
@@ -272,6 +71,7 @@ pub fn columns<'a>(
                 role: Role::Key,
                 meaning,
                 source: Source::Key(key),
+                is_text: false,
             });
         }
     }
@@ -312,8 +112,13 @@ pub fn find<'a>(columns: &'a [Column], name: &str) -> Option<&'a Column> {
 
 #[cfg(test)]
 mod tests {
+    use contact::reference::Errors;
+
     use super::*;
+    use crate::point::Point;
+    use crate::record::Record;
     use crate::record::tests::{failed, quarantined, solved};
+    use crate::value::Value;
 
     #[test]
     fn names_are_identifiers_and_unique() {

@@ -25,11 +25,11 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::axis::{Axis, Group};
+use crate::column_name::column_name;
 use crate::columns::{Column, along_path, find};
 use crate::cost::Cost;
 use crate::error::{Problem, Span};
-use crate::file::refuse_file_name;
-use crate::key::{Key, nearest};
+use crate::key::Key;
 use crate::kind::Kind;
 use crate::ladder::Ladder;
 use crate::read::{self, Node, entries};
@@ -129,7 +129,7 @@ pub(crate) fn read_figures(
             None => Some((index + 1).to_string()),
             Some(node) => match read::text("figure.name", node) {
                 Ok(name) => {
-                    problems.extend(refuse_file_name(&name, "a figure", node));
+                    problems.extend(read::refuse_file_name(&name, "a figure", node));
                     Some(name)
                 }
                 Err(problem) => {
@@ -306,44 +306,6 @@ fn read_y(
         names.push((name, node.span()));
     }
     (!names.is_empty()).then(|| names.into_iter().map(|(name, _)| name).collect())
-}
-
-/// Reads the name of a column; `numeric` for one that holds numbers.
-pub(crate) fn column_name(
-    what: &str,
-    node: &Node<'_>,
-    columns: &[Column],
-    numeric: bool,
-) -> Result<String, Problem> {
-    let name = read::text(what, node)?;
-    match find(columns, &name) {
-        Some(column) if numeric && !column.is_numeric() => Err(Problem::new(
-            node.span(),
-            format!("`{what}`: the column `{name}` holds texts"),
-            "must be a column of numbers",
-        )),
-        Some(column) => Ok(column.name.to_string()),
-        None => {
-            let message = format!("`{what}`: there is no column `{name}`");
-            if along_path(Vec::new()).iter().any(|column| column.name == name) {
-                return Err(Problem::new(
-                    node.span(),
-                    message,
-                    "only increments have it: add steps = true to the figure",
-                ));
-            }
-            Err(match nearest(&name, columns.iter().map(|column| column.name.as_ref())) {
-                Some(meant) => {
-                    Problem::new(node.span(), message, format!("did you mean \"{meant}\"?"))
-                }
-                None => Problem::new(
-                    node.span(),
-                    message,
-                    "must be an axis, a key or an observable, like \"mu\" or \"peak_pressure\"",
-                ),
-            })
-        }
-    }
 }
 
 /// One axis for each group that varies: those that advance with it say nothing more.

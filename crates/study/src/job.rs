@@ -9,10 +9,7 @@ use contact::scene::{
 use contact::uniqueness::{Effort, Question};
 use serde::{Deserialize, Serialize};
 
-use crate::key::{Key, Quantity};
 use crate::kind::Kind;
-use crate::settings::{length, settings};
-use crate::sheet::Setting;
 
 /// Changes whenever the same job would give different numbers; part of every [`JobKey`].
 pub const PHYSICS_VERSION: u32 = 3;
@@ -119,42 +116,6 @@ impl Job {
         let job: Job = serde_json::from_str(text)?;
         job.validate()?;
         if job.canonical() == text { Ok(job) } else { Err(JobError::NotCanonical) }
-    }
-
-    /// The job as a study file asks for it, in SI units. Read back, it is the study's only point,
-    /// and the same job; a study of cost needs beside it `[sweep]` with at least three meshes, and
-    /// the job is one of its points if its own mesh is among them.
-    pub fn to_toml(&self) -> String {
-        let settings = settings(self);
-        let mut text = match self.kind() {
-            Kind::Solve => String::new(),
-            kind => format!("kind = \"{}\"\n", kind.name()),
-        };
-        if let Job::Cost { repeat, threads, .. } = self {
-            text += &format!("cost.repeat = {repeat}\ncost.threads = {threads}\n");
-        }
-        let goes_without_saying = |key: Key, setting: &Setting| {
-            matches!(key, Key::Increments(_) | Key::Cycles) && *setting == Setting::Count(1)
-        };
-        let said = || settings.iter().filter(|(key, setting)| !goes_without_saying(*key, setting));
-        for (key, setting) in said().filter(|(key, _)| key.index().is_none()) {
-            if !matches!(key.quantity(), Quantity::List(_)) {
-                text += &format!("{} = {setting}\n", key.path());
-                continue;
-            }
-            let entry = |index| {
-                let keys =
-                    said().filter(|(of, _)| of.list() == Some(*key) && of.index() == Some(index));
-                let keys: Vec<String> =
-                    keys.map(|(key, setting)| format!("{} = {setting}", key.name())).collect();
-                if keys.is_empty() { "{}".to_owned() } else { format!("{{ {} }}", keys.join(", ")) }
-            };
-            let entries: Vec<String> = (0..length(self, *key)).map(entry).collect();
-            if !entries.is_empty() {
-                text += &format!("{} = [{}]\n", key.path(), entries.join(", "));
-            }
-        }
-        text
     }
 
     /// Makes jobs that are the same equal.

@@ -17,7 +17,7 @@
 //! "#;
 //! let study = Study::parse(text, "load.toml", &mut |file| Err(format!("no file {file}")))?;
 //! let approach = columns::find(&study.columns(), "approach").unwrap().value(&study.point(1).unwrap(), None);
-//! assert_eq!(approach, columns::Value::Number(1e-5));
+//! assert_eq!(approach, study::Value::Number(1e-5));
 //! # Ok::<(), study::StudyError>(())
 //! ```
 #![forbid(unsafe_code)]
@@ -26,32 +26,44 @@ pub mod accuracy;
 pub mod adaptive;
 mod assemble;
 pub mod axis;
+mod column_name;
 pub mod columns;
 pub mod cost;
+mod definition;
+pub mod encoding;
 pub mod error;
 pub mod figure;
-pub mod file;
 pub mod job;
 pub mod key;
 pub mod kind;
 pub mod label;
 pub mod ladder;
+mod parse;
+mod point;
 pub mod profile;
 mod read;
 pub mod record;
+pub mod record_format;
 mod settings;
 mod sheet;
+mod study;
+mod study_files;
 pub mod surface;
 mod sweep;
 pub mod units;
+mod value;
 
 pub use accuracy::Accuracy;
 pub use adaptive::Adaptive;
-pub use columns::{Column, Value};
+pub use columns::Column;
+pub use definition::DefinitionError;
 pub use error::StudyError;
 pub use figure::Figure;
-pub use file::{Point, Study};
 pub use job::{Case, Job, JobKey};
 pub use kind::Kind;
 pub use ladder::Ladder;
+pub use point::Point;
 pub use record::{Ending, Provenance, Record};
+pub use study::Study;
+pub use study_files::ReadFile;
+pub use value::Value;

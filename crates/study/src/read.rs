@@ -339,3 +339,33 @@ pub(crate) fn switch(what: &str, node: &Node<'_>) -> Result<bool, Problem> {
         _ => Err(mistyped(what, node, "true or false")),
     }
 }
+
+/// Reads a part of one: `"0.1%"` or `0.001`.
+pub(crate) fn part(what: &str, node: &Node<'_>) -> Result<f64, Problem> {
+    const EXPECTED: &str = "must be a part like \"0.1%\" or 0.001, above 0 and below 1";
+    let value = match node.get_ref() {
+        DeValue::String(text) => text
+            .trim()
+            .strip_suffix('%')
+            .and_then(|number| number.trim().parse::<f64>().ok())
+            .map(|x| x / 100.0),
+        DeValue::Float(x) => x.as_str().parse::<f64>().ok(),
+        DeValue::Integer(n) => n.as_str().parse::<f64>().ok(),
+        _ => None,
+    };
+    value
+        .filter(|x| *x > 0.0 && *x < 1.0)
+        .ok_or_else(|| Problem::new(node.span(), format!("`{what}` is no such part"), EXPECTED))
+}
+
+/// The problem of a name that is not fit for a file, if it is not; `what` it names with its
+/// article.
+pub(crate) fn refuse_file_name(name: &str, what: &str, node: &Node<'_>) -> Option<Problem> {
+    let legal = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    let is_name = name.starts_with(|c: char| c.is_ascii_alphanumeric())
+        && name.chars().all(legal)
+        && name.len() <= 64;
+    let expected =
+        "must be 1 to 64 letters, digits, `-`, `_` or `.`, the first a letter or a digit";
+    (!is_name).then(|| Problem::new(node.span(), format!("`{name}` cannot name {what}"), expected))
+}

@@ -1,4 +1,4 @@
-//! From a job to the settings that describe it.
+//! From a job to the settings that describe it, and to the text of a study that asks for it.
 
 use std::borrow::Cow;
 
@@ -10,7 +10,8 @@ use contact::scene::{Base, Domain, Foundation, Material, Shape};
 use contact::uniqueness::Sole;
 
 use crate::job::{Case, Job};
-use crate::key::Key;
+use crate::key::{Key, Quantity};
+use crate::kind::Kind;
 use crate::sheet::Setting;
 
 /// What a job says, whatever its kind.
@@ -82,6 +83,44 @@ pub(crate) fn length(job: &Job, list: Key) -> u32 {
         _ => parts.loading.map_or(0, |loading| loading.steps.len()),
     };
     u32::try_from(length).unwrap_or(u32::MAX)
+}
+
+impl Job {
+    /// The job as a study file asks for it, in SI units. Read back, it is the study's only point,
+    /// and the same job; a study of cost needs beside it `[sweep]` with at least three meshes, and
+    /// the job is one of its points if its own mesh is among them.
+    pub fn to_toml(&self) -> String {
+        let settings = settings(self);
+        let mut text = match self.kind() {
+            Kind::Solve => String::new(),
+            kind => format!("kind = \"{}\"\n", kind.name()),
+        };
+        if let Job::Cost { repeat, threads, .. } = self {
+            text += &format!("cost.repeat = {repeat}\ncost.threads = {threads}\n");
+        }
+        let goes_without_saying = |key: Key, setting: &Setting| {
+            matches!(key, Key::Increments(_) | Key::Cycles) && *setting == Setting::Count(1)
+        };
+        let said = || settings.iter().filter(|(key, setting)| !goes_without_saying(*key, setting));
+        for (key, setting) in said().filter(|(key, _)| key.index().is_none()) {
+            if !matches!(key.quantity(), Quantity::List(_)) {
+                text += &format!("{} = {setting}\n", key.path());
+                continue;
+            }
+            let entry = |index| {
+                let keys =
+                    said().filter(|(of, _)| of.list() == Some(*key) && of.index() == Some(index));
+                let keys: Vec<String> =
+                    keys.map(|(key, setting)| format!("{} = {setting}", key.name())).collect();
+                if keys.is_empty() { "{}".to_owned() } else { format!("{{ {} }}", keys.join(", ")) }
+            };
+            let entries: Vec<String> = (0..length(self, *key)).map(entry).collect();
+            if !entries.is_empty() {
+                text += &format!("{} = [{}]\n", key.path(), entries.join(", "));
+            }
+        }
+        text
+    }
 }
 
 /// Every key that a job has, with its value: the opposite of [assembling](crate::assemble) it.

@@ -6,11 +6,11 @@ use std::collections::{HashMap, HashSet};
 use toml::de::DeValue;
 
 use crate::axis::{Axis, Choice, Group, MAX_POINTS, Target, count};
-use crate::columns::Value;
 use crate::error::{Problem, Span};
 use crate::key::{Key, Table, nearest_path};
 use crate::read::{self, Name, Node, Reader, entries};
 use crate::sheet::{Given, Setting, Sheet};
+use crate::value::Value;
 
 mod range;
 
@@ -158,7 +158,7 @@ fn read_key_choices(key: Key, node: &Node<'_>, problems: &mut Vec<Problem>) -> (
             let mut choices = Vec::new();
             for value in values.iter() {
                 match read::setting(key, value) {
-                    Ok(setting) => choices.push(choice(key, setting, value.span(), None)),
+                    Ok(setting) => choices.push(Choice::of_key(key, setting, value.span(), None)),
                     Err(problem) => problems.push(problem),
                 }
             }
@@ -196,15 +196,6 @@ fn node_text(node: &Node<'_>) -> String {
 
 fn empty(path: &str, node: &Node<'_>) -> Problem {
     Problem::new(node.span(), format!("the axis `{path}` is empty"), "needs at least one value")
-}
-
-fn choice(key: Key, setting: Setting, span: Span, nth: Option<usize>) -> Choice {
-    let shown = match Value::from(&setting) {
-        // every value of an axis has a name
-        Value::Missing => Value::Text("none".to_owned()),
-        value => value,
-    };
-    Choice { shown, given: vec![(key, Given { setting, span: span.clone(), nth })], span }
 }
 
 fn read_table_choices(

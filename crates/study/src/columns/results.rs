@@ -10,22 +10,39 @@ use contact::uniqueness::Bracket;
 use contact::uniqueness::lower::LowerBound;
 use contact::uniqueness::witness::Witness;
 
-use super::{Column, Role, Source, Value};
+use super::column::{Column, Role, Source};
 use crate::record::{Bracketed, Record};
 use crate::units::Dimension;
-
-/// The columns of results whose values are texts.
-pub(super) const TEXTS: &[&str] = &["status", "reason", "way", "program", "unbounded", "finished"];
+use crate::value::Value;
 
 macro_rules! results {
     ($($role:ident $name:literal $dimension:ident $meaning:literal $source:expr;)*) => {
         &[$(Column {
             name: Cow::Borrowed($name),
-            dimension: Dimension::$dimension,
+            dimension: dimension!($dimension),
             role: Role::$role,
             meaning: $meaning,
             source: $source,
+            is_text: is_text!($dimension),
         },)*]
+    };
+}
+
+macro_rules! dimension {
+    (Text) => {
+        Dimension::Pure
+    };
+    ($dimension:ident) => {
+        Dimension::$dimension
+    };
+}
+
+macro_rules! is_text {
+    (Text) => {
+        true
+    };
+    ($dimension:ident) => {
+        false
     };
 }
 
@@ -50,9 +67,9 @@ pub(super) const PLACE: &[Column] = results! {
 
 /// The columns that every record has, first.
 pub(super) const ENDING: &[Column] = results! {
-    Status "key" Pure "identity of the job" Source::JobKey;
-    Status "status" Pure "certified, failed or quarantined" Source::Record(|record| Value::Text(record.status().to_owned()));
-    Status "reason" Pure "why it failed" Source::Record(reason);
+    Status "key" Text "identity of the job" Source::JobKey;
+    Status "status" Text "certified, failed or quarantined" Source::Record(|record| Value::Text(record.status().to_owned()));
+    Status "reason" Text "why it failed" Source::Record(reason);
 };
 
 /// The columns of solutions.
@@ -135,7 +152,7 @@ pub(super) const SOLUTION: &[Column] = results! {
     Certificate "force_imbalance" Pure "imbalance of forces over the load" number!(certificate.force_imbalance);
     Work "iterations" Pure "iterations of the solver along the whole path" Source::Outcome(|outcome| Value::Integer(outcome.work().iterations));
     Work "operator_applications" Pure "applications of the operator along the whole path" Source::Outcome(|outcome| Value::Integer(outcome.work().operator_applications));
-    Work "way" Pure "method that solved it, the last resort along the path" Source::Outcome(|outcome| outcome.way().map_or(Value::Missing, |way| Value::Text(way.words().to_owned())));
+    Work "way" Text "method that solved it, the last resort along the path" Source::Outcome(|outcome| outcome.way().map_or(Value::Missing, |way| Value::Text(way.words().to_owned())));
 };
 
 /// The columns of errors, and what they are measured against.
@@ -153,7 +170,7 @@ pub(super) const ERRORS: &[Column] = results! {
     Error "error_traction" Pure "relative error of the tangential traction in L2" Source::Error(|e| e.figures.traction);
     Error "error_local_pressure" Pure "relative error of the local means of the pressure, a weak measure" Source::Error(|e| e.local.pressure);
     Error "error_local_traction" Pure "relative error of the local means of the traction, a weak measure" Source::Error(|e| e.local.traction);
-    Error "reference" Pure "what the errors are measured against" Source::Reference;
+    Error "reference" Text "what the errors are measured against" Source::Reference;
 };
 
 /// The column that only studies of cost have.
@@ -185,7 +202,7 @@ pub(super) const BRACKET: &[Column] = results! {
     Observable "mu_low" Pure "below this, every load has one solution at most: lower end of the bracket of μ*" Source::Bracketed(|found| side(found, |low, _| low.mu));
     Observable "mu_high" Pure "from this on, the condition for uniqueness fails: upper end of the bracket of μ*" Source::Bracketed(|found| side(found, |_, high| high.mu));
     Observable "bracket_width" Pure "length of the bracket over its upper end" Source::Bracketed(|found| side(found, |low, high| (high.mu - low.mu) / high.mu));
-    Observable "unbounded" Pure "yes, if there is one solution at most whatever the friction" Source::Bracketed(|found| match &found.bracket {
+    Observable "unbounded" Text "yes, if there is one solution at most whatever the friction" Source::Bracketed(|found| match &found.bracket {
         Some(Bracket::Unbounded) => Value::Text("yes".to_owned()),
         Some(Bracket::Bounded { .. }) => Value::Text("no".to_owned()),
         None => Value::Missing,
@@ -202,8 +219,8 @@ pub(super) const PROVENANCE: &[Column] = results! {
     Provenance "spread" Pure "of a job that is solved several times, the range of its times over their median" Source::Record(spread);
     Provenance "attempt" Pure "attempt that succeeded, counted from 1" Source::Record(|record| of_run(record, record.provenance.attempt));
     Provenance "worker" Pure "worker that computed it" Source::Record(|record| of_run(record, record.provenance.worker));
-    Provenance "finished" Pure "when it was finished, UTC" Source::Record(finished);
-    Provenance "program" Pure "version of the program" Source::Record(|record| Value::Text(record.provenance.program.clone()));
+    Provenance "finished" Text "when it was finished, UTC" Source::Record(finished);
+    Provenance "program" Text "version of the program" Source::Record(|record| Value::Text(record.provenance.program.clone()));
 };
 
 /// The smallest or largest of a quantity of the solutions.

@@ -3,7 +3,6 @@
 use contact::numerics::Mesh;
 use toml::de::{DeTable, DeValue};
 
-use super::choice;
 use crate::axis::{Choice, MAX_POINTS};
 use crate::error::Problem;
 use crate::key::{Key, Quantity};
@@ -112,7 +111,7 @@ pub(super) fn read_range(
                 }
             }
         };
-        choices.push(choice(key, setting, node.span(), Some(index + 1)));
+        choices.push(Choice::of_key(key, setting, node.span(), Some(index + 1)));
     }
     Ok((choices, log))
 }

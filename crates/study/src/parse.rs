@@ -1,0 +1,280 @@
+//! Reads a study's text and checks every point of it.
+
+use rayon::prelude::*;
+use toml::de::{DeTable, DeValue};
+
+use crate::adaptive::{self, Adaptive};
+use crate::axis::{self, Group};
+use crate::columns;
+use crate::cost;
+use crate::error::{Problem, Span, StudyError};
+use crate::figure;
+use crate::key::{Key, Table, nearest, one_of};
+use crate::kind::Kind;
+use crate::ladder;
+use crate::read::{self, Reader, entries};
+use crate::sheet::{Given, TablePlaces};
+use crate::study::Study;
+use crate::study_files::{ReadFile, StudyFiles, Wanted};
+use crate::{accuracy, sweep};
+
+const KEYS: &[&str] = &[
+    "name",
+    "question",
+    "kind",
+    "accuracy",
+    "scene",
+    "numerics",
+    "search",
+    "sweep",
+    "refine",
+    "bisect",
+    "convergence",
+    "cost",
+    "figure",
+];
+
+impl Study {
+    /// Reads a study's text. `path` is for messages; `files` reads a file that the study names (a
+    /// height map), with the name as the study writes it, or a stored surface by its hash.
+    pub fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, StudyError> {
+        parse(text, path, files).map_err(|problems| StudyError::new(path, text, problems))
+    }
+
+    /// Reads the height maps and profiles that any point needs, each once.
+    fn read_surfaces(&mut self, files: &mut ReadFile<'_>) -> Vec<Problem> {
+        let names_files = |key| matches!(key, Key::File | Key::Surface | Key::Wheel | Key::Rail);
+        if !axis::keys(&self.base, &self.groups).any(names_files) {
+            return Vec::new();
+        }
+        for index in 0..self.points {
+            let steps = axis::steps(&self.groups, index);
+            // what is read goes into the study, from which a sheet borrows
+            let wanted: Vec<(Key, Span, Wanted)> = {
+                let sheet = self.sheet(&steps);
+                let sources = sheet.sources().into_iter();
+                sources
+                    .map(|(key, source)| {
+                        (
+                            key,
+                            sheet.get(key).map_or(0..0, |given| given.span.clone()),
+                            Wanted::of(source),
+                        )
+                    })
+                    .collect()
+            };
+            for (key, span, wanted) in wanted {
+                let read = match wanted {
+                    Wanted::Map(file, unit) => self.files.read_height_map((file, unit), files),
+                    Wanted::StoredMap(name) => self.files.read_stored_surface(name, files),
+                    Wanted::Profile(file) => self.files.read_profile(key, file, files),
+                };
+                if let Err(why) = read {
+                    let (what, expected) = match key {
+                        Key::File => ("height map", "must be an NPY file or a matrix of text"),
+                        Key::Surface => ("height map", "must be the hash of a stored surface"),
+                        Key::Wheel => {
+                            ("profile", "must be a wheel's profile in SIMPACK's format (.prw)")
+                        }
+                        _ => ("profile", "must be a rail's profile in SIMPACK's format (.prr)"),
+                    };
+                    // one bad file is one problem, however many points use it
+                    return vec![Problem::new(
+                        span,
+                        format!("cannot use this {what}: {why}"),
+                        expected,
+                    )];
+                }
+            }
+        }
+        Vec::new()
+    }
+
+    /// Assembles every point: first along each axis with the others at their first value, which
+    /// reports each bad value once; then, if those are good, all of them.
+    fn check(&self) -> Result<(), Vec<Problem>> {
+        let mut problems = Vec::new();
+        for (which, group) in self.groups.iter().enumerate().filter(|(_, group)| group.length > 1) {
+            let mut steps = vec![0; self.groups.len()];
+            for step in 0..group.length {
+                steps[which] = step;
+                problems.extend(self.job(&steps).err().into_iter().flatten());
+                if problems.len() > 1000 {
+                    break;
+                }
+            }
+        }
+        if problems.is_empty() {
+            let check = |index| self.job(&axis::steps(&self.groups, index)).err();
+            problems = (0..self.points).into_par_iter().find_map_first(check).unwrap_or_default();
+        }
+        if problems.is_empty() { Ok(()) } else { Err(problems) }
+    }
+}
+
+fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<Problem>> {
+    let (root, errors) = DeTable::parse_recoverable(text);
+    // what follows the first error is mostly its echo
+    if let Some(error) = errors.first() {
+        let expected =
+            if error.message() == "duplicate key" { "may be given only once" } else { "" };
+        return Err(vec![Problem::new(
+            error.span().unwrap_or(0..0),
+            format!("not valid TOML: {}", error.message()),
+            expected,
+        )]);
+    }
+    let root = root.into_inner();
+    let mut problems = Vec::new();
+    for (name, _) in
+        entries(&root).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref()))
+    {
+        problems.push(read::unknown(name.get_ref(), name.span(), "the study", KEYS));
+    }
+    let name = read_name(&root, &mut problems);
+    let question = read_text(&root, "question", &mut problems).unwrap_or_default();
+    let kind = read_kind(&root, &mut problems);
+    let (mut base, places) = read_base(text, &root, &mut problems);
+    let groups = root
+        .get("sweep")
+        .map(|node| sweep::read_sweep(text, node, &mut problems))
+        .unwrap_or_default();
+    let accuracy = root
+        .get("accuracy")
+        .and_then(|node| accuracy::read(node, kind, &base, &groups, &mut problems));
+    base.extend(accuracy.iter().map(accuracy::Accuracy::first_mesh));
+    let ladder = match (kind, root.get("convergence")) {
+        (Kind::Convergence, node) => ladder::read(node, &groups, &mut problems),
+        (_, Some(node)) => {
+            let problem = Problem::new(
+                node.span(),
+                "only a study of kind \"convergence\" has `[convergence]`",
+                "leave this out",
+            );
+            problems.push(problem.help("or say kind = \"convergence\" at the top"));
+            None
+        }
+        (_, None) => None,
+    };
+    let cost = match (kind, root.get("cost")) {
+        (Kind::Cost, node) => cost::read(node, &groups, &mut problems),
+        (_, Some(node)) => {
+            problems.push(Problem::new(
+                node.span(),
+                "only a study of kind \"cost\" has `[cost]`",
+                "leave this out",
+            ));
+            None
+        }
+        (_, None) => None,
+    };
+    let before = problems.len();
+    sweep::refuse_absent(&groups, &base, &mut problems);
+    if problems.len() > before {
+        // entries have columns, and an index that is far off would make thousands of millions
+        return Err(problems);
+    }
+    let columns =
+        columns::columns(kind, groups.iter().flat_map(Group::axes), axis::keys(&base, &groups));
+    let figures = match root.get("figure") {
+        Some(node) => figure::read_figures(node, &groups, &columns, &mut problems),
+        None => {
+            figure::default(kind, ladder.as_ref(), cost.as_ref(), &groups).into_iter().collect()
+        }
+    };
+    let adaptive = adaptive::read(
+        root.get("accuracy"),
+        root.get("refine"),
+        root.get("bisect"),
+        &base,
+        &groups,
+        &columns,
+        &mut problems,
+    );
+    if !problems.is_empty() {
+        return Err(problems);
+    }
+    let mut study = Study {
+        adaptive: adaptive.or(accuracy.map(Adaptive::Accuracy)),
+        ladder,
+        cost,
+        name,
+        question,
+        kind,
+        figures,
+        points: axis::count(&groups).unwrap_or(0),
+        groups,
+        base,
+        places,
+        files: StudyFiles::default(),
+        path: path.to_owned(),
+        text: text.to_owned(),
+    };
+    let unreadable = study.read_surfaces(files);
+    if !unreadable.is_empty() {
+        return Err(unreadable);
+    }
+    study.check()?;
+    Ok(study)
+}
+
+fn read_base(
+    text: &str,
+    root: &DeTable<'_>,
+    problems: &mut Vec<Problem>,
+) -> (Vec<(Key, Given)>, TablePlaces) {
+    let mut reader = Reader::new(text, problems);
+    for (name, node) in entries(root) {
+        match (
+            Table::find(name.get_ref()).filter(|table| table.path() == name.get_ref().as_ref()),
+            node.get_ref(),
+        ) {
+            (Some(table), DeValue::Table(below)) => {
+                reader.table(table, node.span(), entries(below))
+            }
+            (Some(table), _) => {
+                reader.problems.push(read::mistyped(&table.path(), node, &table.expected()));
+            }
+            (None, _) => {}
+        }
+    }
+    (reader.given, reader.places)
+}
+
+fn read_text(root: &DeTable<'_>, name: &str, problems: &mut Vec<Problem>) -> Option<String> {
+    read::text(name, root.get(name)?).map_err(|problem| problems.push(problem)).ok()
+}
+
+fn read_name(root: &DeTable<'_>, problems: &mut Vec<Problem>) -> String {
+    let Some(node) = root.get("name") else {
+        problems.push(Problem::new(
+            0..0,
+            "the study has no name",
+            "needs name = \"…\", under which its results are kept",
+        ));
+        return String::new();
+    };
+    let name = read_text(root, "name", problems).unwrap_or_default();
+    if matches!(node.get_ref(), DeValue::String(_)) {
+        problems.extend(read::refuse_file_name(&name, "a study", node));
+    }
+    name
+}
+
+fn read_kind(root: &DeTable<'_>, problems: &mut Vec<Problem>) -> Kind {
+    let (Some(name), Some(node)) = (read_text(root, "kind", problems), root.get("kind")) else {
+        return Kind::default();
+    };
+    Kind::find(&name).unwrap_or_else(|| {
+        let names: Vec<&str> = Kind::ALL.iter().map(|kind| kind.name()).collect();
+        let problem = |expected: &str| {
+            Problem::new(node.span(), format!("unknown kind of study `{name}`"), expected)
+        };
+        let listed = format!("must be {}", one_of(&names));
+        problems.push(match nearest(&name, names.iter().copied()) {
+            Some(meant) => problem(&format!("did you mean \"{meant}\"?")).help(listed),
+            None => problem(&listed),
+        });
+        Kind::default()
+    })
+}

@@ -1,0 +1,23 @@
+//! A point of a study: the values of its axes and the job that they make.
+
+use crate::job::{Job, JobError, JobKey};
+use crate::record::Record;
+use crate::value::Value;
+
+/// One point of a study.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// The value of each axis, in the order of [`Study::axes`](crate::Study::axes), in SI units.
+    pub values: Vec<Value>,
+    /// What is to be computed.
+    pub job: Job,
+    /// Its identity; points whose jobs coincide share it, and the result.
+    pub key: JobKey,
+}
+
+impl Point {
+    /// The point of a record by itself, without a study.
+    pub fn of_record(record: &Record) -> Result<Point, JobError> {
+        Ok(Point { values: Vec::new(), job: record.parse_job()?, key: record.key() })
+    }
+}
