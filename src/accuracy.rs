@@ -13,7 +13,7 @@ use contact::reference::power_law;
 use study::accuracy::FIRST;
 use study::columns::find;
 use study::record_format::job_text;
-use study::{Accuracy, Case, Column, Job, JobKey, Point, Record, Study};
+use study::{Accuracy, Case, Column, Job, JobKey, Record, Study, StudyPoint};
 
 use crate::adaptive::Found;
 
@@ -87,7 +87,7 @@ pub(crate) fn choose(
     columns: &[Column],
     learnt: &Learnt<'_>,
     index: usize,
-) -> Option<(Point, Found)> {
+) -> Option<(StudyPoint, Found)> {
     let first = study.point(index)?;
     let Job::Solve(wanted) = &first.job else { return None };
     let tolerance = accuracy.tolerance(&first.job);

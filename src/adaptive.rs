@@ -8,7 +8,7 @@ use contact::numerics::Mesh;
 use report::{Cell, Column, Table};
 use serde::Serialize;
 use study::adaptive::OF_ONE_JOB;
-use study::{Adaptive, JobKey, Point, Record, Study};
+use study::{Adaptive, JobKey, Record, Study, StudyPoint};
 
 use crate::accuracy::{self, Learnt};
 use crate::compare::digits;
@@ -17,7 +17,7 @@ use crate::results;
 /// What is known of the points of a study.
 pub(crate) struct Chosen {
     /// In order; what has no record yet is wanted.
-    pub(crate) points: Vec<Point>,
+    pub(crate) points: Vec<StudyPoint>,
     /// Of a study that chooses points, what it found so far at each combination of its axes.
     pub(crate) findings: Vec<Finding>,
 }
@@ -116,7 +116,7 @@ pub(crate) fn check(study: &Study) -> Result<()> {
 
 /// A row of a point as its job will leave it: what it is not known to say has its type, and no
 /// value if it is a number.
-fn sample(columns: &[study::Column], point: &Point) -> Result<Table> {
+fn sample(columns: &[study::Column], point: &StudyPoint) -> Result<Table> {
     let heads = columns.iter().map(|column| Column::new(column.name.as_ref(), column.unit()));
     let cells = columns.iter().map(|column| match results::cell(column.value(point, None)) {
         Cell::Missing if column.is_numeric() => Cell::Number(f64::NAN),
@@ -185,7 +185,7 @@ fn bisect(
     let length = study.groups()[group].len();
     let stride: usize = study.groups()[group + 1..].iter().map(study::axis::Group::len).product();
     // whether the condition holds; None where it is not known
-    let holds = |point: &Point| -> Result<Option<bool>> {
+    let holds = |point: &StudyPoint| -> Result<Option<bool>> {
         match records.get(&point.key) {
             Some(record) if record.is_certified() => {
                 let table = results::table(&columns, point, Some(record))?;
@@ -194,8 +194,9 @@ fn bisect(
             _ => Ok(None),
         }
     };
-    let value =
-        |point: &Point| point.values.get(axis).and_then(study::Value::as_f64).unwrap_or(f64::NAN);
+    let value = |point: &StudyPoint| {
+        point.values.get(axis).and_then(study::Value::as_f64).unwrap_or(f64::NAN)
+    };
     // a part of the upper end; where that could never be, since the interval begins at 0 or below,
     // of the whole axis
     let ends: Vec<f64> = which.values().filter_map(study::Value::as_f64).collect();
@@ -205,7 +206,7 @@ fn bisect(
         |low: f64, high: f64| if which.is_log() { (low * high).sqrt() } else { 0.5 * (low + high) };
     let mut chosen = Chosen { points: Vec::new(), findings: Vec::new() };
     for index in (0..study.len()).filter(|index| (index / stride).is_multiple_of(length)) {
-        let mut line: Vec<Point> =
+        let mut line: Vec<StudyPoint> =
             (0..length).filter_map(|step| study.point(index + step * stride)).collect();
         let at = line.first().map(|first| values(study, first, Some(axis))).unwrap_or_default();
         let mut known: Vec<Option<bool>> = line.iter().map(&holds).collect::<Result<_>>()?;
@@ -245,7 +246,11 @@ fn bisect(
 }
 
 /// The values of a point's axes, one of them left out.
-fn values(study: &Study, point: &Point, without: Option<usize>) -> Vec<(String, study::Value)> {
+fn values(
+    study: &Study,
+    point: &StudyPoint,
+    without: Option<usize>,
+) -> Vec<(String, study::Value)> {
     let axes =
         study.axes().zip(&point.values).enumerate().filter(|(index, _)| Some(*index) != without);
     axes.map(|(_, (axis, value))| (axis.column().into_owned(), value.clone())).collect()

@@ -9,7 +9,7 @@ use report::{Cell, Column, Table};
 use study::columns::Compared;
 use study::key::Key;
 use study::ladder::{Ladder, Reference};
-use study::{Case, Job, JobKey, Point, Record, Study, Value};
+use study::{Case, Job, JobKey, Record, Study, StudyPoint, Value};
 
 use crate::results::cell;
 
@@ -38,7 +38,7 @@ fn exact(ladder: &Ladder, case: &Case) -> Option<ClosedForm> {
 }
 
 /// Refuses a study that asks for a closed form where there is none, before anything is solved.
-pub(crate) fn check(study: &Study, ladder: &Ladder, points: &[Point]) -> Result<()> {
+pub(crate) fn check(study: &Study, ladder: &Ladder, points: &[StudyPoint]) -> Result<()> {
     if ladder.reference != Some(Reference::ClosedForm) {
         return Ok(());
     }
@@ -63,7 +63,7 @@ pub(crate) fn check(study: &Study, ladder: &Ladder, points: &[Point]) -> Result<
 pub(crate) fn compare<'a>(
     study: &Study,
     ladder: &Ladder,
-    points: &[Point],
+    points: &[StudyPoint],
     records: &'a HashMap<JobKey, Record>,
     fields: &ReadFields<'_>,
 ) -> Result<(Vec<Rungs<'a>>, Vec<Option<Compared>>)> {
@@ -140,7 +140,7 @@ pub(crate) fn compare<'a>(
     Ok((ladders, compared))
 }
 
-fn case(point: &Point) -> Option<&Case> {
+fn case(point: &StudyPoint) -> Option<&Case> {
     point.job.case()
 }
 
@@ -159,7 +159,7 @@ pub(crate) type Members = (Vec<(String, Value)>, Vec<usize>);
 pub(crate) fn members(
     study: &Study,
     is_rung: impl Fn(usize) -> bool,
-    points: &[Point],
+    points: &[StudyPoint],
 ) -> Vec<Members> {
     let own: Vec<bool> = study
         .groups()

@@ -13,7 +13,7 @@ use contact::{Forecast, forecast};
 use rayon::prelude::*;
 use serde::Serialize;
 use study::axis::Group as Axes;
-use study::{Case, Job, JobKey, Point, Study, Value};
+use study::{Case, Job, JobKey, Study, StudyPoint, Value};
 
 use crate::output::count;
 use crate::progress::duration;
@@ -132,7 +132,7 @@ pub(crate) struct Overview {
 
 /// Groups a study's jobs, of one kind all of them; those that solve no scene have no effects.
 /// `first` are the indices of the points with which each of them first occurs.
-pub(crate) fn overview(study: &Study, points: &[Point], first: &[usize]) -> Result<Overview> {
+pub(crate) fn overview(study: &Study, points: &[StudyPoint], first: &[usize]) -> Result<Overview> {
     let cases = first.par_iter().filter_map(|index| match &points[*index].job {
         Job::Solve(case) | Job::Cost { case, .. } => Some(effects(case, study.surfaces())),
         Job::Multiplicity { .. } | Job::Uniqueness { .. } => None,
@@ -224,12 +224,12 @@ const NAMED_VALUES: usize = 4;
 /// What tells these points from the study's others: the values of the axes, if every combination of
 /// them is there and no other; else the first point. Points that the study chose have values
 /// besides the axes' own.
-fn which(study: &Study, points: &[Point], members: &[usize]) -> String {
+fn which(study: &Study, points: &[StudyPoint], members: &[usize]) -> String {
     let mut taken: Vec<(&Axes, Vec<&Value>)> = Vec::new();
     let mut at = 0;
     for group in study.groups() {
         // a group's axes go together
-        let own = |point: &Point| format!("{:?}", &point.values[at..at + group.axes().len()]);
+        let own = |point: &StudyPoint| format!("{:?}", &point.values[at..at + group.axes().len()]);
         let mut known = HashSet::new();
         let values =
             members.iter().map(|member| &points[*member]).filter(|point| known.insert(own(point)));

@@ -14,7 +14,7 @@ use report::Table;
 use runner::{Interrupt, Options, Task};
 use serde::Serialize;
 use store::{OpenError, Store};
-use study::{Job, JobKey, Point, Record, Study};
+use study::{Job, JobKey, Record, Study, StudyPoint};
 
 use crate::cli::{CostArgs, ExecutionArgs, PlanArgs, ResumeArgs, RunArgs};
 use crate::effects::{Group, Overview, overview};
@@ -66,7 +66,7 @@ pub(crate) fn resume(args: &ResumeArgs) -> Result<Finish> {
 
 /// The distinct jobs of a study with what they will take, in the order of their first points.
 pub(crate) struct Jobs {
-    pub(crate) points: Vec<Point>,
+    pub(crate) points: Vec<StudyPoint>,
     distinct: Vec<(usize, Forecast)>,
 }
 
@@ -84,7 +84,7 @@ impl Jobs {
         Ok(jobs)
     }
 
-    fn of_points(study: &Study, points: Vec<Point>) -> Result<Self> {
+    fn of_points(study: &Study, points: Vec<StudyPoint>) -> Result<Self> {
         let mut seen = HashSet::new();
         let mut distinct = Vec::new();
         for (index, point) in points.iter().enumerate().filter(|(_, point)| seen.insert(point.key))
@@ -158,7 +158,7 @@ impl Jobs {
 }
 
 /// What is wrong with a point's scene, where it stands in the study file.
-fn refused(study: &Study, index: usize, point: &Point, error: &SceneError) -> anyhow::Error {
+fn refused(study: &Study, index: usize, point: &StudyPoint, error: &SceneError) -> anyhow::Error {
     match study.point(index) {
         Some(own) if own.key == point.key => study.refuse(index, error).into(),
         // a point that the study chose
@@ -287,7 +287,7 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
     {
         if listed.insert(record.key()) {
             let key = record.key().to_string();
-            failures.push(serde_json::json!({ "key": key, "status": record.status(), "show": format!("tribosweep show {}{store_option}", &key[..12]) }));
+            failures.push(serde_json::json!({ "key": key, "status": record.standing().to_string(), "show": format!("tribosweep show {}{store_option}", &key[..12]) }));
         }
     }
     if json {

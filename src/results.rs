@@ -9,7 +9,7 @@ use report::{Cell, Table};
 use store::{Blobs, ReadError, Reader, Store};
 use study::columns::{Compared, Role, Row, along_path};
 use study::record_format::decode_fields;
-use study::{Adaptive, Column, JobKey, Kind, Point, Record, Study, Value};
+use study::{Adaptive, Column, JobKey, Kind, Record, Standing, Study, StudyPoint, Value};
 
 use crate::adaptive::{self, Chosen, Found, choose};
 use crate::compare::{self, compare};
@@ -58,7 +58,7 @@ impl<'a> Source<'a> {
 /// Rows of a study: every point, with the record of its job if there is one.
 pub(crate) struct Results {
     pub(crate) study: Study,
-    pub(crate) points: Vec<Point>,
+    pub(crate) points: Vec<StudyPoint>,
     pub(crate) records: HashMap<JobKey, Record>,
     /// How far each point is from what it is compared with, if the study compares.
     compared: Vec<Option<Compared>>,
@@ -84,13 +84,13 @@ impl Progress {
         Ok(Self::of(&points, &records))
     }
 
-    fn of(points: &[Point], records: &HashMap<JobKey, Record>) -> Self {
+    fn of(points: &[StudyPoint], records: &HashMap<JobKey, Record>) -> Self {
         let mut progress = Self { points: points.len(), ..Self::default() };
         for point in points {
-            match records.get(&point.key).map(Record::status) {
+            match records.get(&point.key).map(Record::standing) {
                 None => progress.left += 1,
-                Some("certified") => progress.done += 1,
-                Some(_) => progress.failed += 1,
+                Some(Standing::Certified) => progress.done += 1,
+                Some(Standing::Failed | Standing::Quarantined) => progress.failed += 1,
             }
         }
         progress
@@ -129,7 +129,7 @@ impl Results {
         Ok(chosen(study, source)?.0)
     }
 
-    pub(crate) fn record(&self, point: &Point) -> Option<&Record> {
+    pub(crate) fn record(&self, point: &StudyPoint) -> Option<&Record> {
         self.records.get(&point.key)
     }
 
@@ -221,7 +221,7 @@ impl Results {
 
 /// The columns that show loading paths at a glance: the place, the motions and forces that some
 /// step mentions, what they do, and how it ended.
-pub(crate) fn path_columns(points: &[Point]) -> Vec<String> {
+pub(crate) fn path_columns(points: &[StudyPoint]) -> Vec<String> {
     let paths = || points.iter().filter_map(|point| Some(&point.job.case()?.scene.loading));
     let cycle = paths().any(|path| path.cycle_from.is_some()).then_some("cycle");
     let mut names: Vec<String> =
@@ -308,7 +308,7 @@ fn chosen(study: &Study, source: Source<'_>) -> Result<(Chosen, HashMap<JobKey, 
 /// The fields that a record left.
 pub(crate) fn fields(blobs: &Blobs, record: &Record) -> Result<Fields> {
     let kept = record.fields.as_ref().with_context(|| {
-        format!("job {} left no fields: it is {}", record.key(), record.status())
+        format!("job {} left no fields: it is {}", record.key(), record.standing())
     })?;
     let blob = blobs.kept(kept)?.context(
         "the file with its fields is missing; `tribosweep store verify` says what else is",
@@ -317,14 +317,18 @@ pub(crate) fn fields(blobs: &Blobs, record: &Record) -> Result<Fields> {
 }
 
 /// One row by itself, as a table.
-pub(crate) fn table(columns: &[Column], point: &Point, record: Option<&Record>) -> Result<Table> {
+pub(crate) fn table(
+    columns: &[Column],
+    point: &StudyPoint,
+    record: Option<&Record>,
+) -> Result<Table> {
     Ok(Table::new(heads(columns), vec![row(columns, &Row { point, record, compared: None })])?)
 }
 
 /// A table of the increments of results.
 pub(crate) fn increments<'r>(
     columns: &[Column],
-    results: impl IntoIterator<Item = (&'r Point, &'r Record)>,
+    results: impl IntoIterator<Item = (&'r StudyPoint, &'r Record)>,
 ) -> Result<Table> {
     let mut rows = Vec::new();
     for (point, record) in results {

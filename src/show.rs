@@ -6,7 +6,7 @@ use contact::punch::Surfaces;
 use report::Table;
 use store::{Reader, Store};
 use study::columns::{Role, along_path, columns};
-use study::{Case, Job, JobKey, Kind, Point, Record, Value};
+use study::{Case, Job, JobKey, Kind, Record, StudyPoint, Value};
 
 use crate::cli::ShowArgs;
 use crate::launch::increments;
@@ -84,7 +84,7 @@ fn stored_surfaces(reader: &Reader, record: &Record) -> Result<Surfaces> {
 
 /// The increments of a result's loading path.
 pub(crate) fn path(record: &Record) -> Result<Table> {
-    let point = Point::of_record(record)?;
+    let point = StudyPoint::of_record(record)?;
     let table = results::increments(&along_path(columns(Kind::Solve, [], [])), [(&point, record)])?;
     let mut names = results::path_columns(&[point]);
     names.extend(["peak_pressure", "residual", "iterations"].map(str::to_owned));
@@ -98,7 +98,7 @@ pub(crate) fn json(
     fields: Option<&Fields>,
     surfaces: &Surfaces,
 ) -> Result<serde_json::Value> {
-    let point = Point::of_record(record)?;
+    let point = StudyPoint::of_record(record)?;
     let mut values = serde_json::Map::new();
     for column in columns(point.job.kind(), [], []).iter().filter(|column| column.role != Role::Key)
     {
@@ -136,7 +136,7 @@ pub(crate) fn words(
     fields: Option<&Fields>,
     surfaces: &Surfaces,
 ) -> Result<String> {
-    let point = Point::of_record(record)?;
+    let point = StudyPoint::of_record(record)?;
     let mut text = format!("{}\n\n", point.job.to_toml().trim_end());
     let all = increments(&point.job);
     if let (Some(Case { scene, .. }), true) = (point.job.case(), all > 1) {

@@ -55,11 +55,8 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
         }
     };
     let missed = matches!(found, Some(Found::Beyond { .. }));
-    let finish = if record.status() == "certified" && !missed {
-        Finish::AllDone
-    } else {
-        Finish::SomeFailed
-    };
+    let finish =
+        if record.is_certified() && !missed { Finish::AllDone } else { Finish::SomeFailed };
     match &args.field {
         Some(name) => {
             let fields = match record.multiplicity() {
@@ -96,7 +93,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
         };
         output::say(&format!(
             "not certified: {}{last}",
-            record.ending.reason().unwrap_or_else(|| record.status())
+            record.ending.reason().map_or_else(|| record.standing().to_string(), str::to_owned)
         ));
     }
     if let Some(Adaptive::Refine { .. }) = study.adaptive() {

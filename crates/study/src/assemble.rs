@@ -12,7 +12,7 @@ use contact::uniqueness::{Effort, Question, Sole, upper};
 use contact::{Forecast, forecast_bracket};
 
 use crate::cost::Cost;
-use crate::error::Problem;
+use crate::error::Mistake;
 use crate::job::{Case, Job};
 use crate::key::{Key, Quantity, Table};
 use crate::kind::Kind;
@@ -68,8 +68,8 @@ pub(crate) fn assemble(
     sheet: &Sheet<'_>,
     surfaces: &SurfaceNames,
     places: &TablePlaces,
-) -> Result<Job, Vec<Problem>> {
-    let mut missing = Missing { sheet, places, problems: Vec::new() };
+) -> Result<Job, Vec<Mistake>> {
+    let mut missing = Missing { sheet, places, mistakes: Vec::new() };
     missing.refuse_useless(kind);
     let job = match kind {
         Kind::Solve | Kind::Convergence => Job::Solve(missing.case(surfaces)),
@@ -85,8 +85,8 @@ pub(crate) fn assemble(
             Job::Uniqueness { question: missing.question(), effort: missing.effort() }
         }
     };
-    if !missing.problems.is_empty() {
-        return Err(missing.problems);
+    if !missing.mistakes.is_empty() {
+        return Err(missing.mistakes);
     }
     job.validate()
         .and_then(|()| refuse_too_fine(&job))
@@ -141,7 +141,7 @@ fn refuse_too_fine(job: &Job) -> Result<(), SceneError> {
 struct Missing<'a> {
     sheet: &'a Sheet<'a>,
     places: &'a TablePlaces,
-    problems: Vec<Problem>,
+    mistakes: Vec<Mistake>,
 }
 
 impl Missing<'_> {
@@ -151,7 +151,7 @@ impl Missing<'_> {
             if let (Some(why), Some(given)) = (kind.refuses(key), self.sheet.get(key)) {
                 let message =
                     format!("a study of kind \"{}\" has no `{}`: {why}", kind.name(), key.short());
-                self.problems.push(Problem::new(given.span.clone(), message, "leave this out"));
+                self.mistakes.push(Mistake::new(given.span.clone(), message, "leave this out"));
             }
         }
     }
@@ -171,7 +171,7 @@ impl Missing<'_> {
                         a(word)
                     );
                     let expected = "must be \"flat-rectangle\" or \"flat-disk\", whose sole is Ω";
-                    self.problems.push(Problem::new(given.span.clone(), message, expected));
+                    self.mistakes.push(Mistake::new(given.span.clone(), message, expected));
                 }
                 Sole::Disk { radius: f64::NAN }
             }
@@ -214,7 +214,7 @@ impl Missing<'_> {
         }
     }
 
-    /// The case; where something is missing a problem is noted and the case is not to be used.
+    /// The case; where something is missing a mistake is noted and the case is not to be used.
     fn case(&mut self, surfaces: &SurfaceNames) -> Case {
         let scene = Scene {
             foundation: self.foundation(),
@@ -269,12 +269,12 @@ impl Missing<'_> {
         for key in [Key::ShearModulus, Key::Poisson] {
             if let Some(given) = self.sheet.get(key) {
                 let message = format!("a rigid base has no `{}`", key.name());
-                let problem = Problem::new(
+                let mistake = Mistake::new(
                     given.span.clone(),
                     message,
                     "leave this out, or give the base as a table",
                 );
-                self.problems.push(problem.context(rigid.span.clone(), "the base is rigid"));
+                self.mistakes.push(mistake.context(rigid.span.clone(), "the base is rigid"));
             }
         }
         Foundation { layers, base: Base::Rigid }
@@ -310,7 +310,7 @@ impl Missing<'_> {
             increments: self.sheet.count(Key::Increments(i)).unwrap_or(1),
         };
         if i == 0 && step.approach.is_none() && step.normal_force.is_none() {
-            let problem = Problem::new(
+            let mistake = Mistake::new(
                 self.places.around(Key::Approach(0)),
                 format!("`{}` is missing", Key::Approach(0).short()),
                 format!(
@@ -318,7 +318,7 @@ impl Missing<'_> {
                     Key::Approach(0).quantity().expected()
                 ),
             );
-            self.problems.push(problem.help(format!("`approach`: {}", Key::Approach(0).meaning())));
+            self.mistakes.push(mistake.help(format!("`approach`: {}", Key::Approach(0).meaning())));
         }
         step
     }
@@ -330,7 +330,7 @@ impl Missing<'_> {
         };
         let message = format!("`{}` is missing{why}", key.short());
         let expected = format!("needs `{}`: {}", key.name(), key.expected());
-        self.problems.push(Problem::new(span, message, expected).help(format!(
+        self.mistakes.push(Mistake::new(span, message, expected).help(format!(
             "`{}`: {}",
             key.name(),
             key.meaning()
@@ -466,9 +466,9 @@ impl Missing<'_> {
         for key in Key::ALL.iter().filter(|key| is_of_shape(**key) && !has(**key)) {
             let Some(given) = self.sheet.get(*key) else { continue };
             let span = given.span.clone();
-            let problem = match key {
+            let mistake = match key {
                 Key::Surface if is_map => match self.sheet.get(Key::File) {
-                    Some(file) => Problem::new(
+                    Some(file) => Mistake::new(
                         span,
                         "a height map is a `file` or a stored `surface`, not both",
                         "leave this out",
@@ -477,7 +477,7 @@ impl Missing<'_> {
                     None => continue,
                 },
                 Key::HeightUnit if is_map => match self.sheet.get(Key::Surface) {
-                    Some(_) if self.sheet.get(Key::File).is_none() => Problem::new(
+                    Some(_) if self.sheet.get(Key::File).is_none() => Mistake::new(
                         span,
                         "a stored surface has no `unit`: its heights are in metres",
                         "leave this out",
@@ -491,26 +491,26 @@ impl Missing<'_> {
                         .chain(optional(shape))
                         .map(|key| format!("`{}`", key.name()));
                     let names = names.collect::<Vec<_>>().join(", ");
-                    let problem = Problem::new(
+                    let mistake = Mistake::new(
                         span,
                         format!("{} has no `{}`", a(shape), key.name()),
                         format!("{} has {names}", a(shape)),
                     );
                     match self.sheet.get(Key::Shape) {
                         Some(place) if place.span != given.span => {
-                            problem.context(place.span.clone(), "the shape is given here")
+                            mistake.context(place.span.clone(), "the shape is given here")
                         }
-                        _ => problem,
+                        _ => mistake,
                     }
                 }
             };
-            self.problems.push(problem);
+            self.mistakes.push(mistake);
         }
     }
 }
 
-/// Turns what the scene itself found wrong into a problem at the place that gave the value.
-pub(crate) fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces) -> Problem {
+/// Turns what the scene itself found wrong into a mistake at the place that gave the value.
+pub(crate) fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces) -> Mistake {
     let key = Key::find(&error.key);
     let message = |value: &str| match key.map(Key::quantity) {
         // of a list it is said what is wrong with it, and not what it is
@@ -528,10 +528,10 @@ pub(crate) fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces
             let steps = 0..if key == Key::Steps { sheet.length(key) } else { 0 };
             let most = steps.filter_map(|i| Some((sheet.count(Key::Increments(i))?, i))).max();
             let given = most.and_then(|(_, i)| sheet.get(Key::Increments(i))).unwrap_or(given);
-            let problem = Problem::new(given.span.clone(), message(&value), error.expected.clone());
+            let mistake = Mistake::new(given.span.clone(), message(&value), error.expected.clone());
             match given.nth {
-                Some(nth) => problem.help(format!("it is value {nth} of this axis")),
-                None => problem,
+                Some(nth) => mistake.help(format!("it is value {nth} of this axis")),
+                None => mistake,
             }
         }
         None => {
@@ -540,7 +540,7 @@ pub(crate) fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces
                 .find(|key| key.short().starts_with(&error.key))
                 .or(Key::ALL.first());
             let span = key.or(inside.copied()).map_or(0..0, |key| places.around(key));
-            Problem::new(span, message(&error.value), error.expected.clone())
+            Mistake::new(span, message(&error.value), error.expected.clone())
         }
     }
 }

@@ -38,7 +38,7 @@ pub const MAX_POINTS: usize = 10_000_000;
 
 /// One axis of a study.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Axis {
+pub struct SweepAxis {
     pub(crate) target: Target,
     pub(crate) choices: Vec<Choice>,
     pub(crate) log: bool,
@@ -101,7 +101,7 @@ impl Choice {
     }
 }
 
-impl Axis {
+impl SweepAxis {
     /// The key or table that it sets, as short as a study file may write it.
     pub fn path(&self) -> Cow<'static, str> {
         self.target.path()
@@ -152,13 +152,13 @@ impl Axis {
 /// Axes that advance together; one axis by itself is a group of one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
-    pub(crate) axes: Vec<Axis>,
+    pub(crate) axes: Vec<SweepAxis>,
     pub(crate) length: usize,
 }
 
 impl Group {
     /// The axes in the order of the file, at least one, all with [`len`](Group::len) values.
-    pub fn axes(&self) -> &[Axis] {
+    pub fn axes(&self) -> &[SweepAxis] {
         &self.axes
     }
 

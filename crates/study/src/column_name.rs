@@ -1,7 +1,7 @@
 //! Reads the names of columns.
 
 use crate::columns::{Column, along_path, find};
-use crate::error::Problem;
+use crate::error::Mistake;
 use crate::key::nearest;
 use crate::read::{self, Node};
 
@@ -11,10 +11,10 @@ pub(crate) fn column_name(
     node: &Node<'_>,
     columns: &[Column],
     numeric: bool,
-) -> Result<String, Problem> {
+) -> Result<String, Mistake> {
     let name = read::text(what, node)?;
     match find(columns, &name) {
-        Some(column) if numeric && !column.is_numeric() => Err(Problem::new(
+        Some(column) if numeric && !column.is_numeric() => Err(Mistake::new(
             node.span(),
             format!("`{what}`: the column `{name}` holds texts"),
             "must be a column of numbers",
@@ -23,7 +23,7 @@ pub(crate) fn column_name(
         None => {
             let message = format!("`{what}`: there is no column `{name}`");
             if along_path(Vec::new()).iter().any(|column| column.name == name) {
-                return Err(Problem::new(
+                return Err(Mistake::new(
                     node.span(),
                     message,
                     "only increments have it: add steps = true to the figure",
@@ -31,9 +31,9 @@ pub(crate) fn column_name(
             }
             Err(match nearest(&name, columns.iter().map(|column| column.name.as_ref())) {
                 Some(meant) => {
-                    Problem::new(node.span(), message, format!("did you mean \"{meant}\"?"))
+                    Mistake::new(node.span(), message, format!("did you mean \"{meant}\"?"))
                 }
-                None => Problem::new(
+                None => Mistake::new(
                     node.span(),
                     message,
                     "must be an axis, a key or an observable, like \"mu\" or \"peak_pressure\"",

@@ -11,7 +11,7 @@
 
 use std::collections::{BTreeSet, HashSet};
 
-use crate::axis::Axis;
+use crate::axis::SweepAxis;
 use crate::key::Key;
 use crate::kind::Kind;
 use crate::units::Dimension;
@@ -28,7 +28,7 @@ use results::{BRACKET, CLAIM, ENDING, ERRORS, PLACE, PROVENANCE, SEARCH, SOLUTIO
 /// the study gives; those of the numerics, which have defaults, have columns anyway.
 pub fn columns<'a>(
     kind: Kind,
-    axes: impl IntoIterator<Item = &'a Axis>,
+    axes: impl IntoIterator<Item = &'a SweepAxis>,
     keys: impl IntoIterator<Item = Key>,
 ) -> Vec<Column> {
     let mut columns: Vec<Column> = Vec::new();
@@ -115,7 +115,7 @@ mod tests {
     use contact::reference::Errors;
 
     use super::*;
-    use crate::point::Point;
+    use crate::point::StudyPoint;
     use crate::record::Record;
     use crate::record::tests::{failed, quarantined, solved};
     use crate::value::Value;
@@ -165,7 +165,7 @@ mod tests {
     fn every_figure_of_an_outcome_has_its_column() {
         let record = solved();
         let outcome = record.outcome().unwrap();
-        let point = Point::of_record(&record).unwrap();
+        let point = StudyPoint::of_record(&record).unwrap();
         let columns = along_path(columns(Kind::Solve, [], []));
         let value = |name: &str| {
             let column = find(&columns, name).unwrap_or_else(|| panic!("no column {name}"));
@@ -226,7 +226,7 @@ mod tests {
         };
         let compared = Compared { errors, reference: String::new(), claim: None };
         let row = Row {
-            point: &Point::of_record(&record).unwrap(),
+            point: &StudyPoint::of_record(&record).unwrap(),
             record: Some(&record),
             compared: Some(&compared),
         };
@@ -242,7 +242,7 @@ mod tests {
     #[test]
     fn an_increment_is_what_the_path_would_be_if_it_ended_there() {
         let record = failed();
-        let point = Point::of_record(&record).unwrap();
+        let point = StudyPoint::of_record(&record).unwrap();
         let columns = along_path(columns(Kind::Solve, [], []));
         let mut rows = Vec::new();
         record.along_path(|partial| {
@@ -274,7 +274,7 @@ mod tests {
     #[test]
     fn every_column_is_of_the_type_it_claims() {
         let record = solved();
-        let point = Point::of_record(&record).unwrap();
+        let point = StudyPoint::of_record(&record).unwrap();
         for column in columns(Kind::Solve, [], []) {
             let value = column.value(&point, Some(&record));
             if value != Value::Missing {
@@ -287,7 +287,9 @@ mod tests {
     fn what_is_not_there_is_missing() {
         let columns = columns(Kind::Solve, [], [Key::Approach(0), Key::Mu, Key::PunchPoisson]);
         let value = |record: &Record, name: &str| {
-            find(&columns, name).unwrap().value(&Point::of_record(record).unwrap(), Some(record))
+            find(&columns, name)
+                .unwrap()
+                .value(&StudyPoint::of_record(record).unwrap(), Some(record))
         };
         assert_eq!(value(&quarantined(), "load"), Value::Missing);
         assert_eq!(value(&quarantined(), "status"), Value::Text("quarantined".into()));
@@ -313,7 +315,7 @@ mod tests {
     fn who_computed_a_record_is_told_of_runs_only() {
         let columns = columns(Kind::Solve, [], []);
         let values = |record: &Record| {
-            let point = Point::of_record(record).unwrap();
+            let point = StudyPoint::of_record(record).unwrap();
             ["attempt", "worker", "finished"]
                 .map(|name| find(&columns, name).unwrap().value(&point, Some(record)).to_string())
         };

@@ -19,7 +19,7 @@
 use toml::de::DeValue;
 
 use crate::axis::Group;
-use crate::error::Problem;
+use crate::error::Mistake;
 use crate::key::{Key, one_of};
 use crate::read::{self, Node, entries};
 
@@ -55,12 +55,12 @@ pub fn is_rung(group: &Group) -> bool {
 pub(crate) fn read(
     node: Option<&Node<'_>>,
     groups: &[Group],
-    problems: &mut Vec<Problem>,
+    mistakes: &mut Vec<Mistake>,
 ) -> Option<Cost> {
     let mut cost = Cost { on: None, repeat: REPEAT, threads: 1 };
     if let Some(node) = node {
         let DeValue::Table(table) = node.get_ref() else {
-            problems.push(read::mistyped(
+            mistakes.push(read::mistyped(
                 "cost",
                 node,
                 &format!("a table with the keys `{}`", KEYS.join("`, `")),
@@ -70,7 +70,7 @@ pub(crate) fn read(
         for (name, _) in
             entries(table).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref()))
         {
-            problems.push(read::unknown(name.get_ref(), name.span(), "`[cost]`", KEYS));
+            mistakes.push(read::unknown(name.get_ref(), name.span(), "`[cost]`", KEYS));
         }
         if let Some(node) = table.get("on") {
             match read::text("cost.on", node) {
@@ -78,14 +78,14 @@ pub(crate) fn read(
                     Some(on) => cost.on = Some(on),
                     None => {
                         let message = format!("`cost.on` cannot be `{word}`");
-                        problems.push(Problem::new(
+                        mistakes.push(Mistake::new(
                             node.span(),
                             message,
                             format!("must be {}", one_of(&ON)),
                         ));
                     }
                 },
-                Err(problem) => problems.push(problem),
+                Err(mistake) => mistakes.push(mistake),
             }
         }
         let mut count = |name: &str, most: u32| -> Option<u32> {
@@ -94,7 +94,7 @@ pub(crate) fn read(
             let read = match node.get_ref() {
                 DeValue::Integer(n) => read::whole(&what, n, node.span()).and_then(|n| match n {
                     1.. if n <= most => Ok(n),
-                    _ => Err(Problem::new(
+                    _ => Err(Mistake::new(
                         node.span(),
                         format!("`{what}` cannot be {n}"),
                         format!("must be from 1 to {most}"),
@@ -102,7 +102,7 @@ pub(crate) fn read(
                 }),
                 _ => Err(read::mistyped(&what, node, "a whole number")),
             };
-            read.map_err(|problem| problems.push(problem)).ok()
+            read.map_err(|mistake| mistakes.push(mistake)).ok()
         };
         cost.repeat = count("repeat", 1000).unwrap_or(cost.repeat);
         cost.threads = count("threads", 1024).unwrap_or(cost.threads);
@@ -114,12 +114,12 @@ pub(crate) fn read(
         .map_or(0, |axis| axis.values().len());
     if meshes < 3 {
         let span = node.map_or(0..0, |node| node.span());
-        let problem = Problem::new(
+        let mistake = Mistake::new(
             span,
             "a study of cost needs at least three meshes",
             "needs for example mesh = [8, 16, 32, 64] below [sweep]",
         );
-        problems.push(problem);
+        mistakes.push(mistake);
     }
     Some(cost)
 }

@@ -24,11 +24,11 @@
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::axis::{Axis, Group};
+use crate::axis::{Group, SweepAxis};
 use crate::column_name::column_name;
 use crate::columns::{Column, along_path, find};
 use crate::cost::Cost;
-use crate::error::{Problem, Span};
+use crate::error::{Mistake, Span};
 use crate::key::Key;
 use crate::kind::Kind;
 use crate::ladder::Ladder;
@@ -107,7 +107,7 @@ pub(crate) fn read_figures(
     node: &Node<'_>,
     groups: &[Group],
     columns: &[Column],
-    problems: &mut Vec<Problem>,
+    mistakes: &mut Vec<Mistake>,
 ) -> Vec<Figure> {
     let nodes: Vec<&Node<'_>> = match node.get_ref() {
         DeValue::Array(figures) => figures.iter().collect(),
@@ -117,7 +117,7 @@ pub(crate) fn read_figures(
     let mut places: Vec<(String, Span)> = Vec::new();
     for (index, node) in nodes.into_iter().enumerate() {
         let DeValue::Table(table) = node.get_ref() else {
-            problems.push(read::mistyped(
+            mistakes.push(read::mistyped(
                 "figure",
                 node,
                 &format!("a table with the keys `{}`, or a list of such tables", KEYS.join("`, `")),
@@ -129,28 +129,28 @@ pub(crate) fn read_figures(
             None => Some((index + 1).to_string()),
             Some(node) => match read::text("figure.name", node) {
                 Ok(name) => {
-                    problems.extend(read::refuse_file_name(&name, "a figure", node));
+                    mistakes.extend(read::refuse_file_name(&name, "a figure", node));
                     Some(name)
                 }
-                Err(problem) => {
-                    problems.push(problem);
+                Err(mistake) => {
+                    mistakes.push(mistake);
                     None
                 }
             },
         };
         if let Some(name) = &name {
             if let Some((_, first)) = places.iter().find(|(other, _)| other == name) {
-                let problem = Problem::new(
+                let mistake = Mistake::new(
                     span.clone(),
                     format!("two figures are called `{name}`"),
                     "needs a name of its own",
                 );
-                problems.push(problem.context(first.clone(), "the first, by its name or number"));
+                mistakes.push(mistake.context(first.clone(), "the first, by its name or number"));
             }
             places.push((name.clone(), span));
         }
         if let (Some(figure), Some(name)) =
-            (read_figure(node.span(), table, groups, columns, problems), name)
+            (read_figure(node.span(), table, groups, columns, mistakes), name)
         {
             figures.push(Figure { name, ..figure });
         }
@@ -165,37 +165,37 @@ fn read_figure(
     table: &DeTable<'_>,
     groups: &[Group],
     columns: &[Column],
-    problems: &mut Vec<Problem>,
+    mistakes: &mut Vec<Mistake>,
 ) -> Option<Figure> {
     for (name, _) in
         entries(table).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref()))
     {
-        problems.push(read::unknown(name.get_ref(), name.span(), "`[figure]`", KEYS));
+        mistakes.push(read::unknown(name.get_ref(), name.span(), "`[figure]`", KEYS));
     }
     let mut switch = |name: &str| {
         let node = table.get(name)?;
-        read::switch(&format!("figure.{name}"), node).map_err(|problem| problems.push(problem)).ok()
+        read::switch(&format!("figure.{name}"), node).map_err(|mistake| mistakes.push(mistake)).ok()
     };
     let (log_x, log_y, steps) =
         (switch("log_x"), switch("log_y"), switch("steps").unwrap_or(false));
     let (fit, front) = (switch("fit").unwrap_or(false), switch("front").unwrap_or(false));
     let title = table.get("title").and_then(|node| {
-        read::text("figure.title", node).map_err(|problem| problems.push(problem)).ok()
+        read::text("figure.title", node).map_err(|mistake| mistakes.push(mistake)).ok()
     });
     let columns = if steps { &along_path(columns.to_vec()) } else { columns };
     let mut column = |name: &str, numeric: bool| {
         let node = table.get(name)?;
         let read = column_name(&format!("figure.{name}"), node, columns, numeric);
-        read.map_err(|problem| problems.push(problem)).ok()
+        read.map_err(|mistake| mistakes.push(mistake)).ok()
     };
     let (x, panels, names) = (column("x", true), column("panels", false), column("names", false));
-    let band = table.get("band").and_then(|node| read_y("band", node, columns, problems)).and_then(
+    let band = table.get("band").and_then(|node| read_y("band", node, columns, mistakes)).and_then(
         |band| match <[String; 2]>::try_from(band) {
             Ok(band) => Some(band),
             Err(_) => {
                 let expected =
                     "must be the lower and the upper column, like [\"mu_low\", \"mu_high\"]";
-                problems.push(Problem::new(
+                mistakes.push(Mistake::new(
                     table.get("band").map_or(span.clone(), Spanned::span),
                     "`figure.band` is no pair",
                     expected,
@@ -206,15 +206,15 @@ fn read_figure(
     );
     let y = table
         .get("y")
-        .and_then(|node| read_y("y", node, columns, problems))
+        .and_then(|node| read_y("y", node, columns, mistakes))
         .or_else(|| band.is_some().then(Vec::new));
     let series = table.get("series").map(|node| match node.get_ref() {
         DeValue::Array(names) => {
             let read = names.iter().map(|node| column_name("figure.series", node, columns, false));
-            read.filter_map(|name| name.map_err(|problem| problems.push(problem)).ok()).collect()
+            read.filter_map(|name| name.map_err(|mistake| mistakes.push(mistake)).ok()).collect()
         }
         _ => {
-            problems.push(read::mistyped(
+            mistakes.push(read::mistyped(
                 "figure.series",
                 node,
                 "a list of columns like [\"mesh\"]",
@@ -225,7 +225,7 @@ fn read_figure(
     for name in ["x", "y"] {
         if !table.contains_key(name) && (name == "x" || !table.contains_key("band")) {
             let expected = format!("needs {name} = \"…\", a column of numbers");
-            problems.push(Problem::new(
+            mistakes.push(Mistake::new(
                 span.clone(),
                 format!("the figure has no `{name}`"),
                 expected,
@@ -258,14 +258,14 @@ fn read_y(
     key: &str,
     node: &Node<'_>,
     columns: &[Column],
-    problems: &mut Vec<Problem>,
+    mistakes: &mut Vec<Mistake>,
 ) -> Option<Vec<String>> {
     let nodes: Vec<&Node<'_>> = match node.get_ref() {
         DeValue::Array(names) => names.iter().collect(),
         _ => vec![node],
     };
     if nodes.is_empty() {
-        problems.push(Problem::new(
+        mistakes.push(Mistake::new(
             node.span(),
             format!("`figure.{key}` is an empty list"),
             "must be a column or a list of columns of numbers",
@@ -275,8 +275,8 @@ fn read_y(
     for node in nodes {
         let name = match column_name(&format!("figure.{key}"), node, columns, true) {
             Ok(name) => name,
-            Err(problem) => {
-                problems.push(problem);
+            Err(mistake) => {
+                mistakes.push(mistake);
                 continue;
             }
         };
@@ -287,7 +287,7 @@ fn read_y(
         if let Some((first, place)) = names.first() {
             let (wanted, found) = (unit(first), unit(&name));
             if names.iter().any(|(other, _)| *other == name) {
-                problems.push(Problem::new(
+                mistakes.push(Mistake::new(
                     node.span(),
                     format!("`figure.{key}`: `{name}` is listed twice"),
                     "once is enough",
@@ -295,9 +295,9 @@ fn read_y(
             } else if wanted != found {
                 let message =
                     format!("`figure.{key}`: `{first}` and `{name}` cannot share an axis");
-                let problem = Problem::new(node.span(), message, format!("is {}", in_words(found)));
-                problems.push(
-                    problem
+                let mistake = Mistake::new(node.span(), message, format!("is {}", in_words(found)));
+                mistakes.push(
+                    mistake
                         .context(place.clone(), format!("is {}", in_words(wanted)))
                         .help("give each unit a [[figure]] of its own"),
                 );
@@ -309,7 +309,7 @@ fn read_y(
 }
 
 /// One axis for each group that varies: those that advance with it say nothing more.
-fn firsts(groups: &[Group]) -> impl Iterator<Item = &Axis> {
+fn firsts(groups: &[Group]) -> impl Iterator<Item = &SweepAxis> {
     groups.iter().filter(|group| group.len() > 1).filter_map(|group| group.axes().first())
 }
 
@@ -333,7 +333,7 @@ pub(crate) fn default(
         return Some(Figure { series, fit: true, log_x: true, log_y: true, ..Figure::new(x, y) });
     }
     if cost.is_some() {
-        let mesh = |axis: &&Axis| axis.key() == Some(Key::Mesh);
+        let mesh = |axis: &&SweepAxis| axis.key() == Some(Key::Mesh);
         let series = firsts(groups)
             .filter(|axis| !mesh(axis))
             .map(|axis| axis.column().into_owned())

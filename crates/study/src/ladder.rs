@@ -15,7 +15,7 @@
 use toml::de::DeValue;
 
 use crate::axis::Group;
-use crate::error::Problem;
+use crate::error::Mistake;
 use crate::key::{Key, one_of};
 use crate::read::{self, Node, entries};
 
@@ -47,13 +47,13 @@ const REFERENCES: [&str; 2] = ["closed-form", "finest"];
 pub(crate) fn read(
     node: Option<&Node<'_>>,
     groups: &[Group],
-    problems: &mut Vec<Problem>,
+    mistakes: &mut Vec<Mistake>,
 ) -> Option<Ladder> {
     let (mut along, mut reference) = (None, None);
     let span = node.map_or(0..0, |node| node.span());
     if let Some(node) = node {
         let DeValue::Table(table) = node.get_ref() else {
-            problems.push(read::mistyped(
+            mistakes.push(read::mistyped(
                 "convergence",
                 node,
                 &format!("a table with the keys `{}`", KEYS.join("`, `")),
@@ -63,7 +63,7 @@ pub(crate) fn read(
         for (name, _) in
             entries(table).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref()))
         {
-            problems.push(read::unknown(name.get_ref(), name.span(), "`[convergence]`", KEYS));
+            mistakes.push(read::unknown(name.get_ref(), name.span(), "`[convergence]`", KEYS));
         }
         let mut word = |name: &str, words: &[&'static str]| -> Option<usize> {
             let node = table.get(name)?;
@@ -71,14 +71,14 @@ pub(crate) fn read(
             let read = read::text(&what, node).and_then(|word| {
                 match words.iter().position(|known| *known == word) {
                     Some(at) => Ok(at),
-                    None => Err(Problem::new(
+                    None => Err(Mistake::new(
                         node.span(),
                         format!("`{what}` cannot be `{word}`"),
                         format!("must be {}", one_of(words)),
                     )),
                 }
             });
-            read.map_err(|problem| problems.push(problem)).ok()
+            read.map_err(|mistake| mistakes.push(mistake)).ok()
         };
         along = word("along", &ALONG).map(|at| [Key::Mesh, Key::Epsilon][at]);
         reference =
@@ -95,12 +95,12 @@ pub(crate) fn read(
     match found {
         Some((key, group)) if groups[group].len() >= 2 => {
             if (key, reference) == (Key::Epsilon, Some(Reference::ClosedForm)) {
-                let problem = Problem::new(
+                let mistake = Mistake::new(
                     span,
                     "along ε the closed form is no reference: the mesh keeps the solutions away from it",
                     "",
                 );
-                problems.push(problem.help("leave `reference` out, or converge along the mesh"));
+                mistakes.push(mistake.help("leave `reference` out, or converge along the mesh"));
             }
             Some(Ladder { group, along: key, reference })
         }
@@ -110,7 +110,7 @@ pub(crate) fn read(
                 "a convergence study needs {} as an axis, of at least two values",
                 names.join(" or ")
             );
-            problems.push(Problem::new(
+            mistakes.push(Mistake::new(
                 span,
                 message,
                 "needs for example mesh = [8, 16, 32, 64] below [sweep]",

@@ -7,7 +7,7 @@ use crate::adaptive::{self, Adaptive};
 use crate::axis::{self, Group};
 use crate::columns;
 use crate::cost;
-use crate::error::{Problem, Span, StudyError};
+use crate::error::{Mistake, Span, StudyError};
 use crate::figure;
 use crate::key::{Key, Table, nearest, one_of};
 use crate::kind::Kind;
@@ -38,11 +38,11 @@ impl Study {
     /// Reads a study's text. `path` is for messages; `files` reads a file that the study names (a
     /// height map), with the name as the study writes it, or a stored surface by its hash.
     pub fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, StudyError> {
-        parse(text, path, files).map_err(|problems| StudyError::new(path, text, problems))
+        parse(text, path, files).map_err(|mistakes| StudyError::new(path, text, mistakes))
     }
 
     /// Reads the height maps and profiles that any point needs, each once.
-    fn read_surfaces(&mut self, files: &mut ReadFile<'_>) -> Vec<Problem> {
+    fn read_surfaces(&mut self, files: &mut ReadFile<'_>) -> Vec<Mistake> {
         let names_files = |key| matches!(key, Key::File | Key::Surface | Key::Wheel | Key::Rail);
         if !axis::keys(&self.base, &self.groups).any(names_files) {
             return Vec::new();
@@ -78,8 +78,8 @@ impl Study {
                         }
                         _ => ("profile", "must be a rail's profile in SIMPACK's format (.prr)"),
                     };
-                    // one bad file is one problem, however many points use it
-                    return vec![Problem::new(
+                    // one bad file is one mistake, however many points use it
+                    return vec![Mistake::new(
                         span,
                         format!("cannot use this {what}: {why}"),
                         expected,
@@ -92,74 +92,74 @@ impl Study {
 
     /// Assembles every point: first along each axis with the others at their first value, which
     /// reports each bad value once; then, if those are good, all of them.
-    fn check(&self) -> Result<(), Vec<Problem>> {
-        let mut problems = Vec::new();
+    fn check(&self) -> Result<(), Vec<Mistake>> {
+        let mut mistakes = Vec::new();
         for (which, group) in self.groups.iter().enumerate().filter(|(_, group)| group.length > 1) {
             let mut steps = vec![0; self.groups.len()];
             for step in 0..group.length {
                 steps[which] = step;
-                problems.extend(self.job(&steps).err().into_iter().flatten());
-                if problems.len() > 1000 {
+                mistakes.extend(self.job(&steps).err().into_iter().flatten());
+                if mistakes.len() > 1000 {
                     break;
                 }
             }
         }
-        if problems.is_empty() {
+        if mistakes.is_empty() {
             let check = |index| self.job(&axis::steps(&self.groups, index)).err();
-            problems = (0..self.points).into_par_iter().find_map_first(check).unwrap_or_default();
+            mistakes = (0..self.points).into_par_iter().find_map_first(check).unwrap_or_default();
         }
-        if problems.is_empty() { Ok(()) } else { Err(problems) }
+        if mistakes.is_empty() { Ok(()) } else { Err(mistakes) }
     }
 }
 
-fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<Problem>> {
+fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<Mistake>> {
     let (root, errors) = DeTable::parse_recoverable(text);
     // what follows the first error is mostly its echo
     if let Some(error) = errors.first() {
         let expected =
             if error.message() == "duplicate key" { "may be given only once" } else { "" };
-        return Err(vec![Problem::new(
+        return Err(vec![Mistake::new(
             error.span().unwrap_or(0..0),
             format!("not valid TOML: {}", error.message()),
             expected,
         )]);
     }
     let root = root.into_inner();
-    let mut problems = Vec::new();
+    let mut mistakes = Vec::new();
     for (name, _) in
         entries(&root).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref()))
     {
-        problems.push(read::unknown(name.get_ref(), name.span(), "the study", KEYS));
+        mistakes.push(read::unknown(name.get_ref(), name.span(), "the study", KEYS));
     }
-    let name = read_name(&root, &mut problems);
-    let question = read_text(&root, "question", &mut problems).unwrap_or_default();
-    let kind = read_kind(&root, &mut problems);
-    let (mut base, places) = read_base(text, &root, &mut problems);
+    let name = read_name(&root, &mut mistakes);
+    let question = read_text(&root, "question", &mut mistakes).unwrap_or_default();
+    let kind = read_kind(&root, &mut mistakes);
+    let (mut base, places) = read_base(text, &root, &mut mistakes);
     let groups = root
         .get("sweep")
-        .map(|node| sweep::read_sweep(text, node, &mut problems))
+        .map(|node| sweep::read_sweep(text, node, &mut mistakes))
         .unwrap_or_default();
     let accuracy = root
         .get("accuracy")
-        .and_then(|node| accuracy::read(node, kind, &base, &groups, &mut problems));
+        .and_then(|node| accuracy::read(node, kind, &base, &groups, &mut mistakes));
     base.extend(accuracy.iter().map(accuracy::Accuracy::first_mesh));
     let ladder = match (kind, root.get("convergence")) {
-        (Kind::Convergence, node) => ladder::read(node, &groups, &mut problems),
+        (Kind::Convergence, node) => ladder::read(node, &groups, &mut mistakes),
         (_, Some(node)) => {
-            let problem = Problem::new(
+            let mistake = Mistake::new(
                 node.span(),
                 "only a study of kind \"convergence\" has `[convergence]`",
                 "leave this out",
             );
-            problems.push(problem.help("or say kind = \"convergence\" at the top"));
+            mistakes.push(mistake.help("or say kind = \"convergence\" at the top"));
             None
         }
         (_, None) => None,
     };
     let cost = match (kind, root.get("cost")) {
-        (Kind::Cost, node) => cost::read(node, &groups, &mut problems),
+        (Kind::Cost, node) => cost::read(node, &groups, &mut mistakes),
         (_, Some(node)) => {
-            problems.push(Problem::new(
+            mistakes.push(Mistake::new(
                 node.span(),
                 "only a study of kind \"cost\" has `[cost]`",
                 "leave this out",
@@ -168,16 +168,16 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
         }
         (_, None) => None,
     };
-    let before = problems.len();
-    sweep::refuse_absent(&groups, &base, &mut problems);
-    if problems.len() > before {
+    let before = mistakes.len();
+    sweep::refuse_absent(&groups, &base, &mut mistakes);
+    if mistakes.len() > before {
         // entries have columns, and an index that is far off would make thousands of millions
-        return Err(problems);
+        return Err(mistakes);
     }
     let columns =
         columns::columns(kind, groups.iter().flat_map(Group::axes), axis::keys(&base, &groups));
     let figures = match root.get("figure") {
-        Some(node) => figure::read_figures(node, &groups, &columns, &mut problems),
+        Some(node) => figure::read_figures(node, &groups, &columns, &mut mistakes),
         None => {
             figure::default(kind, ladder.as_ref(), cost.as_ref(), &groups).into_iter().collect()
         }
@@ -189,10 +189,10 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
         &base,
         &groups,
         &columns,
-        &mut problems,
+        &mut mistakes,
     );
-    if !problems.is_empty() {
-        return Err(problems);
+    if !mistakes.is_empty() {
+        return Err(mistakes);
     }
     let mut study = Study {
         adaptive: adaptive.or(accuracy.map(Adaptive::Accuracy)),
@@ -221,9 +221,9 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
 fn read_base(
     text: &str,
     root: &DeTable<'_>,
-    problems: &mut Vec<Problem>,
+    mistakes: &mut Vec<Mistake>,
 ) -> (Vec<(Key, Given)>, TablePlaces) {
-    let mut reader = Reader::new(text, problems);
+    let mut reader = Reader::new(text, mistakes);
     for (name, node) in entries(root) {
         match (
             Table::find(name.get_ref()).filter(|table| table.path() == name.get_ref().as_ref()),
@@ -233,7 +233,7 @@ fn read_base(
                 reader.table(table, node.span(), entries(below))
             }
             (Some(table), _) => {
-                reader.problems.push(read::mistyped(&table.path(), node, &table.expected()));
+                reader.mistakes.push(read::mistyped(&table.path(), node, &table.expected()));
             }
             (None, _) => {}
         }
@@ -241,39 +241,39 @@ fn read_base(
     (reader.given, reader.places)
 }
 
-fn read_text(root: &DeTable<'_>, name: &str, problems: &mut Vec<Problem>) -> Option<String> {
-    read::text(name, root.get(name)?).map_err(|problem| problems.push(problem)).ok()
+fn read_text(root: &DeTable<'_>, name: &str, mistakes: &mut Vec<Mistake>) -> Option<String> {
+    read::text(name, root.get(name)?).map_err(|mistake| mistakes.push(mistake)).ok()
 }
 
-fn read_name(root: &DeTable<'_>, problems: &mut Vec<Problem>) -> String {
+fn read_name(root: &DeTable<'_>, mistakes: &mut Vec<Mistake>) -> String {
     let Some(node) = root.get("name") else {
-        problems.push(Problem::new(
+        mistakes.push(Mistake::new(
             0..0,
             "the study has no name",
             "needs name = \"…\", under which its results are kept",
         ));
         return String::new();
     };
-    let name = read_text(root, "name", problems).unwrap_or_default();
+    let name = read_text(root, "name", mistakes).unwrap_or_default();
     if matches!(node.get_ref(), DeValue::String(_)) {
-        problems.extend(read::refuse_file_name(&name, "a study", node));
+        mistakes.extend(read::refuse_file_name(&name, "a study", node));
     }
     name
 }
 
-fn read_kind(root: &DeTable<'_>, problems: &mut Vec<Problem>) -> Kind {
-    let (Some(name), Some(node)) = (read_text(root, "kind", problems), root.get("kind")) else {
+fn read_kind(root: &DeTable<'_>, mistakes: &mut Vec<Mistake>) -> Kind {
+    let (Some(name), Some(node)) = (read_text(root, "kind", mistakes), root.get("kind")) else {
         return Kind::default();
     };
     Kind::find(&name).unwrap_or_else(|| {
         let names: Vec<&str> = Kind::ALL.iter().map(|kind| kind.name()).collect();
-        let problem = |expected: &str| {
-            Problem::new(node.span(), format!("unknown kind of study `{name}`"), expected)
+        let mistake = |expected: &str| {
+            Mistake::new(node.span(), format!("unknown kind of study `{name}`"), expected)
         };
         let listed = format!("must be {}", one_of(&names));
-        problems.push(match nearest(&name, names.iter().copied()) {
-            Some(meant) => problem(&format!("did you mean \"{meant}\"?")).help(listed),
-            None => problem(&listed),
+        mistakes.push(match nearest(&name, names.iter().copied()) {
+            Some(meant) => mistake(&format!("did you mean \"{meant}\"?")).help(listed),
+            None => mistake(&listed),
         });
         Kind::default()
     })

@@ -6,7 +6,7 @@ use crate::value::Value;
 
 /// One point of a study.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Point {
+pub struct StudyPoint {
     /// The value of each axis, in the order of [`Study::axes`](crate::Study::axes), in SI units.
     pub values: Vec<Value>,
     /// What is to be computed.
@@ -15,9 +15,9 @@ pub struct Point {
     pub key: JobKey,
 }
 
-impl Point {
+impl StudyPoint {
     /// The point of a record by itself, without a study.
-    pub fn of_record(record: &Record) -> Result<Point, JobError> {
-        Ok(Point { values: Vec::new(), job: record.parse_job()?, key: record.key() })
+    pub fn of_record(record: &Record) -> Result<StudyPoint, JobError> {
+        Ok(StudyPoint { values: Vec::new(), job: record.parse_job()?, key: record.key() })
     }
 }

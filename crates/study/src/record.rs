@@ -1,5 +1,7 @@
 //! The record that a job leaves.
 
+use std::fmt;
+
 use contact::multiplicity::Multiplicity;
 use contact::outcome::{Outcome, Status};
 use contact::uniqueness::Bracket;
@@ -45,6 +47,36 @@ impl Ending {
                 Some(reason)
             }
             _ => None,
+        }
+    }
+}
+
+/// What came of a job, in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Standing {
+    /// The job was computed and the result is certified.
+    Certified,
+    /// The job was computed and the result is not certified.
+    Failed,
+    /// The job was set aside without a result.
+    Quarantined,
+}
+
+impl fmt::Display for Standing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Standing::Certified => "certified",
+            Standing::Failed => "failed",
+            Standing::Quarantined => "quarantined",
+        })
+    }
+}
+
+impl From<&Status> for Standing {
+    fn from(status: &Status) -> Self {
+        match status {
+            Status::Certified => Standing::Certified,
+            Status::Failed { .. } => Standing::Failed,
         }
     }
 }
@@ -116,18 +148,14 @@ impl Record {
         Job::parse(&self.job)
     }
 
-    /// `certified`, `failed` or `quarantined`.
-    pub fn status(&self) -> &'static str {
-        match self.ending.status() {
-            Some(Status::Certified) => "certified",
-            Some(Status::Failed { .. }) => "failed",
-            None => "quarantined",
-        }
+    /// Returns what came of the job, in a word.
+    pub fn standing(&self) -> Standing {
+        self.ending.status().map_or(Standing::Quarantined, Standing::from)
     }
 
     /// Whether it holds a solution.
     pub fn is_certified(&self) -> bool {
-        self.ending.status() == Some(&Status::Certified)
+        self.standing() == Standing::Certified
     }
 
     /// What was computed, solved or not.

@@ -34,16 +34,16 @@ use rayon::prelude::*;
 
 use crate::adaptive::Adaptive;
 use crate::assemble::{assemble, locate};
-use crate::axis::{self, Axis, Group};
+use crate::axis::{self, Group, SweepAxis};
 use crate::columns::{self, Column};
 use crate::cost::Cost;
-use crate::error::{Problem, StudyError};
+use crate::error::{Mistake, StudyError};
 use crate::figure::Figure;
 use crate::job::Job;
 use crate::key::Key;
 use crate::kind::Kind;
 use crate::ladder::Ladder;
-use crate::point::Point;
+use crate::point::StudyPoint;
 use crate::sheet::{Given, Setting, Sheet, TablePlaces};
 use crate::study_files::StudyFiles;
 use crate::value::Value;
@@ -95,7 +95,7 @@ impl Study {
     }
 
     /// The axes of all groups, in order.
-    pub fn axes(&self) -> impl Iterator<Item = &Axis> {
+    pub fn axes(&self) -> impl Iterator<Item = &SweepAxis> {
         self.groups.iter().flat_map(Group::axes)
     }
 
@@ -142,22 +142,22 @@ impl Study {
 
     /// The `index`-th point, `None` from [`len`](Study::len) on. Points are in the order of the
     /// axes, the last group fastest.
-    pub fn point(&self, index: usize) -> Option<Point> {
+    pub fn point(&self, index: usize) -> Option<StudyPoint> {
         let steps = (index < self.points).then(|| axis::steps(&self.groups, index))?;
         let job = self.job(&steps).ok()?;
         let values = self.groups.iter().zip(&steps).flat_map(|(group, step)| {
             group.axes.iter().map(|axis| axis.choices[*step].shown.clone())
         });
-        Some(Point { values: values.collect(), key: job.key(), job })
+        Some(StudyPoint { values: values.collect(), key: job.key(), job })
     }
 
     /// The `index`-th point with another mesh; `None` where that is no job.
-    pub fn point_on_mesh(&self, index: usize, mesh: Mesh) -> Option<Point> {
+    pub fn point_on_mesh(&self, index: usize, mesh: Mesh) -> Option<StudyPoint> {
         self.point_with(index, &[(Key::Mesh, Setting::Mesh(mesh))], |_| {})
     }
 
     /// The same, solved to a tolerance, unless the study gives one.
-    pub fn point_as_exact(&self, index: usize, mesh: Mesh, tolerance: f64) -> Option<Point> {
+    pub fn point_as_exact(&self, index: usize, mesh: Mesh, tolerance: f64) -> Option<StudyPoint> {
         let steps = (index < self.points).then(|| axis::steps(&self.groups, index))?;
         let settings =
             [(Key::Mesh, Setting::Mesh(mesh)), (Key::Tolerance, Setting::Number(tolerance))];
@@ -167,7 +167,7 @@ impl Study {
 
     /// The `index`-th point with another value of the axis with index `axis`, which must be one of
     /// numbers; `None` where that is no job.
-    pub fn point_at(&self, index: usize, axis: usize, value: f64) -> Option<Point> {
+    pub fn point_at(&self, index: usize, axis: usize, value: f64) -> Option<StudyPoint> {
         let key = self.axes().nth(axis)?.key()?;
         self.point_with(index, &[(key, Setting::Number(value))], |values| {
             values.get_mut(axis).into_iter().for_each(|shown| *shown = Value::Number(value));
@@ -179,8 +179,8 @@ impl Study {
         index: usize,
         settings: &[(Key, Setting)],
         show: impl FnOnce(&mut Vec<Value>),
-    ) -> Option<Point> {
-        let Point { mut values, .. } = self.point(index)?;
+    ) -> Option<StudyPoint> {
+        let StudyPoint { mut values, .. } = self.point(index)?;
         let given: Vec<(Key, Given)> = settings
             .iter()
             .map(|(key, setting)| (*key, Given { setting: setting.clone(), span: 0..0, nth: None }))
@@ -190,13 +190,13 @@ impl Study {
         let job = assemble(self.kind, self.cost.as_ref(), &sheet, &self.files.names, &self.places)
             .ok()?;
         show(&mut values);
-        Some(Point { values, key: job.key(), job })
+        Some(StudyPoint { values, key: job.key(), job })
     }
 
     /// What is wrong with the scene of the `index`-th point, at its place in the file.
     pub fn refuse(&self, index: usize, error: &SceneError) -> StudyError {
         let sheet = self.sheet(&axis::steps(&self.groups, index.min(self.points - 1)));
-        let mut problem = locate(error, &sheet, &self.places);
+        let mut mistake = locate(error, &sheet, &self.places);
         let values = self.point(index).map(|point| point.values).unwrap_or_default();
         let at: Vec<String> = self
             .axes()
@@ -204,9 +204,9 @@ impl Study {
             .map(|(axis, value)| format!("{} = {value}", axis.column()))
             .collect();
         if !at.is_empty() {
-            problem.help = format!("it is so at {}", at.join(", "));
+            mistake.help = format!("it is so at {}", at.join(", "));
         }
-        StudyError::new(&self.path, &self.text, vec![problem])
+        StudyError::new(&self.path, &self.text, vec![mistake])
     }
 
     /// What is wrong with the condition of `[bisect]`, at its place in the file; lines of
@@ -220,12 +220,12 @@ impl Study {
         StudyError::new(
             &self.path,
             &self.text,
-            vec![Problem::new(span, message, expected).help(help)],
+            vec![Mistake::new(span, message, expected).help(help)],
         )
     }
 
     /// Every point of the axes, in order. Points whose jobs coincide are all there.
-    pub fn points(&self) -> Vec<Point> {
+    pub fn points(&self) -> Vec<StudyPoint> {
         (0..self.points).into_par_iter().filter_map(|index| self.point(index)).collect()
     }
 
@@ -237,7 +237,7 @@ impl Study {
         sheet
     }
 
-    pub(crate) fn job(&self, steps: &[usize]) -> Result<Job, Vec<Problem>> {
+    pub(crate) fn job(&self, steps: &[usize]) -> Result<Job, Vec<Mistake>> {
         let job = assemble(
             self.kind,
             self.cost.as_ref(),
@@ -246,7 +246,7 @@ impl Study {
             &self.places,
         )?;
         if let Some(Adaptive::Accuracy(accuracy)) = &self.adaptive {
-            accuracy.check(&job).map_err(|problem| vec![problem])?;
+            accuracy.check(&job).map_err(|mistake| vec![mistake])?;
         }
         Ok(job)
     }

@@ -7,7 +7,7 @@ use contact::outcome::{Observables, Outcome, StepOutcome};
 use contact::reference::Errors;
 
 use crate::key::Key;
-use crate::point::Point;
+use crate::point::StudyPoint;
 use crate::record::{Bracketed, Record};
 use crate::settings;
 use crate::units::Dimension;
@@ -55,7 +55,7 @@ pub struct Column {
 #[derive(Clone, Copy, Debug)]
 pub struct Row<'a> {
     /// The point.
-    pub point: &'a Point,
+    pub point: &'a StudyPoint,
     /// What its job left, if it left something yet.
     pub record: Option<&'a Record>,
     /// How far that is from what it is compared with.
@@ -96,7 +96,7 @@ impl Column {
     }
 
     /// Its value for a point and the record that the point's job left, if it left one yet.
-    pub fn value(&self, point: &Point, record: Option<&Record>) -> Value {
+    pub fn value(&self, point: &StudyPoint, record: Option<&Record>) -> Value {
         self.value_of(&Row { point, record, compared: None })
     }
 

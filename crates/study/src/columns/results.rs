@@ -68,7 +68,7 @@ pub(super) const PLACE: &[Column] = results! {
 /// The columns that every record has, first.
 pub(super) const ENDING: &[Column] = results! {
     Status "key" Text "identity of the job" Source::JobKey;
-    Status "status" Text "certified, failed or quarantined" Source::Record(|record| Value::Text(record.status().to_owned()));
+    Status "status" Text "certified, failed or quarantined" Source::Record(|record| Value::Text(record.standing().to_string()));
     Status "reason" Text "why it failed" Source::Record(reason);
 };
 
