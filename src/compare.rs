@@ -8,7 +8,7 @@ use contact::reference::{ClosedForm, Errors, PowerLaw, Trend, closed_form, power
 use report::{Cell, Column, Table};
 use study::columns::Compared;
 use study::key::Key;
-use study::ladder::{Ladder, Reference};
+use study::kind::convergence::{Ladder, Reference};
 use study::{Case, Job, JobKey, Record, Study, StudyPoint, Value};
 
 use crate::results::cell;

@@ -11,8 +11,8 @@ use contact::reference::{
 };
 use report::{Cell, Column, Table, pareto_front};
 use study::columns::Compared;
-use study::cost::{Cost, is_rung};
 use study::key::Key;
+use study::kind::cost::{Cost, is_rung};
 use study::{JobKey, Record, Study, StudyPoint, Value};
 
 use crate::compare::{ReadFields, digits, members};

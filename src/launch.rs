@@ -75,10 +75,10 @@ impl Jobs {
     pub(crate) fn of(study: &Study) -> Result<Self> {
         adaptive::check(study)?;
         let jobs = Self::of_points(study, study.points())?;
-        if let Some(ladder) = study.ladder() {
+        if let Some(ladder) = &study.ladder() {
             compare::check(study, ladder, &jobs.points)?;
         }
-        if let Some(cost) = study.cost() {
+        if let Some(cost) = &study.cost() {
             cost::check(study, cost, &jobs.points)?;
         }
         Ok(jobs)

@@ -9,7 +9,7 @@ use report::{Cell, Table};
 use store::{Blobs, ReadError, Reader, Store};
 use study::columns::{Compared, Role, Row, along_path};
 use study::record_format::decode_fields;
-use study::{Adaptive, Column, JobKey, Kind, Record, Standing, Study, StudyPoint, Value};
+use study::{Adaptive, Column, JobKey, Record, Standing, Study, StudyPoint, Value};
 
 use crate::adaptive::{self, Chosen, Found, choose};
 use crate::compare::{self, compare};
@@ -109,14 +109,14 @@ impl Results {
             answers.push(("found", adaptive::table(&study, &findings)?));
         }
         let mut compared = points.iter().map(|_| None).collect();
-        if let Some(ladder) = study.ladder() {
+        if let Some(ladder) = &study.ladder() {
             let (ladders, all) =
                 compare(&study, ladder, &points, &records, &|record| fields(blobs, record))?;
             answers.push(("orders", compare::orders(&study, &ladders, &all)?));
             answers.extend(compare::limits(&study, &ladders)?.map(|limits| ("limits", limits)));
             compared = all;
         }
-        if let Some(cost) = study.cost() {
+        if let Some(cost) = &study.cost() {
             let found =
                 cost::compare(&study, cost, &points, &records, &|record| fields(blobs, record))?;
             (answers, compared) = (found.answers, found.compared);
@@ -189,18 +189,9 @@ impl Results {
         let figures = self.study.figures().iter().filter(|figure| steps || !figure.steps);
         let usual = match steps {
             true => path_columns(&self.points),
-            false => match self.study.kind() {
-                Kind::Solve => {
-                    &["load", "contact_radius", "stick_fraction", "peak_pressure", "status"][..]
-                }
-                Kind::Cost => &["seconds", "spread", "iterations", "status"],
-                Kind::Convergence => &["load", "peak_pressure", "status"],
-                Kind::Uniqueness => &["mu_low", "mu_high", "bracket_width", "unbounded", "status"],
-                Kind::Multiplicity => &["solutions", "index_sum", "largest_distance", "status"],
+            false => {
+                self.study.kind().usual_columns().iter().map(|name| (*name).to_owned()).collect()
             }
-            .iter()
-            .map(|name| (*name).to_owned())
-            .collect(),
         };
         let own: Vec<String> = figures
             .flat_map(|figure| {

@@ -5,7 +5,7 @@ use contact::outcome::{Fields, Outcome};
 use contact::punch::Surfaces;
 use report::Table;
 use store::{Reader, Store};
-use study::columns::{Role, along_path, columns};
+use study::columns::{Role, along_path};
 use study::{Case, Job, JobKey, Kind, Record, StudyPoint, Value};
 
 use crate::cli::ShowArgs;
@@ -85,7 +85,7 @@ fn stored_surfaces(reader: &Reader, record: &Record) -> Result<Surfaces> {
 /// The increments of a result's loading path.
 pub(crate) fn path(record: &Record) -> Result<Table> {
     let point = StudyPoint::of_record(record)?;
-    let table = results::increments(&along_path(columns(Kind::Solve, [], [])), [(&point, record)])?;
+    let table = results::increments(&along_path(Kind::Solve.columns([], [])), [(&point, record)])?;
     let mut names = results::path_columns(&[point]);
     names.extend(["peak_pressure", "residual", "iterations"].map(str::to_owned));
     Ok(table.select(&names)?)
@@ -100,7 +100,7 @@ pub(crate) fn json(
 ) -> Result<serde_json::Value> {
     let point = StudyPoint::of_record(record)?;
     let mut values = serde_json::Map::new();
-    for column in columns(point.job.kind(), [], []).iter().filter(|column| column.role != Role::Key)
+    for column in point.job.kind().columns([], []).iter().filter(|column| column.role != Role::Key)
     {
         let value = match column.value(&point, Some(record)) {
             Value::Number(x) => serde_json::json!(x),
@@ -166,7 +166,7 @@ pub(crate) fn words(
             format!("effects\n  not known: the store's studies do not hold {missing}\n")
         }
     };
-    let columns = columns(point.job.kind(), [], []);
+    let columns = point.job.kind().columns([], []);
     let kinds = [
         (Role::Status, "result"),
         (Role::Observable, "observables"),

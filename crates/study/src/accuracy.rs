@@ -177,7 +177,7 @@ pub(crate) fn read(
             Err(mistake) => mistakes.push(mistake),
         },
     }
-    if kind != Kind::Solve {
+    if !kind.has_accuracy() {
         let message = format!("a study of kind \"{}\" has no `accuracy`", kind.name());
         mistakes.push(
             Mistake::new(node.span(), message, "leave this out")

@@ -27,11 +27,7 @@ use toml::de::{DeTable, DeValue};
 use crate::axis::{Group, SweepAxis};
 use crate::column_name::column_name;
 use crate::columns::{Column, along_path, find};
-use crate::cost::Cost;
 use crate::error::{Mistake, Span};
-use crate::key::Key;
-use crate::kind::Kind;
-use crate::ladder::Ladder;
 use crate::read::{self, Node, entries};
 
 /// A figure; all names but its own are columns.
@@ -88,6 +84,25 @@ impl Figure {
             front: false,
             names: None,
         }
+    }
+
+    /// A figure without an ordinate over the longest numeric axis, with a panel for each value of
+    /// the first axis of tables or words and a curve for each of the others'. `None` without a
+    /// numeric axis.
+    pub(crate) fn over_longest_axis(groups: &[Group]) -> Option<Self> {
+        // the first of the longest: max_by_key would return the last
+        let x = firsts(groups)
+            .filter(|axis| axis.is_numeric())
+            .reduce(|a, b| if b.values().len() > a.values().len() { b } else { a })?;
+        let others = || firsts(groups).filter(|axis| axis.column() != x.column());
+        let panels =
+            others().find(|axis| !axis.is_numeric()).map(|axis| axis.column().into_owned());
+        let series = others()
+            .map(|axis| axis.column().into_owned())
+            .filter(|name| Some(name) != panels.as_ref())
+            .collect();
+        let figure = Figure::new(x.column().into_owned(), Vec::new());
+        Some(Figure { series, panels, log_x: x.is_log(), ..figure })
     }
 
     /// The name of its files without ending: the study's, with the figure's unless that is only the
@@ -309,69 +324,6 @@ fn read_y(
 }
 
 /// One axis for each group that varies: those that advance with it say nothing more.
-fn firsts(groups: &[Group]) -> impl Iterator<Item = &SweepAxis> {
+pub(crate) fn firsts(groups: &[Group]) -> impl Iterator<Item = &SweepAxis> {
     groups.iter().filter(|group| group.len() > 1).filter_map(|group| group.axes().first())
-}
-
-/// The figure of a study that asks for none: over its longest numeric axis what its kind is about,
-/// of solutions the stick fraction, if that axis is friction, else the load; a panel for each value
-/// of the first axis of tables or words, a curve for each of the others'. `None` without a numeric
-/// axis.
-pub(crate) fn default(
-    kind: Kind,
-    ladder: Option<&Ladder>,
-    cost: Option<&Cost>,
-    groups: &[Group],
-) -> Option<Figure> {
-    if let Some(Ladder { group, along, .. }) = ladder {
-        let others = firsts(groups).filter(|axis| !groups[*group].axes().contains(axis));
-        let series = others.map(|axis| axis.column().into_owned()).collect();
-        let x = along.column().into_owned();
-        let y = ["error_pressure", "error_peak_pressure", "error_contact_area"]
-            .map(str::to_owned)
-            .to_vec();
-        return Some(Figure { series, fit: true, log_x: true, log_y: true, ..Figure::new(x, y) });
-    }
-    if cost.is_some() {
-        let mesh = |axis: &&SweepAxis| axis.key() == Some(Key::Mesh);
-        let series = firsts(groups)
-            .filter(|axis| !mesh(axis))
-            .map(|axis| axis.column().into_owned())
-            .collect();
-        let y = vec!["claimed_error".to_owned()];
-        let names = Some("mesh".to_owned());
-        let figure = Figure::new("seconds".to_owned(), y);
-        return Some(Figure { series, front: true, names, log_x: true, log_y: true, ..figure });
-    }
-    // the first of the longest: max_by_key would return the last
-    let x = firsts(groups)
-        .filter(|axis| axis.is_numeric())
-        .reduce(|a, b| if b.values().len() > a.values().len() { b } else { a })?;
-    let others = || firsts(groups).filter(|axis| axis.column() != x.column());
-    let panels = others().find(|axis| !axis.is_numeric()).map(|axis| axis.column().into_owned());
-    let series = others()
-        .map(|axis| axis.column().into_owned())
-        .filter(|name| Some(name) != panels.as_ref())
-        .collect();
-    let y = match kind {
-        Kind::Solve if x.column() == "mu" => "stick_fraction",
-        Kind::Solve | Kind::Convergence | Kind::Cost => "load",
-        Kind::Multiplicity => "solutions",
-        Kind::Uniqueness => {
-            let band = Some(["mu_low", "mu_high"].map(str::to_owned));
-            return Some(Figure {
-                series,
-                panels,
-                log_x: x.is_log(),
-                band,
-                ..Figure::new(x.column().into_owned(), Vec::new())
-            });
-        }
-    };
-    Some(Figure {
-        series,
-        panels,
-        log_x: x.is_log(),
-        ..Figure::new(x.column().into_owned(), vec![y.to_owned()])
-    })
 }

@@ -9,8 +9,6 @@ use contact::scene::{
 use contact::uniqueness::{Effort, Question};
 use serde::{Deserialize, Serialize};
 
-use crate::kind::Kind;
-
 /// Changes whenever the same job would give different numbers; part of every [`JobKey`].
 pub const PHYSICS_VERSION: u32 = 3;
 
@@ -56,16 +54,6 @@ pub struct Case {
 }
 
 impl Job {
-    /// The simplest kind of study that asks for such jobs.
-    pub fn kind(&self) -> Kind {
-        match self {
-            Job::Solve(_) => Kind::Solve,
-            Job::Cost { .. } => Kind::Cost,
-            Job::Multiplicity { .. } => Kind::Multiplicity,
-            Job::Uniqueness { .. } => Kind::Uniqueness,
-        }
-    }
-
     /// The scene that is to be solved, once or often.
     pub fn case(&self) -> Option<&Case> {
         match self {

@@ -5,34 +5,26 @@ use toml::de::{DeTable, DeValue};
 
 use crate::adaptive::{self, Adaptive};
 use crate::axis::{self, Group};
-use crate::columns;
-use crate::cost;
 use crate::error::{Mistake, Span, StudyError};
 use crate::figure;
 use crate::key::{Key, Table, nearest, one_of};
 use crate::kind::Kind;
-use crate::ladder;
 use crate::read::{self, Reader, entries};
 use crate::sheet::{Given, TablePlaces};
 use crate::study::Study;
 use crate::study_files::{ReadFile, StudyFiles, Wanted};
 use crate::{accuracy, sweep};
 
+/// The names at the top of a study before those of the tables of kinds.
 const KEYS: &[&str] = &[
-    "name",
-    "question",
-    "kind",
-    "accuracy",
-    "scene",
-    "numerics",
-    "search",
-    "sweep",
-    "refine",
+    "name", "question", "kind", "accuracy", "scene", "numerics", "search", "sweep", "refine",
     "bisect",
-    "convergence",
-    "cost",
-    "figure",
 ];
+
+/// Returns the names that may stand at the top of a study.
+fn names() -> Vec<&'static str> {
+    KEYS.iter().copied().chain(Kind::table_names()).chain(["figure"]).collect()
+}
 
 impl Study {
     /// Reads a study's text. `path` is for messages; `files` reads a file that the study names (a
@@ -126,10 +118,11 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     }
     let root = root.into_inner();
     let mut mistakes = Vec::new();
-    for (name, _) in
-        entries(&root).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref()))
-    {
-        mistakes.push(read::unknown(name.get_ref(), name.span(), "the study", KEYS));
+    let names = names();
+    for (name, _) in entries(&root) {
+        if !names.contains(&name.get_ref().as_ref()) {
+            mistakes.push(read::unknown(name.get_ref(), name.span(), "the study", &names));
+        }
     }
     let name = read_name(&root, &mut mistakes);
     let question = read_text(&root, "question", &mut mistakes).unwrap_or_default();
@@ -143,44 +136,17 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
         .get("accuracy")
         .and_then(|node| accuracy::read(node, kind, &base, &groups, &mut mistakes));
     base.extend(accuracy.iter().map(accuracy::Accuracy::first_mesh));
-    let ladder = match (kind, root.get("convergence")) {
-        (Kind::Convergence, node) => ladder::read(node, &groups, &mut mistakes),
-        (_, Some(node)) => {
-            let mistake = Mistake::new(
-                node.span(),
-                "only a study of kind \"convergence\" has `[convergence]`",
-                "leave this out",
-            );
-            mistakes.push(mistake.help("or say kind = \"convergence\" at the top"));
-            None
-        }
-        (_, None) => None,
-    };
-    let cost = match (kind, root.get("cost")) {
-        (Kind::Cost, node) => cost::read(node, &groups, &mut mistakes),
-        (_, Some(node)) => {
-            mistakes.push(Mistake::new(
-                node.span(),
-                "only a study of kind \"cost\" has `[cost]`",
-                "leave this out",
-            ));
-            None
-        }
-        (_, None) => None,
-    };
+    let kind_table = kind.read_table(&root, &groups, &mut mistakes);
     let before = mistakes.len();
     sweep::refuse_absent(&groups, &base, &mut mistakes);
     if mistakes.len() > before {
         // entries have columns, and an index that is far off would make thousands of millions
         return Err(mistakes);
     }
-    let columns =
-        columns::columns(kind, groups.iter().flat_map(Group::axes), axis::keys(&base, &groups));
+    let columns = kind.columns(groups.iter().flat_map(Group::axes), axis::keys(&base, &groups));
     let figures = match root.get("figure") {
         Some(node) => figure::read_figures(node, &groups, &columns, &mut mistakes),
-        None => {
-            figure::default(kind, ladder.as_ref(), cost.as_ref(), &groups).into_iter().collect()
-        }
+        None => kind.figure(&kind_table, &groups).into_iter().collect(),
     };
     let adaptive = adaptive::read(
         root.get("accuracy"),
@@ -196,8 +162,7 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     }
     let mut study = Study {
         adaptive: adaptive.or(accuracy.map(Adaptive::Accuracy)),
-        ladder,
-        cost,
+        kind_table,
         name,
         question,
         kind,

@@ -1,7 +1,8 @@
-//! From a job to the settings that describe it, and to the text of a study that asks for it.
+//! From a job to the settings that describe it.
 
 use std::borrow::Cow;
 
+use contact::effect::Effect;
 use contact::loading::{Loading, Step};
 use contact::multiplicity::Search;
 use contact::numerics::{Mesh, Method, Numerics, Projection};
@@ -10,8 +11,7 @@ use contact::scene::{Base, Domain, Foundation, Material, Shape};
 use contact::uniqueness::Sole;
 
 use crate::job::{Case, Job};
-use crate::key::{Key, Quantity};
-use crate::kind::Kind;
+use crate::key::Key;
 use crate::sheet::Setting;
 
 /// What a job says, whatever its kind.
@@ -26,12 +26,16 @@ struct Parts<'a> {
     projection: Projection,
     epsilon: f64,
     numerics: Option<&'a Numerics>,
+    /// What a search does not leave to the numerics.
+    method: Option<Method>,
+    simulate: &'a [Effect],
     /// Starts and seed.
     search: Option<(u32, u64)>,
 }
 
 impl<'a> Parts<'a> {
     fn of(job: &'a Job) -> Self {
+        let is_search = matches!(job, Job::Multiplicity { .. });
         match job {
             Job::Solve(Case { scene, numerics })
             | Job::Cost { case: Case { scene, numerics }, .. }
@@ -46,6 +50,8 @@ impl<'a> Parts<'a> {
                 projection: numerics.projection,
                 epsilon: numerics.epsilon,
                 numerics: Some(numerics),
+                method: (!is_search).then_some(numerics.method),
+                simulate: if is_search { &[] } else { &numerics.simulate },
                 search: match job {
                     Job::Multiplicity { search: Search { starts, seed }, .. } => {
                         Some((*starts, *seed))
@@ -69,6 +75,8 @@ impl<'a> Parts<'a> {
                 projection: question.projection,
                 epsilon: question.epsilon,
                 numerics: None,
+                method: None,
+                simulate: &[],
                 search: Some((effort.search.starts, effort.search.seed)),
             },
         }
@@ -85,45 +93,7 @@ pub(crate) fn length(job: &Job, list: Key) -> u32 {
     u32::try_from(length).unwrap_or(u32::MAX)
 }
 
-impl Job {
-    /// The job as a study file asks for it, in SI units. Read back, it is the study's only point,
-    /// and the same job; a study of cost needs beside it `[sweep]` with at least three meshes, and
-    /// the job is one of its points if its own mesh is among them.
-    pub fn to_toml(&self) -> String {
-        let settings = settings(self);
-        let mut text = match self.kind() {
-            Kind::Solve => String::new(),
-            kind => format!("kind = \"{}\"\n", kind.name()),
-        };
-        if let Job::Cost { repeat, threads, .. } = self {
-            text += &format!("cost.repeat = {repeat}\ncost.threads = {threads}\n");
-        }
-        let goes_without_saying = |key: Key, setting: &Setting| {
-            matches!(key, Key::Increments(_) | Key::Cycles) && *setting == Setting::Count(1)
-        };
-        let said = || settings.iter().filter(|(key, setting)| !goes_without_saying(*key, setting));
-        for (key, setting) in said().filter(|(key, _)| key.index().is_none()) {
-            if !matches!(key.quantity(), Quantity::List(_)) {
-                text += &format!("{} = {setting}\n", key.path());
-                continue;
-            }
-            let entry = |index| {
-                let keys =
-                    said().filter(|(of, _)| of.list() == Some(*key) && of.index() == Some(index));
-                let keys: Vec<String> =
-                    keys.map(|(key, setting)| format!("{} = {setting}", key.name())).collect();
-                if keys.is_empty() { "{}".to_owned() } else { format!("{{ {} }}", keys.join(", ")) }
-            };
-            let entries: Vec<String> = (0..length(self, *key)).map(entry).collect();
-            if !entries.is_empty() {
-                text += &format!("{} = [{}]\n", key.path(), entries.join(", "));
-            }
-        }
-        text
-    }
-}
-
-/// Every key that a job has, with its value: the opposite of [assembling](crate::assemble) it.
+/// Every key that a job has, with its value: the opposite of assembling it.
 pub(crate) fn settings(job: &Job) -> Vec<(Key, Setting)> {
     Key::all(|list| length(job, list))
         .into_iter()
@@ -133,9 +103,6 @@ pub(crate) fn settings(job: &Job) -> Vec<(Key, Setting)> {
 
 /// The value that a job has for a key; `None` where it has none.
 pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
-    if job.kind().refuses(key).is_some() {
-        return None;
-    }
     let number = |x: f64| Some(Setting::Number(x));
     let word = |text: &str| Some(Setting::Word(text.to_owned()));
     let Parts {
@@ -149,6 +116,8 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         projection,
         epsilon,
         numerics,
+        method,
+        simulate,
         search,
     } = Parts::of(job);
     let shape = shape.as_deref();
@@ -255,7 +224,7 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         }),
         Key::Epsilon => number(epsilon),
         Key::Ceiling => number(numerics?.ceiling?),
-        Key::Method => word(match numerics?.method {
+        Key::Method => word(match method? {
             Method::Seidel => "seidel",
             Method::Newton => "newton",
             Method::Auto => "auto",
@@ -264,8 +233,6 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         Key::MaxIterations => Some(Setting::Count(numerics?.max_iterations)),
         Key::Starts => Some(Setting::Count(search?.0)),
         Key::Seed => Some(Setting::Count(u32::try_from(search?.1).unwrap_or(u32::MAX))),
-        Key::Simulate => Some(&numerics?.simulate)
-            .filter(|effects| !effects.is_empty())
-            .map(|effects| Setting::Effects(effects.clone())),
+        Key::Simulate => (!simulate.is_empty()).then(|| Setting::Effects(simulate.to_vec())),
     }
 }

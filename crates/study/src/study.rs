@@ -33,16 +33,16 @@ use contact::scene::SceneError;
 use rayon::prelude::*;
 
 use crate::adaptive::Adaptive;
-use crate::assemble::{assemble, locate};
+use crate::assemble::locate;
 use crate::axis::{self, Group, SweepAxis};
-use crate::columns::{self, Column};
-use crate::cost::Cost;
+use crate::columns::Column;
 use crate::error::{Mistake, StudyError};
 use crate::figure::Figure;
 use crate::job::Job;
 use crate::key::Key;
-use crate::kind::Kind;
-use crate::ladder::Ladder;
+use crate::kind::convergence::Ladder;
+use crate::kind::cost::Cost;
+use crate::kind::{Kind, KindTable};
 use crate::point::StudyPoint;
 use crate::sheet::{Given, Setting, Sheet, TablePlaces};
 use crate::study_files::StudyFiles;
@@ -57,8 +57,7 @@ pub struct Study {
     pub(crate) figures: Vec<Figure>,
     pub(crate) groups: Vec<Group>,
     pub(crate) adaptive: Option<Adaptive>,
-    pub(crate) ladder: Option<Ladder>,
-    pub(crate) cost: Option<Cost>,
+    pub(crate) kind_table: KindTable,
     pub(crate) base: Vec<(Key, Given)>,
     pub(crate) places: TablePlaces,
     pub(crate) points: usize,
@@ -105,18 +104,18 @@ impl Study {
     }
 
     /// The ladder of a convergence study.
-    pub fn ladder(&self) -> Option<&Ladder> {
-        self.ladder.as_ref()
+    pub fn ladder(&self) -> Option<Ladder> {
+        (self.kind == Kind::Convergence).then(|| Ladder::of(&self.kind_table, &self.groups))?
     }
 
     /// What a study of cost measures.
-    pub fn cost(&self) -> Option<&Cost> {
-        self.cost.as_ref()
+    pub fn cost(&self) -> Option<Cost> {
+        (self.kind == Kind::Cost).then(|| Cost::of(&self.kind_table))
     }
 
     /// Every column of the study's results.
     pub fn columns(&self) -> Vec<Column> {
-        columns::columns(self.kind, self.axes(), axis::keys(&self.base, &self.groups))
+        self.kind.columns(self.axes(), axis::keys(&self.base, &self.groups))
     }
 
     /// The surfaces that its jobs name.
@@ -187,8 +186,8 @@ impl Study {
             .collect();
         let mut sheet = self.sheet(&axis::steps(&self.groups, index));
         given.iter().for_each(|(key, given)| sheet.set(*key, given));
-        let job = assemble(self.kind, self.cost.as_ref(), &sheet, &self.files.names, &self.places)
-            .ok()?;
+        let job =
+            self.kind.assemble(&self.kind_table, &sheet, &self.files.names, &self.places).ok()?;
         show(&mut values);
         Some(StudyPoint { values, key: job.key(), job })
     }
@@ -238,9 +237,8 @@ impl Study {
     }
 
     pub(crate) fn job(&self, steps: &[usize]) -> Result<Job, Vec<Mistake>> {
-        let job = assemble(
-            self.kind,
-            self.cost.as_ref(),
+        let job = self.kind.assemble(
+            &self.kind_table,
             &self.sheet(steps),
             &self.files.names,
             &self.places,

@@ -2,13 +2,12 @@
 
 use std::borrow::Cow;
 
-use contact::multiplicity::Multiplicity;
 use contact::outcome::{Observables, Outcome, StepOutcome};
 use contact::reference::Errors;
 
 use crate::key::Key;
 use crate::point::StudyPoint;
-use crate::record::{Bracketed, Record};
+use crate::record::Record;
 use crate::settings;
 use crate::units::Dimension;
 use crate::value::Value;
@@ -47,8 +46,10 @@ pub struct Column {
     pub role: Role,
     /// What it means, in words.
     pub meaning: &'static str,
-    pub(super) source: Source,
-    pub(super) is_text: bool,
+    /// What it is called in pictures, if that is not the words of its name.
+    pub(crate) label: Option<&'static str>,
+    pub(crate) is_numeric: bool,
+    pub(crate) source: ColumnSource,
 }
 
 /// What a row of a table is made of.
@@ -74,19 +75,15 @@ pub struct Compared {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Source {
-    Axis { index: usize, is_numeric: bool },
+pub(crate) enum ColumnSource {
+    Axis(usize),
     Key(Key),
     JobKey,
     Record(fn(&Record) -> Value),
     Outcome(fn(&Outcome) -> Value),
     End(fn(&StepOutcome) -> Value),
     Observed(fn(&Observables) -> Value),
-    Multiplicity(fn(&Multiplicity) -> Value),
-    Bracketed(fn(&Bracketed) -> Value),
-    Error(fn(&Errors) -> Option<f64>),
-    Claim,
-    Reference,
+    Compared(fn(&Compared) -> Value),
 }
 
 impl Column {
@@ -105,47 +102,35 @@ impl Column {
         let record = *record;
         let end = || record.and_then(Record::outcome).and_then(Outcome::last);
         match self.source {
-            Source::Axis { index, .. } => {
-                point.values.get(index).cloned().unwrap_or(Value::Missing)
-            }
-            Source::Key(key) => settings::setting(&point.job, key)
+            ColumnSource::Axis(index) => point.values.get(index).cloned().unwrap_or(Value::Missing),
+            ColumnSource::Key(key) => settings::setting(&point.job, key)
                 .map_or(Value::Missing, |setting| Value::from(&setting)),
-            Source::JobKey => Value::Text(point.key.to_string()),
-            Source::Record(read) => record.map_or(Value::Missing, read),
-            Source::Outcome(read) => record.and_then(Record::outcome).map_or(Value::Missing, read),
-            Source::End(read) => end().map_or(Value::Missing, read),
-            Source::Observed(read) => end().map_or(Value::Missing, |end| read(&end.observables)),
-            Source::Error(read) => compared
-                .and_then(|compared| read(&compared.errors))
-                .map_or(Value::Missing, Value::Number),
-            Source::Claim => {
-                compared.and_then(|compared| compared.claim).map_or(Value::Missing, Value::Number)
+            ColumnSource::JobKey => Value::Text(point.key.to_string()),
+            ColumnSource::Record(read) => record.map_or(Value::Missing, read),
+            ColumnSource::Outcome(read) => {
+                record.and_then(Record::outcome).map_or(Value::Missing, read)
             }
-            Source::Reference => {
-                compared.map_or(Value::Missing, |compared| Value::Text(compared.reference.clone()))
+            ColumnSource::End(read) => end().map_or(Value::Missing, read),
+            ColumnSource::Observed(read) => {
+                end().map_or(Value::Missing, |end| read(&end.observables))
             }
-            Source::Bracketed(read) => {
-                record.and_then(Record::bracketed).map_or(Value::Missing, read)
-            }
-            Source::Multiplicity(read) => {
-                record.and_then(Record::multiplicity).map_or(Value::Missing, read)
-            }
+            ColumnSource::Compared(read) => compared.map_or(Value::Missing, read),
         }
     }
 
     /// Why it has no values while a study still chooses its points; `None` if it has.
     pub fn unknown_in_choosing(&self) -> Option<String> {
-        let is_compared =
-            matches!(self.source, Source::Error(_) | Source::Claim | Source::Reference);
-        is_compared.then(|| format!("`{}` is known only when the study's points are compared, after all of them are chosen", self.name))
+        matches!(self.source, ColumnSource::Compared(_)).then(|| {
+            format!(
+                "`{}` is known only when the study's points are compared, after all of them are \
+                 chosen",
+                self.name
+            )
+        })
     }
 
     /// Whether its values are numbers, apart from missing ones.
     pub fn is_numeric(&self) -> bool {
-        match self.source {
-            Source::Key(key) => key.quantity().is_numeric(),
-            Source::Axis { is_numeric, .. } => is_numeric,
-            _ => !self.is_text,
-        }
+        self.is_numeric
     }
 }
