@@ -60,11 +60,7 @@ impl<'a> Learnt<'a> {
 
 /// The scenes of a study, as their jobs' canonical texts have them.
 pub(crate) fn scenes(study: &Study) -> HashSet<String> {
-    study
-        .points()
-        .iter()
-        .filter_map(|point| Some(scene(&point.job.canonical())?.to_owned()))
-        .collect()
+    study.points().iter().filter_map(|point| point.job.scene_text()).collect()
 }
 
 /// Whether the bytes of a record tell of one of these scenes.
@@ -74,10 +70,7 @@ pub(crate) fn tells(scenes: &HashSet<String>, record: &[u8]) -> bool {
 
 /// The scene in the canonical text of a job that solves it, once or often.
 fn scene(job: &str) -> Option<&str> {
-    let is_solved =
-        ["{\"kind\":\"solve\",", "{\"kind\":\"cost\","].iter().any(|kind| job.starts_with(kind));
-    let (rest, _) = job.rsplit_once(",\"numerics\":").filter(|_| is_solved)?;
-    rest.split_once("\"scene\":").map(|(_, scene)| scene)
+    Job::scene_in(job)
 }
 
 /// The settings for the point with an index: those to use, or those to try next.

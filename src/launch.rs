@@ -14,7 +14,8 @@ use report::Table;
 use runner::{Interrupt, Options, Task};
 use serde::Serialize;
 use store::{OpenError, Store};
-use study::{Job, JobKey, Record, Study, StudyPoint};
+use study::edit::{EditError, with_cost_ladder};
+use study::{Job, JobKey, ReadFile, Record, Study, StudyPoint};
 
 use crate::cli::{CostArgs, ExecutionArgs, PlanArgs, ResumeArgs, RunArgs};
 use crate::effects::{Group, Overview, overview};
@@ -22,7 +23,6 @@ use crate::ledger::Ledger;
 use crate::output::{self, Finish, count};
 use crate::progress::{Progress, duration};
 use crate::results::{self, Results, Source};
-use crate::solve::with_cost_ladder;
 use crate::work::{forecast, order};
 use crate::{adaptive, compare, cost, draw};
 
@@ -40,10 +40,25 @@ pub(crate) fn read_study(path: &Path) -> Result<Study> {
 
 /// Parses the text of a study file as if it stood at `path`.
 pub(crate) fn parse_study(text: &str, path: &Path) -> Result<Study, study::StudyError> {
-    let beside = path.parent().unwrap_or(Path::new("."));
-    Study::parse(text, &path.display().to_string(), &mut |name| {
-        std::fs::read(beside.join(name)).map_err(|error| error.to_string())
+    Study::parse(text, &path.display().to_string(), &mut files_beside(path))
+}
+
+/// Edits the text of a study file that stands at `path`.
+pub(crate) fn edit(with: Edit, text: &str, path: &Path, settings: &[String]) -> Result<String> {
+    let edited = with(text, &path.display().to_string(), settings, &mut files_beside(path));
+    edited.map_err(|error| match error {
+        // it is shown as a picture of the file
+        EditError::Study(error) => error.into(),
+        error => error.into(),
     })
+}
+
+type Edit = fn(&str, &str, &[String], &mut ReadFile<'_>) -> Result<String, EditError>;
+
+/// Reads the files that a study at `path` names.
+fn files_beside(path: &Path) -> impl FnMut(&str) -> Result<Vec<u8>, String> {
+    let beside = path.parent().unwrap_or(Path::new("."));
+    move |name| std::fs::read(beside.join(name)).map_err(|error| error.to_string())
 }
 
 pub(crate) fn run(args: &RunArgs) -> Result<Finish> {
@@ -54,7 +69,7 @@ pub(crate) fn cost(args: &CostArgs) -> Result<Finish> {
     let path = &args.study;
     let text = std::fs::read_to_string(path)
         .with_context(|| format!("cannot read the study file {}", path.display()))?;
-    let study = parse_study(&with_cost_ladder(&text, path, &args.set)?, path)?;
+    let study = parse_study(&edit(with_cost_ladder, &text, path, &args.set)?, path)?;
     execute(study, &args.store.store, &args.execution)
 }
 
@@ -417,9 +432,7 @@ fn default_memory() -> u64 {
 
 /// Increments of a job's loading path.
 pub(crate) fn increments(job: &Job) -> u64 {
-    job.case().map_or(0, |case| {
-        case.scene.loading.legs().iter().map(|leg| u64::from(leg.increments)).sum()
-    })
+    job.case().map_or(0, |case| u64::from(case.scene.loading.increments()))
 }
 
 /// What a plan says.

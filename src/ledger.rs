@@ -13,7 +13,6 @@ use study::job::PHYSICS_VERSION;
 use study::record::Bracketed;
 use study::{Ending, JobKey, Provenance, Record};
 
-use crate::measure::median;
 use crate::work::{Answer, answer};
 
 /// Keeps results in a store: fields as blobs first, then the records that refer to them.
@@ -50,14 +49,12 @@ impl<'a> Ledger<'a> {
             ending,
             fields,
             provenance: Provenance {
-                program: env!("CARGO_PKG_VERSION").to_owned(),
-                seconds: if times.is_empty() { done.seconds } else { median(times.clone()) },
-                times,
                 worker: done.worker.unwrap_or(0),
                 attempt: done.attempts,
                 finished: SystemTime::now()
                     .duration_since(UNIX_EPOCH)
                     .map_or(0, |since| since.as_secs()),
+                ..Provenance::timed(env!("CARGO_PKG_VERSION"), done.seconds, times)
             },
         };
         let mut bytes = record.encode();

@@ -12,6 +12,7 @@ use contact::punch::Surfaces;
 use contact::{Operators, forecast};
 use report::{Cell, Column, Table};
 use serde::{Deserialize, Serialize};
+use study::provenance::median;
 use study::record_format::{decode_fields, encode_fields};
 use study::{Adaptive, Case, Job};
 
@@ -179,16 +180,6 @@ fn table(runs: &[Run]) -> Result<Table> {
     Ok(Table::new(heads.map(|(name, unit)| Column::new(name, unit)).collect(), rows.collect())?)
 }
 
-pub(crate) fn median(mut seconds: Vec<f64>) -> f64 {
-    seconds.sort_by(f64::total_cmp);
-    let middle = seconds.len() / 2;
-    match seconds.len() {
-        0 => f64::NAN,
-        n if n % 2 == 1 => seconds[middle],
-        _ => 0.5 * (seconds[middle - 1] + seconds[middle]),
-    }
-}
-
 /// Has a job solved `repeat` times by a process of its own, whose memory is that of the job.
 fn in_a_process(order: &[u8], repeat: u32) -> Result<Measurement> {
     let program = std::env::current_exe().context("cannot find this program's own file")?;
@@ -242,15 +233,4 @@ fn peak_memory() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find(|line| line.starts_with("VmHWM:"))?;
     Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? * 1024)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn medians() {
-        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
-        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
-    }
 }

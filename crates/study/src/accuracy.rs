@@ -63,9 +63,7 @@ impl Accuracy {
     /// of what it leaves is four times the residual of each increment. A power of ten, so that
     /// studies share results.
     pub fn tolerance(&self, job: &Job) -> f64 {
-        let increments: u32 = job
-            .case()
-            .map_or(1, |case| case.scene.loading.legs().iter().map(|leg| leg.increments).sum());
+        let increments = job.case().map_or(1, |case| case.scene.loading.increments());
         let exponent =
             (self.is / (40.0 * f64::from(increments.max(1)))).log10().floor().clamp(-12.0, -1.0);
         format!("1e{exponent}").parse().unwrap_or(1e-12)

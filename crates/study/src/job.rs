@@ -8,6 +8,7 @@ use contact::scene::{
 };
 use contact::uniqueness::{Effort, Question};
 use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
 
 /// Changes whenever the same job would give different numbers; part of every [`JobKey`].
 pub const PHYSICS_VERSION: u32 = 3;
@@ -91,6 +92,27 @@ impl Job {
         let mut job = self.clone();
         job.normalise();
         serde_json::to_string(&job).expect("a job is plain data with finite numbers")
+    }
+
+    /// Returns the scene of a job that solves one, once or often, as it stands in the job's
+    /// [canonical](Job::canonical) text; `None` for other jobs.
+    pub fn scene_text(&self) -> Option<String> {
+        let (Job::Solve(case) | Job::Cost { case, .. }) = self else { return None };
+        let mut case = case.clone();
+        case.normalise();
+        Some(serde_json::to_string(&case.scene).expect("a scene is plain data with finite numbers"))
+    }
+
+    /// Returns the [scene](Job::scene_text) in a job's canonical text, without reading the rest of
+    /// it.
+    pub fn scene_in(canonical: &str) -> Option<&str> {
+        let job: SceneInJob<'_> = serde_json::from_str(canonical).ok()?;
+        let scene = match job.kind {
+            "solve" => job.scene?,
+            "cost" => job.case?.scene,
+            _ => return None,
+        };
+        Some(scene.get())
     }
 
     /// The identity of the job: BLAKE3 of the physics version and the canonical text.
@@ -210,6 +232,22 @@ impl From<CaseText> for Case {
     }
 }
 
+/// Where the scene is in the text of a job that solves one, once or often.
+#[derive(Deserialize)]
+struct SceneInJob<'a> {
+    kind: &'a str,
+    #[serde(borrow)]
+    scene: Option<&'a RawValue>,
+    #[serde(borrow)]
+    case: Option<SceneInCase<'a>>,
+}
+
+#[derive(Deserialize)]
+struct SceneInCase<'a> {
+    #[serde(borrow)]
+    scene: &'a RawValue,
+}
+
 /// Why a text is not a job.
 #[derive(Debug, thiserror::Error)]
 pub enum JobError {
@@ -313,6 +351,21 @@ pub(crate) mod tests {
         insta::assert_snapshot!(job().key(), @"eb3dcad8d336c338d92873672f5160683f983b5bbdb43dce537ad578d5e003ac");
         assert_eq!(job().key().to_string().parse(), Ok(job().key()));
         assert!("12ab".parse::<JobKey>().is_err());
+    }
+
+    #[test]
+    fn the_scene_of_a_job_stands_in_its_text() {
+        let mut case = case();
+        case.scene.friction.mu = -0.0;
+        let cost = Job::Cost { case: case.clone(), repeat: 5, threads: 1 };
+        for job in [Job::Solve(case.clone()), cost] {
+            let scene = job.scene_text().unwrap();
+            assert!(job.canonical().contains(&format!("\"scene\":{scene},\"numerics\":")));
+            assert_eq!(Job::scene_in(&job.canonical()), Some(&*scene));
+        }
+        let search = Job::Multiplicity { case, search: Search::default() };
+        assert_eq!((search.scene_text(), Job::scene_in(&search.canonical())), (None, None));
+        assert_eq!(Job::scene_in("{}"), None);
     }
 
     #[test]

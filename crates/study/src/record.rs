@@ -9,6 +9,7 @@ use contact::uniqueness::witness::Shown;
 use serde::{Deserialize, Serialize};
 
 use crate::job::{Job, JobError, JobKey, PHYSICS_VERSION};
+use crate::provenance::Provenance;
 
 /// How a job ended.
 #[expect(clippy::large_enum_variant, reason = "nearly every record is of the large one")]
@@ -90,23 +91,6 @@ pub struct Bracketed {
     pub bracket: Option<Bracket>,
     /// What verifying the witness above has shown.
     pub shown: Option<Shown>,
-}
-
-/// Who computed a record, when and how fast. Nothing in here is reproducible.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Provenance {
-    /// Version of the program.
-    pub program: String,
-    /// Time that solving took \[s\]; of several times, the median.
-    pub seconds: f64,
-    /// Each time by itself, of a job that is solved several times \[s\].
-    pub times: Vec<f64>,
-    /// Number of the worker in its run.
-    pub worker: u32,
-    /// The attempt that gave this record, counted from 1.
-    pub attempt: u32,
-    /// When it was finished [s since 1970-01-01 UTC].
-    pub finished: u64,
 }
 
 /// Where the bytes of a record's fields are.

@@ -8,7 +8,8 @@ use contact::outcome::Fields;
 
 use crate::encoding::{BLOB_LIMIT, DecodeError, decode, decode_as, encode, encode_as};
 use crate::job::PHYSICS_VERSION;
-use crate::record::{Ending, Kept, Provenance, Record};
+use crate::provenance::Provenance;
+use crate::record::{Ending, Kept, Record};
 
 /// Format of records. 1 held a single load step, 2 no levels, 3 the digests of fields only.
 const RECORD_VERSION: u8 = 4;
