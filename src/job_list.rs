@@ -13,13 +13,13 @@ use identity::JobKey;
 use rayon::prelude::*;
 use runner::Task;
 use store::Store;
-use study::{Job, Point, Record, Study};
+use study::{Job, Record, Study, StudyPoint};
 
 use crate::wire::order;
 
 /// The distinct jobs of a study with what they will take, in the order of their first points.
 pub(crate) struct Jobs {
-    pub(crate) points: Vec<Point>,
+    pub(crate) points: Vec<StudyPoint>,
     pub(crate) distinct: Vec<(usize, Forecast)>,
 }
 
@@ -28,16 +28,16 @@ impl Jobs {
     pub(crate) fn of(study: &Study) -> Result<Self> {
         choice::check(study)?;
         let jobs = Self::of_points(study, study.points())?;
-        if let Some(ladder) = study.ladder() {
+        if let Some(ladder) = &study.ladder() {
             convergence::check(study, ladder, &jobs.points)?;
         }
-        if let Some(cost) = study.cost() {
+        if let Some(cost) = &study.cost() {
             cost::check(study, cost, &jobs.points)?;
         }
         Ok(jobs)
     }
 
-    pub(crate) fn of_points(study: &Study, points: Vec<Point>) -> Result<Self> {
+    pub(crate) fn of_points(study: &Study, points: Vec<StudyPoint>) -> Result<Self> {
         let mut seen = HashSet::new();
         let mut distinct = Vec::new();
         for (index, point) in points.iter().enumerate().filter(|(_, point)| seen.insert(point.key))
@@ -111,7 +111,7 @@ impl Jobs {
 }
 
 /// What is wrong with a point's scene, where it stands in the study file.
-fn refused(study: &Study, index: usize, point: &Point, error: &SceneError) -> anyhow::Error {
+fn refused(study: &Study, index: usize, point: &StudyPoint, error: &SceneError) -> anyhow::Error {
     match study.point(index) {
         Some(own) if own.key == point.key => study.refuse(index, error).into(),
         // a point that the study chose
@@ -121,7 +121,5 @@ fn refused(study: &Study, index: usize, point: &Point, error: &SceneError) -> an
 
 /// Increments of a job's loading path.
 pub(crate) fn increments(job: &Job) -> u64 {
-    job.case().map_or(0, |case| {
-        case.scene.loading.legs().iter().map(|leg| u64::from(leg.increments)).sum()
-    })
+    job.case().map_or(0, |case| u64::from(case.scene.loading.increments()))
 }

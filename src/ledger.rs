@@ -4,7 +4,6 @@ use std::collections::HashMap;
 use std::error::Error;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use answers::perform::median;
 use contact::multiplicity::Multiplicity;
 use contact::outcome::Status;
 use contact::uniqueness::Bracket;
@@ -51,14 +50,12 @@ impl<'a> Ledger<'a> {
             ending,
             fields,
             provenance: Provenance {
-                program: env!("CARGO_PKG_VERSION").to_owned(),
-                seconds: if times.is_empty() { done.seconds } else { median(times.clone()) },
-                times,
                 worker: done.worker.unwrap_or(0),
                 attempt: done.attempts,
                 finished: SystemTime::now()
                     .duration_since(UNIX_EPOCH)
                     .map_or(0, |since| since.as_secs()),
+                ..Provenance::timed(env!("CARGO_PKG_VERSION"), done.seconds, times)
             },
         };
         let mut bytes = record.encode();

@@ -4,7 +4,6 @@
 mod answer_text;
 mod cli;
 mod commands;
-mod edit;
 mod effect_text;
 mod execution;
 mod fields;

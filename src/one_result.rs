@@ -1,13 +1,13 @@
 //! One result whole, to be read or as JSON.
 
-use answers::patches::{self, patches};
-use answers::{effects, results, rows, solutions};
+use answers::patches::patches;
+use answers::{effects, patches, results, rows, solutions};
 use anyhow::Result;
 use contact::outcome::Fields;
 use contact::punch::Surfaces;
 use report::Table;
-use study::columns::{Role, Value, along_path, columns};
-use study::{Case, Job, Kind, Point, Record};
+use study::columns::{Role, along_path};
+use study::{Case, Job, Kind, Record, StudyPoint, Value};
 
 use crate::effect_text;
 use crate::job_list::increments;
@@ -16,8 +16,8 @@ use crate::words::count;
 
 /// The increments of a result's loading path.
 pub(crate) fn path(record: &Record) -> Result<Table> {
-    let point = Point::of_record(record)?;
-    let table = rows::increments(&along_path(columns(Kind::Solve, [], [])), [(&point, record)])?;
+    let point = StudyPoint::of_record(record)?;
+    let table = rows::increments(&along_path(Kind::Solve.columns([], [])), [(&point, record)])?;
     let mut names = results::path_columns(&[point]);
     names.extend(["peak_pressure", "residual", "iterations"].map(str::to_owned));
     Ok(table.select(&names)?)
@@ -30,9 +30,9 @@ pub(crate) fn json(
     fields: Option<&Fields>,
     surfaces: &Surfaces,
 ) -> Result<serde_json::Value> {
-    let point = Point::of_record(record)?;
+    let point = StudyPoint::of_record(record)?;
     let mut values = serde_json::Map::new();
-    for column in columns(point.job.kind(), [], []).iter().filter(|column| column.role != Role::Key)
+    for column in point.job.kind().columns([], []).iter().filter(|column| column.role != Role::Key)
     {
         let value = match column.value(&point, Some(record)) {
             Value::Number(x) => serde_json::json!(x),
@@ -68,7 +68,7 @@ pub(crate) fn words(
     fields: Option<&Fields>,
     surfaces: &Surfaces,
 ) -> Result<String> {
-    let point = Point::of_record(record)?;
+    let point = StudyPoint::of_record(record)?;
     let mut text = format!("{}\n\n", point.job.to_toml().trim_end());
     let all = increments(&point.job);
     if let (Some(Case { scene, .. }), true) = (point.job.case(), all > 1) {
@@ -101,7 +101,7 @@ pub(crate) fn words(
             format!("effects\n  not known: the store's studies do not hold {missing}\n")
         }
     };
-    let columns = columns(point.job.kind(), [], []);
+    let columns = point.job.kind().columns([], []);
     let kinds = [
         (Role::Status, "result"),
         (Role::Observable, "observables"),

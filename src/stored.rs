@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail};
 use contact::outcome::Fields;
 use identity::JobKey;
 use store::{Blobs, Origin, ReadError, Reader, Store};
-use study::record::{decode_fields, job_text};
+use study::record_format::{decode_fields, job_text};
 use study::{Record, Study};
 
 use crate::output;
@@ -79,7 +79,7 @@ impl Records for Source<'_> {
 /// The fields that a record left.
 pub(crate) fn fields(blobs: &Blobs, record: &Record) -> Result<Fields> {
     let kept = record.fields.as_ref().with_context(|| {
-        format!("job {} left no fields: it is {}", record.key(), record.status())
+        format!("job {} left no fields: it is {}", record.key(), record.standing())
     })?;
     let blob = blobs.kept(kept)?.context(
         "the file with its fields is missing; `tribosweep store verify` says what else is",

@@ -61,7 +61,7 @@ pub(crate) fn report(
     {
         if listed.insert(record.key()) {
             let key = record.key().to_string();
-            failures.push(serde_json::json!({ "key": key, "status": record.status(), "show": format!("tribosweep show {}{store_option}", &key[..12]) }));
+            failures.push(serde_json::json!({ "key": key, "status": record.standing().to_string(), "show": format!("tribosweep show {}{store_option}", &key[..12]) }));
         }
     }
     if json {

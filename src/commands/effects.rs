@@ -4,7 +4,6 @@ use std::io::Write;
 use std::process::{Command, Stdio};
 
 use answers::effects::Group;
-use answers::perform::median;
 use answers::rows::digits;
 use anyhow::{Context, Result, bail};
 use contact::effect::{Effect, Effects};
@@ -14,12 +13,14 @@ use contact::outcome::{Fields, Status};
 use contact::punch::Surfaces;
 use report::{Cell, Column, Table};
 use serde::Serialize;
-use study::record::decode_fields;
+use study::provenance::median;
+use study::record_format::decode_fields;
 use study::{Adaptive, Case, Job};
 
 use crate::cli::EffectsArgs;
 use crate::job_list::Jobs;
-use crate::output::{self, Finish, layout};
+use crate::output;
+use crate::output::{Finish, layout};
 use crate::study_file::read_study;
 use crate::wire::{Measurement, order};
 

@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use contact::Operators;
 use study::Job;
-use study::record::encode_fields;
+use study::record_format::encode_fields;
 
 use crate::output::Finish;
 use crate::threads::share_among;

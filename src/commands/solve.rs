@@ -5,19 +5,19 @@ use std::collections::hash_map::Entry;
 use std::time::Instant;
 
 use answers::choice::{Found, choose};
-use answers::perform::{Done, median, perform};
+use answers::perform::{Done, perform};
 use answers::results::WARNINGS;
 use anyhow::{Context, Result, bail};
 use contact::Operators;
 use contact::outcome::Fields;
 use contact::punch::Surfaces;
+use study::edit::with_settings;
 use study::job::PHYSICS_VERSION;
 use study::{Adaptive, Job, Kind, Provenance, Record, Study};
 
 use crate::cli::SolveArgs;
-use crate::edit::with_settings;
 use crate::output::{self, Finish, layout};
-use crate::study_file::{parse_study, read_study};
+use crate::study_file::{edit_study, parse_study, read_study};
 use crate::threads::share_among;
 use crate::{fields, one_result};
 
@@ -28,7 +28,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     } else {
         let text = std::fs::read_to_string(&args.scene)
             .with_context(|| format!("cannot read {}", args.scene.display()))?;
-        let edited = with_settings(&text, &args.scene, &args.set)?;
+        let edited = edit_study(with_settings, &text, &args.scene, &args.set)?;
         parse_study(&edited, &args.scene)?
     };
     if study.len() != 1 {
@@ -55,11 +55,8 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
         }
     };
     let missed = matches!(found, Some(Found::Beyond { .. }));
-    let finish = if record.status() == "certified" && !missed {
-        Finish::AllDone
-    } else {
-        Finish::SomeFailed
-    };
+    let finish =
+        if record.is_certified() && !missed { Finish::AllDone } else { Finish::SomeFailed };
     match &args.field {
         Some(name) => {
             let fields = match record.multiplicity() {
@@ -95,7 +92,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
         };
         output::say(&format!(
             "not certified: {}{last}",
-            record.ending.reason().unwrap_or_else(|| record.status())
+            record.ending.reason().map_or_else(|| record.standing().to_string(), str::to_owned)
         ));
     }
     if let Some(Adaptive::Refine { .. }) = study.adaptive() {
@@ -115,16 +112,8 @@ fn solved(
 ) -> Result<(Record, Option<Fields>)> {
     let start = Instant::now();
     let Done { ending, fields, times } = perform(job, surfaces, operators)?;
-    let provenance = Provenance {
-        program: env!("CARGO_PKG_VERSION").to_owned(),
-        seconds: if times.is_empty() {
-            start.elapsed().as_secs_f64()
-        } else {
-            median(times.clone())
-        },
-        times,
-        ..Provenance::default()
-    };
+    let provenance =
+        Provenance::timed(env!("CARGO_PKG_VERSION"), start.elapsed().as_secs_f64(), times);
     // nothing is stored, so nothing is kept
     Ok((
         Record { physics: PHYSICS_VERSION, job: job.canonical(), ending, fields: None, provenance },

@@ -2,16 +2,18 @@
 
 use std::collections::BTreeSet;
 
-use answers::perform::{self, Unshown};
+use answers::perform;
+use answers::perform::Unshown;
 use anyhow::{Context, Result};
 use identity::{JobKey, Kept};
 use indicatif::BinaryBytes;
 use store::{Digest, Store};
-use study::record::DecodeError;
+use study::encoding::DecodeError;
 use study::{Job, Record};
 
 use crate::cli::StoreCommand;
-use crate::output::{self, Finish};
+use crate::output;
+use crate::output::Finish;
 use crate::words::count;
 
 pub(crate) fn store(command: &StoreCommand) -> Result<Finish> {

@@ -4,7 +4,7 @@ use answers::perform::{Done, perform};
 use anyhow::Result;
 use contact::Operators;
 use runner::{WorkerArguments, work};
-use study::record::encode_fields;
+use study::record_format::encode_fields;
 
 use crate::output::Finish;
 use crate::threads::share_among;

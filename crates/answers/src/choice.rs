@@ -7,7 +7,7 @@ use contact::numerics::Mesh;
 use identity::JobKey;
 use report::{Cell, Column, Table};
 use study::adaptive::OF_ONE_JOB;
-use study::{Adaptive, Point, Record, Study};
+use study::{Adaptive, Record, Study, StudyPoint};
 
 use crate::error::AnswerError;
 use crate::records::{RecordMap, Records};
@@ -81,7 +81,7 @@ pub fn check(study: &Study) -> Result<(), AnswerError> {
 
 /// A row of a point as its job will leave it: what it is not known to say has its type, and no
 /// value if it is a number.
-fn sample(columns: &[study::Column], point: &Point) -> Result<Table, AnswerError> {
+fn sample(columns: &[study::Column], point: &StudyPoint) -> Result<Table, AnswerError> {
     let heads = columns.iter().map(|column| Column::new(column.name.as_ref(), column.unit()));
     let cells = columns.iter().map(|column| match rows::cell(column.value(point, None)) {
         Cell::Missing if column.is_numeric() => Cell::Number(f64::NAN),
@@ -154,7 +154,7 @@ fn bisect(
     let length = study.groups()[group].len();
     let stride: usize = study.groups()[group + 1..].iter().map(study::axis::Group::len).product();
     // whether the condition holds; None where it is not known
-    let holds = |point: &Point| -> Result<Option<bool>, AnswerError> {
+    let holds = |point: &StudyPoint| -> Result<Option<bool>, AnswerError> {
         match records.get(&point.key) {
             Some(record) if record.is_certified() => {
                 let table = rows::table(&columns, point, Some(record))?;
@@ -163,8 +163,9 @@ fn bisect(
             _ => Ok(None),
         }
     };
-    let value =
-        |point: &Point| point.values.get(axis).and_then(study::Value::as_f64).unwrap_or(f64::NAN);
+    let value = |point: &StudyPoint| {
+        point.values.get(axis).and_then(study::Value::as_f64).unwrap_or(f64::NAN)
+    };
     // a part of the upper end; where that could never be, since the interval begins at 0 or below,
     // of the whole axis
     let ends: Vec<f64> = which.values().filter_map(study::Value::as_f64).collect();
@@ -174,7 +175,7 @@ fn bisect(
         |low: f64, high: f64| if which.is_log() { (low * high).sqrt() } else { 0.5 * (low + high) };
     let mut chosen = Chosen { points: Vec::new(), findings: Vec::new() };
     for index in (0..study.len()).filter(|index| (index / stride).is_multiple_of(length)) {
-        let mut line: Vec<Point> =
+        let mut line: Vec<StudyPoint> =
             (0..length).filter_map(|step| study.point(index + step * stride)).collect();
         let at = line.first().map(|first| values(study, first, Some(axis))).unwrap_or_default();
         let mut known: Vec<Option<bool>> = line.iter().map(&holds).collect::<Result<_, _>>()?;
@@ -215,7 +216,11 @@ fn bisect(
 }
 
 /// The values of a point's axes, one of them left out.
-fn values(study: &Study, point: &Point, without: Option<usize>) -> Vec<(String, study::Value)> {
+fn values(
+    study: &Study,
+    point: &StudyPoint,
+    without: Option<usize>,
+) -> Vec<(String, study::Value)> {
     let axes =
         study.axes().zip(&point.values).enumerate().filter(|(index, _)| Some(*index) != without);
     axes.map(|(_, (axis, value))| (axis.column().into_owned(), value.clone())).collect()

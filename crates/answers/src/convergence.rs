@@ -5,8 +5,8 @@ use contact::reference::{ClosedForm, Errors, PowerLaw, Trend, closed_form, power
 use report::{Cell, Column, Table};
 use study::columns::Compared;
 use study::key::Key;
-use study::ladder::{Ladder, Reference};
-use study::{Case, Job, Point, Record, Study, Value};
+use study::kind::convergence::{Ladder, Reference};
+use study::{Case, Job, Record, Study, StudyPoint, Value};
 
 use crate::comparison::{AnswerTable, Comparison};
 use crate::error::AnswerError;
@@ -36,7 +36,7 @@ fn exact(ladder: &Ladder, case: &Case) -> Option<ClosedForm> {
 }
 
 /// Refuses a study that asks for a closed form where there is none, before anything is solved.
-pub fn check(study: &Study, ladder: &Ladder, points: &[Point]) -> Result<(), AnswerError> {
+pub fn check(study: &Study, ladder: &Ladder, points: &[StudyPoint]) -> Result<(), AnswerError> {
     if ladder.reference != Some(Reference::ClosedForm) {
         return Ok(());
     }
@@ -61,7 +61,7 @@ pub fn check(study: &Study, ladder: &Ladder, points: &[Point]) -> Result<(), Ans
 pub fn compare(
     study: &Study,
     ladder: &Ladder,
-    points: &[Point],
+    points: &[StudyPoint],
     records: &RecordMap,
     source: &dyn Records,
 ) -> Result<Comparison, AnswerError> {
@@ -142,7 +142,7 @@ pub fn compare(
     Ok(Comparison { compared, answers })
 }
 
-fn case(point: &Point) -> Option<&Case> {
+fn case(point: &StudyPoint) -> Option<&Case> {
     point.job.case()
 }
 

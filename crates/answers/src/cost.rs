@@ -8,9 +8,9 @@ use contact::reference::{
 };
 use report::{Cell, Column, Table, pareto_front};
 use study::columns::Compared;
-use study::cost::{Cost, is_rung};
 use study::key::Key;
-use study::{Point, Study, Value};
+use study::kind::cost::{Cost, is_rung};
+use study::{Study, StudyPoint, Value};
 
 use crate::comparison::{AnswerTable, Comparison};
 use crate::error::AnswerError;
@@ -44,7 +44,7 @@ struct Laws {
 }
 
 /// Refuses a study whose error has nothing to be an error from, before anything is solved.
-pub fn check(study: &Study, cost: &Cost, points: &[Point]) -> Result<(), AnswerError> {
+pub fn check(study: &Study, cost: &Cost, points: &[StudyPoint]) -> Result<(), AnswerError> {
     let Some(on) = cost.on.filter(|on| SCALARS.iter().all(|(known, _)| known != on)) else {
         return Ok(());
     };
@@ -67,7 +67,7 @@ pub fn check(study: &Study, cost: &Cost, points: &[Point]) -> Result<(), AnswerE
 pub fn compare(
     study: &Study,
     cost: &Cost,
-    points: &[Point],
+    points: &[StudyPoint],
     records: &RecordMap,
     source: &dyn Records,
 ) -> Result<Comparison, AnswerError> {
@@ -297,7 +297,7 @@ fn two_digits_up(x: f64) -> f64 {
 fn against(
     exact: &ClosedForm,
     end: &StepOutcome,
-    points: &[Point],
+    points: &[StudyPoint],
     records: &RecordMap,
     index: usize,
     source: &dyn Records,
@@ -312,11 +312,11 @@ fn against(
 
 /// The rungs that differ from the best in their mesh only: of the smallest tolerance and ε, in the
 /// first method and projection.
-fn tightest(points: &[Point], rungs: &[Rung<'_>]) -> Vec<usize> {
+fn tightest(points: &[StudyPoint], rungs: &[Rung<'_>]) -> Vec<usize> {
     (0..rungs.len()).filter(|at| tightest_has(points, rungs, &rungs[*at])).collect()
 }
 
-fn tightest_has(points: &[Point], rungs: &[Rung<'_>], rung: &Rung<'_>) -> bool {
+fn tightest_has(points: &[StudyPoint], rungs: &[Rung<'_>], rung: &Rung<'_>) -> bool {
     let numerics = |rung: &Rung<'_>| points[rung.index].job.case().map(|case| &case.numerics);
     let Some(own) = numerics(rung) else { return false };
     let all = || rungs.iter().filter_map(numerics);
@@ -390,7 +390,7 @@ impl Limits {
 }
 
 /// The settings of a rung, as they differ along the ladder, those of some keys.
-fn settings(study: &Study, point: &Point, of: fn(Key) -> bool) -> String {
+fn settings(study: &Study, point: &StudyPoint, of: fn(Key) -> bool) -> String {
     let is_meant = |key: Key| key.path().starts_with("numerics.") && of(key);
     let own = study.axes().zip(&point.values).filter(|(axis, _)| axis.key().is_some_and(is_meant));
     let said: Vec<String> =
@@ -409,7 +409,7 @@ fn shown(value: &Value) -> String {
 const TARGETS: [f64; 6] = [0.1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 
 /// "1 % of the load costs 0.02 s (mesh 24, tolerance 1e-4); the next digit 9 times that."
-fn sentence(study: &Study, points: &[Point], rungs: &[Rung<'_>], on: &str) -> String {
+fn sentence(study: &Study, points: &[StudyPoint], rungs: &[Rung<'_>], on: &str) -> String {
     let reaching = |target: f64| rungs.iter().filter(move |rung| rung.claim <= target);
     let cheapest = |target: f64| reaching(target).min_by(|a, b| a.seconds.total_cmp(&b.seconds));
     let mut priced: Vec<(f64, &Rung<'_>)> = Vec::new();

@@ -1,6 +1,8 @@
 //! Which effects scenes call for, in groups of jobs that call for the same ones, and what leaving
 //! the others out saves.
-use crate::error::AnswerError;
+use std::collections::{HashMap, HashSet};
+use std::ops::Add;
+
 use contact::effect::{Effect, Effects};
 use contact::numerics::{Method, Numerics};
 use contact::punch::Surfaces;
@@ -9,10 +11,10 @@ use contact::{Forecast, forecast};
 use identity::JobKey;
 use rayon::prelude::*;
 use serde::Serialize;
-use std::collections::{HashMap, HashSet};
-use std::ops::Add;
 use study::axis::Group as Axes;
-use study::{Case, Job, Point, Study, Value};
+use study::{Case, Job, Study, StudyPoint, Value};
+
+use crate::error::AnswerError;
 
 /// What solving takes, predicted; of several jobs, the sums.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -144,7 +146,11 @@ pub struct Overview {
 
 /// Groups a study's jobs, of one kind all of them; those that solve no scene have no effects.
 /// `first` are the indices of the points with which each of them first occurs.
-pub fn overview(study: &Study, points: &[Point], first: &[usize]) -> Result<Overview, AnswerError> {
+pub fn overview(
+    study: &Study,
+    points: &[StudyPoint],
+    first: &[usize],
+) -> Result<Overview, AnswerError> {
     let cases = first.par_iter().filter_map(|index| match &points[*index].job {
         Job::Solve(case) | Job::Cost { case, .. } => Some(effects(case, study.surfaces())),
         Job::Multiplicity { .. } | Job::Uniqueness { .. } => None,
@@ -236,12 +242,12 @@ const NAMED_VALUES: usize = 4;
 /// What tells these points from the study's others: the values of the axes, if every combination of
 /// them is there and no other; else the first point. Points that the study chose have values
 /// besides the axes' own.
-fn which(study: &Study, points: &[Point], members: &[usize]) -> String {
+fn which(study: &Study, points: &[StudyPoint], members: &[usize]) -> String {
     let mut taken: Vec<(&Axes, Vec<&Value>)> = Vec::new();
     let mut at = 0;
     for group in study.groups() {
         // a group's axes go together
-        let own = |point: &Point| format!("{:?}", &point.values[at..at + group.axes().len()]);
+        let own = |point: &StudyPoint| format!("{:?}", &point.values[at..at + group.axes().len()]);
         let mut known = HashSet::new();
         let values =
             members.iter().map(|member| &points[*member]).filter(|point| known.insert(own(point)));

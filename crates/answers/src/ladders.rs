@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use study::{Point, Study, Value};
+use study::{Study, StudyPoint, Value};
 
 /// A combination of values of axes, and the points that have it.
 pub(crate) type Members = (Vec<(String, Value)>, Vec<usize>);
@@ -11,7 +11,7 @@ pub(crate) type Members = (Vec<(String, Value)>, Vec<usize>);
 pub(crate) fn members(
     study: &Study,
     is_rung: impl Fn(usize) -> bool,
-    points: &[Point],
+    points: &[StudyPoint],
 ) -> Vec<Members> {
     let own: Vec<bool> = study
         .groups()

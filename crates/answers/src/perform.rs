@@ -148,25 +148,3 @@ pub fn verify(
         }
     })
 }
-
-/// Returns the median, NaN of nothing.
-pub fn median(mut seconds: Vec<f64>) -> f64 {
-    seconds.sort_by(f64::total_cmp);
-    let middle = seconds.len() / 2;
-    match seconds.len() {
-        0 => f64::NAN,
-        n if n % 2 == 1 => seconds[middle],
-        _ => 0.5 * (seconds[middle - 1] + seconds[middle]),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn medians() {
-        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
-        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
-    }
-}

@@ -7,19 +7,19 @@ use contact::outcome::Observables;
 use report::Table;
 use serde::Serialize;
 use study::columns::{Role, Row, along_path};
-use study::{Figure, Kind, Point, Record, Study};
+use study::{Figure, Record, Study, StudyPoint};
 
-use crate::choice::{self, Chosen, Finding, Found, Gathered, gather};
+use crate::choice::{Chosen, Finding, Found, Gathered, gather};
 use crate::comparison::{AnswerTable, Comparison};
 use crate::error::AnswerError;
 use crate::records::{RecordMap, Records};
 use crate::rows::{heads, increments, row};
-use crate::{convergence, cost};
+use crate::{choice, convergence, cost};
 
 /// Rows of a study: every point, with the record of its job if there is one.
 pub struct Results<'r> {
     study: Study,
-    points: Vec<Point>,
+    points: Vec<StudyPoint>,
     records: RecordMap,
     findings: Vec<Finding>,
     source: &'r dyn Records,
@@ -50,7 +50,7 @@ impl Progress {
         Ok(Self::of(&points, &records))
     }
 
-    fn of(points: &[Point], records: &RecordMap) -> Self {
+    fn of(points: &[StudyPoint], records: &RecordMap) -> Self {
         let mut progress = Self { points: points.len(), ..Self::default() };
         for point in points {
             match records.get(&point.key) {
@@ -79,12 +79,12 @@ impl<'r> Results<'r> {
     }
 
     /// The points of the study as far as its results determine them.
-    pub fn points(&self) -> &[Point] {
+    pub fn points(&self) -> &[StudyPoint] {
         &self.points
     }
 
     /// The record of a point, if its job has left one.
-    pub fn record(&self, point: &Point) -> Option<&Record> {
+    pub fn record(&self, point: &StudyPoint) -> Option<&Record> {
         self.records.get(&point.key)
     }
 
@@ -188,12 +188,12 @@ impl<'r> Results<'r> {
             answers.push(AnswerTable { title: "found", table });
         }
         let mut comparison = Comparison { compared: Vec::new(), answers };
-        if let Some(ladder) = study.ladder() {
+        if let Some(ladder) = &study.ladder() {
             let found = convergence::compare(study, ladder, points, records, *source)?;
             comparison.compared = found.compared;
             comparison.answers.extend(found.answers);
         }
-        if let Some(cost) = study.cost() {
+        if let Some(cost) = &study.cost() {
             comparison = cost::compare(study, cost, points, records, *source)?;
         }
         Ok(comparison)
@@ -211,18 +211,9 @@ impl<'r> Results<'r> {
         let figures = self.study.figures().iter().filter(|figure| steps || !figure.steps);
         let usual = match steps {
             true => path_columns(&self.points),
-            false => match self.study.kind() {
-                Kind::Solve => {
-                    &["load", "contact_radius", "stick_fraction", "peak_pressure", "status"][..]
-                }
-                Kind::Cost => &["seconds", "spread", "iterations", "status"],
-                Kind::Convergence => &["load", "peak_pressure", "status"],
-                Kind::Uniqueness => &["mu_low", "mu_high", "bracket_width", "unbounded", "status"],
-                Kind::Multiplicity => &["solutions", "index_sum", "largest_distance", "status"],
+            false => {
+                self.study.kind().usual_columns().iter().map(|name| (*name).to_owned()).collect()
             }
-            .iter()
-            .map(|name| (*name).to_owned())
-            .collect(),
         };
         let own: Vec<String> = figures
             .flat_map(|figure| {
@@ -243,7 +234,7 @@ impl<'r> Results<'r> {
 
 /// The columns that show loading paths at a glance: the place, the motions and forces that some
 /// step mentions, what they do, and how it ended.
-pub fn path_columns(points: &[Point]) -> Vec<String> {
+pub fn path_columns(points: &[StudyPoint]) -> Vec<String> {
     let paths = || points.iter().filter_map(|point| Some(&point.job.case()?.scene.loading));
     let cycle = paths().any(|path| path.cycle_from.is_some()).then_some("cycle");
     let mut names: Vec<String> =

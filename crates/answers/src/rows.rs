@@ -2,14 +2,14 @@
 
 use report::{Cell, Table};
 use study::columns::Row;
-use study::{Column, Point, Record, Value};
+use study::{Column, Record, StudyPoint, Value};
 
 use crate::error::AnswerError;
 
 /// One row by itself, as a table.
 pub(crate) fn table(
     columns: &[Column],
-    point: &Point,
+    point: &StudyPoint,
     record: Option<&Record>,
 ) -> Result<Table, AnswerError> {
     Ok(Table::new(heads(columns), vec![row(columns, &Row { point, record, compared: None })])?)
@@ -18,7 +18,7 @@ pub(crate) fn table(
 /// A table of the increments of results.
 pub fn increments<'r>(
     columns: &[Column],
-    results: impl IntoIterator<Item = (&'r Point, &'r Record)>,
+    results: impl IntoIterator<Item = (&'r StudyPoint, &'r Record)>,
 ) -> Result<Table, AnswerError> {
     let mut rows = Vec::new();
     for (point, record) in results {

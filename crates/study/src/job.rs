@@ -9,11 +9,7 @@ use contact::scene::{
 use contact::uniqueness::{Effort, Question};
 use identity::JobKey;
 use serde::{Deserialize, Serialize};
-
-use crate::key::{Key, Quantity};
-use crate::kind::Kind;
-use crate::settings::{length, settings};
-use crate::sheet::Setting;
+use serde_json::value::RawValue;
 
 /// Changes whenever the same job would give different numbers; part of every [`JobKey`].
 pub const PHYSICS_VERSION: u32 = 3;
@@ -60,16 +56,6 @@ pub struct Case {
 }
 
 impl Job {
-    /// The simplest kind of study that asks for such jobs.
-    pub fn kind(&self) -> Kind {
-        match self {
-            Job::Solve(_) => Kind::Solve,
-            Job::Cost { .. } => Kind::Cost,
-            Job::Multiplicity { .. } => Kind::Multiplicity,
-            Job::Uniqueness { .. } => Kind::Uniqueness,
-        }
-    }
-
     /// The scene that is to be solved, once or often.
     pub fn case(&self) -> Option<&Case> {
         match self {
@@ -109,6 +95,27 @@ impl Job {
         serde_json::to_string(&job).expect("a job is plain data with finite numbers")
     }
 
+    /// Returns the scene of a job that solves one, once or often, as it stands in the job's
+    /// [canonical](Job::canonical) text; `None` for other jobs.
+    pub fn scene_text(&self) -> Option<String> {
+        let (Job::Solve(case) | Job::Cost { case, .. }) = self else { return None };
+        let mut case = case.clone();
+        case.normalise();
+        Some(serde_json::to_string(&case.scene).expect("a scene is plain data with finite numbers"))
+    }
+
+    /// Returns the [scene](Job::scene_text) in a job's canonical text, without reading the rest of
+    /// it.
+    pub fn scene_in(canonical: &str) -> Option<&str> {
+        let job: SceneInJob<'_> = serde_json::from_str(canonical).ok()?;
+        let scene = match job.kind {
+            "solve" => job.scene?,
+            "cost" => job.case?.scene,
+            _ => return None,
+        };
+        Some(scene.get())
+    }
+
     /// The identity of the job: BLAKE3 of the physics version and the canonical text.
     pub fn key(&self) -> JobKey {
         JobKey::of(PHYSICS_VERSION, &self.canonical())
@@ -120,42 +127,6 @@ impl Job {
         let job: Job = serde_json::from_str(text)?;
         job.validate()?;
         if job.canonical() == text { Ok(job) } else { Err(JobError::NotCanonical) }
-    }
-
-    /// The job as a study file asks for it, in SI units. Read back, it is the study's only point,
-    /// and the same job; a study of cost needs beside it `[sweep]` with at least three meshes, and
-    /// the job is one of its points if its own mesh is among them.
-    pub fn to_toml(&self) -> String {
-        let settings = settings(self);
-        let mut text = match self.kind() {
-            Kind::Solve => String::new(),
-            kind => format!("kind = \"{}\"\n", kind.name()),
-        };
-        if let Job::Cost { repeat, threads, .. } = self {
-            text += &format!("cost.repeat = {repeat}\ncost.threads = {threads}\n");
-        }
-        let goes_without_saying = |key: Key, setting: &Setting| {
-            matches!(key, Key::Increments(_) | Key::Cycles) && *setting == Setting::Count(1)
-        };
-        let said = || settings.iter().filter(|(key, setting)| !goes_without_saying(*key, setting));
-        for (key, setting) in said().filter(|(key, _)| key.index().is_none()) {
-            if !matches!(key.quantity(), Quantity::List(_)) {
-                text += &format!("{} = {setting}\n", key.path());
-                continue;
-            }
-            let entry = |index| {
-                let keys =
-                    said().filter(|(of, _)| of.list() == Some(*key) && of.index() == Some(index));
-                let keys: Vec<String> =
-                    keys.map(|(key, setting)| format!("{} = {setting}", key.name())).collect();
-                if keys.is_empty() { "{}".to_owned() } else { format!("{{ {} }}", keys.join(", ")) }
-            };
-            let entries: Vec<String> = (0..length(self, *key)).map(entry).collect();
-            if !entries.is_empty() {
-                text += &format!("{} = [{}]\n", key.path(), entries.join(", "));
-            }
-        }
-        text
     }
 
     /// Makes jobs that are the same equal.
@@ -262,6 +233,22 @@ impl From<CaseText> for Case {
     }
 }
 
+/// Where the scene is in the text of a job that solves one, once or often.
+#[derive(Deserialize)]
+struct SceneInJob<'a> {
+    kind: &'a str,
+    #[serde(borrow)]
+    scene: Option<&'a RawValue>,
+    #[serde(borrow)]
+    case: Option<SceneInCase<'a>>,
+}
+
+#[derive(Deserialize)]
+struct SceneInCase<'a> {
+    #[serde(borrow)]
+    scene: &'a RawValue,
+}
+
 /// Why a text is not a job.
 #[derive(Debug, thiserror::Error)]
 pub enum JobError {
@@ -324,6 +311,21 @@ pub(crate) mod tests {
         insta::assert_snapshot!(job().key(), @"eb3dcad8d336c338d92873672f5160683f983b5bbdb43dce537ad578d5e003ac");
         assert_eq!(job().key().to_string().parse(), Ok(job().key()));
         assert!("12ab".parse::<JobKey>().is_err());
+    }
+
+    #[test]
+    fn the_scene_of_a_job_stands_in_its_text() {
+        let mut case = case();
+        case.scene.friction.mu = -0.0;
+        let cost = Job::Cost { case: case.clone(), repeat: 5, threads: 1 };
+        for job in [Job::Solve(case.clone()), cost] {
+            let scene = job.scene_text().unwrap();
+            assert!(job.canonical().contains(&format!("\"scene\":{scene},\"numerics\":")));
+            assert_eq!(Job::scene_in(&job.canonical()), Some(&*scene));
+        }
+        let search = Job::Multiplicity { case, search: Search::default() };
+        assert_eq!((search.scene_text(), Job::scene_in(&search.canonical())), (None, None));
+        assert_eq!(Job::scene_in("{}"), None);
     }
 
     #[test]

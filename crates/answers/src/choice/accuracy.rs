@@ -13,7 +13,7 @@ use contact::reference::power_law;
 use identity::JobKey;
 use study::accuracy::FIRST;
 use study::columns::find;
-use study::{Accuracy, Case, Column, Job, Point, Record, Study};
+use study::{Accuracy, Case, Column, Job, Record, Study, StudyPoint};
 
 use super::found::Found;
 
@@ -50,7 +50,7 @@ impl<'a> Learnt<'a> {
     pub(super) fn of(records: &'a HashMap<JobKey, Record>) -> Self {
         let mut known: HashMap<&str, Vec<&Record>> = HashMap::new();
         for record in records.values() {
-            if let Some(scene) = scene(&record.job) {
+            if let Some(scene) = Job::scene_in(&record.job) {
                 known.entry(scene).or_default().push(record);
             }
         }
@@ -60,24 +60,12 @@ impl<'a> Learnt<'a> {
 
 /// The scenes of a study, as their jobs' canonical texts have them.
 pub(super) fn scenes(study: &Study) -> HashSet<String> {
-    study
-        .points()
-        .iter()
-        .filter_map(|point| Some(scene(&point.job.canonical())?.to_owned()))
-        .collect()
+    study.points().iter().filter_map(|point| point.job.scene_text()).collect()
 }
 
 /// Whether the canonical text of a job solves one of these scenes.
 pub(super) fn solves(scenes: &HashSet<String>, job: &str) -> bool {
-    scene(job).is_some_and(|scene| scenes.contains(scene))
-}
-
-/// The scene in the canonical text of a job that solves it, once or often.
-fn scene(job: &str) -> Option<&str> {
-    let is_solved =
-        ["{\"kind\":\"solve\",", "{\"kind\":\"cost\","].iter().any(|kind| job.starts_with(kind));
-    let (rest, _) = job.rsplit_once(",\"numerics\":").filter(|_| is_solved)?;
-    rest.split_once("\"scene\":").map(|(_, scene)| scene)
+    Job::scene_in(job).is_some_and(|scene| scenes.contains(scene))
 }
 
 /// The settings for the point with an index: those to use, or those to try next.
@@ -87,7 +75,7 @@ pub(super) fn choose(
     columns: &[Column],
     learnt: &Learnt<'_>,
     index: usize,
-) -> Option<(Point, Found)> {
+) -> Option<(StudyPoint, Found)> {
     let first = study.point(index)?;
     let Job::Solve(wanted) = &first.job else { return None };
     let tolerance = accuracy.tolerance(&first.job);
@@ -102,9 +90,9 @@ pub(super) fn choose(
         .tolerance
         == tolerance;
     let estimate = find(columns, &format!("estimate_{}", accuracy.of(&first.job)))?;
-    let text = first.job.canonical();
+    let scene = first.job.scene_text()?;
     let mut rungs: Vec<Rung<'_>> = Vec::new();
-    for record in learnt.0.get(scene(&text)?).into_iter().flatten() {
+    for record in learnt.0.get(&scene[..]).into_iter().flatten() {
         let Ok(Job::Solve(case) | Job::Cost { case, .. }) = record.parse_job() else { continue };
         let own = Numerics {
             mesh: wanted.numerics.mesh,
@@ -267,25 +255,5 @@ mod tests {
         assert_eq!(further(Some(32), &second, 3e-4), 96);
         assert_eq!(further(Some(32), &second, 1e-9), 128);
         assert_eq!(further(Some(32), &second, 0.1), 48, "always finer than what failed");
-    }
-
-    #[test]
-    fn scenes_are_found_in_jobs_of_both_kinds() {
-        let numerics = r#""numerics":{"mesh":16}"#;
-        let scene_of = |text: String| scene(&text).map(str::to_owned);
-        assert_eq!(
-            scene_of(format!(r#"{{"kind":"solve","scene":{{"x":1}},{numerics}}}"#)).as_deref(),
-            Some(r#"{"x":1}"#)
-        );
-        let cost = format!(
-            r#"{{"kind":"cost","case":{{"scene":{{"x":1}},{numerics}}},"repeat":5,"threads":1}}"#
-        );
-        assert_eq!(scene_of(cost).as_deref(), Some(r#"{"x":1}"#));
-        assert_eq!(
-            scene_of(format!(
-                r#"{{"kind":"multiplicity","case":{{"scene":{{"x":1}},{numerics}}}}}"#
-            )),
-            None
-        );
     }
 }

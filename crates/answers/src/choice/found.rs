@@ -2,7 +2,7 @@
 
 use report::{Cell, Column, Table};
 use serde::Serialize;
-use study::{Adaptive, Point, Study};
+use study::{Adaptive, Study, StudyPoint};
 
 use crate::error::AnswerError;
 use crate::rows::{cell, digits};
@@ -10,7 +10,7 @@ use crate::rows::{cell, digits};
 /// What is known of the points of a study.
 pub struct Chosen {
     /// In order; what has no record yet is wanted.
-    pub points: Vec<Point>,
+    pub points: Vec<StudyPoint>,
     /// Of a study that chooses points, what it found so far at each combination of its axes.
     pub findings: Vec<Finding>,
 }
