@@ -1,7 +1,6 @@
 //! Assembly of the influence coefficients and application of the operators made of them.
 
-use contact::foundation::bodies::Bodies;
-use contact::foundation::half_space::HalfSpace;
+use contact::foundation::{Bodies, HalfSpace};
 use contact::grid::Grid;
 use contact::influence::{
     Components, Dense, Influence, InfluenceTable, Mirror, Scratch, Symmetry, Toeplitz,

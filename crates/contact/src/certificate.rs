@@ -238,7 +238,7 @@ pub fn certify(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::foundation::half_space::HalfSpace;
+    use crate::foundation::HalfSpace;
     use crate::influence::{Influence, Toeplitz};
     use crate::numerics::Projection;
     use crate::scene::Material;

@@ -1,7 +1,7 @@
 //! How far double precision reaches: what lies beyond is refused, in words, before anything is
 //! solved.
 
-use crate::foundation::bodies::Bodies;
+use crate::foundation::Bodies;
 use crate::grid::Grid;
 use crate::loading::Step;
 use crate::numerics::{Numerics, Projection};

@@ -32,6 +32,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use self::seeker::Seeker;
 use crate::influence::{Components, Mirror};
 use crate::loading::Control;
 use crate::numerics::{Method, Numerics};
@@ -47,8 +48,6 @@ use crate::solver::Start;
 mod natural_map;
 mod seeker;
 mod start;
-
-use seeker::Seeker;
 
 /// What to start from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

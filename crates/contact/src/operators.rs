@@ -198,7 +198,7 @@ impl Default for Operators {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::foundation::half_space::HalfSpace;
+    use crate::foundation::HalfSpace;
     use crate::influence::{Components, Symmetry};
     use crate::numerics::Projection;
     use crate::scene::Material;

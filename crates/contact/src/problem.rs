@@ -14,7 +14,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::foundation::bodies::Bodies;
+use crate::foundation::Bodies;
 use crate::friction::g_mu;
 use crate::grid::{Grid, GridError};
 use crate::influence::{Components, Direction, Mirror, MirrorError};

@@ -1,6 +1,6 @@
 //! Which components of traction and displacement an operator acts on.
 
-use super::Entry;
+use super::table::Entry;
 
 /// A component of a vector: the one normal to the plane of contact or one of the two in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

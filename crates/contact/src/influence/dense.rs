@@ -3,9 +3,10 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
-use super::{
-    Components, Direction, Entry, Influence, InfluenceTable, Mirror, Scratch, ScratchSize,
-};
+use super::components::{Components, Direction};
+use super::mirror::Mirror;
+use super::table::{Entry, InfluenceTable};
+use super::{Influence, Scratch, ScratchSize};
 use crate::grid::Grid;
 
 /// A as one matrix over the elements of Ω; 8·(ck)² bytes for c components and k elements.
@@ -119,7 +120,7 @@ impl Influence for Dense {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::foundation::half_space::HalfSpace;
+    use crate::foundation::HalfSpace;
     use crate::influence::laws;
     use crate::numerics::Projection;
     use crate::scene::Material;

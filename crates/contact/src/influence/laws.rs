@@ -3,9 +3,11 @@
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 
-use super::{Components, Influence, InfluenceTable, Mirror, Scratch, Symmetry};
-use crate::foundation::bodies::Bodies;
-use crate::foundation::half_space::HalfSpace;
+use super::components::Components;
+use super::mirror::{Mirror, Symmetry};
+use super::table::InfluenceTable;
+use super::{Influence, Scratch};
+use crate::foundation::{Bodies, HalfSpace};
 use crate::grid::Grid;
 use crate::numerics::Projection;
 use crate::scene::{Base, Layer, Material};
@@ -502,9 +504,9 @@ fn both_operators_agree() {
             let bodies = HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.3 }, None);
             let table = InfluenceTable::new(&disk, &bodies, projection);
             let p: Vec<f64> = (0..3 * disk.len()).map(|e| ((e * e) as f64 * 0.37).sin()).collect();
-            let dense = apply(&super::Dense::new(&table), &p);
+            let dense = apply(&super::dense::Dense::new(&table), &p);
             let size = dense.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
-            close("dense = FFT", &apply(&super::Toeplitz::new(&table), &p), &dense, size);
+            close("dense = FFT", &apply(&super::toeplitz::Toeplitz::new(&table), &p), &dense, size);
         }
     }
 }

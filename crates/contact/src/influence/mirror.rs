@@ -1,6 +1,6 @@
 //! Planes of symmetry: fields of which a half or a quarter says everything.
 
-use super::{Components, Direction};
+use super::components::{Components, Direction};
 use crate::grid::{Grid, GridError};
 use crate::parallel;
 

@@ -4,8 +4,10 @@ use rayon::prelude::*;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
+use super::components::Direction;
+use super::mirror::Symmetry;
+use super::table::Entry;
 use super::torus::{Axis, Torus};
-use super::{Direction, Entry, Symmetry};
 
 /// Symbols of a group of directions on a torus, the transforms' normalisation included.
 ///

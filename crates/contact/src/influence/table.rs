@@ -2,9 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::{Components, Direction};
-use crate::foundation::bodies::Bodies;
-use crate::foundation::coefficient::Coefficient;
+use super::components::{Components, Direction};
+use crate::foundation::{Bodies, Coefficient};
 use crate::grid::Grid;
 use crate::numerics::Projection;
 use crate::problem::Diagonals;
@@ -278,7 +277,7 @@ impl InfluenceTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::foundation::half_space::HalfSpace;
+    use crate::foundation::HalfSpace;
     use crate::scene::{Base, Layer, Material};
 
     fn bodies() -> HalfSpace {

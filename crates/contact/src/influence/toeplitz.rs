@@ -4,11 +4,12 @@
 //! least (2nx − 1) × (2ny − 1) elements, where Fourier's transform makes it a product with the
 //! symbol of each entry.
 
+use super::components::{Components, Direction};
+use super::mirror::Mirror;
 use super::symbols::Symbols;
+use super::table::{Entry, InfluenceTable};
 use super::torus::Torus;
-use super::{
-    Components, Direction, Entry, Influence, InfluenceTable, Mirror, Scratch, ScratchSize,
-};
+use super::{Influence, Scratch, ScratchSize};
 use crate::grid::Grid;
 
 /// A by FFT: memory O(k), an application O(k log k). With fewer components or with mirror planes

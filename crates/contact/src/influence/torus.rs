@@ -20,8 +20,10 @@ use realfft::num_traits::Zero;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner};
 
+use super::components::Direction;
+use super::mirror::{Mirror, Symmetry};
 use super::symbols::{Symbols, entry_at};
-use super::{Direction, Mirror, Scratch, ScratchSize, Symmetry};
+use super::{Scratch, ScratchSize};
 
 /// Columns of the spectrum that are transformed together; four complex numbers fill a cache line.
 const TILE: usize = 4;

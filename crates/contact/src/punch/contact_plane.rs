@@ -294,7 +294,8 @@ fn outline(pair: &WheelOnRail, frame: &Frame, around: f64) -> Vec<Outline> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::punch::{Position, Profile, Side, Track, Wheelset};
+    use crate::punch::profile::Profile;
+    use crate::punch::track::{Position, Side, Track, Wheelset};
 
     fn benchmark(side: Side, position: &Position) -> WheelOnRail {
         let wheel =

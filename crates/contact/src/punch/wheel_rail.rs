@@ -322,9 +322,11 @@ fn turned(rotation: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
 mod tests {
     use std::f64::consts::PI;
 
-    use super::*;
-    use crate::punch::{ContactPlane, ProfileKind};
     use proptest::prelude::*;
+
+    use super::*;
+    use crate::punch::contact_plane::ContactPlane;
+    use crate::punch::profile::ProfileKind;
 
     fn benchmark() -> [Profile; 2] {
         [

@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 use super::quadrature::Kinks;
 use super::{cone, flat_disk, hertz_ellipse, shifted_disk, tilted_disk, twisted_disk};
-use crate::foundation::half_space::HalfSpace;
+use crate::foundation::HalfSpace;
 use crate::loading::Control;
 use crate::outcome::Motion;
 use crate::problem::relative_bodies;

@@ -324,8 +324,9 @@ fn means(exact: &ClosedForm, kinks: &Kinks, grid: &Grid) -> Fields {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::closed_form;
-    use crate::scene::{Base, Foundation, Scene, Shape, tests::sphere_on_half_space};
+    use crate::reference::closed_form::closed_form;
+    use crate::scene::tests::sphere_on_half_space;
+    use crate::scene::{Base, Foundation, Scene, Shape};
 
     /// A field of this value of pressure on each of n × n elements around the origin.
     fn constant(pressure: f64, n: u32, width: f64) -> Fields {

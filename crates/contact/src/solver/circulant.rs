@@ -122,7 +122,7 @@ impl Circulant {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::foundation::half_space::HalfSpace;
+    use crate::foundation::HalfSpace;
     use crate::grid::Grid;
     use crate::influence::Symmetry;
     use crate::numerics::Projection;

@@ -1,8 +1,6 @@
 //! Influence coefficients of layered foundations, against reference values and in their limits.
 
-use contact::foundation::bodies::Bodies;
-use contact::foundation::coefficient::Coefficient;
-use contact::foundation::half_space::HalfSpace;
+use contact::foundation::{Bodies, Coefficient, HalfSpace};
 use contact::grid::Grid;
 use contact::influence::{Dense, InfluenceTable};
 use contact::numerics::Projection;

@@ -3,6 +3,8 @@
 //!
 //! All formulas are for a half-space with composite modulus E* = 1/Σ((1−ν)/2G) \[Pa\].
 
+use std::f64::consts::PI;
+
 mod closed_form;
 mod errors;
 mod ladder;
@@ -11,8 +13,6 @@ mod quadrature;
 pub use closed_form::{ClosedForm, Pressure, Traction, closed_form};
 pub use errors::{Errors, FigureErrors};
 pub use ladder::{LadderError, Limit, PowerLaw, Trend, power_law, richardson};
-
-use std::f64::consts::PI;
 
 /// Load, contact radius and peak pressure of an axisymmetric frictionless contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -226,7 +226,7 @@ mod tests {
 
     #[test]
     fn the_hertz_ellipse_meets_the_tabulated_one() {
-        let text = include_str!("../../tests/reference/hertz_elliptic.csv");
+        let text = include_str!("../tests/reference/hertz_elliptic.csv");
         let mut rows = 0;
         // the head of the first column holds commas between its quotes
         for line in text.lines().skip(1) {

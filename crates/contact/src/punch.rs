@@ -1,6 +1,13 @@
 //! The punch's geometry: initial gap g₀, its mean over an element, the sole, and the Ω that a shape
 //! calls for.
 
+use std::f64::consts::PI;
+
+use crate::foundation::Layered;
+use crate::loading::Control;
+use crate::reference::{HertzEllipse, hertz_ellipse};
+use crate::scene::{Domain, Material, Scene, SceneError, Shape};
+
 mod contact_plane;
 mod curve;
 mod profile;
@@ -14,13 +21,6 @@ pub use profile::{Profile, ProfileError, ProfileKind};
 pub use surface::{Surface, SurfaceError, Surfaces};
 pub use track::{Position, Side, Track, WheelRailError, Wheelset};
 pub use wheel_rail::{Curvatures, Touch, WheelOnRail};
-
-use std::f64::consts::PI;
-
-use crate::foundation::layered::Layered;
-use crate::loading::Control;
-use crate::reference::{HertzEllipse, hertz_ellipse};
-use crate::scene::{Domain, Material, Scene, SceneError, Shape};
 
 /// A shape ready to be sampled: the scene's, with the height map or the profiles it names.
 pub struct Gap<'a> {

@@ -1,0 +1,16 @@
+//! What the bodies are made of, as seen from the plane of contact: displacement under a loaded
+//! boundary element.
+
+mod bodies;
+mod coefficient;
+pub(crate) mod gauss;
+mod half_space;
+mod hankel;
+pub mod kernel;
+mod layered;
+mod radial;
+
+pub use bodies::{Bodies, Kernels};
+pub use coefficient::Coefficient;
+pub use half_space::HalfSpace;
+pub use layered::{Compliance, Layered};
