@@ -8,7 +8,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use contact::numerics::{Mesh, Numerics};
+use contact::model::{Mesh, Numerics};
 use contact::reference::power_law;
 use study::accuracy::FIRST;
 use study::columns::find;

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use anyhow::{Context, Result};
-use contact::numerics::Mesh;
+use contact::model::Mesh;
 use report::{Cell, Column, Table};
 use serde::Serialize;
 use study::adaptive::OF_ONE_JOB;

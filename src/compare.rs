@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use anyhow::{Result, bail};
-use contact::outcome::{Fields, Observables, Outcome};
+use contact::model::{Fields, Observables, Outcome};
 use contact::reference::{ClosedForm, Errors, PowerLaw, Trend, closed_form, power_law, richardson};
 use report::{Cell, Column, Table};
 use study::columns::Compared;

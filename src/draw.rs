@@ -5,7 +5,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use contact::outcome::Fields;
+use contact::model::Fields;
 use report::{Field, Figure, FigureSpec, Grid, Table, TerminalInk, Values, field_csv, vti};
 use store::Store;
 use study::Study;

@@ -5,10 +5,9 @@ use std::collections::{HashMap, HashSet};
 use std::ops::Add;
 
 use anyhow::Result;
-use contact::effect::{Effect, Effects};
-use contact::numerics::{Method, Numerics};
+use contact::effect::Effects;
+use contact::model::{Effect, Method, Numerics, Shape};
 use contact::punch::Surfaces;
-use contact::scene::Shape;
 use contact::{Forecast, forecast};
 use rayon::prelude::*;
 use serde::Serialize;

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 use contact::Forecast;
+use contact::model::SceneError;
 use contact::problem::Problem;
-use contact::scene::SceneError;
 use indicatif::BinaryBytes;
 use rayon::prelude::*;
 use report::Table;

@@ -1,8 +1,8 @@
 //! The separate regions of a contact, as its fields show them.
 
 use anyhow::Result;
-use contact::observables::{self, State};
-use contact::outcome::Fields;
+use contact::model::{Fields, State};
+use contact::observables;
 use report::{Cell, Column, Table};
 use serde::Serialize;
 

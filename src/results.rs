@@ -3,8 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use anyhow::{Context, Result, bail};
-use contact::loading::Step;
-use contact::outcome::{Fields, Observables};
+use contact::model::{Fields, Observables, Step};
 use report::{Cell, Table};
 use store::{Blobs, ReadError, Reader, Store};
 use study::columns::{Compared, Role, Row, Value, along_path};

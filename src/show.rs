@@ -1,7 +1,7 @@
 //! `show`: one result whole.
 
 use anyhow::{Context, Result, bail};
-use contact::outcome::{Fields, Outcome};
+use contact::model::{Fields, Outcome};
 use contact::punch::Surfaces;
 use report::Table;
 use store::{Reader, Store};

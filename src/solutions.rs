@@ -1,8 +1,8 @@
 //! The solutions that a search found, as a table.
 
 use anyhow::{Result, bail};
+use contact::model::Fields;
 use contact::multiplicity::{Multiplicity, Origin, Solution};
-use contact::outcome::Fields;
 use report::{Cell, Column, Table};
 
 use crate::compare::digits;

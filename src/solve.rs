@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use contact::Operators;
-use contact::outcome::Fields;
+use contact::model::Fields;
 use contact::punch::Surfaces;
 use study::job::PHYSICS_VERSION;
 use study::key::Key;

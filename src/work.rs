@@ -3,14 +3,12 @@
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use contact::multiplicity;
-use contact::outcome::{Fields, Status};
+use contact::model::{Fields, SceneError, Shape, Status};
 use contact::punch::Surfaces;
-use contact::scene::{SceneError, Shape};
-use contact::uniqueness::lower::VerifyError;
+use contact::uniqueness::lower::{self, VerifyError};
 use contact::uniqueness::witness::Shown;
-use contact::uniqueness::{self, Bracket, BracketError, Effort, Question, System, lower};
-use contact::{Forecast, Operators};
+use contact::uniqueness::{self, Bracket, BracketError, Effort, Question, System};
+use contact::{Forecast, Operators, multiplicity};
 use runner::{WorkerArguments, work};
 use serde::{Deserialize, Serialize};
 use study::profile::{decode_profile, encode_profile};

@@ -5,8 +5,7 @@ use contact::grid::Grid;
 use contact::influence::{
     Components, Dense, Influence, InfluenceTable, Mirror, Scratch, Symmetry, Toeplitz,
 };
-use contact::numerics::Projection;
-use contact::scene::{Base, Layer, Material};
+use contact::model::{Base, Layer, Material, Projection};
 use contact::solver::Circulant;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;

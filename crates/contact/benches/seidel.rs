@@ -1,10 +1,9 @@
 //! Seidel sweeps: a sphere with full coupling, ten sweeps from zero traction, and whole solves to
 //! 1e-8.
 
-use contact::numerics::Numerics;
+use contact::model::{Numerics, Scene};
 use contact::problem::Problem;
 use contact::punch::Surfaces;
-use contact::scene::Scene;
 use contact::solver::{Limits, seidel};
 use contact::{Operators, solve};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};

@@ -10,8 +10,7 @@ use rayon::prelude::*;
 
 use crate::grid::Grid;
 use crate::influence::{Components, Direction, InfluenceTable};
-use crate::loading::Control;
-use crate::outcome::{Certificate, Observables};
+use crate::model::{Certificate, Control, Observables};
 use crate::parallel;
 use crate::problem::{Diagonals, Problem};
 
@@ -240,8 +239,7 @@ mod tests {
     use super::*;
     use crate::foundation::HalfSpace;
     use crate::influence::{Influence, Toeplitz};
-    use crate::numerics::Projection;
-    use crate::scene::Material;
+    use crate::model::{Material, Projection};
 
     #[test]
     fn a_wrong_transform_shows_in_any_component() {

@@ -29,29 +29,8 @@
 //! the same ε, ceiling and projection, along the same increments. It knows nothing of what ε, the
 //! ceiling, an Ω that is too small or increments that are too large change.
 
-use serde::{Deserialize, Serialize};
-
-use crate::numerics::Numerics;
-use crate::observables::State;
-use crate::outcome::{Fields, StepOutcome};
-use crate::reference::{Errors, FigureErrors};
-use crate::scene::{Scene, Shape};
-
-/// Estimates of the relative errors at the end of a path \[1\].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Estimate {
-    /// Of the figures. `None` where there is no figure (nothing sticks to a punch without contact),
-    /// where the scene prescribes it, where it is less than 1e-6 of its kind, and where it has no
-    /// limit. Without one are the tractions in L₂ where the contact reaches the edge of the sole or
-    /// of Ω, at which the pressure is unbounded and not in L₂, unless ε is large enough for the
-    /// grid to resolve what it makes of it, or the ceiling is active; and the largest pressure
-    /// there and under a cone, whose tip has an unbounded one.
-    pub figures: FigureErrors,
-    /// Of all tractions together in L₂, because the solver stopped before its residual was 0; not
-    /// part of the others. 4 times the larger of the certificate's residual and its imbalance of
-    /// forces, summed over the increments, each of which starts from the one before.
-    pub solver: f64,
-}
+use crate::model::{Estimate, Fields, FigureErrors, Numerics, Scene, Shape, State, StepOutcome};
+use crate::reference::Errors;
 
 /// Elements along a side with less than which there is no estimate.
 pub const FEWEST: u32 = 4;

@@ -3,12 +3,11 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use crate::effect::{Effect, Effects};
+use crate::effect::Effects;
+use crate::model::{Effect, Method, Numerics, Scene, SceneError, Shape, refuse};
 use crate::multiplicity::{Multiplicity, Search};
-use crate::numerics::{Method, Numerics};
 use crate::problem::{Layout, relative_bodies};
 use crate::punch::{Surfaces, domain};
-use crate::scene::{Scene, SceneError, Shape, refuse};
 use crate::uniqueness::{Effort, Question, lower};
 
 /// What a solve will take.
@@ -167,9 +166,8 @@ pub fn forecast_bracket(question: &Question, effort: &Effort) -> Result<Forecast
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::{Mesh, Projection};
+    use crate::model::{Foundation, Material, Mesh, Projection, sphere_on_half_space};
     use crate::problem::Problem;
-    use crate::scene::{Foundation, Material, tests::sphere_on_half_space};
     use crate::uniqueness::{Sole, upper};
 
     #[test]

@@ -3,10 +3,8 @@
 
 use crate::foundation::Bodies;
 use crate::grid::Grid;
-use crate::loading::Step;
-use crate::numerics::{Numerics, Projection};
+use crate::model::{Base, Numerics, Projection, Scene, SceneError, Step};
 use crate::problem::Scale;
-use crate::scene::{Base, Scene, SceneError};
 
 /// Sizes or moduli that double precision cannot hold once they are put in relation.
 pub(crate) fn out_of_range(key: &str, value: f64) -> SceneError {

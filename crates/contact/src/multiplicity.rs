@@ -34,14 +34,14 @@ use serde::{Deserialize, Serialize};
 
 use self::seeker::Seeker;
 use crate::influence::{Components, Mirror};
-use crate::loading::Control;
-use crate::numerics::{Method, Numerics};
+use crate::model::{
+    Certificate, Control, Fields, Method, Motion, Numerics, Observables, Scene, SceneError, Status,
+    StepOutcome, WorkDone,
+};
 use crate::operators::Operators;
-use crate::outcome::{Certificate, Fields, Motion, Observables, Status, StepOutcome, WorkDone};
 use crate::problem::Problem;
 use crate::punch::Surfaces;
 use crate::random;
-use crate::scene::{Scene, SceneError};
 use crate::solve::in_units;
 use crate::solver::Start;
 

@@ -10,8 +10,7 @@
 //! equal fields √(1e-16) apart.
 
 use crate::grid::Grid;
-use crate::loading::rigid_modes;
-use crate::outcome::Fields;
+use crate::model::{Fields, rigid_modes};
 use crate::parallel;
 
 /// L₂ norms of tractions, or of a difference of them \[Pa m\].
@@ -151,7 +150,7 @@ pub fn parts(fields: &Fields, [nx, ny]: [usize; 2]) -> Option<Grid> {
 }
 
 /// Forces and moments of the punch on the foundation \[N, N m\], summed from the fields, in the
-/// order of [`Step::NAMES`](crate::loading::Step::NAMES); `None` for fields that have not one value
+/// order of [`Step::NAMES`](crate::model::Step::NAMES); `None` for fields that have not one value
 /// for each element of a grid. Continuous in the weak topology.
 pub fn resultants(fields: &Fields) -> Option<[f64; 6]> {
     Sides::of(fields)?;

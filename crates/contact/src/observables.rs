@@ -3,23 +3,9 @@
 use std::ops::Range;
 
 use crate::friction::h_u;
-use crate::outcome::{Fields, Observables};
+use crate::model::{Fields, Observables, State};
 use crate::parallel;
 use crate::problem::{Diagonals, Problem};
-
-/// What an element does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum State {
-    /// No part of Ω.
-    Outside = 0,
-    /// p₁ = 0.
-    Open = 1,
-    /// In contact, |p_t| < μ p₁ or no more than it takes.
-    Stick = 2,
-    /// In contact and sliding against the traction.
-    Slip = 3,
-}
 
 /// The state of every element, read off the natural map x = p − E v: an element in contact sticks
 /// when the projection onto its friction disk leaves x_t as it is. `w` = A p − f, `diagonal` those

@@ -200,8 +200,7 @@ mod tests {
     use super::*;
     use crate::foundation::HalfSpace;
     use crate::influence::{Components, Symmetry};
-    use crate::numerics::Projection;
-    use crate::scene::Material;
+    use crate::model::{Material, Projection};
 
     /// On a window, which is wherever the tractions are, the operator is what it is on the grid.
     #[test]

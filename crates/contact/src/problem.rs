@@ -19,11 +19,12 @@ use crate::friction::g_mu;
 use crate::grid::{Grid, GridError};
 use crate::influence::{Components, Direction, Mirror, MirrorError};
 use crate::limits;
-use crate::loading::rigid_modes;
-use crate::numerics::{Mesh, Numerics, Projection};
+use crate::model::{
+    Base, Domain, Layer, Material, Mesh, Numerics, Projection, Scene, SceneError, Shape,
+    rigid_modes,
+};
 use crate::parallel;
 use crate::punch::{Gap, Surfaces, domain};
-use crate::scene::{Base, Domain, Layer, Material, Scene, SceneError, Shape};
 
 /// Units in which a [`Problem`] is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,7 +42,7 @@ impl Scale {
     }
 
     /// The units of the six rigid degrees of freedom, in the order of
-    /// [`Step::NAMES`](crate::loading::Step::NAMES) \[m or rad\].
+    /// [`Step::NAMES`](crate::model::Step::NAMES) \[m or rad\].
     pub fn motions(&self) -> [f64; 6] {
         let l = self.length;
         [l, l, l, 1.0, 1.0, 1.0]
@@ -372,7 +373,7 @@ impl Problem {
     }
 
     /// Forces and moments of the punch on the foundation, in the problem's units and the order of
-    /// [`Step::NAMES`](crate::loading::Step::NAMES); of a reduced problem those of its components,
+    /// [`Step::NAMES`](crate::model::Step::NAMES); of a reduced problem those of its components,
     /// with their images.
     pub fn resultants(&self, p: &[f64]) -> [f64; 6] {
         let (k, nx) = (self.grid.len(), self.grid.nx());

@@ -4,9 +4,8 @@
 use std::f64::consts::PI;
 
 use crate::foundation::Layered;
-use crate::loading::Control;
+use crate::model::{Control, Domain, Material, Scene, SceneError, Shape};
 use crate::reference::{HertzEllipse, hertz_ellipse};
-use crate::scene::{Domain, Material, Scene, SceneError, Shape};
 
 mod contact_plane;
 mod curve;
@@ -19,7 +18,7 @@ pub use contact_plane::{ContactPlane, Extent, Frame};
 pub use curve::{Curve, CurvePoint};
 pub use profile::{Profile, ProfileError, ProfileKind};
 pub use surface::{Surface, SurfaceError, Surfaces};
-pub use track::{Position, Side, Track, WheelRailError, Wheelset};
+pub use track::{Position, Track, WheelRailError, Wheelset};
 pub use wheel_rail::{Curvatures, Touch, WheelOnRail};
 
 /// A shape ready to be sampled: the scene's, with the height map or the profiles it names.
@@ -427,9 +426,9 @@ mod tests {
     #[test]
     fn means_of_smooth_shapes_match_quadrature() {
         let surfaces = Surfaces::default();
-        let scene = crate::scene::tests::sphere_on_half_space();
+        let scene = crate::model::sphere_on_half_space();
         let mut scene = Scene {
-            punch: crate::scene::Punch {
+            punch: crate::model::Punch {
                 shape: Shape::Ellipsoid { radius_x: 2.0, radius_y: 0.7 },
                 material: None,
             },
@@ -453,7 +452,7 @@ mod tests {
 
     #[test]
     fn a_tilted_sphere_gets_its_domain_where_it_touches() {
-        let mut scene = crate::scene::tests::sphere_on_half_space();
+        let mut scene = crate::model::sphere_on_half_space();
         scene.loading.steps[0].tilt_x = Some(0.01);
         let Shape::Sphere { radius } = scene.punch.shape else { panic!() };
         let domain = domain(&scene, &Surfaces::new()).unwrap();

@@ -1,6 +1,6 @@
 //! Random numbers for searches that must take the same way for ever, which no library promises.
 
-use crate::scene::{SceneError, refuse};
+use crate::model::{SceneError, refuse};
 
 /// The most random starts that a search may ask for.
 pub(crate) const MOST_STARTS: u32 = 10_000;

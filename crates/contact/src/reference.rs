@@ -11,7 +11,7 @@ mod ladder;
 mod quadrature;
 
 pub use closed_form::{ClosedForm, Pressure, Traction, closed_form};
-pub use errors::{Errors, FigureErrors};
+pub use errors::Errors;
 pub use ladder::{LadderError, Limit, PowerLaw, Trend, power_law, richardson};
 
 /// Load, contact radius and peak pressure of an axisymmetric frictionless contact.

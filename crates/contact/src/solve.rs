@@ -1,22 +1,20 @@
 //! From a scene to a certified outcome, along its loading path.
 
 use crate::certificate::{certify, transform_error};
-use crate::effect::{Effect, Effects, Stage};
-use crate::estimate::{self, Estimate};
+use crate::effect::{Effects, Stage};
+use crate::estimate;
 use crate::influence::{Components, Mirror};
-use crate::loading::{Control, Leg, Step};
-use crate::numerics::{Mesh, Method, Numerics};
+use crate::model::{
+    Certificate, Control, Effect, Estimate, Fields, Hertz, Leg, Level, Mesh, Method, Motion,
+    Numerics, Observables, Outcome, RailContact, Scene, SceneError, Status, Step, StepOutcome,
+    WorkDone,
+};
 use crate::observables::{fields, observables, states};
 use crate::operators::{Operator, Operators};
-use crate::outcome::{
-    Certificate, Fields, Hertz, Level, Motion, Observables, Outcome, RailContact, Status,
-    StepOutcome, WorkDone,
-};
 use crate::parallel;
 use crate::problem::Problem;
 use crate::punch::{Gap, Surfaces, surface_compliance};
 use crate::reference::hertz_ellipse;
-use crate::scene::{Scene, SceneError};
 use crate::solver::{self, Iterate, Limits, Start, Stop};
 
 /// Solves a scene: binds it to its grid, follows its loading path with the method, certifies each
@@ -530,7 +528,7 @@ fn work(iterate: &Iterate) -> WorkDone {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::outcome::Way;
+    use crate::model::Way;
 
     #[test]
     fn a_failure_names_the_force_that_is_not_carried() {

@@ -2,10 +2,8 @@
 //! iterate with figures out.
 
 use crate::effect::Stage;
-use crate::loading::Control;
-use crate::numerics::Method;
+use crate::model::{Control, Method, Way};
 use crate::operators::Operators;
-use crate::outcome::Way;
 use crate::problem::Problem;
 
 mod balance;
@@ -83,7 +81,7 @@ pub struct Iterate {
     /// Tractions, three blocks [n | x | y], in the problem's units.
     pub p: Vec<f64>,
     /// Rigid motion, in the problem's units and the order of
-    /// [`Step::NAMES`](crate::loading::Step::NAMES).
+    /// [`Step::NAMES`](crate::model::Step::NAMES).
     pub motion: [f64; 6],
     /// Why the solver stopped.
     pub stop: Stop,
@@ -115,7 +113,7 @@ pub enum Stop {
     /// A tangential force or twisting moment is asked that friction cannot carry: all that is in
     /// contact slips.
     Slides {
-        /// Which resultant, in the order of [`Step::NAMES`](crate::loading::Step::NAMES).
+        /// Which resultant, in the order of [`Step::NAMES`](crate::model::Step::NAMES).
         which: usize,
     },
     /// No rigid motion was found that gives a resultant that is asked.

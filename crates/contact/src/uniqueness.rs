@@ -68,11 +68,12 @@ use self::lower::LowerBound;
 use self::witness::Witness;
 use crate::grid::Grid;
 use crate::influence::{Dense, Entry, Influence, InfluenceTable, Scratch, Toeplitz};
-use crate::loading::{Loading, Step};
-use crate::numerics::{Mesh, Method, Numerics, Projection};
+use crate::model::{
+    Foundation, Friction, Loading, Material, Mesh, Method, Numerics, Projection, Punch, Scene,
+    SceneError, Shape, Step,
+};
 use crate::problem::Problem;
 use crate::punch::Surfaces;
-use crate::scene::{Foundation, Friction, Material, Punch, Scene, SceneError, Shape};
 
 mod barrier;
 mod descent;

@@ -1,12 +1,10 @@
 //! From a sheet to the job that it describes.
 
-use contact::loading::{Loading, Step};
-use contact::multiplicity::Search;
-use contact::numerics::{Mesh, Method, Numerics, Projection};
-use contact::punch::Side;
-use contact::scene::{
-    Base, Domain, Foundation, Friction, Layer, Material, Punch, Scene, SceneError, Shape, WheelRail,
+use contact::model::{
+    Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics,
+    Projection, Punch, Scene, SceneError, Shape, Side, Step, WheelRail,
 };
+use contact::multiplicity::Search;
 
 use contact::uniqueness::{Effort, Question, Sole, upper};
 use contact::{Forecast, forecast_bracket};

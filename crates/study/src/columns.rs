@@ -13,9 +13,8 @@ use std::borrow::Cow;
 use std::collections::{BTreeSet, HashSet};
 use std::fmt;
 
+use contact::model::{Mesh, Observables, Outcome, StepOutcome};
 use contact::multiplicity::Multiplicity;
-use contact::numerics::Mesh;
-use contact::outcome::{Observables, Outcome, StepOutcome};
 use contact::reference::Errors;
 
 use crate::axis::Axis;

@@ -30,9 +30,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use contact::numerics::Mesh;
+use contact::model::{Mesh, SceneError};
 use contact::punch::{ProfileKind, Surfaces};
-use contact::scene::SceneError;
 use rayon::prelude::*;
 use toml::de::{DeTable, DeValue};
 

@@ -1,11 +1,10 @@
 //! A job: what is asked of one point of a study, and the identity under which its result is kept.
 
-use contact::loading::Loading;
-use contact::multiplicity::Search;
-use contact::numerics::{Mesh, Method, Numerics};
-use contact::scene::{
-    Base, Domain, Foundation, Friction, Material, Punch, Scene, SceneError, Shape,
+use contact::model::{
+    Base, Domain, Foundation, Friction, Loading, Material, Mesh, Method, Numerics, Punch, Scene,
+    SceneError, Shape,
 };
+use contact::multiplicity::Search;
 use contact::uniqueness::{Effort, Question};
 use serde::{Deserialize, Serialize};
 
@@ -319,8 +318,7 @@ impl std::fmt::Debug for JobKey {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use contact::loading::Step;
-    use contact::scene::Layer;
+    use contact::model::{Layer, Step};
     use proptest::prelude::*;
 
     pub(crate) fn job() -> Job {

@@ -5,8 +5,8 @@
 //! computed it, when and how fast. Every format begins with a version byte and is bincode's
 //! standard configuration after it.
 
+use contact::model::{Fields, Outcome, Status};
 use contact::multiplicity::Multiplicity;
-use contact::outcome::{Fields, Outcome, Status};
 use contact::uniqueness::Bracket;
 use contact::uniqueness::witness::Shown;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
@@ -372,11 +372,10 @@ fn decode_as<T: DeserializeOwned, const LIMIT: usize>(
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use contact::multiplicity::{Origin, Solution};
-    use contact::numerics::Method;
-    use contact::outcome::{
-        Certificate, Hertz, Level, Motion, Observables, RailContact, StepOutcome, WorkDone,
+    use contact::model::{
+        Certificate, Hertz, Level, Method, Motion, Observables, RailContact, StepOutcome, WorkDone,
     };
+    use contact::multiplicity::{Origin, Solution};
     use proptest::prelude::*;
 
     fn record(ending: Ending) -> Record {
@@ -454,7 +453,7 @@ pub(crate) mod tests {
                 force_imbalance: 0.7,
             },
             work: WorkDone { iterations: 22, operator_applications: 23 },
-            way: contact::outcome::Way::NewtonAndSeidel,
+            way: contact::model::Way::NewtonAndSeidel,
         };
         let hertz = Hertz {
             semi_axis_a: 41.0,
@@ -472,7 +471,7 @@ pub(crate) mod tests {
         };
         let coarse =
             Level { elements: [9, 10], work: WorkDone { iterations: 0, operator_applications: 5 } };
-        let figures = contact::reference::FigureErrors {
+        let figures = contact::model::FigureErrors {
             load: Some(71.0),
             approach: Some(72.0),
             tangential_force: Some(73.0),
@@ -485,7 +484,7 @@ pub(crate) mod tests {
             pressure: Some(80.0),
             traction: Some(81.0),
         };
-        let estimate = contact::estimate::Estimate { figures, solver: 90.0 };
+        let estimate = contact::model::Estimate { figures, solver: 90.0 };
         Outcome {
             status,
             levels: vec![coarse],

@@ -2,11 +2,11 @@
 
 use std::borrow::Cow;
 
-use contact::loading::{Loading, Step};
+use contact::model::{
+    Base, Domain, Foundation, Loading, Material, Mesh, Method, Numerics, Projection, Shape, Side,
+    Step,
+};
 use contact::multiplicity::Search;
-use contact::numerics::{Mesh, Method, Numerics, Projection};
-use contact::punch::Side;
-use contact::scene::{Base, Domain, Foundation, Material, Shape};
 use contact::uniqueness::Sole;
 
 use crate::job::{Case, Job};

@@ -4,8 +4,7 @@ use super::coefficient::Coefficient;
 use super::half_space::HalfSpace;
 use super::layered::Layered;
 use super::radial::Radial;
-use crate::numerics::Projection;
-use crate::scene::{Base, Layer, Material};
+use crate::model::{Base, Layer, Material, Projection};
 
 /// A foundation, layered or not, and the punch on it.
 #[derive(Clone, Debug, PartialEq)]

@@ -16,7 +16,7 @@
 
 use super::coefficient::Coefficient;
 use super::gauss;
-use crate::numerics::Projection;
+use crate::model::Projection;
 
 /// Six functions of (x, y) with the symmetries of a [`Coefficient`], that behave like 1/r at the
 /// origin.

@@ -12,7 +12,7 @@
 //! loses about a digit at worst, for any kh, any ν up to ½ and any contrast of stiffness. Solving
 //! for the amplitudes of exponentials instead has the condition number (kh)⁻³.
 
-use crate::scene::{Base, Layer, Material};
+use crate::model::{Base, Layer, Material};
 
 /// Surface compliance at one wavenumber: displacement per unit traction, in the unit of
 /// length/modulus.

@@ -122,8 +122,7 @@ mod tests {
     use super::*;
     use crate::foundation::HalfSpace;
     use crate::influence::laws;
-    use crate::numerics::Projection;
-    use crate::scene::Material;
+    use crate::model::{Material, Projection};
 
     #[test]
     fn obeys_the_laws() {

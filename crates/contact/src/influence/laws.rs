@@ -9,8 +9,7 @@ use super::table::InfluenceTable;
 use super::{Influence, Scratch};
 use crate::foundation::{Bodies, HalfSpace};
 use crate::grid::Grid;
-use crate::numerics::Projection;
-use crate::scene::{Base, Layer, Material};
+use crate::model::{Base, Layer, Material, Projection};
 
 /// Agreement demanded, relative to the largest displacement.
 const ROUNDING: f64 = 2e-13;

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::components::{Components, Direction};
 use crate::foundation::{Bodies, Coefficient};
 use crate::grid::Grid;
-use crate::numerics::Projection;
+use crate::model::Projection;
 use crate::problem::Diagonals;
 
 /// One of the six different entries of a coefficient; xn = −nx, yn = −ny, yx = xy.
@@ -278,7 +278,7 @@ impl InfluenceTable {
 mod tests {
     use super::*;
     use crate::foundation::HalfSpace;
-    use crate::scene::{Base, Layer, Material};
+    use crate::model::{Base, Layer, Material};
 
     fn bodies() -> HalfSpace {
         HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.3 }, None)

@@ -253,9 +253,8 @@ fn sign_of_determinant(factors: &PartialPivLu<f64>) -> i64 {
 mod tests {
     use super::*;
     use crate::influence::{Dense, InfluenceTable};
-    use crate::numerics::{Mesh, Method, Numerics, Projection};
+    use crate::model::{Mesh, Method, Numerics, Projection, sphere_on_half_space};
     use crate::punch::Surfaces;
-    use crate::scene::tests::sphere_on_half_space;
 
     #[test]
     fn signs_of_determinants_are_those_of_their_permutations() {

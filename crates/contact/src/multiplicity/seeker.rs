@@ -7,12 +7,11 @@ use super::start::{self, generator};
 use super::{Multiplicity, Origin, Search, Solution};
 use crate::effect::Stage;
 use crate::influence::{Components, Dense, Mirror};
-use crate::loading::Control;
-use crate::numerics::{Method, Numerics, Projection};
+use crate::model::{
+    Control, Method, Numerics, Projection, Scene, SceneError, Status, WorkDone, refuse,
+};
 use crate::operators::{Operator, Operators};
-use crate::outcome::{Status, WorkDone};
 use crate::problem::Problem;
-use crate::scene::{Scene, SceneError, refuse};
 use crate::solve::{Before, conclude, in_units};
 use crate::solver::{self, Iterate, Limits, Start, Stop, newton};
 

@@ -294,8 +294,9 @@ fn outline(pair: &WheelOnRail, frame: &Frame, around: f64) -> Vec<Outline> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::Side;
     use crate::punch::profile::Profile;
-    use crate::punch::track::{Position, Side, Track, Wheelset};
+    use crate::punch::track::{Position, Track, Wheelset};
 
     fn benchmark(side: Side, position: &Position) -> WheelOnRail {
         let wheel =

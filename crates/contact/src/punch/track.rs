@@ -7,26 +7,7 @@ use std::f64::consts::PI;
 
 use super::curve::Curve;
 use super::profile::{Profile, ProfileKind};
-
-/// On which side of the track, seen along x.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Side {
-    /// y < 0.
-    Left,
-    /// y > 0.
-    Right,
-}
-
-impl Side {
-    /// −1 on the left, 1 on the right.
-    pub fn sign(self) -> f64 {
-        match self {
-            Self::Left => -1.0,
-            Self::Right => 1.0,
-        }
-    }
-}
+use crate::model::Side;
 
 /// How the rails lie.
 #[derive(Clone, Copy, Debug, PartialEq)]

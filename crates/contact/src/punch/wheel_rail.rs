@@ -10,9 +10,8 @@
 use super::contact_plane::Frame;
 use super::curve::{Curve, CurvePoint, Graph};
 use super::profile::Profile;
-use super::track::{
-    Position, Side, Track, WheelRailError, Wheelset, check, placed, rotation, towards,
-};
+use super::track::{Position, Track, WheelRailError, Wheelset, check, placed, rotation, towards};
+use crate::model::Side;
 
 /// A point at which the gap along z between wheel and rail is smallest around.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,11 +9,9 @@ use std::f64::consts::PI;
 use super::quadrature::Kinks;
 use super::{cone, flat_disk, hertz_ellipse, shifted_disk, tilted_disk, twisted_disk};
 use crate::foundation::HalfSpace;
-use crate::loading::Control;
-use crate::outcome::Motion;
+use crate::model::{Control, Motion, Scene, Shape};
 use crate::problem::relative_bodies;
 use crate::punch::{Surfaces, domain};
-use crate::scene::{Scene, Shape};
 
 /// The exact answer at the end of a scene's path.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +20,7 @@ pub struct ClosedForm {
     pub name: &'static str,
     /// Where it is found.
     pub source: &'static str,
-    /// What the last step prescribes, in the order of [`Step::NAMES`](crate::loading::Step::NAMES).
+    /// What the last step prescribes, in the order of [`Step::NAMES`](crate::model::Step::NAMES).
     pub controls: [Control; 6],
     /// Where the punch is; 0 for a motion that is not determined (sideways, without friction or
     /// load).
@@ -509,10 +507,9 @@ fn disk(scene: &Scene, radius: f64, bodies: &HalfSpace) -> Option<ClosedForm> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::loading::{Loading, Step, rigid_modes};
+    use crate::model::{Foundation, Friction, Loading, Material, Punch, Step, rigid_modes};
     use crate::reference::quadrature::Rectangle;
     use crate::reference::{cattaneo_shift, cattaneo_stick_ratio, hertz_sphere};
-    use crate::scene::{Foundation, Friction, Material, Punch};
 
     fn scene(shape: Shape, poisson: f64, mu: f64, steps: &[Step]) -> Scene {
         Scene {

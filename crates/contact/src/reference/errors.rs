@@ -1,60 +1,10 @@
 //! How far a solution is from a closed form, or from a solution on a finer mesh.
 
-use serde::{Deserialize, Serialize};
-
 use super::closed_form::ClosedForm;
 use super::quadrature::{Kinks, Rectangle};
 use crate::grid::Grid;
-use crate::loading::Control;
+use crate::model::{Control, Fields, FigureErrors, StepOutcome};
 use crate::norms::{self, Norm, Relative};
-use crate::outcome::{Fields, StepOutcome};
-
-/// Relative errors of the figures of a solution \[1\]; whoever makes them says where there are
-/// none.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct FigureErrors {
-    /// Of P.
-    pub load: Option<f64>,
-    /// Of δ.
-    pub approach: Option<f64>,
-    /// Of the vector (Qx, Qy).
-    pub tangential_force: Option<f64>,
-    /// Of the vector of both shifts.
-    pub shift: Option<f64>,
-    /// Of the vector of moments.
-    pub moment: Option<f64>,
-    /// Of the vector of rotations.
-    pub rotation: Option<f64>,
-    /// Of the largest pressure.
-    pub peak_pressure: Option<f64>,
-    /// Of the area in contact, counted in whole elements.
-    pub contact_area: Option<f64>,
-    /// Of the area that sticks, over the area in contact.
-    pub stick_area: Option<f64>,
-    /// ‖p₁ − p₁*‖ / ‖p₁*‖ in L₂.
-    pub pressure: Option<f64>,
-    /// ‖p_t − p_t*‖ / ‖p_t*‖ in L₂.
-    pub traction: Option<f64>,
-}
-
-impl FigureErrors {
-    /// With their names, which are those of the fields.
-    pub fn named(&self) -> [(&'static str, Option<f64>); 11] {
-        [
-            ("load", self.load),
-            ("approach", self.approach),
-            ("tangential_force", self.tangential_force),
-            ("shift", self.shift),
-            ("moment", self.moment),
-            ("rotation", self.rotation),
-            ("peak_pressure", self.peak_pressure),
-            ("contact_area", self.contact_area),
-            ("stick_area", self.stick_area),
-            ("pressure", self.pressure),
-            ("traction", self.traction),
-        ]
-    }
-}
 
 /// Relative errors of a solution \[1\]. `None` for what the scene prescribes, what the reference
 /// does not have (an unbounded peak, a traction outside L₂), and what is less than 1e-6 of its kind
@@ -114,7 +64,7 @@ impl Errors {
 
     /// The end of a path against that of the same path on another mesh or with other numerics,
     /// taken for exact; `controls` is what the last step prescribes (the last of
-    /// [`Loading::legs`](crate::loading::Loading::legs)). Local means are taken on 8 × 8 parts of
+    /// [`Loading::legs`](crate::model::Loading::legs)). Local means are taken on 8 × 8 parts of
     /// the reference's Ω. `None` for fields that have not one value for each element of a grid.
     pub fn against_solution(
         end: &StepOutcome,
@@ -324,9 +274,8 @@ fn means(exact: &ClosedForm, kinks: &Kinks, grid: &Grid) -> Fields {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::{Base, Foundation, Scene, Shape, sphere_on_half_space};
     use crate::reference::closed_form::closed_form;
-    use crate::scene::tests::sphere_on_half_space;
-    use crate::scene::{Base, Foundation, Scene, Shape};
 
     /// A field of this value of pressure on each of n × n elements around the origin.
     fn constant(pressure: f64, n: u32, width: f64) -> Fields {
@@ -347,7 +296,7 @@ mod tests {
     #[test]
     fn distances_from_hertz_are_exact_on_every_grid() {
         let exact = closed_form(&Scene {
-            friction: crate::scene::Friction { mu: 0.0 },
+            friction: crate::model::Friction { mu: 0.0 },
             ..sphere_on_half_space()
         })
         .unwrap();
@@ -377,7 +326,7 @@ mod tests {
             let mut scene = sphere_on_half_space();
             (scene.friction.mu, scene.punch.shape) = (0.0, Shape::Cone { angle: 0.2 });
             let Base::Elastic(material) = scene.foundation.base else { panic!() };
-            scene.foundation = Foundation::half_space(crate::scene::Material {
+            scene.foundation = Foundation::half_space(crate::model::Material {
                 shear_modulus: modulus,
                 ..material
             });

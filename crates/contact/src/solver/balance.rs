@@ -4,9 +4,8 @@
 use faer::linalg::solvers::Solve;
 
 use super::{Iterate, Limits, Start, Stop, newton};
-use crate::loading::{Control, rigid_modes};
+use crate::model::{Control, Way, rigid_modes};
 use crate::operators::Operator;
-use crate::outcome::Way;
 use crate::problem::{Problem, images};
 
 /// Outer iterations after which load control gives up.

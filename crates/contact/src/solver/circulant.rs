@@ -125,8 +125,7 @@ mod tests {
     use crate::foundation::HalfSpace;
     use crate::grid::Grid;
     use crate::influence::Symmetry;
-    use crate::numerics::Projection;
-    use crate::scene::Material;
+    use crate::model::{Material, Projection};
 
     /// On a torus of circulant coefficients the inverse is exact: C (C⁻¹ x) = x, C applied entry by
     /// entry.

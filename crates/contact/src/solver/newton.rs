@@ -13,17 +13,17 @@
 
 use std::ops::Range;
 
+use faer::linalg::solvers::Solve;
+
 use super::free::{Free, Piece, Spot};
 use super::gmres::{self, Memory, System};
 use super::{Iterate, Limits, Start, Stop, balance, vector};
 use crate::friction::h_u;
 use crate::influence::{Components, Direction, Scratch};
-use crate::loading::{Control, rigid_modes};
+use crate::model::{Control, Way, rigid_modes};
 use crate::operators::{Operator, Window};
-use crate::outcome::Way;
 use crate::parallel;
 use crate::problem::{Diagonals, Problem, weighted_images};
-use faer::linalg::solvers::Solve;
 
 /// Newton steps without a new smallest residual after which the iteration counts as stalled. Close
 /// to a solution every step but the first few at least halves it.

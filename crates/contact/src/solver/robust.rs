@@ -6,9 +6,8 @@
 use super::{Iterate, Limits, Start, Stop, balance, newton, seidel};
 use crate::effect::Stage;
 use crate::influence::{Direction, Mirror};
-use crate::loading::Control;
+use crate::model::{Control, Way};
 use crate::operators::{Operator, Operators};
-use crate::outcome::Way;
 use crate::problem::Problem;
 
 /// Rounds of Seidel sweeps that may bring a start within Newton's reach, and the sweeps of each.

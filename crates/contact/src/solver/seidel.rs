@@ -13,7 +13,7 @@
 use super::{Iterate, Limits, Stop};
 use crate::friction::g_mu;
 use crate::influence::InfluenceTable;
-use crate::outcome::Way;
+use crate::model::Way;
 use crate::problem::Problem;
 
 /// Sweeps without a new smallest residual after which the iteration counts as stalled. The residual

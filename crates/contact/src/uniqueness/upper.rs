@@ -26,9 +26,8 @@ use super::descent::{Descent, Pattern};
 use super::witness::{Witness, least_mu};
 use super::{Question, Sole, System};
 use crate::influence::Entry;
-use crate::numerics::Mesh;
+use crate::model::{Mesh, SceneError};
 use crate::random::{self, SplitMix64};
-use crate::scene::SceneError;
 
 /// How long to search for a witness.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -311,7 +310,7 @@ const STIFFNESS: f64 = 100.0;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Foundation, Material};
+    use crate::model::{Foundation, Material};
 
     #[test]
     fn both_directions_are_tried_unless_they_are_alike() {

@@ -8,11 +8,8 @@
 use std::f64::consts::PI;
 
 use crate::common::*;
-use contact::loading::Step;
-use contact::numerics::{Mesh, Projection};
-use contact::outcome::{Fields, Observables};
+use contact::model::*;
 use contact::reference;
-use contact::scene::*;
 
 /// Composite modulus E* of a rigid punch on G = 1.
 fn modulus(poisson: f64) -> f64 {

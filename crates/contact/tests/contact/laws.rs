@@ -5,14 +5,10 @@
 use crate::common::*;
 use contact::certificate::certify;
 use contact::influence::{Dense, Influence, InfluenceTable, Scratch};
-use contact::loading::Control;
-use contact::loading::Step;
-use contact::numerics::{Mesh, Method, Numerics, Projection};
+use contact::model::*;
 use contact::observables::{observables, states};
-use contact::outcome::{Certificate, Observables, Status};
 use contact::problem::Problem;
 use contact::punch::Surfaces;
-use contact::scene::*;
 use contact::solver::{Limits, Stop, seidel};
 use contact::{Operators, solve};
 use proptest::prelude::*;

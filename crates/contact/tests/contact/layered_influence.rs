@@ -3,8 +3,7 @@
 use contact::foundation::{Bodies, Coefficient, HalfSpace};
 use contact::grid::Grid;
 use contact::influence::{Dense, InfluenceTable};
-use contact::numerics::Projection;
-use contact::scene::{Base, Layer, Material};
+use contact::model::{Base, Layer, Material, Projection};
 
 const PROJECTIONS: [Projection; 2] = [Projection::Average, Projection::Midpoint];
 

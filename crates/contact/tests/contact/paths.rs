@@ -2,13 +2,9 @@
 //! followed.
 
 use crate::common::*;
-use contact::loading::{Loading, Step};
-use contact::numerics::{Mesh, Numerics, Projection};
-use contact::outcome::{Outcome, Status, StepOutcome};
+use contact::model::*;
 use contact::punch::Surfaces;
-use contact::reference;
-use contact::scene::*;
-use contact::{Operators, solve};
+use contact::{Operators, reference, solve};
 use std::f64::consts::PI;
 
 fn radius(area: f64) -> f64 {

@@ -1,8 +1,7 @@
 //! The upper side of μ*: the figures known, what they may not depend on, and that a witness which
 //! shows nothing is refused.
 
-use contact::numerics::{Mesh, Projection};
-use contact::scene::{Base, Foundation, Layer, Material};
+use contact::model::{Base, Foundation, Layer, Material, Mesh, Projection};
 use contact::uniqueness::upper::{Search, Upper, upper};
 use contact::uniqueness::witness::{Witness, WitnessError};
 use contact::uniqueness::{Bracket, Effort, Question, Sole, System, bracket, lower};

@@ -3,9 +3,8 @@
 use std::borrow::Cow;
 use std::time::{Duration, SystemTime};
 
-use contact::estimate::Estimate;
+use contact::model::{Estimate, Hertz, Observables, Outcome, RailContact};
 use contact::multiplicity::{Multiplicity, Solution};
-use contact::outcome::{Hertz, Observables, Outcome, RailContact};
 use contact::uniqueness::Bracket;
 use contact::uniqueness::lower::LowerBound;
 use contact::uniqueness::witness::Witness;

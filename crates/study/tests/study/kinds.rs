@@ -1,7 +1,7 @@
 //! Studies of every kind: what they ask for, and that a job of each kind survives being written and
 //! read.
 
-use contact::numerics::Mesh;
+use contact::model::Mesh;
 use contact::uniqueness::Sole;
 use study::{Adaptive, Job, Kind, Study, columns};
 

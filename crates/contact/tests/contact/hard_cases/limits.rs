@@ -1,7 +1,7 @@
 //! Answers that are known: closed forms, statics, limits and scaling.
 
 use super::*;
-use contact::outcome::StepOutcome;
+use contact::model::StepOutcome;
 use contact::punch::SurfaceError;
 
 fn load(case: &Case) -> f64 {

@@ -3,9 +3,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::effect::Effect;
-use crate::loading::{Control, Loading};
-use crate::scene::{SceneError, is_zero, positive, refuse};
+use super::effect::Effect;
+use super::error::{SceneError, is_zero, positive, refuse};
+use super::loading::Loading;
+use super::rigid::Control;
 
 /// How a scene is discretised and solved. Nothing in here changes what is being asked, only how
 /// exactly it is answered.

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::outcome::Motion;
-use crate::scene::{SceneError, finite, positive, refuse};
+use super::error::{SceneError, finite, positive, refuse};
+use super::rigid::{Control, Motion};
 
 /// The loading path: steps one after the other, the last ones over and over if they make a cycle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,7 +34,7 @@ impl Loading {
 ///
 /// A rotation vector (tilt_x, tilt_y, twist) moves a point (x, y, 0) of the punch by (−twist·y,
 /// twist·x, tilt_x·y − tilt_y·x), z into the foundation. Forces and moments are those of the punch
-/// on the foundation, with the signs of [`Observables`](crate::outcome::Observables).
+/// on the foundation, with the signs of [`Observables`](super::outcome::Observables).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Step {
@@ -133,15 +133,6 @@ fn one() -> u32 {
 
 fn is_one(n: &u32) -> bool {
     *n == 1
-}
-
-/// What governs a rigid degree of freedom of the punch.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Control {
-    /// Its position is prescribed \[m or rad\].
-    Motion(f64),
-    /// Its force or moment is prescribed \[N or N m\].
-    Force(f64),
 }
 
 /// One step of a path as it is run through, cycles unrolled.
@@ -327,12 +318,6 @@ impl Leg {
         }
         controls
     }
-}
-
-/// Displacement of the punch at (x, y) under unit motion of each degree of freedom, as \[component
-/// n, x, y\]\[degree of freedom\]. Its transpose sums tractions to resultants.
-pub(crate) fn rigid_modes(x: f64, y: f64) -> [[f64; 6]; 3] {
-    [[1.0, 0.0, 0.0, y, -x, 0.0], [0.0, 1.0, 0.0, 0.0, 0.0, -y], [0.0, 0.0, 1.0, 0.0, 0.0, x]]
 }
 
 #[cfg(test)]

@@ -6,8 +6,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::loading::Loading;
-use crate::punch::Side;
+use super::error::{SceneError, finite, is_zero, positive, refuse};
+use super::loading::Loading;
 
 /// A contact scene in SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -251,38 +251,6 @@ pub struct Domain {
     pub center_y: f64,
 }
 
-pub(crate) fn is_zero(x: &f64) -> bool {
-    *x == 0.0
-}
-
-/// Why a scene or its numerics cannot mean anything.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{key} = {value}: {expected}")]
-pub struct SceneError {
-    /// The key as in a study file, below `scene` or `numerics`.
-    pub key: String,
-    /// The offending value.
-    pub value: String,
-    /// What would be right.
-    pub expected: String,
-}
-
-pub(crate) fn refuse(key: &str, value: impl ToString, expected: &str) -> SceneError {
-    SceneError { key: key.to_owned(), value: value.to_string(), expected: expected.to_owned() }
-}
-
-pub(crate) fn finite(key: &str, x: f64) -> Result<(), SceneError> {
-    if x.is_finite() { Ok(()) } else { Err(refuse(key, x, "must be a finite number")) }
-}
-
-pub(crate) fn positive(key: &str, x: f64) -> Result<(), SceneError> {
-    if x.is_finite() && x > 0.0 {
-        Ok(())
-    } else {
-        Err(refuse(key, x, "must be a finite number above 0"))
-    }
-}
-
 impl Material {
     /// Compliance (1−ν)/G \[1/Pa\].
     pub fn compliance(&self) -> f64 {
@@ -384,10 +352,30 @@ impl Foundation {
     pub const MAX_LAYERS: usize = 64;
 }
 
+/// On which side of the track, seen along x.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Side {
+    /// y < 0.
+    Left,
+    /// y > 0.
+    Right,
+}
+
+impl Side {
+    /// −1 on the left, 1 on the right.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Left => -1.0,
+            Self::Right => 1.0,
+        }
+    }
+}
+
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::loading::Step;
+    use crate::model::loading::Step;
 
     /// A steel sphere of 10 mm pressed 1 µm into a like half-space's rigid counterpart; μ = 0.3.
     pub(crate) fn sphere_on_half_space() -> Scene {

@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::Estimate;
+use super::rigid::Motion;
 
 /// How a solve ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -122,7 +122,7 @@ pub struct RailContact {
 /// One increment of a loading path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StepOutcome {
-    /// Index of its step in [`Loading::steps`](crate::loading::Loading::steps).
+    /// Index of its step in [`Loading::steps`](super::loading::Loading::steps).
     pub step: u32,
     /// Which time the cycle is run through, counted from 1; 0 before the cycle or without one.
     pub cycle: u32,
@@ -162,36 +162,6 @@ impl Way {
             Way::NewtonAndSeidel => "newton and seidel",
             Way::Seidel => "seidel",
         }
-    }
-}
-
-/// Position of the punch from where it just touches at the origin, with the signs of
-/// [`Step`](crate::loading::Step).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Motion {
-    /// Approach δ \[m\].
-    pub approach: f64,
-    /// Shift along x \[m\].
-    pub shift_x: f64,
-    /// Shift along y \[m\].
-    pub shift_y: f64,
-    /// Tilt about the x axis \[rad\].
-    pub tilt_x: f64,
-    /// Tilt about the y axis \[rad\].
-    pub tilt_y: f64,
-    /// Twist φ about the z axis \[rad\].
-    pub twist: f64,
-}
-
-impl Motion {
-    /// In the order of [`Step::NAMES`](crate::loading::Step::NAMES).
-    pub fn to_array(self) -> [f64; 6] {
-        [self.approach, self.shift_x, self.shift_y, self.tilt_x, self.tilt_y, self.twist]
-    }
-
-    /// From the order of [`Step::NAMES`](crate::loading::Step::NAMES).
-    pub fn from_array([approach, shift_x, shift_y, tilt_x, tilt_y, twist]: [f64; 6]) -> Self {
-        Self { approach, shift_x, shift_y, tilt_x, tilt_y, twist }
     }
 }
 
@@ -256,7 +226,7 @@ pub struct Observables {
 }
 
 impl Observables {
-    /// Forces and moments in the order of [`Step::NAMES`](crate::loading::Step::NAMES).
+    /// Forces and moments in the order of [`Step::NAMES`](super::loading::Step::NAMES).
     pub fn resultants(&self) -> [f64; 6] {
         [self.load, self.force_x, self.force_y, self.moment_x, self.moment_y, self.moment_z]
     }
@@ -351,6 +321,83 @@ impl Fields {
                 / peak,
         )
     }
+}
+
+/// Estimates of the relative errors at the end of a path \[1\].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Of the figures. `None` where there is no figure (nothing sticks to a punch without contact),
+    /// where the scene prescribes it, where it is less than 1e-6 of its kind, and where it has no
+    /// limit. Without one are the tractions in L₂ where the contact reaches the edge of the sole or
+    /// of Ω, at which the pressure is unbounded and not in L₂, unless ε is large enough for the
+    /// grid to resolve what it makes of it, or the ceiling is active; and the largest pressure
+    /// there and under a cone, whose tip has an unbounded one.
+    pub figures: FigureErrors,
+    /// Of all tractions together in L₂, because the solver stopped before its residual was 0; not
+    /// part of the others. 4 times the larger of the certificate's residual and its imbalance of
+    /// forces, summed over the increments, each of which starts from the one before.
+    pub solver: f64,
+}
+
+/// Relative errors of the figures of a solution \[1\]; whoever makes them says where there are
+/// none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FigureErrors {
+    /// Of P.
+    pub load: Option<f64>,
+    /// Of δ.
+    pub approach: Option<f64>,
+    /// Of the vector (Qx, Qy).
+    pub tangential_force: Option<f64>,
+    /// Of the vector of both shifts.
+    pub shift: Option<f64>,
+    /// Of the vector of moments.
+    pub moment: Option<f64>,
+    /// Of the vector of rotations.
+    pub rotation: Option<f64>,
+    /// Of the largest pressure.
+    pub peak_pressure: Option<f64>,
+    /// Of the area in contact, counted in whole elements.
+    pub contact_area: Option<f64>,
+    /// Of the area that sticks, over the area in contact.
+    pub stick_area: Option<f64>,
+    /// ‖p₁ − p₁*‖ / ‖p₁*‖ in L₂.
+    pub pressure: Option<f64>,
+    /// ‖p_t − p_t*‖ / ‖p_t*‖ in L₂.
+    pub traction: Option<f64>,
+}
+
+impl FigureErrors {
+    /// With their names, which are those of the fields.
+    pub fn named(&self) -> [(&'static str, Option<f64>); 11] {
+        [
+            ("load", self.load),
+            ("approach", self.approach),
+            ("tangential_force", self.tangential_force),
+            ("shift", self.shift),
+            ("moment", self.moment),
+            ("rotation", self.rotation),
+            ("peak_pressure", self.peak_pressure),
+            ("contact_area", self.contact_area),
+            ("stick_area", self.stick_area),
+            ("pressure", self.pressure),
+            ("traction", self.traction),
+        ]
+    }
+}
+
+/// What an element does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum State {
+    /// No part of Ω.
+    Outside = 0,
+    /// p₁ = 0.
+    Open = 1,
+    /// In contact, |p_t| < μ p₁ or no more than it takes.
+    Stick = 2,
+    /// In contact and sliding against the traction.
+    Slip = 3,
 }
 
 #[cfg(test)]
