@@ -9,7 +9,7 @@
 use std::collections::{HashMap, HashSet};
 
 use contact::model::{Mesh, Numerics};
-use contact::reference::power_law;
+use contact::theory::power_law;
 use study::accuracy::FIRST;
 use study::columns::find;
 use study::record::job_text;

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use anyhow::{Result, bail};
 use contact::model::{Fields, Observables, Outcome};
-use contact::reference::{ClosedForm, Errors, PowerLaw, Trend, closed_form, power_law, richardson};
+use contact::reference::{ClosedForm, Errors, closed_form};
+use contact::theory::{PowerLaw, Trend, power_law, richardson};
 use report::{Cell, Column, Table};
 use study::columns::Compared;
 use study::key::Key;

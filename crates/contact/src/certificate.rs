@@ -8,10 +8,10 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::common::parallel;
 use crate::grid::Grid;
 use crate::influence::{Components, Direction, InfluenceTable};
 use crate::model::{Certificate, Control, Observables};
-use crate::parallel;
 use crate::problem::{Diagonals, Problem};
 
 impl Certificate {

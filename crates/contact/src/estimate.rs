@@ -21,7 +21,7 @@
 //! a pressure has a smooth peak, the mean over an element misses it by the square of what the
 //! pressure varies by on it. The factors are chosen such that the estimate is rarely below the
 //! error; `tests/estimate.rs` prints how rarely, and how far above it lies otherwise. Extrapolation
-//! from three grids ([`richardson`](crate::reference::richardson)) was tried instead on the closed
+//! from three grids ([`richardson`](crate::theory::richardson)) was tried instead on the closed
 //! forms of that test: figures go up and down with where the edges of elements happen to lie, and
 //! it covers 82 of 100 errors of the load.
 //!

@@ -3,7 +3,6 @@
 
 mod bodies;
 mod coefficient;
-pub(crate) mod gauss;
 mod half_space;
 mod hankel;
 pub mod kernel;

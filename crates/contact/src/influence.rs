@@ -7,8 +7,8 @@
 
 use realfft::num_complex::Complex;
 
+use crate::common::parallel;
 use crate::grid::Grid;
-use crate::parallel;
 
 mod components;
 mod dense;

@@ -19,6 +19,7 @@
 #![forbid(unsafe_code)]
 
 pub mod certificate;
+pub mod common;
 pub mod effect;
 pub mod estimate;
 mod forecast;
@@ -32,13 +33,12 @@ pub mod multiplicity;
 pub mod norms;
 pub mod observables;
 mod operators;
-mod parallel;
 pub mod problem;
 pub mod punch;
-mod random;
 pub mod reference;
 mod solve;
 pub mod solver;
+pub mod theory;
 pub mod uniqueness;
 
 pub use forecast::{Forecast, forecast, forecast_bracket, forecast_search};

@@ -33,6 +33,7 @@
 use serde::{Deserialize, Serialize};
 
 use self::seeker::Seeker;
+use crate::common::random;
 use crate::influence::{Components, Mirror};
 use crate::model::{
     Certificate, Control, Fields, Method, Motion, Numerics, Observables, Scene, SceneError, Status,
@@ -41,7 +42,6 @@ use crate::model::{
 use crate::operators::Operators;
 use crate::problem::Problem;
 use crate::punch::Surfaces;
-use crate::random;
 use crate::solve::in_units;
 use crate::solver::Start;
 

@@ -9,9 +9,9 @@
 //! Edges that differ by rounding only are one edge: otherwise the slivers between them would make
 //! equal fields √(1e-16) apart.
 
+use crate::common::parallel;
 use crate::grid::Grid;
 use crate::model::{Fields, rigid_modes};
-use crate::parallel;
 
 /// L₂ norms of tractions, or of a difference of them \[Pa m\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

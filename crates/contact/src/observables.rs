@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
+use crate::common::parallel;
 use crate::friction::h_u;
 use crate::model::{Fields, Observables, State};
-use crate::parallel;
 use crate::problem::{Diagonals, Problem};
 
 /// The state of every element, read off the natural map x = p − E v: an element in contact sticks

@@ -14,6 +14,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::common::parallel;
 use crate::foundation::Bodies;
 use crate::friction::g_mu;
 use crate::grid::{Grid, GridError};
@@ -23,7 +24,6 @@ use crate::model::{
     Base, Domain, Layer, Material, Mesh, Numerics, Projection, Scene, SceneError, Shape,
     rigid_modes,
 };
-use crate::parallel;
 use crate::punch::{Gap, Surfaces, domain};
 
 /// Units in which a [`Problem`] is written.

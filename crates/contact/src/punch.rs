@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use crate::foundation::Layered;
 use crate::model::{Control, Domain, Material, Scene, SceneError, Shape};
-use crate::reference::{HertzEllipse, hertz_ellipse};
+use crate::theory::{HertzEllipse, hertz_ellipse};
 
 mod contact_plane;
 mod curve;

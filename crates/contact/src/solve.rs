@@ -1,6 +1,7 @@
 //! From a scene to a certified outcome, along its loading path.
 
 use crate::certificate::{certify, transform_error};
+use crate::common::parallel;
 use crate::effect::{Effects, Stage};
 use crate::estimate;
 use crate::influence::{Components, Mirror};
@@ -11,11 +12,10 @@ use crate::model::{
 };
 use crate::observables::{fields, observables, states};
 use crate::operators::{Operator, Operators};
-use crate::parallel;
 use crate::problem::Problem;
 use crate::punch::{Gap, Surfaces, surface_compliance};
-use crate::reference::hertz_ellipse;
 use crate::solver::{self, Iterate, Limits, Start, Stop};
+use crate::theory::hertz_ellipse;
 
 /// Solves a scene: binds it to its grid, follows its loading path with the method, certifies each
 /// increment with code that the method does not use (the operator without mirror planes, its

@@ -1,8 +1,8 @@
 //! Planes of symmetry: fields of which a half or a quarter says everything.
 
 use super::components::{Components, Direction};
+use crate::common::parallel;
 use crate::grid::{Grid, GridError};
-use crate::parallel;
 
 /// How a vector field behaves under a reflection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -7,11 +7,11 @@
 use std::f64::consts::PI;
 
 use super::quadrature::Kinks;
-use super::{cone, flat_disk, hertz_ellipse, shifted_disk, tilted_disk, twisted_disk};
 use crate::foundation::HalfSpace;
 use crate::model::{Control, Motion, Scene, Shape};
 use crate::problem::relative_bodies;
 use crate::punch::{Surfaces, domain};
+use crate::theory::{cone, flat_disk, hertz_ellipse, shifted_disk, tilted_disk, twisted_disk};
 
 /// The exact answer at the end of a scene's path.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -509,7 +509,7 @@ mod tests {
     use super::*;
     use crate::model::{Foundation, Friction, Loading, Material, Punch, Step, rigid_modes};
     use crate::reference::quadrature::Rectangle;
-    use crate::reference::{cattaneo_shift, cattaneo_stick_ratio, hertz_sphere};
+    use crate::theory::{cattaneo_shift, cattaneo_stick_ratio, hertz_sphere};
 
     fn scene(shape: Shape, poisson: f64, mu: f64, steps: &[Step]) -> Scene {
         Scene {

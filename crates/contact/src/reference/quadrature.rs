@@ -7,7 +7,7 @@
 //! chords that end on it, in the variable t of 3t² − 2t³, whose square-root ends make those roots
 //! analytic; rectangles at the centre are halved towards it.
 
-use crate::foundation::gauss::{self, MAX_POINTS};
+use crate::common::gauss::{self, MAX_POINTS};
 
 /// What a function is not smooth at.
 pub(super) struct Kinks {

@@ -5,8 +5,8 @@
 //! components where an element sticks and the one across its traction where it slips. Fields to and
 //! from them live on a [`Window`], which holds the contact.
 
+use crate::common::parallel::{self, BAND};
 use crate::operators::Window;
-use crate::parallel::{self, BAND};
 use crate::problem::Problem;
 
 /// What the tangential tractions of an element in contact do under the linearised map.

@@ -18,11 +18,11 @@ use faer::linalg::solvers::Solve;
 use super::free::{Free, Piece, Spot};
 use super::gmres::{self, Memory, System};
 use super::{Iterate, Limits, Start, Stop, balance, vector};
+use crate::common::parallel;
 use crate::friction::h_u;
 use crate::influence::{Components, Direction, Scratch};
 use crate::model::{Control, Way, rigid_modes};
 use crate::operators::{Operator, Window};
-use crate::parallel;
 use crate::problem::{Diagonals, Problem, weighted_images};
 
 /// Newton steps without a new smallest residual after which the iteration counts as stalled. Close

@@ -25,9 +25,9 @@ use serde::{Deserialize, Serialize};
 use super::descent::{Descent, Pattern};
 use super::witness::{Witness, least_mu};
 use super::{Question, Sole, System};
+use crate::common::random::{self, SplitMix64};
 use crate::influence::Entry;
 use crate::model::{Mesh, SceneError};
-use crate::random::{self, SplitMix64};
 
 /// How long to search for a witness.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

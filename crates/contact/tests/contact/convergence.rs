@@ -4,7 +4,8 @@
 use crate::common::*;
 use contact::model::*;
 use contact::norms;
-use contact::reference::{Errors, PowerLaw, closed_form, hertz_sphere, power_law};
+use contact::reference::{Errors, closed_form};
+use contact::theory::{PowerLaw, hertz_sphere, power_law};
 use proptest::prelude::*;
 
 fn newton(mesh: u32, projection: Projection) -> Numerics {

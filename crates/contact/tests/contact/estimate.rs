@@ -6,7 +6,8 @@ use crate::common::*;
 use contact::model::*;
 use contact::norms::{distance, norm};
 use contact::punch::Surfaces;
-use contact::reference::{Errors, closed_form, flat_disk};
+use contact::reference::{Errors, closed_form};
+use contact::theory::flat_disk;
 use contact::{Operators, solve};
 
 /// Two like spheres, ν = 0, for which Cattaneo's and Mindlin's theory is exact.

@@ -6,7 +6,7 @@ use contact::model::{
     Loading, Material, Mesh, Projection, Scene, Shape, Side, Status, Step, StepOutcome, WheelRail,
 };
 use contact::punch::*;
-use contact::reference::hertz_ellipse;
+use contact::theory::hertz_ellipse;
 use std::f64::consts::PI;
 use std::sync::Arc;
 

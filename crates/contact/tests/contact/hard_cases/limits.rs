@@ -61,7 +61,7 @@ fn layers_tend_to_what_is_known() {
     let bending = 1e12 * h.powi(3) / (6.0 * (1.0 - nu));
     let reaction = 1.0 / ((1.0 - nu) - (1.0 - 2.0 * nu).powi(2) / (4.0 * (1.0 - nu)));
     let plate = p * (bending / reaction).cbrt().powi(2) / (3.0 * 3f64.sqrt() * bending);
-    let local = contact::reference::hertz_ellipse(2e12 / (1.0 - nu), 0.5, 0.5, p).approach;
+    let local = contact::theory::hertz_ellipse(2e12 / (1.0 - nu), 0.5, 0.5, p).approach;
     near("a layer 1e12 times as stiff is a plate", stiff.motion.approach, plate + local, 3e-4);
 }
 
@@ -100,7 +100,7 @@ fn materials_friction_and_regularisation_tend_to_what_is_known() {
     let nu =
         |poisson: f64| load(&case("ν", Certified, |s, _| s.foundation = half_space(1.0, poisson)));
     near("ν → ½", nu(0.499_999_9), nu(0.5), 1e-6);
-    near("ν = ½ is Hertz's", nu(0.5), contact::reference::hertz_sphere(4.0, 1.0, 0.01).load, 1e-3);
+    near("ν = ½ is Hertz's", nu(0.5), contact::theory::hertz_sphere(4.0, 1.0, 0.01).load, 1e-3);
     let mu = |mu: f64| load(&case("μ", Certified, |s, _| s.friction.mu = mu));
     near("μ → 0", mu(1e-12), mu(0.0), 1e-8);
     near("μ → ∞", mu(1e3), mu(1e300), 1e-8);
@@ -220,12 +220,7 @@ fn few_elements_and_all_of_them() {
         (s.friction.mu, s.punch.shape, n.mesh) =
             (0.0, Shape::FlatDisk { radius: 1.0 }, Mesh::Across(64));
     });
-    near(
-        "sharp edges",
-        load(&disk),
-        contact::reference::flat_disk(2.0 / 0.7, 1.0, 0.01).load,
-        5e-3,
-    );
+    near("sharp edges", load(&disk), contact::theory::flat_disk(2.0 / 0.7, 1.0, 0.01).load, 5e-3);
     let spots = solved(&spots()).0.observables;
     assert_eq!(spots.patches, 49);
     let corner = case("corner", Certified, |s, _| {
