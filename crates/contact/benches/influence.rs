@@ -3,10 +3,9 @@
 use contact::foundation::{Bodies, HalfSpace};
 use contact::grid::Grid;
 use contact::influence::{
-    Components, Dense, Influence, InfluenceTable, Mirror, Scratch, Symmetry, Toeplitz,
+    Circulant, Components, Dense, Influence, InfluenceTable, Mirror, Scratch, Symmetry, Toeplitz,
 };
 use contact::model::{Base, Layer, Material, Projection};
-use contact::solver::Circulant;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 

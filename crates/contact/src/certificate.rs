@@ -10,9 +10,9 @@ use rayon::prelude::*;
 
 use crate::common::parallel;
 use crate::grid::Grid;
-use crate::influence::{Components, Direction, InfluenceTable};
+use crate::influence::{Components, Diagonals, Direction, InfluenceTable};
 use crate::model::{Certificate, Control, Observables};
-use crate::problem::{Diagonals, Problem};
+use crate::problem::Problem;
 
 impl Certificate {
     /// Whether the residuals allow to call it a solution: the natural-map residual, tension, cone

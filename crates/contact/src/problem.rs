@@ -18,7 +18,7 @@ use crate::common::parallel;
 use crate::foundation::Bodies;
 use crate::friction::g_mu;
 use crate::grid::{Grid, GridError};
-use crate::influence::{Components, Direction, Mirror, MirrorError};
+use crate::influence::{Components, Diagonals, Direction, Mirror, MirrorError, weighted_images};
 use crate::limits;
 use crate::model::{
     Base, Domain, Layer, Material, Mesh, Numerics, Projection, Scene, SceneError, Shape,
@@ -92,50 +92,6 @@ pub struct Problem {
 
 /// Sums of squares that no square has left for being too large or too small.
 const SQUARES: std::ops::Range<f64> = 1e-250..1e250;
-
-/// Diagonal entries of A, by which residuals become tractions. On a thin incompressible layer the
-/// one is a millionth of the other, and in the units of the larger one the smaller one's residual
-/// would be nothing.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Diagonals {
-    /// Normal displacement by the element's own pressure.
-    pub normal: f64,
-    /// The larger one of both tangential displacements by the element's own traction in their
-    /// direction.
-    pub tangential: f64,
-}
-
-impl From<f64> for Diagonals {
-    /// One for all directions.
-    fn from(diagonal: f64) -> Self {
-        Self { normal: diagonal, tangential: diagonal }
-    }
-}
-
-/// How many elements one stands for on the positive sides of mirror planes.
-pub(crate) fn images(mirror: &Mirror) -> f64 {
-    [mirror.x, mirror.y].iter().map(|plane| if plane.is_some() { 2.0 } else { 1.0 }).product()
-}
-
-/// What the sum over all elements is of the sum over those on the positive sides, for a component
-/// weighted with each rigid mode.
-pub(crate) fn weighted_images(mirror: &Mirror, direction: Direction) -> [f64; 6] {
-    // parity in x and y of the modes' functions 1, x and y, by degree of freedom and component
-    const EVEN: [f64; 2] = [1.0, 1.0];
-    const OF_X: [f64; 2] = [-1.0, 1.0];
-    const OF_Y: [f64; 2] = [1.0, -1.0];
-    let modes = match direction {
-        Direction::N => [EVEN, EVEN, EVEN, OF_Y, OF_X, EVEN],
-        Direction::X => [EVEN, EVEN, EVEN, EVEN, EVEN, OF_Y],
-        Direction::Y => [EVEN, EVEN, EVEN, EVEN, EVEN, OF_X],
-    };
-    let parity = mirror.parity(direction);
-    modes.map(|mode| {
-        let factor =
-            |plane: bool, axis: usize| if plane { 1.0 + parity[axis] * mode[axis] } else { 1.0 };
-        factor(mirror.x.is_some(), 0) * factor(mirror.y.is_some(), 1)
-    })
-}
 
 /// The operator that a problem needs, up to everything that does not change it; equal keys share an
 /// operator.

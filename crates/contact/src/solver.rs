@@ -7,15 +7,12 @@ use crate::operators::Operators;
 use crate::problem::Problem;
 
 mod balance;
-mod circulant;
 mod free;
 mod gmres;
 pub mod newton;
 mod robust;
 pub mod seidel;
 mod vector;
-
-pub use circulant::Circulant;
 
 /// Where a solver begins, in the problem's units.
 #[derive(Clone, Debug, PartialEq)]

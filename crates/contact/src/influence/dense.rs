@@ -5,8 +5,8 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use super::components::{Components, Direction};
 use super::mirror::Mirror;
+use super::operator::{Influence, Scratch, ScratchSize};
 use super::table::{Entry, InfluenceTable};
-use super::{Influence, Scratch, ScratchSize};
 use crate::grid::Grid;
 
 /// A as one matrix over the elements of Ω; 8·(ck)² bytes for c components and k elements.

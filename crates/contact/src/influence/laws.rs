@@ -5,8 +5,8 @@ use proptest::test_runner::{Config, TestRunner};
 
 use super::components::Components;
 use super::mirror::{Mirror, Symmetry};
+use super::operator::{Influence, Scratch};
 use super::table::InfluenceTable;
-use super::{Influence, Scratch};
 use crate::foundation::{Bodies, HalfSpace};
 use crate::grid::Grid;
 use crate::model::{Base, Layer, Material, Projection};

@@ -6,7 +6,6 @@ use super::components::{Components, Direction};
 use crate::foundation::{Bodies, Coefficient};
 use crate::grid::Grid;
 use crate::model::Projection;
-use crate::problem::Diagonals;
 
 /// One of the six different entries of a coefficient; xn = −nx, yn = −ny, yx = xy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -271,6 +270,25 @@ impl InfluenceTable {
     /// Memory held, in bytes.
     pub fn bytes(&self) -> usize {
         self.rows.iter().map(|values| size_of_val(values.as_slice())).sum()
+    }
+}
+
+/// Diagonal entries of A, by which residuals become tractions. On a thin incompressible layer the
+/// one is a millionth of the other, and in the units of the larger one the smaller one's residual
+/// would be nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Diagonals {
+    /// Normal displacement by the element's own pressure.
+    pub normal: f64,
+    /// The larger one of both tangential displacements by the element's own traction in their
+    /// direction.
+    pub tangential: f64,
+}
+
+impl From<f64> for Diagonals {
+    /// One for all directions.
+    fn from(diagonal: f64) -> Self {
+        Self { normal: diagonal, tangential: diagonal }
     }
 }
 

@@ -6,10 +6,10 @@
 
 use super::components::{Components, Direction};
 use super::mirror::Mirror;
+use super::operator::{Influence, Scratch, ScratchSize};
 use super::symbols::Symbols;
 use super::table::{Entry, InfluenceTable};
 use super::torus::Torus;
-use super::{Influence, Scratch, ScratchSize};
 use crate::grid::Grid;
 
 /// A by FFT: memory O(k), an application O(k log k). With fewer components or with mirror planes

@@ -4,9 +4,10 @@
 use faer::linalg::solvers::Solve;
 
 use super::{Iterate, Limits, Start, Stop, newton};
+use crate::influence::images;
 use crate::model::{Control, Way, rigid_modes};
 use crate::operators::Operator;
-use crate::problem::{Problem, images};
+use crate::problem::Problem;
 
 /// Outer iterations after which load control gives up.
 const MAX_ROUNDS: u64 = 40;

@@ -6,7 +6,7 @@
 //! from them live on a [`Window`], which holds the contact.
 
 use crate::common::parallel::{self, BAND};
-use crate::operators::Window;
+use crate::influence::Window;
 use crate::problem::Problem;
 
 /// What the tangential tractions of an element in contact do under the linearised map.

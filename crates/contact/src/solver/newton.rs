@@ -20,10 +20,10 @@ use super::gmres::{self, Memory, System};
 use super::{Iterate, Limits, Start, Stop, balance, vector};
 use crate::common::parallel;
 use crate::friction::h_u;
-use crate::influence::{Components, Direction, Scratch};
+use crate::influence::{Components, Diagonals, Direction, Scratch, Window, weighted_images};
 use crate::model::{Control, Way, rigid_modes};
-use crate::operators::{Operator, Window};
-use crate::problem::{Diagonals, Problem, weighted_images};
+use crate::operators::Operator;
+use crate::problem::Problem;
 
 /// Newton steps without a new smallest residual after which the iteration counts as stalled. Close
 /// to a solution every step but the first few at least halves it.

@@ -24,8 +24,7 @@ use faer::Mat;
 
 use super::lbfgs::{self, Objective};
 use super::{System, dot};
-use crate::influence::Scratch;
-use crate::solver::Circulant;
+use crate::influence::{Circulant, Scratch};
 
 /// A coupling κ below this is weak.
 const WEAK: f64 = 0.3;

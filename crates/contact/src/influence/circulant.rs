@@ -5,9 +5,12 @@
 //! doi:10.1137/0909051), in both directions: it lives on a torus of the grid's own size, and is
 //! positive definite where the block is.
 
-use crate::influence::{
-    Components, Direction, Entry, InfluenceTable, Mirror, Scratch, Symbols, Torus,
-};
+use super::components::{Components, Direction};
+use super::mirror::Mirror;
+use super::operator::Scratch;
+use super::symbols::Symbols;
+use super::table::{Entry, InfluenceTable};
+use super::torus::Torus;
 
 /// Inverse circulants of the diagonal blocks of A on some components, and on the part of the grid
 /// that mirror planes leave.
@@ -124,7 +127,7 @@ mod tests {
     use super::*;
     use crate::foundation::HalfSpace;
     use crate::grid::Grid;
-    use crate::influence::Symmetry;
+    use crate::influence::mirror::Symmetry;
     use crate::model::{Material, Projection};
 
     /// On a torus of circulant coefficients the inverse is exact: C (C⁻¹ x) = x, C applied entry by
