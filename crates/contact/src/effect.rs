@@ -7,9 +7,9 @@
 
 use serde::Serialize;
 
+use crate::foundation::relative_bodies;
 use crate::influence::{Components, Mirror, Symmetry};
 use crate::model::{Control, Effect, Numerics, Scene, SceneError, Shape};
-use crate::problem::relative_bodies;
 use crate::punch::{Surfaces, domain};
 
 /// Whether an effect is simulated, and why.

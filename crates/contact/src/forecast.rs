@@ -4,9 +4,10 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use crate::effect::Effects;
+use crate::foundation::relative_bodies;
 use crate::model::{Effect, Method, Numerics, Scene, SceneError, Shape, refuse};
 use crate::multiplicity::{Multiplicity, Search};
-use crate::problem::{Layout, relative_bodies};
+use crate::problem::Layout;
 use crate::punch::{Surfaces, domain};
 use crate::uniqueness::{Effort, Question, lower};
 

@@ -15,15 +15,12 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::common::parallel;
-use crate::foundation::Bodies;
+use crate::foundation::{Bodies, relative_bodies, surface};
 use crate::friction::g_mu;
 use crate::grid::{Grid, GridError};
 use crate::influence::{Components, Diagonals, Direction, Mirror, MirrorError, weighted_images};
 use crate::limits;
-use crate::model::{
-    Base, Domain, Layer, Material, Mesh, Numerics, Projection, Scene, SceneError, Shape,
-    rigid_modes,
-};
+use crate::model::{Domain, Mesh, Numerics, Projection, Scene, SceneError, Shape, rigid_modes};
 use crate::punch::{Gap, Surfaces, domain};
 
 /// Units in which a [`Problem`] is written.
@@ -470,37 +467,6 @@ impl Problem {
             .fold((0.0_f64, 0.0_f64), |most, band| (most.0.max(band.0), most.1.max(band.1)));
         if worst == 0.0 { 0.0 } else { worst / peak }
     }
-}
-
-/// The bodies with moduli in units of that of the foundation's surface and lengths in units of ℓ =
-/// `length`. Ratios to its modulus, like those of [`Layout`] to Ω's width, come first, so that jobs
-/// that differ only in a modulus or a size get the same operator to the last bit and can share it.
-pub(crate) fn relative_bodies(scene: &Scene, length: f64) -> Bodies {
-    let modulus = surface(scene).shear_modulus;
-    let relative = |material: Material| Material {
-        shear_modulus: material.shear_modulus / modulus,
-        poisson: material.poisson,
-    };
-    let foundation = &scene.foundation;
-    let layers: Vec<Layer> = foundation
-        .layers
-        .iter()
-        .map(|layer| Layer {
-            shear_modulus: layer.shear_modulus / modulus,
-            thickness: layer.thickness / length,
-            poisson: layer.poisson,
-        })
-        .collect();
-    let base = match foundation.base {
-        Base::Rigid => Base::Rigid,
-        Base::Elastic(material) => Base::Elastic(relative(material)),
-    };
-    Bodies::new(&layers, &base, scene.punch.material.map(relative).as_ref())
-}
-
-/// The material at the foundation's surface, whose modulus is the unit of moduli.
-fn surface(scene: &Scene) -> Material {
-    scene.foundation.surface().expect("Scene::validate refuses a rigid base without layers")
 }
 
 /// How Ω is cut into elements.

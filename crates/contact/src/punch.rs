@@ -3,8 +3,8 @@
 
 use std::f64::consts::PI;
 
-use crate::foundation::Layered;
-use crate::model::{Control, Domain, Material, Scene, SceneError, Shape};
+use crate::foundation::{contact_size, surface_compliance};
+use crate::model::{Control, Domain, Scene, SceneError, Shape};
 use crate::theory::{HertzEllipse, hertz_ellipse};
 
 mod contact_plane;
@@ -331,30 +331,6 @@ impl Pose {
         };
         Self { approach, slope_x: -motion(4), slope_y: motion(3), center: [-center(4), center(3)] }
     }
-}
-
-/// Σ(1−ν)/G of the materials that touch \[1/Pa\].
-pub(crate) fn surface_compliance(scene: &Scene) -> f64 {
-    [scene.foundation.surface(), scene.punch.material]
-        .iter()
-        .flatten()
-        .map(Material::compliance)
-        .sum()
-}
-
-/// Size of a contact that depends on the bodies' compliance Σ(1−ν)/G: with layers on that which is
-/// felt at this size, k C_NN(k) at k = 1/size, and a fifth more to be on the safe side of a rough
-/// guess.
-fn contact_size(scene: &Scene, size: impl Fn(f64) -> f64) -> f64 {
-    let mut contact = size(surface_compliance(scene));
-    let foundation = &scene.foundation;
-    let Some(layered) = Layered::new(&foundation.layers, &foundation.base) else { return contact };
-    let punch = scene.punch.material.map_or(0.0, |material| material.compliance());
-    for _ in 0..60 {
-        let felt = layered.compliance(1.0 / contact).nn / contact + punch;
-        contact = (contact * size(felt)).sqrt();
-    }
-    1.2 * contact
 }
 
 /// The smallest rectangle that holds them all; of the same shape as one of them alone.

@@ -4,6 +4,7 @@ use crate::certificate::{certify, transform_error};
 use crate::common::parallel;
 use crate::effect::{Effects, Stage};
 use crate::estimate;
+use crate::foundation::surface_compliance;
 use crate::influence::{Components, Mirror};
 use crate::model::{
     Certificate, Control, Effect, Estimate, Fields, Hertz, Leg, Level, Mesh, Method, Motion,
@@ -13,7 +14,7 @@ use crate::model::{
 use crate::observables::{fields, observables, states};
 use crate::operators::{Operator, Operators};
 use crate::problem::Problem;
-use crate::punch::{Gap, Surfaces, surface_compliance};
+use crate::punch::{Gap, Surfaces};
 use crate::solver::{self, Iterate, Limits, Start, Stop};
 use crate::theory::hertz_ellipse;
 

@@ -7,9 +7,8 @@
 use std::f64::consts::PI;
 
 use super::quadrature::Kinks;
-use crate::foundation::HalfSpace;
+use crate::foundation::{HalfSpace, relative_bodies};
 use crate::model::{Control, Motion, Scene, Shape};
-use crate::problem::relative_bodies;
 use crate::punch::{Surfaces, domain};
 use crate::theory::{cone, flat_disk, hertz_ellipse, shifted_disk, tilted_disk, twisted_disk};
 
