@@ -1,32 +1,8 @@
 //! The plane of contact between a wheel and a rail, and the gap above it.
 
 use super::curve::{Curve, Graph};
+use super::track::Frame;
 use super::wheel_rail::WheelOnRail;
-
-/// Contact coordinates (x, s, n): x along the track, s across in the plane of contact, n into the
-/// rail.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
-    /// Its origin in track coordinates \[m\].
-    pub origin: [f64; 3],
-    /// Angle by which s is turned out of y towards z \[rad\]: the contact angle.
-    pub angle: f64,
-}
-
-impl Frame {
-    /// Track coordinates of (x, s, n).
-    pub fn to_track(&self, [x, s, n]: [f64; 3]) -> [f64; 3] {
-        let (sin, cos) = self.angle.sin_cos();
-        [self.origin[0] + x, self.origin[1] + cos * s - sin * n, self.origin[2] + sin * s + cos * n]
-    }
-
-    /// (x, s, n) of a point in track coordinates.
-    pub fn from_track(&self, position: [f64; 3]) -> [f64; 3] {
-        let (sin, cos) = self.angle.sin_cos();
-        let [x, y, z] = [0, 1, 2].map(|c| position[c] - self.origin[c]);
-        [x, cos * y + sin * z, cos * z - sin * y]
-    }
-}
 
 /// A rectangle of the plane of contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -322,18 +298,6 @@ mod tests {
     }
 
     const YAWED: Position = Position { lateral: 4e-3, yaw: 9.6e-3, roll: -2.557e-4 };
-
-    #[test]
-    fn frames_go_there_and_back() {
-        let frame = Frame { origin: [0.1, -0.7, 0.02], angle: 0.4 };
-        let back = frame.from_track(frame.to_track([1.0, 2.0, 3.0]));
-        assert!(
-            back.iter().zip([1.0, 2.0, 3.0]).all(|(a, b)| (a - b).abs() < 1e-15 * 10.0),
-            "{back:?}"
-        );
-        // s turned from y towards z: the plane falls to the right
-        assert!(frame.to_track([0.0, 1.0, 0.0])[2] > 0.02);
-    }
 
     #[test]
     fn the_gap_is_zero_where_the_two_touch_and_nowhere_negative() {

@@ -7,10 +7,11 @@
 //! its profile there is at most one, in closed form. The two bodies therefore touch where, in the
 //! plane (y, z), the silhouette touches the rail's profile.
 
-use super::contact_plane::Frame;
 use super::curve::{Curve, CurvePoint, Graph};
 use super::profile::Profile;
-use super::track::{Position, Track, WheelRailError, Wheelset, check, placed, rotation, towards};
+use super::track::{
+    Frame, Position, Track, WheelRailError, Wheelset, check, placed, rotation, towards,
+};
 use crate::model::Side;
 
 /// A point at which the gap along z between wheel and rail is smallest around.
