@@ -5,8 +5,8 @@ use std::collections::{HashMap, HashSet};
 use std::ops::Add;
 
 use anyhow::Result;
-use contact::effect::Effects;
 use contact::model::{Effect, Method, Numerics, Shape};
+use contact::problem::Effects;
 use contact::punch::Surfaces;
 use contact::{Forecast, forecast};
 use rayon::prelude::*;

@@ -5,8 +5,8 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use contact::effect::Effects;
 use contact::model::{Effect, Fields, Numerics, Outcome, Status};
+use contact::problem::Effects;
 use contact::punch::Surfaces;
 use contact::{Operators, forecast};
 use report::{Cell, Column, Table};

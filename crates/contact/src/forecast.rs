@@ -3,11 +3,10 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use crate::effect::Effects;
 use crate::foundation::relative_bodies;
 use crate::model::{Effect, Method, Numerics, Scene, SceneError, Shape, refuse};
 use crate::multiplicity::{Multiplicity, Search};
-use crate::problem::Layout;
+use crate::problem::{Effects, Layout};
 use crate::punch::{Surfaces, domain};
 use crate::uniqueness::{Effort, Question, lower};
 

@@ -19,20 +19,16 @@
 #![forbid(unsafe_code)]
 
 pub mod certificate;
-pub mod common;
-pub mod effect;
+mod common;
 pub mod estimate;
 mod forecast;
 pub mod foundation;
-pub mod friction;
 pub mod grid;
 pub mod influence;
-mod limits;
 pub mod model;
 pub mod multiplicity;
 pub mod norms;
 pub mod observables;
-mod operators;
 pub mod problem;
 pub mod punch;
 pub mod reference;
@@ -42,5 +38,5 @@ pub mod theory;
 pub mod uniqueness;
 
 pub use forecast::{Forecast, forecast, forecast_bracket, forecast_search};
-pub use operators::{Operator, Operators};
+pub use problem::{Operator, Operators};
 pub use solve::solve;

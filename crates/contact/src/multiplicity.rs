@@ -39,8 +39,7 @@ use crate::model::{
     Certificate, Control, Fields, Method, Motion, Numerics, Observables, Scene, SceneError, Status,
     StepOutcome, WorkDone,
 };
-use crate::operators::Operators;
-use crate::problem::Problem;
+use crate::problem::{Operators, Problem};
 use crate::punch::Surfaces;
 use crate::solve::in_units;
 use crate::solver::Start;

@@ -3,10 +3,9 @@
 use std::ops::Range;
 
 use crate::common::parallel;
-use crate::friction::h_u;
 use crate::influence::Diagonals;
 use crate::model::{Fields, Observables, State};
-use crate::problem::Problem;
+use crate::problem::{Problem, h_u};
 
 /// The state of every element, read off the natural map x = p − E v: an element in contact sticks
 /// when the projection onto its friction disk leaves x_t as it is. `w` = A p − f, `diagonal` those

@@ -2,7 +2,6 @@
 
 use crate::certificate::{certify, transform_error};
 use crate::common::parallel;
-use crate::effect::{Effects, Stage};
 use crate::estimate;
 use crate::foundation::surface_compliance;
 use crate::influence::{Components, Mirror};
@@ -12,8 +11,7 @@ use crate::model::{
     WorkDone,
 };
 use crate::observables::{fields, observables, states};
-use crate::operators::{Operator, Operators};
-use crate::problem::Problem;
+use crate::problem::{Effects, Operator, Operators, Problem, Stage};
 use crate::punch::{Gap, Surfaces};
 use crate::solver::{self, Iterate, Limits, Start, Stop};
 use crate::theory::hertz_ellipse;

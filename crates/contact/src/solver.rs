@@ -1,10 +1,8 @@
 //! One entry point for all methods: a problem, its operator and what governs the punch in, an
 //! iterate with figures out.
 
-use crate::effect::Stage;
 use crate::model::{Control, Method, Way};
-use crate::operators::Operators;
-use crate::problem::Problem;
+use crate::problem::{Operators, Problem, Stage};
 
 mod balance;
 mod free;

@@ -4,8 +4,7 @@
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef};
 
-use crate::friction::{g_mu, h_u};
-use crate::problem::Problem;
+use crate::problem::{Problem, g_mu, h_u};
 
 /// What an element is taken to do.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,13 +5,11 @@ use std::sync::Arc;
 use super::natural_map::{NaturalMap, Piece};
 use super::start::{self, generator};
 use super::{Multiplicity, Origin, Search, Solution};
-use crate::effect::Stage;
 use crate::influence::{Components, Dense, Mirror};
 use crate::model::{
     Control, Method, Numerics, Projection, Scene, SceneError, Status, WorkDone, refuse,
 };
-use crate::operators::{Operator, Operators};
-use crate::problem::Problem;
+use crate::problem::{Operator, Operators, Problem, Stage};
 use crate::solve::{Before, conclude, in_units};
 use crate::solver::{self, Iterate, Limits, Start, Stop, newton};
 

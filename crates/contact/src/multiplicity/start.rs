@@ -4,9 +4,8 @@ use std::f64::consts::TAU;
 
 use super::natural_map::Piece;
 use crate::common::random::SplitMix64;
-use crate::friction::g_mu;
 use crate::grid::Grid;
-use crate::problem::Problem;
+use crate::problem::{Problem, g_mu};
 
 /// The `stream`-th generator of a seed.
 pub(super) fn generator(seed: u64, stream: u64) -> SplitMix64 {

@@ -6,8 +6,7 @@ use faer::linalg::solvers::Solve;
 use super::{Iterate, Limits, Start, Stop, newton};
 use crate::influence::images;
 use crate::model::{Control, Way, rigid_modes};
-use crate::operators::Operator;
-use crate::problem::Problem;
+use crate::problem::{Operator, Problem};
 
 /// Outer iterations after which load control gives up.
 const MAX_ROUNDS: u64 = 40;

@@ -19,11 +19,9 @@ use super::free::{Free, Piece, Spot};
 use super::gmres::{self, Memory, System};
 use super::{Iterate, Limits, Start, Stop, balance, vector};
 use crate::common::parallel;
-use crate::friction::h_u;
 use crate::influence::{Components, Diagonals, Direction, Scratch, Window, weighted_images};
 use crate::model::{Control, Way, rigid_modes};
-use crate::operators::Operator;
-use crate::problem::Problem;
+use crate::problem::{Operator, Problem, h_u};
 
 /// Newton steps without a new smallest residual after which the iteration counts as stalled. Close
 /// to a solution every step but the first few at least halves it.

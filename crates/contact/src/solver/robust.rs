@@ -4,11 +4,9 @@
 //! alone.
 
 use super::{Iterate, Limits, Start, Stop, balance, newton, seidel};
-use crate::effect::Stage;
 use crate::influence::{Direction, Mirror};
 use crate::model::{Control, Way};
-use crate::operators::{Operator, Operators};
-use crate::problem::Problem;
+use crate::problem::{Operator, Operators, Problem, Stage};
 
 /// Rounds of Seidel sweeps that may bring a start within Newton's reach, and the sweeps of each.
 const ROUNDS: u32 = 6;

@@ -11,10 +11,9 @@
 //! O(k), a sweep O(k × elements in contact).
 
 use super::{Iterate, Limits, Stop};
-use crate::friction::g_mu;
 use crate::influence::InfluenceTable;
 use crate::model::Way;
-use crate::problem::Problem;
+use crate::problem::{Problem, g_mu};
 
 /// Sweeps without a new smallest residual after which the iteration counts as stalled. The residual
 /// of a convergent run falls in every sweep but for a few while the contact area settles.

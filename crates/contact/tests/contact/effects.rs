@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use crate::common::*;
-use contact::effect::Effects;
 use contact::model::*;
+use contact::problem::Effects;
 use contact::punch::{Surface, Surfaces};
 use contact::{Operators, solve};
 use proptest::prelude::*;

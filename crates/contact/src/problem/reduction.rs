@@ -1,5 +1,6 @@
-//! The closed list of effects, which of them a scene calls for and why. What a scene does not call
-//! for is not simulated, and leaving it out is exact: the solution has none of it.
+//! Which effects a scene calls for and why, and the stages of a solve that follow from them. What a
+//! scene does not call for is not simulated, and leaving it out is exact: the solution has none of
+//! it.
 //!
 //! Every decision is made from the scene before it is solved, and can be overruled
 //! ([`Numerics::simulate`]): a test holds the solution with an effect left out against the one with
@@ -38,7 +39,7 @@ impl Effects {
         self.0.iter().any(|decision| decision.effect == effect && decision.on)
     }
 
-    /// Decides for a scene. Refuses what [`crate::problem::Problem::new`] would.
+    /// Decides for a scene. Refuses what [`super::equation::Problem::new`] would.
     pub fn of(
         scene: &Scene,
         numerics: &Numerics,

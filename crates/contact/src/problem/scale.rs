@@ -1,10 +1,39 @@
-//! How far double precision reaches: what lies beyond is refused, in words, before anything is
-//! solved.
+//! The units that make a problem dimensionless, and how far double precision reaches in them: what
+//! lies beyond is refused, in words, before anything is solved.
 
 use crate::foundation::Bodies;
 use crate::grid::Grid;
 use crate::model::{Base, Numerics, Projection, Scene, SceneError, Step};
-use crate::problem::Scale;
+
+/// Units in which a [`Problem`] is written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// ℓ \[m\].
+    pub length: f64,
+    /// c = Σ(1−ν)/G \[1/Pa\].
+    pub compliance: f64,
+}
+
+impl Scale {
+    /// The unit of traction, 1/c \[Pa\].
+    pub fn traction(&self) -> f64 {
+        1.0 / self.compliance
+    }
+
+    /// The units of the six rigid degrees of freedom, in the order of
+    /// [`Step::NAMES`](crate::model::Step::NAMES) \[m or rad\].
+    pub fn motions(&self) -> [f64; 6] {
+        let l = self.length;
+        [l, l, l, 1.0, 1.0, 1.0]
+    }
+
+    /// The units of their forces and moments \[N or N m\].
+    pub fn forces(&self) -> [f64; 6] {
+        let force = self.traction() * self.length * self.length;
+        let moment = force * self.length;
+        [force, force, force, moment, moment, moment]
+    }
+}
 
 /// Sizes or moduli that double precision cannot hold once they are put in relation.
 pub(crate) fn out_of_range(key: &str, value: f64) -> SceneError {

@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::equation::{OperatorKey, Problem};
 use crate::influence::{Circulant, Influence, InfluenceTable, Mirror, Scratch, Toeplitz};
-use crate::problem::{OperatorKey, Problem};
 
 /// The operator of a problem, for its components and on its side of mirror planes, with the
 /// coefficients it is made of.
