@@ -37,6 +37,6 @@ pub mod solver;
 pub mod theory;
 pub mod uniqueness;
 
+pub use crate::problem::{Operator, Operators};
 pub use forecast::{Forecast, forecast, forecast_bracket, forecast_search};
-pub use problem::{Operator, Operators};
 pub use solve::solve;

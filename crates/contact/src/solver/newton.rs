@@ -17,7 +17,8 @@ use faer::linalg::solvers::Solve;
 
 use super::free::{Free, Piece, Spot};
 use super::gmres::{self, Memory, System};
-use super::{Iterate, Limits, Start, Stop, balance, vector};
+use super::iterate::{Iterate, Limits, Start, Stop};
+use super::{controls, vector};
 use crate::common::parallel;
 use crate::influence::{Components, Diagonals, Direction, Scratch, Window, weighted_images};
 use crate::model::{Control, Way, rigid_modes};
@@ -50,8 +51,8 @@ pub fn solve(
     start: &Start,
     limits: &Limits,
 ) -> Iterate {
-    let free = balance::free(controls);
-    let asked = controls.map(balance::value);
+    let free = controls::free(controls);
+    let asked = controls.map(controls::value);
     let mut motion: [f64; 6] =
         std::array::from_fn(
             |which| if free.contains(&which) { start.motion[which] } else { asked[which] },
@@ -68,7 +69,7 @@ pub fn solve(
         way: Way::Newton,
     };
     if free.contains(&0) && p.iter().all(|p| *p == 0.0) {
-        motion[0] = balance::first_approach(problem, &motion, asked[0]);
+        motion[0] = controls::first_approach(problem, &motion, asked[0]);
     }
 
     let mut scratch = operator.scratch();
@@ -85,7 +86,7 @@ pub fn solve(
         iterate.operator_applications += 1;
         w.iter_mut().zip(&problem.f).for_each(|(w, f)| *w -= f);
         let residual = problem.residual(&p, &w, diagonals);
-        let imbalance = balance::imbalances(problem, &p, &asked, &free);
+        let imbalance = controls::imbalances(problem, &p, &asked, &free);
         let mut worst = imbalance.iter().copied().fold(residual, f64::max);
         if residual <= target && worst <= target {
             worst = problem.violation(&p).max(worst);

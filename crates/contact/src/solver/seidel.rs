@@ -10,7 +10,7 @@
 //! open and stays open costs nothing, and are summed afresh before convergence is believed. Memory
 //! O(k), a sweep O(k × elements in contact).
 
-use super::{Iterate, Limits, Stop};
+use super::iterate::{Iterate, Limits, Stop};
 use crate::influence::InfluenceTable;
 use crate::model::Way;
 use crate::problem::{Problem, g_mu};

@@ -3,7 +3,8 @@
 //! turns with Seidel sweeps, which always bring the iterate nearer, and in the end these are left
 //! alone.
 
-use super::{Iterate, Limits, Start, Stop, balance, newton, seidel};
+use super::iterate::{Iterate, Limits, Start, Stop};
+use super::{load_control, newton, seidel};
 use crate::influence::{Direction, Mirror};
 use crate::model::{Control, Way};
 use crate::problem::{Operator, Operators, Problem, Stage};
@@ -27,7 +28,7 @@ pub(super) fn solve(
         return direct;
     }
     let operator = operators.of(problem);
-    let second = balance::solve(problem, &operator, controls, start, limits, prescribed);
+    let second = load_control::solve(problem, &operator, controls, start, limits, prescribed);
     after(&direct, second)
 }
 
