@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 
 use anyhow::{Result, bail};
+use contact::assess::{ClosedForm, Errors, closed_form};
 use contact::model::{Fields, Observables, Outcome};
-use contact::reference::{ClosedForm, Errors, closed_form};
 use contact::theory::{PowerLaw, Trend, power_law, richardson};
 use report::{Cell, Column, Table};
 use study::columns::Compared;

@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 
 use anyhow::{Context, Result, bail};
+use contact::assess::{ClosedForm, Errors, closed_form};
 use contact::model::{Control, FigureErrors, Mesh, Numerics, StepOutcome};
-use contact::reference::{ClosedForm, Errors, closed_form};
 use contact::theory::{PowerLaw, power_law, richardson};
 use report::{Cell, Column, Table, pareto_front};
 use study::columns::Compared;

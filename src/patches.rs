@@ -1,8 +1,8 @@
 //! The separate regions of a contact, as its fields show them.
 
 use anyhow::Result;
+use contact::assess;
 use contact::model::{Fields, State};
-use contact::observables;
 use report::{Cell, Column, Table};
 use serde::Serialize;
 
@@ -27,7 +27,7 @@ pub(crate) struct Patch {
 pub(crate) fn patches(fields: &Fields) -> Vec<Patch> {
     let in_contact =
         |at: usize| fields.state.get(at).is_some_and(|state| *state >= State::Stick as u8);
-    let regions = observables::patches(fields.shape.map(|n| n as usize), in_contact);
+    let regions = assess::patches(fields.shape.map(|n| n as usize), in_contact);
     let mut patches: Vec<Patch> = regions.iter().map(|region| patch(fields, region)).collect();
     patches.sort_by(|a, b| b.load.total_cmp(&a.load));
     patches

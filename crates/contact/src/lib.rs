@@ -18,20 +18,16 @@
 //! The crate touches no files, starts no processes, reads no clock and prints nothing.
 #![forbid(unsafe_code)]
 
-pub mod certificate;
+pub mod assess;
 mod common;
-pub mod estimate;
 mod forecast;
 pub mod foundation;
 pub mod grid;
 pub mod influence;
 pub mod model;
 pub mod multiplicity;
-pub mod norms;
-pub mod observables;
 pub mod problem;
 pub mod punch;
-pub mod reference;
 mod solve;
 pub mod solver;
 pub mod theory;

@@ -1,8 +1,7 @@
 //! From a scene to a certified outcome, along its loading path.
 
-use crate::certificate::{certify, transform_error};
+use crate::assess::{certify, estimate, fields, observables, states, transform_error};
 use crate::common::parallel;
-use crate::estimate;
 use crate::foundation::surface_compliance;
 use crate::influence::{Components, Mirror};
 use crate::model::{
@@ -10,7 +9,6 @@ use crate::model::{
     Numerics, Observables, Outcome, RailContact, Scene, SceneError, Status, Step, StepOutcome,
     WorkDone,
 };
-use crate::observables::{fields, observables, states};
 use crate::problem::{Effects, Operator, Operators, Problem, Stage};
 use crate::punch::{Gap, Surfaces};
 use crate::solver::{self, Iterate, Limits, Start, Stop};

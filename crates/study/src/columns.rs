@@ -13,9 +13,9 @@ use std::borrow::Cow;
 use std::collections::{BTreeSet, HashSet};
 use std::fmt;
 
+use contact::assess::Errors;
 use contact::model::{Mesh, Observables, Outcome, StepOutcome};
 use contact::multiplicity::Multiplicity;
-use contact::reference::Errors;
 
 use crate::axis::Axis;
 use crate::file::Point;
@@ -416,7 +416,7 @@ mod tests {
         let figures = record.outcome().unwrap().estimate.unwrap().figures;
         let errors = Errors {
             figures,
-            local: contact::norms::Relative { pressure: Some(82.0), traction: Some(83.0) },
+            local: contact::assess::norms::Relative { pressure: Some(82.0), traction: Some(83.0) },
         };
         let compared = Compared { errors, reference: String::new(), claim: None };
         let row = Row {

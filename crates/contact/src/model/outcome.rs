@@ -38,7 +38,7 @@ pub struct Outcome {
     pub rail: Option<RailContact>,
     /// How far the end of the path is from what ever finer meshes would give; `None` where nothing
     /// tells it: for a path that could not be followed or ends without contact, on fewer than
-    /// [`FEWEST`](crate::estimate::FEWEST) elements along a side, and where the grid of half as
+    /// [`FEWEST`](crate::assess::estimate::FEWEST) elements along a side, and where the grid of half as
     /// many elements each way is refused or the method fails on it.
     pub estimate: Option<Estimate>,
 }

@@ -2,9 +2,8 @@
 //! 0.
 
 use crate::common::*;
+use contact::assess::{Errors, closed_form, norms};
 use contact::model::*;
-use contact::norms;
-use contact::reference::{Errors, closed_form};
 use contact::theory::{PowerLaw, hertz_sphere, power_law};
 use proptest::prelude::*;
 

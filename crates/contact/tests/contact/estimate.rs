@@ -3,10 +3,10 @@
 use std::f64::consts::PI;
 
 use crate::common::*;
+use contact::assess::norms::{distance, norm};
+use contact::assess::{Errors, closed_form};
 use contact::model::*;
-use contact::norms::{distance, norm};
 use contact::punch::Surfaces;
-use contact::reference::{Errors, closed_form};
 use contact::theory::flat_disk;
 use contact::{Operators, solve};
 

@@ -3,10 +3,9 @@
 //! kind of wrong answer.
 
 use crate::common::*;
-use contact::certificate::certify;
+use contact::assess::{certify, observables, states};
 use contact::influence::{Dense, Influence, InfluenceTable, Scratch};
 use contact::model::*;
-use contact::observables::{observables, states};
 use contact::problem::Problem;
 use contact::punch::Surfaces;
 use contact::solver::{Limits, Stop, seidel};

@@ -29,11 +29,11 @@
 //! the same ε, ceiling and projection, along the same increments. It knows nothing of what ε, the
 //! ceiling, an Ω that is too small or increments that are too large change.
 
+use super::errors::Errors;
 use crate::model::{Estimate, Fields, FigureErrors, Numerics, Scene, Shape, State, StepOutcome};
-use crate::reference::Errors;
 
 /// Elements along a side with less than which there is no estimate.
-pub const FEWEST: u32 = 4;
+pub(crate) const FEWEST: u32 = 4;
 
 /// Relative residual to which the coarser grid is solved: well below what the two grids differ by.
 pub(crate) const TOLERANCE: f64 = 1e-5;

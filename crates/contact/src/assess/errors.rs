@@ -1,10 +1,10 @@
 //! How far a solution is from a closed form, or from a solution on a finer mesh.
 
 use super::closed_form::ClosedForm;
+use super::norms::{self, Norm, Relative};
 use super::quadrature::{Kinks, Rectangle};
 use crate::grid::Grid;
 use crate::model::{Control, Fields, FigureErrors, StepOutcome};
-use crate::norms::{self, Norm, Relative};
 
 /// Relative errors of a solution \[1\]. `None` for what the scene prescribes, what the reference
 /// does not have (an unbounded peak, a traction outside L₂), and what is less than 1e-6 of its kind
@@ -274,8 +274,8 @@ fn means(exact: &ClosedForm, kinks: &Kinks, grid: &Grid) -> Fields {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assess::closed_form::closed_form;
     use crate::model::{Base, Foundation, Scene, Shape, sphere_on_half_space};
-    use crate::reference::closed_form::closed_form;
 
     /// A field of this value of pressure on each of n × n elements around the origin.
     fn constant(pressure: f64, n: u32, width: f64) -> Fields {

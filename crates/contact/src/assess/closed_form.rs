@@ -506,8 +506,8 @@ fn disk(scene: &Scene, radius: f64, bodies: &HalfSpace) -> Option<ClosedForm> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assess::quadrature::Rectangle;
     use crate::model::{Foundation, Friction, Loading, Material, Punch, Step, rigid_modes};
-    use crate::reference::quadrature::Rectangle;
     use crate::theory::{cattaneo_shift, cattaneo_stick_ratio, hertz_sphere};
 
     fn scene(shape: Shape, poisson: f64, mu: f64, steps: &[Step]) -> Scene {
