@@ -168,7 +168,7 @@ mod tests {
     use super::*;
     use crate::model::{Foundation, Material, Mesh, Projection, sphere_on_half_space};
     use crate::problem::Problem;
-    use crate::uniqueness::{Sole, upper};
+    use crate::uniqueness::{self, Sole};
 
     #[test]
     fn too_many_starts_are_refused_with_their_key() {
@@ -181,7 +181,7 @@ mod tests {
             let search = Search { starts, seed: 0 };
             let all =
                 forecast_search(&sphere_on_half_space(), &numerics, &Surfaces::new(), &search);
-            let effort = Effort { search: upper::Search { starts, ..Default::default() } };
+            let effort = Effort { search: uniqueness::Search { starts, ..Default::default() } };
             for key in [all, forecast_bracket(&question, &effort)]
                 .map(|forecast| forecast.map_err(|error| error.key))
             {

@@ -26,13 +26,13 @@ pub mod grid;
 pub mod influence;
 pub mod model;
 pub mod multiplicity;
+pub mod path;
 pub mod problem;
 pub mod punch;
-mod solve;
 pub mod solver;
 pub mod theory;
 pub mod uniqueness;
 
-pub use crate::problem::{Operator, Operators};
 pub use forecast::{Forecast, forecast, forecast_bracket, forecast_search};
-pub use solve::solve;
+pub use path::solve;
+pub use problem::{Operator, Operators};

@@ -5,6 +5,7 @@ use contact::model::{
     Projection, Punch, Scene, SceneError, Shape, Side, Step, WheelRail,
 };
 use contact::multiplicity::Search;
+use contact::uniqueness;
 
 use contact::uniqueness::{Effort, Question, Sole, upper};
 use contact::{Forecast, forecast_bracket};
@@ -188,7 +189,7 @@ impl Missing<'_> {
         let default = Effort::default().search;
         let starts = self.sheet.count(Key::Starts).unwrap_or(default.starts);
         Effort {
-            search: upper::Search {
+            search: uniqueness::Search {
                 starts,
                 seed: self.sheet.count(Key::Seed).map_or(default.seed, u64::from),
                 ..default

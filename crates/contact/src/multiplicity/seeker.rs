@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
+use super::found::{Multiplicity, Origin, Search, Solution};
 use super::natural_map::{NaturalMap, Piece};
 use super::start::{self, generator};
-use super::{Multiplicity, Origin, Search, Solution};
 use crate::influence::{Components, Dense, Mirror};
 use crate::model::{
     Control, Method, Numerics, Projection, Scene, SceneError, Status, WorkDone, refuse,
 };
+use crate::path::{Before, conclude, in_units};
 use crate::problem::{Operator, Operators, Problem, Stage};
-use crate::solve::{Before, conclude, in_units};
 use crate::solver::{self, Iterate, Limits, Start, Stop, newton};
 
 /// Relative residual to which a candidate is polished, if rounding lets it.

@@ -23,7 +23,7 @@
 use faer::Mat;
 
 use super::lbfgs::{self, Objective};
-use super::{System, dot};
+use super::system::{System, dot};
 use crate::influence::{Circulant, Scratch};
 
 /// A coupling κ below this is weak.

@@ -10,7 +10,7 @@ use faer::{Accum, Mat, Par};
 
 use super::barrier::cholesky;
 use super::descent::{Descent, LENGTH};
-use super::dot;
+use super::system::dot;
 
 /// Below this |y_t| counts as this in curvatures, which would be unbounded.
 const STICK: f64 = 0.03;

@@ -8,7 +8,7 @@
 
 use faer::Mat;
 
-use super::System;
+use super::system::System;
 use crate::influence::Entry;
 
 /// Which of the three reflections map Ω and its mesh onto itself.

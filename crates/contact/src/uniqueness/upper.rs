@@ -23,41 +23,12 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::descent::{Descent, Pattern};
+use super::question::{Question, Search, Sole};
+use super::system::System;
 use super::witness::{Witness, least_mu};
-use super::{Question, Sole, System};
-use crate::common::random::{self, SplitMix64};
+use crate::common::random::SplitMix64;
 use crate::influence::Entry;
 use crate::model::{Mesh, SceneError};
-
-/// How long to search for a witness.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Search {
-    /// Random starts on meshes of up to 36 elements, at most [`MOST_STARTS`](Self::MOST_STARTS); on
-    /// finer ones fewer in inverse proportion to the elements, and none on more than 100.
-    pub starts: u32,
-    /// How many of the stripes that serve best on 8 × 8 elements a mesh of more than 100 starts
-    /// from, at least one.
-    pub kept: u32,
-    /// Seed of all random numbers.
-    pub seed: u64,
-}
-
-impl Search {
-    /// The most random starts.
-    pub const MOST_STARTS: u32 = random::MOST_STARTS;
-
-    /// Refuses more than these.
-    pub fn validate(&self) -> Result<(), SceneError> {
-        random::validate_starts(self.starts)
-    }
-}
-
-impl Default for Search {
-    fn default() -> Self {
-        Self { starts: 24, kept: 2, seed: 1 }
-    }
-}
 
 /// The upper side of μ*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

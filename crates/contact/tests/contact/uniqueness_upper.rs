@@ -2,9 +2,9 @@
 //! shows nothing is refused.
 
 use contact::model::{Base, Foundation, Layer, Material, Mesh, Projection};
-use contact::uniqueness::upper::{Search, Upper, upper};
+use contact::uniqueness::upper::{Upper, upper};
 use contact::uniqueness::witness::{Witness, WitnessError};
-use contact::uniqueness::{Bracket, Effort, Question, Sole, System, bracket, lower};
+use contact::uniqueness::{Bracket, Effort, Question, Search, Sole, System, bracket, lower};
 
 /// A rigid square on a half-space.
 fn square(n: u32, poisson: f64) -> Question {
