@@ -20,11 +20,11 @@ mod torus;
 mod window;
 
 pub use circulant::Circulant;
-pub use components::{Components, Direction};
+pub use components::{Components, Direction, Entry};
 pub use dense::Dense;
 pub use mirror::{Mirror, MirrorError, Symmetry};
 pub(crate) use mirror::{images, weighted_images};
 pub use operator::{Influence, Scratch, ScratchSize};
-pub use table::{Diagonals, Entry, InfluenceTable};
+pub use table::{Diagonals, InfluenceTable};
 pub use toeplitz::Toeplitz;
 pub(crate) use window::Window;

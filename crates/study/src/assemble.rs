@@ -5,9 +5,8 @@ use contact::model::{
     Projection, Punch, Scene, SceneError, Shape, Side, Step, WheelRail,
 };
 use contact::multiplicity::Search;
-use contact::uniqueness;
 
-use contact::uniqueness::{Effort, Question, Sole, upper};
+use contact::uniqueness::{self, Effort, Question, Sole};
 use contact::{Forecast, forecast_bracket};
 
 use crate::cost::Cost;

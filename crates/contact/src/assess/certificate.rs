@@ -1,8 +1,8 @@
 //! Residuals of a claimed solution, by formulas and arithmetic of their own.
 //!
-//! Nothing here calls [`crate::friction`], [`crate::solver`] or [`crate::observables`]: the
-//! conditions of contact and Coulomb's law are spelled out again, and what the operator's transform
-//! gives is held against plain sums.
+//! Nothing here calls [`g_mu`](crate::problem::g_mu), [`crate::solver`] or
+//! [`observables`](fn@super::observables): the conditions of contact and Coulomb's law are spelled
+//! out again, and what the operator's transform gives is held against plain sums.
 
 use std::ops::Range;
 

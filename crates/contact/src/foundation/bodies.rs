@@ -107,7 +107,7 @@ impl Kernels {
 }
 
 /// The bodies with moduli in units of that of the foundation's surface and lengths in units of ℓ =
-/// `length`. Ratios to its modulus, like those of [`Layout`] to Ω's width, come first, so that jobs
+/// `length`. Ratios to its modulus, like those of a layout to Ω's width, come first, so that jobs
 /// that differ only in a modulus or a size get the same operator to the last bit and can share it.
 pub(crate) fn relative_bodies(scene: &Scene, length: f64) -> Bodies {
     let modulus = surface(scene).shear_modulus;

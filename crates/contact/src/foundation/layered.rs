@@ -252,7 +252,7 @@ pub(super) mod tests {
     use super::*;
 
     /// Layers "G;ν;h G;ν;h …" and base "G;ν" or "rigid" of a reference table.
-    pub(in crate::foundation) fn stack(layers: &str, base: &str) -> (Vec<Layer>, Base) {
+    pub(crate) fn stack(layers: &str, base: &str) -> (Vec<Layer>, Base) {
         let numbers = |text: &str| -> Vec<f64> {
             text.split(';').map(|cell| cell.parse().unwrap()).collect()
         };

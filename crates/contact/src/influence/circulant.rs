@@ -5,11 +5,11 @@
 //! doi:10.1137/0909051), in both directions: it lives on a torus of the grid's own size, and is
 //! positive definite where the block is.
 
-use super::components::{Components, Direction};
+use super::components::{Components, Direction, Entry};
 use super::mirror::Mirror;
 use super::operator::Scratch;
 use super::symbols::Symbols;
-use super::table::{Entry, InfluenceTable};
+use super::table::InfluenceTable;
 use super::torus::Torus;
 
 /// Inverse circulants of the diagonal blocks of A on some components, and on the part of the grid

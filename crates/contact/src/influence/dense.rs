@@ -3,10 +3,10 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
-use super::components::{Components, Direction};
+use super::components::{Components, Direction, Entry};
 use super::mirror::Mirror;
 use super::operator::{Influence, Scratch, ScratchSize};
-use super::table::{Entry, InfluenceTable};
+use super::table::InfluenceTable;
 use crate::grid::Grid;
 
 /// A as one matrix over the elements of Ω; 8·(ck)² bytes for c components and k elements.

@@ -4,9 +4,8 @@ use rayon::prelude::*;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
-use super::components::Direction;
+use super::components::{Direction, Entry};
 use super::mirror::Symmetry;
-use super::table::Entry;
 use super::torus::{Axis, Torus};
 
 /// Symbols of a group of directions on a torus, the transforms' normalisation included.

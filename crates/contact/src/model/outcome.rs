@@ -38,7 +38,7 @@ pub struct Outcome {
     pub rail: Option<RailContact>,
     /// How far the end of the path is from what ever finer meshes would give; `None` where nothing
     /// tells it: for a path that could not be followed or ends without contact, on fewer than
-    /// [`FEWEST`](crate::assess::estimate::FEWEST) elements along a side, and where the grid of half as
+    /// four elements along a side, and where the grid of half as
     /// many elements each way is refused or the method fails on it.
     pub estimate: Option<Estimate>,
 }
@@ -233,7 +233,7 @@ impl Observables {
 }
 
 /// Residuals of a claimed solution, computed by code that shares nothing with the solvers
-/// ([`crate::certificate`]). All are relative and dimensionless, 0 for an exact solution.
+/// ([`certify`](crate::assess::certify)). All are relative and dimensionless, 0 for an exact solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Certificate {
     /// ‖p − Gᵘ_μ(p − E(εp + Ap − f))‖ / ‖p‖, E = 1/(ε + diagonal entry of A), one for the normal

@@ -173,7 +173,7 @@ impl Problem {
 
     /// The same problem for some of its components, on the positive sides of mirror planes, under a
     /// given pressure where n is left out. Whether that is the same problem is for the caller to
-    /// know ([`crate::effect`]); it has the motion last placed and the same past. Fails where the
+    /// know ([`Effects`](super::reduction::Effects)); it has the motion last placed and the same past. Fails where the
     /// grid has no such planes.
     pub fn reduced(
         &self,

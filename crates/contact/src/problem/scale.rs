@@ -5,7 +5,7 @@ use crate::foundation::Bodies;
 use crate::grid::Grid;
 use crate::model::{Base, Numerics, Projection, Scene, SceneError, Step};
 
-/// Units in which a [`Problem`] is written.
+/// Units in which a [`Problem`](super::equation::Problem) is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
     /// ℓ \[m\].

@@ -269,10 +269,13 @@ fn outline(pair: &WheelOnRail, frame: &Frame, around: f64) -> Vec<Outline> {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
     use crate::model::Side;
     use crate::punch::profile::Profile;
     use crate::punch::track::{Position, Track, Wheelset};
+    use crate::punch::wheel_rail::tests::placed;
 
     fn benchmark(side: Side, position: &Position) -> WheelOnRail {
         let wheel =
@@ -448,5 +451,33 @@ mod tests {
             (None, None, None)
         );
         assert_eq!(plane.gap(0.5, 0.0), None, "the wheel is 0.46 m high");
+    }
+
+    proptest! {
+        #[test]
+        fn the_left_is_the_mirror_of_the_right(lateral in -8e-3f64..8e-3, yaw in -0.03f64..0.03, roll in -0.01f64..0.01, x in -5e-3f64..5e-3, s in -5e-3f64..5e-3) {
+            let left = placed(Side::Left, &Position { lateral, yaw, roll }).unwrap();
+            let right = placed(Side::Right, &Position { lateral: -lateral, yaw: -yaw, roll: -roll }).unwrap();
+            prop_assert!((left.height() - right.height()).abs() < 1e-13);
+            // with two nearly equal gaps either may be the smallest
+            prop_assume!((left.touches()[0].position[1] + right.touches()[0].position[1]).abs() < 1e-6);
+            let (a, b) = (left.curvatures(), right.curvatures());
+            prop_assert!((a.xx - b.xx).abs() < 1e-3 && (a.xs + b.xs).abs() < 1e-3);
+            let (plane, mirror) = (ContactPlane::new(&left, left.tangent_frame()), ContactPlane::new(&right, right.tangent_frame()));
+            match (plane.gap(x, s), mirror.gap(x, -s)) {
+                (Some(a), Some(b)) => prop_assert!((a - b).abs() < 1e-9, "{} {}", a, b),
+                (a, b) => prop_assert!(a.is_none() == b.is_none()),
+            }
+        }
+
+        #[test]
+        fn no_position_is_too_odd(lateral in -0.2f64..0.2, yaw in -0.5f64..0.5, roll in -0.5f64..0.5) {
+            if let Ok(pair) = placed(Side::Right, &Position { lateral, yaw, roll }) {
+                let plane = ContactPlane::new(&pair, pair.tangent_frame());
+                prop_assert!(plane.gap(0.0, 0.0).is_none_or(|gap| gap < 1e-9));
+                prop_assert!(pair.touches().iter().all(|touch| touch.gap >= 0.0));
+                let _ = plane.overlap(1e-5);
+            }
+        }
     }
 }
