@@ -1,5 +1,5 @@
-//! What a result is worth: what it shows, its certificate, and how far it is from a closed form, from
-//! another solution, or from what a finer mesh would give.
+//! What a result is worth: what it shows, its certificate, and how far it is from a closed form,
+//! from another solution, or from what a finer mesh would give.
 //!
 //! Knows [`problem`](crate::problem) and what is below it; no solver, so that nothing here shares a
 //! solver's mistakes.

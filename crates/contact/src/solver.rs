@@ -16,7 +16,7 @@ pub mod newton;
 pub mod seidel;
 mod vector;
 
-pub use iterate::{Iterate, Limits, Start, Stop};
+pub use iterate::{Iterate, Start, Stop, StopRule};
 
 /// Solves `problem` by a method (one [chosen](Method::chosen) already) under `controls` (in the
 /// problem's units), from `start`, in `stages` if the method can; leaves the problem placed at the
@@ -28,7 +28,7 @@ pub fn solve(
     stages: &[Stage],
     controls: &[Control; 6],
     start: &Start,
-    limits: &Limits,
+    rule: &StopRule,
 ) -> Iterate {
     if let Some(stop) = controls::impossible(problem, controls) {
         let motion = start.motion;
@@ -50,14 +50,14 @@ pub fn solve(
                 &operator,
                 controls,
                 start,
-                limits,
-                |problem, operator, start, limits| {
-                    seidel::solve(problem, &operator.table, start.p.clone(), limits)
+                rule,
+                |problem, operator, start, rule| {
+                    seidel::solve(problem, &operator.table, start.p.clone(), rule)
                 },
             )
         }
         Method::Newton | Method::Auto => {
-            fallback::solve(problem, operators, stages, controls, start, limits)
+            fallback::solve(problem, operators, stages, controls, start, rule)
         }
     };
     if iterate.stop == Stop::Converged {

@@ -1,10 +1,10 @@
 //! Norms of tractions that are constant on the elements of uniform grids, and distances between
 //! those of different grids.
 //!
-//! Two grids have a common refinement: along x and along y the pieces between neighbouring edges of
-//! either. On it both fields are constant, so every integral here is a sum without a discretisation
-//! error, at the cost of about the elements of both grids together. Outside its grid a field is
-//! zero. The grids may lie anywhere and cover different rectangles.
+//! Two grids have a common refinement: along x and along y the intervals between neighbouring edges
+//! of either. On it both fields are constant, so every integral here is a sum without a
+//! discretisation error, at the cost of about the elements of both grids together. Outside its grid
+//! a field is zero. The grids may lie anywhere and cover different rectangles.
 //!
 //! Edges that differ by rounding only are one edge: otherwise the slivers between them would make
 //! equal fields √(1e-16) apart.
@@ -51,7 +51,7 @@ pub fn norm(fields: &Fields) -> Option<Norm> {
 /// not one value for each element of a grid. A metric: symmetric, 0 for equal fields, and no longer
 /// than a way round.
 pub fn distance(a: &Fields, b: &Fields) -> Option<Norm> {
-    let pieces = Refinement::of(&Sides::of(a)?, &Sides::of(b)?);
+    let intervals = Refinement::of(&Sides::of(a)?, &Sides::of(b)?);
     let largest = |fields: &Fields| {
         let of_band = |values: &[f64]| values.iter().fold(0.0, |most: f64, p| most.max(p.abs()));
         let of_block = |values: &[f64]| {
@@ -66,12 +66,12 @@ pub fn distance(a: &Fields, b: &Fields) -> Option<Norm> {
         return Some(Norm::default());
     }
     let (values, others) = (blocks(a), blocks(b));
-    let mut rows = vec![[0.0; 3]; pieces.y.len()];
+    let mut rows = vec![[0.0; 3]; intervals.y.len()];
     parallel::each(
-        pieces.x.len() * pieces.y.len(),
-        rows.iter_mut().zip(&pieces.y).collect(),
+        intervals.x.len() * intervals.y.len(),
+        rows.iter_mut().zip(&intervals.y).collect(),
         |(row, y)| {
-            for x in &pieces.x {
+            for x in &intervals.x {
                 let own = at(x.first, y.first, a.shape);
                 let other = at(x.second, y.second, b.shape);
                 for (sum, (p, q)) in row.iter_mut().zip(values.iter().zip(&others)) {
@@ -106,14 +106,14 @@ pub fn local_means(fields: &Fields, onto: &Grid) -> Option<Fields> {
         element: [onto.hx(), onto.hy()],
         ..Fields::default()
     };
-    let pieces = Refinement::of(
+    let intervals = Refinement::of(
         &Sides::of(fields)?,
         &Sides { shape: target.shape, origin: target.origin, element: target.element },
     );
     let mean = |values: &[f64]| {
         let mut means = vec![0.0; onto.len()];
-        for y in &pieces.y {
-            for x in &pieces.x {
+        for y in &intervals.y {
+            for x in &intervals.x {
                 if let (Some(from), Some(to)) =
                     (at(x.first, y.first, fields.shape), at(x.second, y.second, target.shape))
                 {
@@ -212,17 +212,18 @@ impl Sides {
     }
 }
 
-/// A piece between neighbouring edges of two grids, and the row or column of each that it lies in.
-struct Piece {
+/// An interval between neighbouring edges of two grids, and the row or column of each that it lies
+/// in.
+struct Interval {
     length: f64,
     first: Option<usize>,
     second: Option<usize>,
 }
 
-/// The pieces of the common refinement of two grids along x and y.
+/// The intervals of the common refinement of two grids along x and y.
 struct Refinement {
-    x: Vec<Piece>,
-    y: Vec<Piece>,
+    x: Vec<Interval>,
+    y: Vec<Interval>,
 }
 
 impl Refinement {
@@ -232,14 +233,14 @@ impl Refinement {
     }
 }
 
-/// The pieces between ascending edges `a` and `b`.
-fn refine(a: &[f64], b: &[f64]) -> Vec<Piece> {
+/// The intervals between ascending edges `a` and `b`.
+fn refine(a: &[f64], b: &[f64]) -> Vec<Interval> {
     let farthest = a.iter().chain(b).fold(0.0, |most: f64, x| most.max(x.abs()));
     // an edge is a sum of two products of rounded lengths in another unit
     let slack = 32.0 * f64::EPSILON * farthest;
     let inside =
         |passed: usize, edges: &[f64]| (1..edges.len()).contains(&passed).then(|| passed - 1);
-    let mut pieces = Vec::with_capacity(a.len() + b.len());
+    let mut intervals = Vec::with_capacity(a.len() + b.len());
     let (mut i, mut j) = (0, 0);
     let mut last = f64::NEG_INFINITY;
     while i < a.len() || j < b.len() {
@@ -248,13 +249,13 @@ fn refine(a: &[f64], b: &[f64]) -> Vec<Piece> {
         let next = next_a.min(next_b);
         let (first, second) = (inside(i, a), inside(j, b));
         if first.is_some() || second.is_some() {
-            pieces.push(Piece { length: next - last, first, second });
+            intervals.push(Interval { length: next - last, first, second });
         }
         last = next;
         i += usize::from(next_a <= next + slack);
         j += usize::from(next_b <= next + slack);
     }
-    pieces
+    intervals
 }
 
 #[cfg(test)]

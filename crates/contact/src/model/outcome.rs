@@ -233,7 +233,8 @@ impl Observables {
 }
 
 /// Residuals of a claimed solution, computed by code that shares nothing with the solvers
-/// ([`certify`](crate::assess::certify)). All are relative and dimensionless, 0 for an exact solution.
+/// ([`certify`](crate::assess::certify)). All are relative and dimensionless, 0 for an exact
+/// solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Certificate {
     /// ‖p − Gᵘ_μ(p − E(εp + Ap − f))‖ / ‖p‖, E = 1/(ε + diagonal entry of A), one for the normal

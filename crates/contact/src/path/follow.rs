@@ -1,6 +1,6 @@
 //! From a scene to a certified outcome, along its loading path.
 
-use super::increment::{Before, conclude, in_units};
+use super::increment::{Departure, certify_increment, in_units};
 use crate::assess::estimate;
 use crate::foundation::surface_compliance;
 use crate::influence::{Components, Mirror};
@@ -10,7 +10,7 @@ use crate::model::{
 };
 use crate::problem::{Effects, Operator, Operators, Problem, Stage};
 use crate::punch::{Gap, Surfaces};
-use crate::solver::{self, Limits, Start};
+use crate::solver::{self, Start, StopRule};
 use crate::theory::hertz_ellipse;
 
 /// Solves a scene: binds it to its grid, follows its loading path with the method, certifies each
@@ -40,7 +40,7 @@ fn follow(
     let problem = Problem::new(scene, numerics, surfaces)?;
     let elements = [problem.grid.nx(), problem.grid.ny()];
     let effects = Effects::of(scene, numerics, elements, surfaces)?;
-    let study = Study {
+    let setup = PathSetup {
         scene,
         numerics,
         surfaces,
@@ -52,15 +52,15 @@ fn follow(
     let mut ladder = Vec::new();
     let start = match method {
         Method::Newton => {
-            coarse_start(&study, operators, &problem, estimate::TOLERANCE, &mut ladder)
+            coarse_start(&setup, operators, &problem, estimate::TOLERANCE, &mut ladder)
         }
         Method::Seidel | Method::Auto => nothing(&problem),
     };
-    let limits = Limits { tolerance: numerics.tolerance, max_iterations: numerics.max_iterations };
-    let mut path = Path::new(&study, problem, start, operators);
+    let rule = StopRule { tolerance: numerics.tolerance, max_iterations: numerics.max_iterations };
+    let mut path = Path::new(&setup, problem, start, operators);
     let mut status = Status::Certified;
-    for (leg, part) in &study.increments {
-        status = path.advance(&study, method, leg, *part, &limits, operators);
+    for (leg, part) in &setup.increments {
+        status = path.advance(&setup, method, leg, *part, &rule, operators);
         if let Status::Failed { reason } = &status {
             status = Status::Failed {
                 reason: place(reason, scene, path.steps.last(), *part, leg.increments),
@@ -69,7 +69,7 @@ fn follow(
         }
     }
     let estimate = if status == Status::Certified {
-        estimate(&study, &path, &mut ladder, operators)
+        estimate(&setup, &path, &mut ladder, operators)
     } else {
         None
     };
@@ -84,7 +84,7 @@ fn follow(
 }
 
 /// What the solutions on all grids have in common.
-struct Study<'a> {
+struct PathSetup<'a> {
     scene: &'a Scene,
     numerics: &'a Numerics,
     surfaces: &'a Surfaces,
@@ -115,27 +115,32 @@ struct Path {
     operator: Operator,
     /// The end so far, from which the next increment begins.
     start: Start,
-    before: Before,
+    departure: Departure,
     /// The end of the leg before.
-    departure: Before,
+    leg_departure: Departure,
     steps: Vec<StepOutcome>,
     /// Of the last increment.
     fields: Fields,
 }
 
 impl Path {
-    fn new(study: &Study<'_>, problem: Problem, start: Start, operators: &mut Operators) -> Self {
+    fn new(
+        setup: &PathSetup<'_>,
+        problem: Problem,
+        start: Start,
+        operators: &mut Operators,
+    ) -> Self {
         let without_mirror = problem
-            .reduced(study.certified, Mirror::NONE, None)
+            .reduced(setup.certified, Mirror::NONE, None)
             .expect("without a mirror plane there is nothing to refuse");
         let operator = operators.of(&without_mirror);
-        let (before, departure) = (Before::default(), Before::default());
+        let (departure, leg_departure) = (Departure::default(), Departure::default());
         Self {
             problem,
             operator,
             start,
-            before,
             departure,
+            leg_departure,
             steps: Vec::new(),
             fields: Fields::default(),
         }
@@ -144,37 +149,38 @@ impl Path {
     /// Solves the next increment, the `part`-th of `leg`.
     fn advance(
         &mut self,
-        study: &Study<'_>,
+        setup: &PathSetup<'_>,
         method: Method,
         leg: &Leg,
         part: u32,
-        limits: &Limits,
+        rule: &StopRule,
         operators: &mut Operators,
     ) -> Status {
         if part == 1 {
-            self.departure = self.before;
+            self.leg_departure = self.departure;
         }
-        let asked = leg.increment(part, &self.departure.motion, &self.departure.resultants);
+        let asked = leg.increment(part, &self.leg_departure.motion, &self.leg_departure.resultants);
         let controls = in_units(&asked, &self.problem);
         let iterate = solver::solve(
             method,
             &mut self.problem,
             operators,
-            &study.stages,
+            &setup.stages,
             &controls,
             &self.start,
-            limits,
+            rule,
         );
-        let (status, mut step, fields, w) = conclude(
+        let (status, mut step, fields, w) = certify_increment(
             &self.problem,
             &self.operator,
             &iterate,
             &asked,
-            &self.before,
-            limits.tolerance,
+            &self.departure,
+            rule.tolerance,
         );
         (step.step, step.cycle) = (leg.step, leg.cycle);
-        self.before = Before { motion: step.motion, resultants: step.observables.resultants() };
+        self.departure =
+            Departure { motion: step.motion, resultants: step.observables.resultants() };
         self.steps.push(step);
         self.fields = fields;
         self.problem.remember(&iterate.p, &w, &iterate.motion);
@@ -208,7 +214,7 @@ fn nothing(problem: &Problem) -> Start {
 /// not. The paths on these grids, as far as the first increment, go to `ladder`; on the finest of
 /// them it is solved to this tolerance.
 fn coarse_start(
-    study: &Study<'_>,
+    setup: &PathSetup<'_>,
     operators: &mut Operators,
     fine: &Problem,
     tolerance: f64,
@@ -219,7 +225,7 @@ fn coarse_start(
     if halved == elements {
         return nothing(fine);
     }
-    let Some(coarse) = first_increment(study, operators, halved, tolerance, ladder) else {
+    let Some(coarse) = first_increment(setup, operators, halved, tolerance, ladder) else {
         return nothing(fine);
     };
     let usable = coarse.steps.iter().all(|step| step.certificate.meets(START_TOLERANCE));
@@ -233,19 +239,19 @@ fn coarse_start(
 
 /// The first increment on a grid of so many elements to this tolerance, by way of coarser ones.
 fn first_increment(
-    study: &Study<'_>,
+    setup: &PathSetup<'_>,
     operators: &mut Operators,
     elements: [u32; 2],
     tolerance: f64,
     ladder: &mut Vec<Path>,
 ) -> Option<Path> {
-    let numerics = Numerics { mesh: Mesh::Exact(elements), ..study.numerics.clone() };
-    let problem = Problem::new(study.scene, &numerics, study.surfaces).ok()?;
-    let (leg, part) = study.increments.first()?;
-    let start = coarse_start(study, operators, &problem, START_TOLERANCE, ladder);
-    let mut path = Path::new(study, problem, start, operators);
-    let limits = Limits { tolerance, max_iterations: study.numerics.max_iterations };
-    path.advance(study, Method::Newton, leg, *part, &limits, operators);
+    let numerics = Numerics { mesh: Mesh::Exact(elements), ..setup.numerics.clone() };
+    let problem = Problem::new(setup.scene, &numerics, setup.surfaces).ok()?;
+    let (leg, part) = setup.increments.first()?;
+    let start = coarse_start(setup, operators, &problem, START_TOLERANCE, ladder);
+    let mut path = Path::new(setup, problem, start, operators);
+    let rule = StopRule { tolerance, max_iterations: setup.numerics.max_iterations };
+    path.advance(setup, Method::Newton, leg, *part, &rule, operators);
     Some(path)
 }
 
@@ -255,7 +261,7 @@ const START_TOLERANCE: f64 = 1e-3;
 /// The estimate for the end of `path`, from the same path on a grid of half as many elements each
 /// way: the one of `ladder`, or where that has none, one that is added to it.
 fn estimate(
-    study: &Study<'_>,
+    setup: &PathSetup<'_>,
     path: &Path,
     ladder: &mut Vec<Path>,
     operators: &mut Operators,
@@ -264,7 +270,7 @@ fn estimate(
     let at = match ladder.iter().position(|coarse| coarse.elements() == elements) {
         Some(at) => at,
         None => {
-            let coarse = first_increment(study, operators, elements, estimate::TOLERANCE, ladder)?;
+            let coarse = first_increment(setup, operators, elements, estimate::TOLERANCE, ladder)?;
             ladder.push(coarse);
             ladder.len() - 1
         }
@@ -273,18 +279,17 @@ fn estimate(
     if !coarse.steps.iter().all(|step| step.certificate.meets(estimate::TOLERANCE)) {
         return None;
     }
-    let limits =
-        Limits { tolerance: estimate::TOLERANCE, max_iterations: study.numerics.max_iterations };
-    for (leg, part) in &study.increments[coarse.steps.len()..] {
-        if coarse.advance(study, Method::Newton, leg, *part, &limits, operators)
-            != Status::Certified
+    let rule =
+        StopRule { tolerance: estimate::TOLERANCE, max_iterations: setup.numerics.max_iterations };
+    for (leg, part) in &setup.increments[coarse.steps.len()..] {
+        if coarse.advance(setup, Method::Newton, leg, *part, &rule, operators) != Status::Certified
         {
             return None;
         }
     }
     estimate::estimate(
-        study.scene,
-        study.numerics,
+        setup.scene,
+        setup.numerics,
         (&path.steps, &path.fields),
         (&coarse.steps, &coarse.fields),
     )

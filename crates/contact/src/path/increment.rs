@@ -1,4 +1,5 @@
-//! One increment of a path: from what is asked, by way of a solver's iterate, to a certified outcome.
+//! One increment of a path: from what is asked, by way of a solver's iterate, to a certified
+//! outcome.
 
 use crate::assess::{certify, fields, observables, states, transform_error};
 use crate::common::parallel;
@@ -10,7 +11,7 @@ use crate::solver::{Iterate, Stop};
 
 /// The state that an increment starts from, in SI units.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Before {
+pub(crate) struct Departure {
     pub(crate) motion: Motion,
     pub(crate) resultants: [f64; 6],
 }
@@ -26,12 +27,12 @@ pub(crate) fn in_units(asked: &[Control; 6], problem: &Problem) -> [Control; 6] 
 
 /// Certifies an iterate with `operator`, which has no mirror planes, against `asked` \[SI\] too,
 /// and derives what goes out: whether it counts as solved, its figures, its fields and w = A p − f.
-pub(crate) fn conclude(
+pub(crate) fn certify_increment(
     problem: &Problem,
     operator: &Operator,
     iterate: &Iterate,
     asked: &[Control; 6],
-    before: &Before,
+    departure: &Departure,
     tolerance: f64,
 ) -> (Status, StepOutcome, Fields, Vec<f64>) {
     let p = &iterate.p;
@@ -54,8 +55,8 @@ pub(crate) fn conclude(
     let units = problem.scale.motions();
     let motion =
         Motion::from_array(std::array::from_fn(|which| iterate.motion[which] * units[which]));
-    let (now, was) = (motion.to_array(), before.motion.to_array());
-    let (forces, forces_before) = (observables.resultants(), before.resultants);
+    let (now, was) = (motion.to_array(), departure.motion.to_array());
+    let (forces, forces_before) = (observables.resultants(), departure.resultants);
     observables.external_work = (0..6)
         .map(|which| 0.5 * (forces[which] + forces_before[which]) * (now[which] - was[which]))
         .sum();

@@ -148,8 +148,8 @@ impl Problem {
         if let Some(value) = rest[..k].iter().find(|value| !value.is_finite()) {
             return Err(scale::out_of_range("punch.shape", *value));
         }
-        scale::operator(&bodies, &grid, numerics.projection)?;
-        scale::loads(scene, numerics, &scale, &grid, &rest)?;
+        scale::check_operator(&bodies, &grid, numerics.projection)?;
+        scale::check_loads(scene, numerics, &scale, &grid, &rest)?;
         // a clone would touch the zeros too
         let mut f = vec![0.0; 3 * k];
         f[..k].copy_from_slice(&rest[..k]);
@@ -173,8 +173,8 @@ impl Problem {
 
     /// The same problem for some of its components, on the positive sides of mirror planes, under a
     /// given pressure where n is left out. Whether that is the same problem is for the caller to
-    /// know ([`Effects`](super::reduction::Effects)); it has the motion last placed and the same past. Fails where the
-    /// grid has no such planes.
+    /// know ([`Effects`](super::reduction::Effects)); it has the motion last placed and the same
+    /// past. Fails where the grid has no such planes.
     pub fn reduced(
         &self,
         components: Components,

@@ -91,7 +91,7 @@ impl Layout {
             length: self.half_diameter,
             compliance: bodies.reference_compliance() / modulus,
         };
-        scale::units(modulus, bodies, &scale, self.element)?;
+        scale::check_units(modulus, bodies, &scale, self.element)?;
         Ok(scale)
     }
 }

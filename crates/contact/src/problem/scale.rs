@@ -66,7 +66,7 @@ fn too_unlike(key: &str, contrast: f64) -> SceneError {
 /// Refuses moduli and sizes whose units are no doubles, and layers or a base that differ from what
 /// is above by more than can be squared. `bodies` have moduli in units of `modulus`, that of the
 /// surface, and lengths in units of ℓ; so has `element`.
-pub(crate) fn units(
+pub(crate) fn check_units(
     modulus: f64,
     bodies: &Bodies,
     scale: &Scale,
@@ -106,7 +106,7 @@ const NORMAL: f64 = 1e-9;
 /// thinner than the elements, gives way at the edges of a loaded element only. Its own mean there
 /// is a small part of what the coefficients are computed from, and at its centre there is nothing.
 /// `bodies` have lengths in the grid's unit.
-pub(crate) fn operator(
+pub(crate) fn check_operator(
     bodies: &Bodies,
     grid: &Grid,
     projection: Projection,
@@ -138,7 +138,7 @@ pub(crate) fn operator(
 /// Refuses loads that no double can answer for: of a size that cannot be squared, beyond what the
 /// ceiling carries, or so small that an approach rounded to a double is too coarse for them. `rest`
 /// is −g₀.
-pub(crate) fn loads(
+pub(crate) fn check_loads(
     scene: &Scene,
     numerics: &Numerics,
     scale: &Scale,

@@ -1,4 +1,5 @@
-//! What governs the punch: what forces cannot be, how far an iterate is from them, and where to begin.
+//! What governs the punch: what forces cannot be, how far an iterate is from them, and where to
+//! begin.
 
 use super::iterate::{Iterate, Stop};
 use crate::influence::images;

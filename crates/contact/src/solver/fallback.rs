@@ -3,7 +3,7 @@
 //! turns with Seidel sweeps, which always bring the iterate nearer, and in the end these are left
 //! alone.
 
-use super::iterate::{Iterate, Limits, Start, Stop};
+use super::iterate::{Iterate, Start, Stop, StopRule};
 use super::{load_control, newton, seidel};
 use crate::influence::{Direction, Mirror};
 use crate::model::{Control, Way};
@@ -21,14 +21,14 @@ pub(super) fn solve(
     stages: &[Stage],
     controls: &[Control; 6],
     start: &Start,
-    limits: &Limits,
+    rule: &StopRule,
 ) -> Iterate {
-    let direct = staged(problem, operators, stages, controls, start, limits);
+    let direct = staged(problem, operators, stages, controls, start, rule);
     if matches!(direct.stop, Stop::Converged | Stop::OutOfIterations { .. }) {
         return direct;
     }
     let operator = operators.of(problem);
-    let second = load_control::solve(problem, &operator, controls, start, limits, prescribed);
+    let second = load_control::solve(problem, &operator, controls, start, rule, prescribed);
     after(&direct, second)
 }
 
@@ -39,7 +39,7 @@ fn staged(
     stages: &[Stage],
     controls: &[Control; 6],
     start: &Start,
-    limits: &Limits,
+    rule: &StopRule,
 ) -> Iterate {
     let mut all = Iterate {
         p: vec![0.0; problem.f.len()],
@@ -77,7 +77,7 @@ fn staged(
             p: problem.part(reduced.components, reduced.mirror, &start.p),
             motion: all.motion,
         };
-        let solved = newton::solve(&mut reduced, &operator, &own, &from, limits);
+        let solved = newton::solve(&mut reduced, &operator, &own, &from, rule);
         all.iterations += solved.iterations;
         all.operator_applications += solved.operator_applications;
         problem.extend(&reduced, &solved.p, &mut all.p);
@@ -96,21 +96,21 @@ fn prescribed(
     problem: &mut Problem,
     operator: &Operator,
     start: &Start,
-    limits: &Limits,
+    rule: &StopRule,
 ) -> Iterate {
     let controls = start.motion.map(Control::Motion);
-    let mut iterate = newton::solve(problem, operator, &controls, start, limits);
+    let mut iterate = newton::solve(problem, operator, &controls, start, rule);
     for round in 0..=ROUNDS {
         if iterate.stop == Stop::Converged {
             break;
         }
         let from = if round == 0 { start.p.clone() } else { iterate.p.clone() };
-        let sweeps = if round < ROUNDS { SWEEPS } else { limits.max_iterations };
+        let sweeps = if round < ROUNDS { SWEEPS } else { rule.max_iterations };
         let swept = seidel::solve(
             problem,
             &operator.table,
             from,
-            &Limits { max_iterations: sweeps, ..*limits },
+            &StopRule { max_iterations: sweeps, ..*rule },
         );
         let swept = after(&iterate, swept);
         if swept.stop == Stop::Converged {
@@ -121,7 +121,7 @@ fn prescribed(
             operator,
             &controls,
             &Start { p: swept.p.clone(), motion: start.motion },
-            limits,
+            rule,
         );
         iterate = Iterate { way: Way::NewtonAndSeidel, ..after(&swept, tried) };
         if iterate.stop != Stop::Converged {

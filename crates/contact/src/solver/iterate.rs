@@ -74,7 +74,7 @@ impl Stop {
 
 /// When a solver may stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub struct StopRule {
     /// Relative natural-map residual to reach.
     pub tolerance: f64,
     /// Iterations after which to give up.

@@ -3,7 +3,7 @@
 use faer::linalg::solvers::Solve;
 
 use super::controls::{first_approach, free, imbalances, value};
-use super::iterate::{Iterate, Limits, Start, Stop};
+use super::iterate::{Iterate, Start, Stop, StopRule};
 use super::newton;
 use crate::model::{Control, Way};
 use crate::problem::{Operator, Problem};
@@ -12,7 +12,7 @@ use crate::problem::{Operator, Problem};
 const MAX_ROUNDS: u64 = 40;
 
 /// A solver for prescribed motions: solves the problem as it is placed, from these tractions.
-pub(super) type Inner = fn(&mut Problem, &Operator, &Start, &Limits) -> Iterate;
+pub(super) type Inner = fn(&mut Problem, &Operator, &Start, &StopRule) -> Iterate;
 
 /// The motions that a force governs by Newton's method on the resultants: their derivative is that
 /// of the linearised map, each evaluation a solve by `inner` from the last one's tractions.
@@ -21,7 +21,7 @@ pub(super) fn solve(
     operator: &Operator,
     controls: &[Control; 6],
     start: &Start,
-    limits: &Limits,
+    rule: &StopRule,
     inner: Inner,
 ) -> Iterate {
     let free = free(controls);
@@ -47,14 +47,14 @@ pub(super) fn solve(
     let mut last: Option<([f64; 6], Vec<f64>, f64)> = None;
     for round in 0.. {
         problem.place(&motion);
-        let solved = inner(problem, operator, &Start { p, motion }, limits);
+        let solved = inner(problem, operator, &Start { p, motion }, rule);
         total.iterations += solved.iterations;
         total.operator_applications += solved.operator_applications;
         p = solved.p;
         total.stop = solved.stop;
         total.way = total.way.max(solved.way);
         let worst = imbalances(problem, &p, &asked, &free).into_iter().fold(0.0, f64::max);
-        if solved.stop != Stop::Converged || worst <= 0.5 * limits.tolerance {
+        if solved.stop != Stop::Converged || worst <= 0.5 * rule.tolerance {
             break;
         }
         if round >= MAX_ROUNDS {

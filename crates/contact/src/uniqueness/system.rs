@@ -19,7 +19,8 @@ pub struct System {
 
 impl System {
     /// The operator of a question: that of the contact problem of a flat punch with this sole.
-    /// Refuses what [`Scene::validate`](crate::model::Scene::validate) and [`Numerics::validate`](crate::model::Numerics::validate) refuse.
+    /// Refuses what [`Scene::validate`](crate::model::Scene::validate) and
+    /// [`Numerics::validate`](crate::model::Numerics::validate) refuse.
     pub fn new(question: &Question) -> Result<Self, SceneError> {
         let (scene, numerics) = question.flat_punch();
         let problem = Problem::new(&scene, &numerics, &Surfaces::default())?;

@@ -8,7 +8,7 @@ use contact::influence::{Dense, Influence, InfluenceTable, Scratch};
 use contact::model::*;
 use contact::problem::Problem;
 use contact::punch::Surfaces;
-use contact::solver::{Limits, Stop, seidel};
+use contact::solver::{Stop, StopRule, seidel};
 use contact::{Operators, solve};
 use proptest::prelude::*;
 
@@ -296,7 +296,7 @@ impl Solved {
             &problem,
             &table,
             start,
-            &Limits { tolerance: 1e-12, max_iterations: 2000 },
+            &StopRule { tolerance: 1e-12, max_iterations: 2000 },
         );
         assert_eq!(iterate.stop, Stop::Converged);
         Self {
