@@ -6,4 +6,4 @@ mod follow;
 mod increment;
 
 pub use follow::solve;
-pub(crate) use increment::{Departure, certify_increment, in_units};
+pub(crate) use increment::{Departure, Increment, certify_increment, in_units};

@@ -9,7 +9,7 @@ use crate::influence::{Components, Dense, Mirror};
 use crate::model::{
     Control, Method, Numerics, Projection, Scene, SceneError, Status, WorkDone, refuse,
 };
-use crate::path::{Departure, certify_increment, in_units};
+use crate::path::{Departure, Increment, certify_increment, in_units};
 use crate::problem::{Operator, Operators, Problem, Stage};
 use crate::solver::{self, Iterate, Start, Stop, StopRule, newton};
 
@@ -133,7 +133,7 @@ impl<'a> Seeker<'a> {
                     &rule,
                 );
                 self.count(&iterate);
-                let (status, mut step, _, w) = certify_increment(
+                let Increment { status, mut outcome, slip, .. } = certify_increment(
                     &self.problem,
                     &self.certifying,
                     &iterate,
@@ -141,17 +141,19 @@ impl<'a> Seeker<'a> {
                     &self.departure,
                     self.numerics.tolerance,
                 );
-                (step.step, step.cycle) = (leg.step, leg.cycle);
-                self.departure =
-                    Departure { motion: step.motion, resultants: step.observables.resultants() };
-                self.result.before.push(step);
+                (outcome.step, outcome.cycle) = (leg.step, leg.cycle);
+                self.departure = Departure {
+                    motion: outcome.motion,
+                    resultants: outcome.observables.resultants(),
+                };
+                self.result.before.push(outcome);
                 if let Status::Failed { reason } = status {
                     return Err(format!(
                         "loading.steps[{}], increment {part} of {}: {reason}",
                         leg.step, leg.increments
                     ));
                 }
-                self.problem.remember(&iterate.p, &w, &iterate.motion);
+                self.problem.remember(&iterate.p, &slip, &iterate.motion);
                 start = Start { p: iterate.p, motion: iterate.motion };
             }
         }
@@ -381,7 +383,7 @@ impl<'a> Seeker<'a> {
             newton::solve(&mut self.problem, &self.operator, &self.controls, &start, &rule);
         self.count(&polished);
         let tolerance = self.numerics.tolerance.min(LOOSEST);
-        let (status, step, fields, _) = certify_increment(
+        let Increment { status, outcome, fields, .. } = certify_increment(
             &self.problem,
             &self.certifying,
             &polished,
@@ -418,9 +420,9 @@ impl<'a> Seeker<'a> {
             && self.problem.projection == Projection::Average;
         self.found.push(Start { p: polished.p, motion: polished.motion });
         self.result.solutions.push(Solution {
-            motion: step.motion,
-            observables: step.observables,
-            certificate: step.certificate,
+            motion: outcome.motion,
+            observables: outcome.observables,
+            certificate: outcome.certificate,
             origin,
             method,
             reached: 1,

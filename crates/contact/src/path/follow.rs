@@ -1,6 +1,6 @@
 //! From a scene to a certified outcome, along its loading path.
 
-use super::increment::{Departure, certify_increment, in_units};
+use super::increment::{Departure, Increment, certify_increment, in_units};
 use crate::assess::estimate;
 use crate::foundation::surface_compliance;
 use crate::influence::{Components, Mirror};
@@ -170,7 +170,7 @@ impl Path {
             &self.start,
             rule,
         );
-        let (status, mut step, fields, w) = certify_increment(
+        let Increment { status, mut outcome, fields, slip } = certify_increment(
             &self.problem,
             &self.operator,
             &iterate,
@@ -178,12 +178,12 @@ impl Path {
             &self.departure,
             rule.tolerance,
         );
-        (step.step, step.cycle) = (leg.step, leg.cycle);
+        (outcome.step, outcome.cycle) = (leg.step, leg.cycle);
         self.departure =
-            Departure { motion: step.motion, resultants: step.observables.resultants() };
-        self.steps.push(step);
+            Departure { motion: outcome.motion, resultants: outcome.observables.resultants() };
+        self.steps.push(outcome);
         self.fields = fields;
-        self.problem.remember(&iterate.p, &w, &iterate.motion);
+        self.problem.remember(&iterate.p, &slip, &iterate.motion);
         self.start = Start { p: iterate.p, motion: iterate.motion };
         status
     }

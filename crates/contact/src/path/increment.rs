@@ -16,6 +16,17 @@ pub(crate) struct Departure {
     pub(crate) resultants: [f64; 6],
 }
 
+/// A certified increment.
+pub(crate) struct Increment {
+    /// Whether it counts as solved.
+    pub(crate) status: Status,
+    /// Its figures.
+    pub(crate) outcome: StepOutcome,
+    pub(crate) fields: Fields,
+    /// w = A p − f, the gap and the slip, in the problem's units.
+    pub(crate) slip: Vec<f64>,
+}
+
 /// The controls in the problem's units.
 pub(crate) fn in_units(asked: &[Control; 6], problem: &Problem) -> [Control; 6] {
     let (motions, forces) = (problem.scale.motions(), problem.scale.forces());
@@ -34,7 +45,7 @@ pub(crate) fn certify_increment(
     asked: &[Control; 6],
     departure: &Departure,
     tolerance: f64,
-) -> (Status, StepOutcome, Fields, Vec<f64>) {
+) -> Increment {
     let p = &iterate.p;
     let diagonal = operator.table.diagonals();
     // what the operator has no components for does not move against the punch
@@ -77,7 +88,7 @@ pub(crate) fn certify_increment(
             reason: failure(problem.mu, iterate, asked, &observables, &certificate, tolerance),
         }
     };
-    let step = StepOutcome {
+    let outcome = StepOutcome {
         motion,
         observables,
         certificate,
@@ -85,7 +96,7 @@ pub(crate) fn certify_increment(
         way: iterate.way,
         ..StepOutcome::default()
     };
-    (status, step, fields(problem, p, &w, &states), w)
+    Increment { status, outcome, fields: fields(problem, p, &w, &states), slip: w }
 }
 
 /// Why an iterate is no solution, in words with figures.

@@ -7,12 +7,12 @@ use crate::model::{Control, rigid_modes};
 use crate::problem::Problem;
 
 /// Degrees of freedom that a force governs.
-pub(super) fn free(controls: &[Control; 6]) -> Vec<usize> {
+pub(super) fn governed(controls: &[Control; 6]) -> Vec<usize> {
     (0..6).filter(|which| matches!(controls[*which], Control::Force(_))).collect()
 }
 
 /// What a control asks.
-pub(super) fn value(control: Control) -> f64 {
+pub(super) fn target(control: Control) -> f64 {
     match control {
         Control::Force(value) | Control::Motion(value) => value,
     }
@@ -35,9 +35,10 @@ pub(super) fn impossible(problem: &Problem, controls: &[Control; 6]) -> Option<S
         let first = centers().next()?[axis];
         centers().all(|center| center[axis] == first).then_some(first)
     };
-    let governed = |which: usize| matches!(controls[which], Control::Force(_));
-    let one_row =
-        [(4, 0), (3, 1)].into_iter().find(|&(which, axis)| governed(which) && row(axis).is_some());
+    let is_governed = |which: usize| matches!(controls[which], Control::Force(_));
+    let one_row = [(4, 0), (3, 1)]
+        .into_iter()
+        .find(|&(which, axis)| is_governed(which) && row(axis).is_some());
     let one_row = one_row.map(|(which, _)| Stop::OneRow { which });
     let Control::Force(normal) = controls[0] else { return one_row };
     if let Some(which) = beyond_friction(problem.mu * normal, [force(1), force(2)]) {
@@ -127,9 +128,9 @@ pub(super) fn imbalances(
     problem: &Problem,
     p: &[f64],
     asked: &[f64; 6],
-    free: &[usize],
+    governed: &[usize],
 ) -> Vec<f64> {
-    if free.is_empty() {
+    if governed.is_empty() {
         return Vec::new();
     }
     let resultants = problem.resultants(p);
@@ -140,7 +141,7 @@ pub(super) fn imbalances(
         * images(&problem.mirror);
     // nothing is in balance with nothing
     let relative = |off: f64| if off == 0.0 { 0.0 } else { off / size };
-    free.iter().map(|&which| relative((resultants[which] - asked[which]).abs())).collect()
+    governed.iter().map(|&which| relative((resultants[which] - asked[which]).abs())).collect()
 }
 
 /// An approach at which springs under each element, as stiff together as a half-space under their

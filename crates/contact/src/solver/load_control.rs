@@ -2,7 +2,7 @@
 
 use faer::linalg::solvers::Solve;
 
-use super::controls::{first_approach, free, imbalances, value};
+use super::controls::{first_approach, governed, imbalances, target};
 use super::iterate::{Iterate, Start, Stop, StopRule};
 use super::newton;
 use crate::model::{Control, Way};
@@ -24,14 +24,13 @@ pub(super) fn solve(
     rule: &StopRule,
     inner: Inner,
 ) -> Iterate {
-    let free = free(controls);
-    let asked = controls.map(value);
-    let mut motion: [f64; 6] =
-        std::array::from_fn(
-            |which| if free.contains(&which) { start.motion[which] } else { asked[which] },
-        );
+    let governed = governed(controls);
+    let asked = controls.map(target);
+    let mut motion: [f64; 6] = std::array::from_fn(|which| {
+        if governed.contains(&which) { start.motion[which] } else { asked[which] }
+    });
     let mut p = start.p.clone();
-    if free.contains(&0) && p.iter().all(|p| *p == 0.0) {
+    if governed.contains(&0) && p.iter().all(|p| *p == 0.0) {
         motion[0] = first_approach(problem, &motion, asked[0]);
     }
     let mut total = Iterate {
@@ -40,7 +39,7 @@ pub(super) fn solve(
         stop: Stop::Diverged,
         iterations: 0,
         operator_applications: 0,
-        way: if free.is_empty() { Way::Newton } else { Way::NewtonWithinForces },
+        way: if governed.is_empty() { Way::Newton } else { Way::NewtonWithinForces },
     };
     let mut scratch = operator.scratch();
     // the step that led here, and the imbalance before it
@@ -53,7 +52,7 @@ pub(super) fn solve(
         p = solved.p;
         total.stop = solved.stop;
         total.way = total.way.max(solved.way);
-        let worst = imbalances(problem, &p, &asked, &free).into_iter().fold(0.0, f64::max);
+        let worst = imbalances(problem, &p, &asked, &governed).into_iter().fold(0.0, f64::max);
         if solved.stop != Stop::Converged || worst <= 0.5 * rule.tolerance {
             break;
         }
@@ -61,27 +60,28 @@ pub(super) fn solve(
             total.stop = Stop::OutOfIterations { residual: worst };
             break;
         }
-        if let Some((before, way, was)) = &mut last
+        if let Some((before, step, was)) = &mut last
             && worst >= *was
         {
             // too far: halfway back
-            way.iter_mut().for_each(|way| *way *= 0.5);
+            step.iter_mut().for_each(|step| *step *= 0.5);
             motion = *before;
-            free.iter().zip(way.iter()).for_each(|(&which, way)| motion[which] += way);
+            governed.iter().zip(step.iter()).for_each(|(&which, step)| motion[which] += step);
             continue;
         }
         let mut w = vec![0.0; p.len()];
         operator.apply(&mut w, &p, &mut scratch);
         w.iter_mut().zip(&problem.f).for_each(|(w, f)| *w -= f);
-        let (stiffness, applications) = newton::stiffness(problem, operator, &p, &w, &free);
+        let (stiffness, applications) = newton::stiffness(problem, operator, &p, &w, &governed);
         total.operator_applications += applications + 1;
         let resultants = problem.resultants(&p);
-        let mut way =
-            faer::Mat::from_fn(free.len(), 1, |i, _| asked[free[i]] - resultants[free[i]]);
-        stiffness.full_piv_lu().solve_in_place(way.as_mut());
-        let way: Vec<f64> = (0..free.len()).map(|i| way[(i, 0)]).collect();
-        last = Some((motion, way.clone(), worst));
-        free.iter().zip(&way).for_each(|(&which, way)| motion[which] += way);
+        let mut step = faer::Mat::from_fn(governed.len(), 1, |i, _| {
+            asked[governed[i]] - resultants[governed[i]]
+        });
+        stiffness.full_piv_lu().solve_in_place(step.as_mut());
+        let step: Vec<f64> = (0..governed.len()).map(|i| step[(i, 0)]).collect();
+        last = Some((motion, step.clone(), worst));
+        governed.iter().zip(&step).for_each(|(&which, step)| motion[which] += step);
         if motion.iter().any(|q| !q.is_finite()) {
             total.stop = Stop::Diverged;
             motion = total.motion;

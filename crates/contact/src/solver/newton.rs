@@ -51,12 +51,11 @@ pub fn solve(
     start: &Start,
     rule: &StopRule,
 ) -> Iterate {
-    let free = controls::free(controls);
-    let asked = controls.map(controls::value);
-    let mut motion: [f64; 6] =
-        std::array::from_fn(
-            |which| if free.contains(&which) { start.motion[which] } else { asked[which] },
-        );
+    let governed = controls::governed(controls);
+    let asked = controls.map(controls::target);
+    let mut motion: [f64; 6] = std::array::from_fn(|which| {
+        if governed.contains(&which) { start.motion[which] } else { asked[which] }
+    });
     let mut p = start.p.clone();
     let diagonals = operator.table.diagonals();
     let target = 0.5 * rule.tolerance; // the certificate measures along another path of rounding
@@ -68,7 +67,7 @@ pub fn solve(
         operator_applications: 0,
         way: Way::Newton,
     };
-    if free.contains(&0) && p.iter().all(|p| *p == 0.0) {
+    if governed.contains(&0) && p.iter().all(|p| *p == 0.0) {
         motion[0] = controls::first_approach(problem, &motion, asked[0]);
     }
 
@@ -86,7 +85,7 @@ pub fn solve(
         iterate.operator_applications += 1;
         w.iter_mut().zip(&problem.f).for_each(|(w, f)| *w -= f);
         let residual = problem.residual(&p, &w, diagonals);
-        let imbalance = controls::imbalances(problem, &p, &asked, &free);
+        let imbalance = controls::imbalances(problem, &p, &asked, &governed);
         let mut worst = imbalance.iter().copied().fold(residual, f64::max);
         if residual <= target && worst <= target {
             worst = problem.violation(&p).max(worst);
@@ -114,10 +113,10 @@ pub fn solve(
         let (window, inner) = contact.part(problem, operator, &mut part);
         let mut linear = Linear::new(problem, inner, window, &contact, scratch);
         let forcing = (0.5 * worst.min(1.0).sqrt()).clamp(1e-6, LOOSEST).max(0.1 * target / worst);
-        let moved = linear.step(&mut p, &w, &asked, &free, forcing, &mut memory);
+        let moved = linear.step(&mut p, &w, &asked, &governed, forcing, &mut memory);
         iterate.operator_applications += linear.applications;
         scratch = linear.scratch;
-        for (which, moved) in free.iter().zip(moved) {
+        for (which, moved) in governed.iter().zip(moved) {
             motion[*which] += moved;
         }
         iterate.iterations += 1;
@@ -129,23 +128,23 @@ pub fn solve(
     Iterate { p, motion, ..iterate }
 }
 
-/// How the resultants of the motions `free` change with these motions at the solution `p`, w = A p
-/// − f, with everything else in equilibrium; with the applications spent.
+/// How the resultants of the motions `governed` change with these motions at the solution `p`, w =
+/// A p − f, with everything else in equilibrium; with the applications spent.
 pub(super) fn stiffness(
     problem: &Problem,
     operator: &Operator,
     p: &[f64],
     w: &[f64],
-    free: &[usize],
+    governed: &[usize],
 ) -> (faer::Mat<f64>, u64) {
     let contact = Contact::of(problem, p, w, operator.table.diagonals());
     let mut part = None;
     let (window, inner) = contact.part(problem, operator, &mut part);
     let mut linear = Linear::new(problem, inner, window, &contact, operator.scratch());
-    let resultants: Vec<Vec<f64>> = free.iter().map(|&which| linear.resultant(which)).collect();
+    let resultants: Vec<Vec<f64>> = governed.iter().map(|&which| linear.resultant(which)).collect();
     let mut memory = Memory::default();
-    let mut stiffness = faer::Mat::zeros(free.len(), free.len());
-    for (j, &which) in free.iter().enumerate() {
+    let mut stiffness = faer::Mat::zeros(governed.len(), governed.len());
+    for (j, &which) in governed.iter().enumerate() {
         let rows = linear.rigid(which);
         let (answer, figures) =
             gmres::solve(&rows, 1e-4, MOST_APPLICATIONS, &mut linear, &mut memory);
