@@ -41,8 +41,7 @@ pub fn forecast(
 
     let mut hasher = DefaultHasher::new();
     (layout.nx, layout.ny, layout.element.map(f64::to_bits), numerics.projection).hash(&mut hasher);
-    // every number in its shortest exact form
-    format!("{:?}", bodies.scaled(1.0 / bodies.reference_compliance())).hash(&mut hasher);
+    bodies.scaled(1.0 / bodies.reference_compliance()).hash_numbers(&mut hasher);
     // what is masked is part of the operator
     let sole = match scene.punch.shape {
         Shape::FlatRectangle { .. }

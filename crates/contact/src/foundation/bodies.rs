@@ -1,5 +1,7 @@
 //! The elasticity of both bodies as it is felt in the plane of contact.
 
+use std::hash::{Hash, Hasher};
+
 use super::coefficient::Coefficient;
 use super::half_space::HalfSpace;
 use super::layered::Layered;
@@ -68,6 +70,22 @@ impl Bodies {
             None => Kernels(Form::Closed(self.surface)),
             Some(layered) => {
                 Kernels(Form::Tabulated(Box::new(Radial::new(layered, &self.surface, reach))))
+            }
+        }
+    }
+
+    /// Feeds every number that tells these bodies from others to `hasher`, bit for bit.
+    pub(crate) fn hash_numbers(&self, hasher: &mut impl Hasher) {
+        let HalfSpace { direct, cross, coupling } = self.surface;
+        [direct, cross, coupling].map(f64::to_bits).hash(hasher);
+        let Some(layered) = &self.layers else { return };
+        for Layer { shear_modulus, poisson, thickness } in layered.layers() {
+            [shear_modulus, poisson, thickness].map(|number| number.to_bits()).hash(hasher);
+        }
+        match layered.base() {
+            Base::Rigid => {}
+            Base::Elastic(Material { shear_modulus, poisson }) => {
+                [shear_modulus, poisson].map(|number| number.to_bits()).hash(hasher);
             }
         }
     }
