@@ -7,7 +7,7 @@ use contact::model::{Fields, SceneError, Shape, Status};
 use contact::punch::Surfaces;
 use contact::uniqueness::lower::{self, VerifyError};
 use contact::uniqueness::witness::Shown;
-use contact::uniqueness::{self, Bracket, BracketError, Effort, Question, System};
+use contact::uniqueness::{self, Bracket, BracketError, Question, System, WitnessSearch};
 use contact::{Forecast, Operators, multiplicity};
 use runner::{WorkerArguments, work};
 use serde::{Deserialize, Serialize};
@@ -58,7 +58,7 @@ pub(crate) fn forecast(job: &Job, surfaces: &Surfaces) -> Result<Forecast, Scene
             let once = contact::forecast(scene, numerics, surfaces)?;
             Ok(Forecast { seconds: once.seconds * f64::from(*repeat), ..once })
         }
-        Job::Uniqueness { question, effort } => contact::forecast_bracket(question, effort),
+        Job::Uniqueness { question, search } => contact::forecast_bracket(question, search),
         Job::Multiplicity { case: Case { scene, numerics }, search } => {
             contact::forecast_search(scene, numerics, surfaces, search)
         }
@@ -108,8 +108,8 @@ pub(crate) fn perform(
             let (outcome, fields) = once()?;
             (Ending::Finished(outcome), Some(fields))
         }
-        Job::Uniqueness { question, effort } => {
-            (Ending::Bracketed(Box::new(bracketed(question, effort)?)), None)
+        Job::Uniqueness { question, search } => {
+            (Ending::Bracketed(Box::new(bracketed(question, search)?)), None)
         }
         Job::Multiplicity { case: Case { scene, numerics }, search } => (
             Ending::Searched(multiplicity::search(scene, numerics, surfaces, operators, search)?),
@@ -120,13 +120,13 @@ pub(crate) fn perform(
 }
 
 /// Brackets μ* and verifies both sides.
-fn bracketed(question: &Question, effort: &Effort) -> Result<Bracketed, SceneError> {
+fn bracketed(question: &Question, search: &WitnessSearch) -> Result<Bracketed, SceneError> {
     let failed = |reason: String| Bracketed {
         status: Status::Failed { reason },
         bracket: None,
         shown: None,
     };
-    let bracket = match uniqueness::bracket(question, effort) {
+    let bracket = match uniqueness::bracket(question, search) {
         Ok(bracket) => bracket,
         Err(BracketError::Scene(error)) => return Err(error),
         Err(error) => return Ok(failed(error.to_string())),

@@ -75,5 +75,5 @@ pub mod upper;
 pub mod witness;
 
 pub use bracket::{Bracket, BracketError, bracket};
-pub use question::{Effort, Question, Search, Sole};
+pub use question::{Question, Sole, WitnessSearch};
 pub use system::System;

@@ -6,7 +6,7 @@ use contact::model::{
 };
 use contact::multiplicity::Search;
 
-use contact::uniqueness::{self, Effort, Question, Sole};
+use contact::uniqueness::{Question, Sole, WitnessSearch};
 use contact::{Forecast, forecast_bracket};
 
 use crate::cost::Cost;
@@ -80,7 +80,7 @@ pub(crate) fn assemble(
             Job::Multiplicity { case: missing.case(surfaces), search: missing.search() }
         }
         Kind::Uniqueness => {
-            Job::Uniqueness { question: missing.question(), effort: missing.effort() }
+            Job::Uniqueness { question: missing.question(), search: missing.witness_search() }
         }
     };
     if !missing.problems.is_empty() {
@@ -94,7 +94,7 @@ pub(crate) fn assemble(
 
 /// Refuses a uniqueness set on so many elements that no record can hold what shows its end.
 fn refuse_too_fine(job: &Job) -> Result<(), SceneError> {
-    let Job::Uniqueness { question, effort } = job else { return Ok(()) };
+    let Job::Uniqueness { question, search } = job else { return Ok(()) };
     // without coupling of pressures and tangential displacements there is no end to show
     let mismatch = |material: Material| (1.0 - 2.0 * material.poisson) / material.shear_modulus;
     let of_punch = question.punch.map_or(0.0, mismatch);
@@ -105,7 +105,7 @@ fn refuse_too_fine(job: &Job) -> Result<(), SceneError> {
         Base::Rigid => false,
     };
     // what cannot be laid out is refused with its reason by whoever lays it out
-    let Ok(Forecast { elements: [nx, ny], .. }) = forecast_bracket(question, effort) else {
+    let Ok(Forecast { elements: [nx, ny], .. }) = forecast_bracket(question, search) else {
         return Ok(());
     };
     // of each element the witness has three numbers; of those that are images of each other, the
@@ -184,15 +184,13 @@ impl Missing<'_> {
         }
     }
 
-    fn effort(&mut self) -> Effort {
-        let default = Effort::default().search;
+    fn witness_search(&mut self) -> WitnessSearch {
+        let default = WitnessSearch::default();
         let starts = self.sheet.count(Key::Starts).unwrap_or(default.starts);
-        Effort {
-            search: uniqueness::Search {
-                starts,
-                seed: self.sheet.count(Key::Seed).map_or(default.seed, u64::from),
-                ..default
-            },
+        WitnessSearch {
+            starts,
+            seed: self.sheet.count(Key::Seed).map_or(default.seed, u64::from),
+            ..default
         }
     }
 

@@ -5,7 +5,7 @@ use contact::model::{
     SceneError, Shape,
 };
 use contact::multiplicity::Search;
-use contact::uniqueness::{Effort, Question};
+use contact::uniqueness::{Question, WitnessSearch};
 use serde::{Deserialize, Serialize};
 
 use crate::key::{Key, Quantity};
@@ -43,7 +43,8 @@ pub enum Job {
         /// What it depends on.
         question: Question,
         /// How long it is looked for.
-        effort: Effort,
+        #[serde(rename = "effort", with = "effort")]
+        search: WitnessSearch,
     },
 }
 
@@ -169,6 +170,32 @@ impl Job {
                 question.epsilon += 0.0;
             }
         }
+    }
+}
+
+/// Writes and reads the search for a witness as the text of a job has it, `{"search": …}`.
+mod effort {
+    use contact::uniqueness::WitnessSearch;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Effort {
+        #[serde(default)]
+        search: WitnessSearch,
+    }
+
+    pub(super) fn serialize<S: Serializer>(
+        search: &WitnessSearch,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        Effort { search: *search }.serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<WitnessSearch, D::Error> {
+        Ok(Effort::deserialize(deserializer)?.search)
     }
 }
 

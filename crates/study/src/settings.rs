@@ -52,7 +52,7 @@ impl<'a> Parts<'a> {
                     Job::Solve(_) | Job::Cost { .. } | Job::Uniqueness { .. } => None,
                 },
             },
-            Job::Uniqueness { question, effort } => Parts {
+            Job::Uniqueness { question, search } => Parts {
                 foundation: &question.foundation,
                 shape: Some(Cow::Owned(match question.sole {
                     Sole::Rectangle { width_x, width_y } => {
@@ -68,7 +68,7 @@ impl<'a> Parts<'a> {
                 projection: question.projection,
                 epsilon: question.epsilon,
                 numerics: None,
-                search: Some((effort.search.starts, effort.search.seed)),
+                search: Some((search.starts, search.seed)),
             },
         }
     }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::lower::{self, LowerBound};
-use super::question::{Effort, Question};
+use super::question::{Question, WitnessSearch};
 use super::system::System;
 use super::upper;
 use super::witness::Witness;
@@ -44,9 +44,9 @@ const DENSE_ELEMENTS: usize = 256;
 /// Brackets μ*: a certificate with weights below, and a witness above. Either side is checked on
 /// its own, by [`lower::verify`] and [`Witness::verify`]; a certificate with more than
 /// [`lower::FACTORED_ROWS`] rows to factor is not, and proves nothing ([`LowerBound::verified`]).
-pub fn bracket(question: &Question, effort: &Effort) -> Result<Bracket, BracketError> {
+pub fn bracket(question: &Question, search: &WitnessSearch) -> Result<Bracket, BracketError> {
     let system = System::new(question)?;
-    match (lower_side(question, &system)?, upper::upper(question, &effort.search)?) {
+    match (lower_side(question, &system)?, upper::upper(question, search)?) {
         (lower::Lower::Bound(lower), upper::Upper::Bound(upper)) => {
             Ok(Bracket::Bounded { lower, upper })
         }

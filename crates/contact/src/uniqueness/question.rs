@@ -83,19 +83,10 @@ pub enum Sole {
     },
 }
 
-/// How long to look for a bracket.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Effort {
-    /// The search for a witness.
-    #[serde(default)]
-    pub search: Search,
-}
-
 /// How long to search for a witness.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Search {
+pub struct WitnessSearch {
     /// Random starts on meshes of up to 36 elements, at most [`MOST_STARTS`](Self::MOST_STARTS); on
     /// finer ones fewer in inverse proportion to the elements, and none on more than 100.
     pub starts: u32,
@@ -106,7 +97,7 @@ pub struct Search {
     pub seed: u64,
 }
 
-impl Search {
+impl WitnessSearch {
     /// The most random starts.
     pub const MOST_STARTS: u32 = random::MOST_STARTS;
 
@@ -116,7 +107,7 @@ impl Search {
     }
 }
 
-impl Default for Search {
+impl Default for WitnessSearch {
     fn default() -> Self {
         Self { starts: 24, kept: 2, seed: 1 }
     }

@@ -23,7 +23,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::descent::{Descent, Pattern};
-use super::question::{Question, Search, Sole};
+use super::question::{Question, Sole, WitnessSearch};
 use super::system::System;
 use super::witness::{Witness, least_mu};
 use crate::common::random::SplitMix64;
@@ -202,7 +202,7 @@ fn from_pattern(system: &System, pattern: &Pattern) -> Option<Found> {
 }
 
 /// What the `stream`-th random start leads to.
-fn from_random(system: &System, search: &Search, stream: u64) -> Option<Found> {
+fn from_random(system: &System, search: &WitnessSearch, stream: u64) -> Option<Found> {
     let mut x = start(system, &mut generator(search.seed, stream));
     let coupling = coupling(system);
     x[..system.elements()].iter_mut().for_each(|x| *x *= coupling);
@@ -228,7 +228,7 @@ fn part(question: &Question, system: &System) -> Result<System, SceneError> {
 fn chosen(
     question: &Question,
     system: &System,
-    search: &Search,
+    search: &WitnessSearch,
 ) -> Result<Vec<Pattern>, SceneError> {
     let waves = waves(system);
     if system.elements() <= FEW {
@@ -250,7 +250,7 @@ fn chosen(
 
 /// Searches for a witness. The result is a valid witness but need not be the best one that there
 /// is.
-pub fn upper(question: &Question, search: &Search) -> Result<Upper, UpperError> {
+pub fn upper(question: &Question, search: &WitnessSearch) -> Result<Upper, UpperError> {
     search.validate()?;
     let system = System::new(question)?;
     if !system.is_coupled() {
