@@ -1,7 +1,7 @@
 //! Which effects are simulated, to be read.
 
 use answers::effects::{Cost, Line, Overview, Solver};
-use contact::numerics::Method;
+use contact::model::Method;
 
 use crate::words::{count, duration};
 

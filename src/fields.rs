@@ -5,12 +5,13 @@ use std::io::IsTerminal;
 use std::path::Path;
 
 use anyhow::{Result, bail};
+use contact::model::Fields;
 use contact::multiplicity::Multiplicity;
-use contact::outcome::Fields;
 use report::{Field, Grid, TerminalInk, Values, field_csv, vti};
 
 use crate::figures::{RESOLUTION, write};
-use crate::output::{self, Finish};
+use crate::output;
+use crate::output::Finish;
 
 /// The fields by name.
 const FIELDS: [&str; 8] =

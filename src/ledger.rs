@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::error::Error;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use contact::model::Status;
 use contact::multiplicity::Multiplicity;
-use contact::outcome::Status;
 use contact::uniqueness::Bracket;
 use identity::JobKey;
 use runner::{Done, Verdict};
@@ -117,9 +117,8 @@ impl runner::Ledger for Ledger<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use contact::model::{Certificate, Fields, Method, Motion, Observables, WorkDone};
     use contact::multiplicity::{Origin, Solution};
-    use contact::numerics::Method;
-    use contact::outcome::{Certificate, Fields, Motion, Observables, WorkDone};
     use contact::uniqueness::lower::LowerBound;
     use contact::uniqueness::witness::Witness;
     use runner::Ledger as _;

@@ -3,7 +3,7 @@
 use answers::patches::patches;
 use answers::{effects, patches, results, rows, solutions};
 use anyhow::Result;
-use contact::outcome::Fields;
+use contact::model::Fields;
 use contact::punch::Surfaces;
 use report::Table;
 use study::columns::{Role, along_path};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use answers::{RecordMap, Records, RecordsError};
 use anyhow::{Context, Result, bail};
-use contact::outcome::Fields;
+use contact::model::Fields;
 use identity::JobKey;
 use store::{Blobs, Origin, ReadError, Reader, Store};
 use study::record_format::{decode_fields, job_text};

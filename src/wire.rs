@@ -2,9 +2,8 @@
 //! for it.
 
 use anyhow::{Context, Result};
-use contact::outcome::Outcome;
+use contact::model::{Outcome, Shape};
 use contact::punch::Surfaces;
-use contact::scene::Shape;
 use serde::{Deserialize, Serialize};
 use study::profile::{decode_profile, encode_profile};
 use study::surface::{decode_surface, encode_surface};

@@ -2,7 +2,7 @@
 
 use answers::effects;
 use anyhow::{Context, Result, bail};
-use contact::outcome::Outcome;
+use contact::model::Outcome;
 use contact::punch::Surfaces;
 use identity::JobKey;
 use store::{Reader, Store};

@@ -9,17 +9,17 @@ use answers::perform::{Done, perform};
 use answers::results::WARNINGS;
 use anyhow::{Context, Result, bail};
 use contact::Operators;
-use contact::outcome::Fields;
+use contact::model::Fields;
 use contact::punch::Surfaces;
 use study::edit::with_settings;
 use study::job::PHYSICS_VERSION;
 use study::{Adaptive, Job, Kind, Provenance, Record, Study};
 
 use crate::cli::SolveArgs;
-use crate::output::{self, Finish, layout};
+use crate::output::{Finish, layout};
 use crate::study_file::{edit_study, parse_study, read_study};
 use crate::threads::share_among;
-use crate::{fields, one_result};
+use crate::{fields, one_result, output};
 
 pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     share_among(0)?;

@@ -3,7 +3,7 @@
 
 use std::collections::HashSet;
 
-use contact::numerics::Mesh;
+use contact::model::Mesh;
 use identity::JobKey;
 use report::{Cell, Column, Table};
 use study::adaptive::OF_ONE_JOB;

@@ -1,7 +1,8 @@
 //! How far solutions are from what they converge to, and what that says: orders and limits.
 
-use contact::outcome::{Observables, Outcome};
-use contact::reference::{ClosedForm, Errors, PowerLaw, Trend, closed_form, power_law, richardson};
+use contact::assess::{ClosedForm, Errors, closed_form};
+use contact::model::{Observables, Outcome};
+use contact::theory::{PowerLaw, Trend, power_law, richardson};
 use report::{Cell, Column, Table};
 use study::columns::Compared;
 use study::key::Key;

@@ -1,11 +1,8 @@
 //! What accuracy costs: the error of every rung of a ladder against the time it takes.
 
-use contact::loading::Control;
-use contact::numerics::{Mesh, Numerics};
-use contact::outcome::StepOutcome;
-use contact::reference::{
-    ClosedForm, Errors, FigureErrors, PowerLaw, closed_form, power_law, richardson,
-};
+use contact::assess::{ClosedForm, Errors, closed_form};
+use contact::model::{Control, FigureErrors, Mesh, Numerics, StepOutcome};
+use contact::theory::{PowerLaw, power_law, richardson};
 use report::{Cell, Column, Table, pareto_front};
 use study::columns::Compared;
 use study::key::Key;
@@ -320,9 +317,8 @@ fn tightest_has(points: &[StudyPoint], rungs: &[Rung<'_>], rung: &Rung<'_>) -> b
     let numerics = |rung: &Rung<'_>| points[rung.index].job.case().map(|case| &case.numerics);
     let Some(own) = numerics(rung) else { return false };
     let all = || rungs.iter().filter_map(numerics);
-    let least = |read: fn(&contact::numerics::Numerics) -> f64| {
-        all().map(read).fold(f64::INFINITY, f64::min)
-    };
+    let least =
+        |read: fn(&contact::model::Numerics) -> f64| all().map(read).fold(f64::INFINITY, f64::min);
     let first = all().next();
     own.tolerance == least(|numerics| numerics.tolerance)
         && own.epsilon == least(|numerics| numerics.epsilon)

@@ -3,10 +3,9 @@
 use std::collections::{HashMap, HashSet};
 use std::ops::Add;
 
-use contact::effect::{Effect, Effects};
-use contact::numerics::{Method, Numerics};
+use contact::model::{Effect, Method, Numerics, Shape};
+use contact::problem::Effects;
 use contact::punch::Surfaces;
-use contact::scene::Shape;
 use contact::{Forecast, forecast};
 use identity::JobKey;
 use rayon::prelude::*;

@@ -1,6 +1,6 @@
 //! Why a study has no answer.
 
-use contact::scene::SceneError;
+use contact::model::SceneError;
 use report::{FilterError, TableError};
 use study::StudyError;
 use thiserror::Error;

@@ -1,7 +1,7 @@
 //! The separate regions of a contact, as its fields show them.
 
-use contact::observables::{self, State};
-use contact::outcome::Fields;
+use contact::assess;
+use contact::model::{Fields, State};
 use report::{Cell, Column, Table};
 use serde::Serialize;
 
@@ -28,7 +28,7 @@ pub struct Patch {
 pub fn patches(fields: &Fields) -> Vec<Patch> {
     let in_contact =
         |at: usize| fields.state.get(at).is_some_and(|state| *state >= State::Stick as u8);
-    let regions = observables::patches(fields.shape.map(|n| n as usize), in_contact);
+    let regions = assess::patches(fields.shape.map(|n| n as usize), in_contact);
     let mut patches: Vec<Patch> = regions.iter().map(|region| patch(fields, region)).collect();
     patches.sort_by(|a, b| b.load.total_cmp(&a.load));
     patches

@@ -2,14 +2,12 @@
 
 use std::time::Instant;
 
-use contact::multiplicity;
-use contact::outcome::{Fields, Status};
+use contact::model::{Fields, SceneError, Status};
 use contact::punch::Surfaces;
-use contact::scene::SceneError;
 use contact::uniqueness::lower::VerifyError;
 use contact::uniqueness::witness::Shown;
-use contact::uniqueness::{self, Bracket, BracketError, Effort, Question, System, lower};
-use contact::{Forecast, Operators};
+use contact::uniqueness::{Bracket, BracketError, Question, System, WitnessSearch, lower};
+use contact::{Forecast, Operators, multiplicity, uniqueness};
 use study::record::Bracketed;
 use study::{Case, Ending, Job};
 
@@ -21,7 +19,7 @@ pub fn forecast(job: &Job, surfaces: &Surfaces) -> Result<Forecast, SceneError> 
             let once = contact::forecast(scene, numerics, surfaces)?;
             Ok(Forecast { seconds: once.seconds * f64::from(*repeat), ..once })
         }
-        Job::Uniqueness { question, effort } => contact::forecast_bracket(question, effort),
+        Job::Uniqueness { question, search } => contact::forecast_bracket(question, search),
         Job::Multiplicity { case: Case { scene, numerics }, search } => {
             contact::forecast_search(scene, numerics, surfaces, search)
         }
@@ -72,8 +70,8 @@ pub fn perform(
             let (outcome, fields) = once()?;
             (Ending::Finished(outcome), Some(fields))
         }
-        Job::Uniqueness { question, effort } => {
-            (Ending::Bracketed(Box::new(bracketed(question, effort)?)), None)
+        Job::Uniqueness { question, search } => {
+            (Ending::Bracketed(Box::new(bracketed(question, search)?)), None)
         }
         Job::Multiplicity { case: Case { scene, numerics }, search } => (
             Ending::Searched(multiplicity::search(scene, numerics, surfaces, operators, search)?),
@@ -84,13 +82,13 @@ pub fn perform(
 }
 
 /// Brackets μ* and verifies both sides.
-fn bracketed(question: &Question, effort: &Effort) -> Result<Bracketed, SceneError> {
+fn bracketed(question: &Question, search: &WitnessSearch) -> Result<Bracketed, SceneError> {
     let failed = |reason: String| Bracketed {
         status: Status::Failed { reason },
         bracket: None,
         shown: None,
     };
-    let bracket = match uniqueness::bracket(question, effort) {
+    let bracket = match uniqueness::bracket(question, search) {
         Ok(bracket) => bracket,
         Err(BracketError::Scene(error)) => return Err(error),
         Err(error) => return Ok(failed(error.to_string())),

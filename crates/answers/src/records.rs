@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::error::Error;
 
-use contact::outcome::Fields;
+use contact::model::Fields;
 use identity::JobKey;
 use study::Record;
 

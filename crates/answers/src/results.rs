@@ -2,8 +2,7 @@
 
 use std::cell::OnceCell;
 
-use contact::loading::Step;
-use contact::outcome::Observables;
+use contact::model::{Observables, Step};
 use report::Table;
 use serde::Serialize;
 use study::columns::{Role, Row, along_path};

@@ -1,14 +1,11 @@
 //! Assembly of the influence coefficients and application of the operators made of them.
 
-use contact::foundation::bodies::Bodies;
-use contact::foundation::half_space::HalfSpace;
+use contact::foundation::{Bodies, HalfSpace};
 use contact::grid::Grid;
 use contact::influence::{
-    Components, Dense, Influence, InfluenceTable, Mirror, Scratch, Symmetry, Toeplitz,
+    Circulant, Components, Dense, Influence, InfluenceTable, Mirror, Scratch, Symmetry, Toeplitz,
 };
-use contact::numerics::Projection;
-use contact::scene::{Base, Layer, Material};
-use contact::solver::Circulant;
+use contact::model::{Base, Layer, Material, Projection};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use std::hint::black_box;
 

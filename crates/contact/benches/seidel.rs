@@ -1,11 +1,10 @@
 //! Seidel sweeps: a sphere with full coupling, ten sweeps from zero traction, and whole solves to
 //! 1e-8.
 
-use contact::numerics::Numerics;
+use contact::model::{Numerics, Scene};
 use contact::problem::Problem;
 use contact::punch::Surfaces;
-use contact::scene::Scene;
-use contact::solver::{Limits, seidel};
+use contact::solver::{StopRule, seidel};
 use contact::{Operators, solve};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 
@@ -25,11 +24,11 @@ fn benches(criterion: &mut Criterion) {
         let (scene, numerics) = sphere(n);
         let problem = Problem::new(&scene, &numerics, &Surfaces::new()).expect("a problem");
         let operator = Operators::default().of(&problem);
-        let limits = Limits { tolerance: 1e-15, max_iterations: 10 };
+        let rule = StopRule { tolerance: 1e-15, max_iterations: 10 };
         sweeps.throughput(Throughput::Elements(10 * u64::from(n * n)));
         sweeps.bench_function(BenchmarkId::from_parameter(n), |bencher| {
             bencher.iter(|| {
-                seidel::solve(&problem, &operator.table, vec![0.0; problem.f.len()], &limits)
+                seidel::solve(&problem, &operator.table, vec![0.0; problem.f.len()], &rule)
             });
         });
     }

@@ -3,13 +3,12 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use crate::effect::{Effect, Effects};
+use crate::foundation::relative_bodies;
+use crate::model::{Effect, Method, Numerics, Scene, SceneError, Shape, refuse};
 use crate::multiplicity::{Multiplicity, Search};
-use crate::numerics::{Method, Numerics};
-use crate::problem::{Layout, relative_bodies};
+use crate::problem::{Effects, Layout};
 use crate::punch::{Surfaces, domain};
-use crate::scene::{Scene, SceneError, Shape, refuse};
-use crate::uniqueness::{Effort, Question, lower};
+use crate::uniqueness::{Question, WitnessSearch, lower};
 
 /// What a solve will take.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,8 +41,7 @@ pub fn forecast(
 
     let mut hasher = DefaultHasher::new();
     (layout.nx, layout.ny, layout.element.map(f64::to_bits), numerics.projection).hash(&mut hasher);
-    // every number in its shortest exact form
-    format!("{:?}", bodies.scaled(1.0 / bodies.reference_compliance())).hash(&mut hasher);
+    bodies.scaled(1.0 / bodies.reference_compliance()).hash_numbers(&mut hasher);
     // what is masked is part of the operator
     let sole = match scene.punch.shape {
         Shape::FlatRectangle { .. }
@@ -132,8 +130,11 @@ pub fn forecast_search(
 
 /// Forecasts the bracketing of μ*; refuses what [`crate::uniqueness::bracket`] does before it
 /// begins.
-pub fn forecast_bracket(question: &Question, effort: &Effort) -> Result<Forecast, SceneError> {
-    effort.search.validate()?;
+pub fn forecast_bracket(
+    question: &Question,
+    search: &WitnessSearch,
+) -> Result<Forecast, SceneError> {
+    search.validate()?;
     let (scene, numerics) = question.flat_punch();
     let Forecast { elements: [nx, ny], memory, .. } =
         forecast(&scene, &numerics, &Surfaces::new())?;
@@ -142,13 +143,12 @@ pub fn forecast_bracket(question: &Question, effort: &Effort) -> Result<Forecast
     // measured on half-spaces with 2² to 48² elements: Newton's method from a random start, or from
     // stripes where elements are few
     let newton = 0.006 * k + 4e-7 * rows.powi(3);
-    let random =
-        if k <= 100.0 { f64::from(effort.search.starts) * (36.0 / k).min(1.0) } else { 0.0 };
+    let random = if k <= 100.0 { f64::from(search.starts) * (36.0 / k).min(1.0) } else { 0.0 };
     // a dozen stripes, half as many again where x and y are not alike, which where elements are
     // many are tried on a part of Ω
     let waves = if nx == ny { 12.0 } else { 18.0 };
     let stripes = waves * if k <= 16.0 { newton } else { 0.035 * k.min(64.0) };
-    let kept = if k > 100.0 { 0.02 * k * f64::from(effort.search.kept.max(1)) } else { 0.0 };
+    let kept = if k > 100.0 { 0.02 * k * f64::from(search.kept.max(1)) } else { 0.0 };
     let seconds = 0.02 + random * newton + stripes + kept;
     // the four blocks of the two mirror planes, a form and its factor for each of two threads; none
     // where they are too large to factor
@@ -167,10 +167,9 @@ pub fn forecast_bracket(question: &Question, effort: &Effort) -> Result<Forecast
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numerics::{Mesh, Projection};
+    use crate::model::{Foundation, Material, Mesh, Projection, sphere_on_half_space};
     use crate::problem::Problem;
-    use crate::scene::{Foundation, Material, tests::sphere_on_half_space};
-    use crate::uniqueness::{Sole, upper};
+    use crate::uniqueness::Sole;
 
     #[test]
     fn too_many_starts_are_refused_with_their_key() {
@@ -183,8 +182,8 @@ mod tests {
             let search = Search { starts, seed: 0 };
             let all =
                 forecast_search(&sphere_on_half_space(), &numerics, &Surfaces::new(), &search);
-            let effort = Effort { search: upper::Search { starts, ..Default::default() } };
-            for key in [all, forecast_bracket(&question, &effort)]
+            let brief = WitnessSearch { starts, ..Default::default() };
+            for key in [all, forecast_bracket(&question, &brief)]
                 .map(|forecast| forecast.map_err(|error| error.key))
             {
                 assert_eq!(key.err().as_deref(), refused.then_some("search.starts"), "{starts}");
@@ -204,7 +203,7 @@ mod tests {
                 projection: Projection::Average,
                 epsilon: 0.0,
             };
-            forecast_bracket(&question, &Effort::default()).unwrap().memory
+            forecast_bracket(&question, &WitnessSearch::default()).unwrap().memory
         };
         assert!(
             of(64) > 600_000_000 && of(64) < 900_000_000 && of(128) < of(64),

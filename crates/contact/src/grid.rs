@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use crate::parallel;
+use crate::common::parallel;
 
 /// nx × ny equal rectangular boundary elements of size hx × hy, some of them masked out.
 ///

@@ -18,32 +18,21 @@
 //! The crate touches no files, starts no processes, reads no clock and prints nothing.
 #![forbid(unsafe_code)]
 
-pub mod certificate;
-pub mod effect;
-pub mod estimate;
+pub mod assess;
+mod common;
 mod forecast;
 pub mod foundation;
-pub mod friction;
 pub mod grid;
 pub mod influence;
-mod limits;
-pub mod loading;
+pub mod model;
 pub mod multiplicity;
-pub mod norms;
-pub mod numerics;
-pub mod observables;
-mod operators;
-pub mod outcome;
-mod parallel;
+pub mod path;
 pub mod problem;
 pub mod punch;
-mod random;
-pub mod reference;
-pub mod scene;
-mod solve;
 pub mod solver;
+pub mod theory;
 pub mod uniqueness;
 
 pub use forecast::{Forecast, forecast, forecast_bracket, forecast_search};
-pub use operators::{Operator, Operators};
-pub use solve::solve;
+pub use path::solve;
+pub use problem::{Operator, Operators};

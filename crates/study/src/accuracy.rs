@@ -14,10 +14,7 @@
 //! numerics stays as it is given. Meshes are chosen by the results that there are: see `tribosweep
 //! answer`.
 
-use contact::loading::Control;
-use contact::numerics::Mesh;
-use contact::reference::FigureErrors;
-use contact::scene::Shape;
+use contact::model::{Control, FigureErrors, Mesh, Shape};
 use toml::de::DeValue;
 
 use crate::axis::Group;

@@ -16,7 +16,7 @@
 //! What is chosen follows from the results alone, so that a study that was killed goes on where it
 //! was, and its points are the same on any number of workers.
 
-use contact::numerics::Mesh;
+use contact::model::Mesh;
 use toml::de::DeValue;
 
 use crate::accuracy::{AT_MOST, Accuracy, at_most};

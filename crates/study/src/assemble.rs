@@ -1,10 +1,8 @@
 //! From a sheet to the scene and the numerics that it describes.
 
-use contact::loading::{Loading, Step};
-use contact::numerics::{Mesh, Method, Numerics, Projection};
-use contact::punch::Side;
-use contact::scene::{
-    Base, Domain, Foundation, Friction, Layer, Material, Punch, Scene, SceneError, Shape, WheelRail,
+use contact::model::{
+    Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics,
+    Projection, Punch, Scene, SceneError, Shape, Side, Step, WheelRail,
 };
 
 use crate::error::Mistake;

@@ -1,12 +1,11 @@
 //! A job: what is asked of one point of a study, and the identity under which its result is kept.
 
-use contact::loading::Loading;
-use contact::multiplicity::Search;
-use contact::numerics::{Mesh, Method, Numerics};
-use contact::scene::{
-    Base, Domain, Foundation, Friction, Material, Punch, Scene, SceneError, Shape,
+use contact::model::{
+    Base, Domain, Foundation, Friction, Loading, Material, Mesh, Method, Numerics, Punch, Scene,
+    SceneError, Shape,
 };
-use contact::uniqueness::{Effort, Question};
+use contact::multiplicity::Search;
+use contact::uniqueness::{Question, WitnessSearch};
 use identity::JobKey;
 use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
@@ -41,7 +40,8 @@ pub enum Job {
         /// What it depends on.
         question: Question,
         /// How long it is looked for.
-        effort: Effort,
+        #[serde(rename = "effort", with = "effort")]
+        search: WitnessSearch,
     },
 }
 
@@ -53,6 +53,32 @@ pub struct Case {
     pub scene: Scene,
     /// How exactly it is answered.
     pub numerics: Numerics,
+}
+
+/// Writes and reads the search for a witness as the text of a job has it, `{"search": …}`.
+mod effort {
+    use contact::uniqueness::WitnessSearch;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Effort {
+        #[serde(default)]
+        search: WitnessSearch,
+    }
+
+    pub(super) fn serialize<S: Serializer>(
+        search: &WitnessSearch,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        Effort { search: *search }.serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<WitnessSearch, D::Error> {
+        Ok(Effort::deserialize(deserializer)?.search)
+    }
 }
 
 impl Job {
@@ -265,10 +291,10 @@ pub enum JobError {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use super::*;
-    use contact::loading::Step;
-    use contact::scene::Layer;
+    use contact::model::{Layer, Step};
     use proptest::prelude::*;
+
+    use super::*;
 
     pub(crate) fn job() -> Job {
         Job::Solve(case())

@@ -10,7 +10,7 @@
 
 use std::borrow::Cow;
 
-use contact::effect::Effect;
+use contact::model::Effect;
 
 use crate::units::Dimension;
 

@@ -2,8 +2,7 @@
 
 use std::borrow::Cow;
 
-use contact::effect::Effect;
-use contact::numerics::Mesh;
+use contact::model::{Effect, Mesh};
 use toml::Spanned;
 use toml::de::{DeInteger, DeTable, DeValue};
 

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
+use contact::model::{Outcome, Status};
 use contact::multiplicity::Multiplicity;
-use contact::outcome::{Outcome, Status};
 use contact::uniqueness::Bracket;
 use contact::uniqueness::witness::Shown;
 use identity::{JobKey, Kept};
@@ -196,11 +196,11 @@ impl Record {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use contact::multiplicity::{Origin, Solution};
-    use contact::numerics::Method;
-    use contact::outcome::{
-        Certificate, Fields, Hertz, Level, Motion, Observables, RailContact, StepOutcome, WorkDone,
+    use contact::model::{
+        Certificate, Fields, Hertz, Level, Method, Motion, Observables, RailContact, StepOutcome,
+        WorkDone,
     };
+    use contact::multiplicity::{Origin, Solution};
 
     use super::*;
     use crate::job::PHYSICS_VERSION;
@@ -280,7 +280,7 @@ pub(crate) mod tests {
                 force_imbalance: 0.7,
             },
             work: WorkDone { iterations: 22, operator_applications: 23 },
-            way: contact::outcome::Way::NewtonAndSeidel,
+            way: contact::model::Way::NewtonAndSeidel,
         };
         let hertz = Hertz {
             semi_axis_a: 41.0,
@@ -298,7 +298,7 @@ pub(crate) mod tests {
         };
         let coarse =
             Level { elements: [9, 10], work: WorkDone { iterations: 0, operator_applications: 5 } };
-        let figures = contact::reference::FigureErrors {
+        let figures = contact::model::FigureErrors {
             load: Some(71.0),
             approach: Some(72.0),
             tangential_force: Some(73.0),
@@ -311,7 +311,7 @@ pub(crate) mod tests {
             pressure: Some(80.0),
             traction: Some(81.0),
         };
-        let estimate = contact::estimate::Estimate { figures, solver: 90.0 };
+        let estimate = contact::model::Estimate { figures, solver: 90.0 };
         Outcome {
             status,
             levels: vec![coarse],

@@ -4,7 +4,7 @@
 //! deterministic part on any number of workers ([`Record::result_bytes`]); provenance says who
 //! computed it, when and how fast.
 
-use contact::outcome::Fields;
+use contact::model::Fields;
 use identity::Kept;
 
 use crate::encoding::{BLOB_LIMIT, DecodeError, decode, decode_as, encode, encode_as};

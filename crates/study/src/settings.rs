@@ -2,12 +2,11 @@
 
 use std::borrow::Cow;
 
-use contact::effect::Effect;
-use contact::loading::{Loading, Step};
+use contact::model::{
+    Base, Domain, Effect, Foundation, Loading, Material, Mesh, Method, Numerics, Projection, Shape,
+    Side, Step,
+};
 use contact::multiplicity::Search;
-use contact::numerics::{Mesh, Method, Numerics, Projection};
-use contact::punch::Side;
-use contact::scene::{Base, Domain, Foundation, Material, Shape};
 use contact::uniqueness::Sole;
 
 use crate::job::{Case, Job};
@@ -59,7 +58,7 @@ impl<'a> Parts<'a> {
                     Job::Solve(_) | Job::Cost { .. } | Job::Uniqueness { .. } => None,
                 },
             },
-            Job::Uniqueness { question, effort } => Parts {
+            Job::Uniqueness { question, search } => Parts {
                 foundation: &question.foundation,
                 shape: Some(Cow::Owned(match question.sole {
                     Sole::Rectangle { width_x, width_y } => {
@@ -77,7 +76,7 @@ impl<'a> Parts<'a> {
                 numerics: None,
                 method: None,
                 simulate: &[],
-                search: Some((effort.search.starts, effort.search.seed)),
+                search: Some((search.starts, search.seed)),
             },
         }
     }

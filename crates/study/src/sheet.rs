@@ -4,8 +4,7 @@
 
 use std::collections::HashMap;
 
-use contact::effect::Effect;
-use contact::numerics::Mesh;
+use contact::model::{Effect, Mesh};
 
 use crate::error::Span;
 use crate::key::{Key, Table};

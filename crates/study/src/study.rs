@@ -27,14 +27,14 @@
 //! Numbers are SI or texts with a unit. Everything that could be wrong is refused here, with its
 //! place, before anything runs.
 
-use contact::numerics::Mesh;
+use contact::model::{Mesh, SceneError};
 use contact::punch::Surfaces;
-use contact::scene::SceneError;
 use rayon::prelude::*;
 
 use crate::adaptive::Adaptive;
 use crate::assemble::locate;
-use crate::axis::{self, Group, SweepAxis};
+use crate::axis;
+use crate::axis::{Group, SweepAxis};
 use crate::columns::Column;
 use crate::error::{Mistake, StudyError};
 use crate::figure::Figure;

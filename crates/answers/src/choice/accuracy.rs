@@ -8,8 +8,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use contact::numerics::{Mesh, Numerics};
-use contact::reference::power_law;
+use contact::model::{Mesh, Numerics};
+use contact::theory::power_law;
 use identity::JobKey;
 use study::accuracy::FIRST;
 use study::columns::find;

@@ -1,11 +1,12 @@
 //! The elasticity of both bodies as it is felt in the plane of contact.
 
+use std::hash::{Hash, Hasher};
+
 use super::coefficient::Coefficient;
 use super::half_space::HalfSpace;
 use super::layered::Layered;
 use super::radial::Radial;
-use crate::numerics::Projection;
-use crate::scene::{Base, Layer, Material};
+use crate::model::{Base, Layer, Material, Projection, Scene};
 
 /// A foundation, layered or not, and the punch on it.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,6 +73,22 @@ impl Bodies {
             }
         }
     }
+
+    /// Feeds every number that tells these bodies from others to `hasher`, bit for bit.
+    pub(crate) fn hash_numbers(&self, hasher: &mut impl Hasher) {
+        let HalfSpace { direct, cross, coupling } = self.surface;
+        [direct, cross, coupling].map(f64::to_bits).hash(hasher);
+        let Some(layered) = &self.layers else { return };
+        for Layer { shear_modulus, poisson, thickness } in layered.layers() {
+            [shear_modulus, poisson, thickness].map(|number| number.to_bits()).hash(hasher);
+        }
+        match layered.base() {
+            Base::Rigid => {}
+            Base::Elastic(Material { shear_modulus, poisson }) => {
+                [shear_modulus, poisson].map(|number| number.to_bits()).hash(hasher);
+            }
+        }
+    }
 }
 
 /// The surface kernels of [`Bodies`].
@@ -105,4 +122,59 @@ impl Kernels {
             Form::Tabulated(radial) => radial.influence(offset, hx, hy, projection),
         }
     }
+}
+
+/// The bodies with moduli in units of that of the foundation's surface and lengths in units of ℓ =
+/// `length`. Ratios to its modulus, like those of a layout to Ω's width, come first, so that jobs
+/// that differ only in a modulus or a size get the same operator to the last bit and can share it.
+pub(crate) fn relative_bodies(scene: &Scene, length: f64) -> Bodies {
+    let modulus = surface(scene).shear_modulus;
+    let relative = |material: Material| Material {
+        shear_modulus: material.shear_modulus / modulus,
+        poisson: material.poisson,
+    };
+    let foundation = &scene.foundation;
+    let layers: Vec<Layer> = foundation
+        .layers
+        .iter()
+        .map(|layer| Layer {
+            shear_modulus: layer.shear_modulus / modulus,
+            thickness: layer.thickness / length,
+            poisson: layer.poisson,
+        })
+        .collect();
+    let base = match foundation.base {
+        Base::Rigid => Base::Rigid,
+        Base::Elastic(material) => Base::Elastic(relative(material)),
+    };
+    Bodies::new(&layers, &base, scene.punch.material.map(relative).as_ref())
+}
+
+/// The material at the foundation's surface, whose modulus is the unit of moduli.
+pub(crate) fn surface(scene: &Scene) -> Material {
+    scene.foundation.surface().expect("Scene::validate refuses a rigid base without layers")
+}
+
+/// Σ(1−ν)/G of the materials that touch \[1/Pa\].
+pub(crate) fn surface_compliance(scene: &Scene) -> f64 {
+    [scene.foundation.surface(), scene.punch.material]
+        .iter()
+        .flatten()
+        .map(Material::compliance)
+        .sum()
+}
+
+/// Size of a contact that depends on the bodies' compliance Σ(1−ν)/G: with layers on that which is
+/// felt at this size, k C_NN(k) at k = 1/size, and a fifth more to be on the safe side of a rough
+/// guess.
+pub(crate) fn contact_size(scene: &Scene, size: impl Fn(f64) -> f64) -> f64 {
+    let mut contact = size(surface_compliance(scene));
+    let foundation = &scene.foundation;
+    let Some(layered) = Layered::new(&foundation.layers, &foundation.base) else { return contact };
+    let punch = scene.punch.material.map_or(0.0, |material| material.compliance());
+    for _ in 0..60 {
+        let felt = layered.compliance(1.0 / contact).nn / contact + punch;
+        contact = (contact * size(felt)).sqrt();
+    }
+    1.2 * contact
 }

@@ -2,8 +2,7 @@
 
 use super::coefficient::Coefficient;
 use super::kernel;
-use crate::numerics::Projection;
-use crate::scene::Material;
+use crate::model::{Material, Projection};
 
 /// The elasticity of one half-space, or of two summed: it enters the plane of contact through three
 /// compliances only. Their unit is 1/shear modulus, \[1/Pa\] in SI units.

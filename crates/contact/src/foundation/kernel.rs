@@ -15,8 +15,8 @@
 //! elements' distance, and as many again as the element's sides differ.
 
 use super::coefficient::Coefficient;
-use super::gauss;
-use crate::numerics::Projection;
+use crate::common::gauss;
+use crate::model::Projection;
 
 /// Six functions of (x, y) with the symmetries of a [`Coefficient`], that behave like 1/r at the
 /// origin.

@@ -12,7 +12,7 @@
 //! loses about a digit at worst, for any kh, any ν up to ½ and any contrast of stiffness. Solving
 //! for the amplitudes of exponentials instead has the condition number (kh)⁻³.
 
-use crate::scene::{Base, Layer, Material};
+use crate::model::{Base, Layer, Material};
 
 /// Surface compliance at one wavenumber: displacement per unit traction, in the unit of
 /// length/modulus.
@@ -252,7 +252,7 @@ pub(super) mod tests {
     use super::*;
 
     /// Layers "G;ν;h G;ν;h …" and base "G;ν" or "rigid" of a reference table.
-    pub(in crate::foundation) fn stack(layers: &str, base: &str) -> (Vec<Layer>, Base) {
+    pub(crate) fn stack(layers: &str, base: &str) -> (Vec<Layer>, Base) {
         let numbers = |text: &str| -> Vec<f64> {
             text.split(';').map(|cell| cell.parse().unwrap()).collect()
         };

@@ -18,8 +18,7 @@ use super::half_space::HalfSpace;
 use super::hankel::{LogGrid, Transform};
 use super::kernel::{self, Kernel, Panel};
 use super::layered::{Compliance, Layered};
-use crate::numerics::Projection;
-use crate::scene::Base;
+use crate::model::{Base, Projection};
 
 /// N, A, B, M, or what becomes of them.
 type Four = [f64; 4];

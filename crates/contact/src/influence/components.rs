@@ -1,6 +1,6 @@
 //! Which components of traction and displacement an operator acts on.
 
-use super::Entry;
+use crate::foundation::Coefficient;
 
 /// A component of a vector: the one normal to the plane of contact or one of the two in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -94,6 +94,86 @@ impl Components {
         let (normal, tangential): (Vec<_>, Vec<_>) =
             self.directions().partition(|&direction| !self.coupled && direction == Direction::N);
         [normal, tangential].into_iter().filter(|group| !group.is_empty())
+    }
+}
+
+/// One of the six different entries of a coefficient; xn = −nx, yn = −ny, yx = xy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Entry {
+    /// Normal displacement under pressure; even in Δi and in Δj.
+    Nn,
+    /// Displacement along x under traction along x; even in both.
+    Xx,
+    /// Displacement along y under traction along y; even in both.
+    Yy,
+    /// Displacement along x under traction along y; odd in both.
+    Xy,
+    /// Normal displacement under traction along x; odd in Δi, even in Δj.
+    Nx,
+    /// Normal displacement under traction along y; even in Δi, odd in Δj.
+    Ny,
+}
+
+impl Entry {
+    /// All six, in the order of their declaration.
+    pub const ALL: [Self; 6] = [Self::Nn, Self::Xx, Self::Yy, Self::Xy, Self::Nx, Self::Ny];
+
+    /// Whether the entry changes sign with Δi.
+    pub fn odd_in_x(self) -> bool {
+        matches!(self, Self::Xy | Self::Nx)
+    }
+
+    /// Whether the entry changes sign with Δj.
+    pub fn odd_in_y(self) -> bool {
+        matches!(self, Self::Xy | Self::Ny)
+    }
+
+    /// Directions of displacement and traction, in the order n, x, y.
+    pub fn directions(self) -> [Direction; 2] {
+        use Direction::{N, X, Y};
+        match self {
+            Self::Nn => [N, N],
+            Self::Xx => [X, X],
+            Self::Yy => [Y, Y],
+            Self::Xy => [X, Y],
+            Self::Nx => [N, X],
+            Self::Ny => [N, Y],
+        }
+    }
+
+    /// What it is with x and y exchanged.
+    pub(super) fn exchanged(self) -> Self {
+        match self {
+            Self::Xx => Self::Yy,
+            Self::Yy => Self::Xx,
+            Self::Nx => Self::Ny,
+            Self::Ny => Self::Nx,
+            Self::Nn | Self::Xy => self,
+        }
+    }
+
+    /// The one that relates two directions.
+    pub(crate) fn between(a: Direction, b: Direction) -> Self {
+        use Direction::{N, X, Y};
+        match (a.min(b), a.max(b)) {
+            (N, N) => Self::Nn,
+            (X, X) => Self::Xx,
+            (Y, Y) => Self::Yy,
+            (X, _) => Self::Xy,
+            (N, X) => Self::Nx,
+            (N, Y) | (Y, _) => Self::Ny,
+        }
+    }
+
+    pub(super) fn of(self, c: &Coefficient) -> f64 {
+        match self {
+            Self::Nn => c.nn,
+            Self::Xx => c.xx,
+            Self::Yy => c.yy,
+            Self::Xy => c.xy,
+            Self::Nx => c.nx,
+            Self::Ny => c.ny,
+        }
     }
 }
 

@@ -3,9 +3,10 @@
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
-use super::{
-    Components, Direction, Entry, Influence, InfluenceTable, Mirror, Scratch, ScratchSize,
-};
+use super::components::{Components, Direction, Entry};
+use super::mirror::Mirror;
+use super::operator::{Influence, Scratch, ScratchSize};
+use super::table::InfluenceTable;
 use crate::grid::Grid;
 
 /// A as one matrix over the elements of Ω; 8·(ck)² bytes for c components and k elements.
@@ -119,10 +120,9 @@ impl Influence for Dense {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::foundation::half_space::HalfSpace;
+    use crate::foundation::HalfSpace;
     use crate::influence::laws;
-    use crate::numerics::Projection;
-    use crate::scene::Material;
+    use crate::model::{Material, Projection};
 
     #[test]
     fn obeys_the_laws() {

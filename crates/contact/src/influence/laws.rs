@@ -3,12 +3,13 @@
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 
-use super::{Components, Influence, InfluenceTable, Mirror, Scratch, Symmetry};
-use crate::foundation::bodies::Bodies;
-use crate::foundation::half_space::HalfSpace;
+use super::components::Components;
+use super::mirror::{Mirror, Symmetry};
+use super::operator::{Influence, Scratch};
+use super::table::InfluenceTable;
+use crate::foundation::{Bodies, HalfSpace};
 use crate::grid::Grid;
-use crate::numerics::Projection;
-use crate::scene::{Base, Layer, Material};
+use crate::model::{Base, Layer, Material, Projection};
 
 /// Agreement demanded, relative to the largest displacement.
 const ROUNDING: f64 = 2e-13;
@@ -237,7 +238,7 @@ fn operator(
 }
 
 /// A p in memory that held something else before.
-fn apply(a: &dyn Influence, p: &[f64]) -> Vec<f64> {
+pub(super) fn apply(a: &dyn Influence, p: &[f64]) -> Vec<f64> {
     let mut out = vec![f64::NAN; p.len()];
     let mut scratch = Scratch::new(a);
     a.apply(&mut out, &vec![1e3; p.len()], &mut scratch);
@@ -245,7 +246,7 @@ fn apply(a: &dyn Influence, p: &[f64]) -> Vec<f64> {
     out
 }
 
-fn close(what: &str, got: &[f64], expected: &[f64], size: f64) {
+pub(super) fn close(what: &str, got: &[f64], expected: &[f64], size: f64) {
     assert_eq!(got.len(), expected.len());
     for (e, (got, expected)) in got.iter().zip(expected).enumerate() {
         assert!(
@@ -488,23 +489,4 @@ fn scales(build: Build, case: &Case, ap: &[f64]) {
     let a = operator(build, &other.grid(), &other.bodies(), case.projection);
     let unscaled: Vec<f64> = apply(&*a, &case.p).iter().map(|u| u * modulus / length).collect();
     close("scaling", &unscaled, ap, ap.iter().fold(0.0_f64, |m, u| m.max(u.abs())));
-}
-
-#[test]
-fn both_operators_agree() {
-    for (nx, ny, hx, hy) in
-        [(24, 24, 1.0, 1.0), (7, 30, 0.2, 1.0), (31, 4, 1.0, 90.0), (1, 1, 1.0, 1.0)]
-    {
-        for projection in [Projection::Average, Projection::Midpoint] {
-            let (cx, cy) = (0.5 * nx as f64 * hx, 0.5 * ny as f64 * hy);
-            let grid = Grid::new(nx, ny, hx, hy, [0.5 * hx - cx, 0.5 * hy - cy]).unwrap();
-            let disk = grid.masked_by(|x, y| (x / cx).powi(2) + (y / cy).powi(2) < 0.9);
-            let bodies = HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.3 }, None);
-            let table = InfluenceTable::new(&disk, &bodies, projection);
-            let p: Vec<f64> = (0..3 * disk.len()).map(|e| ((e * e) as f64 * 0.37).sin()).collect();
-            let dense = apply(&super::Dense::new(&table), &p);
-            let size = dense.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
-            close("dense = FFT", &apply(&super::Toeplitz::new(&table), &p), &dense, size);
-        }
-    }
 }

@@ -1,8 +1,8 @@
 //! Planes of symmetry: fields of which a half or a quarter says everything.
 
-use super::{Components, Direction};
+use super::components::{Components, Direction};
+use crate::common::parallel;
 use crate::grid::{Grid, GridError};
-use crate::parallel;
 
 /// How a vector field behaves under a reflection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -165,6 +165,31 @@ impl Mirror {
 /// Place of the i-th element in the part that begins at `first`, and its sign there.
 fn fold(i: usize, first: usize, sign: f64) -> (usize, f64) {
     if i < first { (first - 1 - i, sign) } else { (i - first, 1.0) }
+}
+
+/// How many elements one stands for on the positive sides of mirror planes.
+pub(crate) fn images(mirror: &Mirror) -> f64 {
+    [mirror.x, mirror.y].iter().map(|plane| if plane.is_some() { 2.0 } else { 1.0 }).product()
+}
+
+/// What the sum over all elements is of the sum over those on the positive sides, for a component
+/// weighted with each rigid mode.
+pub(crate) fn weighted_images(mirror: &Mirror, direction: Direction) -> [f64; 6] {
+    // parity in x and y of the modes' functions 1, x and y, by degree of freedom and component
+    const EVEN: [f64; 2] = [1.0, 1.0];
+    const OF_X: [f64; 2] = [-1.0, 1.0];
+    const OF_Y: [f64; 2] = [1.0, -1.0];
+    let modes = match direction {
+        Direction::N => [EVEN, EVEN, EVEN, OF_Y, OF_X, EVEN],
+        Direction::X => [EVEN, EVEN, EVEN, EVEN, EVEN, OF_Y],
+        Direction::Y => [EVEN, EVEN, EVEN, EVEN, EVEN, OF_X],
+    };
+    let parity = mirror.parity(direction);
+    modes.map(|mode| {
+        let factor =
+            |plane: bool, axis: usize| if plane { 1.0 + parity[axis] * mode[axis] } else { 1.0 };
+        factor(mirror.x.is_some(), 0) * factor(mirror.y.is_some(), 1)
+    })
 }
 
 #[cfg(test)]

@@ -4,8 +4,9 @@ use rayon::prelude::*;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
+use super::components::{Direction, Entry};
+use super::mirror::Symmetry;
 use super::torus::{Axis, Torus};
-use super::{Direction, Entry, Symmetry};
 
 /// Symbols of a group of directions on a torus, the transforms' normalisation included.
 ///

@@ -2,92 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::{Components, Direction};
-use crate::foundation::bodies::Bodies;
-use crate::foundation::coefficient::Coefficient;
+use super::components::{Components, Direction, Entry};
+use crate::foundation::{Bodies, Coefficient};
 use crate::grid::Grid;
-use crate::numerics::Projection;
-use crate::problem::Diagonals;
-
-/// One of the six different entries of a coefficient; xn = −nx, yn = −ny, yx = xy.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Entry {
-    /// Normal displacement under pressure; even in Δi and in Δj.
-    Nn,
-    /// Displacement along x under traction along x; even in both.
-    Xx,
-    /// Displacement along y under traction along y; even in both.
-    Yy,
-    /// Displacement along x under traction along y; odd in both.
-    Xy,
-    /// Normal displacement under traction along x; odd in Δi, even in Δj.
-    Nx,
-    /// Normal displacement under traction along y; even in Δi, odd in Δj.
-    Ny,
-}
-
-impl Entry {
-    /// All six, in the order of their declaration.
-    pub const ALL: [Self; 6] = [Self::Nn, Self::Xx, Self::Yy, Self::Xy, Self::Nx, Self::Ny];
-
-    /// Whether the entry changes sign with Δi.
-    pub fn odd_in_x(self) -> bool {
-        matches!(self, Self::Xy | Self::Nx)
-    }
-
-    /// Whether the entry changes sign with Δj.
-    pub fn odd_in_y(self) -> bool {
-        matches!(self, Self::Xy | Self::Ny)
-    }
-
-    /// Directions of displacement and traction, in the order n, x, y.
-    pub fn directions(self) -> [Direction; 2] {
-        use Direction::{N, X, Y};
-        match self {
-            Self::Nn => [N, N],
-            Self::Xx => [X, X],
-            Self::Yy => [Y, Y],
-            Self::Xy => [X, Y],
-            Self::Nx => [N, X],
-            Self::Ny => [N, Y],
-        }
-    }
-
-    /// What it is with x and y exchanged.
-    fn exchanged(self) -> Self {
-        match self {
-            Self::Xx => Self::Yy,
-            Self::Yy => Self::Xx,
-            Self::Nx => Self::Ny,
-            Self::Ny => Self::Nx,
-            Self::Nn | Self::Xy => self,
-        }
-    }
-
-    /// The one that relates two directions.
-    pub(crate) fn between(a: Direction, b: Direction) -> Self {
-        use Direction::{N, X, Y};
-        match (a.min(b), a.max(b)) {
-            (N, N) => Self::Nn,
-            (X, X) => Self::Xx,
-            (Y, Y) => Self::Yy,
-            (X, _) => Self::Xy,
-            (N, X) => Self::Nx,
-            (N, Y) | (Y, _) => Self::Ny,
-        }
-    }
-
-    fn of(self, c: &Coefficient) -> f64 {
-        match self {
-            Self::Nn => c.nn,
-            Self::Xx => c.xx,
-            Self::Yy => c.yy,
-            Self::Xy => c.xy,
-            Self::Nx => c.nx,
-            Self::Ny => c.ny,
-        }
-    }
-}
+use crate::model::Projection;
 
 /// Influence coefficients of every offset that occurs on a grid, |Δi| < nx and |Δj| < ny:
 /// displacement of the receiver per unit traction on the source, Δ = receiver − source. Their unit
@@ -275,11 +193,30 @@ impl InfluenceTable {
     }
 }
 
+/// Diagonal entries of A, by which residuals become tractions. On a thin incompressible layer the
+/// one is a millionth of the other, and in the units of the larger one the smaller one's residual
+/// would be nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Diagonals {
+    /// Normal displacement by the element's own pressure.
+    pub normal: f64,
+    /// The larger one of both tangential displacements by the element's own traction in their
+    /// direction.
+    pub tangential: f64,
+}
+
+impl From<f64> for Diagonals {
+    /// One for all directions.
+    fn from(diagonal: f64) -> Self {
+        Self { normal: diagonal, tangential: diagonal }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::foundation::half_space::HalfSpace;
-    use crate::scene::{Base, Layer, Material};
+    use crate::foundation::HalfSpace;
+    use crate::model::{Base, Layer, Material};
 
     fn bodies() -> HalfSpace {
         HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.3 }, None)

@@ -4,11 +4,12 @@
 //! least (2nx − 1) × (2ny − 1) elements, where Fourier's transform makes it a product with the
 //! symbol of each entry.
 
+use super::components::{Components, Direction, Entry};
+use super::mirror::Mirror;
+use super::operator::{Influence, Scratch, ScratchSize};
 use super::symbols::Symbols;
+use super::table::InfluenceTable;
 use super::torus::Torus;
-use super::{
-    Components, Direction, Entry, Influence, InfluenceTable, Mirror, Scratch, ScratchSize,
-};
 use crate::grid::Grid;
 
 /// A by FFT: memory O(k), an application O(k log k). With fewer components or with mirror planes
@@ -118,7 +119,10 @@ impl Influence for Toeplitz {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::foundation::HalfSpace;
+    use crate::influence::dense::Dense;
     use crate::influence::laws;
+    use crate::model::{Material, Projection};
 
     #[test]
     fn obeys_the_laws() {
@@ -130,5 +134,25 @@ mod tests {
         laws::same_on_any_number_of_threads(|table, components, mirror| {
             Box::new(Toeplitz::of(table, components, mirror))
         });
+    }
+
+    #[test]
+    fn both_operators_agree() {
+        for (nx, ny, hx, hy) in
+            [(24, 24, 1.0, 1.0), (7, 30, 0.2, 1.0), (31, 4, 1.0, 90.0), (1, 1, 1.0, 1.0)]
+        {
+            for projection in [Projection::Average, Projection::Midpoint] {
+                let (cx, cy) = (0.5 * nx as f64 * hx, 0.5 * ny as f64 * hy);
+                let grid = Grid::new(nx, ny, hx, hy, [0.5 * hx - cx, 0.5 * hy - cy]).unwrap();
+                let disk = grid.masked_by(|x, y| (x / cx).powi(2) + (y / cy).powi(2) < 0.9);
+                let bodies = HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.3 }, None);
+                let table = InfluenceTable::new(&disk, &bodies, projection);
+                let p: Vec<f64> =
+                    (0..3 * disk.len()).map(|e| ((e * e) as f64 * 0.37).sin()).collect();
+                let dense = laws::apply(&Dense::new(&table), &p);
+                let size = dense.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
+                laws::close("dense = FFT", &laws::apply(&Toeplitz::new(&table), &p), &dense, size);
+            }
+        }
     }
 }

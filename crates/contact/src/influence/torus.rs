@@ -1,40 +1,34 @@
-//! Cyclic convolution of fields on a torus of elements: transforms, the product with real symbols,
-//! and back.
+//! A torus of elements: its size, the transforms of a field on it, and the memory for them.
 //!
 //! A field on nx × ny elements is padded to the torus, or fills it. Along a mirrored direction it
 //! is the half of an even or odd field that repeats after twice the length of the transform: a
 //! cosine or sine transform, made of a Fourier transform of half the torus (J. Makhoul, IEEE Trans.
 //! ASSP 28 (1980) 27–34, doi:10.1109/TASSP.1980.1163351).
-//!
-//! One convolution: real transforms of the rows that are not padding; then for each column of the
-//! spectrum a transform along y, the product, and back; then the rows back. Each step writes what
-//! only it owns, in parallel: the rows, then tiles of a few columns, then the rows of the result.
 
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
-use rayon::prelude::*;
 use realfft::num_complex::Complex;
-use realfft::num_traits::Zero;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner};
 
-use super::symbols::{Symbols, entry_at};
-use super::{Direction, Mirror, Scratch, ScratchSize, Symmetry};
+use super::components::Direction;
+use super::mirror::{Mirror, Symmetry};
+use super::operator::ScratchSize;
 
 /// Columns of the spectrum that are transformed together; four complex numbers fill a cache line.
-const TILE: usize = 4;
+pub(super) const TILE: usize = 4;
 
 /// A torus, the field on a part of it, and the transforms.
 #[derive(Clone)]
 pub(crate) struct Torus {
     pub(super) x: Axis,
     pub(super) y: Axis,
-    row_forward: Arc<dyn RealToComplex<f64>>,
-    row_backward: Arc<dyn ComplexToReal<f64>>,
-    column_forward: Arc<dyn Fft<f64>>,
-    column_backward: Arc<dyn Fft<f64>>,
+    pub(super) row_forward: Arc<dyn RealToComplex<f64>>,
+    pub(super) row_backward: Arc<dyn ComplexToReal<f64>>,
+    pub(super) column_forward: Arc<dyn Fft<f64>>,
+    pub(super) column_backward: Arc<dyn Fft<f64>>,
 }
 
 impl fmt::Debug for Torus {
@@ -47,14 +41,14 @@ impl fmt::Debug for Torus {
 #[derive(Clone, Debug)]
 pub(super) struct Axis {
     /// Elements of the field.
-    elements: usize,
+    pub(super) elements: usize,
     /// Elements of the torus.
     pub(super) torus: usize,
     /// Length of the transform: the torus, or half of it where mirrored.
     pub(super) length: usize,
     pub(super) symmetry: Option<Symmetry>,
     /// e^(−iπk/2·length) up to the middle, where mirrored.
-    turns: Vec<Complex<f64>>,
+    pub(super) turns: Vec<Complex<f64>>,
 }
 
 impl Axis {
@@ -72,7 +66,7 @@ impl Axis {
 
     /// Where the transform takes the j-th element from. Mirrored: even ones in order, then odd ones
     /// backwards.
-    fn place(&self, j: usize) -> usize {
+    pub(super) fn place(&self, j: usize) -> usize {
         match self.symmetry {
             None => j,
             Some(_) if j.is_multiple_of(2) => j / 2,
@@ -81,7 +75,7 @@ impl Axis {
     }
 
     /// Places that no element goes to.
-    fn padding(&self) -> Range<usize> {
+    pub(super) fn padding(&self) -> Range<usize> {
         match self.symmetry {
             None => self.elements..self.length,
             Some(_) => self.elements.div_ceil(2)..self.length - self.elements / 2,
@@ -90,7 +84,7 @@ impl Axis {
 
     /// Sign with which odd elements enter the transform: a sine transform is the cosine transform
     /// of alternating signs, with the wavenumbers in reverse.
-    fn sign(&self, direction: Direction, across: Direction) -> f64 {
+    pub(super) fn sign(&self, direction: Direction, across: Direction) -> f64 {
         let odd = self
             .symmetry
             .is_some_and(|symmetry| (symmetry == Symmetry::Symmetric) == (direction == across));
@@ -149,11 +143,11 @@ impl Torus {
 
     /// From one column of a tile to the next: off powers of two, where they would all compete for
     /// the same lines of the cache.
-    fn stride(&self) -> usize {
+    pub(super) fn stride(&self) -> usize {
         self.y.length + TILE
     }
 
-    fn tiles(&self) -> usize {
+    pub(super) fn tiles(&self) -> usize {
         self.columns().div_ceil(TILE)
     }
 
@@ -169,7 +163,7 @@ impl Torus {
 
     /// Complex numbers that one thread needs for `fields` fields: columns of a tile, and what the
     /// transforms ask for.
-    fn slot_size(&self, fields: usize) -> [usize; 2] {
+    pub(super) fn slot_size(&self, fields: usize) -> [usize; 2] {
         let transforms = [
             self.row_forward.get_scratch_len(),
             self.row_backward.get_scratch_len(),
@@ -189,378 +183,6 @@ impl Torus {
             complex: rows * (self.columns() + self.tiles() * TILE) + threads * slot,
         }
     }
-
-    fn work<'a>(&self, fields: usize, scratch: &'a mut Scratch) -> Work<'a> {
-        let rows = fields * self.y.elements;
-        let [columns, transform] = self.slot_size(fields);
-        let size = self.scratch_size(fields, scratch.threads);
-        let (real, complex) = scratch.take(size);
-        let (spectrum, complex) = complex.split_at_mut(rows * self.columns());
-        let (tiles, complex) = complex.split_at_mut(rows * self.tiles() * TILE);
-        let slots = real
-            .chunks_exact_mut(self.x.length)
-            .zip(complex.chunks_exact_mut(columns + transform))
-            .map(|(row, complex)| {
-                let (columns, transform) = complex.split_at_mut(columns);
-                Slot { row, columns, transform }
-            })
-            .collect();
-        Work { spectrum, tiles, slots }
-    }
-
-    /// out = the convolution of F = `symbols.directions` fields with the symbols. `entries` turns
-    /// the packed symbols of a wavenumber into those to multiply with. `masked`: only these
-    /// elements count.
-    pub(crate) fn convolve<const F: usize, const S: usize>(
-        &self,
-        symbols: &Symbols,
-        entries: impl Fn([f64; S]) -> [f64; S] + Sync,
-        mask: Option<&[bool]>,
-        out: &mut [f64],
-        p: &[f64],
-        scratch: &mut Scratch,
-    ) {
-        debug_assert_eq!((symbols.directions.len(), S), (F, F * (F + 1) / 2));
-        let directions: [Direction; F] = std::array::from_fn(|block| symbols.directions[block]);
-        let mut work = self.work(F, scratch);
-        self.forward(p, mask, &directions, &mut work);
-        self.multiply(symbols, &directions, entries, &mut work);
-        self.backward(out, mask, &directions, &mut work);
-    }
-
-    /// Transforms the rows.
-    fn forward(
-        &self,
-        p: &[f64],
-        mask: Option<&[bool]>,
-        directions: &[Direction],
-        work: &mut Work<'_>,
-    ) {
-        let (nx, ny) = (self.x.elements, self.y.elements);
-        assert_eq!(p.len(), directions.len() * self.field_len(), "fields on another grid");
-        share(work.spectrum, self.columns(), &mut work.slots, |at, waves, slot| {
-            let (block, j) = (at / ny, at % ny);
-            let from = &p[at * nx..(at + 1) * nx];
-            let inside = mask.map(|mask| &mask[j * nx..(j + 1) * nx]);
-            let sign = self.x.sign(directions[block], Direction::X);
-            // rows without contact
-            if from.iter().all(|value| *value == 0.0) {
-                waves.fill(Complex::zero());
-                return;
-            }
-            slot.row[self.x.padding()].fill(0.0);
-            if self.x.symmetry.is_none() {
-                slot.row[..nx].copy_from_slice(from);
-            } else {
-                for (i, pair) in from.chunks(2).enumerate() {
-                    slot.row[i] = pair[0];
-                    if let [_, odd] = pair {
-                        slot.row[self.x.length - 1 - i] = sign * odd;
-                    }
-                }
-            }
-            if let Some(inside) = inside {
-                for (i, _) in inside.iter().enumerate().filter(|(_, inside)| !**inside) {
-                    slot.row[self.x.place(i)] = 0.0;
-                }
-            }
-            let done = self.row_forward.process_with_scratch(slot.row, waves, slot.transform);
-            debug_assert!(done.is_ok());
-            waves.iter_mut().zip(&self.x.turns).for_each(|(wave, turn)| *wave *= turn);
-        });
-    }
-
-    /// Transforms the columns, multiplies, transforms back.
-    fn multiply<const F: usize, const S: usize>(
-        &self,
-        symbols: &Symbols,
-        directions: &[Direction; F],
-        entries: impl Fn([f64; S]) -> [f64; S] + Sync,
-        work: &mut Work<'_>,
-    ) {
-        let (spectrum, rows) = (&*work.spectrum, F * self.y.elements);
-        share(work.tiles, rows * TILE, &mut work.slots, |at, tile, slot| {
-            let columns = at * TILE..self.columns().min((at + 1) * TILE);
-            let buffer = &mut slot.columns[..F * columns.len() * self.stride()];
-            self.load(directions, columns.clone(), spectrum, buffer);
-            for column in buffer.chunks_exact_mut(self.stride()) {
-                self.column_forward
-                    .process_with_scratch(&mut column[..self.y.length], slot.transform);
-            }
-            for (column, at) in buffer.chunks_exact_mut(F * self.stride()).zip(columns.clone()) {
-                match self.x.symmetry {
-                    None => self.multiply_column(
-                        directions,
-                        column,
-                        symbols.column::<S, 1>(at),
-                        &entries,
-                    ),
-                    Some(_) => self.multiply_column(
-                        directions,
-                        column,
-                        symbols.column::<S, 2>(at),
-                        &entries,
-                    ),
-                }
-            }
-            for column in buffer.chunks_exact_mut(self.stride()) {
-                self.column_backward
-                    .process_with_scratch(&mut column[..self.y.length], slot.transform);
-            }
-            self.store(directions, columns.len(), buffer, tile);
-        });
-    }
-
-    /// Columns of the spectrum, which has a row for each row of each block, to the places where the
-    /// transform takes them from.
-    fn load(
-        &self,
-        directions: &[Direction],
-        columns: Range<usize>,
-        spectrum: &[Complex<f64>],
-        buffer: &mut [Complex<f64>],
-    ) {
-        let (ny, stride) = (self.y.elements, self.stride());
-        for column in buffer.chunks_exact_mut(stride) {
-            column[self.y.padding()].fill(Complex::zero());
-        }
-        for (block, &direction) in directions.iter().enumerate() {
-            let odd = self.y.sign(direction, Direction::Y);
-            for j in 0..ny {
-                let from = &spectrum[(block * ny + j) * self.columns()..][columns.clone()];
-                let (place, sign) = (self.y.place(j), if j.is_multiple_of(2) { 1.0 } else { odd });
-                for (c, value) in from.iter().enumerate() {
-                    buffer[(c * directions.len() + block) * stride + place] = value * sign;
-                }
-            }
-        }
-    }
-
-    /// The reverse of `load`: to a tile with TILE numbers for each row of each block.
-    fn store(
-        &self,
-        directions: &[Direction],
-        width: usize,
-        buffer: &[Complex<f64>],
-        tile: &mut [Complex<f64>],
-    ) {
-        let (ny, stride) = (self.y.elements, self.stride());
-        for (block, &direction) in directions.iter().enumerate() {
-            let odd = self.y.sign(direction, Direction::Y);
-            for j in 0..ny {
-                let (place, sign) = (self.y.place(j), if j.is_multiple_of(2) { 1.0 } else { odd });
-                for (c, value) in tile[(block * ny + j) * TILE..][..width].iter_mut().enumerate() {
-                    *value = buffer[(c * directions.len() + block) * stride + place] * sign;
-                }
-            }
-        }
-    }
-
-    /// Multiplies one column (of every block, a stride apart) by its symbols, two wavenumbers along
-    /// y at a time.
-    ///
-    /// With the component along a direction turned by i, as sines are against cosines, every symbol
-    /// is real and symmetric: see [`Symbols`] for their order and signs.
-    fn multiply_column<const F: usize, const S: usize, const LANES: usize>(
-        &self,
-        directions: &[Direction; F],
-        column: &mut [Complex<f64>],
-        symbols: &[[[f64; LANES]; S]],
-        entries: &impl Fn([f64; S]) -> [f64; S],
-    ) {
-        let my = self.y.length;
-        let mut parts = column.chunks_exact_mut(self.stride());
-        let blocks: [&mut [Complex<f64>]; F] = std::array::from_fn(|_| {
-            parts.next().map_or(Default::default(), |part| &mut part[..my])
-        });
-        let along = |direction: Direction| directions.map(|d| d == direction);
-        let (x, y) = (along(Direction::X), directions.map(|d| d == Direction::Y));
-        for k in 0..=my / 2 {
-            let m = if k == 0 { 0 } else { my - k };
-            let (mut one, mut two) = ([Complex::zero(); F], [Complex::zero(); F]);
-            for c in 0..F {
-                (one[c], two[c]) = (blocks[c][k], blocks[c][m]);
-                if x[c] {
-                    (one[c], two[c]) = (turned(one[c]), turned(two[c]));
-                }
-            }
-            if self.y.symmetry.is_some() {
-                // cosine transforms at k and length − k; sine transforms at length − k and k
-                let turn = self.y.turns[k];
-                for c in 0..F {
-                    let (a, b) = (turn * one[c], turn.conj() * two[c]);
-                    let (u, w) = (0.5 * (a + b), 0.5 * turned(a - b));
-                    (one[c], two[c]) = if y[c] { (w, u) } else { (u, w) };
-                }
-                one = product(&adapted(&symbols[k], entries), one);
-                two = product(&adapted(&symbols[my - k], entries), two);
-                for c in 0..F {
-                    let (u, w) = if y[c] { (two[c], one[c]) } else { (one[c], two[c]) };
-                    let w = turned(w);
-                    (one[c], two[c]) = (turn.conj() * (u - w), turn * (u + w));
-                }
-            } else {
-                for c in 0..F {
-                    if y[c] {
-                        (one[c], two[c]) = (turned(one[c]), turned_back(two[c]));
-                    }
-                }
-                let symbol = adapted(&symbols[k], entries);
-                if LANES == 1 {
-                    (one, two) = (product(&symbol, one), product(&symbol, two));
-                } else {
-                    // each number holds the spectra a, b of two real columns: a + ib at k, and at
-                    // −k their conjugates
-                    let two_conjugate = two.map(|z| z.conj());
-                    let a: [Complex<f64>; F] =
-                        std::array::from_fn(|c| 0.5 * (one[c] + two_conjugate[c]));
-                    let ib: [Complex<f64>; F] =
-                        std::array::from_fn(|c| 0.5 * (one[c] - two_conjugate[c]));
-                    let (a, ib) = (
-                        product(&symbol.map(|s| [s[0]]), a),
-                        product(&symbol.map(|s| [s[LANES - 1]]), ib),
-                    );
-                    for c in 0..F {
-                        (one[c], two[c]) = (a[c] + ib[c], (a[c] - ib[c]).conj());
-                    }
-                }
-                for c in 0..F {
-                    if y[c] {
-                        (one[c], two[c]) = (turned_back(one[c]), turned(two[c]));
-                    }
-                }
-            }
-            for c in 0..F {
-                if x[c] {
-                    (one[c], two[c]) = (turned_back(one[c]), turned_back(two[c]));
-                }
-                (blocks[c][k], blocks[c][m]) = (one[c], two[c]);
-            }
-        }
-    }
-
-    /// Transforms the rows back.
-    fn backward(
-        &self,
-        out: &mut [f64],
-        mask: Option<&[bool]>,
-        directions: &[Direction],
-        work: &mut Work<'_>,
-    ) {
-        let (nx, ny, columns) = (self.x.elements, self.y.elements, self.columns());
-        assert_eq!(out.len(), directions.len() * self.field_len(), "fields on another grid");
-        let (tiles, rows) = (&*work.tiles, directions.len() * ny);
-        share(out, nx, &mut work.slots, |at, row, slot| {
-            let (block, j) = (at / ny, at % ny);
-            let waves = &mut slot.columns[..columns];
-            for (part, tile) in waves.chunks_mut(TILE).zip(tiles.chunks_exact(rows * TILE)) {
-                part.copy_from_slice(&tile[at * TILE..][..part.len()]);
-            }
-            waves.iter_mut().zip(&self.x.turns).for_each(|(wave, turn)| *wave *= turn.conj());
-            // Zero but for rounding, as a real field's must be.
-            waves[0].im = 0.0;
-            if self.x.length.is_multiple_of(2) {
-                waves[columns - 1].im = 0.0;
-            }
-            let done = self.row_backward.process_with_scratch(waves, slot.row, slot.transform);
-            debug_assert!(done.is_ok());
-            if self.x.symmetry.is_none() {
-                row.copy_from_slice(&slot.row[..nx]);
-            } else {
-                let sign = self.x.sign(directions[block], Direction::X);
-                for (i, pair) in row.chunks_mut(2).enumerate() {
-                    pair[0] = slot.row[i];
-                    if let [_, odd] = pair {
-                        *odd = sign * slot.row[self.x.length - 1 - i];
-                    }
-                }
-            }
-            if let Some(mask) = mask {
-                for (value, _) in
-                    row.iter_mut().zip(&mask[j * nx..]).filter(|(_, inside)| !**inside)
-                {
-                    *value = 0.0;
-                }
-            }
-        });
-    }
-}
-
-/// i z
-fn turned(z: Complex<f64>) -> Complex<f64> {
-    Complex::new(-z.im, z.re)
-}
-
-/// −i z
-fn turned_back(z: Complex<f64>) -> Complex<f64> {
-    Complex::new(z.im, -z.re)
-}
-
-/// The symbols to multiply with, lane by lane.
-fn adapted<const S: usize, const LANES: usize>(
-    symbols: &[[f64; LANES]; S],
-    entries: &impl Fn([f64; S]) -> [f64; S],
-) -> [[f64; LANES]; S] {
-    let mut out = [[0.0; LANES]; S];
-    for lane in 0..LANES {
-        let of_lane = entries(symbols.map(|symbol| symbol[lane]));
-        for (to, from) in out.iter_mut().zip(of_lane) {
-            to[lane] = from;
-        }
-    }
-    out
-}
-
-/// A real symmetric matrix, packed, times a vector; the first lane for the real part, the last for
-/// the imaginary one.
-fn product<const F: usize, const S: usize, const LANES: usize>(
-    matrix: &[[f64; LANES]; S],
-    v: [Complex<f64>; F],
-) -> [Complex<f64>; F] {
-    std::array::from_fn(|row| {
-        let mut sum = Complex::zero();
-        for (column, v) in v.iter().enumerate() {
-            let entry = &matrix[entry_at(F, row, column)];
-            sum += Complex::new(entry[0] * v.re, entry[LANES - 1] * v.im);
-        }
-        sum
-    })
-}
-
-/// Memory of one convolution.
-struct Work<'a> {
-    /// A row of columns for each row of each field.
-    spectrum: &'a mut [Complex<f64>],
-    /// The same in tiles of TILE columns.
-    tiles: &'a mut [Complex<f64>],
-    slots: Vec<Slot<'a>>,
-}
-
-/// What one thread works in.
-struct Slot<'a> {
-    row: &'a mut [f64],
-    columns: &'a mut [Complex<f64>],
-    transform: &'a mut [Complex<f64>],
-}
-
-/// Works on every `unit` of `whole`, a slot's worth of neighbours each on its own thread. What a
-/// unit becomes depends on its number only.
-fn share<T: Send>(
-    whole: &mut [T],
-    unit: usize,
-    slots: &mut [Slot<'_>],
-    work: impl Fn(usize, &mut [T], &mut Slot<'_>) + Sync,
-) {
-    if let [slot] = slots {
-        whole.chunks_exact_mut(unit).enumerate().for_each(|(at, part)| work(at, part, slot));
-        return;
-    }
-    let each = (whole.len() / unit).div_ceil(slots.len());
-    whole.par_chunks_mut(each * unit).zip(slots).enumerate().for_each(|(chunk, (parts, slot))| {
-        for (at, part) in parts.chunks_exact_mut(unit).enumerate() {
-            work(chunk * each + at, part, slot);
-        }
-    });
 }
 
 #[cfg(test)]

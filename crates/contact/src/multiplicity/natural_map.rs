@@ -4,12 +4,11 @@
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef};
 
-use crate::friction::{g_mu, h_u};
-use crate::problem::Problem;
+use crate::problem::{Problem, g_mu, h_u};
 
 /// What an element is taken to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Piece {
+pub(super) enum ElementState {
     /// p = 0.
     Open,
     /// w = 0.
@@ -157,7 +156,7 @@ impl<'a> NaturalMap<'a> {
 
     /// The tractions in equilibrium when every element does what `pattern` (one entry per element
     /// of the grid) says, signs and bounds left out of account; zero where that is singular.
-    pub(super) fn equilibrium(&self, pattern: &[Piece]) -> Vec<f64> {
+    pub(super) fn equilibrium(&self, pattern: &[ElementState]) -> Vec<f64> {
         let (m, size) = (self.active.len(), self.size());
         let f = self.column(&self.problem.f);
         let epsilon = self.problem.epsilon;
@@ -166,14 +165,14 @@ impl<'a> NaturalMap<'a> {
             |row: usize, column: usize| self.matrix[(row, column)] + epsilon * unit(row, column);
         let piece = |row: usize| pattern[self.active[row % m]];
         let system = Mat::from_fn(size, size, |row, column| match (piece(row), row / m) {
-            (Piece::Open, _) => unit(row, column),
-            (Piece::Stick, _) | (Piece::Slip(_), 0) => elastic(row, column),
-            (Piece::Slip(n), c) => {
+            (ElementState::Open, _) => unit(row, column),
+            (ElementState::Stick, _) | (ElementState::Slip(_), 0) => elastic(row, column),
+            (ElementState::Slip(n), c) => {
                 unit(row, column) - self.problem.mu * n[c - 1] * unit(row % m, column)
             }
         });
         let right = Mat::from_fn(size, 1, |row, _| match (piece(row), row / m) {
-            (Piece::Stick, _) | (Piece::Slip(_), 0) => f[(row, 0)],
+            (ElementState::Stick, _) | (ElementState::Slip(_), 0) => f[(row, 0)],
             _ => 0.0,
         });
         let solved = self.field(system.partial_piv_lu().solve(&right).as_ref());
@@ -253,9 +252,8 @@ fn sign_of_determinant(factors: &PartialPivLu<f64>) -> i64 {
 mod tests {
     use super::*;
     use crate::influence::{Dense, InfluenceTable};
-    use crate::numerics::{Mesh, Method, Numerics, Projection};
+    use crate::model::{Mesh, Method, Numerics, Projection, sphere_on_half_space};
     use crate::punch::Surfaces;
-    use crate::scene::tests::sphere_on_half_space;
 
     #[test]
     fn signs_of_determinants_are_those_of_their_permutations() {
@@ -307,19 +305,21 @@ mod tests {
             let predicted = &jacobian * &change;
             assert!((&moved - &value - &predicted).norm_l2() < 1e-5 * predicted.norm_l2());
 
-            let pattern: Vec<Piece> = (0..k)
-                .map(|e| [Piece::Open, Piece::Stick, Piece::Slip([0.6, 0.8])][e % 3])
+            let pattern: Vec<ElementState> = (0..k)
+                .map(|e| {
+                    [ElementState::Open, ElementState::Stick, ElementState::Slip([0.6, 0.8])][e % 3]
+                })
                 .collect();
             let p = map.equilibrium(&pattern);
             let x = map.argument(map.column(&p).as_ref());
             for e in 0..k {
                 // x = p where w = 0
                 match pattern[e] {
-                    Piece::Open => assert_eq!([p[e], p[k + e], p[2 * k + e]], [0.0; 3]),
-                    Piece::Stick => {
+                    ElementState::Open => assert_eq!([p[e], p[k + e], p[2 * k + e]], [0.0; 3]),
+                    ElementState::Stick => {
                         assert!((0..3).all(|c| (x[(c * k + e, 0)] - p[c * k + e]).abs() < 1e-12))
                     }
-                    Piece::Slip(n) => {
+                    ElementState::Slip(n) => {
                         assert!((x[(e, 0)] - p[e]).abs() < 1e-12);
                         assert!(
                             (0..2).all(|c| (p[(c + 1) * k + e] - 0.7 * n[c] * p[e]).abs() < 1e-12)

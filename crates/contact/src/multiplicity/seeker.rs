@@ -2,19 +2,16 @@
 
 use std::sync::Arc;
 
-use super::natural_map::{NaturalMap, Piece};
+use super::found::{Multiplicity, Origin, Search, Solution};
+use super::natural_map::{ElementState, NaturalMap};
 use super::start::{self, generator};
-use super::{Multiplicity, Origin, Search, Solution};
-use crate::effect::Stage;
 use crate::influence::{Components, Dense, Mirror};
-use crate::loading::Control;
-use crate::numerics::{Method, Numerics, Projection};
-use crate::operators::{Operator, Operators};
-use crate::outcome::{Status, WorkDone};
-use crate::problem::Problem;
-use crate::scene::{Scene, SceneError, refuse};
-use crate::solve::{Before, conclude, in_units};
-use crate::solver::{self, Iterate, Limits, Start, Stop, newton};
+use crate::model::{
+    Control, Method, Numerics, Projection, Scene, SceneError, Status, WorkDone, refuse,
+};
+use crate::path::{Departure, Increment, certify_increment, in_units};
+use crate::problem::{Operator, Operators, Problem, Stage};
+use crate::solver::{self, Iterate, Start, Stop, StopRule, newton};
 
 /// Relative residual to which a candidate is polished, if rounding lets it.
 const POLISHED: f64 = 1e-12;
@@ -51,7 +48,7 @@ pub(super) struct Seeker<'a> {
     /// What governs the punch, in the problem's units and in SI units.
     pub(super) controls: [Control; 6],
     pub(super) asked: [Control; 6],
-    before: Before,
+    departure: Departure,
     numerics: &'a Numerics,
     /// Tractions and motions of the solutions.
     found: Vec<Start>,
@@ -88,7 +85,7 @@ impl<'a> Seeker<'a> {
             dense,
             controls: [Control::Motion(0.0); 6],
             asked: [Control::Motion(0.0); 6],
-            before: Before::default(),
+            departure: Departure::default(),
             numerics,
             found: Vec::new(),
             result: Multiplicity {
@@ -112,16 +109,16 @@ impl<'a> Seeker<'a> {
             .numerics
             .method
             .chosen(&scene.loading, [self.problem.grid.nx(), self.problem.grid.ny()]);
-        let limits = Limits {
+        let rule = StopRule {
             tolerance: self.numerics.tolerance,
             max_iterations: self.numerics.max_iterations,
         };
         let mut start = Start { p: vec![0.0; self.problem.f.len()], motion: [0.0; 6] };
         let legs = scene.loading.legs();
         for (at, leg) in legs.iter().enumerate() {
-            let departure = self.before;
+            let leg_departure = self.departure;
             for part in 1..=leg.increments {
-                self.asked = leg.increment(part, &departure.motion, &departure.resultants);
+                self.asked = leg.increment(part, &leg_departure.motion, &leg_departure.resultants);
                 self.controls = in_units(&self.asked, &self.problem);
                 if at + 1 == legs.len() && part == leg.increments {
                     return Ok(start);
@@ -133,28 +130,30 @@ impl<'a> Seeker<'a> {
                     &WHOLE,
                     &self.controls,
                     &start,
-                    &limits,
+                    &rule,
                 );
                 self.count(&iterate);
-                let (status, mut step, _, w) = conclude(
+                let Increment { status, mut outcome, slip, .. } = certify_increment(
                     &self.problem,
                     &self.certifying,
                     &iterate,
                     &self.asked,
-                    &self.before,
+                    &self.departure,
                     self.numerics.tolerance,
                 );
-                (step.step, step.cycle) = (leg.step, leg.cycle);
-                self.before =
-                    Before { motion: step.motion, resultants: step.observables.resultants() };
-                self.result.before.push(step);
+                (outcome.step, outcome.cycle) = (leg.step, leg.cycle);
+                self.departure = Departure {
+                    motion: outcome.motion,
+                    resultants: outcome.observables.resultants(),
+                };
+                self.result.before.push(outcome);
                 if let Status::Failed { reason } = status {
                     return Err(format!(
                         "loading.steps[{}], increment {part} of {}: {reason}",
                         leg.step, leg.increments
                     ));
                 }
-                self.problem.remember(&iterate.p, &w, &iterate.motion);
+                self.problem.remember(&iterate.p, &slip, &iterate.motion);
                 start = Start { p: iterate.p, motion: iterate.motion };
             }
         }
@@ -164,7 +163,7 @@ impl<'a> Seeker<'a> {
     /// Tries every start.
     pub(super) fn seek(&mut self, before: &Start, search: &Search) {
         // what an ordinary solve finds also says where a motion that a force governs will be
-        let limits = self.limits();
+        let rule = self.rule();
         let iterate = solver::solve(
             Method::Newton,
             &mut self.problem,
@@ -172,7 +171,7 @@ impl<'a> Seeker<'a> {
             &WHOLE,
             &self.controls,
             before,
-            &limits,
+            &rule,
         );
         let motion = if iterate.motion.iter().all(|q| q.is_finite()) {
             iterate.motion
@@ -187,12 +186,12 @@ impl<'a> Seeker<'a> {
         self.both(Origin::Nothing, &Start { p: nothing.clone(), motion });
         let p = start::hertz(&self.problem);
         self.both(Origin::Hertz, &Start { p, motion });
-        self.pattern(Origin::Stick, &vec![Piece::Stick; self.problem.grid.len()], motion);
+        self.pattern(Origin::Stick, &vec![ElementState::Stick; self.problem.grid.len()], motion);
         for eighth in 0..8 {
             let (y, x) = (f64::from(eighth) * std::f64::consts::FRAC_PI_4).sin_cos();
             self.pattern(
                 Origin::Slip(eighth),
-                &vec![Piece::Slip([x, y]); self.problem.grid.len()],
+                &vec![ElementState::Slip([x, y]); self.problem.grid.len()],
                 motion,
             );
         }
@@ -283,8 +282,8 @@ impl<'a> Seeker<'a> {
         NaturalMap::new(&self.problem, self.dense.matrix(), self.operator.table.largest_diagonal())
     }
 
-    fn limits(&self) -> Limits {
-        Limits { tolerance: HANDED_OVER, max_iterations: self.numerics.max_iterations }
+    fn rule(&self) -> StopRule {
+        StopRule { tolerance: HANDED_OVER, max_iterations: self.numerics.max_iterations }
     }
 
     fn count(&mut self, iterate: &Iterate) {
@@ -299,7 +298,7 @@ impl<'a> Seeker<'a> {
     }
 
     /// Starts both methods where the linear equations of a pattern of states lead.
-    fn pattern(&mut self, origin: Origin, pattern: &[Piece], motion: [f64; 6]) {
+    fn pattern(&mut self, origin: Origin, pattern: &[ElementState], motion: [f64; 6]) {
         self.problem.place(&motion);
         let p = self.map().equilibrium(pattern);
         self.result.factorisations += 1;
@@ -308,7 +307,7 @@ impl<'a> Seeker<'a> {
 
     /// Starts one method.
     fn one(&mut self, origin: Origin, method: Method, start: &Start) {
-        let limits = self.limits();
+        let rule = self.rule();
         let iterate = match method {
             Method::Seidel => solver::solve(
                 method,
@@ -317,12 +316,12 @@ impl<'a> Seeker<'a> {
                 &WHOLE,
                 &self.controls,
                 start,
-                &limits,
+                &rule,
             ),
             Method::Newton | Method::Auto => {
-                let limits =
-                    Limits { max_iterations: limits.max_iterations.min(NEWTON_STEPS), ..limits };
-                newton::solve(&mut self.problem, &self.operator, &self.controls, start, &limits)
+                let rule =
+                    StopRule { max_iterations: rule.max_iterations.min(NEWTON_STEPS), ..rule };
+                newton::solve(&mut self.problem, &self.operator, &self.controls, start, &rule)
             }
         };
         self.settle(origin, method, iterate);
@@ -332,11 +331,10 @@ impl<'a> Seeker<'a> {
     /// start; the last factor is 1.
     fn along(&mut self, origin: Origin, factors: &[f64], mut start: Start) {
         let mu = self.problem.mu;
-        let limits = self.limits();
+        let rule = self.rule();
         for factor in factors {
             self.problem.mu = mu * factor;
-            let steps =
-                Limits { max_iterations: limits.max_iterations.min(NEWTON_STEPS), ..limits };
+            let steps = StopRule { max_iterations: rule.max_iterations.min(NEWTON_STEPS), ..rule };
             let mut iterate =
                 newton::solve(&mut self.problem, &self.operator, &self.controls, &start, &steps);
             self.count(&iterate);
@@ -348,7 +346,7 @@ impl<'a> Seeker<'a> {
                     &WHOLE,
                     &self.controls,
                     &start,
-                    &limits,
+                    &rule,
                 );
                 self.count(&iterate);
             }
@@ -379,18 +377,18 @@ impl<'a> Seeker<'a> {
             self.result.failed += 1;
             return;
         }
-        let limits = Limits { tolerance: POLISHED, max_iterations: NEWTON_STEPS };
+        let rule = StopRule { tolerance: POLISHED, max_iterations: NEWTON_STEPS };
         let start = Start { p: iterate.p, motion: iterate.motion };
         let polished =
-            newton::solve(&mut self.problem, &self.operator, &self.controls, &start, &limits);
+            newton::solve(&mut self.problem, &self.operator, &self.controls, &start, &rule);
         self.count(&polished);
         let tolerance = self.numerics.tolerance.min(LOOSEST);
-        let (status, step, fields, _) = conclude(
+        let Increment { status, outcome, fields, .. } = certify_increment(
             &self.problem,
             &self.certifying,
             &polished,
             &self.asked,
-            &self.before,
+            &self.departure,
             tolerance,
         );
         if status != Status::Certified {
@@ -422,9 +420,9 @@ impl<'a> Seeker<'a> {
             && self.problem.projection == Projection::Average;
         self.found.push(Start { p: polished.p, motion: polished.motion });
         self.result.solutions.push(Solution {
-            motion: step.motion,
-            observables: step.observables,
-            certificate: step.certificate,
+            motion: outcome.motion,
+            observables: outcome.observables,
+            certificate: outcome.certificate,
             origin,
             method,
             reached: 1,

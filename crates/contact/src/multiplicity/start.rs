@@ -2,11 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use super::natural_map::Piece;
-use crate::friction::g_mu;
+use super::natural_map::ElementState;
+use crate::common::random::SplitMix64;
 use crate::grid::Grid;
-use crate::problem::Problem;
-use crate::random::SplitMix64;
+use crate::problem::{Problem, g_mu};
 
 /// The `stream`-th generator of a seed.
 pub(super) fn generator(seed: u64, stream: u64) -> SplitMix64 {
@@ -74,18 +73,22 @@ pub(super) fn tractions(problem: &Problem, generator: &mut SplitMix64) -> Vec<f6
 
 /// A random pattern: every element by itself, or by the regions between two random lines; slip then
 /// goes one way in a region, or towards or away from a point.
-pub(super) fn pattern(grid: &Grid, is_independent: bool, generator: &mut SplitMix64) -> Vec<Piece> {
+pub(super) fn pattern(
+    grid: &Grid,
+    is_independent: bool,
+    generator: &mut SplitMix64,
+) -> Vec<ElementState> {
     let shares = [generator.unit(), generator.unit(), generator.unit()];
     let total: f64 = shares.iter().sum();
     let draw = |generator: &mut SplitMix64| {
         let chance = total * generator.unit();
         let n = direction(generator);
         if chance < shares[0] {
-            Piece::Open
+            ElementState::Open
         } else if chance < shares[0] + shares[1] {
-            Piece::Stick
+            ElementState::Stick
         } else {
-            Piece::Slip(n)
+            ElementState::Slip(n)
         }
     };
     if is_independent {
@@ -104,11 +107,11 @@ pub(super) fn pattern(grid: &Grid, is_independent: bool, generator: &mut SplitMi
                 usize::from((x - on[0]) * n[0] + (y - on[1]) * n[1] > 0.0)
             };
             match regions[2 * side(&lines[0]) + side(&lines[1])] {
-                Piece::Slip(_) if chance < 0.5 => {
+                ElementState::Slip(_) if chance < 0.5 => {
                     let (dx, dy) = (x - middle[0], y - middle[1]);
                     let sign = if chance < 0.25 { 1.0 } else { -1.0 }
                         / dx.hypot(dy).max(f64::MIN_POSITIVE);
-                    Piece::Slip([sign * dx, sign * dy])
+                    ElementState::Slip([sign * dx, sign * dy])
                 }
                 piece => piece,
             }

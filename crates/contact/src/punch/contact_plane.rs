@@ -1,32 +1,8 @@
 //! The plane of contact between a wheel and a rail, and the gap above it.
 
 use super::curve::{Curve, Graph};
+use super::track::Frame;
 use super::wheel_rail::WheelOnRail;
-
-/// Contact coordinates (x, s, n): x along the track, s across in the plane of contact, n into the
-/// rail.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
-    /// Its origin in track coordinates \[m\].
-    pub origin: [f64; 3],
-    /// Angle by which s is turned out of y towards z \[rad\]: the contact angle.
-    pub angle: f64,
-}
-
-impl Frame {
-    /// Track coordinates of (x, s, n).
-    pub fn to_track(&self, [x, s, n]: [f64; 3]) -> [f64; 3] {
-        let (sin, cos) = self.angle.sin_cos();
-        [self.origin[0] + x, self.origin[1] + cos * s - sin * n, self.origin[2] + sin * s + cos * n]
-    }
-
-    /// (x, s, n) of a point in track coordinates.
-    pub fn from_track(&self, position: [f64; 3]) -> [f64; 3] {
-        let (sin, cos) = self.angle.sin_cos();
-        let [x, y, z] = [0, 1, 2].map(|c| position[c] - self.origin[c]);
-        [x, cos * y + sin * z, cos * z - sin * y]
-    }
-}
 
 /// A rectangle of the plane of contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -293,8 +269,13 @@ fn outline(pair: &WheelOnRail, frame: &Frame, around: f64) -> Vec<Outline> {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
-    use crate::punch::{Position, Profile, Side, Track, Wheelset};
+    use crate::model::Side;
+    use crate::punch::profile::Profile;
+    use crate::punch::track::{Position, Track, Wheelset};
+    use crate::punch::wheel_rail::tests::placed;
 
     fn benchmark(side: Side, position: &Position) -> WheelOnRail {
         let wheel =
@@ -320,18 +301,6 @@ mod tests {
     }
 
     const YAWED: Position = Position { lateral: 4e-3, yaw: 9.6e-3, roll: -2.557e-4 };
-
-    #[test]
-    fn frames_go_there_and_back() {
-        let frame = Frame { origin: [0.1, -0.7, 0.02], angle: 0.4 };
-        let back = frame.from_track(frame.to_track([1.0, 2.0, 3.0]));
-        assert!(
-            back.iter().zip([1.0, 2.0, 3.0]).all(|(a, b)| (a - b).abs() < 1e-15 * 10.0),
-            "{back:?}"
-        );
-        // s turned from y towards z: the plane falls to the right
-        assert!(frame.to_track([0.0, 1.0, 0.0])[2] > 0.02);
-    }
 
     #[test]
     fn the_gap_is_zero_where_the_two_touch_and_nowhere_negative() {
@@ -482,5 +451,33 @@ mod tests {
             (None, None, None)
         );
         assert_eq!(plane.gap(0.5, 0.0), None, "the wheel is 0.46 m high");
+    }
+
+    proptest! {
+        #[test]
+        fn the_left_is_the_mirror_of_the_right(lateral in -8e-3f64..8e-3, yaw in -0.03f64..0.03, roll in -0.01f64..0.01, x in -5e-3f64..5e-3, s in -5e-3f64..5e-3) {
+            let left = placed(Side::Left, &Position { lateral, yaw, roll }).unwrap();
+            let right = placed(Side::Right, &Position { lateral: -lateral, yaw: -yaw, roll: -roll }).unwrap();
+            prop_assert!((left.height() - right.height()).abs() < 1e-13);
+            // with two nearly equal gaps either may be the smallest
+            prop_assume!((left.touches()[0].position[1] + right.touches()[0].position[1]).abs() < 1e-6);
+            let (a, b) = (left.curvatures(), right.curvatures());
+            prop_assert!((a.xx - b.xx).abs() < 1e-3 && (a.xs + b.xs).abs() < 1e-3);
+            let (plane, mirror) = (ContactPlane::new(&left, left.tangent_frame()), ContactPlane::new(&right, right.tangent_frame()));
+            match (plane.gap(x, s), mirror.gap(x, -s)) {
+                (Some(a), Some(b)) => prop_assert!((a - b).abs() < 1e-9, "{} {}", a, b),
+                (a, b) => prop_assert!(a.is_none() == b.is_none()),
+            }
+        }
+
+        #[test]
+        fn no_position_is_too_odd(lateral in -0.2f64..0.2, yaw in -0.5f64..0.5, roll in -0.5f64..0.5) {
+            if let Ok(pair) = placed(Side::Right, &Position { lateral, yaw, roll }) {
+                let plane = ContactPlane::new(&pair, pair.tangent_frame());
+                prop_assert!(plane.gap(0.0, 0.0).is_none_or(|gap| gap < 1e-9));
+                prop_assert!(pair.touches().iter().all(|touch| touch.gap >= 0.0));
+                let _ = plane.overlap(1e-5);
+            }
+        }
     }
 }

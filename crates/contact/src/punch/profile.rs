@@ -170,11 +170,11 @@ impl Simpack {
                     let (key, value) = body
                         .split_once('=')
                         .ok_or_else(|| wrong(line, body, "must be `key = value`"))?;
-                    let entry = Entry { line, key: key.trim(), value: value.trim() };
+                    let assignment = Assignment { line, key: key.trim(), value: value.trim() };
                     if section == Section::Header {
-                        profile.header(&entry)?
+                        profile.header(&assignment)?
                     } else {
-                        profile.processing(&entry, &mut units)?
+                        profile.processing(&assignment, &mut units)?
                     }
                     section
                 }
@@ -199,55 +199,55 @@ impl Simpack {
         Ok(profile)
     }
 
-    fn header(&mut self, entry: &Entry) -> Result<(), ProfileError> {
-        match entry.key {
-            "version" if entry.value == "1" => {}
+    fn header(&mut self, assignment: &Assignment) -> Result<(), ProfileError> {
+        match assignment.key {
+            "version" if assignment.value == "1" => {}
             "version" => {
-                return Err(entry.wrong("this is the version of the format; only 1 is known"));
+                return Err(assignment.wrong("this is the version of the format; only 1 is known"));
             }
             "type" => {
-                self.kind = Some(match entry.value {
+                self.kind = Some(match assignment.value {
                     "0" => ProfileKind::Rail,
                     "1" => ProfileKind::Wheel,
-                    _ => return Err(entry.wrong("must be 0 (rail) or 1 (wheel)")),
+                    _ => return Err(assignment.wrong("must be 0 (rail) or 1 (wheel)")),
                 });
             }
-            _ => return Err(entry.wrong("the header holds `version` and `type` only")),
+            _ => return Err(assignment.wrong("the header holds `version` and `type` only")),
         }
         Ok(())
     }
 
     fn processing(
         &mut self,
-        entry: &Entry,
+        assignment: &Assignment,
         units: &mut [Option<f64>; 2],
     ) -> Result<(), ProfileError> {
-        match entry.key {
+        match assignment.key {
             // where the data came from
             "file" | "file.mtime" | "comment" | "type" => {}
             "approx.smooth" => {
-                if entry.number()? != 0.0 {
-                    return Err(entry
+                if assignment.number()? != 0.0 {
+                    return Err(assignment
                         .wrong("smoothing is not done here; smooth the points before and set 0"));
                 }
             }
-            "point.dist.min" => self.least_distance = entry.number()?.max(0.0),
-            "shift.y" => self.shift[0] = entry.number()?,
-            "shift.z" => self.shift[1] = entry.number()?,
-            "rotate" => self.rotation = entry.number()?,
-            "bound.y.min" => self.bounds[0][0] = entry.number()?,
-            "bound.y.max" => self.bounds[0][1] = entry.number()?,
-            "bound.z.min" => self.bounds[1][0] = entry.number()?,
-            "bound.z.max" => self.bounds[1][1] = entry.number()?,
-            "mirror.y" => self.mirrored[0] = entry.flag()?,
-            "mirror.z" => self.mirrored[1] = entry.flag()?,
-            "inversion" => self.inverted = entry.flag()?,
-            "units.len.f" => units[0] = Some(entry.unit()?),
-            "units.ang.f" => units[1] = Some(entry.unit()?),
+            "point.dist.min" => self.least_distance = assignment.number()?.max(0.0),
+            "shift.y" => self.shift[0] = assignment.number()?,
+            "shift.z" => self.shift[1] = assignment.number()?,
+            "rotate" => self.rotation = assignment.number()?,
+            "bound.y.min" => self.bounds[0][0] = assignment.number()?,
+            "bound.y.max" => self.bounds[0][1] = assignment.number()?,
+            "bound.z.min" => self.bounds[1][0] = assignment.number()?,
+            "bound.z.max" => self.bounds[1][1] = assignment.number()?,
+            "mirror.y" => self.mirrored[0] = assignment.flag()?,
+            "mirror.z" => self.mirrored[1] = assignment.flag()?,
+            "inversion" => self.inverted = assignment.flag()?,
+            "units.len.f" => units[0] = Some(assignment.unit()?),
+            "units.ang.f" => units[1] = Some(assignment.unit()?),
             // names of the two
             "units.len" | "units.ang" => {}
             _ => {
-                return Err(entry.wrong(
+                return Err(assignment.wrong(
                     "this key is not known; remove it or say what it means with a known one",
                 ));
             }
@@ -289,13 +289,13 @@ impl Simpack {
 }
 
 /// `key = value` on a line.
-struct Entry<'a> {
+struct Assignment<'a> {
     line: usize,
     key: &'a str,
     value: &'a str,
 }
 
-impl Entry<'_> {
+impl Assignment<'_> {
     fn wrong(&self, expected: &str) -> ProfileError {
         wrong(self.line, &format!("{} = {}", self.key, self.value), expected)
     }

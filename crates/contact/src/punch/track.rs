@@ -7,26 +7,7 @@ use std::f64::consts::PI;
 
 use super::curve::Curve;
 use super::profile::{Profile, ProfileKind};
-
-/// On which side of the track, seen along x.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Side {
-    /// y < 0.
-    Left,
-    /// y > 0.
-    Right,
-}
-
-impl Side {
-    /// −1 on the left, 1 on the right.
-    pub fn sign(self) -> f64 {
-        match self {
-            Self::Left => -1.0,
-            Self::Right => 1.0,
-        }
-    }
-}
+use crate::model::Side;
 
 /// How the rails lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -219,4 +200,46 @@ pub(super) fn placed(
 pub(super) fn rotation(yaw: f64, roll: f64) -> [[f64; 3]; 3] {
     let ((sy, cy), (sr, cr)) = (yaw.sin_cos(), roll.sin_cos());
     [[cy, -sy, 0.0], [sy * cr, cy * cr, -sr], [sy * sr, cy * sr, cr]]
+}
+
+/// Contact coordinates (x, s, n): x along the track, s across in the plane of contact, n into the
+/// rail.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// Its origin in track coordinates \[m\].
+    pub origin: [f64; 3],
+    /// Angle by which s is turned out of y towards z \[rad\]: the contact angle.
+    pub angle: f64,
+}
+
+impl Frame {
+    /// Track coordinates of (x, s, n).
+    pub fn to_track(&self, [x, s, n]: [f64; 3]) -> [f64; 3] {
+        let (sin, cos) = self.angle.sin_cos();
+        [self.origin[0] + x, self.origin[1] + cos * s - sin * n, self.origin[2] + sin * s + cos * n]
+    }
+
+    /// (x, s, n) of a point in track coordinates.
+    pub fn from_track(&self, position: [f64; 3]) -> [f64; 3] {
+        let (sin, cos) = self.angle.sin_cos();
+        let [x, y, z] = [0, 1, 2].map(|c| position[c] - self.origin[c]);
+        [x, cos * y + sin * z, cos * z - sin * y]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_go_there_and_back() {
+        let frame = Frame { origin: [0.1, -0.7, 0.02], angle: 0.4 };
+        let back = frame.from_track(frame.to_track([1.0, 2.0, 3.0]));
+        assert!(
+            back.iter().zip([1.0, 2.0, 3.0]).all(|(a, b)| (a - b).abs() < 1e-15 * 10.0),
+            "{back:?}"
+        );
+        // s turned from y towards z: the plane falls to the right
+        assert!(frame.to_track([0.0, 1.0, 0.0])[2] > 0.02);
+    }
 }

@@ -5,13 +5,13 @@
 //! components where an element sticks and the one across its traction where it slips. Fields to and
 //! from them live on a [`Window`], which holds the contact.
 
-use crate::operators::Window;
-use crate::parallel::{self, BAND};
+use crate::common::parallel::{self, BAND};
+use crate::influence::Window;
 use crate::problem::Problem;
 
 /// What the tangential tractions of an element in contact do under the linearised map.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Piece {
+pub(super) enum ContactState {
     /// Both are free.
     Stick,
     /// Only that across n, the direction of the traction, is, and not even this one where σ is
@@ -21,13 +21,13 @@ pub(super) enum Piece {
 
 /// An element in contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Spot {
+pub(super) struct ContactElement {
     /// Its column and row of the problem's grid.
     pub(super) i: u32,
     pub(super) j: u32,
     /// Whether p₁ is free: below the ceiling.
     pub(super) pressed: bool,
-    pub(super) piece: Piece,
+    pub(super) state: ContactState,
 }
 
 /// The elements in contact, their free components, and the window around them.
@@ -36,7 +36,7 @@ pub(super) struct Free {
     window: Window,
     /// Block of a field that holds each of the components n, x, y.
     blocks: [Option<usize>; 3],
-    /// Bands of whole rows of the window, each with its spots and its unknowns.
+    /// Bands of whole rows of the window, each with its elements and its unknowns.
     bands: Vec<Band>,
     /// Rows of a band.
     rows: usize,
@@ -45,26 +45,26 @@ pub(super) struct Free {
 
 #[derive(Debug)]
 struct Band {
-    spots: Vec<Spot>,
+    elements: Vec<ContactElement>,
     unknowns: usize,
 }
 
 impl Free {
-    /// Of spots in the order of their elements, all in the window.
-    pub(super) fn new(problem: &Problem, window: Window, spots: &[Spot]) -> Self {
+    /// Of elements in the order of their elements, all in the window.
+    pub(super) fn new(problem: &Problem, window: Window, elements: &[ContactElement]) -> Self {
         let mut blocks = [None; 3];
         problem.blocks().for_each(|(block, c)| blocks[c] = Some(block));
         let rows = BAND.div_ceil(window.size[0]);
         let mut free = Self { window, blocks, bands: Vec::new(), rows, unknowns: 0 };
-        let mut left = spots;
+        let mut left = elements;
         for band in 0..window.size[1].div_ceil(rows) {
             let end = window.first[1] + (band + 1) * rows;
-            let (spots, others) =
-                left.split_at(left.partition_point(|spot| (spot.j as usize) < end));
+            let (elements, others) =
+                left.split_at(left.partition_point(|element| (element.j as usize) < end));
             left = others;
-            let unknowns = spots.iter().map(|spot| free.count(spot)).sum();
+            let unknowns = elements.iter().map(|element| free.count(element)).sum();
             free.unknowns += unknowns;
-            free.bands.push(Band { spots: spots.to_vec(), unknowns });
+            free.bands.push(Band { elements: elements.to_vec(), unknowns });
         }
         free
     }
@@ -79,24 +79,24 @@ impl Free {
         self.blocks.iter().flatten().count() * self.window.len()
     }
 
-    fn count(&self, spot: &Spot) -> usize {
-        usize::from(spot.pressed)
-            + match spot.piece {
-                Piece::Stick => self.blocks[1..].iter().flatten().count(),
-                Piece::Slip { sigma, .. } => usize::from(sigma.is_finite()),
+    fn count(&self, element: &ContactElement) -> usize {
+        usize::from(element.pressed)
+            + match element.state {
+                ContactState::Stick => self.blocks[1..].iter().flatten().count(),
+                ContactState::Slip { sigma, .. } => usize::from(sigma.is_finite()),
             }
     }
 
     /// Place of a spot in a block of the window.
-    fn place(&self, spot: &Spot) -> usize {
-        (spot.j as usize - self.window.first[1]) * self.window.size[0] + spot.i as usize
+    fn place(&self, element: &ContactElement) -> usize {
+        (element.j as usize - self.window.first[1]) * self.window.size[0] + element.i as usize
             - self.window.first[0]
     }
 
     /// Tractions of free components. On slipping elements p_t·n = `mu` p₁; `weight`(σ) goes to what
     /// is across.
     ///
-    /// `field` is written where there are spots only.
+    /// `field` is written where there are elements only.
     pub(super) fn expand(
         &self,
         field: &mut [f64],
@@ -116,24 +116,24 @@ impl Free {
             let parts: [&mut [f64]; 3] = self
                 .blocks
                 .map(|block| block.and_then(|block| blocks[block].next()).unwrap_or_default());
-            pieces.push((at * self.rows * self.window.size[0], &band.spots, unknowns, parts));
+            pieces.push((at * self.rows * self.window.size[0], &band.elements, unknowns, parts));
         }
-        parallel::each(self.unknowns, pieces, |(start, spots, unknowns, mut parts)| {
+        parallel::each(self.unknowns, pieces, |(start, elements, unknowns, mut parts)| {
             let mut unknowns = unknowns.iter().copied();
             let mut next = || unknowns.next().unwrap_or(0.0);
-            for spot in spots {
-                let normal = if spot.pressed { next() } else { 0.0 };
-                let tangential = match spot.piece {
-                    Piece::Stick => {
+            for element in elements {
+                let normal = if element.pressed { next() } else { 0.0 };
+                let tangential = match element.state {
+                    ContactState::Stick => {
                         [1, 2].map(|c| if self.blocks[c].is_some() { next() } else { 0.0 })
                     }
-                    Piece::Slip { n, sigma } => {
+                    ContactState::Slip { n, sigma } => {
                         let along = mu * normal;
                         let across = if sigma.is_finite() { weight(sigma) * next() } else { 0.0 };
                         [along * n[0] - across * n[1], along * n[1] + across * n[0]]
                     }
                 };
-                let place = self.place(spot) - start;
+                let place = self.place(element) - start;
                 for (part, value) in parts.iter_mut().zip([normal, tangential[0], tangential[1]]) {
                     if let Some(at) = part.get_mut(place) {
                         *at = value;
@@ -147,7 +147,7 @@ impl Free {
     pub(super) fn write(
         &self,
         field: &mut [f64],
-        values: impl Fn(&Spot, usize) -> [f64; 3] + Sync,
+        values: impl Fn(&ContactElement, usize) -> [f64; 3] + Sync,
     ) {
         let size = self.window.size[0] * self.rows;
         let mut blocks: Vec<_> =
@@ -156,12 +156,12 @@ impl Free {
             let parts: [&mut [f64]; 3] = self
                 .blocks
                 .map(|block| block.and_then(|block| blocks[block].next()).unwrap_or_default());
-            (at * size, &band.spots, parts)
+            (at * size, &band.elements, parts)
         });
-        parallel::each(self.unknowns, bands.collect(), |(start, spots, mut parts)| {
-            for spot in spots {
-                let place = self.place(spot);
-                for (part, value) in parts.iter_mut().zip(values(spot, place)) {
+        parallel::each(self.unknowns, bands.collect(), |(start, elements, mut parts)| {
+            for element in elements {
+                let place = self.place(element);
+                for (part, value) in parts.iter_mut().zip(values(element, place)) {
                     if let Some(at) = part.get_mut(place - start) {
                         *at = value;
                     }
@@ -177,39 +177,41 @@ impl Free {
         &self,
         rows: &mut [f64],
         mu: f64,
-        values: impl Fn(&Spot, usize) -> [f64; 3] + Sync,
+        values: impl Fn(&ContactElement, usize) -> [f64; 3] + Sync,
         across: impl Fn(f64, f64, usize) -> f64 + Sync,
     ) {
         let (mut left, mut first) = (rows, 0);
         let mut pieces = Vec::with_capacity(self.bands.len());
         for band in &self.bands {
             let (rows, others) = left.split_at_mut(band.unknowns);
-            pieces.push((first, &band.spots, rows));
+            pieces.push((first, &band.elements, rows));
             (left, first) = (others, first + band.unknowns);
         }
-        parallel::each(self.unknowns, pieces, |(first, spots, rows)| {
+        parallel::each(self.unknowns, pieces, |(first, elements, rows)| {
             let mut next = 0;
-            for spot in spots {
-                let own = values(spot, self.place(spot));
-                if spot.pressed {
-                    rows[next] = match spot.piece {
-                        Piece::Slip { n, .. } => own[0] + mu * (own[1] * n[0] + own[2] * n[1]),
-                        Piece::Stick => own[0],
+            for element in elements {
+                let own = values(element, self.place(element));
+                if element.pressed {
+                    rows[next] = match element.state {
+                        ContactState::Slip { n, .. } => {
+                            own[0] + mu * (own[1] * n[0] + own[2] * n[1])
+                        }
+                        ContactState::Stick => own[0],
                     };
                     next += 1;
                 }
-                match spot.piece {
-                    Piece::Stick => {
+                match element.state {
+                    ContactState::Stick => {
                         for c in [1, 2].into_iter().filter(|c| self.blocks[*c].is_some()) {
                             rows[next] = own[c];
                             next += 1;
                         }
                     }
-                    Piece::Slip { n, sigma } if sigma.is_finite() => {
+                    ContactState::Slip { n, sigma } if sigma.is_finite() => {
                         rows[next] = across(sigma, own[2] * n[0] - own[1] * n[1], first + next);
                         next += 1;
                     }
-                    Piece::Slip { .. } => {}
+                    ContactState::Slip { .. } => {}
                 }
             }
         });
@@ -226,8 +228,11 @@ impl Free {
     }
 
     /// The elements in contact with their places in the window.
-    pub(super) fn spots(&self) -> impl Iterator<Item = (&Spot, usize)> {
-        self.bands.iter().flat_map(|band| &band.spots).map(|spot| (spot, self.place(spot)))
+    pub(super) fn elements(&self) -> impl Iterator<Item = (&ContactElement, usize)> {
+        self.bands
+            .iter()
+            .flat_map(|band| &band.elements)
+            .map(|element| (element, self.place(element)))
     }
 
     pub(super) fn window(&self) -> &Window {

@@ -13,7 +13,7 @@ const RESTART: usize = 80;
 const CANCELLED: f64 = 0.1;
 
 /// A linear system with an approximate inverse.
-pub(crate) trait System {
+pub(crate) trait LinearSystem {
     /// `image` = A `x`.
     fn apply(&mut self, image: &mut [f64], x: &[f64]);
 
@@ -42,7 +42,7 @@ impl Memory {
 
 /// What an iteration came to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Figures {
+pub(crate) struct KrylovFigures {
     /// Residual over the right-hand side.
     pub(crate) residual: f64,
     /// Applications of the operator.
@@ -55,12 +55,12 @@ pub(crate) fn solve(
     rhs: &[f64],
     tolerance: f64,
     max_applications: u64,
-    system: &mut impl System,
+    system: &mut impl LinearSystem,
     memory: &mut Memory,
-) -> (Vec<f64>, Figures) {
+) -> (Vec<f64>, KrylovFigures) {
     let size = norm(rhs);
     let mut x = vec![0.0; rhs.len()];
-    let mut figures = Figures { residual: 0.0, applications: 0 };
+    let mut figures = KrylovFigures { residual: 0.0, applications: 0 };
     if size == 0.0 {
         return (x, figures);
     }
@@ -157,11 +157,11 @@ mod tests {
     use super::*;
 
     /// Three diagonals, and the middle one as preconditioner or nothing.
-    struct Diagonals {
+    struct Tridiagonal {
         preconditioned: bool,
     }
 
-    impl System for Diagonals {
+    impl LinearSystem for Tridiagonal {
         fn apply(&mut self, image: &mut [f64], x: &[f64]) {
             for i in 0..x.len() {
                 let (above, below) = (
@@ -185,21 +185,21 @@ mod tests {
         for n in [3, 40, 200] {
             let rhs: Vec<f64> = (0..n).map(|i| (i as f64).cos()).collect();
             let (x, figures) =
-                solve(&rhs, 1e-11, 2000, &mut Diagonals { preconditioned: false }, &mut memory);
+                solve(&rhs, 1e-11, 2000, &mut Tridiagonal { preconditioned: false }, &mut memory);
             let mut back = vec![0.0; n];
-            Diagonals { preconditioned: false }.apply(&mut back, &x);
+            Tridiagonal { preconditioned: false }.apply(&mut back, &x);
             let defect =
                 norm(&back.iter().zip(&rhs).map(|(a, b)| a - b).collect::<Vec<_>>()) / norm(&rhs);
             assert!(defect <= 1.1e-11 && figures.residual <= 1e-11, "{n}: {defect:e} {figures:?}");
             let (_, preconditioned) =
-                solve(&rhs, 1e-11, 2000, &mut Diagonals { preconditioned: true }, &mut memory);
+                solve(&rhs, 1e-11, 2000, &mut Tridiagonal { preconditioned: true }, &mut memory);
             assert!(preconditioned.applications <= figures.applications);
         }
         // long enough to restart, again and again
         let rhs: Vec<f64> = (0..2000).map(|i| (i as f64).cos()).collect();
         for _ in 0..3 {
             let (_, figures) =
-                solve(&rhs, 1e-13, 400, &mut Diagonals { preconditioned: false }, &mut memory);
+                solve(&rhs, 1e-13, 400, &mut Tridiagonal { preconditioned: false }, &mut memory);
             assert!(
                 figures.applications > 2 * RESTART as u64 && memory.0.len() <= RESTART + 1,
                 "{} kept",
@@ -207,7 +207,7 @@ mod tests {
             );
         }
         assert_eq!(
-            solve(&[0.0; 4], 1e-8, 10, &mut Diagonals { preconditioned: false }, &mut memory).0,
+            solve(&[0.0; 4], 1e-8, 10, &mut Tridiagonal { preconditioned: false }, &mut memory).0,
             [0.0; 4]
         );
     }

@@ -13,17 +13,16 @@
 
 use std::ops::Range;
 
-use super::free::{Free, Piece, Spot};
-use super::gmres::{self, Memory, System};
-use super::{Iterate, Limits, Start, Stop, balance, vector};
-use crate::friction::h_u;
-use crate::influence::{Components, Direction, Scratch};
-use crate::loading::{Control, rigid_modes};
-use crate::operators::{Operator, Window};
-use crate::outcome::Way;
-use crate::parallel;
-use crate::problem::{Diagonals, Problem, weighted_images};
 use faer::linalg::solvers::Solve;
+
+use super::free::{ContactElement, ContactState, Free};
+use super::gmres::{self, LinearSystem, Memory};
+use super::iterate::{Iterate, Start, Stop, StopRule};
+use super::{controls, vector};
+use crate::common::parallel;
+use crate::influence::{Components, Diagonals, Direction, Scratch, Window, weighted_images};
+use crate::model::{Control, Way, rigid_modes};
+use crate::problem::{Operator, Problem, h_u};
 
 /// Newton steps without a new smallest residual after which the iteration counts as stalled. Close
 /// to a solution every step but the first few at least halves it.
@@ -50,17 +49,16 @@ pub fn solve(
     operator: &Operator,
     controls: &[Control; 6],
     start: &Start,
-    limits: &Limits,
+    rule: &StopRule,
 ) -> Iterate {
-    let free = balance::free(controls);
-    let asked = controls.map(balance::value);
-    let mut motion: [f64; 6] =
-        std::array::from_fn(
-            |which| if free.contains(&which) { start.motion[which] } else { asked[which] },
-        );
+    let governed = controls::governed(controls);
+    let asked = controls.map(controls::target);
+    let mut motion: [f64; 6] = std::array::from_fn(|which| {
+        if governed.contains(&which) { start.motion[which] } else { asked[which] }
+    });
     let mut p = start.p.clone();
     let diagonals = operator.table.diagonals();
-    let target = 0.5 * limits.tolerance; // the certificate measures along another path of rounding
+    let target = 0.5 * rule.tolerance; // the certificate measures along another path of rounding
     let mut iterate = Iterate {
         p: Vec::new(),
         motion,
@@ -69,8 +67,8 @@ pub fn solve(
         operator_applications: 0,
         way: Way::Newton,
     };
-    if free.contains(&0) && p.iter().all(|p| *p == 0.0) {
-        motion[0] = balance::first_approach(problem, &motion, asked[0]);
+    if governed.contains(&0) && p.iter().all(|p| *p == 0.0) {
+        motion[0] = controls::first_approach(problem, &motion, asked[0]);
     }
 
     let mut scratch = operator.scratch();
@@ -87,7 +85,7 @@ pub fn solve(
         iterate.operator_applications += 1;
         w.iter_mut().zip(&problem.f).for_each(|(w, f)| *w -= f);
         let residual = problem.residual(&p, &w, diagonals);
-        let imbalance = balance::imbalances(problem, &p, &asked, &free);
+        let imbalance = controls::imbalances(problem, &p, &asked, &governed);
         let mut worst = imbalance.iter().copied().fold(residual, f64::max);
         if residual <= target && worst <= target {
             worst = problem.violation(&p).max(worst);
@@ -105,7 +103,7 @@ pub fn solve(
         } else if iterate.iterations - best_at > PATIENCE {
             break Stop::Stalled { residual: best };
         }
-        if iterate.iterations >= u64::from(limits.max_iterations) {
+        if iterate.iterations >= u64::from(rule.max_iterations) {
             break Stop::OutOfIterations { residual: worst };
         }
         let mut contact = Contact::of(problem, &p, &w, diagonals);
@@ -115,10 +113,10 @@ pub fn solve(
         let (window, inner) = contact.part(problem, operator, &mut part);
         let mut linear = Linear::new(problem, inner, window, &contact, scratch);
         let forcing = (0.5 * worst.min(1.0).sqrt()).clamp(1e-6, LOOSEST).max(0.1 * target / worst);
-        let moved = linear.step(&mut p, &w, &asked, &free, forcing, &mut memory);
+        let moved = linear.step(&mut p, &w, &asked, &governed, forcing, &mut memory);
         iterate.operator_applications += linear.applications;
         scratch = linear.scratch;
-        for (which, moved) in free.iter().zip(moved) {
+        for (which, moved) in governed.iter().zip(moved) {
             motion[*which] += moved;
         }
         iterate.iterations += 1;
@@ -130,23 +128,23 @@ pub fn solve(
     Iterate { p, motion, ..iterate }
 }
 
-/// How the resultants of the motions `free` change with these motions at the solution `p`, w = A p
-/// − f, with everything else in equilibrium; with the applications spent.
+/// How the resultants of the motions `governed` change with these motions at the solution `p`, w =
+/// A p − f, with everything else in equilibrium; with the applications spent.
 pub(super) fn stiffness(
     problem: &Problem,
     operator: &Operator,
     p: &[f64],
     w: &[f64],
-    free: &[usize],
+    governed: &[usize],
 ) -> (faer::Mat<f64>, u64) {
     let contact = Contact::of(problem, p, w, operator.table.diagonals());
     let mut part = None;
     let (window, inner) = contact.part(problem, operator, &mut part);
     let mut linear = Linear::new(problem, inner, window, &contact, operator.scratch());
-    let resultants: Vec<Vec<f64>> = free.iter().map(|&which| linear.resultant(which)).collect();
+    let resultants: Vec<Vec<f64>> = governed.iter().map(|&which| linear.resultant(which)).collect();
     let mut memory = Memory::default();
-    let mut stiffness = faer::Mat::zeros(free.len(), free.len());
-    for (j, &which) in free.iter().enumerate() {
+    let mut stiffness = faer::Mat::zeros(governed.len(), governed.len());
+    for (j, &which) in governed.iter().enumerate() {
         let rows = linear.rigid(which);
         let (answer, figures) =
             gmres::solve(&rows, 1e-4, MOST_APPLICATIONS, &mut linear, &mut memory);
@@ -166,7 +164,7 @@ const COMPLIANCE: f64 = 2.0;
 /// What the elements do under the map linearised about an iterate.
 struct Contact {
     /// Those in contact, in order.
-    spots: Vec<Spot>,
+    elements: Vec<ContactElement>,
     /// First and last column and row of all that is in contact or has a traction to lose; `None`
     /// where nothing is.
     bounds: Option<[[usize; 2]; 2]>,
@@ -176,7 +174,7 @@ impl Contact {
     /// Makes all elements in contact stick, where there is friction.
     fn stick(&mut self, mu: f64) {
         if mu > 0.0 {
-            self.spots.iter_mut().for_each(|spot| spot.piece = Piece::Stick);
+            self.elements.iter_mut().for_each(|element| element.state = ContactState::Stick);
         }
     }
 
@@ -185,7 +183,7 @@ impl Contact {
         // with one tangential direction there is no transverse component
         let is_plane = problem.components.includes(Components::TANGENTIAL);
         let band = |band: Range<usize>| {
-            let mut contact = Self { spots: Vec::new(), bounds: None };
+            let mut contact = Self { elements: Vec::new(), bounds: None };
             let [first, last] = [band.start, band.end - 1].map(|e| e / nx);
             for j in first..=last {
                 let row = band.start.max(j * nx)..band.end.min((j + 1) * nx);
@@ -205,8 +203,8 @@ impl Contact {
                     }
                     let bound = problem.mu * h_u(x[0], problem.ceiling);
                     let traction = x[1].hypot(x[2]);
-                    let piece = if traction <= bound && problem.mu > 0.0 {
-                        Piece::Stick
+                    let state = if traction <= bound && problem.mu > 0.0 {
+                        ContactState::Stick
                     } else {
                         let n = if traction > 0.0 {
                             [x[1] / traction, x[2] / traction]
@@ -221,22 +219,27 @@ impl Contact {
                         } else {
                             f64::INFINITY
                         };
-                        Piece::Slip { n, sigma }
+                        ContactState::Slip { n, sigma }
                     };
                     let pressed = x[0] < problem.ceiling && problem.pressure.is_none();
                     contact.reach([[i, j]; 2]);
-                    contact.spots.push(Spot { i: i as u32, j: j as u32, pressed, piece });
+                    contact.elements.push(ContactElement {
+                        i: i as u32,
+                        j: j as u32,
+                        pressed,
+                        state,
+                    });
                 }
             }
             contact
         };
         let parts = parallel::bands(problem.grid.len(), band);
         let mut whole = Self {
-            spots: Vec::with_capacity(parts.iter().map(|part| part.spots.len()).sum()),
+            elements: Vec::with_capacity(parts.iter().map(|part| part.elements.len()).sum()),
             bounds: None,
         };
         for part in parts {
-            whole.spots.extend(part.spots);
+            whole.elements.extend(part.elements);
             part.bounds.into_iter().for_each(|bounds| whole.reach(bounds));
         }
         whole
@@ -309,7 +312,7 @@ impl<'a> Linear<'a> {
         contact: &Contact,
         scratch: Scratch,
     ) -> Self {
-        let free = Free::new(problem, window, &contact.spots);
+        let free = Free::new(problem, window, &contact.elements);
         let own = operator.table.coefficient(0, 0);
         let len = free.field_len();
         Self {
@@ -331,14 +334,14 @@ impl<'a> Linear<'a> {
         self.free.restrict(
             &mut rows,
             0.0,
-            |spot, _| self.modes(spot).map(|modes| modes[which]),
+            |element, _| self.modes(element).map(|modes| modes[which]),
             |_, row, _| row,
         );
         rows
     }
 
-    fn modes(&self, spot: &Spot) -> [[f64; 6]; 3] {
-        let [x, y] = self.problem.grid.center_of(spot.i as usize, spot.j as usize);
+    fn modes(&self, element: &ContactElement) -> [[f64; 6]; 3] {
+        let [x, y] = self.problem.grid.center_of(element.i as usize, element.j as usize);
         rigid_modes(x, y)
     }
 
@@ -346,8 +349,8 @@ impl<'a> Linear<'a> {
     fn resultant(&self, which: usize) -> Vec<f64> {
         let weights = self.weights(which);
         let mut rows = vec![0.0; self.free.len()];
-        let values = |spot: &Spot, _| {
-            let modes = self.modes(spot);
+        let values = |element: &ContactElement, _| {
+            let modes = self.modes(element);
             [0, 1, 2].map(|c| modes[c][which] * weights[c])
         };
         self.free.restrict(&mut rows, self.problem.mu, values, |_, row, _| row);
@@ -377,16 +380,16 @@ impl<'a> Linear<'a> {
         let (window, grid) = (*self.free.window(), &self.problem.grid);
         // the tractions as far as they are known after the step, the unknown ones as they are
         let mut total = vec![0.0; self.free.field_len()];
-        self.free.write(&mut total, |spot, place| {
+        self.free.write(&mut total, |element, place| {
             let own = self.problem.traction(p, window.element(place, grid));
-            let normal = if spot.pressed || self.problem.pressure.is_some() {
+            let normal = if element.pressed || self.problem.pressure.is_some() {
                 own[0]
             } else {
                 self.problem.ceiling
             };
-            let tangential = match spot.piece {
-                Piece::Stick => [own[1], own[2]],
-                Piece::Slip { n, sigma } => {
+            let tangential = match element.state {
+                ContactState::Stick => [own[1], own[2]],
+                ContactState::Slip { n, sigma } => {
                     let across =
                         if sigma.is_finite() { own[2] * n[0] - own[1] * n[1] } else { 0.0 };
                     [mu * normal * n[0] - across * n[1], mu * normal * n[1] + across * n[0]]
@@ -404,7 +407,7 @@ impl<'a> Linear<'a> {
         }
         let mut rhs = vec![0.0; self.free.len()];
         let (image, free) = (&self.image, &self.free);
-        let defect = |_: &Spot, place: usize| {
+        let defect = |_: &ContactElement, place: usize| {
             let (image, total, w) = (
                 free.at(image, place),
                 free.at(&total, place),
@@ -419,11 +422,11 @@ impl<'a> Linear<'a> {
         self.border(motions);
         for &which in motions {
             let weights = self.weights(which);
-            let part = |(spot, place): (&Spot, usize)| {
-                let (modes, total) = (self.modes(spot), self.free.at(&total, place));
+            let part = |(element, place): (&ContactElement, usize)| {
+                let (modes, total) = (self.modes(element), self.free.at(&total, place));
                 (0..3).map(|c| modes[c][which] * weights[c] * total[c]).sum::<f64>()
             };
-            rhs.push(asked[which] - self.free.spots().map(part).sum::<f64>());
+            rhs.push(asked[which] - self.free.elements().map(part).sum::<f64>());
         }
         drop(total);
         let (solution, figures) = gmres::solve(&rhs, forcing, MOST_APPLICATIONS, self, memory);
@@ -479,7 +482,7 @@ impl<'a> Linear<'a> {
     }
 }
 
-impl System for Linear<'_> {
+impl LinearSystem for Linear<'_> {
     /// Free components and free motions to rows and resultants.
     fn apply(&mut self, image: &mut [f64], x: &[f64]) {
         let (unknowns, moved) = x.split_at(self.free.len());
@@ -488,7 +491,7 @@ impl System for Linear<'_> {
         self.operator.apply(&mut self.image, &self.field, &mut self.scratch);
         let (free, field, image, epsilon) =
             (&self.free, &self.field, &self.image, self.problem.epsilon);
-        let values = |_: &Spot, place: usize| {
+        let values = |_: &ContactElement, place: usize| {
             let (image, own) = (
                 free.at(image, place),
                 if epsilon > 0.0 { free.at(field, place) } else { [0.0; 3] },

@@ -10,11 +10,10 @@
 //! open and stays open costs nothing, and are summed afresh before convergence is believed. Memory
 //! O(k), a sweep O(k × elements in contact).
 
-use super::{Iterate, Limits, Stop};
-use crate::friction::g_mu;
+use super::iterate::{Iterate, Stop, StopRule};
 use crate::influence::InfluenceTable;
-use crate::outcome::Way;
-use crate::problem::Problem;
+use crate::model::Way;
+use crate::problem::{Problem, g_mu};
 
 /// Sweeps without a new smallest residual after which the iteration counts as stalled. The residual
 /// of a convergent run falls in every sweep but for a few while the contact area settles.
@@ -26,14 +25,14 @@ pub fn solve(
     problem: &Problem,
     table: &InfluenceTable,
     start: Vec<f64>,
-    limits: &Limits,
+    rule: &StopRule,
 ) -> Iterate {
     let diagonal = table.coefficient(0, 0);
     let diagonals = table.diagonals();
     let normal = diagonal.nn + problem.epsilon;
     let tangential = diagonal.xx.max(diagonal.yy) + problem.epsilon;
     // the certificate measures the same residual along another path of rounding
-    let target = 0.5 * limits.tolerance;
+    let target = 0.5 * rule.tolerance;
 
     let elements: Vec<usize> = problem.grid.active().collect();
     let k = problem.grid.len();
@@ -60,7 +59,7 @@ pub fn solve(
         } else if sweeps - best_at > PATIENCE {
             break Stop::Stalled { residual: best };
         }
-        if sweeps >= u64::from(limits.max_iterations) {
+        if sweeps >= u64::from(rule.max_iterations) {
             break Stop::OutOfIterations { residual };
         }
         for &e in &elements {

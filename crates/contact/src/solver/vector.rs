@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use crate::parallel::is_worth_sharing;
+use crate::common::parallel::is_worth_sharing;
 
 /// Numbers of a chunk: with one chunk of another vector they fit in a core's first cache.
 const CHUNK: usize = 2048;
@@ -83,7 +83,7 @@ fn chunk_dot(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parallel::WORTH_SHARING;
+    use crate::common::parallel::WORTH_SHARING;
 
     #[test]
     fn same_bytes_on_any_number_of_threads() {

@@ -170,7 +170,7 @@ struct Point {
 }
 
 /// One problem along the path: what −t/κ + barriers is made of besides the weights.
-struct Stage<'a> {
+struct BarrierStage<'a> {
     mu: f64,
     kappa: f64,
     p: &'a [f64],
@@ -195,7 +195,7 @@ impl Program<'_> {
                 point.weights.beta.iter().zip(&tau).map(|(beta, tau)| beta * tau).collect();
             let q: Vec<f64> =
                 point.weights.beta.iter().zip(&tau).map(|(beta, tau)| beta / tau).collect();
-            let stage = Stage { mu, kappa: kappa * mu, p: &p, q: &q };
+            let stage = BarrierStage { mu, kappa: kappa * mu, p: &p, q: &q };
             self.center(&stage, &mut point);
 
             point.t = 0.0;
@@ -214,7 +214,7 @@ impl Program<'_> {
     }
 
     /// −t/κ + barriers with the blocks' factors, `None` outside.
-    fn value(&self, stage: &Stage, point: &Point) -> Option<(f64, Vec<Mat<f64>>)> {
+    fn value(&self, stage: &BarrierStage, point: &Point) -> Option<(f64, Vec<Mat<f64>>)> {
         let Weights { alpha, beta, p, q } = &point.weights;
         let mut value = -point.t / stage.kappa;
         let mut left = self.budget();
@@ -248,7 +248,7 @@ impl Program<'_> {
     }
 
     /// Newton's method for the minimum of [`Self::value`].
-    fn center(&self, stage: &Stage, point: &mut Point) {
+    fn center(&self, stage: &BarrierStage, point: &mut Point) {
         let m = self.sizes.len();
         let Some((mut value, mut factors)) = self.value(stage, point) else { return };
         for _ in 0..60 {
@@ -293,7 +293,12 @@ impl Program<'_> {
     }
 
     /// Newton's direction (α, β, p, q, t) and the squared decrement.
-    fn step(&self, stage: &Stage, point: &Point, factors: &[Mat<f64>]) -> Option<(Vec<f64>, f64)> {
+    fn step(
+        &self,
+        stage: &BarrierStage,
+        point: &Point,
+        factors: &[Mat<f64>],
+    ) -> Option<(Vec<f64>, f64)> {
         let m = self.sizes.len();
         let parts: Vec<(Vec<f64>, Mat<f64>)> = self
             .blocks

@@ -1,6 +1,6 @@
 //! Local minimisation of F: least μ under x₁y₁ ≤ 0 and x_t·y_t ≤ μ|x₁||y_t|, by an augmented
 //! Lagrangian (J. Nocedal, S. J. Wright, Numerical Optimization, 2nd ed., section 17.4) with a
-//! quasi-Newton method inside ([`lbfgs`](super::lbfgs)) or Newton's ([`newton`](super::newton)),
+//! quasi-Newton method inside ([`lbfgs`]) or Newton's ([`newton`](super::newton)),
 //! which ends lower and needs a matrix.
 //!
 //! The constraints added up with equal weights say Σ αx₁y₁ + x_t·y_t ≤ μ Σ|x₁||y_t| with α = 1, or
@@ -23,9 +23,8 @@
 use faer::Mat;
 
 use super::lbfgs::{self, Objective};
-use super::{System, dot};
-use crate::influence::Scratch;
-use crate::solver::Circulant;
+use super::system::{System, dot};
+use crate::influence::{Circulant, Scratch};
 
 /// A coupling κ below this is weak.
 const WEAK: f64 = 0.3;

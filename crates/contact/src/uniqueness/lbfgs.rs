@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use super::dot;
+use super::system::dot;
 
 /// What is minimised.
 pub(super) trait Objective {

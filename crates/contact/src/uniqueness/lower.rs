@@ -49,10 +49,10 @@ use faer::Mat;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::System;
 use super::barrier::{Program, Weights, cholesky, form};
 use super::ratio::{Parts, Smallest, smallest};
 use super::symmetry::{Block, Symmetries, asymmetry};
+use super::system::System;
 
 /// The lower side of μ*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -10,25 +10,25 @@ use faer::{Accum, Mat, Par};
 
 use super::barrier::cholesky;
 use super::descent::{Descent, LENGTH};
-use super::dot;
+use super::system::dot;
 
 /// Below this |y_t| counts as this in curvatures, which would be unbounded.
 const STICK: f64 = 0.03;
 
 /// Value, gradient and Hessian of one element's part in (x, y, μ).
-struct Local {
+struct ElementDerivatives {
     gradient: [f64; 7],
     hessian: [[f64; 7]; 7],
 }
 
 impl Descent<'_> {
     /// An element's part of the Lagrangian, at the point last constrained.
-    fn local(&self, point: &[f64], e: usize) -> Local {
+    fn local(&self, point: &[f64], e: usize) -> ElementDerivatives {
         let (k, mu) = (self.k, point[3 * self.k]);
         let [normal, tangential] =
             [e, k + e].map(|i| (self.multipliers[i] + self.penalty * self.values[i]).max(0.0));
         let (by_normal, by_tangential) = self.slopes(point, e);
-        let mut local = Local { gradient: [0.0; 7], hessian: [[0.0; 7]; 7] };
+        let mut local = ElementDerivatives { gradient: [0.0; 7], hessian: [[0.0; 7]; 7] };
         let mut add = |i: usize, j: usize, value: f64| {
             local.hessian[i][j] += value;
             if i != j {
@@ -88,7 +88,7 @@ impl Descent<'_> {
         let mut value = self.lagrangian(point);
         let mut gradient = vec![0.0; n];
         for _ in 0..steps {
-            let locals: Vec<Local> = (0..k).map(|e| self.local(point, e)).collect();
+            let locals: Vec<ElementDerivatives> = (0..k).map(|e| self.local(point, e)).collect();
             self.collect(locals.iter().map(|local| local.gradient), &mut gradient);
             let length = dot(&point[..3 * k], &self.y) / k as f64 - 1.0;
             let along: Vec<f64> = self.y.iter().map(|y| 2.0 * y / k as f64).collect();
@@ -135,7 +135,13 @@ impl Descent<'_> {
     }
 
     /// The Hessian as a matrix.
-    fn hessian(&self, a: &Mat<f64>, locals: &[Local], along: &[f64], length: f64) -> Mat<f64> {
+    fn hessian(
+        &self,
+        a: &Mat<f64>,
+        locals: &[ElementDerivatives],
+        along: &[f64],
+        length: f64,
+    ) -> Mat<f64> {
         let k = self.k;
         // M_yy A and M_xy A
         let mut left = Mat::zeros(3 * k, 3 * k);

@@ -7,7 +7,7 @@
 //! lacks; the residual tells how close, as long as the iteration has not missed the lowest mode
 //! altogether. Only a factorisation can tell that.
 
-use super::{System, dot};
+use super::system::{System, dot};
 use crate::influence::Scratch;
 
 /// Weights α, β, P = βτ and Q = β/τ per element of Ω.

@@ -8,7 +8,7 @@
 
 use faer::Mat;
 
-use super::System;
+use super::system::System;
 use crate::influence::Entry;
 
 /// Which of the three reflections map Ω and its mesh onto itself.
@@ -24,7 +24,7 @@ pub(super) struct Symmetries {
 
 /// A product of reflections: the swap last.
 #[derive(Clone, Copy)]
-struct Motion {
+struct GridSymmetry {
     x: bool,
     y: bool,
     swap: bool,
@@ -36,32 +36,34 @@ impl Symmetries {
         let grid = system.grid();
         let (nx, ny) = (grid.nx(), grid.ny());
         let number = numbers(system);
-        let keeps = |motion: Motion| {
+        let keeps = |symmetry: GridSymmetry| {
             (0..grid.len()).all(|e| {
-                match (number[e], number[motion.element(grid.position(e), nx, ny)]) {
+                match (number[e], number[symmetry.element(grid.position(e), nx, ny)]) {
                     (Some(a), Some(b)) => same(a, b),
                     (None, None) => true,
                     _ => false,
                 }
             })
         };
-        let none = Motion { x: false, y: false, swap: false };
+        let none = GridSymmetry { x: false, y: false, swap: false };
         Self {
-            x: keeps(Motion { x: true, ..none }),
-            y: keeps(Motion { y: true, ..none }),
-            swap: nx == ny && asymmetry(system) < 1e-11 && keeps(Motion { swap: true, ..none }),
+            x: keeps(GridSymmetry { x: true, ..none }),
+            y: keeps(GridSymmetry { y: true, ..none }),
+            swap: nx == ny
+                && asymmetry(system) < 1e-11
+                && keeps(GridSymmetry { swap: true, ..none }),
         }
     }
 
-    fn motions(self) -> impl Iterator<Item = Motion> {
+    fn members(self) -> impl Iterator<Item = GridSymmetry> {
         let all = [false, true];
         all.into_iter()
             .flat_map(move |swap| {
                 all.into_iter()
-                    .flat_map(move |y| all.into_iter().map(move |x| Motion { x, y, swap }))
+                    .flat_map(move |y| all.into_iter().map(move |x| GridSymmetry { x, y, swap }))
             })
-            .filter(move |motion| {
-                (self.x || !motion.x) && (self.y || !motion.y) && (self.swap || !motion.swap)
+            .filter(move |symmetry| {
+                (self.x || !symmetry.x) && (self.y || !symmetry.y) && (self.swap || !symmetry.swap)
             })
     }
 
@@ -73,9 +75,9 @@ impl Symmetries {
         let mut count = 0;
         for (at, e) in grid.active().enumerate() {
             if orbit[at] == usize::MAX {
-                for motion in self.motions() {
+                for symmetry in self.members() {
                     if let Some(image) =
-                        number[motion.element(grid.position(e), grid.nx(), grid.ny())]
+                        number[symmetry.element(grid.position(e), grid.nx(), grid.ny())]
                     {
                         orbit[image] = count;
                     }
@@ -132,7 +134,7 @@ impl Symmetries {
     }
 }
 
-impl Motion {
+impl GridSymmetry {
     fn element(self, (i, j): (usize, usize), nx: usize, ny: usize) -> usize {
         let (i, j) = (if self.x { nx - 1 - i } else { i }, if self.y { ny - 1 - j } else { j });
         if self.swap { i * nx + j } else { j * nx + i }
@@ -214,10 +216,10 @@ fn basis(system: &System, group: Symmetries, signs: [f64; 3]) -> Vec<Vec<(usize,
                 continue;
             }
             let mut images: Vec<(usize, usize, f64)> = Vec::with_capacity(8);
-            for motion in group.motions() {
-                let element = motion.element(grid.position(e), grid.nx(), grid.ny());
-                let (component, sign) = motion.component(c);
-                let sign = sign * motion.character(signs);
+            for symmetry in group.members() {
+                let element = symmetry.element(grid.position(e), grid.nx(), grid.ny());
+                let (component, sign) = symmetry.component(c);
+                let sign = sign * symmetry.character(signs);
                 if let Some(number) = number[element] {
                     seen[number][component] = true;
                 }

@@ -23,42 +23,12 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::descent::{Descent, Pattern};
+use super::question::{Question, Sole, WitnessSearch};
+use super::system::System;
 use super::witness::{Witness, least_mu};
-use super::{Question, Sole, System};
+use crate::common::random::SplitMix64;
 use crate::influence::Entry;
-use crate::numerics::Mesh;
-use crate::random::{self, SplitMix64};
-use crate::scene::SceneError;
-
-/// How long to search for a witness.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Search {
-    /// Random starts on meshes of up to 36 elements, at most [`MOST_STARTS`](Self::MOST_STARTS); on
-    /// finer ones fewer in inverse proportion to the elements, and none on more than 100.
-    pub starts: u32,
-    /// How many of the stripes that serve best on 8 × 8 elements a mesh of more than 100 starts
-    /// from, at least one.
-    pub kept: u32,
-    /// Seed of all random numbers.
-    pub seed: u64,
-}
-
-impl Search {
-    /// The most random starts.
-    pub const MOST_STARTS: u32 = random::MOST_STARTS;
-
-    /// Refuses more than these.
-    pub fn validate(&self) -> Result<(), SceneError> {
-        random::validate_starts(self.starts)
-    }
-}
-
-impl Default for Search {
-    fn default() -> Self {
-        Self { starts: 24, kept: 2, seed: 1 }
-    }
-}
+use crate::model::{Mesh, SceneError};
 
 /// The upper side of μ*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -232,7 +202,7 @@ fn from_pattern(system: &System, pattern: &Pattern) -> Option<Found> {
 }
 
 /// What the `stream`-th random start leads to.
-fn from_random(system: &System, search: &Search, stream: u64) -> Option<Found> {
+fn from_random(system: &System, search: &WitnessSearch, stream: u64) -> Option<Found> {
     let mut x = start(system, &mut generator(search.seed, stream));
     let coupling = coupling(system);
     x[..system.elements()].iter_mut().for_each(|x| *x *= coupling);
@@ -258,7 +228,7 @@ fn part(question: &Question, system: &System) -> Result<System, SceneError> {
 fn chosen(
     question: &Question,
     system: &System,
-    search: &Search,
+    search: &WitnessSearch,
 ) -> Result<Vec<Pattern>, SceneError> {
     let waves = waves(system);
     if system.elements() <= FEW {
@@ -280,7 +250,7 @@ fn chosen(
 
 /// Searches for a witness. The result is a valid witness but need not be the best one that there
 /// is.
-pub fn upper(question: &Question, search: &Search) -> Result<Upper, UpperError> {
+pub fn upper(question: &Question, search: &WitnessSearch) -> Result<Upper, UpperError> {
     search.validate()?;
     let system = System::new(question)?;
     if !system.is_coupled() {
@@ -311,7 +281,7 @@ const STIFFNESS: f64 = 100.0;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Foundation, Material};
+    use crate::model::{Foundation, Material};
 
     #[test]
     fn both_directions_are_tried_unless_they_are_alike() {

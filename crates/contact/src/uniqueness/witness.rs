@@ -11,7 +11,7 @@ use faer::linalg::svd;
 use faer::{Mat, Par};
 use serde::{Deserialize, Serialize};
 
-use super::System;
+use super::system::System;
 
 /// An x that shows μ* ≤ μ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -2,11 +2,8 @@
 //! path of forces gives the motion that, prescribed, gives these forces back.
 
 use crate::common::*;
-use contact::loading::{Loading, Step};
-use contact::numerics::{Mesh, Method, Numerics, Projection};
-use contact::outcome::{Fields, Status, StepOutcome, Way};
+use contact::model::*;
 use contact::punch::Surfaces;
-use contact::scene::*;
 use contact::{Operators, solve};
 use proptest::prelude::*;
 

@@ -3,11 +3,8 @@
 //! by these tests' own count as well.
 
 use crate::common::*;
-use contact::loading::Step;
-use contact::numerics::{Mesh, Method, Numerics, Projection};
-use contact::outcome::Status;
+use contact::model::*;
 use contact::punch::Surfaces;
-use contact::scene::*;
 use contact::{Operators, solve};
 
 const LIMIT: u32 = 500;

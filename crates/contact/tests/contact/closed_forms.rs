@@ -8,11 +8,8 @@
 use std::f64::consts::PI;
 
 use crate::common::*;
-use contact::loading::Step;
-use contact::numerics::{Mesh, Projection};
-use contact::outcome::{Fields, Observables};
-use contact::reference;
-use contact::scene::*;
+use contact::model::*;
+use contact::theory;
 
 /// Composite modulus E* of a rigid punch on G = 1.
 fn modulus(poisson: f64) -> f64 {
@@ -113,7 +110,7 @@ fn counted_radius(area: f64) -> f64 {
 }
 
 fn hertz(projection: Projection) {
-    let hertz = reference::hertz_sphere(modulus(0.3), 1.0, 1.0);
+    let hertz = theory::hertz_sphere(modulus(0.3), 1.0, 1.0);
     let scene = scene(
         Shape::Sphere { radius: 1.0 },
         1.0,
@@ -200,7 +197,7 @@ fn elliptic_hertz_meets_its_table() {
 #[test]
 fn cone_meets_sneddon() {
     let angle = 0.3;
-    let exact = reference::cone(modulus(0.3), angle, 1.0);
+    let exact = theory::cone(modulus(0.3), angle, 1.0);
     let scene = scene(
         Shape::Cone { angle },
         1.0,
@@ -245,7 +242,7 @@ fn spence_flat(poisson: f64, mu: f64) {
         mu,
         Step { approach: Some(1.0), ..Step::default() },
     );
-    let load = reference::flat_disk(modulus(poisson), 1.0, 1.0).load * ratio;
+    let load = theory::flat_disk(modulus(poisson), 1.0, 1.0).load * ratio;
     let measured = ladders(
         &format!("flat disk ν {poisson} μ {mu}"),
         &scene,
@@ -298,7 +295,7 @@ fn flat_disk_meets_every_row_of_spence() {
         let (outcome, _) =
             certified(&scene, &numerics(Mesh::Across(24), Projection::Average, 1e-8));
         let o = outcome.observables;
-        let load = o.load / (reference::flat_disk(modulus(poisson), 1.0, 1.0).load * ratio) - 1.0;
+        let load = o.load / (theory::flat_disk(modulus(poisson), 1.0, 1.0).load * ratio) - 1.0;
         let radius = counted_radius(o.stick_area) - stick;
         assert!(load.abs() < 6e-3, "ν {poisson} μ {mu}: load {load:e}");
         assert!(radius.abs() < 1.0 / 12.0, "ν {poisson} μ {mu}: stick radius {radius:e}");
@@ -310,8 +307,8 @@ fn flat_disk_meets_every_row_of_spence() {
 #[test]
 fn flat_disk_in_full_stick_meets_mossakovskii() {
     for poisson in [0.0, 0.3] {
-        let load = reference::flat_disk(modulus(poisson), 1.0, 1.0).load
-            * reference::full_stick_load_ratio(poisson);
+        let load = theory::flat_disk(modulus(poisson), 1.0, 1.0).load
+            * theory::full_stick_load_ratio(poisson);
         let scene = scene(
             Shape::FlatDisk { radius: 1.0 },
             1.0,
@@ -407,10 +404,10 @@ fn like_bodies_under_a_shift_meet_cattaneo_and_mindlin() {
     let material = Material { shear_modulus: 2.0, poisson: 0.0 };
     let mu = 0.4;
     // E* of the pair is 1/(2·(1−ν)/2G)
-    let hertz = reference::hertz_sphere(2.0, 1.0, 1.0);
+    let hertz = theory::hertz_sphere(2.0, 1.0, 1.0);
     let limit = mu * hertz.load;
     for fraction in [0.3, 0.7] {
-        let shift = reference::cattaneo_shift(
+        let shift = theory::cattaneo_shift(
             fraction * limit,
             limit,
             hertz.radius,
@@ -424,7 +421,7 @@ fn like_bodies_under_a_shift_meet_cattaneo_and_mindlin() {
             Step { approach: Some(1.0), shift_x: Some(shift), ..Step::default() },
         );
         scene.punch.material = Some(material);
-        let stick = reference::cattaneo_stick_ratio(fraction * limit, limit);
+        let stick = theory::cattaneo_stick_ratio(fraction * limit, limit);
         let measured = ladders(
             &format!("Cattaneo Q/μP = {fraction}"),
             &scene,

@@ -1,10 +1,7 @@
 //! Scenes and files that the reference tests share.
 
-use contact::loading::{Loading, Step};
-use contact::numerics::{Mesh, Method, Numerics, Projection};
-use contact::outcome::{Fields, Outcome, Status, StepOutcome};
+use contact::model::*;
 use contact::punch::Surfaces;
-use contact::scene::*;
 use contact::{Operators, solve};
 
 /// A scene of one step with a rigid punch on a homogeneous half-space.

@@ -2,12 +2,9 @@
 //! 0.
 
 use crate::common::*;
-use contact::loading::{Loading, Step};
-use contact::norms;
-use contact::numerics::{Mesh, Numerics, Projection};
-use contact::outcome::{Fields, StepOutcome};
-use contact::reference::{Errors, PowerLaw, closed_form, hertz_sphere, power_law};
-use contact::scene::*;
+use contact::assess::{Errors, closed_form, norms};
+use contact::model::*;
+use contact::theory::{PowerLaw, hertz_sphere, power_law};
 use proptest::prelude::*;
 
 fn newton(mesh: u32, projection: Projection) -> Numerics {

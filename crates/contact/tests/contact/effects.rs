@@ -4,12 +4,9 @@
 use std::sync::Arc;
 
 use crate::common::*;
-use contact::effect::{Effect, Effects};
-use contact::loading::{Loading, Step};
-use contact::numerics::{Mesh, Numerics, Projection};
-use contact::outcome::{Fields, Status, StepOutcome};
+use contact::model::*;
+use contact::problem::Effects;
 use contact::punch::{Surface, Surfaces};
-use contact::scene::*;
 use contact::{Operators, solve};
 use proptest::prelude::*;
 

@@ -3,13 +3,11 @@
 use std::f64::consts::PI;
 
 use crate::common::*;
-use contact::loading::{Loading, Step};
-use contact::norms::{distance, norm};
-use contact::numerics::{Mesh, Method, Numerics, Projection};
-use contact::outcome::{Fields, Outcome, Status};
+use contact::assess::norms::{distance, norm};
+use contact::assess::{Errors, closed_form};
+use contact::model::*;
 use contact::punch::Surfaces;
-use contact::reference::{Errors, FigureErrors, closed_form, flat_disk};
-use contact::scene::*;
+use contact::theory::flat_disk;
 use contact::{Operators, solve};
 
 /// Two like spheres, ν = 0, for which Cattaneo's and Mindlin's theory is exact.

@@ -2,10 +2,7 @@
 //! and the laws that a layered foundation must obey as a scene.
 
 use crate::common::*;
-use contact::loading::Step;
-use contact::numerics::{Mesh, Projection};
-use contact::outcome::{Fields, Observables};
-use contact::scene::*;
+use contact::model::*;
 use std::f64::consts::PI;
 
 /// A layer given by E₁/E₀ over a half-space with E₀ = 1, or on a rigid base.

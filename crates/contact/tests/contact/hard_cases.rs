@@ -8,12 +8,9 @@ mod random;
 use std::sync::Arc;
 
 use crate::common::{difference, numerics, scene, square};
-use contact::loading::{Loading, Step};
-use contact::numerics::{Mesh, Method, Numerics, Projection};
-use contact::outcome::{Fields, Outcome, Status, StepOutcome};
+use contact::model::*;
 use contact::problem::Problem;
 use contact::punch::{Surface, Surfaces};
-use contact::scene::*;
 use contact::{Operators, solve};
 
 /// What a case comes to.

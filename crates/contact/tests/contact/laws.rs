@@ -3,17 +3,12 @@
 //! kind of wrong answer.
 
 use crate::common::*;
-use contact::certificate::certify;
+use contact::assess::{certify, observables, states};
 use contact::influence::{Dense, Influence, InfluenceTable, Scratch};
-use contact::loading::Control;
-use contact::loading::Step;
-use contact::numerics::{Mesh, Method, Numerics, Projection};
-use contact::observables::{observables, states};
-use contact::outcome::{Certificate, Observables, Status};
+use contact::model::*;
 use contact::problem::Problem;
 use contact::punch::Surfaces;
-use contact::scene::*;
-use contact::solver::{Limits, Stop, seidel};
+use contact::solver::{Stop, StopRule, seidel};
 use contact::{Operators, solve};
 use proptest::prelude::*;
 
@@ -301,7 +296,7 @@ impl Solved {
             &problem,
             &table,
             start,
-            &Limits { tolerance: 1e-12, max_iterations: 2000 },
+            &StopRule { tolerance: 1e-12, max_iterations: 2000 },
         );
         assert_eq!(iterate.stop, Stop::Converged);
         Self {

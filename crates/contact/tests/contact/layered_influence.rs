@@ -1,12 +1,9 @@
 //! Influence coefficients of layered foundations, against reference values and in their limits.
 
-use contact::foundation::bodies::Bodies;
-use contact::foundation::coefficient::Coefficient;
-use contact::foundation::half_space::HalfSpace;
+use contact::foundation::{Bodies, Coefficient, HalfSpace};
 use contact::grid::Grid;
 use contact::influence::{Dense, InfluenceTable};
-use contact::numerics::Projection;
-use contact::scene::{Base, Layer, Material};
+use contact::model::{Base, Layer, Material, Projection};
 
 const PROJECTIONS: [Projection; 2] = [Projection::Average, Projection::Midpoint];
 

@@ -6,13 +6,10 @@ use std::sync::Arc;
 use crate::common::{numerics, scene, square};
 use contact::Operators;
 use contact::influence::{Dense, Influence, InfluenceTable, Scratch};
-use contact::loading::{Control, Loading, Step};
+use contact::model::*;
 use contact::multiplicity::{Multiplicity, Search, search, search_from};
-use contact::numerics::{Mesh, Numerics, Projection};
-use contact::outcome::{Fields, Status};
 use contact::problem::Problem;
 use contact::punch::{Surface, Surfaces};
-use contact::scene::*;
 use proptest::prelude::*;
 
 /// Units of length and of modulus.

@@ -2,13 +2,9 @@
 //! followed.
 
 use crate::common::*;
-use contact::loading::{Loading, Step};
-use contact::numerics::{Mesh, Numerics, Projection};
-use contact::outcome::{Outcome, Status, StepOutcome};
+use contact::model::*;
 use contact::punch::Surfaces;
-use contact::reference;
-use contact::scene::*;
-use contact::{Operators, solve};
+use contact::{Operators, solve, theory};
 use std::f64::consts::PI;
 
 fn radius(area: f64) -> f64 {
@@ -45,7 +41,7 @@ fn many_small_steps_lead_to_spence() {
             .expect("a row of this ν and μ");
         let row: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
         let (stick, ratio) = (row[4], row[7]);
-        let hertz = reference::hertz_sphere(2.0 / (1.0 - row[0]), 1.0, 1.0);
+        let hertz = theory::hertz_sphere(2.0 / (1.0 - row[0]), 1.0, 1.0);
         let meshes = [12, 24, 48];
         let mut errors = Vec::new();
         for mesh in meshes {
@@ -161,13 +157,13 @@ const SHEAR_COMPLIANCE: f64 = 2.0;
 
 #[test]
 fn a_prescribed_tangential_force_meets_cattaneo_and_mindlin() {
-    let hertz = reference::hertz_sphere(2.0, 1.0, 1.0);
+    let hertz = theory::hertz_sphere(2.0, 1.0, 1.0);
     let limit = 0.4 * hertz.load;
     for fraction in [0.2, 0.5, 0.8, 0.95] {
         let press = Step { normal_force: Some(hertz.load), ..Step::default() };
         let pull = Step { force_x: Some(fraction * limit), ..Step::default() };
-        let shift = reference::cattaneo_shift(fraction * limit, limit, 1.0, SHEAR_COMPLIANCE);
-        let stick = reference::cattaneo_stick_ratio(fraction * limit, limit);
+        let shift = theory::cattaneo_shift(fraction * limit, limit, 1.0, SHEAR_COMPLIANCE);
+        let stick = theory::cattaneo_stick_ratio(fraction * limit, limit);
         let meshes = [12, 24, 48, 96];
         let (mut shifts, mut approaches) = (Vec::new(), Vec::new());
         for mesh in meshes {
@@ -201,10 +197,10 @@ fn a_prescribed_tangential_force_meets_cattaneo_and_mindlin() {
 /// the way, does.
 #[test]
 fn a_loop_of_the_tangential_force_meets_mindlin_and_deresiewicz() {
-    let hertz = reference::hertz_sphere(2.0, 1.0, 1.0);
+    let hertz = theory::hertz_sphere(2.0, 1.0, 1.0);
     let limit = 0.4 * hertz.load;
     let amplitude = 0.7 * limit;
-    let expected = reference::mindlin_deresiewicz_loss(amplitude, limit, 1.0, SHEAR_COMPLIANCE);
+    let expected = theory::mindlin_deresiewicz_loss(amplitude, limit, 1.0, SHEAR_COMPLIANCE);
     let to =
         |force: f64, increments: u32| Step { force_x: Some(force), increments, ..Step::default() };
     let cycles = |mesh: u32, parts: u32| {
@@ -260,7 +256,7 @@ fn a_loop_of_the_tangential_force_meets_mindlin_and_deresiewicz() {
 /// moment goes to that of sliding, (3π/16) μPa (Lubkin, J. Appl. Mech. 18 (1951) 183–187).
 #[test]
 fn torsion_from_stick_to_sliding() {
-    let hertz = reference::hertz_sphere(4.0, 1.0, 1.0); // ν = ½, G = 1: uncoupled
+    let hertz = theory::hertz_sphere(4.0, 1.0, 1.0); // ν = ½, G = 1: uncoupled
     let twisted = |mu: f64, twist: f64, mesh: u32| {
         let steps = vec![
             Step { approach: Some(1.0), ..Step::default() },
@@ -274,7 +270,7 @@ fn torsion_from_stick_to_sliding() {
     let stuck: Vec<f64> = meshes
         .iter()
         .map(|&n| {
-            (twisted(1e3, 0.01, n).moment_z / reference::twisted_disk(1.0, 1.0, 0.01) - 1.0).abs()
+            (twisted(1e3, 0.01, n).moment_z / theory::twisted_disk(1.0, 1.0, 0.01) - 1.0).abs()
         })
         .collect();
     let slid: Vec<f64> = meshes
@@ -312,10 +308,10 @@ fn a_sticking_disk_is_as_stiff_as_theory_says() {
     };
     let scene = scene(Shape::FlatDisk { radius: 1.0 }, 1.0, 0.5, 1e3, forces);
     let expected = [
-        1.0 / reference::flat_disk(4.0, 1.0, 1.0).load,
-        0.1 / reference::shifted_disk(1.5, 1.0, 1.0),
-        0.05 / reference::tilted_disk(4.0, 1.0, 1.0),
-        0.1 / reference::twisted_disk(1.0, 1.0, 1.0),
+        1.0 / theory::flat_disk(4.0, 1.0, 1.0).load,
+        0.1 / theory::shifted_disk(1.5, 1.0, 1.0),
+        0.05 / theory::tilted_disk(4.0, 1.0, 1.0),
+        0.1 / theory::twisted_disk(1.0, 1.0, 1.0),
     ];
     let errors = meshes.map(|mesh| {
         let end = certified_path(&scene, &newton(mesh)).0[0];
@@ -414,7 +410,7 @@ fn a_path_that_cannot_be_followed_says_where_it_ends() {
     );
     assert!(path[0].observables.slip_elements > 0);
     // the load follows from the approach; the sliding shows only in solving
-    let hertz = reference::hertz_sphere(2.0, 1.0, 1.0);
+    let hertz = theory::hertz_sphere(2.0, 1.0, 1.0);
     let given = Step { approach: Some(1.0), ..Step::default() };
     let (outcome, reason) =
         fails(vec![given, Step { force_x: Some(0.5 * hertz.load), ..Step::default() }]);

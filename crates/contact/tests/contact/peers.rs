@@ -6,11 +6,8 @@
 use std::sync::Arc;
 
 use crate::common::*;
-use contact::loading::{Loading, Step};
-use contact::numerics::{Mesh, Method, Numerics, Projection};
-use contact::outcome::{Fields, Observables};
+use contact::model::*;
 use contact::punch::{Surface, Surfaces};
-use contact::scene::*;
 use serde_json::Value;
 
 fn case(id: &str) {

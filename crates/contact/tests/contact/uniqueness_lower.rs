@@ -1,7 +1,6 @@
 //! The lower side of μ*: against a prototype's figures, and as a certificate.
 
-use contact::numerics::{Mesh, Projection};
-use contact::scene::{Base, Foundation, Material};
+use contact::model::{Base, Foundation, Material, Mesh, Projection};
 use contact::uniqueness::lower::{
     Freedom, Lower, LowerBound, VerifyError, lower, lower_from, orbits, verify as verify_up_to,
 };

@@ -1,11 +1,10 @@
 //! The upper side of μ*: the figures known, what they may not depend on, and that a witness which
 //! shows nothing is refused.
 
-use contact::numerics::{Mesh, Projection};
-use contact::scene::{Base, Foundation, Layer, Material};
-use contact::uniqueness::upper::{Search, Upper, upper};
+use contact::model::{Base, Foundation, Layer, Material, Mesh, Projection};
+use contact::uniqueness::upper::{Upper, upper};
 use contact::uniqueness::witness::{Witness, WitnessError};
-use contact::uniqueness::{Bracket, Effort, Question, Sole, System, bracket, lower};
+use contact::uniqueness::{Bracket, Question, Sole, System, WitnessSearch, bracket, lower};
 
 /// A rigid square on a half-space.
 fn square(n: u32, poisson: f64) -> Question {
@@ -19,14 +18,14 @@ fn square(n: u32, poisson: f64) -> Question {
     }
 }
 
-fn witness(question: &Question, search: Search) -> Witness {
+fn witness(question: &Question, search: WitnessSearch) -> Witness {
     match upper(question, &search) {
         Ok(Upper::Bound(witness)) => witness,
         other => panic!("{other:?}"),
     }
 }
 
-const BRIEF: Search = Search { starts: 6, kept: 2, seed: 1 };
+const BRIEF: WitnessSearch = WitnessSearch { starts: 6, kept: 2, seed: 1 };
 
 #[test]
 fn reaches_the_figures_known() {
@@ -205,7 +204,7 @@ fn disks_layers_and_midpoints_have_witnesses() {
 #[test]
 fn a_large_epsilon_has_witnesses_on_more_elements() {
     let question = Question { epsilon: 0.3, ..square(5, 0.3) };
-    let found = witness(&question, Search { starts: 2, ..BRIEF });
+    let found = witness(&question, WitnessSearch { starts: 2, ..BRIEF });
     assert!(found.verify(&System::new(&question).unwrap()).is_ok());
     assert!(found.mu < 13.5, "{}", found.mu);
 }
@@ -230,8 +229,7 @@ fn two_by_two_elements_close_the_bracket() {
     for poisson in [0.3, 0.0] {
         let question = square(2, poisson);
         let system = System::new(&question).unwrap();
-        let Ok(Bracket::Bounded { lower, upper }) = bracket(&question, &Effort { search: BRIEF })
-        else {
+        let Ok(Bracket::Bounded { lower, upper }) = bracket(&question, &BRIEF) else {
             panic!("no bracket")
         };
         lower::verify(&system, &lower, lower::FACTORED_ROWS).unwrap();
@@ -243,5 +241,5 @@ fn two_by_two_elements_close_the_bracket() {
             upper.mu
         );
     }
-    assert_eq!(bracket(&square(3, 0.5), &Effort::default()), Ok(Bracket::Unbounded));
+    assert_eq!(bracket(&square(3, 0.5), &WitnessSearch::default()), Ok(Bracket::Unbounded));
 }

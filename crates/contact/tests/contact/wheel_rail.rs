@@ -2,12 +2,11 @@
 //! exact.
 
 use crate::common::*;
-use contact::loading::{Loading, Step};
-use contact::numerics::{Mesh, Projection};
-use contact::outcome::{Status, StepOutcome};
+use contact::model::{
+    Loading, Material, Mesh, Projection, Scene, Shape, Side, Status, Step, StepOutcome, WheelRail,
+};
 use contact::punch::*;
-use contact::reference::hertz_ellipse;
-use contact::scene::{Material, Scene, Shape, WheelRail};
+use contact::theory::hertz_ellipse;
 use std::f64::consts::PI;
 use std::sync::Arc;
 

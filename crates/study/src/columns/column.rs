@@ -2,8 +2,8 @@
 
 use std::borrow::Cow;
 
-use contact::outcome::{Observables, Outcome, StepOutcome};
-use contact::reference::Errors;
+use contact::assess::Errors;
+use contact::model::{Observables, Outcome, StepOutcome};
 
 use crate::key::Key;
 use crate::point::StudyPoint;

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, SystemTime};
 
-use contact::outcome::Outcome;
+use contact::model::Outcome;
 
 use super::column::{Column, ColumnSource};
 use super::result_columns::{integer, result_columns};

@@ -1,7 +1,7 @@
 //! Studies that search every point for all of its solutions.
 
+use contact::model::Observables;
 use contact::multiplicity::{Multiplicity, Search, Solution};
-use contact::outcome::Observables;
 
 use super::solve;
 use super::spec::{KindSpec, KindTable};

@@ -1,7 +1,6 @@
 //! Studies that solve every point.
 
-use contact::estimate::Estimate;
-use contact::outcome::{Hertz, Outcome, RailContact};
+use contact::model::{Estimate, Hertz, Outcome, RailContact};
 
 use super::spec::{KindSpec, KindTable};
 use crate::axis::Group;

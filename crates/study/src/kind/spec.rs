@@ -1,6 +1,6 @@
 //! What a kind of study is, and the table that a study file may have for it.
 
-use contact::scene::SceneError;
+use contact::model::SceneError;
 use toml::de::DeValue;
 
 use crate::assemble::Assembler;
@@ -10,7 +10,8 @@ use crate::error::{Mistake, Span};
 use crate::figure::Figure;
 use crate::job::Job;
 use crate::key::{Key, one_of};
-use crate::read::{self, Node, entries};
+use crate::read;
+use crate::read::{Node, entries};
 
 /// Everything that the crate knows of one kind of study. A kind that shares most of this with the
 /// solving of scenes takes it from there.

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use contact::reference::Errors;
+use contact::assess::Errors;
 
 use super::convergence::ERRORS;
 use super::*;
@@ -114,7 +114,7 @@ fn every_error_has_its_column() {
     let figures = record.outcome().unwrap().estimate.unwrap().figures;
     let errors = Errors {
         figures,
-        local: contact::norms::Relative { pressure: Some(82.0), traction: Some(83.0) },
+        local: contact::assess::norms::Relative { pressure: Some(82.0), traction: Some(83.0) },
     };
     let compared = Compared { errors, reference: String::new(), claim: None };
     let row = Row {

@@ -1,9 +1,9 @@
 //! Studies that bracket the end μ* of the uniqueness set of every point.
 
-use contact::scene::{Base, Material, SceneError, Shape};
+use contact::model::{Base, Material, SceneError, Shape};
 use contact::uniqueness::lower::LowerBound;
 use contact::uniqueness::witness::Witness;
-use contact::uniqueness::{Bracket, Effort, Question, Sole, upper};
+use contact::uniqueness::{Bracket, Question, Sole, WitnessSearch};
 use contact::{Forecast, forecast_bracket};
 use identity::STORED_LIMIT;
 
@@ -27,7 +27,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
     refuses,
     assemble: |assembler, _| Job::Uniqueness {
         question: question(assembler),
-        effort: effort(assembler),
+        search: witness_search(assembler),
     },
     check: refuse_too_fine,
     columns: &[BRACKET],
@@ -86,21 +86,19 @@ fn question(assembler: &mut Assembler<'_>) -> Question {
 }
 
 /// Returns how long the end of the set is looked for.
-fn effort(assembler: &Assembler<'_>) -> Effort {
-    let default = Effort::default().search;
+fn witness_search(assembler: &Assembler<'_>) -> WitnessSearch {
+    let default = WitnessSearch::default();
     let starts = assembler.sheet().count(Key::Starts).unwrap_or(default.starts);
-    Effort {
-        search: upper::Search {
-            starts,
-            seed: assembler.sheet().count(Key::Seed).map_or(default.seed, u64::from),
-            ..default
-        },
+    WitnessSearch {
+        starts,
+        seed: assembler.sheet().count(Key::Seed).map_or(default.seed, u64::from),
+        ..default
     }
 }
 
 /// Refuses a uniqueness set on so many elements that no record can hold what shows its end.
 fn refuse_too_fine(job: &Job) -> Result<(), SceneError> {
-    let Job::Uniqueness { question, effort } = job else { return Ok(()) };
+    let Job::Uniqueness { question, search } = job else { return Ok(()) };
     // without coupling of pressures and tangential displacements there is no end to show
     let mismatch = |material: Material| (1.0 - 2.0 * material.poisson) / material.shear_modulus;
     let of_punch = question.punch.map_or(0.0, mismatch);
@@ -111,7 +109,7 @@ fn refuse_too_fine(job: &Job) -> Result<(), SceneError> {
         Base::Rigid => false,
     };
     // what cannot be laid out is refused with its reason by whoever lays it out
-    let Ok(Forecast { elements: [nx, ny], .. }) = forecast_bracket(question, effort) else {
+    let Ok(Forecast { elements: [nx, ny], .. }) = forecast_bracket(question, search) else {
         return Ok(());
     };
     // of each element the witness has three numbers; of those that are images of each other, the

@@ -1,6 +1,6 @@
 //! Ranges of values: equal steps, or equal ratios.
 
-use contact::numerics::Mesh;
+use contact::model::Mesh;
 use toml::de::{DeTable, DeValue};
 
 use crate::axis::{Choice, MAX_POINTS};

@@ -1,7 +1,7 @@
 //! Studies of every kind: what they ask for, and that a job of each kind survives being written and
 //! read.
 
-use contact::numerics::Mesh;
+use contact::model::Mesh;
 use contact::uniqueness::Sole;
 use study::{Adaptive, Job, Kind, Study, columns};
 
@@ -45,7 +45,7 @@ seed = 3
 fn a_uniqueness_study_asks_about_bodies_and_sole_alone() {
     let study = read(UNIQUENESS);
     assert_eq!(study.kind(), Kind::Uniqueness);
-    let Job::Uniqueness { question, effort } = study.point(0).unwrap().job else {
+    let Job::Uniqueness { question, search } = study.point(0).unwrap().job else {
         panic!("another kind of job")
     };
     assert_eq!(
@@ -56,7 +56,7 @@ fn a_uniqueness_study_asks_about_bodies_and_sole_alone() {
         (question.foundation.layers.len(), question.punch.map(|m| m.poisson)),
         (1, Some(0.1))
     );
-    assert_eq!((effort.search.starts, effort.search.seed), (7, 3));
+    assert_eq!((search.starts, search.seed), (7, 3));
     let columns = study.columns();
     let has = |name: &str| columns::find(&columns, name).is_some();
     assert!(has("mu_low") && has("mu_high") && has("starts") && has("layer0_poisson"));

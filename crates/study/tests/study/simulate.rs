@@ -1,6 +1,6 @@
 //! Effects that are asked for by name: `numerics.simulate`.
 
-use contact::effect::Effect;
+use contact::model::Effect;
 use proptest::prelude::*;
 use study::{Job, Study, Value, columns};
 

@@ -1,7 +1,7 @@
 //! Answers that are known: closed forms, statics, limits and scaling.
 
 use super::*;
-use contact::outcome::StepOutcome;
+use contact::model::StepOutcome;
 use contact::punch::SurfaceError;
 
 fn load(case: &Case) -> f64 {
@@ -61,7 +61,7 @@ fn layers_tend_to_what_is_known() {
     let bending = 1e12 * h.powi(3) / (6.0 * (1.0 - nu));
     let reaction = 1.0 / ((1.0 - nu) - (1.0 - 2.0 * nu).powi(2) / (4.0 * (1.0 - nu)));
     let plate = p * (bending / reaction).cbrt().powi(2) / (3.0 * 3f64.sqrt() * bending);
-    let local = contact::reference::hertz_ellipse(2e12 / (1.0 - nu), 0.5, 0.5, p).approach;
+    let local = contact::theory::hertz_ellipse(2e12 / (1.0 - nu), 0.5, 0.5, p).approach;
     near("a layer 1e12 times as stiff is a plate", stiff.motion.approach, plate + local, 3e-4);
 }
 
@@ -100,7 +100,7 @@ fn materials_friction_and_regularisation_tend_to_what_is_known() {
     let nu =
         |poisson: f64| load(&case("ν", Certified, |s, _| s.foundation = half_space(1.0, poisson)));
     near("ν → ½", nu(0.499_999_9), nu(0.5), 1e-6);
-    near("ν = ½ is Hertz's", nu(0.5), contact::reference::hertz_sphere(4.0, 1.0, 0.01).load, 1e-3);
+    near("ν = ½ is Hertz's", nu(0.5), contact::theory::hertz_sphere(4.0, 1.0, 0.01).load, 1e-3);
     let mu = |mu: f64| load(&case("μ", Certified, |s, _| s.friction.mu = mu));
     near("μ → 0", mu(1e-12), mu(0.0), 1e-8);
     near("μ → ∞", mu(1e3), mu(1e300), 1e-8);
@@ -170,12 +170,10 @@ fn few_elements_and_all_of_them() {
         .0
     };
     let h = 0.02;
-    let own = contact::foundation::half_space::HalfSpace::new(
-        &Material { shear_modulus: 1.0, poisson: 0.3 },
-        None,
-    )
-    .influence([0, 0], h, h, Projection::Average)
-    .nn;
+    let own =
+        contact::foundation::HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.3 }, None)
+            .influence([0, 0], h, h, Projection::Average)
+            .nn;
     let far = one(15, 15.0 * h, loaded(1e-10));
     assert_eq!(far.observables.contact_elements, 1);
     near("one of many", far.motion.approach - h * h / 12.0, 1e-10 * own / (h * h), 1e-7);
@@ -222,12 +220,7 @@ fn few_elements_and_all_of_them() {
         (s.friction.mu, s.punch.shape, n.mesh) =
             (0.0, Shape::FlatDisk { radius: 1.0 }, Mesh::Across(64));
     });
-    near(
-        "sharp edges",
-        load(&disk),
-        contact::reference::flat_disk(2.0 / 0.7, 1.0, 0.01).load,
-        5e-3,
-    );
+    near("sharp edges", load(&disk), contact::theory::flat_disk(2.0 / 0.7, 1.0, 0.01).load, 5e-3);
     let spots = solved(&spots()).0.observables;
     assert_eq!(spots.patches, 49);
     let corner = case("corner", Certified, |s, _| {
@@ -273,7 +266,7 @@ fn nearly_sliding_is_what_cattaneo_and_mindlin_say() {
             s.punch.material = Some(Material { shear_modulus: 1.0, poisson: 0.0 });
             s.loading.steps = vec![loaded(0.003), pulled(share * 0.3 * 0.003)];
         });
-        let exact = contact::reference::closed_form(&scene.scene).expect("like bodies with ν = 0");
+        let exact = contact::assess::closed_form(&scene.scene).expect("like bodies with ν = 0");
         let (end, _) = solved(&scene);
         near("shift", end.motion.shift_x, exact.motion.shift_x, 5e-3);
         near("force", end.observables.force_x, share * 0.3 * 0.003, 1e-7);

@@ -1,0 +1,371 @@
+//! How far a solution is from a closed form, or from a solution on a finer mesh.
+
+use super::closed_form::ClosedForm;
+use super::norms::{self, Norm, Relative};
+use super::quadrature::{Kinks, Rectangle};
+use crate::grid::Grid;
+use crate::model::{Control, Fields, FigureErrors, StepOutcome};
+
+/// Relative errors of a solution \[1\]. `None` for what the scene prescribes, what the reference
+/// does not have (an unbounded peak, a traction outside L₂), and what is less than 1e-6 of its kind
+/// in the reference, of which a tolerance of 1e-8 leaves no more than two digits.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Errors {
+    /// Of the figures.
+    pub figures: FigureErrors,
+    /// Of the local means of the tractions on 8 × 8 parts, in L₂: a weak measure.
+    pub local: Relative,
+}
+
+/// Parts each way over which local means are taken.
+const PARTS: usize = 8;
+
+/// Less than this of its kind is nothing.
+const NEGLIGIBLE: f64 = 1e-6;
+
+impl Errors {
+    /// With their names.
+    pub fn named(&self) -> impl Iterator<Item = (&'static str, Option<f64>)> {
+        self.figures.named().into_iter().chain([
+            ("local_pressure", self.local.pressure),
+            ("local_traction", self.local.traction),
+        ])
+    }
+
+    /// The one of this name.
+    pub fn get(&self, name: &str) -> Option<f64> {
+        self.named().find(|(own, _)| *own == name)?.1
+    }
+
+    /// The end of a path against the closed form of its scene. Local means are taken on the box
+    /// around the contact and half as much again, on whatever mesh the solution is. `None` for
+    /// fields that have not one value for each element of a grid.
+    pub fn against_closed_form(
+        end: &StepOutcome,
+        fields: &Fields,
+        exact: &ClosedForm,
+    ) -> Option<Self> {
+        norms::norm(fields)?;
+        let areas = [exact.contact_area(), exact.stick_area()];
+        let reference = Figures {
+            motion: exact.motion.to_array(),
+            resultants: exact.resultants,
+            peak: exact.peak_pressure,
+            areas,
+        };
+        let strong = if exact.is_square_integrable() {
+            significant(distance(fields, exact))
+        } else {
+            Relative::default()
+        };
+        let local = significant(local_distance(fields, exact)?);
+        Some(Self::of(&Figures::of(end), &reference, &exact.controls, strong, local))
+    }
+
+    /// The end of a path against that of the same path on another mesh or with other numerics,
+    /// taken for exact; `controls` is what the last step prescribes (the last of
+    /// [`Loading::legs`](crate::model::Loading::legs)). Local means are taken on 8 × 8 parts of
+    /// the reference's Ω. `None` for fields that have not one value for each element of a grid.
+    pub fn against_solution(
+        end: &StepOutcome,
+        fields: &Fields,
+        reference: &StepOutcome,
+        reference_fields: &Fields,
+        controls: &[Control; 6],
+    ) -> Option<Self> {
+        let strong = significant([
+            norms::distance(fields, reference_fields)?,
+            norms::norm(reference_fields)?,
+        ]);
+        let parts = norms::parts(reference_fields, [PARTS; 2])?;
+        let [own, means] =
+            [norms::local_means(fields, &parts)?, norms::local_means(reference_fields, &parts)?];
+        let local = significant([norms::distance(&own, &means)?, norms::norm(&means)?]);
+        Some(Self::of(&Figures::of(end), &Figures::of(reference), controls, strong, local))
+    }
+
+    fn of(
+        own: &Figures,
+        reference: &Figures,
+        controls: &[Control; 6],
+        strong: Relative,
+        local: Relative,
+    ) -> Self {
+        let length = reference.areas[0].sqrt();
+        // moments are measured against the load at the size of the contact, rotations against the
+        // approach there
+        let (load, approach) = (reference.resultants[0].abs(), reference.motion[0].abs());
+        let is_given =
+            |which: usize, as_force: bool| matches!(controls[which], Control::Force(_)) == as_force;
+        let vector = |as_force: bool, range: std::ops::Range<usize>, kind: f64| {
+            let values =
+                |figures: &Figures| if as_force { figures.resultants } else { figures.motion };
+            let (own, exact) = (values(own), values(reference));
+            let size = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::hypot);
+            let (all, off) = (
+                size(&mut range.clone().map(|i| exact[i])),
+                size(&mut range.clone().map(|i| own[i] - exact[i])),
+            );
+            (all > NEGLIGIBLE * kind && !range.clone().all(|which| is_given(which, as_force)))
+                .then(|| off / all)
+        };
+        let relative =
+            |own: f64, exact: f64, unit: f64| (unit > 0.0).then(|| (own - exact).abs() / unit);
+        let figures = FigureErrors {
+            load: vector(true, 0..1, 0.0),
+            approach: vector(false, 0..1, 0.0),
+            tangential_force: vector(true, 1..3, load),
+            shift: vector(false, 1..3, approach),
+            moment: vector(true, 3..6, load * length),
+            rotation: vector(false, 3..6, approach / length),
+            peak_pressure: own
+                .peak
+                .zip(reference.peak)
+                .and_then(|(own, exact)| relative(own, exact, exact)),
+            contact_area: relative(own.areas[0], reference.areas[0], reference.areas[0]),
+            stick_area: relative(own.areas[1], reference.areas[1], reference.areas[0]),
+            pressure: strong.pressure,
+            traction: strong.traction,
+        };
+        Self { figures, local }
+    }
+}
+
+/// What is compared besides the fields.
+struct Figures {
+    motion: [f64; 6],
+    resultants: [f64; 6],
+    peak: Option<f64>,
+    /// In contact, and of that sticking.
+    areas: [f64; 2],
+}
+
+impl Figures {
+    fn of(end: &StepOutcome) -> Self {
+        let o = &end.observables;
+        Self {
+            motion: end.motion.to_array(),
+            resultants: o.resultants(),
+            peak: Some(o.peak_pressure),
+            areas: [o.contact_area, o.stick_area],
+        }
+    }
+}
+
+/// Distances over norms, where the reference has a traction worth the name.
+fn significant([distance, reference]: [Norm; 2]) -> Relative {
+    let relative = distance.over(reference);
+    Relative {
+        traction: relative
+            .traction
+            .filter(|_| reference.traction > NEGLIGIBLE * reference.pressure),
+        ..relative
+    }
+}
+
+/// The distance of fields from a closed form in L₂, and the closed form's norm. The relative error
+/// of the integrals is below 1e-9.
+fn distance(fields: &Fields, exact: &ClosedForm) -> [Norm; 2] {
+    let kinks = exact.kinks();
+    let cells = [0, 1].map(|axis| cells(fields, axis, exact.semi_axes[axis]));
+    let unit = unit(exact);
+    let mut squares = [0.0; 4];
+    for (y, j) in &cells[1] {
+        for (x, i) in &cells[0] {
+            let element = i.zip(*j).map(|(i, j)| j * fields.shape[0] as usize + i);
+            let own = element
+                .map_or([0.0; 3], |e| {
+                    [fields.pressure[e], fields.traction_x[e], fields.traction_y[e]]
+                })
+                .map(|p| p / unit);
+            let over = Rectangle { x: *x, y: *y };
+            let parts = if is_outside(over, exact.semi_axes) {
+                let area = (x[1] - x[0]) * (y[1] - y[0]);
+                [own[0] * own[0] * area, (own[1] * own[1] + own[2] * own[2]) * area, 0.0, 0.0]
+            } else {
+                kinks.integrate(over, &|x, y| {
+                    let p = exact.tractions_at(x, y).map(|p| p / unit);
+                    let off = [0, 1, 2].map(|c| own[c] - p[c]);
+                    [
+                        off[0] * off[0],
+                        off[1] * off[1] + off[2] * off[2],
+                        p[0] * p[0],
+                        p[1] * p[1] + p[2] * p[2],
+                    ]
+                })
+            };
+            squares.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
+        }
+    }
+    let [pressure, traction, exact_pressure, exact_traction] =
+        squares.map(|square| unit * square.sqrt());
+    [Norm { pressure, traction }, Norm { pressure: exact_pressure, traction: exact_traction }]
+}
+
+/// A traction of the closed form's size, so that squares stay within the range of doubles: its mean
+/// pressure.
+fn unit(exact: &ClosedForm) -> f64 {
+    exact.resultants[0] / exact.contact_area()
+}
+
+/// Whether a rectangle lies outside an ellipse around the origin.
+fn is_outside(over: Rectangle, [a, b]: [f64; 2]) -> bool {
+    let nearest = |[low, high]: [f64; 2]| low.max(-high).max(0.0);
+    (nearest(over.x) / a).hypot(nearest(over.y) / b) >= 1.0
+}
+
+/// The columns or rows of elements as intervals with their indices, and what of ± `reach` lies
+/// beyond them.
+fn cells(fields: &Fields, axis: usize, reach: f64) -> Vec<([f64; 2], Option<usize>)> {
+    let n = fields.shape[axis] as usize;
+    let edge = |i: usize| fields.origin[axis] + (i as f64 - 0.5) * fields.element[axis];
+    let mut cells: Vec<_> = (0..n).map(|i| ([edge(i), edge(i + 1)], Some(i))).collect();
+    if n == 0 {
+        return vec![([-reach, reach], None)];
+    }
+    if -reach < edge(0) {
+        cells.push(([-reach, edge(0).min(reach)], None));
+    }
+    if reach > edge(n) {
+        cells.push(([edge(n).max(-reach), reach], None));
+    }
+    cells
+}
+
+/// The distance of the local means of fields from those of a closed form, and the norm of those.
+/// The parts cover the box around the contact and half as much again. Their means' relative error
+/// is below 1e-9, below 1e-6 for a flat sole.
+fn local_distance(fields: &Fields, exact: &ClosedForm) -> Option<[Norm; 2]> {
+    let [hx, hy] = exact.semi_axes.map(|semi_axis| 3.0 * semi_axis / PARTS as f64);
+    let first = 0.5 * (1.0 - PARTS as f64);
+    let parts = Grid::new(PARTS, PARTS, hx, hy, [first * hx, first * hy]).ok()?;
+    let means = means(exact, &exact.kinks(), &parts);
+    let own = norms::local_means(fields, &parts)?;
+    Some([norms::distance(&own, &means)?, norms::norm(&means)?])
+}
+
+/// The means of a closed form's tractions over the elements of a grid.
+fn means(exact: &ClosedForm, kinks: &Kinks, grid: &Grid) -> Fields {
+    let half = [0.5 * grid.hx(), 0.5 * grid.hy()];
+    let of_element = |e: usize| {
+        let [x, y] = grid.center(e);
+        let over = Rectangle { x: [x - half[0], x + half[0]], y: [y - half[1], y + half[1]] };
+        if is_outside(over, exact.semi_axes) {
+            [0.0; 3]
+        } else {
+            kinks.integrate(over, &|x, y| exact.tractions_at(x, y))
+        }
+    };
+    let means: Vec<[f64; 3]> =
+        (0..grid.len()).map(|e| of_element(e).map(|p| p / grid.element_area())).collect();
+    let [pressure, traction_x, traction_y] =
+        [0, 1, 2].map(|c| means.iter().map(|mean| mean[c]).collect());
+    Fields {
+        shape: [grid.nx() as u32, grid.ny() as u32],
+        origin: grid.center(0),
+        element: [grid.hx(), grid.hy()],
+        pressure,
+        traction_x,
+        traction_y,
+        ..Fields::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::assess::closed_form::closed_form;
+    use crate::model::{Base, Foundation, Scene, Shape, sphere_on_half_space};
+
+    /// A field of this value of pressure on each of n × n elements around the origin.
+    fn constant(pressure: f64, n: u32, width: f64) -> Fields {
+        let (element, k) = (width / f64::from(n), (n * n) as usize);
+        Fields {
+            shape: [n; 2],
+            origin: [0.5 * (element - width); 2],
+            element: [element; 2],
+            pressure: vec![pressure; k],
+            traction_x: vec![0.0; k],
+            traction_y: vec![0.0; k],
+            ..Fields::default()
+        }
+    }
+
+    /// ∫ (c − p)² over a square of width 3a is 9a²c² − 2cP + ½p₀²πa² for Hertz's pressure, however
+    /// the square is cut.
+    #[test]
+    fn distances_from_hertz_are_exact_on_every_grid() {
+        let exact = closed_form(&Scene {
+            friction: crate::model::Friction { mu: 0.0 },
+            ..sphere_on_half_space()
+        })
+        .unwrap();
+        let (a, peak) = (exact.semi_axes[0], exact.peak_pressure.unwrap());
+        let c = 0.3 * peak;
+        let norm = (0.5 * std::f64::consts::PI).sqrt() * a * peak;
+        let square = 9.0 * a * a * c * c - 2.0 * c * exact.resultants[0] + norm * norm;
+        for n in [1, 2, 7, 10, 33, 64] {
+            let [off, own] = distance(&constant(c, n, 3.0 * a), &exact);
+            assert!(
+                (off.pressure / square.sqrt() - 1.0).abs() < 1e-9
+                    && (own.pressure / norm - 1.0).abs() < 1e-9,
+                "{n}: {off:?} {own:?}"
+            );
+        }
+        // what lies beyond the grid counts in full
+        let [off, own] = distance(&constant(0.0, 5, 0.7 * a), &exact);
+        assert!(
+            (off.pressure / norm - 1.0).abs() < 1e-9 && (own.pressure / norm - 1.0).abs() < 1e-9
+        );
+        assert!((distance(&Fields::default(), &exact)[0].pressure / norm - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn errors_do_not_feel_the_units() {
+        let errors = |modulus: f64| {
+            let mut scene = sphere_on_half_space();
+            (scene.friction.mu, scene.punch.shape) = (0.0, Shape::Cone { angle: 0.2 });
+            let Base::Elastic(material) = scene.foundation.base else { panic!() };
+            scene.foundation = Foundation::half_space(crate::model::Material {
+                shear_modulus: modulus,
+                ..material
+            });
+            let exact = closed_form(&scene).unwrap();
+            Errors::against_closed_form(
+                &StepOutcome::default(),
+                &constant(modulus * 1e-3, 12, 3.0 * exact.semi_axes[0]),
+                &exact,
+            )
+            .unwrap()
+        };
+        let usual = errors(1.0);
+        assert_eq!(
+            ["load", "peak_pressure", "approach"].map(|name| usual.get(name)),
+            [Some(1.0), None, None]
+        );
+        for modulus in [1e-280, 1e280] {
+            for ((name, one), (_, other)) in usual.named().zip(errors(modulus).named()) {
+                let apart = one
+                    .zip(other)
+                    .map_or(0.0, |(one, other)| (one - other).abs() / one.max(1e-300));
+                assert!(
+                    one.is_some() == other.is_some() && apart < 1e-10,
+                    "{name}: {one:?} {other:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn names_are_those_of_the_fields() {
+        let mut left = serde_json::to_value(FigureErrors::default()).unwrap();
+        for (which, (name, _)) in FigureErrors::default().named().into_iter().enumerate() {
+            left[name] = which.into();
+        }
+        let errors: FigureErrors = serde_json::from_value(left).unwrap();
+        assert_eq!(
+            errors.named().map(|(_, error)| error),
+            std::array::from_fn(|which| Some(which as f64))
+        );
+    }
+}

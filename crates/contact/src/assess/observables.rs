@@ -1,0 +1,176 @@
+//! Load, areas, peaks and energies of a solution, and its fields, in SI units.
+
+use std::ops::Range;
+
+use crate::common::parallel;
+use crate::influence::Diagonals;
+use crate::model::{Fields, Observables, State};
+use crate::problem::{Problem, h_u};
+
+/// The state of every element, read off the natural map x = p − E v: an element in contact sticks
+/// when the projection onto its friction disk leaves x_t as it is. `w` = A p − f, `diagonal` those
+/// of A. Without friction everything in contact slips.
+pub fn states(
+    problem: &Problem,
+    p: &[f64],
+    w: &[f64],
+    diagonal: impl Into<Diagonals>,
+) -> Vec<State> {
+    let diagonal = diagonal.into();
+    let k = problem.grid.len();
+    let mut states = vec![State::Outside; k];
+    parallel::rows(&mut states, problem.grid.nx(), |j, row| {
+        let first = problem.grid.index(0, j);
+        for (i, state) in
+            row.iter_mut().enumerate().filter(|(i, _)| problem.grid.is_active(first + i))
+        {
+            let e = first + i;
+            let x = problem.trial(
+                [p[e], p[k + e], p[2 * k + e]],
+                [w[e], w[k + e], w[2 * k + e]],
+                diagonal,
+            );
+            *state = if p[e] <= 0.0 {
+                State::Open
+            } else if x[1].hypot(x[2]) < problem.mu * h_u(x[0], problem.ceiling) {
+                State::Stick
+            } else {
+                State::Slip
+            };
+        }
+    });
+    states
+}
+
+/// Integral quantities of the tractions `p` with w = A p − f, in SI units.
+pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) -> Observables {
+    let grid = &problem.grid;
+    let k = grid.len();
+    let length = problem.scale.length;
+    let traction = problem.scale.traction();
+    let area = grid.element_area() * length * length;
+    let mut o = Observables {
+        mesh_x: grid.nx() as u64,
+        mesh_y: grid.ny() as u64,
+        element_x: grid.hx() * length,
+        element_y: grid.hy() * length,
+        patches: patches([grid.nx(), grid.ny()], |e| {
+            matches!(states[e], State::Stick | State::Slip)
+        })
+        .len() as u64,
+        sole_area: grid.active_len() as f64 * area,
+        ..Observables::default()
+    };
+    // in the problem's units
+    let of_band = |band: Range<usize>| {
+        let mut o = Observables::default();
+        for e in grid.active_in(band) {
+            let [pn, px, py] = [p[e], p[k + e], p[2 * k + e]];
+            o.energy +=
+                (0..3).map(|c| p[c * k + e] * (w[c * k + e] + problem.f[c * k + e])).sum::<f64>();
+            if states[e] == State::Slip {
+                o.dissipation -= px * (problem.epsilon * px + w[k + e])
+                    + py * (problem.epsilon * py + w[2 * k + e]);
+            }
+            o.largest_gap = o.largest_gap.max(w[e]);
+            o.peak_pressure = o.peak_pressure.max(pn);
+            o.peak_traction = o.peak_traction.max(px.hypot(py));
+            o.ceiling_elements += u64::from(pn >= problem.ceiling);
+            o.contact_elements += u64::from(matches!(states[e], State::Stick | State::Slip));
+            o.stick_elements += u64::from(states[e] == State::Stick);
+            let (i, j) = grid.position(e);
+            let at_edge = i == 0 || j == 0 || i + 1 == grid.nx() || j + 1 == grid.ny();
+            o.edge_elements += u64::from(problem.open_edge && at_edge && pn > 0.0);
+        }
+        o
+    };
+    for part in parallel::bands(k, of_band) {
+        o.energy += part.energy;
+        o.dissipation += part.dissipation;
+        o.largest_gap = o.largest_gap.max(part.largest_gap);
+        o.peak_pressure = o.peak_pressure.max(part.peak_pressure);
+        o.peak_traction = o.peak_traction.max(part.peak_traction);
+        o.ceiling_elements += part.ceiling_elements;
+        o.contact_elements += part.contact_elements;
+        o.stick_elements += part.stick_elements;
+        o.edge_elements += part.edge_elements;
+    }
+    o.slip_elements = o.contact_elements - o.stick_elements;
+    let force = traction * area;
+    let units = problem.scale.forces();
+    let resultants = problem.resultants(p);
+    [o.load, o.force_x, o.force_y, o.moment_x, o.moment_y, o.moment_z] =
+        std::array::from_fn(|which| resultants[which] * units[which]);
+    o.contact_area = o.contact_elements as f64 * area;
+    o.stick_area = o.stick_elements as f64 * area;
+    o.slip_area = o.slip_elements as f64 * area;
+    o.largest_gap *= length;
+    o.peak_pressure *= traction;
+    o.peak_traction *= traction;
+    o.energy = 0.5 * o.energy * force * length;
+    o.dissipation = o.dissipation * force * length;
+    o
+}
+
+/// The regions of nx × ny elements in contact that do not touch each other, not even at a corner:
+/// the elements of each, in order, those with the smallest element first.
+pub fn patches([nx, ny]: [usize; 2], in_contact: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
+    let mut seen = vec![false; nx * ny];
+    let mut patches = Vec::new();
+    for start in 0..nx * ny {
+        if seen[start] || !in_contact(start) {
+            continue;
+        }
+        seen[start] = true;
+        let mut patch = vec![start];
+        let mut next = 0;
+        while let Some(&e) = patch.get(next) {
+            next += 1;
+            let (i, j) = (e % nx, e / nx);
+            for j in j.saturating_sub(1)..(j + 2).min(ny) {
+                for i in i.saturating_sub(1)..(i + 2).min(nx) {
+                    let other = j * nx + i;
+                    if !seen[other] && in_contact(other) {
+                        seen[other] = true;
+                        patch.push(other);
+                    }
+                }
+            }
+        }
+        patch.sort_unstable();
+        patches.push(patch);
+    }
+    patches
+}
+
+/// The fields in SI units.
+pub fn fields(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) -> Fields {
+    let grid = &problem.grid;
+    let k = grid.len();
+    let (length, traction) = (problem.scale.length, problem.scale.traction());
+    let block = |field: &[f64], c: usize, unit: f64| -> Vec<f64> {
+        let mut values = vec![0.0; k];
+        parallel::rows(&mut values, grid.nx(), |j, row| {
+            let first = grid.index(0, j);
+            let from = &field[c * k + first..][..row.len()];
+            for (_, (value, from)) in
+                row.iter_mut().zip(from).enumerate().filter(|(i, _)| grid.is_active(first + i))
+            {
+                *value = from * unit;
+            }
+        });
+        values
+    };
+    Fields {
+        shape: [grid.nx() as u32, grid.ny() as u32],
+        origin: grid.center(0).map(|x| x * length),
+        element: [grid.hx() * length, grid.hy() * length],
+        pressure: block(p, 0, traction),
+        traction_x: block(p, 1, traction),
+        traction_y: block(p, 2, traction),
+        gap: block(w, 0, length),
+        slip_x: block(w, 1, length),
+        slip_y: block(w, 2, length),
+        state: states.iter().map(|state| *state as u8).collect(),
+    }
+}

@@ -1,0 +1,381 @@
+//! The loading path: what is asked of each increment, and the punch's rigid motion on the grid.
+
+use serde::{Deserialize, Serialize};
+
+use super::error::{SceneError, finite, positive, refuse};
+use super::rigid::{Control, Motion};
+
+/// The loading path: steps one after the other, the last ones over and over if they make a cycle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Loading {
+    /// Load steps, in order, from zero traction.
+    pub steps: Vec<Step>,
+    /// Index of the step with which a cycle begins; it ends with the last step. `None` is a path
+    /// without cycles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cycle_from: Option<u32>,
+    /// How often the cycle is run through.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub cycles: u32,
+}
+
+impl Loading {
+    /// A path of these steps, without cycles.
+    pub fn path(steps: Vec<Step>) -> Self {
+        Self { steps, cycle_from: None, cycles: 1 }
+    }
+}
+
+/// One load step. Each of the punch's six rigid degrees of freedom is either prescribed or governed
+/// by its force or moment; one that is not mentioned stays under the control, and at the value, of
+/// the step before. Before the first step the punch just touches at the origin, unshifted and
+/// untilted, and nothing is mentioned: the first step must give the approach or the normal force.
+///
+/// A rotation vector (tilt_x, tilt_y, twist) moves a point (x, y, 0) of the punch by (−twist·y,
+/// twist·x, tilt_x·y − tilt_y·x), z into the foundation. Forces and moments are those of the punch
+/// on the foundation, with the signs of [`Observables`](super::outcome::Observables).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Step {
+    /// Approach δ, positive into the foundation \[m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub approach: Option<f64>,
+    /// Normal force P > 0 \[N\] instead of the approach.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal_force: Option<f64>,
+    /// Shift along x \[m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shift_x: Option<f64>,
+    /// Tangential force along x \[N\] instead of the shift.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_x: Option<f64>,
+    /// Shift along y \[m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shift_y: Option<f64>,
+    /// Tangential force along y \[N\] instead of the shift.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force_y: Option<f64>,
+    /// Tilt about the x axis \[rad\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tilt_x: Option<f64>,
+    /// Moment about the x axis \[N m\] instead of the tilt.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moment_x: Option<f64>,
+    /// Tilt about the y axis \[rad\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tilt_y: Option<f64>,
+    /// Moment about the y axis \[N m\] instead of the tilt.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moment_y: Option<f64>,
+    /// Twist φ about the z axis \[rad\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub twist: Option<f64>,
+    /// Moment about the z axis \[N m\] instead of the twist.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moment_z: Option<f64>,
+    /// Equal parts in which the step is taken, each solved after the one before: what is prescribed
+    /// moves evenly from its value at the end of the step before to its value here.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub increments: u32,
+}
+
+impl Default for Step {
+    /// A step that changes nothing.
+    fn default() -> Self {
+        Self {
+            approach: None,
+            normal_force: None,
+            shift_x: None,
+            force_x: None,
+            shift_y: None,
+            force_y: None,
+            tilt_x: None,
+            moment_x: None,
+            tilt_y: None,
+            moment_y: None,
+            twist: None,
+            moment_z: None,
+            increments: 1,
+        }
+    }
+}
+
+impl Step {
+    /// Names of the rigid degrees of freedom in the order approach, shift x, y, tilt x, y, twist:
+    /// as a motion and as the force that is its work-conjugate.
+    pub const NAMES: [[&'static str; 2]; 6] = [
+        ["approach", "normal_force"],
+        ["shift_x", "force_x"],
+        ["shift_y", "force_y"],
+        ["tilt_x", "moment_x"],
+        ["tilt_y", "moment_y"],
+        ["twist", "moment_z"],
+    ];
+
+    /// What the step says about each degree of freedom, as a motion and as a force, in the order of
+    /// [`Step::NAMES`].
+    pub fn given(&self) -> [[Option<f64>; 2]; 6] {
+        [
+            [self.approach, self.normal_force],
+            [self.shift_x, self.force_x],
+            [self.shift_y, self.force_y],
+            [self.tilt_x, self.moment_x],
+            [self.tilt_y, self.moment_y],
+            [self.twist, self.moment_z],
+        ]
+    }
+}
+
+fn one() -> u32 {
+    1
+}
+
+fn is_one(n: &u32) -> bool {
+    *n == 1
+}
+
+/// One step of a path as it is run through, cycles unrolled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leg {
+    /// Index of the step in the scene.
+    pub step: u32,
+    /// Which time the cycle is run through, counted from 1; 0 outside of one.
+    pub cycle: u32,
+    /// Equal parts in which it is taken.
+    pub increments: u32,
+    /// Where each degree of freedom goes, in the order of [`Step::NAMES`].
+    pub target: [Control; 6],
+}
+
+impl Loading {
+    /// The largest number of increments of a path, cycles counted as often as they are run through.
+    pub const MAX_INCREMENTS: u32 = 1000;
+
+    /// Returns the number of increments of the path, cycles counted as often as they are run
+    /// through.
+    pub fn increments(&self) -> u32 {
+        self.legs().iter().map(|leg| leg.increments).sum()
+    }
+
+    pub(crate) fn validate(&self) -> Result<(), SceneError> {
+        let steps = &self.steps;
+        let Some(first) = steps.first() else {
+            return Err(refuse("loading.steps", "no steps", "needs at least one load step"));
+        };
+        for (i, step) in steps.iter().enumerate() {
+            for (given, [motion, force]) in step.given().iter().zip(Step::NAMES) {
+                let at = |name: &str| format!("loading.steps[{i}].{name}");
+                for (value, name) in given.iter().zip([motion, force]) {
+                    if let Some(value) = value {
+                        finite(&at(name), *value)?;
+                    }
+                }
+                if let [Some(_), Some(value)] = given {
+                    return Err(refuse(
+                        &at(force),
+                        value,
+                        &format!("cannot stand beside `{motion}`: give one of the two"),
+                    ));
+                }
+            }
+            if let Some(force) = step.normal_force {
+                positive(&format!("loading.steps[{i}].normal_force"), force)?;
+            }
+            if step.increments == 0 {
+                return Err(refuse(
+                    &format!("loading.steps[{i}].increments"),
+                    0,
+                    "must be at least 1",
+                ));
+            }
+        }
+        if first.approach.is_none() && first.normal_force.is_none() {
+            return Err(refuse(
+                "loading.steps[0].approach",
+                "missing",
+                "the first step needs `approach` or `normal_force`",
+            ));
+        }
+        if self.cycles == 0 {
+            return Err(refuse("loading.cycles", 0, "must be at least 1"));
+        }
+        match self.cycle_from {
+            Some(from) if from as usize >= steps.len() => {
+                let last = steps.len() - 1;
+                return Err(refuse(
+                    "loading.cycle_from",
+                    from,
+                    &format!("must be the index of a step, 0 to {last}"),
+                ));
+            }
+            None if self.cycles > 1 => {
+                return Err(refuse(
+                    "loading.cycles",
+                    self.cycles,
+                    "needs `cycle_from`, the index of the step with which a cycle begins",
+                ));
+            }
+            _ => {}
+        }
+        let count =
+            |steps: &[Step]| steps.iter().map(|step| u64::from(step.increments)).sum::<u64>();
+        let (lead, cycle) =
+            steps.split_at(self.cycle_from.map_or(steps.len(), |from| from as usize));
+        let total = count(lead).saturating_add(count(cycle).saturating_mul(u64::from(self.cycles)));
+        if total > u64::from(Self::MAX_INCREMENTS) {
+            return Err(refuse(
+                "loading.steps",
+                format!("{total} increments in all"),
+                "must be at most 1000",
+            ));
+        }
+        Ok(())
+    }
+}
+
+impl Loading {
+    /// The path, with every degree of freedom that a step does not mention under the control of the
+    /// step before.
+    pub fn legs(&self) -> Vec<Leg> {
+        let mut target = [Control::Motion(0.0); 6];
+        let from =
+            self.cycle_from.map_or(self.steps.len(), |from| from as usize).min(self.steps.len());
+        let lead = (0..from).map(|step| (step, 0));
+        let cycles = (1..=self.cycles)
+            .flat_map(|cycle| (from..self.steps.len()).map(move |step| (step, cycle)));
+        lead.chain(cycles)
+            .map(|(index, cycle)| {
+                let step = &self.steps[index];
+                target = step.from(target);
+                Leg { step: index as u32, cycle, increments: step.increments, target }
+            })
+            .collect()
+    }
+
+    /// The same path without what goes without saying: controls that repeat the step before, and
+    /// −0.
+    pub fn normalised(&self) -> Self {
+        let mut before = [Control::Motion(0.0); 6];
+        let mut loading = self.clone();
+        for (index, step) in loading.steps.iter_mut().enumerate() {
+            let after = step.from(before);
+            // what a step of a cycle repeats the first time it may change the second time
+            let is_once =
+                self.cycles == 1 || self.cycle_from.is_none_or(|from| index < from as usize);
+            for (which, given) in step.given_mut().into_iter().enumerate() {
+                let says_nothing =
+                    is_once && after[which] == before[which] && !(index == 0 && which == 0);
+                for value in given {
+                    match value {
+                        Some(_) if says_nothing => *value = None,
+                        Some(x) => *x += 0.0, // −0 becomes 0
+                        None => {}
+                    }
+                }
+            }
+            before = after;
+        }
+        loading
+    }
+}
+
+impl Step {
+    /// The controls after this step, given those before it.
+    fn from(&self, mut target: [Control; 6]) -> [Control; 6] {
+        for (control, given) in target.iter_mut().zip(self.given()) {
+            match given {
+                [Some(motion), _] => *control = Control::Motion(motion),
+                [None, Some(force)] => *control = Control::Force(force),
+                [None, None] => {}
+            }
+        }
+        target
+    }
+
+    fn given_mut(&mut self) -> [[&mut Option<f64>; 2]; 6] {
+        [
+            [&mut self.approach, &mut self.normal_force],
+            [&mut self.shift_x, &mut self.force_x],
+            [&mut self.shift_y, &mut self.force_y],
+            [&mut self.tilt_x, &mut self.moment_x],
+            [&mut self.tilt_y, &mut self.moment_y],
+            [&mut self.twist, &mut self.moment_z],
+        ]
+    }
+}
+
+impl Leg {
+    /// What is asked of the `part`-th of its increments, counted from 1, when the step before left
+    /// the punch at `motion` with these `resultants`: everything moves evenly from where it is.
+    pub fn increment(&self, part: u32, motion: &Motion, resultants: &[f64; 6]) -> [Control; 6] {
+        let mut controls = self.target;
+        if part >= self.increments {
+            return controls; // exactly, without rounding
+        }
+        let share = f64::from(part) / f64::from(self.increments);
+        let motion = motion.to_array();
+        for (which, control) in controls.iter_mut().enumerate() {
+            let between = |from: f64, to: f64| from + share * (to - from);
+            *control = match *control {
+                Control::Motion(to) => Control::Motion(between(motion[which], to)),
+                Control::Force(to) => Control::Force(between(resultants[which], to)),
+            };
+        }
+        controls
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_mentioned_stays_as_it_was() {
+        let press = Step { normal_force: Some(10.0), ..Step::default() };
+        let pull = Step { force_x: Some(2.0), increments: 4, ..Step::default() };
+        let hold = Step { shift_x: Some(1e-6), approach: Some(1e-5), ..Step::default() };
+        let legs =
+            Loading { steps: vec![press, pull, hold], cycle_from: Some(1), cycles: 2 }.legs();
+        let order: Vec<_> = legs.iter().map(|leg| (leg.step, leg.cycle)).collect();
+        assert_eq!(order, [(0, 0), (1, 1), (2, 1), (1, 2), (2, 2)]);
+        assert_eq!(legs[1].target[..2], [Control::Force(10.0), Control::Force(2.0)]);
+        assert_eq!(legs[2].target[..2], [Control::Motion(1e-5), Control::Motion(1e-6)]);
+        assert_eq!(
+            legs[3].target[..2],
+            [Control::Motion(1e-5), Control::Force(2.0)],
+            "the second cycle begins where the first ended"
+        );
+        let halfway = legs[1].increment(2, &Motion::default(), &[8.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(halfway[..3], [Control::Force(9.0), Control::Force(1.5), Control::Motion(0.0)]);
+        assert_eq!(
+            legs[1].increment(4, &Motion::default(), &[8.0, 0.3, 0.0, 0.0, 0.0, 0.0]),
+            legs[1].target
+        );
+    }
+
+    #[test]
+    fn paths_that_are_the_same_become_equal() {
+        let short = Loading::path(vec![
+            Step { approach: Some(1.0), ..Step::default() },
+            Step { force_x: Some(2.0), ..Step::default() },
+        ]);
+        let wordy = Loading::path(vec![
+            Step { approach: Some(1.0), shift_y: Some(-0.0), ..Step::default() },
+            Step { approach: Some(1.0), shift_y: Some(0.0), force_x: Some(2.0), ..Step::default() },
+        ]);
+        assert_eq!(wordy.normalised(), short);
+        assert_eq!(short.legs(), wordy.legs());
+        let cycle = Loading {
+            steps: vec![
+                short.steps[0],
+                Step { shift_x: Some(0.0), ..Step::default() },
+                short.steps[1],
+            ],
+            cycle_from: Some(1),
+            cycles: 2,
+        };
+        assert_eq!(cycle.normalised(), cycle, "a step of a cycle comes after its last as well");
+        assert_eq!(cycle.normalised().legs(), cycle.legs());
+    }
+}

@@ -1,0 +1,154 @@
+//! How a scene is discretised and solved. Nothing in here changes what is being asked, only how
+//! exactly it is answered.
+
+use serde::{Deserialize, Serialize};
+
+use super::effect::Effect;
+use super::error::{SceneError, is_zero, positive, refuse};
+use super::loading::Loading;
+use super::rigid::Control;
+
+/// How a scene is discretised and solved. Nothing in here changes what is being asked, only how
+/// exactly it is answered.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Numerics {
+    /// Elements of the grid.
+    pub mesh: Mesh,
+    /// How the continuous operator becomes a matrix.
+    #[serde(default)]
+    pub projection: Projection,
+    /// Regularisation ε ≥ 0 of equation (3), dimensionless: the operator gets ε·c·ℓ·I, with c the
+    /// bodies' summed (1−ν)/G and ℓ half the diameter of Ω.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub epsilon: f64,
+    /// A-priori ceiling u > 0 on the pressure \[Pa\] in equation (3); `None` is no ceiling,
+    /// equation (1).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ceiling: Option<f64>,
+    /// The solver.
+    #[serde(default)]
+    pub method: Method,
+    /// Largest relative natural-map residual that counts as solved, 0 < tolerance < 1.
+    #[serde(default = "Numerics::default_tolerance")]
+    pub tolerance: f64,
+    /// Iterations of one increment, on the grid itself, after which the solver gives up.
+    #[serde(default = "Numerics::default_max_iterations")]
+    pub max_iterations: u32,
+    /// Effects that are simulated although the scene does not call for them ([`Effect::OPTIONAL`]).
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub simulate: Vec<Effect>,
+}
+
+impl Numerics {
+    /// The default relative residual, 1e-8.
+    pub fn default_tolerance() -> f64 {
+        1e-8
+    }
+    /// The default limit on iterations.
+    pub fn default_max_iterations() -> u32 {
+        20_000
+    }
+}
+
+/// Numbers of elements along x and y.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Mesh {
+    /// So many elements along x, and along y as many as make them nearest to square.
+    Across(u32),
+    /// So many elements along x and along y.
+    Exact([u32; 2]),
+}
+
+/// How the continuous operator becomes a matrix.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Projection {
+    /// Mean displacement over the receiving element (Alexandrov's averaging, equation 4; Galerkin).
+    #[default]
+    Average,
+    /// Displacement at the receiving element's centre (collocation; CONTACT and most of the field).
+    Midpoint,
+}
+
+/// The solvers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// What suits the scene ([`Method::chosen`]).
+    #[default]
+    Auto,
+    /// Alexandrov's nonlinear Seidel iteration, the reference.
+    Seidel,
+    /// Semismooth Newton from coarse grids to fine ones, with Seidel sweeps where it does not
+    /// converge.
+    Newton,
+}
+
+impl Method {
+    /// The method that solves a problem of this many elements under these loads, and why: itself,
+    /// unless it is left to the scene.
+    pub fn chosen(self, loading: &Loading, elements: [usize; 2]) -> (Method, &'static str) {
+        let legs = loading.legs();
+        let prescribed = || {
+            legs.iter()
+                .flat_map(|leg| leg.target)
+                .all(|control| matches!(control, Control::Motion(_)))
+        };
+        match self {
+            Method::Auto if elements[0] * elements[1] <= 36 && prescribed() => (
+                Method::Seidel,
+                "so few elements are swept through faster than a linear system is set up",
+            ),
+            Method::Auto if prescribed() => {
+                (Method::Newton, "its time grows little faster than the number of elements")
+            }
+            Method::Auto => (Method::Newton, "it has the forces' motions among its unknowns"),
+            Method::Seidel | Method::Newton => (self, "asked for"),
+        }
+    }
+}
+
+impl Mesh {
+    /// The largest number of elements along one side.
+    pub const MAX_SIDE: u32 = 4096;
+}
+
+impl Numerics {
+    /// Refuses settings that cannot work; the first offence in the order of the fields.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        let (sides, shown) = match self.mesh {
+            Mesh::Across(n) => ([n, n], n.to_string()),
+            Mesh::Exact(n) => (n, format!("[{}, {}]", n[0], n[1])),
+        };
+        if sides.iter().any(|n| !(1..=Mesh::MAX_SIDE).contains(n)) {
+            return Err(refuse("mesh", shown, "must be 1 to 4096 elements along each side"));
+        }
+        if !(self.epsilon.is_finite() && self.epsilon >= 0.0) {
+            return Err(refuse("epsilon", self.epsilon, "must be a finite number, 0 or above"));
+        }
+        if let Some(ceiling) = self.ceiling {
+            positive("ceiling", ceiling)?;
+        }
+        if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
+            return Err(refuse(
+                "tolerance",
+                self.tolerance,
+                "must lie between 0 and 1, for example 1e-8",
+            ));
+        }
+        if self.max_iterations == 0 {
+            return Err(refuse("max_iterations", 0, "must be at least 1"));
+        }
+        if let Some(effect) = self.simulate.iter().find(|effect| !Effect::OPTIONAL.contains(effect))
+        {
+            return Err(refuse(
+                "simulate",
+                effect.name(),
+                "is simulated when the scene's own keys ask for it",
+            ));
+        }
+        Ok(())
+    }
+}

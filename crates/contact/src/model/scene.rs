@@ -1,0 +1,436 @@
+//! A scene: two bodies, friction between them, and how they are moved. Plain data in SI units, no
+//! grid.
+//!
+//! Every `validate` refuses a scene that has no mechanical meaning and names the key, the value and
+//! what would be right; keys are spelled as in a study file (`foundation.base.poisson`).
+
+use serde::{Deserialize, Serialize};
+
+use super::error::{SceneError, finite, is_zero, positive, refuse};
+use super::loading::Loading;
+
+/// A contact scene in SI units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// The body below the plane of contact.
+    pub foundation: Foundation,
+    /// The body above it.
+    pub punch: Punch,
+    /// Coulomb friction between the two.
+    pub friction: Friction,
+    /// The rectangle Ω that is meshed; `None` lets the punch and its approach choose it
+    /// ([`Scene::domain`]).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub domain: Option<Domain>,
+    /// How the punch is moved.
+    pub loading: Loading,
+}
+
+/// The foundation: bonded layers on a half-space or on a rigid base.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Foundation {
+    /// Layers from the surface down; none is a homogeneous half-space.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<Layer>,
+    /// What they rest on.
+    pub base: Base,
+}
+
+/// A layer of a foundation, bonded to what is above and below it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Layer {
+    /// Shear modulus G > 0 \[Pa\].
+    pub shear_modulus: f64,
+    /// Poisson's ratio ν, 0 ≤ ν ≤ ½ \[1\].
+    pub poisson: f64,
+    /// Thickness > 0 \[m\].
+    pub thickness: f64,
+}
+
+impl Layer {
+    /// Its material.
+    pub fn material(&self) -> Material {
+        Material { shear_modulus: self.shear_modulus, poisson: self.poisson }
+    }
+}
+
+/// What a foundation's layers rest on; written `"rigid"` or as the material.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "BaseText", into = "BaseText")]
+pub enum Base {
+    /// Nothing moves below the layers, which are bonded to it.
+    Rigid,
+    /// An elastic half-space.
+    Elastic(Material),
+}
+
+/// A [`Base`] as it is written.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum BaseText {
+    Word(BaseWord),
+    Elastic(Material),
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum BaseWord {
+    Rigid,
+}
+
+impl From<BaseText> for Base {
+    fn from(text: BaseText) -> Self {
+        match text {
+            BaseText::Word(BaseWord::Rigid) => Base::Rigid,
+            BaseText::Elastic(material) => Base::Elastic(material),
+        }
+    }
+}
+
+impl From<Base> for BaseText {
+    fn from(base: Base) -> Self {
+        match base {
+            Base::Rigid => BaseText::Word(BaseWord::Rigid),
+            Base::Elastic(material) => BaseText::Elastic(material),
+        }
+    }
+}
+
+impl Foundation {
+    /// A homogeneous half-space.
+    pub fn half_space(material: Material) -> Self {
+        Self { layers: Vec::new(), base: Base::Elastic(material) }
+    }
+
+    /// The material at the surface; `None` for a rigid base without layers, which
+    /// [`Scene::validate`] refuses.
+    pub fn surface(&self) -> Option<Material> {
+        match (self.layers.first(), self.base) {
+            (Some(layer), _) => Some(layer.material()),
+            (None, Base::Elastic(material)) => Some(material),
+            (None, Base::Rigid) => None,
+        }
+    }
+}
+
+/// A linear elastic isotropic material.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    /// Shear modulus G > 0 \[Pa\].
+    pub shear_modulus: f64,
+    /// Poisson's ratio ν, 0 ≤ ν ≤ ½ \[1\]; ½ (incompressible) is an ordinary value.
+    pub poisson: f64,
+}
+
+/// The punch: its shape, and its material if it is elastic.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Punch {
+    /// Surface shape.
+    #[serde(flatten)]
+    pub shape: Shape,
+    /// Elastic half-space material of the punch; `None` is a rigid punch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material: Option<Material>,
+}
+
+/// The closed list of punch shapes. Each gives an initial gap g₀(x, y) ≥ 0 \[m\] and a sole (where
+/// it can touch).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "shape", rename_all = "kebab-case")]
+pub enum Shape {
+    /// g₀ = (x² + y²)/2R, the paraboloid of Hertz's theory.
+    Sphere {
+        /// Radius R > 0 \[m\].
+        radius: f64,
+    },
+    /// g₀ = x²/2Rx + y²/2Ry.
+    Ellipsoid {
+        /// Principal radius of curvature in the x–z plane, Rx > 0 \[m\].
+        radius_x: f64,
+        /// Principal radius of curvature in the y–z plane, Ry > 0 \[m\].
+        radius_y: f64,
+    },
+    /// g₀ = 0 on a rectangle, the only part of Ω that can touch.
+    FlatRectangle {
+        /// Extent along x > 0 \[m\].
+        width_x: f64,
+        /// Extent along y > 0 \[m\].
+        width_y: f64,
+    },
+    /// g₀ = 0 on a disk, the only part of Ω that can touch.
+    FlatDisk {
+        /// Radius > 0 \[m\].
+        radius: f64,
+    },
+    /// g₀ = r tan(angle).
+    Cone {
+        /// Angle between the cone's surface and the plane of contact, 0 < angle < π/2 \[rad\].
+        angle: f64,
+    },
+    /// A sampled surface: g₀ = max(heights) − heights, heights positive towards the foundation.
+    HeightMap {
+        /// Name of the surface in [`Surfaces`](crate::punch::Surfaces); in a stored job, the hash
+        /// of its heights.
+        surface: String,
+        /// Extent of the map along x > 0 \[m\]; it is the sole.
+        width_x: f64,
+        /// Extent of the map along y > 0 \[m\].
+        width_y: f64,
+    },
+    /// A wheel pressed onto a rail, seen from the plane that touches both where they first meet: x
+    /// along the track, y across. The rail is the foundation; the wheel's material is the punch's.
+    /// The approach is along the normal of that plane.
+    WheelOnRail(WheelRail),
+}
+
+/// Which profiles, how they lie in the track, and where the wheelset stands. Profiles are given as
+/// they are on the right-hand side. Track coordinates: x along the track, y to the right, z down.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WheelRail {
+    /// Name of the wheel's profile in [`Surfaces`](crate::punch::Surfaces); in a stored job, its
+    /// hash.
+    pub wheel: String,
+    /// Name of the rail's profile.
+    pub rail: String,
+    /// Which of the two wheels of the wheelset.
+    pub side: Side,
+    /// Radius of the wheel at its profile's z = 0 > 0 \[m\].
+    pub rolling_radius: f64,
+    /// Distance between the rails' gauge faces > 0 \[m\].
+    pub gauge: f64,
+    /// Depth below the rails' tops down to which the gauge is measured ≥ 0 \[m\].
+    pub gauge_depth: f64,
+    /// Distance between the backs of the flanges > 0 \[m\].
+    pub flange_back_distance: f64,
+    /// From the back of a flange to its profile's y = 0 \[m\].
+    pub flange_back_to_origin: f64,
+    /// Lateral displacement of the wheelset along y \[m\].
+    pub lateral: f64,
+    /// Yaw of the wheelset about z \[rad\]: positive turns x towards y.
+    pub yaw: f64,
+    /// Roll of the wheelset about x \[rad\], after the yaw: positive lowers the right wheel.
+    pub roll: f64,
+}
+
+impl WheelRail {
+    /// The standard gauge \[m\].
+    pub const GAUGE: f64 = 1.435;
+    /// The depth at which it is measured \[m\].
+    pub const GAUGE_DEPTH: f64 = 0.014;
+    /// The usual distance between the backs of the flanges \[m\].
+    pub const FLANGE_BACK_DISTANCE: f64 = 1.360;
+    /// The usual distance from the back of a flange to the middle of the tread \[m\].
+    pub const FLANGE_BACK_TO_ORIGIN: f64 = 0.070;
+}
+
+/// Coulomb friction.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Friction {
+    /// Coefficient of friction μ ≥ 0 \[1\].
+    pub mu: f64,
+}
+
+/// The rectangle Ω in the plane of contact.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Domain {
+    /// Extent along x > 0 \[m\].
+    pub width_x: f64,
+    /// Extent along y > 0 \[m\].
+    pub width_y: f64,
+    /// x of the centre \[m\].
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub center_x: f64,
+    /// y of the centre \[m\].
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub center_y: f64,
+}
+
+impl Material {
+    /// Compliance (1−ν)/G \[1/Pa\].
+    pub fn compliance(&self) -> f64 {
+        (1.0 - self.poisson) / self.shear_modulus
+    }
+
+    fn validate(&self, at: &str) -> Result<(), SceneError> {
+        positive(&format!("{at}.shear_modulus"), self.shear_modulus)?;
+        if (0.0..=0.5).contains(&self.poisson) {
+            Ok(())
+        } else {
+            Err(refuse(&format!("{at}.poisson"), self.poisson, "must lie between 0 and 0.5"))
+        }
+    }
+}
+
+impl Scene {
+    /// Refuses what has no mechanical meaning; the first offence in the order of the fields.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        for (i, layer) in self.foundation.layers.iter().enumerate() {
+            layer.material().validate(&format!("foundation.layers[{i}]"))?;
+            positive(&format!("foundation.layers[{i}].thickness"), layer.thickness)?;
+        }
+        let layers = self.foundation.layers.len();
+        if layers > Foundation::MAX_LAYERS {
+            return Err(refuse(
+                "foundation.layers",
+                format!("{layers} layers"),
+                "must be at most 64 layers",
+            ));
+        }
+        match &self.foundation.base {
+            Base::Elastic(material) => material.validate("foundation.base")?,
+            Base::Rigid if layers == 0 => {
+                return Err(refuse(
+                    "foundation.base",
+                    "\"rigid\"",
+                    "needs at least one layer on it: something must be elastic",
+                ));
+            }
+            Base::Rigid => {}
+        }
+        match &self.punch.shape {
+            Shape::Sphere { radius } | Shape::FlatDisk { radius } => {
+                positive("punch.radius", *radius)?
+            }
+            Shape::Ellipsoid { radius_x, radius_y } => {
+                positive("punch.radius_x", *radius_x)?;
+                positive("punch.radius_y", *radius_y)?;
+            }
+            Shape::FlatRectangle { width_x, width_y }
+            | Shape::HeightMap { width_x, width_y, .. } => {
+                positive("punch.width_x", *width_x)?;
+                positive("punch.width_y", *width_y)?;
+            }
+            Shape::WheelOnRail(rail) => {
+                positive("punch.rolling_radius", rail.rolling_radius)?;
+                positive("punch.gauge", rail.gauge)?;
+                finite("punch.gauge_depth", rail.gauge_depth)?;
+                positive("punch.flange_back_distance", rail.flange_back_distance)?;
+                finite("punch.flange_back_to_origin", rail.flange_back_to_origin)?;
+                finite("punch.lateral", rail.lateral)?;
+                finite("punch.yaw", rail.yaw)?;
+                finite("punch.roll", rail.roll)?;
+            }
+            Shape::Cone { angle } => {
+                positive("punch.angle", *angle)?;
+                if *angle >= std::f64::consts::FRAC_PI_2 {
+                    return Err(refuse(
+                        "punch.angle",
+                        angle,
+                        "must be below a right angle (π/2 rad)",
+                    ));
+                }
+            }
+        }
+        if let Some(material) = &self.punch.material {
+            material.validate("punch.material")?;
+        }
+        if !(self.friction.mu.is_finite() && self.friction.mu >= 0.0) {
+            return Err(refuse(
+                "friction.mu",
+                self.friction.mu,
+                "must be a finite number, 0 or above",
+            ));
+        }
+        if let Some(domain) = &self.domain {
+            positive("domain.width_x", domain.width_x)?;
+            positive("domain.width_y", domain.width_y)?;
+            finite("domain.center_x", domain.center_x)?;
+            finite("domain.center_y", domain.center_y)?;
+        }
+        self.loading.validate()
+    }
+}
+
+impl Foundation {
+    /// The largest number of layers.
+    pub const MAX_LAYERS: usize = 64;
+}
+
+/// On which side of the track, seen along x.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Side {
+    /// y < 0.
+    Left,
+    /// y > 0.
+    Right,
+}
+
+impl Side {
+    /// −1 on the left, 1 on the right.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Left => -1.0,
+            Self::Right => 1.0,
+        }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::model::loading::Step;
+
+    /// A steel sphere of 10 mm pressed 1 µm into a like half-space's rigid counterpart; μ = 0.3.
+    pub(crate) fn sphere_on_half_space() -> Scene {
+        Scene {
+            foundation: Foundation::half_space(Material { shear_modulus: 80e9, poisson: 0.3 }),
+            punch: Punch { shape: Shape::Sphere { radius: 0.01 }, material: None },
+            friction: Friction { mu: 0.3 },
+            domain: None,
+            loading: Loading::path(vec![Step { approach: Some(1e-6), ..Step::default() }]),
+        }
+    }
+
+    #[test]
+    fn refuses_what_has_no_meaning_and_names_the_key() {
+        let refused = |change: &dyn Fn(&mut Scene)| {
+            let mut scene = sphere_on_half_space();
+            change(&mut scene);
+            scene.validate().unwrap_err().key
+        };
+        assert!(sphere_on_half_space().validate().is_ok());
+        let half_space = |s: &mut Scene, shear_modulus, poisson| {
+            s.foundation = Foundation::half_space(Material { shear_modulus, poisson })
+        };
+        assert_eq!(refused(&|s| half_space(s, 1.0, 0.51)), "foundation.base.poisson");
+        assert_eq!(refused(&|s| half_space(s, 1.0, f64::NAN)), "foundation.base.poisson");
+        assert_eq!(refused(&|s| half_space(s, 0.0, 0.3)), "foundation.base.shear_modulus");
+        assert_eq!(refused(&|s| s.foundation.base = Base::Rigid), "foundation.base");
+        let layer = Layer { shear_modulus: 1.0, poisson: 0.3, thickness: 0.0 };
+        assert_eq!(
+            refused(&|s| s.foundation.layers = vec![layer]),
+            "foundation.layers[0].thickness"
+        );
+        assert_eq!(refused(&|s| s.punch.shape = Shape::Cone { angle: 1.6 }), "punch.angle");
+        assert_eq!(
+            refused(&|s| s.punch.material = Some(Material { shear_modulus: 1.0, poisson: -0.1 })),
+            "punch.material.poisson"
+        );
+        assert_eq!(refused(&|s| s.friction.mu = -0.1), "friction.mu");
+        assert_eq!(refused(&|s| s.loading.steps.clear()), "loading.steps");
+        assert_eq!(
+            refused(&|s| s.loading.steps[0].twist = Some(f64::INFINITY)),
+            "loading.steps[0].twist"
+        );
+        assert_eq!(refused(&|s| s.loading.steps[0].approach = None), "loading.steps[0].approach");
+        assert_eq!(
+            refused(&|s| s.loading.steps[0].normal_force = Some(1.0)),
+            "loading.steps[0].normal_force"
+        );
+        assert_eq!(
+            refused(&|s| s.loading.steps.push(Step { normal_force: Some(0.0), ..Step::default() })),
+            "loading.steps[1].normal_force"
+        );
+        assert_eq!(refused(&|s| s.loading.steps[0].increments = 0), "loading.steps[0].increments");
+        assert_eq!(refused(&|s| s.loading.steps[0].increments = 1001), "loading.steps");
+        assert_eq!(refused(&|s| s.loading.cycles = 2), "loading.cycles");
+        assert_eq!(refused(&|s| s.loading.cycle_from = Some(1)), "loading.cycle_from");
+    }
+}

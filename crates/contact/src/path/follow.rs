@@ -1,0 +1,358 @@
+//! From a scene to a certified outcome, along its loading path.
+
+use super::increment::{Departure, Increment, certify_increment, in_units};
+use crate::assess::estimate;
+use crate::foundation::surface_compliance;
+use crate::influence::{Components, Mirror};
+use crate::model::{
+    Effect, Estimate, Fields, Hertz, Leg, Level, Mesh, Method, Numerics, Outcome, RailContact,
+    Scene, SceneError, Status, StepOutcome, WorkDone,
+};
+use crate::problem::{Effects, Operator, Operators, Problem, Stage};
+use crate::punch::{Gap, Surfaces};
+use crate::solver::{self, Start, StopRule};
+use crate::theory::hertz_ellipse;
+
+/// Solves a scene: binds it to its grid, follows its loading path with the method, certifies each
+/// increment with code that the method does not use (the operator without mirror planes, its
+/// transform held against plain sums on some elements), and derives the observables; the fields are
+/// those of the last increment. What cannot mean anything is an error; a path that cannot be
+/// followed, or not to the tolerance, is an [`Outcome`] with [`Status::Failed`] that keeps what
+/// came before.
+pub fn solve(
+    scene: &Scene,
+    numerics: &Numerics,
+    surfaces: &Surfaces,
+    operators: &mut Operators,
+) -> Result<(Outcome, Fields), SceneError> {
+    // on a thread of the pool from the start: from outside, each of the many loops would be handed
+    // over and waited for
+    rayon::scope(|_| follow(scene, numerics, surfaces, operators))
+}
+
+fn follow(
+    scene: &Scene,
+    numerics: &Numerics,
+    surfaces: &Surfaces,
+    operators: &mut Operators,
+) -> Result<(Outcome, Fields), SceneError> {
+    let gap = Gap::new(scene, surfaces)?;
+    let problem = Problem::new(scene, numerics, surfaces)?;
+    let elements = [problem.grid.nx(), problem.grid.ny()];
+    let effects = Effects::of(scene, numerics, elements, surfaces)?;
+    let setup = PathSetup {
+        scene,
+        numerics,
+        surfaces,
+        stages: effects.stages(scene),
+        certified: certified(&effects),
+        increments: increments(scene),
+    };
+    let (method, _) = numerics.method.chosen(&scene.loading, elements);
+    let mut ladder = Vec::new();
+    let start = match method {
+        Method::Newton => {
+            coarse_start(&setup, operators, &problem, estimate::TOLERANCE, &mut ladder)
+        }
+        Method::Seidel | Method::Auto => nothing(&problem),
+    };
+    let rule = StopRule { tolerance: numerics.tolerance, max_iterations: numerics.max_iterations };
+    let mut path = Path::new(&setup, problem, start, operators);
+    let mut status = Status::Certified;
+    for (leg, part) in &setup.increments {
+        status = path.advance(&setup, method, leg, *part, &rule, operators);
+        if let Status::Failed { reason } = &status {
+            status = Status::Failed {
+                reason: place(reason, scene, path.steps.last(), *part, leg.increments),
+            };
+            break;
+        }
+    }
+    let estimate = if status == Status::Certified {
+        estimate(&setup, &path, &mut ladder, operators)
+    } else {
+        None
+    };
+    let last = path.steps.last();
+    let (hertz, rail) = (
+        last.and_then(|step| hertz(scene, &gap, step)),
+        last.and_then(|step| rail_contact(&gap, step)),
+    );
+    let mut levels: Vec<Level> = ladder.iter().map(Path::level).collect();
+    levels.sort_by_key(|level| level.elements.map(u64::from).iter().product::<u64>());
+    Ok((Outcome { status, levels, steps: path.steps, hertz, rail, estimate }, path.fields))
+}
+
+/// What the solutions on all grids have in common.
+struct PathSetup<'a> {
+    scene: &'a Scene,
+    numerics: &'a Numerics,
+    surfaces: &'a Surfaces,
+    stages: Vec<Stage>,
+    /// Components of the operator that certifies.
+    certified: Components,
+    /// Every increment of the path: its leg, and which part of that it is.
+    increments: Vec<(Leg, u32)>,
+}
+
+fn certified(effects: &Effects) -> Components {
+    if effects.has(Effect::Friction) { Components::ALL } else { Components::NORMAL }
+}
+
+fn increments(scene: &Scene) -> Vec<(Leg, u32)> {
+    scene
+        .loading
+        .legs()
+        .into_iter()
+        .flat_map(|leg| (1..=leg.increments).map(move |part| (leg, part)))
+        .collect()
+}
+
+/// The path on one grid, as far as it has been followed.
+struct Path {
+    problem: Problem,
+    /// Certifies; it knows no mirror planes.
+    operator: Operator,
+    /// The end so far, from which the next increment begins.
+    start: Start,
+    departure: Departure,
+    /// The end of the leg before.
+    leg_departure: Departure,
+    steps: Vec<StepOutcome>,
+    /// Of the last increment.
+    fields: Fields,
+}
+
+impl Path {
+    fn new(
+        setup: &PathSetup<'_>,
+        problem: Problem,
+        start: Start,
+        operators: &mut Operators,
+    ) -> Self {
+        let without_mirror = problem
+            .reduced(setup.certified, Mirror::NONE, None)
+            .expect("without a mirror plane there is nothing to refuse");
+        let operator = operators.of(&without_mirror);
+        let (departure, leg_departure) = (Departure::default(), Departure::default());
+        Self {
+            problem,
+            operator,
+            start,
+            departure,
+            leg_departure,
+            steps: Vec::new(),
+            fields: Fields::default(),
+        }
+    }
+
+    /// Solves the next increment, the `part`-th of `leg`.
+    fn advance(
+        &mut self,
+        setup: &PathSetup<'_>,
+        method: Method,
+        leg: &Leg,
+        part: u32,
+        rule: &StopRule,
+        operators: &mut Operators,
+    ) -> Status {
+        if part == 1 {
+            self.leg_departure = self.departure;
+        }
+        let asked = leg.increment(part, &self.leg_departure.motion, &self.leg_departure.resultants);
+        let controls = in_units(&asked, &self.problem);
+        let iterate = solver::solve(
+            method,
+            &mut self.problem,
+            operators,
+            &setup.stages,
+            &controls,
+            &self.start,
+            rule,
+        );
+        let Increment { status, mut outcome, fields, slip } = certify_increment(
+            &self.problem,
+            &self.operator,
+            &iterate,
+            &asked,
+            &self.departure,
+            rule.tolerance,
+        );
+        (outcome.step, outcome.cycle) = (leg.step, leg.cycle);
+        self.departure =
+            Departure { motion: outcome.motion, resultants: outcome.observables.resultants() };
+        self.steps.push(outcome);
+        self.fields = fields;
+        self.problem.remember(&iterate.p, &slip, &iterate.motion);
+        self.start = Start { p: iterate.p, motion: iterate.motion };
+        status
+    }
+
+    fn elements(&self) -> [u32; 2] {
+        [self.problem.grid.nx(), self.problem.grid.ny()].map(|n| n as u32)
+    }
+
+    fn level(&self) -> Level {
+        let sum = |part: fn(&WorkDone) -> u64| self.steps.iter().map(|step| part(&step.work)).sum();
+        let work = WorkDone {
+            iterations: sum(|work| work.iterations),
+            operator_applications: sum(|work| work.operator_applications),
+        };
+        Level { elements: self.elements(), work }
+    }
+}
+
+/// Elements along a side below which a grid is coarse enough to begin from nothing.
+const COARSEST: u32 = 12;
+
+fn nothing(problem: &Problem) -> Start {
+    Start { p: vec![0.0; problem.f.len()], motion: [0.0; 6] }
+}
+
+/// A start for the first increment, found on grids of half as many elements each way, from the
+/// coarsest up: Newton's method from nothing finds its way on few elements, and on many it does
+/// not. The paths on these grids, as far as the first increment, go to `ladder`; on the finest of
+/// them it is solved to this tolerance.
+fn coarse_start(
+    setup: &PathSetup<'_>,
+    operators: &mut Operators,
+    fine: &Problem,
+    tolerance: f64,
+    ladder: &mut Vec<Path>,
+) -> Start {
+    let elements = [fine.grid.nx(), fine.grid.ny()].map(|n| n as u32);
+    let halved = elements.map(|n| if n > COARSEST { n.div_ceil(2) } else { n });
+    if halved == elements {
+        return nothing(fine);
+    }
+    let Some(coarse) = first_increment(setup, operators, halved, tolerance, ladder) else {
+        return nothing(fine);
+    };
+    let usable = coarse.steps.iter().all(|step| step.certificate.meets(START_TOLERANCE));
+    let start = Start {
+        p: coarse.problem.grid.sample(&coarse.start.p, &fine.grid),
+        motion: coarse.start.motion,
+    };
+    ladder.push(coarse);
+    if usable { start } else { nothing(fine) }
+}
+
+/// The first increment on a grid of so many elements to this tolerance, by way of coarser ones.
+fn first_increment(
+    setup: &PathSetup<'_>,
+    operators: &mut Operators,
+    elements: [u32; 2],
+    tolerance: f64,
+    ladder: &mut Vec<Path>,
+) -> Option<Path> {
+    let numerics = Numerics { mesh: Mesh::Exact(elements), ..setup.numerics.clone() };
+    let problem = Problem::new(setup.scene, &numerics, setup.surfaces).ok()?;
+    let (leg, part) = setup.increments.first()?;
+    let start = coarse_start(setup, operators, &problem, START_TOLERANCE, ladder);
+    let mut path = Path::new(setup, problem, start, operators);
+    let rule = StopRule { tolerance, max_iterations: setup.numerics.max_iterations };
+    path.advance(setup, Method::Newton, leg, *part, &rule, operators);
+    Some(path)
+}
+
+/// Relative residual at which a coarse solution is good enough to begin from.
+const START_TOLERANCE: f64 = 1e-3;
+
+/// The estimate for the end of `path`, from the same path on a grid of half as many elements each
+/// way: the one of `ladder`, or where that has none, one that is added to it.
+fn estimate(
+    setup: &PathSetup<'_>,
+    path: &Path,
+    ladder: &mut Vec<Path>,
+    operators: &mut Operators,
+) -> Option<Estimate> {
+    let elements = estimate::coarser(path.elements())?;
+    let at = match ladder.iter().position(|coarse| coarse.elements() == elements) {
+        Some(at) => at,
+        None => {
+            let coarse = first_increment(setup, operators, elements, estimate::TOLERANCE, ladder)?;
+            ladder.push(coarse);
+            ladder.len() - 1
+        }
+    };
+    let coarse = &mut ladder[at];
+    if !coarse.steps.iter().all(|step| step.certificate.meets(estimate::TOLERANCE)) {
+        return None;
+    }
+    let rule =
+        StopRule { tolerance: estimate::TOLERANCE, max_iterations: setup.numerics.max_iterations };
+    for (leg, part) in &setup.increments[coarse.steps.len()..] {
+        if coarse.advance(setup, Method::Newton, leg, *part, &rule, operators) != Status::Certified
+        {
+            return None;
+        }
+    }
+    estimate::estimate(
+        setup.scene,
+        setup.numerics,
+        (&path.steps, &path.fields),
+        (&coarse.steps, &coarse.fields),
+    )
+}
+
+/// What Hertz's theory makes of an increment's load; it knows no layers, no tilt and no moment.
+fn hertz(scene: &Scene, gap: &Gap<'_>, step: &StepOutcome) -> Option<Hertz> {
+    let load = step.observables.load;
+    let curvatures =
+        gap.curvatures().filter(|_| scene.foundation.layers.is_empty() && load > 0.0)?;
+    let compliance = surface_compliance(scene);
+    let ellipse = hertz_ellipse(2.0 / compliance, 0.5 * curvatures[0], 0.5 * curvatures[1], load);
+    let (a, b) = (ellipse.semi_axis_x, ellipse.semi_axis_y);
+    Some(Hertz {
+        semi_axis_a: a.max(b),
+        semi_axis_b: a.min(b),
+        area: std::f64::consts::PI * a * b,
+        peak_pressure: ellipse.peak_pressure,
+        approach: ellipse.approach,
+    })
+}
+
+/// Where a wheel meets its rail after an increment.
+fn rail_contact(gap: &Gap<'_>, step: &StepOutcome) -> Option<RailContact> {
+    let (pair, plane) = gap.wheel_on_rail()?;
+    let o = &step.observables;
+    let frame = plane.frame();
+    let depth = step.motion.approach / frame.angle.cos();
+    let reference = pair.overlap_frame(depth.max(0.0));
+    let center = [-o.moment_y / o.load, o.moment_x / o.load];
+    // the point of the rail's surface, which the plane of contact only touches
+    let pressure_center = if o.load > 0.0 {
+        pair.onto_rail(frame.to_track([center[0], center[1], 0.0]))
+    } else {
+        reference.origin
+    };
+    Some(RailContact {
+        track: reference.origin,
+        rail: pair.to_rail(reference.origin),
+        angle: reference.angle,
+        pressure_center,
+        wheelset_height: pair.height() + depth,
+    })
+}
+
+/// A reason with the place on the path where it holds, if the path has more than one increment.
+fn place(
+    reason: &str,
+    scene: &Scene,
+    last: Option<&StepOutcome>,
+    part: u32,
+    increments: u32,
+) -> String {
+    let Some(last) = last else { return reason.to_owned() };
+    if scene.loading.steps.len() == 1 && increments == 1 {
+        return reason.to_owned();
+    }
+    let mut place = format!("loading.steps[{}]", last.step);
+    if increments > 1 {
+        place += &format!(", increment {part} of {increments}");
+    }
+    if last.cycle > 0 {
+        place += &format!(", cycle {}", last.cycle);
+    }
+    format!("{place}: {reason}")
+}

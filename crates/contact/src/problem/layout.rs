@@ -1,0 +1,97 @@
+//! How Ω is cut into elements, and in which units.
+
+use super::scale::{self, Scale};
+use crate::foundation::{Bodies, surface};
+use crate::model::{Domain, Mesh, Numerics, Scene, SceneError, Shape};
+
+/// How Ω is cut into elements.
+pub(crate) struct Layout {
+    pub(crate) nx: usize,
+    pub(crate) ny: usize,
+    /// Element size in units of ℓ.
+    pub(crate) element: [f64; 2],
+    /// ℓ \[m\].
+    pub(crate) half_diameter: f64,
+    /// Whether the punch goes on beyond Ω.
+    pub(super) open_edge: bool,
+    /// For a disk under its own Ω: the radius that decides what is sole, in elements.
+    pub(super) disk: Option<f64>,
+}
+
+impl Layout {
+    pub(crate) fn new(
+        scene: &Scene,
+        numerics: &Numerics,
+        domain: &Domain,
+    ) -> Result<Self, SceneError> {
+        let aspect = domain.width_y / domain.width_x;
+        let (nx, ny) = match numerics.mesh {
+            Mesh::Exact([nx, ny]) => (nx as usize, ny as usize),
+            Mesh::Across(nx) => {
+                let ny = (f64::from(nx) * aspect).round().max(1.0);
+                if ny > f64::from(Mesh::MAX_SIDE) {
+                    return Err(SceneError {
+                        key: "mesh".to_owned(),
+                        value: nx.to_string(),
+                        expected: format!(
+                            "makes {ny} square elements along y, above {}; give both counts, [nx, ny]",
+                            Mesh::MAX_SIDE
+                        ),
+                    });
+                }
+                (nx as usize, ny as usize)
+            }
+        };
+        let element = [
+            2.0 / (nx as f64 * 1f64.hypot(aspect)),
+            2.0 * aspect / (ny as f64 * 1f64.hypot(aspect)),
+        ];
+        let layout = Self {
+            nx,
+            ny,
+            element,
+            half_diameter: 0.5 * domain.width_x.hypot(domain.width_y),
+            open_edge: false,
+            disk: None,
+        };
+        Ok(match scene.punch.shape {
+            Shape::FlatDisk { radius } if scene.domain.is_none() && nx == ny => {
+                // The staircase of elements whose centre lies inside the disk has not the disk's
+                // area, and load and stiffness follow the area: elements sized so that the areas
+                // agree make the error smaller and its decrease smooth (tests/closed_forms.rs holds
+                // it to first order).
+                let reach = 0.5 * nx as f64;
+                let along = |i: usize| i as f64 + 0.5 - reach;
+                let count =
+                    (0..nx * ny).filter(|&s| along(s % nx).hypot(along(s / nx)) <= reach).count();
+                let side = (std::f64::consts::PI / count as f64).sqrt();
+                Self { element: [side; 2], half_diameter: radius, disk: Some(reach), ..layout }
+            }
+            Shape::FlatDisk { radius } => Self {
+                open_edge: domain.width_x.min(domain.width_y) < 2.0 * radius * (1.0 - 1e-12),
+                ..layout
+            },
+            Shape::FlatRectangle { width_x, width_y }
+            | Shape::HeightMap { width_x, width_y, .. } => Self {
+                open_edge: domain.width_x < width_x * (1.0 - 1e-12)
+                    || domain.width_y < width_y * (1.0 - 1e-12),
+                ..layout
+            },
+            Shape::Sphere { .. }
+            | Shape::Ellipsoid { .. }
+            | Shape::Cone { .. }
+            | Shape::WheelOnRail(_) => Self { open_edge: true, ..layout },
+        })
+    }
+
+    /// The units of the problem. Refuses what leads beyond the range of doubles.
+    pub(crate) fn scale(&self, scene: &Scene, bodies: &Bodies) -> Result<Scale, SceneError> {
+        let modulus = surface(scene).shear_modulus;
+        let scale = Scale {
+            length: self.half_diameter,
+            compliance: bodies.reference_compliance() / modulus,
+        };
+        scale::check_units(modulus, bodies, &scale, self.element)?;
+        Ok(scale)
+    }
+}

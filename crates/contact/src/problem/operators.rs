@@ -1,0 +1,173 @@
+//! Operators kept between solves: jobs of a sweep that share a grid and elastic ratios share their
+//! coefficients.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::equation::{OperatorKey, Problem};
+use crate::influence::{Circulant, Influence, InfluenceTable, Mirror, Scratch, Toeplitz};
+
+/// The operator of a problem, for its components and on its side of mirror planes, with the
+/// coefficients it is made of.
+#[derive(Clone)]
+pub struct Operator {
+    /// Influence coefficients of every offset of the whole grid.
+    pub table: Arc<InfluenceTable>,
+    /// The operator.
+    pub influence: Arc<dyn Influence>,
+    /// Circulants near its diagonal blocks, for preconditioning.
+    pub circulant: Arc<Circulant>,
+}
+
+impl Operator {
+    /// out = A p.
+    pub fn apply(&self, out: &mut [f64], p: &[f64], scratch: &mut Scratch) {
+        self.influence.apply(out, p, scratch);
+    }
+
+    /// The same operator on a window of so many elements, on which it knows no mask. Where there
+    /// are mirror planes the window must begin at them.
+    pub(crate) fn within(&self, size: [usize; 2], mirror: Mirror) -> Self {
+        let components = self.influence.components();
+        Self {
+            table: Arc::clone(&self.table),
+            influence: Arc::new(Toeplitz::within(&self.table, components, mirror, size)),
+            circulant: Arc::new(Circulant::within(&self.table, components, mirror, size)),
+        }
+    }
+
+    /// Memory for applications.
+    pub fn scratch(&self) -> Scratch {
+        Scratch::new(&*self.influence)
+    }
+}
+
+/// The last operators used, within a budget of memory.
+pub struct Operators {
+    kept: Vec<Kept>,
+    budget: usize,
+}
+
+struct Kept {
+    key: OperatorKey,
+    operator: Operator,
+    /// Of what is its own; others may share its table.
+    bytes: usize,
+}
+
+impl Operators {
+    /// Keeps operators of up to `budget` bytes in all; the one in use is kept whatever its size.
+    pub fn new(budget: usize) -> Self {
+        Self { kept: Vec::new(), budget }
+    }
+
+    /// The operator of `problem`, kept or made.
+    pub fn of(&mut self, problem: &Problem) -> Operator {
+        let key = problem.operator_key();
+        if let Some(at) = self.kept.iter().position(|kept| kept.key == key) {
+            let kept = self.kept.remove(at);
+            let operator = kept.operator.clone();
+            self.kept.push(kept);
+            return operator;
+        }
+        let (components, mirror) = (problem.components, problem.mirror);
+        let has = |kept: &&Kept| {
+            kept.key.shares_table(&key) && kept.operator.table.components().includes(components)
+        };
+        let table = match self.kept.iter().find(has) {
+            Some(kept) => Arc::clone(&kept.operator.table),
+            None => Arc::new(InfluenceTable::of(
+                problem.whole_grid(),
+                &problem.elasticity,
+                problem.projection,
+                components,
+            )),
+        };
+        let toeplitz = Toeplitz::of(&table, components, mirror);
+        let circulant = Circulant::of(&table, components, mirror);
+        let bytes = toeplitz.bytes() + circulant.bytes();
+        let operator =
+            Operator { table, influence: Arc::new(toeplitz), circulant: Arc::new(circulant) };
+        self.kept.push(Kept { key, operator: operator.clone(), bytes });
+        while self.bytes() > self.budget && self.kept.len() > 1 {
+            self.kept.remove(0);
+        }
+        operator
+    }
+
+    /// Memory of all that is kept, each table counted once.
+    fn bytes(&self) -> usize {
+        let tables: BTreeMap<_, usize> = self
+            .kept
+            .iter()
+            .map(|kept| (Arc::as_ptr(&kept.operator.table), kept.operator.table.bytes()))
+            .collect();
+        self.kept.iter().map(|kept| kept.bytes).sum::<usize>() + tables.into_values().sum::<usize>()
+    }
+}
+
+impl Default for Operators {
+    /// A budget of 512 MiB.
+    fn default() -> Self {
+        Self::new(512 << 20)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::foundation::HalfSpace;
+    use crate::grid::Grid;
+    use crate::influence::{Components, Symmetry, Window};
+    use crate::model::{Material, Projection};
+
+    /// On a window, which is wherever the tractions are, the operator is what it is on the grid.
+    #[test]
+    fn within_a_window_it_is_the_same() {
+        let bodies = HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.3 }, None);
+        let grid = Grid::new(120, 96, 0.3, 0.4, [0.0; 2]).unwrap();
+        let table = Arc::new(InfluenceTable::new(&grid, &bodies, Projection::Average));
+        for mirror in [
+            Mirror::NONE,
+            Mirror { x: Some(Symmetry::Antisymmetric), y: None },
+            Mirror { x: None, y: Some(Symmetry::Symmetric) },
+        ] {
+            for components in [Components::ALL, Components::NORMAL] {
+                let influence = Toeplitz::of(&table, components, mirror);
+                let grid = influence.grid().clone();
+                let circulant = Arc::new(Circulant::of(&table, components, mirror));
+                let operator = Operator {
+                    table: Arc::clone(&table),
+                    influence: Arc::new(influence),
+                    circulant,
+                };
+                let window = Window::around([[9, 7], [30, 33]], &grid, &mirror);
+                assert!(
+                    window.holds([[9, 7], [30, 33]]) && 3 * window.len() < grid.len(),
+                    "{window:?}"
+                );
+                assert!(mirror.x.is_none() || window.first[0] == 0);
+                let part = operator.within(window.size, mirror);
+                let blocks = components.len();
+                let tractions: Vec<f64> =
+                    (0..blocks * window.len()).map(|at| (1.7 * at as f64).sin()).collect();
+                let mut p = vec![0.0; blocks * grid.len()];
+                window.each_row(&grid, blocks, |of_window, of_grid| {
+                    p[of_grid].copy_from_slice(&tractions[of_window])
+                });
+                let (mut whole, mut got) = (vec![0.0; p.len()], vec![0.0; tractions.len()]);
+                operator.apply(&mut whole, &p, &mut operator.scratch());
+                part.apply(&mut got, &tractions, &mut part.scratch());
+                let size = whole.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
+                window.each_row(&grid, blocks, |of_window, of_grid| {
+                    for (got, exact) in got[of_window].iter().zip(&whole[of_grid]) {
+                        assert!(
+                            (got - exact).abs() <= 1e-14 * size,
+                            "{mirror:?} {components:?}: {got} {exact}"
+                        );
+                    }
+                });
+            }
+        }
+    }
+}

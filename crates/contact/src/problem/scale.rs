@@ -1,0 +1,223 @@
+//! The units that make a problem dimensionless, and how far double precision reaches in them: what
+//! lies beyond is refused, in words, before anything is solved.
+
+use crate::foundation::Bodies;
+use crate::grid::Grid;
+use crate::model::{Base, Numerics, Projection, Scene, SceneError, Step};
+
+/// Units in which a [`Problem`](super::equation::Problem) is written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// ℓ \[m\].
+    pub length: f64,
+    /// c = Σ(1−ν)/G \[1/Pa\].
+    pub compliance: f64,
+}
+
+impl Scale {
+    /// The unit of traction, 1/c \[Pa\].
+    pub fn traction(&self) -> f64 {
+        1.0 / self.compliance
+    }
+
+    /// The units of the six rigid degrees of freedom, in the order of
+    /// [`Step::NAMES`](crate::model::Step::NAMES) \[m or rad\].
+    pub fn motions(&self) -> [f64; 6] {
+        let l = self.length;
+        [l, l, l, 1.0, 1.0, 1.0]
+    }
+
+    /// The units of their forces and moments \[N or N m\].
+    pub fn forces(&self) -> [f64; 6] {
+        let force = self.traction() * self.length * self.length;
+        let moment = force * self.length;
+        [force, force, force, moment, moment, moment]
+    }
+}
+
+/// Sizes or moduli that double precision cannot hold once they are put in relation.
+pub(crate) fn out_of_range(key: &str, value: f64) -> SceneError {
+    SceneError {
+        key: key.to_owned(),
+        value: format!("{value:e}"),
+        expected: "leads beyond the range of double precision; choose sizes and moduli nearer to 1 in SI units".to_owned(),
+    }
+}
+
+/// What a problem's numbers may be of its units, so that their squares and the squares of what they
+/// cause are doubles.
+const SQUARABLE: std::ops::RangeInclusive<f64> = 1e-120..=1e120;
+
+/// Moduli below the surface in units of that at the surface. The coefficients are good to some
+/// 1e-14 of the largest of them, and on a stiff plate the normal ones grow as the contrast to the
+/// power of ⅔ against the others; a base stiffer than that is rigid.
+const CONTRAST: std::ops::RangeInclusive<f64> = 1e-15..=1e15;
+
+fn too_unlike(key: &str, contrast: f64) -> SceneError {
+    SceneError {
+        key: key.to_owned(),
+        value: format!("{contrast:e} times as stiff as the surface"),
+        expected:
+            "must be between 1e-15 and 1e15, beyond which double precision loses the softer or the stiffer one; a base can be \"rigid\""
+                .to_owned(),
+    }
+}
+
+/// Refuses moduli and sizes whose units are no doubles, and layers or a base that differ from what
+/// is above by more than can be squared. `bodies` have moduli in units of `modulus`, that of the
+/// surface, and lengths in units of ℓ; so has `element`.
+pub(crate) fn check_units(
+    modulus: f64,
+    bodies: &Bodies,
+    scale: &Scale,
+    element: [f64; 2],
+) -> Result<(), SceneError> {
+    if !(scale.compliance.is_normal() && scale.traction().is_normal()) {
+        return Err(out_of_range("foundation.base.shear_modulus", modulus));
+    }
+    if let Some(layered) = &bodies.layers {
+        for layer in layered.layers() {
+            if !SQUARABLE.contains(&layer.thickness) {
+                return Err(out_of_range("foundation.layers", layer.thickness * scale.length));
+            }
+            if !CONTRAST.contains(&layer.shear_modulus) {
+                return Err(too_unlike("foundation.layers", layer.shear_modulus));
+            }
+        }
+        match layered.base() {
+            Base::Elastic(base) if !CONTRAST.contains(&base.shear_modulus) => {
+                return Err(too_unlike("foundation.base", base.shear_modulus));
+            }
+            Base::Elastic(_) | Base::Rigid => {}
+        }
+    }
+    let units_hold = scale.length.is_normal() && scale.forces().iter().all(|unit| unit.is_normal());
+    if !(units_hold && element.iter().all(|side| side.is_normal())) {
+        return Err(out_of_range("domain.width_x", 2.0 * scale.length));
+    }
+    Ok(())
+}
+
+/// The smallest normal coefficient of an element in units of its tangential ones that is more than
+/// the rounding of these.
+const NORMAL: f64 = 1e-9;
+
+/// Refuses layers that pressure cannot move: a nearly incompressible one on a rigid base, much
+/// thinner than the elements, gives way at the edges of a loaded element only. Its own mean there
+/// is a small part of what the coefficients are computed from, and at its centre there is nothing.
+/// `bodies` have lengths in the grid's unit.
+pub(crate) fn check_operator(
+    bodies: &Bodies,
+    grid: &Grid,
+    projection: Projection,
+) -> Result<(), SceneError> {
+    let (hx, hy) = (grid.hx(), grid.hy());
+    let Some(layered) = &bodies.layers else { return Ok(()) };
+    let long = layered.compliance(1.0 / hx.max(hy));
+    if long.nn > 1e-3 * long.ll {
+        return Ok(()); // far from it
+    }
+    let own = bodies.kernels(hx.hypot(hy)).influence([0, 0], hx, hy, projection);
+    let tangential = own.xx.max(own.yy);
+    if own.nn > NORMAL * tangential {
+        return Ok(());
+    }
+    Err(SceneError {
+        key: "foundation.layers".to_owned(),
+        value: format!(
+            "a pressed element goes down by {:.1e} of what it gives sideways",
+            (own.nn / tangential).max(0.0)
+        ),
+        expected: format!(
+            "must be at least {NORMAL:e}: double precision knows no less; take a thicker or more compressible layer, smaller elements, or \
+             `projection = \"average\"`"
+        ),
+    })
+}
+
+/// Refuses loads that no double can answer for: of a size that cannot be squared, beyond what the
+/// ceiling carries, or so small that an approach rounded to a double is too coarse for them. `rest`
+/// is −g₀.
+pub(crate) fn check_loads(
+    scene: &Scene,
+    numerics: &Numerics,
+    scale: &Scale,
+    grid: &Grid,
+    rest: &[f64],
+) -> Result<(), SceneError> {
+    let refuse = |key: &str, value: f64, expected: String| {
+        Err(SceneError { key: key.to_owned(), value: format!("{value:e}"), expected })
+    };
+    if numerics.epsilon > *SQUARABLE.end() {
+        let end = SQUARABLE.end();
+        return refuse(
+            "epsilon",
+            numerics.epsilon,
+            format!(
+                "leads to tractions too small to be squared in double precision; at most {end:e}"
+            ),
+        );
+    }
+    if let Some(ceiling) = numerics.ceiling
+        && ceiling * scale.compliance < *SQUARABLE.start()
+    {
+        let least = SQUARABLE.start() * scale.traction();
+        return refuse(
+            "ceiling",
+            ceiling,
+            format!(
+                "is too small to be squared in double precision next to the moduli; at least {least:e}"
+            ),
+        );
+    }
+    let (motions, forces) = (scale.motions(), scale.forces());
+    let area = grid.element_area();
+    let top = grid.active().map(|e| rest[e]).fold(f64::NEG_INFINITY, f64::max);
+    for (i, step) in scene.loading.steps.iter().enumerate() {
+        for (which, (given, names)) in step.given().into_iter().zip(Step::NAMES).enumerate() {
+            for (value, name, unit) in
+                [(given[0], names[0], motions[which]), (given[1], names[1], forces[which])]
+            {
+                let value = value.unwrap_or(0.0);
+                let relative = (value / unit).abs();
+                // the last unit is that of energy too
+                if value != 0.0
+                    && !(SQUARABLE.contains(&relative)
+                        && (relative * relative * forces[5]).is_finite())
+                {
+                    let most = SQUARABLE.end().min((f64::MAX / forces[5]).sqrt());
+                    let [low, high] = [*SQUARABLE.start(), most].map(|end| end * unit);
+                    let expected = format!(
+                        "cannot be squared in double precision next to sizes and moduli; 0, or between {low:e} and {high:e}"
+                    );
+                    return refuse(&format!("loading.steps[{i}].{name}"), value, expected);
+                }
+            }
+        }
+        let Some(force) = step.normal_force else { continue };
+        let key = format!("loading.steps[{i}].normal_force");
+        let most = numerics.ceiling.map_or(f64::INFINITY, |ceiling| {
+            ceiling * grid.active_len() as f64 * area * scale.length * scale.length
+        });
+        if force >= most {
+            let expected = format!(
+                "is no less than the ceiling lets the whole sole carry, {most:e} N; raise the ceiling or lower the load"
+            );
+            return refuse(&key, force, expected);
+        }
+        // one element alone, taken for a disk, is pressed so deep; the approach is that and its
+        // gap, which its last digit belongs to
+        let stiffness = 4.0 * (area / std::f64::consts::PI).sqrt();
+        let coarse = 0.5 * f64::EPSILON * top.abs() * stiffness;
+        if numerics.tolerance * force / forces[0] < coarse {
+            let least = coarse * forces[0] / numerics.tolerance;
+            let expected = format!(
+                "is too small to be met to the tolerance: one element gets about {least:e} N from the last digit of an approach that the gap of \
+                 {:e} m is part of; make Ω or the elements smaller",
+                top.abs() * scale.length
+            );
+            return refuse(&key, force, expected);
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,263 @@
+//! The initial gap g₀ under a punch, and its mean over an element.
+
+use super::contact_plane::ContactPlane;
+use super::surface::{Surface, Surfaces};
+use super::track::{Position, Track, Wheelset};
+use super::wheel_rail::WheelOnRail;
+use crate::foundation::{contact_size, surface_compliance};
+use crate::model::{Control, Scene, SceneError, Shape};
+use crate::theory::{HertzEllipse, hertz_ellipse};
+
+/// A shape ready to be sampled: the scene's, with the height map or the profiles it names.
+pub struct Gap<'a> {
+    shape: &'a Shape,
+    sampled: Sampled<'a>,
+}
+
+enum Sampled<'a> {
+    Not,
+    Map(&'a Surface),
+    Plane(Box<WheelOnRail>, Box<ContactPlane>),
+}
+
+impl<'a> Gap<'a> {
+    /// The gap under `scene`'s punch. Fails when the scene names a surface that `surfaces` has not,
+    /// or a wheel does not meet its rail.
+    pub fn new(scene: &'a Scene, surfaces: &'a Surfaces) -> Result<Self, SceneError> {
+        let shape = &scene.punch.shape;
+        let missing = |key: &str, name: &str, what: &str| SceneError {
+            key: key.to_owned(),
+            value: name.to_owned(),
+            expected: format!("names {what} that was not supplied"),
+        };
+        let sampled = match shape {
+            Shape::HeightMap { surface, .. } => Sampled::Map(
+                surfaces
+                    .get(surface)
+                    .ok_or_else(|| missing("punch.surface", surface, "a height map"))?,
+            ),
+            Shape::WheelOnRail(rail) => {
+                let profile = |key: &str, name: &str| {
+                    surfaces
+                        .profile(name)
+                        .ok_or_else(|| missing(&format!("punch.{key}"), name, "a profile"))
+                };
+                let pair = WheelOnRail::new(
+                    profile("wheel", &rail.wheel)?,
+                    profile("rail", &rail.rail)?,
+                    &Wheelset {
+                        rolling_radius: rail.rolling_radius,
+                        flange_back_distance: rail.flange_back_distance,
+                        flange_back_to_origin: rail.flange_back_to_origin,
+                    },
+                    &Track { gauge: rail.gauge, gauge_depth: rail.gauge_depth },
+                    rail.side,
+                    &Position { lateral: rail.lateral, yaw: rail.yaw, roll: rail.roll },
+                );
+                let pair = pair.map_err(|error| SceneError {
+                    key: "punch".to_owned(),
+                    value: format!(
+                        "lateral {:e} m, yaw {:e} rad, roll {:e} rad",
+                        rail.lateral, rail.yaw, rail.roll
+                    ),
+                    expected: error.to_string(),
+                })?;
+                let ([a, b], _) = pair.curvatures().principal();
+                let approach = wheel_approach(scene, (a > 0.0).then_some([a, b])).unwrap_or(0.0);
+                let frame =
+                    pair.overlap_frame(approach.max(0.0) / pair.tangent_frame().angle.cos());
+                let plane = ContactPlane::new(&pair, frame);
+                Sampled::Plane(Box::new(pair), Box::new(plane))
+            }
+            _ => Sampled::Not,
+        };
+        Ok(Self { shape, sampled })
+    }
+
+    /// Initial gap g₀ ≥ 0 \[m\] at (x, y) \[m\]; `None` where the punch has no sole, that is,
+    /// cannot touch at all.
+    pub fn at(&self, x: f64, y: f64) -> Option<f64> {
+        if !self.has_sole(x, y) {
+            return None;
+        }
+        match (self.shape, &self.sampled) {
+            (Shape::Sphere { radius }, _) => Some((x * x + y * y) / (2.0 * radius)),
+            (Shape::Ellipsoid { radius_x, radius_y }, _) => {
+                Some(x * x / (2.0 * radius_x) + y * y / (2.0 * radius_y))
+            }
+            (Shape::FlatRectangle { .. } | Shape::FlatDisk { .. }, _) => Some(0.0),
+            (Shape::Cone { angle }, _) => Some(x.hypot(y) * angle.tan()),
+            (Shape::HeightMap { width_x, width_y, .. }, Sampled::Map(surface)) => {
+                Some(surface.gap_at(x / width_x + 0.5, y / width_y + 0.5))
+            }
+            (Shape::WheelOnRail(_), Sampled::Plane(_, plane)) => plane.gap(x, y),
+            (Shape::HeightMap { .. } | Shape::WheelOnRail(_), _) => {
+                unreachable!("Gap::new supplies the surface")
+            }
+        }
+    }
+
+    /// Mean of g₀ \[m\] over the element hx × hy \[m\] centred at (x, y) \[m\]; `None` where the
+    /// punch has no sole.
+    pub fn mean(&self, x: f64, y: f64, hx: f64, hy: f64) -> Option<f64> {
+        if !self.has_sole(x, y) {
+            return None;
+        }
+        match (self.shape, &self.sampled) {
+            // ⟨x²⟩ over an element is x² + hx²/12
+            (Shape::Sphere { radius }, _) => {
+                Some((x * x + y * y + (hx * hx + hy * hy) / 12.0) / (2.0 * radius))
+            }
+            (Shape::Ellipsoid { radius_x, radius_y }, _) => Some(
+                (x * x + hx * hx / 12.0) / (2.0 * radius_x)
+                    + (y * y + hy * hy / 12.0) / (2.0 * radius_y),
+            ),
+            (Shape::FlatRectangle { .. } | Shape::FlatDisk { .. }, _) => Some(0.0),
+            (Shape::Cone { angle }, _) => Some(mean_distance(x, y, hx, hy) * angle.tan()),
+            (Shape::HeightMap { width_x, width_y, .. }, Sampled::Map(surface)) => {
+                Some(surface.mean_gap(
+                    [(x - hx / 2.0) / width_x + 0.5, (x + hx / 2.0) / width_x + 0.5],
+                    [(y - hy / 2.0) / width_y + 0.5, (y + hy / 2.0) / width_y + 0.5],
+                ))
+            }
+            (Shape::WheelOnRail(_), Sampled::Plane(_, plane)) => plane.mean_gap(x, y, hx, hy),
+            (Shape::HeightMap { .. } | Shape::WheelOnRail(_), _) => {
+                unreachable!("Gap::new supplies the surface")
+            }
+        }
+    }
+
+    fn has_sole(&self, x: f64, y: f64) -> bool {
+        // an element's centre lies on a sole's edge only by rounding; such an element belongs to it
+        let slack = 1.0 + 1e-12;
+        match self.shape {
+            // where a wheel is not above its rail the gap itself says so
+            Shape::Sphere { .. }
+            | Shape::Ellipsoid { .. }
+            | Shape::Cone { .. }
+            | Shape::WheelOnRail(_) => true,
+            Shape::FlatRectangle { width_x, width_y }
+            | Shape::HeightMap { width_x, width_y, .. } => {
+                x.abs() <= 0.5 * width_x * slack && y.abs() <= 0.5 * width_y * slack
+            }
+            Shape::FlatDisk { radius } => x.hypot(y) <= radius * slack,
+        }
+    }
+
+    /// The wheel on its rail and the plane of contact, if that is what the punch is.
+    pub fn wheel_on_rail(&self) -> Option<(&WheelOnRail, &ContactPlane)> {
+        match &self.sampled {
+            Sampled::Plane(pair, plane) => Some((pair, plane)),
+            Sampled::Not | Sampled::Map(_) => None,
+        }
+    }
+
+    /// Principal curvatures \[1/m\] of a smooth gap where it is smallest, the smaller one first;
+    /// `None` where Hertz's theory has nothing to say.
+    pub fn curvatures(&self) -> Option<[f64; 2]> {
+        let curvatures = match (self.shape, &self.sampled) {
+            (Shape::Sphere { radius }, _) => [1.0 / radius; 2],
+            (Shape::Ellipsoid { radius_x, radius_y }, _) => {
+                [1.0 / radius_x.max(*radius_y), 1.0 / radius_x.min(*radius_y)]
+            }
+            (_, Sampled::Plane(pair, _)) => pair.curvatures().principal().0,
+            _ => return None,
+        };
+        (curvatures[0] > 0.0).then_some(curvatures)
+    }
+}
+
+/// Mean distance from the origin over the rectangle hx × hy centred at (x, y): the second
+/// difference of an F with F_xy = r, F = x y r/3 + (x³ asinh(y/|x|) + y³ asinh(x/|y|))/6, where
+/// cancellation leaves it exact, else a fourth-order Taylor expansion about the centre.
+fn mean_distance(x: f64, y: f64, hx: f64, hy: f64) -> f64 {
+    let r = x.hypot(y);
+    if r > 200.0 * hx.max(hy) {
+        // r + (hx² r_xx + hy² r_yy)/24; the next term is below (h/r)⁴/500
+        return r + (hx * hx * y * y + hy * hy * x * x) / (24.0 * r * r * r);
+    }
+    let cube_asinh =
+        |a: f64, b: f64| if a == 0.0 { 0.0 } else { a.powi(3) * (b / a.abs()).asinh() };
+    let f = |x: f64, y: f64| x * y * x.hypot(y) / 3.0 + (cube_asinh(x, y) + cube_asinh(y, x)) / 6.0;
+    let (x0, x1, y0, y1) = (x - hx / 2.0, x + hx / 2.0, y - hy / 2.0, y + hy / 2.0);
+    (f(x1, y1) - f(x0, y1) - f(x1, y0) + f(x0, y0)) / (hx * hy)
+}
+
+/// The deepest approach of a wheel's path \[m\]; where the load is prescribed, that of Hertz's
+/// ellipse with these principal curvatures of the gap. `None` without them.
+pub(super) fn wheel_approach(scene: &Scene, curvatures: Option<[f64; 2]>) -> Option<f64> {
+    let mut deepest = f64::NEG_INFINITY;
+    for leg in scene.loading.legs() {
+        deepest = deepest.max(match leg.target[0] {
+            Control::Motion(approach) => approach,
+            Control::Force(force) => {
+                let [a, b] = curvatures?;
+                let pressed =
+                    |compliance: f64| hertz_ellipse(2.0 / compliance, 0.5 * a, 0.5 * b, force);
+                let size =
+                    |ellipse: HertzEllipse| (ellipse.semi_axis_x * ellipse.semi_axis_y).sqrt();
+                // the approach of an ellipse goes as the square of its size
+                let own = pressed(surface_compliance(scene));
+                own.approach
+                    * (contact_size(scene, |compliance| size(pressed(compliance))) / size(own))
+                        .powi(2)
+            }
+        });
+    }
+    Some(deepest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mean_distance_matches_quadrature_and_its_own_far_form() {
+        // 400 × 400 midpoint rule; away from the kink it is good to 1e-7
+        let numeric = |x: f64, y: f64, hx: f64, hy: f64| {
+            let n = 400;
+            let at = |i: usize, h: f64| ((i as f64 + 0.5) / n as f64 - 0.5) * h;
+            let sum: f64 = (0..n * n).map(|s| (x + at(s % n, hx)).hypot(y + at(s / n, hy))).sum();
+            sum / (n * n) as f64
+        };
+        for (x, y, hx, hy) in [
+            (0.0, 0.0, 1.0, 1.0),
+            (0.5, 0.5, 1.0, 1.0),
+            (3.0, -2.0, 1.0, 0.2),
+            (0.0, 5.0, 0.3, 2.0),
+        ] {
+            let exact = mean_distance(x, y, hx, hy);
+            assert!((exact / numeric(x, y, hx, hy) - 1.0).abs() < 3e-6, "{x} {y}: {exact}");
+        }
+        let (x, y): (f64, f64) = (160.0, -130.0);
+        let far = x.hypot(y) + (0.09 * y * y + 1.0 * x * x) / (24.0 * x.hypot(y).powi(3));
+        assert!((mean_distance(x, y, 0.3, 1.0) / far - 1.0).abs() < 1e-10);
+    }
+
+    #[test]
+    fn means_of_smooth_shapes_match_quadrature() {
+        let surfaces = Surfaces::default();
+        let scene = crate::model::sphere_on_half_space();
+        let mut scene = Scene {
+            punch: crate::model::Punch {
+                shape: Shape::Ellipsoid { radius_x: 2.0, radius_y: 0.7 },
+                material: None,
+            },
+            ..scene
+        };
+        for shape in
+            [Shape::Ellipsoid { radius_x: 2.0, radius_y: 0.7 }, Shape::Sphere { radius: 1.3 }]
+        {
+            scene.punch.shape = shape;
+            let gap = Gap::new(&scene, &surfaces).unwrap();
+            // two-point Gauss is exact for a quadratic
+            let g = 0.5 / 3f64.sqrt();
+            let (x, y, hx, hy) = (0.3, -0.8, 0.2, 0.5);
+            let gauss: f64 = [(-g, -g), (g, -g), (-g, g), (g, g)]
+                .iter()
+                .map(|(s, t)| gap.at(x + s * hx, y + t * hy).unwrap() / 4.0)
+                .sum();
+            assert!((gap.mean(x, y, hx, hy).unwrap() / gauss - 1.0).abs() < 1e-14);
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! One entry point for all methods: a problem, its operator and what governs the punch in, an
+//! iterate with figures out.
+//!
+//! Knows [`problem`](crate::problem) and what is below it; no certificate.
+
+use crate::model::{Control, Method, Way};
+use crate::problem::{Operators, Problem, Stage};
+
+mod controls;
+mod fallback;
+mod free;
+mod gmres;
+mod iterate;
+mod load_control;
+pub mod newton;
+pub mod seidel;
+mod vector;
+
+pub use iterate::{Iterate, Start, Stop, StopRule};
+
+/// Solves `problem` by a method (one [chosen](Method::chosen) already) under `controls` (in the
+/// problem's units), from `start`, in `stages` if the method can; leaves the problem placed at the
+/// motion found.
+pub fn solve(
+    method: Method,
+    problem: &mut Problem,
+    operators: &mut Operators,
+    stages: &[Stage],
+    controls: &[Control; 6],
+    start: &Start,
+    rule: &StopRule,
+) -> Iterate {
+    if let Some(stop) = controls::impossible(problem, controls) {
+        let motion = start.motion;
+        problem.place(&motion);
+        return Iterate {
+            p: start.p.clone(),
+            motion,
+            stop,
+            iterations: 0,
+            operator_applications: 0,
+            way: Way::default(),
+        };
+    }
+    let iterate = match method {
+        Method::Seidel => {
+            let operator = operators.of(problem);
+            load_control::solve(
+                problem,
+                &operator,
+                controls,
+                start,
+                rule,
+                |problem, operator, start, rule| {
+                    seidel::solve(problem, &operator.table, start.p.clone(), rule)
+                },
+            )
+        }
+        Method::Newton | Method::Auto => {
+            fallback::solve(problem, operators, stages, controls, start, rule)
+        }
+    };
+    if iterate.stop == Stop::Converged {
+        iterate
+    } else {
+        Iterate { stop: controls::explain(problem, controls, &iterate), ..iterate }
+    }
+}

@@ -1,0 +1,187 @@
+//! What governs the punch: what forces cannot be, how far an iterate is from them, and where to
+//! begin.
+
+use super::iterate::{Iterate, Stop};
+use crate::influence::images;
+use crate::model::{Control, rigid_modes};
+use crate::problem::Problem;
+
+/// Degrees of freedom that a force governs.
+pub(super) fn governed(controls: &[Control; 6]) -> Vec<usize> {
+    (0..6).filter(|which| matches!(controls[*which], Control::Force(_))).collect()
+}
+
+/// What a control asks.
+pub(super) fn target(control: Control) -> f64 {
+    match control {
+        Control::Force(value) | Control::Motion(value) => value,
+    }
+}
+
+/// Forces that no contact can have, whatever its pressure: more than friction carries (|Q| ≥ μP,
+/// gross sliding), or a line of action that passes the sole by; and moments that determine no tilt,
+/// about a single row of elements.
+pub(super) fn impossible(problem: &Problem, controls: &[Control; 6]) -> Option<Stop> {
+    let force =
+        |which: usize| if let Control::Force(force) = controls[which] { force } else { 0.0 };
+    if let Some(which) =
+        [1, 2, 5].into_iter().find(|which| problem.mu == 0.0 && force(*which) != 0.0)
+    {
+        return Some(Stop::Slides { which });
+    }
+    let centers = || problem.grid.active().map(|e| problem.grid.center(e));
+    // where the centres lie along x or y, if all at the same place
+    let row = |axis: usize| {
+        let first = centers().next()?[axis];
+        centers().all(|center| center[axis] == first).then_some(first)
+    };
+    let is_governed = |which: usize| matches!(controls[which], Control::Force(_));
+    let one_row = [(4, 0), (3, 1)]
+        .into_iter()
+        .find(|&(which, axis)| is_governed(which) && row(axis).is_some());
+    let one_row = one_row.map(|(which, _)| Stop::OneRow { which });
+    let Control::Force(normal) = controls[0] else { return one_row };
+    if let Some(which) = beyond_friction(problem.mu * normal, [force(1), force(2)]) {
+        return Some(Stop::Slides { which });
+    }
+    // Σ x p₁ and Σ y p₁ over Σ p₁ lie in the convex hull of the elements' centres
+    let arm = |which: usize, sign: f64| {
+        if let Control::Force(moment) = controls[which] {
+            Some(sign * moment / normal)
+        } else {
+            None
+        }
+    };
+    let (x, y) = (arm(4, -1.0), arm(3, 1.0));
+    let beside = |at: Option<f64>, axis: usize| {
+        at.zip(row(axis)).is_some_and(|(at, row)| {
+            (at - row).abs() > 1e-9 * [problem.grid.hx(), problem.grid.hy()][axis]
+        })
+    };
+    if let Some(stop) = one_row
+        && !beside(x, 0)
+        && !beside(y, 1)
+    {
+        return Some(stop);
+    }
+    let reaches = |direction: [f64; 2], arm: f64| {
+        centers().map(|[x, y]| x * direction[0] + y * direction[1]).fold(f64::MIN, f64::max) > arm
+    };
+    let directions: Vec<[f64; 2]> = match (x, y) {
+        (None, None) => Vec::new(),
+        (Some(_), None) => vec![[1.0, 0.0], [-1.0, 0.0]],
+        (None, Some(_)) => vec![[0.0, 1.0], [0.0, -1.0]],
+        (Some(_), Some(_)) => (0..64)
+            .map(|i| (f64::from(i) * std::f64::consts::TAU / 64.0).sin_cos().into())
+            .collect(),
+    };
+    let (x, y) = (x.unwrap_or(0.0), y.unwrap_or(0.0));
+    let passes_by = directions.into_iter().any(|d| !reaches(d, x * d[0] + y * d[1]));
+    passes_by.then_some(Stop::Unbalanced { which: if x.abs() >= y.abs() { 4 } else { 3 } })
+}
+
+fn beyond_friction(bound: f64, [x, y]: [f64; 2]) -> Option<usize> {
+    let size = x.hypot(y);
+    (size > 0.0 && size >= bound).then_some(if x.abs() >= y.abs() { 1 } else { 2 })
+}
+
+/// Why an iterate is no solution: sliding, when its own pressure shows that friction cannot carry
+/// what is asked, else what the solver said.
+pub(super) fn explain(problem: &Problem, controls: &[Control; 6], iterate: &Iterate) -> Stop {
+    let force =
+        |which: usize| if let Control::Force(force) = controls[which] { force } else { 0.0 };
+    let normal = problem.resultants(&iterate.p)[0];
+    let touches = problem.grid.active().any(|e| iterate.p[e] > 0.0 || problem.f[e] > 0.0);
+    // a tilt that a moment governs could still bring them together
+    let settled = [0, 3, 4].iter().all(|which| matches!(controls[*which], Control::Motion(_)));
+    if !touches
+        && settled
+        && let Some(which) = [1, 2, 5].into_iter().find(|which| force(*which) != 0.0)
+    {
+        return Stop::Slides { which };
+    }
+    if normal > 0.0 && normal.is_finite() {
+        if let Some(which) = beyond_friction(problem.mu * normal, [force(1), force(2)]) {
+            return Stop::Slides { which };
+        }
+        // about any centre the tractions μp₁ across the radius have the moment Σ μ p₁ r; least
+        // about the centre of pressure, nearly
+        let [_, _, _, tipping_x, tipping_y, _] = problem.resultants(&iterate.p);
+        let center = [-tipping_y / normal, tipping_x / normal];
+        let arm = |[x, y]: [f64; 2]| (x - center[0]).hypot(y - center[1]);
+        let carried: f64 = problem
+            .grid
+            .active()
+            .map(|e| iterate.p[e].max(0.0) * arm(problem.grid.center(e)))
+            .sum::<f64>()
+            * problem.grid.element_area()
+            * problem.mu;
+        if force(5).abs() >= carried && force(5) != 0.0 {
+            return Stop::Slides { which: 5 };
+        }
+    }
+    iterate.stop
+}
+
+/// Differences between the resultants asked and those of `p`, over Σ|p||e| (moments in units of ℓ).
+pub(super) fn imbalances(
+    problem: &Problem,
+    p: &[f64],
+    asked: &[f64; 6],
+    governed: &[usize],
+) -> Vec<f64> {
+    if governed.is_empty() {
+        return Vec::new();
+    }
+    let resultants = problem.resultants(p);
+    let largest =
+        |e: usize| problem.traction(p, e).into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    let size = problem.grid.active().map(largest).sum::<f64>()
+        * problem.grid.element_area()
+        * images(&problem.mirror);
+    // nothing is in balance with nothing
+    let relative = |off: f64| if off == 0.0 { 0.0 } else { off / size };
+    governed.iter().map(|&which| relative((resultants[which] - asked[which]).abs())).collect()
+}
+
+/// An approach at which springs under each element, as stiff together as a half-space under their
+/// area, carry the load.
+pub(super) fn first_approach(problem: &Problem, motion: &[f64; 6], load: f64) -> f64 {
+    let mut rigid = *motion;
+    rigid[0] = 0.0;
+    let heights: Vec<f64> = problem
+        .grid
+        .active()
+        .map(|e| {
+            let [x, y] = problem.grid.center(e);
+            problem.unmoved(e)
+                + rigid_modes(x, y)[0].iter().zip(&rigid).map(|(mode, q)| mode * q).sum::<f64>()
+        })
+        .collect();
+    let area = problem.grid.element_area() * images(&problem.mirror);
+    let carried = |approach: f64| {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for height in heights.iter().filter(|height| **height + approach > 0.0) {
+            sum += height + approach;
+            count += 1.0;
+        }
+        // a flat disk carries 2E*aδ on πa², E* = 2/c: a mean pressure of 4δ/πac
+        if count == 0.0 {
+            0.0
+        } else {
+            4.0 * sum * area / (std::f64::consts::PI * count * area).sqrt()
+        }
+    };
+    let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    // what one element alone needs is nearly enough
+    let mut step = load * (std::f64::consts::PI * area).sqrt() / (4.0 * area);
+    while carried(-top + step) < load && step < f64::MAX / 4.0 {
+        step *= 2.0;
+    }
+    let (mut low, mut high) = (-top, -top + step);
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if carried(middle) < load { low = middle } else { high = middle }
+    }
+    high
+}

@@ -1,0 +1,142 @@
+//! Newton's method with ways back. Where it does not converge, the motions that forces govern are
+//! found in an outer iteration; where it does not converge with all motion prescribed, it takes
+//! turns with Seidel sweeps, which always bring the iterate nearer, and in the end these are left
+//! alone.
+
+use super::iterate::{Iterate, Start, Stop, StopRule};
+use super::{load_control, newton, seidel};
+use crate::influence::{Direction, Mirror};
+use crate::model::{Control, Way};
+use crate::problem::{Operator, Operators, Problem, Stage};
+
+/// Rounds of Seidel sweeps that may bring a start within Newton's reach, and the sweeps of each.
+const ROUNDS: u32 = 6;
+const SWEEPS: u32 = 25;
+
+/// Solves `problem` under `controls` from `start`: stage by stage, and where a stage fails as a
+/// whole.
+pub(super) fn solve(
+    problem: &mut Problem,
+    operators: &mut Operators,
+    stages: &[Stage],
+    controls: &[Control; 6],
+    start: &Start,
+    rule: &StopRule,
+) -> Iterate {
+    let direct = staged(problem, operators, stages, controls, start, rule);
+    if matches!(direct.stop, Stop::Converged | Stop::OutOfIterations { .. }) {
+        return direct;
+    }
+    let operator = operators.of(problem);
+    let second = load_control::solve(problem, &operator, controls, start, rule, prescribed);
+    after(&direct, second)
+}
+
+/// Newton's method on one stage after the other.
+fn staged(
+    problem: &mut Problem,
+    operators: &mut Operators,
+    stages: &[Stage],
+    controls: &[Control; 6],
+    start: &Start,
+    rule: &StopRule,
+) -> Iterate {
+    let mut all = Iterate {
+        p: vec![0.0; problem.f.len()],
+        motion: start.motion,
+        stop: Stop::Converged,
+        iterations: 0,
+        operator_applications: 0,
+        way: Way::Newton,
+    };
+    for (motion, control) in all.motion.iter_mut().zip(controls) {
+        if let Control::Motion(value) = control {
+            *motion = *value;
+        }
+    }
+    let k = problem.grid.len();
+    for stage in stages {
+        let given = (!stage.components.contains(Direction::N)).then(|| &all.p[..k]);
+        let reduced = problem.reduced(stage.components, stage.mirror, given);
+        // a coarse grid may have no plane of elements' edges in its middle
+        let whole = || {
+            problem
+                .reduced(stage.components, Mirror::NONE, given)
+                .expect("without a mirror plane there is nothing to refuse")
+        };
+        let mut reduced = reduced.unwrap_or_else(|_| whole());
+        let operator = operators.of(&reduced);
+        // what the stage has no components for, or what a mirror plane forbids, stays where it is
+        let mut own = *controls;
+        for (which, control) in own.iter_mut().enumerate() {
+            if !reduced.moves(which) {
+                *control = Control::Motion(all.motion[which]);
+            }
+        }
+        let from = Start {
+            p: problem.part(reduced.components, reduced.mirror, &start.p),
+            motion: all.motion,
+        };
+        let solved = newton::solve(&mut reduced, &operator, &own, &from, rule);
+        all.iterations += solved.iterations;
+        all.operator_applications += solved.operator_applications;
+        problem.extend(&reduced, &solved.p, &mut all.p);
+        all.motion = solved.motion;
+        all.stop = solved.stop;
+        if solved.stop != Stop::Converged {
+            break;
+        }
+    }
+    problem.place(&all.motion);
+    all
+}
+
+/// All motion prescribed: Newton's method and Seidel sweeps in turn, in the end the latter alone.
+fn prescribed(
+    problem: &mut Problem,
+    operator: &Operator,
+    start: &Start,
+    rule: &StopRule,
+) -> Iterate {
+    let controls = start.motion.map(Control::Motion);
+    let mut iterate = newton::solve(problem, operator, &controls, start, rule);
+    for round in 0..=ROUNDS {
+        if iterate.stop == Stop::Converged {
+            break;
+        }
+        let from = if round == 0 { start.p.clone() } else { iterate.p.clone() };
+        let sweeps = if round < ROUNDS { SWEEPS } else { rule.max_iterations };
+        let swept = seidel::solve(
+            problem,
+            &operator.table,
+            from,
+            &StopRule { max_iterations: sweeps, ..*rule },
+        );
+        let swept = after(&iterate, swept);
+        if swept.stop == Stop::Converged {
+            return Iterate { motion: start.motion, way: Way::NewtonAndSeidel, ..swept };
+        }
+        let tried = newton::solve(
+            problem,
+            operator,
+            &controls,
+            &Start { p: swept.p.clone(), motion: start.motion },
+            rule,
+        );
+        iterate = Iterate { way: Way::NewtonAndSeidel, ..after(&swept, tried) };
+        if iterate.stop != Stop::Converged {
+            iterate.p = swept.p;
+        }
+    }
+    iterate
+}
+
+/// The second of two attempts, with the work of both.
+fn after(first: &Iterate, second: Iterate) -> Iterate {
+    Iterate {
+        iterations: first.iterations + second.iterations,
+        operator_applications: first.operator_applications + second.operator_applications,
+        way: first.way.max(second.way),
+        ..second
+    }
+}

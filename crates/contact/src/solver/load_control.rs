@@ -1,0 +1,94 @@
+//! Load control for a method that only knows prescribed motions: an outer iteration.
+
+use faer::linalg::solvers::Solve;
+
+use super::controls::{first_approach, governed, imbalances, target};
+use super::iterate::{Iterate, Start, Stop, StopRule};
+use super::newton;
+use crate::model::{Control, Way};
+use crate::problem::{Operator, Problem};
+
+/// Outer iterations after which load control gives up.
+const MAX_ROUNDS: u64 = 40;
+
+/// A solver for prescribed motions: solves the problem as it is placed, from these tractions.
+pub(super) type Inner = fn(&mut Problem, &Operator, &Start, &StopRule) -> Iterate;
+
+/// The motions that a force governs by Newton's method on the resultants: their derivative is that
+/// of the linearised map, each evaluation a solve by `inner` from the last one's tractions.
+pub(super) fn solve(
+    problem: &mut Problem,
+    operator: &Operator,
+    controls: &[Control; 6],
+    start: &Start,
+    rule: &StopRule,
+    inner: Inner,
+) -> Iterate {
+    let governed = governed(controls);
+    let asked = controls.map(target);
+    let mut motion: [f64; 6] = std::array::from_fn(|which| {
+        if governed.contains(&which) { start.motion[which] } else { asked[which] }
+    });
+    let mut p = start.p.clone();
+    if governed.contains(&0) && p.iter().all(|p| *p == 0.0) {
+        motion[0] = first_approach(problem, &motion, asked[0]);
+    }
+    let mut total = Iterate {
+        p: Vec::new(),
+        motion,
+        stop: Stop::Diverged,
+        iterations: 0,
+        operator_applications: 0,
+        way: if governed.is_empty() { Way::Newton } else { Way::NewtonWithinForces },
+    };
+    let mut scratch = operator.scratch();
+    // the step that led here, and the imbalance before it
+    let mut last: Option<([f64; 6], Vec<f64>, f64)> = None;
+    for round in 0.. {
+        problem.place(&motion);
+        let solved = inner(problem, operator, &Start { p, motion }, rule);
+        total.iterations += solved.iterations;
+        total.operator_applications += solved.operator_applications;
+        p = solved.p;
+        total.stop = solved.stop;
+        total.way = total.way.max(solved.way);
+        let worst = imbalances(problem, &p, &asked, &governed).into_iter().fold(0.0, f64::max);
+        if solved.stop != Stop::Converged || worst <= 0.5 * rule.tolerance {
+            break;
+        }
+        if round >= MAX_ROUNDS {
+            total.stop = Stop::OutOfIterations { residual: worst };
+            break;
+        }
+        if let Some((before, step, was)) = &mut last
+            && worst >= *was
+        {
+            // too far: halfway back
+            step.iter_mut().for_each(|step| *step *= 0.5);
+            motion = *before;
+            governed.iter().zip(step.iter()).for_each(|(&which, step)| motion[which] += step);
+            continue;
+        }
+        let mut w = vec![0.0; p.len()];
+        operator.apply(&mut w, &p, &mut scratch);
+        w.iter_mut().zip(&problem.f).for_each(|(w, f)| *w -= f);
+        let (stiffness, applications) = newton::stiffness(problem, operator, &p, &w, &governed);
+        total.operator_applications += applications + 1;
+        let resultants = problem.resultants(&p);
+        let mut step = faer::Mat::from_fn(governed.len(), 1, |i, _| {
+            asked[governed[i]] - resultants[governed[i]]
+        });
+        stiffness.full_piv_lu().solve_in_place(step.as_mut());
+        let step: Vec<f64> = (0..governed.len()).map(|i| step[(i, 0)]).collect();
+        last = Some((motion, step.clone(), worst));
+        governed.iter().zip(&step).for_each(|(&which, step)| motion[which] += step);
+        if motion.iter().any(|q| !q.is_finite()) {
+            total.stop = Stop::Diverged;
+            motion = total.motion;
+            break;
+        }
+        total.motion = motion;
+    }
+    problem.place(&motion);
+    Iterate { p, motion, ..total }
+}

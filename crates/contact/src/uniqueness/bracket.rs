@@ -1,0 +1,75 @@
+//! Both sides of μ* at once.
+
+use serde::{Deserialize, Serialize};
+
+use super::lower::{self, LowerBound};
+use super::question::{Question, WitnessSearch};
+use super::system::System;
+use super::upper;
+use super::witness::Witness;
+use crate::model::{Mesh, SceneError};
+
+/// Where μ* is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Bracket {
+    /// μ* = ∞, exactly: pressures move nothing sideways.
+    Unbounded,
+    /// Between the two.
+    Bounded {
+        /// Below: US(A) holds its μ, if it is [verified](LowerBound::verified).
+        lower: LowerBound,
+        /// Above: US(A) does not hold its μ.
+        upper: Witness,
+    },
+}
+
+/// Why there is no bracket.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BracketError {
+    /// The question has no meaning.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// No certificate.
+    #[error("no lower bound: {0}")]
+    Lower(#[from] lower::LowerError),
+    /// No witness.
+    #[error("no upper bound: {0}")]
+    Upper(#[from] upper::UpperError),
+}
+
+/// The most elements of which every orbit gets weights of its own; beyond, they are carried over
+/// from a coarser mesh.
+const DENSE_ELEMENTS: usize = 256;
+
+/// Brackets μ*: a certificate with weights below, and a witness above. Either side is checked on
+/// its own, by [`lower::verify`] and [`Witness::verify`]; a certificate with more than
+/// [`lower::FACTORED_ROWS`] rows to factor is not, and proves nothing ([`LowerBound::verified`]).
+pub fn bracket(question: &Question, search: &WitnessSearch) -> Result<Bracket, BracketError> {
+    let system = System::new(question)?;
+    match (lower_side(question, &system)?, upper::upper(question, search)?) {
+        (lower::Lower::Bound(lower), upper::Upper::Bound(upper)) => {
+            Ok(Bracket::Bounded { lower, upper })
+        }
+        _ => Ok(Bracket::Unbounded),
+    }
+}
+
+fn lower_side(question: &Question, system: &System) -> Result<lower::Lower, BracketError> {
+    let mut elements = [system.grid().nx(), system.grid().ny()];
+    if system.elements() <= DENSE_ELEMENTS {
+        return Ok(lower::lower(system, lower::Freedom::PerOrbit)?);
+    }
+    while elements[0] * elements[1] > DENSE_ELEMENTS {
+        elements = elements.map(|n| n.div_ceil(2));
+    }
+    let coarse = System::new(&Question {
+        mesh: Mesh::Exact(elements.map(|n| n as u32)),
+        ..question.clone()
+    })?;
+    match lower::lower(&coarse, lower::Freedom::PerOrbit)? {
+        lower::Lower::Unbounded => Ok(lower::Lower::Unbounded),
+        lower::Lower::Bound(bound) => {
+            Ok(lower::lower_from(system, &coarse, &bound, lower::FACTORED_ROWS)?)
+        }
+    }
+}
