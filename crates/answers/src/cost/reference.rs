@@ -36,7 +36,7 @@ pub(super) struct ScalarLimits([Option<ScalarLimit>; 5]);
 /// What the errors of a scene's rungs are measured against.
 pub(super) enum CostReference {
     /// The closed form of the scene.
-    Exact(ClosedForm),
+    Exact(Box<ClosedForm>),
     /// What the tightest rungs extrapolate to.
     Limit {
         limits: ScalarLimits,
@@ -55,7 +55,7 @@ impl CostReference {
         on: &str,
     ) -> Option<Self> {
         if let Some(exact) = closed_form(scene) {
-            return Some(Self::Exact(exact));
+            return Some(Self::Exact(Box::new(exact)));
         }
         let limits = ScalarLimits::of(&tightest(evidence, rungs))?;
         let uncertainty = limits.uncertainty(on)?;
