@@ -139,17 +139,17 @@ fn reduced(c: &mut Criterion) {
     for n in [64, 256, 512] {
         let table = table(n);
         for (set, components) in sets {
-            for (part, mirror) in mirrors {
+            for (region, mirror) in mirrors {
                 let operator = Toeplitz::of(&table, components, mirror);
                 let p: Vec<f64> = field(n)[..components.len() * operator.grid().len()].to_vec();
                 let mut out = vec![0.0; p.len()];
                 let mut scratch = Scratch::with_threads(&operator, 1);
-                let id = BenchmarkId::new(format!("operator, {set}, {part}"), n);
+                let id = BenchmarkId::new(format!("operator, {set}, {region}"), n);
                 group.bench_function(id, |b| {
                     b.iter(|| operator.apply(&mut out, black_box(&p), &mut scratch))
                 });
                 let circulant = Circulant::of(&table, components, mirror);
-                let id = BenchmarkId::new(format!("circulant, {set}, {part}"), n);
+                let id = BenchmarkId::new(format!("circulant, {set}, {region}"), n);
                 group.bench_function(id, |b| {
                     b.iter(|| circulant.invert(&mut out, black_box(&p), 0.1, &mut scratch));
                 });

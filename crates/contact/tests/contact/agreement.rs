@@ -10,7 +10,7 @@ use contact::scene::*;
 use contact::{Operators, solve};
 use proptest::prelude::*;
 
-fn by(method: Method, scene: &Scene, mesh: Mesh) -> (StepOutcome, Fields) {
+fn solved_by(method: Method, scene: &Scene, mesh: Mesh) -> (StepOutcome, Fields) {
     certified(scene, &Numerics { method, ..numerics(mesh, Projection::Average, 1e-10) })
 }
 
@@ -119,8 +119,8 @@ fn scenes() -> Vec<(&'static str, Scene)> {
 fn the_methods_agree() {
     for (name, scene) in scenes() {
         for n in [9, 20] {
-            let (seidel, one) = by(Method::Seidel, &scene, Mesh::Across(n));
-            let (newton, other) = by(Method::Newton, &scene, Mesh::Across(n));
+            let (seidel, one) = solved_by(Method::Seidel, &scene, Mesh::Across(n));
+            let (newton, other) = solved_by(Method::Newton, &scene, Mesh::Across(n));
             let off = difference(&one, &other);
             assert!(off < 1e-7, "{name}, {n}: {off:.1e}");
             assert_eq!(one.state, other.state, "{name}, {n}");
@@ -140,7 +140,7 @@ fn the_methods_agree() {
 #[test]
 fn forces_give_the_motion_that_gives_the_forces() {
     for (name, scene) in scenes() {
-        let (by_motion, fields) = by(Method::Newton, &scene, Mesh::Across(16));
+        let (by_motion, fields) = solved_by(Method::Newton, &scene, Mesh::Across(16));
         let o = by_motion.observables;
         let mut forced = scene.clone();
         // the moments about the tilting axes are as a rule no one's to give
@@ -158,7 +158,7 @@ fn forces_give_the_motion_that_gives_the_forces() {
                 (scene.loading.steps[0].shift_x, scene.loading.steps[0].shift_y);
         }
         forced.domain = Some(contact::punch::domain(&scene, &Surfaces::new()).unwrap());
-        let (by_force, back) = by(Method::Newton, &forced, Mesh::Across(16));
+        let (by_force, back) = solved_by(Method::Newton, &forced, Mesh::Across(16));
         if !matches!(scene.punch.shape, Shape::FlatDisk { .. }) {
             let off = difference(&fields, &back);
             assert!(off < 1e-6, "{name}: {off:.1e}");
@@ -170,7 +170,7 @@ fn forces_give_the_motion_that_gives_the_forces() {
 #[test]
 fn fine_grids_are_solved_by_way_of_coarse_ones() {
     for (name, scene) in scenes() {
-        let (outcome, _) = by(Method::Newton, &scene, Mesh::Exact([75, 70]));
+        let (outcome, _) = solved_by(Method::Newton, &scene, Mesh::Exact([75, 70]));
         assert!(outcome.work.operator_applications < 3000, "{name}: {:?}", outcome.work);
     }
 }
@@ -181,7 +181,7 @@ proptest! {
     /// Whatever the scene, Newton's method certifies what Seidel's does, and the same.
     #[test]
     fn on_any_scene(
-        which in 0usize..4,
+        shape in 0usize..4,
         poisson in 0.0..=0.5,
         mu in 0.0..2.0f64,
         approach in 0.05..1.0f64,
@@ -191,7 +191,7 @@ proptest! {
         epsilon in prop_oneof![Just(0.0), 1e-6..1e-2f64],
         ceiling in prop_oneof![Just(None), (0.1..2.0f64).prop_map(Some)],
     ) {
-        let shape = match which {
+        let shape = match shape {
             0 => Shape::Sphere { radius: 1.0 },
             1 => Shape::Ellipsoid { radius_x: 1.0, radius_y: 0.3 },
             2 => Shape::FlatRectangle { width_x: 2.0, width_y: 1.0 },
@@ -281,19 +281,19 @@ fn a_solution_has_the_same_bytes_on_any_number_of_threads() {
         Step { normal_force: Some(3.8), force_x: Some(0.5), force_y: Some(0.1), ..Step::default() };
     let scene = scene(Shape::Sphere { radius: 1.0 }, 1.0, 0.3, 0.3, force);
     let numerics = numerics(Mesh::Across(190), Projection::Midpoint, 1e-8);
-    let on = |threads| {
+    let solved_on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             solve(&scene, &numerics, &Surfaces::default(), &mut Operators::default()).unwrap()
         })
     };
-    let (outcome, fields) = on(1);
+    let (outcome, fields) = solved_on(1);
     assert_eq!(outcome.status, Status::Certified);
     assert!(outcome.estimate.is_some());
     for threads in [2, 3] {
         // every digit of a double goes into its debug text
         assert_eq!(
-            format!("{:?}", on(threads)),
+            format!("{:?}", solved_on(threads)),
             format!("{:?}", (&outcome, &fields)),
             "{threads} threads"
         );

@@ -60,7 +60,7 @@ fn ends_certified_or_says_why_not() {
                         if method == Method::Seidel && n == 24 {
                             continue; // slow, and no other than on 13
                         }
-                        let what = format!("{name}, ν = {poisson}, μ = {mu}, {n}², {method:?}");
+                        let case = format!("{name}, ν = {poisson}, μ = {mu}, {n}², {method:?}");
                         let numerics = Numerics {
                             method,
                             max_iterations: LIMIT,
@@ -75,7 +75,7 @@ fn ends_certified_or_says_why_not() {
                         // limit
                         assert!(
                             last.work.iterations <= 100 * u64::from(LIMIT),
-                            "{what}: {:?}",
+                            "{case}: {:?}",
                             last.work
                         );
                         match &outcome.status {
@@ -85,33 +85,33 @@ fn ends_certified_or_says_why_not() {
                                     [c.residual, c.tension, c.cone_violation, c.force_imbalance];
                                 assert!(
                                     figures.iter().all(|figure| *figure <= 1e-9),
-                                    "{what}: {c:?}"
+                                    "{case}: {c:?}"
                                 );
                                 assert!(
                                     c.penetration <= 1e-7 && c.gap_under_pressure <= 1e-7,
-                                    "{what}: {c:?}"
+                                    "{case}: {c:?}"
                                 );
                                 let peak = fields.pressure.iter().copied().fold(0.0, f64::max);
-                                assert!(peak > 0.0, "{what}: no contact");
+                                assert!(peak > 0.0, "{case}: no contact");
                                 for (e, p) in fields.pressure.iter().enumerate() {
                                     let traction = fields.traction_x[e].hypot(fields.traction_y[e]);
                                     assert!(
                                         *p >= -1e-9 * peak && traction <= mu * p + 1e-8 * peak,
-                                        "{what}: {p} {traction}"
+                                        "{case}: {p} {traction}"
                                     );
                                 }
                             }
                             Status::Failed { reason } => {
                                 failed += 1;
-                                println!("{what}: {reason}");
+                                println!("{case}: {reason}");
                                 assert!(
                                     reason.contains("e-") || reason.contains("e0"),
-                                    "{what}: no figures: {reason}"
+                                    "{case}: no figures: {reason}"
                                 );
                                 assert!(
                                     !c.meets(numerics.tolerance)
                                         || reason.contains("gross sliding"),
-                                    "{what}: {c:?}"
+                                    "{case}: {c:?}"
                                 );
                             }
                         }

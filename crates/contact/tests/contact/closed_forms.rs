@@ -33,7 +33,7 @@ fn order(meshes: &[u32], errors: &[f64]) -> f64 {
 
 /// Errors of one figure over a ladder of meshes.
 struct Ladder {
-    what: String,
+    name: String,
     meshes: Vec<u32>,
     errors: Vec<f64>,
 }
@@ -43,12 +43,12 @@ impl Ladder {
     fn assert(&self, least: f64, finest: f64) {
         let order = order(&self.meshes, &self.errors);
         let shown: Vec<String> = self.errors.iter().map(|e| format!("{e:.1e}")).collect();
-        eprintln!("{}: {shown:?}, order {order:.2}", self.what);
-        assert!(order >= least, "{}: order {order:.2} below {least} ({shown:?})", self.what);
+        eprintln!("{}: {shown:?}, order {order:.2}", self.name);
+        assert!(order >= least, "{}: order {order:.2} below {least} ({shown:?})", self.name);
         assert!(
             *self.errors.last().unwrap() <= finest,
             "{}: {shown:?} does not reach {finest:e}",
-            self.what
+            self.name
         );
     }
 
@@ -59,7 +59,7 @@ impl Ladder {
             assert!(
                 *error <= fraction * element,
                 "{} at {n}: {:.2} elements",
-                self.what,
+                self.name,
                 error / element
             );
         }
@@ -79,8 +79,8 @@ fn ladders(
 ) -> Vec<Ladder> {
     let mut ladders: Vec<Ladder> = measures
         .iter()
-        .map(|(what, _)| Ladder {
-            what: format!("{name}: {what}"),
+        .map(|(figure, _)| Ladder {
+            name: format!("{name}: {figure}"),
             meshes: meshes.to_vec(),
             errors: Vec::new(),
         })
@@ -183,13 +183,13 @@ fn elliptic_hertz_meets_its_table() {
         errors[1].push((o.peak_pressure / peak - 1.0).abs());
         errors[2].push((o.contact_area / (PI * a * b) - 1.0).abs());
     }
-    for (what, errors, least, finest) in [
+    for (figure, errors, least, finest) in [
         ("load", &errors[0], 1.5, 1e-3),
         ("peak", &errors[1], 1.5, 3e-3),
         ("area", &errors[2], 0.5, 3e-2),
     ] {
         Ladder {
-            what: format!("elliptic Hertz: {what}"),
+            name: format!("elliptic Hertz: {figure}"),
             meshes: meshes.to_vec(),
             errors: errors.clone(),
         }

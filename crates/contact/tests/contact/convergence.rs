@@ -53,7 +53,7 @@ fn split(whole: &Fields, parts: [u32; 2]) -> Fields {
     fields(shape, origin, element, &values)
 }
 
-fn both(a: &Fields, b: &Fields) -> [f64; 2] {
+fn distances(a: &Fields, b: &Fields) -> [f64; 2] {
     let norm = norms::distance(a, b).unwrap();
     [norm.pressure, norm.traction]
 }
@@ -61,9 +61,9 @@ fn both(a: &Fields, b: &Fields) -> [f64; 2] {
 proptest! {
     #[test]
     fn the_distance_between_grids_is_a_metric(a in any_fields(), b in any_fields(), c in any_fields()) {
-        let (ab, ba, bc, ac) = (both(&a, &b), both(&b, &a), both(&b, &c), both(&a, &c));
+        let (ab, ba, bc, ac) = (distances(&a, &b), distances(&b, &a), distances(&b, &c), distances(&a, &c));
         prop_assert_eq!(ab, ba);
-        prop_assert_eq!(both(&a, &a), [0.0; 2]);
+        prop_assert_eq!(distances(&a, &a), [0.0; 2]);
         for k in 0..2 {
             prop_assert!(ac[k] <= (ab[k] + bc[k]) * (1.0 + 1e-14));
             prop_assert!(ab[k] > 0.0);
@@ -75,8 +75,8 @@ proptest! {
     #[test]
     fn splitting_elements_changes_nothing(a in any_fields(), b in any_fields(), parts in [1..5u32, 1..5u32]) {
         let finer = split(&a, parts);
-        prop_assert_eq!(both(&a, &finer), [0.0; 2]);
-        for (whole, parted) in both(&a, &b).iter().zip(both(&finer, &b)) {
+        prop_assert_eq!(distances(&a, &finer), [0.0; 2]);
+        for (whole, parted) in distances(&a, &b).iter().zip(distances(&finer, &b)) {
             prop_assert!((whole / parted - 1.0).abs() < 1e-12, "{whole} {parted}");
         }
         for (whole, parted) in norms::resultants(&a).unwrap().iter().zip(norms::resultants(&finer).unwrap()) {
@@ -90,22 +90,22 @@ proptest! {
     fn local_means_are_a_projection(a in any_fields(), b in any_fields(), nx in 1..6usize, ny in 1..6usize) {
         let onto = norms::parts(&b, [nx, ny]).unwrap();
         let (p, q) = (norms::local_means(&a, &onto).unwrap(), norms::local_means(&b, &onto).unwrap());
-        for (means, whole) in both(&p, &q).iter().zip(both(&a, &b)) {
+        for (means, whole) in distances(&p, &q).iter().zip(distances(&a, &b)) {
             prop_assert!(*means <= whole * (1.0 + 1e-12));
         }
         let again = norms::local_means(&p, &onto).unwrap();
-        prop_assert!(both(&p, &again).iter().all(|distance| *distance < 1e-14));
+        prop_assert!(distances(&p, &again).iter().all(|distance| *distance < 1e-14));
     }
 }
 
 /// A figure of the errors over a ladder of meshes, and the power of the mesh size that it follows.
-fn order(errors: &[(f64, Errors)], which: &str) -> PowerLaw {
+fn order(errors: &[(f64, Errors)], figure: &str) -> PowerLaw {
     let ladder: Vec<(f64, f64)> =
-        errors.iter().map(|(h, errors)| (*h, errors.get(which).unwrap())).collect();
+        errors.iter().map(|(h, errors)| (*h, errors.get(figure).unwrap())).collect();
     let law = power_law(&ladder).unwrap();
     let shown: Vec<String> = ladder.iter().map(|(_, error)| format!("{error:.2e}")).collect();
     eprintln!(
-        "{which}: {shown:?}, order {:.3} ± {:.3} from rung {}",
+        "{figure}: {shown:?}, order {:.3} ± {:.3} from rung {}",
         law.slope, law.standard_error, law.first
     );
     law
@@ -119,14 +119,14 @@ fn against_closed_form(
 ) -> Vec<(f64, Errors)> {
     let exact = closed_form(scene).expect("a scene with a closed form");
     eprintln!("{} ({}), {projection:?}", exact.name, exact.source);
-    let of_mesh = |n: &u32| {
+    let on_mesh = |n: &u32| {
         let (path, fields) = certified_path(scene, &newton(*n, projection));
         (
             fields.element[0],
             Errors::against_closed_form(path.last().unwrap(), &fields, &exact).unwrap(),
         )
     };
-    meshes.iter().map(of_mesh).collect()
+    meshes.iter().map(on_mesh).collect()
 }
 
 const MESHES: [u32; 5] = [12, 24, 48, 96, 192];
@@ -158,8 +158,8 @@ fn the_pressure_of_a_sphere_converges_with_first_order() {
         assert!((0.95..1.1).contains(&law.slope), "{law:?}");
         let local = order(&errors, "local_pressure");
         assert!(local.slope > 1.2, "{local:?}");
-        for which in ["load", "peak_pressure", "contact_area"] {
-            order(&errors, which);
+        for figure in ["load", "peak_pressure", "contact_area"] {
+            order(&errors, figure);
         }
     }
 }
@@ -221,9 +221,9 @@ fn a_flat_punch_converges_in_the_mean() {
     assert!(
         errors.iter().all(|(_, errors)| unbounded.iter().all(|name| errors.get(name).is_none()))
     );
-    for which in ["load", "tangential_force", "moment", "local_pressure", "local_traction"] {
-        let law = order(&errors, which);
-        assert!(law.slope > 0.8 && errors[3].1.local.pressure.unwrap() < 2e-2, "{which}: {law:?}");
+    for figure in ["load", "tangential_force", "moment", "local_pressure", "local_traction"] {
+        let law = order(&errors, figure);
+        assert!(law.slope > 0.8 && errors[3].1.local.pressure.unwrap() < 2e-2, "{figure}: {law:?}");
     }
 }
 
@@ -248,9 +248,13 @@ fn errors_against_a_finer_mesh_follow_those_against_the_closed_form() {
             }
         }
     }
-    let own = Errors::against_solution(&finest, &finest_fields, &finest, &finest_fields, &controls)
-        .unwrap();
-    assert!(own.named().filter_map(|(_, error)| error).all(|error| error == 0.0), "{own:?}");
+    let self_errors =
+        Errors::against_solution(&finest, &finest_fields, &finest, &finest_fields, &controls)
+            .unwrap();
+    assert!(
+        self_errors.named().filter_map(|(_, error)| error).all(|error| error == 0.0),
+        "{self_errors:?}"
+    );
 }
 
 /// Solutions of equation (3) for falling ε against that of equation (1), on one mesh.
@@ -280,14 +284,14 @@ fn the_regularised_pressure_of_a_sphere_converges_strongly() {
         .iter()
         .map(|(_, fields)| norms::relative_distance(fields, &limit).unwrap())
         .collect();
-    for which in [
+    for component in [
         |relative: &norms::Relative| relative.pressure,
         |relative: &norms::Relative| relative.traction,
     ] {
         let ladder: Vec<(f64, f64)> = epsilons
             .iter()
             .copied()
-            .zip(distances.iter().map(|distance| which(distance).unwrap()))
+            .zip(distances.iter().map(|distance| component(distance).unwrap()))
             .collect();
         let law = power_law(&ladder).unwrap();
         eprintln!(
@@ -321,9 +325,9 @@ fn the_regularised_pressure_of_a_flat_punch_converges_weakly() {
             (*epsilon, Errors::against_closed_form(end, fields, &exact).unwrap())
         })
         .collect();
-    for which in ["load", "local_pressure"] {
-        let law = order(&errors, which);
-        assert!(law.slope > 0.5, "{which}: {law:?}");
+    for figure in ["load", "local_pressure"] {
+        let law = order(&errors, figure);
+        assert!(law.slope > 0.5, "{figure}: {law:?}");
     }
     let squares: Vec<f64> =
         solutions.iter().map(|(_, fields)| norms::norm(fields).unwrap().pressure.powi(2)).collect();

@@ -18,7 +18,7 @@ fn effects(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces) -> Effects {
     Effects::of(scene, numerics, [nx as usize, ny as usize], surfaces).unwrap()
 }
 
-fn off(effects: &Effects) -> Vec<Effect> {
+fn left_out(effects: &Effects) -> Vec<Effect> {
     Effect::OPTIONAL.into_iter().filter(|effect| !effects.has(*effect)).collect()
 }
 
@@ -59,7 +59,7 @@ fn agree(scene: &Scene, mesh: [u32; 2]) -> Vec<Effect> {
             );
         }
     }
-    off(&effects(scene, &lean, &Surfaces::new()))
+    left_out(&effects(scene, &lean, &Surfaces::new()))
 }
 
 const STEEL: Material = Material { shear_modulus: 1.0, poisson: 0.3 };
@@ -216,22 +216,22 @@ proptest! {
     /// Whatever the scene.
     #[test]
     fn reduced_is_full(
-        which in 0usize..4,
+        shape in 0usize..4,
         bodies in 0usize..5,
         mu in prop_oneof![Just(0.0), 0.05..1.0f64],
         loads in prop::collection::vec((0usize..7, 0.02..0.3f64), 0..3),
         mesh in prop::array::uniform2(4u32..13),
         center in prop_oneof![3 => Just([0.0, 0.0]), 1 => Just([0.1, 0.0]), 1 => Just([0.0, -0.1])],
     ) {
-        let shape = match which {
+        let shape = match shape {
             0 => Shape::Sphere { radius: 1.0 },
             1 => Shape::Ellipsoid { radius_x: 1.0, radius_y: 0.4 },
             2 => Shape::FlatRectangle { width_x: 2.0, width_y: 1.4 },
             _ => Shape::Cone { angle: 0.4 },
         };
         let mut steps = vec![Step { approach: Some(0.6), ..Step::default() }];
-        for (which, value) in loads {
-            steps.push(match which {
+        for (kind, value) in loads {
+            steps.push(match kind {
                 0 => Step { shift_x: Some(value), ..Step::default() },
                 1 => Step { shift_y: Some(-value), ..Step::default() },
                 2 => Step { twist: Some(value), ..Step::default() },

@@ -106,10 +106,10 @@ fn with_tables() -> Vec<(String, Scene, [Option<f64>; 3])> {
             .map(|line| line.split(',').map(str::to_owned).collect())
             .collect()
     };
-    let number = |row: &[String], at: usize| row[at].parse::<f64>().unwrap();
+    let number = |row: &[String], column: usize| row[column].parse::<f64>().unwrap();
     let mut scenes = Vec::new();
     for row in rows("sphere_one_step.csv") {
-        let [poisson, mu, stick, chi, phi] = [0, 1, 2, 3, 4].map(|at| number(&row, at));
+        let [poisson, mu, stick, chi, phi] = [0, 1, 2, 3, 4].map(|column| number(&row, column));
         let scene = scene(
             Shape::Sphere { radius: 1.0 },
             1.0,
@@ -126,7 +126,7 @@ fn with_tables() -> Vec<(String, Scene, [Option<f64>; 3])> {
         .filter(|row| row[5].parse::<f64>().is_ok_and(f64::is_finite))
         .step_by(13)
     {
-        let [poisson, mu, stick, ratio] = [0, 1, 4, 5].map(|at| number(row, at));
+        let [poisson, mu, stick, ratio] = [0, 1, 4, 5].map(|column| number(row, column));
         let scene = scene(
             Shape::FlatDisk { radius: 1.0 },
             1.0,
@@ -142,7 +142,7 @@ fn with_tables() -> Vec<(String, Scene, [Option<f64>; 3])> {
         ));
     }
     for row in rows("rigid_base_layer.csv").iter().filter(|row| row[2] == "bonded").step_by(9) {
-        let [poisson, size, kappa, chi, phi] = [0, 1, 3, 4, 5].map(|at| number(row, at));
+        let [poisson, size, kappa, chi, phi] = [0, 1, 3, 4, 5].map(|column| number(row, column));
         let layers = vec![Layer { shear_modulus: 1.0, poisson, thickness: 1.0 / size }];
         for (shape, approach, load, area) in [
             (Shape::Sphere { radius: 1.0 }, chi, phi * 8.0 / (3.0 * (1.0 - poisson)), Some(PI)),
@@ -221,13 +221,13 @@ fn cases() -> Vec<Case> {
             let (o, estimate) =
                 (outcome.last().unwrap().observables, outcome.estimate.expect(&name).figures);
             let area_unit = area.unwrap_or(o.contact_area);
-            for (figure, estimate, own, exact, unit) in [
+            for (figure, estimate, found, exact, unit) in [
                 ("load", estimate.load, o.load, load, load),
                 ("contact_area", estimate.contact_area, o.contact_area, area, area),
                 ("stick_area", estimate.stick_area, o.stick_area, stick, Some(area_unit)),
             ] {
                 if let (Some(exact), Some(unit)) = (exact, unit) {
-                    let error = (own - exact).abs() / unit;
+                    let error = (found - exact).abs() / unit;
                     cases.push(Case {
                         scene: name.clone(),
                         mesh,
@@ -252,8 +252,9 @@ fn summary(cases: &[&Case]) -> (usize, f64, f64, f64) {
         .map(|case| case.estimate / case.error)
         .collect();
     ratios.sort_by(f64::total_cmp);
-    let quantile =
-        |part: f64| ratios.get((part * ratios.len() as f64) as usize).copied().unwrap_or(f64::NAN);
+    let quantile = |share: f64| {
+        ratios.get((share * ratios.len() as f64) as usize).copied().unwrap_or(f64::NAN)
+    };
     let covered = cases
         .iter()
         .filter(|case| case.estimate >= case.error * (1.0 - 1e-9) || case.error <= 1e-9)
@@ -302,7 +303,7 @@ fn the_solvers_part_covers_what_is_left_of_its_residual() {
     let mut ratios = Vec::new();
     for (name, scene) in with_closed_forms() {
         for mesh in [12, 32, 64] {
-            let at = |tolerance: f64, method: Method| {
+            let solved_to = |tolerance: f64, method: Method| {
                 solved(
                     &scene,
                     &Numerics {
@@ -311,14 +312,14 @@ fn the_solvers_part_covers_what_is_left_of_its_residual() {
                     },
                 )
             };
-            let (_, exact) = at(1e-11, Method::Newton);
+            let (_, exact) = solved_to(1e-11, Method::Newton);
             for (tolerance, method) in
                 [(1e-2, Method::Newton), (1e-4, Method::Newton), (1e-3, Method::Seidel)]
             {
                 if method == Method::Seidel && mesh > 32 {
                     continue;
                 }
-                let (outcome, fields) = at(tolerance, method);
+                let (outcome, fields) = solved_to(tolerance, method);
                 let (off, size) = (distance(&fields, &exact).unwrap(), norm(&exact).unwrap());
                 let error = off.pressure.hypot(off.traction) / size.pressure.hypot(size.traction);
                 let estimate = outcome.estimate.expect(name).solver;
@@ -407,7 +408,7 @@ fn what_is_unbounded_has_no_estimate() {
         0.0,
         Step { approach: Some(1.0), ..Step::default() },
     );
-    let of = |epsilon: f64, ceiling: Option<f64>| {
+    let figures = |epsilon: f64, ceiling: Option<f64>| {
         let numerics =
             Numerics { epsilon, ceiling, ..numerics(Mesh::Across(32), Projection::Average, 1e-8) };
         solved(&disk, &numerics).0.estimate.unwrap().figures
@@ -415,7 +416,7 @@ fn what_is_unbounded_has_no_estimate() {
     for (epsilon, ceiling, is_bounded) in
         [(0.0, None, false), (1e-6, None, false), (0.3, None, true), (0.0, Some(1.0), true)]
     {
-        let estimate = of(epsilon, ceiling);
+        let estimate = figures(epsilon, ceiling);
         assert!(estimate.load.is_some_and(|load| load < 0.1), "{epsilon}: {estimate:?}");
         assert_eq!(
             [estimate.peak_pressure, estimate.pressure].map(|figure| figure.is_some()),

@@ -83,9 +83,15 @@ fn a_layer_on_a_rigid_base() {
     let mut rows = 0;
     for line in reference("rigid_base_layer.csv").lines().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
-        let v = |at: usize| cells[at].parse::<f64>().unwrap();
+        let number = |column: usize| cells[column].parse::<f64>().unwrap();
         assert_eq!(cells[2], "bonded");
-        meets(line, &foundation(None, [v(0), 0.0], 1.0 / v(1)), Some(v(3)), v(4), v(5));
+        meets(
+            line,
+            &foundation(None, [number(0), 0.0], 1.0 / number(1)),
+            Some(number(3)),
+            number(4),
+            number(5),
+        );
         rows += 1;
     }
     assert_eq!(rows, 84);
@@ -109,12 +115,12 @@ fn a_coating_on_a_half_space() {
     let mut rows = 0;
     for line in reference("layered_frictionless.csv").lines().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
-        let v = |at: usize| cells[at].parse::<f64>().unwrap();
+        let number = |column: usize| cells[column].parse::<f64>().unwrap();
         let (ratio, nu) = named(cells[0]);
         // the table's flat punch may pull; on a stiff and thin layer a real one lifts off instead
         // (below)
-        let flat = (ratio < 10.0 || v(1) < 1.0).then(|| v(2));
-        meets(line, &foundation(Some(ratio), nu, 1.0 / v(1)), flat, v(3), v(4));
+        let flat = (ratio < 10.0 || number(1) < 1.0).then(|| number(2));
+        meets(line, &foundation(Some(ratio), nu, 1.0 / number(1)), flat, number(3), number(4));
         rows += 1;
     }
     assert_eq!(rows, 29);
@@ -126,17 +132,20 @@ fn a_coating_on_a_half_space() {
 fn a_flat_sole_separates_from_a_stiff_layer() {
     for line in reference("flat_punch_separation.csv").lines().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
-        let v = |at: usize| cells[at].parse::<f64>().unwrap();
+        let number = |column: usize| cells[column].parse::<f64>().unwrap();
         let (ratio, nu) = named(cells[0]);
-        let foundation = foundation(Some(ratio), nu, 1.0 / v(1));
+        let foundation = foundation(Some(ratio), nu, 1.0 / number(1));
         let (mut errors, mut shown) = (Vec::new(), Vec::new());
         for n in [24, 48, 96] {
             let (kappa, o) = kappa(&foundation, 0.0, n);
-            errors.push(kappa / v(2) - 1.0);
+            errors.push(kappa / number(2) - 1.0);
             let radius = ((o.sole_area - o.contact_area) / PI).sqrt();
-            shown.push(((radius - v(3)) / o.element_x, o.largest_gap / APPROACH / v(4) - 1.0));
+            shown.push((
+                (radius - number(3)) / o.element_x,
+                o.largest_gap / APPROACH / number(4) - 1.0,
+            ));
             assert!(
-                (radius - v(3)).abs() < 0.75 * o.element_x,
+                (radius - number(3)).abs() < 0.75 * o.element_x,
                 "{line}, {n}: separated within {radius}"
             );
         }
@@ -150,19 +159,19 @@ fn a_flat_sole_separates_from_a_stiff_layer() {
 fn a_flat_punch_with_friction_on_a_layer() {
     for line in reference("flat_punch_friction_layered.csv").lines().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
-        let v = |at: usize| cells[at].parse::<f64>().unwrap();
+        let number = |column: usize| cells[column].parse::<f64>().unwrap();
         let after = |key: &str| {
             cells[0]
                 .split(key)
                 .nth(1)
                 .map(|rest| rest.split(' ').next().unwrap().parse::<f64>().unwrap())
         };
-        let foundation = foundation(after("E1/E0="), [after("nu=").unwrap(); 2], 1.0 / v(1));
+        let foundation = foundation(after("E1/E0="), [after("nu=").unwrap(); 2], 1.0 / number(1));
         let mut errors = Vec::new();
         for n in MESHES {
-            let (kappa, o) = kappa(&foundation, v(2), n);
-            errors.push(kappa / v(4) - 1.0);
-            let off = ((o.stick_area / PI).sqrt() - v(3)) / o.element_x;
+            let (kappa, o) = kappa(&foundation, number(2), n);
+            errors.push(kappa / number(4) - 1.0);
+            let off = ((o.stick_area / PI).sqrt() - number(3)) / o.element_x;
             assert!(off.abs() < 0.75, "{line}, {n}: stick radius off by {off:.2} elements");
         }
         eprintln!("{line}: {errors:?}, order {:.2}", order(&errors));
@@ -303,7 +312,7 @@ fn a_layered_foundation_looks_the_same_from_every_side() {
 #[test]
 fn motions_of_a_sticking_sole_superpose() {
     let foundation = Foundation { layers: vec![layer(0.3, 0.4, 0.5)], base: Base::Elastic(BASE) };
-    let at = |step: Step| {
+    let tractions = |step: Step| {
         let mut scene = scene(Shape::FlatDisk { radius: 1.0 }, 1.0, 0.3, 1e3, step);
         scene.foundation = foundation.clone();
         let (end, fields) =
@@ -318,17 +327,17 @@ fn motions_of_a_sticking_sole_superpose() {
         Step { twist: Some(5e-4), ..press },
         Step { tilt_x: Some(2e-4), ..press },
     ];
-    let together = at(Step {
+    let together = tractions(Step {
         shift_x: Some(1e-3),
         shift_y: Some(-5e-4),
         twist: Some(5e-4),
         tilt_x: Some(2e-4),
         ..press
     });
-    let alone = at(press);
+    let alone = tractions(press);
     let mut sum = alone.clone();
     for motion in motions {
-        let moved = at(motion);
+        let moved = tractions(motion);
         for (sum, moved, alone) in [
             (&mut sum.pressure, &moved.pressure, &alone.pressure),
             (&mut sum.traction_x, &moved.traction_x, &alone.traction_x),

@@ -239,14 +239,14 @@ fn friction() -> Vec<Case> {
             s.loading.steps = vec![Step { moment_y: Some(1e-3), ..pressed(-0.01) }];
         },
     ));
-    for (way, end) in
+    for (motion, end) in
         [(1.0, Certified), (1e6, Certified), (1e300, Refused("squared in double precision"))]
     {
-        all.push(case(format!("shifted by {way:e} m"), end, |s, _| {
-            s.loading.steps[0].shift_x = Some(way)
+        all.push(case(format!("shifted by {motion:e} m"), end, |s, _| {
+            s.loading.steps[0].shift_x = Some(motion)
         }));
-        all.push(case(format!("twisted by {way:e} rad"), end, |s, _| {
-            s.loading.steps[0].twist = Some(way)
+        all.push(case(format!("twisted by {motion:e} rad"), end, |s, _| {
+            s.loading.steps[0].twist = Some(motion)
         }));
     }
     all.push(case("cycle of 200 steps", Certified, |s, _| s.loading = two_hundred_steps()));
@@ -306,14 +306,14 @@ fn regularisation_and_ceiling() -> Vec<Case> {
 fn loads() -> Vec<Case> {
     let mut all = Vec::new();
     for n in [15, 16] {
-        for (what, approach) in [
+        for (contact, approach) in [
             ("never touches", -0.01),
             ("just touches", 0.0),
             ("full contact", 1.0),
             ("full contact", 1e6),
         ] {
             all.push(case(
-                format!("{what}, approach {approach} m, {n} elements"),
+                format!("{contact}, approach {approach} m, {n} elements"),
                 Certified,
                 |s, numerics| {
                     numerics.mesh = Mesh::Across(n);
@@ -505,11 +505,11 @@ fn with_map(name: &str, end: End, pixels: usize, heights: Vec<f64>) -> Case {
 fn spots() -> Case {
     let n = 84;
     let bump =
-        |at: usize| ((at as f64 + 0.5) / n as f64 * 7.0 * std::f64::consts::PI).sin().powi(2);
+        |pixel: usize| ((pixel as f64 + 0.5) / n as f64 * 7.0 * std::f64::consts::PI).sin().powi(2);
     let height = |e: usize| {
         let (i, j) = (e % n, e / n);
-        let own = ((i / 12 * 7 + j / 12) * 29 % 49) as f64 / 49.0;
-        1e-3 * (bump(i) * bump(j) + 0.05 * own)
+        let level = ((i / 12 * 7 + j / 12) * 29 % 49) as f64 / 49.0;
+        1e-3 * (bump(i) * bump(j) + 0.05 * level)
     };
     with_map("49 separate spots", Certified, n, (0..n * n).map(height).collect())
 }
@@ -557,7 +557,7 @@ fn residual_anew(case: &Case, end: &StepOutcome, fields: &Fields) -> [f64; 2] {
     let mut problem = Problem::new(&case.scene, &case.numerics, &case.surfaces).unwrap();
     let units = problem.scale.motions();
     let motion = end.motion.to_array();
-    problem.place(&std::array::from_fn(|which| motion[which] / units[which]));
+    problem.place(&std::array::from_fn(|dof| motion[dof] / units[dof]));
     let table = Operators::default().of(&problem).table;
     let k = problem.grid.len();
     let p: Vec<f64> = [&fields.pressure, &fields.traction_x, &fields.traction_y]
@@ -569,28 +569,29 @@ fn residual_anew(case: &Case, end: &StepOutcome, fields: &Fields) -> [f64; 2] {
         table.add_column(e, [p[e], p[k + e], p[2 * k + e]], &mut w);
     }
     let peak = p.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-    let own = table.coefficient(0, 0);
-    let stiff =
-        [own.nn, own.xx.max(own.yy), own.xx.max(own.yy)].map(|entry| problem.epsilon + entry);
+    let diagonal = table.coefficient(0, 0);
+    let stiff = [diagonal.nn, diagonal.xx.max(diagonal.yy), diagonal.xx.max(diagonal.yy)]
+        .map(|entry| problem.epsilon + entry);
     let frictionless = case.scene.friction.mu == 0.0;
     let (mut defect, mut size) = (0.0, 0.0);
     for e in problem.grid.active() {
-        let own = [p[e], p[k + e], p[2 * k + e]];
-        let x = [0, 1, 2].map(|c| own[c] - (problem.epsilon * own[c] + w[c * k + e]) / stiff[c]);
+        let traction = [p[e], p[k + e], p[2 * k + e]];
+        let x = [0, 1, 2]
+            .map(|c| traction[c] - (problem.epsilon * traction[c] + w[c * k + e]) / stiff[c]);
         let normal = x[0].clamp(0.0, problem.ceiling);
         let share = (problem.mu * normal / x[1].hypot(x[2])).min(1.0);
         let tangential =
             if frictionless || share.is_nan() { [0.0; 2] } else { [share * x[1], share * x[2]] };
-        for (own, image) in own.into_iter().zip([normal, tangential[0], tangential[1]]) {
-            defect += if own == image { 0.0 } else { ((own - image) / peak).powi(2) };
-            size += if own == 0.0 { 0.0 } else { (own / peak).powi(2) };
+        for (value, image) in traction.into_iter().zip([normal, tangential[0], tangential[1]]) {
+            defect += if value == image { 0.0 } else { ((value - image) / peak).powi(2) };
+            size += if value == 0.0 { 0.0 } else { (value / peak).powi(2) };
         }
     }
     let smallest = stiff.iter().fold(f64::INFINITY, |a, b| a.min(*b));
-    let way: f64 = motion.iter().zip(units).map(|(motion, unit)| (motion / unit).abs()).sum();
+    let travel: f64 = motion.iter().zip(units).map(|(motion, unit)| (motion / unit).abs()).sum();
     let rounding = 1e-14 * stiff.iter().fold(0.0, |a: f64, b| a.max(*b)) / smallest;
-    let rounding =
-        rounding + if way == 0.0 { 0.0 } else { 16.0 * f64::EPSILON * way / (smallest * peak) };
+    let rounding = rounding
+        + if travel == 0.0 { 0.0 } else { 16.0 * f64::EPSILON * travel / (smallest * peak) };
     [if defect == 0.0 { 0.0 } else { (defect / size).sqrt() }, rounding]
 }
 

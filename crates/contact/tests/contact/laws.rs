@@ -277,7 +277,7 @@ struct Solved {
     operator: Dense,
     diagonal: f64,
     p: Vec<f64>,
-    asked: [Control; 6],
+    controls: [Control; 6],
 }
 
 impl Solved {
@@ -289,10 +289,10 @@ impl Solved {
             &Surfaces::new(),
         )
         .unwrap();
-        let asked = scene.loading.legs()[0].target;
+        let controls = scene.loading.legs()[0].target;
         let units = problem.scale.motions();
-        problem.place(&std::array::from_fn(|which| match asked[which] {
-            Control::Motion(value) => value / units[which],
+        problem.place(&std::array::from_fn(|dof| match controls[dof] {
+            Control::Motion(value) => value / units[dof],
             Control::Force(_) => unreachable!("all of the punch's motion is prescribed"),
         }));
         let table = InfluenceTable::new(&problem.grid, &problem.elasticity, problem.projection);
@@ -309,7 +309,7 @@ impl Solved {
             diagonal: table.largest_diagonal(),
             problem,
             p: iterate.p,
-            asked,
+            controls,
         }
     }
 
@@ -320,7 +320,7 @@ impl Solved {
         let states = states(&self.problem, p, &w, self.diagonal);
         let mut claimed = observables(&self.problem, p, &w, &states);
         tamper(&mut claimed);
-        certify(&self.problem, p, &displacement, self.diagonal, &claimed, &self.asked)
+        certify(&self.problem, p, &displacement, self.diagonal, &claimed, &self.controls)
     }
 }
 
@@ -386,7 +386,7 @@ fn the_certificate_notices_every_kind_of_wrong_answer() {
 fn operators_are_shared_between_jobs_that_differ_in_scale_only() {
     let mut operators = Operators::default();
     let numerics = numerics(Mesh::Across(8), Projection::Average, 1e-8);
-    let mut of = |radius: f64, shear_modulus: f64, mu: f64| {
+    let mut operator = |radius: f64, shear_modulus: f64, mu: f64| {
         let scene = scene(
             Shape::FlatDisk { radius },
             shear_modulus,
@@ -396,8 +396,8 @@ fn operators_are_shared_between_jobs_that_differ_in_scale_only() {
         );
         operators.of(&Problem::new(&scene, &numerics, &Surfaces::new()).unwrap())
     };
-    let first = of(1.0, 1.0, 0.3);
-    assert!(std::sync::Arc::ptr_eq(&first.table, &of(0.37, 77e9, 0.9).table));
+    let first = operator(1.0, 1.0, 0.3);
+    assert!(std::sync::Arc::ptr_eq(&first.table, &operator(0.37, 77e9, 0.9).table));
 }
 
 proptest! {

@@ -44,7 +44,7 @@ fn largest_of_kind<'a>(all: impl Iterator<Item = &'a Coefficient>) -> [f64; 6] {
 }
 
 /// Largest difference, relative to the largest of its kind in `exact`.
-fn off(got: &[Coefficient], exact: &[Coefficient]) -> f64 {
+fn deviation(got: &[Coefficient], exact: &[Coefficient]) -> f64 {
     assert_eq!(got.len(), exact.len());
     let unit = largest_of_kind(exact.iter());
     let mut worst = 0.0_f64;
@@ -103,7 +103,7 @@ fn coefficients_meet_the_reference() {
     }
     assert_eq!(cases.iter().map(|case| case.1.len()).sum::<usize>(), 27);
     for (name, got, exact) in cases {
-        assert!(off(&got, &exact) < 1e-10, "{name}: {:e}", off(&got, &exact));
+        assert!(deviation(&got, &exact) < 1e-10, "{name}: {:e}", deviation(&got, &exact));
     }
 }
 
@@ -125,8 +125,10 @@ fn equal_layers_are_a_half_space_exactly() {
     for projection in PROJECTIONS {
         let grid = grid(12, 9, 0.3, 0.2);
         assert!(
-            off(&quadrant(&nearly, &grid, projection), &quadrant(&layered, &grid, projection))
-                < 1e-12
+            deviation(
+                &quadrant(&nearly, &grid, projection),
+                &quadrant(&layered, &grid, projection)
+            ) < 1e-12
         );
     }
 }
@@ -143,8 +145,8 @@ fn a_layer_cut_into_five_is_the_layer() {
         let grid = grid(12, 9, 0.3, 0.2);
         for projection in PROJECTIONS {
             let whole = quadrant(&whole, &grid, projection);
-            assert!(off(&quadrant(&same, &grid, projection), &whole) < 1e-14);
-            let cut = off(&quadrant(&cut, &grid, projection), &whole);
+            assert!(deviation(&quadrant(&same, &grid, projection), &whole) < 1e-14);
+            let cut = deviation(&quadrant(&cut, &grid, projection), &whole);
             assert!(cut < 1e-12, "{base:?} {cut:e}");
         }
     }
@@ -164,7 +166,7 @@ fn far_below_nothing_is_felt() {
                 projection,
             );
             let felt = |thickness| {
-                off(
+                deviation(
                     &quadrant(
                         &Bodies::new(&[layer(2.0, 0.3, thickness)], &base, None),
                         &grid,
@@ -189,7 +191,7 @@ fn a_film_is_felt_in_proportion_to_its_thickness() {
         for (shear_modulus, poisson) in [(0.2, 0.45), (30.0, 0.1)] {
             let felt = |thickness| {
                 let film = layer(shear_modulus, poisson, thickness);
-                off(&quadrant(&Bodies::new(&[film], &base, None), &grid, projection), &alone)
+                deviation(&quadrant(&Bodies::new(&[film], &base, None), &grid, projection), &alone)
             };
             let (thin, thinner) = (felt(1e-6), felt(1e-8));
             assert!(thin < 1e-2 && (thin / thinner - 100.0).abs() < 1.0, "{thin:e} {thinner:e}");
@@ -266,9 +268,9 @@ fn averages_are_means_of_what_points_feel() {
             .collect();
         // A part farther than the last offset of the fine table does not occur: 3·4 + 2 = 14.
         assert!(
-            off(&summed, &coarse_coefficients) < 1e-12,
+            deviation(&summed, &coarse_coefficients) < 1e-12,
             "{:e}",
-            off(&summed, &coarse_coefficients)
+            deviation(&summed, &coarse_coefficients)
         );
         // And a midpoint coefficient is the same but for the receiver's extent.
         let rows = |n: usize| {

@@ -37,13 +37,13 @@ fn walk(
         mu,
         Step::default(),
     );
-    let at = |x: f64| Some(x * length);
+    let scaled = |x: f64| Some(x * length);
     scene.loading = Loading::path(vec![
-        Step { approach: at(0.0), tilt_y: Some(2.0), ..Step::default() },
-        Step { shift_x: at(shift), ..Step::default() },
-        Step { approach: at(1.0), tilt_y: Some(0.0), ..Step::default() },
-        Step { shift_x: at(share * shift), ..Step::default() },
-        Step { approach: at(end), ..Step::default() },
+        Step { approach: scaled(0.0), tilt_y: Some(2.0), ..Step::default() },
+        Step { shift_x: scaled(shift), ..Step::default() },
+        Step { approach: scaled(1.0), tilt_y: Some(0.0), ..Step::default() },
+        Step { shift_x: scaled(share * shift), ..Step::default() },
+        Step { approach: scaled(end), ..Step::default() },
     ]);
     scene
 }
@@ -96,13 +96,13 @@ fn slipping_along(
     let k = flat.grid.len();
     let table = InfluenceTable::new(&flat.grid, &flat.elasticity, flat.projection);
     let p: Vec<f64> = (0..3 * k)
-        .map(|at| if at < k { 1.0 } else { mu * directions[at % k][at / k - 1] })
+        .map(|entry| if entry < k { 1.0 } else { mu * directions[entry % k][entry / k - 1] })
         .collect();
     let dense = Dense::new(&table);
     let mut f = vec![0.0; 3 * k];
     dense.apply(&mut f, &p, &mut Scratch::new(&dense));
-    for at in k..3 * k {
-        f[at] += sigma * p[at];
+    for entry in k..3 * k {
+        f[entry] += sigma * p[entry];
     }
     let heights: Vec<f64> = f[..k].iter().map(|f| f * flat.scale.length).collect();
     let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -124,12 +124,17 @@ fn nearest_to_multiple(degrees: f64) -> [[f64; 2]; 4] {
 fn at_the_end_of_the_uniqueness_set_one_solution_becomes_three() {
     for (poisson, end, degrees) in [(0.3, 4.702062, 8.8), (0.0, 2.700273, 9.1)] {
         for (share, expected) in [(0.995, vec![1]), (1.005, vec![-1, 1, 1])] {
-            let (problem, asked) =
+            let (problem, controls) =
                 slipping_along(&nearest_to_multiple(degrees), poisson, share * end, 1e-4);
             let search = Search { starts: 40, seed: 3 };
-            let found =
-                search_from(problem, &asked, &exactly([2, 2]), &mut Operators::default(), &search)
-                    .unwrap();
+            let found = search_from(
+                problem,
+                &controls,
+                &exactly([2, 2]),
+                &mut Operators::default(),
+                &search,
+            )
+            .unwrap();
             let mut indices: Vec<i64> =
                 found.solutions.iter().filter_map(|solution| solution.index).collect();
             indices.sort_unstable();
@@ -151,10 +156,10 @@ fn on_four_by_four_elements_there_are_several_solutions_just_above_the_witness()
     let directions =
         degrees.map(|degrees: f64| [degrees.to_radians().cos(), degrees.to_radians().sin()]);
     let found = |mu: f64| {
-        let (problem, asked) = slipping_along(&directions, 0.0, mu, 1e-4);
+        let (problem, controls) = slipping_along(&directions, 0.0, mu, 1e-4);
         search_from(
             problem,
-            &asked,
+            &controls,
             &exactly([4, 4]),
             &mut Operators::default(),
             &Search { starts: 20, seed: 3 },
@@ -245,24 +250,18 @@ fn images_of_solutions_are_solutions() {
 #[test]
 fn the_same_search_gives_the_same_bytes_on_any_number_of_threads() {
     let scene = walk(0.3, 8.0, 1.0, 0.4, 0.01, ONE);
-    let on = |threads: usize, seed: u64| {
+    let found_with = |threads: usize, seed: u64| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let search_for = Search { starts: 10, seed };
+        let settings = Search { starts: 10, seed };
         let found = pool.install(|| {
-            search(
-                &scene,
-                &exactly([4, 4]),
-                &Surfaces::new(),
-                &mut Operators::default(),
-                &search_for,
-            )
-            .unwrap()
+            search(&scene, &exactly([4, 4]), &Surfaces::new(), &mut Operators::default(), &settings)
+                .unwrap()
         });
         serde_json::to_string(&found).unwrap()
     };
-    let first = on(1, 5);
-    assert_eq!(first, on(3, 5));
-    assert_ne!(first, on(1, 6), "the seed counts");
+    let first = found_with(1, 5);
+    assert_eq!(first, found_with(3, 5));
+    assert_ne!(first, found_with(1, 6), "the seed counts");
 }
 
 #[test]
@@ -328,8 +327,8 @@ proptest! {
             approach: Some(approach), shift_x: Some(x), shift_y: Some(y), tilt_x: Some(tilt_x), tilt_y: Some(tilt_y), twist: Some(twist), ..Step::default()
         });
         scene.loading = Loading::path(steps.collect());
-        let search_for = Search { starts: 6, seed };
-        let found = search(&scene, &exactly([n, n]), &Surfaces::new(), &mut Operators::default(), &search_for).unwrap();
+        let settings = Search { starts: 6, seed };
+        let found = search(&scene, &exactly([n, n]), &Surfaces::new(), &mut Operators::default(), &settings).unwrap();
         prop_assert_eq!(&found.status, &Status::Certified);
         prop_assert_eq!(found.solutions.len(), 1);
         prop_assert!(found.solutions[0].index.is_none_or(|index| index >= 0));

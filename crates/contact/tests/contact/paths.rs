@@ -105,7 +105,7 @@ fn many_small_steps_give_spences_profiles() {
                 [x.hypot(y), fields.pressure[e], outwards]
             })
             .collect();
-        let at = |r: f64, c: usize| {
+        let interpolated = |r: f64, c: usize| {
             let next = along.iter().position(|point| point[0] > r).unwrap().max(1);
             let (a, b) = (along[next - 1], along[next]);
             a[c] + (r - a[0]) / (b[0] - a[0]) * (b[c] - a[c])
@@ -115,7 +115,7 @@ fn many_small_steps_give_spences_profiles() {
         errors.push([1, 2].map(|c| {
             let off = points
                 .iter()
-                .map(|point| (at(point[3] * contact, c) / peak - point[3 + c]).powi(2));
+                .map(|point| (interpolated(point[3] * contact, c) / peak - point[3 + c]).powi(2));
             (off.sum::<f64>() / points.len() as f64).sqrt()
         }));
     }
@@ -205,14 +205,14 @@ fn a_loop_of_the_tangential_force_meets_mindlin_and_deresiewicz() {
     let limit = 0.4 * hertz.load;
     let amplitude = 0.7 * limit;
     let expected = reference::mindlin_deresiewicz_loss(amplitude, limit, 1.0, SHEAR_COMPLIANCE);
-    let to =
+    let pulled_to =
         |force: f64, increments: u32| Step { force_x: Some(force), increments, ..Step::default() };
-    let cycles = |mesh: u32, parts: u32| {
+    let cycled = |mesh: u32, increments: u32| {
         let mut scene = like_spheres(vec![
             Step { normal_force: Some(hertz.load), ..Step::default() },
-            to(amplitude, 1),
-            to(-amplitude, parts),
-            to(amplitude, parts),
+            pulled_to(amplitude, 1),
+            pulled_to(-amplitude, increments),
+            pulled_to(amplitude, increments),
         ]);
         (scene.loading.cycle_from, scene.loading.cycles) = (Some(2), 2);
         let (outcome, _) =
@@ -223,7 +223,7 @@ fn a_loop_of_the_tangential_force_meets_mindlin_and_deresiewicz() {
     let meshes = [12, 24, 48];
     let mut errors = Vec::new();
     for mesh in meshes {
-        let outcome = cycles(mesh, 2);
+        let outcome = cycled(mesh, 2);
         let lost = outcome.cycle_dissipation().unwrap();
         let first: f64 = outcome
             .steps
@@ -238,10 +238,10 @@ fn a_loop_of_the_tangential_force_meets_mindlin_and_deresiewicz() {
         errors.push((lost / expected - 1.0).abs());
     }
     let counts = [4, 8, 16];
-    let balances = counts.map(|parts| {
+    let balances = counts.map(|increments| {
         // the elastic energy comes back after a cycle, so what the force puts in is what friction
         // takes
-        let outcome = cycles(24, parts);
+        let outcome = cycled(24, increments);
         let work: f64 = outcome
             .steps
             .iter()
@@ -321,11 +321,11 @@ fn a_sticking_disk_is_as_stiff_as_theory_says() {
         let end = certified_path(&scene, &newton(mesh)).0[0];
         assert_eq!(end.observables.stick_area, end.observables.sole_area);
         let motion = [end.motion.approach, end.motion.shift_x, end.motion.tilt_y, end.motion.twist];
-        [0, 1, 2, 3].map(|which| (motion[which] / expected[which] - 1.0).abs())
+        [0, 1, 2, 3].map(|dof| (motion[dof] / expected[dof] - 1.0).abs())
     });
-    for which in 0..4 {
-        let errors = errors.map(|errors| errors[which]);
-        assert!(order(&meshes, &errors) > 0.8 && errors[2] < 0.02, "{which}: {errors:?}");
+    for dof in 0..4 {
+        let errors = errors.map(|errors| errors[dof]);
+        assert!(order(&meshes, &errors) > 0.8 && errors[2] < 0.02, "{dof}: {errors:?}");
     }
 }
 
@@ -342,24 +342,23 @@ fn changing_what_governs_the_punch_changes_nothing() {
     scene.loading = Loading::path(start.to_vec());
     let (path, _) = certified_path(&scene, &numerics(Mesh::Across(20), Projection::Average, 1e-10));
     let (o, motion) = (path.last().unwrap().observables, path.last().unwrap().motion);
-    let m = |x: f64| Some(x);
     let by_motion = Step {
-        approach: m(motion.approach),
-        shift_y: m(motion.shift_y),
-        twist: m(motion.twist),
+        approach: Some(motion.approach),
+        shift_y: Some(motion.shift_y),
+        twist: Some(motion.twist),
         ..Step::default()
     };
     let by_force = Step {
-        force_x: m(o.force_x),
-        moment_x: m(o.moment_x),
-        moment_y: m(o.moment_y),
-        normal_force: m(o.load),
+        force_x: Some(o.force_x),
+        moment_x: Some(o.moment_x),
+        moment_y: Some(o.moment_y),
+        normal_force: Some(o.load),
         ..Step::default()
     };
     scene.loading.steps.extend([
         by_motion,
         by_force,
-        Step { approach: m(motion.approach), ..Step::default() },
+        Step { approach: Some(motion.approach), ..Step::default() },
     ]);
     let (path, _) = certified_path(&scene, &numerics(Mesh::Across(20), Projection::Average, 1e-10));
     assert_eq!(path.len(), 8);
@@ -439,7 +438,7 @@ fn a_path_that_cannot_be_followed_says_where_it_ends() {
 /// friction, the better the smaller the steps; each increment loses energy or none.
 #[test]
 fn a_closed_cycle_loses_what_is_put_in() {
-    let at = |x: f64, y: f64, increments: u32| Step {
+    let corner = |x: f64, y: f64, increments: u32| Step {
         shift_x: Some(x),
         shift_y: Some(y),
         increments,
@@ -447,14 +446,14 @@ fn a_closed_cycle_loses_what_is_put_in() {
     };
     let counts = [2, 4, 8];
     let mut balances = Vec::new();
-    for parts in counts {
+    for increments in counts {
         let mut scene = scene(Shape::Sphere { radius: 1.0 }, 1.0, 0.3, 0.3, Step::default());
         let lead = Step { approach: Some(1.0), ..Step::default() };
         let corners = [
-            at(0.15, 0.0, parts),
-            at(0.15, 0.15, parts),
-            at(0.0, 0.15, parts),
-            at(0.0, 0.0, parts),
+            corner(0.15, 0.0, increments),
+            corner(0.15, 0.15, increments),
+            corner(0.0, 0.15, increments),
+            corner(0.0, 0.0, increments),
         ];
         scene.loading = Loading {
             steps: [vec![lead], corners.to_vec()].concat(),

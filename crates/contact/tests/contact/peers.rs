@@ -39,9 +39,10 @@ fn case(id: &str) {
         "two_spheres" => {
             let (d, radius) =
                 (case["shape"]["d"].as_f64().unwrap(), case["shape"]["R"].as_f64().unwrap());
-            let at = |i: usize| ((i as f64 + 0.5) / n as f64 - 0.5) * width;
+            let coordinate = |i: usize| ((i as f64 + 0.5) / n as f64 - 0.5) * width;
             let gap = |x: f64, y: f64| ((x.abs() - d).powi(2) + y * y) / (2.0 * radius);
-            let heights: Vec<f64> = (0..n * n).map(|s| -gap(at(s % n), at(s / n))).collect();
+            let heights: Vec<f64> =
+                (0..n * n).map(|s| -gap(coordinate(s % n), coordinate(s / n))).collect();
             lowest = -heights.iter().copied().fold(f64::MIN, f64::max);
             surfaces
                 .insert("two spheres".to_owned(), Arc::new(Surface::new(n, n, heights).unwrap()));
@@ -212,11 +213,11 @@ fn layered(id: &str) {
         .expect("a case of that id");
     let params = &case["params"];
     let number = |key: &str| params[key].as_f64().unwrap();
-    let of = |value: &Value, key: &str| value[key].as_f64().unwrap();
+    let entry = |value: &Value, key: &str| value[key].as_f64().unwrap();
     let layer = |l: &Value| Layer {
-        shear_modulus: of(l, "G"),
-        poisson: of(l, "nu"),
-        thickness: of(l, "h"),
+        shear_modulus: entry(l, "G"),
+        poisson: entry(l, "nu"),
+        thickness: entry(l, "h"),
     };
     let base = &params["base"];
     let step =
@@ -226,7 +227,10 @@ fn layered(id: &str) {
         layers: params["layers"].as_array().unwrap().iter().map(layer).collect(),
         base: match base.as_str() {
             Some("rigid") => Base::Rigid,
-            _ => Base::Elastic(Material { shear_modulus: of(base, "G"), poisson: of(base, "nu") }),
+            _ => Base::Elastic(Material {
+                shear_modulus: entry(base, "G"),
+                poisson: entry(base, "nu"),
+            }),
         },
     };
     scene.domain = square(number("L"));
@@ -245,11 +249,12 @@ fn layered(id: &str) {
             problem.projection,
         );
         let unit = problem.scale.length * problem.scale.compliance;
-        let (own, next) = (table.coefficient(0, 0), table.coefficient(1, 0));
-        for (name, value) in [("A0zz", own.nn), ("A0xx", own.xx), ("A1xz", -next.nx)] {
-            let expected = of(expected, name);
+        let (diagonal, neighbour) = (table.coefficient(0, 0), table.coefficient(1, 0));
+        for (name, value) in [("A0zz", diagonal.nn), ("A0xx", diagonal.xx), ("A1xz", -neighbour.nx)]
+        {
+            let expected = entry(expected, name);
             assert!(
-                (value * unit - expected).abs() < 1e-9 * own.nn * unit,
+                (value * unit - expected).abs() < 1e-9 * diagonal.nn * unit,
                 "{id}: {name} {:e} {expected:e}",
                 value * unit
             );

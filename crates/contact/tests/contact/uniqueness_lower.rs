@@ -101,13 +101,16 @@ fn without_coupling_there_is_no_bound() {
 fn smallest_eigenvalue(system: &System, bound: &LowerBound, mu: f64) -> f64 {
     let (matrix, k, orbit) = (system.matrix(), system.elements(), orbits(system));
     let size = 3 * k;
-    let of = |values: &[f64], i: usize| values[orbit[i % k]];
-    let linear = |i: usize| if i < k { of(&bound.alpha, i) } else { of(&bound.beta, i) };
+    let weight = |values: &[f64], i: usize| values[orbit[i % k]];
+    let linear = |i: usize| if i < k { weight(&bound.alpha, i) } else { weight(&bound.beta, i) };
     let form = faer::Mat::from_fn(size, size, |i, j| {
         let twice: f64 = (k..size)
-            .map(|t| matrix[(t, i)] * of(&bound.beta, t) / of(&bound.tau, t) * matrix[(t, j)])
+            .map(|t| {
+                matrix[(t, i)] * weight(&bound.beta, t) / weight(&bound.tau, t) * matrix[(t, j)]
+            })
             .sum();
-        let square = if i == j && i < k { of(&bound.beta, i) * of(&bound.tau, i) } else { 0.0 };
+        let square =
+            if i == j && i < k { weight(&bound.beta, i) * weight(&bound.tau, i) } else { 0.0 };
         0.5 * ((linear(i) + linear(j)) * matrix[(i, j)] - mu * (square + twice))
     });
     form.self_adjoint_eigenvalues(faer::Side::Lower).unwrap()[0]

@@ -74,20 +74,20 @@ fn refuses_what_shows_nothing() {
     let system = System::new(&question).unwrap();
     let found = witness(&question, BRIEF);
     assert!(found.verify(&system).is_ok());
-    for at in 0..found.x.len() {
+    for entry in 0..found.x.len() {
         // against x₁ the pressure of an element makes its x₁y₁ positive; a tangential traction
         // moves all y₁
         let mut changed = found.clone();
-        changed.x[at] *= 1.0 + 1e-3;
+        changed.x[entry] *= 1.0 + 1e-3;
         let mut other = found.clone();
-        other.x[at] *= 1.0 - 1e-3;
+        other.x[entry] *= 1.0 - 1e-3;
         let refused = [changed, other].map(|w| w.verify(&system));
         assert!(
             refused.iter().all(|r| matches!(
                 r,
                 Err(WitnessError::Normal { .. } | WitnessError::Tangential { .. })
             )),
-            "{at}: {refused:?}"
+            "{entry}: {refused:?}"
         );
     }
     let lower = Witness { mu: 0.999 * found.mu, ..found.clone() };
@@ -158,11 +158,12 @@ fn a_quarter_turn_changes_nothing() {
     let found = witness(&long, BRIEF);
     // turned: (x, y) → (−y, x)
     let mut turned = found.clone();
-    for (at, e) in (0..6).map(|at| (at, (at % 3, at / 3))) {
-        let to = e.0 * 2 + (1 - e.1);
-        turned.x[to] = found.x[at];
-        turned.x[6 + to] = -found.x[12 + at];
-        turned.x[12 + to] = found.x[6 + at];
+    for element in 0..6 {
+        let (column, row) = (element % 3, element / 3);
+        let image = column * 2 + (1 - row);
+        turned.x[image] = found.x[element];
+        turned.x[6 + image] = -found.x[12 + element];
+        turned.x[12 + image] = found.x[6 + element];
     }
     assert!(turned.verify(&System::new(&tall).unwrap()).is_ok());
     let other = witness(&tall, BRIEF);
@@ -212,11 +213,11 @@ fn a_large_epsilon_has_witnesses_on_more_elements() {
 
 #[test]
 fn the_same_on_any_number_of_threads() {
-    let on = |threads| {
+    let found_on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| witness(&square(2, 0.3), BRIEF))
     };
-    assert_eq!(on(1), on(3));
+    assert_eq!(found_on(1), found_on(3));
 }
 
 #[test]

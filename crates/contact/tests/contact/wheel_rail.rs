@@ -80,7 +80,7 @@ impl Pressed {
     }
 
     /// The bodies approached by `approach` \[m\] from where they touch.
-    fn at(&self, approach: f64) -> StepOutcome {
+    fn approached(&self, approach: f64) -> StepOutcome {
         let mut scene = self.scene.clone();
         // a height map touches with its highest pixel, which need not be the point of contact
         scene.loading =
@@ -95,10 +95,10 @@ impl Pressed {
 
     /// The approach \[m\] with the load `force` \[N\], sought from `guess`; the load goes nearly as
     /// its 3/2th power.
-    fn under(&self, force: f64, guess: f64) -> (f64, StepOutcome) {
+    fn loaded(&self, force: f64, guess: f64) -> (f64, StepOutcome) {
         let mut approach = guess;
         for _ in 0..6 {
-            let outcome = self.at(approach);
+            let outcome = self.approached(approach);
             let ratio = force / outcome.observables.load;
             if (ratio - 1.0).abs() < 2e-4 {
                 return (approach, outcome);
@@ -176,12 +176,12 @@ fn the_benchmarks_positions_meet_contact() {
         let frame = pair.overlap_frame(row.approach / row.angle.cos());
         let plane = ContactPlane::new(&pair, frame);
         let (approach, outcome) =
-            Pressed::new(&plane, 1.03 * row.approach, ELEMENT).under(row.force, row.approach);
+            Pressed::new(&plane, 1.03 * row.approach, ELEMENT).loaded(row.force, row.approach);
         let found = outcome.observables;
         let [x, y, z] = [0, 1, 2].map(|c| (frame.origin[c] - row.reference[c]) * 1e6);
         let angle = (frame.angle - row.angle) * 1e3;
         let height = (pair.height() + approach / frame.angle.cos() - row.height) * 1e6;
-        let percent = |own: f64, other: f64| (own / other - 1.0) * 100.0;
+        let percent = |value: f64, reference: f64| (value / reference - 1.0) * 100.0;
         let (approach, peak) =
             (percent(approach, row.approach), percent(found.peak_pressure, row.peak));
         let area = percent(found.contact_area, row.elements * ELEMENT * ELEMENT);
@@ -268,7 +268,7 @@ fn scenes_of_a_wheel_on_a_rail_meet_contact() {
         assert_eq!(outcome.status, Status::Certified);
         let (end, rail, hertz) =
             (outcome.last().unwrap(), outcome.rail.unwrap(), outcome.hertz.unwrap());
-        let percent = |own: f64, other: f64| (own / other - 1.0) * 100.0;
+        let percent = |value: f64, reference: f64| (value / reference - 1.0) * 100.0;
         let off = [0, 1, 2].map(|c| (rail.track[c] - row.reference[c]) * 1e6);
         let area = percent(end.observables.contact_area, row.elements * ELEMENT * ELEMENT);
         let peak = percent(end.observables.peak_pressure, row.peak);
@@ -365,7 +365,7 @@ fn a_spherical_wheel_on_a_round_rail_is_hertzs() {
     let mut errors = Vec::new();
     for element in [0.4e-3, 0.2e-3] {
         let (approach, outcome) =
-            Pressed::new(&plane, 1.1 * hertz.approach, element).under(force, hertz.approach);
+            Pressed::new(&plane, 1.1 * hertz.approach, element).loaded(force, hertz.approach);
         errors.push((approach / hertz.approach - 1.0).abs());
         assert!((approach / hertz.approach - 1.0).abs() < 1e-3, "{approach} {}", hertz.approach);
         assert!(

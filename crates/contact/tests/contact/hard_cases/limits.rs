@@ -23,7 +23,7 @@ fn layers_tend_to_what_is_known() {
             (s.foundation, s.domain) = (half_space(modulus, 0.3), square(0.32))
         }))
     };
-    let on = |g: f64, thickness: f64, base: Base| {
+    let layered = |g: f64, thickness: f64, base: Base| {
         case("layer", Certified, |s, _| {
             (s.foundation, s.domain) =
                 (Foundation { layers: vec![layer(g, thickness)], base }, square(0.32))
@@ -31,13 +31,23 @@ fn layers_tend_to_what_is_known() {
     };
     let elastic = Base::Elastic(Material { shear_modulus: 1.0, poisson: 0.3 });
     for g in [0.1, 10.0] {
-        near("a layer of 1e-6 elements is not felt", load(&on(g, 2e-8, elastic)), plain(1.0), 1e-5);
-        near("a layer of 1e6 elements is a half-space", load(&on(g, 2e4, elastic)), plain(g), 5e-5);
+        near(
+            "a layer of 1e-6 elements is not felt",
+            load(&layered(g, 2e-8, elastic)),
+            plain(1.0),
+            1e-5,
+        );
+        near(
+            "a layer of 1e6 elements is a half-space",
+            load(&layered(g, 2e4, elastic)),
+            plain(g),
+            5e-5,
+        );
     }
     near(
         "a base 1e12 times as stiff is rigid",
-        load(&on(1e-12, 0.1, elastic)),
-        load(&on(1e-12, 0.1, Base::Rigid)),
+        load(&layered(1e-12, 0.1, elastic)),
+        load(&layered(1e-12, 0.1, Base::Rigid)),
         1e-9,
     );
     let stiff = case("punch", Certified, |s, _| {
@@ -170,7 +180,7 @@ fn few_elements_and_all_of_them() {
         .0
     };
     let h = 0.02;
-    let own = contact::foundation::half_space::HalfSpace::new(
+    let diagonal = contact::foundation::half_space::HalfSpace::new(
         &Material { shear_modulus: 1.0, poisson: 0.3 },
         None,
     )
@@ -178,9 +188,9 @@ fn few_elements_and_all_of_them() {
     .nn;
     let far = one(15, 15.0 * h, loaded(1e-10));
     assert_eq!(far.observables.contact_elements, 1);
-    near("one of many", far.motion.approach - h * h / 12.0, 1e-10 * own / (h * h), 1e-7);
+    near("one of many", far.motion.approach - h * h / 12.0, 1e-10 * diagonal / (h * h), 1e-7);
     let single = one(1, h, pressed(0.01));
-    near("the only one", single.observables.load, (0.01 - h * h / 12.0) * h * h / own, 1e-7);
+    near("the only one", single.observables.load, (0.01 - h * h / 12.0) * h * h / diagonal, 1e-7);
     // one row is one row, whichever way it lies
     let row = |mesh: [u32; 2], step: Step| {
         load(&case("row", Certified, |s, n| {
@@ -292,15 +302,15 @@ fn two_hundred_steps_do_not_drift() {
         }
     }
     // once it has shaken down the same state comes back, cycle after cycle
-    let at = |cycle: usize| &outcome.steps[2 * cycle];
-    for (name, of) in [
+    let end_of = |cycle: usize| &outcome.steps[2 * cycle];
+    for (name, figure) in [
         ("energy", (|step: &StepOutcome| step.observables.energy) as fn(&StepOutcome) -> f64),
         ("dissipation", |step| step.observables.dissipation),
         ("approach", |step| step.motion.approach),
         ("shift", |step| step.motion.shift_x),
     ] {
-        let (early, late) = (of(at(50)), of(at(100)));
-        println!("{name}: {:e} {early:e} {late:e}", of(at(2)));
+        let (early, late) = (figure(end_of(50)), figure(end_of(100)));
+        println!("{name}: {:e} {early:e} {late:e}", figure(end_of(2)));
         near(name, late, early, 1e-5);
     }
 }

@@ -168,7 +168,7 @@ proptest! {
     #[test]
     fn any_scene_ends_and_what_counts_as_solved_is(scene in scenes(), numerics in any_numerics(), seed in 0usize..1000) {
         let mut surfaces = Surfaces::new();
-        let heights = (0..35).map(|at| ((at * 7919 + seed * 104_729) % 101) as f64 * 1e-4).collect();
+        let heights = (0..35).map(|pixel| ((pixel * 7919 + seed * 104_729) % 101) as f64 * 1e-4).collect();
         surfaces.insert("map".to_owned(), Arc::new(Surface::new(5, 7, heights).unwrap()));
         let case = Case { name: String::new(), scene, numerics, surfaces, end: Certified };
         match solve(&case.scene, &case.numerics, &case.surfaces, &mut Operators::default()) {
