@@ -22,29 +22,37 @@ fn left_out(effects: &Effects) -> Vec<Effect> {
     Effect::OPTIONAL.into_iter().filter(|effect| !effects.has(*effect)).collect()
 }
 
+struct Solved {
+    steps: Vec<StepOutcome>,
+    fields: Fields,
+    status: Status,
+}
+
 /// Solves with what the scene calls for and with every effect, and compares. Gives what was left
 /// out.
 fn agree(scene: &Scene, mesh: [u32; 2]) -> Vec<Effect> {
-    let lean = Numerics {
+    let lean_numerics = Numerics {
         simulate: Vec::new(),
         ..numerics(Mesh::Exact(mesh), Projection::Average, 1e-10)
     };
-    let full = Numerics { simulate: Effect::OPTIONAL.to_vec(), ..lean.clone() };
-    let run = |numerics: &Numerics| -> (Vec<StepOutcome>, Fields, Status) {
+    let full_numerics = Numerics { simulate: Effect::OPTIONAL.to_vec(), ..lean_numerics.clone() };
+    let run = |numerics: &Numerics| {
         let (outcome, fields) =
             solve(scene, numerics, &Surfaces::new(), &mut Operators::default()).unwrap();
-        (outcome.steps, fields, outcome.status)
+        Solved { steps: outcome.steps, fields, status: outcome.status }
     };
-    let ((steps, fields, status), (all_steps, all_fields, all_status)) = (run(&lean), run(&full));
+    let (lean, full) = (run(&lean_numerics), run(&full_numerics));
     assert_eq!(
-        matches!(status, Status::Certified),
-        matches!(all_status, Status::Certified),
-        "{status:?} {all_status:?} {scene:?}"
+        matches!(lean.status, Status::Certified),
+        matches!(full.status, Status::Certified),
+        "{:?} {:?} {scene:?}",
+        lean.status,
+        full.status
     );
-    if status == Status::Certified {
-        let apart = difference(&fields, &all_fields);
+    if lean.status == Status::Certified {
+        let apart = difference(&lean.fields, &full.fields);
         assert!(apart < 1e-7, "{apart:.1e}: {scene:?}");
-        for (step, all) in steps.iter().zip(&all_steps) {
+        for (step, all) in lean.steps.iter().zip(&full.steps) {
             for (a, b) in step.observables.resultants().iter().zip(all.observables.resultants()) {
                 assert!(
                     (a - b).abs() <= 1e-7 * all.observables.load.max(1e-3),
@@ -59,7 +67,7 @@ fn agree(scene: &Scene, mesh: [u32; 2]) -> Vec<Effect> {
             );
         }
     }
-    left_out(&effects(scene, &lean, &Surfaces::new()))
+    left_out(&effects(scene, &lean_numerics, &Surfaces::new()))
 }
 
 const STEEL: Material = Material { shear_modulus: 1.0, poisson: 0.3 };

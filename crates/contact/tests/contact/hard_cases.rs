@@ -274,12 +274,17 @@ fn regularisation_and_ceiling() -> Vec<Case> {
     }
     let too_small = Refused("squared in double precision");
     let too_low = Refused("ceiling lets the whole sole carry");
-    for (ceiling, by_motion, by_load) in [
-        (1e-300, too_small, too_small),
-        (1e-12, Certified, too_low),
-        (0.01, Certified, too_low),
-        (1e3, Certified, Certified),
-        (1e300, Certified, Certified),
+    struct Ends {
+        ceiling: f64,
+        by_motion: End,
+        by_load: End,
+    }
+    for Ends { ceiling, by_motion, by_load } in [
+        Ends { ceiling: 1e-300, by_motion: too_small, by_load: too_small },
+        Ends { ceiling: 1e-12, by_motion: Certified, by_load: too_low },
+        Ends { ceiling: 0.01, by_motion: Certified, by_load: too_low },
+        Ends { ceiling: 1e3, by_motion: Certified, by_load: Certified },
+        Ends { ceiling: 1e300, by_motion: Certified, by_load: Certified },
     ] {
         all.push(case(format!("ceiling {ceiling:e} Pa"), by_motion, |_, n| {
             n.ceiling = Some(ceiling)
@@ -375,10 +380,15 @@ fn loads() -> Vec<Case> {
         s.loading.steps =
             vec![Step { moment_x: Some(0.0043), moment_y: Some(0.009), ..loaded(0.01) }];
     }));
-    for (name, approach, tilt) in [
-        ("one corner", -0.028, [0.03, -0.03]),
-        ("one edge", -0.012, [0.03, 0.0]),
-        ("a half", 0.0, [0.02, 0.01]),
+    struct Tilted {
+        name: &'static str,
+        approach: f64,
+        tilt: [f64; 2],
+    }
+    for Tilted { name, approach, tilt } in [
+        Tilted { name: "one corner", approach: -0.028, tilt: [0.03, -0.03] },
+        Tilted { name: "one edge", approach: -0.012, tilt: [0.03, 0.0] },
+        Tilted { name: "a half", approach: 0.0, tilt: [0.02, 0.01] },
     ] {
         all.push(case(format!("tilt that leaves {name}"), Certified, |s, _| {
             s.punch.shape = rectangle(2.0, 1.0);

@@ -69,7 +69,12 @@ fn quadrant(bodies: &Bodies, grid: &Grid, projection: Projection) -> Vec<Coeffic
 
 #[test]
 fn coefficients_meet_the_reference() {
-    let mut cases: Vec<(String, Vec<Coefficient>, Vec<Coefficient>)> = Vec::new();
+    struct Case {
+        name: String,
+        got: Vec<Coefficient>,
+        exact: Vec<Coefficient>,
+    }
+    let mut cases: Vec<Case> = Vec::new();
     for line in include_str!("../reference/layer_influence.csv").lines().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
         let numbers = |text: &str| -> Vec<f64> {
@@ -94,15 +99,15 @@ fn coefficients_meet_the_reference() {
             Bodies::new(&layers, &base, None),
             Projection::Average,
         );
-        if cases.last().is_none_or(|case| case.0 != cells[0]) {
-            cases.push((cells[0].to_owned(), Vec::new(), Vec::new()));
+        if cases.last().is_none_or(|case| case.name != cells[0]) {
+            cases.push(Case { name: cells[0].to_owned(), got: Vec::new(), exact: Vec::new() });
         }
         let case = cases.last_mut().unwrap();
-        case.1.push(table.coefficient(di as i64, dj as i64));
-        case.2.push(Coefficient { nn, xx, yy, xy, nx, ny });
+        case.got.push(table.coefficient(di as i64, dj as i64));
+        case.exact.push(Coefficient { nn, xx, yy, xy, nx, ny });
     }
-    assert_eq!(cases.iter().map(|case| case.1.len()).sum::<usize>(), 27);
-    for (name, got, exact) in cases {
+    assert_eq!(cases.iter().map(|case| case.got.len()).sum::<usize>(), 27);
+    for Case { name, got, exact } in cases {
         assert!(deviation(&got, &exact) < 1e-10, "{name}: {:e}", deviation(&got, &exact));
     }
 }

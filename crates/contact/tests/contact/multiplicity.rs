@@ -15,40 +15,47 @@ use contact::punch::{Surface, Surfaces};
 use contact::scene::*;
 use proptest::prelude::*;
 
-/// Units of length and of modulus.
-type Units = (f64, f64);
+/// The units in which a scene is written.
+#[derive(Clone, Copy)]
+struct Units {
+    length: f64,
+    modulus: f64,
+}
 
 /// A flat sole of 2 × 2 whose left half touches first, is shifted by `shift` and then, with the
 /// right half in touch as well, shifted back to `share` of that; in the end the punch is at
 /// approach `end`. That leaves the two halves pulled towards each other (shift > 0) or apart (shift
 /// < 0).
-fn walk(
+struct Walk {
     poisson: f64,
     mu: f64,
     shift: f64,
     share: f64,
     end: f64,
-    (length, modulus): Units,
-) -> Scene {
-    let mut scene = scene(
-        Shape::FlatRectangle { width_x: 2.0 * length, width_y: 2.0 * length },
-        modulus,
-        poisson,
-        mu,
-        Step::default(),
-    );
-    let scaled = |x: f64| Some(x * length);
-    scene.loading = Loading::path(vec![
-        Step { approach: scaled(0.0), tilt_y: Some(2.0), ..Step::default() },
-        Step { shift_x: scaled(shift), ..Step::default() },
-        Step { approach: scaled(1.0), tilt_y: Some(0.0), ..Step::default() },
-        Step { shift_x: scaled(share * shift), ..Step::default() },
-        Step { approach: scaled(end), ..Step::default() },
-    ]);
-    scene
 }
 
-const ONE: Units = (1.0, 1.0);
+impl Walk {
+    fn scene(&self, units: Units) -> Scene {
+        let mut scene = scene(
+            Shape::FlatRectangle { width_x: 2.0 * units.length, width_y: 2.0 * units.length },
+            units.modulus,
+            self.poisson,
+            self.mu,
+            Step::default(),
+        );
+        let scaled = |x: f64| Some(x * units.length);
+        scene.loading = Loading::path(vec![
+            Step { approach: scaled(0.0), tilt_y: Some(2.0), ..Step::default() },
+            Step { shift_x: scaled(self.shift), ..Step::default() },
+            Step { approach: scaled(1.0), tilt_y: Some(0.0), ..Step::default() },
+            Step { shift_x: scaled(self.share * self.shift), ..Step::default() },
+            Step { approach: scaled(self.end), ..Step::default() },
+        ]);
+        scene
+    }
+}
+
+const ONE: Units = Units { length: 1.0, modulus: 1.0 };
 
 fn exactly(n: [u32; 2]) -> Numerics {
     numerics(Mesh::Exact(n), Projection::Average, 1e-10)
@@ -122,7 +129,15 @@ fn nearest_to_multiple(degrees: f64) -> [[f64; 2]; 4] {
 
 #[test]
 fn at_the_end_of_the_uniqueness_set_one_solution_becomes_three() {
-    for (poisson, end, degrees) in [(0.3, 4.702062, 8.8), (0.0, 2.700273, 9.1)] {
+    struct Case {
+        poisson: f64,
+        end: f64,
+        degrees: f64,
+    }
+    for Case { poisson, end, degrees } in [
+        Case { poisson: 0.3, end: 4.702062, degrees: 8.8 },
+        Case { poisson: 0.0, end: 2.700273, degrees: 9.1 },
+    ] {
         for (share, expected) in [(0.995, vec![1]), (1.005, vec![-1, 1, 1])] {
             let (problem, controls) =
                 slipping_along(&nearest_to_multiple(degrees), poisson, share * end, 1e-4);
@@ -189,10 +204,9 @@ fn certified(found: &Multiplicity) {
 
 #[test]
 fn a_walked_punch_has_three_solutions_and_with_less_friction_one() {
-    for (n, poisson, mu, share, end) in
-        [(2, 0.0, 4.0, 0.4, 0.01), (2, 0.3, 8.0, 0.4, 0.01), (4, 0.0, 14.0, 0.4, 0.01)]
-    {
-        let several = searched(&walk(poisson, mu, 1.0, share, end, ONE), &exactly([n, n]), 10);
+    for (n, poisson, mu) in [(2, 0.0, 4.0), (2, 0.3, 8.0), (4, 0.0, 14.0)] {
+        let walk = Walk { poisson, mu, shift: 1.0, share: 0.4, end: 0.01 };
+        let several = searched(&walk.scene(ONE), &exactly([n, n]), 10);
         assert_eq!(
             (several.status.clone(), several.solutions.len(), several.index_sum),
             (Status::Certified, 3, Some(1))
@@ -201,7 +215,8 @@ fn a_walked_punch_has_three_solutions_and_with_less_friction_one() {
         assert!(several.before.len() == 4 && several.furthest().is_some());
         let [i, j] = several.furthest().unwrap();
         assert!(several.solutions[i].distances[j] > 0.1);
-        let one = searched(&walk(poisson, 0.2 * mu, 1.0, share, end, ONE), &exactly([n, n]), 10);
+        let slippery = Walk { mu: 0.2 * mu, ..walk };
+        let one = searched(&slippery.scene(ONE), &exactly([n, n]), 10);
         assert_eq!((one.status, one.solutions.len()), (Status::Certified, 1));
     }
 }
@@ -209,7 +224,7 @@ fn a_walked_punch_has_three_solutions_and_with_less_friction_one() {
 #[test]
 fn a_punch_lifted_off_may_be_jammed() {
     // one row of two elements pulled apart: friction holds what nothing presses
-    let mut scene = walk(0.0, 12.0, -1.0, 0.3, -0.01, ONE);
+    let mut scene = Walk { poisson: 0.0, mu: 12.0, shift: -1.0, share: 0.3, end: -0.01 }.scene(ONE);
     scene.punch.shape = Shape::FlatRectangle { width_x: 2.0, width_y: 1.0 };
     let found = searched(&scene, &exactly([2, 1]), 20);
     assert_eq!((found.solutions.len(), found.index_sum), (3, Some(1)));
@@ -223,7 +238,11 @@ fn a_punch_lifted_off_may_be_jammed() {
 #[test]
 fn images_of_solutions_are_solutions() {
     // the scene is its own image in y
-    let found = searched(&walk(0.0, 8.0, 1.0, 0.5, 0.02, ONE), &exactly([2, 2]), 20);
+    let found = searched(
+        &Walk { poisson: 0.0, mu: 8.0, shift: 1.0, share: 0.5, end: 0.02 }.scene(ONE),
+        &exactly([2, 2]),
+        20,
+    );
     assert_eq!((found.solutions.len(), found.index_sum), (5, Some(1)));
     let unsymmetric = |fields: &Fields| {
         (fields.pressure[0] - fields.pressure[2]).abs()
@@ -249,7 +268,7 @@ fn images_of_solutions_are_solutions() {
 
 #[test]
 fn the_same_search_gives_the_same_bytes_on_any_number_of_threads() {
-    let scene = walk(0.3, 8.0, 1.0, 0.4, 0.01, ONE);
+    let scene = Walk { poisson: 0.3, mu: 8.0, shift: 1.0, share: 0.4, end: 0.01 }.scene(ONE);
     let found_with = |threads: usize, seed: u64| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let settings = Search { starts: 10, seed };
@@ -266,9 +285,14 @@ fn the_same_search_gives_the_same_bytes_on_any_number_of_threads() {
 
 #[test]
 fn units_do_not_count() {
-    let found =
-        |units: Units| searched(&walk(0.0, 8.0, 1.0, 0.5, 0.02, units), &exactly([2, 2]), 10);
-    let (one, other) = (found(ONE), found((1e-9, 1e12)));
+    let found = |units: Units| {
+        searched(
+            &Walk { poisson: 0.0, mu: 8.0, shift: 1.0, share: 0.5, end: 0.02 }.scene(units),
+            &exactly([2, 2]),
+            10,
+        )
+    };
+    let (one, other) = (found(ONE), found(Units { length: 1e-9, modulus: 1e12 }));
     assert_eq!(one.solutions.len(), other.solutions.len());
     for (a, b) in one.solutions.iter().zip(&other.solutions) {
         assert!((b.observables.load / (a.observables.load * 1e12 * 1e-18) - 1.0).abs() < 1e-9);
@@ -278,14 +302,14 @@ fn units_do_not_count() {
 
 #[test]
 fn a_path_that_cannot_be_followed_and_a_mesh_too_fine_say_so() {
-    let mut scene = walk(0.3, 0.1, 1.0, 0.4, 0.01, ONE);
+    let mut scene = Walk { poisson: 0.3, mu: 0.1, shift: 1.0, share: 0.4, end: 0.01 }.scene(ONE);
     scene.loading.steps[1] = Step { shift_x: None, force_x: Some(100.0), ..Step::default() };
     let failed = searched(&scene, &exactly([4, 4]), 5);
     let Status::Failed { reason } = &failed.status else { panic!("{failed:?}") };
     assert!(reason.starts_with("loading.steps[1], increment 1 of 1: gross sliding"), "{reason}");
     assert!(failed.solutions.is_empty() && failed.before.len() == 2 && failed.starts == 0);
 
-    let scene = walk(0.3, 0.1, 1.0, 0.4, 0.01, ONE);
+    let scene = Walk { poisson: 0.3, mu: 0.1, shift: 1.0, share: 0.4, end: 0.01 }.scene(ONE);
     let refused = search(
         &scene,
         &exactly([33, 33]),
@@ -309,6 +333,20 @@ fn under_a_force_the_motion_is_found_and_there_is_no_index() {
     assert!(solution.reached > found.starts / 2, "{} of {}", solution.reached, found.starts);
 }
 
+/// A square of n × n elements and the lower end of its bracket of μ*.
+struct Ground {
+    n: u32,
+    poisson: f64,
+    low: f64,
+}
+
+const GROUNDS: [Ground; 4] = [
+    Ground { n: 2, poisson: 0.3, low: 4.70 },
+    Ground { n: 4, poisson: 0.3, low: 2.59 },
+    Ground { n: 2, poisson: 0.0, low: 2.70 },
+    Ground { n: 4, poisson: 0.0, low: 1.51 },
+];
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
 
@@ -319,7 +357,7 @@ proptest! {
         ground in 0usize..4, share in 0.3..1.0f64, is_sphere: bool, seed: u64,
         motions in prop::collection::vec((-0.2..1.0f64, prop::array::uniform2(-1.5..1.5f64), prop::array::uniform3(-1.0..1.0f64)), 1..5),
     ) {
-        let (n, poisson, low) = [(2, 0.3, 4.70), (4, 0.3, 2.59), (2, 0.0, 2.70), (4, 0.0, 1.51)][ground];
+        let Ground { n, poisson, low } = GROUNDS[ground];
         let shape = if is_sphere { Shape::Sphere { radius: 1.0 } } else { Shape::FlatRectangle { width_x: 2.0, width_y: 2.0 } };
         let mut scene = scene(shape, 1.0, poisson, share * low, Step::default());
         scene.domain = square(2.0);

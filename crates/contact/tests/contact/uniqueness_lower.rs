@@ -36,19 +36,27 @@ fn bound(system: &System, freedom: Freedom) -> LowerBound {
 /// elements.
 #[test]
 fn reproduces_the_prototype() {
-    for (n, poisson, freedom, expected, digits) in [
-        (2, 0.3, Freedom::Global, 4.702062, 1e-6),
-        (2, 0.0, Freedom::Global, 2.700273, 1e-6),
-        (3, 0.3, Freedom::Global, 3.146, 5e-4),
-        (3, 0.0, Freedom::Global, 1.831, 5e-4),
-        (4, 0.3, Freedom::Global, 2.596, 5e-4),
-        (4, 0.0, Freedom::Global, 1.518, 5e-4),
-        (8, 0.3, Freedom::Global, 1.835, 5e-4),
-        (8, 0.0, Freedom::Global, 1.080, 5e-4),
-        (3, 0.3, Freedom::PerOrbit, 3.272, 5e-4),
-        (3, 0.0, Freedom::PerOrbit, 1.904, 5e-4),
-        (4, 0.3, Freedom::PerOrbit, 2.722, 5e-4),
-        (4, 0.0, Freedom::PerOrbit, 1.584, 5e-4),
+    struct Case {
+        n: u32,
+        poisson: f64,
+        freedom: Freedom,
+        mu: f64,
+        digits: f64,
+    }
+    use Freedom::{Global, PerOrbit};
+    for Case { n, poisson, freedom, mu: expected, digits } in [
+        Case { n: 2, poisson: 0.3, freedom: Global, mu: 4.702062, digits: 1e-6 },
+        Case { n: 2, poisson: 0.0, freedom: Global, mu: 2.700273, digits: 1e-6 },
+        Case { n: 3, poisson: 0.3, freedom: Global, mu: 3.146, digits: 5e-4 },
+        Case { n: 3, poisson: 0.0, freedom: Global, mu: 1.831, digits: 5e-4 },
+        Case { n: 4, poisson: 0.3, freedom: Global, mu: 2.596, digits: 5e-4 },
+        Case { n: 4, poisson: 0.0, freedom: Global, mu: 1.518, digits: 5e-4 },
+        Case { n: 8, poisson: 0.3, freedom: Global, mu: 1.835, digits: 5e-4 },
+        Case { n: 8, poisson: 0.0, freedom: Global, mu: 1.080, digits: 5e-4 },
+        Case { n: 3, poisson: 0.3, freedom: PerOrbit, mu: 3.272, digits: 5e-4 },
+        Case { n: 3, poisson: 0.0, freedom: PerOrbit, mu: 1.904, digits: 5e-4 },
+        Case { n: 4, poisson: 0.3, freedom: PerOrbit, mu: 2.722, digits: 5e-4 },
+        Case { n: 4, poisson: 0.0, freedom: PerOrbit, mu: 1.584, digits: 5e-4 },
     ] {
         let system = System::new(&question([n, n], poisson)).unwrap();
         let found = bound(&system, freedom);

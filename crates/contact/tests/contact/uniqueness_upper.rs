@@ -30,12 +30,17 @@ const BRIEF: Search = Search { starts: 6, kept: 2, seed: 1 };
 
 #[test]
 fn reaches_the_figures_known() {
-    for (n, poisson, known) in [
-        (2, 0.3, 4.702_062),
-        (2, 0.0, 2.700_273),
-        (3, 0.3, 3.774_01),
-        (3, 0.0, 2.187_33),
-        (4, 0.3, 3.374_58),
+    struct Known {
+        n: u32,
+        poisson: f64,
+        mu: f64,
+    }
+    for Known { n, poisson, mu: known } in [
+        Known { n: 2, poisson: 0.3, mu: 4.702_062 },
+        Known { n: 2, poisson: 0.0, mu: 2.700_273 },
+        Known { n: 3, poisson: 0.3, mu: 3.774_01 },
+        Known { n: 3, poisson: 0.0, mu: 2.187_33 },
+        Known { n: 4, poisson: 0.3, mu: 3.374_58 },
     ] {
         let question = square(n, poisson);
         let witness = witness(&question, BRIEF);
