@@ -1,4 +1,5 @@
-//! Assembly of the influence coefficients and application of the operators made of them.
+//! Times the assembly of the influence coefficients and the application of the operators made of
+//! them.
 
 use contact::foundation::bodies::Bodies;
 use contact::foundation::half_space::HalfSpace;
@@ -49,7 +50,7 @@ fn coefficients(c: &mut Criterion) {
     group.finish();
 }
 
-/// Assembly for layered foundations beside that for a half-space, on one thread and on two.
+/// Times assembly for layered foundations beside that for a half-space, on one thread and on two.
 fn layered(c: &mut Criterion) {
     let mut group = c.benchmark_group("layered");
     group.sample_size(10);
@@ -118,8 +119,8 @@ fn application(c: &mut Criterion) {
     group.finish();
 }
 
-/// Fewer components, and halves and quarters of the grid, on one thread; the preconditioner
-/// likewise.
+/// Times operators on fewer components, and on halves and quarters of the grid, on one thread; the
+/// preconditioner likewise.
 fn reduced(c: &mut Criterion) {
     let sets = [
         ("n, x, y", Components::ALL),

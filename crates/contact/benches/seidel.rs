@@ -1,5 +1,5 @@
-//! Seidel sweeps: a sphere with full coupling, ten sweeps from zero traction, and whole solves to
-//! 1e-8.
+//! Times Seidel sweeps of a sphere with full coupling, ten sweeps from zero traction, and whole
+//! solves to 1e-8.
 
 use contact::numerics::Numerics;
 use contact::problem::Problem;

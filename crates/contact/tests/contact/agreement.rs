@@ -1,5 +1,5 @@
-//! Every method gives the same solution, under prescribed motion and under prescribed forces, and a
-//! path of forces gives the motion that, prescribed, gives these forces back.
+//! Every method gives the same solution, under prescribed motions and under prescribed forces. A
+//! path of forces gives a motion that, prescribed in its turn, gives these forces back.
 
 use crate::common::*;
 use contact::loading::{Loading, Step};
@@ -143,7 +143,7 @@ fn forces_give_the_motion_that_gives_the_forces() {
         let (by_motion, fields) = solved_by(Method::Newton, &scene, Mesh::Across(16));
         let o = by_motion.observables;
         let mut forced = scene.clone();
-        // the moments about the tilting axes are as a rule no one's to give
+        // As a rule the moments about the tilting axes cannot be prescribed, so they are left out.
         forced.loading.steps[0] = Step {
             normal_force: Some(o.load),
             force_x: Some(o.force_x),
@@ -178,7 +178,8 @@ fn fine_grids_are_solved_by_way_of_coarse_ones() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
 
-    /// Whatever the scene, Newton's method certifies what Seidel's does, and the same.
+    /// On any scene Newton's method certifies every case that Seidel's does, with the same
+    /// solution.
     #[test]
     fn on_any_scene(
         shape in 0usize..4,
@@ -212,9 +213,9 @@ proptest! {
     }
 }
 
-/// Pulled lightly, most of a contact sticks. From slip everywhere to one side a step leads to slip
-/// everywhere to the other, for ever; Newton's method has to find out of that by itself, whether
-/// there is a transverse direction (ν > 0) or not.
+/// When a contact is pulled lightly, most of it sticks. From slip of all elements to one side, a
+/// Newton step leads to slip of all elements to the other side, for ever. The method has to find
+/// out of that cycle by itself, whether there is a transverse direction (ν > 0) or not.
 #[test]
 fn a_light_pull_needs_no_other_method() {
     for poisson in [0.0, 0.3, 0.5] {
@@ -250,8 +251,8 @@ fn a_light_pull_needs_no_other_method() {
     }
 }
 
-/// Linear systems that are solved too loosely sent it round in circles, and into Seidel sweeps that
-/// take minutes.
+/// Linear systems that were solved too loosely sent Newton's method round in circles, and into
+/// Seidel sweeps that take minutes.
 #[test]
 fn many_elements_under_a_flat_disk_take_few_steps() {
     let pressed = Step { approach: Some(0.01), ..Step::default() };
@@ -274,7 +275,7 @@ fn many_elements_under_a_flat_disk_take_few_steps() {
     }
 }
 
-/// On a mesh large enough for every loop to be shared.
+/// The mesh is large enough that every loop is shared between threads.
 #[test]
 fn a_solution_has_the_same_bytes_on_any_number_of_threads() {
     let force =
@@ -291,7 +292,7 @@ fn a_solution_has_the_same_bytes_on_any_number_of_threads() {
     assert_eq!(outcome.status, Status::Certified);
     assert!(outcome.estimate.is_some());
     for threads in [2, 3] {
-        // every digit of a double goes into its debug text
+        // Every digit of a double goes into its debug text.
         assert_eq!(
             format!("{:?}", solved_on(threads)),
             format!("{:?}", (&outcome, &fields)),

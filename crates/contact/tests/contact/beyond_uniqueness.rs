@@ -1,6 +1,6 @@
-//! Friction far beyond what uniqueness is known for: a solve ends with a solution or says with
-//! figures that it has none, within the limits that were set; what it calls certified is a solution
-//! by these tests' own count as well.
+//! These scenes have friction far beyond the range in which uniqueness is known. A solve ends with
+//! a solution, or says with figures that it has none, within the limits that were set. A certified
+//! outcome is a solution by the count of these tests as well.
 
 use crate::common::*;
 use contact::loading::Step;
@@ -58,7 +58,8 @@ fn ends_certified_or_says_why_not() {
                 for n in [6, 13, 24] {
                     for method in [Method::Auto, Method::Seidel] {
                         if method == Method::Seidel && n == 24 {
-                            continue; // slow, and no other than on 13
+                            // Sweeps on 24² are slow, and show nothing that 13² does not.
+                            continue;
                         }
                         let case = format!("{name}, ν = {poisson}, μ = {mu}, {n}², {method:?}");
                         let numerics = Numerics {
@@ -71,8 +72,8 @@ fn ends_certified_or_says_why_not() {
                                 .unwrap();
                         let last = outcome.last().unwrap();
                         let c = last.certificate;
-                        // Newton, its outer iteration for forces and rounds of sweeps each have the
-                        // limit
+                        // Newton's method, its outer iteration for forces and the rounds of sweeps
+                        // each have the limit.
                         assert!(
                             last.work.iterations <= 100 * u64::from(LIMIT),
                             "{case}: {:?}",

@@ -1,5 +1,5 @@
-//! Convergence of the fields: distances between grids, orders in L₂ against closed forms, and ε →
-//! 0.
+//! The fields converge: the distance between grids is a metric, errors in L₂ against closed forms
+//! fall in order, and ε → 0 leads to the solution without regularisation.
 
 use crate::common::*;
 use contact::loading::{Loading, Step};
@@ -14,7 +14,8 @@ fn newton(mesh: u32, projection: Projection) -> Numerics {
     numerics(Mesh::Across(mesh), projection, 1e-8)
 }
 
-/// Fields with these values, blocks of pressure and both tractions one after the other.
+/// Builds fields from `values`, which holds the blocks of the pressure and of both tractions one
+/// after the other.
 fn fields(shape: [u32; 2], origin: [f64; 2], element: [f64; 2], values: &[f64]) -> Fields {
     let k = (shape[0] * shape[1]) as usize;
     let block = |c: usize| values[c * k..][..k].to_vec();
@@ -38,7 +39,7 @@ fn any_fields() -> impl Strategy<Value = Fields> {
         .prop_map(|(shape, origin, element, values)| fields(shape, origin, element, &values))
 }
 
-/// The same fields on a grid of `parts` times as many elements each way.
+/// Returns the same fields on a grid of `parts` times as many elements along each axis.
 fn split(whole: &Fields, parts: [u32; 2]) -> Fields {
     let shape = [whole.shape[0] * parts[0], whole.shape[1] * parts[1]];
     let element = [0, 1].map(|axis| whole.element[axis] / f64::from(parts[axis]));
@@ -84,8 +85,8 @@ proptest! {
         }
     }
 
-    /// Local means are a projection: they shorten distances and keep what is already constant on
-    /// the parts.
+    /// Local means are a projection: they shorten distances and keep a field that is already
+    /// constant on the parts.
     #[test]
     fn local_means_are_a_projection(a in any_fields(), b in any_fields(), nx in 1..6usize, ny in 1..6usize) {
         let onto = norms::parts(&b, [nx, ny]).unwrap();
@@ -98,7 +99,7 @@ proptest! {
     }
 }
 
-/// A figure of the errors over a ladder of meshes, and the power of the mesh size that it follows.
+/// Fits the power of the mesh size that a figure of the errors follows over a ladder of meshes.
 fn order(errors: &[(f64, Errors)], figure: &str) -> PowerLaw {
     let ladder: Vec<(f64, f64)> =
         errors.iter().map(|(h, errors)| (*h, errors.get(figure).unwrap())).collect();
@@ -111,7 +112,8 @@ fn order(errors: &[(f64, Errors)], figure: &str) -> PowerLaw {
     law
 }
 
-/// Errors against the closed form of the scene on every mesh.
+/// Returns the errors against the closed form of the scene, with the size of an element, on every
+/// mesh.
 fn against_closed_form(
     scene: &Scene,
     projection: Projection,
@@ -136,8 +138,8 @@ fn pressed(shape: Shape) -> Scene {
 }
 
 /// No piecewise constants do better than h (∫ |∇p|²)^½, and since p goes like the root of the
-/// distance s from the edge, that integral of 1/s over s > h is a logarithm: the order is that of h
-/// √ln(1/h), a tenth below 1 on these meshes and rising.
+/// distance s from the edge, that integral of 1/s over s > h is a logarithm. The order is therefore
+/// that of h √ln(1/h), a tenth below 1 on these meshes and rising.
 #[test]
 fn the_pressure_of_a_sphere_converges_with_first_order() {
     for projection in [Projection::Average, Projection::Midpoint] {
@@ -174,7 +176,7 @@ fn the_pressures_of_ellipsoid_and_cone_converge() {
     }
 }
 
-/// Like spheres, ν = 0, pressed and then pulled.
+/// Returns a scene of like spheres with ν = 0, pressed and then pulled.
 fn like_spheres(pull: Step) -> Scene {
     let mut scene = scene(Shape::Sphere { radius: 1.0 }, 2.0, 0.0, 0.4, Step::default());
     scene.punch.material = Some(Material { shear_modulus: 2.0, poisson: 0.0 });
@@ -257,7 +259,7 @@ fn errors_against_a_finer_mesh_follow_those_against_the_closed_form() {
     );
 }
 
-/// Solutions of equation (3) for falling ε against that of equation (1), on one mesh.
+/// Returns the solutions of equation (3) for falling ε, and that of equation (1), on one mesh.
 fn regularised(
     scene: &Scene,
     mesh: u32,
@@ -268,7 +270,7 @@ fn regularised(
     (epsilons.iter().map(|epsilon| solve(*epsilon)).collect(), solve(0.0))
 }
 
-/// ε → 0 under a sphere: p* is in L₂ and the convergence is strong.
+/// For ε → 0 under a sphere p* is in L₂, and the convergence is strong.
 #[test]
 fn the_regularised_pressure_of_a_sphere_converges_strongly() {
     let scene = scene(
@@ -303,9 +305,9 @@ fn the_regularised_pressure_of_a_sphere_converges_strongly() {
     }
 }
 
-/// ε → 0 under a flat punch: p* is not in L₂, so the norm grows beyond all bounds and only local
-/// means and the load converge. The mesh is fine against the layer at the edge into which ε smears
-/// the singularity.
+/// For ε → 0 under a flat punch p* is not in L₂, so the norm grows beyond all bounds and only the
+/// local means and the load converge. The mesh is fine against the layer at the edge into which ε
+/// smears the singularity.
 #[test]
 fn the_regularised_pressure_of_a_flat_punch_converges_weakly() {
     let scene = scene(
@@ -333,12 +335,12 @@ fn the_regularised_pressure_of_a_flat_punch_converges_weakly() {
         solutions.iter().map(|(_, fields)| norms::norm(fields).unwrap().pressure.powi(2)).collect();
     let steps: Vec<f64> = squares.windows(2).map(|pair| pair[1] - pair[0]).collect();
     eprintln!("‖p‖² {squares:.3?}, steps {steps:.3?}");
-    // ∫ p² over all but a layer of width ε at the edge: a constant more for each halving, not less
-    // and less
+    // The integral ∫ p² over all but a layer of width ε at the edge gains a constant for each
+    // halving, and not less and less.
     assert!(steps.iter().all(|step| *step > 0.0) && steps[4] > 0.7 * steps[3], "{squares:?}");
 }
 
-/// What has no closed form says so.
+/// A scene without a closed form says so.
 #[test]
 fn closed_forms_are_refused_where_a_condition_fails() {
     let step = Step { approach: Some(1.0), ..Step::default() };

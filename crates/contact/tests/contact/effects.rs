@@ -1,5 +1,5 @@
-//! Leaving out what a scene does not call for changes nothing, and what it does call for is not
-//! left out.
+//! Leaving out an effect that a scene does not call for changes nothing, and an effect that it does
+//! call for is not left out.
 
 use std::sync::Arc;
 
@@ -28,8 +28,8 @@ struct Solved {
     status: Status,
 }
 
-/// Solves with what the scene calls for and with every effect, and compares. Gives what was left
-/// out.
+/// Solves the scene with the effects that it calls for and with every effect, and compares. Returns
+/// the effects that were left out.
 fn agree(scene: &Scene, mesh: [u32; 2]) -> Vec<Effect> {
     let lean_numerics = Numerics {
         simulate: Vec::new(),
@@ -136,7 +136,7 @@ fn each_reduction_is_taken_where_it_is_exact_and_changes_nothing() {
         agree(&sphere(0.0, like, 0.3, &[press, twist]), even),
         [Coupling, AsymmetryX, AsymmetryY]
     );
-    // loads instead of motions, and moments that are nothing
+    // Loads replace motions, and the moments are zero.
     let loaded = Step {
         normal_force: Some(2.0),
         moment_x: Some(0.0),
@@ -197,7 +197,7 @@ fn a_slightly_broken_symmetry_is_no_symmetry() {
     assert_eq!(with(&heights), [false, true]);
     heights[0] = 1e-300;
     assert_eq!(with(&heights), [true, true]);
-    // coupling that nearly cancels is there
+    // A coupling that nearly cancels is there.
     let nearly = Material { shear_modulus: 1.0, poisson: 0.3 + 1e-16 };
     let like = sphere(0.3, Some(nearly), 0.3, &[press]);
     let decided = effects(&like, &numerics(Mesh::Exact([8, 8]), Projection::Average, 1e-9), &none);
@@ -221,7 +221,7 @@ fn every_decision_has_its_reason() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
 
-    /// Whatever the scene.
+    /// On any scene the reduced problem has the solution of the full one.
     #[test]
     fn reduced_is_full(
         shape in 0usize..4,

@@ -1,4 +1,4 @@
-//! How far the estimates of the discretisation error are from the true errors.
+//! The estimates of the discretisation error are compared with the true errors.
 
 use std::f64::consts::PI;
 
@@ -12,7 +12,8 @@ use contact::reference::{Errors, FigureErrors, closed_form, flat_disk};
 use contact::scene::*;
 use contact::{Operators, solve};
 
-/// Two like spheres, ν = 0, for which Cattaneo's and Mindlin's theory is exact.
+/// Returns a scene of two like spheres with ν = 0, for which Cattaneo's and Mindlin's theory is
+/// exact.
 fn like_spheres(steps: Vec<Step>) -> Scene {
     let mut scene = scene(Shape::Sphere { radius: 1.0 }, 2.0, 0.0, 0.4, Step::default());
     scene.punch.material = Some(Material { shear_modulus: 2.0, poisson: 0.0 });
@@ -95,9 +96,9 @@ fn with_closed_forms() -> Vec<(&'static str, Scene)> {
 
 const MESHES: [u32; 11] = [12, 13, 15, 19, 24, 31, 32, 45, 64, 77, 96];
 
-/// Layered and frictional scenes with the load (over E* of the surface alone) and, where the source
-/// has them, the areas in contact and sticking; lengths in units of the contact radius, G of the
-/// surface 1.
+/// A layered or frictional scene with its load (over E* of the surface alone) and, where the source
+/// has them, its areas in contact and sticking. Lengths are in units of the contact radius, and G
+/// of the surface is 1.
 struct Tabulated {
     name: String,
     scene: Scene,
@@ -174,7 +175,7 @@ fn with_tables() -> Vec<Tabulated> {
                 Step { approach: Some(approach), ..Step::default() },
             );
             scene.foundation = Foundation { layers: layers.clone(), base: Base::Rigid };
-            // Ω follows Hertz's approach without the layer
+            // Ω follows Hertz's approach without the layer.
             scene.domain = if area.is_some() { square(3.0) } else { None };
             scenes.push(Tabulated {
                 name,
@@ -226,7 +227,7 @@ fn cases() -> Vec<Case> {
             for ((figure, estimate), (_, error)) in
                 estimate.figures.named().into_iter().zip(errors.figures.named())
             {
-                // what is 0 in truth is wrong by all that it is
+                // A figure that is 0 in truth is wrong by all of its value.
                 let vanishes = |figure: &str| {
                     matches!(figure, "tangential_force" | "shift" | "moment" | "rotation")
                 };
@@ -289,8 +290,8 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-/// What a table of cases is summed up by: how many, how many of a hundred are covered, median and
-/// ninth decile of estimate over error.
+/// The summary of a table of cases: their number, the per cent that are covered, and the median and
+/// the ninth decile of estimate over error.
 #[derive(Clone, Copy, Debug)]
 struct Summary {
     count: usize,
@@ -300,7 +301,7 @@ struct Summary {
 }
 
 fn summary(cases: &[&Case]) -> Summary {
-    // an area that is exact has no ratio
+    // An area that is exact has no ratio.
     let mut ratios: Vec<f64> = cases
         .iter()
         .filter(|case| case.error > 1e-9)
@@ -322,7 +323,7 @@ fn summary(cases: &[&Case]) -> Summary {
     }
 }
 
-/// In nearly all cases the estimate is above the true error, and not far.
+/// In nearly all cases the estimate is above the true error, and not far above it.
 #[test]
 fn estimates_cover_the_true_errors() {
     let cases = cases();
@@ -357,7 +358,8 @@ fn estimates_cover_the_true_errors() {
     assert!(scenes.len() >= 20 && all.covered >= 95.0 && all.median < 5.0, "{all:?}");
 }
 
-/// The part of the solver: what a solution at a loose tolerance differs by from one at a tight one.
+/// The solver's part of the estimate covers the difference between a solution at a loose tolerance
+/// and one at a tight tolerance.
 #[test]
 fn the_solvers_part_covers_what_is_left_of_its_residual() {
     let mut ratios = Vec::new();
@@ -448,7 +450,7 @@ fn without_a_coarser_grid_or_a_contact_there_is_no_estimate() {
     assert_eq!(estimate(&pressed(1.0), Mesh::Exact([3, 40])), None);
     assert!(estimate(&pressed(1.0), Mesh::Exact([4, 40])).is_some());
     assert_eq!(estimate(&pressed(-1.0), Mesh::Across(12)), None);
-    // more than friction carries
+    // The force is more than friction carries.
     let mut sliding = pressed(1.0);
     sliding.loading.steps[0].force_x = Some(100.0);
     let numerics = numerics(Mesh::Across(16), Projection::Average, 1e-8);
@@ -457,8 +459,8 @@ fn without_a_coarser_grid_or_a_contact_there_is_no_estimate() {
     assert!(outcome.status != Status::Certified && outcome.estimate.is_none());
 }
 
-/// A large ε makes the pressure at the edge of a sole square integrable, and a ceiling bounded; a
-/// small ε does not as far as a grid can see.
+/// A large ε makes the pressure at the edge of a sole square integrable, and a ceiling makes it
+/// bounded; a small ε does not, as far as a grid can see.
 #[test]
 fn what_is_unbounded_has_no_estimate() {
     let disk = scene(

@@ -1,6 +1,6 @@
-//! Scenes at the limits: each ends certified, or says in words what is difficult.
+//! Scenes at the limits end certified, or say in words what is difficult about them.
 //! `sweeps/hard-cases.toml` has such a list for the program. Here is the table; `limits` compares
-//! known answers, `random` looks for more.
+//! known answers, and `random` looks for more cases.
 
 mod limits;
 mod random;
@@ -16,7 +16,7 @@ use contact::punch::{Surface, Surfaces};
 use contact::scene::*;
 use contact::{Operators, solve};
 
-/// What a case comes to.
+/// The end that a case comes to.
 #[derive(Clone, Copy)]
 enum End {
     /// A solution with a good certificate.
@@ -36,8 +36,8 @@ struct Case {
     end: End,
 }
 
-/// A sphere of radius 1 on a half-space with G = 1, ν = 0.3, μ = 0.3, pressed by 0.01: contact
-/// radius 0.1.
+/// Returns a scene of a sphere of radius 1 on a half-space with G = 1, ν = 0.3, μ = 0.3, pressed by
+/// 0.01; its contact radius is 0.1.
 fn sphere() -> Scene {
     scene(Shape::Sphere { radius: 1.0 }, 1.0, 0.3, 0.3, pressed(0.01))
 }
@@ -70,7 +70,7 @@ fn rectangle(width_x: f64, width_y: f64) -> Shape {
     Shape::FlatRectangle { width_x, width_y }
 }
 
-/// The sphere with a change.
+/// Builds a case of the sphere with a change.
 fn case(name: impl Into<String>, end: End, change: impl FnOnce(&mut Scene, &mut Numerics)) -> Case {
     let (mut scene, mut numerics) = (sphere(), settings());
     change(&mut scene, &mut numerics);
@@ -253,7 +253,7 @@ fn friction() -> Vec<Case> {
     all
 }
 
-/// Pressed once, then pulled to and fro a hundred times.
+/// Returns a path that presses once and then pulls to and fro a hundred times.
 fn two_hundred_steps() -> Loading {
     Loading {
         steps: vec![loaded(0.003), pulled(0.0006), pulled(-0.0006)],
@@ -499,7 +499,7 @@ fn shapes() -> Vec<Case> {
     all
 }
 
-/// A square flat but for this map, pressed by a fifth of a millimetre.
+/// Builds a case of a square that is flat but for this map, pressed by a fifth of a millimetre.
 fn with_map(name: &str, end: End, pixels: usize, heights: Vec<f64>) -> Case {
     let mut surfaces = Surfaces::new();
     surfaces.insert("map".to_owned(), Arc::new(Surface::new(pixels, pixels, heights).unwrap()));
@@ -511,7 +511,7 @@ fn with_map(name: &str, end: End, pixels: usize, heights: Vec<f64>) -> Case {
     Case { surfaces, ..rough }
 }
 
-/// 7 × 7 bumps, each of its own height.
+/// Builds a case of 7 × 7 bumps that differ in height.
 fn spots() -> Case {
     let n = 84;
     let bump =
@@ -529,7 +529,7 @@ fn run(case: &Case, method: Method) -> Result<(Outcome, Fields), SceneError> {
     solve(&case.scene, &numerics, &case.surfaces, &mut Operators::default())
 }
 
-/// The end of a case's path, which must be certified.
+/// Returns the end of a case's path, which must be certified.
 fn solved(case: &Case) -> (StepOutcome, Fields) {
     let (outcome, fields) =
         run(case, Method::Auto).unwrap_or_else(|error| panic!("{}: {error}", case.name));
@@ -537,10 +537,10 @@ fn solved(case: &Case) -> (StepOutcome, Fields) {
     (*outcome.last().unwrap(), fields)
 }
 
-/// That all figures of a solution are numbers.
+/// Checks that all figures of a solution are finite numbers.
 fn all_finite(outcome: &Outcome, fields: &Fields) -> Result<(), String> {
     let text = format!("{:?} {:?} {:?}", outcome.steps, outcome.hertz, outcome.rail);
-    // Debug writes numbers that are none by these words, and no field has them in its name
+    // Debug writes infinities and NaN by these words, and no field has them in its name.
     if text.contains("NaN") || text.contains(": inf") || text.contains("-inf") {
         return Err(text);
     }
@@ -559,10 +559,10 @@ fn all_finite(outcome: &Outcome, fields: &Fields) -> Result<(), String> {
     }
 }
 
-/// The residual of a solution of one increment, from its fields alone: displacements summed column
-/// by column, the conditions of contact spelled out once more. Also what of it may be rounding: of
-/// the largest coefficient, and of the motion, which has been turned into SI units, in units of the
-/// smallest diagonal.
+/// Computes the residual of a solution of one increment anew from its fields alone: displacements
+/// are summed column by column, and the conditions of contact are spelled out once more. The second
+/// entry is the share of it that may be rounding: of the largest coefficient, and of the motion,
+/// which has been turned into SI units, in units of the smallest diagonal.
 fn residual_anew(case: &Case, end: &StepOutcome, fields: &Fields) -> [f64; 2] {
     let mut problem = Problem::new(&case.scene, &case.numerics, &case.surfaces).unwrap();
     let units = problem.scale.motions();
@@ -605,7 +605,7 @@ fn residual_anew(case: &Case, end: &StepOutcome, fields: &Fields) -> [f64; 2] {
     [if defect == 0.0 { 0.0 } else { (defect / size).sqrt() }, rounding]
 }
 
-/// What is wrong with a certified outcome.
+/// Finds a flaw of a certified outcome, if it has one.
 fn flaw(case: &Case, outcome: &Outcome, fields: &Fields) -> Option<String> {
     if let Err(text) = all_finite(outcome, fields) {
         return Some(text);
@@ -620,10 +620,10 @@ fn flaw(case: &Case, outcome: &Outcome, fields: &Fields) -> Option<String> {
     }
     let increments: u32 = case.scene.loading.legs().iter().map(|leg| leg.increments).sum();
     let end = outcome.last()?;
-    // column by column a million elements would take hours
+    // Column by column, a million elements would take hours.
     if increments == 1 && fields.pressure.len() < 100_000 {
         let [residual, rounding] = residual_anew(case, end, fields);
-        // from motions and tractions in SI units, which have been rounded once more
+        // The motions and tractions are in SI units, and so have been rounded once more.
         if residual.is_nan() || residual > 2.0 * case.numerics.tolerance + rounding {
             return Some(format!("residual {residual:e}"));
         }
@@ -658,7 +658,7 @@ fn check(cases: Vec<Case>) {
     }
 }
 
-/// Seidel's iteration comes to the same, or says that it does not converge.
+/// Checks that Seidel's iteration comes to the same solution, or says that it does not converge.
 fn by_the_reference(case: &Case, fields: &Fields) {
     let short = Numerics { max_iterations: 1000, ..case.numerics.clone() };
     if fields.pressure.len() > 400 || case.scene.loading.steps.len() > 1 {
@@ -675,7 +675,7 @@ fn by_the_reference(case: &Case, fields: &Fields) {
     match outcome.status {
         Status::Certified => {
             assert_eq!(flaw(&case, &outcome, &other), None, "{}", case.name);
-            // where friction is large there may be more than one solution
+            // Where friction is large there may be more than one solution.
             if case.scene.friction.mu < 1.0 {
                 assert!(
                     difference(&other, fields) < 1e-4,
@@ -720,7 +720,7 @@ fn shapes_and_meshes() {
     check(shapes());
 }
 
-/// More than a million elements.
+/// The mesh has more than a million elements.
 #[test]
 #[ignore = "some seconds on all cores, and gigabytes"]
 fn a_million_elements() {

@@ -1,6 +1,6 @@
-//! What must hold of every solution, whatever the scene: Coulomb's law on elongated elements,
-//! scaling, mirrors and rotations, regularisation and ceiling, and a certificate that notices every
-//! kind of wrong answer.
+//! These laws hold of every solution on any scene: Coulomb's law on elongated elements, scaling,
+//! mirrors and rotations, regularisation and ceiling. A certificate notices every kind of wrong
+//! answer.
 
 use crate::common::*;
 use contact::certificate::certify;
@@ -39,7 +39,7 @@ fn on_elements_three_times_as_long_as_wide_slip_opposes_traction() {
                 "{mesh:?}: {:e} rad",
                 outcome.certificate.slip_angle
             );
-            // and once more, directly: every element that slips
+            // The angle is checked once more, directly, on every element that slips.
             let largest = fields
                 .slip_x
                 .iter()
@@ -64,7 +64,7 @@ fn on_elements_three_times_as_long_as_wide_slip_opposes_traction() {
     }
 }
 
-/// Dimensionless figures that no unit may change.
+/// Returns the dimensionless figures, which no unit may change.
 fn figures(o: &Observables, modulus: f64, length: f64) -> Vec<f64> {
     let force = modulus * length * length;
     let counts = [o.contact_elements, o.stick_elements, o.slip_elements].map(|count| count as f64);
@@ -145,7 +145,7 @@ fn a_mirror_and_a_quarter_turn_move_the_solution_and_change_nothing_else() {
     };
     let s = base.loading.steps[0];
     let plain = with(s);
-    // x ↦ −x: shifts along x and rotations about y and z change sign
+    // Under x ↦ −x, shifts along x and rotations about y and z change sign.
     let minus = |x: Option<f64>| x.map(|x| -x);
     let mirrored = with(Step {
         shift_x: minus(s.shift_x),
@@ -153,7 +153,7 @@ fn a_mirror_and_a_quarter_turn_move_the_solution_and_change_nothing_else() {
         twist: minus(s.twist),
         ..s
     });
-    // a quarter turn about z: (x, y) ↦ (−y, x)
+    // A quarter turn about z maps (x, y) ↦ (−y, x).
     let turned = with(Step {
         shift_x: minus(s.shift_y),
         shift_y: s.shift_x,
@@ -207,7 +207,7 @@ fn regularisation_softens_and_vanishes_with_epsilon() {
     let drop: Vec<f64> =
         [1e-2, 1e-3, 1e-4].iter().map(|&epsilon| 1.0 - load(epsilon) / limit).collect();
     assert!(drop.iter().all(|d| *d > 0.0), "{drop:?}");
-    // to first order the drop is proportional to ε
+    // To first order the drop is proportional to ε.
     assert!((drop[1] / drop[2] - 10.0).abs() < 1.0, "{drop:?}");
 }
 
@@ -271,7 +271,7 @@ fn a_tolerance_below_rounding_stalls_and_says_so() {
     }
 }
 
-/// A solved problem and what it takes to certify it anew.
+/// A solved problem, and all that is needed to certify it anew.
 struct Solved {
     problem: Problem,
     operator: Dense,
@@ -336,7 +336,8 @@ fn the_certificate_notices_every_kind_of_wrong_answer() {
         "{right:?}"
     );
 
-    // pressed hard; in contact and slipping; just outside the contact
+    // The three elements are the one pressed hardest, one that is in contact and slips, and one
+    // outside the contact.
     let inside = (0..k).max_by(|a, b| solved.p[*a].total_cmp(&solved.p[*b])).unwrap();
     let slipping = (0..k)
         .filter(|&e| {
@@ -358,14 +359,14 @@ fn the_certificate_notices_every_kind_of_wrong_answer() {
     assert!(wrong(&|p| p[inside] = 0.0).penetration > 1e-3);
     assert!(wrong(&|p| p[outside] = 0.05 * peak).gap_under_pressure > 1e-3);
     assert!(wrong(&|p| p[k + inside] += 0.5 * peak).cone_violation > 1e-2);
-    // the traction of a slipping element turned by a right angle, still on the cone
+    // The traction of a slipping element is turned by a right angle, still on the cone.
     assert!(
         wrong(&|p| (p[k + slipping], p[2 * k + slipping]) = (-p[2 * k + slipping], p[k + slipping]))
             .slip_angle > 0.5
     );
-    // everything scaled: the law holds, the equation does not
+    // Everything is scaled: the law holds, the equation does not.
     assert!(wrong(&|p| p.iter_mut().for_each(|x| *x *= 1.01)).residual > 1e-3);
-    // nothing at all where there should be contact
+    // There is no pressure at all where there should be contact.
     assert_eq!(wrong(&|p| p.fill(0.0)).residual, f64::INFINITY);
     assert_eq!(wrong(&|p| p[inside] = f64::NAN).residual, f64::INFINITY);
 
@@ -403,8 +404,8 @@ fn operators_are_shared_between_jobs_that_differ_in_scale_only() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
 
-    /// Any scene ends certified or as a failure that says why; none panics, and none is stored as a
-    /// solution that is not.
+    /// Any scene ends certified or as a failure that says why. None panics, and none is stored as a
+    /// solution that is not one.
     #[test]
     fn every_scene_ends_honestly(
         poisson in 0.0..=0.5f64, mu in prop_oneof![Just(0.0), 0.0..2.0f64], approach in -0.1..1.0f64,

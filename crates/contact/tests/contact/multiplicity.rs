@@ -1,5 +1,5 @@
-//! How many solutions a contact has: one below the end μ* of the uniqueness set, several above it
-//! where the right-hand side allows.
+//! A contact has one solution below the end μ* of the uniqueness set, and several above it where
+//! the right-hand side allows.
 
 use std::sync::Arc;
 
@@ -22,8 +22,8 @@ struct Units {
     modulus: f64,
 }
 
-/// A flat sole of 2 × 2 whose left half touches first, is shifted by `shift` and then, with the
-/// right half in touch as well, shifted back to `share` of that; in the end the punch is at
+/// A flat sole of 2 × 2 whose left half touches first and is shifted by `shift`. Then the right
+/// half touches as well, the punch is shifted back to `share` of that, and in the end it is at the
 /// approach `end`. That leaves the two halves pulled towards each other (shift > 0) or apart (shift
 /// < 0).
 struct Walk {
@@ -72,9 +72,9 @@ fn searched(scene: &Scene, numerics: &Numerics, starts: u32) -> Multiplicity {
     .unwrap()
 }
 
-/// A flat sole on n × n elements, pressed so that `p` = (1, μ n) with slip w_t = −σ μ n solves the
-/// problem whatever its index: the height map makes f₁ = (A p)₁ and the past f_t = (A p − w)_t.
-/// Also the motion of the punch.
+/// Returns a flat sole on n × n elements, pressed so that `p` = (1, μ n) with slip w_t = −σ μ n
+/// solves the problem whatever its index: the height map makes f₁ = (A p)₁ and the past f_t = (A p
+/// − w)_t. The second value is the motion of the punch.
 fn slipping_along(
     directions: &[[f64; 2]],
     poisson: f64,
@@ -120,8 +120,8 @@ fn slipping_along(
     (problem, [highest, 0.0, 0.0, 0.0, 0.0, 0.0].map(Control::Motion))
 }
 
-/// The directions in which a square of 2 × 2 elements is nearest to losing uniqueness: the halves
-/// pulled together along x, and a little apart along y.
+/// Returns the directions in which a square of 2 × 2 elements is nearest to losing uniqueness: the
+/// halves are pulled together along x, and a little apart along y.
 fn nearest_to_multiple(degrees: f64) -> [[f64; 2]; 4] {
     let (y, x) = degrees.to_radians().sin_cos();
     [[x, -y], [-x, -y], [x, y], [-x, y]]
@@ -162,8 +162,8 @@ fn at_the_end_of_the_uniqueness_set_one_solution_becomes_three() {
 
 #[test]
 fn on_four_by_four_elements_there_are_several_solutions_just_above_the_witness() {
-    // degrees from x; found by minimising the μ at which the linearised problem turns singular,
-    // 2.0426 at ν = 0
+    // The directions are in degrees from x. They were found by minimising the μ at which the
+    // linearised problem turns singular, 2.0426 at ν = 0.
     let degrees = [
         74.5, 30.0, 200.9, 235.6, 254.6, 76.9, 16.6, 187.7, 205.8, 257.8, 75.9, 44.6, 23.0, 213.6,
         252.2, 251.5,
@@ -188,7 +188,7 @@ fn on_four_by_four_elements_there_are_several_solutions_just_above_the_witness()
     certified(&above);
 }
 
-/// Every solution stands by itself, within its tolerance and away from all others.
+/// Asserts that every solution stands by itself, within its tolerance and away from all others.
 fn certified(found: &Multiplicity) {
     for (i, solution) in found.solutions.iter().enumerate() {
         assert!(solution.certificate.meets(1e-10), "{:?}", solution.certificate);
@@ -223,7 +223,7 @@ fn a_walked_punch_has_three_solutions_and_with_less_friction_one() {
 
 #[test]
 fn a_punch_lifted_off_may_be_jammed() {
-    // one row of two elements pulled apart: friction holds what nothing presses
+    // One row of two elements is pulled apart: friction holds it although nothing presses.
     let mut scene = Walk { poisson: 0.0, mu: 12.0, shift: -1.0, share: 0.3, end: -0.01 }.scene(ONE);
     scene.punch.shape = Shape::FlatRectangle { width_x: 2.0, width_y: 1.0 };
     let found = searched(&scene, &exactly([2, 1]), 20);
@@ -237,7 +237,7 @@ fn a_punch_lifted_off_may_be_jammed() {
 
 #[test]
 fn images_of_solutions_are_solutions() {
-    // the scene is its own image in y
+    // The scene is its own image in y.
     let found = searched(
         &Walk { poisson: 0.0, mu: 8.0, shift: 1.0, share: 0.5, end: 0.02 }.scene(ONE),
         &exactly([2, 2]),

@@ -1,5 +1,5 @@
-//! Loading paths against theory: many small steps, given forces, loops, torsion, and what cannot be
-//! followed.
+//! Loading paths meet theory: many small steps, given forces, loops, torsion, and paths that cannot
+//! be followed.
 
 use crate::common::*;
 use contact::loading::{Loading, Step};
@@ -19,7 +19,7 @@ fn newton(mesh: u32) -> Numerics {
     numerics(Mesh::Across(mesh), Projection::Average, 1e-8)
 }
 
-/// Least-squares slope of −ln error over ln n.
+/// Returns the least-squares slope of −ln error over ln n.
 fn order(counts: &[u32], errors: &[f64]) -> f64 {
     let (x, y): (Vec<f64>, Vec<f64>) =
         counts.iter().zip(errors).map(|(n, e)| (f64::from(*n).ln(), -e.ln())).unzip();
@@ -31,8 +31,8 @@ fn order(counts: &[u32], errors: &[f64]) -> f64 {
     xy / xx
 }
 
-/// A sphere pressed in more and more steps on finer and finer grids: load and stick radius go to
-/// those of Spence's problem.
+/// A sphere is pressed in more and more steps on finer and finer grids: the load and the stick
+/// radius go to those of Spence's problem.
 #[test]
 fn many_small_steps_lead_to_spence() {
     for (poisson, mu) in
@@ -70,9 +70,9 @@ fn many_small_steps_lead_to_spence() {
     }
 }
 
-/// Pressure and traction of the same sphere along a radius, μ = 0.3, ν = 0. The root mean square
-/// difference falls with the elements and the steps; that of the traction is most of all at its
-/// kink, where stick ends.
+/// The pressure and the traction of the same sphere along a radius meet Spence's, for μ = 0.3 and ν
+/// = 0. The root mean square difference falls with the elements and the steps; that of the traction
+/// is largest at its kink, where stick ends.
 #[test]
 fn many_small_steps_give_spences_profiles() {
     let row = |name: &str, start: &str| -> Vec<Vec<f64>> {
@@ -82,10 +82,11 @@ fn many_small_steps_give_spences_profiles() {
             .map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect())
             .collect()
     };
-    // loads over Hertz's at the same a and at the same δ give a³ over δ^{3/2}
+    // The loads over Hertz's at the same a and at the same δ give a³ over δ^{3/2}.
     let loads = &row("spence_incremental.csv", "0.0,0.3,")[0];
     let contact = (loads[7] / loads[6]).cbrt();
-    let peak = 2.0 / PI * 2.0 * contact; // Hertz at the same a: 2E*a/πR, E* = 2G/(1−ν)
+    // Hertz's peak at the same a is 2E*a/πR, with E* = 2G/(1−ν).
+    let peak = 2.0 / PI * 2.0 * contact;
     let profile = row("spence_sphere_profiles.csv", "0.0,0.3,");
     assert_eq!(profile.len(), 12);
     let meshes = [24, 48, 96];
@@ -100,7 +101,7 @@ fn many_small_steps_give_spences_profiles() {
             .map(|i| {
                 let (e, x, y) =
                     ((n / 2 * n + i) as usize, (f64::from(i - n / 2) + 0.5) * h, 0.5 * h);
-                // the surface is drawn inwards, and the punch holds it back
+                // The surface is drawn inwards, and the punch holds it back.
                 let outwards = (fields.traction_x[e] * x + fields.traction_y[e] * y) / x.hypot(y);
                 [x.hypot(y), fields.pressure[e], outwards]
             })
@@ -110,7 +111,7 @@ fn many_small_steps_give_spences_profiles() {
             let (a, b) = (along[next - 1], along[next]);
             a[c] + (r - a[0]) / (b[0] - a[0]) * (b[c] - a[c])
         };
-        // the last point lies within an element of the edge
+        // The last point lies within an element of the edge.
         let points = &profile[..11];
         errors.push([1, 2].map(|c| {
             let off = points
@@ -129,7 +130,7 @@ fn many_small_steps_give_spences_profiles() {
 }
 
 /// One step is not many: the stick zone of the same sphere pressed at once is far smaller, and that
-/// of a flat punch the same.
+/// of a flat punch is the same.
 #[test]
 fn the_path_matters_to_a_sphere_and_not_to_a_flat_punch() {
     let end = |shape: Shape, approach: f64, increments: u32| {
@@ -147,7 +148,8 @@ fn the_path_matters_to_a_sphere_and_not_to_a_flat_punch() {
     assert!((once.observables.load / often.observables.load - 1.0).abs() < 1e-7);
 }
 
-/// Like spheres, ν = 0, where Cattaneo's and Mindlin's theory is exact; μ = 0.4, a = δ = R = 1.
+/// Returns a scene of like spheres with ν = 0, where Cattaneo's and Mindlin's theory is exact; μ =
+/// 0.4 and a = δ = R = 1.
 fn like_spheres(steps: Vec<Step>) -> Scene {
     let mut scene = scene(Shape::Sphere { radius: 1.0 }, 2.0, 0.0, 0.4, Step::default());
     scene.punch.material = Some(Material { shear_modulus: 2.0, poisson: 0.0 });
@@ -156,7 +158,7 @@ fn like_spheres(steps: Vec<Step>) -> Scene {
     scene
 }
 
-/// S = Σ(2−ν)/G of these.
+/// The shear compliance S = Σ(2−ν)/G of these spheres.
 const SHEAR_COMPLIANCE: f64 = 2.0;
 
 #[test]
@@ -196,9 +198,9 @@ fn a_prescribed_tangential_force_meets_cattaneo_and_mindlin() {
     }
 }
 
-/// The hysteresis loop under ±Q*. Its loss per cycle needs no small steps, since tractions stay
-/// where they slip one way; the work of the force, the mean of the forces before and after times
-/// the way, does.
+/// The hysteresis loop under ±Q* has the loss of theory. The loss per cycle needs no small steps,
+/// since tractions stay as they are where an element slips to one side only. The work of the force,
+/// the mean of the forces before and after times the displacement, does need them.
 #[test]
 fn a_loop_of_the_tangential_force_meets_mindlin_and_deresiewicz() {
     let hertz = reference::hertz_sphere(2.0, 1.0, 1.0);
@@ -239,8 +241,8 @@ fn a_loop_of_the_tangential_force_meets_mindlin_and_deresiewicz() {
     }
     let counts = [4, 8, 16];
     let balances = counts.map(|increments| {
-        // the elastic energy comes back after a cycle, so what the force puts in is what friction
-        // takes
+        // The elastic energy comes back after a cycle, so friction takes all that the force puts
+        // in.
         let outcome = cycled(24, increments);
         let work: f64 = outcome
             .steps
@@ -256,11 +258,12 @@ fn a_loop_of_the_tangential_force_meets_mindlin_and_deresiewicz() {
     assert!(orders[1] > 1.5 && balances[2] < 1e-2, "{balances:?}");
 }
 
-/// Torsion of a sphere: sticking it is Reissner's and Sagoci's disk, and as the twist grows the
-/// moment goes to that of sliding, (3π/16) μPa (Lubkin, J. Appl. Mech. 18 (1951) 183–187).
+/// A sphere under torsion is Reissner's and Sagoci's disk while it sticks, and as the twist grows
+/// the moment goes to that of sliding, (3π/16) μPa (Lubkin, J. Appl. Mech. 18 (1951) 183–187).
 #[test]
 fn torsion_from_stick_to_sliding() {
-    let hertz = reference::hertz_sphere(4.0, 1.0, 1.0); // ν = ½, G = 1: uncoupled
+    // With ν = ½ and G = 1 normal and tangential contact are uncoupled.
+    let hertz = reference::hertz_sphere(4.0, 1.0, 1.0);
     let twisted = |mu: f64, twist: f64, mesh: u32| {
         let steps = vec![
             Step { approach: Some(1.0), ..Step::default() },
@@ -298,8 +301,8 @@ fn torsion_from_stick_to_sliding() {
     );
 }
 
-/// A flat sole that sticks: stiffness against each motion, by prescribing the forces; no coupling
-/// at ν = ½.
+/// A flat sole that sticks has the stiffness of theory against each motion, when the forces are
+/// prescribed. There is no coupling at ν = ½.
 #[test]
 fn a_sticking_disk_is_as_stiff_as_theory_says() {
     let meshes = [12, 24, 48];
@@ -329,8 +332,8 @@ fn a_sticking_disk_is_as_stiff_as_theory_says() {
     }
 }
 
-/// What governs the punch may change from step to step: prescribing what is there already changes
-/// nothing.
+/// The controls that govern the punch may change from step to step: prescribing a value that is
+/// there already changes nothing.
 #[test]
 fn changing_what_governs_the_punch_changes_nothing() {
     let mut scene = scene(Shape::Sphere { radius: 1.0 }, 1.0, 0.3, 0.3, Step::default());
@@ -377,8 +380,8 @@ fn changing_what_governs_the_punch_changes_nothing() {
     }
 }
 
-/// More than friction carries, or a load beside the sole: an outcome that says so and where, with
-/// everything before it kept.
+/// A force that is more than friction carries, or a load beside the sole, is an outcome that says
+/// so and names the step. Everything before it is kept.
 #[test]
 fn a_path_that_cannot_be_followed_says_where_it_ends() {
     let press = Step { normal_force: Some(1.0), ..Step::default() };
@@ -401,7 +404,7 @@ fn a_path_that_cannot_be_followed_says_where_it_ends() {
     );
     assert_eq!(outcome.steps.len(), 3);
     assert!((outcome.steps[1].observables.force_x - 0.3).abs() < 1e-7);
-    // exactly μP is sliding, a little less is not
+    // A force of exactly μP is sliding, one that is a little less is not.
     assert!(
         fails(vec![Step { force_y: Some(0.4), ..press }])
             .1
@@ -412,7 +415,7 @@ fn a_path_that_cannot_be_followed_says_where_it_ends() {
         &newton(16),
     );
     assert!(path[0].observables.slip_elements > 0);
-    // the load follows from the approach; the sliding shows only in solving
+    // The load follows from the approach; the sliding shows only when the step is solved.
     let hertz = reference::hertz_sphere(2.0, 1.0, 1.0);
     let given = Step { approach: Some(1.0), ..Step::default() };
     let (outcome, reason) =
@@ -434,8 +437,8 @@ fn a_path_that_cannot_be_followed_says_where_it_ends() {
     );
 }
 
-/// A closed cycle of the motion in both directions: what the forces put in over a cycle is lost to
-/// friction, the better the smaller the steps; each increment loses energy or none.
+/// In a closed cycle of the motion in both directions, friction takes all that the forces put in
+/// over a cycle, the more exactly the smaller the steps. Each increment loses energy or none.
 #[test]
 fn a_closed_cycle_loses_what_is_put_in() {
     let corner = |x: f64, y: f64, increments: u32| Step {

@@ -1,7 +1,7 @@
-//! Cases that other programs solved on the same discrete problem (midpoint projection). CONTACT's
-//! half-space cases of one step: resultants, peaks, energy and sampled tractions to 1e-6 relative,
-//! numbers of elements in contact, sticking and slipping exactly; its loading paths: the same
-//! figures after every step.
+//! Other programs solved these cases on the same discrete problem (midpoint projection). CONTACT's
+//! half-space cases of one step meet resultants, peaks, energy and sampled tractions to 1e-6
+//! relative, and numbers of elements in contact, sticking and slipping exactly. Its loading paths
+//! meet the same figures after every step.
 
 use std::sync::Arc;
 
@@ -25,17 +25,18 @@ fn case(id: &str) {
     let (n, width) = (number("n") as usize, number("L"));
 
     let mut surfaces = Surfaces::new();
-    // a height map counts its gap from its highest pixel, the case from the spheres' own lowest
-    // point
+    // A height map counts its gap from its highest pixel, the case from the spheres' own lowest
+    // point.
     let mut lowest = 0.0;
     let shape = match case["shape"]["type"].as_str().unwrap() {
-        // gap b1 x² + b3 y²
+        // The gap is b1 x² + b3 y².
         "quadratic" => Shape::Ellipsoid {
             radius_x: 0.5 / case["shape"]["b1"].as_f64().unwrap(),
             radius_y: 0.5 / case["shape"]["b3"].as_f64().unwrap(),
         },
         "flat" => Shape::FlatRectangle { width_x: width, width_y: width },
-        // the lower envelope of two paraboloids, as a height map whose pixels are the elements
+        // The shape is the lower envelope of two paraboloids, as a height map whose pixels are the
+        // elements.
         "two_spheres" => {
             let (d, radius) =
                 (case["shape"]["d"].as_f64().unwrap(), case["shape"]["R"].as_f64().unwrap());
@@ -50,7 +51,7 @@ fn case(id: &str) {
         }
         other => panic!("unknown shape {other}"),
     };
-    // load-controlled cases come with the approach that their solution has
+    // Load-controlled cases come with the approach that their solution has.
     let approach = case["expected"]["delta"].as_f64().unwrap();
     let step = Step {
         approach: Some(approach - lowest),
@@ -143,8 +144,8 @@ fn every_one_step_case_has_its_test() {
     assert_eq!(file["one_step_cases"].as_array().unwrap().len(), 12);
 }
 
-/// A path of a sphere, both by given motion; the names of the resultants are those of the one-step
-/// cases.
+/// Checks a path of a sphere, with approach and shift given as motions. The names of the resultants
+/// are those of the one-step cases.
 fn history(id: &str) {
     let file: Value = serde_json::from_str(&reference("peer_cases.json")).unwrap();
     let case = file["history_cases"]
@@ -202,7 +203,7 @@ fn pressed_in_eight_steps() {
     history("history_load_8_steps");
 }
 
-/// A layered foundation, solved by others with their own influence coefficients.
+/// Checks a layered foundation, which others solved with influence coefficients of their own.
 fn layered(id: &str) {
     let file: Value = serde_json::from_str(&reference("peer_cases.json")).unwrap();
     let case = file["layered_cases"]

@@ -1,4 +1,4 @@
-//! The lower side of μ*: against a prototype's figures, and as a certificate.
+//! The lower side of μ* meets a prototype's figures, and holds as a certificate.
 
 use contact::numerics::{Mesh, Projection};
 use contact::scene::{Base, Foundation, Material};
@@ -32,8 +32,8 @@ fn bound(system: &System, freedom: Freedom) -> LowerBound {
     bound
 }
 
-/// Figures of an independent prototype (Python, scipy): square Ω, rigid punch, averages over
-/// elements.
+/// The figures come from an independent prototype (Python, scipy) for a square Ω, a rigid punch and
+/// averages over elements.
 #[test]
 fn reproduces_the_prototype() {
     struct Case {
@@ -68,8 +68,8 @@ fn reproduces_the_prototype() {
     }
 }
 
-/// Figures of an independent prototype for displacements at midpoints; it was run with two weights
-/// to four digits.
+/// The figures come from an independent prototype for displacements at midpoints; it was run with
+/// two weights to four digits.
 #[test]
 fn reproduces_the_prototype_at_midpoints() {
     for (n, expected) in [(4, 3.262), (8, 2.330), (16, 1.690)] {
@@ -105,7 +105,8 @@ fn without_coupling_there_is_no_bound() {
     }
 }
 
-/// F(μ) of the whole in the order of the fields, without symmetry: what the blocks stand for.
+/// Returns the smallest eigenvalue of the whole F(μ) in the order of the fields, without symmetry,
+/// which the blocks stand for.
 fn smallest_eigenvalue(system: &System, bound: &LowerBound, mu: f64) -> f64 {
     let (matrix, k, orbit) = (system.matrix(), system.elements(), orbits(system));
     let size = 3 * k;
@@ -166,7 +167,7 @@ fn refuses_what_proves_nothing() {
     }
     assert_eq!(verify_up_to(&system, &good, 6), Err(VerifyError::TooLarge { rows: 7, most: 6 }));
     assert_eq!(verify_up_to(&system, &good, 7), Ok(()));
-    // weights of another body
+    // The weights are those of another body.
     let other = System::new(&question([3, 3], 0.0)).unwrap();
     assert!(verify(&other, &good).is_err());
 }
@@ -196,8 +197,8 @@ fn same_bytes_on_any_number_of_threads() {
     assert_eq!(one, three);
 }
 
-/// Carried over from a coarse mesh the weights lose little against those found on the fine one, and
-/// are proven just as well.
+/// Carried over from a coarse mesh, the weights lose little against those found on the fine one,
+/// and are proven just as well.
 #[test]
 fn weights_of_a_coarse_mesh_serve_a_fine_one() {
     let [coarse, fine] = [8, 16].map(|n| System::new(&question([n, n], 0.3)).unwrap());
@@ -209,7 +210,7 @@ fn weights_of_a_coarse_mesh_serve_a_fine_one() {
     verify(&fine, &carried).unwrap();
     let (two, all) = (bound(&fine, Freedom::Global).mu, bound(&fine, Freedom::PerOrbit).mu);
     assert!(carried.mu > two && carried.mu <= all * (1.0 + 1e-4), "{two} < {} < {all}", carried.mu);
-    // without a factorisation: less, and it says so
+    // Without a factorisation the bound is lower, and says so.
     let Lower::Bound(guessed) = lower_from(&fine, &coarse, &weights, 0).unwrap() else {
         panic!("unbounded")
     };
@@ -217,8 +218,8 @@ fn weights_of_a_coarse_mesh_serve_a_fine_one() {
     verify(&fine, &guessed).unwrap();
 }
 
-/// Nothing but the ratios of α and β matters, not even below the normal numbers, where there is no
-/// rounding to allow for.
+/// Only the ratios of α and β matter, even below the normal numbers, where there is no rounding to
+/// allow for.
 #[test]
 fn scale_proves_nothing() {
     let system = System::new(&question([3, 3], 0.3)).unwrap();
@@ -243,16 +244,16 @@ fn scale_proves_nothing() {
     }
 }
 
-/// The weaker the coupling the larger both ends, and with two by two elements they meet.
+/// The weaker the coupling, the larger both ends are; with two by two elements they meet.
 #[test]
 fn weak_coupling_has_a_large_bound() {
     let system = System::new(&question([2, 2], 0.499_999_9)).unwrap();
     let found = bound(&system, Freedom::PerOrbit);
-    // like 1/(1 − 2ν), 4.702 for ν = 0.3
+    // The bound goes like 1/(1 − 2ν), and is 4.702 for ν = 0.3.
     assert!(found.mu > 4e6, "{}", found.mu);
 }
 
-/// Weights that make S indefinite are given up for the same ones everywhere.
+/// Weights that make S indefinite are replaced by equal weights everywhere.
 #[test]
 fn weights_that_do_not_serve_are_replaced() {
     let [coarse, fine] = [4, 8].map(|n| System::new(&question([n, n], 0.3)).unwrap());
@@ -274,7 +275,7 @@ fn weights_that_do_not_serve_are_replaced() {
     );
 }
 
-/// 48 × 48 elements, 6912 unknowns.
+/// The mesh has 48 × 48 elements, and the problem 6912 unknowns.
 #[test]
 #[ignore = "minutes without optimisation"]
 fn forty_eight_elements_across() {

@@ -1,5 +1,5 @@
-//! The upper side of μ*: the figures known, what they may not depend on, and that a witness which
-//! shows nothing is refused.
+//! The upper side of μ* meets the figures known and does not depend on units, turns and threads; a
+//! witness that shows nothing is refused.
 
 use contact::numerics::{Mesh, Projection};
 use contact::scene::{Base, Foundation, Layer, Material};
@@ -7,7 +7,7 @@ use contact::uniqueness::upper::{Search, Upper, upper};
 use contact::uniqueness::witness::{Witness, WitnessError};
 use contact::uniqueness::{Bracket, Effort, Question, Sole, System, bracket, lower};
 
-/// A rigid square on a half-space.
+/// Returns the question for a rigid square on a half-space.
 fn square(n: u32, poisson: f64) -> Question {
     Question {
         foundation: Foundation::half_space(Material { shear_modulus: 80e9, poisson }),
@@ -80,8 +80,8 @@ fn refuses_what_shows_nothing() {
     let found = witness(&question, BRIEF);
     assert!(found.verify(&system).is_ok());
     for entry in 0..found.x.len() {
-        // against x₁ the pressure of an element makes its x₁y₁ positive; a tangential traction
-        // moves all y₁
+        // Against x₁, the pressure of an element makes its x₁y₁ positive; a tangential traction
+        // moves all y₁.
         let mut changed = found.clone();
         changed.x[entry] *= 1.0 + 1e-3;
         let mut other = found.clone();
@@ -112,7 +112,8 @@ fn refuses_what_shows_nothing() {
     assert!(found.verify(&elsewhere).is_err());
 }
 
-/// Numbers whose products are none show no more than others, and those of a witness no less.
+/// Numbers whose products underflow to zero show no more than others, and those of a witness show
+/// no less.
 #[test]
 fn the_length_of_x_has_no_influence() {
     for n in [2, 11] {
@@ -137,7 +138,7 @@ fn the_length_of_x_has_no_influence() {
             Witness { x: found.x.iter().map(|x| x * 2_f64.powi(power)).collect(), ..found.clone() };
         assert_eq!(scaled.verify(&system), found.verify(&system), "{power}");
     }
-    // small beside the others alone
+    // One number alone is small beside the others.
     let mut uneven = found.clone();
     uneven.x[0] *= -1e-200;
     assert!(uneven.verify(&system).is_err());
@@ -161,7 +162,7 @@ fn a_quarter_turn_changes_nothing() {
     tall.mesh = Mesh::Exact([2, 3]);
     tall.sole = Sole::Rectangle { width_x: 0.02, width_y: 0.03 };
     let found = witness(&long, BRIEF);
-    // turned: (x, y) → (−y, x)
+    // The turn maps (x, y) → (−y, x).
     let mut turned = found.clone();
     for element in 0..6 {
         let (column, row) = (element % 3, element / 3);
@@ -203,11 +204,12 @@ fn disks_layers_and_midpoints_have_witnesses() {
         let found = witness(question, BRIEF);
         assert!(found.verify(&System::new(question).unwrap()).is_ok());
     }
-    // ε takes from the share of the coupling
+    // A positive ε takes from the share of the coupling.
     assert!(witness(&regular, BRIEF).mu > witness(&square(2, 0.3), BRIEF).mu);
 }
 
-/// What couples is weak beside ε there: random starts have to find what stripes do not lead to.
+/// The coupling is weak beside ε there: random starts have to find a witness that stripes do not
+/// lead to.
 #[test]
 fn a_large_epsilon_has_witnesses_on_more_elements() {
     let question = Question { epsilon: 0.3, ..square(5, 0.3) };

@@ -1,4 +1,4 @@
-//! Answers that are known: closed forms, statics, limits and scaling.
+//! Scenes at the limits meet the answers that are known: closed forms, statics, limits and scaling.
 
 use super::*;
 use contact::outcome::StepOutcome;
@@ -60,9 +60,9 @@ fn layers_tend_to_what_is_known() {
         1e-9,
     );
 
-    // Hogg's plate: P l²/(3√3 D) under a point load, l³ = D/K, D = Gh³/6(1−ν), Kk the pressure of
-    // the half-space, whose surface the plate keeps from moving sideways, under a wave of unit
-    // height
+    // Hogg's plate sinks by P l²/(3√3 D) under a point load, with l³ = D/K and D = Gh³/6(1−ν). Kk
+    // is the pressure of the half-space, whose surface the plate keeps from moving sideways, under
+    // a wave of unit height.
     let (p, nu, h) = (1e-3, 0.3, 0.1_f64);
     let (stiff, _) = solved(&case("plate", Certified, |s, _| {
         s.foundation.layers = vec![layer(1e12, h)];
@@ -86,7 +86,7 @@ fn thin_layers_on_rigid_bases_are_springs() {
             };
         })
     };
-    // each element for itself: p h / M = δ − g, M = 2G(1−ν)/(1−2ν)
+    // Each element stands for itself: p h / M = δ − g, with M = 2G(1−ν)/(1−2ν).
     let (case, h) = (thin(0.3, 2e-8), 0.02);
     let springs: f64 = (0..256)
         .map(|e| {
@@ -99,9 +99,9 @@ fn thin_layers_on_rigid_bases_are_springs() {
         .map(|gap| (0.01 - gap).max(0.0) * h * h * 2.0 * 0.7 / 0.4 / 2e-8)
         .sum();
     near("springs", load(&case), springs, 1e-5);
-    // once the layer is thin against the elements, what an incompressible one carries goes as 1/h²
-    // for elements of constant pressure; tangential displacements are a million times as large as
-    // normal ones, and a residual in their units left 1 % of the load open
+    // Once the layer is thin against the elements, the load that an incompressible one carries goes
+    // as 1/h² for elements of constant pressure. Tangential displacements are a million times as
+    // large as normal ones, and a residual in their units left 1 % of the load open.
     near("incompressible", load(&thin(0.5, 2e-8)), 100.0 * load(&thin(0.5, 2e-7)), 1e-3);
 }
 
@@ -117,7 +117,7 @@ fn materials_friction_and_regularisation_tend_to_what_is_known() {
     let plain = load(&case("ε = 0", Certified, |_, _| {}));
     let epsilon = |epsilon: f64| case("ε", Certified, |_, n| n.epsilon = epsilon);
     near("ε → 0", load(&epsilon(1e-16)), plain, 1e-8);
-    // then p₁ = (δ − g)/ε, in units of cℓ
+    // For ε → ∞ the pressure is p₁ = (δ − g)/ε, in units of cℓ.
     let stiff = epsilon(1e9);
     let problem = Problem::new(&stiff.scene, &stiff.numerics, &stiff.surfaces).unwrap();
     let (end, fields) = solved(&stiff);
@@ -156,7 +156,7 @@ fn sizes_and_moduli_do_not_matter() {
         });
         near("size", load(&sized) / unit / unit, plain, 1e-12);
     }
-    // loads on their own Ω: P goes as δ^(3/2)
+    // Under a load with an Ω that follows from it, P goes as δ^(3/2).
     let approach = |force: f64| {
         solved(&case("load", Certified, |s, _| s.loading.steps = vec![loaded(force)]))
             .0
@@ -170,7 +170,7 @@ fn sizes_and_moduli_do_not_matter() {
 
 #[test]
 fn few_elements_and_all_of_them() {
-    // of one element in contact: P = (δ − g) h²/A, g = h²/12R
+    // One element in contact carries P = (δ − g) h²/A, with g = h²/12R.
     let one = |mesh: u32, width: f64, step: Step| {
         solved(&case("one", Certified, |s, n| {
             n.mesh = Mesh::Across(mesh);
@@ -191,7 +191,7 @@ fn few_elements_and_all_of_them() {
     near("one of many", far.motion.approach - h * h / 12.0, 1e-10 * diagonal / (h * h), 1e-7);
     let single = one(1, h, pressed(0.01));
     near("the only one", single.observables.load, (0.01 - h * h / 12.0) * h * h / diagonal, 1e-7);
-    // one row is one row, whichever way it lies
+    // A row of elements gives the same along x and along y.
     let row = |mesh: [u32; 2], step: Step| {
         load(&case("row", Certified, |s, n| {
             n.mesh = Mesh::Exact(mesh);
@@ -206,7 +206,7 @@ fn few_elements_and_all_of_them() {
     };
     let along_x = row([20, 1], Step { shift_x: Some(0.002), ..pressed(0.01) });
     near("a row", row([1, 20], Step { shift_y: Some(0.002), ..pressed(0.01) }), along_x, 1e-9);
-    // and elements 1000 times as long as wide, whichever way
+    // Elements 1000 times as long as wide give the same along x and along y.
     let strip = |width: [f64; 2], step: Step| {
         load(&case("strip", Certified, |s, n| {
             n.mesh = Mesh::Exact([16, 16]);
@@ -221,8 +221,8 @@ fn few_elements_and_all_of_them() {
         upright,
         1e-7,
     );
-    // where all is in contact the punch's curvature is only an offset, and with none of it a sphere
-    // is flat
+    // Where all elements are in contact, the punch's curvature is only an offset; a sphere without
+    // curvature is flat.
     let flat = load(&case("flat", Certified, |s, _| s.punch.shape = rectangle(0.3, 0.3)));
     let round = load(&case("round", Certified, |s, _| {
         (s.domain, s.punch.shape) = (square(0.3), Shape::Sphere { radius: 1e100 })
@@ -301,7 +301,7 @@ fn two_hundred_steps_do_not_drift() {
             near("force", step.observables.force_x, pulled, 1e-7);
         }
     }
-    // once it has shaken down the same state comes back, cycle after cycle
+    // Once the contact has shaken down, the same state comes back cycle after cycle.
     let end_of = |cycle: usize| &outcome.steps[2 * cycle];
     for (name, figure) in [
         ("energy", (|step: &StepOutcome| step.observables.energy) as fn(&StepOutcome) -> f64),

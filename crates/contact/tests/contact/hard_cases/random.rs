@@ -1,15 +1,15 @@
-//! Scenes of all kinds with sizes, stiffnesses and loads over many decades: whatever is asked,
-//! there is an end, and what counts as solved is.
+//! Scenes of all kinds have sizes, stiffnesses and loads over many decades. Every one of them has
+//! an end, and every one that counts as solved is solved.
 
 use super::*;
 use proptest::prelude::*;
 
-/// 10^exponent.
+/// Generates 10^exponent for exponents from `low` to `high`.
 fn decades(low: f64, high: f64) -> impl Strategy<Value = f64> {
     (low..high).prop_map(|exponent| 10f64.powf(exponent))
 }
 
-/// In units of one modulus: ordinary most of the time, else far from it.
+/// Generates a modulus in units of one modulus: ordinary most of the time, else far from it.
 fn modulus() -> impl Strategy<Value = f64> {
     prop_oneof![3 => Just(1.0), 3 => decades(-3.0, 3.0), 1 => decades(-7.5, 7.5)]
 }
@@ -55,20 +55,20 @@ fn shape() -> impl Strategy<Value = Shape> {
     ]
 }
 
-/// Nothing, or any size and sign.
+/// Generates no value, or a value of any size and sign.
 fn either() -> impl Strategy<Value = Option<f64>> {
     let any = (decades(-8.0, 3.0), any::<bool>())
         .prop_map(|(size, positive)| if positive { size } else { -size });
     prop_oneof![3 => Just(None), 1 => Just(Some(0.0)), 2 => any.prop_map(Some)]
 }
 
-/// What a step asks of one degree of freedom: nothing, a motion, or a force.
+/// Generates the control of one degree of freedom in a step: none, a motion, or a force.
 fn control() -> impl Strategy<Value = [Option<f64>; 2]> {
     (either(), any::<bool>())
         .prop_map(|(value, motion)| if motion { [value, None] } else { [None, value] })
 }
 
-/// Forces are in units of the foundation's modulus.
+/// Generates a step; its forces are in units of the foundation's modulus.
 fn step() -> impl Strategy<Value = Step> {
     let pressing = prop_oneof![
         3 => decades(-8.0, 1.0).prop_map(|approach| [Some(approach), None]),
