@@ -199,10 +199,31 @@ proptest! {
             _ => Shape::Cone { angle: 0.4 },
         };
         let [tilt_x, tilt_y, twist] = rotation.map(Some);
-        let step = Step { approach: Some(approach), shift_x: Some(shift[0]), shift_y: Some(shift[1]), tilt_x, tilt_y, twist, ..Step::default() };
+        let step = Step {
+            approach: Some(approach),
+            shift_x: Some(shift[0]),
+            shift_y: Some(shift[1]),
+            tilt_x,
+            tilt_y,
+            twist,
+            ..Step::default()
+        };
         let scene = scene(shape, 1.0, poisson, mu, step);
-        let numerics = Numerics { epsilon, ceiling, max_iterations: 5000, ..numerics(Mesh::Exact(mesh), Projection::Average, 1e-10) };
-        let run = |method| solve(&scene, &Numerics { method, ..numerics.clone() }, &Surfaces::new(), &mut Operators::default()).unwrap();
+        let numerics = Numerics {
+            epsilon,
+            ceiling,
+            max_iterations: 5000,
+            ..numerics(Mesh::Exact(mesh), Projection::Average, 1e-10)
+        };
+        let run = |method| {
+            solve(
+                &scene,
+                &Numerics { method, ..numerics.clone() },
+                &Surfaces::new(),
+                &mut Operators::default(),
+            )
+            .unwrap()
+        };
         let ((seidel, one), (newton, other)) = (run(Method::Seidel), run(Method::Newton));
         if seidel.status == Status::Certified {
             prop_assert_eq!(&newton.status, &Status::Certified);

@@ -61,26 +61,38 @@ fn distances(a: &Fields, b: &Fields) -> [f64; 2] {
 
 proptest! {
     #[test]
-    fn the_distance_between_grids_is_a_metric(a in any_fields(), b in any_fields(), c in any_fields()) {
-        let (ab, ba, bc, ac) = (distances(&a, &b), distances(&b, &a), distances(&b, &c), distances(&a, &c));
+    fn the_distance_between_grids_is_a_metric(
+        a in any_fields(),
+        b in any_fields(),
+        c in any_fields(),
+    ) {
+        let (ab, ba, bc, ac) =
+            (distances(&a, &b), distances(&b, &a), distances(&b, &c), distances(&a, &c));
         prop_assert_eq!(ab, ba);
         prop_assert_eq!(distances(&a, &a), [0.0; 2]);
         for k in 0..2 {
             prop_assert!(ac[k] <= (ab[k] + bc[k]) * (1.0 + 1e-14));
             prop_assert!(ab[k] > 0.0);
         }
-        let direct: f64 = a.pressure.iter().map(|p| p * p).sum::<f64>() * a.element[0] * a.element[1];
+        let direct: f64 =
+            a.pressure.iter().map(|p| p * p).sum::<f64>() * a.element[0] * a.element[1];
         prop_assert!((norms::norm(&a).unwrap().pressure / direct.sqrt() - 1.0).abs() < 1e-13);
     }
 
     #[test]
-    fn splitting_elements_changes_nothing(a in any_fields(), b in any_fields(), parts in [1..5u32, 1..5u32]) {
+    fn splitting_elements_changes_nothing(
+        a in any_fields(),
+        b in any_fields(),
+        parts in [1..5u32, 1..5u32],
+    ) {
         let finer = split(&a, parts);
         prop_assert_eq!(distances(&a, &finer), [0.0; 2]);
         for (whole, parted) in distances(&a, &b).iter().zip(distances(&finer, &b)) {
             prop_assert!((whole / parted - 1.0).abs() < 1e-12, "{whole} {parted}");
         }
-        for (whole, parted) in norms::resultants(&a).unwrap().iter().zip(norms::resultants(&finer).unwrap()) {
+        for (whole, parted) in
+            norms::resultants(&a).unwrap().iter().zip(norms::resultants(&finer).unwrap())
+        {
             prop_assert!((whole - parted).abs() < 1e-13);
         }
     }
@@ -88,9 +100,15 @@ proptest! {
     /// Local means are a projection: they shorten distances and keep a field that is already
     /// constant on the parts.
     #[test]
-    fn local_means_are_a_projection(a in any_fields(), b in any_fields(), nx in 1..6usize, ny in 1..6usize) {
+    fn local_means_are_a_projection(
+        a in any_fields(),
+        b in any_fields(),
+        nx in 1..6usize,
+        ny in 1..6usize,
+    ) {
         let onto = norms::parts(&b, [nx, ny]).unwrap();
-        let (p, q) = (norms::local_means(&a, &onto).unwrap(), norms::local_means(&b, &onto).unwrap());
+        let (p, q) =
+            (norms::local_means(&a, &onto).unwrap(), norms::local_means(&b, &onto).unwrap());
         for (means, whole) in distances(&p, &q).iter().zip(distances(&a, &b)) {
             prop_assert!(*means <= whole * (1.0 + 1e-12));
         }

@@ -251,15 +251,23 @@ proptest! {
         }
         let mut scene = scene(shape, 1.0, 0.3, mu, Step::default());
         scene.loading = Loading::path(steps);
-        scene.domain = Some(Domain { width_x: 2.6, width_y: 2.0, center_x: center[0], center_y: center[1] });
+        scene.domain =
+            Some(Domain { width_x: 2.6, width_y: 2.0, center_x: center[0], center_y: center[1] });
         match bodies {
             0 => scene.punch.material = Some(STEEL),
-            1 => scene.foundation = Foundation::half_space(Material { shear_modulus: 1.0, poisson: 0.5 }),
+            1 => {
+                scene.foundation =
+                    Foundation::half_space(Material { shear_modulus: 1.0, poisson: 0.5 })
+            }
             2 => {
                 let cork = Material { shear_modulus: 1.0, poisson: 0.0 };
-                (scene.foundation, scene.punch.material) = (Foundation::half_space(cork), Some(cork));
+                (scene.foundation, scene.punch.material) =
+                    (Foundation::half_space(cork), Some(cork));
             }
-            3 => scene.foundation.layers = vec![Layer { shear_modulus: 3.0, poisson: 0.2, thickness: 0.4 }],
+            3 => {
+                scene.foundation.layers =
+                    vec![Layer { shear_modulus: 3.0, poisson: 0.2, thickness: 0.4 }]
+            }
             _ => {}
         }
         agree(&scene, mesh);

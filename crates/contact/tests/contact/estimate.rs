@@ -388,7 +388,8 @@ fn the_solvers_part_covers_what_is_left_of_its_residual() {
                 if error > 1e-9 {
                     if estimate < error {
                         println!(
-                            "missed: {name}, {mesh}, {tolerance:e} {method:?}: {estimate:.2e} for {error:.2e}"
+                            "missed: {name}, {mesh}, {tolerance:e} {method:?}: \
+                             {estimate:.2e} for {error:.2e}"
                         );
                     }
                     ratios.push(estimate / error);

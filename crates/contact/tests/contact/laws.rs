@@ -408,9 +408,15 @@ proptest! {
     /// solution that is not one.
     #[test]
     fn every_scene_ends_honestly(
-        poisson in 0.0..=0.5f64, mu in prop_oneof![Just(0.0), 0.0..2.0f64], approach in -0.1..1.0f64,
-        shift in prop::array::uniform2(-0.3..0.3f64), rotation in prop::array::uniform3(-0.2..0.2f64),
-        shape in 0usize..5, mesh in prop::array::uniform2(1u32..12), epsilon in prop_oneof![Just(0.0), 1e-6..1.0f64], midpoint: bool,
+        poisson in 0.0..=0.5f64,
+        mu in prop_oneof![Just(0.0), 0.0..2.0f64],
+        approach in -0.1..1.0f64,
+        shift in prop::array::uniform2(-0.3..0.3f64),
+        rotation in prop::array::uniform3(-0.2..0.2f64),
+        shape in 0usize..5,
+        mesh in prop::array::uniform2(1u32..12),
+        epsilon in prop_oneof![Just(0.0), 1e-6..1.0f64],
+        midpoint: bool,
     ) {
         let shape = match shape {
             0 => Shape::Sphere { radius: 1.0 },
@@ -419,13 +425,22 @@ proptest! {
             3 => Shape::FlatDisk { radius: 1.0 },
             _ => Shape::Cone { angle: 0.4 },
         };
-        let step = Step { approach: Some(approach), shift_x: Some(shift[0]), shift_y: Some(shift[1]), tilt_x: Some(rotation[0]), tilt_y: Some(rotation[1]), twist: Some(rotation[2]), ..Step::default() };
+        let step = Step {
+            approach: Some(approach),
+            shift_x: Some(shift[0]),
+            shift_y: Some(shift[1]),
+            tilt_x: Some(rotation[0]),
+            tilt_y: Some(rotation[1]),
+            twist: Some(rotation[2]),
+            ..Step::default()
+        };
         let scene = scene(shape, 1.0, poisson, mu, step);
         let projection = if midpoint { Projection::Midpoint } else { Projection::Average };
         let mut numerics = numerics(Mesh::Exact(mesh), projection, 1e-9);
         numerics.epsilon = epsilon;
         numerics.max_iterations = 3000;
-        let (outcome, fields) = solve(&scene, &numerics, &Surfaces::new(), &mut Operators::default()).unwrap();
+        let (outcome, fields) =
+            solve(&scene, &numerics, &Surfaces::new(), &mut Operators::default()).unwrap();
         match outcome.status {
             Status::Certified => {
                 let end = outcome.last().unwrap();

@@ -354,19 +354,46 @@ proptest! {
     /// one solution.
     #[test]
     fn below_the_end_of_the_uniqueness_set_there_is_one_solution(
-        ground in 0usize..4, share in 0.3..1.0f64, is_sphere: bool, seed: u64,
-        motions in prop::collection::vec((-0.2..1.0f64, prop::array::uniform2(-1.5..1.5f64), prop::array::uniform3(-1.0..1.0f64)), 1..5),
+        ground in 0usize..4,
+        share in 0.3..1.0f64,
+        is_sphere: bool,
+        seed: u64,
+        motions in prop::collection::vec(
+            (
+                -0.2..1.0f64,
+                prop::array::uniform2(-1.5..1.5f64),
+                prop::array::uniform3(-1.0..1.0f64),
+            ),
+            1..5,
+        ),
     ) {
         let Ground { n, poisson, low } = GROUNDS[ground];
-        let shape = if is_sphere { Shape::Sphere { radius: 1.0 } } else { Shape::FlatRectangle { width_x: 2.0, width_y: 2.0 } };
+        let shape = if is_sphere {
+            Shape::Sphere { radius: 1.0 }
+        } else {
+            Shape::FlatRectangle { width_x: 2.0, width_y: 2.0 }
+        };
         let mut scene = scene(shape, 1.0, poisson, share * low, Step::default());
         scene.domain = square(2.0);
         let steps = motions.into_iter().map(|(approach, [x, y], [tilt_x, tilt_y, twist])| Step {
-            approach: Some(approach), shift_x: Some(x), shift_y: Some(y), tilt_x: Some(tilt_x), tilt_y: Some(tilt_y), twist: Some(twist), ..Step::default()
+            approach: Some(approach),
+            shift_x: Some(x),
+            shift_y: Some(y),
+            tilt_x: Some(tilt_x),
+            tilt_y: Some(tilt_y),
+            twist: Some(twist),
+            ..Step::default()
         });
         scene.loading = Loading::path(steps.collect());
         let settings = Search { starts: 6, seed };
-        let found = search(&scene, &exactly([n, n]), &Surfaces::new(), &mut Operators::default(), &settings).unwrap();
+        let found = search(
+            &scene,
+            &exactly([n, n]),
+            &Surfaces::new(),
+            &mut Operators::default(),
+            &settings,
+        )
+        .unwrap();
         prop_assert_eq!(&found.status, &Status::Certified);
         prop_assert_eq!(found.solutions.len(), 1);
         prop_assert!(found.solutions[0].index.is_none_or(|index| index >= 0));

@@ -399,7 +399,10 @@ fn a_path_that_cannot_be_followed_says_where_it_ends() {
         Step { force_x: Some(0.66), increments: 3, ..Step::default() },
     ]);
     assert!(
-        reason.starts_with("loading.steps[2], increment 1 of 3: gross sliding: the contact cannot carry force_x = 4.200000e-1"),
+        reason.starts_with(
+            "loading.steps[2], increment 1 of 3: gross sliding: \
+             the contact cannot carry force_x = 4.200000e-1"
+        ),
         "{reason}"
     );
     assert_eq!(outcome.steps.len(), 3);
@@ -432,7 +435,8 @@ fn a_path_that_cannot_be_followed_says_where_it_ends() {
     (flat.punch.shape, flat.domain) = (Shape::FlatDisk { radius: 1.0 }, None);
     let outcome = solve(&flat, &newton(16), &Surfaces::new(), &mut Operators::default()).unwrap().0;
     assert!(
-        matches!(&outcome.status, Status::Failed { reason } if reason.starts_with("no pressure under the sole has moment_y = 1.1")),
+        matches!(&outcome.status, Status::Failed { reason }
+            if reason.starts_with("no pressure under the sole has moment_y = 1.1")),
         "{outcome:?}"
     );
 }

@@ -163,7 +163,8 @@ fn rows() -> Vec<Row> {
 #[test]
 fn the_benchmarks_positions_meet_contact() {
     println!(
-        "own minus CONTACT's: location and height in µm, angle in mrad, the rest in %; then Hertz's ellipse minus our own in %"
+        "own minus CONTACT's: location and height in µm, angle in mrad, the rest in %; \
+         then Hertz's ellipse minus our own in %"
     );
     println!(
         "case      x      y      z  angle  height  approach   peak   area elements |  peak   area"
@@ -191,7 +192,8 @@ fn the_benchmarks_positions_meet_contact() {
         let hertz_peak = percent(hertz.peak_pressure, found.peak_pressure);
         let hertz_area = percent(PI * hertz.semi_axis_x * hertz.semi_axis_y, found.contact_area);
         println!(
-            "{:>4} {x:6.2} {y:6.2} {z:6.2} {angle:6.3} {height:7.2} {approach:9.2} {peak:6.2} {area:6.2} {elements:8} | {hertz_peak:5.1} {hertz_area:6.1}",
+            "{:>4} {x:6.2} {y:6.2} {z:6.2} {angle:6.3} {height:7.2} {approach:9.2} \
+             {peak:6.2} {area:6.2} {elements:8} | {hertz_peak:5.1} {hertz_area:6.1}",
             row.name
         );
         let case = &row.name;
@@ -241,7 +243,8 @@ fn scenes_of_a_wheel_on_a_rail_meet_contact() {
         profile(include_str!("../../../../sweeps/profiles/MBench_UIC60_v3.prr")),
     );
     println!(
-        "case     x      y      z in µm  angle in mrad  approach  peak  area in %  Hertz's peak and area over ours"
+        "case     x      y      z in µm  angle in mrad  approach  peak  area in %  \
+         Hertz's peak and area over ours"
     );
     for row in rows() {
         let Position { lateral, yaw, roll } = row.position;

@@ -15,7 +15,12 @@ fn modulus() -> impl Strategy<Value = f64> {
 }
 
 fn poisson() -> impl Strategy<Value = f64> {
-    prop_oneof![4 => 0.0..=0.5, 1 => Just(0.0), 1 => Just(0.5), 1 => decades(-12.0, -1.0).prop_map(|d| 0.5 - d)]
+    prop_oneof![
+        4 => 0.0..=0.5,
+        1 => Just(0.0),
+        1 => Just(0.5),
+        1 => decades(-12.0, -1.0).prop_map(|d| 0.5 - d),
+    ]
 }
 
 fn material() -> impl Strategy<Value = Material> {
@@ -166,14 +171,21 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 250, ..ProptestConfig::default() })]
 
     #[test]
-    fn any_scene_ends_and_what_counts_as_solved_is(scene in scenes(), numerics in any_numerics(), seed in 0usize..1000) {
+    fn any_scene_ends_and_what_counts_as_solved_is(
+        scene in scenes(),
+        numerics in any_numerics(),
+        seed in 0usize..1000,
+    ) {
         let mut surfaces = Surfaces::new();
-        let heights = (0..35).map(|pixel| ((pixel * 7919 + seed * 104_729) % 101) as f64 * 1e-4).collect();
+        let heights =
+            (0..35).map(|pixel| ((pixel * 7919 + seed * 104_729) % 101) as f64 * 1e-4).collect();
         surfaces.insert("map".to_owned(), Arc::new(Surface::new(5, 7, heights).unwrap()));
         let case = Case { name: String::new(), scene, numerics, surfaces, end: Certified };
         match solve(&case.scene, &case.numerics, &case.surfaces, &mut Operators::default()) {
             Err(error) => prop_assert!(!error.expected.is_empty()),
-            Ok((Outcome { status: Status::Failed { reason }, .. }, _)) => prop_assert!(!reason.is_empty()),
+            Ok((Outcome { status: Status::Failed { reason }, .. }, _)) => {
+                prop_assert!(!reason.is_empty())
+            }
             Ok((outcome, fields)) => prop_assert_eq!(flaw(&case, &outcome, &fields), None),
         }
     }
