@@ -5,6 +5,7 @@ kernel is periodic; `registerNonPeriodic` gives the half-space's: elements of co
 Prints seconds without the interpreter's start and imports, the relative residual of the natural map as tribosweep's certificate
 defines it (tamaas' TOLERANCE is a complementarity of its own), and the approach.
 """
+
 import json
 import sys
 from math import asinh, pi

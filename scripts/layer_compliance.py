@@ -6,6 +6,7 @@ up to 1e12 between neighbours. Transfer matrices exp(-M k h) of the equations of
 growing exponentials and the cancellation in thin layers eat up, with 40 to spare. `--check` compares with the rows of
 layer_compliance.csv, which come from another formulation.
 """
+
 import random
 import sys
 from pathlib import Path
@@ -52,7 +53,9 @@ def compliance(layers, base, k):
 
 
 def parse(layers, base):
-    numbers = lambda text: tuple(mpf(float(cell)) for cell in text.split(";"))  # the doubles that a program reads
+    numbers = lambda text: tuple(
+        mpf(float(cell)) for cell in text.split(";")
+    )  # the doubles that a program reads
     return [numbers(layer) for layer in layers.split()], None if base == "rigid" else numbers(base)
 
 
@@ -75,17 +78,35 @@ def main():
         return check()
     pick = random.Random(20240607)
     with open(REFERENCE / "layer_compliance_random.csv", "w") as out:
-        print("case,layers(G;nu;h top to bottom),base(G;nu or rigid),k,C_LL,C_LN,C_NN,C_TT", file=out)
+        print(
+            "case,layers(G;nu;h top to bottom),base(G;nu or rigid),k,C_LL,C_LN,C_NN,C_TT", file=out
+        )
         for case in range(240):
-            material = lambda: (f"{10 ** pick.uniform(-6, 6):.6g}", pick.choice(["0", "0.5", "0.4999999", f"{pick.uniform(0, 0.5):.4f}"]))
+            material = lambda: (
+                f"{10 ** pick.uniform(-6, 6):.6g}",
+                pick.choice(["0", "0.5", "0.4999999", f"{pick.uniform(0, 0.5):.4f}"]),
+            )
             layers = " ".join(
-                ";".join([*material(), f"{10 ** pick.choice([pick.uniform(-9, 2), pick.uniform(-1, 1)]):.6g}"])
+                ";".join(
+                    [
+                        *material(),
+                        f"{10 ** pick.choice([pick.uniform(-9, 2), pick.uniform(-1, 1)]):.6g}",
+                    ]
+                )
                 for _ in range(pick.randint(1, 5))
             )
             base = pick.choice(["rigid", ";".join(material())])
             k = f"{10 ** pick.uniform(-3, 1):.6g}"
             values = compliance(*parse(layers, base), mpf(float(k)))
-            print(f"random_{case}", layers, base, k, *(nstr(v, 18, min_fixed=0, max_fixed=0) for v in values), sep=",", file=out)
+            print(
+                f"random_{case}",
+                layers,
+                base,
+                k,
+                *(nstr(v, 18, min_fixed=0, max_fixed=0) for v in values),
+                sep=",",
+                file=out,
+            )
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ Radial functions of the surface kernels of layered foundations, r times
 by brute force: the top layer's half-space analytically, the rest, which ends at k h1 = 30, by Gauss rules on octaves of k cut
 into pieces of at most half a wave, in 30 digits. The compliance is that of layer_compliance.py.
 """
+
 from pathlib import Path
 from mpmath import mp, mpf, besselj, pi, nstr
 from mpmath.calculus.quadrature import GaussLegendre
@@ -54,13 +55,24 @@ def kernels(layers, base, radii):
 
 
 def main():
-    path = Path(__file__).resolve().parent.parent / "crates/contact/tests/reference/layer_kernels.csv"
+    path = (
+        Path(__file__).resolve().parent.parent / "crates/contact/tests/reference/layer_kernels.csv"
+    )
     with open(path, "w") as out:
         print("case,layers(G;nu;h top to bottom),base(G;nu or rigid),r,rN,rA,rB,rM", file=out)
         for name, stack, base, radii in STACKS:
             distances = [mpf(float(r)) for r in radii.split()]
             for r, values in zip(radii.split(), kernels(*parse(stack, base), distances)):
-                print(name, stack, base, r, *(nstr(v, 18, min_fixed=0, max_fixed=0) for v in values), sep=",", file=out, flush=True)
+                print(
+                    name,
+                    stack,
+                    base,
+                    r,
+                    *(nstr(v, 18, min_fixed=0, max_fixed=0) for v in values),
+                    sep=",",
+                    file=out,
+                    flush=True,
+                )
 
 
 if __name__ == "__main__":
