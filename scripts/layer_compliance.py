@@ -53,9 +53,10 @@ def compliance(layers, base, k):
 
 
 def parse(layers, base):
-    numbers = lambda text: tuple(
-        mpf(float(cell)) for cell in text.split(";")
-    )  # the doubles that a program reads
+    def numbers(text):
+        # the doubles that a program reads
+        return tuple(mpf(float(cell)) for cell in text.split(";"))
+
     return [numbers(layer) for layer in layers.split()], None if base == "rigid" else numbers(base)
 
 
@@ -77,15 +78,16 @@ def main():
     if "--check" in sys.argv:
         return check()
     pick = random.Random(20240607)
+
+    def material():
+        modulus = f"{10 ** pick.uniform(-6, 6):.6g}"
+        return modulus, pick.choice(["0", "0.5", "0.4999999", f"{pick.uniform(0, 0.5):.4f}"])
+
     with open(REFERENCE / "layer_compliance_random.csv", "w") as out:
         print(
             "case,layers(G;nu;h top to bottom),base(G;nu or rigid),k,C_LL,C_LN,C_NN,C_TT", file=out
         )
         for case in range(240):
-            material = lambda: (
-                f"{10 ** pick.uniform(-6, 6):.6g}",
-                pick.choice(["0", "0.5", "0.4999999", f"{pick.uniform(0, 0.5):.4f}"]),
-            )
             layers = " ".join(
                 ";".join(
                     [
