@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
-"""Writes crates/contact/tests/reference/half_space_integrals.csv (needs mpmath): python3 scripts/half_space_integrals.py
+"""Writes crates/contact/tests/reference/half_space_integrals.csv; needs mpmath.
 
-Integrals of the half-space's surface kernels between boundary elements, as second differences (average) or differences
-(midpoint) of antiderivatives in 100-digit arithmetic, where their cancellation does no harm. `--check` compares the
-antiderivatives with adaptive quadrature of the kernels.
+    python3 scripts/half_space_integrals.py
+
+The integrals of the half-space's surface kernels between boundary elements are second differences
+(average) or differences (midpoint) of antiderivatives in 100-digit arithmetic, where their
+cancellation does no harm. `--check` compares the antiderivatives with adaptive quadrature of the
+kernels.
 """
 
 import sys
@@ -23,7 +26,7 @@ KERNEL = {
 
 
 def times_log(p, a, b):
-    """p ln(a + r), r the distance of (a, b) from the origin; 0 where p is."""
+    """Returns p ln(a + r), with r the distance of (a, b) from the origin; 0 where p is 0."""
     return p * log(a + sqrt(a * a + b * b)) if p else mpf(0)
 
 
@@ -126,7 +129,8 @@ def check():
 def main():
     if "--check" in sys.argv:
         return check()
-    dense = "--dense" in sys.argv  # many more offsets, for measuring; written to standard output
+    # --dense takes many more offsets, for measuring, and writes them to standard output.
+    dense = "--dense" in sys.argv
     sizes = [(1e-3, 1.0), (0.1, 1.0), (1.0, 1.0), (3.0, 1.0), (1e3, 1.0)]
     offsets = [0, 1, 2, 3, 7, 16, 40, 175, 1700, 4096]
     if dense:

@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
-"""Writes crates/contact/tests/reference/layer_compliance_random.csv (needs mpmath): python3 scripts/layer_compliance.py
+"""Writes crates/contact/tests/reference/layer_compliance_random.csv; needs mpmath.
 
-Fourier compliance of random stacks of one to five layers, with layers of any thickness in waves and contrasts of stiffness
-up to 1e12 between neighbours. Transfer matrices exp(-M k h) of the equations of plane strain, in as many digits as the
-growing exponentials and the cancellation in thin layers eat up, with 40 to spare. `--check` compares with the rows of
+    python3 scripts/layer_compliance.py
+
+The table has the Fourier compliance of random stacks of one to five layers, with layers of any
+thickness in waves and contrasts of stiffness up to 1e12 between neighbours. It comes from transfer
+matrices exp(-M k h) of the equations of plane strain, in as many digits as the growing exponentials
+and the cancellation in thin layers eat up, with 40 to spare. `--check` compares with the rows of
 layer_compliance.csv, which come from another formulation.
 """
 
@@ -16,11 +19,16 @@ REFERENCE = Path(__file__).resolve().parent.parent / "crates/contact/tests/refer
 
 
 def transfer(nu, x):
-    """(U, W, q, p) at the upper face from the lower: displacement along k, normal, traction on what is below, per G k."""
+    """Returns the matrix that takes (U, W, q, p) from the lower face of a layer to the upper one.
+
+    U and W are the displacements along k and along the normal; q and p are the tractions that
+    act on the material below, per G k.
+    """
     m = 1 - nu
     a, b, c = 2 / m, nu / m, (1 - 2 * nu) / (2 * m)
     lower = matrix([[0, 1, -1, 0], [-b, 0, 0, -c], [-a, 0, 0, b], [0, 0, -1, 0]])
-    # (M² − 1)² = 0: the exponential is the cubic polynomial in M that meets e^{tx} and its derivative at t = ±1
+    # Since (M² − 1)² = 0, the exponential is the cubic polynomial in M that meets e^{tx} and its
+    # derivative at t = ±1.
     up = -lower
     c3 = (x * cosh(x) - sinh(x)) / 2
     c2 = x * sinh(x) / 2
@@ -41,7 +49,7 @@ def compliance(layers, base, k):
     else:
         c, across = matrix(2, 2), mpf(0)
     for g, nu, h in reversed(layers):
-        x = min(k * h, mpf(400))  # exp(-800) is not felt
+        x = min(k * h, mpf(400))  # A factor exp(-800) is not felt.
         p = transfer(nu, x)
         c *= g * k
         u = p[0:2, 0:2] * c + p[0:2, 2:4]
@@ -54,7 +62,7 @@ def compliance(layers, base, k):
 
 def parse(layers, base):
     def numbers(text):
-        # the doubles that a program reads
+        # The values are the doubles that a program reads.
         return tuple(mpf(float(cell)) for cell in text.split(";"))
 
     return [numbers(layer) for layer in layers.split()], None if base == "rigid" else numbers(base)
