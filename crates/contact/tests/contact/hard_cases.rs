@@ -675,7 +675,7 @@ fn by_the_reference(case: &Case, fields: &Fields) {
     match outcome.status {
         Status::Certified => {
             assert_eq!(flaw(&case, &outcome, &other), None, "{}", case.name);
-            // Where friction is large there may be more than one solution.
+            // With large friction there may be more than one solution.
             if case.scene.friction.mu < 1.0 {
                 assert!(
                     difference(&other, fields) < 1e-4,

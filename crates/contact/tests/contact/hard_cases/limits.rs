@@ -221,7 +221,7 @@ fn few_elements_and_all_of_them() {
         upright,
         1e-7,
     );
-    // Where all elements are in contact, the punch's curvature is only an offset; a sphere without
+    // If all elements are in contact, the punch's curvature is only an offset; a sphere without
     // curvature is flat.
     let flat = load(&case("flat", Certified, |s, _| s.punch.shape = rectangle(0.3, 0.3)));
     let round = load(&case("round", Certified, |s, _| {
