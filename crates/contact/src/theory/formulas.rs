@@ -56,8 +56,10 @@ pub fn cattaneo_shift(
     contact_radius: f64,
     shear_compliance: f64,
 ) -> f64 {
-    let rest = (1.0 - tangential / friction_limit).max(0.0).cbrt();
-    3.0 * friction_limit / (16.0 * contact_radius) * shear_compliance * (1.0 - rest * rest)
+    let stick_ratio = cattaneo_stick_ratio(tangential, friction_limit);
+    3.0 * friction_limit / (16.0 * contact_radius)
+        * shear_compliance
+        * (1.0 - stick_ratio * stick_ratio)
 }
 
 /// Elliptic contact under Hertz's theory.
@@ -80,21 +82,21 @@ pub struct HertzEllipse {
 /// longer one: with κ = b/a, B/A = R_D(0,1,κ²)/R_D(0,κ²,1), a³ = P R_D(0,κ²,1)/(2πE*A), p₀ =
 /// 3P/2πab, δ = 3P R_F(0,κ²,1)/(2πE*a).
 pub fn hertz_ellipse(modulus: f64, curvature_x: f64, curvature_y: f64, load: f64) -> HertzEllipse {
-    let wanted = (curvature_y / curvature_x).ln();
+    let target = (curvature_y / curvature_x).ln();
     // ln(B/A) over ln κ is nearly a straight line, which the secant method follows in a few steps
     let excess = |t: f64| {
         let m = (2.0 * t).exp();
-        (carlson_rd(1.0, m) / carlson_rd(m, 1.0)).ln() - wanted
+        (carlson_rd(1.0, m) / carlson_rd(m, 1.0)).ln() - target
     };
-    let (mut before, mut t) = (0.0, -2.0 / 3.0 * wanted);
-    let mut f_before = excess(before);
+    let (mut previous, mut t) = (0.0, -2.0 / 3.0 * target);
+    let mut f_previous = excess(previous);
     for _ in 0..60 {
         let f = excess(t);
-        if f == 0.0 || f == f_before || t == before {
+        if f == 0.0 || f == f_previous || t == previous {
             break;
         }
-        let next = t - f * (t - before) / (f - f_before);
-        (before, f_before) = (t, f);
+        let next = t - f * (t - previous) / (f - f_previous);
+        (previous, f_previous) = (t, f);
         if (next - t).abs() <= 1e-16 * next.abs() {
             t = next;
             break;
@@ -226,12 +228,12 @@ mod tests {
                 [ellipse.semi_axis_x, ellipse.semi_axis_y, ellipse.peak_pressure, ellipse.approach];
             let other =
                 [turned.semi_axis_y, turned.semi_axis_x, turned.peak_pressure, turned.approach];
-            for (own, expected) in
+            for (value, expected) in
                 found.iter().chain(&other).zip([a, b, peak, approach].iter().cycle())
             {
                 assert!(
-                    (own / expected - 1.0).abs() < 2e-14,
-                    "A/B = {ratio}: {own} for {expected}"
+                    (value / expected - 1.0).abs() < 2e-14,
+                    "A/B = {ratio}: {value} for {expected}"
                 );
             }
             rows += 1;
@@ -244,13 +246,13 @@ mod tests {
         let (modulus, radius) = (3.0, 0.7);
         let circle = hertz_sphere(modulus, radius, 1e-3);
         let ellipse = hertz_ellipse(modulus, 0.5 / radius, 0.5 / radius, circle.load);
-        for (own, expected) in [
+        for (value, expected) in [
             (ellipse.semi_axis_x, circle.radius),
             (ellipse.semi_axis_y, circle.radius),
             (ellipse.peak_pressure, circle.peak_pressure),
             (ellipse.approach, 1e-3),
         ] {
-            assert!((own / expected - 1.0).abs() < 1e-14, "{own} for {expected}");
+            assert!((value / expected - 1.0).abs() < 1e-14, "{value} for {expected}");
         }
     }
 

@@ -103,7 +103,9 @@ pub fn richardson(ladder: &[(f64, f64)]) -> Result<Limit, LadderError> {
         return Ok(Limit { value: last, uncertainty: spread, order: None, trend: Trend::Settled });
     }
     let earlier = (rungs > 3).then(|| extrapolate(three(rungs - 1)));
-    let (Some((value, order)), None | Some(Some(_))) = (extrapolate(finest), earlier) else {
+    let (Some(Extrapolation { limit: value, order }), None | Some(Some(_))) =
+        (extrapolate(finest), earlier)
+    else {
         let tail = &ladder[rungs.saturating_sub(4)..];
         let mean = tail.iter().map(|rung| rung.1).sum::<f64>() / tail.len() as f64;
         let factor = if tail.len() > 3 { 1.5 } else { 2.0 };
@@ -114,25 +116,30 @@ pub fn richardson(ladder: &[(f64, f64)]) -> Result<Limit, LadderError> {
             trend: Trend::Scattered,
         });
     };
-    let left = (value - last).abs();
+    let distance = (value - last).abs();
     let (uncertainty, trend) = match earlier.flatten() {
-        None => (1.25 * left, Trend::Converging),
-        Some((other, other_order))
-            if (order - other_order).abs() <= SAME_ORDER * order.max(other_order) =>
-        {
-            (
-                (1.25 * (value - other).abs() / (finest[1].0 / finest[2].0 - 1.0).min(1.0))
-                    .max(0.1 * left),
-                Trend::Asymptotic,
-            )
-        }
-        Some(_) => ((3.0 * left).max((last - before).abs()), Trend::Converging),
+        None => (1.25 * distance, Trend::Converging),
+        Some(other) if (order - other.order).abs() <= SAME_ORDER * order.max(other.order) => (
+            (1.25 * (value - other.limit).abs() / (finest[1].0 / finest[2].0 - 1.0).min(1.0))
+                .max(0.1 * distance),
+            Trend::Asymptotic,
+        ),
+        Some(_) => ((3.0 * distance).max((last - before).abs()), Trend::Converging),
     };
     Ok(Limit { value, uncertainty, order: Some(order), trend })
 }
 
+/// The law L + C hᵖ through three rungs.
+#[derive(Clone, Copy)]
+struct Extrapolation {
+    /// The limit L.
+    limit: f64,
+    /// The order p.
+    order: f64,
+}
+
 /// L and p of the L + C hᵖ through three rungs of falling h, if there is one with a credible p.
-fn extrapolate([coarse, middle, fine]: [(f64, f64); 3]) -> Option<(f64, f64)> {
+fn extrapolate([coarse, middle, fine]: [(f64, f64); 3]) -> Option<Extrapolation> {
     let (first, second) = (coarse.1 - middle.1, middle.1 - fine.1);
     let ratio = first / second;
     // (h₁ᵖ − h₂ᵖ)/(h₂ᵖ − h₃ᵖ) rises with p
@@ -153,7 +160,8 @@ fn extrapolate([coarse, middle, fine]: [(f64, f64); 3]) -> Option<(f64, f64)> {
     }
     let order = 0.5 * (low + high);
     // the finest value's error is its distance to the middle one over (h₂/h₃)ᵖ − 1
-    Some((fine.1 - second / (order * (middle.0 / fine.0).ln()).exp_m1(), order))
+    let limit = fine.1 - second / (order * (middle.0 / fine.0).ln()).exp_m1();
+    Some(Extrapolation { limit, order })
 }
 
 /// A straight line through the logarithms of a ladder's later rungs, y = e^intercept · x^slope.
@@ -327,9 +335,9 @@ mod tests {
     fn counted_areas_are_honest() {
         let area = |n: f64, radius: f64| {
             let h = 3.0 / n;
-            let at = |i: usize| (i as f64 + 0.5) * h - 1.5;
+            let center = |i: usize| (i as f64 + 0.5) * h - 1.5;
             let count = (0..(n * n) as usize)
-                .filter(|s| at(s % n as usize).hypot(at(s / n as usize)) < radius)
+                .filter(|s| center(s % n as usize).hypot(center(s / n as usize)) < radius)
                 .count();
             count as f64 * h * h
         };
