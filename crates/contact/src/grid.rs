@@ -159,20 +159,21 @@ impl Grid {
         let (k, others) = (self.len(), other.len());
         let mut out = vec![0.0; 3 * others];
         let [x0, y0] = self.center(0);
-        let at = |x: f64, x0: f64, h: f64, n: usize| {
+        let nearest = |x: f64, x0: f64, h: f64, n: usize| {
             (((x - x0) / h).round().max(0.0) as usize).min(n - 1)
         };
-        let columns: Vec<usize> =
-            (0..other.nx).map(|i| at(other.center_of(i, 0)[0], x0, self.hx(), self.nx())).collect();
+        let columns: Vec<usize> = (0..other.nx)
+            .map(|i| nearest(other.center_of(i, 0)[0], x0, self.hx(), self.nx()))
+            .collect();
         for (out, field) in out.chunks_exact_mut(others).zip(field.chunks_exact(k)) {
             parallel::rows(out, other.nx, |j, row| {
-                let from = &field
-                    [self.index(0, at(other.center_of(0, j)[1], y0, self.hy(), self.ny()))..]
+                let source = &field
+                    [self.index(0, nearest(other.center_of(0, j)[1], y0, self.hy(), self.ny()))..]
                     [..self.nx];
                 for (i, value) in
                     row.iter_mut().enumerate().filter(|(i, _)| other.is_active(j * other.nx + i))
                 {
-                    *value = from[columns[i]];
+                    *value = source[columns[i]];
                 }
             });
         }

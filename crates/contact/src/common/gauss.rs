@@ -52,17 +52,17 @@ fn tent_recurrence() -> Vec<f64> {
         .map(|&(u, w)| (0.5 * (1.0 + u), w * (1.0 - u)))
         .collect();
     let mut beta = Vec::with_capacity(MAX_POINTS);
-    let mut last = vec![0.0; nodes.len()];
-    let mut this = vec![1.0; nodes.len()];
+    let mut previous = vec![0.0; nodes.len()];
+    let mut current = vec![1.0; nodes.len()];
     let mut norm = 1.0;
     for k in 0..MAX_POINTS {
-        let back = if k == 0 { 0.0 } else { beta[k - 1] };
+        let beta_k = if k == 0 { 0.0 } else { beta[k - 1] };
         let next: Vec<f64> =
-            (0..nodes.len()).map(|i| nodes[i].0 * this[i] - back * last[i]).collect();
+            (0..nodes.len()).map(|i| nodes[i].0 * current[i] - beta_k * previous[i]).collect();
         let next_norm: f64 = nodes.iter().zip(&next).map(|(&(_, w), &p)| w * p * p).sum();
         beta.push(next_norm / norm);
         norm = next_norm;
-        last = std::mem::replace(&mut this, next);
+        previous = std::mem::replace(&mut current, next);
     }
     beta
 }
@@ -74,19 +74,19 @@ fn tent_recurrence() -> Vec<f64> {
 /// weight at a zero x is 1/Σ p_k(x)² over the orthonormal polynomials below.
 fn rules(beta: &[f64]) -> Vec<Rule> {
     let value = |n: usize, x: f64| {
-        let (mut last, mut this) = (0.0, 1.0);
+        let (mut previous, mut current) = (0.0, 1.0);
         for k in 0..n {
-            let back = if k == 0 { 0.0 } else { beta[k - 1] };
-            (last, this) = (this, x * this - back * last);
+            let beta_k = if k == 0 { 0.0 } else { beta[k - 1] };
+            (previous, current) = (current, x * current - beta_k * previous);
         }
-        this
+        current
     };
     let weight = |n: usize, x: f64| {
-        let (mut last, mut this, mut norm, mut sum) = (0.0, 1.0, 1.0, 0.0);
+        let (mut previous, mut current, mut norm, mut sum) = (0.0, 1.0, 1.0, 0.0);
         for k in 0..n {
-            sum += this * this / norm;
-            let back = if k == 0 { 0.0 } else { beta[k - 1] };
-            (last, this) = (this, x * this - back * last);
+            sum += current * current / norm;
+            let beta_k = if k == 0 { 0.0 } else { beta[k - 1] };
+            (previous, current) = (current, x * current - beta_k * previous);
             norm *= beta[k];
         }
         1.0 / sum

@@ -28,7 +28,7 @@ pub(crate) fn each<T: Send>(numbers: usize, pieces: Vec<T>, work: impl Fn(T) + S
 
 /// What `work` makes of every band of `len` elements, in order.
 pub(crate) fn bands<T: Send>(len: usize, work: impl Fn(Range<usize>) -> T + Sync + Send) -> Vec<T> {
-    let band = |at: usize| work(at * BAND..len.min((at + 1) * BAND));
+    let band = |index: usize| work(index * BAND..len.min((index + 1) * BAND));
     let count = len.div_ceil(BAND);
     if is_worth_sharing(len) {
         (0..count).into_par_iter().map(band).collect()
@@ -49,9 +49,9 @@ pub(crate) fn rows<T: Send>(
             .par_chunks_mut(width)
             .with_min_len(least)
             .enumerate()
-            .for_each(|(at, row)| work(at, row));
+            .for_each(|(index, row)| work(index, row));
     } else {
-        field.chunks_mut(width).enumerate().for_each(|(at, row)| work(at, row));
+        field.chunks_mut(width).enumerate().for_each(|(index, row)| work(index, row));
     }
 }
 
@@ -75,8 +75,8 @@ mod tests {
             let elements: Vec<usize> = bands(len, |band| band.collect::<Vec<_>>()).concat();
             assert_eq!(elements, (0..len).collect::<Vec<_>>());
             let mut field = vec![0; len];
-            rows(&mut field, 7, |at, row| {
-                row.iter_mut().enumerate().for_each(|(i, value)| *value = 7 * at + i)
+            rows(&mut field, 7, |index, row| {
+                row.iter_mut().enumerate().for_each(|(i, value)| *value = 7 * index + i)
             });
             assert_eq!(field, elements);
         }
