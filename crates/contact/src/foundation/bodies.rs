@@ -155,8 +155,8 @@ pub(crate) fn contact_size(scene: &Scene, size: impl Fn(f64) -> f64) -> f64 {
     let Some(layered) = Layered::new(&foundation.layers, &foundation.base) else { return contact };
     let punch = scene.punch.material.map_or(0.0, |material| material.compliance());
     for _ in 0..60 {
-        let felt = layered.compliance(1.0 / contact).nn / contact + punch;
-        contact = (contact * size(felt)).sqrt();
+        let compliance = layered.compliance(1.0 / contact).nn / contact + punch;
+        contact = (contact * size(compliance)).sqrt();
     }
     1.2 * contact
 }

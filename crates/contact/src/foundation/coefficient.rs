@@ -31,12 +31,12 @@ impl Coefficient {
     /// Adds `factor` times `other`.
     #[inline]
     pub(super) fn add(&mut self, other: &Self, factor: f64) {
-        self.add_mirrored(other, factor, 1.0, 1.0);
+        self.add_mirrored(other, factor, [1.0; 2]);
     }
 
     /// Adds `factor` times `other`, each entry with its sign under x → sx·x, y → sy·y.
     #[inline]
-    pub(super) fn add_mirrored(&mut self, other: &Self, factor: f64, sx: f64, sy: f64) {
+    pub(super) fn add_mirrored(&mut self, other: &Self, factor: f64, [sx, sy]: [f64; 2]) {
         self.nn += factor * other.nn;
         self.xx += factor * other.xx;
         self.yy += factor * other.yy;

@@ -20,13 +20,21 @@ pub struct HalfSpace {
 impl HalfSpace {
     /// A foundation and what presses on it; a rigid punch (`None`) adds nothing.
     pub fn new(foundation: &Material, punch: Option<&Material>) -> Self {
-        let compliance = |m: &Material| {
-            let (g, nu) = (m.shear_modulus, m.poisson);
-            (m.compliance(), nu / g, (1.0 - 2.0 * nu) / (2.0 * g))
+        let alone = |material: &Material| {
+            let (g, nu) = (material.shear_modulus, material.poisson);
+            Self {
+                direct: material.compliance(),
+                cross: nu / g,
+                coupling: (1.0 - 2.0 * nu) / (2.0 * g),
+            }
         };
-        let (direct, cross, coupling) = compliance(foundation);
-        let (d, c, k) = punch.map_or((0.0, 0.0, 0.0), compliance);
-        Self { direct: direct + d, cross: cross + c, coupling: coupling - k }
+        let below = alone(foundation);
+        let above = punch.map_or(Self { direct: 0.0, cross: 0.0, coupling: 0.0 }, alone);
+        Self {
+            direct: below.direct + above.direct,
+            cross: below.cross + above.cross,
+            coupling: below.coupling - above.coupling,
+        }
     }
 
     /// The same bodies in another unit of compliance.
@@ -69,8 +77,8 @@ impl HalfSpace {
     }
 
     /// Displacement at the point (x, y) under unit traction on the rectangle |x| ≤ a, |y| ≤ b.
-    pub fn influence_at(&self, x: f64, y: f64, a: f64, b: f64) -> Coefficient {
-        self.coefficient(&kernel::point(x, y, a, b))
+    pub fn influence_at(&self, receiver: [f64; 2], half_sides: [f64; 2]) -> Coefficient {
+        self.coefficient(&kernel::point(receiver, half_sides))
     }
 }
 
@@ -89,7 +97,7 @@ mod tests {
         for line in reference.lines().skip(1) {
             let v: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
             let [x, y, a, b, nu, axx, ayy, azz, axy, azx, azy] = v[..] else { panic!("{line}") };
-            let got = HalfSpace::new(&material(1.0, nu), None).influence_at(x, y, a, b);
+            let got = HalfSpace::new(&material(1.0, nu), None).influence_at([x, y], [a, b]);
             for (got, exact) in [
                 (got.xx, axx),
                 (got.yy, ayy),

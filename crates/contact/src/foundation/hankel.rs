@@ -29,7 +29,7 @@ pub(super) struct LogGrid {
 impl LogGrid {
     /// From below `smallest` to above `largest`; phases are counted from `middle`, where they
     /// should be most accurate.
-    pub(super) fn new(smallest: f64, middle: f64, largest: f64, step: f64) -> Self {
+    pub(super) fn new([smallest, largest]: [f64; 2], middle: f64, step: f64) -> Self {
         let last = ((largest / middle).ln() / step).ceil() as i64;
         let first = ((smallest / middle).ln() / step).floor() as i64;
         Self { middle, step, len: ((last - first + 2) as usize).next_multiple_of(8), last }
@@ -44,8 +44,8 @@ impl LogGrid {
     /// largest with the smallest.
     pub(super) fn wavenumbers(&self) -> impl Iterator<Item = f64> + Clone + use<> {
         let Self { middle, step, len, last } = *self;
-        (0..len as i64).map(move |at| {
-            middle * (step * (if at <= last { at } else { at - len as i64 }) as f64).exp()
+        (0..len as i64).map(move |index| {
+            middle * (step * (if index <= last { index } else { index - len as i64 }) as f64).exp()
         })
     }
 }
@@ -168,7 +168,7 @@ mod tests {
 
     #[test]
     fn transform_of_an_exponential_is_known_in_closed_form() {
-        let grid = LogGrid::new(1e-36, 1.0, 60.0, 0.08);
+        let grid = LogGrid::new([1e-36, 60.0], 1.0, 0.08);
         for weight in [0.5, -0.5] {
             // f vanishes with k where the weight is negative
             let f = |k: f64| if weight < 0.0 { k * (-k).exp() } else { (-k).exp() };

@@ -92,20 +92,22 @@ pub(super) fn element_of<K: Kernel>(
     let (i, j) = (di.unsigned_abs(), dj.unsigned_abs());
     let quadrant = if hx == hy && i == j {
         let diagonal =
-            ordered_element(kernel.in_units_of(hx), i as f64, j as f64, 1.0, projection).scaled(hx);
+            ordered_element(kernel.in_units_of(hx), [i as f64, j as f64], 1.0, projection)
+                .scaled(hx);
         // Equal but for the order of summation.
         let (squares, linear) =
             (0.5 * (diagonal.xx + diagonal.yy), 0.5 * (diagonal.nx + diagonal.ny));
         Coefficient { xx: squares, yy: squares, nx: linear, ny: linear, ..diagonal }
     } else if (hx, i) >= (hy, j) {
-        ordered_element(kernel.in_units_of(hx), i as f64, j as f64, hy / hx, projection).scaled(hx)
+        ordered_element(kernel.in_units_of(hx), [i as f64, j as f64], hy / hx, projection)
+            .scaled(hx)
     } else {
-        ordered_element(kernel.in_units_of(hy), j as f64, i as f64, hx / hy, projection)
+        ordered_element(kernel.in_units_of(hy), [j as f64, i as f64], hx / hy, projection)
             .scaled(hy)
             .transposed()
     };
     let mut signed = Coefficient::default();
-    signed.add_mirrored(&quadrant, 1.0, di.signum() as f64, dj.signum() as f64);
+    signed.add_mirrored(&quadrant, 1.0, [di.signum() as f64, dj.signum() as f64]);
     signed
 }
 
@@ -113,8 +115,7 @@ pub(super) fn element_of<K: Kernel>(
 /// offset are not defined.
 fn ordered_element<K: Kernel>(
     kernel: K,
-    i: f64,
-    j: f64,
+    [i, j]: [f64; 2],
     hy: f64,
     projection: Projection,
 ) -> Coefficient {
@@ -145,13 +146,13 @@ fn ordered_element<K: Kernel>(
 
 /// Integrals for the receiver at (x, y) and a source rectangle with half-sides a, b > 0 centred at
 /// the origin: displacement at a point, without averaging. The receiver may lie anywhere.
-pub fn point(x: f64, y: f64, a: f64, b: f64) -> Coefficient {
+pub fn point([x, y]: [f64; 2], [a, b]: [f64; 2]) -> Coefficient {
     let unit = a.max(b);
     let (x, y, a, b) = (x / unit, y / unit, a / unit, b / unit);
     let mut sum = Coefficient::default();
     for (py, sy) in folded(y, b).into_iter().flatten() {
         for (px, sx) in folded(x, a).into_iter().flatten() {
-            sum.add_mirrored(&panel(Geometric, px, py), 1.0, sx, sy);
+            sum.add_mirrored(&panel(Geometric, px, py), 1.0, [sx, sy]);
         }
     }
     sum.scaled(unit)
@@ -193,16 +194,16 @@ impl Panel {
 /// The density that a projection puts on receiver minus source, `offset` ≥ 0 elements of width h
 /// away, folded to x ≥ 0.
 fn panels(offset: f64, h: f64, projection: Projection) -> impl Iterator<Item = Panel> + Clone {
-    let at = |middle: f64, half: f64, density: f64, slope: f64| {
+    let piece = |middle: f64, half: f64, density: f64, slope: f64| {
         Some(Panel { middle: middle * h, half: half * h, density, slope })
     };
     let pair = match (projection, offset > 0.0) {
-        (Projection::Average, false) => [at(0.5, 0.5, 1.0, -1.0), None],
+        (Projection::Average, false) => [piece(0.5, 0.5, 1.0, -1.0), None],
         (Projection::Average, true) => {
-            [at(offset - 0.5, 0.5, 0.5, 0.5), at(offset + 0.5, 0.5, 0.5, -0.5)]
+            [piece(offset - 0.5, 0.5, 0.5, 0.5), piece(offset + 0.5, 0.5, 0.5, -0.5)]
         }
-        (Projection::Midpoint, false) => [at(0.25, 0.25, 2.0, 0.0), None],
-        (Projection::Midpoint, true) => [at(offset, 0.5, 1.0, 0.0), None],
+        (Projection::Midpoint, false) => [piece(0.25, 0.25, 2.0, 0.0), None],
+        (Projection::Midpoint, true) => [piece(offset, 0.5, 1.0, 0.0), None],
     };
     pair.into_iter().flatten()
 }
@@ -210,14 +211,14 @@ fn panels(offset: f64, h: f64, projection: Projection) -> impl Iterator<Item = P
 /// The interval x − a … x + a, cut at the origin and folded to the positive half-axis; with each
 /// part its sign.
 fn folded(x: f64, a: f64) -> [Option<(Panel, f64)>; 2] {
-    let part = |middle: f64, half: f64, sign: f64| {
+    let piece = |middle: f64, half: f64, sign: f64| {
         Some((Panel { middle, half, density: 1.0, slope: 0.0 }, sign))
     };
     if x.abs() >= a {
-        return [part(x.abs(), a, x.signum()), None];
+        return [piece(x.abs(), a, x.signum()), None];
     }
     let (below, above) = (0.5 * (a - x), 0.5 * (a + x));
-    [part(below, below, -1.0), part(above, above, 1.0)]
+    [piece(below, below, -1.0), piece(above, above, 1.0)]
 }
 
 /// Integrals over the product of two panels.
@@ -423,18 +424,20 @@ mod tests {
                 for &(v, wy) in &gauss::uniform()[gauss::MAX_POINTS] {
                     for &(u, wx) in &gauss::uniform()[gauss::MAX_POINTS] {
                         let (x, y) = ((i as f64 + 0.5 * u) * hx, (j as f64 + 0.5 * v) * hy);
-                        mean.add_mirrored(&point(x, y, 0.5 * hx, 0.5 * hy), wx * wy, 1.0, 1.0);
+                        mean.add_mirrored(&point([x, y], [0.5 * hx, 0.5 * hy]), wx * wy, [1.0; 2]);
                     }
                 }
-                let off = |a: f64, b: f64| (a - b).abs() / average.nn;
-                assert!(off(average.nn, mean.nn) < 1e-12, "{i} {j}");
+                let difference = |a: f64, b: f64| (a - b).abs() / average.nn;
+                assert!(difference(average.nn, mean.nn) < 1e-12, "{i} {j}");
                 assert!(
-                    off(average.xx, mean.xx) < 1e-12 && off(average.yy, mean.yy) < 1e-12,
+                    difference(average.xx, mean.xx) < 1e-12
+                        && difference(average.yy, mean.yy) < 1e-12,
                     "{i} {j}"
                 );
-                assert!(off(average.xy, mean.xy) < 1e-12, "{i} {j}");
+                assert!(difference(average.xy, mean.xy) < 1e-12, "{i} {j}");
                 assert!(
-                    off(average.nx, mean.nx) < 1e-12 && off(average.ny, mean.ny) < 1e-12,
+                    difference(average.nx, mean.nx) < 1e-12
+                        && difference(average.ny, mean.ny) < 1e-12,
                     "{i} {j}"
                 );
             }
@@ -461,7 +464,7 @@ mod tests {
     fn a_midpoint_coefficient_is_the_displacement_at_a_point() {
         for (i, j) in [(0, 0), (1, 0), (3, 2), (-60, 4)] {
             let coefficient = element([i, j], 0.5, 2.0, Projection::Midpoint);
-            let at_point = point(i as f64 * 0.5, j as f64 * 2.0, 0.25, 1.0);
+            let at_point = point([i as f64 * 0.5, j as f64 * 2.0], [0.25, 1.0]);
             assert!((coefficient.nn / at_point.nn - 1.0).abs() < 1e-14);
             assert!((coefficient.xy - at_point.xy).abs() <= 1e-14 * coefficient.nn);
             assert!((coefficient.nx - at_point.nx).abs() <= 1e-14 * coefficient.nn);

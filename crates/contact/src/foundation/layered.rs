@@ -137,16 +137,16 @@ impl Layered {
             Base::Rigid => 0.0,
             Base::Elastic(m) => (0.75 - m.poisson) / (m.shear_modulus * m.shear_modulus),
         };
-        let mut below = (base, det);
+        let mut below = Face { compliance: base, determinant: det };
         let mut above_base = Compliance::default();
         for layer in self.layers.iter().rev() {
-            let (top, gain) = upper_face(layer, k * layer.thickness, below);
-            below = top;
-            above_base = above_base.zip(&gain, |sum, gain| sum + gain);
+            let upper = upper_face(layer, k * layer.thickness, below);
+            below = upper.face;
+            above_base = above_base.zip(&upper.gain, |sum, gain| sum + gain);
         }
         // Far from the base's compliance the plain difference is the better one: the gains of the
         // layers may cancel.
-        let surface = below.0;
+        let surface = below.compliance;
         let far = surface.zip(&base, |top, base| {
             if (top - base).abs() > 0.5 * base.abs() { top - base } else { f64::NAN }
         });
@@ -155,16 +155,28 @@ impl Layered {
     }
 }
 
+/// A face of a layer.
+#[derive(Clone, Copy)]
+struct Face {
+    /// Compliance times k.
+    compliance: Compliance,
+    /// Its determinant.
+    determinant: f64,
+}
+
+/// The upper face of a layer.
+struct UpperFace {
+    face: Face,
+    /// By how much its compliance exceeds that of the lower face.
+    gain: Compliance,
+}
+
 /// Compliance times k of a layer's upper face, with its determinant, and by how much it exceeds
 /// that of the lower face.
-fn upper_face(
-    layer: &Layer,
-    x: f64,
-    (below, det): (Compliance, f64),
-) -> ((Compliance, f64), Compliance) {
+fn upper_face(layer: &Layer, x: f64, below: Face) -> UpperFace {
     let (g, nu) = (layer.shear_modulus, layer.poisson);
-    let c = below.map(|c| c * g);
-    let det = det * g * g;
+    let c = below.compliance.map(|c| c * g);
+    let det = below.determinant * g * g;
     let f = Hyperbolic::new(x);
     // m = 1−ν, w = 1−2ν, κ = 3−4ν; products with 1 ∓ … written so that ν = 0 and ν = ½ do not
     // cancel
@@ -204,7 +216,10 @@ fn upper_face(
         ..c.zip(&more, |c, more| (more - c * divisor_less) / divisor)
     };
     let top_det = (identity * det + det_more) / divisor;
-    ((top.map(|c| c / g), top_det / (g * g)), gain.map(|c| c / g))
+    UpperFace {
+        face: Face { compliance: top.map(|c| c / g), determinant: top_det / (g * g) },
+        gain: gain.map(|c| c / g),
+    }
 }
 
 /// Functions of x = kh, all times e^{−2x}.
@@ -230,11 +245,11 @@ impl Hyperbolic {
         let (sinh_cosh_less_x, sinh2_less_x2) = if x < 1.0 {
             // (sinh 2x − 2x)/2 and (cosh 2x − 1 − 2x²)/2
             let t = 4.0 * x * x;
-            let tail = |from: f64| {
+            let tail = |first: f64| {
                 let (mut term, mut sum) = (1.0, 0.0);
                 for n in 0..14 {
                     sum += term;
-                    let n = from + 2.0 * f64::from(n);
+                    let n = first + 2.0 * f64::from(n);
                     term *= t / ((n + 1.0) * (n + 2.0));
                 }
                 sum
@@ -274,7 +289,8 @@ pub(super) mod tests {
         let mut rows = 0;
         for line in reference.lines().skip(1) {
             let cells: Vec<&str> = line.split(',').collect();
-            let [k, ll, ln, nn, tt] = [3, 4, 5, 6, 7].map(|at| cells[at].parse::<f64>().unwrap());
+            let [k, ll, ln, nn, tt] =
+                [3, 4, 5, 6, 7].map(|column| cells[column].parse::<f64>().unwrap());
             let (layers, base) = stack(cells[1], cells[2]);
             let got = match Layered::new(&layers, &base) {
                 Some(layered) => layered.compliance(k),
@@ -318,38 +334,39 @@ pub(super) mod tests {
             Material { shear_modulus: 7.0, poisson: 0.2 },
             Material { shear_modulus: 0.3, poisson: 0.5 },
         );
-        let of = |m: Material, thickness| Layer {
+        let layer = |m: Material, thickness| Layer {
             shear_modulus: m.shear_modulus,
             poisson: m.poisson,
             thickness,
         };
-        assert_eq!(Layered::new(&[of(hard, 0.5), of(hard, 2.0)], &Base::Elastic(hard)), None);
+        assert_eq!(Layered::new(&[layer(hard, 0.5), layer(hard, 2.0)], &Base::Elastic(hard)), None);
         assert_eq!(Layered::new(&[], &Base::Rigid), None);
-        let whole = Layered::new(&[of(hard, 0.5), of(soft, 2.0)], &Base::Elastic(hard)).unwrap();
+        let whole =
+            Layered::new(&[layer(hard, 0.5), layer(soft, 2.0)], &Base::Elastic(hard)).unwrap();
         let cut = Layered::new(
-            &[of(hard, 0.25), of(hard, 0.25), of(soft, 2.0), of(hard, 3.0)],
+            &[layer(hard, 0.25), layer(hard, 0.25), layer(soft, 2.0), layer(hard, 3.0)],
             &Base::Elastic(hard),
         )
         .unwrap();
         assert_eq!(whole, cut);
         // and without the shortcut, the arithmetic says the same
-        let uncut = Layered { layers: vec![of(hard, 0.5); 5], base: Base::Elastic(hard) };
-        let thick = Layered::new(&[of(hard, 2.5)], &Base::Rigid).unwrap();
-        let sliced = Layered { layers: vec![of(hard, 0.5); 5], base: Base::Rigid };
+        let uncut = Layered { layers: vec![layer(hard, 0.5); 5], base: Base::Elastic(hard) };
+        let thick = Layered::new(&[layer(hard, 2.5)], &Base::Rigid).unwrap();
+        let sliced = Layered { layers: vec![layer(hard, 0.5); 5], base: Base::Rigid };
         for k in [1e-9, 1e-3, 0.1, 1.0, 3.0, 1e3, 1e300] {
             let half_space = Compliance::half_space(&hard).map(|c| c / k);
             for (got, exact) in
                 [(uncut.compliance(k), half_space), (sliced.compliance(k), thick.compliance(k))]
             {
-                let off = got.zip(&exact, |a, b| (a - b).abs());
+                let difference = got.zip(&exact, |a, b| (a - b).abs());
                 assert!(
-                    off.nn <= 4e-15 * exact.nn
-                        && off.ll <= 4e-15 * exact.ll
-                        && off.tt <= 4e-15 * exact.tt,
+                    difference.nn <= 4e-15 * exact.nn
+                        && difference.ll <= 4e-15 * exact.ll
+                        && difference.tt <= 4e-15 * exact.tt,
                     "{k} {got:?} {exact:?}"
                 );
                 assert!(
-                    off.ln <= 4e-15 * exact.nn.sqrt() * exact.ll.sqrt(),
+                    difference.ln <= 4e-15 * exact.nn.sqrt() * exact.ll.sqrt(),
                     "{k} {got:?} {exact:?}"
                 );
             }
@@ -365,20 +382,26 @@ pub(super) mod tests {
         // ll at k → 0: the reference table's 64999999.9199… − 65000000 at k = 1e-8
         assert!((limit.tt - -0.105).abs() < 1e-11, "{limit:?}");
         for k in [1e-30, 1e-20, 1e-14, 1e-13] {
-            let off = slope(k).zip(&limit, |a, b| ((a - b) / b).abs());
+            let difference = slope(k).zip(&limit, |a, b| ((a - b) / b).abs());
             assert!(
-                off.nn < 1e-9 && off.ll < 1e-9 && off.ln < 1e-9 && off.tt < 1e-9,
-                "{k}: {off:?}"
+                difference.nn < 1e-9
+                    && difference.ll < 1e-9
+                    && difference.ln < 1e-9
+                    && difference.tt < 1e-9,
+                "{k}: {difference:?}"
             );
         }
         for k in [1e-6, 1e-3, 0.3, 30.0] {
             let Response { surface, above_base } = layered.response(k);
-            let off = surface
+            let difference = surface
                 .zip(&layered.base_times_k(), |a, b| a - b)
                 .zip(&above_base, |a, b| (a - b).abs());
             assert!(
-                off.nn < 1e-15 && off.ll < 1e-15 && off.ln < 1e-15 && off.tt < 1e-15,
-                "{k}: {off:?}"
+                difference.nn < 1e-15
+                    && difference.ll < 1e-15
+                    && difference.ln < 1e-15
+                    && difference.tt < 1e-15,
+                "{k}: {difference:?}"
             );
         }
     }

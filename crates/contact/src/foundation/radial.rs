@@ -46,7 +46,7 @@ pub(super) struct Radial {
     /// r·(N, A, B, M) of those.
     surface_four: Four,
     /// Thickness of the top layer.
-    near: f64,
+    top_thickness: f64,
     /// Correction of (N, A, B/(r/h₁)², M/(r/h₁)) in t = 2(r/h₁)² − 1.
     correction: [Four; DEGREE],
     /// r·(N, A, B, M) from h₁ outwards.
@@ -67,7 +67,7 @@ impl Radial {
     /// Of these layers, and of `surface`, the top layer's half-space and the punch's, for 0 < r ≤
     /// `reach`.
     pub(super) fn new(layered: &Layered, surface: &HalfSpace, reach: f64) -> Self {
-        let near = layered.layers()[0].thickness;
+        let top_thickness = layered.layers()[0].thickness;
         let transforms = Transforms::new(layered, reach);
         let surface_four = of_half_space(surface);
         let top_four = of_half_space(&HalfSpace::new(&layered.layers()[0].material(), None));
@@ -76,33 +76,33 @@ impl Radial {
         let punch: Four = std::array::from_fn(|i| surface_four[i] - top_four[i]);
         let correction = chebyshev(|t| {
             let ratio = (0.5 * (1.0 + t)).sqrt();
-            let four = transforms.correction(ratio * near);
-            [0, 1, 2, 3].map(|i| four[i] / ratio.powf(ORDERS[i]) / (ratio * near))
+            let four = transforms.correction(ratio * top_thickness);
+            [0, 1, 2, 3].map(|i| four[i] / ratio.powf(ORDERS[i]) / (ratio * top_thickness))
         });
-        let count = ((reach / near).ln() / PANEL).ceil().max(0.0) as usize;
+        let count = ((reach / top_thickness).ln() / PANEL).ceil().max(0.0) as usize;
         let panels = (0..count)
             .into_par_iter()
             .map(|panel| {
                 chebyshev(|t| {
-                    let layers =
-                        transforms.whole(near * (PANEL * (panel as f64 + 0.5 * (1.0 + t))).exp());
+                    let layers = transforms
+                        .whole(top_thickness * (PANEL * (panel as f64 + 0.5 * (1.0 + t))).exp());
                     std::array::from_fn(|i| layers[i] + punch[i])
                 })
             })
             .collect();
-        Self { surface: *surface, surface_four, near, correction, panels }
+        Self { surface: *surface, surface_four, top_thickness, correction, panels }
     }
 
     /// r·(N, A, B, M).
     fn times_r(&self, r: f64) -> Four {
-        let ratio = r / self.near;
+        let ratio = r / self.top_thickness;
         if ratio < 1.0 {
             let correction = self.correction_at(ratio);
             return [0, 1, 2, 3].map(|i| self.surface_four[i] + r * correction[i]);
         }
-        let at = ratio.ln() / PANEL;
-        let panel = (at as usize).min(self.panels.len().saturating_sub(1));
-        clenshaw(&self.panels[panel], 2.0 * (at - panel as f64) - 1.0)
+        let place = ratio.ln() / PANEL;
+        let panel = (place as usize).min(self.panels.len().saturating_sub(1));
+        clenshaw(&self.panels[panel], 2.0 * (place - panel as f64) - 1.0)
     }
 
     /// The correction of (N, A, B, M) at r = ratio · h₁.
@@ -163,13 +163,17 @@ impl Kernel for InUnits<'_> {
     fn corner(&self, px: Panel, py: Panel) -> Option<Coefficient> {
         // The correction's singularities lie at r = ± 2i h₁: ten half-lengths away, or six from a
         // corner.
-        if 2.0 * px.half().hypot(py.half()) * self.unit > self.radial.near {
+        if 2.0 * px.half().hypot(py.half()) * self.unit > self.radial.top_thickness {
             return None;
         }
         let mut sum = self.radial.surface.coefficient(&kernel::weighted_corner(px, py));
         let correction = kernel::panel_by_gauss(&px, &py, [NEAR_POINTS; 2], |x, y| {
             let r = (x * x + y * y).sqrt();
-            at_angle(self.radial.correction_at(r * self.unit / self.radial.near), x / r, y / r)
+            at_angle(
+                self.radial.correction_at(r * self.unit / self.radial.top_thickness),
+                x / r,
+                y / r,
+            )
         });
         sum.add(&correction, self.unit);
         Some(sum)
@@ -192,9 +196,9 @@ fn chebyshev(f: impl Fn(f64) -> Four) -> [Four; DEGREE] {
 fn clenshaw(coefficients: &[Four; DEGREE], t: f64) -> Four {
     let (mut next, mut last) = ([0.0; 4], [0.0; 4]);
     for c in coefficients[1..].iter().rev() {
-        let this = std::array::from_fn(|i| c[i] + 2.0 * t * next[i] - last[i]);
+        let current = std::array::from_fn(|i| c[i] + 2.0 * t * next[i] - last[i]);
         last = next;
-        next = this;
+        next = current;
     }
     std::array::from_fn(|i| coefficients[0][i] + t * next[i] - last[i])
 }
@@ -213,6 +217,16 @@ struct Transforms {
     from_both: [Transform; 4],
 }
 
+/// The transformed functions at one wavenumber.
+struct FourAtWavenumber {
+    /// The wavenumber.
+    k: f64,
+    /// F at the surface.
+    surface: Four,
+    /// F minus that of the base.
+    above_base: Four,
+}
+
 impl Transforms {
     fn new(layered: &Layered, reach: f64) -> Self {
         /// Beyond kh₁ = 25 the correction is below 1e-18.
@@ -228,24 +242,28 @@ impl Transforms {
             four(&layered.base_times_k()),
         );
         let length = 2.0 * thickness;
-        let smallest = (-FADED).exp() / widest(layered).max(reach);
-        let mut grid = LogGrid::new(smallest, 1.0 / thickness, DEEPEST / thickness, STEP);
+        let smallest = (-FADED).exp() / longest_feature(layered).max(reach);
+        let mut grid = LogGrid::new([smallest, DEEPEST / thickness], 1.0 / thickness, STEP);
         let mut coarser = f64::INFINITY;
         loop {
-            let responses: Vec<(f64, Four, Four)> = grid
+            let responses: Vec<FourAtWavenumber> = grid
                 .wavenumbers()
                 .map(|k| {
                     let response = layered.response(k);
-                    (k, four(&response.surface), four(&response.above_base))
+                    FourAtWavenumber {
+                        k,
+                        surface: four(&response.surface),
+                        above_base: four(&response.above_base),
+                    }
                 })
                 .collect();
             let from_top = [0, 1, 2, 3].map(|i| {
-                let samples = responses.iter().map(|(_, surface, _)| surface[i] - top[i]);
+                let samples = responses.iter().map(|at_k| at_k.surface[i] - top[i]);
                 Transform::new(&grid, samples, ORDERS[i], 0.5)
             });
             let from_both = [0, 1, 2, 3].map(|i| {
-                let samples = responses.iter().map(|(k, _, above_base)| {
-                    above_base[i] + (top[i] - base[i]) * (-k * length).exp_m1()
+                let samples = responses.iter().map(|at_k| {
+                    at_k.above_base[i] + (top[i] - base[i]) * (-at_k.k * length).exp_m1()
                 });
                 Transform::new(&grid, samples, ORDERS[i], -0.5)
             });
@@ -273,19 +291,19 @@ impl Transforms {
             }
             // r ∫ e^{−kl} J_n(kr) dk and what is missing to 1
             let (l, s) = (self.length, r.hypot(self.length));
-            let (part, rest) = match ORDERS[i] as usize {
+            let (base_share, top_share) = match ORDERS[i] as usize {
                 0 => (r / s, l * l / (s * (s + r))),
                 1 => (r * r / (s * (s + l)), l / s),
                 _ => (r * (r / (s + l)).powi(2) / s, l * (2.0 * s - l - s * l / (r + s)) / (r * s)),
             };
-            self.top[i] * rest + self.base[i] * part + self.from_both[i].times_r(r)
+            self.top[i] * top_share + self.base[i] * base_share + self.from_both[i].times_r(r)
         })
     }
 }
 
 /// No feature of C(k) lies below the inverse of this length: the whole stack's thickness times its
 /// contrast of stiffness.
-fn widest(layered: &Layered) -> f64 {
+fn longest_feature(layered: &Layered) -> f64 {
     let base = match layered.base() {
         Base::Rigid => None,
         Base::Elastic(material) => Some(material.shear_modulus),
@@ -315,7 +333,7 @@ mod tests {
         let mut rows = 0;
         for line in include_str!("../../tests/reference/layer_kernels.csv").lines().skip(1) {
             let cells: Vec<&str> = line.split(',').collect();
-            let number = |at: usize| cells[at].parse::<f64>().unwrap();
+            let number = |column: usize| cells[column].parse::<f64>().unwrap();
             let r = number(3);
             let radial = radial(cells[1], cells[2], 10.0);
             let got = radial.times_r(r);
@@ -344,7 +362,11 @@ mod tests {
             ("1e3;0.1;0.1 1;0.5;0.01", "rigid"),
         ] {
             let radial = radial(layers, base, 3.0);
-            for r in [radial.near, radial.near * PANEL.exp(), radial.near * (4.0 * PANEL).exp()] {
+            for r in [
+                radial.top_thickness,
+                radial.top_thickness * PANEL.exp(),
+                radial.top_thickness * (4.0 * PANEL).exp(),
+            ] {
                 let (below, above) =
                     (radial.times_r(r * (1.0 - 1e-15)), radial.times_r(r * (1.0 + 1e-15)));
                 for i in 0..4 {
