@@ -107,11 +107,11 @@ impl Circulant {
             "fields on another grid"
         );
         // the transforms there and back multiply by this
-        let count = self.torus.gain();
+        let gain = self.torus.gain();
         for ((out, block), eigenvalues) in
             out.chunks_exact_mut(size).zip(field.chunks_exact(size)).zip(&self.eigenvalues)
         {
-            let inverse = |[c]: [f64; 1]| [1.0 / (count * (count * c + epsilon))];
+            let inverse = |[c]: [f64; 1]| [1.0 / (gain * (gain * c + epsilon))];
             self.torus.convolve::<1, 1>(eigenvalues, inverse, None, out, block, scratch);
         }
     }
@@ -140,16 +140,16 @@ mod tests {
         let table = InfluenceTable::new(&grid, &bodies, Projection::Average);
         let circulant = Circulant::new(&table);
         let k = nx * ny;
-        let field: Vec<f64> = (0..3 * k).map(|at| (1.7 * at as f64).sin()).collect();
+        let field: Vec<f64> = (0..3 * k).map(|e| (1.7 * e as f64).sin()).collect();
         let epsilon = 0.01;
         let mut solved = vec![0.0; 3 * k];
         circulant.invert(&mut solved, &field, epsilon, &mut Scratch::for_elements(k));
         for (block, entry) in [Entry::Nn, Entry::Xx, Entry::Yy].into_iter().enumerate() {
-            for at in 0..k {
-                let (i, j) = (at % nx, at / nx);
-                let mut sum = epsilon * solved[block * k + at];
-                for other in 0..k {
-                    let (di, dj) = ((i + nx - other % nx) % nx, (j + ny - other / nx) % ny);
+            for e in 0..k {
+                let (i, j) = (e % nx, e / nx);
+                let mut sum = epsilon * solved[block * k + e];
+                for source in 0..k {
+                    let (di, dj) = ((i + nx - source % nx) % nx, (j + ny - source / nx) % ny);
                     let mut share = 0.0;
                     for (dj, wy) in
                         [(dj, ny - dj), (ny - dj, dj)].into_iter().filter(|(_, w)| *w > 0)
@@ -161,9 +161,9 @@ mod tests {
                                 * table.row(entry, dj as i64)[nx - 1 + di];
                         }
                     }
-                    sum += share * solved[block * k + other];
+                    sum += share * solved[block * k + source];
                 }
-                assert!((sum - field[block * k + at]).abs() < 1e-12, "{entry:?} {at}");
+                assert!((sum - field[block * k + e]).abs() < 1e-12, "{entry:?} {e}");
             }
         }
     }
@@ -181,7 +181,7 @@ mod tests {
                 {
                     let k = mirror.part(&grid).unwrap().len();
                     let field: Vec<f64> =
-                        (0..components.len() * k).map(|at| (1.7 * at as f64).sin()).collect();
+                        (0..components.len() * k).map(|e| (1.7 * e as f64).sin()).collect();
                     let whole = mirror.extend(&grid, components, &field);
                     let invert = |mirror, field: &[f64], threads| {
                         let mut out = vec![0.0; field.len()];

@@ -185,17 +185,17 @@ pub(crate) fn same_on_any_number_of_threads(build: Build) {
                 let p: Vec<f64> = (0..components.len() * operator.grid().len())
                     .map(|e| (e as f64 * 0.7).sin())
                     .collect();
-                let on = |threads| {
+                let displacement = |threads| {
                     let mut out = vec![f64::NAN; p.len()];
                     operator.apply(&mut out, &p, &mut Scratch::with_threads(&*operator, threads));
                     out
                 };
-                let one = on(1);
-                assert!(one.iter().all(|u| u.is_finite()));
+                let single = displacement(1);
+                assert!(single.iter().all(|u| u.is_finite()));
                 for threads in [2, 3, 7] {
                     assert_eq!(
-                        on(threads),
-                        one,
+                        displacement(threads),
+                        single,
                         "{n:?} on {threads} threads, {components:?}, {mirror:?}"
                     );
                 }
@@ -246,12 +246,12 @@ fn apply(a: &dyn Influence, p: &[f64]) -> Vec<f64> {
     out
 }
 
-fn close(what: &str, got: &[f64], expected: &[f64], size: f64) {
+fn close(law: &str, got: &[f64], expected: &[f64], size: f64) {
     assert_eq!(got.len(), expected.len());
     for (e, (got, expected)) in got.iter().zip(expected).enumerate() {
         assert!(
             (got - expected).abs() <= ROUNDING * size,
-            "{what}: {got} instead of {expected} at {e}"
+            "{law}: {got} instead of {expected} at {e}"
         );
     }
 }
@@ -341,13 +341,13 @@ fn keeps_to_its_components(build: Build, case: &Case) {
         }
     }
     let p = blocks(&case.p, components);
-    let own = build(
+    let reduced = build(
         &InfluenceTable::of(&grid, case.bodies(), case.projection, components),
         components,
         Mirror::NONE,
     );
-    assert_eq!(own.components(), components);
-    let got = apply(&*own, &p);
+    assert_eq!(reduced.components(), components);
+    let got = apply(&*reduced, &p);
     close("components", &got, &blocks(&expected, components), largest(&expected));
     assert_eq!(apply(&*build(&all, components, Mirror::NONE), &p), got, "a larger table");
 }
@@ -370,9 +370,9 @@ fn a_part_says_everything(build: Build, case: &Case) {
     let p = blocks(&case.p, components);
     let full =
         apply(&*build(&table, components, Mirror::NONE), &mirror.extend(&whole, components, &p));
-    let part = build(&table, components, mirror);
-    assert_eq!(part.grid(), &mirror.part(&whole).unwrap());
-    let got = apply(&*part, &p);
+    let reduced = build(&table, components, mirror);
+    assert_eq!(reduced.grid(), &mirror.part(&whole).unwrap());
+    let got = apply(&*reduced, &p);
     // the images cancel each other in part
     let size = largest(&full).max(largest(&p) * table.largest_diagonal());
     close("part", &got, &mirror.restrict(&whole, &full), size);
@@ -381,21 +381,21 @@ fn a_part_says_everything(build: Build, case: &Case) {
 
 /// Moves values to the elements `to` and multiplies vectors by the signed permutation `turn`[new
 /// component] = (old, sign).
-fn moved(field: &[f64], to: &dyn Fn(usize) -> usize, turn: [(usize, f64); 3]) -> Vec<f64> {
+fn moved(field: &[f64], target: &dyn Fn(usize) -> usize, turn: [(usize, f64); 3]) -> Vec<f64> {
     let k = field.len() / 3;
     let mut out = vec![0.0; 3 * k];
     for (new, (old, sign)) in turn.into_iter().enumerate() {
         for e in 0..k {
-            out[new * k + to(e)] = sign * field[old * k + e];
+            out[new * k + target(e)] = sign * field[old * k + e];
         }
     }
     out
 }
 
-fn moved_mask(inside: &[bool], to: &dyn Fn(usize) -> usize) -> Vec<bool> {
+fn moved_mask(inside: &[bool], target: &dyn Fn(usize) -> usize) -> Vec<bool> {
     let mut out = vec![false; inside.len()];
     for (e, &flag) in inside.iter().enumerate() {
-        out[to(e)] = flag;
+        out[target(e)] = flag;
     }
     out
 }
@@ -406,26 +406,31 @@ fn mirrored_loads_have_mirrored_displacements(build: Build, case: &Case, ap: &[f
     let in_y = |e: usize| (ny - 1 - e / nx) * nx + e % nx;
     let flips: [&dyn Fn(usize) -> usize; 2] = [&in_x, &in_y];
     let turns = [[(0, 1.0), (1, -1.0), (2, 1.0)], [(0, 1.0), (1, 1.0), (2, -1.0)]];
-    for (to, turn) in flips.into_iter().zip(turns) {
-        let other = Case { inside: moved_mask(&case.inside, to), ..case.clone() };
+    for (target, turn) in flips.into_iter().zip(turns) {
+        let other = Case { inside: moved_mask(&case.inside, target), ..case.clone() };
         let a = operator(build, &other.grid(), &case.bodies(), case.projection);
-        close("mirror", &apply(&*a, &moved(&case.p, to, turn)), &moved(ap, to, turn), size);
+        close("mirror", &apply(&*a, &moved(&case.p, target, turn)), &moved(ap, target, turn), size);
     }
 }
 
 /// By a right angle: (x, y) becomes (−y, x).
 fn turns(build: Build, case: &Case, ap: &[f64], size: f64) {
     let [nx, ny] = case.n;
-    let to = |e: usize| (e % nx) * ny + (ny - 1 - e / nx);
+    let target = |e: usize| (e % nx) * ny + (ny - 1 - e / nx);
     let turn = [(0, 1.0), (2, -1.0), (1, 1.0)];
     let other = Case {
         n: [ny, nx],
         h: [case.h[1], case.h[0]],
-        inside: moved_mask(&case.inside, &to),
+        inside: moved_mask(&case.inside, &target),
         ..case.clone()
     };
     let a = operator(build, &other.grid(), &case.bodies(), case.projection);
-    close("right angle", &apply(&*a, &moved(&case.p, &to, turn)), &moved(ap, &to, turn), size);
+    close(
+        "right angle",
+        &apply(&*a, &moved(&case.p, &target, turn)),
+        &moved(ap, &target, turn),
+        size,
+    );
 }
 
 /// A load moved by one element moves its displacement.

@@ -81,8 +81,8 @@ impl Mirror {
         let [nx, ny] =
             counts.map(|(count, symmetry, _)| if symmetry.is_some() { count / 2 } else { count });
         let origin = grid.center(grid.index(grid.nx() - nx, grid.ny() - ny));
-        let part = Grid::new(nx, ny, grid.hx(), grid.hy(), origin)?;
-        let Some(mask) = grid.mask() else { return Ok(part) };
+        let reduced = Grid::new(nx, ny, grid.hx(), grid.hy(), origin)?;
+        let Some(mask) = grid.mask() else { return Ok(reduced) };
         for e in 0..grid.len() {
             for image in self.images(grid, e) {
                 if mask[image] != mask[e] {
@@ -93,9 +93,9 @@ impl Mirror {
                 }
             }
         }
-        Ok(part
+        Ok(reduced
             .clone()
-            .with_mask((0..part.len()).map(|e| mask[self.whole(grid, &part, e)]).collect())?)
+            .with_mask((0..reduced.len()).map(|e| mask[self.whole(grid, &reduced, e)]).collect())?)
     }
 
     /// What a field on the part says about all of `grid`: the images beside it, with their signs.
@@ -128,8 +128,8 @@ impl Mirror {
         assert!(field.len().is_multiple_of(grid.len()), "a field on another grid");
         let [nx, ny] = self.part_size(grid);
         let mut out = vec![0.0; field.len() / grid.len() * nx * ny];
-        parallel::rows(&mut out, nx, |at, row| {
-            let (block, j) = (at / ny, at % ny + grid.ny() - ny);
+        parallel::rows(&mut out, nx, |index, row| {
+            let (block, j) = (index / ny, index % ny + grid.ny() - ny);
             row.copy_from_slice(&field[block * grid.len() + (j + 1) * grid.nx() - nx..][..nx]);
         });
         out
@@ -148,9 +148,9 @@ impl Mirror {
     }
 
     /// Index in `grid` of an element of its part.
-    fn whole(&self, grid: &Grid, part: &Grid, e: usize) -> usize {
-        let (i, j) = part.position(e);
-        grid.index(i + grid.nx() - part.nx(), j + grid.ny() - part.ny())
+    fn whole(&self, grid: &Grid, reduced: &Grid, e: usize) -> usize {
+        let (i, j) = reduced.position(e);
+        grid.index(i + grid.nx() - reduced.nx(), j + grid.ny() - reduced.ny())
     }
 
     /// The element's image in each plane.
@@ -177,12 +177,12 @@ pub(crate) fn images(mirror: &Mirror) -> f64 {
 pub(crate) fn weighted_images(mirror: &Mirror, direction: Direction) -> [f64; 6] {
     // parity in x and y of the modes' functions 1, x and y, by degree of freedom and component
     const EVEN: [f64; 2] = [1.0, 1.0];
-    const OF_X: [f64; 2] = [-1.0, 1.0];
-    const OF_Y: [f64; 2] = [1.0, -1.0];
+    const ODD_IN_X: [f64; 2] = [-1.0, 1.0];
+    const ODD_IN_Y: [f64; 2] = [1.0, -1.0];
     let modes = match direction {
-        Direction::N => [EVEN, EVEN, EVEN, OF_Y, OF_X, EVEN],
-        Direction::X => [EVEN, EVEN, EVEN, EVEN, EVEN, OF_Y],
-        Direction::Y => [EVEN, EVEN, EVEN, EVEN, EVEN, OF_X],
+        Direction::N => [EVEN, EVEN, EVEN, ODD_IN_Y, ODD_IN_X, EVEN],
+        Direction::X => [EVEN, EVEN, EVEN, EVEN, EVEN, ODD_IN_Y],
+        Direction::Y => [EVEN, EVEN, EVEN, EVEN, EVEN, ODD_IN_X],
     };
     let parity = mirror.parity(direction);
     modes.map(|mode| {
@@ -203,11 +203,11 @@ mod tests {
             .unwrap()
             .masked_by(|x, y| x.abs() + y.abs() < 3.0);
         let mirror = Mirror { x: Some(Symmetric), y: Some(Antisymmetric) };
-        let part = mirror.part(&grid).unwrap();
-        assert_eq!((part.nx(), part.ny(), part.center(0)), (2, 3, [0.25, 0.5]));
-        assert_eq!(part.active_len() * 4, grid.active_len());
+        let reduced = mirror.part(&grid).unwrap();
+        assert_eq!((reduced.nx(), reduced.ny(), reduced.center(0)), (2, 3, [0.25, 0.5]));
+        assert_eq!(reduced.active_len() * 4, grid.active_len());
         assert_eq!(Mirror::NONE.part(&grid), Ok(grid.clone()));
-        let field: Vec<f64> = (0..3 * part.len()).map(|e| e as f64 + 1.0).collect();
+        let field: Vec<f64> = (0..3 * reduced.len()).map(|e| e as f64 + 1.0).collect();
         let whole = mirror.extend(&grid, Components::ALL, &field);
         assert_eq!(mirror.restrict(&grid, &whole), field);
         for e in 0..grid.len() {

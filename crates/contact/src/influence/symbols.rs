@@ -55,7 +55,7 @@ impl Symbols {
         for row in 0..size {
             for column in row..size {
                 let entry = Entry::between(directions[row], directions[column]);
-                let at = entry_at(size, row, column);
+                let packed = entry_at(size, row, column);
                 let quadrant = quadrant(torus, entry, extent, |i, j| value(entry, i, j));
                 numbers.par_chunks_mut(stride).enumerate().for_each(|(kx, numbers)| {
                     for lane in 0..lanes {
@@ -67,7 +67,7 @@ impl Symbols {
                                 }
                                 _ => (ky, 1.0),
                             };
-                            numbers[(ky * count + at) * lanes + lane] =
+                            numbers[(ky * count + packed) * lanes + lane] =
                                 sign_x * sign_y * quadrant[wave_x * waves_y + wave_y];
                         }
                     }
@@ -126,7 +126,7 @@ fn quadrant(
     let mut planner = RealFftPlanner::new();
     let (along_x, along_y) = (planner.plan_fft_forward(mx), planner.plan_fft_forward(my));
     // The transform of an even sequence is real, of an odd one imaginary.
-    let part = |odd: bool, z: Complex<f64>| if odd { z.im } else { z.re };
+    let nonzero = |odd: bool, z: Complex<f64>| if odd { z.im } else { z.re };
     let sign = |odd: bool| if odd { -1.0 } else { 1.0 };
     let mut rows = vec![0.0; extent[1] * waves_x];
     rows.par_chunks_mut(waves_x).enumerate().for_each_init(
@@ -142,7 +142,7 @@ fn quadrant(
             debug_assert!(done.is_ok());
             row.iter_mut()
                 .zip(waves.iter())
-                .for_each(|(value, &wave)| *value = part(entry.odd_in_x(), wave));
+                .for_each(|(value, &wave)| *value = nonzero(entry.odd_in_x(), wave));
         },
     );
     // i · i where the entry is odd in both.
@@ -160,10 +160,9 @@ fn quadrant(
             }
             let done = along_y.process_with_scratch(line, waves, scratch);
             debug_assert!(done.is_ok());
-            symbols
-                .iter_mut()
-                .zip(waves.iter())
-                .for_each(|(symbol, &wave)| *symbol = normalisation * part(entry.odd_in_y(), wave));
+            symbols.iter_mut().zip(waves.iter()).for_each(|(symbol, &wave)| {
+                *symbol = normalisation * nonzero(entry.odd_in_y(), wave)
+            });
         },
     );
     quadrant

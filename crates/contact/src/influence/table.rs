@@ -75,7 +75,7 @@ impl Entry {
         }
     }
 
-    fn of(self, c: &Coefficient) -> f64 {
+    fn value(self, c: &Coefficient) -> f64 {
         match self {
             Self::Nn => c.nn,
             Self::Xx => c.xx,
@@ -121,8 +121,8 @@ impl InfluenceTable {
         // with square elements what holds for (Δi, Δj) holds for (Δj, Δi), x and y exchanged
         let square = grid.hx() == grid.hy();
         let exchanged = |di: usize, dj: usize| square && di < dj && dj < nx;
-        let coefficient = |at: usize| {
-            let (di, dj) = (at % nx, at / nx);
+        let coefficient = |index: usize| {
+            let (di, dj) = (index % nx, index / nx);
             if exchanged(di, dj) {
                 return Coefficient::default();
             }
@@ -138,15 +138,15 @@ impl InfluenceTable {
             }
             let stored = if entry.odd_in_y() { 2 * ny - 1 } else { ny };
             let mut values = vec![0.0; stored * width];
-            values.par_chunks_exact_mut(width).enumerate().for_each(|(at, row)| {
-                let dj = (at + ny).abs_diff(stored);
-                let sign_y = if entry.odd_in_y() && at + ny < stored { -1.0 } else { 1.0 };
+            values.par_chunks_exact_mut(width).enumerate().for_each(|(index, row)| {
+                let dj = (index + ny).abs_diff(stored);
+                let sign_y = if entry.odd_in_y() && index + ny < stored { -1.0 } else { 1.0 };
                 let sign_x = if entry.odd_in_x() { -sign_y } else { sign_y };
                 for di in 0..nx {
                     let value = if exchanged(di, dj) {
-                        entry.exchanged().of(&quadrant[di * nx + dj])
+                        entry.exchanged().value(&quadrant[di * nx + dj])
                     } else {
-                        entry.of(&quadrant[dj * nx + di])
+                        entry.value(&quadrant[dj * nx + di])
                     };
                     row[nx - 1 - di] = sign_x * value;
                     row[nx - 1 + di] = sign_y * value;
@@ -174,8 +174,8 @@ impl InfluenceTable {
     pub fn row(&self, entry: Entry, dj: i64) -> &[f64] {
         let (width, ny) = (2 * self.grid.nx() - 1, self.grid.ny() as i64);
         assert!(dj.abs() < ny, "offset {dj} on {ny} rows of elements");
-        let at = if entry.odd_in_y() { dj + ny - 1 } else { dj.abs() } as usize;
-        &self.rows[entry as usize][at * width..(at + 1) * width]
+        let index = if entry.odd_in_y() { dj + ny - 1 } else { dj.abs() } as usize;
+        &self.rows[entry as usize][index * width..(index + 1) * width]
     }
 
     /// The coefficient of offset (Δi, Δj), zero in the entries that are not kept.
@@ -183,9 +183,9 @@ impl InfluenceTable {
     /// # Panics
     /// Unless |Δi| < nx and |Δj| < ny.
     pub fn coefficient(&self, di: i64, dj: i64) -> Coefficient {
-        let at = (di + self.grid.nx() as i64 - 1) as usize;
+        let column = (di + self.grid.nx() as i64 - 1) as usize;
         let value = |entry| {
-            if self.rows[entry as usize].is_empty() { 0.0 } else { self.row(entry, dj)[at] }
+            if self.rows[entry as usize].is_empty() { 0.0 } else { self.row(entry, dj)[column] }
         };
         Coefficient {
             nn: value(Entry::Nn),
@@ -199,17 +199,20 @@ impl InfluenceTable {
 
     /// The diagonal entries by which a natural map divides.
     pub fn diagonals(&self) -> Diagonals {
-        let own = self.coefficient(0, 0);
-        let tangential = own.xx.max(own.yy);
+        let diagonal = self.coefficient(0, 0);
+        let tangential = diagonal.xx.max(diagonal.yy);
         // a component that is not kept has no entry
-        let or = |own: f64, other: f64| if own > 0.0 { own } else { other };
-        Diagonals { normal: or(own.nn, tangential), tangential: or(tangential, own.nn) }
+        let kept = |entry: f64, other: f64| if entry > 0.0 { entry } else { other };
+        Diagonals {
+            normal: kept(diagonal.nn, tangential),
+            tangential: kept(tangential, diagonal.nn),
+        }
     }
 
     /// The largest diagonal entry of the operator on the components that are kept.
     pub fn largest_diagonal(&self) -> f64 {
-        let own = self.coefficient(0, 0);
-        own.nn.max(own.xx).max(own.yy)
+        let diagonal = self.coefficient(0, 0);
+        diagonal.nn.max(diagonal.xx).max(diagonal.yy)
     }
 
     /// Adds to `displacement` (blocks n | x | y) that under the traction (n, x, y) on the element
@@ -224,13 +227,14 @@ impl InfluenceTable {
         let [tn, tx, ty] = traction;
         let (un, tangential) = displacement.split_at_mut(k);
         let (ux, uy) = tangential.split_at_mut(k);
-        for receiver in 0..self.grid.ny() {
-            let dj = receiver as i64 - j as i64;
-            let from = |entry| &self.row(entry, dj)[nx - 1 - i..][..nx];
-            let to = receiver * nx..(receiver + 1) * nx;
-            let (un, ux, uy) = (&mut un[to.clone()], &mut ux[to.clone()], &mut uy[to]);
-            let (nn, xx, yy) = (from(Entry::Nn), from(Entry::Xx), from(Entry::Yy));
-            let (xy, n_x, n_y) = (from(Entry::Xy), from(Entry::Nx), from(Entry::Ny));
+        for receiver_row in 0..self.grid.ny() {
+            let dj = receiver_row as i64 - j as i64;
+            let column = |entry| &self.row(entry, dj)[nx - 1 - i..][..nx];
+            let receivers = receiver_row * nx..(receiver_row + 1) * nx;
+            let (un, ux, uy) =
+                (&mut un[receivers.clone()], &mut ux[receivers.clone()], &mut uy[receivers]);
+            let (nn, xx, yy) = (column(Entry::Nn), column(Entry::Xx), column(Entry::Yy));
+            let (xy, n_x, n_y) = (column(Entry::Xy), column(Entry::Nx), column(Entry::Ny));
             for e in 0..nx {
                 un[e] += nn[e] * tn + n_x[e] * tx + n_y[e] * ty;
                 ux[e] += xx[e] * tx + xy[e] * ty - n_x[e] * tn;
@@ -251,17 +255,18 @@ impl InfluenceTable {
         assert!(receiver < k && p.len() == components.len() * k);
         let (i, j) = self.grid.position(receiver);
         let mut displacement = [0.0; 3];
-        for to in components.directions() {
-            for (from, p) in components.directions().zip(p.chunks_exact(k)) {
-                let entry = Entry::between(to, from);
-                let rows = p.chunks_exact(nx).enumerate().map(|(source, p)| {
+        for displaced in components.directions() {
+            for (loaded, p) in components.directions().zip(p.chunks_exact(k)) {
+                let entry = Entry::between(displaced, loaded);
+                let rows = p.chunks_exact(nx).enumerate().map(|(source_row, p)| {
                     // Δi falls as the source's column rises
-                    let row = &self.row(entry, j as i64 - source as i64)[i..i + nx];
+                    let row = &self.row(entry, j as i64 - source_row as i64)[i..i + nx];
                     row.iter().rev().zip(p).map(|(coefficient, p)| coefficient * p).sum::<f64>()
                 });
                 // what pressure does sideways is what traction does downwards, the other way
-                let sign = if from == Direction::N && to != Direction::N { -1.0 } else { 1.0 };
-                displacement[to as usize] += sign * rows.sum::<f64>();
+                let sign =
+                    if loaded == Direction::N && displaced != Direction::N { -1.0 } else { 1.0 };
+                displacement[displaced as usize] += sign * rows.sum::<f64>();
             }
         }
         displacement
@@ -339,7 +344,7 @@ mod tests {
                     if kept.contains(&entry) {
                         assert_eq!(table.row(entry, dj), all.row(entry, dj));
                     } else {
-                        assert_eq!(entry.of(&table.coefficient(1, dj)), 0.0);
+                        assert_eq!(entry.value(&table.coefficient(1, dj)), 0.0);
                     }
                 }
             }

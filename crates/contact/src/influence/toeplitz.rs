@@ -100,17 +100,17 @@ impl Influence for Toeplitz {
     fn apply(&self, out: &mut [f64], p: &[f64], scratch: &mut Scratch) {
         let size = self.components.len() * self.grid.len();
         assert_eq!((out.len(), p.len()), (size, size), "fields on another grid");
-        let (mut out, mut p) = (out, p);
+        let (mut out_left, mut p_left) = (out, p);
+        let mask = self.grid.mask();
         for symbols in &self.symbols {
-            let (to, out_left) =
-                std::mem::take(&mut out).split_at_mut(symbols.fields() * self.grid.len());
-            let (from, p_left) = p.split_at(to.len());
-            (out, p) = (out_left, p_left);
-            let mask = self.grid.mask();
+            let len = symbols.fields() * self.grid.len();
+            let (out, p);
+            (out, out_left) = std::mem::take(&mut out_left).split_at_mut(len);
+            (p, p_left) = p_left.split_at(len);
             match symbols.fields() {
-                1 => self.torus.convolve::<1, 1>(symbols, |s| s, mask, to, from, scratch),
-                2 => self.torus.convolve::<2, 3>(symbols, |s| s, mask, to, from, scratch),
-                _ => self.torus.convolve::<3, 6>(symbols, |s| s, mask, to, from, scratch),
+                1 => self.torus.convolve::<1, 1>(symbols, |s| s, mask, out, p, scratch),
+                2 => self.torus.convolve::<2, 3>(symbols, |s| s, mask, out, p, scratch),
+                _ => self.torus.convolve::<3, 6>(symbols, |s| s, mask, out, p, scratch),
             }
         }
     }

@@ -123,7 +123,7 @@ impl Torus {
     /// For fields on `whole` elements, or on the part that `mirror` leaves of them: with room for
     /// every offset between two of them, or else of that size.
     pub(crate) fn new(whole: [usize; 2], mirror: Mirror, padded: bool) -> Self {
-        let [x, y] = [0, 1].map(|along| Axis::new(whole[along], mirror.axes()[along], padded));
+        let [x, y] = [0, 1].map(|axis| Axis::new(whole[axis], mirror.axes()[axis], padded));
         let (mut real, mut complex) = (RealFftPlanner::new(), FftPlanner::new());
         Self {
             row_forward: real.plan_fft_forward(x.length),

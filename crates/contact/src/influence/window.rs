@@ -72,11 +72,10 @@ impl Window {
     ) {
         for block in 0..blocks {
             for row in 0..self.size[1] {
-                let (at, from) = (
-                    block * self.len() + row * self.size[0],
-                    block * grid.len() + grid.index(self.first[0], self.first[1] + row),
-                );
-                work(at..at + self.size[0], from..from + self.size[0]);
+                let width = self.size[0];
+                let in_window = block * self.len() + row * width;
+                let in_grid = block * grid.len() + grid.index(self.first[0], self.first[1] + row);
+                work(in_window..in_window + width, in_grid..in_grid + width);
             }
         }
     }
