@@ -8,17 +8,17 @@ use crate::model::{Material, Projection};
 /// compliances only. Their unit is 1/shear modulus, \[1/Pa\] in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HalfSpace {
-    /// Σ (1−ν)/G > 0.
+    /// The sum Σ (1−ν)/G > 0.
     pub direct: f64,
-    /// Σ ν/G ≥ 0.
+    /// The sum Σ ν/G ≥ 0.
     pub cross: f64,
-    /// (1−2ν)/2G of the foundation minus that of the punch: normal–tangential coupling, of either
-    /// sign.
+    /// The normal–tangential coupling, (1−2ν)/2G of the foundation minus that of the punch; it has
+    /// either sign.
     pub coupling: f64,
 }
 
 impl HalfSpace {
-    /// A foundation and what presses on it; a rigid punch (`None`) adds nothing.
+    /// Sums a foundation and the punch on it; a rigid punch (`None`) adds nothing.
     pub fn new(foundation: &Material, punch: Option<&Material>) -> Self {
         let alone = |material: &Material| {
             let (g, nu) = (material.shear_modulus, material.poisson);
@@ -37,7 +37,7 @@ impl HalfSpace {
         }
     }
 
-    /// The same bodies in another unit of compliance.
+    /// Returns the same bodies in another unit of compliance: all compliances times `factor`.
     pub fn scaled(&self, factor: f64) -> Self {
         Self {
             direct: self.direct * factor,
@@ -46,10 +46,10 @@ impl HalfSpace {
         }
     }
 
-    /// Displacement per unit traction for these integrals of [`kernel`]'s six (Boussinesq and
-    /// Cerruti; K. L. Johnson, Contact Mechanics, 1985, chapter 3): with r² = x² + y², nn:
-    /// direct/2π · 1/r, xx: 1/2π · (direct/r + cross x²/r³), xy: cross/2π · xy/r³, nx: coupling/2π
-    /// · x/r².
+    /// Returns the displacement per unit traction for integrals of [`kernel`]'s six functions,
+    /// after Boussinesq and Cerruti (K. L. Johnson, Contact Mechanics, 1985, chapter 3). With r² =
+    /// x² + y² the kernels are nn: direct/2π · 1/r, xx: 1/2π · (direct/r + cross x²/r³), xy:
+    /// cross/2π · xy/r³, nx: coupling/2π · x/r².
     pub fn coefficient(&self, geometry: &Coefficient) -> Coefficient {
         let [direct, cross, coupling] =
             [self.direct, self.cross, self.coupling].map(|c| c / std::f64::consts::TAU);
@@ -63,9 +63,9 @@ impl HalfSpace {
         }
     }
 
-    /// Displacement of an element of size hx × hy, `offset` (Δi, Δj) elements away from the loaded
-    /// one, receiver minus source, per unit traction; its unit is length × compliance. See
-    /// [`kernel::element`] for its accuracy.
+    /// Returns the displacement of an element of size hx × hy, `offset` (Δi, Δj) elements away from
+    /// the loaded one, receiver minus source, per unit traction; its unit is length × compliance.
+    /// See [`kernel::element`] for its accuracy.
     pub fn influence(
         &self,
         offset: [i64; 2],
@@ -76,7 +76,8 @@ impl HalfSpace {
         self.coefficient(&kernel::element(offset, hx, hy, projection))
     }
 
-    /// Displacement at the point (x, y) under unit traction on the rectangle |x| ≤ a, |y| ≤ b.
+    /// Returns the displacement at the point `receiver` (x, y) under unit traction on the rectangle
+    /// |x| ≤ a, |y| ≤ b with the `half_sides` (a, b); its unit is length × compliance.
     pub fn influence_at(&self, receiver: [f64; 2], half_sides: [f64; 2]) -> Coefficient {
         self.coefficient(&kernel::point(receiver, half_sides))
     }
