@@ -1,9 +1,9 @@
 //! The circulant nearest to each diagonal block of A, and its inverse: the preconditioner of the
 //! Krylov iterations.
 //!
-//! T. Chan's optimal circulant of a Toeplitz matrix (SIAM J. Sci. Stat. Comput. 9 (1988) 766–771,
-//! doi:10.1137/0909051), in both directions: it lives on a torus of the grid's own size, and is
-//! positive definite where the block is.
+//! It is T. Chan's optimal circulant of a Toeplitz matrix (SIAM J. Sci. Stat. Comput. 9 (1988)
+//! 766–771, doi:10.1137/0909051), in both directions: it lives on a torus of the grid's own size,
+//! and is positive definite where the block is.
 
 use super::components::{Components, Direction};
 use super::mirror::Mirror;
@@ -12,22 +12,22 @@ use super::symbols::Symbols;
 use super::table::{Entry, InfluenceTable};
 use super::torus::Torus;
 
-/// Inverse circulants of the diagonal blocks of A on some components, and on the part of the grid
-/// that mirror planes leave.
+/// The inverse circulants of the diagonal blocks of A on some components, and on the part of the
+/// grid that mirror planes leave.
 #[derive(Clone, Debug)]
 pub struct Circulant {
     torus: Torus,
-    /// Eigenvalues of the circulant of each component.
+    /// The eigenvalues of the circulant of each component.
     eigenvalues: Vec<Symbols>,
 }
 
 impl Circulant {
-    /// The circulants of all of the table's components.
+    /// Computes the circulants of all of the table's components.
     pub fn new(table: &InfluenceTable) -> Self {
         Self::of(table, table.components(), Mirror::NONE)
     }
 
-    /// The circulants of these components, for fields with these symmetries.
+    /// Computes the circulants of these components, for fields with these symmetries.
     ///
     /// # Panics
     /// If the table does not hold the coefficients, or a mirrored direction has an odd number of
@@ -45,8 +45,8 @@ impl Circulant {
         Self::on([table.grid().nx(), table.grid().ny()], table, components, mirror)
     }
 
-    /// The circulants for a window of so many elements of the part that mirror planes leave, which
-    /// begins at them.
+    /// Computes the circulants for a window of so many elements of the part that mirror planes
+    /// leave; the window begins at the planes.
     ///
     /// # Panics
     /// If the table does not hold the coefficients, or is smaller.
@@ -59,6 +59,7 @@ impl Circulant {
         Self::on(mirror.whole_size(size), table, components, mirror)
     }
 
+    /// Computes the circulants on a torus of `whole` elements, mirror images included.
     fn on(
         whole: [usize; 2],
         table: &InfluenceTable,
@@ -66,7 +67,7 @@ impl Circulant {
         mirror: Mirror,
     ) -> Self {
         let torus = Torus::new(whole, mirror, false);
-        // both ways round the torus, each with its share
+        // Both ways round the torus count, each with its share.
         let wraps = |i: usize, n: usize| {
             [(i, (n - i) as f64 / n as f64), (n - i, i as f64 / n as f64)]
                 .into_iter()
@@ -87,7 +88,7 @@ impl Circulant {
             .directions()
             .map(|direction: Direction| {
                 let mut eigenvalues = Symbols::new(&torus, &[direction], extent, value);
-                // collocation is not quite positive definite
+                // Collocation is not quite positive definite.
                 eigenvalues.raise_to(1e-6);
                 eigenvalues
             })
@@ -95,7 +96,7 @@ impl Circulant {
         Self { torus, eigenvalues }
     }
 
-    /// out = (C + `epsilon`)⁻¹ `field`, block by block (one per component).
+    /// Computes out = (C + `epsilon`)⁻¹ `field`, block by block (one per component).
     ///
     /// # Panics
     /// If a field has another length.
@@ -106,7 +107,7 @@ impl Circulant {
             (blocks * size, blocks * size),
             "fields on another grid"
         );
-        // the transforms there and back multiply by this
+        // The transforms there and back multiply a field by the gain.
         let gain = self.torus.gain();
         for ((out, block), eigenvalues) in
             out.chunks_exact_mut(size).zip(field.chunks_exact(size)).zip(&self.eigenvalues)
@@ -116,7 +117,7 @@ impl Circulant {
         }
     }
 
-    /// Memory held, in bytes, the plans of the transforms left out.
+    /// Returns the memory held, in bytes, the plans of the transforms left out.
     pub fn bytes(&self) -> usize {
         self.eigenvalues.iter().map(Symbols::bytes).sum()
     }

@@ -1,20 +1,20 @@
-//! Which components of traction and displacement an operator acts on.
+//! The components of traction and displacement on which an operator acts.
 
 use super::table::Entry;
 
 /// A component of a vector: the one normal to the plane of contact or one of the two in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Direction {
-    /// Normal, into the foundation.
+    /// The normal direction, into the foundation.
     N,
-    /// Along x.
+    /// The direction along x.
     X,
-    /// Along y.
+    /// The direction along y.
     Y,
 }
 
 impl Direction {
-    /// All three, in the order of the blocks of a field.
+    /// All three directions, in the order of the blocks of a field.
     pub const ALL: [Self; 3] = [Self::N, Self::X, Self::Y];
 }
 
@@ -22,65 +22,68 @@ impl Direction {
 /// these components has one block for each, in the order n, x, y.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Components {
+    /// One flag for each of n, x, y.
     members: [bool; 3],
+    /// True if n couples with x or y.
     coupled: bool,
 }
 
 impl Components {
-    /// n, x and y, coupled: the full problem.
+    /// The directions n, x and y, coupled: the full problem.
     pub const ALL: Self = Self { members: [true; 3], coupled: true };
-    /// n alone.
+    /// The direction n alone.
     pub const NORMAL: Self = Self::of([true, false, false]);
-    /// x and y.
+    /// The directions x and y.
     pub const TANGENTIAL: Self = Self::of([false, true, true]);
-    /// x alone.
+    /// The direction x alone.
     pub const X: Self = Self::of([false, true, false]);
-    /// y alone.
+    /// The direction y alone.
     pub const Y: Self = Self::of([false, false, true]);
 
-    /// Those of n, x, y that are true, n coupled with the others.
+    /// Makes the set of those of n, x, y that are true, with n coupled with the others.
     ///
     /// # Panics
-    /// If none is.
+    /// If none is true.
     pub const fn of(members: [bool; 3]) -> Self {
         let [n, x, y] = members;
         assert!(n || x || y, "an operator on no component");
         Self { members, coupled: n && (x || y) }
     }
 
-    /// The same without coupling of n with x and y.
+    /// Returns the same set without coupling of n with x and y.
     pub const fn uncoupled(self) -> Self {
         Self { coupled: false, ..self }
     }
 
-    /// Whether n couples with x or y; only where it is a member together with one of them.
+    /// Returns whether n couples with x or y; true only if n is a member together with one of them.
     pub fn coupled(self) -> bool {
         self.coupled
     }
 
-    /// Whether a direction is a member.
+    /// Returns whether a direction is a member.
     pub fn contains(self, direction: Direction) -> bool {
         self.members[direction as usize]
     }
 
-    /// Whether all that the other set asks for, coupling included, is in this one.
+    /// Returns whether this set holds all members of the other set, and couples if that one does.
     pub fn includes(self, other: Self) -> bool {
         other.directions().all(|direction| self.contains(direction))
             && (self.coupled || !other.coupled)
     }
 
-    /// Number of directions, 1 to 3.
-    #[allow(clippy::len_without_is_empty)] // there is no empty set
+    /// Returns the number of directions, 1 to 3.
+    #[allow(clippy::len_without_is_empty)] // There is no empty set.
     pub fn len(self) -> usize {
         self.directions().count()
     }
 
-    /// The members in the order n, x, y.
+    /// Returns the members in the order n, x, y.
     pub fn directions(self) -> impl Iterator<Item = Direction> {
         Direction::ALL.into_iter().filter(move |&direction| self.contains(direction))
     }
 
-    /// The different entries of a coefficient that an operator on these components is made of.
+    /// Returns the different entries of a coefficient that an operator on these components is made
+    /// of.
     pub fn entries(self) -> impl Iterator<Item = Entry> {
         Entry::ALL.into_iter().filter(move |entry| {
             let [row, column] = entry.directions();
@@ -89,7 +92,7 @@ impl Components {
         })
     }
 
-    /// The groups of directions with no entry between them, in the order of the blocks.
+    /// Returns the groups of directions with no entry between them, in the order of the blocks.
     pub(crate) fn groups(self) -> impl Iterator<Item = Vec<Direction>> {
         let (normal, tangential): (Vec<_>, Vec<_>) =
             self.directions().partition(|&direction| !self.coupled && direction == Direction::N);

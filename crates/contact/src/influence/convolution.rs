@@ -1,8 +1,9 @@
 //! The product with real symbols in a torus's Fourier space.
 //!
-//! One convolution: real transforms of the rows that are not padding; then for each column of the
-//! spectrum a transform along y, the product, and back; then the rows back. Each step writes what
-//! only it owns, in parallel: the rows, then tiles of a few columns, then the rows of the result.
+//! A convolution consists of real transforms of the rows that are not padding; then, for each
+//! column of the spectrum, a transform along y, the product, and the transform back; then the
+//! transforms of the rows back. The steps run in parallel over pieces of which each is written by
+//! one thread only: the rows, then tiles of a few columns, then the rows of the result.
 
 use std::ops::Range;
 
@@ -16,6 +17,7 @@ use super::symbols::{Symbols, entry_at};
 use super::torus::{TILE, Torus};
 
 impl Torus {
+    /// Divides the memory for a convolution of `fields` fields.
     fn work<'a>(&self, fields: usize, scratch: &'a mut Scratch) -> Work<'a> {
         let rows = fields * self.y.elements;
         let [columns, transform] = self.slot_size(fields);
@@ -34,9 +36,9 @@ impl Torus {
         Work { spectrum, tiles, slots }
     }
 
-    /// out = the convolution of F = `symbols.directions` fields with the symbols. `entries` turns
-    /// the packed symbols of a wavenumber into those to multiply with. `masked`: only these
-    /// elements count.
+    /// Computes out = the convolution of F fields, one for each of `symbols.directions`, with the
+    /// symbols, of which there are S = F·(F+1)/2 for each wavenumber. `entries` turns the packed
+    /// symbols of a wavenumber into those to multiply with. With a `mask` only its elements count.
     pub(crate) fn convolve<const F: usize, const S: usize>(
         &self,
         symbols: &Symbols,
@@ -69,7 +71,7 @@ impl Torus {
             let source = &p[index * nx..(index + 1) * nx];
             let inside = mask.map(|mask| &mask[j * nx..(j + 1) * nx]);
             let sign = self.x.sign(directions[block], Direction::X);
-            // rows without contact
+            // Rows without contact have no waves.
             if source.iter().all(|value| *value == 0.0) {
                 waves.fill(Complex::zero());
                 return;
@@ -137,8 +139,8 @@ impl Torus {
         });
     }
 
-    /// Columns of the spectrum, which has a row for each row of each block, to the places where the
-    /// transform takes them from.
+    /// Copies columns of the spectrum, which has a row for each row of each block, to the places
+    /// from which the transform takes them.
     fn load(
         &self,
         directions: &[Direction],
@@ -162,7 +164,8 @@ impl Torus {
         }
     }
 
-    /// The reverse of `load`: to a tile with TILE numbers for each row of each block.
+    /// Copies the columns in `buffer` back, the reverse of `load`, to a tile with TILE numbers for
+    /// each row of each block.
     fn store(
         &self,
         directions: &[Direction],
@@ -211,7 +214,8 @@ impl Torus {
                 }
             }
             if self.y.symmetry.is_some() {
-                // cosine transforms at k and length − k; sine transforms at length − k and k
+                // These are cosine transforms at k and length − k, or sine transforms at length − k
+                // and k.
                 let turn = self.y.turns[k];
                 for c in 0..F {
                     let (a, b) = (turn * low[c], turn.conj() * high[c]);
@@ -235,8 +239,8 @@ impl Torus {
                 if LANES == 1 {
                     (low, high) = (product(&symbol, low), product(&symbol, high));
                 } else {
-                    // each number holds the spectra a, b of two real columns: a + ib at k, and at
-                    // −k their conjugates
+                    // Each number holds the spectra a, b of two real columns: a + ib at k, and at
+                    // −k their conjugates.
                     let high_conjugate = high.map(|z| z.conj());
                     let a: [Complex<f64>; F] =
                         std::array::from_fn(|c| 0.5 * (low[c] + high_conjugate[c]));
@@ -283,7 +287,7 @@ impl Torus {
                 chunk.copy_from_slice(&tile[index * TILE..][..chunk.len()]);
             }
             waves.iter_mut().zip(&self.x.turns).for_each(|(wave, turn)| *wave *= turn.conj());
-            // Zero but for rounding, as a real field's must be.
+            // The imaginary part is zero except for rounding, as a real field's must be.
             waves[0].im = 0.0;
             if self.x.length.is_multiple_of(2) {
                 waves[columns - 1].im = 0.0;
@@ -312,17 +316,17 @@ impl Torus {
     }
 }
 
-/// i z
+/// Returns i z.
 fn turned(z: Complex<f64>) -> Complex<f64> {
     Complex::new(-z.im, z.re)
 }
 
-/// −i z
+/// Returns −i z.
 fn turned_back(z: Complex<f64>) -> Complex<f64> {
     Complex::new(z.im, -z.re)
 }
 
-/// The symbols to multiply with, lane by lane.
+/// Returns the symbols to multiply with, lane by lane.
 fn adapted<const S: usize, const LANES: usize>(
     symbols: &[[f64; LANES]; S],
     entries: &impl Fn([f64; S]) -> [f64; S],
@@ -337,8 +341,8 @@ fn adapted<const S: usize, const LANES: usize>(
     out
 }
 
-/// A real symmetric matrix, packed, times a vector; the first lane for the real part, the last for
-/// the imaginary one.
+/// Multiplies a real symmetric matrix, packed, by a vector; the first lane is for the real part,
+/// the last for the imaginary one.
 fn product<const F: usize, const S: usize, const LANES: usize>(
     matrix: &[[f64; LANES]; S],
     v: [Complex<f64>; F],
@@ -353,24 +357,28 @@ fn product<const F: usize, const S: usize, const LANES: usize>(
     })
 }
 
-/// Memory of one convolution.
+/// The memory of one convolution.
 struct Work<'a> {
     /// A row of columns for each row of each field.
     spectrum: &'a mut [Complex<f64>],
-    /// The same in tiles of TILE columns.
+    /// The spectrum in tiles of TILE columns.
     tiles: &'a mut [Complex<f64>],
+    /// The memory of each thread.
     slots: Vec<Slot<'a>>,
 }
 
-/// What one thread works in.
+/// The memory in which one thread works.
 struct Slot<'a> {
+    /// One row of a field.
     row: &'a mut [f64],
+    /// The columns of a tile.
     columns: &'a mut [Complex<f64>],
+    /// The transforms' own memory.
     transform: &'a mut [Complex<f64>],
 }
 
-/// Works on every `unit` of `whole`, a slot's worth of neighbours each on its own thread. What a
-/// unit becomes depends on its number only.
+/// Calls `work` on every `unit` of `field`; each thread works through the neighbouring units of a
+/// slot. The result of a unit depends on its index only.
 fn share<T: Send>(
     field: &mut [T],
     unit: usize,

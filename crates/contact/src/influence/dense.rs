@@ -9,23 +9,25 @@ use super::operator::{Influence, Scratch, ScratchSize};
 use super::table::{Entry, InfluenceTable};
 use crate::grid::Grid;
 
-/// A as one matrix over the elements of Ω; 8·(ck)² bytes for c components and k elements.
+/// The operator A as one matrix over the elements of Ω; 8·(ck)² bytes for c components and k
+/// elements.
 #[derive(Clone, Debug)]
 pub struct Dense {
     grid: Grid,
     components: Components,
+    /// The indices of the elements of Ω, ascending.
     active: Vec<usize>,
     matrix: Mat<f64>,
 }
 
 impl Dense {
-    /// The matrix of all of the table's components on Ω of its grid.
+    /// Makes the matrix of all of the table's components on Ω of its grid.
     pub fn new(table: &InfluenceTable) -> Self {
         Self::of(table, table.components(), Mirror::NONE)
     }
 
-    /// The matrix on these components of fields with these symmetries; it lives on the part of the
-    /// table's grid that [`Mirror::part`] gives.
+    /// Makes the matrix on these components of fields with these symmetries; it lives on the part
+    /// of the table's grid that [`Mirror::part`] gives.
     ///
     /// # Panics
     /// If the table does not hold the coefficients, or its grid is not symmetric.
@@ -71,8 +73,8 @@ impl Dense {
         Self { grid, components, active, matrix }
     }
 
-    /// The matrix: blocks of the components over the elements of Ω in ascending order, masked ones
-    /// left out.
+    /// Returns the matrix: blocks of the components over the elements of Ω in ascending order,
+    /// masked ones left out.
     pub fn matrix(&self) -> MatRef<'_, f64> {
         self.matrix.as_ref()
     }

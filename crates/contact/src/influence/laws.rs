@@ -1,4 +1,4 @@
-//! Laws that every [`Influence`] obeys, run by each implementation on the same cases.
+//! Laws that every [`Influence`] obeys; each implementation runs them on the same cases.
 
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
@@ -11,7 +11,7 @@ use crate::foundation::{Bodies, HalfSpace};
 use crate::grid::Grid;
 use crate::model::{Base, Layer, Material, Projection};
 
-/// Agreement demanded, relative to the largest displacement.
+/// The largest error relative to the largest displacement.
 const ROUNDING: f64 = 2e-13;
 
 /// A grid as numbers, so that a law can turn or mirror it, two bodies, and two fields.
@@ -95,7 +95,7 @@ fn cases() -> impl Strategy<Value = Case> {
                     ((components, mirror), p, q),
                 )| Case {
                     n: [nx, ny],
-                    h: [hx, hy.unwrap_or(hx)], // square elements half the time
+                    h: [hx, hy.unwrap_or(hx)], // Half the elements are square.
                     inside,
                     layers,
                     base,
@@ -110,10 +110,11 @@ fn cases() -> impl Strategy<Value = Case> {
     })
 }
 
-/// Implementation under test, made from a table.
+/// The implementation under test, made from a table.
 type Build = fn(&InfluenceTable, Components, Mirror) -> Box<dyn Influence>;
 
-/// Every set of components: each choice of directions, the normal one with and without coupling.
+/// Returns every set of components: each choice of directions, the normal one with and without
+/// coupling.
 fn component_sets() -> Vec<Components> {
     let members = (1..8).map(|bits| [bits & 1 != 0, bits & 2 != 0, bits & 4 != 0]);
     let mut sets: Vec<Components> = members
@@ -123,7 +124,7 @@ fn component_sets() -> Vec<Components> {
     sets
 }
 
-/// Every choice of planes and symmetries.
+/// Returns every choice of planes and symmetries.
 fn mirrors() -> Vec<Mirror> {
     let each = [None, Some(Symmetry::Symmetric), Some(Symmetry::Antisymmetric)];
     each.into_iter().flat_map(|x| each.map(|y| Mirror { x, y })).collect()
@@ -237,7 +238,7 @@ fn operator(
     build(&InfluenceTable::new(grid, bodies, projection), Components::ALL, Mirror::NONE)
 }
 
-/// A p in memory that held something else before.
+/// Returns A p, computed in memory that held something else before.
 fn apply(a: &dyn Influence, p: &[f64]) -> Vec<f64> {
     let mut out = vec![f64::NAN; p.len()];
     let mut scratch = Scratch::new(a);
@@ -256,7 +257,7 @@ fn close(law: &str, got: &[f64], expected: &[f64], size: f64) {
     }
 }
 
-/// The definition, with coefficients that have not been through a table.
+/// Compares with the definition, with coefficients that have not been through a table.
 fn is_the_sum_over_sources(case: &Case, ap: &[f64], size: f64) {
     let (grid, k) = (case.grid(), case.grid().len());
     let kernels =
@@ -307,7 +308,7 @@ fn is_linear(case: &Case, a: &dyn Influence, ap: &[f64], aq: &[f64], size: f64) 
     close("linearity", &apply(a, &combine(&case.p, &case.q)), &combine(ap, aq), 4.0 * size);
 }
 
-/// The blocks of some components.
+/// Returns the blocks of some components.
 fn blocks(field: &[f64], components: Components) -> Vec<f64> {
     let k = field.len() / 3;
     components
@@ -321,8 +322,8 @@ fn largest(field: &[f64]) -> f64 {
     field.iter().fold(0.0, |m, u| m.max(u.abs()))
 }
 
-/// An operator on some components is the block of the full one, and an uncoupled one that without n
-/// with x and y; made of a table of its own coefficients or of all.
+/// Checks that an operator on some components is the block of the full one, and an uncoupled one
+/// that without n with x and y, whether it is made of a table of its own coefficients or of all.
 fn keeps_to_its_components(build: Build, case: &Case) {
     let (grid, k, components) = (case.grid(), case.inside.len(), case.components);
     let all = InfluenceTable::new(&grid, case.bodies(), case.projection);
@@ -352,8 +353,8 @@ fn keeps_to_its_components(build: Build, case: &Case) {
     assert_eq!(apply(&*build(&all, components, Mirror::NONE), &p), got, "a larger table");
 }
 
-/// On the part that mirror planes leave of a grid: the operator of the whole grid on the field with
-/// its mirror images.
+/// Checks the operator on the part of a grid that mirror planes leave against the operator of the
+/// whole grid on the field with its mirror images.
 fn a_part_says_everything(build: Build, case: &Case) {
     let ([nx, ny], components, mirror) = (case.n, case.components, case.mirror);
     let twice = |n: usize, symmetry: Option<Symmetry>| if symmetry.is_some() { 2 * n } else { n };
@@ -373,14 +374,14 @@ fn a_part_says_everything(build: Build, case: &Case) {
     let reduced = build(&table, components, mirror);
     assert_eq!(reduced.grid(), &mirror.part(&whole).unwrap());
     let got = apply(&*reduced, &p);
-    // the images cancel each other in part
+    // The images partly cancel each other.
     let size = largest(&full).max(largest(&p) * table.largest_diagonal());
     close("part", &got, &mirror.restrict(&whole, &full), size);
     close("images", &mirror.extend(&whole, components, &got), &full, size);
 }
 
-/// Moves values to the elements `to` and multiplies vectors by the signed permutation `turn`[new
-/// component] = (old, sign).
+/// Moves values to the elements `target` and multiplies vectors by the signed permutation
+/// `turn`[new component] = (old, sign).
 fn moved(field: &[f64], target: &dyn Fn(usize) -> usize, turn: [(usize, f64); 3]) -> Vec<f64> {
     let k = field.len() / 3;
     let mut out = vec![0.0; 3 * k];
@@ -413,7 +414,7 @@ fn mirrored_loads_have_mirrored_displacements(build: Build, case: &Case, ap: &[f
     }
 }
 
-/// By a right angle: (x, y) becomes (−y, x).
+/// Turns the case by a right angle: (x, y) becomes (−y, x).
 fn turns(build: Build, case: &Case, ap: &[f64], size: f64) {
     let [nx, ny] = case.n;
     let target = |e: usize| (e % nx) * ny + (ny - 1 - e / nx);
@@ -433,7 +434,7 @@ fn turns(build: Build, case: &Case, ap: &[f64], size: f64) {
     );
 }
 
-/// A load moved by one element moves its displacement.
+/// Checks that a load moved by one element moves its displacement.
 fn is_the_same_everywhere(build: Build, case: &Case, size: f64) {
     let [nx, ny] = case.n;
     if nx < 2 || ny < 2 {
@@ -455,8 +456,8 @@ fn is_the_same_everywhere(build: Build, case: &Case, size: f64) {
     close("translation", &there, &here, 4.0 * size.max(case.h[0].max(case.h[1])));
 }
 
-/// The foundation's displacement plus the punch's, seen from its own side: normal reversed, so the
-/// coupling is too.
+/// Checks that the displacement is the foundation's plus the punch's, seen from its own side:
+/// normal reversed, so the coupling is too.
 fn superposes_bodies(build: Build, case: &Case, ap: &[f64], size: f64) {
     let grid = case.grid();
     let below =
@@ -470,7 +471,7 @@ fn superposes_bodies(build: Build, case: &Case, ap: &[f64], size: f64) {
     close("superposition", ap, &sum, 4.0 * size);
 }
 
-/// Displacement is proportional to length and inversely to the moduli.
+/// Checks that displacement is proportional to length and inversely proportional to the moduli.
 fn scales(build: Build, case: &Case, ap: &[f64]) {
     let (length, modulus) = (1e-9, 1e12);
     let stiffer = |m: Material| Material { shear_modulus: m.shear_modulus * modulus, ..m };

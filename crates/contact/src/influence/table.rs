@@ -1,4 +1,4 @@
-//! Influence coefficients of a grid, one block per offset.
+//! The influence coefficients of a grid, one block per offset.
 
 use rayon::prelude::*;
 
@@ -10,35 +10,35 @@ use crate::model::Projection;
 /// One of the six different entries of a coefficient; xn = −nx, yn = −ny, yx = xy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Entry {
-    /// Normal displacement under pressure; even in Δi and in Δj.
+    /// The normal displacement under pressure; even in Δi and in Δj.
     Nn,
-    /// Displacement along x under traction along x; even in both.
+    /// The displacement along x under traction along x; even in both.
     Xx,
-    /// Displacement along y under traction along y; even in both.
+    /// The displacement along y under traction along y; even in both.
     Yy,
-    /// Displacement along x under traction along y; odd in both.
+    /// The displacement along x under traction along y; odd in both.
     Xy,
-    /// Normal displacement under traction along x; odd in Δi, even in Δj.
+    /// The normal displacement under traction along x; odd in Δi, even in Δj.
     Nx,
-    /// Normal displacement under traction along y; even in Δi, odd in Δj.
+    /// The normal displacement under traction along y; even in Δi, odd in Δj.
     Ny,
 }
 
 impl Entry {
-    /// All six, in the order of their declaration.
+    /// All six entries, in the order of their declaration.
     pub const ALL: [Self; 6] = [Self::Nn, Self::Xx, Self::Yy, Self::Xy, Self::Nx, Self::Ny];
 
-    /// Whether the entry changes sign with Δi.
+    /// Returns whether the entry changes sign with Δi.
     pub fn odd_in_x(self) -> bool {
         matches!(self, Self::Xy | Self::Nx)
     }
 
-    /// Whether the entry changes sign with Δj.
+    /// Returns whether the entry changes sign with Δj.
     pub fn odd_in_y(self) -> bool {
         matches!(self, Self::Xy | Self::Ny)
     }
 
-    /// Directions of displacement and traction, in the order n, x, y.
+    /// Returns the directions of displacement and traction, in the order n, x, y.
     pub fn directions(self) -> [Direction; 2] {
         use Direction::{N, X, Y};
         match self {
@@ -51,7 +51,7 @@ impl Entry {
         }
     }
 
-    /// What it is with x and y exchanged.
+    /// Returns the entry that this one becomes if x and y are exchanged.
     fn exchanged(self) -> Self {
         match self {
             Self::Xx => Self::Yy,
@@ -62,7 +62,7 @@ impl Entry {
         }
     }
 
-    /// The one that relates two directions.
+    /// Returns the entry that relates two directions.
     pub(crate) fn between(a: Direction, b: Direction) -> Self {
         use Direction::{N, X, Y};
         match (a.min(b), a.max(b)) {
@@ -75,6 +75,7 @@ impl Entry {
         }
     }
 
+    /// Returns the value of the entry in a coefficient.
     fn value(self, c: &Coefficient) -> f64 {
         match self {
             Self::Nn => c.nn,
@@ -87,7 +88,7 @@ impl Entry {
     }
 }
 
-/// Influence coefficients of every offset that occurs on a grid, |Δi| < nx and |Δj| < ny:
+/// The influence coefficients of every offset that occurs on a grid, |Δi| < nx and |Δj| < ny:
 /// displacement of the receiver per unit traction on the source, Δ = receiver − source. Their unit
 /// is the grid's length times the bodies' compliance.
 ///
@@ -97,13 +98,13 @@ impl Entry {
 pub struct InfluenceTable {
     grid: Grid,
     components: Components,
-    /// By [`Entry`]: rows of 2nx − 1, from Δj = 0 or, where odd in Δj, from Δj = −(ny − 1). Empty
-    /// where not kept.
+    /// For each [`Entry`], rows of 2nx − 1 numbers, from Δj = 0 or, if odd in Δj, from Δj = −(ny −
+    /// 1); empty if not kept.
     rows: [Vec<f64>; 6],
 }
 
 impl InfluenceTable {
-    /// The coefficients of all components; see [`Self::of`].
+    /// Computes the coefficients of all components; see [`Self::of`].
     pub fn new(grid: &Grid, bodies: impl Into<Bodies>, projection: Projection) -> Self {
         Self::of(grid, bodies, projection, Components::ALL)
     }
@@ -118,7 +119,8 @@ impl InfluenceTable {
     ) -> Self {
         let (nx, ny) = (grid.nx(), grid.ny());
         let kernels = bodies.into().kernels((nx as f64 * grid.hx()).hypot(ny as f64 * grid.hy()));
-        // with square elements what holds for (Δi, Δj) holds for (Δj, Δi), x and y exchanged
+        // With square elements the coefficient of (Δi, Δj) is that of (Δj, Δi) with x and y
+        // exchanged.
         let square = grid.hx() == grid.hy();
         let exchanged = |di: usize, dj: usize| square && di < dj && dj < nx;
         let coefficient = |index: usize| {
@@ -157,17 +159,17 @@ impl InfluenceTable {
         Self { grid: grid.clone(), components, rows }
     }
 
-    /// The grid, with its mask; the coefficients do not depend on the mask.
+    /// Returns the grid, with its mask; the coefficients do not depend on the mask.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
 
-    /// What the coefficients are kept for.
+    /// Returns the components for which the coefficients are kept.
     pub fn components(&self) -> Components {
         self.components
     }
 
-    /// One entry at offset Δj, contiguous over Δi = −(nx − 1) … nx − 1.
+    /// Returns one entry at offset Δj, contiguous over Δi = −(nx − 1) … nx − 1.
     ///
     /// # Panics
     /// Unless |Δj| < ny and the entry is kept.
@@ -178,7 +180,7 @@ impl InfluenceTable {
         &self.rows[entry as usize][index * width..(index + 1) * width]
     }
 
-    /// The coefficient of offset (Δi, Δj), zero in the entries that are not kept.
+    /// Returns the coefficient of offset (Δi, Δj), zero in the entries that are not kept.
     ///
     /// # Panics
     /// Unless |Δi| < nx and |Δj| < ny.
@@ -197,11 +199,11 @@ impl InfluenceTable {
         }
     }
 
-    /// The diagonal entries by which a natural map divides.
+    /// Returns the diagonal entries by which a natural map divides.
     pub fn diagonals(&self) -> Diagonals {
         let diagonal = self.coefficient(0, 0);
         let tangential = diagonal.xx.max(diagonal.yy);
-        // a component that is not kept has no entry
+        // A component that is not kept has no entry.
         let kept = |entry: f64, other: f64| if entry > 0.0 { entry } else { other };
         Diagonals {
             normal: kept(diagonal.nn, tangential),
@@ -209,17 +211,18 @@ impl InfluenceTable {
         }
     }
 
-    /// The largest diagonal entry of the operator on the components that are kept.
+    /// Returns the largest diagonal entry of the operator on the components that are kept.
     pub fn largest_diagonal(&self) -> f64 {
         let diagonal = self.coefficient(0, 0);
         diagonal.nn.max(diagonal.xx).max(diagonal.yy)
     }
 
-    /// Adds to `displacement` (blocks n | x | y) that under the traction (n, x, y) on the element
-    /// `source`. Masked receivers get theirs too: the caller skips them when it reads.
+    /// Adds the displacement under the traction (n, x, y) on the element `source` to `displacement`
+    /// (blocks n | x | y). Masked receivers get theirs too: the caller skips them when it reads.
     ///
     /// # Panics
-    /// Unless `source` is an element, `displacement` 3·len of the grid, and every entry is kept.
+    /// Unless `source` is an element, `displacement` has the length 3·len of the grid, and every
+    /// entry is kept.
     pub fn add_column(&self, source: usize, traction: [f64; 3], displacement: &mut [f64]) {
         let (nx, k) = (self.grid.nx(), self.grid.len());
         assert!(source < k && displacement.len() == 3 * k);
@@ -243,9 +246,9 @@ impl InfluenceTable {
         }
     }
 
-    /// The displacement (n, x, y) of the element `receiver` under the tractions `p`, blocks of
-    /// `components`, added up element by element: what faster ways to apply the operator are held
-    /// against. Zero in the components that are left out.
+    /// Returns the displacement (n, x, y) of the element `receiver` under the tractions `p`, blocks
+    /// of `components`, added up element by element; faster implementations of the operator are
+    /// compared with it. It is zero in the components that are left out.
     ///
     /// # Panics
     /// Unless `receiver` is an element, `p` has a block of the grid's length for each component,
@@ -259,11 +262,12 @@ impl InfluenceTable {
             for (loaded, p) in components.directions().zip(p.chunks_exact(k)) {
                 let entry = Entry::between(displaced, loaded);
                 let rows = p.chunks_exact(nx).enumerate().map(|(source_row, p)| {
-                    // Δi falls as the source's column rises
+                    // Δi falls as the source's column rises.
                     let row = &self.row(entry, j as i64 - source_row as i64)[i..i + nx];
                     row.iter().rev().zip(p).map(|(coefficient, p)| coefficient * p).sum::<f64>()
                 });
-                // what pressure does sideways is what traction does downwards, the other way
+                // The displacement along x or y under pressure is the negative of the normal one
+                // under traction.
                 let sign =
                     if loaded == Direction::N && displaced != Direction::N { -1.0 } else { 1.0 };
                 displacement[displaced as usize] += sign * rows.sum::<f64>();
@@ -272,26 +276,26 @@ impl InfluenceTable {
         displacement
     }
 
-    /// Memory held, in bytes.
+    /// Returns the memory held, in bytes.
     pub fn bytes(&self) -> usize {
         self.rows.iter().map(|values| size_of_val(values.as_slice())).sum()
     }
 }
 
-/// Diagonal entries of A, by which residuals become tractions. On a thin incompressible layer the
-/// one is a millionth of the other, and in the units of the larger one the smaller one's residual
-/// would be nothing.
+/// The diagonal entries of A, by which residuals become tractions. On a thin incompressible layer
+/// one is a millionth of the other, and in the units of the larger one the residual of the smaller
+/// one would be nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Diagonals {
-    /// Normal displacement by the element's own pressure.
+    /// The normal displacement by the element's own pressure per unit pressure.
     pub normal: f64,
     /// The larger one of both tangential displacements by the element's own traction in their
-    /// direction.
+    /// direction, per unit traction.
     pub tangential: f64,
 }
 
 impl From<f64> for Diagonals {
-    /// One for all directions.
+    /// Takes one entry for all directions.
     fn from(diagonal: f64) -> Self {
         Self { normal: diagonal, tangential: diagonal }
     }

@@ -12,25 +12,25 @@ use super::table::{Entry, InfluenceTable};
 use super::torus::Torus;
 use crate::grid::Grid;
 
-/// A by FFT: memory O(k), an application O(k log k). With fewer components or with mirror planes
-/// both shrink in proportion.
+/// The operator A by FFT: it takes memory O(k), and an application takes O(k log k). With fewer
+/// components or with mirror planes both shrink in proportion.
 #[derive(Clone, Debug)]
 pub struct Toeplitz {
     grid: Grid,
     components: Components,
     torus: Torus,
-    /// One for each group of components that couple.
+    /// The symbols of each group of components that couple.
     symbols: Vec<Symbols>,
 }
 
 impl Toeplitz {
-    /// The operator of all of the table's components on Ω of its grid.
+    /// Makes the operator of all of the table's components on Ω of its grid.
     pub fn new(table: &InfluenceTable) -> Self {
         Self::of(table, table.components(), Mirror::NONE)
     }
 
-    /// The operator on these components of fields with these symmetries; it lives on the part of
-    /// the table's grid that [`Mirror::part`] gives.
+    /// Makes the operator on these components of fields with these symmetries; it lives on the part
+    /// of the table's grid that [`Mirror::part`] gives.
     ///
     /// # Panics
     /// If the table does not hold the coefficients, or its grid is not symmetric.
@@ -44,8 +44,8 @@ impl Toeplitz {
         Self::on(grid, table, components, mirror)
     }
 
-    /// The operator on a window of so many elements of such a part, which begins at the mirror
-    /// planes; without a mask.
+    /// Makes the operator on a window of so many elements of such a part, without a mask; the
+    /// window begins at the mirror planes.
     ///
     /// # Panics
     /// If the table does not hold the coefficients, or is smaller.
@@ -65,6 +65,7 @@ impl Toeplitz {
         Self::on(grid, table, components, mirror)
     }
 
+    /// Makes the operator on `grid`, which is a part of the table's grid or a window of it.
     fn on(grid: Grid, table: &InfluenceTable, components: Components, mirror: Mirror) -> Self {
         let extent = mirror.whole_size([grid.nx(), grid.ny()]);
         let torus = Torus::new(extent, mirror, true);
@@ -77,7 +78,7 @@ impl Toeplitz {
         Self { grid, components, torus, symbols }
     }
 
-    /// Memory held, in bytes, the plans of the transforms left out.
+    /// Returns the memory held, in bytes, the plans of the transforms left out.
     pub fn bytes(&self) -> usize {
         self.symbols.iter().map(Symbols::bytes).sum()
     }
