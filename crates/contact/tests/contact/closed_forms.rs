@@ -402,7 +402,7 @@ fn like_bodies_under_a_shift_meet_cattaneo_and_mindlin() {
     let material = Material { shear_modulus: 2.0, poisson: 0.0 };
     let mu = 0.4;
     // E* of the pair is 1/(2·(1−ν)/2G).
-    let hertz = reference::hertz_sphere(2.0, 1.0, 1.0);
+    let hertz = theory::hertz_sphere(2.0, 1.0, 1.0);
     let limit = mu * hertz.load;
     for fraction in [0.3, 0.7] {
         let shift = theory::cattaneo_shift(

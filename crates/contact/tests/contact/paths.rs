@@ -202,7 +202,7 @@ fn a_loop_of_the_tangential_force_meets_mindlin_and_deresiewicz() {
     let hertz = theory::hertz_sphere(2.0, 1.0, 1.0);
     let limit = 0.4 * hertz.load;
     let amplitude = 0.7 * limit;
-    let expected = reference::mindlin_deresiewicz_loss(amplitude, limit, 1.0, SHEAR_COMPLIANCE);
+    let expected = theory::mindlin_deresiewicz_loss(amplitude, limit, 1.0, SHEAR_COMPLIANCE);
     let pulled_to =
         |force: f64, increments: u32| Step { force_x: Some(force), increments, ..Step::default() };
     let cycled = |mesh: u32, increments: u32| {
@@ -259,7 +259,7 @@ fn a_loop_of_the_tangential_force_meets_mindlin_and_deresiewicz() {
 #[test]
 fn torsion_from_stick_to_sliding() {
     // With ν = ½ and G = 1 normal and tangential contact are uncoupled.
-    let hertz = reference::hertz_sphere(4.0, 1.0, 1.0);
+    let hertz = theory::hertz_sphere(4.0, 1.0, 1.0);
     let twisted = |mu: f64, twist: f64, mesh: u32| {
         let steps = vec![
             Step { approach: Some(1.0), ..Step::default() },
@@ -415,7 +415,7 @@ fn a_path_that_cannot_be_followed_says_where_it_ends() {
     );
     assert!(path[0].observables.slip_elements > 0);
     // The load follows from the approach; the sliding shows only when the step is solved.
-    let hertz = reference::hertz_sphere(2.0, 1.0, 1.0);
+    let hertz = theory::hertz_sphere(2.0, 1.0, 1.0);
     let given = Step { approach: Some(1.0), ..Step::default() };
     let (outcome, reason) =
         fails(vec![given, Step { force_x: Some(0.5 * hertz.load), ..Step::default() }]);

@@ -180,7 +180,7 @@ fn few_elements_and_all_of_them() {
         .0
     };
     let h = 0.02;
-    let diagonal = contact::foundation::half_space::HalfSpace::new(
+    let diagonal = contact::foundation::HalfSpace::new(
         &Material { shear_modulus: 1.0, poisson: 0.3 },
         None,
     )
