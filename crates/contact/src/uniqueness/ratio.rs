@@ -1,16 +1,16 @@
-//! The smallest ratio xᵀSx / xᵀTx of the two parts of F(μ) = S − μT, the μ at which it ceases to be
-//! positive definite, by iteration with the operator as it is applied by FFT.
+//! The smallest ratio xᵀSx / xᵀTx of the two terms of F(μ) = S − μT. It is the μ at which F ceases
+//! to be positive definite, found by iteration with the operator as it is applied by FFT.
 //!
-//! The ratio is minimised by locally optimal conjugate gradients: each step takes the best
-//! combination of x, of the gradient and of the step before (Knyazev, SIAM J. Sci. Comput. 23,
-//! 2001). The ratio of any x is an *upper* bound of that μ, close to it by the square of what x
-//! lacks; the residual tells how close, as long as the iteration has not missed the lowest mode
-//! altogether. Only a factorisation can tell that.
+//! Locally optimal conjugate gradients minimise the ratio: each step takes the best combination of
+//! x, of the gradient and of the step before (Knyazev, SIAM J. Sci. Comput. 23, 2001). The ratio of
+//! any x is an *upper* bound of that μ, and is close to it by the square of what x lacks. The
+//! residual tells how close, as long as the iteration has not missed the lowest mode altogether.
+//! Only a factorisation can tell that.
 
 use super::system::{System, dot};
 use crate::influence::Scratch;
 
-/// Weights α, β, P = βτ and Q = β/τ per element of Ω.
+/// The weights α, β, P = βτ and Q = β/τ per element of Ω.
 pub(super) struct Parts {
     pub(super) alpha: Vec<f64>,
     pub(super) beta: Vec<f64>,
@@ -18,15 +18,15 @@ pub(super) struct Parts {
     pub(super) q: Vec<f64>,
 }
 
-/// What the iteration found.
+/// The result of the iteration.
 pub(super) struct Smallest {
-    /// xᵀSx / xᵀTx.
+    /// The ratio xᵀSx / xᵀTx.
     pub(super) ratio: f64,
-    /// ‖Sx − ratio·Tx‖ / ‖Sx‖.
+    /// The residual ‖Sx − ratio·Tx‖ / ‖Sx‖.
     pub(super) residual: f64,
 }
 
-/// A vector with its images under S and T.
+/// A vector x with its images Sx and Tx, in this order.
 #[derive(Clone)]
 struct Mode([Vec<f64>; 3]);
 
@@ -65,8 +65,9 @@ impl Mode {
     }
 }
 
-/// The smallest ratio, from `x`, which becomes the vector that has it; until the residual is below
-/// `tolerance` or for so many `steps`. `None` if S is found to be indefinite.
+/// Finds the smallest ratio, from `x`, which becomes the vector that has it. It ends when the
+/// residual is below `tolerance` or after `steps` steps. It is `None` if S turns out to be
+/// indefinite.
 pub(super) fn smallest(
     system: &System,
     parts: &Parts,
@@ -113,7 +114,7 @@ pub(super) fn smallest(
     Some(found)
 }
 
-/// Makes the vectors orthonormal, and gives the combination of them with the smallest ratio.
+/// Makes the vectors orthonormal, and returns the combination of them with the smallest ratio.
 fn best(basis: &mut Vec<Mode>) -> Option<Vec<f64>> {
     let mut at = 0;
     while at < basis.len() {
@@ -143,7 +144,7 @@ fn best(basis: &mut Vec<Mode>) -> Option<Vec<f64>> {
                 + dot(&basis[j].0[0], &basis[i].0[which]))
         })
     };
-    // largest eigenvalue of L⁻¹TL⁻ᵀ, S = LLᵀ
+    // The combination belongs to the largest eigenvalue of L⁻¹TL⁻ᵀ, where S = LLᵀ.
     let lower = super::barrier::cholesky(gram(1))?;
     let solve = |mut right: faer::Mat<f64>| {
         faer::linalg::triangular_solve::solve_lower_triangular_in_place(

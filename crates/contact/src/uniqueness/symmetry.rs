@@ -2,27 +2,27 @@
 //!
 //! The reflections x → −x, y → −y and, for squares of square elements, x ↔ y map the operator onto
 //! itself as far as they map Ω onto itself. A form with weights that are constant on their orbits
-//! then falls into blocks, one for each way of changing sign under them. With all three (the group
-//! D₄ of the square) there are four blocks of an eighth of the size, and one of a quarter that
-//! occurs twice.
+//! then falls into blocks, one for each combination of signs that a field can take under them. With
+//! all three (the group D₄ of the square) there are four blocks of an eighth of the size, and one
+//! of a quarter that occurs twice.
 
 use faer::Mat;
 
 use super::system::System;
 use crate::influence::Entry;
 
-/// Which of the three reflections map Ω and its mesh onto itself.
+/// The reflections, out of three, that map Ω and its mesh onto themselves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Symmetries {
-    /// x → −x.
+    /// The reflection x → −x.
     pub(super) x: bool,
-    /// y → −y.
+    /// The reflection y → −y.
     pub(super) y: bool,
-    /// x ↔ y.
+    /// The exchange x ↔ y.
     pub(super) swap: bool,
 }
 
-/// A product of reflections: the swap last.
+/// A product of reflections, of which the swap comes last.
 #[derive(Clone, Copy)]
 struct Motion {
     x: bool,
@@ -31,7 +31,8 @@ struct Motion {
 }
 
 impl Symmetries {
-    /// Those of the system for which a number per element of Ω has the same value on images.
+    /// Finds the symmetries of the system under which a number per element of Ω has the same value
+    /// on images. `same` compares the numbers of two elements.
     pub(super) fn of(system: &System, same: impl Fn(usize, usize) -> bool) -> Self {
         let grid = system.grid();
         let (nx, ny) = (grid.nx(), grid.ny());
@@ -65,7 +66,8 @@ impl Symmetries {
             })
     }
 
-    /// For each element of Ω its orbit, orbits numbered in the order of their first elements.
+    /// Returns for each element of Ω its orbit. Orbits are numbered in the order of their first
+    /// elements.
     pub(super) fn orbits(self, system: &System) -> Vec<usize> {
         let grid = system.grid();
         let number = numbers(system);
@@ -86,14 +88,14 @@ impl Symmetries {
         orbit
     }
 
-    /// The ways of changing sign under the reflections that fields can be made of: the reflections
-    /// that matter and the signs.
+    /// Returns the combinations of signs that fields can take under the reflections: the
+    /// reflections that matter, and the signs under x → −x, y → −y and x ↔ y.
     fn characters(self) -> Vec<(Self, [f64; 3])> {
         let signs = [1.0, -1.0];
         if self.x && self.y && self.swap {
-            // x → −x and y → −y are conjugate. Fields that are even under one and odd under the
-            // other come in pairs, images of each other under x ↔ y: one of the two blocks stands
-            // for both.
+            // The reflections x → −x and y → −y are conjugate. Fields that are even under one and
+            // odd under the other come in pairs, images of each other under x ↔ y: one of the two
+            // blocks stands for both.
             let mut all: Vec<_> =
                 signs.iter().flat_map(|&s| signs.map(|t| (self, [s, s, t]))).collect();
             all.push((Self { swap: false, ..self }, [1.0, -1.0, 1.0]));
@@ -111,7 +113,7 @@ impl Symmetries {
         all
     }
 
-    /// The blocks of the operator, without the empty ones.
+    /// Returns the blocks of the operator, without the empty ones.
     pub(super) fn blocks(self, system: &System) -> Vec<Block> {
         let orbit = self.orbits(system);
         let characters = self.characters();
@@ -122,7 +124,7 @@ impl Symmetries {
             .collect()
     }
 
-    /// Rows of the largest block, without making it.
+    /// Returns the rows of the largest block, without making it.
     pub(super) fn rows(self, system: &System) -> usize {
         self.characters()
             .into_iter()
@@ -138,7 +140,7 @@ impl Motion {
         if self.swap { i * nx + j } else { j * nx + i }
     }
 
-    /// The image of a component n = 0, x = 1, y = 2, and its sign.
+    /// Returns the image of a component n = 0, x = 1, y = 2, and its sign.
     fn component(self, c: usize) -> (usize, f64) {
         let sign = if (self.x && c == 1) || (self.y && c == 2) { -1.0 } else { 1.0 };
         (if self.swap && c > 0 { 3 - c } else { c }, sign)
@@ -153,7 +155,7 @@ impl Motion {
     }
 }
 
-/// The place of each element of the grid among those of Ω.
+/// Returns the place of each element of the grid among those of Ω.
 fn numbers(system: &System) -> Vec<Option<usize>> {
     let mut numbers = vec![None; system.grid().len()];
     for (at, e) in system.grid().active().enumerate() {
@@ -162,8 +164,8 @@ fn numbers(system: &System) -> Vec<Option<usize>> {
     numbers
 }
 
-/// How far the operator is from symmetric under x ↔ y: the sum of |difference| over all
-/// coefficients, in units of the largest diagonal entry. Infinite unless the grid is square.
+/// Measures how far the operator is from symmetric under x ↔ y: the sum of |difference| over all
+/// coefficients, in units of the largest diagonal entry. It is infinite unless the grid is square.
 pub(super) fn asymmetry(system: &System) -> f64 {
     let (table, n) = (system.table(), system.grid().nx());
     if n != system.grid().ny() {
@@ -179,7 +181,8 @@ pub(super) fn asymmetry(system: &System) -> f64 {
                 (Entry::Xy, Entry::Xy),
                 (Entry::Nx, Entry::Ny),
             ] {
-                // four quadrants, and each pair stands for at most four entries of the 3×3 block
+                // There are four quadrants, and each pair stands for at most four entries of the
+                // 3×3 block.
                 sum += 16.0 * (value(a, di, dj) - value(b, dj, di)).abs();
             }
         }
@@ -187,22 +190,22 @@ pub(super) fn asymmetry(system: &System) -> f64 {
     sum / system.largest_diagonal()
 }
 
-/// εI + A on the fields with one behaviour under the reflections, in an orthonormal basis of sums
-/// of images.
+/// The operator εI + A on the fields with one combination of signs under the reflections, in an
+/// orthonormal basis of sums of images.
 pub(super) struct Block {
     /// The matrix.
     pub(super) matrix: Mat<f64>,
-    /// For each basis vector its orbit of elements.
+    /// The orbit of elements of each basis vector.
     pub(super) orbit: Vec<usize>,
-    /// Whether it is of pressures, not of tangential tractions.
+    /// True for each basis vector of pressures, false for one of tangential tractions.
     pub(super) normal: Vec<bool>,
-    /// How far the matrix is at most from the exact one of the table's coefficients, in the ∞-norm:
-    /// an entry is a sum of up to eight of them of both signs, times the rounded root of a power of
-    /// two, so it may be smaller than what its rounding goes by.
+    /// The largest possible distance of the matrix from the exact one of the table's coefficients,
+    /// in the ∞-norm. An entry is a sum of up to eight of them of both signs, times the rounded
+    /// root of a power of two. So it may be smaller than the numbers that its rounding goes by.
     pub(super) rounding: f64,
 }
 
-/// Images (element of the grid, component, sign) of each basis vector, the first with sign 1.
+/// Returns the images that each basis vector is the sum of, the first with sign 1.
 fn basis(system: &System, group: Symmetries, signs: [f64; 3]) -> Vec<Vec<(usize, usize, f64)>> {
     let grid = system.grid();
     let number = numbers(system);
@@ -270,8 +273,8 @@ impl Block {
                 }
             }
         }
-        // a sum of two for each of up to eight images, a root and a product: at most eleven
-        // roundings
+        // Each of up to eight images takes a sum of two; a root and a product follow. These are at
+        // most eleven roundings.
         let rounding = 16.0 * 0.5 * f64::EPSILON * sums.into_iter().fold(0.0, f64::max);
         let first = |images: &Vec<(usize, usize, f64)>| (number[images[0].0], images[0].1);
         let orbit = basis.iter().filter_map(|images| first(images).0.map(|at| orbit[at])).collect();
@@ -279,7 +282,7 @@ impl Block {
         Self { matrix, orbit, normal, rounding }
     }
 
-    /// Number of unknowns.
+    /// Returns the number of unknowns.
     pub(super) fn len(&self) -> usize {
         self.matrix.nrows()
     }
