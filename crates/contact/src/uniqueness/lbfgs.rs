@@ -19,8 +19,9 @@ pub(super) trait Objective {
 
 /// The number of steps that are remembered.
 const MEMORY: usize = 20;
-/// Wolfe's conditions: the least decrease, and the largest share of the slope that remains.
+/// The least decrease in Wolfe's conditions, as a share of the one that the slope predicts.
 const DECREASE: f64 = 1e-4;
+/// The largest share of the slope that may remain in Wolfe's conditions.
 const SLOPE: f64 = 0.9;
 /// The most evaluations along one direction.
 const TRIALS: usize = 25;
