@@ -41,6 +41,17 @@ struct Outline {
     parameter: f64,
 }
 
+/// The deepest point of the overlap of the undeformed bodies on a line s = const.
+#[derive(Clone, Copy, Debug)]
+struct Deepest {
+    /// The coordinate x \[m\].
+    x: f64,
+    /// The coordinate s \[m\].
+    s: f64,
+    /// The depth of the overlap \[m\], above 0.
+    depth: f64,
+}
+
 /// The three-point Gauss rule on (−½, ½): abscissas and weights.
 const GAUSS: [(f64, f64); 3] = [
     (-0.387_298_334_620_741_7, 5.0 / 18.0),
@@ -121,9 +132,10 @@ impl ContactPlane {
     /// an `approach` \[m\], with a margin of a twentieth of its widths at each side. It is `None`
     /// if nothing would overlap.
     pub fn overlap(&self, approach: f64) -> Option<Extent> {
-        let depth = |s: f64| -> Option<(f64, f64)> {
+        let deepest = |s: f64| -> Option<Deepest> {
             let x = self.outline_at(s)?.x;
-            Some((approach - self.gap(x, s)?, x)).filter(|(depth, _)| *depth > 0.0)
+            let depth = approach - self.gap(x, s)?;
+            (depth > 0.0).then_some(Deepest { x, s, depth })
         };
         let mut stations: Vec<f64> = self
             .silhouette
@@ -139,21 +151,21 @@ impl ContactPlane {
             extent.s = [extent.s[0].min(s), extent.s[1].max(s)];
         };
         for (i, &s) in stations.iter().enumerate() {
-            let Some((deep, x)) = depth(s) else { continue };
+            let Some(point) = deepest(s) else { continue };
             for direction in [-1.0, 1.0] {
-                take(x + direction * self.half_length(x, s, direction, approach, deep), s);
+                take(point.x + direction * self.half_length(&point, direction, approach), s);
             }
             for neighbour in [i.checked_sub(1), Some(i + 1)]
                 .into_iter()
                 .flatten()
-                .filter_map(|at| stations.get(at))
+                .filter_map(|index| stations.get(index))
             {
                 let (mut inside, mut outside) = (s, *neighbour);
                 for _ in 0..40 {
                     let half = 0.5 * (inside + outside);
-                    if depth(half).is_some() { inside = half } else { outside = half }
+                    if deepest(half).is_some() { inside = half } else { outside = half }
                 }
-                take(x, inside);
+                take(point.x, inside);
             }
         }
         extent.map(|Extent { x, s }| {
@@ -163,9 +175,10 @@ impl ContactPlane {
         })
     }
 
-    /// Returns the length \[m\] by which the overlap reaches from its deepest point x on a line s =
-    /// const, along ±x.
-    fn half_length(&self, x: f64, s: f64, direction: f64, approach: f64, depth: f64) -> f64 {
+    /// Returns the length \[m\] by which the overlap after an `approach` \[m\] reaches from its
+    /// `deepest` point on a line s = const, along x in the `direction` ±1.
+    fn half_length(&self, deepest: &Deepest, direction: f64, approach: f64) -> f64 {
+        let &Deepest { x, s, depth } = deepest;
         let overlaps =
             |reach: f64| self.gap(x + direction * reach, s).is_some_and(|gap| gap < approach);
         let (mut inside, mut outside) = (0.0, (2.0 * self.radius * depth).sqrt());
@@ -186,8 +199,8 @@ impl ContactPlane {
         let Some(start) = right.checked_sub(1).map(|left| self.silhouette[left]) else {
             return (end.s == s).then_some(*end);
         };
-        let part = (s - start.s) / (end.s - start.s);
-        let mix = |a: f64, b: f64| a + part * (b - a);
+        let fraction = (s - start.s) / (end.s - start.s);
+        let mix = |a: f64, b: f64| a + fraction * (b - a);
         Some(Outline {
             x: mix(start.x, end.x),
             s,
@@ -246,23 +259,23 @@ impl ContactPlane {
 /// Samples the silhouette in contact coordinates, around the parameter `around` of the wheel's
 /// curve as far as s rises.
 fn outline(pair: &WheelOnRail, frame: &Frame, around: f64) -> Vec<Outline> {
-    let at = |t: f64| {
+    let point_at = |t: f64| {
         let [x, s, n] = frame.from_track(pair.silhouette(t)?.position);
         Some(Outline { x, s, n, parameter: t })
     };
-    let Some(start) = at(around) else { return Vec::new() };
+    let Some(start) = point_at(around) else { return Vec::new() };
     let mut samples = pair.wheel.samples(4);
     let above = samples.split_off(samples.partition_point(|&t| t < around));
     let mut outline = vec![start];
     for t in samples.into_iter().rev() {
-        match at(t) {
+        match point_at(t) {
             Some(point) if point.s < outline[outline.len() - 1].s => outline.push(point),
             _ => break,
         }
     }
     outline.reverse();
     for t in above.into_iter().filter(|&t| t > around) {
-        match at(t) {
+        match point_at(t) {
             Some(point) if point.s > outline[outline.len() - 1].s => outline.push(point),
             _ => break,
         }
@@ -344,9 +357,9 @@ mod tests {
             let n = plane.wheel_height(x, s).unwrap();
             let track = frame.to_track([x, s, n]);
             let v = [0, 1, 2].map(|c| track[c] - pair.center[c]);
-            let own = [0, 1, 2].map(|c| (0..3).map(|r| pair.rotation[r][c] * v[r]).sum::<f64>());
-            let z = profile.at(own[1] - pair.wheel_origin).unwrap().position[1];
-            assert!((own[0].hypot(own[2]) - 0.46 - z).abs() < 1e-13, "{x} {s}");
+            let point = [0, 1, 2].map(|c| (0..3).map(|r| pair.rotation[r][c] * v[r]).sum::<f64>());
+            let z = profile.at(point[1] - pair.wheel_origin).unwrap().position[1];
+            assert!((point[0].hypot(point[2]) - 0.46 - z).abs() < 1e-13, "{x} {s}");
         }
     }
 
@@ -378,16 +391,16 @@ mod tests {
             (1e-3, 6e-3, 2e-4, 4e-4),
         ] {
             let count = 60;
-            let at = |i: usize, h: f64| ((i as f64 + 0.5) / count as f64 - 0.5) * h;
+            let offset = |i: usize, h: f64| ((i as f64 + 0.5) / count as f64 - 0.5) * h;
             let fine: f64 = (0..count * count)
-                .map(|e| plane.gap(x + at(e % count, hx), s + at(e / count, hs)).unwrap())
+                .map(|e| plane.gap(x + offset(e % count, hx), s + offset(e / count, hs)).unwrap())
                 .sum();
             let fine = fine / (count * count) as f64;
             // The error of the midpoint rule itself is h²/24 of the second derivative over its
             // steps.
-            let own = (hx * hx * 2.2 + hs * hs * 5.0) / 24.0 / (count * count) as f64;
+            let midpoint = (hx * hx * 2.2 + hs * hs * 5.0) / 24.0 / (count * count) as f64;
             let mean = plane.mean_gap(x, s, hx, hs).unwrap();
-            assert!((mean - fine).abs() < 1e-6 * fine + own, "{x} {s}: {mean:e} {fine:e}");
+            assert!((mean - fine).abs() < 1e-6 * fine + midpoint, "{x} {s}: {mean:e} {fine:e}");
         }
     }
 

@@ -168,9 +168,9 @@ impl Graph {
             all[middle..].iter().position(|t| !advances(t)).map_or(all.len(), |i| middle + i);
         let mut samples: Vec<[f64; 2]> = Vec::with_capacity(last.saturating_sub(first));
         for &t in &all[first..last.max(first)] {
-            let at = along(curve.at(t).position);
-            if samples.last().is_none_or(|[before, _]| at > *before) {
-                samples.push([at, t]);
+            let distance = along(curve.at(t).position);
+            if samples.last().is_none_or(|[before, _]| distance > *before) {
+                samples.push([distance, t]);
             }
         }
         Self { curve: curve.clone(), direction, samples }
@@ -181,21 +181,20 @@ impl Graph {
         Some([self.samples.first()?[0], self.samples.last()?[0]])
     }
 
-    /// Returns the parameter at the distance `at` along the direction \[m\], or `None` beyond the
-    /// ends.
-    pub(crate) fn parameter(&self, at: f64) -> Option<f64> {
-        let right = self.samples.partition_point(|[distance, _]| *distance < at);
+    /// Returns the parameter at a `distance` along the direction \[m\], or `None` beyond the ends.
+    pub(crate) fn parameter(&self, distance: f64) -> Option<f64> {
+        let right = self.samples.partition_point(|sample| sample[0] < distance);
         let end = self.samples.get(right)?;
         if right == 0 {
-            return (end[0] == at).then_some(end[1]);
+            return (end[0] == distance).then_some(end[1]);
         }
         let start = self.samples[right - 1];
         // Newton's method runs between two samples and halves the interval where it would leave it.
         let (mut low, mut high) = (start[1], end[1]);
-        let mut t = low + (high - low) * (at - start[0]) / (end[0] - start[0]);
+        let mut t = low + (high - low) * (distance - start[0]) / (end[0] - start[0]);
         for _ in 0..60 {
             let point = self.curve.at(t);
-            let excess = self.along(point.position) - at;
+            let excess = self.along(point.position) - distance;
             if excess > 0.0 {
                 high = t;
             } else {
@@ -211,9 +210,9 @@ impl Graph {
         Some(t)
     }
 
-    /// Returns the point at the distance `at` along the direction \[m\], or `None` beyond the ends.
-    pub(crate) fn at(&self, at: f64) -> Option<CurvePoint> {
-        self.parameter(at).map(|t| self.curve.at(t))
+    /// Returns the point at a `distance` along the direction \[m\], or `None` beyond the ends.
+    pub(crate) fn at(&self, distance: f64) -> Option<CurvePoint> {
+        self.parameter(distance).map(|t| self.curve.at(t))
     }
 
     fn along(&self, v: [f64; 2]) -> f64 {

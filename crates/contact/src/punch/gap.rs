@@ -204,9 +204,9 @@ pub(super) fn wheel_approach(scene: &Scene, curvatures: Option<[f64; 2]>) -> Opt
                 let size =
                     |ellipse: HertzEllipse| (ellipse.semi_axis_x * ellipse.semi_axis_y).sqrt();
                 // The approach of an ellipse is proportional to the square of its size.
-                let own = pressed(surface_compliance(scene));
-                own.approach
-                    * (contact_size(scene, |compliance| size(pressed(compliance))) / size(own))
+                let surface = pressed(surface_compliance(scene));
+                surface.approach
+                    * (contact_size(scene, |compliance| size(pressed(compliance))) / size(surface))
                         .powi(2)
             }
         });
@@ -224,8 +224,9 @@ mod tests {
         // the kink.
         let numeric = |x: f64, y: f64, hx: f64, hy: f64| {
             let n = 400;
-            let at = |i: usize, h: f64| ((i as f64 + 0.5) / n as f64 - 0.5) * h;
-            let sum: f64 = (0..n * n).map(|s| (x + at(s % n, hx)).hypot(y + at(s / n, hy))).sum();
+            let offset = |i: usize, h: f64| ((i as f64 + 0.5) / n as f64 - 0.5) * h;
+            let sum: f64 =
+                (0..n * n).map(|s| (x + offset(s % n, hx)).hypot(y + offset(s / n, hy))).sum();
             sum / (n * n) as f64
         };
         for (x, y, hx, hy) in [

@@ -76,8 +76,9 @@ impl Profile {
     /// A [`ProfileError`] reports a point that is not finite or more than 10 m from the origin, or
     /// points that make no curve.
     pub fn from_points(kind: ProfileKind, mut points: Vec<[f64; 2]>) -> Result<Self, ProfileError> {
-        if let Some(at) = points.iter().position(|p| !p.iter().all(|v| v.abs() <= 10.0)) {
-            return Err(ProfileError::Far { index: at + 1, y: points[at][0], z: points[at][1] });
+        if let Some(first) = points.iter().position(|p| !p.iter().all(|v| v.abs() <= 10.0)) {
+            let [y, z] = points[first];
+            return Err(ProfileError::Far { index: first + 1, y, z });
         }
         points.dedup_by(|next, kept| (next[0] - kept[0]).hypot(next[1] - kept[1]) <= SAME_POINT);
         let count = points.len();
@@ -353,10 +354,10 @@ fn point(line: usize, body: &str) -> Result<[f64; 2], ProfileError> {
 /// Returns a line up to its comment, which a `!` outside of quotes begins.
 fn without_comment(line: &str) -> &str {
     let mut quoted = false;
-    for (at, c) in line.char_indices() {
+    for (index, c) in line.char_indices() {
         match c {
             '\'' => quoted = !quoted,
-            '!' if !quoted => return &line[..at],
+            '!' if !quoted => return &line[..index],
             _ => {}
         }
     }
@@ -486,9 +487,9 @@ mod tests {
         #[test]
         fn no_damage_is_too_bad(edits in prop::collection::vec((0usize..17_000, prop_oneof![Just(' '), Just('e'), Just('9'), Just('-'), Just('\n'), Just('!'), any::<char>()]), 1..20)) {
             let mut text: Vec<char> = RAIL.chars().collect();
-            for (at, c) in edits {
+            for (index, c) in edits {
                 let last = text.len() - 1;
-                text[at.min(last)] = c;
+                text[index.min(last)] = c;
             }
             if let Ok(profile) = Profile::from_simpack(&text.into_iter().collect::<String>()) {
                 prop_assert!(profile.curve().points().len() >= 3);

@@ -92,11 +92,11 @@ impl Surface {
         if columns == 0 || rows == 0 || columns.checked_mul(rows) != Some(heights.len()) {
             return Err(SurfaceError::Shape { columns, rows, count: heights.len() });
         }
-        if let Some(at) = heights.iter().position(|height| !height.is_finite()) {
+        if let Some(index) = heights.iter().position(|height| !height.is_finite()) {
             return Err(SurfaceError::NotFinite {
-                row: at / columns,
-                column: at % columns,
-                value: heights[at],
+                row: index / columns,
+                column: index % columns,
+                value: heights[index],
             });
         }
         let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -122,9 +122,9 @@ impl Surface {
     /// It is bilinear between the centres of pixels and constant beyond the outermost ones.
     pub fn gap_at(&self, s: f64, t: f64) -> f64 {
         let locate = |fraction: f64, count: usize| {
-            let at = (fraction * count as f64 - 0.5).clamp(0.0, (count - 1) as f64);
-            let low = (at.floor() as usize).min(count - 1);
-            (low, (low + 1).min(count - 1), at - low as f64)
+            let place = (fraction * count as f64 - 0.5).clamp(0.0, (count - 1) as f64);
+            let low = (place.floor() as usize).min(count - 1);
+            (low, (low + 1).min(count - 1), place - low as f64)
         };
         let (i0, i1, a) = locate(s, self.columns);
         let (j0, j1, b) = locate(t, self.rows);

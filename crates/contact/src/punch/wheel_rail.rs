@@ -87,6 +87,17 @@ pub(crate) struct Silhouette {
     pub(crate) angle: f64,
 }
 
+/// The gap at a point of the silhouette.
+#[derive(Clone, Copy, Debug)]
+struct Clearance {
+    /// The gap along z \[m\].
+    gap: f64,
+    /// The point of the silhouette.
+    wheel: Silhouette,
+    /// The point of the rail below it.
+    rail: CurvePoint,
+}
+
 impl WheelOnRail {
     /// Puts the wheel on the rail. The profiles are those of the right side; for the left they are
     /// mirrored.
@@ -156,7 +167,8 @@ impl WheelOnRail {
     /// User guide for CONTACT). For no depth it is the tangent frame.
     pub fn overlap_frame(&self, depth: f64) -> Frame {
         let touch = self.touches[0];
-        let overlap = |t: f64| self.gap_at(t).map_or(f64::NEG_INFINITY, |(gap, ..)| depth - gap);
+        let overlap =
+            |t: f64| self.gap_at(t).map_or(f64::NEG_INFINITY, |clearance| depth - clearance.gap);
         // The search goes outwards to the first sample without overlap, and halves the interval
         // then.
         let samples = self.wheel.samples(4);
@@ -177,9 +189,9 @@ impl WheelOnRail {
         let mut sums = [0.0; 4];
         for i in 0..STEPS {
             let t = low + (high - low) * (i as f64 + 0.5) / STEPS as f64;
-            if let Some((gap, silhouette, rail)) = self.gap_at(t) {
-                let weight = (depth - gap).max(0.0).powf(2.5) * silhouette.angle.cos();
-                let values = [1.0, silhouette.position[0], silhouette.position[1], rail.angle()];
+            if let Some(Clearance { gap, wheel, rail }) = self.gap_at(t) {
+                let weight = (depth - gap).max(0.0).powf(2.5) * wheel.angle.cos();
+                let values = [1.0, wheel.position[0], wheel.position[1], rail.angle()];
                 sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
             }
         }
@@ -260,16 +272,17 @@ impl WheelOnRail {
 
     /// Returns the gap along z \[m\] at a point of the silhouette, with that point and the point of
     /// the rail below it.
-    fn gap_at(&self, parameter: f64) -> Option<(f64, Silhouette, CurvePoint)> {
-        let silhouette = self.silhouette(parameter)?;
-        let rail = self.top.at(silhouette.position[1])?;
-        Some((rail.position[1] - silhouette.position[2], silhouette, rail))
+    fn gap_at(&self, parameter: f64) -> Option<Clearance> {
+        let wheel = self.silhouette(parameter)?;
+        let rail = self.top.at(wheel.position[1])?;
+        Some(Clearance { gap: rail.position[1] - wheel.position[2], wheel, rail })
     }
 
     /// Finds all local minima of the gap along z.
     fn smallest_gaps(&self) -> Result<Vec<Touch>, WheelRailError> {
         // The sign is that of the gap's derivative with respect to y.
-        let opening = |t: f64| self.gap_at(t).map(|(_, wheel, rail)| rail.angle() - wheel.angle);
+        let opening =
+            |t: f64| self.gap_at(t).map(|Clearance { wheel, rail, .. }| rail.angle() - wheel.angle);
         let samples: Vec<(f64, Option<f64>)> =
             self.wheel.samples(8).into_iter().map(|t| (t, opening(t))).collect();
         let mut touches = Vec::new();
@@ -287,7 +300,7 @@ impl WheelOnRail {
                     _ => high = half,
                 }
             }
-            if let Some((gap, wheel, rail)) = self.gap_at(high) {
+            if let Some(Clearance { gap, wheel, rail }) = self.gap_at(high) {
                 touches.push(Touch {
                     position: [wheel.position[0], rail.position[0], rail.position[1]],
                     angle: rail.angle(),
@@ -300,11 +313,12 @@ impl WheelOnRail {
         let lowest = samples
             .iter()
             .filter_map(|(t, _)| self.gap_at(*t))
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(gap, silhouette, _)| (gap, silhouette.position[1]));
+            .min_by(|a, b| a.gap.total_cmp(&b.gap));
         match lowest {
             // A sample beside a minimum may undercut it by rounding.
-            Some((gap, y)) if gap < least - 1e-12 => Err(WheelRailError::ProfileEnd { y }),
+            Some(Clearance { gap, wheel, .. }) if gap < least - 1e-12 => {
+                Err(WheelRailError::ProfileEnd { y: wheel.position[1] })
+            }
             Some(_) => Ok(touches),
             None => {
                 let ys: Vec<f64> = samples
