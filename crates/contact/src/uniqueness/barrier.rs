@@ -107,9 +107,16 @@ fn log_det(lower: &Mat<f64>) -> f64 {
     (0..lower.nrows()).map(|i| 2.0 * lower[(i, i)].ln()).sum()
 }
 
-/// Computes the first and second derivatives of −log det F with respect to α, β, p, q of all
-/// orbits.
-fn derivatives(block: &Block, lower: &Mat<f64>, orbits: usize) -> (Vec<f64>, Mat<f64>) {
+/// Derivatives of −log det F with respect to α, β, p, q of all m orbits, in this order.
+struct Derivatives {
+    /// The 4m first derivatives.
+    gradient: Vec<f64>,
+    /// The 4m × 4m second derivatives.
+    hessian: Mat<f64>,
+}
+
+/// Computes the derivatives of −log det F for a block with the factor `lower`.
+fn derivatives(block: &Block, lower: &Mat<f64>, orbits: usize) -> Derivatives {
     let size = block.len();
     let mut inverse = Mat::zeros(size, size);
     let mut memory = MemBuffer::new(llt::inverse::inverse_scratch::<f64>(size, Par::Seq));
@@ -154,7 +161,7 @@ fn derivatives(block: &Block, lower: &Mat<f64>, orbits: usize) -> (Vec<f64>, Mat
             hessian[(square_i, square_j)] += 0.25 * root * root;
         }
     }
-    (gradient, hessian)
+    Derivatives { gradient, hessian }
 }
 
 /// A program for the largest μ: the blocks of the operator, and the orbits that share weights.
@@ -177,6 +184,22 @@ struct Stage<'a> {
     kappa: f64,
     p: &'a [f64],
     q: &'a [f64],
+}
+
+/// The value of −t/κ + barriers at a point, with the factors of the blocks there.
+struct Evaluation {
+    /// The value.
+    value: f64,
+    /// The lower triangular factors of F, one for each block.
+    factors: Vec<Mat<f64>>,
+}
+
+/// A step of Newton's method.
+struct NewtonStep {
+    /// The direction in (α, β, p, q, t): m numbers for each of the weights and one for t.
+    direction: Vec<f64>,
+    /// The squared decrement, above 0.
+    decrement: f64,
 }
 
 impl Program<'_> {
@@ -217,7 +240,7 @@ impl Program<'_> {
 
     /// Computes −t/κ + barriers and the factors of the blocks, or `None` outside of the feasible
     /// set.
-    fn value(&self, stage: &Stage, point: &Point) -> Option<(f64, Vec<Mat<f64>>)> {
+    fn value(&self, stage: &Stage, point: &Point) -> Option<Evaluation> {
         let Weights { alpha, beta, p, q } = &point.weights;
         let mut value = -point.t / stage.kappa;
         let mut left = self.budget();
@@ -241,7 +264,7 @@ impl Program<'_> {
         value -= left.ln();
         let factors = self.factors(&point.weights)?;
         value -= factors.iter().map(log_det).sum::<f64>();
-        value.is_finite().then_some((value, factors))
+        value.is_finite().then_some(Evaluation { value, factors })
     }
 
     /// Returns the bound on the sum of β over all elements. F is homogeneous in the weights, and
@@ -253,14 +276,15 @@ impl Program<'_> {
     /// Finds the minimum of [`Self::value`] by Newton's method.
     fn center(&self, stage: &Stage, point: &mut Point) {
         let m = self.sizes.len();
-        let Some((mut value, mut factors)) = self.value(stage, point) else { return };
+        let Some(mut here) = self.value(stage, point) else { return };
         for _ in 0..60 {
-            let Some(step) = self.step(stage, point, &factors) else { return };
-            let (direction, decrement) = step;
+            let Some(step) = self.step(stage, point, &here.factors) else { return };
+            let NewtonStep { direction, decrement } = step;
             let mut length = 1.0;
             let moved = loop {
-                let shift = |values: &[f64], at: usize| {
-                    values.iter().zip(&direction[at * m..]).map(|(v, d)| v + length * d).collect()
+                let shift = |values: &[f64], weight: usize| {
+                    let direction = &direction[weight * m..];
+                    values.iter().zip(direction).map(|(v, d)| v + length * d).collect()
                 };
                 let trial = Point {
                     weights: Weights {
@@ -271,11 +295,11 @@ impl Program<'_> {
                     },
                     t: point.t + length * direction[4 * m],
                 };
-                if let Some(found) = self.value(stage, &trial)
-                    && found.0 <= value - 0.1 * length * decrement
+                if let Some(there) = self.value(stage, &trial)
+                    && there.value <= here.value - 0.1 * length * decrement
                 {
                     *point = trial;
-                    break Some(found);
+                    break Some(there);
                 }
                 length *= 0.5;
                 if length < 1e-6 {
@@ -283,7 +307,7 @@ impl Program<'_> {
                 }
             };
             match moved {
-                Some(found) => (value, factors) = found,
+                Some(there) => here = there,
                 None => {
                     return;
                 }
@@ -296,9 +320,9 @@ impl Program<'_> {
     }
 
     /// Computes Newton's direction and its squared decrement.
-    fn step(&self, stage: &Stage, point: &Point, factors: &[Mat<f64>]) -> Option<(Vec<f64>, f64)> {
+    fn step(&self, stage: &Stage, point: &Point, factors: &[Mat<f64>]) -> Option<NewtonStep> {
         let m = self.sizes.len();
-        let parts: Vec<(Vec<f64>, Mat<f64>)> = self
+        let blocks: Vec<Derivatives> = self
             .blocks
             .par_iter()
             .zip(factors)
@@ -306,11 +330,11 @@ impl Program<'_> {
             .collect();
         let mut gradient = vec![0.0; 4 * m + 1];
         let mut hessian = Mat::<f64>::zeros(4 * m + 1, 4 * m + 1);
-        for (part, second) in &parts {
+        for block in &blocks {
             for j in 0..4 * m {
-                gradient[j] += part[j];
+                gradient[j] += block.gradient[j];
                 for i in 0..4 * m {
-                    hessian[(i, j)] += second[(i, j)];
+                    hessian[(i, j)] += block.hessian[(i, j)];
                 }
             }
         }
@@ -319,9 +343,10 @@ impl Program<'_> {
         let left = self.budget()
             - self.sizes.iter().zip(beta).map(|(&size, beta)| size as f64 * beta).sum::<f64>();
         for o in 0..m {
-            for (at, value) in [alpha[o], beta[o], p[o], q[o]].into_iter().enumerate() {
-                gradient[at * m + o] -= 1.0 / value;
-                hessian[(at * m + o, at * m + o)] += value.powi(-2);
+            for (weight, value) in [alpha[o], beta[o], p[o], q[o]].into_iter().enumerate() {
+                let place = weight * m + o;
+                gradient[place] -= 1.0 / value;
+                hessian[(place, place)] += value.powi(-2);
             }
             gradient[m + o] += self.sizes[o] as f64 / left;
             for other in 0..m {
@@ -368,6 +393,6 @@ impl Program<'_> {
         );
         let direction: Vec<f64> = (0..4 * m + 1).map(|i| scale[i] * direction[(i, 0)]).collect();
         let decrement = -direction.iter().zip(&gradient).map(|(d, g)| d * g).sum::<f64>();
-        (decrement.is_finite() && decrement > 0.0).then_some((direction, decrement))
+        (decrement.is_finite() && decrement > 0.0).then_some(NewtonStep { direction, decrement })
     }
 }

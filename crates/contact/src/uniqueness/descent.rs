@@ -73,6 +73,14 @@ pub(super) struct Pattern {
     pub(super) direction: [f64; 2],
 }
 
+/// The gradients of an element's two constraints in (x, y, μ).
+pub(super) struct Slopes {
+    /// The gradient of the normal constraint.
+    pub(super) normal: [f64; 7],
+    /// The gradient of the tangential constraint.
+    pub(super) tangential: [f64; 7],
+}
+
 /// A workspace for minimisations on one system.
 pub(super) struct Descent<'a> {
     system: &'a System,
@@ -158,9 +166,8 @@ impl<'a> Descent<'a> {
         self.values.iter().fold(0.0, |most: f64, &c| most.max(c))
     }
 
-    /// Computes the gradients of an element's two constraints, the normal and the tangential one,
-    /// in (x, y, μ).
-    pub(super) fn slopes(&self, point: &[f64], e: usize) -> ([f64; 7], [f64; 7]) {
+    /// Computes the gradients of an element's two constraints.
+    pub(super) fn slopes(&self, point: &[f64], e: usize) -> Slopes {
         let (k, mu) = (self.k, point[3 * self.k]);
         let [x1, x2, x3] = [0, 1, 2].map(|c| point[c * k + e]);
         let [y1, y2, y3] = [0, 1, 2].map(|c| self.y[c * k + e]);
@@ -168,11 +175,18 @@ impl<'a> Descent<'a> {
         let n = if slip > 0.0 { [y2 / slip, y3 / slip] } else { [0.0; 2] };
         let (a, sign) = (x1.abs(), if x1 == 0.0 { 0.0 } else { x1.signum() });
         let unit = 1.0 / (self.coupling * self.coupling);
-        let normal = [unit * y1, 0.0, 0.0, unit * x1, 0.0, 0.0, 0.0];
-        (
-            normal,
-            [-mu * sign * slip, y2, y3, 0.0, x2 - mu * a * n[0], x3 - mu * a * n[1], -a * slip],
-        )
+        Slopes {
+            normal: [unit * y1, 0.0, 0.0, unit * x1, 0.0, 0.0, 0.0],
+            tangential: [
+                -mu * sign * slip,
+                y2,
+                y3,
+                0.0,
+                x2 - mu * a * n[0],
+                x3 - mu * a * n[1],
+                -a * slip,
+            ],
+        }
     }
 
     /// Computes (I A) v for numbers per element in (x, y, μ). It turns a derivative with respect to
@@ -346,8 +360,7 @@ impl<'a> Descent<'a> {
             if self.violation() <= 0.5 * self.margin {
                 return Some(self.leave(&point, x));
             }
-            let slopes: Vec<([f64; 7], [f64; 7])> =
-                (0..k).map(|e| self.slopes(&point, e)).collect();
+            let slopes: Vec<Slopes> = (0..k).map(|e| self.slopes(&point, e)).collect();
             let active: Vec<bool> = self.values.iter().map(|&c| c > -10.0 * self.margin).collect();
             let mut residual: Vec<f64> =
                 self.values.iter().zip(&active).map(|(&c, &a)| if a { -c } else { 0.0 }).collect();
@@ -359,10 +372,9 @@ impl<'a> Descent<'a> {
             let mut rr = dot(&residual, &residual);
             let target = rr * 1e-12;
             for _ in 0..400 {
-                let pulled = slopes
-                    .iter()
-                    .enumerate()
-                    .map(|(e, (g, h))| std::array::from_fn(|i| p[e] * g[i] + p[k + e] * h[i]));
+                let pulled = slopes.iter().enumerate().map(|(e, Slopes { normal, tangential })| {
+                    std::array::from_fn(|i| p[e] * normal[i] + p[k + e] * tangential[i])
+                });
                 let pulled: Vec<[f64; 7]> = pulled.collect();
                 self.collect(pulled.into_iter(), &mut step);
                 let norm = dot(&step, &step);
@@ -372,7 +384,7 @@ impl<'a> Descent<'a> {
                 let alpha = rr / norm;
                 self.apply(&mut image, &step[..3 * k]);
                 let of = Self::spread(k, &step, &image);
-                for (e, (normal, tangential)) in slopes.iter().enumerate() {
+                for (e, Slopes { normal, tangential }) in slopes.iter().enumerate() {
                     let v = of(e);
                     for (i, slope) in [(e, normal), (k + e, tangential)] {
                         if active[i] {
@@ -464,14 +476,16 @@ impl Objective for Lagrangian<'_, '_> {
         let mut sum = 0.0;
         let forces: Vec<[f64; 7]> = (0..k)
             .map(|e| {
-                let (by_normal, by_tangential) = descent.slopes(point, e);
+                let slopes = descent.slopes(point, e);
                 let [normal, tangential] = [e, k + e].map(|i| {
                     let force =
                         (descent.multipliers[i] + descent.penalty * descent.values[i]).max(0.0);
                     sum += force * force - descent.multipliers[i] * descent.multipliers[i];
                     force
                 });
-                std::array::from_fn(|i| normal * by_normal[i] + tangential * by_tangential[i])
+                std::array::from_fn(|i| {
+                    normal * slopes.normal[i] + tangential * slopes.tangential[i]
+                })
             })
             .collect();
         descent.collect(forces.into_iter(), gradient);

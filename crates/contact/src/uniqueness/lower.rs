@@ -229,7 +229,7 @@ pub fn lower(system: &System, freedom: Freedom) -> Result<Lower, LowerError> {
     let weights = match freedom {
         Freedom::PerOrbit => Program { blocks: &blocks, sizes: &sizes }.maximise(start, TOLERANCE),
         Freedom::Global => {
-            let own: Vec<Vec<usize>> = blocks
+            let orbits: Vec<Vec<usize>> = blocks
                 .iter_mut()
                 .map(|block| {
                     let zeros = vec![0; block.len()];
@@ -241,7 +241,7 @@ pub fn lower(system: &System, freedom: Freedom) -> Result<Lower, LowerError> {
             let [alpha, beta, p, q] = one;
             let found = Program { blocks: &blocks, sizes: &[system.elements()] }
                 .maximise(Weights { alpha, beta, p, q }, TOLERANCE);
-            blocks.iter_mut().zip(own).for_each(|(block, own)| block.orbit = own);
+            blocks.iter_mut().zip(orbits).for_each(|(block, orbit)| block.orbit = orbit);
             found
                 .map(|w| Weights::uniform(sizes.len(), w.mu(0), w.alpha[0] / w.beta[0], w.tau()[0]))
         }
@@ -307,7 +307,7 @@ pub fn lower_from(
             .unwrap_or(Smallest { ratio: 0.0, residual: 1.0 })
     };
     let mut fitted = |weights| {
-        let (weights, _) = fit(weights, |weights| ratio(weights, SEARCH_TOLERANCE));
+        let weights = fit(weights, |weights| ratio(weights, SEARCH_TOLERANCE));
         let found = ratio(&weights, ITERATION_TOLERANCE);
         (weights, found)
     };
@@ -354,10 +354,7 @@ fn mean_tau(weights: &LowerBound) -> LowerBound {
 }
 
 /// Finds the factors of α and of τ with the largest ratio, and returns the weights with them.
-fn fit(
-    weights: LowerBound,
-    mut ratio: impl FnMut(&LowerBound) -> Smallest,
-) -> (LowerBound, Smallest) {
+fn fit(weights: LowerBound, mut ratio: impl FnMut(&LowerBound) -> Smallest) -> LowerBound {
     let scaled = |weights: &LowerBound, [alpha, tau]: [f64; 2]| LowerBound {
         alpha: weights.alpha.iter().map(|a| a * alpha).collect(),
         tau: weights.tau.iter().map(|t| t * tau).collect(),
@@ -365,15 +362,14 @@ fn fit(
     };
     // The weights that prove a given μ are a convex set in α, p and q. So the ratio has one top
     // along log τ, and the tops have one along log α.
-    let mut best = (weights.clone(), ratio(&weights));
+    let (mut best, mut largest) = (weights.clone(), ratio(&weights).ratio);
     let start = weights;
     golden(|alpha| {
         golden(|tau| {
             let trial = scaled(&start, [alpha.exp(), tau.exp()]);
-            let found = ratio(&trial);
-            let value = found.ratio;
-            if value > best.1.ratio {
-                best = (trial, found);
+            let value = ratio(&trial).ratio;
+            if value > largest {
+                (best, largest) = (trial, value);
             }
             value
         })
@@ -423,8 +419,9 @@ fn carry(system: &System, orbit: &[usize], coarse: &System, bound: &LowerBound) 
         verified: false,
     };
     let scale = system.largest_diagonal() / coarse.largest_diagonal();
-    for (at, e) in grid.active().enumerate() {
-        if carried.beta[orbit[at]] != 0.0 {
+    for (place, e) in grid.active().enumerate() {
+        let orbit = orbit[place];
+        if carried.beta[orbit] != 0.0 {
             continue;
         }
         // The place among the coarse elements is counted in elements.
@@ -454,7 +451,7 @@ fn carry(system: &System, orbit: &[usize], coarse: &System, bound: &LowerBound) 
         } else {
             [&bound.alpha, &bound.beta, &bound.tau].map(|values| mean(values))
         };
-        (carried.alpha[orbit[at]], carried.beta[orbit[at]], carried.tau[orbit[at]]) =
+        (carried.alpha[orbit], carried.beta[orbit], carried.tau[orbit]) =
             (alpha, beta, scale * tau);
     }
     carried

@@ -27,7 +27,7 @@ impl Descent<'_> {
         let (k, mu) = (self.k, point[3 * self.k]);
         let [normal, tangential] =
             [e, k + e].map(|i| (self.multipliers[i] + self.penalty * self.values[i]).max(0.0));
-        let (by_normal, by_tangential) = self.slopes(point, e);
+        let slopes = self.slopes(point, e);
         let mut local = Local { gradient: [0.0; 7], hessian: [[0.0; 7]; 7] };
         let mut add = |i: usize, j: usize, value: f64| {
             local.hessian[i][j] += value;
@@ -53,7 +53,7 @@ impl Descent<'_> {
             add(4, 5, bend * n[0] * n[1]);
             add(0, 6, -tangential * sign * slip);
         }
-        for (force, by) in [(normal, by_normal), (tangential, by_tangential)] {
+        for (force, by) in [(normal, slopes.normal), (tangential, slopes.tangential)] {
             if force > 0.0 {
                 for i in 0..7 {
                     local.gradient[i] += force * by[i];
@@ -103,7 +103,7 @@ impl Descent<'_> {
             let mut done = false;
             for _ in 0..12 {
                 let step = newton_step(&matrix, &gradient, *shift);
-                let Some((step, predicted)) = step else {
+                let Some(PredictedStep { step, predicted }) = step else {
                     *shift = (4.0 * *shift).max(1e-6);
                     continue;
                 };
@@ -160,10 +160,10 @@ impl Descent<'_> {
         };
         for j in 0..3 * k {
             for i in 0..=j {
-                let own = if i % k == j % k { locals[i % k].hessian[i / k][j / k] } else { 0.0 };
+                let local = if i % k == j % k { locals[i % k].hessian[i / k][j / k] } else { 0.0 };
                 let value = half[(i, j)]
                     + half[(j, i)]
-                    + own
+                    + local
                     + LENGTH * (along[i] * along[j] + length * 2.0 * a[(i, j)] / k as f64);
                 out[(i, j)] = value;
                 out[(j, i)] = value;
@@ -187,9 +187,17 @@ impl Descent<'_> {
     }
 }
 
+/// A step with the decrease that the quadratic model predicts for it.
+struct PredictedStep {
+    /// The change of the point.
+    step: Vec<f64>,
+    /// The predicted decrease of the Lagrangian.
+    predicted: f64,
+}
+
 /// Computes −(H + shift I)⁻¹ g and the decrease that the quadratic model predicts, if that matrix
 /// is positive definite.
-fn newton_step(matrix: &Mat<f64>, gradient: &[f64], shift: f64) -> Option<(Vec<f64>, f64)> {
+fn newton_step(matrix: &Mat<f64>, gradient: &[f64], shift: f64) -> Option<PredictedStep> {
     let n = gradient.len();
     let mut shifted = matrix.clone();
     for i in 0..n {
@@ -202,5 +210,5 @@ fn newton_step(matrix: &Mat<f64>, gradient: &[f64], shift: f64) -> Option<(Vec<f
     let step: Vec<f64> = (0..n).map(|i| step[(i, 0)]).collect();
     // The prediction uses H s = −g − shift s.
     let predicted = -0.5 * dot(gradient, &step) + 0.5 * shift * dot(&step, &step);
-    Some((step, predicted))
+    Some(PredictedStep { step, predicted })
 }

@@ -73,8 +73,8 @@ impl Symmetries {
         let number = numbers(system);
         let mut orbit = vec![usize::MAX; system.elements()];
         let mut count = 0;
-        for (at, e) in grid.active().enumerate() {
-            if orbit[at] == usize::MAX {
+        for (place, e) in grid.active().enumerate() {
+            if orbit[place] == usize::MAX {
                 for motion in self.motions() {
                     if let Some(image) =
                         number[motion.element(grid.position(e), grid.nx(), grid.ny())]
@@ -158,8 +158,8 @@ impl Motion {
 /// Returns the place of each element of the grid among those of Ω.
 fn numbers(system: &System) -> Vec<Option<usize>> {
     let mut numbers = vec![None; system.grid().len()];
-    for (at, e) in system.grid().active().enumerate() {
-        numbers[e] = Some(at);
+    for (place, e) in system.grid().active().enumerate() {
+        numbers[e] = Some(place);
     }
     numbers
 }
@@ -205,18 +205,28 @@ pub(super) struct Block {
     pub(super) rounding: f64,
 }
 
+/// An image of an element's component under a symmetry.
+struct Image {
+    /// The element of the grid.
+    element: usize,
+    /// The component n = 0, x = 1, y = 2.
+    component: usize,
+    /// The sign with which it belongs to a sum of images.
+    sign: f64,
+}
+
 /// Returns the images that each basis vector is the sum of, the first with sign 1.
-fn basis(system: &System, group: Symmetries, signs: [f64; 3]) -> Vec<Vec<(usize, usize, f64)>> {
+fn basis(system: &System, group: Symmetries, signs: [f64; 3]) -> Vec<Vec<Image>> {
     let grid = system.grid();
     let number = numbers(system);
     let mut seen = vec![[false; 3]; system.elements()];
     let mut basis = Vec::new();
     for c in 0..3 {
-        for (at, e) in grid.active().enumerate() {
-            if seen[at][c] {
+        for (place, e) in grid.active().enumerate() {
+            if seen[place][c] {
                 continue;
             }
-            let mut images: Vec<(usize, usize, f64)> = Vec::with_capacity(8);
+            let mut images: Vec<Image> = Vec::with_capacity(8);
             for motion in group.motions() {
                 let element = motion.element(grid.position(e), grid.nx(), grid.ny());
                 let (component, sign) = motion.component(c);
@@ -224,15 +234,19 @@ fn basis(system: &System, group: Symmetries, signs: [f64; 3]) -> Vec<Vec<(usize,
                 if let Some(number) = number[element] {
                     seen[number][component] = true;
                 }
-                match images.iter_mut().find(|image| (image.0, image.1) == (element, component)) {
-                    Some(image) => image.2 += sign,
-                    None => images.push((element, component, sign)),
+                match images
+                    .iter_mut()
+                    .find(|image| (image.element, image.component) == (element, component))
+                {
+                    Some(image) => image.sign += sign,
+                    None => images.push(Image { element, component, sign }),
                 }
             }
             // A field that a reflection maps onto itself with the other sign vanishes.
-            if images[0].2 != 0.0 {
-                let times = images[0].2;
-                basis.push(images.into_iter().map(|(e, c, sign)| (e, c, sign / times)).collect());
+            let times = images[0].sign;
+            if times != 0.0 {
+                let scaled = |image: Image| Image { sign: image.sign / times, ..image };
+                basis.push(images.into_iter().map(scaled).collect());
             }
         }
     }
@@ -246,10 +260,10 @@ impl Block {
         let basis = basis(system, group, signs);
         let table = system.table();
         let entry = |row: usize, column: usize| {
-            let (e, c, _) = basis[row][0];
+            let Image { element: e, component: c, .. } = basis[row][0];
             let (ei, ej) = grid.position(e);
             let (mut sum, mut sizes) = (0.0, 0.0);
-            for &(f, d, sign) in &basis[column] {
+            for &Image { element: f, component: d, sign } in &basis[column] {
                 let (fi, fj) = grid.position(f);
                 let block = table.coefficient(ei as i64 - fi as i64, ej as i64 - fj as i64).block();
                 let regular = if (e, c) == (f, d) { system.epsilon() } else { 0.0 };
@@ -276,9 +290,11 @@ impl Block {
         // Each of up to eight images takes a sum of two; a root and a product follow. These are at
         // most eleven roundings.
         let rounding = 16.0 * 0.5 * f64::EPSILON * sums.into_iter().fold(0.0, f64::max);
-        let first = |images: &Vec<(usize, usize, f64)>| (number[images[0].0], images[0].1);
-        let orbit = basis.iter().filter_map(|images| first(images).0.map(|at| orbit[at])).collect();
-        let normal = basis.iter().map(|images| first(images).1 == 0).collect();
+        let orbit = basis
+            .iter()
+            .filter_map(|images| number[images[0].element].map(|place| orbit[place]))
+            .collect();
+        let normal = basis.iter().map(|images| images[0].component == 0).collect();
         Self { matrix, orbit, normal, rounding }
     }
 

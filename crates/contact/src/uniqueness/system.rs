@@ -71,8 +71,8 @@ impl System {
     /// Returns εI + A as a 3k × 3k matrix, which takes 72 k² bytes.
     pub fn matrix(&self) -> Mat<f64> {
         let mut matrix = Dense::new(&self.table).matrix().to_owned();
-        for at in 0..matrix.nrows() {
-            matrix[(at, at)] += self.epsilon;
+        for row in 0..matrix.nrows() {
+            matrix[(row, row)] += self.epsilon;
         }
         matrix
     }
@@ -106,8 +106,8 @@ impl System {
     pub(super) fn onto_grid(&self, whole: &mut [f64], field: &[f64]) {
         let (k, n) = (self.elements(), self.grid().len());
         for block in 0..3 {
-            for (at, e) in self.grid().active().enumerate() {
-                whole[block * n + e] = field[block * k + at];
+            for (place, e) in self.grid().active().enumerate() {
+                whole[block * n + e] = field[block * k + place];
             }
         }
     }
@@ -116,8 +116,8 @@ impl System {
     pub(super) fn off_grid(&self, field: &mut [f64], whole: &[f64]) {
         let (k, n) = (self.elements(), self.grid().len());
         for block in 0..3 {
-            for (at, e) in self.grid().active().enumerate() {
-                field[block * k + at] = whole[block * n + e];
+            for (place, e) in self.grid().active().enumerate() {
+                field[block * k + place] = whole[block * n + e];
             }
         }
     }

@@ -74,10 +74,10 @@ fn start(system: &System, random: &mut SplitMix64) -> Vec<f64> {
         system.apply(&mut y, &x, &mut system.scratch());
         x = y;
     }
-    let bit = |at: u32| (kind >> at) & 1 == 1;
-    for (axis, at) in [(0, 8), (1, 16)] {
-        if bit(at) {
-            x = reflected(system, &x, axis, if bit(at + 1) { -1.0 } else { 1.0 });
+    let bit = |number: u32| (kind >> number) & 1 == 1;
+    for (axis, first) in [(0, 8), (1, 16)] {
+        if bit(first) {
+            x = reflected(system, &x, axis, if bit(first + 1) { -1.0 } else { 1.0 });
         }
     }
     x
@@ -102,9 +102,9 @@ fn reflected(system: &System, x: &[f64], axis: usize, sign: f64) -> Vec<f64> {
             sum[block * n + e] += sign * whole[block * n + image];
         }
     }
-    let mut part = vec![0.0; x.len()];
-    system.off_grid(&mut part, &sum);
-    part
+    let mut field = vec![0.0; x.len()];
+    system.off_grid(&mut field, &sum);
+    field
 }
 
 /// The waves along x and y per element, and a phase, in units of full turns.
@@ -161,7 +161,7 @@ const MARGIN: f64 = 1e-9;
 const FEW: usize = 100;
 
 /// The number of elements across the section of Ω on which stripes are tried.
-const PART: usize = 8;
+const SECTION: usize = 8;
 
 /// Minimises from a start and makes the result strict.
 fn improve(system: &System, mut x: Vec<f64>, pattern: Option<&Pattern>) -> Option<Found> {
@@ -212,14 +212,14 @@ fn from_random(system: &System, search: &Search, stream: u64) -> Option<Found> {
     improve(system, x, None)
 }
 
-/// Returns a section of Ω with at most [`PART`] elements across, of the same size.
-fn part(question: &Question, system: &System) -> Result<System, SceneError> {
+/// Returns a section of Ω with at most [`SECTION`] elements across, of the same size.
+fn section(question: &Question, system: &System) -> Result<System, SceneError> {
     let [nx, ny] = [system.grid().nx(), system.grid().ny()];
     let [width_x, width_y] = match question.sole {
         Sole::Rectangle { width_x, width_y } => [width_x, width_y],
         Sole::Disk { radius } => [2.0 * radius; 2],
     };
-    let [mx, my] = [nx, ny].map(|n| n.min(PART));
+    let [mx, my] = [nx, ny].map(|n| n.min(SECTION));
     let sole = Sole::Rectangle {
         width_x: width_x * mx as f64 / nx as f64,
         width_y: width_y * my as f64 / ny as f64,
@@ -237,9 +237,9 @@ fn chosen(
     if system.elements() <= FEW {
         return Ok(waves.into_iter().map(|wave| stripes(system, wave)).collect());
     }
-    let part = part(question, system)?;
+    let section = section(question, system)?;
     let needed = |wave: [f64; 3]| {
-        from_pattern(&part, &stripes(&part, wave)).map_or(f64::INFINITY, |found| found.mu)
+        from_pattern(&section, &stripes(&section, wave)).map_or(f64::INFINITY, |found| found.mu)
     };
     let mut ranked: Vec<(f64, [f64; 3])> =
         waves.into_par_iter().map(|wave| (needed(wave), wave)).collect();

@@ -166,7 +166,7 @@ pub enum WitnessError {
 }
 
 /// Returns the three components (n, x, y) at an element.
-fn at(field: &[f64], element: usize) -> [f64; 3] {
+fn components(field: &[f64], element: usize) -> [f64; 3] {
     let k = field.len() / 3;
     [0, 1, 2].map(|c| field[c * k + element])
 }
@@ -190,7 +190,7 @@ fn needed(x: [f64; 3], y: [f64; 3]) -> f64 {
 pub(super) fn least_mu(x: &[f64], y: &[f64]) -> Result<f64, WitnessError> {
     let mut least: f64 = 0.0;
     for element in 0..x.len() / 3 {
-        let (x, y) = (at(x, element), at(y, element));
+        let (x, y) = (components(x, element), components(y, element));
         let product = x[0] * y[0];
         // The signs decide, for a product of small numbers is 0.
         let is_positive = (x[0] > 0.0 && y[0] > 0.0) || (x[0] < 0.0 && y[0] < 0.0);
@@ -231,7 +231,8 @@ impl Witness {
     fn operator_at(&self, x: &[f64], y: &[f64]) -> Vec<Local> {
         (0..x.len() / 3)
             .map(|element| {
-                let mut local = Local::of(at(x, element), at(y, element), self.stiffness);
+                let (x, y) = (components(x, element), components(y, element));
+                let mut local = Local::of(x, y, self.stiffness);
                 let size = local.ab[0].hypot(local.ab[1]);
                 if size > self.mu {
                     // The next number down is taken, for the rounded length must not be above μ
@@ -273,7 +274,7 @@ impl Witness {
         system.apply(&mut y, &field, &mut system.scratch());
         let least_mu = least_mu(&field, &y)?;
         for element in 0..k {
-            let needed = needed(at(&field, element), at(&y, element));
+            let needed = needed(components(&field, element), components(&y, element));
             if needed > self.mu {
                 return Err(WitnessError::Tangential { element, needed, mu: self.mu });
             }
@@ -281,7 +282,7 @@ impl Witness {
         let operator = self.operator_at(&field, &y);
         let (mut defect, mut size, mut moved) = (0.0, 0.0, 0.0);
         for (element, local) in operator.iter().enumerate() {
-            let (x, y) = (at(&field, element), at(&y, element));
+            let (x, y) = (components(&field, element), components(&y, element));
             let mapped = local.apply([0, 1, 2].map(|c| x[c] - self.stiffness * y[c]));
             for c in 0..3 {
                 defect += (mapped[c] - x[c]).powi(2);
@@ -295,8 +296,8 @@ impl Witness {
         let dense = (k <= Self::DENSE)
             .then(|| singular_values(system, &operator, self.stiffness))
             .flatten();
-        let norm = dense.map_or(1f64.max((moved / size).sqrt()), |(_, largest)| largest);
-        let smallest = dense.map(|(smallest, _)| smallest);
+        let norm = dense.as_ref().map_or(1f64.max((moved / size).sqrt()), |values| values.largest);
+        let smallest = dense.map(|values| values.smallest);
         let shown = Shown { least_mu, operator_mu, residual, singular_value: smallest, norm };
         // The smallest singular value is at most the residual. A larger one is a failure of one of
         // the two computations.
@@ -308,9 +309,17 @@ impl Witness {
     }
 }
 
+/// The ends of the range of a matrix's singular values.
+struct SingularValues {
+    /// The smallest one.
+    smallest: f64,
+    /// The largest one.
+    largest: f64,
+}
+
 /// Computes the smallest and the largest singular value of B(I − EA) − I, or `None` if the
 /// decomposition fails.
-fn singular_values(system: &System, operator: &[Local], stiffness: f64) -> Option<(f64, f64)> {
+fn singular_values(system: &System, operator: &[Local], stiffness: f64) -> Option<SingularValues> {
     let k = operator.len();
     let a = system.matrix();
     let inner =
@@ -343,5 +352,5 @@ fn singular_values(system: &System, operator: &[Local], stiffness: f64) -> Optio
     )
     .ok()?;
     let values = values.column_vector();
-    Some((values[3 * k - 1], values[0]))
+    Some(SingularValues { smallest: values[3 * k - 1], largest: values[0] })
 }
