@@ -3,6 +3,7 @@
 use super::components::{Components, Direction};
 use crate::common::parallel;
 use crate::grid::{Grid, GridError};
+use crate::model::PerDof;
 
 /// How a vector field behaves under a reflection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -174,15 +175,15 @@ pub(crate) fn images(mirror: &Mirror) -> f64 {
 
 /// What the sum over all elements is of the sum over those on the positive sides, for a component
 /// weighted with each rigid mode.
-pub(crate) fn weighted_images(mirror: &Mirror, direction: Direction) -> [f64; 6] {
+pub(crate) fn weighted_images(mirror: &Mirror, direction: Direction) -> PerDof<f64> {
     // parity in x and y of the modes' functions 1, x and y, by degree of freedom and component
     const EVEN: [f64; 2] = [1.0, 1.0];
     const OF_X: [f64; 2] = [-1.0, 1.0];
     const OF_Y: [f64; 2] = [1.0, -1.0];
     let modes = match direction {
-        Direction::N => [EVEN, EVEN, EVEN, OF_Y, OF_X, EVEN],
-        Direction::X => [EVEN, EVEN, EVEN, EVEN, EVEN, OF_Y],
-        Direction::Y => [EVEN, EVEN, EVEN, EVEN, EVEN, OF_X],
+        Direction::N => PerDof::new([EVEN, EVEN, EVEN, OF_Y, OF_X, EVEN]),
+        Direction::X => PerDof::new([EVEN, EVEN, EVEN, EVEN, EVEN, OF_Y]),
+        Direction::Y => PerDof::new([EVEN, EVEN, EVEN, EVEN, EVEN, OF_X]),
     };
     let parity = mirror.parity(direction);
     modes.map(|mode| {

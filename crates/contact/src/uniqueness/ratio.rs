@@ -137,10 +137,10 @@ fn best(basis: &mut Vec<Mode>) -> Option<Vec<f64>> {
     if size < 2 {
         return Some(vec![1.0, 0.0][..size].to_vec());
     }
-    let gram = |which: usize| {
+    let gram = |image: usize| {
         faer::Mat::from_fn(size, size, |i, j| {
-            0.5 * (dot(&basis[i].0[0], &basis[j].0[which])
-                + dot(&basis[j].0[0], &basis[i].0[which]))
+            0.5 * (dot(&basis[i].0[0], &basis[j].0[image])
+                + dot(&basis[j].0[0], &basis[i].0[image]))
         })
     };
     // largest eigenvalue of L⁻¹TL⁻ᵀ, S = LLᵀ

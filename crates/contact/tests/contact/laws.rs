@@ -272,7 +272,7 @@ struct Solved {
     operator: Dense,
     diagonal: f64,
     p: Vec<f64>,
-    asked: [Control; 6],
+    asked: PerDof<Control>,
 }
 
 impl Solved {
@@ -286,8 +286,8 @@ impl Solved {
         .unwrap();
         let asked = scene.loading.legs()[0].target;
         let units = problem.scale.motions();
-        problem.place(&std::array::from_fn(|which| match asked[which] {
-            Control::Motion(value) => value / units[which],
+        problem.place(&PerDof::from_fn(|dof| match asked[dof] {
+            Control::Motion(value) => value / units[dof],
             Control::Force(_) => unreachable!("all of the punch's motion is prescribed"),
         }));
         let table = InfluenceTable::new(&problem.grid, &problem.elasticity, problem.projection);
