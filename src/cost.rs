@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use anyhow::{Context, Result, bail};
 use contact::assess::{ClosedForm, Errors, closed_form};
-use contact::model::{Control, FigureErrors, Mesh, Numerics, StepOutcome};
+use contact::model::{Control, Dof, FigureErrors, Mesh, Numerics, PerDof, StepOutcome};
 use contact::theory::{PowerLaw, power_law, richardson};
 use report::{Cell, Column, Table, pareto_front};
 use study::columns::Compared;
@@ -89,7 +89,7 @@ pub(crate) fn compare(
             .last()
             .map(|leg| leg.target)
             .context("a scene without a load step")?;
-        let on = cost.on.unwrap_or(if matches!(controls[0], Control::Motion(_)) {
+        let on = cost.on.unwrap_or(if matches!(controls[Dof::Approach], Control::Motion(_)) {
             "load"
         } else {
             "approach"
@@ -373,11 +373,11 @@ impl Limits {
         Some(self.0[which]?.1 / self.unit(which)?)
     }
 
-    fn errors(&self, end: &StepOutcome, controls: &[Control; 6]) -> Errors {
+    fn errors(&self, end: &StepOutcome, controls: &PerDof<Control>) -> Errors {
         let error = |which: usize| {
             Some((SCALARS[which].1(end) - self.0[which]?.0).abs() / self.unit(which)?)
         };
-        let is_force = matches!(controls[0], Control::Force(_));
+        let is_force = matches!(controls[Dof::Approach], Control::Force(_));
         let figures = FigureErrors {
             load: error(0).filter(|_| !is_force),
             approach: error(1).filter(|_| is_force),

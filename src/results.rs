@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use anyhow::{Context, Result, bail};
-use contact::model::{Fields, Observables, Step};
+use contact::model::{Dof, Fields, Observables, Step};
 use report::{Cell, Table};
 use store::{Blobs, ReadError, Reader, Store};
 use study::columns::{Compared, Role, Row, Value, along_path};
@@ -225,9 +225,10 @@ pub(crate) fn path_columns(points: &[Point]) -> Vec<String> {
     let cycle = paths().any(|path| path.cycle_from.is_some()).then_some("cycle");
     let mut names: Vec<String> =
         ["step"].into_iter().chain(cycle).chain(["increment"]).map(str::to_owned).collect();
-    for (which, [motion, force]) in Step::NAMES.into_iter().enumerate() {
-        if which == 0
-            || paths().flat_map(|path| &path.steps).any(|step| step.given()[which] != [None, None])
+    for dof in Dof::ALL {
+        let [motion, force] = Step::NAMES[dof];
+        if dof == Dof::Approach
+            || paths().flat_map(|path| &path.steps).any(|step| step.given()[dof] != [None, None])
         {
             names.extend([
                 format!("at_{motion}"),

@@ -20,7 +20,7 @@ pub use outcome::{
     State, Status, StepOutcome, Way, WorkDone,
 };
 pub(crate) use rigid::rigid_modes;
-pub use rigid::{Control, Motion};
+pub use rigid::{Control, Dof, Motion, PerDof};
 #[cfg(test)]
 pub(crate) use scene::tests::sphere_on_half_space;
 pub use scene::{

@@ -41,7 +41,7 @@
 
 use self::seeker::Seeker;
 use crate::influence::{Components, Mirror};
-use crate::model::{Control, Numerics, Scene, SceneError, Status};
+use crate::model::{Control, Numerics, PerDof, Scene, SceneError, Status};
 use crate::path::in_units;
 use crate::problem::{Operators, Problem};
 use crate::punch::Surfaces;
@@ -88,7 +88,7 @@ pub fn search(
 /// It panics if the problem is a [reduced](Problem::reduced) one.
 pub fn search_from(
     problem: Problem,
-    asked: &[Control; 6],
+    asked: &PerDof<Control>,
     numerics: &Numerics,
     operators: &mut Operators,
     search: &Search,
@@ -97,7 +97,7 @@ pub fn search_from(
         problem.components == Components::ALL && problem.mirror == Mirror::NONE,
         "a search needs the full problem"
     );
-    let nothing = Start { p: vec![0.0; problem.f.len()], motion: [0.0; 6] };
+    let nothing = Start { p: vec![0.0; problem.f.len()], motion: PerDof::all(0.0) };
     let mut seeker = Seeker::new(problem, numerics, operators)?;
     seeker.asked = *asked;
     seeker.controls = in_units(asked, &seeker.problem);

@@ -3,7 +3,7 @@
 //!
 //! Knows [`problem`](crate::problem) and what is below it; no certificate.
 
-use crate::model::{Control, Method, Way};
+use crate::model::{Control, Method, PerDof, Way};
 use crate::problem::{Operators, Problem, Stage};
 
 mod controls;
@@ -26,7 +26,7 @@ pub fn solve(
     problem: &mut Problem,
     operators: &mut Operators,
     stages: &[Stage],
-    controls: &[Control; 6],
+    controls: &PerDof<Control>,
     start: &Start,
     rule: &StopRule,
 ) -> Iterate {

@@ -14,7 +14,7 @@
 //! numerics stays as it is given. Meshes are chosen by the results that there are: see `tribosweep
 //! answer`.
 
-use contact::model::{Control, FigureErrors, Mesh, Shape};
+use contact::model::{Control, Dof, FigureErrors, Mesh, PerDof, Shape};
 use toml::de::DeValue;
 
 use crate::adaptive::part;
@@ -51,7 +51,7 @@ impl Accuracy {
     /// The figure that counts for a job.
     pub fn of(&self, job: &Job) -> &'static str {
         let default = || match controls(job) {
-            Some([Control::Force(_), ..]) => "approach",
+            Some(controls) if matches!(controls[Dof::Approach], Control::Force(_)) => "approach",
             _ => "load",
         };
         self.of.unwrap_or_else(default)
@@ -72,16 +72,16 @@ impl Accuracy {
     /// Refuses a figure that the job gives, or that has no limit.
     pub(crate) fn check(&self, job: &Job) -> Result<(), Problem> {
         let (Some(of), Some(controls)) = (self.of, controls(job)) else { return Ok(()) };
-        let all = |range: std::ops::Range<usize>, force: bool| {
-            controls[range].iter().all(|c| matches!(c, Control::Force(_)) == force)
+        let all = |dofs: &[Dof], force: bool| {
+            dofs.iter().all(|dof| matches!(controls[*dof], Control::Force(_)) == force)
         };
         let given = match of {
-            "load" => all(0..1, true),
-            "approach" => all(0..1, false),
-            "tangential_force" => all(1..3, true),
-            "shift" => all(1..3, false),
-            "moment" => all(3..6, true),
-            "rotation" => all(3..6, false),
+            "load" => all(&[Dof::Approach], true),
+            "approach" => all(&[Dof::Approach], false),
+            "tangential_force" => all(&Dof::SHIFTS, true),
+            "shift" => all(&Dof::SHIFTS, false),
+            "moment" => all(&Dof::ROTATIONS, true),
+            "rotation" => all(&Dof::ROTATIONS, false),
             _ => false,
         };
         let words = of.replace('_', " ");
@@ -125,7 +125,7 @@ impl Accuracy {
 }
 
 /// What the end of the loading path gives.
-fn controls(job: &Job) -> Option<[Control; 6]> {
+fn controls(job: &Job) -> Option<PerDof<Control>> {
     Some(job.case()?.scene.loading.legs().last()?.target)
 }
 

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::common::parallel;
 use crate::grid::Grid;
 use crate::influence::{Components, Diagonals, Direction, InfluenceTable};
-use crate::model::{Certificate, Control, Observables};
+use crate::model::{Certificate, Control, Dof, Observables, PerDof};
 use crate::problem::Problem;
 
 impl Certificate {
@@ -73,7 +73,7 @@ struct Part {
     /// The largest figures; the residual and the imbalance are of the whole.
     certificate: Certificate,
     /// Sums of tractions and of their moments.
-    force: [f64; 6],
+    force: PerDof<f64>,
     /// Sum of the largest components.
     magnitude: f64,
     /// The largest traction, and in units of it the squares of the defect and of the tractions.
@@ -91,7 +91,7 @@ pub fn certify(
     displacement: &[f64],
     diagonal: impl Into<Diagonals>,
     claimed: &Observables,
-    asked: &[Control; 6],
+    asked: &PerDof<Control>,
 ) -> Certificate {
     let k = problem.grid.len();
     let Diagonals { normal, tangential } = diagonal.into();
@@ -119,7 +119,7 @@ pub fn certify(
         // tractions with their images, kept to be measured in units of the largest: squares leave
         // the range of doubles early
         let mut images: Vec<[[f64; 3]; 2]> = Vec::with_capacity(band.len());
-        let (mut force, mut magnitude) = ([0.0; 6], 0.0);
+        let (mut force, mut magnitude) = (PerDof::all(0.0), 0.0);
         for e in problem.grid.active_in(band) {
             let [pressure, px, py] = [p[e], p[k + e], p[2 * k + e]];
             let traction = px.hypot(py);
@@ -190,7 +190,7 @@ pub fn certify(
     let parts = parallel::bands(k, of_band);
     let mut certificate = Certificate::default();
     let unit = largest(&mut parts.iter().map(|part| part.unit));
-    let (mut force, mut magnitude, mut defect, mut size) = ([0.0; 6], 0.0, 0.0, 0.0);
+    let (mut force, mut magnitude, mut defect, mut size) = (PerDof::all(0.0), 0.0, 0.0, 0.0);
     for part in parts {
         let own = part.certificate;
         certificate.tension = certificate.tension.max(own.tension);
@@ -216,17 +216,17 @@ pub fn certify(
     let unit = problem.scale.traction() * problem.scale.length * problem.scale.length * area;
     let magnitude = magnitude * unit;
     let c = claimed;
-    let claims = [c.load, c.force_x, c.force_y, c.moment_x, c.moment_y, c.moment_z];
+    let claims = PerDof::new([c.load, c.force_x, c.force_y, c.moment_x, c.moment_y, c.moment_z]);
     // of forces below the range of doubles no digit is certain
     if peak > 0.0 && !magnitude.is_normal() {
         certificate.force_imbalance = f64::INFINITY;
     }
-    for (which, (sum, claim)) in force.iter().zip(claims).enumerate() {
-        let arm = if which < 3 { 1.0 } else { problem.scale.length };
+    for dof in Dof::ALL {
+        let arm = if dof.is_rotation() { problem.scale.length } else { 1.0 };
         // `max` would pass over what is no number
-        let off = |from: f64| relative((from - sum * unit * arm).abs(), magnitude * arm);
-        let asked = if let Control::Force(asked) = asked[which] { off(asked) } else { 0.0 };
-        for off in [off(claim), asked] {
+        let off = |from: f64| relative((from - force[dof] * unit * arm).abs(), magnitude * arm);
+        let asked = if let Control::Force(asked) = asked[dof] { off(asked) } else { 0.0 };
+        for off in [off(claims[dof]), asked] {
             certificate.force_imbalance =
                 if off.is_nan() { f64::INFINITY } else { certificate.force_imbalance.max(off) };
         }

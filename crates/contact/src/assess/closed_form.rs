@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 use super::quadrature::Kinks;
 use crate::foundation::{HalfSpace, relative_bodies};
-use crate::model::{Control, Motion, Scene, Shape};
+use crate::model::{Control, Dof, Leg, Motion, PerDof, Scene, Shape};
 use crate::punch::{Surfaces, domain};
 use crate::theory::{cone, flat_disk, hertz_ellipse, shifted_disk, tilted_disk, twisted_disk};
 
@@ -19,13 +19,13 @@ pub struct ClosedForm {
     pub name: &'static str,
     /// Where it is found.
     pub source: &'static str,
-    /// What the last step prescribes, in the order of [`Step::NAMES`](crate::model::Step::NAMES).
-    pub controls: [Control; 6],
+    /// What the last step prescribes.
+    pub controls: PerDof<Control>,
     /// Where the punch is; 0 for a motion that is not determined (sideways, without friction or
     /// load).
     pub motion: Motion,
-    /// Forces and moments of the punch on the foundation \[N, N m\], in the same order.
-    pub resultants: [f64; 6],
+    /// Forces and moments of the punch on the foundation \[N, N m\].
+    pub resultants: PerDof<f64>,
     /// Semi-axes of the contact along x and y \[m\], an ellipse around the origin.
     pub semi_axes: [f64; 2],
     /// Semi-axes of the part of it that sticks \[m\]; 0 where nothing does, as without friction.
@@ -214,7 +214,8 @@ pub fn closed_form(scene: &Scene) -> Option<ClosedForm> {
         .zip(exact.semi_axes)
         .all(|(reach, semi_axis)| semi_axis <= reach * (1.0 + 1e-12));
     let figures = exact.resultants.iter().chain(&exact.semi_axes);
-    (holds && figures.copied().all(f64::is_finite) && exact.resultants[0] > 0.0).then_some(exact)
+    (holds && figures.copied().all(f64::is_finite) && exact.resultants[Dof::Approach] > 0.0)
+        .then_some(exact)
 }
 
 /// E* = 2/Σ((1−ν)/G).
@@ -317,10 +318,10 @@ fn curved(scene: &Scene, indenter: &Indenter, bodies: &HalfSpace) -> Option<Clos
     let legs = scene.loading.legs();
     let (last, before) = legs.split_last()?;
     let mu = scene.friction.mu;
-    if legs.iter().any(|leg| [3, 4].iter().any(|tilt| !is_nothing(leg.target[*tilt]))) {
+    if legs.iter().any(|leg| Dof::TILTS.iter().any(|tilt| !is_nothing(leg.target[*tilt]))) {
         return None;
     }
-    let approach = match last.target[0] {
+    let approach = match last.target[Dof::Approach] {
         Control::Motion(approach) => approach,
         Control::Force(load) => indenter.approach(load),
     };
@@ -335,7 +336,7 @@ fn curved(scene: &Scene, indenter: &Indenter, bodies: &HalfSpace) -> Option<Clos
         source: frictionless[1],
         controls: last.target,
         motion: Motion { approach, ..Motion::default() },
-        resultants: [normal.load, 0.0, 0.0, 0.0, 0.0, 0.0],
+        resultants: PerDof::new([normal.load, 0.0, 0.0, 0.0, 0.0, 0.0]),
         semi_axes,
         stick_semi_axes: if mu > 0.0 { semi_axes } else { [0.0; 2] },
         peak_pressure: match normal.pressure {
@@ -346,35 +347,36 @@ fn curved(scene: &Scene, indenter: &Indenter, bodies: &HalfSpace) -> Option<Clos
         traction: Traction::Zero,
     };
     let sideways = |control: &Control| !is_nothing(*control);
+    let shifts = |leg: &Leg| Dof::SHIFTS.iter().any(|dof| sideways(&leg.target[*dof]));
     if mu == 0.0 {
         // without friction a motion sideways meets no force, and a force no equilibrium
         let pulled = |control: &Control| matches!(control, Control::Force(force) if *force != 0.0);
-        if legs.iter().any(|leg| [1, 2, 5].iter().any(|which| pulled(&leg.target[*which]))) {
+        if legs.iter().any(|leg| Dof::TANGENTIAL.iter().any(|dof| pulled(&leg.target[*dof]))) {
             return None;
         }
         let moved =
-            |which: usize| if let Control::Motion(way) = last.target[which] { way } else { 0.0 };
+            |dof: Dof| if let Control::Motion(moved) = last.target[dof] { moved } else { 0.0 };
         (exact.motion.shift_x, exact.motion.shift_y, exact.motion.twist) =
-            (moved(1), moved(2), moved(5));
+            (moved(Dof::ShiftX), moved(Dof::ShiftY), moved(Dof::Twist));
         return Some(exact);
     }
-    if legs.iter().any(|leg| sideways(&leg.target[5]))
-        || before.iter().any(|leg| leg.target[1..3].iter().any(sideways))
-    {
+    if legs.iter().any(|leg| sideways(&leg.target[Dof::Twist])) || before.iter().any(shifts) {
         return None;
     }
-    if !last.target[1..3].iter().any(sideways) {
+    if !shifts(last) {
         return Some(exact);
     }
-    let load_stays =
-        before.last().map_or(last.increments == 1, |leg| leg.target[0] == last.target[0]);
+    let load_stays = before.last().map_or(last.increments == 1, |leg| {
+        leg.target[Dof::Approach] == last.target[Dof::Approach]
+    });
     if bodies.cross != 0.0 || !load_stays {
         return None;
     }
     // with ν = 0 and no coupling each tangential direction has the operator of the normal one, so
     // that μ times the change of pressure with approach moves the surface by μ times the change of
     // approach wherever both contacts have been
-    let (amount, direction, given_force) = one_direction(last.target[1], last.target[2])?;
+    let (amount, direction, given_force) =
+        one_direction(last.target[Dof::ShiftX], last.target[Dof::ShiftY])?;
     let limit = mu * normal.load;
     let remaining = if given_force {
         if amount >= limit {
@@ -387,7 +389,8 @@ fn curved(scene: &Scene, indenter: &Indenter, bodies: &HalfSpace) -> Option<Clos
     let sticking = (remaining > 0.0).then(|| indenter.pressed(remaining));
     let force = limit - mu * sticking.as_ref().map_or(0.0, |part| part.load);
     let shift = if given_force { mu * (approach - remaining) } else { amount };
-    [exact.resultants[1], exact.resultants[2]] = direction.map(|along| along * force);
+    [exact.resultants[Dof::ShiftX], exact.resultants[Dof::ShiftY]] =
+        direction.map(|along| along * force);
     [exact.motion.shift_x, exact.motion.shift_y] = direction.map(|along| along * shift);
     exact.stick_semi_axes = sticking.as_ref().map_or([0.0; 2], |part| part.pressure.semi_axes());
     exact.traction = Traction::PartialSlip {
@@ -425,29 +428,27 @@ fn disk(scene: &Scene, radius: f64, bodies: &HalfSpace) -> Option<ClosedForm> {
         shifted_disk(2.0 * bodies.direct + bodies.cross, radius, 1.0),
     );
     let tangential = if mu > 0.0 { 1.0 } else { 0.0 };
-    let stiffness = [
+    let stiffness = PerDof::new([
         flat_disk(e, radius, 1.0).load,
         tangential * shear,
         tangential * shear,
         tilt,
         tilt,
         tangential * twisted_disk(bodies.direct + bodies.cross, radius, 1.0),
-    ];
+    ]);
     let legs = scene.loading.legs();
     let mut end = None;
     for leg in &legs {
-        let (mut motion, mut resultants) = ([0.0; 6], [0.0; 6]);
-        for which in 0..6 {
-            (motion[which], resultants[which]) = match leg.target[which] {
-                Control::Motion(way) => (way, way * stiffness[which]),
-                Control::Force(force) if stiffness[which] > 0.0 => {
-                    (force / stiffness[which], force)
-                }
+        let (mut motion, mut resultants) = (PerDof::all(0.0), PerDof::all(0.0));
+        for dof in Dof::ALL {
+            (motion[dof], resultants[dof]) = match leg.target[dof] {
+                Control::Motion(moved) => (moved, moved * stiffness[dof]),
+                Control::Force(force) if stiffness[dof] > 0.0 => (force / stiffness[dof], force),
                 Control::Force(0.0) => (0.0, 0.0),
                 Control::Force(_) => return None,
             };
         }
-        let [load, force_x, force_y, moment_x, moment_y, moment_z] = resultants;
+        let [load, force_x, force_y, moment_x, moment_y, moment_z] = resultants.to_array();
         // ∫ 1/√(1−r²/a²) = 2πa², ∫ x²/√(1−r²/a²) = ⅔πa⁴
         let (mean, first) = (2.0 * PI * radius * radius, 2.0 / 3.0 * PI * radius.powi(4));
         let pressure = Pressure::Disk {
@@ -469,8 +470,8 @@ fn disk(scene: &Scene, radius: f64, bodies: &HalfSpace) -> Option<ClosedForm> {
         end = Some((leg.target, motion, resultants, pressure, traction));
     }
     let (controls, motion, resultants, pressure, traction) = end?;
-    let moves = |which: &[usize]| which.iter().any(|which| resultants[*which] != 0.0);
-    let (name, source) = match (moves(&[1, 2]), moves(&[5]), moves(&[3, 4])) {
+    let moves = |dofs: &[Dof]| dofs.iter().any(|dof| resultants[*dof] != 0.0);
+    let (name, source) = match (moves(&Dof::SHIFTS), moves(&[Dof::Twist]), moves(&Dof::TILTS)) {
         (true, true, _) => (
             "Mindlin's and Reissner and Sagoci's disk",
             "Mindlin 1949, doi:10.1115/1.4009973; Reissner and Sagoci 1944, doi:10.1063/1.1707489",
@@ -493,7 +494,7 @@ fn disk(scene: &Scene, radius: f64, bodies: &HalfSpace) -> Option<ClosedForm> {
         name,
         source,
         controls,
-        motion: Motion::from_array(motion),
+        motion: Motion::from_per_dof(motion),
         resultants,
         semi_axes: [radius; 2],
         stick_semi_axes: if mu > 0.0 { [radius; 2] } else { [0.0; 2] },
@@ -524,12 +525,13 @@ mod tests {
     }
 
     /// Resultants by integration over the box around the contact.
-    fn integrated(exact: &ClosedForm) -> [f64; 6] {
+    fn integrated(exact: &ClosedForm) -> PerDof<f64> {
         let [a, b] = exact.semi_axes;
-        exact.kinks().integrate(Rectangle { x: [-a, a], y: [-b, b] }, &|x, y| {
+        let sums = exact.kinks().integrate(Rectangle { x: [-a, a], y: [-b, b] }, &|x, y| {
             let (tractions, modes) = (exact.tractions_at(x, y), rigid_modes(x, y));
-            std::array::from_fn(|which| (0..3).map(|c| modes[c][which] * tractions[c]).sum())
-        })
+            Dof::ALL.map(|dof| (0..3).map(|c| modes[c][dof] * tractions[c]).sum())
+        });
+        PerDof::new(sums)
     }
 
     #[test]
@@ -567,7 +569,7 @@ mod tests {
             let exact = closed_form(scene).unwrap_or_else(|| panic!("{scene:?}"));
             for (sum, resultant) in integrated(&exact).iter().zip(exact.resultants) {
                 assert!(
-                    (sum - resultant).abs() < 1e-6 * exact.resultants[0],
+                    (sum - resultant).abs() < 1e-6 * exact.resultants[Dof::Approach],
                     "{}: {sum} {resultant}",
                     exact.name
                 );
@@ -595,12 +597,15 @@ mod tests {
             let back =
                 closed_form(&scene(Shape::Sphere { radius: 0.7 }, 0.0, mu, &[press, move_it]))
                     .unwrap();
-            assert!((back.resultants[2] / (-part * limit) - 1.0).abs() < 1e-10);
+            assert!((back.resultants[Dof::ShiftY] / (-part * limit) - 1.0).abs() < 1e-10);
         }
         let slide = Step { shift_x: Some(1.0), ..Step::default() };
         let sliding =
             closed_form(&scene(Shape::Sphere { radius: 0.7 }, 0.0, mu, &[press, slide])).unwrap();
-        assert!((sliding.resultants[1] / limit - 1.0).abs() < 1e-12 && sliding.stick_area() == 0.0);
+        assert!(
+            (sliding.resultants[Dof::ShiftX] / limit - 1.0).abs() < 1e-12
+                && sliding.stick_area() == 0.0
+        );
     }
 
     #[test]
@@ -612,7 +617,8 @@ mod tests {
         ] {
             let press = Step { approach: Some(0.01), ..Step::default() };
             let exact = closed_form(&scene(shape.clone(), 0.3, 0.0, &[press])).unwrap();
-            let load = Step { normal_force: Some(exact.resultants[0]), ..Step::default() };
+            let load =
+                Step { normal_force: Some(exact.resultants[Dof::Approach]), ..Step::default() };
             let back = closed_form(&scene(shape, 0.3, 0.0, &[load])).unwrap();
             assert!(
                 (back.motion.approach / 0.01 - 1.0).abs() < 1e-13

@@ -4,7 +4,7 @@ use super::closed_form::ClosedForm;
 use super::norms::{self, Norm, Relative};
 use super::quadrature::{Kinks, Rectangle};
 use crate::grid::Grid;
-use crate::model::{Control, Fields, FigureErrors, StepOutcome};
+use crate::model::{Control, Dof, Fields, FigureErrors, PerDof, StepOutcome};
 
 /// Relative errors of a solution \[1\]. `None` for what the scene prescribes, what the reference
 /// does not have (an unbounded peak, a traction outside L₂), and what is less than 1e-6 of its kind
@@ -48,7 +48,7 @@ impl Errors {
         norms::norm(fields)?;
         let areas = [exact.contact_area(), exact.stick_area()];
         let reference = Figures {
-            motion: exact.motion.to_array(),
+            motion: exact.motion.per_dof(),
             resultants: exact.resultants,
             peak: exact.peak_pressure,
             areas,
@@ -71,7 +71,7 @@ impl Errors {
         fields: &Fields,
         reference: &StepOutcome,
         reference_fields: &Fields,
-        controls: &[Control; 6],
+        controls: &PerDof<Control>,
     ) -> Option<Self> {
         let strong = significant([
             norms::distance(fields, reference_fields)?,
@@ -87,37 +87,38 @@ impl Errors {
     fn of(
         own: &Figures,
         reference: &Figures,
-        controls: &[Control; 6],
+        controls: &PerDof<Control>,
         strong: Relative,
         local: Relative,
     ) -> Self {
         let length = reference.areas[0].sqrt();
         // moments are measured against the load at the size of the contact, rotations against the
         // approach there
-        let (load, approach) = (reference.resultants[0].abs(), reference.motion[0].abs());
+        let (load, approach) =
+            (reference.resultants[Dof::Approach].abs(), reference.motion[Dof::Approach].abs());
         let is_given =
-            |which: usize, as_force: bool| matches!(controls[which], Control::Force(_)) == as_force;
-        let vector = |as_force: bool, range: std::ops::Range<usize>, kind: f64| {
+            |dof: Dof, as_force: bool| matches!(controls[dof], Control::Force(_)) == as_force;
+        let vector = |as_force: bool, dofs: &[Dof], kind: f64| {
             let values =
                 |figures: &Figures| if as_force { figures.resultants } else { figures.motion };
             let (own, exact) = (values(own), values(reference));
             let size = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::hypot);
             let (all, off) = (
-                size(&mut range.clone().map(|i| exact[i])),
-                size(&mut range.clone().map(|i| own[i] - exact[i])),
+                size(&mut dofs.iter().map(|dof| exact[*dof])),
+                size(&mut dofs.iter().map(|dof| own[*dof] - exact[*dof])),
             );
-            (all > NEGLIGIBLE * kind && !range.clone().all(|which| is_given(which, as_force)))
+            (all > NEGLIGIBLE * kind && !dofs.iter().all(|dof| is_given(*dof, as_force)))
                 .then(|| off / all)
         };
         let relative =
             |own: f64, exact: f64, unit: f64| (unit > 0.0).then(|| (own - exact).abs() / unit);
         let figures = FigureErrors {
-            load: vector(true, 0..1, 0.0),
-            approach: vector(false, 0..1, 0.0),
-            tangential_force: vector(true, 1..3, load),
-            shift: vector(false, 1..3, approach),
-            moment: vector(true, 3..6, load * length),
-            rotation: vector(false, 3..6, approach / length),
+            load: vector(true, &[Dof::Approach], 0.0),
+            approach: vector(false, &[Dof::Approach], 0.0),
+            tangential_force: vector(true, &Dof::SHIFTS, load),
+            shift: vector(false, &Dof::SHIFTS, approach),
+            moment: vector(true, &Dof::ROTATIONS, load * length),
+            rotation: vector(false, &Dof::ROTATIONS, approach / length),
             peak_pressure: own
                 .peak
                 .zip(reference.peak)
@@ -133,8 +134,8 @@ impl Errors {
 
 /// What is compared besides the fields.
 struct Figures {
-    motion: [f64; 6],
-    resultants: [f64; 6],
+    motion: PerDof<f64>,
+    resultants: PerDof<f64>,
     peak: Option<f64>,
     /// In contact, and of that sticking.
     areas: [f64; 2],
@@ -144,7 +145,7 @@ impl Figures {
     fn of(end: &StepOutcome) -> Self {
         let o = &end.observables;
         Self {
-            motion: end.motion.to_array(),
+            motion: end.motion.per_dof(),
             resultants: o.resultants(),
             peak: Some(o.peak_pressure),
             areas: [o.contact_area, o.stick_area],
@@ -205,7 +206,7 @@ fn distance(fields: &Fields, exact: &ClosedForm) -> [Norm; 2] {
 /// A traction of the closed form's size, so that squares stay within the range of doubles: its mean
 /// pressure.
 fn unit(exact: &ClosedForm) -> f64 {
-    exact.resultants[0] / exact.contact_area()
+    exact.resultants[Dof::Approach] / exact.contact_area()
 }
 
 /// Whether a rectangle lies outside an ellipse around the origin.
@@ -303,7 +304,7 @@ mod tests {
         let (a, peak) = (exact.semi_axes[0], exact.peak_pressure.unwrap());
         let c = 0.3 * peak;
         let norm = (0.5 * std::f64::consts::PI).sqrt() * a * peak;
-        let square = 9.0 * a * a * c * c - 2.0 * c * exact.resultants[0] + norm * norm;
+        let square = 9.0 * a * a * c * c - 2.0 * c * exact.resultants[Dof::Approach] + norm * norm;
         for n in [1, 2, 7, 10, 33, 64] {
             let [off, own] = distance(&constant(c, n, 3.0 * a), &exact);
             assert!(

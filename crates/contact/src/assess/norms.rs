@@ -11,7 +11,7 @@
 
 use crate::common::parallel;
 use crate::grid::Grid;
-use crate::model::{Fields, rigid_modes};
+use crate::model::{Fields, PerDof, rigid_modes};
 
 /// L₂ norms of tractions, or of a difference of them \[Pa m\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -149,14 +149,13 @@ pub fn parts(fields: &Fields, [nx, ny]: [usize; 2]) -> Option<Grid> {
     Grid::new(nx, ny, size[0], size[1], origin).ok()
 }
 
-/// Forces and moments of the punch on the foundation \[N, N m\], summed from the fields, in the
-/// order of [`Step::NAMES`](crate::model::Step::NAMES); `None` for fields that have not one value
-/// for each element of a grid. Continuous in the weak topology.
-pub fn resultants(fields: &Fields) -> Option<[f64; 6]> {
+/// Forces and moments of the punch on the foundation \[N, N m\], summed from the fields; `None` for
+/// fields that have not one value for each element of a grid. Continuous in the weak topology.
+pub fn resultants(fields: &Fields) -> Option<PerDof<f64>> {
     Sides::of(fields)?;
     let [nx, area] = [fields.shape[0] as f64, fields.element[0] * fields.element[1]];
     let tractions = blocks(fields);
-    let mut sums = [0.0; 6];
+    let mut sums = PerDof::all(0.0);
     for e in 0..fields.pressure.len() {
         let (j, i) = ((e as f64 / nx).floor(), e % fields.shape[0] as usize);
         let modes = rigid_modes(
@@ -261,6 +260,7 @@ fn refine(a: &[f64], b: &[f64]) -> Vec<Interval> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::Dof;
 
     /// Fields of these pressures on a row of elements of size h × 1, the first one's centre at x.
     fn row(x: f64, h: f64, pressure: &[f64]) -> Fields {
@@ -311,12 +311,15 @@ mod tests {
         let onto = Grid::new(3, 3, 1.0, 0.4, [0.3, -0.4]).unwrap();
         let means = local_means(&fields, &onto).unwrap();
         let (exact, own) = (resultants(&fields).unwrap(), resultants(&means).unwrap());
-        assert!((exact[0] - 4.0).abs() < 1e-15 && (exact[2] + 0.125).abs() < 1e-15);
+        assert!(
+            (exact[Dof::Approach] - 4.0).abs() < 1e-15
+                && (exact[Dof::ShiftY] + 0.125).abs() < 1e-15
+        );
         // −Σ x p₁ |e|, Σ x p₃ |e|
-        assert!((exact[4] + 0.5 * (0.25 + 1.5 + 5.0 + 1.75)).abs() < 1e-14);
-        assert!((exact[5] - 0.5 * (0.125 - 1.25 + 0.4375)).abs() < 1e-14);
-        for which in [0, 2] {
-            assert!((own[which] - exact[which]).abs() < 1e-14, "{own:?} {exact:?}");
+        assert!((exact[Dof::TiltY] + 0.5 * (0.25 + 1.5 + 5.0 + 1.75)).abs() < 1e-14);
+        assert!((exact[Dof::Twist] - 0.5 * (0.125 - 1.25 + 0.4375)).abs() < 1e-14);
+        for dof in [Dof::Approach, Dof::ShiftY] {
+            assert!((own[dof] - exact[dof]).abs() < 1e-14, "{own:?} {exact:?}");
         }
     }
 

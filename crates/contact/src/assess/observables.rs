@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::common::parallel;
 use crate::influence::Diagonals;
-use crate::model::{Fields, Observables, State};
+use crate::model::{Fields, Observables, PerDof, State};
 use crate::problem::{Problem, h_u};
 
 /// The state of every element, read off the natural map x = p − E v: an element in contact sticks
@@ -100,7 +100,7 @@ pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) ->
     let units = problem.scale.forces();
     let resultants = problem.resultants(p);
     [o.load, o.force_x, o.force_y, o.moment_x, o.moment_y, o.moment_z] =
-        std::array::from_fn(|which| resultants[which] * units[which]);
+        PerDof::from_fn(|dof| resultants[dof] * units[dof]).to_array();
     o.contact_area = o.contact_elements as f64 * area;
     o.stick_area = o.stick_elements as f64 * area;
     o.slip_area = o.slip_elements as f64 * area;

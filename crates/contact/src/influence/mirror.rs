@@ -3,6 +3,7 @@
 use super::components::{Components, Direction};
 use crate::common::parallel;
 use crate::grid::{Grid, GridError};
+use crate::model::PerDof;
 
 /// The behaviour of a vector field under a reflection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -184,16 +185,16 @@ pub(crate) fn images(mirror: &Mirror) -> f64 {
 
 /// Returns the ratio of the sum over all elements to the sum over those on the positive sides, for
 /// a component weighted with each rigid mode.
-pub(crate) fn weighted_images(mirror: &Mirror, direction: Direction) -> [f64; 6] {
+pub(crate) fn weighted_images(mirror: &Mirror, direction: Direction) -> PerDof<f64> {
     // The constants are the parities in x and y of the modes' functions 1, x and y, by degree of
     // freedom and component.
     const EVEN: [f64; 2] = [1.0, 1.0];
     const ODD_IN_X: [f64; 2] = [-1.0, 1.0];
     const ODD_IN_Y: [f64; 2] = [1.0, -1.0];
     let modes = match direction {
-        Direction::N => [EVEN, EVEN, EVEN, ODD_IN_Y, ODD_IN_X, EVEN],
-        Direction::X => [EVEN, EVEN, EVEN, EVEN, EVEN, ODD_IN_Y],
-        Direction::Y => [EVEN, EVEN, EVEN, EVEN, EVEN, ODD_IN_X],
+        Direction::N => PerDof::new([EVEN, EVEN, EVEN, ODD_IN_Y, ODD_IN_X, EVEN]),
+        Direction::X => PerDof::new([EVEN, EVEN, EVEN, EVEN, EVEN, ODD_IN_Y]),
+        Direction::Y => PerDof::new([EVEN, EVEN, EVEN, EVEN, EVEN, ODD_IN_X]),
     };
     let parity = mirror.parity(direction);
     modes.map(|mode| {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::{SceneError, finite, positive, refuse};
-use super::rigid::{Control, Motion};
+use super::rigid::{Control, Dof, Motion, PerDof};
 
 /// The loading path: steps one after the other, the last ones over and over if they make a cycle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -104,26 +104,26 @@ impl Default for Step {
 impl Step {
     /// Names of the rigid degrees of freedom in the order approach, shift x, y, tilt x, y, twist:
     /// as a motion and as the force that is its work-conjugate.
-    pub const NAMES: [[&'static str; 2]; 6] = [
+    pub const NAMES: PerDof<[&'static str; 2]> = PerDof::new([
         ["approach", "normal_force"],
         ["shift_x", "force_x"],
         ["shift_y", "force_y"],
         ["tilt_x", "moment_x"],
         ["tilt_y", "moment_y"],
         ["twist", "moment_z"],
-    ];
+    ]);
 
     /// What the step says about each degree of freedom, as a motion and as a force, in the order of
     /// [`Step::NAMES`].
-    pub fn given(&self) -> [[Option<f64>; 2]; 6] {
-        [
+    pub fn given(&self) -> PerDof<[Option<f64>; 2]> {
+        PerDof::new([
             [self.approach, self.normal_force],
             [self.shift_x, self.force_x],
             [self.shift_y, self.force_y],
             [self.tilt_x, self.moment_x],
             [self.tilt_y, self.moment_y],
             [self.twist, self.moment_z],
-        ]
+        ])
     }
 }
 
@@ -145,7 +145,7 @@ pub struct Leg {
     /// Equal parts in which it is taken.
     pub increments: u32,
     /// Where each degree of freedom goes, in the order of [`Step::NAMES`].
-    pub target: [Control; 6],
+    pub target: PerDof<Control>,
 }
 
 impl Loading {
@@ -232,7 +232,7 @@ impl Loading {
     /// The path, with every degree of freedom that a step does not mention under the control of the
     /// step before.
     pub fn legs(&self) -> Vec<Leg> {
-        let mut target = [Control::Motion(0.0); 6];
+        let mut target = PerDof::all(Control::Motion(0.0));
         let from =
             self.cycle_from.map_or(self.steps.len(), |from| from as usize).min(self.steps.len());
         let lead = (0..from).map(|step| (step, 0));
@@ -250,16 +250,16 @@ impl Loading {
     /// The same path without what goes without saying: controls that repeat the step before, and
     /// −0.
     pub fn normalised(&self) -> Self {
-        let mut before = [Control::Motion(0.0); 6];
+        let mut before = PerDof::all(Control::Motion(0.0));
         let mut loading = self.clone();
         for (index, step) in loading.steps.iter_mut().enumerate() {
             let after = step.from(before);
             // what a step of a cycle repeats the first time it may change the second time
             let is_once =
                 self.cycles == 1 || self.cycle_from.is_none_or(|from| index < from as usize);
-            for (which, given) in step.given_mut().into_iter().enumerate() {
+            for (dof, given) in Dof::ALL.into_iter().zip(step.given_mut()) {
                 let says_nothing =
-                    is_once && after[which] == before[which] && !(index == 0 && which == 0);
+                    is_once && after[dof] == before[dof] && !(index == 0 && dof == Dof::Approach);
                 for value in given {
                     match value {
                         Some(_) if says_nothing => *value = None,
@@ -276,7 +276,7 @@ impl Loading {
 
 impl Step {
     /// The controls after this step, given those before it.
-    fn from(&self, mut target: [Control; 6]) -> [Control; 6] {
+    fn from(&self, mut target: PerDof<Control>) -> PerDof<Control> {
         for (control, given) in target.iter_mut().zip(self.given()) {
             match given {
                 [Some(motion), _] => *control = Control::Motion(motion),
@@ -287,33 +287,38 @@ impl Step {
         target
     }
 
-    fn given_mut(&mut self) -> [[&mut Option<f64>; 2]; 6] {
-        [
+    fn given_mut(&mut self) -> PerDof<[&mut Option<f64>; 2]> {
+        PerDof::new([
             [&mut self.approach, &mut self.normal_force],
             [&mut self.shift_x, &mut self.force_x],
             [&mut self.shift_y, &mut self.force_y],
             [&mut self.tilt_x, &mut self.moment_x],
             [&mut self.tilt_y, &mut self.moment_y],
             [&mut self.twist, &mut self.moment_z],
-        ]
+        ])
     }
 }
 
 impl Leg {
     /// What is asked of the `part`-th of its increments, counted from 1, when the step before left
     /// the punch at `motion` with these `resultants`: everything moves evenly from where it is.
-    pub fn increment(&self, part: u32, motion: &Motion, resultants: &[f64; 6]) -> [Control; 6] {
+    pub fn increment(
+        &self,
+        part: u32,
+        motion: &Motion,
+        resultants: &PerDof<f64>,
+    ) -> PerDof<Control> {
         let mut controls = self.target;
         if part >= self.increments {
             return controls; // exactly, without rounding
         }
         let share = f64::from(part) / f64::from(self.increments);
-        let motion = motion.to_array();
-        for (which, control) in controls.iter_mut().enumerate() {
+        let motion = motion.per_dof();
+        for (dof, control) in Dof::ALL.into_iter().zip(controls.iter_mut()) {
             let between = |from: f64, to: f64| from + share * (to - from);
             *control = match *control {
-                Control::Motion(to) => Control::Motion(between(motion[which], to)),
-                Control::Force(to) => Control::Force(between(resultants[which], to)),
+                Control::Motion(to) => Control::Motion(between(motion[dof], to)),
+                Control::Force(to) => Control::Force(between(resultants[dof], to)),
             };
         }
         controls
@@ -333,17 +338,21 @@ mod tests {
             Loading { steps: vec![press, pull, hold], cycle_from: Some(1), cycles: 2 }.legs();
         let order: Vec<_> = legs.iter().map(|leg| (leg.step, leg.cycle)).collect();
         assert_eq!(order, [(0, 0), (1, 1), (2, 1), (1, 2), (2, 2)]);
-        assert_eq!(legs[1].target[..2], [Control::Force(10.0), Control::Force(2.0)]);
-        assert_eq!(legs[2].target[..2], [Control::Motion(1e-5), Control::Motion(1e-6)]);
+        assert_eq!(legs[1].target.to_array()[..2], [Control::Force(10.0), Control::Force(2.0)]);
+        assert_eq!(legs[2].target.to_array()[..2], [Control::Motion(1e-5), Control::Motion(1e-6)]);
         assert_eq!(
-            legs[3].target[..2],
+            legs[3].target.to_array()[..2],
             [Control::Motion(1e-5), Control::Force(2.0)],
             "the second cycle begins where the first ended"
         );
-        let halfway = legs[1].increment(2, &Motion::default(), &[8.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
-        assert_eq!(halfway[..3], [Control::Force(9.0), Control::Force(1.5), Control::Motion(0.0)]);
+        let halfway =
+            legs[1].increment(2, &Motion::default(), &PerDof::new([8.0, 1.0, 0.0, 0.0, 0.0, 0.0]));
         assert_eq!(
-            legs[1].increment(4, &Motion::default(), &[8.0, 0.3, 0.0, 0.0, 0.0, 0.0]),
+            halfway.to_array()[..3],
+            [Control::Force(9.0), Control::Force(1.5), Control::Motion(0.0)]
+        );
+        assert_eq!(
+            legs[1].increment(4, &Motion::default(), &PerDof::new([8.0, 0.3, 0.0, 0.0, 0.0, 0.0])),
             legs[1].target
         );
     }

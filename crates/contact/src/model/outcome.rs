@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::rigid::Motion;
+use super::rigid::{Motion, PerDof};
 
 /// How a solve ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -227,8 +227,15 @@ pub struct Observables {
 
 impl Observables {
     /// Forces and moments in the order of [`Step::NAMES`](super::loading::Step::NAMES).
-    pub fn resultants(&self) -> [f64; 6] {
-        [self.load, self.force_x, self.force_y, self.moment_x, self.moment_y, self.moment_z]
+    pub fn resultants(&self) -> PerDof<f64> {
+        PerDof::new([
+            self.load,
+            self.force_x,
+            self.force_y,
+            self.moment_x,
+            self.moment_y,
+            self.moment_z,
+        ])
     }
 }
 

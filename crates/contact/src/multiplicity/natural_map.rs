@@ -255,7 +255,7 @@ fn sign_of_determinant(factors: &PartialPivLu<f64>) -> i64 {
 mod tests {
     use super::*;
     use crate::influence::{Dense, InfluenceTable};
-    use crate::model::{Mesh, Method, Numerics, Projection, sphere_on_half_space};
+    use crate::model::{Mesh, Method, Numerics, PerDof, Projection, sphere_on_half_space};
     use crate::punch::Surfaces;
 
     #[test]
@@ -286,7 +286,7 @@ mod tests {
                 simulate: Vec::new(),
             };
             let mut problem = Problem::new(&scene, &numerics, &Surfaces::new()).unwrap();
-            problem.place(&[0.05, 0.02, -0.01, 0.0, 0.0, 0.01]);
+            problem.place(&PerDof::new([0.05, 0.02, -0.01, 0.0, 0.0, 0.01]));
             let table = InfluenceTable::new(&problem.grid, &problem.elasticity, problem.projection);
             let dense = Dense::new(&table);
             let map = NaturalMap::new(&problem, dense.matrix(), table.largest_diagonal());

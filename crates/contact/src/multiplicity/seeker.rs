@@ -7,7 +7,7 @@ use super::natural_map::{ElementState, NaturalMap};
 use super::start::{self, generator};
 use crate::influence::{Components, Dense, Mirror};
 use crate::model::{
-    Control, Method, Numerics, Projection, Scene, SceneError, Status, WorkDone, refuse,
+    Control, Method, Numerics, PerDof, Projection, Scene, SceneError, Status, WorkDone, refuse,
 };
 use crate::path::{Departure, Increment, certify_increment, in_units};
 use crate::problem::{Operator, Operators, Problem, Stage};
@@ -48,9 +48,9 @@ pub(super) struct Seeker<'a> {
     certifying: Operator,
     dense: Arc<Dense>,
     /// The controls of the punch in the problem's units.
-    pub(super) controls: [Control; 6],
+    pub(super) controls: PerDof<Control>,
     /// The controls of the punch in SI units.
-    pub(super) asked: [Control; 6],
+    pub(super) asked: PerDof<Control>,
     departure: Departure,
     numerics: &'a Numerics,
     /// The tractions and motions of the solutions.
@@ -87,8 +87,8 @@ impl<'a> Seeker<'a> {
             operators,
             operator,
             dense,
-            controls: [Control::Motion(0.0); 6],
-            asked: [Control::Motion(0.0); 6],
+            controls: PerDof::all(Control::Motion(0.0)),
+            asked: PerDof::all(Control::Motion(0.0)),
             departure: Departure::default(),
             numerics,
             found: Vec::new(),
@@ -117,7 +117,7 @@ impl<'a> Seeker<'a> {
             tolerance: self.numerics.tolerance,
             max_iterations: self.numerics.max_iterations,
         };
-        let mut start = Start { p: vec![0.0; self.problem.f.len()], motion: [0.0; 6] };
+        let mut start = Start { p: vec![0.0; self.problem.f.len()], motion: PerDof::all(0.0) };
         let legs = scene.loading.legs();
         for (at, leg) in legs.iter().enumerate() {
             let leg_departure = self.departure;
@@ -220,7 +220,7 @@ impl<'a> Seeker<'a> {
 
     /// Starts from the solutions with numbers from `known` on, and from those that this finds.
     /// Returns the number of solutions that there are then.
-    fn spread(&mut self, mut known: usize, search: &Search, motion: [f64; 6]) -> usize {
+    fn spread(&mut self, mut known: usize, search: &Search, motion: PerDof<f64>) -> usize {
         while let Some(solution) = self.found.get(known).cloned() {
             let number = known as u32;
             let mut generator = generator(search.seed ^ 0x5eed, u64::from(number));
@@ -262,9 +262,8 @@ impl<'a> Seeker<'a> {
                 for share in [0.1, 0.3, 0.5, 0.7, 0.9] {
                     let mix = |a: f64, b: f64| (1.0 - share) * a + share * b;
                     let p = solution.p.iter().zip(&earlier.p).map(|(a, b)| mix(*a, *b)).collect();
-                    let motion = std::array::from_fn(|which| {
-                        mix(solution.motion[which], earlier.motion[which])
-                    });
+                    let motion =
+                        PerDof::from_fn(|dof| mix(solution.motion[dof], earlier.motion[dof]));
                     self.one(
                         Origin::Between([other as u32, number]),
                         Method::Newton,
@@ -302,7 +301,7 @@ impl<'a> Seeker<'a> {
     }
 
     /// Starts both methods from the solution of the linear equations of a pattern of states.
-    fn pattern(&mut self, origin: Origin, pattern: &[ElementState], motion: [f64; 6]) {
+    fn pattern(&mut self, origin: Origin, pattern: &[ElementState], motion: PerDof<f64>) {
         self.problem.place(&motion);
         let p = self.map().equilibrium(pattern);
         self.result.factorisations += 1;

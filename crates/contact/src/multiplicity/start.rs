@@ -145,8 +145,9 @@ pub(super) fn images(grid: &Grid, p: &[f64]) -> Vec<Vec<f64>> {
     let k = grid.len();
     let is_square = grid.nx() == grid.ny() && (grid.hx() / grid.hy() - 1.0).abs() < 1e-12;
     (1..if is_square { 8 } else { 4 })
-        .map(|which| {
-            let (mirror_x, mirror_y, exchange) = (which & 1 != 0, which & 2 != 0, which & 4 != 0);
+        .map(|symmetry| {
+            let (mirror_x, mirror_y, exchange) =
+                (symmetry & 1 != 0, symmetry & 2 != 0, symmetry & 4 != 0);
             let mut image = vec![0.0; p.len()];
             for e in grid.active() {
                 let mut traction = [p[k + e], p[2 * k + e]];

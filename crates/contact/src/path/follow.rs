@@ -5,8 +5,8 @@ use crate::assess::estimate;
 use crate::foundation::surface_compliance;
 use crate::influence::{Components, Mirror};
 use crate::model::{
-    Effect, Estimate, Fields, Hertz, Leg, Level, Mesh, Method, Numerics, Outcome, RailContact,
-    Scene, SceneError, Status, StepOutcome, WorkDone,
+    Effect, Estimate, Fields, Hertz, Leg, Level, Mesh, Method, Numerics, Outcome, PerDof,
+    RailContact, Scene, SceneError, Status, StepOutcome, WorkDone,
 };
 use crate::problem::{Effects, Operator, Operators, Problem, Stage};
 use crate::punch::{Gap, Surfaces};
@@ -206,7 +206,7 @@ impl Path {
 const COARSEST: u32 = 12;
 
 fn nothing(problem: &Problem) -> Start {
-    Start { p: vec![0.0; problem.f.len()], motion: [0.0; 6] }
+    Start { p: vec![0.0; problem.f.len()], motion: PerDof::all(0.0) }
 }
 
 /// A start for the first increment, found on grids of half as many elements each way, from the

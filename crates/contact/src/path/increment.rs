@@ -4,7 +4,8 @@
 use crate::assess::{certify, fields, observables, states, transform_error};
 use crate::common::parallel;
 use crate::model::{
-    Certificate, Control, Fields, Motion, Observables, Status, Step, StepOutcome, WorkDone,
+    Certificate, Control, Dof, Fields, Motion, Observables, PerDof, Status, Step, StepOutcome,
+    WorkDone,
 };
 use crate::problem::{Operator, Problem};
 use crate::solver::{Iterate, Stop};
@@ -13,7 +14,7 @@ use crate::solver::{Iterate, Stop};
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Departure {
     pub(crate) motion: Motion,
-    pub(crate) resultants: [f64; 6],
+    pub(crate) resultants: PerDof<f64>,
 }
 
 /// A certified increment.
@@ -28,11 +29,11 @@ pub(crate) struct Increment {
 }
 
 /// The controls in the problem's units.
-pub(crate) fn in_units(asked: &[Control; 6], problem: &Problem) -> [Control; 6] {
+pub(crate) fn in_units(asked: &PerDof<Control>, problem: &Problem) -> PerDof<Control> {
     let (motions, forces) = (problem.scale.motions(), problem.scale.forces());
-    std::array::from_fn(|which| match asked[which] {
-        Control::Motion(value) => Control::Motion(value / motions[which]),
-        Control::Force(value) => Control::Force(value / forces[which]),
+    PerDof::from_fn(|dof| match asked[dof] {
+        Control::Motion(value) => Control::Motion(value / motions[dof]),
+        Control::Force(value) => Control::Force(value / forces[dof]),
     })
 }
 
@@ -42,7 +43,7 @@ pub(crate) fn certify_increment(
     problem: &Problem,
     operator: &Operator,
     iterate: &Iterate,
-    asked: &[Control; 6],
+    asked: &PerDof<Control>,
     departure: &Departure,
     tolerance: f64,
 ) -> Increment {
@@ -64,12 +65,12 @@ pub(crate) fn certify_increment(
     let states = states(problem, p, &w, diagonal);
     let mut observables = observables(problem, p, &w, &states);
     let units = problem.scale.motions();
-    let motion =
-        Motion::from_array(std::array::from_fn(|which| iterate.motion[which] * units[which]));
-    let (now, was) = (motion.to_array(), departure.motion.to_array());
+    let motion = Motion::from_per_dof(PerDof::from_fn(|dof| iterate.motion[dof] * units[dof]));
+    let (now, was) = (motion.per_dof(), departure.motion.per_dof());
     let (forces, forces_before) = (observables.resultants(), departure.resultants);
-    observables.external_work = (0..6)
-        .map(|which| 0.5 * (forces[which] + forces_before[which]) * (now[which] - was[which]))
+    observables.external_work = Dof::ALL
+        .into_iter()
+        .map(|dof| 0.5 * (forces[dof] + forces_before[dof]) * (now[dof] - was[dof]))
         .sum();
     let mut certificate = certify(problem, p, &displacement, diagonal, &observables, asked);
     let components = operator.influence.components();
@@ -103,14 +104,14 @@ pub(crate) fn certify_increment(
 fn failure(
     mu: f64,
     iterate: &Iterate,
-    asked: &[Control; 6],
+    asked: &PerDof<Control>,
     observables: &Observables,
     certificate: &Certificate,
     tolerance: f64,
 ) -> String {
     let iterations = iterate.iterations;
-    let unit = |which: usize| if which < 3 { "N" } else { "N m" };
-    let name = |which: usize| Step::NAMES[which][1];
+    let unit = |dof: Dof| if dof.is_rotation() { "N m" } else { "N" };
+    let name = |dof: Dof| Step::NAMES[dof][1];
     let stop = match iterate.stop {
         Stop::Converged => "the solver took it for converged".to_owned(),
         Stop::OutOfIterations { residual } => {
@@ -120,25 +121,25 @@ fn failure(
             format!("stalled after {iterations} iterations (smallest residual {residual:.1e})")
         }
         Stop::Diverged => format!("diverged after {iterations} iterations"),
-        Stop::Slides { which } => {
-            let (Control::Force(asked) | Control::Motion(asked)) = asked[which];
+        Stop::Slides { dof } => {
+            let (Control::Force(asked) | Control::Motion(asked)) = asked[dof];
             let Observables { load, force_x, force_y, .. } = observables;
             return format!(
                 "gross sliding: the contact cannot carry {} = {asked:.6e}; friction carries at most μP = {:.6e} N (where it was given up: P = {load:.6e}, Qx = {force_x:.6e}, Qy = {force_y:.6e} N)",
-                name(which),
+                name(dof),
                 mu * load
             );
         }
-        Stop::Unbalanced { which } => {
-            let (Control::Force(asked) | Control::Motion(asked)) = asked[which];
+        Stop::Unbalanced { dof } => {
+            let (Control::Force(asked) | Control::Motion(asked)) = asked[dof];
             return format!(
                 "no pressure under the sole has {} = {asked:.6e} N m: its line of action passes the sole by",
-                name(which)
+                name(dof)
             );
         }
-        Stop::OneRow { which } => {
-            let (Control::Force(asked) | Control::Motion(asked)) = asked[which];
-            let [tilt, moment] = Step::NAMES[which];
+        Stop::OneRow { dof } => {
+            let (Control::Force(asked) | Control::Motion(asked)) = asked[dof];
+            let [tilt, moment] = Step::NAMES[dof];
             return format!(
                 "{moment} = {asked:.6e} N m governs {tilt}, which moves nothing in the middle of a single row of elements: prescribe {tilt}, or take at least two rows"
             );
@@ -149,27 +150,25 @@ fn failure(
         .iter()
         .all(|figure| *figure <= tolerance);
     let reached = observables.resultants();
-    let missed = (0..6).filter_map(|which| match asked[which] {
-        Control::Force(asked) if asked != reached[which] => Some((
-            which,
-            asked,
-            (asked - reached[which]).abs() / asked.abs().max(reached[which].abs()),
-        )),
+    let missed = Dof::ALL.into_iter().filter_map(|dof| match asked[dof] {
+        Control::Force(asked) if asked != reached[dof] => {
+            Some((dof, asked, (asked - reached[dof]).abs() / asked.abs().max(reached[dof].abs())))
+        }
         _ => None,
     });
     let difficulty = match missed.max_by(|a, b| a.2.total_cmp(&b.2)).filter(|_| solved) {
-        Some((which, asked, _)) if observables.contact_elements == 0 => {
+        Some((dof, asked, _)) if observables.contact_elements == 0 => {
             format!(
                 ": where the punch was moved to nothing touches, and nothing carries {} = {asked:.6e} {}",
-                name(which),
-                unit(which)
+                name(dof),
+                unit(dof)
             )
         }
-        Some((which, asked, _)) => format!(
+        Some((dof, asked, _)) => format!(
             ": no motion of the punch was found at which the contact carries {} = {asked:.6e} {}; at the nearest it carries {:.6e}",
-            name(which),
-            unit(which),
-            reached[which]
+            name(dof),
+            unit(dof),
+            reached[dof]
         ),
         None => String::new(),
     };
@@ -198,14 +197,14 @@ mod tests {
     fn a_failure_names_the_force_that_is_not_carried() {
         let iterate = Iterate {
             p: Vec::new(),
-            motion: [0.0; 6],
+            motion: PerDof::all(0.0),
             stop: Stop::Stalled { residual: 0.2 },
             iterations: 17,
             operator_applications: 0,
             way: Way::Newton,
         };
-        let mut asked = [Control::Motion(0.0); 6];
-        (asked[0], asked[1], asked[4]) =
+        let mut asked = PerDof::all(Control::Motion(0.0));
+        (asked[Dof::Approach], asked[Dof::ShiftX], asked[Dof::TiltY]) =
             (Control::Force(2.0), Control::Force(0.5), Control::Force(-0.25));
         let observables = Observables {
             load: 2.0,

@@ -21,7 +21,7 @@ use crate::common::parallel;
 use crate::foundation::{Bodies, relative_bodies};
 use crate::grid::{Grid, GridError};
 use crate::influence::{Components, Diagonals, Direction, Mirror, MirrorError, weighted_images};
-use crate::model::{Numerics, Projection, Scene, SceneError, rigid_modes};
+use crate::model::{Dof, Numerics, PerDof, Projection, Scene, SceneError, rigid_modes};
 use crate::punch::{Gap, Surfaces, domain};
 
 /// Equation (3) on a grid, dimensionless. Fields are blocks of [components](Problem::components)
@@ -234,17 +234,17 @@ impl Problem {
 
     /// Whether a rigid degree of freedom has a resultant among the problem's components, and
     /// symmetric ones.
-    pub(crate) fn moves(&self, which: usize) -> bool {
+    pub(crate) fn moves(&self, dof: Dof) -> bool {
         let modes = rigid_modes(1.0, 1.0);
         let has = |direction: Direction| {
-            modes[direction as usize][which] != 0.0
-                && weighted_images(&self.mirror, direction)[which] != 0.0
+            modes[direction as usize][dof] != 0.0
+                && weighted_images(&self.mirror, direction)[dof] != 0.0
         };
         self.components.directions().any(has)
     }
 
     /// Moves the punch: f for the rigid motion `motion`, in the problem's units.
-    pub fn place(&mut self, motion: &[f64; 6]) {
+    pub fn place(&mut self, motion: &PerDof<f64>) {
         let (k, nx) = (self.grid.len(), self.grid.nx());
         for (block, c) in
             self.components.directions().map(|direction| direction as usize).enumerate()
@@ -254,12 +254,7 @@ impl Problem {
                 for (i, (f, rest)) in f.iter_mut().zip(&rest[j * nx..]).enumerate() {
                     if self.grid.is_active(j * nx + i) {
                         let [x, y] = self.grid.center_of(i, j);
-                        *f = rest
-                            + rigid_modes(x, y)[c]
-                                .iter()
-                                .zip(motion)
-                                .map(|(mode, q)| mode * q)
-                                .sum::<f64>();
+                        *f = rest + rigid_modes(x, y)[c].dot(motion);
                     }
                 }
             });
@@ -273,7 +268,7 @@ impl Problem {
 
     /// Makes the tractions `p` at `motion`, with `w` = A p − f, the state from which the next
     /// increment starts. Leaves f as it is.
-    pub fn remember(&mut self, p: &[f64], w: &[f64], motion: &[f64; 6]) {
+    pub fn remember(&mut self, p: &[f64], w: &[f64], motion: &PerDof<f64>) {
         let (k, nx, grid) = (self.grid.len(), self.grid.nx(), &self.grid);
         for (block, c) in self
             .components
@@ -288,20 +283,18 @@ impl Problem {
                 {
                     let at = block * k + j * nx + i;
                     let [x, y] = grid.center_of(i, j);
-                    let moved: f64 =
-                        rigid_modes(x, y)[c].iter().zip(motion).map(|(mode, q)| mode * q).sum();
+                    let moved = rigid_modes(x, y)[c].dot(motion);
                     *rest = self.epsilon * p[at] + w[at] + self.f[at] - moved;
                 }
             });
         }
     }
 
-    /// Forces and moments of the punch on the foundation, in the problem's units and the order of
-    /// [`Step::NAMES`](crate::model::Step::NAMES); of a reduced problem those of its components,
-    /// with their images.
-    pub fn resultants(&self, p: &[f64]) -> [f64; 6] {
+    /// Forces and moments of the punch on the foundation, in the problem's units; of a reduced
+    /// problem those of its components, with their images.
+    pub fn resultants(&self, p: &[f64]) -> PerDof<f64> {
         let (k, nx) = (self.grid.len(), self.grid.nx());
-        let mut sums = [0.0; 6];
+        let mut sums = PerDof::all(0.0);
         for (block, direction) in self.components.directions().enumerate() {
             // of p, x p and y p, row by row
             let mut moments = vec![[0.0; 3]; self.grid.ny()];
@@ -322,15 +315,15 @@ impl Problem {
                 },
             );
             let [all, of_x, of_y] =
-                [0, 1, 2].map(|which| moments.iter().map(|row| row[which]).sum::<f64>());
+                [0, 1, 2].map(|moment| moments.iter().map(|row| row[moment]).sum::<f64>());
             // each mode is 1, x or y of the place, up to a sign
             let [constant, at_x, at_y] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
                 .map(|[x, y]| rigid_modes(x, y)[direction as usize]);
-            for (which, images) in weighted_images(&self.mirror, direction).into_iter().enumerate()
-            {
+            let images = weighted_images(&self.mirror, direction);
+            for dof in Dof::ALL {
                 let [one, x, y] =
-                    [constant[which], at_x[which] - constant[which], at_y[which] - constant[which]];
-                sums[which] += images * (one * all + x * of_x + y * of_y);
+                    [constant[dof], at_x[dof] - constant[dof], at_y[dof] - constant[dof]];
+                sums[dof] += images[dof] * (one * all + x * of_x + y * of_y);
             }
         }
         sums.map(|sum| sum * self.grid.element_area())

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::foundation::relative_bodies;
 use crate::influence::{Components, Mirror, Symmetry};
-use crate::model::{Control, Effect, Numerics, Scene, SceneError, Shape};
+use crate::model::{Control, Dof, Effect, Numerics, Scene, SceneError, Shape};
 use crate::punch::{Surfaces, domain};
 
 /// Whether an effect is simulated, and why.
@@ -77,7 +77,7 @@ impl Effects {
 
 /// Tangential loads that a path has: along x, along y, and turning about z.
 fn tangential_loads(scene: &Scene) -> [bool; 3] {
-    [1, 2, 5].map(|which| scene.loading.legs().iter().any(|leg| !is_nothing(leg.target[which])))
+    Dof::TANGENTIAL.map(|dof| scene.loading.legs().iter().any(|leg| !is_nothing(leg.target[dof])))
 }
 
 /// Whether a degree of freedom is left where a symmetric solution leaves it by itself.
@@ -259,7 +259,7 @@ fn asymmetry(
     let domain = domain(scene, surfaces)?;
     let center = [domain.center_x, domain.center_y][axis];
     // tilting about y lifts one side in x
-    let tilt = [4, 3][axis];
+    let tilt = Dof::tilt_about(1 - axis);
     let legs = scene.loading.legs();
     Ok(if !has_mirror(&scene.punch.shape, axis, surfaces) {
         (true, format!("the punch's shape is not known to be its own image in {name}"))

@@ -3,7 +3,7 @@
 
 use crate::foundation::Bodies;
 use crate::grid::Grid;
-use crate::model::{Base, Numerics, Projection, Scene, SceneError, Step};
+use crate::model::{Base, Dof, Numerics, PerDof, Projection, Scene, SceneError, Step};
 
 /// Units in which a [`Problem`](super::equation::Problem) is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,18 +20,17 @@ impl Scale {
         1.0 / self.compliance
     }
 
-    /// The units of the six rigid degrees of freedom, in the order of
-    /// [`Step::NAMES`](crate::model::Step::NAMES) \[m or rad\].
-    pub fn motions(&self) -> [f64; 6] {
+    /// The units of the six rigid degrees of freedom \[m or rad\].
+    pub fn motions(&self) -> PerDof<f64> {
         let l = self.length;
-        [l, l, l, 1.0, 1.0, 1.0]
+        PerDof::new([l, l, l, 1.0, 1.0, 1.0])
     }
 
     /// The units of their forces and moments \[N or N m\].
-    pub fn forces(&self) -> [f64; 6] {
+    pub fn forces(&self) -> PerDof<f64> {
         let force = self.traction() * self.length * self.length;
         let moment = force * self.length;
-        [force, force, force, moment, moment, moment]
+        PerDof::new([force, force, force, moment, moment, moment])
     }
 }
 
@@ -174,18 +173,20 @@ pub(crate) fn check_loads(
     let area = grid.element_area();
     let top = grid.active().map(|e| rest[e]).fold(f64::NEG_INFINITY, f64::max);
     for (i, step) in scene.loading.steps.iter().enumerate() {
-        for (which, (given, names)) in step.given().into_iter().zip(Step::NAMES).enumerate() {
+        for dof in Dof::ALL {
+            let ([motion, force], [motion_name, force_name]) =
+                (step.given()[dof], Step::NAMES[dof]);
             for (value, name, unit) in
-                [(given[0], names[0], motions[which]), (given[1], names[1], forces[which])]
+                [(motion, motion_name, motions[dof]), (force, force_name, forces[dof])]
             {
                 let value = value.unwrap_or(0.0);
                 let relative = (value / unit).abs();
                 // the last unit is that of energy too
                 if value != 0.0
                     && !(SQUARABLE.contains(&relative)
-                        && (relative * relative * forces[5]).is_finite())
+                        && (relative * relative * forces[Dof::Twist]).is_finite())
                 {
-                    let most = SQUARABLE.end().min((f64::MAX / forces[5]).sqrt());
+                    let most = SQUARABLE.end().min((f64::MAX / forces[Dof::Twist]).sqrt());
                     let [low, high] = [*SQUARABLE.start(), most].map(|end| end * unit);
                     let expected = format!(
                         "cannot be squared in double precision next to sizes and moduli; 0, or between {low:e} and {high:e}"
@@ -209,8 +210,8 @@ pub(crate) fn check_loads(
         // gap, which its last digit belongs to
         let stiffness = 4.0 * (area / std::f64::consts::PI).sqrt();
         let coarse = 0.5 * f64::EPSILON * top.abs() * stiffness;
-        if numerics.tolerance * force / forces[0] < coarse {
-            let least = coarse * forces[0] / numerics.tolerance;
+        if numerics.tolerance * force / forces[Dof::Approach] < coarse {
+            let least = coarse * forces[Dof::Approach] / numerics.tolerance;
             let expected = format!(
                 "is too small to be met to the tolerance: one element gets about {least:e} N from the last digit of an approach that the gap of \
                  {:e} m is part of; make Ω or the elements smaller",

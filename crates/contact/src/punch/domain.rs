@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::gap::{Gap, wheel_approach};
 use super::surface::Surfaces;
 use crate::foundation::contact_size;
-use crate::model::{Control, Domain, Scene, SceneError, Shape};
+use crate::model::{Control, Dof, Domain, PerDof, Scene, SceneError, Shape};
 
 /// Returns the Ω of a scene: the one that the scene gives, or else the one that its punch and its
 /// path call for.
@@ -115,20 +115,25 @@ struct Pose {
 impl Pose {
     /// Creates the pose of these controls. `pressed` gives the approach \[m\] for a normal force
     /// \[N\].
-    fn of(target: &[Control; 6], pressed: impl Fn(f64) -> f64) -> Self {
-        let motion = |which: usize| match target[which] {
+    fn of(target: &PerDof<Control>, pressed: impl Fn(f64) -> f64) -> Self {
+        let motion = |dof: Dof| match target[dof] {
             Control::Motion(value) => value,
             Control::Force(_) => 0.0,
         };
-        let center = |which: usize| match (target[0], target[which]) {
+        let center = |dof: Dof| match (target[Dof::Approach], target[dof]) {
             (Control::Force(force), Control::Force(moment)) => moment / force,
             _ => 0.0,
         };
-        let approach = match target[0] {
+        let approach = match target[Dof::Approach] {
             Control::Motion(approach) => approach,
             Control::Force(force) => pressed(force),
         };
-        Self { approach, slope_x: -motion(4), slope_y: motion(3), center: [-center(4), center(3)] }
+        Self {
+            approach,
+            slope_x: -motion(Dof::TiltY),
+            slope_y: motion(Dof::TiltX),
+            center: [-center(Dof::TiltY), center(Dof::TiltX)],
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use super::surface::{Surface, Surfaces};
 use super::track::{Position, Track, Wheelset};
 use super::wheel_rail::WheelOnRail;
 use crate::foundation::{contact_size, surface_compliance};
-use crate::model::{Control, Scene, SceneError, Shape};
+use crate::model::{Control, Dof, Scene, SceneError, Shape};
 use crate::theory::{HertzEllipse, hertz_ellipse};
 
 /// A shape that is ready to be sampled: the shape of a scene with the height map or the profiles
@@ -195,7 +195,7 @@ fn mean_distance(x: f64, y: f64, hx: f64, hy: f64) -> f64 {
 pub(super) fn wheel_approach(scene: &Scene, curvatures: Option<[f64; 2]>) -> Option<f64> {
     let mut deepest = f64::NEG_INFINITY;
     for leg in scene.loading.legs() {
-        deepest = deepest.max(match leg.target[0] {
+        deepest = deepest.max(match leg.target[Dof::Approach] {
             Control::Motion(approach) => approach,
             Control::Force(force) => {
                 let [a, b] = curvatures?;

@@ -6,7 +6,7 @@
 use super::iterate::{Iterate, Start, Stop, StopRule};
 use super::{load_control, newton, seidel};
 use crate::influence::{Direction, Mirror};
-use crate::model::{Control, Way};
+use crate::model::{Control, Dof, PerDof, Way};
 use crate::problem::{Operator, Operators, Problem, Stage};
 
 /// Rounds of Seidel sweeps that may bring a start within Newton's reach, and the sweeps of each.
@@ -19,7 +19,7 @@ pub(super) fn solve(
     problem: &mut Problem,
     operators: &mut Operators,
     stages: &[Stage],
-    controls: &[Control; 6],
+    controls: &PerDof<Control>,
     start: &Start,
     rule: &StopRule,
 ) -> Iterate {
@@ -37,7 +37,7 @@ fn staged(
     problem: &mut Problem,
     operators: &mut Operators,
     stages: &[Stage],
-    controls: &[Control; 6],
+    controls: &PerDof<Control>,
     start: &Start,
     rule: &StopRule,
 ) -> Iterate {
@@ -68,9 +68,9 @@ fn staged(
         let operator = operators.of(&reduced);
         // what the stage has no components for, or what a mirror plane forbids, stays where it is
         let mut own = *controls;
-        for (which, control) in own.iter_mut().enumerate() {
-            if !reduced.moves(which) {
-                *control = Control::Motion(all.motion[which]);
+        for dof in Dof::ALL {
+            if !reduced.moves(dof) {
+                own[dof] = Control::Motion(all.motion[dof]);
             }
         }
         let from = Start {

@@ -1,6 +1,6 @@
 //! Where a solver begins, what it hands over, and when it may stop.
 
-use crate::model::Way;
+use crate::model::{Dof, PerDof, Way};
 
 /// Where a solver begins, in the problem's units.
 #[derive(Clone, Debug, PartialEq)]
@@ -8,7 +8,7 @@ pub struct Start {
     /// Tractions, zero where masked.
     pub p: Vec<f64>,
     /// Rigid motion.
-    pub motion: [f64; 6],
+    pub motion: PerDof<f64>,
 }
 
 /// What a solver hands over. Whether it is a solution is for the certificate to say.
@@ -16,9 +16,8 @@ pub struct Start {
 pub struct Iterate {
     /// Tractions, three blocks [n | x | y], in the problem's units.
     pub p: Vec<f64>,
-    /// Rigid motion, in the problem's units and the order of
-    /// [`Step::NAMES`](crate::model::Step::NAMES).
-    pub motion: [f64; 6],
+    /// Rigid motion, in the problem's units.
+    pub motion: PerDof<f64>,
     /// Why the solver stopped.
     pub stop: Stop,
     /// Iterations of the method.
@@ -49,18 +48,18 @@ pub enum Stop {
     /// A tangential force or twisting moment is asked that friction cannot carry: all that is in
     /// contact slips.
     Slides {
-        /// Which resultant, in the order of [`Step::NAMES`](crate::model::Step::NAMES).
-        which: usize,
+        /// Its degree of freedom.
+        dof: Dof,
     },
     /// No rigid motion was found that gives a resultant that is asked.
     Unbalanced {
-        /// Which resultant.
-        which: usize,
+        /// Its degree of freedom.
+        dof: Dof,
     },
     /// A moment governs a tilt about a single row of elements, which moves none of them.
     OneRow {
-        /// Which resultant.
-        which: usize,
+        /// Its degree of freedom.
+        dof: Dof,
     },
 }
 

@@ -5,7 +5,7 @@ use faer::linalg::solvers::Solve;
 use super::controls::{first_approach, governed, imbalances, target};
 use super::iterate::{Iterate, Start, Stop, StopRule};
 use super::newton;
-use crate::model::{Control, Way};
+use crate::model::{Control, Dof, PerDof, Way};
 use crate::problem::{Operator, Problem};
 
 /// Outer iterations after which load control gives up.
@@ -19,19 +19,18 @@ pub(super) type Inner = fn(&mut Problem, &Operator, &Start, &StopRule) -> Iterat
 pub(super) fn solve(
     problem: &mut Problem,
     operator: &Operator,
-    controls: &[Control; 6],
+    controls: &PerDof<Control>,
     start: &Start,
     rule: &StopRule,
     inner: Inner,
 ) -> Iterate {
     let governed = governed(controls);
     let asked = controls.map(target);
-    let mut motion: [f64; 6] = std::array::from_fn(|which| {
-        if governed.contains(&which) { start.motion[which] } else { asked[which] }
-    });
+    let mut motion =
+        PerDof::from_fn(|dof| if governed.contains(&dof) { start.motion[dof] } else { asked[dof] });
     let mut p = start.p.clone();
-    if governed.contains(&0) && p.iter().all(|p| *p == 0.0) {
-        motion[0] = first_approach(problem, &motion, asked[0]);
+    if governed.contains(&Dof::Approach) && p.iter().all(|p| *p == 0.0) {
+        motion[Dof::Approach] = first_approach(problem, &motion, asked[Dof::Approach]);
     }
     let mut total = Iterate {
         p: Vec::new(),
@@ -43,7 +42,7 @@ pub(super) fn solve(
     };
     let mut scratch = operator.scratch();
     // the step that led here, and the imbalance before it
-    let mut last: Option<([f64; 6], Vec<f64>, f64)> = None;
+    let mut last: Option<(PerDof<f64>, Vec<f64>, f64)> = None;
     for round in 0.. {
         problem.place(&motion);
         let solved = inner(problem, operator, &Start { p, motion }, rule);
@@ -66,7 +65,7 @@ pub(super) fn solve(
             // too far: halfway back
             step.iter_mut().for_each(|step| *step *= 0.5);
             motion = *before;
-            governed.iter().zip(step.iter()).for_each(|(&which, step)| motion[which] += step);
+            governed.iter().zip(step.iter()).for_each(|(&dof, step)| motion[dof] += step);
             continue;
         }
         let mut w = vec![0.0; p.len()];
@@ -81,7 +80,7 @@ pub(super) fn solve(
         stiffness.full_piv_lu().solve_in_place(step.as_mut());
         let step: Vec<f64> = (0..governed.len()).map(|i| step[(i, 0)]).collect();
         last = Some((motion, step.clone(), worst));
-        governed.iter().zip(&step).for_each(|(&which, step)| motion[which] += step);
+        governed.iter().zip(&step).for_each(|(&dof, step)| motion[dof] += step);
         if motion.iter().any(|q| !q.is_finite()) {
             total.stop = Stop::Diverged;
             motion = total.motion;

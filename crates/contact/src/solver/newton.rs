@@ -21,7 +21,7 @@ use super::iterate::{Iterate, Start, Stop, StopRule};
 use super::{controls, vector};
 use crate::common::parallel;
 use crate::influence::{Components, Diagonals, Direction, Scratch, Window, weighted_images};
-use crate::model::{Control, Way, rigid_modes};
+use crate::model::{Control, Dof, PerDof, Way, rigid_modes};
 use crate::problem::{Operator, Problem, h_u};
 
 /// Newton steps without a new smallest residual after which the iteration counts as stalled. Close
@@ -47,15 +47,14 @@ const CIRCLING: u64 = 3;
 pub fn solve(
     problem: &mut Problem,
     operator: &Operator,
-    controls: &[Control; 6],
+    controls: &PerDof<Control>,
     start: &Start,
     rule: &StopRule,
 ) -> Iterate {
     let governed = controls::governed(controls);
     let asked = controls.map(controls::target);
-    let mut motion: [f64; 6] = std::array::from_fn(|which| {
-        if governed.contains(&which) { start.motion[which] } else { asked[which] }
-    });
+    let mut motion =
+        PerDof::from_fn(|dof| if governed.contains(&dof) { start.motion[dof] } else { asked[dof] });
     let mut p = start.p.clone();
     let diagonals = operator.table.diagonals();
     let target = 0.5 * rule.tolerance; // the certificate measures along another path of rounding
@@ -67,8 +66,8 @@ pub fn solve(
         operator_applications: 0,
         way: Way::Newton,
     };
-    if governed.contains(&0) && p.iter().all(|p| *p == 0.0) {
-        motion[0] = controls::first_approach(problem, &motion, asked[0]);
+    if governed.contains(&Dof::Approach) && p.iter().all(|p| *p == 0.0) {
+        motion[Dof::Approach] = controls::first_approach(problem, &motion, asked[Dof::Approach]);
     }
 
     let mut scratch = operator.scratch();
@@ -116,8 +115,8 @@ pub fn solve(
         let moved = linear.step(&mut p, &w, &asked, &governed, forcing, &mut memory);
         iterate.operator_applications += linear.applications;
         scratch = linear.scratch;
-        for (which, moved) in governed.iter().zip(moved) {
-            motion[*which] += moved;
+        for (dof, moved) in governed.iter().zip(moved) {
+            motion[*dof] += moved;
         }
         iterate.iterations += 1;
     };
@@ -135,17 +134,17 @@ pub(super) fn stiffness(
     operator: &Operator,
     p: &[f64],
     w: &[f64],
-    governed: &[usize],
+    governed: &[Dof],
 ) -> (faer::Mat<f64>, u64) {
     let contact = Contact::of(problem, p, w, operator.table.diagonals());
     let mut part = None;
     let (window, inner) = contact.part(problem, operator, &mut part);
     let mut linear = Linear::new(problem, inner, window, &contact, operator.scratch());
-    let resultants: Vec<Vec<f64>> = governed.iter().map(|&which| linear.resultant(which)).collect();
+    let resultants: Vec<Vec<f64>> = governed.iter().map(|&dof| linear.resultant(dof)).collect();
     let mut memory = Memory::default();
     let mut stiffness = faer::Mat::zeros(governed.len(), governed.len());
-    for (j, &which) in governed.iter().enumerate() {
-        let rows = linear.rigid(which);
+    for (j, &dof) in governed.iter().enumerate() {
+        let rows = linear.rigid(dof);
         let (answer, figures) =
             gmres::solve(&rows, 1e-4, MOST_APPLICATIONS, &mut linear, &mut memory);
         linear.applications += figures.applications;
@@ -329,39 +328,38 @@ impl<'a> Linear<'a> {
     }
 
     /// Rows of the displacement by a rigid motion.
-    fn rigid(&self, which: usize) -> Vec<f64> {
+    fn rigid(&self, dof: Dof) -> Vec<f64> {
         let mut rows = vec![0.0; self.free.len()];
         self.free.restrict(
             &mut rows,
             0.0,
-            |element, _| self.modes(element).map(|modes| modes[which]),
+            |element, _| self.modes(element).map(|modes| modes[dof]),
             |_, row, _| row,
         );
         rows
     }
 
-    fn modes(&self, element: &ContactElement) -> [[f64; 6]; 3] {
+    fn modes(&self, element: &ContactElement) -> [PerDof<f64>; 3] {
         let [x, y] = self.problem.grid.center_of(element.i as usize, element.j as usize);
         rigid_modes(x, y)
     }
 
     /// A resultant as the vector whose product with the free components it is.
-    fn resultant(&self, which: usize) -> Vec<f64> {
-        let weights = self.weights(which);
+    fn resultant(&self, dof: Dof) -> Vec<f64> {
+        let weights = self.weights(dof);
         let mut rows = vec![0.0; self.free.len()];
         let values = |element: &ContactElement, _| {
             let modes = self.modes(element);
-            [0, 1, 2].map(|c| modes[c][which] * weights[c])
+            [0, 1, 2].map(|c| modes[c][dof] * weights[c])
         };
         self.free.restrict(&mut rows, self.problem.mu, values, |_, row, _| row);
         rows
     }
 
     /// Area of an element with its images, for each component in one resultant.
-    fn weights(&self, which: usize) -> [f64; 3] {
+    fn weights(&self, dof: Dof) -> [f64; 3] {
         Direction::ALL.map(|direction| {
-            weighted_images(&self.problem.mirror, direction)[which]
-                * self.problem.grid.element_area()
+            weighted_images(&self.problem.mirror, direction)[dof] * self.problem.grid.element_area()
         })
     }
 
@@ -371,8 +369,8 @@ impl<'a> Linear<'a> {
         &mut self,
         p: &mut [f64],
         w: &[f64],
-        asked: &[f64; 6],
-        motions: &[usize],
+        asked: &PerDof<f64>,
+        motions: &[Dof],
         forcing: f64,
         memory: &mut Memory,
     ) -> Vec<f64> {
@@ -420,13 +418,13 @@ impl<'a> Linear<'a> {
         self.free.restrict(&mut rhs, 0.0, defect, |sigma, row, at| row - sigma * own[at]);
         drop(own);
         self.border(motions);
-        for &which in motions {
-            let weights = self.weights(which);
+        for &dof in motions {
+            let weights = self.weights(dof);
             let part = |(element, place): (&ContactElement, usize)| {
                 let (modes, total) = (self.modes(element), self.free.at(&total, place));
-                (0..3).map(|c| modes[c][which] * weights[c] * total[c]).sum::<f64>()
+                (0..3).map(|c| modes[c][dof] * weights[c] * total[c]).sum::<f64>()
             };
-            rhs.push(asked[which] - self.free.elements().map(part).sum::<f64>());
+            rhs.push(asked[dof] - self.free.elements().map(part).sum::<f64>());
         }
         drop(total);
         let (solution, figures) = gmres::solve(&rhs, forcing, MOST_APPLICATIONS, self, memory);
@@ -441,18 +439,18 @@ impl<'a> Linear<'a> {
     }
 
     /// Prepares the linear system for these motions among the unknowns.
-    fn border(&mut self, motions: &[usize]) {
+    fn border(&mut self, motions: &[Dof]) {
         if motions.is_empty() {
             return;
         }
         let mut borders = Borders::default();
-        for &which in motions {
-            let rows = self.rigid(which);
+        for &dof in motions {
+            let rows = self.rigid(dof);
             let mut answer = vec![0.0; rows.len()];
             self.elastic_inverse(&mut answer, &rows);
             borders.rows.push(rows);
             borders.answers.push(answer);
-            borders.resultants.push(self.resultant(which));
+            borders.resultants.push(self.resultant(dof));
         }
         let size = motions.len();
         let matrix = faer::Mat::from_fn(size, size, |i, j| {

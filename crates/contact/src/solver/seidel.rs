@@ -12,7 +12,7 @@
 
 use super::iterate::{Iterate, Stop, StopRule};
 use crate::influence::InfluenceTable;
-use crate::model::Way;
+use crate::model::{PerDof, Way};
 use crate::problem::{Problem, g_mu};
 
 /// Sweeps without a new smallest residual after which the iteration counts as stalled. The residual
@@ -81,7 +81,7 @@ pub fn solve(
     };
     Iterate {
         p,
-        motion: [0.0; 6],
+        motion: PerDof::all(0.0),
         stop,
         iterations: sweeps,
         operator_applications: applications,

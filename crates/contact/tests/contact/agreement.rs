@@ -122,7 +122,7 @@ fn the_methods_agree() {
             assert!(off < 1e-7, "{name}, {n}: {off:.1e}");
             assert_eq!(one.state, other.state, "{name}, {n}");
             let scale = seidel.motion.approach;
-            for (a, b) in seidel.motion.to_array().iter().zip(newton.motion.to_array()) {
+            for (a, b) in seidel.motion.per_dof().iter().zip(newton.motion.per_dof()) {
                 assert!(
                     (a - b).abs() < 1e-7 * scale,
                     "{name}, {n}: {:?} {:?}",

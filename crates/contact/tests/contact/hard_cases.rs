@@ -563,8 +563,8 @@ fn all_finite(outcome: &Outcome, fields: &Fields) -> Result<(), String> {
 fn residual_anew(case: &Case, end: &StepOutcome, fields: &Fields) -> [f64; 2] {
     let mut problem = Problem::new(&case.scene, &case.numerics, &case.surfaces).unwrap();
     let units = problem.scale.motions();
-    let motion = end.motion.to_array();
-    problem.place(&std::array::from_fn(|dof| motion[dof] / units[dof]));
+    let motion = end.motion.per_dof();
+    problem.place(&PerDof::from_fn(|dof| motion[dof] / units[dof]));
     let table = Operators::default().of(&problem).table;
     let k = problem.grid.len();
     let p: Vec<f64> = [&fields.pressure, &fields.traction_x, &fields.traction_y]

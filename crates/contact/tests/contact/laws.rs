@@ -272,7 +272,7 @@ struct Solved {
     operator: Dense,
     diagonal: f64,
     p: Vec<f64>,
-    controls: [Control; 6],
+    controls: PerDof<Control>,
 }
 
 impl Solved {
@@ -286,7 +286,7 @@ impl Solved {
         .unwrap();
         let controls = scene.loading.legs()[0].target;
         let units = problem.scale.motions();
-        problem.place(&std::array::from_fn(|dof| match controls[dof] {
+        problem.place(&PerDof::from_fn(|dof| match controls[dof] {
             Control::Motion(value) => value / units[dof],
             Control::Force(_) => unreachable!("all of the punch's motion is prescribed"),
         }));

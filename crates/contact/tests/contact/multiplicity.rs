@@ -77,7 +77,7 @@ fn slipping_along(
     poisson: f64,
     mu: f64,
     sigma: f64,
-) -> (Problem, [Control; 6]) {
+) -> (Problem, PerDof<Control>) {
     let n = directions.len().isqrt();
     let sole = |surface: &str| Shape::HeightMap {
         surface: surface.to_owned(),
@@ -111,10 +111,10 @@ fn slipping_along(
     let heights: Vec<f64> = f[..k].iter().map(|f| f * flat.scale.length).collect();
     let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let mut problem = bound(heights, highest);
-    problem.place(&[0.0; 6]);
+    problem.place(&PerDof::all(0.0));
     let w: Vec<f64> = f.iter().zip(&problem.f).map(|(f, rest)| f - rest).collect();
-    problem.remember(&vec![0.0; 3 * k], &w, &[0.0; 6]);
-    (problem, [highest, 0.0, 0.0, 0.0, 0.0, 0.0].map(Control::Motion))
+    problem.remember(&vec![0.0; 3 * k], &w, &PerDof::all(0.0));
+    (problem, PerDof::new([highest, 0.0, 0.0, 0.0, 0.0, 0.0]).map(Control::Motion))
 }
 
 /// Returns the directions in which a square of 2 × 2 elements is nearest to losing uniqueness: the

@@ -365,7 +365,7 @@ fn changing_what_governs_the_punch_changes_nothing() {
         for (a, b) in later.observables.resultants().iter().zip(o.resultants()) {
             assert!((a - b).abs() < 1e-8 * o.load, "{:?} {:?}", later.observables, o);
         }
-        for (a, b) in later.motion.to_array().iter().zip(motion.to_array()) {
+        for (a, b) in later.motion.per_dof().iter().zip(motion.per_dof()) {
             assert!((a - b).abs() < 1e-8, "{:?} {motion:?}", later.motion);
         }
         assert_eq!(
