@@ -119,12 +119,12 @@ impl<'a> Seeker<'a> {
         };
         let mut start = Start { p: vec![0.0; self.problem.f.len()], motion: [0.0; 6] };
         let legs = scene.loading.legs();
-        for (at, leg) in legs.iter().enumerate() {
+        for (number, leg) in legs.iter().enumerate() {
             let departure = self.before;
-            for part in 1..=leg.increments {
-                self.asked = leg.increment(part, &departure.motion, &departure.resultants);
+            for increment in 1..=leg.increments {
+                self.asked = leg.increment(increment, &departure.motion, &departure.resultants);
                 self.controls = in_units(&self.asked, &self.problem);
-                if at + 1 == legs.len() && part == leg.increments {
+                if number + 1 == legs.len() && increment == leg.increments {
                     return Ok(start);
                 }
                 let iterate = solver::solve(
@@ -151,7 +151,7 @@ impl<'a> Seeker<'a> {
                 self.result.before.push(step);
                 if let Status::Failed { reason } = status {
                     return Err(format!(
-                        "loading.steps[{}], increment {part} of {}: {reason}",
+                        "loading.steps[{}], increment {increment} of {}: {reason}",
                         leg.step, leg.increments
                     ));
                 }
