@@ -50,7 +50,7 @@ pub(super) struct Seeker<'a> {
     /// The controls of the punch in the problem's units.
     pub(super) controls: [Control; 6],
     /// The controls of the punch in SI units.
-    pub(super) asked: [Control; 6],
+    pub(super) target: [Control; 6],
     before: Before,
     numerics: &'a Numerics,
     /// The tractions and motions of the solutions.
@@ -88,7 +88,7 @@ impl<'a> Seeker<'a> {
             operator,
             dense,
             controls: [Control::Motion(0.0); 6],
-            asked: [Control::Motion(0.0); 6],
+            target: [Control::Motion(0.0); 6],
             before: Before::default(),
             numerics,
             found: Vec::new(),
@@ -122,8 +122,8 @@ impl<'a> Seeker<'a> {
         for (number, leg) in legs.iter().enumerate() {
             let departure = self.before;
             for increment in 1..=leg.increments {
-                self.asked = leg.increment(increment, &departure.motion, &departure.resultants);
-                self.controls = in_units(&self.asked, &self.problem);
+                self.target = leg.increment(increment, &departure.motion, &departure.resultants);
+                self.controls = in_units(&self.target, &self.problem);
                 if number + 1 == legs.len() && increment == leg.increments {
                     return Ok(start);
                 }
@@ -141,7 +141,7 @@ impl<'a> Seeker<'a> {
                     &self.problem,
                     &self.certifying,
                     &iterate,
-                    &self.asked,
+                    &self.target,
                     &self.before,
                     self.numerics.tolerance,
                 );
@@ -390,7 +390,7 @@ impl<'a> Seeker<'a> {
             &self.problem,
             &self.certifying,
             &polished,
-            &self.asked,
+            &self.target,
             &self.before,
             tolerance,
         );
