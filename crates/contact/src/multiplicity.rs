@@ -78,7 +78,7 @@ pub fn search(
 }
 
 /// Searches for solutions of one increment with any past. The right-hand side consists of what
-/// `problem` [remembers](Problem::remember) and of the motions that `asked` prescribes, in SI
+/// `problem` [remembers](Problem::remember) and of the motions that `target` prescribes, in SI
 /// units. Only the tolerance and the iterations of `numerics` count.
 ///
 /// # Errors
@@ -88,7 +88,7 @@ pub fn search(
 /// It panics if the problem is a [reduced](Problem::reduced) one.
 pub fn search_from(
     problem: Problem,
-    asked: &PerDof<Control>,
+    target: &PerDof<Control>,
     numerics: &Numerics,
     operators: &mut Operators,
     search: &Search,
@@ -99,8 +99,8 @@ pub fn search_from(
     );
     let nothing = Start { p: vec![0.0; problem.f.len()], motion: PerDof::all(0.0) };
     let mut seeker = Seeker::new(problem, numerics, operators)?;
-    seeker.asked = *asked;
-    seeker.controls = in_units(asked, &seeker.problem);
+    seeker.target = *target;
+    seeker.controls = in_units(target, &seeker.problem);
     seeker.seek(&nothing, search);
     Ok(seeker.conclude())
 }

@@ -78,9 +78,9 @@ impl<'a> NaturalMap<'a> {
         let mut value = p.to_owned();
         let mut jacobian = Mat::<f64>::identity(size, size);
         for a in 0..m {
-            let own = [0, 1, 2].map(|c| x[(c * m + a, 0)]);
-            let mapped = g_mu(own, self.problem.mu, self.problem.ceiling);
-            let derivative = self.derivative(own);
+            let argument = [0, 1, 2].map(|c| x[(c * m + a, 0)]);
+            let mapped = g_mu(argument, self.problem.mu, self.problem.ceiling);
+            let derivative = self.derivative(argument);
             for c in 0..3 {
                 value[(c * m + a, 0)] -= mapped[c];
             }
@@ -89,8 +89,9 @@ impl<'a> NaturalMap<'a> {
             }
             for column in 0..size {
                 let through = [0, 1, 2].map(|c| {
-                    let (row, own) = (c * m + a, if c * m + a == column { 1.0 } else { 0.0 });
-                    own - (self.problem.epsilon * own + self.matrix[(row, column)]) / self.diagonal
+                    let (row, unit) = (c * m + a, if c * m + a == column { 1.0 } else { 0.0 });
+                    unit - (self.problem.epsilon * unit + self.matrix[(row, column)])
+                        / self.diagonal
                 });
                 for c in 0..3 {
                     jacobian[(c * m + a, column)] -=
@@ -242,10 +243,10 @@ fn sign_of_determinant(factors: &PartialPivLu<f64>) -> i64 {
             continue;
         }
         cycles += 1;
-        let mut at = from;
-        while !seen[at] {
-            seen[at] = true;
-            at = forward[at];
+        let mut index = from;
+        while !seen[index] {
+            seen[index] = true;
+            index = forward[index];
         }
     }
     if (negative + forward.len() - cycles).is_multiple_of(2) { 1 } else { -1 }
@@ -293,11 +294,11 @@ mod tests {
             let k = problem.grid.len();
             // The elements are open, sticking, slipping and, under the ceiling, bounded.
             let p: Vec<f64> = (0..3 * k)
-                .map(|at| {
-                    if at < k {
-                        0.03 * ((at * 7) % 5) as f64
+                .map(|row| {
+                    if row < k {
+                        0.03 * ((row * 7) % 5) as f64
                     } else {
-                        0.02 * (((at * 5) % 7) as f64 - 3.0)
+                        0.02 * (((row * 5) % 7) as f64 - 3.0)
                     }
                 })
                 .collect();

@@ -50,7 +50,7 @@ pub(super) struct Seeker<'a> {
     /// The controls of the punch in the problem's units.
     pub(super) controls: PerDof<Control>,
     /// The controls of the punch in SI units.
-    pub(super) asked: PerDof<Control>,
+    pub(super) target: PerDof<Control>,
     departure: Departure,
     numerics: &'a Numerics,
     /// The tractions and motions of the solutions.
@@ -88,7 +88,7 @@ impl<'a> Seeker<'a> {
             operator,
             dense,
             controls: PerDof::all(Control::Motion(0.0)),
-            asked: PerDof::all(Control::Motion(0.0)),
+            target: PerDof::all(Control::Motion(0.0)),
             departure: Departure::default(),
             numerics,
             found: Vec::new(),
@@ -119,12 +119,13 @@ impl<'a> Seeker<'a> {
         };
         let mut start = Start { p: vec![0.0; self.problem.f.len()], motion: PerDof::all(0.0) };
         let legs = scene.loading.legs();
-        for (at, leg) in legs.iter().enumerate() {
+        for (number, leg) in legs.iter().enumerate() {
             let leg_departure = self.departure;
-            for part in 1..=leg.increments {
-                self.asked = leg.increment(part, &leg_departure.motion, &leg_departure.resultants);
-                self.controls = in_units(&self.asked, &self.problem);
-                if at + 1 == legs.len() && part == leg.increments {
+            for increment in 1..=leg.increments {
+                self.target =
+                    leg.increment(increment, &leg_departure.motion, &leg_departure.resultants);
+                self.controls = in_units(&self.target, &self.problem);
+                if number + 1 == legs.len() && increment == leg.increments {
                     return Ok(start);
                 }
                 let iterate = solver::solve(
@@ -141,7 +142,7 @@ impl<'a> Seeker<'a> {
                     &self.problem,
                     &self.certifying,
                     &iterate,
-                    &self.asked,
+                    &self.target,
                     &self.departure,
                     self.numerics.tolerance,
                 );
@@ -153,7 +154,7 @@ impl<'a> Seeker<'a> {
                 self.result.before.push(outcome);
                 if let Status::Failed { reason } = status {
                     return Err(format!(
-                        "loading.steps[{}], increment {part} of {}: {reason}",
+                        "loading.steps[{}], increment {increment} of {}: {reason}",
                         leg.step, leg.increments
                     ));
                 }
@@ -390,7 +391,7 @@ impl<'a> Seeker<'a> {
             &self.problem,
             &self.certifying,
             &polished,
-            &self.asked,
+            &self.target,
             &self.departure,
             tolerance,
         );

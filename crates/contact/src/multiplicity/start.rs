@@ -132,9 +132,9 @@ pub(super) fn disturbed(
     let unit = size * if largest > 0.0 { largest } else { self::size(problem) };
     let mut disturbed = vec![0.0; p.len()];
     for e in problem.grid.active() {
-        let own = [p[e], p[k + e], p[2 * k + e]].map(|p| p + unit * generator.signed());
+        let traction = [p[e], p[k + e], p[2 * k + e]].map(|p| p + unit * generator.signed());
         [disturbed[e], disturbed[k + e], disturbed[2 * k + e]] =
-            g_mu(own, problem.mu, problem.ceiling);
+            g_mu(traction, problem.mu, problem.ceiling);
     }
     disturbed
 }
@@ -146,8 +146,7 @@ pub(super) fn images(grid: &Grid, p: &[f64]) -> Vec<Vec<f64>> {
     let is_square = grid.nx() == grid.ny() && (grid.hx() / grid.hy() - 1.0).abs() < 1e-12;
     (1..if is_square { 8 } else { 4 })
         .map(|symmetry| {
-            let (mirror_x, mirror_y, exchange) =
-                (symmetry & 1 != 0, symmetry & 2 != 0, symmetry & 4 != 0);
+            let [mirror_x, mirror_y, exchange] = [1, 2, 4].map(|bit| symmetry & bit != 0);
             let mut image = vec![0.0; p.len()];
             for e in grid.active() {
                 let mut traction = [p[k + e], p[2 * k + e]];
