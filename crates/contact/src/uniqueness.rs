@@ -34,7 +34,7 @@
 //! it, so μ* depends on the elastic bodies, Ω and its mesh alone.
 //!
 //! # A form without B and without E
-//! Let y = Ax and z = x − Ey. At one element x = Bz has two consequences:
+//! Let y = Ax and z = x − Ey. At one element x = Bz is equivalent to two conditions:
 //! - x₁ = c₁z₁ for some 0 ≤ c₁ ≤ 1, that is, x₁y₁ ≤ 0;
 //! - x_t = x₁(a, b) + Tz_t. The vectors Tz_t are those d with |d|² ≤ d·z_t, since T is firmly
 //!   nonexpansive; they fill the disk with diameter \[0, z_t\]. A T of rank one, c₃ = 0, reaches
@@ -42,11 +42,12 @@
 //!   from that disk: |x_t − z_t/2| ≤ |z_t|/2 + μ|x₁|, or |x_t + Ey_t| − |x_t − Ey_t| ≤ 2μ|x₁|.
 //!
 //! The left side is 4 x_t·y_t / (|x_t/E + y_t| + |x_t/E − y_t|). It has the sign of x_t·y_t, and
-//! where that is positive it grows with E, to 2 x_t·y_t/|y_t|. Hence the least μ that an x needs is
-//! F(x), with
+//! where that is positive it grows with E, to 2 x_t·y_t/|y_t|. Hence the least μ that an x needs,
+//! whatever E is, is F(x) with
 //!
 //! ```text
-//! F(x) = max over elements with x_t·y_t > 0 of x_t·y_t / (|x₁| |y_t|)   (∞ where x₁ = 0 there, 0 without such elements),
+//! F(x) = max over elements with x_t·y_t > 0 of x_t·y_t / (|x₁| |y_t|)
+//!        (∞ where x₁ = 0 there, 0 without such elements),
 //! μ* = min { F(x) : x ≠ 0, x₁y₁ ≤ 0 at every element }.
 //! ```
 //!
