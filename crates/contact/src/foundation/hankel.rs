@@ -174,7 +174,7 @@ mod tests {
     fn transform_of_an_exponential_is_known_in_closed_form() {
         let grid = LogGrid::new([1e-36, 60.0], 1.0, 0.08);
         for weight in [0.5, -0.5] {
-            // f must vanish with k if the weight is negative.
+            // The function f must vanish with k if the weight is negative.
             let f = |k: f64| if weight < 0.0 { k * (-k).exp() } else { (-k).exp() };
             for order in [0.0, 1.0, 2.0] {
                 let transform = Transform::new(&grid, grid.wavenumbers().map(f), order, weight);

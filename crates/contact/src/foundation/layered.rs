@@ -136,8 +136,8 @@ impl Layered {
     /// Returns the compliances times the wavenumber `k` > 0.
     pub(crate) fn response(&self, k: f64) -> Response {
         let base = self.base_times_k();
-        // det C is carried along on its own, because the difference of products would cancel where
-        // both columns are nearly parallel.
+        // The determinant is carried along on its own, because the difference of products would
+        // cancel where both columns are nearly parallel.
         let det = match &self.base {
             Base::Rigid => 0.0,
             Base::Elastic(m) => (0.75 - m.poisson) / (m.shear_modulus * m.shear_modulus),
@@ -385,7 +385,7 @@ pub(super) mod tests {
         let layered = Layered::new(&layers, &base).unwrap();
         let slope = |k: f64| layered.response(k).above_base.map(|c| c / k);
         let limit = slope(1e-12);
-        // ll at k → 0 is the reference table's 64999999.9199… − 65000000 at k = 1e-8.
+        // The limit of ll at k → 0 is the reference table's 64999999.9199… − 65000000 at k = 1e-8.
         assert!((limit.tt - -0.105).abs() < 1e-11, "{limit:?}");
         for k in [1e-30, 1e-20, 1e-14, 1e-13] {
             let difference = slope(k).zip(&limit, |a, b| ((a - b) / b).abs());
