@@ -7,14 +7,14 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use contact::model::Status;
 use contact::multiplicity::Multiplicity;
 use contact::uniqueness::Bracket;
+use identity::JobKey;
 use runner::{Done, Verdict};
 use store::{RECORD_LIMIT, Store};
 use study::job::PHYSICS_VERSION;
 use study::record::Bracketed;
-use study::{Ending, JobKey, Provenance, Record};
+use study::{Ending, Provenance, Record};
 
-use crate::measure::median;
-use crate::work::{Answer, answer};
+use crate::wire::{Answer, answer};
 
 /// Keeps results in a store: fields as blobs first, then the records that refer to them.
 pub(crate) struct Ledger<'a> {
@@ -50,14 +50,12 @@ impl<'a> Ledger<'a> {
             ending,
             fields,
             provenance: Provenance {
-                program: env!("CARGO_PKG_VERSION").to_owned(),
-                seconds: if times.is_empty() { done.seconds } else { median(times.clone()) },
-                times,
                 worker: done.worker.unwrap_or(0),
                 attempt: done.attempts,
                 finished: SystemTime::now()
                     .duration_since(UNIX_EPOCH)
                     .map_or(0, |since| since.as_secs()),
+                ..Provenance::timed(env!("CARGO_PKG_VERSION"), done.seconds, times)
             },
         };
         let mut bytes = record.encode();

@@ -1,32 +1,30 @@
 //! The `tribosweep` command: wires studies, runner, store and report together.
 #![forbid(unsafe_code)]
 
-mod accuracy;
-mod adaptive;
+mod answer_text;
 mod cli;
-mod compare;
-mod cost;
-mod draw;
-mod effects;
-mod launch;
+mod commands;
+mod effect_text;
+mod execution;
+mod fields;
+mod figures;
+mod job_list;
 mod ledger;
-mod measure;
+mod one_result;
 mod output;
-mod patches;
 mod progress;
-mod query;
-mod results;
-mod show;
-mod solutions;
-mod solve;
-mod store_commands;
-mod work;
+mod stored;
+mod study_file;
+mod summary;
+mod threads;
+mod wire;
+mod words;
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser};
+use clap::Parser;
 
-use crate::cli::{Cli, Command};
+use crate::cli::Cli;
 use crate::output::Finish;
 
 fn main() -> ExitCode {
@@ -42,28 +40,7 @@ fn main() -> ExitCode {
             };
         }
     };
-    let finished = match cli.command {
-        Command::Run(args) => launch::run(&args),
-        Command::Plan(args) => launch::plan(&args),
-        Command::Effects(args) => measure::measure(&args),
-        Command::Cost(args) => launch::cost(&args),
-        Command::Resume(args) => launch::resume(&args),
-        Command::Status(args) => query::status(&args),
-        Command::Answer(args) => query::answer(&args),
-        Command::Query(args) => query::query(&args),
-        Command::Show(args) => show::show(&args),
-        Command::Plot(args) => draw::plot(&args),
-        Command::Solve(args) => solve::solve(&args),
-        Command::Store(command) => store_commands::run(&command),
-        Command::Completions { shell } => {
-            let mut script = Vec::new();
-            clap_complete::generate(shell, &mut Cli::command(), "tribosweep", &mut script);
-            output::print(&String::from_utf8_lossy(&script))
-        }
-        Command::Measured { repeat } => measure::measured(repeat),
-        Command::Worker { threads, argument } => work::run(threads, &argument),
-    };
-    match finished {
+    match commands::run(cli.command) {
         Ok(finish) => finish.into(),
         Err(error) => {
             output::complain(&error);

@@ -3,7 +3,10 @@
 use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
 
+use answers::AnswerError;
 use anyhow::{Context, Result};
+use report::TerminalLayout;
+use study::StudyError;
 
 /// How a command ended, short of an error; an error is the user's mistake, or the machine's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,15 +54,10 @@ pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<Finish> {
     print(&(serde_json::to_string_pretty(value)? + "\n"))
 }
 
-/// A count with its noun.
-pub(crate) fn count(n: usize, one: &str, many: &str) -> String {
-    format!("{n} {}", if n == 1 { one } else { many })
-}
-
 /// Prints an error with its causes to standard error.
 pub(crate) fn complain(error: &anyhow::Error) {
     // a study's errors are whole pictures of the file and begin with `error:` themselves
-    let text = match error.downcast_ref::<study::StudyError>() {
+    let text = match study_error(error) {
         Some(study) => study
             .render(io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none())
             .trim_end()
@@ -78,10 +76,23 @@ pub(crate) fn complain(error: &anyhow::Error) {
     say(&text);
 }
 
+/// The error in a study's file, if it is one.
+fn study_error(error: &anyhow::Error) -> Option<&StudyError> {
+    match error.downcast_ref::<AnswerError>() {
+        Some(AnswerError::Study(error)) => Some(error),
+        _ => error.downcast_ref::<StudyError>(),
+    }
+}
+
 /// Columns of the terminal behind standard output, `None` if there is none.
 pub(crate) fn terminal_width() -> Option<usize> {
     if !io::stdout().is_terminal() {
         return None;
     }
     terminal_size::terminal_size().map(|(width, _)| usize::from(width.0))
+}
+
+/// How tables are laid out on standard output.
+pub(crate) fn layout() -> TerminalLayout {
+    TerminalLayout { width: terminal_width(), digits: 6, prefixes: true, unicode: true }
 }

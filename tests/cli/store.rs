@@ -14,7 +14,7 @@ use crate::place::{Place, SMALL, Said, without_hashes};
 #[test]
 fn records_of_another_version_are_refused_by_name_and_hurt_nobody() {
     let place = Place::run();
-    let key = study::JobKey([0xee; 32]);
+    let key = identity::JobKey([0xee; 32]);
     store::Store::open(&place.path(".tribosweep"))
         .unwrap()
         .commit(&[(key, vec![1, 1, 0])])

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
 use serde_json::Value;
 use store::{OpenError, Store};
-use study::Record;
+use study::{Record, Standing};
 
 mod kinds;
 
@@ -131,7 +131,7 @@ impl Place {
         let mut results = BTreeMap::new();
         for (key, bytes) in self.records() {
             let record = Record::decode(&bytes).unwrap();
-            assert_eq!(record.status(), "certified", "job {key}: {:?}", record.ending);
+            assert_eq!(record.standing(), Standing::Certified, "job {key}: {:?}", record.ending);
             results.insert(key, record.result_bytes());
         }
         let columns: Value =

@@ -20,9 +20,9 @@ use crate::lease::{Lease, LeaseId, Leases, WorkerId};
 use crate::protocol::{Outcome, Report};
 use crate::queue::{GroupIndex, Queue};
 use crate::{Done, Options, Task, Verdict};
+use identity::JobKey;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
-use study::JobKey;
 
 /// Workers in a row that die before asking for a job, after which starting more is hopeless.
 const MOST_FAILED_STARTS: u32 = 10;

@@ -37,11 +37,11 @@ pub use root::{RootError, sweep_leftovers};
 pub use transport::TransportError;
 pub use worker::Work;
 
+use identity::JobKey;
 use serde::Serialize;
 use std::error::Error;
 use std::ffi::OsString;
 use std::time::Duration;
-use study::JobKey;
 
 /// One job to run.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,6 +3,7 @@
 //! This binary is also the worker, and the coordinator to be killed: the two ignored tests are what
 //! children run.
 
+use identity::JobKey;
 use runner::{
     Done, Event, Interrupt, Ledger, Options, RunError, Summary, Task, Verdict, What, Work,
     WorkerArguments,
@@ -14,7 +15,6 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
-use study::JobKey;
 
 /// A job is a line of text: a verb and its arguments.
 struct Script;

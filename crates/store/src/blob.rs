@@ -6,12 +6,12 @@
 
 use crate::durable;
 use crate::{ReadError, WriteError};
+use identity::Kept;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::{fmt, fs, io};
-use study::record::Kept;
 
 /// zstd's own default: fields shrink by the same few per cent at every level worth waiting for.
 const LEVEL: i32 = 3;

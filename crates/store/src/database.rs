@@ -4,6 +4,7 @@
 //! relied on. So every call goes through [`fenced`], and the first failed write ends all writing
 //! until the store is opened again.
 
+use identity::JobKey;
 use std::any::Any;
 use std::cell::Cell;
 use std::fs::File;
@@ -12,7 +13,6 @@ use std::path::{Path, PathBuf};
 use std::sync::{Once, OnceLock};
 use std::time::{Duration, Instant};
 use std::{io, thread};
-use study::job::JobKey;
 
 /// Records are small and read once; sled's default of 1 GiB would be the largest part of a
 /// coordinator.

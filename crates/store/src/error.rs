@@ -5,10 +5,10 @@ use crate::database::Fault;
 use crate::manifest::FORMAT;
 use crate::record::RECORD_LIMIT;
 use crate::volume;
+use identity::JobKey;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use study::job::JobKey;
 
 /// Why a store cannot be opened.
 #[derive(Debug, thiserror::Error)]

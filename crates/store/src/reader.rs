@@ -6,11 +6,11 @@ use crate::lock::{Holder, Lock};
 use crate::manifest::{self, Manifest, Unreadable};
 use crate::serve::{BATCH, Connection, Request, Response, first_records};
 use crate::store::{Core, PATIENCE, definition, held};
+use identity::JobKey;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
-use study::job::JobKey;
 
 /// Where a [`Reader`] has its records from.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -9,12 +9,12 @@
 //! The key is part of the checksum, so that a record that sled returned under a wrong key is found
 //! out.
 
-use study::job::JobKey;
+use identity::JobKey;
 
 /// Largest payload of one record, in bytes: room for the 1000 increments that a loading path may
 /// have. sled's memory grows with what was written, however it is cut (measured: 117 MB take about
 /// as much in records of 6 kB and of 300 kB); fields, a hundred times that, belong in blobs.
-pub const RECORD_LIMIT: usize = study::record::STORED_LIMIT;
+pub const RECORD_LIMIT: usize = identity::STORED_LIMIT;
 
 const VERSION: u8 = 1;
 const HEADER: usize = 17;

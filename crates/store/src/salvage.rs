@@ -7,11 +7,11 @@ use crate::error::{OpenError, ReadError, WriteError};
 use crate::manifest::{FILE, Manifest, Unreadable};
 use crate::record;
 use crate::store::{RECORDS, lock_for_writing};
+use identity::JobKey;
 use rustix::io::Errno;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
-use study::job::JobKey;
 
 /// The sound database while it is being written.
 const SALVAGED: &str = "records.salvaged";

@@ -15,6 +15,7 @@ use crate::store::{Core, PATIENCE};
 use crate::{ReadError, lock::Holder};
 use bincode::config::standard;
 use bincode::{Decode, Encode};
+use identity::JobKey;
 use std::io::{self, Read, Write};
 use std::net::Shutdown;
 use std::ops::Bound;
@@ -24,7 +25,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
-use study::job::JobKey;
 
 /// 1 answered every key of a request in one response.
 const PROTOCOL: u8 = 2;

@@ -11,12 +11,12 @@ use crate::record::{self, RECORD_LIMIT, Unsealable};
 use crate::salvage::{Salvage, salvage};
 use crate::serve::{Listening, Server};
 use crate::volume;
+use identity::JobKey;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 use std::{fs, io, thread};
-use study::job::JobKey;
 
 /// How long a store may be held by something that will be gone in a moment: a reader, or a process
 /// that is starting.

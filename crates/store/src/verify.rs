@@ -3,10 +3,10 @@
 use crate::blob::{Digest, Found};
 use crate::error::{ReadError, WriteError};
 use crate::store::Store;
+use identity::JobKey;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::{fs, io};
-use study::job::JobKey;
 
 /// What was found in a store.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

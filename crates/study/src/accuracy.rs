@@ -17,9 +17,8 @@
 use contact::model::{Control, Dof, FigureErrors, Mesh, PerDof, Shape};
 use toml::de::DeValue;
 
-use crate::adaptive::part;
 use crate::axis::Group;
-use crate::error::{Problem, Span};
+use crate::error::{Mistake, Span};
 use crate::job::Job;
 use crate::key::{Key, nearest, one_of};
 use crate::kind::Kind;
@@ -61,16 +60,14 @@ impl Accuracy {
     /// of what it leaves is four times the residual of each increment. A power of ten, so that
     /// studies share results.
     pub fn tolerance(&self, job: &Job) -> f64 {
-        let increments: u32 = job
-            .case()
-            .map_or(1, |case| case.scene.loading.legs().iter().map(|leg| leg.increments).sum());
+        let increments = job.case().map_or(1, |case| case.scene.loading.increments());
         let exponent =
             (self.is / (40.0 * f64::from(increments.max(1)))).log10().floor().clamp(-12.0, -1.0);
         format!("1e{exponent}").parse().unwrap_or(1e-12)
     }
 
     /// Refuses a figure that the job gives, or that has no limit.
-    pub(crate) fn check(&self, job: &Job) -> Result<(), Problem> {
+    pub(crate) fn check(&self, job: &Job) -> Result<(), Mistake> {
         let (Some(of), Some(controls)) = (self.of, controls(job)) else { return Ok(()) };
         let all = |dofs: &[Dof], force: bool| {
             dofs.iter().all(|dof| matches!(controls[*dof], Control::Force(_)) == force)
@@ -87,7 +84,7 @@ impl Accuracy {
         let words = of.replace('_', " ");
         if given {
             let message = format!("the accuracy of the {words} is no question: the scene gives it");
-            return Err(Problem::new(
+            return Err(Mistake::new(
                 self.span.clone(),
                 message,
                 "must be a figure that the scene leaves open",
@@ -102,7 +99,7 @@ impl Accuracy {
             let message =
                 "the peak pressure under a cone has no limit that a mesh could come near to"
                     .to_owned();
-            return Err(Problem::new(
+            return Err(Mistake::new(
                 self.span.clone(),
                 message,
                 "must be a figure with a limit, for example the load",
@@ -135,9 +132,9 @@ pub(crate) fn read(
     kind: Kind,
     base: &[(Key, Given)],
     groups: &[Group],
-    problems: &mut Vec<Problem>,
+    mistakes: &mut Vec<Mistake>,
 ) -> Option<Accuracy> {
-    let before = problems.len();
+    let before = mistakes.len();
     let mut accuracy = Accuracy { of: None, is: f64::NAN, at_most: AT_MOST, span: node.span() };
     match node.get_ref() {
         DeValue::Table(table) => {
@@ -145,12 +142,12 @@ pub(crate) fn read(
                 .into_iter()
                 .filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref()))
             {
-                problems.push(read::unknown(name.get_ref(), name.span(), "`[accuracy]`", KEYS));
+                mistakes.push(read::unknown(name.get_ref(), name.span(), "`[accuracy]`", KEYS));
             }
-            match table.get("is").map(|node| part("accuracy.is", node)) {
+            match table.get("is").map(|node| read::part("accuracy.is", node)) {
                 Some(Ok(is)) => accuracy.is = is,
-                Some(Err(problem)) => problems.push(problem),
-                None => problems.push(Problem::new(
+                Some(Err(mistake)) => mistakes.push(mistake),
+                None => mistakes.push(Mistake::new(
                     node.span(),
                     "`accuracy.is` is missing",
                     "needs is = \"0.1%\" or the like",
@@ -160,25 +157,25 @@ pub(crate) fn read(
                 accuracy.span = node.span();
                 match figure(node) {
                     Ok(of) => accuracy.of = Some(of),
-                    Err(problem) => problems.push(problem),
+                    Err(mistake) => mistakes.push(mistake),
                 }
             }
             if let Some(node) = table.get("at_most") {
                 match at_most("accuracy.at_most", node, FIRST, "with which it begins") {
                     Ok(n) => accuracy.at_most = n,
-                    Err(problem) => problems.push(problem),
+                    Err(mistake) => mistakes.push(mistake),
                 }
             }
         }
-        _ => match part("accuracy", node) {
+        _ => match read::part("accuracy", node) {
             Ok(is) => accuracy.is = is,
-            Err(problem) => problems.push(problem),
+            Err(mistake) => mistakes.push(mistake),
         },
     }
-    if kind != Kind::Solve {
+    if !kind.has_accuracy() {
         let message = format!("a study of kind \"{}\" has no `accuracy`", kind.name());
-        problems.push(
-            Problem::new(node.span(), message, "leave this out")
+        mistakes.push(
+            Mistake::new(node.span(), message, "leave this out")
                 .help("only studies of kind \"solve\" choose meshes by their accuracy"),
         );
     }
@@ -191,40 +188,40 @@ pub(crate) fn read(
         .map(|(_, given)| given.span.clone())
         .chain(axes.map(|axis| axis.span.clone()));
     for span in meshes {
-        let problem = Problem::new(
+        let mistake = Mistake::new(
             span,
             "a study has either a mesh or an accuracy",
             "leave one of the two out",
         );
-        problems.push(problem.context(node.span(), "which chooses the mesh"));
+        mistakes.push(mistake.context(node.span(), "which chooses the mesh"));
     }
-    (problems.len() == before).then_some(accuracy)
+    (mistakes.len() == before).then_some(accuracy)
 }
 
-fn figure(node: &Node<'_>) -> Result<&'static str, Problem> {
+fn figure(node: &Node<'_>) -> Result<&'static str, Mistake> {
     let word = read::text("accuracy.of", node)?;
     // the column of the estimate means the same
     let bare = word.strip_prefix("estimate_").unwrap_or(&word);
     let figures = FigureErrors::default().named().map(|(name, _)| name);
     figures.into_iter().find(|known| *known == bare).ok_or_else(|| {
-        let problem = |expected: String| {
-            Problem::new(
+        let mistake = |expected: String| {
+            Mistake::new(
                 node.span(),
                 format!("`accuracy.of`: no error of `{word}` is estimated"),
                 expected,
             )
         };
         match nearest(bare, figures) {
-            Some(meant) => problem(format!("did you mean \"{meant}\"?"))
+            Some(meant) => mistake(format!("did you mean \"{meant}\"?"))
                 .help(format!("must be {}", one_of(&figures))),
-            None => problem(format!("must be {}", one_of(&figures))),
+            None => mistake(format!("must be {}", one_of(&figures))),
         }
     })
 }
 
 /// Reads the number of elements across Ω beyond which no mesh is tried; `why` it cannot be below
 /// `least`.
-pub(crate) fn at_most(what: &str, node: &Node<'_>, least: u32, why: &str) -> Result<u32, Problem> {
+pub(crate) fn at_most(what: &str, node: &Node<'_>, least: u32, why: &str) -> Result<u32, Mistake> {
     let DeValue::Integer(n) = node.get_ref() else {
         return Err(read::mistyped(what, node, "a whole number of elements across Ω, like 512"));
     };
@@ -232,7 +229,7 @@ pub(crate) fn at_most(what: &str, node: &Node<'_>, least: u32, why: &str) -> Res
         n if (least..=Mesh::MAX_SIDE).contains(&n) => Ok(n),
         n => {
             let expected = format!("must be from {least}, {why}, to {}", Mesh::MAX_SIDE);
-            Err(Problem::new(node.span(), format!("`{what}` cannot be {n}"), expected))
+            Err(Mistake::new(node.span(), format!("`{what}` cannot be {n}"), expected))
         }
     }
 }

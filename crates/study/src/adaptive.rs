@@ -21,12 +21,13 @@ use toml::de::DeValue;
 
 use crate::accuracy::{AT_MOST, Accuracy, at_most};
 use crate::axis::Group;
-use crate::columns::{Column, Value, find};
-use crate::error::{Problem, Span};
-use crate::figure::column_name;
+use crate::column_name::column_name;
+use crate::columns::{Column, find};
+use crate::error::{Mistake, Span};
 use crate::key::{Key, Quantity};
 use crate::read::{self, Node, entries};
 use crate::sheet::{Given, Setting};
+use crate::value::Value;
 
 /// How a study chooses points.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,44 +75,44 @@ pub(crate) fn read(
     base: &[(Key, Given)],
     groups: &[Group],
     columns: &[Column],
-    problems: &mut Vec<Problem>,
+    mistakes: &mut Vec<Mistake>,
 ) -> Option<Adaptive> {
-    let before = problems.len();
+    let before = mistakes.len();
     if let (Some(accuracy), Some(other)) = (accuracy, refine.or(bisect)) {
-        let problem = Problem::new(
+        let mistake = Mistake::new(
             other.span(),
             "a study chooses its points in one way only",
             "needs one of the two",
         );
-        problems.push(problem.context(accuracy.span(), "the other is here"));
+        mistakes.push(mistake.context(accuracy.span(), "the other is here"));
     }
     let read = match (refine, bisect) {
         (Some(refine), Some(bisect)) => {
-            let problem = Problem::new(
+            let mistake = Mistake::new(
                 bisect.span(),
                 "a study cannot both refine and bisect",
                 "needs one of the two",
             );
-            problems.push(problem.context(refine.span(), "the other is here"));
+            mistakes.push(mistake.context(refine.span(), "the other is here"));
             None
         }
-        (Some(node), None) => read_refine(node, base, groups, columns, problems),
-        (None, Some(node)) => read_bisect(node, groups, problems),
+        (Some(node), None) => read_refine(node, base, groups, columns, mistakes),
+        (None, Some(node)) => read_bisect(node, groups, mistakes),
         (None, None) => None,
     };
-    read.filter(|_| problems.len() == before)
+    read.filter(|_| mistakes.len() == before)
 }
 
-/// The values of a table's keys, in the order of `keys`; what is missing or unknown is a problem.
+/// The values of a table's keys, in the order of `keys`; what is missing or unknown is a mistake.
 fn fields<'t, 'i, const N: usize>(
     name: &str,
     node: &'t Node<'i>,
     keys: &[&str],
     needed: [&str; N],
-    problems: &mut Vec<Problem>,
+    mistakes: &mut Vec<Mistake>,
 ) -> Option<[&'t Node<'i>; N]> {
     let DeValue::Table(table) = node.get_ref() else {
-        problems.push(read::mistyped(
+        mistakes.push(read::mistyped(
             name,
             node,
             &format!("a table with the keys `{}`", keys.join("`, `")),
@@ -121,11 +122,11 @@ fn fields<'t, 'i, const N: usize>(
     for (key, _) in
         entries(table).into_iter().filter(|(key, _)| !keys.contains(&key.get_ref().as_ref()))
     {
-        problems.push(read::unknown(key.get_ref(), key.span(), &format!("`[{name}]`"), keys));
+        mistakes.push(read::unknown(key.get_ref(), key.span(), &format!("`[{name}]`"), keys));
     }
     let found = needed.map(|key| table.get(key));
     for (key, _) in needed.iter().zip(&found).filter(|(_, found)| found.is_none()) {
-        problems.push(Problem::new(
+        mistakes.push(Mistake::new(
             node.span(),
             format!("`{name}.{key}` is missing"),
             format!("`[{name}]` needs `{key}`"),
@@ -140,25 +141,25 @@ fn read_refine(
     base: &[(Key, Given)],
     groups: &[Group],
     columns: &[Column],
-    problems: &mut Vec<Problem>,
+    mistakes: &mut Vec<Mistake>,
 ) -> Option<Adaptive> {
-    let [on, until] = fields("refine", node, REFINE, ["on", "until"], problems)?;
+    let [on, until] = fields("refine", node, REFINE, ["on", "until"], mistakes)?;
     let found = column_name("refine.on", on, columns, true).and_then(|name| {
         let why = find(columns, &name).and_then(Column::unknown_in_choosing);
-        why.map_or(Ok(name), |why| Err(Problem::new(on.span(), why, OF_ONE_JOB)))
+        why.map_or(Ok(name), |why| Err(Mistake::new(on.span(), why, OF_ONE_JOB)))
     });
-    let found = found.map_err(|problem| problems.push(problem)).ok();
-    let until = part("refine.until", until).map_err(|problem| problems.push(problem)).ok();
+    let found = found.map_err(|mistake| mistakes.push(mistake)).ok();
+    let until = read::part("refine.until", until).map_err(|mistake| mistakes.push(mistake)).ok();
     let at_most =
-        read_at_most(node, finest(base, groups)).map_err(|problem| problems.push(problem)).ok();
+        read_at_most(node, finest(base, groups)).map_err(|mistake| mistakes.push(mistake)).ok();
     let of_mesh = groups.iter().flat_map(Group::axes).find(|axis| axis.key() == Some(Key::Mesh));
     if let Some(axis) = of_mesh {
-        let problem = Problem::new(
+        let mistake = Mistake::new(
             axis.span.clone(),
             "`mesh` cannot be an axis of a study that refines",
             "leave this out",
         );
-        problems.push(problem.context(node.span(), "which chooses meshes from numerics.mesh on"));
+        mistakes.push(mistake.context(node.span(), "which chooses meshes from numerics.mesh on"));
     }
     Some(Adaptive::Refine { on: found?, until: until?, at_most: at_most? })
 }
@@ -179,7 +180,7 @@ fn finest(base: &[(Key, Given)], groups: &[Group]) -> Option<(u32, Span)> {
 }
 
 /// Reads `refine.at_most`: at least two meshes are needed, the one given and twice as fine a one.
-fn read_at_most(refine: &Node<'_>, finest: Option<(u32, Span)>) -> Result<u32, Problem> {
+fn read_at_most(refine: &Node<'_>, finest: Option<(u32, Span)>) -> Result<u32, Mistake> {
     let given = match refine.get_ref() {
         DeValue::Table(table) => table.get("at_most"),
         _ => None,
@@ -187,16 +188,16 @@ fn read_at_most(refine: &Node<'_>, finest: Option<(u32, Span)>) -> Result<u32, P
     // a mesh that is missing, or of none, is refused by itself
     let (side, place) = finest.map_or((1, None), |(side, place)| (side, Some(place)));
     let twice = side.saturating_mul(2).max(2);
-    let beside_mesh = |problem: Problem| match &place {
-        Some(place) => problem.context(place.clone(), "the mesh is given here"),
-        None => problem,
+    let beside_mesh = |mistake: Mistake| match &place {
+        Some(place) => mistake.context(place.clone(), "the mesh is given here"),
+        None => mistake,
     };
     if twice > Mesh::MAX_SIDE {
         let message = format!(
             "`refine` doubles meshes, and {side} elements are more than half of {}",
             Mesh::MAX_SIDE
         );
-        return Err(beside_mesh(Problem::new(
+        return Err(beside_mesh(Mistake::new(
             refine.span(),
             message,
             format!("needs a mesh of at most {}", Mesh::MAX_SIDE / 2),
@@ -210,24 +211,24 @@ fn read_at_most(refine: &Node<'_>, finest: Option<(u32, Span)>) -> Result<u32, P
             let message = format!("`refine.at_most` is missing, and left out it is {AT_MOST}");
             let expected =
                 format!("needs at_most, from {twice}, twice numerics.mesh, to {}", Mesh::MAX_SIDE);
-            Err(beside_mesh(Problem::new(refine.span(), message, expected)))
+            Err(beside_mesh(Mistake::new(refine.span(), message, expected)))
         }
         None => Ok(AT_MOST),
     }
 }
 
-fn read_bisect(node: &Node<'_>, groups: &[Group], problems: &mut Vec<Problem>) -> Option<Adaptive> {
-    let [axis, on, to] = fields("bisect", node, BISECT, ["axis", "on", "to"], problems)?;
-    let name = read::text("bisect.axis", axis).map_err(|problem| problems.push(problem)).ok()?;
+fn read_bisect(node: &Node<'_>, groups: &[Group], mistakes: &mut Vec<Mistake>) -> Option<Adaptive> {
+    let [axis, on, to] = fields("bisect", node, BISECT, ["axis", "on", "to"], mistakes)?;
+    let name = read::text("bisect.axis", axis).map_err(|mistake| mistakes.push(mistake)).ok()?;
     let span = on.span();
-    let on = read::text("bisect.on", on).map_err(|problem| problems.push(problem)).ok();
-    let to = part("bisect.to", to).map_err(|problem| problems.push(problem)).ok();
+    let on = read::text("bisect.on", on).map_err(|mistake| mistakes.push(mistake)).ok();
+    let to = read::part("bisect.to", to).map_err(|mistake| mistakes.push(mistake)).ok();
     let axes =
         || groups.iter().flat_map(|group| group.axes().iter().map(move |axis| (group, axis)));
     let is_meant = |key: Option<Key>| {
         key.is_some() && key == Key::find(&name).or_else(|| Key::of_column(&name))
     };
-    let problem = |message: String, expected: &str| Problem::new(axis.span(), message, expected);
+    let mistake = |message: String, expected: &str| Mistake::new(axis.span(), message, expected);
     match axes().position(|(_, axis)| is_meant(axis.key())) {
         None => {
             let known: Vec<String> =
@@ -237,7 +238,7 @@ fn read_bisect(node: &Node<'_>, groups: &[Group], problems: &mut Vec<Problem>) -
             } else {
                 format!("must be one of {}", known.join(", "))
             };
-            problems.push(problem(format!("`bisect.axis`: there is no axis `{name}`"), &expected));
+            mistakes.push(mistake(format!("`bisect.axis`: there is no axis `{name}`"), &expected));
             None
         }
         Some(index) => {
@@ -249,7 +250,7 @@ fn read_bisect(node: &Node<'_>, groups: &[Group], problems: &mut Vec<Problem>) -
                 } else {
                     "has nothing between its values"
                 };
-                problems.push(problem(
+                mistakes.push(mistake(
                     format!("`bisect.axis`: `{name}` {why}"),
                     "must be an axis of numbers by itself",
                 ));
@@ -258,7 +259,7 @@ fn read_bisect(node: &Node<'_>, groups: &[Group], problems: &mut Vec<Problem>) -
             let values: Vec<f64> = axis.values().filter_map(Value::as_f64).collect();
             if continuous && (values.len() < 2 || !is_ascending(&values)) {
                 let expected = "needs at least two values, the smaller ones first";
-                problems.push(Problem::new(
+                mistakes.push(Mistake::new(
                     axis.span.clone(),
                     format!("`{name}` cannot be halved"),
                     expected,
@@ -267,22 +268,4 @@ fn read_bisect(node: &Node<'_>, groups: &[Group], problems: &mut Vec<Problem>) -
             Some(Adaptive::Bisect { axis: index, on: on?, span, to: to? })
         }
     }
-}
-
-/// Reads a part of one: `"0.1%"` or `0.001`.
-pub(crate) fn part(what: &str, node: &Node<'_>) -> Result<f64, Problem> {
-    const EXPECTED: &str = "must be a part like \"0.1%\" or 0.001, above 0 and below 1";
-    let value = match node.get_ref() {
-        DeValue::String(text) => text
-            .trim()
-            .strip_suffix('%')
-            .and_then(|number| number.trim().parse::<f64>().ok())
-            .map(|x| x / 100.0),
-        DeValue::Float(x) => x.as_str().parse::<f64>().ok(),
-        DeValue::Integer(n) => n.as_str().parse::<f64>().ok(),
-        _ => None,
-    };
-    value
-        .filter(|x| *x > 0.0 && *x < 1.0)
-        .ok_or_else(|| Problem::new(node.span(), format!("`{what}` is no such part"), EXPECTED))
 }

@@ -1,20 +1,13 @@
-//! From a sheet to the job that it describes.
+//! From a sheet to the scene and the numerics that it describes.
 
 use contact::model::{
     Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics,
     Projection, Punch, Scene, SceneError, Shape, Side, Step, WheelRail,
 };
-use contact::multiplicity::Search;
 
-use contact::uniqueness::{Question, Sole, WitnessSearch};
-use contact::{Forecast, forecast_bracket};
-
-use crate::cost::Cost;
-use crate::error::Problem;
-use crate::job::{Case, Job};
+use crate::error::Mistake;
+use crate::job::Case;
 use crate::key::{Key, Quantity, Table};
-use crate::kind::Kind;
-use crate::record::STORED_LIMIT;
 use crate::sheet::{Setting, Sheet, Source, SurfaceNames, TablePlaces};
 
 /// The keys that a shape needs beyond `shape`; `file` stands for `file` or `surface`.
@@ -47,7 +40,7 @@ fn optional(shape: &str) -> impl Iterator<Item = Key> {
 }
 
 /// A word with its article.
-fn a(word: &str) -> String {
+pub(crate) fn with_article(word: &str) -> String {
     let article = if word.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
     format!("{article} {word}")
 }
@@ -58,143 +51,38 @@ fn is_of_shape(key: Key) -> bool {
     punch && !matches!(key, Key::Shape | Key::PunchShearModulus | Key::PunchPoisson)
 }
 
-/// Assembles the job that a sheet describes. Everything that is missing, out of place or without
-/// meaning is reported at the place that caused it.
-pub(crate) fn assemble(
-    kind: Kind,
-    cost: Option<&Cost>,
-    sheet: &Sheet<'_>,
-    surfaces: &SurfaceNames,
-    places: &TablePlaces,
-) -> Result<Job, Vec<Problem>> {
-    let mut missing = Missing { sheet, places, problems: Vec::new() };
-    missing.refuse_useless(kind);
-    let job = match kind {
-        Kind::Solve | Kind::Convergence => Job::Solve(missing.case(surfaces)),
-        Kind::Cost => {
-            let Cost { repeat, threads, .. } =
-                cost.copied().unwrap_or(Cost { on: None, repeat: 1, threads: 1 });
-            Job::Cost { case: missing.case(surfaces), repeat, threads }
-        }
-        Kind::Multiplicity => {
-            Job::Multiplicity { case: missing.case(surfaces), search: missing.search() }
-        }
-        Kind::Uniqueness => {
-            Job::Uniqueness { question: missing.question(), search: missing.witness_search() }
-        }
-    };
-    if !missing.problems.is_empty() {
-        return Err(missing.problems);
-    }
-    job.validate()
-        .and_then(|()| refuse_too_fine(&job))
-        .map_err(|error| vec![locate(&error, sheet, places)])?;
-    Ok(job)
-}
-
-/// Refuses a uniqueness set on so many elements that no record can hold what shows its end.
-fn refuse_too_fine(job: &Job) -> Result<(), SceneError> {
-    let Job::Uniqueness { question, search } = job else { return Ok(()) };
-    // without coupling of pressures and tangential displacements there is no end to show
-    let mismatch = |material: Material| (1.0 - 2.0 * material.poisson) / material.shear_modulus;
-    let of_punch = question.punch.map_or(0.0, mismatch);
-    let is_uncoupled = match question.foundation.base {
-        Base::Elastic(material) => {
-            question.foundation.layers.is_empty() && mismatch(material) == of_punch
-        }
-        Base::Rigid => false,
-    };
-    // what cannot be laid out is refused with its reason by whoever lays it out
-    let Ok(Forecast { elements: [nx, ny], .. }) = forecast_bracket(question, search) else {
-        return Ok(());
-    };
-    // of each element the witness has three numbers; of those that are images of each other, the
-    // certificate has three
-    let bytes = |[nx, ny]: [usize; 2]| {
-        let (x, y) = (nx.div_ceil(2), ny.div_ceil(2));
-        let numbers = 3 * nx * ny + 3 * if nx == ny { x * (x + 1) / 2 } else { x * y };
-        let share = match question.sole {
-            Sole::Rectangle { .. } => 1.0,
-            Sole::Disk { .. } => std::f64::consts::FRAC_PI_4,
-        };
-        8.0 * share * numbers as f64
-    };
-    let limit = STORED_LIMIT as f64;
-    if is_uncoupled || bytes([nx, ny]) <= limit {
-        return Ok(());
-    }
-    let coarser = |n: usize| [n, ((n * ny) as f64 / nx as f64).round().max(1.0) as usize];
-    let most =
-        (1..=nx).rev().map(coarser).find(|elements| bytes(*elements) <= limit).unwrap_or([1; 2]);
-    Err(SceneError {
-        key: "numerics.mesh".to_owned(),
-        value: format!("{nx} x {ny}"),
-        expected: format!(
-            "must give no more than {} x {} elements, for a record of {STORED_LIMIT} bytes to hold the witness",
-            most[0], most[1]
-        ),
-    })
-}
-
-struct Missing<'a> {
+/// Assembles scenes and numerics from a sheet, and notes what is missing or out of place.
+pub(crate) struct Assembler<'a> {
     sheet: &'a Sheet<'a>,
+    surfaces: &'a SurfaceNames,
     places: &'a TablePlaces,
-    problems: Vec<Problem>,
+    mistakes: Vec<Mistake>,
 }
 
-impl Missing<'_> {
-    /// Notes every key given that jobs of this kind have no use for.
-    fn refuse_useless(&mut self, kind: Kind) {
-        for key in self.sheet.keys() {
-            if let (Some(why), Some(given)) = (kind.refuses(key), self.sheet.get(key)) {
-                let message =
-                    format!("a study of kind \"{}\" has no `{}`: {why}", kind.name(), key.short());
-                self.problems.push(Problem::new(given.span.clone(), message, "leave this out"));
-            }
-        }
+impl<'a> Assembler<'a> {
+    pub(crate) fn new(
+        sheet: &'a Sheet<'a>,
+        surfaces: &'a SurfaceNames,
+        places: &'a TablePlaces,
+    ) -> Self {
+        Assembler { sheet, surfaces, places, mistakes: Vec::new() }
     }
 
-    fn question(&mut self) -> Question {
-        let foundation = self.foundation();
-        let shape = self.shape(&SurfaceNames::default());
-        let sole = match shape {
-            Shape::FlatRectangle { width_x, width_y } => Sole::Rectangle { width_x, width_y },
-            Shape::FlatDisk { radius } => Sole::Disk { radius },
-            _ => {
-                if let (Some(given), Some(word)) =
-                    (self.sheet.get(Key::Shape), self.sheet.word(Key::Shape))
-                {
-                    let message = format!(
-                        "the uniqueness set of {} is not known beforehand: where it touches depends on the load",
-                        a(word)
-                    );
-                    let expected = "must be \"flat-rectangle\" or \"flat-disk\", whose sole is Ω";
-                    self.problems.push(Problem::new(given.span.clone(), message, expected));
-                }
-                Sole::Disk { radius: f64::NAN }
-            }
-        };
-        Question {
-            foundation,
-            punch: self.material(),
-            sole,
-            mesh: self.mesh(),
-            projection: self.projection(),
-            epsilon: self.number_or(Key::Epsilon, 0.0),
-        }
+    pub(crate) fn sheet(&self) -> &'a Sheet<'a> {
+        self.sheet
     }
 
-    fn witness_search(&mut self) -> WitnessSearch {
-        let default = WitnessSearch::default();
-        let starts = self.sheet.count(Key::Starts).unwrap_or(default.starts);
-        WitnessSearch {
-            starts,
-            seed: self.sheet.count(Key::Seed).map_or(default.seed, u64::from),
-            ..default
-        }
+    /// Notes a mistake.
+    pub(crate) fn note(&mut self, mistake: Mistake) {
+        self.mistakes.push(mistake);
     }
 
-    fn projection(&self) -> Projection {
+    /// Returns what was noted.
+    pub(crate) fn into_mistakes(self) -> Vec<Mistake> {
+        self.mistakes
+    }
+
+    pub(crate) fn projection(&self) -> Projection {
         match self.sheet.word(Key::Projection) {
             Some("midpoint") => Projection::Midpoint,
             Some("average") => Projection::Average,
@@ -202,19 +90,11 @@ impl Missing<'_> {
         }
     }
 
-    fn search(&mut self) -> Search {
-        let default = Search::default();
-        Search {
-            starts: self.sheet.count(Key::Starts).unwrap_or(default.starts),
-            seed: self.sheet.count(Key::Seed).map_or(default.seed, u64::from),
-        }
-    }
-
-    /// The case; where something is missing a problem is noted and the case is not to be used.
-    fn case(&mut self, surfaces: &SurfaceNames) -> Case {
+    /// The case; where something is missing a mistake is noted and the case is not to be used.
+    pub(crate) fn case(&mut self) -> Case {
         let scene = Scene {
             foundation: self.foundation(),
-            punch: Punch { shape: self.shape(surfaces), material: self.material() },
+            punch: Punch { shape: self.shape(), material: self.material() },
             friction: Friction { mu: self.number(Key::Mu) },
             domain: self.domain(),
             loading: self.loading(),
@@ -243,7 +123,7 @@ impl Missing<'_> {
         Case { scene, numerics }
     }
 
-    fn foundation(&mut self) -> Foundation {
+    pub(crate) fn foundation(&mut self) -> Foundation {
         let layers = (0..self.sheet.length(Key::Layers)).map(|i| Layer {
             shear_modulus: self.number(Key::LayerShearModulus(i)),
             poisson: self.number(Key::LayerPoisson(i)),
@@ -265,12 +145,12 @@ impl Missing<'_> {
         for key in [Key::ShearModulus, Key::Poisson] {
             if let Some(given) = self.sheet.get(key) {
                 let message = format!("a rigid base has no `{}`", key.name());
-                let problem = Problem::new(
+                let mistake = Mistake::new(
                     given.span.clone(),
                     message,
                     "leave this out, or give the base as a table",
                 );
-                self.problems.push(problem.context(rigid.span.clone(), "the base is rigid"));
+                self.mistakes.push(mistake.context(rigid.span.clone(), "the base is rigid"));
             }
         }
         Foundation { layers, base: Base::Rigid }
@@ -306,7 +186,7 @@ impl Missing<'_> {
             increments: self.sheet.count(Key::Increments(i)).unwrap_or(1),
         };
         if i == 0 && step.approach.is_none() && step.normal_force.is_none() {
-            let problem = Problem::new(
+            let mistake = Mistake::new(
                 self.places.around(Key::Approach(0)),
                 format!("`{}` is missing", Key::Approach(0).short()),
                 format!(
@@ -314,7 +194,7 @@ impl Missing<'_> {
                     Key::Approach(0).quantity().expected()
                 ),
             );
-            self.problems.push(problem.help(format!("`approach`: {}", Key::Approach(0).meaning())));
+            self.mistakes.push(mistake.help(format!("`approach`: {}", Key::Approach(0).meaning())));
         }
         step
     }
@@ -326,7 +206,7 @@ impl Missing<'_> {
         };
         let message = format!("`{}` is missing{why}", key.short());
         let expected = format!("needs `{}`: {}", key.name(), key.expected());
-        self.problems.push(Problem::new(span, message, expected).help(format!(
+        self.mistakes.push(Mistake::new(span, message, expected).help(format!(
             "`{}`: {}",
             key.name(),
             key.meaning()
@@ -340,11 +220,11 @@ impl Missing<'_> {
         })
     }
 
-    fn number_or(&self, key: Key, default: f64) -> f64 {
+    pub(crate) fn number_or(&self, key: Key, default: f64) -> f64 {
         self.sheet.number(key).unwrap_or(default)
     }
 
-    fn mesh(&mut self) -> Mesh {
+    pub(crate) fn mesh(&mut self) -> Mesh {
         match self.sheet.get(Key::Mesh).map(|given| &given.setting) {
             Some(Setting::Mesh(mesh)) => *mesh,
             _ => {
@@ -354,7 +234,7 @@ impl Missing<'_> {
         }
     }
 
-    fn material(&mut self) -> Option<Material> {
+    pub(crate) fn material(&mut self) -> Option<Material> {
         let keys = [Key::PunchShearModulus, Key::PunchPoisson];
         let any = keys.iter().any(|key| self.sheet.get(*key).is_some());
         any.then(|| Material { shear_modulus: self.number(keys[0]), poisson: self.number(keys[1]) })
@@ -371,7 +251,7 @@ impl Missing<'_> {
         })
     }
 
-    fn shape(&mut self, surfaces: &SurfaceNames) -> Shape {
+    pub(crate) fn shape(&mut self) -> Shape {
         let none = Shape::Sphere { radius: f64::NAN };
         let Some(shape) = self.sheet.word(Key::Shape) else {
             self.miss(Key::Shape, "");
@@ -384,7 +264,7 @@ impl Missing<'_> {
                 .get(*key)
                 .or_else(|| (*key == Key::File).then(|| self.sheet.get(Key::Surface)).flatten());
             if given.is_none() {
-                self.miss(*key, &format!(": {} needs it", a(shape)));
+                self.miss(*key, &format!(": {} needs it", with_article(shape)));
             }
         }
         let number = |key| self.sheet.number(key).unwrap_or(f64::NAN);
@@ -399,17 +279,17 @@ impl Missing<'_> {
             }
             "cone" => Shape::Cone { angle: number(Key::ConeAngle) },
             "height-map" => Shape::HeightMap {
-                surface: self.surface(surfaces),
+                surface: self.surface(),
                 width_x: number(Key::WidthX),
                 width_y: number(Key::WidthY),
             },
-            "wheel-on-rail" => Shape::WheelOnRail(self.wheel_on_rail(surfaces)),
+            "wheel-on-rail" => Shape::WheelOnRail(self.wheel_on_rail()),
             // the reader lets only the words of Key::Shape through
             _ => none,
         }
     }
 
-    fn wheel_on_rail(&self, surfaces: &SurfaceNames) -> WheelRail {
+    fn wheel_on_rail(&self) -> WheelRail {
         let number = |key| {
             let default = || {
                 WHEEL_ON_RAIL
@@ -422,7 +302,7 @@ impl Missing<'_> {
         let profile = |key| {
             self.sheet
                 .word(key)
-                .and_then(|file| surfaces.profiles.get(file))
+                .and_then(|file| self.surfaces.profiles.get(file))
                 .cloned()
                 .unwrap_or_default()
         };
@@ -441,9 +321,10 @@ impl Missing<'_> {
         }
     }
 
-    fn surface(&self, surfaces: &SurfaceNames) -> String {
+    fn surface(&self) -> String {
         match self.sheet.sources().first() {
-            Some((_, Source::Map(file, unit))) => surfaces
+            Some((_, Source::Map(file, unit))) => self
+                .surfaces
                 .maps
                 .get(&((*file).to_owned(), (*unit).to_owned()))
                 .cloned()
@@ -462,9 +343,9 @@ impl Missing<'_> {
         for key in Key::ALL.iter().filter(|key| is_of_shape(**key) && !has(**key)) {
             let Some(given) = self.sheet.get(*key) else { continue };
             let span = given.span.clone();
-            let problem = match key {
+            let mistake = match key {
                 Key::Surface if is_map => match self.sheet.get(Key::File) {
-                    Some(file) => Problem::new(
+                    Some(file) => Mistake::new(
                         span,
                         "a height map is a `file` or a stored `surface`, not both",
                         "leave this out",
@@ -473,7 +354,7 @@ impl Missing<'_> {
                     None => continue,
                 },
                 Key::HeightUnit if is_map => match self.sheet.get(Key::Surface) {
-                    Some(_) if self.sheet.get(Key::File).is_none() => Problem::new(
+                    Some(_) if self.sheet.get(Key::File).is_none() => Mistake::new(
                         span,
                         "a stored surface has no `unit`: its heights are in metres",
                         "leave this out",
@@ -487,26 +368,26 @@ impl Missing<'_> {
                         .chain(optional(shape))
                         .map(|key| format!("`{}`", key.name()));
                     let names = names.collect::<Vec<_>>().join(", ");
-                    let problem = Problem::new(
+                    let mistake = Mistake::new(
                         span,
-                        format!("{} has no `{}`", a(shape), key.name()),
-                        format!("{} has {names}", a(shape)),
+                        format!("{} has no `{}`", with_article(shape), key.name()),
+                        format!("{} has {names}", with_article(shape)),
                     );
                     match self.sheet.get(Key::Shape) {
                         Some(place) if place.span != given.span => {
-                            problem.context(place.span.clone(), "the shape is given here")
+                            mistake.context(place.span.clone(), "the shape is given here")
                         }
-                        _ => problem,
+                        _ => mistake,
                     }
                 }
             };
-            self.problems.push(problem);
+            self.mistakes.push(mistake);
         }
     }
 }
 
-/// Turns what the scene itself found wrong into a problem at the place that gave the value.
-pub(crate) fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces) -> Problem {
+/// Turns what the scene itself found wrong into a mistake at the place that gave the value.
+pub(crate) fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces) -> Mistake {
     let key = Key::find(&error.key);
     let message = |value: &str| match key.map(Key::quantity) {
         // of a list it is said what is wrong with it, and not what it is
@@ -524,10 +405,10 @@ pub(crate) fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces
             let steps = 0..if key == Key::Steps { sheet.length(key) } else { 0 };
             let most = steps.filter_map(|i| Some((sheet.count(Key::Increments(i))?, i))).max();
             let given = most.and_then(|(_, i)| sheet.get(Key::Increments(i))).unwrap_or(given);
-            let problem = Problem::new(given.span.clone(), message(&value), error.expected.clone());
+            let mistake = Mistake::new(given.span.clone(), message(&value), error.expected.clone());
             match given.nth {
-                Some(nth) => problem.help(format!("it is value {nth} of this axis")),
-                None => problem,
+                Some(nth) => mistake.help(format!("it is value {nth} of this axis")),
+                None => mistake,
             }
         }
         None => {
@@ -536,7 +417,7 @@ pub(crate) fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces
                 .find(|key| key.short().starts_with(&error.key))
                 .or(Key::ALL.first());
             let span = key.or(inside.copied()).map_or(0..0, |key| places.around(key));
-            Problem::new(span, message(&error.value), error.expected.clone())
+            Mistake::new(span, message(&error.value), error.expected.clone())
         }
     }
 }

@@ -28,17 +28,17 @@
 
 use std::borrow::Cow;
 
-use crate::columns::Value;
 use crate::error::Span;
 use crate::key::{Key, Table};
-use crate::sheet::{Given, Sheet};
+use crate::sheet::{Given, Setting, Sheet};
+use crate::value::Value;
 
 /// The largest number of points of one study.
 pub const MAX_POINTS: usize = 10_000_000;
 
 /// One axis of a study.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Axis {
+pub struct SweepAxis {
     pub(crate) target: Target,
     pub(crate) choices: Vec<Choice>,
     pub(crate) log: bool,
@@ -89,7 +89,19 @@ pub(crate) struct Choice {
     pub(crate) span: Span,
 }
 
-impl Axis {
+impl Choice {
+    /// The value of an axis over a key.
+    pub(crate) fn of_key(key: Key, setting: Setting, span: Span, nth: Option<usize>) -> Self {
+        let shown = match Value::from(&setting) {
+            // every value of an axis has a name
+            Value::Missing => Value::Text("none".to_owned()),
+            value => value,
+        };
+        Choice { shown, given: vec![(key, Given { setting, span: span.clone(), nth })], span }
+    }
+}
+
+impl SweepAxis {
     /// The key or table that it sets, as short as a study file may write it.
     pub fn path(&self) -> Cow<'static, str> {
         self.target.path()
@@ -140,13 +152,13 @@ impl Axis {
 /// Axes that advance together; one axis by itself is a group of one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
-    pub(crate) axes: Vec<Axis>,
+    pub(crate) axes: Vec<SweepAxis>,
     pub(crate) length: usize,
 }
 
 impl Group {
     /// The axes in the order of the file, at least one, all with [`len`](Group::len) values.
-    pub fn axes(&self) -> &[Axis] {
+    pub fn axes(&self) -> &[SweepAxis] {
         &self.axes
     }
 
@@ -172,4 +184,13 @@ pub(crate) fn steps(groups: &[Group], mut point: usize) -> Vec<usize> {
         point /= group.length;
     }
     steps
+}
+
+/// Every key that a base or an axis gives, some more than once.
+pub(crate) fn keys<'a>(
+    base: &'a [(Key, Given)],
+    groups: &'a [Group],
+) -> impl Iterator<Item = Key> + 'a {
+    let choices = groups.iter().flat_map(Group::axes).flat_map(|axis| &axis.choices);
+    base.iter().chain(choices.flat_map(|choice| &choice.given)).map(|(key, _)| *key)
 }

@@ -10,7 +10,7 @@ pub type Span = Range<usize>;
 
 /// One thing that is wrong.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Problem {
+pub struct Mistake {
     /// What is wrong; a lower-case fragment.
     pub message: String,
     /// Where.
@@ -23,10 +23,10 @@ pub struct Problem {
     pub context: Option<Box<(Span, String)>>,
 }
 
-impl Problem {
-    /// A problem at a place.
+impl Mistake {
+    /// A mistake at a place.
     pub fn new(span: Span, message: impl Into<String>, expected: impl Into<String>) -> Self {
-        Problem {
+        Mistake {
             message: message.into(),
             span,
             expected: expected.into(),
@@ -48,72 +48,72 @@ impl Problem {
     }
 }
 
-/// Why a text is no study: at least one [`Problem`], in the order of the file.
+/// Why a text is no study: at least one [`Mistake`], in the order of the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StudyError {
     path: String,
     text: String,
-    problems: Vec<Problem>,
+    mistakes: Vec<Mistake>,
 }
 
 /// Problems beyond these are only counted.
 const MOST_SHOWN: usize = 20;
 
 impl StudyError {
-    pub(crate) fn new(path: &str, text: &str, mut problems: Vec<Problem>) -> Self {
-        for problem in &mut problems {
-            problem.span = within(text, &problem.span);
-            if let Some(context) = &mut problem.context {
+    pub(crate) fn new(path: &str, text: &str, mut mistakes: Vec<Mistake>) -> Self {
+        for mistake in &mut mistakes {
+            mistake.span = within(text, &mistake.span);
+            if let Some(context) = &mut mistake.context {
                 context.0 = within(text, &context.0);
             }
         }
         let mut seen = std::collections::HashSet::new();
-        problems.retain(|problem| seen.insert(problem.clone()));
-        problems.sort_by_key(|problem| problem.span.start);
-        StudyError { path: path.to_owned(), text: text.to_owned(), problems }
+        mistakes.retain(|mistake| seen.insert(mistake.clone()));
+        mistakes.sort_by_key(|mistake| mistake.span.start);
+        StudyError { path: path.to_owned(), text: text.to_owned(), mistakes }
     }
 
-    /// The problems, in the order of the file.
-    pub fn problems(&self) -> &[Problem] {
-        &self.problems
+    /// The mistakes, in the order of the file.
+    pub fn mistakes(&self) -> &[Mistake] {
+        &self.mistakes
     }
 
-    /// Line and column of a problem, counted from 1, columns in characters.
-    pub fn position(&self, problem: &Problem) -> (usize, usize) {
-        let before = self.text.get(..problem.span.start).unwrap_or(&self.text);
+    /// Line and column of a mistake, counted from 1, columns in characters.
+    pub fn position(&self, mistake: &Mistake) -> (usize, usize) {
+        let before = self.text.get(..mistake.span.start).unwrap_or(&self.text);
         let line_start = before.rfind('\n').map_or(0, |at| at + 1);
         (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
     }
 
-    /// Every problem with its line of the file and a caret under the place; with ANSI colours if
+    /// Every mistake with its line of the file and a caret under the place; with ANSI colours if
     /// asked.
     pub fn render(&self, colours: bool) -> String {
         let renderer = if colours { Renderer::styled() } else { Renderer::plain() };
         let mut shown: Vec<String> = self
-            .problems
+            .mistakes
             .iter()
             .take(MOST_SHOWN)
-            .map(|problem| self.show(problem, &renderer))
+            .map(|mistake| self.show(mistake, &renderer))
             .collect();
-        if let Some(rest) = self.problems.len().checked_sub(MOST_SHOWN).filter(|rest| *rest > 0) {
+        if let Some(rest) = self.mistakes.len().checked_sub(MOST_SHOWN).filter(|rest| *rest > 0) {
             shown.push(format!("and {rest} more"));
         }
         shown.join("\n\n")
     }
 
-    fn show(&self, problem: &Problem, renderer: &Renderer) -> String {
-        let label = (!problem.expected.is_empty()).then_some(problem.expected.as_str());
+    fn show(&self, mistake: &Mistake, renderer: &Renderer) -> String {
+        let label = (!mistake.expected.is_empty()).then_some(mistake.expected.as_str());
         let mut snippet = Snippet::source(self.text.as_str())
             .path(self.path.as_str())
-            .annotation(AnnotationKind::Primary.span(problem.span.clone()).label(label));
-        if let Some(context) = &problem.context {
+            .annotation(AnnotationKind::Primary.span(mistake.span.clone()).label(label));
+        if let Some(context) = &mistake.context {
             let (span, why) = context.as_ref();
             snippet =
                 snippet.annotation(AnnotationKind::Context.span(span.clone()).label(why.as_str()));
         }
-        let mut group = Level::ERROR.primary_title(problem.message.as_str()).element(snippet);
-        if !problem.help.is_empty() {
-            group = group.element(Level::HELP.message(problem.help.as_str()));
+        let mut group = Level::ERROR.primary_title(mistake.message.as_str()).element(snippet);
+        if !mistake.help.is_empty() {
+            group = group.element(Level::HELP.message(mistake.help.as_str()));
         }
         renderer.render(&[group])
     }

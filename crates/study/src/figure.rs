@@ -24,14 +24,10 @@
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::axis::{Axis, Group};
+use crate::axis::{Group, SweepAxis};
+use crate::column_name::column_name;
 use crate::columns::{Column, along_path, find};
-use crate::cost::Cost;
-use crate::error::{Problem, Span};
-use crate::file::refuse_file_name;
-use crate::key::{Key, nearest};
-use crate::kind::Kind;
-use crate::ladder::Ladder;
+use crate::error::{Mistake, Span};
 use crate::read::{self, Node, entries};
 
 /// A figure; all names but its own are columns.
@@ -90,6 +86,25 @@ impl Figure {
         }
     }
 
+    /// A figure without an ordinate over the longest numeric axis, with a panel for each value of
+    /// the first axis of tables or words and a curve for each of the others'. `None` without a
+    /// numeric axis.
+    pub(crate) fn over_longest_axis(groups: &[Group]) -> Option<Self> {
+        // the first of the longest: max_by_key would return the last
+        let x = firsts(groups)
+            .filter(|axis| axis.is_numeric())
+            .reduce(|a, b| if b.values().len() > a.values().len() { b } else { a })?;
+        let others = || firsts(groups).filter(|axis| axis.column() != x.column());
+        let panels =
+            others().find(|axis| !axis.is_numeric()).map(|axis| axis.column().into_owned());
+        let series = others()
+            .map(|axis| axis.column().into_owned())
+            .filter(|name| Some(name) != panels.as_ref())
+            .collect();
+        let figure = Figure::new(x.column().into_owned(), Vec::new());
+        Some(Figure { series, panels, log_x: x.is_log(), ..figure })
+    }
+
     /// The name of its files without ending: the study's, with the figure's unless that is only the
     /// number of the first.
     pub fn stem(&self, study: &str) -> String {
@@ -107,7 +122,7 @@ pub(crate) fn read_figures(
     node: &Node<'_>,
     groups: &[Group],
     columns: &[Column],
-    problems: &mut Vec<Problem>,
+    mistakes: &mut Vec<Mistake>,
 ) -> Vec<Figure> {
     let nodes: Vec<&Node<'_>> = match node.get_ref() {
         DeValue::Array(figures) => figures.iter().collect(),
@@ -117,7 +132,7 @@ pub(crate) fn read_figures(
     let mut places: Vec<(String, Span)> = Vec::new();
     for (index, node) in nodes.into_iter().enumerate() {
         let DeValue::Table(table) = node.get_ref() else {
-            problems.push(read::mistyped(
+            mistakes.push(read::mistyped(
                 "figure",
                 node,
                 &format!("a table with the keys `{}`, or a list of such tables", KEYS.join("`, `")),
@@ -129,28 +144,28 @@ pub(crate) fn read_figures(
             None => Some((index + 1).to_string()),
             Some(node) => match read::text("figure.name", node) {
                 Ok(name) => {
-                    problems.extend(refuse_file_name(&name, "a figure", node));
+                    mistakes.extend(read::refuse_file_name(&name, "a figure", node));
                     Some(name)
                 }
-                Err(problem) => {
-                    problems.push(problem);
+                Err(mistake) => {
+                    mistakes.push(mistake);
                     None
                 }
             },
         };
         if let Some(name) = &name {
             if let Some((_, first)) = places.iter().find(|(other, _)| other == name) {
-                let problem = Problem::new(
+                let mistake = Mistake::new(
                     span.clone(),
                     format!("two figures are called `{name}`"),
                     "needs a name of its own",
                 );
-                problems.push(problem.context(first.clone(), "the first, by its name or number"));
+                mistakes.push(mistake.context(first.clone(), "the first, by its name or number"));
             }
             places.push((name.clone(), span));
         }
         if let (Some(figure), Some(name)) =
-            (read_figure(node.span(), table, groups, columns, problems), name)
+            (read_figure(node.span(), table, groups, columns, mistakes), name)
         {
             figures.push(Figure { name, ..figure });
         }
@@ -165,37 +180,37 @@ fn read_figure(
     table: &DeTable<'_>,
     groups: &[Group],
     columns: &[Column],
-    problems: &mut Vec<Problem>,
+    mistakes: &mut Vec<Mistake>,
 ) -> Option<Figure> {
     for (name, _) in
         entries(table).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref()))
     {
-        problems.push(read::unknown(name.get_ref(), name.span(), "`[figure]`", KEYS));
+        mistakes.push(read::unknown(name.get_ref(), name.span(), "`[figure]`", KEYS));
     }
     let mut switch = |name: &str| {
         let node = table.get(name)?;
-        read::switch(&format!("figure.{name}"), node).map_err(|problem| problems.push(problem)).ok()
+        read::switch(&format!("figure.{name}"), node).map_err(|mistake| mistakes.push(mistake)).ok()
     };
     let (log_x, log_y, steps) =
         (switch("log_x"), switch("log_y"), switch("steps").unwrap_or(false));
     let (fit, front) = (switch("fit").unwrap_or(false), switch("front").unwrap_or(false));
     let title = table.get("title").and_then(|node| {
-        read::text("figure.title", node).map_err(|problem| problems.push(problem)).ok()
+        read::text("figure.title", node).map_err(|mistake| mistakes.push(mistake)).ok()
     });
     let columns = if steps { &along_path(columns.to_vec()) } else { columns };
     let mut column = |name: &str, numeric: bool| {
         let node = table.get(name)?;
         let read = column_name(&format!("figure.{name}"), node, columns, numeric);
-        read.map_err(|problem| problems.push(problem)).ok()
+        read.map_err(|mistake| mistakes.push(mistake)).ok()
     };
     let (x, panels, names) = (column("x", true), column("panels", false), column("names", false));
-    let band = table.get("band").and_then(|node| read_y("band", node, columns, problems)).and_then(
+    let band = table.get("band").and_then(|node| read_y("band", node, columns, mistakes)).and_then(
         |band| match <[String; 2]>::try_from(band) {
             Ok(band) => Some(band),
             Err(_) => {
                 let expected =
                     "must be the lower and the upper column, like [\"mu_low\", \"mu_high\"]";
-                problems.push(Problem::new(
+                mistakes.push(Mistake::new(
                     table.get("band").map_or(span.clone(), Spanned::span),
                     "`figure.band` is no pair",
                     expected,
@@ -206,15 +221,15 @@ fn read_figure(
     );
     let y = table
         .get("y")
-        .and_then(|node| read_y("y", node, columns, problems))
+        .and_then(|node| read_y("y", node, columns, mistakes))
         .or_else(|| band.is_some().then(Vec::new));
     let series = table.get("series").map(|node| match node.get_ref() {
         DeValue::Array(names) => {
             let read = names.iter().map(|node| column_name("figure.series", node, columns, false));
-            read.filter_map(|name| name.map_err(|problem| problems.push(problem)).ok()).collect()
+            read.filter_map(|name| name.map_err(|mistake| mistakes.push(mistake)).ok()).collect()
         }
         _ => {
-            problems.push(read::mistyped(
+            mistakes.push(read::mistyped(
                 "figure.series",
                 node,
                 "a list of columns like [\"mesh\"]",
@@ -225,7 +240,7 @@ fn read_figure(
     for name in ["x", "y"] {
         if !table.contains_key(name) && (name == "x" || !table.contains_key("band")) {
             let expected = format!("needs {name} = \"…\", a column of numbers");
-            problems.push(Problem::new(
+            mistakes.push(Mistake::new(
                 span.clone(),
                 format!("the figure has no `{name}`"),
                 expected,
@@ -258,14 +273,14 @@ fn read_y(
     key: &str,
     node: &Node<'_>,
     columns: &[Column],
-    problems: &mut Vec<Problem>,
+    mistakes: &mut Vec<Mistake>,
 ) -> Option<Vec<String>> {
     let nodes: Vec<&Node<'_>> = match node.get_ref() {
         DeValue::Array(names) => names.iter().collect(),
         _ => vec![node],
     };
     if nodes.is_empty() {
-        problems.push(Problem::new(
+        mistakes.push(Mistake::new(
             node.span(),
             format!("`figure.{key}` is an empty list"),
             "must be a column or a list of columns of numbers",
@@ -275,8 +290,8 @@ fn read_y(
     for node in nodes {
         let name = match column_name(&format!("figure.{key}"), node, columns, true) {
             Ok(name) => name,
-            Err(problem) => {
-                problems.push(problem);
+            Err(mistake) => {
+                mistakes.push(mistake);
                 continue;
             }
         };
@@ -287,7 +302,7 @@ fn read_y(
         if let Some((first, place)) = names.first() {
             let (wanted, found) = (unit(first), unit(&name));
             if names.iter().any(|(other, _)| *other == name) {
-                problems.push(Problem::new(
+                mistakes.push(Mistake::new(
                     node.span(),
                     format!("`figure.{key}`: `{name}` is listed twice"),
                     "once is enough",
@@ -295,9 +310,9 @@ fn read_y(
             } else if wanted != found {
                 let message =
                     format!("`figure.{key}`: `{first}` and `{name}` cannot share an axis");
-                let problem = Problem::new(node.span(), message, format!("is {}", in_words(found)));
-                problems.push(
-                    problem
+                let mistake = Mistake::new(node.span(), message, format!("is {}", in_words(found)));
+                mistakes.push(
+                    mistake
                         .context(place.clone(), format!("is {}", in_words(wanted)))
                         .help("give each unit a [[figure]] of its own"),
                 );
@@ -308,108 +323,7 @@ fn read_y(
     (!names.is_empty()).then(|| names.into_iter().map(|(name, _)| name).collect())
 }
 
-/// Reads the name of a column; `numeric` for one that holds numbers.
-pub(crate) fn column_name(
-    what: &str,
-    node: &Node<'_>,
-    columns: &[Column],
-    numeric: bool,
-) -> Result<String, Problem> {
-    let name = read::text(what, node)?;
-    match find(columns, &name) {
-        Some(column) if numeric && !column.is_numeric() => Err(Problem::new(
-            node.span(),
-            format!("`{what}`: the column `{name}` holds texts"),
-            "must be a column of numbers",
-        )),
-        Some(column) => Ok(column.name.to_string()),
-        None => {
-            let message = format!("`{what}`: there is no column `{name}`");
-            if along_path(Vec::new()).iter().any(|column| column.name == name) {
-                return Err(Problem::new(
-                    node.span(),
-                    message,
-                    "only increments have it: add steps = true to the figure",
-                ));
-            }
-            Err(match nearest(&name, columns.iter().map(|column| column.name.as_ref())) {
-                Some(meant) => {
-                    Problem::new(node.span(), message, format!("did you mean \"{meant}\"?"))
-                }
-                None => Problem::new(
-                    node.span(),
-                    message,
-                    "must be an axis, a key or an observable, like \"mu\" or \"peak_pressure\"",
-                ),
-            })
-        }
-    }
-}
-
 /// One axis for each group that varies: those that advance with it say nothing more.
-fn firsts(groups: &[Group]) -> impl Iterator<Item = &Axis> {
+pub(crate) fn firsts(groups: &[Group]) -> impl Iterator<Item = &SweepAxis> {
     groups.iter().filter(|group| group.len() > 1).filter_map(|group| group.axes().first())
-}
-
-/// The figure of a study that asks for none: over its longest numeric axis what its kind is about,
-/// of solutions the stick fraction, if that axis is friction, else the load; a panel for each value
-/// of the first axis of tables or words, a curve for each of the others'. `None` without a numeric
-/// axis.
-pub(crate) fn default(
-    kind: Kind,
-    ladder: Option<&Ladder>,
-    cost: Option<&Cost>,
-    groups: &[Group],
-) -> Option<Figure> {
-    if let Some(Ladder { group, along, .. }) = ladder {
-        let others = firsts(groups).filter(|axis| !groups[*group].axes().contains(axis));
-        let series = others.map(|axis| axis.column().into_owned()).collect();
-        let x = along.column().into_owned();
-        let y = ["error_pressure", "error_peak_pressure", "error_contact_area"]
-            .map(str::to_owned)
-            .to_vec();
-        return Some(Figure { series, fit: true, log_x: true, log_y: true, ..Figure::new(x, y) });
-    }
-    if cost.is_some() {
-        let mesh = |axis: &&Axis| axis.key() == Some(Key::Mesh);
-        let series = firsts(groups)
-            .filter(|axis| !mesh(axis))
-            .map(|axis| axis.column().into_owned())
-            .collect();
-        let y = vec!["claimed_error".to_owned()];
-        let names = Some("mesh".to_owned());
-        let figure = Figure::new("seconds".to_owned(), y);
-        return Some(Figure { series, front: true, names, log_x: true, log_y: true, ..figure });
-    }
-    // the first of the longest: max_by_key would return the last
-    let x = firsts(groups)
-        .filter(|axis| axis.is_numeric())
-        .reduce(|a, b| if b.values().len() > a.values().len() { b } else { a })?;
-    let others = || firsts(groups).filter(|axis| axis.column() != x.column());
-    let panels = others().find(|axis| !axis.is_numeric()).map(|axis| axis.column().into_owned());
-    let series = others()
-        .map(|axis| axis.column().into_owned())
-        .filter(|name| Some(name) != panels.as_ref())
-        .collect();
-    let y = match kind {
-        Kind::Solve if x.column() == "mu" => "stick_fraction",
-        Kind::Solve | Kind::Convergence | Kind::Cost => "load",
-        Kind::Multiplicity => "solutions",
-        Kind::Uniqueness => {
-            let band = Some(["mu_low", "mu_high"].map(str::to_owned));
-            return Some(Figure {
-                series,
-                panels,
-                log_x: x.is_log(),
-                band,
-                ..Figure::new(x.column().into_owned(), Vec::new())
-            });
-        }
-    };
-    Some(Figure {
-        series,
-        panels,
-        log_x: x.is_log(),
-        ..Figure::new(x.column().into_owned(), vec![y.to_owned()])
-    })
 }

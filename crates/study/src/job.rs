@@ -6,12 +6,9 @@ use contact::model::{
 };
 use contact::multiplicity::Search;
 use contact::uniqueness::{Question, WitnessSearch};
+use identity::JobKey;
 use serde::{Deserialize, Serialize};
-
-use crate::key::{Key, Quantity};
-use crate::kind::Kind;
-use crate::settings::{length, settings};
-use crate::sheet::Setting;
+use serde_json::value::RawValue;
 
 /// Changes whenever the same job would give different numbers; part of every [`JobKey`].
 pub const PHYSICS_VERSION: u32 = 3;
@@ -58,17 +55,33 @@ pub struct Case {
     pub numerics: Numerics,
 }
 
-impl Job {
-    /// The simplest kind of study that asks for such jobs.
-    pub fn kind(&self) -> Kind {
-        match self {
-            Job::Solve(_) => Kind::Solve,
-            Job::Cost { .. } => Kind::Cost,
-            Job::Multiplicity { .. } => Kind::Multiplicity,
-            Job::Uniqueness { .. } => Kind::Uniqueness,
-        }
+/// Writes and reads the search for a witness as the text of a job has it, `{"search": …}`.
+mod effort {
+    use contact::uniqueness::WitnessSearch;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Effort {
+        #[serde(default)]
+        search: WitnessSearch,
     }
 
+    pub(super) fn serialize<S: Serializer>(
+        search: &WitnessSearch,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        Effort { search: *search }.serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<WitnessSearch, D::Error> {
+        Ok(Effort::deserialize(deserializer)?.search)
+    }
+}
+
+impl Job {
     /// The scene that is to be solved, once or often.
     pub fn case(&self) -> Option<&Case> {
         match self {
@@ -108,6 +121,27 @@ impl Job {
         serde_json::to_string(&job).expect("a job is plain data with finite numbers")
     }
 
+    /// Returns the scene of a job that solves one, once or often, as it stands in the job's
+    /// [canonical](Job::canonical) text; `None` for other jobs.
+    pub fn scene_text(&self) -> Option<String> {
+        let (Job::Solve(case) | Job::Cost { case, .. }) = self else { return None };
+        let mut case = case.clone();
+        case.normalise();
+        Some(serde_json::to_string(&case.scene).expect("a scene is plain data with finite numbers"))
+    }
+
+    /// Returns the [scene](Job::scene_text) in a job's canonical text, without reading the rest of
+    /// it.
+    pub fn scene_in(canonical: &str) -> Option<&str> {
+        let job: SceneInJob<'_> = serde_json::from_str(canonical).ok()?;
+        let scene = match job.kind {
+            "solve" => job.scene?,
+            "cost" => job.case?.scene,
+            _ => return None,
+        };
+        Some(scene.get())
+    }
+
     /// The identity of the job: BLAKE3 of the physics version and the canonical text.
     pub fn key(&self) -> JobKey {
         JobKey::of(PHYSICS_VERSION, &self.canonical())
@@ -119,42 +153,6 @@ impl Job {
         let job: Job = serde_json::from_str(text)?;
         job.validate()?;
         if job.canonical() == text { Ok(job) } else { Err(JobError::NotCanonical) }
-    }
-
-    /// The job as a study file asks for it, in SI units. Read back, it is the study's only point,
-    /// and the same job; a study of cost needs beside it `[sweep]` with at least three meshes, and
-    /// the job is one of its points if its own mesh is among them.
-    pub fn to_toml(&self) -> String {
-        let settings = settings(self);
-        let mut text = match self.kind() {
-            Kind::Solve => String::new(),
-            kind => format!("kind = \"{}\"\n", kind.name()),
-        };
-        if let Job::Cost { repeat, threads, .. } = self {
-            text += &format!("cost.repeat = {repeat}\ncost.threads = {threads}\n");
-        }
-        let goes_without_saying = |key: Key, setting: &Setting| {
-            matches!(key, Key::Increments(_) | Key::Cycles) && *setting == Setting::Count(1)
-        };
-        let said = || settings.iter().filter(|(key, setting)| !goes_without_saying(*key, setting));
-        for (key, setting) in said().filter(|(key, _)| key.index().is_none()) {
-            if !matches!(key.quantity(), Quantity::List(_)) {
-                text += &format!("{} = {setting}\n", key.path());
-                continue;
-            }
-            let entry = |index| {
-                let keys =
-                    said().filter(|(of, _)| of.list() == Some(*key) && of.index() == Some(index));
-                let keys: Vec<String> =
-                    keys.map(|(key, setting)| format!("{} = {setting}", key.name())).collect();
-                if keys.is_empty() { "{}".to_owned() } else { format!("{{ {} }}", keys.join(", ")) }
-            };
-            let entries: Vec<String> = (0..length(self, *key)).map(entry).collect();
-            if !entries.is_empty() {
-                text += &format!("{} = [{}]\n", key.path(), entries.join(", "));
-            }
-        }
-        text
     }
 
     /// Makes jobs that are the same equal.
@@ -170,32 +168,6 @@ impl Job {
                 question.epsilon += 0.0;
             }
         }
-    }
-}
-
-/// Writes and reads the search for a witness as the text of a job has it, `{"search": …}`.
-mod effort {
-    use contact::uniqueness::WitnessSearch;
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    #[derive(Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
-    struct Effort {
-        #[serde(default)]
-        search: WitnessSearch,
-    }
-
-    pub(super) fn serialize<S: Serializer>(
-        search: &WitnessSearch,
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
-        Effort { search: *search }.serialize(serializer)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<WitnessSearch, D::Error> {
-        Ok(Effort::deserialize(deserializer)?.search)
     }
 }
 
@@ -287,6 +259,22 @@ impl From<CaseText> for Case {
     }
 }
 
+/// Where the scene is in the text of a job that solves one, once or often.
+#[derive(Deserialize)]
+struct SceneInJob<'a> {
+    kind: &'a str,
+    #[serde(borrow)]
+    scene: Option<&'a RawValue>,
+    #[serde(borrow)]
+    case: Option<SceneInCase<'a>>,
+}
+
+#[derive(Deserialize)]
+struct SceneInCase<'a> {
+    #[serde(borrow)]
+    scene: &'a RawValue,
+}
+
 /// Why a text is not a job.
 #[derive(Debug, thiserror::Error)]
 pub enum JobError {
@@ -301,52 +289,12 @@ pub enum JobError {
     Scene(#[from] SceneError),
 }
 
-/// The identity of a job: 32 bytes, shown as hexadecimal.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub struct JobKey(pub [u8; 32]);
-
-impl JobKey {
-    /// The key of a canonical text under a version of the physics.
-    pub fn of(physics: u32, canonical: &str) -> JobKey {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(b"tribosweep job ");
-        hasher.update(&physics.to_le_bytes());
-        hasher.update(canonical.as_bytes());
-        JobKey(*hasher.finalize().as_bytes())
-    }
-}
-
-/// Why a text is not a job's key.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{0}` is not a job's key: it must be 64 hexadecimal digits")]
-pub struct ParseKeyError(pub String);
-
-impl std::str::FromStr for JobKey {
-    type Err = ParseKeyError;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let hash = blake3::Hash::from_hex(text).map_err(|_| ParseKeyError(text.to_owned()))?;
-        Ok(JobKey(*hash.as_bytes()))
-    }
-}
-
-impl std::fmt::Display for JobKey {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
-    }
-}
-
-impl std::fmt::Debug for JobKey {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "JobKey({self})")
-    }
-}
-
 #[cfg(test)]
 pub(crate) mod tests {
-    use super::*;
     use contact::model::{Layer, Step};
     use proptest::prelude::*;
+
+    use super::*;
 
     pub(crate) fn job() -> Job {
         Job::Solve(case())
@@ -389,6 +337,21 @@ pub(crate) mod tests {
         insta::assert_snapshot!(job().key(), @"eb3dcad8d336c338d92873672f5160683f983b5bbdb43dce537ad578d5e003ac");
         assert_eq!(job().key().to_string().parse(), Ok(job().key()));
         assert!("12ab".parse::<JobKey>().is_err());
+    }
+
+    #[test]
+    fn the_scene_of_a_job_stands_in_its_text() {
+        let mut case = case();
+        case.scene.friction.mu = -0.0;
+        let cost = Job::Cost { case: case.clone(), repeat: 5, threads: 1 };
+        for job in [Job::Solve(case.clone()), cost] {
+            let scene = job.scene_text().unwrap();
+            assert!(job.canonical().contains(&format!("\"scene\":{scene},\"numerics\":")));
+            assert_eq!(Job::scene_in(&job.canonical()), Some(&*scene));
+        }
+        let search = Job::Multiplicity { case, search: Search::default() };
+        assert_eq!((search.scene_text(), Job::scene_in(&search.canonical())), (None, None));
+        assert_eq!(Job::scene_in("{}"), None);
     }
 
     #[test]

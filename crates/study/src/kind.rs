@@ -1,6 +1,29 @@
-//! The kinds of studies: what is done with their points, and which keys that takes.
+//! The kinds of studies: what is done with their points.
+//!
+//! Each kind is a file below this one that says everything about it. [`Kind`] names them, and
+//! [`Kind::spec`] is where each is registered. The files use whatever lies below them, from the keys
+//! to the figures, but not this face.
 
+pub mod convergence;
+pub mod cost;
+mod multiplicity;
+mod solve;
+mod spec;
+mod uniqueness;
+
+use toml::de::DeTable;
+
+use crate::assemble::{Assembler, locate};
+use crate::axis::{Group, SweepAxis};
+use crate::columns::{self, Column};
+use crate::error::Mistake;
+use crate::figure::Figure;
+use crate::job::Job;
 use crate::key::Key;
+use crate::sheet::{Sheet, SurfaceNames, TablePlaces};
+
+use spec::KindSpec;
+pub(crate) use spec::KindTable;
 
 /// What is done with the points of a study.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -23,52 +46,138 @@ impl Kind {
     pub const ALL: &'static [Kind] =
         &[Kind::Solve, Kind::Convergence, Kind::Cost, Kind::Multiplicity, Kind::Uniqueness];
 
-    /// How a study file calls it.
-    pub fn name(self) -> &'static str {
+    /// Returns what is known of the kind.
+    fn spec(self) -> &'static KindSpec {
         match self {
-            Kind::Solve => "solve",
-            Kind::Convergence => "convergence",
-            Kind::Cost => "cost",
-            Kind::Multiplicity => "multiplicity",
-            Kind::Uniqueness => "uniqueness",
+            Kind::Solve => &solve::SPEC,
+            Kind::Convergence => &convergence::SPEC,
+            Kind::Cost => &cost::SPEC,
+            Kind::Multiplicity => &multiplicity::SPEC,
+            Kind::Uniqueness => &uniqueness::SPEC,
         }
     }
 
-    /// The kind of this name.
+    /// Returns the name by which a study file calls it.
+    pub fn name(self) -> &'static str {
+        self.spec().name
+    }
+
+    /// Returns the kind of this name.
     pub fn find(name: &str) -> Option<Kind> {
         Kind::ALL.iter().copied().find(|kind| kind.name() == name)
     }
 
-    /// Why its jobs have no use for a key; `None` where they have.
-    pub(crate) fn refuses(self, key: Key) -> Option<&'static str> {
-        let is_of_search = matches!(key, Key::Starts | Key::Seed);
-        match self {
-            Kind::Solve | Kind::Convergence | Kind::Cost => {
-                is_of_search.then_some("a scene is solved from one start")
+    /// Returns every column of a study of this kind with these axes, in order: the axes, the other
+    /// keys, then what the records hold. Without axes and keys, these are the columns of any
+    /// record. `keys` are those that the study gives; those of the numerics, which have defaults,
+    /// have columns anyway.
+    pub fn columns<'a>(
+        self,
+        axes: impl IntoIterator<Item = &'a SweepAxis>,
+        keys: impl IntoIterator<Item = Key>,
+    ) -> Vec<Column> {
+        let KindSpec { refuses, columns, .. } = self.spec();
+        columns::columns(axes, keys, |key| refuses(key).is_some(), columns)
+    }
+
+    /// Returns the names of the columns of results that a query shows if none are named.
+    pub fn usual_columns(self) -> &'static [&'static str] {
+        self.spec().usual_columns
+    }
+
+    /// Whether meshes may be chosen by the accuracy of the results.
+    pub(crate) fn has_accuracy(self) -> bool {
+        self.spec().has_accuracy
+    }
+
+    /// Returns the names of the tables that only some kinds have.
+    pub(crate) fn table_names() -> impl Iterator<Item = &'static str> {
+        Kind::ALL.iter().filter_map(|kind| Some(kind.spec().table.as_ref()?.name))
+    }
+
+    /// Reads the table of this kind from the `root` of a study, and refuses those of other kinds.
+    pub(crate) fn read_table(
+        self,
+        root: &DeTable<'_>,
+        groups: &[Group],
+        mistakes: &mut Vec<Mistake>,
+    ) -> KindTable {
+        let mut read = KindTable::default();
+        for kind in Kind::ALL {
+            let Some(table) = &kind.spec().table else { continue };
+            let node = root.get(table.name);
+            if *kind == self {
+                read = table.read(node, groups, mistakes);
+            } else if let Some(node) = node {
+                let (name, kind) = (table.name, kind.name());
+                let message = format!("only a study of kind \"{kind}\" has `[{name}]`");
+                let mistake = Mistake::new(node.span(), message, "leave this out");
+                mistakes.push(mistake.help(table.advice));
             }
-            Kind::Multiplicity => match key {
-                Key::Simulate => Some("a search simulates every effect"),
-                Key::Method => Some("a search tries every method"),
-                _ => None,
-            },
-            Kind::Uniqueness => match key {
-                Key::Mu => Some("it asks for the friction"),
-                Key::Steps | Key::CycleFrom | Key::Cycles => {
-                    Some("uniqueness does not depend on the loading")
-                }
-                Key::DomainWidthX | Key::DomainWidthY | Key::DomainCenterX | Key::DomainCenterY => {
-                    Some("the flat sole of its punch is Ω")
-                }
-                Key::Ceiling
-                | Key::Method
-                | Key::Tolerance
-                | Key::MaxIterations
-                | Key::Simulate => Some("no scene is solved"),
-                _ if key.list() == Some(Key::Steps) => {
-                    Some("uniqueness does not depend on the loading")
-                }
-                _ => None,
-            },
+        }
+        read
+    }
+
+    /// Makes the figure of a study that asks for none; `None` without an axis to draw over.
+    pub(crate) fn figure(self, table: &KindTable, groups: &[Group]) -> Option<Figure> {
+        (self.spec().figure)(table, groups)
+    }
+
+    /// Assembles the job that a sheet describes.
+    ///
+    /// # Errors
+    ///
+    /// Everything that is missing, out of place or without meaning, at the place that caused it.
+    pub(crate) fn assemble(
+        self,
+        table: &KindTable,
+        sheet: &Sheet<'_>,
+        surfaces: &SurfaceNames,
+        places: &TablePlaces,
+    ) -> Result<Job, Vec<Mistake>> {
+        let spec = self.spec();
+        let mut assembler = Assembler::new(sheet, surfaces, places);
+        for key in sheet.keys() {
+            if let (Some(why), Some(given)) = ((spec.refuses)(key), sheet.get(key)) {
+                let (name, key) = (spec.name, key.short());
+                let message = format!("a study of kind \"{name}\" has no `{key}`: {why}");
+                assembler.note(Mistake::new(given.span.clone(), message, "leave this out"));
+            }
+        }
+        let job = (spec.assemble)(&mut assembler, table);
+        let mistakes = assembler.into_mistakes();
+        if !mistakes.is_empty() {
+            return Err(mistakes);
+        }
+        job.validate()
+            .and_then(|()| (spec.check)(&job))
+            .map_err(|error| vec![locate(&error, sheet, places)])?;
+        Ok(job)
+    }
+
+    /// Writes the line that names the kind, if it is not the default, and the keys that only this
+    /// kind has, as a study file gives them for a job.
+    pub(crate) fn to_toml(self, job: &Job) -> String {
+        let spec = self.spec();
+        let kind = match self == Kind::default() {
+            true => String::new(),
+            false => format!("kind = \"{}\"\n", spec.name),
+        };
+        kind + &(spec.to_toml)(job)
+    }
+}
+
+impl Job {
+    /// Returns the simplest kind of study that asks for such jobs.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Job::Solve(_) => Kind::Solve,
+            Job::Cost { .. } => Kind::Cost,
+            Job::Multiplicity { .. } => Kind::Multiplicity,
+            Job::Uniqueness { .. } => Kind::Uniqueness,
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

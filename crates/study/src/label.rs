@@ -29,45 +29,13 @@ const LABELS: &[(&str, &str)] = &[
     ("epsilon", "regularisation ε"),
     ("ceiling", "pressure ceiling"),
     ("max_iterations", "most iterations"),
-    ("step", "load step"),
-    ("contact_x", "x of the centre of pressure"),
-    ("contact_y", "y of the centre of pressure"),
-    ("patches", "number of patches"),
-    ("sole_area", "area of the sole"),
-    ("energy", "elastic energy"),
-    ("dissipation", "energy lost to friction in the increment"),
-    ("total_dissipation", "energy lost to friction"),
-    ("cycle_dissipation", "energy lost per cycle"),
-    ("external_work", "work in the increment"),
-    ("hertz_a", "Hertz's larger semi-axis"),
-    ("hertz_b", "Hertz's smaller semi-axis"),
-    ("hertz_area", "Hertz's contact area"),
-    ("hertz_peak_pressure", "Hertz's peak pressure"),
-    ("hertz_approach", "Hertz's approach"),
-    ("track_x", "x of the contact in the track"),
-    ("track_y", "y of the contact in the track"),
-    ("track_z", "z of the contact in the track"),
-    ("rail_y", "y of the contact on the rail"),
-    ("rail_z", "z of the contact on the rail"),
-    ("track_pressure_x", "x of the centre of pressure in the track"),
-    ("track_pressure_y", "y of the centre of pressure in the track"),
-    ("track_pressure_z", "z of the centre of pressure in the track"),
-    ("mesh_x", "elements along x"),
-    ("mesh_y", "elements along y"),
-    ("element_x", "element size along x"),
-    ("element_y", "element size along y"),
-    ("tension", "largest tension, relative"),
-    ("penetration", "largest penetration, relative"),
-    ("seconds", "solving time"),
-    ("finished", "time of finishing"),
-    ("mu_low", "lower end of μ*"),
-    ("mu_high", "upper end of μ*"),
-    ("claimed_error", "error that finer rungs confirm"),
-    ("estimate_solver", "estimated error that the solver left"),
 ];
 
 /// What a column is called beside the `others` of its table.
 pub fn label(column: &Column, others: &[Column]) -> String {
+    if let Some(label) = column.label {
+        return label.to_owned();
+    }
     let name = column.name.as_ref();
     if let Some((index, key)) = indexed(name, "layer") {
         return format!("{} of layer {index}", words(key));
@@ -123,15 +91,15 @@ mod tests {
     use std::collections::{HashMap, HashSet};
 
     use super::*;
-    use crate::columns::{along_path, columns};
+    use crate::columns::along_path;
     use crate::key::Key;
     use crate::kind::Kind;
 
     #[test]
     fn no_two_columns_of_one_study_are_called_the_same() {
-        let layered = columns(Kind::Solve, [], Key::all(|_| 12));
-        let bare = columns(Kind::Solve, [], Key::all(|_| 0));
-        let kinds = Kind::ALL.iter().map(|kind| columns(*kind, [], Key::all(|_| 1)));
+        let layered = Kind::Solve.columns([], Key::all(|_| 12));
+        let bare = Kind::Solve.columns([], Key::all(|_| 0));
+        let kinds = Kind::ALL.iter().map(|kind| kind.columns([], Key::all(|_| 1)));
         for columns in [along_path(layered.clone()), layered, bare].into_iter().chain(kinds) {
             let mut called = HashMap::new();
             for column in &columns {
@@ -148,7 +116,7 @@ mod tests {
     #[test]
     fn every_label_in_the_list_belongs_to_a_column() {
         let all =
-            || Kind::ALL.iter().flat_map(|kind| along_path(columns(*kind, [], Key::all(|_| 1))));
+            || Kind::ALL.iter().flat_map(|kind| along_path(kind.columns([], Key::all(|_| 1))));
         let all: Vec<Column> = all().collect();
         let names: HashSet<&str> = all
             .iter()
@@ -163,7 +131,7 @@ mod tests {
 
     #[test]
     fn labels_read_well() {
-        let columns = along_path(columns(Kind::Solve, [], Key::all(|_| 12)));
+        let columns = along_path(Kind::Solve.columns([], Key::all(|_| 12)));
         for (name, expected) in [
             ("layer0_thickness", "thickness of layer 0"),
             ("layer11_poisson", "Poisson's ratio of layer 11"),
@@ -180,7 +148,7 @@ mod tests {
             let column = columns.iter().find(|column| column.name == name).unwrap();
             assert_eq!(label(column, &columns), expected);
         }
-        let bare = crate::columns::columns(Kind::Solve, [], Key::all(|_| 0));
+        let bare = Kind::Solve.columns([], Key::all(|_| 0));
         assert_eq!(
             label(bare.iter().find(|column| column.name == "poisson").unwrap(), &bare),
             "Poisson's ratio"

@@ -3,7 +3,7 @@
 
 use contact::punch::{Profile, ProfileError, ProfileKind};
 
-use crate::record::{DecodeError, decode, encode};
+use crate::encoding::{DecodeError, decode, encode};
 
 /// Longest profile that is believed \[bytes\]; a corrupt length must not allocate.
 const LIMIT: usize = 16 << 20;

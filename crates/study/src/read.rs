@@ -6,7 +6,7 @@ use contact::model::{Effect, Mesh};
 use toml::Spanned;
 use toml::de::{DeInteger, DeTable, DeValue};
 
-use crate::error::{Problem, Span};
+use crate::error::{Mistake, Span};
 use crate::key::{Key, Quantity, Table, nearest, one_of};
 use crate::sheet::{Given, Setting, TablePlaces};
 use crate::units::{Dimension, QuantityError, quantity};
@@ -38,39 +38,39 @@ pub(crate) fn noun(value: &DeValue<'_>) -> &'static str {
 }
 
 /// `unknown key` with what was probably meant.
-pub(crate) fn unknown(name: &str, span: Span, place: &str, known: &[&str]) -> Problem {
+pub(crate) fn unknown(name: &str, span: Span, place: &str, known: &[&str]) -> Mistake {
     let listed = known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-    let problem = |expected: String| {
-        Problem::new(span.clone(), format!("unknown key `{name}` in {place}"), expected)
+    let mistake = |expected: String| {
+        Mistake::new(span.clone(), format!("unknown key `{name}` in {place}"), expected)
     };
     match nearest(name, known.iter().copied()) {
         Some(meant) => {
-            problem(format!("did you mean `{meant}`?")).help(format!("the keys here are {listed}"))
+            mistake(format!("did you mean `{meant}`?")).help(format!("the keys here are {listed}"))
         }
-        None => problem(format!("the keys here are {listed}")),
+        None => mistake(format!("the keys here are {listed}")),
     }
 }
 
-/// The problem of a value of the wrong type.
-pub(crate) fn mistyped(what: &str, node: &Node<'_>, expected: &str) -> Problem {
-    Problem::new(
+/// The mistake of a value of the wrong type.
+pub(crate) fn mistyped(what: &str, node: &Node<'_>, expected: &str) -> Mistake {
+    Mistake::new(
         node.span(),
         format!("`{what}` cannot be {}", noun(node.get_ref())),
         format!("must be {expected}"),
     )
 }
 
-/// Reads every key below a table; whatever cannot be read is a problem and left out.
+/// Reads every key below a table; whatever cannot be read is a mistake and left out.
 pub(crate) struct Reader<'p> {
     text: &'p str,
     pub(crate) given: Vec<(Key, Given)>,
     pub(crate) places: TablePlaces,
-    pub(crate) problems: &'p mut Vec<Problem>,
+    pub(crate) mistakes: &'p mut Vec<Mistake>,
 }
 
 impl<'p> Reader<'p> {
-    pub(crate) fn new(text: &'p str, problems: &'p mut Vec<Problem>) -> Self {
-        Reader { text, given: Vec::new(), places: TablePlaces::default(), problems }
+    pub(crate) fn new(text: &'p str, mistakes: &'p mut Vec<Mistake>) -> Self {
+        Reader { text, given: Vec::new(), places: TablePlaces::default(), mistakes }
     }
 
     /// Reads `entries`, which stand in `table`, at `span`.
@@ -101,16 +101,16 @@ impl<'p> Reader<'p> {
                     self.key(key, node)
                 }
                 (Some(inner), ..) => {
-                    self.problems.push(mistyped(&inner.short(), node, &inner.expected()))
+                    self.mistakes.push(mistyped(&inner.short(), node, &inner.expected()))
                 }
                 (None, None, _) => {
                     let place = format!("`{}`", table.path());
-                    let problem = unknown(name.get_ref(), name.span(), &place, &table.names());
-                    self.problems.push(match name.get_ref().as_ref() {
+                    let mistake = unknown(name.get_ref(), name.span(), &place, &table.names());
+                    self.mistakes.push(match name.get_ref().as_ref() {
                         top @ ("accuracy" | "refine" | "bisect") => {
-                            problem.help(format!("`{top}` stands at the top of the study"))
+                            mistake.help(format!("`{top}` stands at the top of the study"))
                         }
-                        _ => problem,
+                        _ => mistake,
                     });
                 }
             }
@@ -121,7 +121,7 @@ impl<'p> Reader<'p> {
     pub(crate) fn key(&mut self, key: Key, node: &Node<'_>) {
         match setting(key, node) {
             Ok(setting) => self.given.push((key, Given { setting, span: node.span(), nth: None })),
-            Err(problem) => self.problems.push(problem),
+            Err(mistake) => self.mistakes.push(mistake),
         }
     }
 
@@ -129,7 +129,7 @@ impl<'p> Reader<'p> {
     /// its own.
     pub(crate) fn list(&mut self, list: Key, node: &Node<'_>) {
         let DeValue::Array(tables) = node.get_ref() else {
-            return self.problems.push(mistyped(&list.short(), node, &list.quantity().expected()));
+            return self.mistakes.push(mistyped(&list.short(), node, &list.quantity().expected()));
         };
         let length = u32::try_from(tables.len()).unwrap_or(u32::MAX);
         self.given
@@ -138,14 +138,14 @@ impl<'p> Reader<'p> {
             let Some(table) = Table::entry(list, index) else { continue };
             match entry.get_ref() {
                 DeValue::Table(below) => self.table(table, entry.span(), entries(below)),
-                _ => self.problems.push(mistyped(&table.short(), entry, &table.expected())),
+                _ => self.mistakes.push(mistyped(&table.short(), entry, &table.expected())),
             }
         }
     }
 }
 
 /// Reads a key's value.
-pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Problem> {
+pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Mistake> {
     let wrong = || mistyped(&key.short(), node, &key.quantity().expected());
     match key.quantity() {
         // lists are read as a whole, by the reader
@@ -176,7 +176,7 @@ pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Problem> {
                     [x, y] => Ok(Setting::Mesh(Mesh::Exact([x, y]))),
                     _ => {
                         let message = format!("`{}` is a list of {}", key.short(), sides.len());
-                        Err(Problem::new(
+                        Err(Mistake::new(
                             node.span(),
                             message,
                             format!("must be {}", key.quantity().expected()),
@@ -207,7 +207,7 @@ pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Problem> {
         },
         Quantity::Text => match node.get_ref() {
             DeValue::String(text) if !text.trim().is_empty() => Ok(Setting::Word(text.to_string())),
-            DeValue::String(_) => Err(Problem::new(
+            DeValue::String(_) => Err(Mistake::new(
                 node.span(),
                 format!("`{}` is empty", key.short()),
                 format!("the {}", key.meaning()),
@@ -220,7 +220,7 @@ pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Problem> {
             }
             DeValue::String(unit) => {
                 let expected = format!("must be {}", key.quantity().expected());
-                Err(Problem::new(
+                Err(Mistake::new(
                     node.span(),
                     format!("`{unit}` is not a unit of length"),
                     expected,
@@ -232,7 +232,7 @@ pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Problem> {
 }
 
 /// Reads the name of an effect. That it can be asked for at all is for the scene's numerics to say.
-fn effect(key: Key, node: &Node<'_>) -> Result<Effect, Problem> {
+fn effect(key: Key, node: &Node<'_>) -> Result<Effect, Mistake> {
     let DeValue::String(name) = node.get_ref() else {
         return Err(mistyped(&key.short(), node, &key.quantity().expected()));
     };
@@ -241,19 +241,19 @@ fn effect(key: Key, node: &Node<'_>) -> Result<Effect, Problem> {
     known.ok_or_else(|| unknown_word("effect", name, node.span(), &optional, &one_of(&optional)))
 }
 
-/// The problem of a word that is none of those known, with what was probably meant.
-fn unknown_word(what: &str, word: &str, span: Span, known: &[&str], expected: &str) -> Problem {
-    let problem =
-        |expected: String| Problem::new(span, format!("unknown {what} `{word}`"), expected);
+/// The mistake of a word that is none of those known, with what was probably meant.
+fn unknown_word(what: &str, word: &str, span: Span, known: &[&str], expected: &str) -> Mistake {
+    let mistake =
+        |expected: String| Mistake::new(span, format!("unknown {what} `{word}`"), expected);
     let expected = format!("must be {expected}");
     match nearest(word, known.iter().copied()) {
-        Some(meant) => problem(format!("did you mean \"{meant}\"?")).help(expected),
-        None => problem(expected),
+        Some(meant) => mistake(format!("did you mean \"{meant}\"?")).help(expected),
+        None => mistake(expected),
     }
 }
 
 /// Reads a number in SI or a text with a unit.
-pub(crate) fn number(what: &str, dimension: Dimension, node: &Node<'_>) -> Result<f64, Problem> {
+pub(crate) fn number(what: &str, dimension: Dimension, node: &Node<'_>) -> Result<f64, Mistake> {
     let expected = || format!("must be {}", Quantity::Number(dimension).expected());
     let bare = match node.get_ref() {
         DeValue::Integer(n) if n.radix() == 10 => n.as_str().parse::<f64>().ok(),
@@ -267,11 +267,11 @@ pub(crate) fn number(what: &str, dimension: Dimension, node: &Node<'_>) -> Resul
     };
     // −0 is 0, so that the two are one job
     bare.filter(|x| x.is_finite()).map(|x| x + 0.0).ok_or_else(|| {
-        Problem::new(node.span(), format!("`{what}` is not a finite number"), expected())
+        Mistake::new(node.span(), format!("`{what}` is not a finite number"), expected())
     })
 }
 
-fn not_a_quantity(what: &str, dimension: Dimension, error: QuantityError, span: Span) -> Problem {
+fn not_a_quantity(what: &str, dimension: Dimension, error: QuantityError, span: Span) -> Mistake {
     let message = format!("`{what}`: {error}");
     let units =
         || dimension.units().map(|unit| format!("\"{unit}\"")).collect::<Vec<_>>().join(", ");
@@ -280,10 +280,10 @@ fn not_a_quantity(what: &str, dimension: Dimension, error: QuantityError, span: 
             QuantityError::NoUnit { .. } => "must be a number, without quotes",
             _ => "must be a number without unit, and without quotes",
         };
-        return Problem::new(span, message, expected);
+        return Mistake::new(span, message, expected);
     }
     match error {
-        QuantityError::UnknownUnit { nearest: Some(nearest), .. } => Problem::new(
+        QuantityError::UnknownUnit { nearest: Some(nearest), .. } => Mistake::new(
             span,
             message,
             format!("did you mean \"{nearest}\"?"),
@@ -292,13 +292,13 @@ fn not_a_quantity(what: &str, dimension: Dimension, error: QuantityError, span: 
         QuantityError::NoUnit { text } => {
             let expected =
                 format!("write \"{text} {}\", or {text} without quotes for {0}", dimension.unit());
-            Problem::new(span, message, expected).help(format!(
+            Mistake::new(span, message, expected).help(format!(
                 "units of {} are {}",
                 dimension.noun(),
                 units()
             ))
         }
-        _ => Problem::new(
+        _ => Mistake::new(
             span,
             message,
             format!("must be {}", Quantity::Number(dimension).expected()),
@@ -308,15 +308,15 @@ fn not_a_quantity(what: &str, dimension: Dimension, error: QuantityError, span: 
 }
 
 /// Reads a whole number that counts something.
-pub(crate) fn whole(what: &str, n: &DeInteger<'_>, span: Span) -> Result<u32, Problem> {
+pub(crate) fn whole(what: &str, n: &DeInteger<'_>, span: Span) -> Result<u32, Mistake> {
     u32::from_str_radix(n.as_str(), n.radix()).map_err(|_| {
         let message = format!("`{what}` = {n} cannot count anything");
-        Problem::new(span, message, format!("must be a whole number from 0 to {}", u32::MAX))
+        Mistake::new(span, message, format!("must be a whole number from 0 to {}", u32::MAX))
     })
 }
 
-fn fraction(what: &str, text: &str, span: Span) -> Problem {
-    Problem::new(
+fn fraction(what: &str, text: &str, span: Span) -> Mistake {
+    Mistake::new(
         span,
         format!("`{what}` = {text} is not a whole number"),
         "must be a whole number, without a decimal point",
@@ -324,7 +324,7 @@ fn fraction(what: &str, text: &str, span: Span) -> Problem {
 }
 
 /// Reads a text.
-pub(crate) fn text(what: &str, node: &Node<'_>) -> Result<String, Problem> {
+pub(crate) fn text(what: &str, node: &Node<'_>) -> Result<String, Mistake> {
     match node.get_ref() {
         DeValue::String(text) => Ok(text.to_string()),
         _ => Err(mistyped(what, node, "a text")),
@@ -332,9 +332,39 @@ pub(crate) fn text(what: &str, node: &Node<'_>) -> Result<String, Problem> {
 }
 
 /// Reads true or false.
-pub(crate) fn switch(what: &str, node: &Node<'_>) -> Result<bool, Problem> {
+pub(crate) fn switch(what: &str, node: &Node<'_>) -> Result<bool, Mistake> {
     match node.get_ref() {
         DeValue::Boolean(yes) => Ok(*yes),
         _ => Err(mistyped(what, node, "true or false")),
     }
+}
+
+/// Reads a part of one: `"0.1%"` or `0.001`.
+pub(crate) fn part(what: &str, node: &Node<'_>) -> Result<f64, Mistake> {
+    const EXPECTED: &str = "must be a part like \"0.1%\" or 0.001, above 0 and below 1";
+    let value = match node.get_ref() {
+        DeValue::String(text) => text
+            .trim()
+            .strip_suffix('%')
+            .and_then(|number| number.trim().parse::<f64>().ok())
+            .map(|x| x / 100.0),
+        DeValue::Float(x) => x.as_str().parse::<f64>().ok(),
+        DeValue::Integer(n) => n.as_str().parse::<f64>().ok(),
+        _ => None,
+    };
+    value
+        .filter(|x| *x > 0.0 && *x < 1.0)
+        .ok_or_else(|| Mistake::new(node.span(), format!("`{what}` is no such part"), EXPECTED))
+}
+
+/// The mistake of a name that is not fit for a file, if it is not; `what` it names with its
+/// article.
+pub(crate) fn refuse_file_name(name: &str, what: &str, node: &Node<'_>) -> Option<Mistake> {
+    let legal = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+    let is_name = name.starts_with(|c: char| c.is_ascii_alphanumeric())
+        && name.chars().all(legal)
+        && name.len() <= 64;
+    let expected =
+        "must be 1 to 64 letters, digits, `-`, `_` or `.`, the first a letter or a digit";
+    (!is_name).then(|| Mistake::new(node.span(), format!("`{name}` cannot name {what}"), expected))
 }

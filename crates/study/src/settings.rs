@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 
 use contact::model::{
-    Base, Domain, Foundation, Loading, Material, Mesh, Method, Numerics, Projection, Shape, Side,
-    Step,
+    Base, Domain, Effect, Foundation, Loading, Material, Mesh, Method, Numerics, Projection, Shape,
+    Side, Step,
 };
 use contact::multiplicity::Search;
 use contact::uniqueness::Sole;
@@ -25,12 +25,16 @@ struct Parts<'a> {
     projection: Projection,
     epsilon: f64,
     numerics: Option<&'a Numerics>,
+    /// What a search does not leave to the numerics.
+    method: Option<Method>,
+    simulate: &'a [Effect],
     /// Starts and seed.
     search: Option<(u32, u64)>,
 }
 
 impl<'a> Parts<'a> {
     fn of(job: &'a Job) -> Self {
+        let is_search = matches!(job, Job::Multiplicity { .. });
         match job {
             Job::Solve(Case { scene, numerics })
             | Job::Cost { case: Case { scene, numerics }, .. }
@@ -45,6 +49,8 @@ impl<'a> Parts<'a> {
                 projection: numerics.projection,
                 epsilon: numerics.epsilon,
                 numerics: Some(numerics),
+                method: (!is_search).then_some(numerics.method),
+                simulate: if is_search { &[] } else { &numerics.simulate },
                 search: match job {
                     Job::Multiplicity { search: Search { starts, seed }, .. } => {
                         Some((*starts, *seed))
@@ -68,6 +74,8 @@ impl<'a> Parts<'a> {
                 projection: question.projection,
                 epsilon: question.epsilon,
                 numerics: None,
+                method: None,
+                simulate: &[],
                 search: Some((search.starts, search.seed)),
             },
         }
@@ -84,7 +92,7 @@ pub(crate) fn length(job: &Job, list: Key) -> u32 {
     u32::try_from(length).unwrap_or(u32::MAX)
 }
 
-/// Every key that a job has, with its value: the opposite of [assembling](crate::assemble) it.
+/// Every key that a job has, with its value: the opposite of assembling it.
 pub(crate) fn settings(job: &Job) -> Vec<(Key, Setting)> {
     Key::all(|list| length(job, list))
         .into_iter()
@@ -94,9 +102,6 @@ pub(crate) fn settings(job: &Job) -> Vec<(Key, Setting)> {
 
 /// The value that a job has for a key; `None` where it has none.
 pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
-    if job.kind().refuses(key).is_some() {
-        return None;
-    }
     let number = |x: f64| Some(Setting::Number(x));
     let word = |text: &str| Some(Setting::Word(text.to_owned()));
     let Parts {
@@ -110,6 +115,8 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         projection,
         epsilon,
         numerics,
+        method,
+        simulate,
         search,
     } = Parts::of(job);
     let shape = shape.as_deref();
@@ -216,7 +223,7 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         }),
         Key::Epsilon => number(epsilon),
         Key::Ceiling => number(numerics?.ceiling?),
-        Key::Method => word(match numerics?.method {
+        Key::Method => word(match method? {
             Method::Seidel => "seidel",
             Method::Newton => "newton",
             Method::Auto => "auto",
@@ -225,8 +232,6 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         Key::MaxIterations => Some(Setting::Count(numerics?.max_iterations)),
         Key::Starts => Some(Setting::Count(search?.0)),
         Key::Seed => Some(Setting::Count(u32::try_from(search?.1).unwrap_or(u32::MAX))),
-        Key::Simulate => Some(&numerics?.simulate)
-            .filter(|effects| !effects.is_empty())
-            .map(|effects| Setting::Effects(effects.clone())),
+        Key::Simulate => (!simulate.is_empty()).then(|| Setting::Effects(simulate.to_vec())),
     }
 }

@@ -9,6 +9,7 @@ use contact::model::{Effect, Mesh};
 use crate::error::Span;
 use crate::key::{Key, Table};
 use crate::units::Compact;
+use crate::value::Value;
 
 /// A value of the type that its key's [`Quantity`] calls for.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,6 +35,21 @@ impl std::fmt::Display for Setting {
                     effects.iter().map(|effect| format!("\"{}\"", effect.name())).collect();
                 write!(f, "[{}]", names.join(", "))
             }
+        }
+    }
+}
+
+impl From<&Setting> for Value {
+    fn from(setting: &Setting) -> Self {
+        match setting {
+            Setting::Number(x) => Value::Number(*x),
+            Setting::Count(n) | Setting::Mesh(Mesh::Across(n)) => Value::Integer(u64::from(*n)),
+            Setting::Mesh(Mesh::Exact([x, y])) => Value::Text(format!("{x}x{y}")),
+            Setting::Word(word) => Value::Text(word.clone()),
+            Setting::Effects(effects) if effects.is_empty() => Value::Missing,
+            Setting::Effects(effects) => Value::Text(
+                effects.iter().map(|effect| effect.name()).collect::<Vec<_>>().join(" "),
+            ),
         }
     }
 }

@@ -6,7 +6,7 @@
 
 use contact::punch::{Surface, SurfaceError};
 
-use crate::record::{DecodeError, decode, encode};
+use crate::encoding::{DecodeError, decode, encode};
 use crate::units::metres;
 
 /// Most heights of one map; a bound for files whose header is damaged.

@@ -5,31 +5,31 @@ use std::collections::{HashMap, HashSet};
 
 use toml::de::DeValue;
 
-use crate::axis::{Axis, Choice, Group, MAX_POINTS, Target, count};
-use crate::columns::Value;
-use crate::error::{Problem, Span};
+use crate::axis::{Choice, Group, MAX_POINTS, SweepAxis, Target, count};
+use crate::error::{Mistake, Span};
 use crate::key::{Key, Table, nearest_path};
 use crate::read::{self, Name, Node, Reader, entries};
 use crate::sheet::{Given, Setting, Sheet};
+use crate::value::Value;
 
 mod range;
 
 use range::{is_range, read_range};
 
 /// Reads `[sweep]`.
-pub(crate) fn read_sweep(text: &str, node: &Node<'_>, problems: &mut Vec<Problem>) -> Vec<Group> {
+pub(crate) fn read_sweep(text: &str, node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> Vec<Group> {
     let DeValue::Table(table) = node.get_ref() else {
-        problems.push(read::mistyped("sweep", node, "a table of axes"));
+        mistakes.push(read::mistyped("sweep", node, "a table of axes"));
         return Vec::new();
     };
-    let before = problems.len();
+    let before = mistakes.len();
     let mut groups = Vec::new();
     for (name, node) in entries(table) {
         if name.get_ref() == "zip" {
-            read_zips(text, node, &mut groups, problems);
+            read_zips(text, node, &mut groups, mistakes);
         } else {
             let mut axes = Vec::new();
-            read_axes(text, "", name, node, &mut axes, problems);
+            read_axes(text, "", name, node, &mut axes, mistakes);
             groups.extend(
                 axes.into_iter().map(|axis| Group { length: axis.choices.len(), axes: vec![axis] }),
             );
@@ -37,8 +37,8 @@ pub(crate) fn read_sweep(text: &str, node: &Node<'_>, problems: &mut Vec<Problem
     }
     // keys written with dots arrive gathered by their tables; what counts is where they stand
     groups.sort_by_key(|group| group.axes.first().map(|axis| axis.span.start));
-    refuse_overlaps(&groups, problems);
-    if problems.len() == before && count(&groups).is_none() {
+    refuse_overlaps(&groups, mistakes);
+    if mistakes.len() == before && count(&groups).is_none() {
         let factors =
             groups.iter().map(|group| group.length.to_string()).collect::<Vec<_>>().join(" × ");
         let message = format!("the axes make {factors} points, more than {MAX_POINTS}");
@@ -47,30 +47,30 @@ pub(crate) fn read_sweep(text: &str, node: &Node<'_>, problems: &mut Vec<Problem
             .max_by_key(|group| group.length)
             .and_then(|group| group.axes.first())
             .map_or(0..0, |axis| axis.span.clone());
-        problems.push(Problem::new(span, message, "needs fewer values, here or on another axis"));
+        mistakes.push(Mistake::new(span, message, "needs fewer values, here or on another axis"));
     }
     groups
 }
 
-fn read_zips(text: &str, node: &Node<'_>, groups: &mut Vec<Group>, problems: &mut Vec<Problem>) {
+fn read_zips(text: &str, node: &Node<'_>, groups: &mut Vec<Group>, mistakes: &mut Vec<Mistake>) {
     let expected = "written [[sweep.zip]], with axes that advance together below it";
     let DeValue::Array(zips) = node.get_ref() else {
-        return problems.push(read::mistyped("zip", node, expected));
+        return mistakes.push(read::mistyped("zip", node, expected));
     };
     for zip in zips.iter() {
         let DeValue::Table(table) = zip.get_ref() else {
-            problems.push(read::mistyped("zip", zip, expected));
+            mistakes.push(read::mistyped("zip", zip, expected));
             continue;
         };
         let mut axes = Vec::new();
-        let before = problems.len();
+        let before = mistakes.len();
         for (name, node) in entries(table) {
-            read_axes(text, "", name, node, &mut axes, problems);
+            read_axes(text, "", name, node, &mut axes, mistakes);
         }
         axes.sort_by_key(|axis| axis.span.start);
         let Some(first) = axes.first() else {
-            if problems.len() == before {
-                problems.push(Problem::new(
+            if mistakes.len() == before {
+                mistakes.push(Mistake::new(
                     zip.span(),
                     "a zip without axes",
                     "needs axes that advance together",
@@ -80,7 +80,7 @@ fn read_zips(text: &str, node: &Node<'_>, groups: &mut Vec<Group>, problems: &mu
         };
         let length = first.choices.len();
         for other in axes.iter().filter(|axis| axis.choices.len() != length) {
-            let values = |axis: &Axis| match axis.choices.len() {
+            let values = |axis: &SweepAxis| match axis.choices.len() {
                 1 => format!("`{}` has 1 value", axis.path()),
                 n => format!("`{}` has {n} values", axis.path()),
             };
@@ -89,8 +89,8 @@ fn read_zips(text: &str, node: &Node<'_>, groups: &mut Vec<Group>, problems: &mu
                 values(first),
                 values(other)
             );
-            problems.push(
-                Problem::new(other.span.clone(), message, format!("needs {length}"))
+            mistakes.push(
+                Mistake::new(other.span.clone(), message, format!("needs {length}"))
                     .context(first.span.clone(), "as many as here"),
             );
         }
@@ -106,8 +106,8 @@ fn read_axes(
     prefix: &str,
     name: &Name<'_>,
     node: &Node<'_>,
-    axes: &mut Vec<Axis>,
-    problems: &mut Vec<Problem>,
+    axes: &mut Vec<SweepAxis>,
+    mistakes: &mut Vec<Mistake>,
 ) {
     let path = if prefix.is_empty() {
         name.get_ref().to_string()
@@ -120,54 +120,59 @@ fn read_axes(
             DeValue::Table(below) if !below.is_empty() && !is_range(node) => {
                 entries(below)
                     .into_iter()
-                    .for_each(|(name, node)| read_axes(text, &path, name, node, axes, problems));
+                    .for_each(|(name, node)| read_axes(text, &path, name, node, axes, mistakes));
             }
             _ => {
-                let choices = read_table_choices(text, table, node, problems);
+                let choices = read_table_choices(text, table, node, mistakes);
                 if !choices.is_empty() {
-                    refuse_repeats(&path, &choices, problems);
-                    axes.push(Axis { target: Target::Table(table), choices, log: false, span });
+                    refuse_repeats(&path, &choices, mistakes);
+                    axes.push(SweepAxis {
+                        target: Target::Table(table),
+                        choices,
+                        log: false,
+                        span,
+                    });
                 }
             }
         }
     } else if let Some(key) = Key::find(&path) {
-        let (choices, log) = read_key_choices(key, node, problems);
+        let (choices, log) = read_key_choices(key, node, mistakes);
         if !choices.is_empty() {
-            refuse_repeats(&path, &choices, problems);
-            axes.push(Axis { target: Target::Key(key), choices, log, span });
+            refuse_repeats(&path, &choices, mistakes);
+            axes.push(SweepAxis { target: Target::Key(key), choices, log, span });
         }
     } else {
-        let problem = |expected: &str| {
-            Problem::new(span.clone(), format!("there is no key `{path}` to vary"), expected)
+        let mistake = |expected: &str| {
+            Mistake::new(span.clone(), format!("there is no key `{path}` to vary"), expected)
         };
-        problems.push(match nearest_path(&path) {
-            Some(meant) => problem(&format!("did you mean \"{meant}\"?")),
+        mistakes.push(match nearest_path(&path) {
+            Some(meant) => mistake(&format!("did you mean \"{meant}\"?")),
             None => {
-                problem("must be a key of the scene or the numerics, like \"friction.mu\" or mesh")
+                mistake("must be a key of the scene or the numerics, like \"friction.mu\" or mesh")
             }
         });
     }
 }
 
-fn read_key_choices(key: Key, node: &Node<'_>, problems: &mut Vec<Problem>) -> (Vec<Choice>, bool) {
+fn read_key_choices(key: Key, node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> (Vec<Choice>, bool) {
     match node.get_ref() {
         DeValue::Array(values) => {
             if values.is_empty() {
-                problems.push(empty(&key.short(), node));
+                mistakes.push(empty(&key.short(), node));
             }
             let mut choices = Vec::new();
             for value in values.iter() {
                 match read::setting(key, value) {
-                    Ok(setting) => choices.push(choice(key, setting, value.span(), None)),
-                    Err(problem) => problems.push(problem),
+                    Ok(setting) => choices.push(Choice::of_key(key, setting, value.span(), None)),
+                    Err(mistake) => mistakes.push(mistake),
                 }
             }
             (choices, false)
         }
-        DeValue::Table(table) => match read_range(key, table, node, problems) {
+        DeValue::Table(table) => match read_range(key, table, node, mistakes) {
             Ok(range) => range,
-            Err(problem) => {
-                problems.push(problem);
+            Err(mistake) => {
+                mistakes.push(mistake);
                 (Vec::new(), false)
             }
         },
@@ -176,7 +181,7 @@ fn read_key_choices(key: Key, node: &Node<'_>, problems: &mut Vec<Problem>) -> (
                 "a list of values or a range {{ from, to, count }}: each {}",
                 key.quantity().expected()
             );
-            problems.push(
+            mistakes.push(
                 read::mistyped(&key.short(), node, &expected)
                     .help(format!("one value alone is written [{}]", node_text(node))),
             );
@@ -194,34 +199,25 @@ fn node_text(node: &Node<'_>) -> String {
     }
 }
 
-fn empty(path: &str, node: &Node<'_>) -> Problem {
-    Problem::new(node.span(), format!("the axis `{path}` is empty"), "needs at least one value")
-}
-
-fn choice(key: Key, setting: Setting, span: Span, nth: Option<usize>) -> Choice {
-    let shown = match Value::from(&setting) {
-        // every value of an axis has a name
-        Value::Missing => Value::Text("none".to_owned()),
-        value => value,
-    };
-    Choice { shown, given: vec![(key, Given { setting, span: span.clone(), nth })], span }
+fn empty(path: &str, node: &Node<'_>) -> Mistake {
+    Mistake::new(node.span(), format!("the axis `{path}` is empty"), "needs at least one value")
 }
 
 fn read_table_choices(
     text: &str,
     table: Table,
     node: &Node<'_>,
-    problems: &mut Vec<Problem>,
+    mistakes: &mut Vec<Mistake>,
 ) -> Vec<Choice> {
     let path = table.short();
     let DeValue::Array(values) = node.get_ref() else {
-        problems.push(read::mistyped(&path, node, &format!("a list, each {}", each(&table))));
+        mistakes.push(read::mistyped(&path, node, &format!("a list, each {}", each(&table))));
         return Vec::new();
     };
     if values.is_empty() {
-        problems.push(empty(&path, node));
+        mistakes.push(empty(&path, node));
     }
-    values.iter().filter_map(|value| read_table_choice(text, table, value, problems)).collect()
+    values.iter().filter_map(|value| read_table_choice(text, table, value, mistakes)).collect()
 }
 
 /// What each value of an axis over a table must be, for messages.
@@ -240,10 +236,10 @@ fn read_table_choice(
     text: &str,
     table: Table,
     value: &Node<'_>,
-    problems: &mut Vec<Problem>,
+    mistakes: &mut Vec<Mistake>,
 ) -> Option<Choice> {
     let path = table.short();
-    let mut reader = Reader::new(text, problems);
+    let mut reader = Reader::new(text, mistakes);
     let mut label = None;
     match (table.list().filter(|_| table.is_list()), Key::find(&table.path()), value.get_ref()) {
         (Some(list), _, DeValue::Array(_)) => {
@@ -265,7 +261,7 @@ fn read_table_choice(
                 match name.get_ref().as_ref() {
                     "label" => {}
                     name if name == table.name() => reader.list(list, node),
-                    other => reader.problems.push(read::unknown(
+                    other => reader.mistakes.push(read::unknown(
                         other,
                         name.span(),
                         &format!("this value of `{path}`"),
@@ -283,7 +279,7 @@ fn read_table_choice(
             reader.table(table, value.span(), keys);
         }
         _ => {
-            reader.problems.push(read::mistyped(&path, value, &each(&table)));
+            reader.mistakes.push(read::mistyped(&path, value, &each(&table)));
             return None;
         }
     }
@@ -295,7 +291,7 @@ fn read_table_choice(
         _ => label.map(Ok),
     };
     let label = label.or_else(|| shape_of(&given).map(Ok)).unwrap_or_else(|| {
-        Err(Problem::new(
+        Err(Mistake::new(
             value.span(),
             format!("this value of `{path}` has no label"),
             "needs label = \"…\" to name it in the results",
@@ -303,13 +299,13 @@ fn read_table_choice(
     });
     label
         .map(|label| Choice { shown: Value::Text(label), given, span: value.span() })
-        .map_err(|problem| problems.push(problem))
+        .map_err(|mistake| mistakes.push(mistake))
         .ok()
 }
 
-fn checked_label(text: String, span: Span) -> Result<String, Problem> {
+fn checked_label(text: String, span: Span) -> Result<String, Mistake> {
     if text.trim().is_empty() || text.chars().count() > 64 || text.chars().any(char::is_control) {
-        return Err(Problem::new(
+        return Err(Mistake::new(
             span,
             "a label that cannot name anything",
             "must be 1 to 64 visible characters",
@@ -325,7 +321,7 @@ fn shape_of(given: &[(Key, Given)]) -> Option<String> {
     })
 }
 
-fn refuse_repeats(path: &str, choices: &[Choice], problems: &mut Vec<Problem>) {
+fn refuse_repeats(path: &str, choices: &[Choice], mistakes: &mut Vec<Mistake>) {
     let mut seen: HashMap<String, &Choice> = HashMap::new();
     for choice in choices {
         // bits, not digits: two values are the same when they make the same job
@@ -339,8 +335,8 @@ fn refuse_repeats(path: &str, choices: &[Choice], problems: &mut Vec<Problem>) {
                 [(_, given)] if given.span == choice.span => "the values of an axis must differ",
                 _ => "needs a `label` of its own",
             };
-            problems.push(
-                Problem::new(choice.span.clone(), message, expected)
+            mistakes.push(
+                Mistake::new(choice.span.clone(), message, expected)
                     .context(first.span.clone(), "first here"),
             );
             return;
@@ -348,8 +344,8 @@ fn refuse_repeats(path: &str, choices: &[Choice], problems: &mut Vec<Problem>) {
     }
 }
 
-fn refuse_overlaps(groups: &[Group], problems: &mut Vec<Problem>) {
-    let axes: Vec<&Axis> = groups.iter().flat_map(|group| &group.axes).collect();
+fn refuse_overlaps(groups: &[Group], mistakes: &mut Vec<Mistake>) {
+    let axes: Vec<&SweepAxis> = groups.iter().flat_map(|group| &group.axes).collect();
     for (index, axis) in axes.iter().enumerate() {
         if let Some(owner) = axes[..index].iter().find(|owner| owner.target.overlaps(axis.target)) {
             let message = match owner.path() == axis.path() {
@@ -358,8 +354,8 @@ fn refuse_overlaps(groups: &[Group], problems: &mut Vec<Problem>) {
                     format!("two axes, `{}` and `{}`, set the same keys", owner.path(), axis.path())
                 }
             };
-            problems.push(
-                Problem::new(axis.span.clone(), message, "only one axis may set a key")
+            mistakes.push(
+                Mistake::new(axis.span.clone(), message, "only one axis may set a key")
                     .context(owner.span.clone(), "the other one"),
             );
         }
@@ -367,7 +363,7 @@ fn refuse_overlaps(groups: &[Group], problems: &mut Vec<Problem>) {
 }
 
 /// Refuses axes over entries that a list of the scene has not.
-pub(crate) fn refuse_absent(groups: &[Group], base: &[(Key, Given)], problems: &mut Vec<Problem>) {
+pub(crate) fn refuse_absent(groups: &[Group], base: &[(Key, Given)], mistakes: &mut Vec<Mistake>) {
     for list in [Key::Layers, Key::Steps] {
         let axes = || {
             groups
@@ -396,14 +392,14 @@ pub(crate) fn refuse_absent(groups: &[Group], base: &[(Key, Given)], problems: &
                 list.short(),
                 list.name()
             );
-            let problem = Problem::new(
+            let mistake = Mistake::new(
                 axis.span.clone(),
                 message,
                 format!("needs an entry of `scene.{}` to vary", list.short()),
             );
-            problems.push(match scene.get(list) {
-                Some(given) => problem.context(given.span.clone(), "the entries are here"),
-                None => problem,
+            mistakes.push(match scene.get(list) {
+                Some(given) => mistake.context(given.span.clone(), "the entries are here"),
+                None => mistake,
             });
         }
     }

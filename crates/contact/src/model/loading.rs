@@ -152,6 +152,12 @@ impl Loading {
     /// The largest number of increments of a path, cycles counted as often as they are run through.
     pub const MAX_INCREMENTS: u32 = 1000;
 
+    /// Returns the number of increments of the path, cycles counted as often as they are run
+    /// through.
+    pub fn increments(&self) -> u32 {
+        self.legs().iter().map(|leg| leg.increments).sum()
+    }
+
     pub(crate) fn validate(&self) -> Result<(), SceneError> {
         let steps = &self.steps;
         let Some(first) = steps.first() else {

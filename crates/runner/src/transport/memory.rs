@@ -139,8 +139,8 @@ mod tests {
     use super::*;
     use crate::run::drive;
     use crate::{Done, Interrupt, Ledger, Options, Task, Verdict};
+    use identity::JobKey;
     use std::error::Error;
-    use study::JobKey;
 
     struct Reverse;
 

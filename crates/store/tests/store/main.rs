@@ -9,7 +9,7 @@ mod model;
 mod readers;
 mod speed;
 
-use study::job::JobKey;
+use identity::JobKey;
 
 /// The key of the `i`-th made-up job.
 fn key(i: u64) -> JobKey {

@@ -1,11 +1,11 @@
 //! The store against a map, with reopening in between; and what it says of itself.
 
 use super::{key, record, records};
+use identity::JobKey;
 use proptest::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use store::{Digest, RECORD_LIMIT, ReadError, Store, WriteError};
-use study::job::JobKey;
 
 #[derive(Clone, Debug)]
 enum Step {

@@ -110,7 +110,7 @@ fn large_records_are_served_in_parts() {
     check(&reader);
 }
 
-fn store_keys(count: u64) -> Vec<study::job::JobKey> {
+fn store_keys(count: u64) -> Vec<identity::JobKey> {
     let mut keys: Vec<_> = (0..count).map(key).collect();
     keys.sort();
     keys

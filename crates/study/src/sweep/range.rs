@@ -3,9 +3,8 @@
 use contact::model::Mesh;
 use toml::de::{DeTable, DeValue};
 
-use super::choice;
 use crate::axis::{Choice, MAX_POINTS};
-use crate::error::Problem;
+use crate::error::Mistake;
 use crate::key::{Key, Quantity};
 use crate::read::{self, Node, entries};
 use crate::sheet::Setting;
@@ -23,21 +22,21 @@ pub(super) fn read_range(
     key: Key,
     table: &DeTable<'_>,
     node: &Node<'_>,
-    problems: &mut Vec<Problem>,
-) -> Result<(Vec<Choice>, bool), Problem> {
+    mistakes: &mut Vec<Mistake>,
+) -> Result<(Vec<Choice>, bool), Mistake> {
     let what = key.short();
     let dimension = match key.quantity() {
         Quantity::Number(dimension) => dimension,
         Quantity::Count | Quantity::Mesh => Dimension::Pure,
         _ => {
             let expected = format!("must be a list, each {}", key.quantity().expected());
-            return Err(Problem::new(node.span(), format!("`{what}` has no ranges"), expected));
+            return Err(Mistake::new(node.span(), format!("`{what}` has no ranges"), expected));
         }
     };
     for (name, _) in
         entries(table).into_iter().filter(|(name, _)| !RANGE.contains(&name.get_ref().as_ref()))
     {
-        problems.push(read::unknown(
+        mistakes.push(read::unknown(
             name.get_ref(),
             name.span(),
             &format!("the range of `{what}`"),
@@ -47,7 +46,7 @@ pub(super) fn read_range(
     let part = |name: &str| {
         table.get(name).ok_or_else(|| {
             let message = format!("the range of `{what}` has no `{name}`");
-            Problem::new(
+            Mistake::new(
                 node.span(),
                 message,
                 format!("needs `{name}`, as in {{ from = 0.1, to = 0.5, count = 5 }}"),
@@ -69,11 +68,11 @@ pub(super) fn read_range(
     };
     if count < 2 {
         let message = format!("a range of {count}: both ends are included");
-        return Err(Problem::new(count_node.span(), message, "must be 2 or more")
+        return Err(Mistake::new(count_node.span(), message, "must be 2 or more")
             .help("a single value is written as a list, [0.3]"));
     }
     if count > MAX_POINTS {
-        return Err(Problem::new(
+        return Err(Mistake::new(
             count_node.span(),
             format!("a range of {count} values"),
             format!("must be {MAX_POINTS} or fewer"),
@@ -82,11 +81,11 @@ pub(super) fn read_range(
     if log && !(from > 0.0 && to > 0.0) {
         let bad = if from > 0.0 { to_node } else { from_node };
         let message = format!("the range of `{what}` has equal ratios but does not stay above 0");
-        return Err(Problem::new(bad.span(), message, "must be above 0 when log = true"));
+        return Err(Mistake::new(bad.span(), message, "must be above 0 when log = true"));
     }
     if from == to {
         let message = format!("the range of `{what}` begins where it ends");
-        return Err(Problem::new(to_node.span(), message, "must differ from `from`"));
+        return Err(Mistake::new(to_node.span(), message, "must differ from `from`"));
     }
     let mut choices = Vec::with_capacity(count);
     for index in 0..count {
@@ -97,7 +96,7 @@ pub(super) fn read_range(
                 if !(x.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&x)) {
                     let message =
                         format!("value {} of the range of `{what}` would be {x}", index + 1);
-                    return Err(Problem::new(
+                    return Err(Mistake::new(
                         node.span(),
                         message,
                         "every value must be a whole number, 0 or above",
@@ -112,7 +111,7 @@ pub(super) fn read_range(
                 }
             }
         };
-        choices.push(choice(key, setting, node.span(), Some(index + 1)));
+        choices.push(Choice::of_key(key, setting, node.span(), Some(index + 1)));
     }
     Ok((choices, log))
 }

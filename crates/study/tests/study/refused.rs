@@ -621,7 +621,7 @@ fn positions_are_those_of_an_editor() {
         .replace("\"friction.mu\" = [0.1, 0.2]", "mesh = [8, 0]");
     let error = Study::parse(&text, "study.toml", &mut files).unwrap_err();
     let positions: Vec<_> =
-        error.problems().iter().map(|problem| error.position(problem)).collect();
+        error.mistakes().iter().map(|mistake| error.position(mistake)).collect();
     assert_eq!(positions, [(10, 6)]);
     assert!(error.render(true).contains("\u{1b}["));
 }

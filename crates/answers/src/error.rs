@@ -1,0 +1,34 @@
+//! Why a study has no answer.
+
+use contact::model::SceneError;
+use report::{FilterError, TableError};
+use study::StudyError;
+use thiserror::Error;
+
+use crate::records::RecordsError;
+
+/// Why a study has no answer.
+#[derive(Debug, Error)]
+pub enum AnswerError {
+    /// The study asks what cannot be asked; the error names the place in its file.
+    #[error(transparent)]
+    Study(#[from] StudyError),
+    /// The study asks its scenes for something that they do not have.
+    #[error("{0}")]
+    Refused(String),
+    /// A scene has no meaning.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A condition cannot be evaluated.
+    #[error(transparent)]
+    Filter(#[from] FilterError),
+    /// Rows do not fit together as a table.
+    #[error(transparent)]
+    Table(#[from] TableError),
+    /// The results cannot be read.
+    #[error(transparent)]
+    Records(RecordsError),
+    /// The study does not hold what its reader has checked.
+    #[error("{0}")]
+    Inconsistent(&'static str),
+}

@@ -1,0 +1,72 @@
+//! The name of a job.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+/// The identity of a job: 32 bytes, shown as hexadecimal.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct JobKey(pub [u8; 32]);
+
+impl JobKey {
+    /// The key of a canonical text under a version of the physics.
+    pub fn of(physics: u32, canonical: &str) -> JobKey {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(b"tribosweep job ");
+        hasher.update(&physics.to_le_bytes());
+        hasher.update(canonical.as_bytes());
+        JobKey(*hasher.finalize().as_bytes())
+    }
+}
+
+/// Why a text is not a job's key.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{0}` is not a job's key: it must be 64 hexadecimal digits")]
+pub struct ParseKeyError(pub String);
+
+impl FromStr for JobKey {
+    type Err = ParseKeyError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let hash = blake3::Hash::from_hex(text).map_err(|_| ParseKeyError(text.to_owned()))?;
+        Ok(JobKey(*hash.as_bytes()))
+    }
+}
+
+impl fmt::Display for JobKey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+impl fmt::Debug for JobKey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "JobKey({self})")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_survives_its_text_and_other_texts_are_refused() {
+        let key = JobKey([0xa7; 32]);
+        assert_eq!(key.to_string(), "a7".repeat(32));
+        assert_eq!(format!("{key:?}"), format!("JobKey({key})"));
+        assert_eq!(key.to_string().parse(), Ok(key));
+        assert_eq!(
+            "12ab".parse::<JobKey>().unwrap_err().to_string(),
+            "`12ab` is not a job's key: it must be 64 hexadecimal digits"
+        );
+    }
+
+    #[test]
+    fn the_version_and_the_text_are_both_in_the_key() {
+        let key = JobKey::of(3, "a job");
+        assert_eq!(key, JobKey::of(3, "a job"));
+        assert_ne!(key, JobKey::of(4, "a job"));
+        assert_ne!(key, JobKey::of(3, "another job"));
+    }
+}

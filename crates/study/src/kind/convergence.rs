@@ -1,0 +1,152 @@
+//! Convergence studies, which solve every point and compare it with the limit of a ladder: the axis along which its points come closer to what they are
+//! compared with.
+//!
+//! ```toml
+//! kind = "convergence"
+//!
+//! [convergence]               # may be left out
+//! along = "mesh"              # or "epsilon"; the mesh if it is an axis
+//! reference = "closed-form"   # or "finest"; the closed form along meshes, where every scene has one
+//! ```
+//! Along meshes, solutions for ε = 0 converge to the closed form and those for ε > 0 to a limit of
+//! their own, which is not known: the finest mesh stands for it. Along ε, the solution for the
+//! smallest ε on the same mesh stands for the limit, that for ε = 0 if it is there.
+
+use super::solve::{self, SOLUTION};
+use super::spec::{KindSpec, KindTable, TableSpec, TableValue};
+use crate::axis::Group;
+use crate::columns::column::{Column, ColumnSource};
+use crate::columns::result_columns::result_columns;
+use crate::error::{Mistake, Span};
+use crate::figure::{self, Figure};
+use crate::key::Key;
+use crate::value::Value;
+
+/// The kind.
+pub(crate) const SPEC: KindSpec = KindSpec {
+    name: "convergence",
+    table: Some(TableSpec {
+        name: "convergence",
+        keys: &[("along", TableValue::Word(&ALONG)), ("reference", TableValue::Word(&REFERENCES))],
+        check,
+        advice: "or say kind = \"convergence\" at the top",
+    }),
+    has_accuracy: false,
+    columns: &[SOLUTION, ERRORS],
+    usual_columns: &["load", "peak_pressure", "status"],
+    figure,
+    ..solve::SPEC
+};
+
+/// The ladder of a convergence study.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ladder {
+    /// Index of the group of axes that makes its rungs.
+    pub group: usize,
+    /// [`Key::Mesh`] or [`Key::Epsilon`], an axis of that group.
+    pub along: Key,
+    /// What its rungs are compared with; `None` leaves it to the scene.
+    pub reference: Option<Reference>,
+}
+
+/// What the rungs of a ladder are compared with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reference {
+    /// The closed form of their scene.
+    ClosedForm,
+    /// The finest rung.
+    Finest,
+}
+
+const ALONG: [&str; 2] = ["mesh", "epsilon"];
+const REFERENCES: [&str; 2] = ["closed-form", "finest"];
+
+impl Ladder {
+    /// Returns the ladder that `[convergence]` and the axes make: without the table it is the axis
+    /// of meshes, else that of ε. `None` if there is no such axis, or if it has a single value.
+    pub(crate) fn of(table: &KindTable, groups: &[Group]) -> Option<Ladder> {
+        let group_of = |key: Key| {
+            groups.iter().position(|group| group.axes().iter().any(|axis| axis.key() == Some(key)))
+        };
+        let (along, group) = wanted(table).iter().find_map(|key| Some((*key, group_of(*key)?)))?;
+        let reference = table.word("reference").map(|word| match word {
+            "closed-form" => Reference::ClosedForm,
+            _ => Reference::Finest,
+        });
+        (groups[group].len() >= 2).then_some(Ladder { group, along, reference })
+    }
+}
+
+/// The keys whose axis may be the ladder, the first one before the second.
+fn wanted(table: &KindTable) -> &'static [Key] {
+    match table.word("along") {
+        Some("mesh") => &[Key::Mesh],
+        Some(_) => &[Key::Epsilon],
+        None => &[Key::Mesh, Key::Epsilon],
+    }
+}
+
+/// Refuses axes without a ladder, and a closed form along ε.
+fn check(table: &KindTable, span: &Span, groups: &[Group], mistakes: &mut Vec<Mistake>) {
+    match Ladder::of(table, groups) {
+        Some(Ladder { along: Key::Epsilon, reference: Some(Reference::ClosedForm), .. }) => {
+            let mistake = Mistake::new(
+                span.clone(),
+                "along ε the closed form is no reference: the mesh keeps the solutions away from it",
+                "",
+            );
+            mistakes.push(mistake.help("leave `reference` out, or converge along the mesh"));
+        }
+        Some(_) => {}
+        None => {
+            let names: Vec<String> =
+                wanted(table).iter().map(|key| format!("`{}`", key.name())).collect();
+            let message = format!(
+                "a convergence study needs {} as an axis, of at least two values",
+                names.join(" or ")
+            );
+            mistakes.push(Mistake::new(
+                span.clone(),
+                message,
+                "needs for example mesh = [8, 16, 32, 64] below [sweep]",
+            ));
+        }
+    }
+}
+
+/// Makes the figure of the errors along the ladder, with a curve for each value of the other axes.
+fn figure(table: &KindTable, groups: &[Group]) -> Option<Figure> {
+    let Ladder { group, along, .. } = Ladder::of(table, groups)?;
+    let others = figure::firsts(groups).filter(|axis| !groups[group].axes().contains(axis));
+    let series = others.map(|axis| axis.column().into_owned()).collect();
+    let y = ["error_pressure", "error_peak_pressure", "error_contact_area"].map(str::to_owned);
+    let figure = Figure::new(along.column().into_owned(), y.to_vec());
+    Some(Figure { series, fit: true, log_x: true, log_y: true, ..figure })
+}
+
+/// Reads a relative error.
+macro_rules! error {
+    ($($field:ident).+) => {
+        ColumnSource::Compared(|compared| {
+            compared.errors.$($field).+.map_or(Value::Missing, Value::Number)
+        })
+    };
+}
+
+/// The columns of errors, and what they are measured against.
+pub(crate) const ERRORS: &[Column] = result_columns! {
+    Error "error_load" Pure "relative error of the normal force" error!(figures.load);
+    Error "error_approach" Pure "relative error of the approach" error!(figures.approach);
+    Error "error_tangential_force" Pure "relative error of the tangential force" error!(figures.tangential_force);
+    Error "error_shift" Pure "relative error of the shift" error!(figures.shift);
+    Error "error_moment" Pure "relative error of the moments" error!(figures.moment);
+    Error "error_rotation" Pure "relative error of the rotations" error!(figures.rotation);
+    Error "error_peak_pressure" Pure "relative error of the largest pressure" error!(figures.peak_pressure);
+    Error "error_contact_area" Pure "relative error of the area in contact" error!(figures.contact_area);
+    Error "error_stick_area" Pure "error of the area that sticks over the area in contact" error!(figures.stick_area);
+    Error "error_pressure" Pure "relative error of the pressure in L2" error!(figures.pressure);
+    Error "error_traction" Pure "relative error of the tangential traction in L2" error!(figures.traction);
+    Error "error_local_pressure" Pure "relative error of the local means of the pressure, a weak measure" error!(local.pressure);
+    Error "error_local_traction" Pure "relative error of the local means of the traction, a weak measure" error!(local.traction);
+    Error "reference" Text "what the errors are measured against" ColumnSource::Compared(|compared| Value::Text(compared.reference.clone()));
+};

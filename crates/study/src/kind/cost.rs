@@ -1,0 +1,135 @@
+//! Studies of what accuracy costs, which solve every point several times over and hold its error
+//! against its time.
+//!
+//! ```toml
+//! kind = "cost"               # every point is solved alone on the machine, by one worker, several times over
+//!
+//! [cost]                      # may be left out
+//! on = "load"                 # the error that counts: load, approach, peak_pressure, contact_area, stick_area, and where the scene
+//!                             # has a closed form pressure or traction, in L2; the load or the approach, whichever is not given
+//! repeat = 5                  # times
+//! threads = 1                 # threads of the worker
+//!
+//! [sweep]                     # the rungs: every axis of numerics
+//! mesh = [8, 16, 32, 64]
+//! tolerance = [1e-3, 1e-8]
+//! ```
+//! Axes of the scene make ladders of their own. Errors are measured against the scene's closed
+//! form, else against the limit that the meshes with the tightest other settings extrapolate to.
+
+use super::convergence::ERRORS;
+use super::solve::{self, SOLUTION};
+use super::spec::{KindSpec, KindTable, TableSpec, TableValue};
+use crate::axis::{Group, SweepAxis};
+use crate::columns::column::{Column, ColumnSource};
+use crate::columns::result_columns::result_columns;
+use crate::error::{Mistake, Span};
+use crate::figure::{self, Figure};
+use crate::job::Job;
+use crate::key::Key;
+use crate::value::Value;
+
+/// The kind.
+pub(crate) const SPEC: KindSpec = KindSpec {
+    name: "cost",
+    table: Some(TableSpec {
+        name: "cost",
+        keys: &[
+            ("on", TableValue::Word(&ON)),
+            ("repeat", TableValue::Count(1000)),
+            ("threads", TableValue::Count(1024)),
+        ],
+        check,
+        advice: "",
+    }),
+    has_accuracy: false,
+    assemble: |assembler, table| {
+        let Cost { repeat, threads, .. } = Cost::of(table);
+        Job::Cost { case: assembler.case(), repeat, threads }
+    },
+    to_toml,
+    columns: &[SOLUTION, ERRORS, CLAIM],
+    usual_columns: &["seconds", "spread", "iterations", "status"],
+    figure,
+    ..solve::SPEC
+};
+
+/// What is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cost {
+    /// The error that counts, one of [`ON`]; `None` is the load or the approach.
+    pub on: Option<&'static str>,
+    /// How often every point is solved.
+    pub repeat: u32,
+    /// Threads of the worker.
+    pub threads: u32,
+}
+
+/// The errors that can count.
+pub const ON: [&str; 7] =
+    ["load", "approach", "peak_pressure", "contact_area", "stick_area", "pressure", "traction"];
+
+/// Repetitions without being asked.
+const REPEAT: u32 = 5;
+
+/// Whether a group of axes makes rungs: one of its axes is of the numerics.
+pub fn is_rung(group: &Group) -> bool {
+    group
+        .axes()
+        .iter()
+        .any(|axis| axis.key().is_some_and(|key| key.path().starts_with("numerics.")))
+}
+
+impl Cost {
+    /// Returns what `[cost]` says, with the defaults of what it leaves out.
+    pub(crate) fn of(table: &KindTable) -> Cost {
+        Cost {
+            on: table.word("on"),
+            repeat: table.count("repeat").unwrap_or(REPEAT),
+            threads: table.count("threads").unwrap_or(1),
+        }
+    }
+}
+
+/// Refuses fewer than three meshes.
+fn check(_: &KindTable, span: &Span, groups: &[Group], mistakes: &mut Vec<Mistake>) {
+    let meshes = groups
+        .iter()
+        .flat_map(Group::axes)
+        .find(|axis| axis.key() == Some(Key::Mesh))
+        .map_or(0, |axis| axis.values().len());
+    if meshes < 3 {
+        mistakes.push(Mistake::new(
+            span.clone(),
+            "a study of cost needs at least three meshes",
+            "needs for example mesh = [8, 16, 32, 64] below [sweep]",
+        ));
+    }
+}
+
+/// Writes how often and on how many threads a job is solved.
+fn to_toml(job: &Job) -> String {
+    match job {
+        Job::Cost { repeat, threads, .. } => {
+            format!("cost.repeat = {repeat}\ncost.threads = {threads}\n")
+        }
+        _ => String::new(),
+    }
+}
+
+/// Makes the figure of the claimed error over the time, with its front.
+fn figure(_: &KindTable, groups: &[Group]) -> Option<Figure> {
+    let is_mesh = |axis: &&SweepAxis| axis.key() == Some(Key::Mesh);
+    let series = figure::firsts(groups)
+        .filter(|axis| !is_mesh(axis))
+        .map(|axis| axis.column().into_owned())
+        .collect();
+    let figure = Figure::new("seconds".to_owned(), vec!["claimed_error".to_owned()]);
+    let names = Some("mesh".to_owned());
+    Some(Figure { series, front: true, names, log_x: true, log_y: true, ..figure })
+}
+
+/// The column that only studies of cost have.
+pub(crate) const CLAIM: &[Column] = result_columns! {
+    Error "claimed_error" ("error that finer rungs confirm") Pure "the error that counts, as rungs as fine or finer confirm it, with the reference's uncertainty" ColumnSource::Compared(|compared| compared.claim.map_or(Value::Missing, Value::Number));
+};

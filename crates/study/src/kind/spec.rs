@@ -1,0 +1,145 @@
+//! What a kind of study is, and the table that a study file may have for it.
+
+use contact::model::SceneError;
+use toml::de::DeValue;
+
+use crate::assemble::Assembler;
+use crate::axis::Group;
+use crate::columns::column::Column;
+use crate::error::{Mistake, Span};
+use crate::figure::Figure;
+use crate::job::Job;
+use crate::key::{Key, one_of};
+use crate::read;
+use crate::read::{Node, entries};
+
+/// Everything that the crate knows of one kind of study. A kind that shares most of this with the
+/// solving of scenes takes it from there.
+pub(crate) struct KindSpec {
+    /// The name by which a study file calls it.
+    pub(crate) name: &'static str,
+    /// The table at the top of a study file that no other kind has.
+    pub(crate) table: Option<TableSpec>,
+    /// Whether meshes may be chosen by the accuracy of the results.
+    pub(crate) has_accuracy: bool,
+    /// Tells why its jobs have no use for a key; `None` if they have.
+    pub(crate) refuses: fn(Key) -> Option<&'static str>,
+    /// Makes the job of a point.
+    pub(crate) assemble: fn(&mut Assembler<'_>, &KindTable) -> Job,
+    /// Refuses a job that is valid by itself and still none of this kind.
+    pub(crate) check: fn(&Job) -> Result<(), SceneError>,
+    /// Writes the keys that only this kind has, as a study file gives them.
+    pub(crate) to_toml: fn(&Job) -> String,
+    /// The columns of its results, list after list.
+    pub(crate) columns: &'static [&'static [Column]],
+    /// The columns of results that a query shows if none are named.
+    pub(crate) usual_columns: &'static [&'static str],
+    /// Makes the figure of a study that asks for none; `None` without an axis to draw over.
+    pub(crate) figure: fn(&KindTable, &[Group]) -> Option<Figure>,
+}
+
+/// What may stand in the table of a kind.
+pub(crate) struct TableSpec {
+    /// The name of the table.
+    pub(crate) name: &'static str,
+    /// The names of its keys, and what may stand behind each; every key may be left out.
+    pub(crate) keys: &'static [(&'static str, TableValue)],
+    /// Refuses a table, at a place, that does not fit the axes; called without a table as well.
+    pub(crate) check: fn(&KindTable, &Span, &[Group], &mut Vec<Mistake>),
+    /// Advice for a study of another kind that has the table.
+    pub(crate) advice: &'static str,
+}
+
+/// What may stand behind a key of such a table.
+#[derive(Clone, Copy)]
+pub(crate) enum TableValue {
+    /// One of these words.
+    Word(&'static [&'static str]),
+    /// A whole number from 1 to this one.
+    Count(u32),
+}
+
+/// What a study says in the table of its kind.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct KindTable {
+    words: Vec<(&'static str, &'static str)>,
+    counts: Vec<(&'static str, u32)>,
+}
+
+impl KindTable {
+    /// Returns the word behind a key, if it is given.
+    pub(crate) fn word(&self, name: &str) -> Option<&'static str> {
+        self.words.iter().find(|(key, _)| *key == name).map(|(_, word)| *word)
+    }
+
+    /// Returns the number behind a key, if it is given.
+    pub(crate) fn count(&self, name: &str) -> Option<u32> {
+        self.counts.iter().find(|(key, _)| *key == name).map(|(_, count)| *count)
+    }
+}
+
+impl TableSpec {
+    /// Reads the table, or what a study without it says.
+    pub(crate) fn read(
+        &self,
+        node: Option<&Node<'_>>,
+        groups: &[Group],
+        mistakes: &mut Vec<Mistake>,
+    ) -> KindTable {
+        let mut read = KindTable::default();
+        if let Some(node) = node {
+            let names: Vec<&str> = self.keys.iter().map(|(name, _)| *name).collect();
+            let DeValue::Table(table) = node.get_ref() else {
+                let expected = format!("a table with the keys `{}`", names.join("`, `"));
+                mistakes.push(read::mistyped(self.name, node, &expected));
+                return read;
+            };
+            for (name, _) in entries(table) {
+                if !names.contains(&name.get_ref().as_ref()) {
+                    let place = format!("`[{}]`", self.name);
+                    mistakes.push(read::unknown(name.get_ref(), name.span(), &place, &names));
+                }
+            }
+            for (name, value) in self.keys {
+                let Some(node) = table.get(*name) else { continue };
+                let path = format!("{}.{name}", self.name);
+                let result = match value {
+                    TableValue::Word(words) => {
+                        read_word(&path, words, node).map(|word| read.words.push((name, word)))
+                    }
+                    TableValue::Count(most) => {
+                        read_count(&path, *most, node).map(|count| read.counts.push((name, count)))
+                    }
+                };
+                mistakes.extend(result.err());
+            }
+        }
+        (self.check)(&read, &node.map_or(0..0, |node| node.span()), groups, mistakes);
+        read
+    }
+}
+
+fn read_word(
+    path: &str,
+    words: &'static [&'static str],
+    node: &Node<'_>,
+) -> Result<&'static str, Mistake> {
+    let word = read::text(path, node)?;
+    words.iter().copied().find(|known| *known == word).ok_or_else(|| {
+        let message = format!("`{path}` cannot be `{word}`");
+        Mistake::new(node.span(), message, format!("must be {}", one_of(words)))
+    })
+}
+
+fn read_count(path: &str, most: u32, node: &Node<'_>) -> Result<u32, Mistake> {
+    let DeValue::Integer(n) = node.get_ref() else {
+        return Err(read::mistyped(path, node, "a whole number"));
+    };
+    match read::whole(path, n, node.span())? {
+        n if (1..=most).contains(&n) => Ok(n),
+        n => {
+            let message = format!("`{path}` cannot be {n}");
+            Err(Mistake::new(node.span(), message, format!("must be from 1 to {most}")))
+        }
+    }
+}

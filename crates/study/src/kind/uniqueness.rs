@@ -1,0 +1,178 @@
+//! Studies that bracket the end μ* of the uniqueness set of every point.
+
+use contact::model::{Base, Material, SceneError, Shape};
+use contact::uniqueness::lower::LowerBound;
+use contact::uniqueness::witness::Witness;
+use contact::uniqueness::{Bracket, Question, Sole, WitnessSearch};
+use contact::{Forecast, forecast_bracket};
+use identity::STORED_LIMIT;
+
+use super::solve;
+use super::spec::{KindSpec, KindTable};
+use crate::assemble::{Assembler, with_article};
+use crate::axis::Group;
+use crate::columns::column::{Column, ColumnSource};
+use crate::columns::result_columns::result_columns;
+use crate::error::Mistake;
+use crate::figure::Figure;
+use crate::job::Job;
+use crate::key::Key;
+use crate::record::Bracketed;
+use crate::value::Value;
+
+/// The kind.
+pub(crate) const SPEC: KindSpec = KindSpec {
+    name: "uniqueness",
+    has_accuracy: false,
+    refuses,
+    assemble: |assembler, _| Job::Uniqueness {
+        question: question(assembler),
+        search: witness_search(assembler),
+    },
+    check: refuse_too_fine,
+    columns: &[BRACKET],
+    usual_columns: &["mu_low", "mu_high", "bracket_width", "unbounded", "status"],
+    figure,
+    ..solve::SPEC
+};
+
+/// Tells why a bracket has no use for a key; `None` if it has.
+fn refuses(key: Key) -> Option<&'static str> {
+    match key {
+        Key::Mu => Some("it asks for the friction"),
+        Key::Steps | Key::CycleFrom | Key::Cycles => {
+            Some("uniqueness does not depend on the loading")
+        }
+        Key::DomainWidthX | Key::DomainWidthY | Key::DomainCenterX | Key::DomainCenterY => {
+            Some("the flat sole of its punch is Ω")
+        }
+        Key::Ceiling | Key::Method | Key::Tolerance | Key::MaxIterations | Key::Simulate => {
+            Some("no scene is solved")
+        }
+        _ if key.list() == Some(Key::Steps) => Some("uniqueness does not depend on the loading"),
+        _ => None,
+    }
+}
+
+/// Returns what is asked about the uniqueness set.
+fn question(assembler: &mut Assembler<'_>) -> Question {
+    let foundation = assembler.foundation();
+    let shape = assembler.shape();
+    let sole = match shape {
+        Shape::FlatRectangle { width_x, width_y } => Sole::Rectangle { width_x, width_y },
+        Shape::FlatDisk { radius } => Sole::Disk { radius },
+        _ => {
+            if let (Some(given), Some(word)) =
+                (assembler.sheet().get(Key::Shape), assembler.sheet().word(Key::Shape))
+            {
+                let message = format!(
+                    "the uniqueness set of {} is not known beforehand: where it touches depends on the load",
+                    with_article(word)
+                );
+                let expected = "must be \"flat-rectangle\" or \"flat-disk\", whose sole is Ω";
+                assembler.note(Mistake::new(given.span.clone(), message, expected));
+            }
+            Sole::Disk { radius: f64::NAN }
+        }
+    };
+    Question {
+        foundation,
+        punch: assembler.material(),
+        sole,
+        mesh: assembler.mesh(),
+        projection: assembler.projection(),
+        epsilon: assembler.number_or(Key::Epsilon, 0.0),
+    }
+}
+
+/// Returns how long the end of the set is looked for.
+fn witness_search(assembler: &Assembler<'_>) -> WitnessSearch {
+    let default = WitnessSearch::default();
+    let starts = assembler.sheet().count(Key::Starts).unwrap_or(default.starts);
+    WitnessSearch {
+        starts,
+        seed: assembler.sheet().count(Key::Seed).map_or(default.seed, u64::from),
+        ..default
+    }
+}
+
+/// Refuses a uniqueness set on so many elements that no record can hold what shows its end.
+fn refuse_too_fine(job: &Job) -> Result<(), SceneError> {
+    let Job::Uniqueness { question, search } = job else { return Ok(()) };
+    // without coupling of pressures and tangential displacements there is no end to show
+    let mismatch = |material: Material| (1.0 - 2.0 * material.poisson) / material.shear_modulus;
+    let of_punch = question.punch.map_or(0.0, mismatch);
+    let is_uncoupled = match question.foundation.base {
+        Base::Elastic(material) => {
+            question.foundation.layers.is_empty() && mismatch(material) == of_punch
+        }
+        Base::Rigid => false,
+    };
+    // what cannot be laid out is refused with its reason by whoever lays it out
+    let Ok(Forecast { elements: [nx, ny], .. }) = forecast_bracket(question, search) else {
+        return Ok(());
+    };
+    // of each element the witness has three numbers; of those that are images of each other, the
+    // certificate has three
+    let bytes = |[nx, ny]: [usize; 2]| {
+        let (x, y) = (nx.div_ceil(2), ny.div_ceil(2));
+        let numbers = 3 * nx * ny + 3 * if nx == ny { x * (x + 1) / 2 } else { x * y };
+        let share = match question.sole {
+            Sole::Rectangle { .. } => 1.0,
+            Sole::Disk { .. } => std::f64::consts::FRAC_PI_4,
+        };
+        8.0 * share * numbers as f64
+    };
+    let limit = STORED_LIMIT as f64;
+    if is_uncoupled || bytes([nx, ny]) <= limit {
+        return Ok(());
+    }
+    let coarser = |n: usize| [n, ((n * ny) as f64 / nx as f64).round().max(1.0) as usize];
+    let most =
+        (1..=nx).rev().map(coarser).find(|elements| bytes(*elements) <= limit).unwrap_or([1; 2]);
+    Err(SceneError {
+        key: "numerics.mesh".to_owned(),
+        value: format!("{nx} x {ny}"),
+        expected: format!(
+            "must give no more than {} x {} elements, for a record of {STORED_LIMIT} bytes to hold the witness",
+            most[0], most[1]
+        ),
+    })
+}
+
+/// Makes the figure of the bracket as a band.
+fn figure(_: &KindTable, groups: &[Group]) -> Option<Figure> {
+    let band = Some(["mu_low", "mu_high"].map(str::to_owned));
+    Some(Figure { band, ..Figure::over_longest_axis(groups)? })
+}
+
+/// Reads what came of looking for the end.
+macro_rules! bracketed {
+    (|$found:ident| $value:expr) => {
+        ColumnSource::Record(|record| record.bracketed().map_or(Value::Missing, |$found| $value))
+    };
+}
+
+/// The columns of brackets of uniqueness sets.
+pub(crate) const BRACKET: &[Column] = result_columns! {
+    Observable "mu_low" ("lower end of μ*") Pure "below this, every load has one solution at most: lower end of the bracket of μ*" bracketed!(|found| side(found, |low, _| low.mu));
+    Observable "mu_high" ("upper end of μ*") Pure "from this on, the condition for uniqueness fails: upper end of the bracket of μ*" bracketed!(|found| side(found, |_, high| high.mu));
+    Observable "bracket_width" Pure "length of the bracket over its upper end" bracketed!(|found| side(found, |low, high| (high.mu - low.mu) / high.mu));
+    Observable "unbounded" Text "yes, if there is one solution at most whatever the friction" bracketed!(|found| match &found.bracket {
+        Some(Bracket::Unbounded) => Value::Text("yes".to_owned()),
+        Some(Bracket::Bounded { .. }) => Value::Text("no".to_owned()),
+        None => Value::Missing,
+    });
+    Certificate "witness_residual" Pure "|B(I - EA)x - x| / |x| of the witness above" bracketed!(|found| found.shown.map_or(Value::Missing, |shown| Value::Number(shown.residual)));
+    Certificate "singular_value" Pure "smallest singular value of B(I - EA) - I over its norm, for few elements" bracketed!(|found| {
+        found.shown.and_then(|shown| Some(shown.singular_value? / shown.norm)).map_or(Value::Missing, Value::Number)
+    });
+};
+
+/// A figure of both sides of a bracket.
+fn side(found: &Bracketed, read: fn(&LowerBound, &Witness) -> f64) -> Value {
+    match &found.bracket {
+        Some(Bracket::Bounded { lower, upper }) => Value::Number(read(lower, upper)),
+        _ => Value::Missing,
+    }
+}

@@ -1,0 +1,237 @@
+//! The bytes of records and of fields.
+//!
+//! A record is `[version, deterministic part, provenance]`: the same job gives the same
+//! deterministic part on any number of workers ([`Record::result_bytes`]); provenance says who
+//! computed it, when and how fast.
+
+use contact::model::Fields;
+use identity::Kept;
+
+use crate::encoding::{BLOB_LIMIT, DecodeError, decode, decode_as, encode, encode_as};
+use crate::job::PHYSICS_VERSION;
+use crate::provenance::Provenance;
+use crate::record::{Ending, Record};
+
+/// Format of records. 1 held a single load step, 2 no levels, 3 the digests of fields only.
+const RECORD_VERSION: u8 = 4;
+
+/// The last format before, which is read as well.
+const OLDER_VERSION: u8 = 3;
+
+/// The formats of records that are read.
+const RECORD_VERSIONS: &[u8] = &[OLDER_VERSION, RECORD_VERSION];
+
+/// Longest text or list in a record that is believed \[bytes\]; a corrupt length must not allocate.
+const RECORD_LIMIT: usize = 16 << 20;
+
+impl Record {
+    /// The bytes of the deterministic part: equal for the same job, whoever computed it.
+    pub fn result_bytes(&self) -> Vec<u8> {
+        encode_as(RECORD_VERSION, &(self.physics, &self.job, &self.ending, &self.fields))
+    }
+
+    /// The bytes of the record: [`result_bytes`](Record::result_bytes), then the provenance.
+    pub fn encode(&self) -> Vec<u8> {
+        let mut bytes = self.result_bytes();
+        bytes.extend_from_slice(encode(&self.provenance).get(1..).unwrap_or_default());
+        bytes
+    }
+
+    /// Reads what [`encode`](Record::encode) wrote.
+    pub fn decode(bytes: &[u8]) -> Result<Record, DecodeError> {
+        const WHAT: &str = "the record";
+        type Parts<Fields> = ((u32, String, Ending, Option<Fields>), Provenance);
+        let ((physics, job, ending, fields), provenance) = match bytes.first() {
+            Some(&OLDER_VERSION) => {
+                let ((physics, job, ending, digest), provenance) =
+                    decode_as::<Parts<[u8; 32]>, RECORD_LIMIT>(RECORD_VERSIONS, WHAT, bytes)?;
+                ((physics, job, ending, digest.map(Kept::Blob)), provenance)
+            }
+            _ => decode_as::<Parts<Kept>, RECORD_LIMIT>(RECORD_VERSIONS, WHAT, bytes)?,
+        };
+        if let Ending::Searched(found) = &ending {
+            let count = found.solutions.len();
+            for solution in &found.solutions {
+                let distances = solution.distances.len();
+                let misfit = (distances != count)
+                    .then(|| format!("{distances} distances of a solution to {count}"));
+                if let Some(reason) = misfit.or_else(|| misfit_of(&solution.fields)) {
+                    return Err(DecodeError::Malformed { what: WHAT, reason });
+                }
+            }
+        }
+        Ok(Record { physics, job, ending, fields, provenance })
+    }
+}
+
+/// The text of the job in the bytes of a record, without reading the rest; `None` unless this
+/// program's physics computed it.
+pub fn job_text(bytes: &[u8]) -> Option<&str> {
+    let body = RECORD_VERSIONS.iter().find_map(|version| bytes.strip_prefix(&[*version]))?;
+    let config = bincode::config::standard().with_limit::<RECORD_LIMIT>();
+    let ((physics, job), _): ((u32, &str), usize) =
+        bincode::serde::borrow_decode_from_slice(body, config).ok()?;
+    (physics == PHYSICS_VERSION).then_some(job)
+}
+
+/// The bytes of fields.
+pub fn encode_fields(fields: &Fields) -> Vec<u8> {
+    encode(fields)
+}
+
+/// Reads what [`encode_fields`] wrote; every list has one value per element.
+pub fn decode_fields(bytes: &[u8]) -> Result<Fields, DecodeError> {
+    const WHAT: &str = "the field file";
+    let fields: Fields = decode::<_, BLOB_LIMIT>(WHAT, bytes)?;
+    match misfit_of(&fields) {
+        Some(reason) => Err(DecodeError::Malformed { what: WHAT, reason }),
+        None => Ok(fields),
+    }
+}
+
+/// What is wrong with fields that have not one value per element.
+fn misfit_of(fields: &Fields) -> Option<String> {
+    let [nx, ny] = fields.shape.map(u64::from);
+    let lists = [
+        &fields.pressure,
+        &fields.traction_x,
+        &fields.traction_y,
+        &fields.gap,
+        &fields.slip_x,
+        &fields.slip_y,
+    ];
+    let lengths = lists.iter().map(|list| list.len()).chain([fields.state.len()]);
+    let length = lengths.into_iter().find(|length| *length as u64 != nx.saturating_mul(ny))?;
+    Some(format!("{length} values on {nx} × {ny} elements"))
+}
+
+#[cfg(test)]
+mod tests {
+    use contact::multiplicity::{Multiplicity, Solution};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::encoding::VERSION;
+    use crate::record::tests::{failed, fields, quarantined, searched, solved};
+
+    #[test]
+    fn round_trip() {
+        for record in [solved(), failed(), quarantined(), searched()] {
+            assert_eq!(Record::decode(&record.encode()), Ok(record.clone()));
+            assert_eq!(record.key(), record.parse_job().unwrap().key());
+        }
+        assert_eq!(decode_fields(&encode_fields(&fields())), Ok(fields()));
+    }
+
+    #[test]
+    fn provenance_leaves_the_result_alone() {
+        let one = solved();
+        let mut other = solved();
+        other.provenance =
+            Provenance { seconds: 9.0, worker: 7, attempt: 2, ..Provenance::default() };
+        assert_eq!(one.result_bytes(), other.result_bytes());
+        assert_ne!(one.encode(), other.encode());
+        other.fields = None;
+        assert_ne!(one.result_bytes(), other.result_bytes());
+    }
+
+    #[test]
+    fn the_format_before_is_read() {
+        for record in [solved(), Record { fields: None, ..failed() }] {
+            let digest = record.fields.as_ref().map(|_| [7_u8; 32]);
+            let mut bytes =
+                encode_as(OLDER_VERSION, &(record.physics, &record.job, &record.ending, &digest));
+            bytes.extend_from_slice(&encode(&record.provenance)[1..]);
+            assert_eq!(Record::decode(&bytes).as_ref(), Ok(&record));
+            assert_eq!(job_text(&bytes), Some(&*record.job));
+        }
+    }
+
+    /// A change of these bytes is a change of the format: it needs a new version and a way to read
+    /// the old one.
+    #[test]
+    fn golden_bytes() {
+        insta::assert_snapshot!("record", hexadecimal(&solved().encode()));
+        insta::assert_snapshot!("record_failed", hexadecimal(&failed().encode()));
+        insta::assert_snapshot!("record_quarantined", hexadecimal(&quarantined().encode()));
+        insta::assert_snapshot!("record_searched", hexadecimal(&searched().encode()));
+        insta::assert_snapshot!("fields", hexadecimal(&encode_fields(&fields())));
+    }
+
+    fn hexadecimal(bytes: &[u8]) -> String {
+        let line = |line: &[u8]| line.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
+        bytes.chunks(32).map(line).collect::<Vec<_>>().join("\n")
+    }
+
+    #[test]
+    fn what_is_malformed_says_so() {
+        let message = |bytes: &[u8]| Record::decode(bytes).unwrap_err().to_string();
+        assert_eq!(message(&[]), "the record is empty");
+        assert_eq!(message(&[9, 1]), "the record has format 9, this program reads formats 3 and 4");
+        assert_eq!(message(&[1, 1]), "the record has format 1, this program reads formats 3 and 4");
+        let mut long = solved().encode();
+        long.push(0);
+        assert_eq!(message(&long), "the record does not decode: 1 bytes too many");
+        // a text of 2⁶⁴ − 1 bytes
+        let huge = [&[RECORD_VERSION, 1, 253], &[0xff; 8][..]].concat();
+        assert!(message(&huge).starts_with("the record does not decode"));
+        let mut short = fields();
+        short.gap.pop();
+        assert_eq!(
+            decode_fields(&encode_fields(&short)).unwrap_err().to_string(),
+            "the field file does not decode: 5 values on 3 × 2 elements"
+        );
+        short.shape = [u32::MAX; 2];
+        assert!(decode_fields(&encode_fields(&short)).is_err());
+        let ragged = |change: fn(&mut Solution)| {
+            let mut record = searched();
+            let Ending::Searched(found) = &mut record.ending else { panic!() };
+            change(&mut found.solutions[1]);
+            message(&record.encode())
+        };
+        assert_eq!(
+            ragged(|solution| solution.distances.truncate(1)),
+            "the record does not decode: 1 distances of a solution to 2"
+        );
+        assert_eq!(
+            ragged(|solution| solution.fields.gap.truncate(5)),
+            "the record does not decode: 5 values on 3 × 2 elements"
+        );
+    }
+
+    #[test]
+    fn every_shorter_record_is_refused() {
+        let bytes = solved().encode();
+        assert!((0..bytes.len()).all(|length| Record::decode(&bytes[..length]).is_err()));
+        let bytes = encode_fields(&fields());
+        assert!((0..bytes.len()).all(|length| decode_fields(&bytes[..length]).is_err()));
+    }
+
+    proptest! {
+        #[test]
+        fn arbitrary_bytes_never_panic(mut bytes in proptest::collection::vec(any::<u8>(), 0..400), versioned: bool) {
+            if let (Some(first), true) = (bytes.first_mut(), versioned) {
+                *first = RECORD_VERSION;
+            }
+            let _ = Record::decode(&bytes);
+            if let (Some(first), true) = (bytes.first_mut(), versioned) {
+                *first = VERSION;
+            }
+            let _ = decode_fields(&bytes);
+        }
+
+        #[test]
+        fn flipped_bits_never_panic(at in any::<prop::sample::Index>(), bit in 0u8..8, which in 0usize..4) {
+            let mut bytes = [solved(), failed(), quarantined(), searched()][which].encode();
+            let at = at.index(bytes.len());
+            bytes[at] ^= 1 << bit;
+            if let Ok(record) = Record::decode(&bytes) {
+                let _ = (record.parse_job(), record.multiplicity().map(Multiplicity::furthest));
+            }
+            let mut bytes = encode_fields(&fields());
+            let at = at % bytes.len();
+            bytes[at] ^= 1 << bit;
+            let _ = decode_fields(&bytes);
+        }
+    }
+}

@@ -1,0 +1,251 @@
+//! A study: one TOML file that reads like the question.
+//!
+//! ```toml
+//! name = "stick-zone"
+//! question = "How does the stick zone grow with friction?"
+//!
+//! [scene.foundation]
+//! base = { shear_modulus = "80 GPa", poisson = 0.3 }
+//! [scene.punch]
+//! shape = "flat-disk"
+//! radius = "1 mm"
+//! [scene.friction]
+//! mu = 0.3
+//! [scene.loading]
+//! steps = [{ approach = "1 um" }]
+//!
+//! [numerics]
+//! mesh = 64
+//!
+//! [sweep]                     # see `axis`
+//! "friction.mu" = { from = 0.05, to = 0.8, count = 16 }
+//!
+//! [figure]                    # see `figure`; also [[figure]], several times; without it a study has one of its own
+//! x = "mu"
+//! y = "stick_fraction"
+//! ```
+//! Numbers are SI or texts with a unit. Everything that could be wrong is refused here, with its
+//! place, before anything runs.
+
+use contact::model::{Mesh, SceneError};
+use contact::punch::Surfaces;
+use rayon::prelude::*;
+
+use crate::adaptive::Adaptive;
+use crate::assemble::locate;
+use crate::axis;
+use crate::axis::{Group, SweepAxis};
+use crate::columns::Column;
+use crate::error::{Mistake, StudyError};
+use crate::figure::Figure;
+use crate::job::Job;
+use crate::key::Key;
+use crate::kind::convergence::Ladder;
+use crate::kind::cost::Cost;
+use crate::kind::{Kind, KindTable};
+use crate::point::StudyPoint;
+use crate::sheet::{Given, Setting, Sheet, TablePlaces};
+use crate::study_files::StudyFiles;
+use crate::value::Value;
+
+/// A study whose every point makes sense.
+#[derive(Clone, Debug)]
+pub struct Study {
+    pub(crate) name: String,
+    pub(crate) question: String,
+    pub(crate) kind: Kind,
+    pub(crate) figures: Vec<Figure>,
+    pub(crate) groups: Vec<Group>,
+    pub(crate) adaptive: Option<Adaptive>,
+    pub(crate) kind_table: KindTable,
+    pub(crate) base: Vec<(Key, Given)>,
+    pub(crate) places: TablePlaces,
+    pub(crate) points: usize,
+    pub(crate) files: StudyFiles,
+    pub(crate) path: String,
+    pub(crate) text: String,
+}
+
+impl Study {
+    /// The name, fit for a file or a directory.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The question, or nothing.
+    pub fn question(&self) -> &str {
+        &self.question
+    }
+
+    /// What is done with the points.
+    pub fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// The figures that answer the question: the file's, else one that its axes suggest, if they
+    /// do.
+    pub fn figures(&self) -> &[Figure] {
+        &self.figures
+    }
+
+    /// The groups of axes, the last one fastest.
+    pub fn groups(&self) -> &[Group] {
+        &self.groups
+    }
+
+    /// The axes of all groups, in order.
+    pub fn axes(&self) -> impl Iterator<Item = &SweepAxis> {
+        self.groups.iter().flat_map(Group::axes)
+    }
+
+    /// How it chooses points beyond those of its axes, if it does.
+    pub fn adaptive(&self) -> Option<&Adaptive> {
+        self.adaptive.as_ref()
+    }
+
+    /// The ladder of a convergence study.
+    pub fn ladder(&self) -> Option<Ladder> {
+        (self.kind == Kind::Convergence).then(|| Ladder::of(&self.kind_table, &self.groups))?
+    }
+
+    /// What a study of cost measures.
+    pub fn cost(&self) -> Option<Cost> {
+        (self.kind == Kind::Cost).then(|| Cost::of(&self.kind_table))
+    }
+
+    /// Every column of the study's results.
+    pub fn columns(&self) -> Vec<Column> {
+        self.kind.columns(self.axes(), axis::keys(&self.base, &self.groups))
+    }
+
+    /// The surfaces that its jobs name.
+    pub fn surfaces(&self) -> &Surfaces {
+        &self.files.surfaces
+    }
+
+    /// The text of the file.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Where the text came from.
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
+    /// The number of points; at least one, for a study without axes is its base.
+    #[expect(clippy::len_without_is_empty, reason = "a study is never empty")]
+    pub fn len(&self) -> usize {
+        self.points
+    }
+
+    /// The `index`-th point, `None` from [`len`](Study::len) on. Points are in the order of the
+    /// axes, the last group fastest.
+    pub fn point(&self, index: usize) -> Option<StudyPoint> {
+        let steps = (index < self.points).then(|| axis::steps(&self.groups, index))?;
+        let job = self.job(&steps).ok()?;
+        let values = self.groups.iter().zip(&steps).flat_map(|(group, step)| {
+            group.axes.iter().map(|axis| axis.choices[*step].shown.clone())
+        });
+        Some(StudyPoint { values: values.collect(), key: job.key(), job })
+    }
+
+    /// The `index`-th point with another mesh; `None` where that is no job.
+    pub fn point_on_mesh(&self, index: usize, mesh: Mesh) -> Option<StudyPoint> {
+        self.point_with(index, &[(Key::Mesh, Setting::Mesh(mesh))], |_| {})
+    }
+
+    /// The same, solved to a tolerance, unless the study gives one.
+    pub fn point_as_exact(&self, index: usize, mesh: Mesh, tolerance: f64) -> Option<StudyPoint> {
+        let steps = (index < self.points).then(|| axis::steps(&self.groups, index))?;
+        let settings =
+            [(Key::Mesh, Setting::Mesh(mesh)), (Key::Tolerance, Setting::Number(tolerance))];
+        let is_given = self.sheet(&steps).get(Key::Tolerance).is_some();
+        self.point_with(index, if is_given { &settings[..1] } else { &settings }, |_| {})
+    }
+
+    /// The `index`-th point with another value of the axis with index `axis`, which must be one of
+    /// numbers; `None` where that is no job.
+    pub fn point_at(&self, index: usize, axis: usize, value: f64) -> Option<StudyPoint> {
+        let key = self.axes().nth(axis)?.key()?;
+        self.point_with(index, &[(key, Setting::Number(value))], |values| {
+            values.get_mut(axis).into_iter().for_each(|shown| *shown = Value::Number(value));
+        })
+    }
+
+    fn point_with(
+        &self,
+        index: usize,
+        settings: &[(Key, Setting)],
+        show: impl FnOnce(&mut Vec<Value>),
+    ) -> Option<StudyPoint> {
+        let StudyPoint { mut values, .. } = self.point(index)?;
+        let given: Vec<(Key, Given)> = settings
+            .iter()
+            .map(|(key, setting)| (*key, Given { setting: setting.clone(), span: 0..0, nth: None }))
+            .collect();
+        let mut sheet = self.sheet(&axis::steps(&self.groups, index));
+        given.iter().for_each(|(key, given)| sheet.set(*key, given));
+        let job =
+            self.kind.assemble(&self.kind_table, &sheet, &self.files.names, &self.places).ok()?;
+        show(&mut values);
+        Some(StudyPoint { values, key: job.key(), job })
+    }
+
+    /// What is wrong with the scene of the `index`-th point, at its place in the file.
+    pub fn refuse(&self, index: usize, error: &SceneError) -> StudyError {
+        let sheet = self.sheet(&axis::steps(&self.groups, index.min(self.points - 1)));
+        let mut mistake = locate(error, &sheet, &self.places);
+        let values = self.point(index).map(|point| point.values).unwrap_or_default();
+        let at: Vec<String> = self
+            .axes()
+            .zip(&values)
+            .map(|(axis, value)| format!("{} = {value}", axis.column()))
+            .collect();
+        if !at.is_empty() {
+            mistake.help = format!("it is so at {}", at.join(", "));
+        }
+        StudyError::new(&self.path, &self.text, vec![mistake])
+    }
+
+    /// What is wrong with the condition of `[bisect]`, at its place in the file; lines of
+    /// `expected` after the first are advice.
+    pub fn refuse_condition(&self, message: impl Into<String>, expected: &str) -> StudyError {
+        let span = match &self.adaptive {
+            Some(Adaptive::Bisect { span, .. }) => span.clone(),
+            _ => 0..0,
+        };
+        let (expected, help) = expected.split_once('\n').unwrap_or((expected, ""));
+        StudyError::new(
+            &self.path,
+            &self.text,
+            vec![Mistake::new(span, message, expected).help(help)],
+        )
+    }
+
+    /// Every point of the axes, in order. Points whose jobs coincide are all there.
+    pub fn points(&self) -> Vec<StudyPoint> {
+        (0..self.points).into_par_iter().filter_map(|index| self.point(index)).collect()
+    }
+
+    pub(crate) fn sheet(&self, steps: &[usize]) -> Sheet<'_> {
+        let mut sheet = Sheet::new(self.base.iter().map(|(key, given)| (*key, given)));
+        for (group, step) in self.groups.iter().zip(steps) {
+            group.axes.iter().for_each(|axis| axis.apply(*step, &mut sheet));
+        }
+        sheet
+    }
+
+    pub(crate) fn job(&self, steps: &[usize]) -> Result<Job, Vec<Mistake>> {
+        let job = self.kind.assemble(
+            &self.kind_table,
+            &self.sheet(steps),
+            &self.files.names,
+            &self.places,
+        )?;
+        if let Some(Adaptive::Accuracy(accuracy)) = &self.adaptive {
+            accuracy.check(&job).map_err(|mistake| vec![mistake])?;
+        }
+        Ok(job)
+    }
+}

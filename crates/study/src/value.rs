@@ -1,0 +1,41 @@
+//! A value of a table's cell.
+
+use std::fmt;
+
+use crate::units::Compact;
+
+/// A cell of a table, in SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A number.
+    Number(f64),
+    /// A whole number.
+    Integer(u64),
+    /// A text.
+    Text(String),
+    /// Nothing: the job has no such key, or it left no such figure.
+    Missing,
+}
+
+impl Value {
+    /// The number, whole or not; `None` for texts and where it is missing.
+    pub fn as_f64(&self) -> Option<f64> {
+        match self {
+            Value::Number(x) => Some(*x),
+            Value::Integer(n) => Some(*n as f64),
+            Value::Text(_) | Value::Missing => None,
+        }
+    }
+}
+
+/// Numbers in their shortest exact form; nothing for what is missing.
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Value::Number(x) => write!(f, "{}", Compact(*x)),
+            Value::Integer(n) => write!(f, "{n}"),
+            Value::Text(text) => f.write_str(text),
+            Value::Missing => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! Writes a job as the text of a study that asks for it.
+
+use crate::job::Job;
+use crate::key::{Key, Quantity};
+use crate::settings::{length, settings};
+use crate::sheet::Setting;
+
+impl Job {
+    /// The job as a study file asks for it, in SI units. Read back, it is the study's only point,
+    /// and the same job; a study of cost needs beside it `[sweep]` with at least three meshes, and
+    /// the job is one of its points if its own mesh is among them.
+    pub fn to_toml(&self) -> String {
+        let settings = settings(self);
+        let mut text = self.kind().to_toml(self);
+        let goes_without_saying = |key: Key, setting: &Setting| {
+            matches!(key, Key::Increments(_) | Key::Cycles) && *setting == Setting::Count(1)
+        };
+        let said = || settings.iter().filter(|(key, setting)| !goes_without_saying(*key, setting));
+        for (key, setting) in said().filter(|(key, _)| key.index().is_none()) {
+            if !matches!(key.quantity(), Quantity::List(_)) {
+                text += &format!("{} = {setting}\n", key.path());
+                continue;
+            }
+            let entry = |index| {
+                let keys =
+                    said().filter(|(of, _)| of.list() == Some(*key) && of.index() == Some(index));
+                let keys: Vec<String> =
+                    keys.map(|(key, setting)| format!("{} = {setting}", key.name())).collect();
+                if keys.is_empty() { "{}".to_owned() } else { format!("{{ {} }}", keys.join(", ")) }
+            };
+            let entries: Vec<String> = (0..length(self, *key)).map(entry).collect();
+            if !entries.is_empty() {
+                text += &format!("{} = [{}]\n", key.path(), entries.join(", "));
+            }
+        }
+        text
+    }
+}

@@ -1,0 +1,29 @@
+//! What a study says beyond its rows, to be read and as JSON.
+
+use answers::AnswerTable;
+use anyhow::Result;
+use report::Cell;
+
+use crate::output::layout;
+
+/// The answers to be read, each table under its title.
+pub(crate) fn answers_words(answers: &[AnswerTable]) -> String {
+    let words = |AnswerTable { title, table }: &AnswerTable| match (table.columns(), table.rows()) {
+        // a sentence
+        ([_], [row]) => format!("\n{}\n", row.iter().map(words_of).collect::<String>()),
+        _ => format!("\n{title}\n{}", table.terminal(&layout())),
+    };
+    answers.iter().map(words).collect()
+}
+
+/// The same as rows by column, by title.
+pub(crate) fn answers_json(answers: &[AnswerTable]) -> Result<serde_json::Value> {
+    let rows = answers.iter().map(|AnswerTable { title, table }| {
+        Ok(((*title).to_owned(), serde_json::from_str(&table.json())?))
+    });
+    Ok(serde_json::Value::Object(rows.collect::<Result<_>>()?))
+}
+
+fn words_of(cell: &Cell) -> &str {
+    if let Cell::Text(words) = cell { words } else { "" }
+}

@@ -1,0 +1,44 @@
+//! The commands, a file each under its own name. They may use every other file of the program, and
+//! no command uses another.
+
+mod answer;
+mod completions;
+mod cost;
+mod effects;
+mod measured;
+mod plan;
+mod plot;
+mod query;
+mod resume;
+mod run;
+mod show;
+mod solve;
+mod status;
+mod store;
+mod worker;
+
+use anyhow::Result;
+
+use crate::cli::Command;
+use crate::output::Finish;
+
+/// Carries out a command.
+pub(crate) fn run(command: Command) -> Result<Finish> {
+    match command {
+        Command::Run(args) => run::run(&args),
+        Command::Plan(args) => plan::plan(&args),
+        Command::Effects(args) => effects::effects(&args),
+        Command::Cost(args) => cost::cost(&args),
+        Command::Resume(args) => resume::resume(&args),
+        Command::Status(args) => status::status(&args),
+        Command::Answer(args) => answer::answer(&args),
+        Command::Query(args) => query::query(&args),
+        Command::Show(args) => show::show(&args),
+        Command::Plot(args) => plot::plot(&args),
+        Command::Solve(args) => solve::solve(&args),
+        Command::Store(command) => store::store(&command),
+        Command::Completions { shell } => completions::completions(shell),
+        Command::Measured { repeat } => measured::measured(repeat),
+        Command::Worker { threads, argument } => worker::worker(threads, &argument),
+    }
+}

@@ -1,0 +1,116 @@
+//! `plot`: the figures of a study as files.
+
+use std::path::Path;
+
+use answers::Results;
+use anyhow::{Result, bail};
+use store::Store;
+use study::Study;
+
+use crate::cli::PlotArgs;
+use crate::figures::{draw, figure_files};
+use crate::output::{self, Finish};
+use crate::stored::{Source, stored_study, tell_origin};
+
+pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
+    let reader = Store::read(&args.store.store)?;
+    tell_origin(&reader);
+    let source = Source::Reader(&reader);
+    let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
+    let figures = chosen(args, results.study())?;
+    if let (Some(file), [_, _, ..]) = (&args.output, &figures[..]) {
+        let names =
+            figures.iter().map(|figure| figure.name.as_str()).collect::<Vec<_>>().join(", ");
+        bail!(
+            "{} holds one figure and the study has {names}; choose one with --figure",
+            file.display()
+        );
+    }
+    let (mut written, mut failed) = (Vec::new(), None);
+    for figure in &figures {
+        let stem = figure.stem(results.study().name());
+        let files =
+            args.output.clone().map_or_else(|| figure_files(Path::new(&stem)), |file| vec![file]);
+        match draw(&results, figure, args.filter.as_deref(), &files) {
+            Ok(()) => written.extend(files),
+            // one that cannot be drawn hinders no other
+            Err(error) => failed.replace(error).iter().for_each(output::complain),
+        }
+    }
+    if args.json && !written.is_empty() {
+        output::print_json(&written)?;
+    } else {
+        output::print(
+            &written.iter().map(|file| format!("{}\n", file.display())).collect::<String>(),
+        )?;
+    }
+    failed.map_or(Ok(Finish::AllDone), Err)
+}
+
+/// The study's figures, or the one of a name; changed as asked, in which case it is one.
+fn chosen(args: &PlotArgs, study: &Study) -> Result<Vec<study::Figure>> {
+    let own = match &args.figure {
+        None => study.figures().to_vec(),
+        Some(name) => {
+            let names = || {
+                study
+                    .figures()
+                    .iter()
+                    .map(|figure| format!("`{}`", figure.name))
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            };
+            match study.figures().iter().find(|figure| figure.name == *name) {
+                Some(figure) => vec![figure.clone()],
+                None if study.figures().is_empty() => {
+                    bail!("the study has no figure `{name}`; it has none")
+                }
+                None => bail!("the study has no figure `{name}`; it has {}", names()),
+            }
+        }
+    };
+    let PlotArgs { x, y, series, panels, steps, log_x, log_y, .. } = args;
+    let as_it_is = x.is_none()
+        && y.is_empty()
+        && series.is_none()
+        && panels.is_none()
+        && !(*steps || *log_x || *log_y);
+    if as_it_is && !own.is_empty() {
+        return Ok(own);
+    }
+    let own = own.into_iter().next();
+    let other_columns = x.is_some() || !y.is_empty();
+    let mut figure = match (own, x, y.is_empty()) {
+        (Some(figure), ..) => figure,
+        (None, Some(x), false) => study::Figure::new(x.clone(), y.clone()),
+        _ => {
+            bail!(
+                "the study suggests no figure; name its columns with --x and --y (`tribosweep query {} --columns` lists them)",
+                args.name
+            )
+        }
+    };
+    if let Some(x) = x {
+        // who asks for another abscissa asks for another figure
+        (figure.x, figure.steps) = (x.clone(), false);
+    }
+    if !y.is_empty() {
+        figure.y.clone_from(y);
+    }
+    if other_columns {
+        figure.title = Some(study.name().to_owned());
+    }
+    if let Some(series) = series {
+        figure.series.clone_from(series);
+    }
+    if let Some(panels) = panels {
+        figure.panels = Some(panels.clone());
+    }
+    figure.steps |= steps;
+    figure.log_x |= log_x;
+    figure.log_y |= log_y;
+    // a column cannot be drawn along x and tell the curves apart at once
+    figure.series.retain(|name| *name != figure.x);
+    figure.panels = figure.panels.filter(|name| *name != figure.x);
+    Ok(vec![figure])
+}

@@ -1,0 +1,76 @@
+//! `query`: the results of a study as a table.
+
+use answers::Results;
+use anyhow::Result;
+use report::{Cell, Column, Table};
+use store::Store;
+use study::Study;
+use study::columns::{Role, along_path};
+
+use crate::cli::{QueryArgs, TableFormat};
+use crate::output::{self, Finish, layout};
+use crate::stored::{Source, stored_study, tell_origin};
+
+pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
+    let reader = Store::read(&args.store.store)?;
+    tell_origin(&reader);
+    let source = Source::Reader(&reader);
+    let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
+    let format = if args.json { TableFormat::Json } else { args.format };
+    let table = if args.columns {
+        columns(results.study(), args.steps)?
+    } else {
+        let selected = if args.select.is_empty() {
+            results.usual_columns(args.steps)
+        } else {
+            args.select.clone()
+        };
+        let mut table = if args.steps {
+            results.increments()?
+        } else {
+            let mentions = selected.iter().chain(&args.sort).chain(&args.filter);
+            results.table(&mentions.collect::<Vec<_>>())?
+        };
+        if let Some(expression) = &args.filter {
+            table = table.filter(expression)?;
+            if table.rows().is_empty() {
+                output::say("no row matches");
+            }
+        }
+        if !args.sort.is_empty() {
+            table = table.sort(&args.sort)?;
+        }
+        table.select(&selected)?
+    };
+    output::print(&match format {
+        TableFormat::Table => table.terminal(&layout()),
+        TableFormat::Csv => table.csv(),
+        TableFormat::Json => table.json(),
+    })
+}
+
+/// What can be selected, as a table itself.
+fn columns(study: &Study, steps: bool) -> Result<Table> {
+    let role = |role: Role| match role {
+        Role::Axis => "axis",
+        Role::Key => "key",
+        Role::Status => "status",
+        Role::Place => "place",
+        Role::Observable => "observable",
+        Role::Certificate => "certificate",
+        Role::Error => "error",
+        Role::Work => "work",
+        Role::Provenance => "provenance",
+    };
+    let columns = if steps { along_path(study.columns()) } else { study.columns() };
+    let rows = columns
+        .iter()
+        .map(|c| {
+            [&c.name, c.unit(), role(c.role), c.meaning].map(|t| Cell::Text(t.to_owned())).to_vec()
+        })
+        .collect();
+    Ok(Table::new(
+        ["column", "unit", "kind", "meaning"].map(|name| Column::new(name, "")).to_vec(),
+        rows,
+    )?)
+}

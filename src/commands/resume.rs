@@ -1,0 +1,15 @@
+//! `resume`: continues a study from the store alone.
+
+use anyhow::Result;
+use store::Store;
+
+use crate::cli::ResumeArgs;
+use crate::execution::execute;
+use crate::output::Finish;
+use crate::stored::stored_study;
+
+pub(crate) fn resume(args: &ResumeArgs) -> Result<Finish> {
+    // a resume that finds no study must not leave an empty store behind
+    let study = stored_study(&Store::read(&args.store.store)?, &args.name)?;
+    execute(study, &args.store.store, &args.execution)
+}

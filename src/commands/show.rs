@@ -1,0 +1,82 @@
+//! `show`: one result whole.
+
+use answers::effects;
+use anyhow::{Context, Result, bail};
+use contact::model::Outcome;
+use contact::punch::Surfaces;
+use identity::JobKey;
+use store::{Reader, Store};
+use study::Record;
+
+use crate::cli::ShowArgs;
+use crate::one_result::{json, path, words};
+use crate::output::{Finish, layout};
+use crate::stored::{stored_study, tell_origin};
+use crate::{fields, output, stored};
+
+pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
+    let reader = Store::read(&args.store.store)?;
+    tell_origin(&reader);
+    let prefix = args.key.to_ascii_lowercase();
+    let matching: Vec<JobKey> =
+        reader.keys()?.into_iter().filter(|key| key.to_string().starts_with(&prefix)).collect();
+    let key = match matching[..] {
+        [key] => key,
+        [] => bail!(
+            "no result has a key that begins with `{}`; `tribosweep query STUDY --select key` lists keys",
+            args.key
+        ),
+        _ => bail!(
+            "{} results have keys that begin with `{}`; give more of it",
+            matching.len(),
+            args.key
+        ),
+    };
+    let bytes = reader.get(&key)?.context("the record was removed while it was looked up")?;
+    let record = Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?;
+
+    if args.steps {
+        let path = path(&record)?;
+        return output::print(&if args.json { path.json() } else { path.terminal(&layout()) });
+    }
+    if let Some(name) = &args.field {
+        fields::check_field(name, args.output.as_deref())?;
+        let fields = match record.multiplicity() {
+            Some(found) => fields::solution_fields(found, args.solution)?,
+            None => {
+                fields::only_of_a_search(args.solution)?;
+                stored::fields(reader.blobs(), &record)?
+            }
+        };
+        return fields::show_field(&fields, name, args.output.as_deref());
+    }
+    let patches = record.outcome().and_then(Outcome::last).map_or(0, |end| end.observables.patches);
+    // the numbers are there without them
+    let fields = (patches > 1)
+        .then(|| {
+            stored::fields(reader.blobs(), &record).map_err(|error| output::complain(&error)).ok()
+        })
+        .flatten();
+    let surfaces = stored_surfaces(&reader, &record)?;
+    if args.json {
+        return output::print_json(&json(&record, fields.as_ref(), &surfaces)?);
+    }
+    output::print(&words(&record, fields.as_ref(), &surfaces)?)
+}
+
+/// The height map or the profiles that a result's scene names, as far as some study of the store
+/// holds them.
+fn stored_surfaces(reader: &Reader, record: &Record) -> Result<Surfaces> {
+    let job = record.parse_job()?;
+    if effects::missing_surface(&job, &Surfaces::new()).is_none() {
+        return Ok(Surfaces::new());
+    }
+    for name in reader.study_names()? {
+        // a damaged study is no reason to show nothing
+        let Ok(study) = stored_study(reader, &name) else { continue };
+        if effects::missing_surface(&job, study.surfaces()).is_none() {
+            return Ok(study.surfaces().clone());
+        }
+    }
+    Ok(Surfaces::new())
+}

@@ -1,0 +1,53 @@
+//! `status`: how far the studies of a store are.
+
+use answers::Progress;
+use anyhow::Result;
+use report::{Cell, Column, Table};
+use store::Store;
+
+use crate::cli::StatusArgs;
+use crate::output::{self, Finish, layout};
+use crate::stored::{Source, stored_study, tell_origin};
+
+pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
+    let reader = Store::read(&args.store.store)?;
+    tell_origin(&reader);
+    let studies = match &args.name {
+        Some(name) => vec![stored_study(&reader, name)?],
+        // one damaged study must not hide the others
+        None => {
+            let found = reader.study_names()?.into_iter().map(|name| stored_study(&reader, &name));
+            found.filter_map(|study| study.map_err(|error| output::complain(&error)).ok()).collect()
+        }
+    };
+    let mut rows = Vec::new();
+    let mut listed = Vec::new();
+    for study in studies {
+        let progress = match Progress::read(&study, &Source::Reader(&reader)) {
+            Ok(progress) => progress,
+            Err(error) if args.name.is_none() => {
+                let error = anyhow::Error::from(error);
+                output::complain(&error.context(format!("study `{}`", study.name())));
+                continue;
+            }
+            Err(error) => return Err(error.into()),
+        };
+        listed.push(serde_json::json!({ "study": study.name(), "question": study.question(), "progress": progress }));
+        let mut row = vec![Cell::Text(study.name().to_owned())];
+        row.extend(
+            [progress.points, progress.done, progress.failed, progress.left]
+                .map(|count| Cell::Integer(count as i64)),
+        );
+        row.push(Cell::Text(study.question().to_owned()));
+        rows.push(row);
+    }
+    if args.json {
+        return output::print_json(&listed);
+    }
+    if rows.is_empty() && reader.study_names()?.is_empty() {
+        return output::print("no studies so far\n");
+    }
+    let heads = ["study", "points", "certified", "failed", "left", "question"]
+        .map(|name| Column::new(name, ""));
+    output::print(&Table::new(heads.to_vec(), rows)?.terminal(&layout()))
+}

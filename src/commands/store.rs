@@ -1,0 +1,191 @@
+//! `store verify`, `store salvage` and `store compact`.
+
+use std::collections::BTreeSet;
+
+use answers::perform;
+use answers::perform::Unshown;
+use anyhow::{Context, Result};
+use identity::{JobKey, Kept};
+use indicatif::BinaryBytes;
+use store::{Digest, Store};
+use study::encoding::DecodeError;
+use study::{Job, Record};
+
+use crate::cli::StoreCommand;
+use crate::output;
+use crate::output::Finish;
+use crate::words::count;
+
+pub(crate) fn store(command: &StoreCommand) -> Result<Finish> {
+    match command {
+        StoreCommand::Verify { deep, json, store } => verify(&open(&store.store)?, *deep, *json),
+        StoreCommand::Salvage { json, store } => salvage(&store.store, *json),
+        StoreCommand::Compact { json, store } => compact(&open(&store.store)?, *json),
+    }
+}
+
+/// Opens a store that is there; tidying does not make one.
+fn open(directory: &std::path::Path) -> Result<Store> {
+    drop(Store::read(directory)?);
+    Ok(Store::open(directory)?)
+}
+
+fn references(record: &Record) -> Vec<Digest> {
+    match record.fields {
+        Some(Kept::Blob(digest)) => vec![Digest(digest)],
+        Some(Kept::Inside(_)) | None => Vec::new(),
+    }
+}
+
+/// Whether what a record claims to have proved holds, from what it carries; `None` for one that
+/// claims nothing of the kind.
+fn proof(record: &Record) -> Option<Result<(), Unshown>> {
+    let bracket = record.bracketed().filter(|_| record.is_certified())?.bracket.as_ref()?;
+    let Ok(Job::Uniqueness { question, .. }) = record.parse_job() else {
+        return Some(Err(Unshown::Wrong("it brackets nothing that was asked".to_owned())));
+    };
+    Some(
+        perform::verify(&question, bracket)
+            .map_err(|error| Unshown::Wrong(error.to_string()))
+            .and_then(|shown| shown.map(drop)),
+    )
+}
+
+fn verify(store: &Store, deep: bool, json: bool) -> Result<Finish> {
+    let mut undecodable: Vec<(JobKey, String)> = Vec::new();
+    let mut too_large: Vec<(JobKey, String)> = Vec::new();
+    let (mut foreign, mut proved) = (0, 0);
+    let found = store.verify(|key, bytes| match Record::decode(bytes) {
+        Ok(record) if record.key() == *key => {
+            match deep.then(|| proof(&record)).flatten() {
+                Some(Ok(())) => proved += 1,
+                Some(Err(Unshown::TooLarge(reason))) => too_large.push((*key, reason)),
+                Some(Err(Unshown::Wrong(reason))) => undecodable.push((*key, reason)),
+                None => {}
+            }
+            references(&record)
+        }
+        Ok(_) => {
+            undecodable.push((*key, "it is the record of another job".to_owned()));
+            Vec::new()
+        }
+        // sound, for the version of the program that wrote it
+        Err(DecodeError::Version { .. }) => {
+            foreign += 1;
+            Vec::new()
+        }
+        Err(error) => {
+            undecodable.push((*key, error.to_string()));
+            Vec::new()
+        }
+    })?;
+    let sound = found.is_sound() && undecodable.is_empty();
+    let mut faults = Vec::new();
+    let records = found.corrupt_records.iter().chain(&undecodable);
+    faults.extend(records.map(|(key, reason)| format!("record {key}: {reason}")));
+    faults.extend(
+        found.corrupt_blobs.iter().map(|(digest, reason)| format!("file {digest}: {reason}")),
+    );
+    faults.extend(
+        found
+            .missing_blobs
+            .iter()
+            .map(|(digest, key)| format!("file {digest} is missing, job {key} refers to it")),
+    );
+    faults
+        .extend(found.lost_studies.iter().map(|(name, reason)| format!("study {name}: {reason}")));
+    if json {
+        output::print_json(&serde_json::json!({
+            "sound": sound, "records": found.records, "files": found.blobs, "file_bytes": found.blob_bytes, "studies": found.studies, "brackets_proved": deep.then_some(proved), "brackets_too_large": deep.then_some(too_large.len()), "records_of_other_versions": foreign,
+            "unreferenced_files": found.unreferenced_blobs, "stray_files": found.stray_files, "faults": faults,
+        }))?;
+    } else {
+        let mut text = format!(
+            "{}, {} ({}), {}",
+            count(found.records, "record", "records"),
+            count(found.blobs, "file", "files"),
+            BinaryBytes(found.blob_bytes),
+            count(found.studies, "study", "studies")
+        );
+        text += if sound { ": all sound\n" } else { "\n" };
+        if deep {
+            text += &format!(
+                "{} of uniqueness sets proved anew\n",
+                count(proved, "bracket", "brackets")
+            );
+            too_large.iter().for_each(|(key, reason)| {
+                text += &format!("not checked: record {key}: {reason}\n")
+            });
+        }
+        faults.iter().for_each(|fault| text += &format!("damaged: {fault}\n"));
+        if foreign > 0 {
+            text += &format!(
+                "{} of another version of this program, and not used\n",
+                count(foreign, "record is", "records are")
+            );
+        }
+        if found.unreferenced_blobs > 0 && foreign == 0 {
+            let files = count(found.unreferenced_blobs, "file is", "files are");
+            text += &format!(
+                "{files} referred to by nothing; `tribosweep store compact` removes what is\n"
+            );
+        }
+        found
+            .stray_files
+            .iter()
+            .for_each(|file| text += &format!("not the store's: {}\n", file.display()));
+        output::print(&text)?;
+    }
+    Ok(if sound { Finish::AllDone } else { Finish::SomeFailed })
+}
+
+fn salvage(directory: &std::path::Path, json: bool) -> Result<Finish> {
+    let salvaged = Store::salvage(directory)?;
+    if json {
+        return output::print_json(&serde_json::json!({
+            "kept": salvaged.kept, "promised": salvaged.promised, "studies": salvaged.studies, "lost_studies": salvaged.lost_studies,
+            "former_database": salvaged.damaged,
+        }));
+    }
+    let promised =
+        salvaged.promised.map_or(String::new(), |promised| format!(" of at least {promised}"));
+    let mut text = format!(
+        "kept {}{promised}, and {}\n",
+        count(salvaged.kept, "record", "records"),
+        count(salvaged.studies, "study", "studies")
+    );
+    if let Some(damaged) = &salvaged.damaged {
+        text += &format!(
+            "the former database is in {}; delete it when nothing is missed\n",
+            damaged.display()
+        );
+    }
+    for name in &salvaged.lost_studies {
+        text += &format!(
+            "the definition of the study `{name}` was damaged; `tribosweep run` of its file brings it back\n"
+        );
+    }
+    output::print(&text)
+}
+
+fn compact(store: &Store, json: bool) -> Result<Finish> {
+    let mut referenced = BTreeSet::new();
+    for (key, bytes) in store.records() {
+        // what cannot be read might refer to anything, so nothing is removed then
+        let bytes = bytes.context("nothing was removed")?;
+        let record = Record::decode(&bytes)
+            .with_context(|| format!("the record of job {key}; nothing was removed"))?;
+        referenced.extend(references(&record));
+    }
+    let done = store.compact(&referenced)?;
+    if json {
+        return output::print_json(
+            &serde_json::json!({ "files": done.blobs, "unfinished_files": done.unfinished, "bytes": done.bytes }),
+        );
+    }
+    let (files, unfinished) = (
+        count(done.blobs, "file", "files"),
+        count(done.unfinished, "unfinished one", "unfinished ones"),
+    );
+    output::print(&format!("removed {files} and {unfinished}, {}\n", BinaryBytes(done.bytes)))
+}

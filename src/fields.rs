@@ -1,0 +1,126 @@
+//! The fields of a result, drawn or as files.
+
+use std::ffi::OsStr;
+use std::io::IsTerminal;
+use std::path::Path;
+
+use anyhow::{Result, bail};
+use contact::model::Fields;
+use contact::multiplicity::Multiplicity;
+use report::{Field, Grid, TerminalInk, Values, field_csv, vti};
+
+use crate::figures::{RESOLUTION, write};
+use crate::output;
+use crate::output::Finish;
+
+/// The fields by name.
+const FIELDS: [&str; 8] =
+    ["pressure", "traction_x", "traction_y", "traction", "gap", "slip_x", "slip_y", "state"];
+
+/// The endings of files that a field is written to.
+const ENDINGS: [&str; 5] = ["png", "svg", "npy", "vti", "csv"];
+
+/// Refuses a field that there is not, or a file of which nobody can tell what it is to be; before
+/// it is computed.
+pub(crate) fn check_field(name: &str, file: Option<&Path>) -> Result<()> {
+    if !FIELDS.contains(&name) {
+        bail!("there is no field `{name}`; there are {}", FIELDS.join(", "));
+    }
+    match file {
+        Some(file)
+            if !file
+                .extension()
+                .and_then(OsStr::to_str)
+                .is_some_and(|ending| ENDINGS.contains(&ending)) =>
+        {
+            bail!("{}: a field is written as .{}", file.display(), ENDINGS.join(", ."))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// One of the fields of a result; masked elements have no value.
+pub(crate) fn field(fields: &Fields, name: &str) -> Result<Field> {
+    let [nx, ny] = fields.shape.map(|n| n as usize);
+    let corner = [0, 1].map(|c| fields.origin[c] - 0.5 * fields.element[c]);
+    let grid = Grid { nx, ny, origin: corner, element: fields.element };
+    let on_sole = |values: &[f64]| -> Values {
+        Values::Number(
+            values
+                .iter()
+                .zip(&fields.state)
+                .map(|(value, state)| if *state == 0 { f64::NAN } else { *value })
+                .collect(),
+        )
+    };
+    let traction: Vec<f64>;
+    let (unit, values) = match name {
+        "pressure" => ("Pa", on_sole(&fields.pressure)),
+        "traction_x" => ("Pa", on_sole(&fields.traction_x)),
+        "traction_y" => ("Pa", on_sole(&fields.traction_y)),
+        "traction" => {
+            traction = fields
+                .traction_x
+                .iter()
+                .zip(&fields.traction_y)
+                .map(|(x, y)| x.hypot(*y))
+                .collect();
+            ("Pa", on_sole(&traction))
+        }
+        "gap" => ("m", on_sole(&fields.gap)),
+        "slip_x" => ("m", on_sole(&fields.slip_x)),
+        "slip_y" => ("m", on_sole(&fields.slip_y)),
+        "state" => {
+            let names = ["outside", "open", "stick", "slip"].map(str::to_owned).to_vec();
+            ("", Values::Category { of: fields.state.clone(), names })
+        }
+        other => bail!("there is no field `{other}`"),
+    };
+    Ok(Field::new(name, unit, grid, values)?)
+}
+
+/// Draws a field on standard output or writes it to a file by its ending.
+pub(crate) fn show_field(fields: &Fields, name: &str, file: Option<&Path>) -> Result<Finish> {
+    check_field(name, file)?;
+    let field = field(fields, name)?;
+    let Some(file) = file else {
+        let ink = if std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none() {
+            TerminalInk::Color
+        } else {
+            TerminalInk::Ascii
+        };
+        return output::print(&field.terminal(output::terminal_width().unwrap_or(80), ink));
+    };
+    let bytes = match file.extension().and_then(OsStr::to_str) {
+        Some("png") => report::png(&field.svg(), RESOLUTION)?,
+        Some("svg") => field.svg().into_bytes(),
+        Some("npy") => field.npy()?,
+        Some("vti") => vti(&[&field])?.into_bytes(),
+        Some("csv") => field_csv(&[&field])?.into_bytes(),
+        _ => bail!("{}: a field is not written so", file.display()),
+    };
+    write(file, &bytes)?;
+    output::print(&format!("{}\n", file.display()))
+}
+
+/// The fields of the solution with this index, the first without one.
+pub(crate) fn solution_fields(found: &Multiplicity, index: Option<usize>) -> Result<Fields> {
+    let index = index.unwrap_or(0);
+    match found.solutions.get(index) {
+        Some(solution) => Ok(solution.fields.clone()),
+        None => bail!(
+            "there is no solution {index}: the search found {}, counted from 0",
+            found.solutions.len()
+        ),
+    }
+}
+
+/// Refuses an index of a solution where nothing was searched for.
+pub(crate) fn only_of_a_search(index: Option<usize>) -> Result<()> {
+    match index {
+        Some(index) => {
+            bail!("--solution {index}: only a study of kind \"multiplicity\" has several solutions")
+        }
+        None => Ok(()),
+    }
+}

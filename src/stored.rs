@@ -1,0 +1,129 @@
+//! What a store has: studies by name, and records.
+
+use std::path::Path;
+
+use answers::{RecordMap, Records, RecordsError};
+use anyhow::{Context, Result, bail};
+use contact::model::Fields;
+use identity::JobKey;
+use store::{Blobs, Origin, ReadError, Reader, Store};
+use study::record_format::{decode_fields, job_text};
+use study::{Record, Study};
+
+use crate::output;
+
+/// Where records come from.
+#[derive(Clone, Copy)]
+pub(crate) enum Source<'a> {
+    /// The store that this process writes.
+    Store(&'a Store),
+    /// One that it reads.
+    Reader(&'a Reader),
+}
+
+/// A record as a store gives it.
+type Fetched = (JobKey, Result<Vec<u8>, ReadError>);
+
+impl Source<'_> {
+    /// The records of those of `keys` that have one.
+    fn fetch(self, keys: &[JobKey]) -> Vec<Fetched> {
+        match self {
+            Source::Store(store) => keys
+                .iter()
+                .filter_map(|key| store.get(key).transpose().map(|record| (*key, record)))
+                .collect(),
+            Source::Reader(reader) => reader.select(keys.to_vec()).collect(),
+        }
+    }
+
+    /// Every record.
+    fn all(&self) -> Result<Box<dyn Iterator<Item = Fetched> + '_>, ReadError> {
+        Ok(match self {
+            Source::Store(store) => Box::new(store.records()),
+            Source::Reader(reader) => Box::new(reader.records()?),
+        })
+    }
+
+    fn blobs(&self) -> &Blobs {
+        match self {
+            Source::Store(store) => store.blobs(),
+            Source::Reader(reader) => reader.blobs(),
+        }
+    }
+}
+
+impl Records for Source<'_> {
+    fn select(&self, keys: &[JobKey]) -> Result<RecordMap, RecordsError> {
+        let decoded = |(key, bytes): Fetched| -> Result<(JobKey, Record)> {
+            let bytes = bytes.context("run `tribosweep store verify` to see the whole damage")?;
+            let record =
+                Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?;
+            Ok((key, record))
+        };
+        Ok(self.fetch(keys).into_iter().map(decoded).collect::<Result<_>>()?)
+    }
+
+    fn matching(&self, is_wanted: &dyn Fn(&str) -> bool) -> Result<RecordMap, RecordsError> {
+        let wanted = |(key, bytes): Fetched| {
+            let bytes = bytes.ok().filter(|bytes| job_text(bytes).is_some_and(is_wanted))?;
+            Some((key, Record::decode(&bytes).ok()?))
+        };
+        Ok(self.all()?.filter_map(wanted).collect())
+    }
+
+    fn fields(&self, record: &Record) -> Result<Fields, RecordsError> {
+        Ok(fields(self.blobs(), record)?)
+    }
+}
+
+/// The fields that a record left.
+pub(crate) fn fields(blobs: &Blobs, record: &Record) -> Result<Fields> {
+    let kept = record.fields.as_ref().with_context(|| {
+        format!("job {} left no fields: it is {}", record.key(), record.standing())
+    })?;
+    let blob = blobs.kept(kept)?.context(
+        "the file with its fields is missing; `tribosweep store verify` says what else is",
+    )?;
+    Ok(decode_fields(&blob)?)
+}
+
+/// The study of this name in a store; if there is none, says which there are.
+pub(crate) fn stored_study(reader: &Reader, name: &str) -> Result<Study> {
+    let damaged = || {
+        format!(
+            "the definition of the study `{name}` is damaged; `tribosweep run` of its file writes it anew"
+        )
+    };
+    if let Some(definition) = reader.study(name).with_context(damaged)? {
+        return Study::from_definition(&definition)
+            .with_context(|| format!("the stored study `{name}`"));
+    }
+    let names = reader.study_names()?;
+    if std::path::Path::new(name).is_file() {
+        bail!(
+            "`{name}` is a file; name a study in the store instead ({}), or start it with `tribosweep run {name}`",
+            list(&names)
+        );
+    }
+    bail!("there is no study `{name}` in the store; it has {}", list(&names))
+}
+
+fn list(names: &[String]) -> String {
+    if names.is_empty() { "none so far".to_owned() } else { names.join(", ") }
+}
+
+/// Says where numbers come from when a run is still adding to them.
+pub(crate) fn tell_origin(reader: &Reader) {
+    if let origin @ Origin::Process { .. } = reader.origin() {
+        output::say(&origin.to_string());
+    }
+}
+
+/// The option that names the store, unless it is where every command looks.
+pub(crate) fn store_option(directory: &Path) -> String {
+    if directory == Path::new(".tribosweep") {
+        String::new()
+    } else {
+        format!(" --store {}", directory.display())
+    }
+}
