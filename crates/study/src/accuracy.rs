@@ -147,7 +147,7 @@ pub(crate) fn read(
             {
                 mistakes.push(read::unknown(name.get_ref(), name.span(), "`[accuracy]`", KEYS));
             }
-            match table.get("is").map(|node| read::part("accuracy.is", node)) {
+            match table.get("is").map(|node| read::proportion("accuracy.is", node)) {
                 Some(Ok(is)) => accuracy.is = is,
                 Some(Err(mistake)) => mistakes.push(mistake),
                 None => mistakes.push(Mistake::new(
@@ -170,7 +170,7 @@ pub(crate) fn read(
                 }
             }
         }
-        _ => match read::part("accuracy", node) {
+        _ => match read::proportion("accuracy", node) {
             Ok(is) => accuracy.is = is,
             Err(mistake) => mistakes.push(mistake),
         },
@@ -215,7 +215,7 @@ fn figure(node: &Node<'_>) -> Result<&'static str, Mistake> {
             )
         };
         match nearest(bare, figures) {
-            Some(meant) => mistake(format!("did you mean \"{meant}\"?"))
+            Some(suggestion) => mistake(format!("did you mean \"{suggestion}\"?"))
                 .help(format!("must be {}", one_of(&figures))),
             None => mistake(format!("must be {}", one_of(&figures))),
         }
@@ -224,15 +224,20 @@ fn figure(node: &Node<'_>) -> Result<&'static str, Mistake> {
 
 /// Reads the number of elements across Ω beyond which no mesh is tried; `why` it cannot be below
 /// `least`.
-pub(crate) fn at_most(what: &str, node: &Node<'_>, least: u32, why: &str) -> Result<u32, Mistake> {
+pub(crate) fn at_most(
+    name: &str,
+    node: &Node<'_>,
+    least: u32,
+    reason: &str,
+) -> Result<u32, Mistake> {
     let DeValue::Integer(n) = node.get_ref() else {
-        return Err(read::mistyped(what, node, "a whole number of elements across Ω, like 512"));
+        return Err(read::mistyped(name, node, "a whole number of elements across Ω, like 512"));
     };
-    match read::whole(what, n, node.span())? {
+    match read::whole(name, n, node.span())? {
         n if (least..=Mesh::MAX_SIDE).contains(&n) => Ok(n),
         n => {
-            let expected = format!("must be from {least}, {why}, to {}", Mesh::MAX_SIDE);
-            Err(Mistake::new(node.span(), format!("`{what}` cannot be {n}"), expected))
+            let expected = format!("must be from {least}, {reason}, to {}", Mesh::MAX_SIDE);
+            Err(Mistake::new(node.span(), format!("`{name}` cannot be {n}"), expected))
         }
     }
 }

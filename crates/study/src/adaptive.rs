@@ -17,7 +17,7 @@
 //! was, and its points are the same on any number of workers.
 
 use contact::numerics::Mesh;
-use toml::de::DeValue;
+use toml::de::{DeTable, DeValue};
 
 use crate::accuracy::{AT_MOST, Accuracy, at_most};
 use crate::axis::Group;
@@ -69,15 +69,14 @@ pub const OF_ONE_JOB: &str = "must be of what one job leaves, like `load` or `es
 /// Reads `[refine]` or `[bisect]`, beside which there is no `accuracy`; `base`, `groups` and
 /// `columns` are the study's.
 pub(crate) fn read(
-    accuracy: Option<&Node<'_>>,
-    refine: Option<&Node<'_>>,
-    bisect: Option<&Node<'_>>,
+    root: &DeTable<'_>,
     base: &[(Key, Given)],
     groups: &[Group],
     columns: &[Column],
     mistakes: &mut Vec<Mistake>,
 ) -> Option<Adaptive> {
     let before = mistakes.len();
+    let [accuracy, refine, bisect] = ["accuracy", "refine", "bisect"].map(|name| root.get(name));
     if let (Some(accuracy), Some(other)) = (accuracy, refine.or(bisect)) {
         let mistake = Mistake::new(
             other.span(),
@@ -149,7 +148,8 @@ fn read_refine(
         why.map_or(Ok(name), |why| Err(Mistake::new(on.span(), why, OF_ONE_JOB)))
     });
     let found = found.map_err(|mistake| mistakes.push(mistake)).ok();
-    let until = read::part("refine.until", until).map_err(|mistake| mistakes.push(mistake)).ok();
+    let until =
+        read::proportion("refine.until", until).map_err(|mistake| mistakes.push(mistake)).ok();
     let at_most =
         read_at_most(node, finest(base, groups)).map_err(|mistake| mistakes.push(mistake)).ok();
     let of_mesh = groups.iter().flat_map(Group::axes).find(|axis| axis.key() == Some(Key::Mesh));
@@ -222,7 +222,7 @@ fn read_bisect(node: &Node<'_>, groups: &[Group], mistakes: &mut Vec<Mistake>) -
     let name = read::text("bisect.axis", axis).map_err(|mistake| mistakes.push(mistake)).ok()?;
     let span = on.span();
     let on = read::text("bisect.on", on).map_err(|mistake| mistakes.push(mistake)).ok();
-    let to = read::part("bisect.to", to).map_err(|mistake| mistakes.push(mistake)).ok();
+    let to = read::proportion("bisect.to", to).map_err(|mistake| mistakes.push(mistake)).ok();
     let axes =
         || groups.iter().flat_map(|group| group.axes().iter().map(move |axis| (group, axis)));
     let is_meant = |key: Option<Key>| {

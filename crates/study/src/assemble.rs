@@ -10,7 +10,7 @@ use contact::scene::{
 use crate::error::Mistake;
 use crate::job::Case;
 use crate::key::{Key, Quantity, Table};
-use crate::sheet::{Setting, Sheet, Source, SurfaceNames, TablePlaces};
+use crate::sheet::{FileContent, NeededFile, Setting, Sheet, SurfaceNames, TablePlaces};
 
 /// The keys that a shape needs beyond `shape`; `file` stands for `file` or `surface`.
 fn needed(shape: &str) -> &'static [Key] {
@@ -324,14 +324,12 @@ impl<'a> Assembler<'a> {
     }
 
     fn surface(&self) -> String {
-        match self.sheet.sources().first() {
-            Some((_, Source::Map(file, unit))) => self
-                .surfaces
-                .maps
-                .get(&((*file).to_owned(), (*unit).to_owned()))
-                .cloned()
-                .unwrap_or_default(),
-            Some((_, Source::StoredMap(name))) => (*name).to_owned(),
+        let needed = self.sheet.needed_files().into_iter().next();
+        match needed.map(|NeededFile { content, .. }| content) {
+            Some(FileContent::Map { file, unit }) => {
+                self.surfaces.maps.get(&(file, unit)).cloned().unwrap_or_default()
+            }
+            Some(FileContent::StoredMap(name)) => name,
             _ => String::new(),
         }
     }

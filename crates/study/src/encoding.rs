@@ -7,26 +7,26 @@ use serde::{Serialize, de::DeserializeOwned};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DecodeError {
     /// There are no bytes.
-    #[error("{what} is empty")]
+    #[error("{item} is empty")]
     Empty {
         /// What was read.
-        what: &'static str,
+        item: &'static str,
     },
     /// Another version of the program wrote it.
-    #[error("{what} has format {found}, this program reads {}", formats(known))]
+    #[error("{item} has format {found}, this program reads {}", formats(known))]
     Version {
         /// What was read.
-        what: &'static str,
+        item: &'static str,
         /// The version found.
         found: u8,
         /// The versions known.
         known: &'static [u8],
     },
     /// The bytes do not decode.
-    #[error("{what} does not decode: {reason}")]
+    #[error("{item} does not decode: {reason}")]
     Malformed {
         /// What was read.
-        what: &'static str,
+        item: &'static str,
         /// What is wrong.
         reason: String,
     },
@@ -57,22 +57,22 @@ pub(crate) fn encode_as(version: u8, value: &impl Serialize) -> Vec<u8> {
 }
 
 pub(crate) fn decode<T: DeserializeOwned, const LIMIT: usize>(
-    what: &'static str,
+    item: &'static str,
     bytes: &[u8],
 ) -> Result<T, DecodeError> {
-    decode_as::<T, LIMIT>(&[VERSION], what, bytes)
+    decode_as::<T, LIMIT>(&[VERSION], item, bytes)
 }
 
 pub(crate) fn decode_as<T: DeserializeOwned, const LIMIT: usize>(
     known: &'static [u8],
-    what: &'static str,
+    item: &'static str,
     bytes: &[u8],
 ) -> Result<T, DecodeError> {
-    let (version, body) = bytes.split_first().ok_or(DecodeError::Empty { what })?;
+    let (version, body) = bytes.split_first().ok_or(DecodeError::Empty { item })?;
     if !known.contains(version) {
-        return Err(DecodeError::Version { what, found: *version, known });
+        return Err(DecodeError::Version { item, found: *version, known });
     }
-    let malformed = |reason: String| DecodeError::Malformed { what, reason };
+    let malformed = |reason: String| DecodeError::Malformed { item, reason };
     let config = bincode::config::standard().with_limit::<LIMIT>();
     let (value, read) = bincode::serde::decode_from_slice(body, config)
         .map_err(|error| malformed(error.to_string()))?;

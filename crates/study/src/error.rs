@@ -81,7 +81,7 @@ impl StudyError {
     /// Line and column of a mistake, counted from 1, columns in characters.
     pub fn position(&self, mistake: &Mistake) -> (usize, usize) {
         let before = self.text.get(..mistake.span.start).unwrap_or(&self.text);
-        let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
         (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
     }
 
@@ -130,15 +130,15 @@ impl std::error::Error for StudyError {}
 /// The span cut to the text, on character boundaries and to its first line, so that it can always
 /// be shown.
 fn within(text: &str, span: &Span) -> Span {
-    let floor = |mut at: usize| {
-        at = at.min(text.len());
-        while !text.is_char_boundary(at) {
-            at -= 1;
+    let floor = |offset: usize| {
+        let mut offset = offset.min(text.len());
+        while !text.is_char_boundary(offset) {
+            offset -= 1;
         }
-        at
+        offset
     };
     let start = floor(span.start);
     let end = floor(span.end).max(start);
-    let first_line = text[start..end].find('\n').map_or(end, |at| start + at);
+    let first_line = text[start..end].find('\n').map_or(end, |newline| start + newline);
     start..first_line
 }

@@ -109,7 +109,7 @@ macro_rules! keys {
             pub const ALL: &'static [Key] = &[$(Key::$name $((<$type>::MIN))?),*];
 
             /// The same key of another layer or step.
-            pub fn at(self, index: u32) -> Key {
+            pub fn with_index(self, index: u32) -> Key {
                 match self { $(Key::$name { .. } => Key::$name $(({ let $index: $type = index; $index }))?,)* }
             }
 
@@ -229,7 +229,7 @@ impl Key {
                 Some(list) => keys.extend(
                     indices(list)
                         .into_iter()
-                        .flat_map(|index| run.iter().map(move |key| key.at(index))),
+                        .flat_map(|index| run.iter().map(move |key| key.with_index(index))),
                 ),
             }
         }
@@ -298,7 +298,7 @@ impl Key {
         let key = Key::ALL
             .iter()
             .find(|key| key.pattern() == pattern || short(key.pattern()) == pattern)?;
-        Some(key.at(index))
+        Some(key.with_index(index))
     }
 
     /// The key that fills this column.
@@ -308,7 +308,7 @@ impl Key {
             .split('_')
             .next()
             .and_then(|digits| digits.parse().ok());
-        let candidates = Key::ALL.iter().flat_map(|key| [*key, key.at(index.unwrap_or(0))]);
+        let candidates = Key::ALL.iter().flat_map(|key| [*key, key.with_index(index.unwrap_or(0))]);
         candidates.into_iter().find(|key| key.column() == column)
     }
 
@@ -475,7 +475,7 @@ pub fn nearest_path(path: &str) -> Option<String> {
     let (pattern, index) = pattern_of(path).unwrap_or((Cow::Borrowed(path), 0));
     let keys = Key::ALL.iter().map(|key| short(key.pattern()));
     let known = keys.chain(Table::ALL.iter().map(|table| short(table.pattern)));
-    nearest(&pattern, known).map(|meant| meant.replace("[i]", &format!("[{index}]")))
+    nearest(&pattern, known).map(|suggestion| suggestion.replace("[i]", &format!("[{index}]")))
 }
 
 /// The candidate that was probably meant: one that ends in the word as a path segment, else the

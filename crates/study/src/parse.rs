@@ -5,14 +5,14 @@ use toml::de::{DeTable, DeValue};
 
 use crate::adaptive::{self, Adaptive};
 use crate::axis::{self, Group};
-use crate::error::{Mistake, Span, StudyError};
+use crate::error::{Mistake, StudyError};
 use crate::figure;
 use crate::key::{Key, Table, nearest, one_of};
 use crate::kind::Kind;
 use crate::read::{self, Reader, entries};
 use crate::sheet::{Given, TablePlaces};
 use crate::study::Study;
-use crate::study_files::{ReadFile, StudyFiles, Wanted};
+use crate::study_files::{ReadFile, StudyFiles};
 use crate::{accuracy, sweep};
 
 /// The names at the top of a study before those of the tables of kinds.
@@ -41,41 +41,12 @@ impl Study {
         }
         for index in 0..self.points {
             let steps = axis::steps(&self.groups, index);
-            // what is read goes into the study, from which a sheet borrows
-            let wanted: Vec<(Key, Span, Wanted)> = {
-                let sheet = self.sheet(&steps);
-                let sources = sheet.sources().into_iter();
-                sources
-                    .map(|(key, source)| {
-                        (
-                            key,
-                            sheet.get(key).map_or(0..0, |given| given.span.clone()),
-                            Wanted::of(source),
-                        )
-                    })
-                    .collect()
-            };
-            for (key, span, wanted) in wanted {
-                let read = match wanted {
-                    Wanted::Map(file, unit) => self.files.read_height_map((file, unit), files),
-                    Wanted::StoredMap(name) => self.files.read_stored_surface(name, files),
-                    Wanted::Profile(file) => self.files.read_profile(key, file, files),
-                };
-                if let Err(why) = read {
-                    let (what, expected) = match key {
-                        Key::File => ("height map", "must be an NPY file or a matrix of text"),
-                        Key::Surface => ("height map", "must be the hash of a stored surface"),
-                        Key::Wheel => {
-                            ("profile", "must be a wheel's profile in SIMPACK's format (.prw)")
-                        }
-                        _ => ("profile", "must be a rail's profile in SIMPACK's format (.prr)"),
-                    };
-                    // one bad file is one mistake, however many points use it
-                    return vec![Mistake::new(
-                        span,
-                        format!("cannot use this {what}: {why}"),
-                        expected,
-                    )];
+            // What is read goes into the study, from which a sheet borrows.
+            let needed = self.sheet(&steps).needed_files();
+            for file in needed {
+                if let Err(mistake) = self.files.read(file, files) {
+                    // One bad file is one mistake, however many points use it.
+                    return vec![mistake];
                 }
             }
         }
@@ -86,10 +57,11 @@ impl Study {
     /// reports each bad value once; then, if those are good, all of them.
     fn check(&self) -> Result<(), Vec<Mistake>> {
         let mut mistakes = Vec::new();
-        for (which, group) in self.groups.iter().enumerate().filter(|(_, group)| group.length > 1) {
+        for (varied, group) in self.groups.iter().enumerate().filter(|(_, group)| group.length > 1)
+        {
             let mut steps = vec![0; self.groups.len()];
             for step in 0..group.length {
-                steps[which] = step;
+                steps[varied] = step;
                 mistakes.extend(self.job(&steps).err().into_iter().flatten());
                 if mistakes.len() > 1000 {
                     break;
@@ -148,15 +120,7 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
         Some(node) => figure::read_figures(node, &groups, &columns, &mut mistakes),
         None => kind.figure(&kind_table, &groups).into_iter().collect(),
     };
-    let adaptive = adaptive::read(
-        root.get("accuracy"),
-        root.get("refine"),
-        root.get("bisect"),
-        &base,
-        &groups,
-        &columns,
-        &mut mistakes,
-    );
+    let adaptive = adaptive::read(&root, &base, &groups, &columns, &mut mistakes);
     if !mistakes.is_empty() {
         return Err(mistakes);
     }
@@ -237,7 +201,7 @@ fn read_kind(root: &DeTable<'_>, mistakes: &mut Vec<Mistake>) -> Kind {
         };
         let listed = format!("must be {}", one_of(&names));
         mistakes.push(match nearest(&name, names.iter().copied()) {
-            Some(meant) => mistake(&format!("did you mean \"{meant}\"?")).help(listed),
+            Some(suggestion) => mistake(&format!("did you mean \"{suggestion}\"?")).help(listed),
             None => mistake(&listed),
         });
         Kind::default()

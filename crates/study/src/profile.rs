@@ -43,11 +43,11 @@ pub fn encode_profile(profile: &Profile) -> Vec<u8> {
 
 /// Reads what [`encode_profile`] wrote.
 pub fn decode_profile(bytes: &[u8]) -> Result<Profile, DecodeError> {
-    const WHAT: &str = "the profile";
-    let (is_wheel, points) = decode::<(bool, Vec<[f64; 2]>), LIMIT>(WHAT, bytes)?;
+    const ITEM: &str = "the profile";
+    let (is_wheel, points) = decode::<(bool, Vec<[f64; 2]>), LIMIT>(ITEM, bytes)?;
     let kind = if is_wheel { ProfileKind::Wheel } else { ProfileKind::Rail };
     Profile::from_points(kind, points)
-        .map_err(|error| DecodeError::Malformed { what: WHAT, reason: error.to_string() })
+        .map_err(|error| DecodeError::Malformed { item: ITEM, reason: error.to_string() })
 }
 
 #[cfg(test)]

@@ -45,18 +45,17 @@ pub(crate) fn unknown(name: &str, span: Span, place: &str, known: &[&str]) -> Mi
         Mistake::new(span.clone(), format!("unknown key `{name}` in {place}"), expected)
     };
     match nearest(name, known.iter().copied()) {
-        Some(meant) => {
-            mistake(format!("did you mean `{meant}`?")).help(format!("the keys here are {listed}"))
-        }
+        Some(suggestion) => mistake(format!("did you mean `{suggestion}`?"))
+            .help(format!("the keys here are {listed}")),
         None => mistake(format!("the keys here are {listed}")),
     }
 }
 
 /// The mistake of a value of the wrong type.
-pub(crate) fn mistyped(what: &str, node: &Node<'_>, expected: &str) -> Mistake {
+pub(crate) fn mistyped(name: &str, node: &Node<'_>, expected: &str) -> Mistake {
     Mistake::new(
         node.span(),
-        format!("`{what}` cannot be {}", noun(node.get_ref())),
+        format!("`{name}` cannot be {}", noun(node.get_ref())),
         format!("must be {expected}"),
     )
 }
@@ -157,36 +156,7 @@ pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Mistake> {
             DeValue::Float(x) => Err(fraction(&key.short(), x.as_str(), node.span())),
             _ => Err(wrong()),
         },
-        Quantity::Mesh => match node.get_ref() {
-            DeValue::Integer(n) => {
-                Ok(Setting::Mesh(Mesh::Across(whole(&key.short(), n, node.span())?)))
-            }
-            DeValue::Float(x) => Err(fraction(&key.short(), x.as_str(), node.span())),
-            DeValue::Array(pair) => {
-                let mut sides = Vec::new();
-                for side in pair.iter() {
-                    match side.get_ref() {
-                        DeValue::Integer(n) => sides.push(whole(&key.short(), n, side.span())?),
-                        DeValue::Float(x) => {
-                            return Err(fraction(&key.short(), x.as_str(), side.span()));
-                        }
-                        _ => return Err(wrong()),
-                    }
-                }
-                match sides[..] {
-                    [x, y] => Ok(Setting::Mesh(Mesh::Exact([x, y]))),
-                    _ => {
-                        let message = format!("`{}` is a list of {}", key.short(), sides.len());
-                        Err(Mistake::new(
-                            node.span(),
-                            message,
-                            format!("must be {}", key.quantity().expected()),
-                        ))
-                    }
-                }
-            }
-            _ => Err(wrong()),
-        },
+        Quantity::Mesh => mesh(key, node).map(Setting::Mesh),
         Quantity::Choice(words) => match node.get_ref() {
             DeValue::String(word) if words.contains(&word.as_ref()) => {
                 Ok(Setting::Word(word.to_string()))
@@ -232,6 +202,26 @@ pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Mistake> {
     }
 }
 
+/// Reads a number of elements across Ω, or a pair of those along each side.
+fn mesh(key: Key, node: &Node<'_>) -> Result<Mesh, Mistake> {
+    let wrong = || mistyped(&key.short(), node, &key.quantity().expected());
+    let elements = |side: &Node<'_>| match side.get_ref() {
+        DeValue::Integer(n) => whole(&key.short(), n, side.span()),
+        DeValue::Float(x) => Err(fraction(&key.short(), x.as_str(), side.span())),
+        _ => Err(wrong()),
+    };
+    let DeValue::Array(sides) = node.get_ref() else { return elements(node).map(Mesh::Across) };
+    let sides: Vec<u32> = sides.iter().map(elements).collect::<Result<_, _>>()?;
+    match sides[..] {
+        [x, y] => Ok(Mesh::Exact([x, y])),
+        _ => {
+            let message = format!("`{}` is a list of {}", key.short(), sides.len());
+            let expected = format!("must be {}", key.quantity().expected());
+            Err(Mistake::new(node.span(), message, expected))
+        }
+    }
+}
+
 /// Reads the name of an effect. That it can be asked for at all is for the scene's numerics to say.
 fn effect(key: Key, node: &Node<'_>) -> Result<Effect, Mistake> {
     let DeValue::String(name) = node.get_ref() else {
@@ -243,18 +233,18 @@ fn effect(key: Key, node: &Node<'_>) -> Result<Effect, Mistake> {
 }
 
 /// The mistake of a word that is none of those known, with what was probably meant.
-fn unknown_word(what: &str, word: &str, span: Span, known: &[&str], expected: &str) -> Mistake {
+fn unknown_word(name: &str, word: &str, span: Span, known: &[&str], expected: &str) -> Mistake {
     let mistake =
-        |expected: String| Mistake::new(span, format!("unknown {what} `{word}`"), expected);
+        |expected: String| Mistake::new(span, format!("unknown {name} `{word}`"), expected);
     let expected = format!("must be {expected}");
     match nearest(word, known.iter().copied()) {
-        Some(meant) => mistake(format!("did you mean \"{meant}\"?")).help(expected),
+        Some(suggestion) => mistake(format!("did you mean \"{suggestion}\"?")).help(expected),
         None => mistake(expected),
     }
 }
 
 /// Reads a number in SI or a text with a unit.
-pub(crate) fn number(what: &str, dimension: Dimension, node: &Node<'_>) -> Result<f64, Mistake> {
+pub(crate) fn number(name: &str, dimension: Dimension, node: &Node<'_>) -> Result<f64, Mistake> {
     let expected = || format!("must be {}", Quantity::Number(dimension).expected());
     let bare = match node.get_ref() {
         DeValue::Integer(n) if n.radix() == 10 => n.as_str().parse::<f64>().ok(),
@@ -262,18 +252,18 @@ pub(crate) fn number(what: &str, dimension: Dimension, node: &Node<'_>) -> Resul
         DeValue::Float(x) => x.as_str().parse::<f64>().ok(),
         DeValue::String(text) => {
             return quantity(text, dimension)
-                .map_err(|error| not_a_quantity(what, dimension, error, node.span()));
+                .map_err(|error| not_a_quantity(name, dimension, error, node.span()));
         }
-        _ => return Err(mistyped(what, node, &Quantity::Number(dimension).expected())),
+        _ => return Err(mistyped(name, node, &Quantity::Number(dimension).expected())),
     };
     // −0 is 0, so that the two are one job
     bare.filter(|x| x.is_finite()).map(|x| x + 0.0).ok_or_else(|| {
-        Mistake::new(node.span(), format!("`{what}` is not a finite number"), expected())
+        Mistake::new(node.span(), format!("`{name}` is not a finite number"), expected())
     })
 }
 
-fn not_a_quantity(what: &str, dimension: Dimension, error: QuantityError, span: Span) -> Mistake {
-    let message = format!("`{what}`: {error}");
+fn not_a_quantity(name: &str, dimension: Dimension, error: QuantityError, span: Span) -> Mistake {
+    let message = format!("`{name}`: {error}");
     let units =
         || dimension.units().map(|unit| format!("\"{unit}\"")).collect::<Vec<_>>().join(", ");
     if dimension == Dimension::Pure {
@@ -309,39 +299,39 @@ fn not_a_quantity(what: &str, dimension: Dimension, error: QuantityError, span: 
 }
 
 /// Reads a whole number that counts something.
-pub(crate) fn whole(what: &str, n: &DeInteger<'_>, span: Span) -> Result<u32, Mistake> {
+pub(crate) fn whole(name: &str, n: &DeInteger<'_>, span: Span) -> Result<u32, Mistake> {
     u32::from_str_radix(n.as_str(), n.radix()).map_err(|_| {
-        let message = format!("`{what}` = {n} cannot count anything");
+        let message = format!("`{name}` = {n} cannot count anything");
         Mistake::new(span, message, format!("must be a whole number from 0 to {}", u32::MAX))
     })
 }
 
-fn fraction(what: &str, text: &str, span: Span) -> Mistake {
+fn fraction(name: &str, text: &str, span: Span) -> Mistake {
     Mistake::new(
         span,
-        format!("`{what}` = {text} is not a whole number"),
+        format!("`{name}` = {text} is not a whole number"),
         "must be a whole number, without a decimal point",
     )
 }
 
 /// Reads a text.
-pub(crate) fn text(what: &str, node: &Node<'_>) -> Result<String, Mistake> {
+pub(crate) fn text(name: &str, node: &Node<'_>) -> Result<String, Mistake> {
     match node.get_ref() {
         DeValue::String(text) => Ok(text.to_string()),
-        _ => Err(mistyped(what, node, "a text")),
+        _ => Err(mistyped(name, node, "a text")),
     }
 }
 
 /// Reads true or false.
-pub(crate) fn switch(what: &str, node: &Node<'_>) -> Result<bool, Mistake> {
+pub(crate) fn switch(name: &str, node: &Node<'_>) -> Result<bool, Mistake> {
     match node.get_ref() {
         DeValue::Boolean(yes) => Ok(*yes),
-        _ => Err(mistyped(what, node, "true or false")),
+        _ => Err(mistyped(name, node, "true or false")),
     }
 }
 
 /// Reads a part of one: `"0.1%"` or `0.001`.
-pub(crate) fn part(what: &str, node: &Node<'_>) -> Result<f64, Mistake> {
+pub(crate) fn proportion(name: &str, node: &Node<'_>) -> Result<f64, Mistake> {
     const EXPECTED: &str = "must be a part like \"0.1%\" or 0.001, above 0 and below 1";
     let value = match node.get_ref() {
         DeValue::String(text) => text
@@ -355,17 +345,17 @@ pub(crate) fn part(what: &str, node: &Node<'_>) -> Result<f64, Mistake> {
     };
     value
         .filter(|x| *x > 0.0 && *x < 1.0)
-        .ok_or_else(|| Mistake::new(node.span(), format!("`{what}` is no such part"), EXPECTED))
+        .ok_or_else(|| Mistake::new(node.span(), format!("`{name}` is no such part"), EXPECTED))
 }
 
 /// The mistake of a name that is not fit for a file, if it is not; `what` it names with its
 /// article.
-pub(crate) fn refuse_file_name(name: &str, what: &str, node: &Node<'_>) -> Option<Mistake> {
+pub(crate) fn refuse_file_name(name: &str, owner: &str, node: &Node<'_>) -> Option<Mistake> {
     let legal = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
     let is_name = name.starts_with(|c: char| c.is_ascii_alphanumeric())
         && name.chars().all(legal)
         && name.len() <= 64;
     let expected =
         "must be 1 to 64 letters, digits, `-`, `_` or `.`, the first a letter or a digit";
-    (!is_name).then(|| Mistake::new(node.span(), format!("`{name}` cannot name {what}"), expected))
+    (!is_name).then(|| Mistake::new(node.span(), format!("`{name}` cannot name {owner}"), expected))
 }

@@ -189,10 +189,10 @@ impl Record {
             fields,
             provenance,
         };
-        for (at, step) in outcome.steps.iter().enumerate() {
+        for (index, step) in outcome.steps.iter().enumerate() {
             let Ending::Finished(path) = &mut partial.ending else { return };
             path.steps.push(*step);
-            if at + 1 == outcome.steps.len() {
+            if index + 1 == outcome.steps.len() {
                 (path.status, path.estimate, path.hertz, path.rail) =
                     (outcome.status.clone(), outcome.estimate, outcome.hertz, outcome.rail);
             }

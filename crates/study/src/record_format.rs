@@ -5,10 +5,10 @@
 //! computed it, when and how fast.
 
 use contact::outcome::Fields;
+use serde::Deserialize;
 
 use crate::encoding::{BLOB_LIMIT, DecodeError, decode, decode_as, encode, encode_as};
 use crate::job::PHYSICS_VERSION;
-use crate::provenance::Provenance;
 use crate::record::{Ending, Kept, Record};
 
 /// Format of records. 1 held a single load step, 2 no levels, 3 the digests of fields only.
@@ -22,6 +22,15 @@ const RECORD_VERSIONS: &[u8] = &[OLDER_VERSION, RECORD_VERSION];
 
 /// Longest text or list in a record that is believed \[bytes\]; a corrupt length must not allocate.
 const RECORD_LIMIT: usize = 16 << 20;
+
+/// The deterministic part of a record as it is stored.
+#[derive(Deserialize)]
+struct StoredResult<Fields> {
+    physics: u32,
+    job: String,
+    ending: Ending,
+    fields: Option<Fields>,
+}
 
 impl Record {
     /// The bytes of the deterministic part: equal for the same job, whoever computed it.
@@ -38,16 +47,21 @@ impl Record {
 
     /// Reads what [`encode`](Record::encode) wrote.
     pub fn decode(bytes: &[u8]) -> Result<Record, DecodeError> {
-        const WHAT: &str = "the record";
-        type Parts<Fields> = ((u32, String, Ending, Option<Fields>), Provenance);
-        let ((physics, job, ending, fields), provenance) = match bytes.first() {
+        const ITEM: &str = "the record";
+        let (result, provenance) = match bytes.first() {
             Some(&OLDER_VERSION) => {
-                let ((physics, job, ending, digest), provenance) =
-                    decode_as::<Parts<[u8; 32]>, RECORD_LIMIT>(RECORD_VERSIONS, WHAT, bytes)?;
-                ((physics, job, ending, digest.map(Kept::Blob)), provenance)
+                let (result, provenance) = decode_as::<(StoredResult<[u8; 32]>, _), RECORD_LIMIT>(
+                    RECORD_VERSIONS,
+                    ITEM,
+                    bytes,
+                )?;
+                let StoredResult { physics, job, ending, fields } = result;
+                let fields = fields.map(Kept::Blob);
+                (StoredResult { physics, job, ending, fields }, provenance)
             }
-            _ => decode_as::<Parts<Kept>, RECORD_LIMIT>(RECORD_VERSIONS, WHAT, bytes)?,
+            _ => decode_as::<_, RECORD_LIMIT>(RECORD_VERSIONS, ITEM, bytes)?,
         };
+        let StoredResult { physics, job, ending, fields } = result;
         if let Ending::Searched(found) = &ending {
             let count = found.solutions.len();
             for solution in &found.solutions {
@@ -55,7 +69,7 @@ impl Record {
                 let misfit = (distances != count)
                     .then(|| format!("{distances} distances of a solution to {count}"));
                 if let Some(reason) = misfit.or_else(|| misfit_of(&solution.fields)) {
-                    return Err(DecodeError::Malformed { what: WHAT, reason });
+                    return Err(DecodeError::Malformed { item: ITEM, reason });
                 }
             }
         }
@@ -80,10 +94,10 @@ pub fn encode_fields(fields: &Fields) -> Vec<u8> {
 
 /// Reads what [`encode_fields`] wrote; every list has one value per element.
 pub fn decode_fields(bytes: &[u8]) -> Result<Fields, DecodeError> {
-    const WHAT: &str = "the field file";
-    let fields: Fields = decode::<_, BLOB_LIMIT>(WHAT, bytes)?;
+    const ITEM: &str = "the field file";
+    let fields: Fields = decode::<_, BLOB_LIMIT>(ITEM, bytes)?;
     match misfit_of(&fields) {
-        Some(reason) => Err(DecodeError::Malformed { what: WHAT, reason }),
+        Some(reason) => Err(DecodeError::Malformed { item: ITEM, reason }),
         None => Ok(fields),
     }
 }
@@ -111,6 +125,7 @@ mod tests {
 
     use super::*;
     use crate::encoding::VERSION;
+    use crate::provenance::Provenance;
     use crate::record::tests::{failed, fields, quarantined, searched, solved};
 
     #[test]

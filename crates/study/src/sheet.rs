@@ -77,15 +77,25 @@ pub(crate) struct SurfaceNames {
     pub(crate) profiles: HashMap<String, String>,
 }
 
-/// Something that a point needs from a file.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Source<'a> {
-    /// A height map in a file, with its unit.
-    Map(&'a str, &'a str),
-    /// A stored height map.
-    StoredMap(&'a str),
-    /// A profile, in a file or stored.
-    Profile(&'a str),
+/// A file that a point needs.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct NeededFile {
+    /// The key that names it.
+    pub(crate) key: Key,
+    /// Where the key is given.
+    pub(crate) span: Span,
+    pub(crate) content: FileContent,
+}
+
+/// What a file is to hold.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum FileContent {
+    /// A height map in a unit of length.
+    Map { file: String, unit: String },
+    /// A stored height map of this name.
+    StoredMap(String),
+    /// A profile in a file of this name, or a stored one.
+    Profile(String),
 }
 
 impl<'a> Sheet<'a> {
@@ -151,22 +161,27 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// What its punch needs from files, and the key that says so.
-    pub(crate) fn sources(&self) -> Vec<(Key, Source<'a>)> {
-        let profile = |key| Some((key, Source::Profile(self.word(key)?)));
-        match self.word(Key::Shape) {
-            Some("height-map") => match (self.word(Key::File), self.word(Key::Surface)) {
-                (Some(file), _) => {
-                    vec![(Key::File, Source::Map(file, self.word(Key::HeightUnit).unwrap_or("m")))]
-                }
-                (None, Some(name)) => vec![(Key::Surface, Source::StoredMap(name))],
-                (None, None) => Vec::new(),
-            },
-            Some("wheel-on-rail") => {
-                [profile(Key::Wheel), profile(Key::Rail)].into_iter().flatten().collect()
+    /// Returns the files that its punch needs.
+    pub(crate) fn needed_files(&self) -> Vec<NeededFile> {
+        let needed = |key, content: &dyn Fn(String) -> FileContent| {
+            let span = self.get(key)?.span.clone();
+            Some(NeededFile { key, span, content: content(self.word(key)?.to_owned()) })
+        };
+        let map = |file| {
+            let unit = self.word(Key::HeightUnit).unwrap_or("m").to_owned();
+            FileContent::Map { file, unit }
+        };
+        let files = match self.word(Key::Shape) {
+            Some("height-map") => {
+                let stored = || needed(Key::Surface, &FileContent::StoredMap);
+                [needed(Key::File, &map).or_else(stored), None]
             }
-            _ => Vec::new(),
-        }
+            Some("wheel-on-rail") => {
+                [Key::Wheel, Key::Rail].map(|key| needed(key, &FileContent::Profile))
+            }
+            _ => [None, None],
+        };
+        files.into_iter().flatten().collect()
     }
 }
 

@@ -197,13 +197,13 @@ impl Study {
         let sheet = self.sheet(&axis::steps(&self.groups, index.min(self.points - 1)));
         let mut mistake = locate(error, &sheet, &self.places);
         let values = self.point(index).map(|point| point.values).unwrap_or_default();
-        let at: Vec<String> = self
+        let coordinates: Vec<String> = self
             .axes()
             .zip(&values)
             .map(|(axis, value)| format!("{} = {value}", axis.column()))
             .collect();
-        if !at.is_empty() {
-            mistake.help = format!("it is so at {}", at.join(", "));
+        if !coordinates.is_empty() {
+            mistake.help = format!("it is so at {}", coordinates.join(", "));
         }
         StudyError::new(&self.path, &self.text, vec![mistake])
     }

@@ -52,7 +52,7 @@ pub enum SurfaceFileError {
 /// along y, the first at lowest y, columns along x.
 pub fn read(bytes: &[u8], unit: &str) -> Result<Surface, SurfaceFileError> {
     let to_metres = metres(unit).ok_or_else(|| SurfaceFileError::Unit(unit.to_owned()))?;
-    let (rows, columns, mut heights) =
+    let HeightMatrix { rows, columns, mut heights } =
         if bytes.starts_with(NPY_MAGIC) { read_npy(bytes)? } else { read_text(bytes)? };
     // −0 is 0, so that equal heights have one name
     heights.iter_mut().for_each(|height| *height = to_metres(*height) + 0.0);
@@ -71,17 +71,22 @@ pub fn encode_surface(surface: &Surface) -> Vec<u8> {
 
 /// Reads what [`encode_surface`] wrote.
 pub fn decode_surface(bytes: &[u8]) -> Result<Surface, DecodeError> {
-    const WHAT: &str = "the surface";
+    const ITEM: &str = "the surface";
     let (columns, rows, heights) =
-        decode::<(u64, u64, Vec<f64>), { MAX_HEIGHTS * 8 + 64 }>(WHAT, bytes)?;
+        decode::<(u64, u64, Vec<f64>), { MAX_HEIGHTS * 8 + 64 }>(ITEM, bytes)?;
     let size = |n: u64| usize::try_from(n).unwrap_or(usize::MAX);
     Surface::new(size(columns), size(rows), heights)
-        .map_err(|error| DecodeError::Malformed { what: WHAT, reason: error.to_string() })
+        .map_err(|error| DecodeError::Malformed { item: ITEM, reason: error.to_string() })
 }
 
-type Matrix = (usize, usize, Vec<f64>);
+/// Heights as a file has them, row after row.
+struct HeightMatrix {
+    rows: usize,
+    columns: usize,
+    heights: Vec<f64>,
+}
 
-fn read_text(bytes: &[u8]) -> Result<Matrix, SurfaceFileError> {
+fn read_text(bytes: &[u8]) -> Result<HeightMatrix, SurfaceFileError> {
     let text = std::str::from_utf8(bytes).map_err(|_| SurfaceFileError::NotText)?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let (mut rows, mut columns, mut heights) = (0, 0, Vec::new());
@@ -110,14 +115,14 @@ fn read_text(bytes: &[u8]) -> Result<Matrix, SurfaceFileError> {
         }
         (rows, columns) = (rows + 1, found);
     }
-    Ok((rows, columns, heights))
+    Ok(HeightMatrix { rows, columns, heights })
 }
 
 const NPY_MAGIC: &[u8] = b"\x93NUMPY";
 
 /// <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>
-fn read_npy(bytes: &[u8]) -> Result<Matrix, SurfaceFileError> {
-    let bad = |what: &str| SurfaceFileError::Npy(what.to_owned());
+fn read_npy(bytes: &[u8]) -> Result<HeightMatrix, SurfaceFileError> {
+    let bad = |fault: &str| SurfaceFileError::Npy(fault.to_owned());
     let truncated = || bad("ends before its header does");
     let (start, length) = match bytes.get(6) {
         Some(1) => match bytes.get(8..10) {
@@ -162,12 +167,13 @@ fn read_npy(bytes: &[u8]) -> Result<Matrix, SurfaceFileError> {
             "is too large: {rows} × {columns} heights, more than {MAX_HEIGHTS}"
         )));
     };
-    let values = numbers(descr, bytes.get(end..).unwrap_or_default(), count)?;
+    let heights = numbers(descr, bytes.get(end..).unwrap_or_default(), count)?;
     if !by_columns {
-        return Ok((rows, columns, values));
+        return Ok(HeightMatrix { rows, columns, heights });
     }
     let transposed = (0..rows).flat_map(|row| (0..columns).map(move |column| column * rows + row));
-    Ok((rows, columns, transposed.filter_map(|at| values.get(at).copied()).collect()))
+    let heights = transposed.filter_map(|index| heights.get(index).copied()).collect();
+    Ok(HeightMatrix { rows, columns, heights })
 }
 
 fn numbers(descr: &str, body: &[u8], count: usize) -> Result<Vec<f64>, SurfaceFileError> {

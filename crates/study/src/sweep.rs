@@ -14,7 +14,7 @@ use crate::value::Value;
 
 mod range;
 
-use range::{is_range, read_range};
+use range::{AxisValues, is_range, read_range};
 
 /// Reads `[sweep]`.
 pub(crate) fn read_sweep(text: &str, node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> Vec<Group> {
@@ -136,17 +136,17 @@ fn read_axes(
             }
         }
     } else if let Some(key) = Key::find(&path) {
-        let (choices, log) = read_key_choices(key, node, mistakes);
+        let AxisValues { choices, is_log } = read_key_choices(key, node, mistakes);
         if !choices.is_empty() {
             refuse_repeats(&path, &choices, mistakes);
-            axes.push(SweepAxis { target: Target::Key(key), choices, log, span });
+            axes.push(SweepAxis { target: Target::Key(key), choices, log: is_log, span });
         }
     } else {
         let mistake = |expected: &str| {
             Mistake::new(span.clone(), format!("there is no key `{path}` to vary"), expected)
         };
         mistakes.push(match nearest_path(&path) {
-            Some(meant) => mistake(&format!("did you mean \"{meant}\"?")),
+            Some(suggestion) => mistake(&format!("did you mean \"{suggestion}\"?")),
             None => {
                 mistake("must be a key of the scene or the numerics, like \"friction.mu\" or mesh")
             }
@@ -154,7 +154,7 @@ fn read_axes(
     }
 }
 
-fn read_key_choices(key: Key, node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> (Vec<Choice>, bool) {
+fn read_key_choices(key: Key, node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> AxisValues {
     match node.get_ref() {
         DeValue::Array(values) => {
             if values.is_empty() {
@@ -167,13 +167,13 @@ fn read_key_choices(key: Key, node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> (
                     Err(mistake) => mistakes.push(mistake),
                 }
             }
-            (choices, false)
+            AxisValues { choices, is_log: false }
         }
         DeValue::Table(table) => match read_range(key, table, node, mistakes) {
             Ok(range) => range,
             Err(mistake) => {
                 mistakes.push(mistake);
-                (Vec::new(), false)
+                AxisValues::default()
             }
         },
         _ => {
@@ -185,7 +185,7 @@ fn read_key_choices(key: Key, node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> (
                 read::mistyped(&key.short(), node, &expected)
                     .help(format!("one value alone is written [{}]", node_text(node))),
             );
-            (Vec::new(), false)
+            AxisValues::default()
         }
     }
 }

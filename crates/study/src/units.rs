@@ -66,7 +66,7 @@ impl Dimension {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Scale {
+enum UnitScale {
     /// A power of ten, applied to the decimal text.
     Ten(i32),
     /// A conventional factor.
@@ -77,15 +77,15 @@ enum Scale {
 struct Unit {
     symbol: &'static str,
     dimension: Dimension,
-    scale: Scale,
+    scale: UnitScale,
 }
 
 const fn ten(symbol: &'static str, dimension: Dimension, exponent: i32) -> Unit {
-    Unit { symbol, dimension, scale: Scale::Ten(exponent) }
+    Unit { symbol, dimension, scale: UnitScale::Ten(exponent) }
 }
 
 const fn times(symbol: &'static str, dimension: Dimension, factor: f64) -> Unit {
-    Unit { symbol, dimension, scale: Scale::Times(factor) }
+    Unit { symbol, dimension, scale: UnitScale::Times(factor) }
 }
 
 /// Every unit that a file may write. µ and μ are read as u. There is no millipascal: it would be a
@@ -190,8 +190,8 @@ pub fn quantity(text: &str, wanted: Dimension) -> Result<f64, QuantityError> {
         });
     }
     let value = match unit.scale {
-        Scale::Ten(exponent) => shifted(number, exponent),
-        Scale::Times(factor) => number.parse::<f64>().ok().map(|x| x * factor),
+        UnitScale::Ten(exponent) => shifted(number, exponent),
+        UnitScale::Times(factor) => number.parse::<f64>().ok().map(|x| x * factor),
     };
     value
         .filter(|x| x.is_finite())
@@ -205,9 +205,9 @@ pub fn metres(symbol: &str) -> Option<impl Fn(f64) -> f64 + use<>> {
     let scale = unit.scale;
     // 10⁰ … 10²² are exact doubles, so either branch rounds once.
     Some(move |x: f64| match scale {
-        Scale::Ten(exponent) if exponent < 0 => x / 10f64.powi(-exponent),
-        Scale::Ten(exponent) => x * 10f64.powi(exponent),
-        Scale::Times(factor) => x * factor,
+        UnitScale::Ten(exponent) if exponent < 0 => x / 10f64.powi(-exponent),
+        UnitScale::Ten(exponent) => x * 10f64.powi(exponent),
+        UnitScale::Times(factor) => x * factor,
     })
 }
 

@@ -15,15 +15,16 @@ impl Job {
         let goes_without_saying = |key: Key, setting: &Setting| {
             matches!(key, Key::Increments(_) | Key::Cycles) && *setting == Setting::Count(1)
         };
-        let said = || settings.iter().filter(|(key, setting)| !goes_without_saying(*key, setting));
-        for (key, setting) in said().filter(|(key, _)| key.index().is_none()) {
+        let written =
+            || settings.iter().filter(|(key, setting)| !goes_without_saying(*key, setting));
+        for (key, setting) in written().filter(|(key, _)| key.index().is_none()) {
             if !matches!(key.quantity(), Quantity::List(_)) {
                 text += &format!("{} = {setting}\n", key.path());
                 continue;
             }
             let entry = |index| {
-                let keys =
-                    said().filter(|(of, _)| of.list() == Some(*key) && of.index() == Some(index));
+                let keys = written()
+                    .filter(|(of, _)| of.list() == Some(*key) && of.index() == Some(index));
                 let keys: Vec<String> =
                     keys.map(|(key, setting)| format!("{} = {setting}", key.name())).collect();
                 if keys.is_empty() { "{}".to_owned() } else { format!("{{ {} }}", keys.join(", ")) }

@@ -40,8 +40,8 @@ fn figure(_: &KindTable, groups: &[Group]) -> Option<Figure> {
 }
 
 macro_rules! number {
-    ($($part:ident).+) => {
-        ColumnSource::End(|end| Value::Number(end.$($part).+))
+    ($($field:ident).+) => {
+        ColumnSource::End(|end| Value::Number(end.$($field).+))
     };
 }
 
