@@ -5,7 +5,7 @@ use crate::error::Mistake;
 use crate::key::nearest;
 use crate::read::{self, Node};
 
-/// Reads the name of a column; `numeric` for one that holds numbers.
+/// Reads the name of a column, which must hold numbers if it is to be `numeric`.
 pub(crate) fn column_name(
     path: &str,
     node: &Node<'_>,

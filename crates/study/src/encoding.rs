@@ -1,48 +1,48 @@
-//! Bytes with a version: every format begins with a version byte and is bincode's standard
-//! configuration after it.
+//! Bytes with a version: every format begins with a version byte, and bincode's standard
+//! configuration follows.
 
 use serde::{Serialize, de::DeserializeOwned};
 
-/// Why bytes are not what they should be.
+/// The reason why bytes cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DecodeError {
     /// There are no bytes.
     #[error("{item} is empty")]
     Empty {
-        /// What was read.
+        /// The name of what was read.
         item: &'static str,
     },
-    /// Another version of the program wrote it.
+    /// Another version of the program wrote the bytes.
     #[error("{item} has format {found}, this program reads {}", formats(known))]
     Version {
-        /// What was read.
+        /// The name of what was read.
         item: &'static str,
-        /// The version found.
+        /// The version of the bytes.
         found: u8,
-        /// The versions known.
+        /// The versions that this program reads.
         known: &'static [u8],
     },
     /// The bytes do not decode.
     #[error("{item} does not decode: {reason}")]
     Malformed {
-        /// What was read.
+        /// The name of what was read.
         item: &'static str,
-        /// What is wrong.
+        /// The fault.
         reason: String,
     },
 }
 
-/// Versions in words.
+/// Lists versions in words.
 fn formats(known: &[u8]) -> String {
     let numbers: Vec<String> = known.iter().map(u8::to_string).collect();
     format!("{} {}", if known.len() == 1 { "format" } else { "formats" }, numbers.join(" and "))
 }
 
-/// Format of fields, surfaces and definitions of studies.
+/// The format of fields, surfaces and definitions of studies.
 pub(crate) const VERSION: u8 = 1;
 
-/// Longest text or list in fields and definitions of studies that is believed \[bytes\]: six doubles for each element of the largest
-/// grid, and room to spare.
+/// The longest text or list in fields and definitions of studies that is believed \[bytes\]: six
+/// doubles for each element of the largest grid, and room to spare.
 pub(crate) const BLOB_LIMIT: usize = 2 << 30;
 
 pub(crate) fn encode(value: &impl Serialize) -> Vec<u8> {

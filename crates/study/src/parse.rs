@@ -27,8 +27,12 @@ fn names() -> Vec<&'static str> {
 }
 
 impl Study {
-    /// Reads a study's text. `path` is for messages; `files` reads a file that the study names (a
+    /// Reads a study's text. `path` is for messages. `files` reads a file that the study names (a
     /// height map), with the name as the study writes it, or a stored surface by its hash.
+    ///
+    /// # Errors
+    ///
+    /// Returns every mistake in the text, with its place.
     pub fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, StudyError> {
         parse(text, path, files).map_err(|mistakes| StudyError::new(path, text, mistakes))
     }
@@ -41,7 +45,7 @@ impl Study {
         }
         for index in 0..self.points {
             let steps = axis::steps(&self.groups, index);
-            // What is read goes into the study, from which a sheet borrows.
+            // The files are read into the study, from which a sheet borrows.
             let needed = self.sheet(&steps).needed_files();
             for file in needed {
                 if let Err(mistake) = self.files.read(file, files) {
@@ -53,8 +57,8 @@ impl Study {
         Vec::new()
     }
 
-    /// Assembles every point: first along each axis with the others at their first value, which
-    /// reports each bad value once; then, if those are good, all of them.
+    /// Assembles every point. First it goes along each axis with the others at their first value,
+    /// which reports each bad value once. If those are good, it goes through all points.
     fn check(&self) -> Result<(), Vec<Mistake>> {
         let mut mistakes = Vec::new();
         for (varied, group) in self.groups.iter().enumerate().filter(|(_, group)| group.length > 1)
@@ -78,7 +82,7 @@ impl Study {
 
 fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<Mistake>> {
     let (root, errors) = DeTable::parse_recoverable(text);
-    // what follows the first error is mostly its echo
+    // What follows the first error is mostly its echo.
     if let Some(error) = errors.first() {
         let expected =
             if error.message() == "duplicate key" { "may be given only once" } else { "" };
@@ -112,7 +116,8 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     let before = mistakes.len();
     sweep::refuse_absent(&groups, &base, &mut mistakes);
     if mistakes.len() > before {
-        // entries have columns, and an index that is far off would make thousands of millions
+        // Entries have columns, and an index that is far off would make thousands of millions of
+        // them.
         return Err(mistakes);
     }
     let columns = kind.columns(groups.iter().flat_map(Group::axes), axis::keys(&base, &groups));

@@ -18,14 +18,14 @@ pub(crate) type Node<'i> = Spanned<DeValue<'i>>;
 /// A key of the tree with its place.
 pub(crate) type Name<'i> = Spanned<Cow<'i, str>>;
 
-/// The entries of a table in the order of the file.
+/// Returns the entries of a table in the order of the file.
 pub(crate) fn entries<'t, 'i>(table: &'t DeTable<'i>) -> Vec<(&'t Name<'i>, &'t Node<'i>)> {
     let mut entries: Vec<_> = table.iter().collect();
     entries.sort_by_key(|(name, _)| name.span().start);
     entries
 }
 
-/// What a value is, for messages.
+/// Returns the type of a value with its article, for messages.
 pub(crate) fn noun(value: &DeValue<'_>) -> &'static str {
     match value {
         DeValue::String(_) => "a text",
@@ -38,7 +38,7 @@ pub(crate) fn noun(value: &DeValue<'_>) -> &'static str {
     }
 }
 
-/// `unknown key` with what was probably meant.
+/// Makes the mistake of an unknown key, with the key that was probably meant.
 pub(crate) fn unknown(name: &str, span: Span, place: &str, known: &[&str]) -> Mistake {
     let listed = known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
     let mistake = |expected: String| {
@@ -51,7 +51,7 @@ pub(crate) fn unknown(name: &str, span: Span, place: &str, known: &[&str]) -> Mi
     }
 }
 
-/// The mistake of a value of the wrong type.
+/// Makes the mistake of a value of the wrong type.
 pub(crate) fn mistyped(name: &str, node: &Node<'_>, expected: &str) -> Mistake {
     Mistake::new(
         node.span(),
@@ -60,7 +60,7 @@ pub(crate) fn mistyped(name: &str, node: &Node<'_>, expected: &str) -> Mistake {
     )
 }
 
-/// Reads every key below a table; whatever cannot be read is a mistake and left out.
+/// Reads every key below a table. Whatever cannot be read is a mistake, and is left out.
 pub(crate) struct Reader<'p> {
     text: &'p str,
     pub(crate) given: Vec<(Key, Given)>,
@@ -80,13 +80,13 @@ impl<'p> Reader<'p> {
         span: Span,
         entries: impl IntoIterator<Item = (&'t Name<'i>, &'t Node<'i>)>,
     ) {
-        // a table that only the dots of its keys imply stands nowhere
+        // A table that only the dots of its keys imply has no place.
         if self.text.get(span.clone()).is_some_and(|written| written.starts_with(['[', '{'])) {
             self.places.add(table, span);
         }
         for (name, node) in entries {
             let path = format!("{}.{}", table.path(), name.get_ref());
-            // an index is no part of a name
+            // An index is no part of a name.
             let (inner, key) = if name.get_ref().contains('[') {
                 (None, None)
             } else {
@@ -125,8 +125,8 @@ impl<'p> Reader<'p> {
         }
     }
 
-    /// Reads a list of tables, [`Key::Layers`] or [`Key::Steps`]; how long it is counts as a key of
-    /// its own.
+    /// Reads a list of tables, [`Key::Layers`] or [`Key::Steps`]; its length counts as a key of its
+    /// own.
     pub(crate) fn list(&mut self, list: Key, node: &Node<'_>) {
         let DeValue::Array(tables) = node.get_ref() else {
             return self.mistakes.push(mistyped(&list.short(), node, &list.quantity().expected()));
@@ -148,7 +148,7 @@ impl<'p> Reader<'p> {
 pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Mistake> {
     let wrong = || mistyped(&key.short(), node, &key.quantity().expected());
     match key.quantity() {
-        // lists are read as a whole, by the reader
+        // Lists are read as a whole, by the reader.
         Quantity::List(_) => Err(wrong()),
         Quantity::Number(dimension) => number(&key.short(), dimension, node).map(Setting::Number),
         Quantity::Count => match node.get_ref() {
@@ -202,7 +202,7 @@ pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Mistake> {
     }
 }
 
-/// Reads a number of elements across Ω, or a pair of those along each side.
+/// Reads a number of elements across Ω, or a pair of numbers of elements along the sides.
 fn mesh(key: Key, node: &Node<'_>) -> Result<Mesh, Mistake> {
     let wrong = || mistyped(&key.short(), node, &key.quantity().expected());
     let elements = |side: &Node<'_>| match side.get_ref() {
@@ -222,7 +222,7 @@ fn mesh(key: Key, node: &Node<'_>) -> Result<Mesh, Mistake> {
     }
 }
 
-/// Reads the name of an effect. That it can be asked for at all is for the scene's numerics to say.
+/// Reads the name of an effect. The scene's numerics decide whether it can be simulated.
 fn effect(key: Key, node: &Node<'_>) -> Result<Effect, Mistake> {
     let DeValue::String(name) = node.get_ref() else {
         return Err(mistyped(&key.short(), node, &key.quantity().expected()));
@@ -232,7 +232,8 @@ fn effect(key: Key, node: &Node<'_>) -> Result<Effect, Mistake> {
     known.ok_or_else(|| unknown_word("effect", name, node.span(), &optional, &one_of(&optional)))
 }
 
-/// The mistake of a word that is none of those known, with what was probably meant.
+/// Makes the mistake of a word that is not among those known, with the word that was probably
+/// meant.
 fn unknown_word(name: &str, word: &str, span: Span, known: &[&str], expected: &str) -> Mistake {
     let mistake =
         |expected: String| Mistake::new(span, format!("unknown {name} `{word}`"), expected);
@@ -243,7 +244,7 @@ fn unknown_word(name: &str, word: &str, span: Span, known: &[&str], expected: &s
     }
 }
 
-/// Reads a number in SI or a text with a unit.
+/// Reads a number in SI units or a text with a unit.
 pub(crate) fn number(name: &str, dimension: Dimension, node: &Node<'_>) -> Result<f64, Mistake> {
     let expected = || format!("must be {}", Quantity::Number(dimension).expected());
     let bare = match node.get_ref() {
@@ -256,7 +257,7 @@ pub(crate) fn number(name: &str, dimension: Dimension, node: &Node<'_>) -> Resul
         }
         _ => return Err(mistyped(name, node, &Quantity::Number(dimension).expected())),
     };
-    // −0 is 0, so that the two are one job
+    // −0 becomes 0, so that the two are one job.
     bare.filter(|x| x.is_finite()).map(|x| x + 0.0).ok_or_else(|| {
         Mistake::new(node.span(), format!("`{name}` is not a finite number"), expected())
     })
@@ -330,7 +331,7 @@ pub(crate) fn switch(name: &str, node: &Node<'_>) -> Result<bool, Mistake> {
     }
 }
 
-/// Reads a part of one: `"0.1%"` or `0.001`.
+/// Reads a number between 0 and 1: `"0.1%"` or `0.001`.
 pub(crate) fn proportion(name: &str, node: &Node<'_>) -> Result<f64, Mistake> {
     const EXPECTED: &str = "must be a part like \"0.1%\" or 0.001, above 0 and below 1";
     let value = match node.get_ref() {
@@ -348,8 +349,8 @@ pub(crate) fn proportion(name: &str, node: &Node<'_>) -> Result<f64, Mistake> {
         .ok_or_else(|| Mistake::new(node.span(), format!("`{name}` is no such part"), EXPECTED))
 }
 
-/// The mistake of a name that is not fit for a file, if it is not; `what` it names with its
-/// article.
+/// Makes the mistake of a name that is not fit for a file; `None` if it is fit. `owner` is what the
+/// name is for, with its article.
 pub(crate) fn refuse_file_name(name: &str, owner: &str, node: &Node<'_>) -> Option<Mistake> {
     let legal = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
     let is_name = name.starts_with(|c: char| c.is_ascii_alphanumeric())

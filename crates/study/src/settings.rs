@@ -1,4 +1,4 @@
-//! From a job to the settings that describe it.
+//! Derives the settings that describe a job.
 
 use std::borrow::Cow;
 
@@ -14,7 +14,7 @@ use crate::job::{Case, Job};
 use crate::key::Key;
 use crate::sheet::Setting;
 
-/// The parts that jobs of all kinds may have; `None` for those that a job has not.
+/// The parts that jobs of all kinds may have; a part is `None` if a job does not have it.
 struct JobParts<'a> {
     foundation: &'a Foundation,
     shape: Option<Cow<'a, Shape>>,
@@ -26,7 +26,7 @@ struct JobParts<'a> {
     projection: Projection,
     epsilon: f64,
     numerics: Option<&'a Numerics>,
-    /// The method, which a search does not leave to the numerics.
+    /// The method; a search tries every one.
     method: Option<Method>,
     /// The effects that are simulated in any case; a search simulates every one.
     simulate: &'a [Effect],
@@ -99,7 +99,7 @@ pub(crate) fn length(job: &Job, list: Key) -> u32 {
     }
 }
 
-/// Returns every key that a job has, with its value: the opposite of assembling it.
+/// Returns every key that a job has, with its value: the opposite of assembling the job.
 pub(crate) fn settings(job: &Job) -> Vec<(Key, Setting)> {
     Key::all(|list| length(job, list))
         .into_iter()
@@ -107,7 +107,7 @@ pub(crate) fn settings(job: &Job) -> Vec<(Key, Setting)> {
         .collect()
 }
 
-/// Returns the value that a job has for a key; `None` where it has none.
+/// Returns the value that a job has for a key; `None` if it has none.
 pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
     let parts = JobParts::of(job);
     match key {

@@ -10,20 +10,20 @@ use crate::key::Key;
 use crate::sheet::{FileContent, NeededFile, SurfaceNames};
 use crate::{profile, surface};
 
-/// Reads a file that a study names.
+/// Reads a file that a study names, and says in words why it cannot.
 pub type ReadFile<'f> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'f;
 
-/// What a study has read from files.
+/// The files that a study has read.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StudyFiles {
     pub(crate) surfaces: Surfaces,
     pub(crate) names: SurfaceNames,
-    /// The bytes of each file by the name that the study gives it.
+    /// The bytes of each file, by the name that the study gives it.
     pub(crate) bytes: BTreeMap<String, Vec<u8>>,
 }
 
 impl StudyFiles {
-    /// Reads what a point needs, unless it is read already.
+    /// Reads a file that a point needs, unless it is read already.
     pub(crate) fn read(
         &mut self,
         needed: NeededFile,
@@ -46,7 +46,7 @@ impl StudyFiles {
         })
     }
 
-    /// The bytes of a file that the study names, read once.
+    /// Returns the bytes of a file that the study names, which is read once.
     fn file(&mut self, name: &str, files: &mut ReadFile<'_>) -> Result<&[u8], String> {
         if !self.bytes.contains_key(name) {
             self.bytes.insert(name.to_owned(), files(name)?);

@@ -1,5 +1,5 @@
-//! Reads `[sweep]`, which is written as [`axis`](crate::axis) tells, and refuses axes that do not
-//! fit each other or the scene.
+//! Reads `[sweep]`, whose format [`axis`](crate::axis) describes, and refuses axes that do not fit
+//! each other or the scene.
 
 use std::collections::{HashMap, HashSet};
 
@@ -35,7 +35,7 @@ pub(crate) fn read_sweep(text: &str, node: &Node<'_>, mistakes: &mut Vec<Mistake
             );
         }
     }
-    // keys written with dots arrive gathered by their tables; what counts is where they stand
+    // Keys that are written with dots arrive gathered by their tables, but their places count.
     groups.sort_by_key(|group| group.axes.first().map(|axis| axis.span.start));
     refuse_overlaps(&groups, mistakes);
     if mistakes.len() == before && count(&groups).is_none() {
@@ -99,7 +99,7 @@ fn read_zips(text: &str, node: &Node<'_>, groups: &mut Vec<Group>, mistakes: &mu
     }
 }
 
-/// Reads one entry below `[sweep]`; an entry without quotes, `friction.mu = …`, arrives as nested
+/// Reads one entry below `[sweep]`. An entry without quotes, `friction.mu = …`, arrives as nested
 /// tables.
 fn read_axes(
     text: &str,
@@ -220,7 +220,7 @@ fn read_table_choices(
     values.iter().filter_map(|value| read_table_choice(text, table, value, mistakes)).collect()
 }
 
-/// What each value of an axis over a table must be, for messages.
+/// Describes the values of an axis over a table, for messages.
 fn each(table: &Table) -> String {
     match table.is_list() {
         true => format!(
@@ -324,7 +324,7 @@ fn shape_of(given: &[(Key, Given)]) -> Option<String> {
 fn refuse_repeats(path: &str, choices: &[Choice], mistakes: &mut Vec<Mistake>) {
     let mut seen: HashMap<String, &Choice> = HashMap::new();
     for choice in choices {
-        // bits, not digits: two values are the same when they make the same job
+        // Bits count, not digits: two values are the same if they make the same job.
         let identity = match &choice.shown {
             Value::Number(x) => format!("{:x}", (x + 0.0).to_bits()),
             value => value.to_string(),
@@ -362,7 +362,7 @@ fn refuse_overlaps(groups: &[Group], mistakes: &mut Vec<Mistake>) {
     }
 }
 
-/// Refuses axes over entries that a list of the scene has not.
+/// Refuses axes over entries that a list of the scene does not have.
 pub(crate) fn refuse_absent(groups: &[Group], base: &[(Key, Given)], mistakes: &mut Vec<Mistake>) {
     for list in [Key::Layers, Key::Steps] {
         let axes = || {

@@ -6,9 +6,9 @@ use crate::settings::{length, settings};
 use crate::sheet::Setting;
 
 impl Job {
-    /// The job as a study file asks for it, in SI units. Read back, it is the study's only point,
-    /// and the same job; a study of cost needs beside it `[sweep]` with at least three meshes, and
-    /// the job is one of its points if its own mesh is among them.
+    /// Returns the job as a study file asks for it, in SI units. If the text is read back, the job
+    /// is the study's only point. A study of cost needs `[sweep]` with at least three meshes beside
+    /// it, and the job is one of its points if its own mesh is among them.
     pub fn to_toml(&self) -> String {
         let settings = settings(self);
         let mut text = self.kind().to_toml(self);

@@ -1,4 +1,4 @@
-//! Ranges of values: equal steps, or equal ratios.
+//! Ranges of values with equal steps or equal ratios.
 
 use contact::numerics::Mesh;
 use toml::de::{DeTable, DeValue};
@@ -10,9 +10,10 @@ use crate::read::{self, Node, entries};
 use crate::sheet::Setting;
 use crate::units::Dimension;
 
-/// Whether a table is a range.
+/// Returns whether a table is a range.
 pub(super) fn is_range(node: &Node<'_>) -> bool {
-    matches!(node.get_ref(), DeValue::Table(table) if RANGE.iter().any(|key| table.contains_key(*key)))
+    let DeValue::Table(table) = node.get_ref() else { return false };
+    RANGE.iter().any(|key| table.contains_key(*key))
 }
 
 /// The values of an axis, and whether they were given as a range of equal ratios.
@@ -24,7 +25,7 @@ pub(super) struct AxisValues {
 
 const RANGE: &[&str] = &["from", "to", "count", "log"];
 
-/// The values of a range, and whether they have equal ratios; `node` is the whole of `table`.
+/// Reads the values of a range; `node` is the whole of `table`.
 pub(super) fn read_range(
     key: Key,
     table: &DeTable<'_>,
@@ -109,7 +110,7 @@ pub(super) fn read_range(
                         "every value must be a whole number, 0 or above",
                     ));
                 }
-                // exact: a whole number in the range of u32
+                // This is exact, for it is a whole number in the range of u32.
                 let n = x as u32;
                 if quantity == Quantity::Mesh {
                     Setting::Mesh(Mesh::Across(n))
@@ -123,8 +124,8 @@ pub(super) fn read_range(
     Ok(AxisValues { choices, is_log: log })
 }
 
-/// The `index`-th of `count` values from `from` to `to`: the ends exact, the others to 15
-/// significant digits, 13 with equal ratios.
+/// Returns the `index`-th of `count` values from `from` to `to`. The ends are exact, the others are
+/// rounded to 15 significant digits, to 13 with equal ratios.
 fn between(from: f64, to: f64, index: usize, count: usize, log: bool) -> f64 {
     let last = count - 1;
     if index == 0 {
@@ -135,12 +136,13 @@ fn between(from: f64, to: f64, index: usize, count: usize, log: bool) -> f64 {
     }
     let t = index as f64 / last as f64;
     if log {
-        // ln and exp lose a few digits, and differ from one mathematical library to the next
+        // The logarithm and the exponential lose a few digits, and differ from one mathematical
+        // library to the next.
         let x = (from.ln() * (1.0 - t) + to.ln() * t).exp();
         return format!("{x:.12e}").parse().unwrap_or(x);
     }
     let x = from * (1.0 - t) + to * t;
-    // path cancellation leaves of a 0 is not a value
+    // The remainder that cancellation leaves of a 0 is not a value.
     if x.abs() < 1e-14 * from.abs().max(to.abs()) {
         0.0
     } else {

@@ -1,4 +1,4 @@
-//! Studies that are right: what they expand to, and that nothing a job can say is lost on the way
+//! Studies that are right: the points to which they expand, and the way of every part of a job
 //! through a file.
 
 use std::collections::HashSet;
@@ -34,7 +34,7 @@ fn read(text: &str) -> Study {
     Study::parse(text, "study.toml", &mut no_files).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The values of a column at every point, as shown.
+/// Returns the values of a column at every point, as shown.
 fn shown(study: &Study, name: &str) -> Vec<String> {
     let columns = study.columns();
     let column = columns::find(&columns, name).unwrap_or_else(|| panic!("no column {name}"));
@@ -152,7 +152,7 @@ fn a_table_replaces_a_table() {
     ));
     assert!(jobs[1].job.case().unwrap().scene.punch.material.is_some());
     assert_eq!(jobs[0].job.case().unwrap().scene.loading.steps[0].shift_x, Some(1e-6));
-    // a table may supply what the base leaves out
+    // A table may supply what the base leaves out.
     let bare = BASE.replace("punch = { shape = \"sphere\", radius = \"10 mm\" }\n", "");
     assert_eq!(read(&format!("{bare}{punches}")).len(), 2);
 }
@@ -313,10 +313,10 @@ fn height_maps_come_from_files_in_any_unit() {
     );
     assert_eq!(shown(&study, "file")[..2], ["rough.csv", "rougher.csv"]);
     assert_eq!(points[0].key, points[1].key, "the content counts, not the name");
-    // the definition needs no files any more
+    // The definition needs no files any more.
     let again = Study::from_definition(&study.definition()).unwrap();
     assert_eq!(again.points(), points);
-    // and a job's own text finds its surface under its hash
+    // A job's own text finds its surface under its hash.
     let stored = study::surface::encode_surface(study.surfaces().get(surface).unwrap());
     let job = format!("name = \"job\"\n{}", points[0].job.to_toml());
     let alone = Study::parse(&job, "job.toml", &mut |name| {
@@ -498,7 +498,7 @@ prop_compose! {
 const WHEEL: &[u8] = include_bytes!("../../../../sweeps/profiles/MBench_S1002_v3.prw");
 const RAIL: &[u8] = include_bytes!("../../../../sweeps/profiles/MBench_UIC60_v3.prr");
 
-/// The names and the bytes of a wheel's and a rail's profile.
+/// Returns the names and the bytes of a wheel's and a rail's profile.
 fn profiles() -> &'static [(String, Vec<u8>); 2] {
     static PROFILES: OnceLock<[(String, Vec<u8>); 2]> = OnceLock::new();
     PROFILES.get_or_init(|| {
@@ -515,7 +515,7 @@ fn from_store(name: &str) -> Result<Vec<u8>, String> {
     found.map(|(_, bytes)| bytes).ok_or_else(|| format!("{name}: no such file"))
 }
 
-/// The name and the bytes of a surface.
+/// Returns the name and the bytes of a surface.
 fn stored() -> (String, Vec<u8>) {
     let surface = study::surface::read(b"0 1\n2 3", "nm").unwrap();
     (study::surface::name(&surface), study::surface::encode_surface(&surface))
@@ -534,7 +534,7 @@ prop_compose! {
     }
 }
 
-/// A degree of freedom of a step: left alone, moved, or governed by its force.
+/// Makes a degree of freedom of a step: left alone, moved, or governed by its force.
 fn control() -> impl Strategy<Value = [Option<f64>; 2]> {
     prop_oneof![
         2 => Just([None, None]),
@@ -615,7 +615,7 @@ fn read_job(text: &str) -> Job {
 }
 
 proptest! {
-    /// serde's names are the file's names: what serde writes as TOML is read as the same job.
+    /// Serde's names are the file's names: what serde writes as TOML is read as the same job.
     #[test]
     fn what_serde_writes_is_read(job in job()) {
         let written = toml::to_string(&job).unwrap();
@@ -659,7 +659,7 @@ proptest! {
                     prop_assert_eq!(value(&name).and_then(|value| value.as_f64()), Some(expected), "{}", name);
                 }
             } else if given.is_none() && !matches!(key, Key::Layers | Key::Cycles | Key::Increments(_) | Key::Epsilon | Key::DomainCenterX | Key::DomainCenterY) {
-                // what has no default is missing, if there is a column for it at all
+                // A key without a default is missing, if there is a column for it at all.
                 prop_assert_eq!(value(&key.column()).unwrap_or(Value::Missing), Value::Missing, "{}", key.column());
             }
         }
@@ -668,7 +668,7 @@ proptest! {
     #[test]
     fn any_text_is_a_study_or_an_error(text in "\\PC*", at in any::<prop::sample::Index>()) {
         let _ = Study::parse(&text, "x.toml", &mut no_files).map_err(|error| error.to_string());
-        // and any text inside a good study
+        // The same is true of any text inside a good study.
         let good = include_str!("../../../../sweeps/stick-zone.toml");
         let at = (0..=at.index(good.len())).rev().find(|at| good.is_char_boundary(*at)).unwrap();
         let (before, after) = good.split_at(at);

@@ -10,7 +10,7 @@ fn read(text: &str) -> Study {
         .unwrap_or_else(|error| panic!("{text}\n{error}"))
 }
 
-/// A study of a kind, with what belongs before its tables and after them.
+/// Returns a study of a kind, with what belongs before its tables and after them.
 fn of_kind(kind: &str, more: &str) -> Study {
     read(&format!(
         r#"name = "x"
@@ -105,7 +105,7 @@ fn jobs_of_every_kind_are_written_and_read() {
     for study in &studies {
         let job = study.point(study.len() - 1).unwrap().job;
         assert_eq!(Job::parse(&job.canonical()).unwrap(), job, "{}", study.kind().name());
-        // what is timed stands among other meshes
+        // A job that is timed stands among other meshes.
         let sweep =
             if matches!(job, Job::Cost { .. }) { "[sweep]\nmesh = [32, 64, 128]\n" } else { "" };
         let back = read(&format!("name = \"y\"\n{}{sweep}", job.to_toml()));
@@ -183,14 +183,14 @@ fn an_accuracy_stands_for_mesh_and_tolerance() {
         (numerics.mesh, numerics.tolerance)
     };
     assert_eq!(exact(&study), (Mesh::Across(24), 1e-5));
-    // what the study gives stays
+    // What the study gives stays.
     assert_eq!(
         exact(&with("0.001", &format!("{steps}[numerics]\ntolerance = 1e-9\n"))),
         (Mesh::Across(24), 1e-9)
     );
 
-    // of a load that is given the approach is left; a path of many increments must be solved to
-    // less in each
+    // If the load is given, the approach is left. A path of many increments must be solved to less
+    // in each.
     let path = "loading.steps = [{ normal_force = \"10 N\", increments = 50 }, { shift_x = \"10 nm\", increments = 50 }]\n";
     let study = with("{ is = 0.01, at_most = 64 }", path);
     let Some(Adaptive::Accuracy(accuracy)) = study.adaptive() else { panic!("chooses no mesh") };

@@ -1,5 +1,4 @@
-//! What is a study and what is none: files that are accepted, and files that are refused in clear
-//! words.
+//! Tests of studies: files that are accepted, and files that are refused in clear words.
 
 mod accepted;
 mod kinds;
