@@ -36,7 +36,7 @@ use crate::sheet::{Given, Setting, Sheet};
 use crate::value::Value;
 
 /// The largest number of points of one study.
-pub const MAX_POINTS: usize = 10_000_000;
+pub(crate) const MAX_POINTS: usize = 10_000_000;
 
 /// One axis of a study.
 #[derive(Clone, Debug, PartialEq)]
@@ -136,7 +136,7 @@ impl SweepAxis {
     }
 
     /// Returns whether its values are numbers.
-    pub fn is_numeric(&self) -> bool {
+    pub(crate) fn is_numeric(&self) -> bool {
         self.values().all(|value| matches!(value, Value::Number(_) | Value::Integer(_)))
     }
 

@@ -25,7 +25,7 @@ pub struct Mistake {
 
 impl Mistake {
     /// Makes a mistake at a place.
-    pub fn new(span: Span, message: impl Into<String>, expected: impl Into<String>) -> Self {
+    pub(crate) fn new(span: Span, message: impl Into<String>, expected: impl Into<String>) -> Self {
         Mistake {
             message: message.into(),
             span,
@@ -36,13 +36,13 @@ impl Mistake {
     }
 
     /// Adds advice.
-    pub fn help(mut self, help: impl Into<String>) -> Self {
+    pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
         self.help = help.into();
         self
     }
 
     /// Adds a second place.
-    pub fn context(mut self, span: Span, label: impl Into<String>) -> Self {
+    pub(crate) fn context(mut self, span: Span, label: impl Into<String>) -> Self {
         self.context = Some(Box::new((span, label.into())));
         self
     }

@@ -82,7 +82,7 @@ impl Job {
     /// # Errors
     ///
     /// Returns the first error of the scene, the numerics or the question.
-    pub fn validate(&self) -> Result<(), SceneError> {
+    pub(crate) fn validate(&self) -> Result<(), SceneError> {
         match self {
             Job::Solve(case) | Job::Cost { case, .. } | Job::Multiplicity { case, .. } => {
                 case.validate()

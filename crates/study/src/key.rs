@@ -17,7 +17,7 @@ use crate::units::Dimension;
 
 /// The values that may stand behind a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
+pub(crate) enum Quantity {
     /// A number in SI units, or a text with a unit.
     Number(Dimension),
     /// A whole number, 0 or above.
@@ -38,7 +38,7 @@ pub enum Quantity {
 
 impl Quantity {
     /// Describes the values for messages: `a pressure, for example "1 MPa", or a number in Pa`.
-    pub fn expected(self) -> String {
+    pub(crate) fn expected(self) -> String {
         match self {
             Quantity::Number(Dimension::Pure) => "a number".to_owned(),
             Quantity::Number(dimension) => {
@@ -82,7 +82,7 @@ impl Quantity {
     }
 
     /// Returns whether the values are numbers.
-    pub fn is_numeric(self) -> bool {
+    pub(crate) fn is_numeric(self) -> bool {
         matches!(self, Quantity::Number(_) | Quantity::Count | Quantity::Mesh | Quantity::List(_))
     }
 }
@@ -111,10 +111,10 @@ macro_rules! keys {
         impl Key {
             /// Every key, in the order of the scene's and the numerics' fields; keys of lists have
             /// index 0.
-            pub const ALL: &'static [Key] = &[$(Key::$name $((<$type>::MIN))?),*];
+            pub(crate) const ALL: &'static [Key] = &[$(Key::$name $((<$type>::MIN))?),*];
 
             /// Returns the key of another layer or step.
-            pub fn with_index(self, index: u32) -> Key {
+            pub(crate) fn with_index(self, index: u32) -> Key {
                 match self {
                     $(Key::$name { .. } => Key::$name $(({
                         let $index: $type = index;
@@ -124,7 +124,7 @@ macro_rules! keys {
             }
 
             /// Returns the index of its layer or step.
-            pub fn index(self) -> Option<u32> {
+            pub(crate) fn index(self) -> Option<u32> {
                 match self { $(Key::$name $(($index))? => None $(.or(Some($index)))?,)* }
             }
 
@@ -138,12 +138,12 @@ macro_rules! keys {
             }
 
             /// Returns the values that may stand behind it.
-            pub fn quantity(self) -> Quantity {
+            pub(crate) fn quantity(self) -> Quantity {
                 match self { $(Key::$name { .. } => $quantity,)* }
             }
 
             /// Returns its meaning in words.
-            pub fn meaning(self) -> &'static str {
+            pub(crate) fn meaning(self) -> &'static str {
                 match self { $(Key::$name { .. } => $meaning,)* }
             }
         }
@@ -295,7 +295,7 @@ impl Key {
     }
 
     /// Returns the list in which it stands.
-    pub fn list(self) -> Option<Key> {
+    pub(crate) fn list(self) -> Option<Key> {
         match self.pattern().split_once("[i]")?.0 {
             "scene.foundation.layers" => Some(Key::Layers),
             _ => Some(Key::Steps),
@@ -313,7 +313,7 @@ impl Key {
     }
 
     /// Returns the last segment of the path.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         self.pattern().rsplit('.').next().unwrap_or_default()
     }
 
@@ -335,7 +335,7 @@ impl Key {
     }
 
     /// Describes the values that may stand behind it, for messages.
-    pub fn expected(self) -> String {
+    pub(crate) fn expected(self) -> String {
         match Table::find(self.pattern()) {
             Some(table) => table.expected(),
             None => self.quantity().expected(),
@@ -343,7 +343,7 @@ impl Key {
     }
 
     /// Returns the dimension of its values.
-    pub fn dimension(self) -> Dimension {
+    pub(crate) fn dimension(self) -> Dimension {
         match self.quantity() {
             Quantity::Number(dimension) => dimension,
             _ => Dimension::Pure,
@@ -351,7 +351,7 @@ impl Key {
     }
 
     /// Returns the key with this path, short or from the top.
-    pub fn find(path: &str) -> Option<Key> {
+    pub(crate) fn find(path: &str) -> Option<Key> {
         let (pattern, index) = pattern_of(path)?;
         let key = Key::ALL
             .iter()
@@ -360,7 +360,7 @@ impl Key {
     }
 
     /// Returns the key that fills this column.
-    pub fn of_column(column: &str) -> Option<Key> {
+    pub(crate) fn of_column(column: &str) -> Option<Key> {
         let index = column
             .trim_start_matches(|c: char| c.is_ascii_lowercase())
             .split('_')
@@ -371,7 +371,7 @@ impl Key {
     }
 
     /// Returns whether the table holds the key, or is what the key says in a word or a number.
-    pub fn is_under(self, table: &Table) -> bool {
+    pub(crate) fn is_under(self, table: &Table) -> bool {
         is_inside(self.pattern(), table.pattern)
             && (!table.has_index() || self.index() == Some(table.index))
     }
@@ -381,7 +381,7 @@ impl Key {
 /// it as a whole. Lists and the base of a foundation are keys as well: what these say fits into a
 /// number or a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Table {
+pub(crate) struct Table {
     pattern: &'static str,
     column: &'static str,
     index: u32,
@@ -393,7 +393,7 @@ const fn table(pattern: &'static str, column: &'static str) -> Table {
 
 impl Table {
     /// Every such table, the outer ones first; tables of lists have index 0.
-    pub const ALL: &'static [Table] = &[
+    pub(crate) const ALL: &'static [Table] = &[
         table("scene", "scene"),
         table("scene.foundation", "foundation"),
         table("scene.foundation.layers", "layers"),
@@ -415,19 +415,19 @@ impl Table {
     }
 
     /// Returns its index if it stands in a list.
-    pub fn index(&self) -> Option<u32> {
+    pub(crate) fn index(&self) -> Option<u32> {
         self.has_index().then_some(self.index)
     }
 
     /// Returns the list that it is or in which it stands: [`Key::Layers`] or [`Key::Steps`].
-    pub fn list(&self) -> Option<Key> {
+    pub(crate) fn list(&self) -> Option<Key> {
         [Key::Layers, Key::Steps]
             .into_iter()
             .find(|list| self.pattern.split('[').next() == Some(list.pattern()))
     }
 
     /// Returns whether it is a list of tables.
-    pub fn is_list(&self) -> bool {
+    pub(crate) fn is_list(&self) -> bool {
         self.list().is_some() && !self.has_index()
     }
 
@@ -439,22 +439,22 @@ impl Table {
     }
 
     /// Returns its path, from the top.
-    pub fn path(&self) -> Cow<'static, str> {
+    pub(crate) fn path(&self) -> Cow<'static, str> {
         indexed(self.pattern, self.index())
     }
 
     /// Returns the path without `scene.`, as axes and messages write it.
-    pub fn short(&self) -> Cow<'static, str> {
+    pub(crate) fn short(&self) -> Cow<'static, str> {
         indexed(short(self.pattern), self.index())
     }
 
     /// Returns the last segment of the path.
-    pub fn name(&self) -> &'static str {
+    pub(crate) fn name(&self) -> &'static str {
         self.pattern.rsplit('.').next().unwrap_or_default()
     }
 
     /// Returns the column that an axis over it fills.
-    pub fn column(&self) -> Cow<'static, str> {
+    pub(crate) fn column(&self) -> Cow<'static, str> {
         match self.has_index() {
             true => Cow::Owned(self.column.replace("[i]", &self.index.to_string())),
             false => Cow::Borrowed(self.column),
@@ -462,7 +462,7 @@ impl Table {
     }
 
     /// Returns the table with this path, short or from the top.
-    pub fn find(path: &str) -> Option<Table> {
+    pub(crate) fn find(path: &str) -> Option<Table> {
         let (pattern, index) = pattern_of(path)?;
         let table = Table::ALL
             .iter()
@@ -471,13 +471,13 @@ impl Table {
     }
 
     /// Returns whether the other table holds it or is the same.
-    pub fn is_under(&self, other: &Table) -> bool {
+    pub(crate) fn is_under(&self, other: &Table) -> bool {
         is_inside(self.pattern, other.pattern)
             && (!other.has_index() || self.index() == Some(other.index))
     }
 
     /// Returns the names that may stand directly in it.
-    pub fn names(&self) -> Vec<&'static str> {
+    pub(crate) fn names(&self) -> Vec<&'static str> {
         let mut names = Vec::new();
         for key in Key::ALL {
             let inner =
@@ -489,7 +489,7 @@ impl Table {
     }
 
     /// Describes what may stand in its place, for messages.
-    pub fn expected(&self) -> String {
+    pub(crate) fn expected(&self) -> String {
         let key = Key::find(self.pattern).map(|key| key.quantity());
         let names = self.names().join("`, `");
         match key {
@@ -529,7 +529,7 @@ fn pattern_of(path: &str) -> Option<(Cow<'_, str>, u32)> {
 }
 
 /// Returns the path, as short as may be, of the key or table that was probably meant.
-pub fn nearest_path(path: &str) -> Option<String> {
+pub(crate) fn nearest_path(path: &str) -> Option<String> {
     let (pattern, index) = pattern_of(path).unwrap_or((Cow::Borrowed(path), 0));
     let keys = Key::ALL.iter().map(|key| short(key.pattern()));
     let known = keys.chain(Table::ALL.iter().map(|table| short(table.pattern)));
@@ -538,7 +538,10 @@ pub fn nearest_path(path: &str) -> Option<String> {
 
 /// Returns the candidate that was probably meant: one that ends in the word as a path segment, else
 /// the nearest by spelling if one is near at all.
-pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub(crate) fn nearest<'a>(
+    word: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
     let candidates: Vec<&str> = candidates.into_iter().collect();
     let ends_in_it = |candidate: &&&str| candidate.rsplit('.').next() == Some(word);
     if let Some(candidate) = candidates.iter().find(ends_in_it) {

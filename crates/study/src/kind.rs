@@ -63,7 +63,7 @@ impl Kind {
     }
 
     /// Returns the kind of this name.
-    pub fn find(name: &str) -> Option<Kind> {
+    pub(crate) fn find(name: &str) -> Option<Kind> {
         Kind::ALL.iter().copied().find(|kind| kind.name() == name)
     }
 

@@ -46,7 +46,7 @@ impl Dimension {
     }
 
     /// Returns the name with its article, for messages.
-    pub fn noun(self) -> &'static str {
+    pub(crate) fn noun(self) -> &'static str {
         match self {
             Dimension::Pure => "a pure number",
             Dimension::Length => "a length",
@@ -61,7 +61,7 @@ impl Dimension {
     }
 
     /// Returns the units that a file may write for it, in the order of the table below.
-    pub fn units(self) -> impl Iterator<Item = &'static str> {
+    pub(crate) fn units(self) -> impl Iterator<Item = &'static str> {
         UNITS.iter().filter(move |unit| unit.dimension == self).map(|unit| unit.symbol)
     }
 }
@@ -131,7 +131,7 @@ fn find(symbol: &str) -> Option<&'static Unit> {
 
 /// The reason why a text is not a quantity of the dimension that its key needs.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum QuantityError {
+pub(crate) enum QuantityError {
     /// The text does not begin with a number.
     #[error("`{text}` does not begin with a number")]
     NoNumber {
@@ -176,7 +176,7 @@ pub enum QuantityError {
 /// # Errors
 ///
 /// Returns an error if the text is not a number with a unit of the dimension `wanted`.
-pub fn quantity(text: &str, wanted: Dimension) -> Result<f64, QuantityError> {
+pub(crate) fn quantity(text: &str, wanted: Dimension) -> Result<f64, QuantityError> {
     let whole = text.trim();
     let (number, symbol) =
         split_number(whole).ok_or_else(|| QuantityError::NoNumber { text: text.to_owned() })?;
@@ -205,7 +205,7 @@ pub fn quantity(text: &str, wanted: Dimension) -> Result<f64, QuantityError> {
 
 /// Returns the function that turns numbers in a unit of length into metres; `None` if there is no
 /// such unit.
-pub fn metres(symbol: &str) -> Option<impl Fn(f64) -> f64 + use<>> {
+pub(crate) fn metres(symbol: &str) -> Option<impl Fn(f64) -> f64 + use<>> {
     let unit = find(symbol).filter(|unit| unit.dimension == Dimension::Length)?;
     let scale = unit.scale;
     // The doubles 10⁰ … 10²² are exact, so that either branch rounds once.

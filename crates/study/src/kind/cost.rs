@@ -61,7 +61,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
 /// The measurement that a study of cost makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cost {
-    /// The error that counts, one of [`ON`]; `None` stands for the load or the approach.
+    /// The error that counts, by the name that `[cost]` has for it; `None` stands for the load or the approach.
     pub on: Option<&'static str>,
     /// The number of times that every point is solved.
     pub repeat: u32,
@@ -70,7 +70,7 @@ pub struct Cost {
 }
 
 /// The errors that can count.
-pub const ON: [&str; 7] =
+pub(crate) const ON: [&str; 7] =
     ["load", "approach", "peak_pressure", "contact_area", "stick_area", "pressure", "traction"];
 
 /// The number of repetitions if the study does not say.
