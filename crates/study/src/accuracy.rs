@@ -18,11 +18,12 @@
 //! numerics stays as it is given. The meshes are chosen by the results that are there: see
 //! `tribosweep answer`.
 
+use toml::de::DeValue;
+
 use contact::loading::Control;
 use contact::numerics::Mesh;
 use contact::reference::FigureErrors;
 use contact::scene::Shape;
-use toml::de::DeValue;
 
 use crate::axis::Group;
 use crate::error::{Mistake, Span};

@@ -19,8 +19,9 @@
 //! The choice follows from the results alone. A study that was killed therefore goes on where it
 //! was, and its points are the same on any number of workers.
 
-use contact::numerics::Mesh;
 use toml::de::{DeTable, DeValue};
+
+use contact::numerics::Mesh;
 
 use crate::accuracy::{AT_MOST, Accuracy, at_most};
 use crate::axis::Group;

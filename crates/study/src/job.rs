@@ -1,5 +1,8 @@
 //! A job: the question about one point of a study, and the identity under which its result is kept.
 
+use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
+
 use contact::loading::Loading;
 use contact::multiplicity::Search;
 use contact::numerics::{Mesh, Method, Numerics};
@@ -7,8 +10,6 @@ use contact::scene::{
     Base, Domain, Foundation, Friction, Material, Punch, Scene, SceneError, Shape,
 };
 use contact::uniqueness::{Effort, Question};
-use serde::{Deserialize, Serialize};
-use serde_json::value::RawValue;
 
 /// The version of the physics, which is part of every [`JobKey`]. It changes whenever the same job
 /// would give different numbers.
@@ -316,10 +317,12 @@ impl std::fmt::Debug for JobKey {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use super::*;
+    use proptest::prelude::*;
+
     use contact::loading::Step;
     use contact::scene::Layer;
-    use proptest::prelude::*;
+
+    use super::*;
 
     pub(crate) fn job() -> Job {
         Job::Solve(case())

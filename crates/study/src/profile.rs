@@ -61,8 +61,9 @@ pub fn decode_profile(bytes: &[u8]) -> Result<Profile, DecodeError> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     const WHEEL: &[u8] = include_bytes!("../../../sweeps/profiles/MBench_S1002_v3.prw");
 

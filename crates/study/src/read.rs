@@ -2,10 +2,11 @@
 
 use std::borrow::Cow;
 
-use contact::effect::Effect;
-use contact::numerics::Mesh;
 use toml::Spanned;
 use toml::de::{DeInteger, DeTable, DeValue};
+
+use contact::effect::Effect;
+use contact::numerics::Mesh;
 
 use crate::error::{Mistake, Span};
 use crate::key::{Key, Quantity, Table, nearest, one_of};

@@ -2,11 +2,12 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use contact::multiplicity::Multiplicity;
 use contact::outcome::{Outcome, Status};
 use contact::uniqueness::Bracket;
 use contact::uniqueness::witness::Shown;
-use serde::{Deserialize, Serialize};
 
 use crate::job::{Job, JobError, JobKey, PHYSICS_VERSION};
 use crate::provenance::Provenance;

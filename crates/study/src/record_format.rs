@@ -4,8 +4,9 @@
 //! deterministic part on any number of workers ([`Record::result_bytes`]). The provenance names the
 //! worker, the time and the speed of the computation.
 
-use contact::outcome::Fields;
 use serde::Deserialize;
+
+use contact::outcome::Fields;
 
 use crate::encoding::{BLOB_LIMIT, DecodeError, decode, decode_as, encode, encode_as};
 use crate::job::PHYSICS_VERSION;
@@ -133,8 +134,9 @@ fn misfit_of(fields: &Fields) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use contact::multiplicity::{Multiplicity, Solution};
     use proptest::prelude::*;
+
+    use contact::multiplicity::{Multiplicity, Solution};
 
     use super::*;
     use crate::encoding::VERSION;

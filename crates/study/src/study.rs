@@ -29,10 +29,11 @@
 //! Numbers are in SI units or texts with a unit. Everything that could be wrong is refused with its
 //! place before anything runs.
 
+use rayon::prelude::*;
+
 use contact::numerics::Mesh;
 use contact::punch::Surfaces;
 use contact::scene::SceneError;
-use rayon::prelude::*;
 
 use crate::adaptive::Adaptive;
 use crate::assemble::locate;

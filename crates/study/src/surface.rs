@@ -224,8 +224,9 @@ fn numbers(descr: &str, body: &[u8], count: usize) -> Result<Vec<f64>, SurfaceFi
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     fn npy(descr: &str, fortran: &str, shape: &str, body: &[u8]) -> Vec<u8> {
         let mut header =

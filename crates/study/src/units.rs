@@ -265,8 +265,9 @@ impl std::fmt::Display for Compact {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     #[test]
     fn decimal_units_are_exact() {

@@ -1,7 +1,8 @@
 //! The description of a kind of study, and of the table that a study file may have for it.
 
-use contact::scene::SceneError;
 use toml::de::DeValue;
+
+use contact::scene::SceneError;
 
 use crate::assemble::Assembler;
 use crate::axis::Group;

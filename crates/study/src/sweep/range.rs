@@ -1,7 +1,8 @@
 //! Ranges of values with equal steps or equal ratios.
 
-use contact::numerics::Mesh;
 use toml::de::{DeTable, DeValue};
+
+use contact::numerics::Mesh;
 
 use crate::axis::{Choice, MAX_POINTS};
 use crate::error::Mistake;
