@@ -5,25 +5,16 @@ use contact::numerics::Mesh;
 use contact::uniqueness::Sole;
 use study::{Adaptive, Job, Kind, Study, columns};
 
+use crate::sphere::sphere;
+
 fn read(text: &str) -> Study {
     Study::parse(text, "kinds.toml", &mut |file| Err(format!("no file {file}")))
         .unwrap_or_else(|error| panic!("{text}\n{error}"))
 }
 
-/// Returns a study of a kind, with what belongs before its tables and after them.
+/// Returns the study of a sphere of a kind, with lines after its tables.
 fn of_kind(kind: &str, more: &str) -> Study {
-    read(&format!(
-        r#"name = "x"
-kind = "{kind}"
-[scene]
-foundation.base = {{ shear_modulus = "80 GPa", poisson = 0.3 }}
-punch = {{ shape = "sphere", radius = "10 mm" }}
-friction.mu = 0.3
-loading.steps = [{{ approach = "1 um" }}]
-[numerics]
-mesh = 16
-{more}"#
-    ))
+    read(&sphere(&format!("kind = \"{kind}\"\n"), more))
 }
 
 const UNIQUENESS: &str = r#"

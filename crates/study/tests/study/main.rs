@@ -1,6 +1,8 @@
 //! Tests of studies: files that are accepted, and files that are refused in clear words.
 
 mod accepted;
+mod edited;
 mod kinds;
 mod refused;
 mod simulate;
+mod sphere;
