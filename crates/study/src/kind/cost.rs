@@ -61,7 +61,8 @@ pub(crate) const SPEC: KindSpec = KindSpec {
 /// The measurement that a study of cost makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cost {
-    /// The error that counts, by the name that `[cost]` has for it; `None` stands for the load or the approach.
+    /// The error that counts, by the name that `[cost]` has for it; `None` stands for the load or
+    /// the approach.
     pub on: Option<&'static str>,
     /// The number of times that every point is solved.
     pub repeat: u32,
