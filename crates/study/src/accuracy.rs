@@ -20,10 +20,7 @@
 
 use toml::de::DeValue;
 
-use contact::loading::Control;
-use contact::numerics::Mesh;
-use contact::reference::FigureErrors;
-use contact::scene::Shape;
+use contact::model::{Control, Dof, FigureErrors, Mesh, PerDof, Shape};
 
 use crate::axis::Group;
 use crate::error::{Mistake, Span};
@@ -130,7 +127,7 @@ impl Accuracy {
 }
 
 /// Returns what the loading path prescribes at its end.
-fn controls(job: &Job) -> Option<[Control; 6]> {
+fn controls(job: &Job) -> Option<PerDof<Control>> {
     Some(job.case()?.scene.loading.legs().last()?.target)
 }
 

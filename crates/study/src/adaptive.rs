@@ -21,7 +21,7 @@
 
 use toml::de::{DeTable, DeValue};
 
-use contact::numerics::Mesh;
+use contact::model::Mesh;
 
 use crate::accuracy::{AT_MOST, Accuracy, at_most};
 use crate::axis::Group;

@@ -7,7 +7,9 @@ use contact::model::{
     Base, Domain, Foundation, Friction, Loading, Material, Mesh, Method, Numerics, Punch, Scene,
     SceneError, Shape,
 };
-use contact::uniqueness::{Effort, Question};
+use contact::multiplicity::Search;
+use contact::uniqueness::{Question, WitnessSearch};
+use identity::JobKey;
 
 /// The version of the physics, which is part of every [`JobKey`]. It changes whenever the same job
 /// would give different numbers.
@@ -40,8 +42,9 @@ pub enum Job {
     Uniqueness {
         /// The bodies and the sole on which it depends.
         question: Question,
-        /// The effort that the search for it may take.
-        effort: Effort,
+        /// The extent of the search for a witness.
+        #[serde(rename = "effort", with = "effort")]
+        search: WitnessSearch,
     },
 }
 
@@ -302,10 +305,7 @@ pub enum JobError {
 pub(crate) mod tests {
     use proptest::prelude::*;
 
-    use contact::loading::Step;
-    use contact::scene::Layer;
-
-    use super::*;
+    use contact::model::{Layer, Step};
 
     use super::*;
 

@@ -5,8 +5,7 @@ use std::borrow::Cow;
 use toml::Spanned;
 use toml::de::{DeInteger, DeTable, DeValue};
 
-use contact::effect::Effect;
-use contact::numerics::Mesh;
+use contact::model::{Effect, Mesh};
 
 use crate::error::{Mistake, Span};
 use crate::key::{Key, Quantity, Table, nearest, one_of};

@@ -4,9 +4,11 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use contact::model::{Outcome, Status};
 use contact::multiplicity::Multiplicity;
 use contact::uniqueness::Bracket;
 use contact::uniqueness::witness::Shown;
+use identity::{JobKey, Kept};
 
 use crate::job::{Job, JobError, PHYSICS_VERSION};
 use crate::provenance::Provenance;
@@ -91,15 +93,6 @@ pub struct Bracketed {
     pub bracket: Option<Bracket>,
     /// The figures that verifying the upper witness has shown.
     pub shown: Option<Shown>,
-}
-
-/// Where the bytes of a record's fields are.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Kept {
-    /// In a blob, whose name is their BLAKE3 digest.
-    Blob([u8; 32]),
-    /// In the record itself, compressed.
-    Inside(Vec<u8>),
 }
 
 /// The record that a job leaves.

@@ -11,7 +11,7 @@ use identity::Kept;
 
 use crate::encoding::{BLOB_LIMIT, DecodeError, decode, decode_as, encode, encode_as};
 use crate::job::PHYSICS_VERSION;
-use crate::record::{Ending, Kept, Record};
+use crate::record::{Ending, Record};
 
 /// The format of records. Format 1 held a single load step, 2 no levels, 3 the digests of fields
 /// only.

@@ -44,7 +44,7 @@ impl<'a> JobParts<'a> {
                 seed: Some(*seed),
                 ..Self::of_case(case)
             },
-            Job::Uniqueness { question, effort } => JobParts {
+            Job::Uniqueness { question, search } => JobParts {
                 foundation: &question.foundation,
                 shape: Some(Cow::Owned(match question.sole {
                     Sole::Rectangle { width_x, width_y } => {
@@ -62,8 +62,8 @@ impl<'a> JobParts<'a> {
                 numerics: None,
                 method: None,
                 simulate: &[],
-                starts: Some(effort.search.starts),
-                seed: Some(effort.search.seed),
+                starts: Some(search.starts),
+                seed: Some(search.seed),
             },
         }
     }

@@ -33,7 +33,6 @@ use rayon::prelude::*;
 
 use contact::model::{Mesh, SceneError};
 use contact::punch::Surfaces;
-use contact::scene::SceneError;
 
 use crate::adaptive::Adaptive;
 use crate::assemble::locate;

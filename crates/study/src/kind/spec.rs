@@ -2,7 +2,7 @@
 
 use toml::de::DeValue;
 
-use contact::scene::SceneError;
+use contact::model::SceneError;
 
 use crate::assemble::Assembler;
 use crate::axis::Group;

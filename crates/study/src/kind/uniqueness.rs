@@ -86,9 +86,9 @@ fn question(assembler: &mut Assembler<'_>) -> Question {
     }
 }
 
-/// Returns the effort that the search for the end of the set may take.
-fn effort(assembler: &Assembler<'_>) -> Effort {
-    let default = Effort::default().search;
+/// Returns the extent of the search for a witness.
+fn witness_search(assembler: &Assembler<'_>) -> WitnessSearch {
+    let default = WitnessSearch::default();
     let starts = assembler.sheet().count(Key::Starts).unwrap_or(default.starts);
     WitnessSearch {
         starts,
@@ -99,7 +99,7 @@ fn effort(assembler: &Assembler<'_>) -> Effort {
 
 /// Refuses a uniqueness set on so many elements that no record can hold the proof of its end.
 fn refuse_too_fine(job: &Job) -> Result<(), SceneError> {
-    let Job::Uniqueness { question, effort } = job else { return Ok(()) };
+    let Job::Uniqueness { question, search } = job else { return Ok(()) };
     // If pressures and tangential displacements are not coupled, there is no end to prove.
     let mismatch = |material: Material| (1.0 - 2.0 * material.poisson) / material.shear_modulus;
     let of_punch = question.punch.map_or(0.0, mismatch);
@@ -110,7 +110,7 @@ fn refuse_too_fine(job: &Job) -> Result<(), SceneError> {
         Base::Rigid => false,
     };
     // The layout itself says why a set cannot be laid out.
-    let Ok(Forecast { elements: [nx, ny], .. }) = forecast_bracket(question, effort) else {
+    let Ok(Forecast { elements: [nx, ny], .. }) = forecast_bracket(question, search) else {
         return Ok(());
     };
     // The witness has three numbers for each element. The certificate has three numbers for each

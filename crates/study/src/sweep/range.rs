@@ -2,7 +2,7 @@
 
 use toml::de::{DeTable, DeValue};
 
-use contact::numerics::Mesh;
+use contact::model::Mesh;
 
 use crate::axis::{Choice, MAX_POINTS};
 use crate::error::Mistake;

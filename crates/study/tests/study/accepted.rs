@@ -6,12 +6,9 @@ use std::sync::OnceLock;
 
 use proptest::prelude::*;
 
-use contact::effect::Effect;
-use contact::loading::{Loading, Step};
-use contact::numerics::{Mesh, Method, Numerics, Projection};
-use contact::punch::Side;
-use contact::scene::{
-    Base, Domain, Foundation, Friction, Layer, Material, Punch, Scene, Shape, WheelRail,
+use contact::model::{
+    Base, Domain, Effect, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics,
+    Projection, Punch, Scene, Shape, Side, Step, WheelRail,
 };
 use study::key::Key;
 use study::{Case, Figure, Job, Study, Value, columns};

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use contact::effect::Effect;
+use contact::model::Effect;
 use study::{Job, Study, Value, columns};
 
 use crate::sphere::sphere;
