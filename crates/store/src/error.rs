@@ -1,7 +1,7 @@
 //! What can go wrong, one enum per operation: opening, reading, writing.
 
-use crate::Digest;
 use crate::database::Fault;
+use crate::digest::Digest;
 use crate::manifest::FORMAT;
 use crate::record::RECORD_LIMIT;
 use crate::volume;

@@ -27,7 +27,10 @@
 #![forbid(unsafe_code)]
 
 mod blob;
+mod connection;
+mod core;
 mod database;
+mod digest;
 mod durable;
 mod error;
 mod lock;
@@ -39,8 +42,10 @@ mod serve;
 mod store;
 mod verify;
 mod volume;
+mod wire;
 
-pub use blob::{Blobs, Digest, ParseDigestError};
+pub use blob::Blobs;
+pub use digest::{Digest, ParseDigestError};
 pub use error::{OpenError, ReadError, WriteError};
 pub use reader::{Origin, Reader};
 pub use record::RECORD_LIMIT;

@@ -1,7 +1,7 @@
 //! The manifest: what the store promises to hold, kept outside the database so that the database
 //! can be held to it.
 
-use crate::blob::Digest;
+use crate::digest::Digest;
 use crate::durable;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

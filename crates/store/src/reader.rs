@@ -1,11 +1,13 @@
 //! The store, for reading only — also while another process has it open.
 
 use crate::blob::Blobs;
+use crate::connection::Connection;
+use crate::core::{Core, PATIENCE, RECORDS, definition, held};
 use crate::error::{OpenError, ReadError};
 use crate::lock::{Holder, Lock};
 use crate::manifest::{self, Manifest, Unreadable};
-use crate::serve::{BATCH, Connection, Request, Response, first_records};
-use crate::store::{Core, PATIENCE, definition, held};
+use crate::serve::first_records;
+use crate::wire::{BATCH, Request, Response};
 use identity::JobKey;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -52,9 +54,7 @@ pub struct Reader {
 
 impl Reader {
     pub(crate) fn open(directory: &Path) -> Result<Reader, OpenError> {
-        if !directory.join(manifest::FILE).is_file()
-            && !directory.join(crate::store::RECORDS).is_dir()
-        {
+        if !directory.join(manifest::FILE).is_file() && !directory.join(RECORDS).is_dir() {
             return Err(OpenError::Missing { directory: directory.to_owned() });
         }
         let io =

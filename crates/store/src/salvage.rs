@@ -1,12 +1,12 @@
 //! Saving what can be read of a damaged store.
 
 use crate::blob::Blobs;
+use crate::core::{RECORDS, lock_for_writing};
 use crate::database::{Database, Fault};
 use crate::durable;
 use crate::error::{OpenError, ReadError, WriteError};
 use crate::manifest::{FILE, Manifest, Unreadable};
 use crate::record;
-use crate::store::{RECORDS, lock_for_writing};
 use identity::JobKey;
 use rustix::io::Errno;
 use std::collections::BTreeMap;

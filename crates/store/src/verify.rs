@@ -1,6 +1,8 @@
 //! Looking at everything, and clearing away what nothing refers to.
 
-use crate::blob::{Digest, Found};
+use crate::blob::Found;
+use crate::core::definition;
+use crate::digest::Digest;
 use crate::error::{ReadError, WriteError};
 use crate::store::Store;
 use identity::JobKey;
@@ -111,7 +113,7 @@ impl Store {
         answer.missing_blobs =
             referenced.into_iter().filter(|(digest, _)| !present.contains(digest)).collect();
         for (name, digest) in studies {
-            match crate::store::definition(self.blobs(), &name, &digest) {
+            match definition(self.blobs(), &name, &digest) {
                 Ok(_) => answer.studies += 1,
                 Err(error) => answer.lost_studies.push((name, error.to_string())),
             }

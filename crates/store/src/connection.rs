@@ -1,0 +1,98 @@
+//! A reader's connection to the process that has the store open.
+
+use crate::core::PATIENCE;
+use crate::lock::Holder;
+use crate::wire::{Request, Response, invalid, receive, send};
+use std::io;
+use std::net::Shutdown;
+use std::os::linux::net::SocketAddrExt;
+use std::os::unix::net::{SocketAddr, UnixStream};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+/// A reader's end.
+pub(crate) struct Connection {
+    stream: Mutex<UnixStream>,
+    pub(crate) holder: Holder,
+}
+
+impl Connection {
+    /// Connects to `holder` and makes sure that it answers within `patience`.
+    pub(crate) fn open(holder: &Holder, address: &str, patience: Duration) -> io::Result<Self> {
+        let stream = UnixStream::connect_addr(&SocketAddr::from_abstract_name(address)?)?;
+        let wait_up_to = |time| {
+            stream.set_read_timeout(Some(time)).and_then(|()| stream.set_write_timeout(Some(time)))
+        };
+        wait_up_to(patience)?;
+        match ask(&stream, &Request::Contains(Vec::new()))? {
+            Response::Contains(none) if none.is_empty() => {}
+            _ => return Err(invalid("it did not answer the question")),
+        }
+        // What was left of the patience with its start says nothing of how long it may take over an
+        // answer.
+        wait_up_to(PATIENCE)?;
+        Ok(Connection { stream: Mutex::new(stream), holder: holder.clone() })
+    }
+
+    /// The answer to `request`. After a failure there is none to anything.
+    pub(crate) fn ask(&self, request: &Request) -> io::Result<Response> {
+        let stream = self.stream.lock().unwrap_or_else(PoisonError::into_inner);
+        ask(&stream, request).inspect_err(|_| {
+            // An answer that comes late must not pass for that to the next question.
+            let _ = stream.shutdown(Shutdown::Both);
+        })
+    }
+}
+
+fn ask(stream: &UnixStream, request: &Request) -> io::Result<Response> {
+    send(stream, request)?;
+    receive(stream)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::serve::Listening;
+    use crate::wire::PROTOCOL;
+    use std::io::Write;
+    use std::thread;
+
+    /// A connection to a holder that answers the first question as it should and every later one as
+    /// `answer` does.
+    fn connected(
+        patience: Duration,
+        mut answer: impl FnMut(&mut UnixStream) + Send + 'static,
+    ) -> Connection {
+        let listening = Listening::bind().unwrap();
+        let address = listening.address.clone();
+        thread::spawn(move || {
+            let (mut stream, _) = listening.listener.accept().unwrap();
+            receive::<Request>(&stream).unwrap();
+            send(&stream, &Response::Contains(Vec::new())).unwrap();
+            while receive::<Request>(&stream).is_ok() {
+                answer(&mut stream);
+            }
+        });
+        Connection::open(&Holder::this_process(Some(address.clone())), &address, patience).unwrap()
+    }
+
+    #[test]
+    fn an_answer_is_waited_for_longer_than_what_was_left_of_the_start() {
+        let connection = connected(Duration::from_secs(77), |_| ());
+        let stream = connection.stream.lock().unwrap();
+        assert_eq!(stream.read_timeout().unwrap(), Some(PATIENCE));
+        assert_eq!(stream.write_timeout().unwrap(), Some(PATIENCE));
+    }
+
+    #[test]
+    fn a_late_answer_is_not_taken_for_that_to_the_next_question() {
+        let connection = connected(PATIENCE, |stream| {
+            // Two answers to one question stand for one that came too late and the next one.
+            let _ = stream.write_all(&[0, 0, 0, 0, PROTOCOL]);
+            let _ = send(stream, &Response::Contains(vec![true]));
+        });
+        let question = Request::Contains(vec![[7; 32]]);
+        assert!(connection.ask(&question).is_err());
+        assert!(connection.ask(&question).is_err());
+    }
+}
