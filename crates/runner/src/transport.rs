@@ -4,6 +4,7 @@
 //! tests (below).
 
 use crate::coordinator::Input;
+use crate::error::TransportError;
 use crate::lease::{LeaseId, WorkerId};
 use crate::protocol::{Reply, Request};
 use std::time::Duration;
@@ -37,23 +38,6 @@ pub(crate) trait Link {
     ) -> Result<Option<Reply<Result<Bytes, String>>>, TransportError>;
     /// Leaves a mark that survives the worker: this lease is being worked on.
     fn begin(&mut self, lease: LeaseId) -> Result<(), TransportError>;
-}
-
-/// The connection broke.
-#[derive(Debug, thiserror::Error)]
-#[error("{doing}: {why}")]
-pub struct TransportError {
-    /// What was tried.
-    pub(crate) doing: &'static str,
-    /// What went wrong.
-    pub(crate) why: String,
-}
-
-impl TransportError {
-    /// For `map_err`: what was tried, and then what went wrong.
-    pub(crate) fn when<E: std::fmt::Display>(doing: &'static str) -> impl Fn(E) -> TransportError {
-        move |error| TransportError { doing, why: error.to_string() }
-    }
 }
 
 #[cfg(test)]

@@ -4,9 +4,10 @@
 //! something to report, and the worker goes on with the jobs that it holds. It waits only when it
 //! holds none.
 
+use crate::error::TransportError;
 use crate::lease::LeaseId;
 use crate::protocol::{Assignment, Outcome, Reply, Report, Request};
-use crate::transport::{Bytes, Link, TransportError};
+use crate::transport::{Bytes, Link};
 use std::any::Any;
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -1,6 +1,8 @@
 //! How much work a worker that asks is given.
 
-use super::{Action, Coordinator, Job, Phase, State, What, Worker};
+use super::messages::Action;
+use super::state::{Coordinator, Job, Phase, State};
+use crate::event::What;
 use crate::lease::WorkerId;
 
 /// Seconds of predicted work that a worker may hold beyond the job it is running.
@@ -11,21 +13,6 @@ const MOST_JOBS: usize = 512;
 const MOST_BYTES: usize = 512 << 10;
 
 impl Coordinator {
-    /// What jobs take over what was predicted, once something is known.
-    pub(super) fn calibration(&self) -> Option<f64> {
-        (self.predicted > 0.0).then(|| self.took / self.predicted)
-    }
-
-    /// The jobs that a worker holds.
-    pub(super) fn held<'a>(&'a self, worker: &'a Worker) -> impl Iterator<Item = &'a Job> {
-        worker.leases.iter().filter_map(|&lease| Some(&self.jobs[self.leases.get(lease)?.job]))
-    }
-
-    /// A worker runs its jobs one after another, so it needs what the largest needs.
-    pub(super) fn memory(&self, worker: &Worker) -> u64 {
-        self.held(worker).map(|job| job.memory).max().unwrap_or(0)
-    }
-
     /// Answers a worker that asks, if there is something to say.
     pub(super) fn answer(&mut self, id: WorkerId) {
         let jobs = if self.stopping() { Vec::new() } else { self.choose(id) };

@@ -1,6 +1,7 @@
 //! What must be true between any two steps.
 
-use super::{Coordinator, Counts, Phase, State};
+use super::state::{Coordinator, Phase, State};
+use crate::event::Counts;
 
 impl Coordinator {
     /// Every rule that must hold between two steps; the first one broken, in words.

@@ -1,8 +1,16 @@
 //! Faults, played to the pure step.
 
-use super::*;
+use super::messages::{Action, Input};
+use super::state::Coordinator;
+use crate::lease::{LeaseId, WorkerId};
+use crate::ledger::{Done, Verdict};
+use crate::options::Options;
+use crate::protocol::{Outcome, Report};
+use crate::task::Task;
+use identity::JobKey;
 use proptest::prelude::*;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::time::Duration;
 
 fn tasks(count: usize) -> Vec<Task> {
     let task = |number: usize| Task {

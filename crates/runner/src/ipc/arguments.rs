@@ -1,6 +1,6 @@
 //! What a worker process is told when it is started.
 
-use crate::transport::TransportError;
+use crate::error::TransportError;
 use std::path::PathBuf;
 use std::time::Duration;
 

@@ -1,17 +1,19 @@
 //! The coordinator's end: worker processes, and a channel to each.
 
 use super::arguments::WorkerArguments;
-use super::{
+use super::channel::{
     DOWN, Grown, HEARTBEAT, INITIAL, JOBS, Names, RESERVE, Shm, UP, backpressure, pack, service,
 };
 use crate::coordinator::Input;
+use crate::error::{RunError, TransportError};
 use crate::interrupt::Interrupt;
 use crate::lease::{LeaseId, WorkerId};
+use crate::options::Options;
 use crate::protocol::{Assignment, Body, Outcome, Reply, Report, Request, decode};
 use crate::root::{Root, SHARED_MEMORY, free_shared_memory};
+use crate::spill;
 use crate::supervise::Process;
-use crate::transport::{Transport, TransportError};
-use crate::{Options, RunError, spill};
+use crate::transport::Transport;
 use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;

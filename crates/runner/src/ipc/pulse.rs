@@ -1,7 +1,7 @@
 //! The heartbeat.
 
-use super::{HEARTBEAT, Shm};
-use crate::transport::TransportError;
+use super::channel::{HEARTBEAT, Shm};
+use crate::error::TransportError;
 use iceoryx2::port::notifier::Notifier;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;

@@ -1,14 +1,17 @@
 //! The worker's end.
 
 use super::arguments::{WorkerArguments, WorkerError};
+use super::channel::{
+    DOWN, Grown, INITIAL, JOBS, Names, Shm, TALK, UP, backpressure, pack, service,
+};
 use super::pulse::Pulse;
-use super::{DOWN, Grown, INITIAL, JOBS, Names, Shm, TALK, UP, backpressure, pack, service};
+use crate::error::TransportError;
 use crate::lease::LeaseId;
 use crate::protocol::{Assignment, Body, Outcome, Reply, Report, Request, decode};
 use crate::root::free_shared_memory;
 use crate::spill;
 use crate::supervise::{die_with, is_parent, limit_address_space};
-use crate::transport::{Bytes, Link, TransportError};
+use crate::transport::{Bytes, Link};
 use crate::worker::{Work, report_panics, serve};
 use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::Client;

@@ -1,7 +1,8 @@
 //! Workers that are threads and messages that are channels: the whole runner without a process.
 
-use super::{Bytes, Link, Transport, TransportError};
+use super::{Bytes, Link, Transport};
 use crate::coordinator::Input;
+use crate::error::TransportError;
 use crate::lease::{LeaseId, WorkerId};
 use crate::protocol::{Assignment, Reply, Request};
 use crate::worker::{Work, serve};
@@ -137,8 +138,11 @@ impl Link for End {
 
 mod tests {
     use super::*;
-    use crate::run::drive;
-    use crate::{Done, Interrupt, Ledger, Options, Task, Verdict};
+    use crate::drive::{Summary, drive};
+    use crate::interrupt::Interrupt;
+    use crate::ledger::{Done, Ledger, Verdict};
+    use crate::options::Options;
+    use crate::task::Task;
     use identity::JobKey;
     use std::error::Error;
 
@@ -185,7 +189,7 @@ mod tests {
         workers: usize,
         attempts: u32,
         dies: fn(LeaseId) -> bool,
-    ) -> (crate::Summary, Kept) {
+    ) -> (Summary, Kept) {
         let options = Options { workers, attempts, ..Options::new(vec!["unused".into()], 1 << 30) };
         let mut kept = Kept::default();
         let mut threads = Threads::new(|| Reverse, dies);
