@@ -3,12 +3,13 @@
 //! The ledger appends to a file and syncs it, as a store would; `cargo bench -p runner` prints the
 //! figures.
 
-use identity::JobKey;
-use runner::{Done, Interrupt, Ledger, Options, Task, Verdict, Work, WorkerArguments, work};
 use std::error::Error;
 use std::fs::File;
 use std::io::Write;
 use std::time::{Duration, Instant};
+
+use identity::JobKey;
+use runner::{Done, Interrupt, Ledger, Options, Task, Verdict, Work, WorkerArguments, work};
 
 struct Echo;
 

@@ -1,5 +1,10 @@
 //! Drives the coordinator: hears for it, acts for it, keeps its clock.
 
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
 use crate::coordinator::{Action, Coordinator, Input, Tally};
 use crate::error::RunError;
 use crate::event::{Counts, Event, What};
@@ -9,9 +14,6 @@ use crate::options::Options;
 use crate::protocol::{Assignment, Reply};
 use crate::task::Task;
 use crate::transport::Transport;
-use serde::Serialize;
-use std::collections::VecDeque;
-use std::time::{Duration, Instant};
 
 /// What a run came to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

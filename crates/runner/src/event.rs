@@ -1,7 +1,8 @@
 //! What happens in a run: one stream, from which progress bar, log and JSON are read.
 
-use identity::JobKey;
 use serde::{Serialize, Serializer};
+
+use identity::JobKey;
 
 /// Something that happened, when, and where the run stands after it.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -1,9 +1,10 @@
 //! The request to stop, from a signal handler or another thread.
 
-use rustix::event::{EventfdFlags, eventfd};
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
+
+use rustix::event::{EventfdFlags, eventfd};
 
 /// Asks a run to stop: raised once, no job is begun any more and those in flight are kept; twice,
 /// now.

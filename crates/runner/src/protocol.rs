@@ -3,8 +3,9 @@
 //! A message is the format version (one byte) followed by bincode 2 in its standard configuration.
 //! Both ends are the same binary, so a version that differs means that a stranger is on the line.
 
-use crate::lease::LeaseId;
 use bincode::{Decode, Encode};
+
+use crate::lease::LeaseId;
 
 /// Changes with every change of the layout below.
 const FORMAT: u8 = 1;
@@ -106,8 +107,9 @@ pub(crate) fn decode<M: Decode<()>>(bytes: &[u8]) -> Result<M, DecodeError> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     #[test]
     fn the_bytes_of_a_request_are_these() {

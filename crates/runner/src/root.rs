@@ -5,12 +5,13 @@
 //! So a name alone tells whether its owner lives. Names are short because iceoryx2 puts root and
 //! prefix before its own in the path of a socket, which holds 108 bytes.
 
-use rustix::process::getuid;
 use std::fs::{DirBuilder, Metadata};
 use std::io::ErrorKind;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+
+use rustix::process::getuid;
 
 /// Where POSIX shared memory lives.
 pub(crate) const SHARED_MEMORY: &str = "/dev/shm";

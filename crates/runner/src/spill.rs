@@ -1,7 +1,8 @@
 //! Bodies too large for a message: files in the run's root, checked by hash, removed when read.
 
-use crate::protocol::Body;
 use std::path::Path;
+
+use crate::protocol::Body;
 
 /// Writes bytes to a file. No sync: it need not outlive the run, and the page cache outlives both
 /// ends.

@@ -1,10 +1,11 @@
 //! Child processes: how they are started, how they end, and what they promise when they begin.
 
-use rustix::process::{Pid, PidfdFlags, Resource, Rlimit, Signal, getppid, pidfd_open, setrlimit};
 use std::ffi::OsString;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::process::{Child, Command, ExitStatus, Stdio};
+
+use rustix::process::{Pid, PidfdFlags, Resource, Rlimit, Signal, getppid, pidfd_open, setrlimit};
 
 /// A worker process of ours; killed and reaped when dropped.
 #[derive(Debug)]

@@ -3,11 +3,12 @@
 //! Two implementations: shared memory and child processes (`ipc.rs`), and threads with channels for
 //! tests (below).
 
+use std::time::Duration;
+
 use crate::coordinator::Input;
 use crate::error::TransportError;
 use crate::lease::{LeaseId, WorkerId};
 use crate::protocol::{Reply, Request};
-use std::time::Duration;
 
 /// Bytes in memory, whatever way they travelled.
 pub(crate) type Bytes = Vec<u8>;

@@ -4,16 +4,17 @@
 //! something to report, and the worker goes on with the jobs that it holds. It waits only when it
 //! holds none.
 
-use crate::error::TransportError;
-use crate::lease::LeaseId;
-use crate::protocol::{Assignment, Outcome, Reply, Report, Request};
-use crate::transport::{Bytes, Link};
 use std::any::Any;
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
+
+use crate::error::TransportError;
+use crate::lease::LeaseId;
+use crate::protocol::{Assignment, Outcome, Reply, Report, Request};
+use crate::transport::{Bytes, Link};
 
 /// What a worker does with a job.
 pub trait Work {

@@ -3,18 +3,20 @@
 //! This binary is also the worker, and the coordinator to be killed: the two ignored tests are what
 //! children run.
 
-use identity::JobKey;
-use runner::{
-    Done, Event, Interrupt, Ledger, Options, RunError, Summary, Task, Verdict, What, Work,
-    WorkerArguments,
-};
-use rustix::process::{Pid, Signal, kill_process};
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+
+use identity::JobKey;
+use runner::{
+    Done, Event, Interrupt, Ledger, Options, RunError, Summary, Task, Verdict, What, Work,
+    WorkerArguments,
+};
 
 /// A job is a line of text: a verb and its arguments.
 struct Script;

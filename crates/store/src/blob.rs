@@ -4,13 +4,15 @@
 //! uncompressed content. Names make writing idempotent and reading verifiable, and no lock is
 //! needed: any process may write blobs at any time.
 
-use crate::digest::Digest;
-use crate::durable;
-use crate::error::{ReadError, WriteError};
-use identity::Kept;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
+
+use identity::Kept;
+
+use crate::digest::Digest;
+use crate::durable;
+use crate::error::{ReadError, WriteError};
 
 /// zstd's own default: fields shrink by the same few per cent at every level worth waiting for.
 const LEVEL: i32 = 3;

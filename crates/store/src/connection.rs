@@ -1,14 +1,15 @@
 //! A reader's connection to the process that has the store open.
 
-use crate::core::PATIENCE;
-use crate::lock::Holder;
-use crate::wire::{Request, Response, invalid, receive, send};
 use std::io;
 use std::net::Shutdown;
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixStream};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
+
+use crate::core::PATIENCE;
+use crate::lock::Holder;
+use crate::wire::{Request, Response, invalid, receive, send};
 
 /// A reader's end.
 pub(crate) struct Connection {
@@ -51,11 +52,12 @@ fn ask(stream: &UnixStream, request: &Request) -> io::Result<Response> {
 
 #[cfg(test)]
 mod tests {
+    use std::io::Write;
+    use std::thread;
+
     use super::*;
     use crate::serve::Listening;
     use crate::wire::PROTOCOL;
-    use std::io::Write;
-    use std::thread;
 
     /// A connection to a holder that answers the first question as it should and every later one as
     /// `answer` does.

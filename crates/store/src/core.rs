@@ -1,5 +1,13 @@
 //! The open store, without the server that shares it with other processes.
 
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError, RwLock};
+use std::time::{Duration, Instant};
+use std::{fs, io, thread};
+
+use identity::JobKey;
+
 use crate::blob::Blobs;
 use crate::database::{Database, Fault};
 use crate::digest::Digest;
@@ -9,12 +17,6 @@ use crate::lock::{Holder, Lock};
 use crate::manifest::{self, Manifest, Unreadable};
 use crate::record::{self, RECORD_LIMIT, Unsealable};
 use crate::volume;
-use identity::JobKey;
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError, RwLock};
-use std::time::{Duration, Instant};
-use std::{fs, io, thread};
 
 /// How long a store may be held by something that will be gone in a moment: a reader, or a process
 /// that is starting.

@@ -4,7 +4,6 @@
 //! relied on. So every call goes through [`fenced`], and the first failed write ends all writing
 //! until the store is opened again.
 
-use identity::JobKey;
 use std::any::Any;
 use std::cell::Cell;
 use std::fs::File;
@@ -13,6 +12,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Once, OnceLock};
 use std::time::{Duration, Instant};
 use std::{io, thread};
+
+use identity::JobKey;
 
 /// Records are small and read once; sled's default of 1 GiB would be the largest part of a
 /// coordinator.

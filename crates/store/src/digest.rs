@@ -1,8 +1,9 @@
 //! The names of blobs.
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use std::str::FromStr;
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// The name of a blob: BLAKE3 of its uncompressed content, shown as 64 lower-case hexadecimal
 /// digits.

@@ -1,14 +1,16 @@
 //! What can go wrong, one enum per operation: opening, reading, writing.
 
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use identity::JobKey;
+
 use crate::database::Fault;
 use crate::digest::Digest;
 use crate::manifest::FORMAT;
 use crate::record::RECORD_LIMIT;
 use crate::volume;
-use identity::JobKey;
-use std::io;
-use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 /// Why a store cannot be opened.
 #[derive(Debug, thiserror::Error)]

@@ -3,12 +3,13 @@
 //! `lock` is held with `flock`, which the kernel releases however its holder ends; there is no
 //! stale lock. What the file says is believed only while the lock is held.
 
-use rustix::fs::{FlockOperation, flock};
-use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{self, Read, Seek, Write};
 use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use rustix::fs::{FlockOperation, flock};
+use serde::{Deserialize, Serialize};
 
 /// The process that has the store open.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,12 +1,14 @@
 //! The manifest: what the store promises to hold, kept outside the database so that the database
 //! can be held to it.
 
-use crate::digest::Digest;
-use crate::durable;
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::{fs, io};
+
+use serde::{Deserialize, Serialize};
+
+use crate::digest::Digest;
+use crate::durable;
 
 pub(crate) const FILE: &str = "manifest.json";
 

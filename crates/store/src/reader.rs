@@ -1,5 +1,12 @@
 //! The store, for reading only — also while another process has it open.
 
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use identity::JobKey;
+
 use crate::blob::Blobs;
 use crate::connection::Connection;
 use crate::core::{Core, PATIENCE, RECORDS, definition, held};
@@ -8,11 +15,6 @@ use crate::lock::{Holder, Lock};
 use crate::manifest::{self, Manifest, Unreadable};
 use crate::serve::first_records;
 use crate::wire::{BATCH, Request, Response};
-use identity::JobKey;
-use std::fmt;
-use std::path::{Path, PathBuf};
-use std::thread;
-use std::time::{Duration, Instant};
 
 /// Where a [`Reader`] has its records from.
 #[derive(Clone, Debug, PartialEq, Eq)]

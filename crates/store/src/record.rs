@@ -59,8 +59,9 @@ pub(crate) fn unseal<'a>(key: &JobKey, sealed: &'a [u8]) -> Result<&'a [u8], Uns
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     const KEY: JobKey = JobKey([7; 32]);
 

@@ -1,5 +1,13 @@
 //! Saving what can be read of a damaged store.
 
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use rustix::io::Errno;
+
+use identity::JobKey;
+
 use crate::blob::Blobs;
 use crate::core::{RECORDS, lock_for_writing};
 use crate::database::{Database, Fault};
@@ -7,11 +15,6 @@ use crate::durable;
 use crate::error::{OpenError, ReadError, WriteError};
 use crate::manifest::{FILE, Manifest, Unreadable};
 use crate::record;
-use identity::JobKey;
-use rustix::io::Errno;
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::{fs, io};
 
 /// The sound database while it is being written.
 const SALVAGED: &str = "records.salvaged";

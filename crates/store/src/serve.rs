@@ -1,9 +1,5 @@
 //! The answers to the readers of other processes, by the process that has the store open.
 
-use crate::core::Core;
-use crate::error::ReadError;
-use crate::wire::{Fetched, OTHERS, REPLY, Request, Response, receive, send};
-use identity::JobKey;
 use std::io;
 use std::net::Shutdown;
 use std::ops::Bound;
@@ -13,6 +9,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use identity::JobKey;
+
+use crate::core::Core;
+use crate::error::ReadError;
+use crate::wire::{Fetched, OTHERS, REPLY, Request, Response, receive, send};
 
 /// What there is of the first of `keys`, in their order: at least of one, and of no more once
 /// [`REPLY`] bytes are together.

@@ -1,5 +1,11 @@
 //! The store, held for writing.
 
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use identity::JobKey;
+
 use crate::blob::Blobs;
 use crate::core::{Core, RECORDS, definition, lock_for_writing, vacant};
 use crate::error::{OpenError, ReadError, WriteError};
@@ -7,10 +13,6 @@ use crate::manifest;
 use crate::reader::Reader;
 use crate::salvage::{Salvage, salvage};
 use crate::serve::{Listening, Server};
-use identity::JobKey;
-use std::fs;
-use std::path::Path;
-use std::sync::Arc;
 
 /// A store that this process alone has open, for reading and writing. It answers the readers of
 /// other processes from threads of its own, until it is dropped. All methods may be called from any

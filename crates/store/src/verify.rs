@@ -1,14 +1,16 @@
 //! Looking at everything, and clearing away what nothing refers to.
 
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+use std::{fs, io};
+
+use identity::JobKey;
+
 use crate::blob::Found;
 use crate::core::definition;
 use crate::digest::Digest;
 use crate::error::{ReadError, WriteError};
 use crate::store::Store;
-use identity::JobKey;
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
-use std::{fs, io};
 
 /// What was found in a store.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -1,8 +1,9 @@
 //! What the file system under the store allows.
 
-use rustix::fs::{statfs, statvfs};
 use std::io;
 use std::path::Path;
+
+use rustix::fs::{statfs, statvfs};
 
 /// sled extends its file by whole segments of 512 KiB and keeps several open, and the manifest is
 /// written beside its predecessor. Stopping this far before the end keeps sled from ever meeting a

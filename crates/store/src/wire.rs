@@ -10,13 +10,16 @@
 //! any number of times. A response ends where it would grow beyond [`REPLY`], and the reader asks
 //! for the rest: neither side holds more of a store than that.
 
-use crate::error::ReadError;
-use crate::record::RECORD_LIMIT;
-use bincode::config::standard;
-use bincode::{Decode, Encode};
-use identity::JobKey;
 use std::io::{self, Read, Write};
 use std::os::unix::net::UnixStream;
+
+use bincode::config::standard;
+use bincode::{Decode, Encode};
+
+use identity::JobKey;
+
+use crate::error::ReadError;
+use crate::record::RECORD_LIMIT;
 
 /// 1 answered every key of a request in one response.
 pub(crate) const PROTOCOL: u8 = 2;

@@ -1,5 +1,10 @@
 //! What the coordinator knows.
 
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+
+use identity::JobKey;
+
 use super::messages::Action;
 use crate::event::{Counts, Event, What};
 use crate::lease::{LeaseId, Leases, WorkerId};
@@ -7,9 +12,6 @@ use crate::ledger::Done;
 use crate::options::Options;
 use crate::queue::{GroupIndex, Queue};
 use crate::task::Task;
-use identity::JobKey;
-use std::collections::{BTreeMap, VecDeque};
-use std::time::Duration;
 
 #[derive(Debug)]
 pub(super) struct Job {

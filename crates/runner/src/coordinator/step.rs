@@ -1,5 +1,8 @@
 //! The step: hears one input, decides what to do.
 
+use std::collections::VecDeque;
+use std::time::Duration;
+
 use super::messages::{Action, Input};
 use super::state::{Coordinator, Phase, Saving, State, Worker};
 use crate::event::What;
@@ -7,8 +10,6 @@ use crate::lease::{Lease, LeaseId, WorkerId};
 use crate::ledger::{Done, Verdict};
 use crate::options::Options;
 use crate::protocol::{Outcome, Report};
-use std::collections::VecDeque;
-use std::time::Duration;
 
 /// Workers in a row that die before asking for a job, after which starting more is hopeless.
 const MOST_FAILED_STARTS: u32 = 10;

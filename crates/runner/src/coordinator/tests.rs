@@ -1,5 +1,12 @@
 //! Faults, played to the pure step.
 
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::time::Duration;
+
+use proptest::prelude::*;
+
+use identity::JobKey;
+
 use super::messages::{Action, Input};
 use super::state::Coordinator;
 use crate::lease::{LeaseId, WorkerId};
@@ -7,10 +14,6 @@ use crate::ledger::{Done, Verdict};
 use crate::options::Options;
 use crate::protocol::{Outcome, Report};
 use crate::task::Task;
-use identity::JobKey;
-use proptest::prelude::*;
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::time::Duration;
 
 fn tasks(count: usize) -> Vec<Task> {
     let task = |number: usize| Task {

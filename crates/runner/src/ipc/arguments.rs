@@ -1,8 +1,9 @@
 //! What a worker process is told when it is started.
 
-use crate::error::TransportError;
 use std::path::PathBuf;
 use std::time::Duration;
+
+use crate::error::TransportError;
 
 /// What the coordinator tells a worker process on its command line: one argument of the form
 /// `root,prefix,coordinator,address-space,heartbeat`.

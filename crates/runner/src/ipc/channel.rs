@@ -1,14 +1,16 @@
 //! One end's view of a channel: its names, its services, and what fits into a message.
 
+use std::path::PathBuf;
+use std::time::Duration;
+
+use iceoryx2::port::{BackpressureAction, BackpressureInfo};
+use iceoryx2::prelude::*;
+
 use crate::error::TransportError;
 use crate::lease::LeaseId;
 use crate::protocol::{Body, encode};
 use crate::root::SHARED_MEMORY;
 use crate::spill;
-use iceoryx2::port::{BackpressureAction, BackpressureInfo};
-use iceoryx2::prelude::*;
-use std::path::PathBuf;
-use std::time::Duration;
 
 /// The thread-safe variant, so that a worker's heart can beat on a thread of its own.
 pub(super) type Shm = ipc_threadsafe::Service;

@@ -1,5 +1,17 @@
 //! The coordinator's end: worker processes, and a channel to each.
 
+use std::collections::BTreeMap;
+use std::os::fd::BorrowedFd;
+use std::time::Duration;
+
+use iceoryx2::active_request::ActiveRequest;
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::server::Server;
+use iceoryx2::prelude::*;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
+
 use super::arguments::WorkerArguments;
 use super::channel::{
     DOWN, Grown, HEARTBEAT, INITIAL, JOBS, Names, RESERVE, Shm, UP, backpressure, pack, service,
@@ -14,16 +26,6 @@ use crate::root::{Root, SHARED_MEMORY, free_shared_memory};
 use crate::spill;
 use crate::supervise::Process;
 use crate::transport::Transport;
-use iceoryx2::active_request::ActiveRequest;
-use iceoryx2::port::listener::Listener;
-use iceoryx2::port::notifier::Notifier;
-use iceoryx2::port::server::Server;
-use iceoryx2::prelude::*;
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::io::Errno;
-use std::collections::BTreeMap;
-use std::os::fd::BorrowedFd;
-use std::time::Duration;
 
 /// Shared memory that one channel takes from the start, with room to spare (measured: 0.1 MiB).
 const CHANNEL: u64 = 1 << 20;

@@ -1,10 +1,12 @@
 //! The heartbeat.
 
-use super::channel::{HEARTBEAT, Shm};
-use crate::error::TransportError;
-use iceoryx2::port::notifier::Notifier;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
+
+use iceoryx2::port::notifier::Notifier;
+
+use super::channel::{HEARTBEAT, Shm};
+use crate::error::TransportError;
 
 /// Signs of life from a thread of its own, while the worker is busy and only then.
 #[derive(Debug)]

@@ -1,5 +1,16 @@
 //! The worker's end.
 
+use std::fs::File;
+use std::os::unix::fs::FileExt;
+use std::sync::Arc;
+use std::time::Duration;
+
+use iceoryx2::pending_response::PendingResponse;
+use iceoryx2::port::client::Client;
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::prelude::*;
+
 use super::arguments::{WorkerArguments, WorkerError};
 use super::channel::{
     DOWN, Grown, INITIAL, JOBS, Names, Shm, TALK, UP, backpressure, pack, service,
@@ -13,15 +24,6 @@ use crate::spill;
 use crate::supervise::{die_with, is_parent, limit_address_space};
 use crate::transport::{Bytes, Link};
 use crate::worker::{Work, report_panics, serve};
-use iceoryx2::pending_response::PendingResponse;
-use iceoryx2::port::client::Client;
-use iceoryx2::port::listener::Listener;
-use iceoryx2::port::notifier::Notifier;
-use iceoryx2::prelude::*;
-use std::fs::File;
-use std::os::unix::fs::FileExt;
-use std::sync::Arc;
-use std::time::Duration;
 
 type Awaited = PendingResponse<Shm, [u8], (), [u8], ()>;
 

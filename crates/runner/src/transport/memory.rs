@@ -1,16 +1,17 @@
 //! Workers that are threads and messages that are channels: the whole runner without a process.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::time::Duration;
+
 use super::{Bytes, Link, Transport};
 use crate::coordinator::Input;
 use crate::error::TransportError;
 use crate::lease::{LeaseId, WorkerId};
 use crate::protocol::{Assignment, Reply, Request};
 use crate::worker::{Work, serve};
-use std::collections::BTreeMap;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
-use std::time::Duration;
 
 type Answer = Reply<Result<Bytes, String>>;
 
@@ -137,14 +138,16 @@ impl Link for End {
 }
 
 mod tests {
+    use std::error::Error;
+
+    use identity::JobKey;
+
     use super::*;
     use crate::drive::{Summary, drive};
     use crate::interrupt::Interrupt;
     use crate::ledger::{Done, Ledger, Verdict};
     use crate::options::Options;
     use crate::task::Task;
-    use identity::JobKey;
-    use std::error::Error;
 
     struct Reverse;
 

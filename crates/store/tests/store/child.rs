@@ -1,11 +1,13 @@
 //! Other processes: this test binary again, playing one of a few parts.
 
-use super::{key, record, records};
 use std::io::{BufRead, BufReader, Lines, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
+
 use store::Store;
+
+use super::{key, record, records};
 
 const PART: &str = "TRIBOSWEEP_STORE_PART";
 const DIRECTORY: &str = "TRIBOSWEEP_STORE_DIRECTORY";

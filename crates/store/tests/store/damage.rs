@@ -1,11 +1,13 @@
 //! Files cut short, bits flipped, garbage: said, never a panic, never a silent loss.
 
-use super::child::{Player, command};
-use super::{key, record, records};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+
 use store::{OpenError, Store};
+
+use super::child::{Player, command};
+use super::{key, record, records};
 
 const COUNT: u64 = 1500;
 

@@ -1,10 +1,12 @@
 //! A disk that is full.
 
-use super::child::{Player, command};
-use super::key;
 use std::path::Path;
 use std::process::Command;
+
 use store::{OpenError, Store, WriteError};
+
+use super::child::{Player, command};
+use super::key;
 
 /// What was acknowledged by a "fill" part is there.
 fn check(directory: &Path, transcript: &[String]) {

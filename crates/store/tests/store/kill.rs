@@ -1,10 +1,12 @@
 //! SIGKILL at any moment.
 
-use super::child::{Player, command, removed, size};
-use super::{key, record};
 use std::collections::BTreeMap;
 use std::time::Duration;
+
 use store::Store;
+
+use super::child::{Player, command, removed, size};
+use super::{key, record};
 
 /// Removes what is being removed, adds what is being added, and knows which jobs may be either way.
 #[test]

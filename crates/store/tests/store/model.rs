@@ -1,11 +1,14 @@
 //! The store against a map, with reopening in between; and what it says of itself.
 
-use super::{key, record, records};
-use identity::JobKey;
-use proptest::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+
+use proptest::prelude::*;
+
+use identity::JobKey;
 use store::{Digest, RECORD_LIMIT, ReadError, Store, WriteError};
+
+use super::{key, record, records};
 
 #[derive(Clone, Debug)]
 enum Step {

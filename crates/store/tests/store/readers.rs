@@ -1,9 +1,11 @@
 //! Several processes and one store.
 
+use std::time::{Duration, Instant};
+
+use store::{OpenError, Origin, RECORD_LIMIT, ReadError, Store};
+
 use super::child::{Player, command};
 use super::{key, record, records};
-use std::time::{Duration, Instant};
-use store::{OpenError, Origin, RECORD_LIMIT, ReadError, Store};
 
 #[test]
 fn the_second_writer_is_told_who_has_it() {
