@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use report::{Cell, Column, Table, TerminalLayout};
-use store::{Origin, Reader, Store};
+use store::{RecordOrigin, Store, StoreReader};
 use study::Study;
 use study::columns::{Role, along_path};
 
@@ -16,8 +16,8 @@ pub(crate) fn layout() -> TerminalLayout {
 }
 
 /// Says where numbers come from when a run is still adding to them.
-pub(crate) fn tell_origin(reader: &Reader) {
-    if let origin @ Origin::Process { .. } = reader.origin() {
+pub(crate) fn tell_origin(reader: &StoreReader) {
+    if let origin @ RecordOrigin::Process { .. } = reader.origin() {
         output::say(&origin.to_string());
     }
 }

@@ -7,7 +7,7 @@ use contact::loading::Step;
 use contact::outcome::{Fields, Observables};
 use identity::JobKey;
 use report::{Cell, Table};
-use store::{Blobs, ReadError, Reader, Store};
+use store::{Blobs, ReadError, Store, StoreReader};
 use study::columns::{Compared, Role, Row, Value, along_path};
 use study::record::decode_fields;
 use study::{Adaptive, Column, Kind, Point, Record, Study};
@@ -25,7 +25,7 @@ pub(crate) enum Source<'a> {
     /// The store that this process writes.
     Store(&'a Store),
     /// One that it reads.
-    Reader(&'a Reader),
+    Reader(&'a StoreReader),
 }
 
 impl<'a> Source<'a> {
@@ -358,7 +358,7 @@ pub(crate) fn cell(value: Value) -> Cell {
 }
 
 /// The study of this name in a store; if there is none, says which there are.
-pub(crate) fn stored_study(reader: &Reader, name: &str) -> Result<Study> {
+pub(crate) fn stored_study(reader: &StoreReader, name: &str) -> Result<Study> {
     let damaged = || {
         format!(
             "the definition of the study `{name}` is damaged; `tribosweep run` of its file writes it anew"

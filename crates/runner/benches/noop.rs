@@ -9,11 +9,11 @@ use std::io::Write;
 use std::time::{Duration, Instant};
 
 use identity::JobKey;
-use runner::{Done, Interrupt, Ledger, Options, Task, Verdict, Work, WorkerArguments, work};
+use runner::{Done, Executor, Interrupt, Ledger, Options, Task, Verdict, WorkerArguments, work};
 
 struct Echo;
 
-impl Work for Echo {
+impl Executor for Echo {
     fn run(&mut self, payload: &[u8]) -> Vec<u8> {
         if payload == b"wait" {
             std::thread::sleep(Duration::from_secs(5));
@@ -111,9 +111,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         &mut journal,
         &options,
         &Interrupt::new()?,
-        &mut |event| match event.what {
-            runner::What::WorkerStarted { pid, .. } => pids.push(pid),
-            runner::What::Done { .. } => {
+        &mut |event| match event.kind {
+            runner::EventKind::WorkerStarted { pid, .. } => pids.push(pid),
+            runner::EventKind::Done { .. } => {
                 idle.push(pids.iter().map(|&pid| (pid, ticks(pid))).collect::<Vec<_>>())
             }
             _ => {}

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::coordinator::{Action, Coordinator, Input, Tally};
 use crate::error::RunError;
-use crate::event::{Counts, Event, What};
+use crate::event::{Counts, Event, EventKind};
 use crate::interrupt::Interrupt;
 use crate::ledger::Ledger;
 use crate::options::Options;
@@ -103,7 +103,7 @@ pub(crate) fn drive(
     let summary = summary(coordinator.counts(), coordinator.tally, clock.elapsed(), interrupts > 0);
     on_event(&Event {
         seconds: summary.seconds,
-        what: What::Finished,
+        kind: EventKind::Finished,
         counts: coordinator.counts(),
     });
     match hopeless {

@@ -11,7 +11,7 @@ pub struct Event {
     pub seconds: f64,
     /// What happened.
     #[serde(flatten)]
-    pub what: What,
+    pub kind: EventKind,
     /// Where the run stands now.
     pub counts: Counts,
 }
@@ -38,7 +38,7 @@ pub struct Counts {
 /// What happened.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "event", rename_all = "kebab-case")]
-pub enum What {
+pub enum EventKind {
     /// The run begins.
     RunStarted,
     /// A worker asked for its first job.
@@ -131,10 +131,11 @@ mod tests {
 
     #[test]
     fn an_event_is_one_flat_json_object() {
-        let what = What::Retried { key: JobKey([171; 32]), attempt: 1, reason: "signal 9".into() };
+        let kind =
+            EventKind::Retried { key: JobKey([171; 32]), attempt: 1, reason: "signal 9".into() };
         let event = Event {
             seconds: 1.5,
-            what,
+            kind,
             counts: Counts { waiting: 1, failures: 1, ..Counts::default() },
         };
         let expected = format!(

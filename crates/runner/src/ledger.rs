@@ -7,7 +7,7 @@ use identity::JobKey;
 /// How a job ended for good.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
-    /// With what [`Work::run`] returned.
+    /// With what [`Executor::run`] returned.
     Completed(Vec<u8>),
     /// Set aside.
     Quarantined {

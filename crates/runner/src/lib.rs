@@ -2,7 +2,7 @@
 //!
 //! One **coordinator** per run, inside [`run`], starts **workers**: child processes of the caller's
 //! choosing that call [`work`]. They talk through iceoryx2, one channel per worker. The runner
-//! knows neither what a job is ([`Work`]) nor where results go ([`Ledger`]); to it, both are bytes
+//! knows neither what a job is ([`Executor`]) nor where results go ([`Ledger`]); to it, both are bytes
 //! under a [`JobKey`](identity::JobKey).
 //!
 //! What it promises:
@@ -37,7 +37,7 @@ mod worker;
 
 pub use drive::Summary;
 pub use error::{RunError, TransportError};
-pub use event::{Counts, Event, What};
+pub use event::{Counts, Event, EventKind};
 pub use interrupt::Interrupt;
 pub use ipc::{WorkerArguments, WorkerError, work};
 pub use ledger::{Done, Ledger, Verdict};
@@ -45,4 +45,4 @@ pub use options::Options;
 pub use root::{RootError, sweep_leftovers};
 pub use run::run;
 pub use task::Task;
-pub use worker::Work;
+pub use worker::Executor;

@@ -51,7 +51,7 @@ impl Options {
     }
 
     pub(crate) fn command_line(&self) -> String {
-        self.worker_command.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join(" ")
+        self.worker_command.iter().map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ")
     }
 
     pub(crate) fn checked(&self) -> Result<(), RunError> {

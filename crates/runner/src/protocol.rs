@@ -33,7 +33,7 @@ pub(crate) enum Body {
 
 /// How one attempt at a job ended.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
-pub(crate) enum Outcome<B> {
+pub(crate) enum AttemptOutcome<B> {
     /// The job's result.
     Completed(B),
     /// The attempt failed, in words; the worker lives on.
@@ -46,7 +46,7 @@ pub(crate) struct Report<B> {
     pub(crate) lease: LeaseId,
     /// Wall-clock time that the job took.
     pub(crate) seconds: f64,
-    pub(crate) outcome: Outcome<B>,
+    pub(crate) outcome: AttemptOutcome<B>,
 }
 
 /// Worker → coordinator: these are done, give me more.
@@ -75,7 +75,7 @@ pub(crate) enum Reply<B> {
 
 /// Why bytes are not a message.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum DecodeError {
+pub(crate) enum MessageError {
     #[error("message format {0}, expected {FORMAT}: coordinator and worker are different builds")]
     Format(u8),
     #[error("an empty message")]
@@ -94,14 +94,18 @@ pub(crate) fn encode(message: &impl Encode) -> Result<Vec<u8>, bincode::error::E
 }
 
 /// The message in these bytes.
-pub(crate) fn decode<M: Decode<()>>(bytes: &[u8]) -> Result<M, DecodeError> {
+pub(crate) fn decode<M: Decode<()>>(bytes: &[u8]) -> Result<M, MessageError> {
     match bytes {
-        [] => Err(DecodeError::Empty),
+        [] => Err(MessageError::Empty),
         [FORMAT, rest @ ..] => {
             let (message, used) = bincode::decode_from_slice(rest, layout())?;
-            if used == rest.len() { Ok(message) } else { Err(DecodeError::Rest(rest.len() - used)) }
+            if used == rest.len() {
+                Ok(message)
+            } else {
+                Err(MessageError::Rest(rest.len() - used))
+            }
         }
-        [format, ..] => Err(DecodeError::Format(*format)),
+        [format, ..] => Err(MessageError::Format(*format)),
     }
 }
 
@@ -118,14 +122,14 @@ mod tests {
                 Report {
                     lease: 7,
                     seconds: 0.5,
-                    outcome: Outcome::Completed(Body::Inline(vec![1, 2])),
+                    outcome: AttemptOutcome::Completed(Body::Inline(vec![1, 2])),
                 },
                 Report {
                     lease: 300,
                     seconds: 0.0,
-                    outcome: Outcome::Completed(Body::File { hash: [9; 32], length: 5 }),
+                    outcome: AttemptOutcome::Completed(Body::File { hash: [9; 32], length: 5 }),
                 },
-                Report { lease: 8, seconds: 0.0, outcome: Outcome::Failed("no".into()) },
+                Report { lease: 8, seconds: 0.0, outcome: AttemptOutcome::Failed("no".into()) },
             ],
             idle: true,
         };
@@ -149,10 +153,10 @@ mod tests {
 
     #[test]
     fn what_is_not_a_message_is_refused() {
-        assert!(matches!(decode::<Reply<Body>>(&[]), Err(DecodeError::Empty)));
-        assert!(matches!(decode::<Reply<Body>>(&[2, 1]), Err(DecodeError::Format(2))));
-        assert!(matches!(decode::<Reply<Body>>(&[1, 1, 0]), Err(DecodeError::Rest(1))));
-        assert!(matches!(decode::<Reply<Body>>(&[1, 5]), Err(DecodeError::Bincode(_))));
+        assert!(matches!(decode::<Reply<Body>>(&[]), Err(MessageError::Empty)));
+        assert!(matches!(decode::<Reply<Body>>(&[2, 1]), Err(MessageError::Format(2))));
+        assert!(matches!(decode::<Reply<Body>>(&[1, 1, 0]), Err(MessageError::Rest(1))));
+        assert!(matches!(decode::<Reply<Body>>(&[1, 5]), Err(MessageError::Bincode(_))));
     }
 
     proptest! {

@@ -14,7 +14,7 @@ pub(crate) type GroupIndex = usize;
 type CostBits = Reverse<u64>;
 
 #[derive(Debug, Default)]
-struct Group {
+struct JobGroup {
     waiting: BTreeSet<(CostBits, usize)>,
     rank: CostBits,
     /// Live workers whose operator this is.
@@ -24,7 +24,7 @@ struct Group {
 /// Jobs that wait, by group.
 #[derive(Debug, Default)]
 pub(crate) struct Queue {
-    groups: Vec<Group>,
+    groups: Vec<JobGroup>,
     /// Every group that has a waiting job, most expensive first.
     open: BTreeSet<(CostBits, GroupIndex)>,
     /// Per job: its group and its cost.
@@ -40,7 +40,7 @@ impl Queue {
         let mut totals: Vec<f64> = Vec::new();
         for (number, cost) in jobs {
             let group = *index.entry(number).or_insert_with(|| {
-                queue.groups.push(Group::default());
+                queue.groups.push(JobGroup::default());
                 totals.push(0.0);
                 queue.groups.len() - 1
             });
@@ -113,7 +113,7 @@ impl Queue {
         let first = |group: GroupIndex| {
             self.groups[group].waiting.iter().copied().find(|&(_, job)| fits(job))
         };
-        let own = held.and_then(|group| Some((group, first(group)?)));
+        let held = held.and_then(|group| Some((group, first(group)?)));
         let unclaimed = || {
             let mut free = self.open.iter().filter(|(_, group)| self.groups[*group].holders == 0);
             free.find_map(|&(_, group)| Some((group, first(group)?)))
@@ -126,7 +126,7 @@ impl Queue {
             });
             claimed.into_iter().find_map(|&(_, group)| Some((group, first(group)?)))
         };
-        let (group, entry) = own.or_else(unclaimed).or_else(shared)?;
+        let (group, entry) = held.or_else(unclaimed).or_else(shared)?;
         self.take_this(entry.1);
         Some((entry.1, group))
     }

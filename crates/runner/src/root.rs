@@ -2,7 +2,7 @@
 //!
 //! Both names carry the same tag of 16 base-36 digits: the process-id namespace (2), the
 //! coordinator's process id (5) and start time (7), and the number of the run in that process (2).
-//! So a name alone tells whether its owner lives. Names are short because iceoryx2 puts root and
+//! So a name alone tells whether its owner lives. ChannelNames are short because iceoryx2 puts root and
 //! prefix before its own in the path of a socket, which holds 108 bytes.
 
 use std::fs::{DirBuilder, Metadata};
@@ -207,7 +207,8 @@ const NAMESPACES: u64 = 36 * 36;
 impl Owner {
     fn this(run: u64) -> Result<Owner, String> {
         let pid = std::process::id().into();
-        let (start, _) = process(pid).ok_or("/proc does not show this process")?;
+        let ProcessStat { start, .. } =
+            process_stat(pid).ok_or("/proc does not show this process")?;
         Ok(Owner {
             namespace: namespace().ok_or("/proc does not show the process-id namespace")?,
             pid,
@@ -236,7 +237,10 @@ impl Owner {
     }
 
     fn is_dead(&self) -> bool {
-        let gone = || process(self.pid).is_none_or(|(start, zombie)| start != self.start || zombie);
+        let gone = || {
+            process_stat(self.pid)
+                .is_none_or(|process| process.start != self.start || process.is_dead)
+        };
         namespace() == Some(self.namespace) && gone()
     }
 }
@@ -249,13 +253,20 @@ fn namespace() -> Option<u64> {
     std::fs::metadata("/proc/self/ns/pid").ok().map(|metadata| metadata.ino() % NAMESPACES)
 }
 
-/// Start time of a process, and whether it is dead and only not yet reaped.
-fn process(pid: u64) -> Option<(u64, bool)> {
+/// The fields of `/proc/PID/stat` that tell whether an owner lives.
+struct ProcessStat {
+    /// Clock ticks between boot and the start of the process.
+    start: u64,
+    /// True of a process that is dead and only not yet reaped.
+    is_dead: bool,
+}
+
+fn process_stat(pid: u64) -> Option<ProcessStat> {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
     // The second field is the program's name in parentheses, and may contain anything.
     let mut fields = stat[stat.rfind(')')? + 1..].split_ascii_whitespace();
-    let zombie = matches!(fields.next()?, "Z" | "X");
-    Some((fields.nth(18)?.parse().ok()?, zombie))
+    let is_dead = matches!(fields.next()?, "Z" | "X");
+    Some(ProcessStat { start: fields.nth(18)?.parse().ok()?, is_dead })
 }
 
 fn base36(mut number: u64, width: usize) -> String {

@@ -7,7 +7,7 @@ use identity::JobKey;
 pub struct Task {
     /// Its identity; no two tasks of a run share one.
     pub key: JobKey,
-    /// What [`Work::run`] receives.
+    /// What [`Executor::run`] receives.
     pub payload: Vec<u8>,
     /// Tasks of one group share something costly and go to one worker one after another.
     pub group: u64,

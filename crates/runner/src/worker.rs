@@ -13,11 +13,11 @@ use std::time::Instant;
 
 use crate::error::TransportError;
 use crate::lease::LeaseId;
-use crate::protocol::{Assignment, Outcome, Reply, Report, Request};
+use crate::protocol::{Assignment, AttemptOutcome, Reply, Report, Request};
 use crate::transport::{Bytes, Link};
 
 /// What a worker does with a job.
-pub trait Work {
+pub trait Executor {
     /// Runs one job: payload in, result out. The same payload gives the same result, whatever ran
     /// before; what is kept between jobs only saves time. A panic ends this attempt, not the
     /// worker.
@@ -32,7 +32,7 @@ const LONGEST_REASON: usize = 4 << 10;
 
 /// Works until told to stop. After a panic the work is made afresh, for what it kept may be half
 /// written.
-pub(crate) fn serve<W: Work>(
+pub(crate) fn serve<W: Executor>(
     link: &mut impl Link,
     fresh: impl Fn() -> W,
 ) -> Result<(), TransportError> {
@@ -66,8 +66,8 @@ pub(crate) fn serve<W: Work>(
 /// As many results as one message should carry, at least one if there is one.
 fn portion(results: &mut VecDeque<Report<Bytes>>) -> Vec<Report<Bytes>> {
     let size = |report: &Report<Bytes>| match &report.outcome {
-        Outcome::Completed(bytes) => bytes.len(),
-        Outcome::Failed(reason) => reason.len(),
+        AttemptOutcome::Completed(bytes) => bytes.len(),
+        AttemptOutcome::Failed(reason) => reason.len(),
     };
     let mut total = 0;
     let fits = |report: &&Report<Bytes>| {
@@ -78,7 +78,7 @@ fn portion(results: &mut VecDeque<Report<Bytes>>) -> Vec<Report<Bytes>> {
     results.drain(..count).collect()
 }
 
-fn attempt<W: Work>(
+fn attempt<W: Executor>(
     work: &mut W,
     fresh: impl Fn() -> W,
     lease: LeaseId,
@@ -86,17 +86,17 @@ fn attempt<W: Work>(
 ) -> Report<Bytes> {
     let start = Instant::now();
     let outcome = match payload {
-        Err(reason) => Outcome::Failed(reason),
+        Err(reason) => AttemptOutcome::Failed(reason),
         Ok(payload) => {
             IN_JOB.store(true, Ordering::SeqCst);
             let result = catch_unwind(AssertUnwindSafe(|| work.run(&payload)));
             IN_JOB.store(false, Ordering::SeqCst);
             match result {
-                Ok(result) => Outcome::Completed(result),
+                Ok(result) => AttemptOutcome::Completed(result),
                 Err(panic) => {
                     *work = fresh();
                     let reason = format!("panicked{}: {}", place(), message(panic.as_ref()));
-                    Outcome::Failed(reason.chars().take(LONGEST_REASON).collect())
+                    AttemptOutcome::Failed(reason.chars().take(LONGEST_REASON).collect())
                 }
             }
         }

@@ -14,14 +14,14 @@ use rustix::process::{Pid, Signal, kill_process};
 
 use identity::JobKey;
 use runner::{
-    Done, Event, Interrupt, Ledger, Options, RunError, Summary, Task, Verdict, What, Work,
+    Done, Event, EventKind, Executor, Interrupt, Ledger, Options, RunError, Summary, Task, Verdict,
     WorkerArguments,
 };
 
 /// A job is a line of text: a verb and its arguments.
 struct Script;
 
-impl Work for Script {
+impl Executor for Script {
     fn run(&mut self, payload: &[u8]) -> Vec<u8> {
         let text = String::from_utf8(payload.to_vec()).unwrap();
         let words: Vec<_> = text.split(' ').collect();
@@ -202,9 +202,9 @@ fn a_clean_run() {
         (summary.done, summary.failures, summary.workers_lost, summary.stale_results),
         (500, 0, 0, 0)
     );
-    assert!(matches!(events[0].what, What::RunStarted));
+    assert!(matches!(events[0].kind, EventKind::RunStarted));
     let last = events.last().unwrap();
-    assert_eq!((&last.what, last.counts.done, last.counts.workers), (&What::Finished, 500, 0));
+    assert_eq!((&last.kind, last.counts.done, last.counts.workers), (&EventKind::Finished, 500, 0));
     for (number, done) in &kept.results {
         assert_eq!(done.attempts, 1, "job {number}");
     }
@@ -220,7 +220,7 @@ fn a_job_that_kills_its_worker_is_tried_again() {
     assert_eq!((summary.done, summary.failures, summary.workers_lost), (41, 1, 1));
     assert_eq!((kept.text(40).as_str(), kept.results[&40].attempts), ("survived", 2));
     let lost = events.iter().find_map(|event| {
-        if let What::WorkerLost { how, .. } = &event.what { Some(how.as_str()) } else { None }
+        if let EventKind::WorkerLost { how, .. } = &event.kind { Some(how.as_str()) } else { None }
     });
     assert_eq!(lost, Some("signal 9, SIGKILL"));
     assert!(
@@ -246,7 +246,7 @@ fn a_job_that_always_kills_is_set_aside_and_the_rest_goes_on() {
         Verdict::Quarantined { reason: "its worker was lost: signal 9, SIGKILL".into() }
     );
     assert_squares(&kept, 60);
-    assert!(events.iter().any(|event| matches!(event.what, What::WorkerReplaced { .. })));
+    assert!(events.iter().any(|event| matches!(event.kind, EventKind::WorkerReplaced { .. })));
 }
 
 #[test]
@@ -400,7 +400,7 @@ fn an_interrupt_keeps_what_is_in_flight_and_begins_nothing() {
     let interrupt = Interrupt::new().unwrap();
     let (mut kept, mut leased) = (Kept::default(), 0);
     let summary = runner::run(tasks, &mut kept, &options(), &interrupt, &mut |event| {
-        if matches!(event.what, What::Leased { .. }) {
+        if matches!(event.kind, EventKind::Leased { .. }) {
             leased += 1;
             if leased == 2 {
                 interrupt.raise();
@@ -418,7 +418,7 @@ fn two_interrupts_end_the_run_now() {
     let interrupt = Interrupt::new().unwrap();
     let mut kept = Kept::default();
     let summary = runner::run(tasks, &mut kept, &options(), &interrupt, &mut |event| {
-        if matches!(event.what, What::Leased { .. } | What::Interrupted { now: false })
+        if matches!(event.kind, EventKind::Leased { .. } | EventKind::Interrupted { now: false })
             && interrupt.raised() < 2
         {
             interrupt.raise();
@@ -442,9 +442,9 @@ fn workers_killed_at_random_moments_change_no_result() {
     let (mut kept, mut pids, mut seed, mut events) = (Kept::default(), Vec::new(), 7, 0u64);
     let summary =
         runner::run(tasks, &mut kept, &options, &Interrupt::new().unwrap(), &mut |event| {
-            match event.what {
-                What::WorkerStarted { pid, .. } => pids.push(pid),
-                What::WorkerLost { pid: Some(pid), .. } => pids.retain(|&other| other != pid),
+            match event.kind {
+                EventKind::WorkerStarted { pid, .. } => pids.push(pid),
+                EventKind::WorkerLost { pid: Some(pid), .. } => pids.retain(|&other| other != pid),
                 _ => {}
             }
             events += 1;

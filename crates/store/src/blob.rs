@@ -8,7 +8,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use identity::Kept;
+use identity::KeptFields;
 
 use crate::digest::Digest;
 use crate::durable;
@@ -20,16 +20,16 @@ const LEVEL: i32 = 3;
 /// Compressed bytes up to which a record keeps its fields itself, about those of 32 × 32 elements:
 /// a file takes two fsyncs, a quarter of a millisecond each on an idle disk and ten times that on a
 /// busy one, which is as long as such a job takes to solve.
-const SMALL: usize = 16 << 10;
+const INLINE_LIMIT: usize = 16 << 10;
 
 /// Bytes of content above which that is not tried, and more than which no record is believed to
 /// keep: fields do not shrink to less than an eighth.
-const MOST: usize = 8 * SMALL;
+const INLINE_CONTENT_LIMIT: usize = 8 * INLINE_LIMIT;
 
 /// Largest content of a blob \[bytes\]: as much as the crate `study` decodes, six doubles for each
 /// element of the largest grid and room to spare. A file of a megabyte may claim to be tens of
 /// gigabytes; whoever reads one is not to find out by running out of memory.
-const LIMIT: u64 = 2 << 30;
+const CONTENT_LIMIT: u64 = 2 << 30;
 
 /// The blobs of one store. Needs no open store and no lock.
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ pub struct Blobs {
 }
 
 /// One file found under `blobs/`.
-pub(crate) enum Found {
+pub(crate) enum BlobFile {
     Blob {
         digest: Digest,
         path: PathBuf,
@@ -72,9 +72,11 @@ impl Blobs {
     /// [`WriteError::DiskFull`], [`WriteError::Io`], which is also said of content that is too
     /// large.
     pub fn put(&self, content: &[u8]) -> Result<Digest, WriteError> {
-        if content.len() as u64 > LIMIT {
-            let reason =
-                format!("it would have {} bytes, and a blob may have {LIMIT}", content.len());
+        if content.len() as u64 > CONTENT_LIMIT {
+            let reason = format!(
+                "it would have {} bytes, and a blob may have {CONTENT_LIMIT}",
+                content.len()
+            );
             return Err(WriteError::io(
                 "write a blob in",
                 &self.directory,
@@ -101,16 +103,16 @@ impl Blobs {
     ///
     /// # Errors
     /// [`WriteError::DiskFull`], [`WriteError::Io`].
-    pub fn keep(&self, content: &[u8]) -> Result<Kept, WriteError> {
-        if content.len() <= MOST {
+    pub fn keep(&self, content: &[u8]) -> Result<KeptFields, WriteError> {
+        if content.len() <= INLINE_CONTENT_LIMIT {
             let compressed = compress(content).map_err(|source| {
                 WriteError::io("compress a field for", &self.directory, source)
             })?;
-            if compressed.len() <= SMALL {
-                return Ok(Kept::Inside(compressed));
+            if compressed.len() <= INLINE_LIMIT {
+                return Ok(KeptFields::Inside(compressed));
             }
         }
-        Ok(Kept::Blob(self.put(content)?.0))
+        Ok(KeptFields::Blob(self.put(content)?.0))
     }
 
     /// What [`keep`](Blobs::keep) kept; `None` if it is in a blob that there is not.
@@ -118,12 +120,14 @@ impl Blobs {
     /// # Errors
     /// [`ReadError::Inside`] if the record holds anything else, otherwise as for
     /// [`get`](Blobs::get).
-    pub fn kept(&self, kept: &Kept) -> Result<Option<Vec<u8>>, ReadError> {
+    pub fn kept(&self, kept: &KeptFields) -> Result<Option<Vec<u8>>, ReadError> {
         match kept {
-            Kept::Blob(digest) => self.get(&Digest(*digest)),
-            Kept::Inside(compressed) => zstd::bulk::decompress(compressed, MOST)
-                .map(Some)
-                .map_err(|error| ReadError::Inside { reason: error.to_string() }),
+            KeptFields::Blob(digest) => self.get(&Digest(*digest)),
+            KeptFields::Inside(compressed) => {
+                zstd::bulk::decompress(compressed, INLINE_CONTENT_LIMIT)
+                    .map(Some)
+                    .map_err(|error| ReadError::Inside { reason: error.to_string() })
+            }
         }
     }
 
@@ -133,7 +137,7 @@ impl Blobs {
     /// [`ReadError::Blob`] if the file holds anything else, or more than 2 GiB; [`ReadError::Io`]
     /// if it cannot be read.
     pub fn get(&self, digest: &Digest) -> Result<Option<Vec<u8>>, ReadError> {
-        self.get_within(digest, LIMIT)
+        self.get_within(digest, CONTENT_LIMIT)
     }
 
     /// As [`get`](Blobs::get), of a content of at most `limit` bytes.
@@ -158,17 +162,23 @@ impl Blobs {
         }
     }
 
+    /// Returns the definition of the study `name`, which the manifest says is the blob `digest`.
+    pub(crate) fn definition(&self, name: &str, digest: &Digest) -> Result<Vec<u8>, ReadError> {
+        self.get(digest)?
+            .ok_or_else(|| ReadError::StudyMissing { name: name.to_owned(), digest: *digest })
+    }
+
     /// Whether there is such a blob; its content is not looked at.
     pub fn contains(&self, digest: &Digest) -> bool {
         self.path(digest).is_file()
     }
 
     /// Every file under `blobs/`, in the order of their names.
-    pub(crate) fn found(&self) -> Result<Vec<Found>, ReadError> {
+    pub(crate) fn files(&self) -> Result<Vec<BlobFile>, ReadError> {
         let mut found = Vec::new();
         for shelf in entries(&self.directory)? {
             if !shelf.is_dir() {
-                found.push(Found::Stray(shelf));
+                found.push(BlobFile::Stray(shelf));
                 continue;
             }
             for path in entries(&shelf)? {
@@ -180,10 +190,12 @@ impl Blobs {
                     .and_then(|rest| format!("{prefix}{rest}").parse().ok());
                 found.push(match digest {
                     Some(digest) if self.path(&digest) == path => {
-                        Found::Blob { digest, path, bytes }
+                        BlobFile::Blob { digest, path, bytes }
                     }
-                    _ if name.starts_with(durable::UNFINISHED) => Found::Unfinished { path, bytes },
-                    _ => Found::Stray(path),
+                    _ if name.starts_with(durable::UNFINISHED_PREFIX) => {
+                        BlobFile::Unfinished { path, bytes }
+                    }
+                    _ => BlobFile::Stray(path),
                 });
             }
         }
@@ -264,7 +276,7 @@ mod tests {
             written.modified().unwrap()
         );
         assert_eq!(blobs.get(&digest).unwrap().unwrap(), content);
-        assert_eq!(blobs.found().unwrap().len(), 1);
+        assert_eq!(blobs.files().unwrap().len(), 1);
     }
 
     #[test]
@@ -277,16 +289,16 @@ mod tests {
         for (content, is_inside) in [
             (Vec::new(), true),
             (content(1000), true),
-            (vec![7; 7 * SMALL], true),
+            (vec![7; 7 * INLINE_LIMIT], true),
             (content(5000), false),
         ] {
             let kept = blobs.keep(&content).unwrap();
-            assert_eq!(matches!(kept, Kept::Inside(_)), is_inside, "{} bytes", content.len());
+            assert_eq!(matches!(kept, KeptFields::Inside(_)), is_inside, "{} bytes", content.len());
             assert_eq!(blobs.kept(&kept).unwrap().as_ref(), Some(&content));
         }
-        assert_eq!(blobs.found().unwrap().len(), 1);
-        assert_eq!(blobs.kept(&Kept::Blob([7; 32])).unwrap(), None);
-        let garbage = blobs.kept(&Kept::Inside(vec![7; 20])).unwrap_err();
+        assert_eq!(blobs.files().unwrap().len(), 1);
+        assert_eq!(blobs.kept(&KeptFields::Blob([7; 32])).unwrap(), None);
+        let garbage = blobs.kept(&KeptFields::Inside(vec![7; 20])).unwrap_err();
         assert!(
             garbage.to_string().starts_with("the fields in a record are corrupt: "),
             "{garbage}"
@@ -331,7 +343,7 @@ mod tests {
         );
 
         // sparse: neither the disk nor the memory has it
-        fs::File::create(blobs.path(&digest)).unwrap().set_len(2 * LIMIT).unwrap();
+        fs::File::create(blobs.path(&digest)).unwrap().set_len(2 * CONTENT_LIMIT).unwrap();
         let error = blobs.get(&digest).unwrap_err();
         assert!(
             matches!(&error, ReadError::Blob { reason, .. } if reason.contains("longer than that of any blob")),
@@ -344,8 +356,8 @@ mod tests {
     #[test]
     fn a_blob_that_could_not_be_read_is_not_written() {
         let (_directory, blobs) = blobs();
-        let error = blobs.put(&vec![0; LIMIT as usize + 1]).unwrap_err(); // pages that are never touched
+        let error = blobs.put(&vec![0; CONTENT_LIMIT as usize + 1]).unwrap_err(); // pages that are never touched
         assert!(error.to_string().contains("a blob may have 2147483648"), "{error}");
-        assert!(blobs.found().unwrap().is_empty());
+        assert!(blobs.files().unwrap().is_empty());
     }
 }

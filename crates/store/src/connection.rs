@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use crate::core::PATIENCE;
 use crate::lock::Holder;
-use crate::wire::{Request, Response, invalid, receive, send};
+use crate::wire::{ReadRequest, ReadResponse, invalid, receive, send};
 
 /// A reader's end.
 pub(crate) struct Connection {
@@ -25,8 +25,8 @@ impl Connection {
             stream.set_read_timeout(Some(time)).and_then(|()| stream.set_write_timeout(Some(time)))
         };
         wait_up_to(patience)?;
-        match ask(&stream, &Request::Contains(Vec::new()))? {
-            Response::Contains(none) if none.is_empty() => {}
+        match ask(&stream, &ReadRequest::Contains(Vec::new()))? {
+            ReadResponse::Contains(none) if none.is_empty() => {}
             _ => return Err(invalid("it did not answer the question")),
         }
         // What was left of the patience with its start says nothing of how long it may take over an
@@ -36,7 +36,7 @@ impl Connection {
     }
 
     /// The answer to `request`. After a failure there is none to anything.
-    pub(crate) fn ask(&self, request: &Request) -> io::Result<Response> {
+    pub(crate) fn ask(&self, request: &ReadRequest) -> io::Result<ReadResponse> {
         let stream = self.stream.lock().unwrap_or_else(PoisonError::into_inner);
         ask(&stream, request).inspect_err(|_| {
             // An answer that comes late must not pass for that to the next question.
@@ -45,7 +45,7 @@ impl Connection {
     }
 }
 
-fn ask(stream: &UnixStream, request: &Request) -> io::Result<Response> {
+fn ask(stream: &UnixStream, request: &ReadRequest) -> io::Result<ReadResponse> {
     send(stream, request)?;
     receive(stream)
 }
@@ -69,9 +69,9 @@ mod tests {
         let address = listening.address.clone();
         thread::spawn(move || {
             let (mut stream, _) = listening.listener.accept().unwrap();
-            receive::<Request>(&stream).unwrap();
-            send(&stream, &Response::Contains(Vec::new())).unwrap();
-            while receive::<Request>(&stream).is_ok() {
+            receive::<ReadRequest>(&stream).unwrap();
+            send(&stream, &ReadResponse::Contains(Vec::new())).unwrap();
+            while receive::<ReadRequest>(&stream).is_ok() {
                 answer(&mut stream);
             }
         });
@@ -91,9 +91,9 @@ mod tests {
         let connection = connected(PATIENCE, |stream| {
             // Two answers to one question stand for one that came too late and the next one.
             let _ = stream.write_all(&[0, 0, 0, 0, PROTOCOL]);
-            let _ = send(stream, &Response::Contains(vec![true]));
+            let _ = send(stream, &ReadResponse::Contains(vec![true]));
         });
-        let question = Request::Contains(vec![[7; 32]]);
+        let question = ReadRequest::Contains(vec![[7; 32]]);
         assert!(connection.ask(&question).is_err());
         assert!(connection.ask(&question).is_err());
     }

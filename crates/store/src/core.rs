@@ -6,16 +6,15 @@ use std::sync::{Mutex, MutexGuard, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 use std::{fs, io, thread};
 
-use identity::JobKey;
+use identity::{JobKey, STORED_LIMIT};
 
 use crate::blob::Blobs;
 use crate::database::{Database, Fault};
-use crate::digest::Digest;
 use crate::durable;
 use crate::error::{OpenError, ReadError, WriteError};
-use crate::lock::{Holder, Lock};
+use crate::lock::{Acquired, Holder, Lock};
 use crate::manifest::{self, Manifest, Unreadable};
-use crate::record::{self, RECORD_LIMIT, Unsealable};
+use crate::record::{self, Unsealable};
 use crate::volume;
 
 /// How long a store may be held by something that will be gone in a moment: a reader, or a process
@@ -30,13 +29,6 @@ const LAG: Duration = Duration::from_millis(500);
 /// The sled database, within the store.
 pub(crate) const RECORDS: &str = "records";
 
-/// The definition of the study `name`, which the manifest says is the blob `digest`.
-pub(crate) fn definition(blobs: &Blobs, name: &str, digest: &Digest) -> Result<Vec<u8>, ReadError> {
-    blobs
-        .get(digest)?
-        .ok_or_else(|| ReadError::StudyMissing { name: name.to_owned(), digest: *digest })
-}
-
 /// Takes the lock, waiting for a reader to finish but not for another writer.
 pub(crate) fn lock_for_writing(
     directory: &Path,
@@ -47,23 +39,23 @@ pub(crate) fn lock_for_writing(
     let start = Instant::now();
     loop {
         match Lock::acquire(directory).map_err(io)? {
-            Ok(mut lock) => {
+            Acquired::Lock(mut lock) => {
                 lock.sign(&Holder::this_process(address)).map_err(io)?;
                 return Ok(lock);
             }
             // Unsigned, it was taken this moment; without an address, it is held by a reader.
-            Err(holder)
+            Acquired::Held(holder)
                 if holder.as_ref().is_some_and(|h| h.address.is_some())
                     || start.elapsed() > PATIENCE =>
             {
-                return Err(held(directory, holder));
+                return Err(held_error(directory, holder));
             }
-            Err(_) => thread::sleep(Duration::from_millis(5)),
+            Acquired::Held(_) => thread::sleep(Duration::from_millis(5)),
         }
     }
 }
 
-pub(crate) fn held(directory: &Path, holder: Option<Holder>) -> OpenError {
+pub(crate) fn held_error(directory: &Path, holder: Option<Holder>) -> OpenError {
     let directory = directory.to_owned();
     match holder {
         Some(holder) => OpenError::Held {
@@ -226,7 +218,7 @@ impl Core {
         records: &[(JobKey, Record)],
     ) -> Result<(), WriteError> {
         if let Some((key, record)) =
-            records.iter().find(|(_, record)| record.as_ref().len() > RECORD_LIMIT)
+            records.iter().find(|(_, record)| record.as_ref().len() > STORED_LIMIT)
         {
             return Err(WriteError::TooLarge { key: *key, bytes: record.as_ref().len() });
         }
@@ -302,7 +294,7 @@ fn read_or_create_manifest(directory: &Path) -> Result<Manifest, OpenError> {
         Err(Unreadable::Absent) if directory.join(RECORDS).exists() => {
             Err(damaged("its manifest.json is missing".to_owned()))
         }
-        Err(Unreadable::Absent) if !vacant(directory).map_err(io("look for"))? => {
+        Err(Unreadable::Absent) if !is_vacant(directory).map_err(io("look for"))? => {
             Err(OpenError::NotAStore { directory: directory.to_owned() })
         }
         Err(Unreadable::Absent) => {
@@ -317,12 +309,12 @@ fn read_or_create_manifest(directory: &Path) -> Result<Manifest, OpenError> {
 
 /// Whether a directory holds nothing but what an opening that was killed, or a writer of blobs,
 /// leaves in it.
-pub(crate) fn vacant(directory: &Path) -> io::Result<bool> {
+pub(crate) fn is_vacant(directory: &Path) -> io::Result<bool> {
     for entry in fs::read_dir(directory)? {
         let name = entry?.file_name();
         let name = name.to_string_lossy();
         // what a kill left of the first manifest is ours too
-        if name != "lock" && name != "blobs" && !name.starts_with(durable::UNFINISHED) {
+        if name != "lock" && name != "blobs" && !name.starts_with(durable::UNFINISHED_PREFIX) {
             return Ok(false);
         }
     }

@@ -7,14 +7,14 @@ use std::path::Path;
 
 /// Prefix of a file that is still being written; one found without its writer is a leftover of a
 /// kill.
-pub(crate) const UNFINISHED: &str = ".unfinished-";
+pub(crate) const UNFINISHED_PREFIX: &str = ".unfinished-";
 
 /// Puts `bytes` at `path`: written beside it, fsync'ed, renamed over it, and the directory
 /// fsync'ed.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let directory = path.parent().unwrap_or(Path::new("."));
     let mut file = tempfile::Builder::new()
-        .prefix(UNFINISHED)
+        .prefix(UNFINISHED_PREFIX)
         .permissions(Permissions::from_mode(0o666)) // less the umask, as for any file; the default is 0600
         .tempfile_in(directory)?;
     file.write_all(bytes)?;
@@ -42,7 +42,7 @@ pub(crate) fn create_directory(directory: &Path) -> io::Result<()> {
 pub(crate) fn clear_unfinished(directory: &Path) -> io::Result<()> {
     for entry in fs::read_dir(directory)? {
         let entry = entry?;
-        if entry.file_name().to_string_lossy().starts_with(UNFINISHED) {
+        if entry.file_name().to_string_lossy().starts_with(UNFINISHED_PREFIX) {
             fs::remove_file(entry.path())?;
         }
     }

@@ -4,13 +4,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use identity::JobKey;
+use identity::{JobKey, STORED_LIMIT};
 
 use crate::database::Fault;
 use crate::digest::Digest;
 use crate::manifest::FORMAT;
-use crate::record::RECORD_LIMIT;
-use crate::volume;
+use crate::volume::{self, Space};
 
 /// Why a store cannot be opened.
 #[derive(Debug, thiserror::Error)]
@@ -174,9 +173,9 @@ pub enum ReadError {
 /// Why something cannot be written. What was acknowledged before stays.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
-    /// A record is larger than [`RECORD_LIMIT`]. Nothing of the group was written.
+    /// A record is larger than [`STORED_LIMIT`]. Nothing of the group was written.
     #[error(
-        "the record of job {key} has {bytes} bytes, and a record may have {RECORD_LIMIT}: put fields into blobs and their digests into the record"
+        "the record of job {key} has {bytes} bytes, and a record may have {STORED_LIMIT}: put fields into blobs and their digests into the record"
     )]
     TooLarge {
         /// The job.
@@ -231,9 +230,9 @@ impl WriteError {
     }
 
     pub(crate) fn require_space(directory: &Path, bytes: u64) -> Result<(), WriteError> {
-        match volume::require(directory, bytes) {
-            Ok(Ok(())) => Ok(()),
-            Ok(Err((free, needed))) => {
+        match volume::space(directory, bytes) {
+            Ok(Space::Enough) => Ok(()),
+            Ok(Space::Short { free, needed }) => {
                 Err(WriteError::DiskFull { path: directory.to_owned(), free, needed })
             }
             Err(source) => Err(WriteError::io("find the free space of", directory, source)),

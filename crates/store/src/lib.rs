@@ -5,7 +5,7 @@
 //! | path            | what it is                                                                                  |
 //! |-----------------|---------------------------------------------------------------------------------------------|
 //! | `manifest.json` | format version, least number of records, study names with the digest of their definition     |
-//! | `records/`      | the sled database: job key → sealed record (see [`RECORD_LIMIT`])                            |
+//! | `records/`      | the sled database: job key → sealed record (see [`STORED_LIMIT`](identity::STORED_LIMIT))                            |
 //! | `blobs/ab/…`    | fields, height maps and study definitions: zstd files named by the BLAKE3 of their content   |
 //! | `lock`          | locked by the process that has the store open; says who it is and where it answers readers   |
 //!
@@ -47,8 +47,7 @@ mod wire;
 pub use blob::Blobs;
 pub use digest::{Digest, ParseDigestError};
 pub use error::{OpenError, ReadError, WriteError};
-pub use reader::{Origin, Reader};
-pub use record::RECORD_LIMIT;
+pub use reader::{RecordOrigin, StoreReader};
 pub use salvage::Salvage;
 pub use store::Store;
 pub use verify::{CompactError, Compaction, Verification};

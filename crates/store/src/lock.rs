@@ -45,10 +45,19 @@ fn now() -> u64 {
 #[derive(Debug)]
 pub(crate) struct Lock(File);
 
+/// The outcome of an attempt to take the lock.
+#[derive(Debug)]
+pub(crate) enum Acquired {
+    /// The lock is ours.
+    Lock(Lock),
+    /// Another process has it, or this one already does; `None` if the holder has just locked and
+    /// not yet signed, or has just released.
+    Held(Option<Holder>),
+}
+
 impl Lock {
-    /// The lock of the store in `directory`, or whoever has it — who may have been too quick, or
-    /// too slow, to be named.
-    pub(crate) fn acquire(directory: &Path) -> io::Result<Result<Lock, Option<Holder>>> {
+    /// Takes the lock of the store in `directory`, or returns its holder.
+    pub(crate) fn acquire(directory: &Path) -> io::Result<Acquired> {
         let file = File::options()
             .read(true)
             .write(true)
@@ -56,8 +65,8 @@ impl Lock {
             .truncate(false)
             .open(directory.join("lock"))?;
         match flock(&file, FlockOperation::NonBlockingLockExclusive) {
-            Ok(()) => Ok(Ok(Lock(file))),
-            Err(rustix::io::Errno::WOULDBLOCK) => Ok(Err(read(file))),
+            Ok(()) => Ok(Acquired::Lock(Lock(file))),
+            Err(rustix::io::Errno::WOULDBLOCK) => Ok(Acquired::Held(read(file))),
             Err(error) => Err(error.into()),
         }
     }
@@ -87,15 +96,29 @@ fn read(mut file: File) -> Option<Holder> {
 mod tests {
     use super::*;
 
+    fn lock(directory: &Path) -> Lock {
+        match Lock::acquire(directory).unwrap() {
+            Acquired::Lock(lock) => lock,
+            Acquired::Held(holder) => panic!("held by {holder:?}"),
+        }
+    }
+
+    fn holder(directory: &Path) -> Option<Holder> {
+        match Lock::acquire(directory).unwrap() {
+            Acquired::Lock(_) => panic!("not held"),
+            Acquired::Held(holder) => holder,
+        }
+    }
+
     #[test]
     fn the_second_is_told_about_the_first() {
         let directory = tempfile::tempdir().unwrap();
-        let mut lock = Lock::acquire(directory.path()).unwrap().unwrap();
-        assert_eq!(Lock::acquire(directory.path()).unwrap().unwrap_err(), None);
-        let holder = Holder::this_process(Some("somewhere".to_owned()));
-        lock.sign(&holder).unwrap();
-        assert_eq!(Lock::acquire(directory.path()).unwrap().unwrap_err(), Some(holder));
-        drop(lock);
-        assert!(Lock::acquire(directory.path()).unwrap().is_ok());
+        let mut first = lock(directory.path());
+        assert_eq!(holder(directory.path()), None);
+        let signature = Holder::this_process(Some("somewhere".to_owned()));
+        first.sign(&signature).unwrap();
+        assert_eq!(holder(directory.path()), Some(signature));
+        drop(first);
+        lock(directory.path());
     }
 }

@@ -9,16 +9,16 @@ use identity::JobKey;
 
 use crate::blob::Blobs;
 use crate::connection::Connection;
-use crate::core::{Core, PATIENCE, RECORDS, definition, held};
+use crate::core::{Core, PATIENCE, RECORDS, held_error};
 use crate::error::{OpenError, ReadError};
-use crate::lock::{Holder, Lock};
+use crate::lock::{Acquired, Holder, Lock};
 use crate::manifest::{self, Manifest, Unreadable};
 use crate::serve::first_records;
-use crate::wire::{BATCH, Request, Response};
+use crate::wire::{KEYS_PER_REQUEST, ReadRequest, ReadResponse};
 
-/// Where a [`Reader`] has its records from.
+/// Where a [`StoreReader`] has its records from.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Origin {
+pub enum RecordOrigin {
     /// From the files, which the reader has locked until it is dropped.
     Disk,
     /// From the process that has the store open.
@@ -30,32 +30,32 @@ pub enum Origin {
     },
 }
 
-impl fmt::Display for Origin {
+impl fmt::Display for RecordOrigin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Origin::Disk => f.write_str("read from disk"),
-            Origin::Process { pid, command } => {
+            RecordOrigin::Disk => f.write_str("read from disk"),
+            RecordOrigin::Process { pid, command } => {
                 write!(f, "served by the running process {pid} ({command})")
             }
         }
     }
 }
 
-enum Source {
+enum Backing {
     Disk(Box<Core>),
     Process(Connection),
 }
 
 /// A store that is only read. What it shows are durable records; in a store that a run is writing,
 /// ever more of them.
-pub struct Reader {
+pub struct StoreReader {
     directory: PathBuf,
     blobs: Blobs,
-    source: Source,
+    source: Backing,
 }
 
-impl Reader {
-    pub(crate) fn open(directory: &Path) -> Result<Reader, OpenError> {
+impl StoreReader {
+    pub(crate) fn open(directory: &Path) -> Result<StoreReader, OpenError> {
         if !directory.join(manifest::FILE).is_file() && !directory.join(RECORDS).is_dir() {
             return Err(OpenError::Missing { directory: directory.to_owned() });
         }
@@ -64,11 +64,11 @@ impl Reader {
         let start = Instant::now();
         let source = loop {
             let holder = match Lock::acquire(directory).map_err(io)? {
-                Ok(mut lock) => {
+                Acquired::Lock(mut lock) => {
                     lock.sign(&Holder::this_process(None)).map_err(io)?;
-                    break Source::Disk(Box::new(Core::open(directory, lock)?));
+                    break Backing::Disk(Box::new(Core::open(directory, lock)?));
                 }
-                Err(holder) => holder,
+                Acquired::Held(holder) => holder,
             };
             let patience = PATIENCE.saturating_sub(start.elapsed());
             let served =
@@ -76,7 +76,7 @@ impl Reader {
             match served.map(|(holder, address)| {
                 (holder, Connection::open(holder, address, patience.max(Duration::from_millis(1))))
             }) {
-                Some((_, Ok(connection))) => break Source::Process(connection),
+                Some((_, Ok(connection))) => break Backing::Process(connection),
                 // It has ended since, or has not yet begun; or, when patience ends, it is stuck.
                 Some((holder, Err(source))) if patience.is_zero() => {
                     let (pid, command) = (holder.pid, holder.command.clone());
@@ -87,18 +87,18 @@ impl Reader {
                         source,
                     });
                 }
-                None if patience.is_zero() => return Err(held(directory, holder)),
+                None if patience.is_zero() => return Err(held_error(directory, holder)),
                 _ => thread::sleep(Duration::from_millis(5)),
             }
         };
-        Ok(Reader { directory: directory.to_owned(), blobs: Blobs::of(directory), source })
+        Ok(StoreReader { directory: directory.to_owned(), blobs: Blobs::of(directory), source })
     }
 
     /// Where the records come from.
-    pub fn origin(&self) -> Origin {
+    pub fn origin(&self) -> RecordOrigin {
         match &self.source {
-            Source::Disk(_) => Origin::Disk,
-            Source::Process(connection) => Origin::Process {
+            Backing::Disk(_) => RecordOrigin::Disk,
+            Backing::Process(connection) => RecordOrigin::Process {
                 pid: connection.holder.pid,
                 command: connection.holder.command.clone(),
             },
@@ -111,15 +111,15 @@ impl Reader {
     /// [`ReadError::Unanswered`].
     pub fn keys(&self) -> Result<Vec<JobKey>, ReadError> {
         match &self.source {
-            Source::Disk(core) => Ok(core.keys()),
-            Source::Process(connection) => {
+            Backing::Disk(core) => Ok(core.keys()),
+            Backing::Process(connection) => {
                 let mut keys: Vec<JobKey> = Vec::new();
                 loop {
                     let last = keys.last().copied();
-                    match ask(connection, &Request::Keys(last.map(|key| key.0)))? {
-                        Response::Keys(more) if more.is_empty() => return Ok(keys),
+                    match ask(connection, &ReadRequest::Keys(last.map(|key| key.0)))? {
+                        ReadResponse::Keys(more) if more.is_empty() => return Ok(keys),
                         // Else it could go on for ever.
-                        Response::Keys(more) if more.first().map(|key| JobKey(*key)) > last => {
+                        ReadResponse::Keys(more) if more.first().map(|key| JobKey(*key)) > last => {
                             keys.extend(more.into_iter().map(JobKey))
                         }
                         _ => return Err(nonsense(connection)),
@@ -135,13 +135,14 @@ impl Reader {
     /// [`ReadError::Unanswered`].
     pub fn contains(&self, keys: &[JobKey]) -> Result<Vec<bool>, ReadError> {
         let connection = match &self.source {
-            Source::Disk(core) => return Ok(keys.iter().map(|key| core.contains(key)).collect()),
-            Source::Process(connection) => connection,
+            Backing::Disk(core) => return Ok(keys.iter().map(|key| core.contains(key)).collect()),
+            Backing::Process(connection) => connection,
         };
         let mut all = Vec::with_capacity(keys.len());
-        for batch in keys.chunks(BATCH) {
-            match ask(connection, &Request::Contains(batch.iter().map(|key| key.0).collect()))? {
-                Response::Contains(some) if some.len() == batch.len() => all.extend(some),
+        for batch in keys.chunks(KEYS_PER_REQUEST) {
+            match ask(connection, &ReadRequest::Contains(batch.iter().map(|key| key.0).collect()))?
+            {
+                ReadResponse::Contains(some) if some.len() == batch.len() => all.extend(some),
                 _ => return Err(nonsense(connection)),
             }
         }
@@ -162,7 +163,7 @@ impl Reader {
     /// Every record with its key, in the order of the keys. A corrupt one does not hide the others.
     ///
     /// # Errors
-    /// As [`Reader::keys`].
+    /// As [`StoreReader::keys`].
     pub fn records(
         &self,
     ) -> Result<impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)>, ReadError> {
@@ -175,10 +176,10 @@ impl Reader {
         keys: Vec<JobKey>,
     ) -> impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)> {
         // Few at a time: the caller may stop early.
-        const AT_A_TIME: usize = 256;
+        const KEYS_AT_ONCE: usize = 256;
         let mut next = 0;
         let replies = std::iter::from_fn(move || {
-            let batch = &keys[next..keys.len().min(next + AT_A_TIME)];
+            let batch = &keys[next..keys.len().min(next + KEYS_AT_ONCE)];
             let records = self.first(batch);
             next += records.len();
             let found = batch
@@ -195,11 +196,11 @@ impl Reader {
     /// there is a key.
     fn first(&self, keys: &[JobKey]) -> Vec<Result<Option<Vec<u8>>, ReadError>> {
         let connection = match &self.source {
-            Source::Disk(core) => return first_records(core, keys),
-            Source::Process(connection) => connection,
+            Backing::Disk(core) => return first_records(core, keys),
+            Backing::Process(connection) => connection,
         };
-        match ask(connection, &Request::Get(keys.iter().map(|key| key.0).collect())) {
-            Ok(Response::Get(records))
+        match ask(connection, &ReadRequest::Get(keys.iter().map(|key| key.0).collect())) {
+            Ok(ReadResponse::Get(records))
                 if records.len() <= keys.len() && records.is_empty() == keys.is_empty() =>
             {
                 keys.iter().zip(records).map(|(key, record)| record.into_result(key)).collect()
@@ -225,7 +226,7 @@ impl Reader {
     /// [`ReadError::Io`].
     pub fn study(&self, name: &str) -> Result<Option<Vec<u8>>, ReadError> {
         let digest = self.manifest()?.studies.get(name).copied();
-        digest.map(|digest| definition(&self.blobs, name, &digest)).transpose()
+        digest.map(|digest| self.blobs.definition(name, &digest)).transpose()
     }
 
     /// The names of all studies, in alphabetical order.
@@ -249,7 +250,7 @@ impl Reader {
     }
 }
 
-fn ask(connection: &Connection, request: &Request) -> Result<Response, ReadError> {
+fn ask(connection: &Connection, request: &ReadRequest) -> Result<ReadResponse, ReadError> {
     connection
         .ask(request)
         .map_err(|source| ReadError::Unanswered { pid: connection.holder.pid, source })

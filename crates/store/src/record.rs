@@ -11,11 +11,6 @@
 
 use identity::JobKey;
 
-/// Largest payload of one record, in bytes: room for the 1000 increments that a loading path may
-/// have. sled's memory grows with what was written, however it is cut (measured: 117 MB take about
-/// as much in records of 6 kB and of 300 kB); fields, a hundred times that, belong in blobs.
-pub const RECORD_LIMIT: usize = identity::STORED_LIMIT;
-
 const VERSION: u8 = 1;
 const HEADER: usize = 17;
 

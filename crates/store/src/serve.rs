@@ -14,10 +14,12 @@ use identity::JobKey;
 
 use crate::core::Core;
 use crate::error::ReadError;
-use crate::wire::{Fetched, OTHERS, REPLY, Request, Response, receive, send};
+use crate::wire::{
+    ANSWER_OVERHEAD, Fetched, RESPONSE_LIMIT, ReadRequest, ReadResponse, receive, send,
+};
 
 /// What there is of the first of `keys`, in their order: at least of one, and of no more once
-/// [`REPLY`] bytes are together.
+/// [`RESPONSE_LIMIT`] bytes are together.
 pub(crate) fn first_records<'a>(
     core: &Core,
     keys: impl IntoIterator<Item = &'a JobKey>,
@@ -26,9 +28,10 @@ pub(crate) fn first_records<'a>(
     let mut bytes = 0;
     for key in keys {
         let record = core.get(key);
-        bytes += record.as_ref().ok().and_then(Option::as_ref).map_or(0, Vec::len) + OTHERS;
+        bytes +=
+            record.as_ref().ok().and_then(Option::as_ref).map_or(0, Vec::len) + ANSWER_OVERHEAD;
         records.push(record);
-        if bytes >= REPLY {
+        if bytes >= RESPONSE_LIMIT {
             break;
         }
     }
@@ -132,20 +135,24 @@ fn admitted(stream: &UnixStream) -> bool {
 fn answer(stream: UnixStream, core: &Core) {
     // Any failure means that the reader is gone or is none of ours; it learns by the end of the
     // stream.
-    while let Ok(request) = receive::<Request>(&stream) {
+    while let Ok(request) = receive::<ReadRequest>(&stream) {
         let response = match request {
-            Request::Keys(after) => {
+            ReadRequest::Keys(after) => {
                 let after = after.map_or(Bound::Unbounded, |key| Bound::Excluded(JobKey(key)));
                 let index = core.index();
-                let keys = index.range((after, Bound::Unbounded)).take(REPLY / size_of::<JobKey>());
-                Response::Keys(keys.map(|key| key.0).collect())
+                let keys = index
+                    .range((after, Bound::Unbounded))
+                    .take(RESPONSE_LIMIT / size_of::<JobKey>());
+                ReadResponse::Keys(keys.map(|key| key.0).collect())
             }
-            Request::Contains(keys) => Response::Contains(
+            ReadRequest::Contains(keys) => ReadResponse::Contains(
                 keys.into_iter().map(|key| core.contains(&JobKey(key))).collect(),
             ),
-            Request::Get(keys) => {
+            ReadRequest::Get(keys) => {
                 let keys: Vec<_> = keys.into_iter().map(JobKey).collect();
-                Response::Get(first_records(core, &keys).into_iter().map(Fetched::from).collect())
+                ReadResponse::Get(
+                    first_records(core, &keys).into_iter().map(Fetched::from).collect(),
+                )
             }
         };
         if send(&stream, &response).is_err() {

@@ -7,10 +7,10 @@ use std::sync::Arc;
 use identity::JobKey;
 
 use crate::blob::Blobs;
-use crate::core::{Core, RECORDS, definition, lock_for_writing, vacant};
+use crate::core::{Core, RECORDS, is_vacant, lock_for_writing};
 use crate::error::{OpenError, ReadError, WriteError};
 use crate::manifest;
-use crate::reader::Reader;
+use crate::reader::StoreReader;
 use crate::salvage::{Salvage, salvage};
 use crate::serve::{Listening, Server};
 
@@ -36,7 +36,7 @@ impl Store {
         // Before the lock, which would leave its file in somebody else's directory.
         if !directory.join(manifest::FILE).exists()
             && !directory.join(RECORDS).exists()
-            && !vacant(directory).map_err(io("look into"))?
+            && !is_vacant(directory).map_err(io("look into"))?
         {
             return Err(OpenError::NotAStore { directory: directory.to_owned() });
         }
@@ -52,8 +52,8 @@ impl Store {
     ///
     /// # Errors
     /// [`OpenError`]; `Missing` if there is none: reading creates nothing.
-    pub fn read(directory: &Path) -> Result<Reader, OpenError> {
-        Reader::open(directory)
+    pub fn read(directory: &Path) -> Result<StoreReader, OpenError> {
+        StoreReader::open(directory)
     }
 
     /// Saves what can be read of a damaged store, which is then sound; what is lost will be
@@ -144,7 +144,7 @@ impl Store {
     /// [`ReadError::StudyMissing`], [`ReadError::Blob`], [`ReadError::Io`].
     pub fn study(&self, name: &str) -> Result<Option<Vec<u8>>, ReadError> {
         let digest = self.core.manifest().studies.get(name).copied();
-        digest.map(|digest| definition(&self.core.blobs, name, &digest)).transpose()
+        digest.map(|digest| self.core.blobs.definition(name, &digest)).transpose()
     }
 
     /// The names of all studies, in alphabetical order.
@@ -161,7 +161,7 @@ impl Store {
 mod tests {
     use super::*;
     use crate::serve::first_records;
-    use crate::wire::REPLY;
+    use crate::wire::RESPONSE_LIMIT;
 
     #[test]
     fn a_reply_ends_where_it_would_grow_too_long() {
@@ -169,7 +169,7 @@ mod tests {
         let store = Store::open(directory.path()).unwrap();
         let keys: Vec<JobKey> = (0..20).map(|i| JobKey([i; 32])).collect();
         for key in &keys[..19] {
-            store.commit(&[(*key, vec![key.0[0]; REPLY / 8])]).unwrap();
+            store.commit(&[(*key, vec![key.0[0]; RESPONSE_LIMIT / 8])]).unwrap();
         }
         let lengths = |keys: &[JobKey]| -> Vec<_> {
             first_records(store.core(), keys)
@@ -177,8 +177,11 @@ mod tests {
                 .map(|record| record.unwrap().map(|record| record.len()))
                 .collect()
         };
-        assert_eq!(lengths(&keys), [Some(REPLY / 8); 8]);
-        assert_eq!(lengths(&keys[17..]), [Some(REPLY / 8), Some(REPLY / 8), None]);
+        assert_eq!(lengths(&keys), [Some(RESPONSE_LIMIT / 8); 8]);
+        assert_eq!(
+            lengths(&keys[17..]),
+            [Some(RESPONSE_LIMIT / 8), Some(RESPONSE_LIMIT / 8), None]
+        );
         assert_eq!(lengths(&[]), []);
     }
 }

@@ -6,8 +6,7 @@ use std::{fs, io};
 
 use identity::JobKey;
 
-use crate::blob::Found;
-use crate::core::definition;
+use crate::blob::BlobFile;
 use crate::digest::Digest;
 use crate::error::{ReadError, WriteError};
 use crate::store::Store;
@@ -87,9 +86,9 @@ impl Store {
         }
         let studies = self.core().manifest().studies.clone();
         let mut present = BTreeSet::new();
-        for found in self.blobs().found()? {
+        for found in self.blobs().files()? {
             match found {
-                Found::Blob { digest, bytes, .. } => {
+                BlobFile::Blob { digest, bytes, .. } => {
                     present.insert(digest);
                     match self.blobs().get(&digest) {
                         Ok(Some(_)) => {
@@ -108,14 +107,14 @@ impl Store {
                         answer.unreferenced_blobs += 1;
                     }
                 }
-                Found::Unfinished { .. } => {}
-                Found::Stray(path) => answer.stray_files.push(path),
+                BlobFile::Unfinished { .. } => {}
+                BlobFile::Stray(path) => answer.stray_files.push(path),
             }
         }
         answer.missing_blobs =
             referenced.into_iter().filter(|(digest, _)| !present.contains(digest)).collect();
         for (name, digest) in studies {
-            match definition(self.blobs(), &name, &digest) {
+            match self.blobs().definition(&name, &digest) {
                 Ok(_) => answer.studies += 1,
                 Err(error) => answer.lost_studies.push((name, error.to_string())),
             }
@@ -132,22 +131,22 @@ impl Store {
     pub fn compact(&self, referenced: &BTreeSet<Digest>) -> Result<Compaction, CompactError> {
         let studies: BTreeSet<Digest> = self.core().manifest().studies.values().copied().collect();
         let mut removed = Compaction::default();
-        for found in self.blobs().found()? {
+        for found in self.blobs().files()? {
             let (path, bytes) = match found {
-                Found::Blob { digest, .. }
+                BlobFile::Blob { digest, .. }
                     if referenced.contains(&digest) || studies.contains(&digest) =>
                 {
                     continue;
                 }
-                Found::Blob { path, bytes, .. } => {
+                BlobFile::Blob { path, bytes, .. } => {
                     removed.blobs += 1;
                     (path, bytes)
                 }
-                Found::Unfinished { path, bytes } => {
+                BlobFile::Unfinished { path, bytes } => {
                     removed.unfinished += 1;
                     (path, bytes)
                 }
-                Found::Stray(_) => continue,
+                BlobFile::Stray(_) => continue,
             };
             match fs::remove_file(&path) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => {

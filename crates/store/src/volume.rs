@@ -38,13 +38,27 @@ fn network_name(magic: u32) -> Option<&'static str> {
     NETWORK.iter().find(|(number, _)| *number == magic).map(|(_, name)| *name)
 }
 
-/// `Err((free, needed))`, in bytes, if writing `bytes` could fill the file system of `directory`.
-pub(crate) fn require(directory: &Path, bytes: u64) -> io::Result<Result<(), (u64, u64)>> {
+/// The room on a file system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Space {
+    /// There is enough of it.
+    Enough,
+    /// Writing could fill the file system.
+    Short {
+        /// The free bytes.
+        free: u64,
+        /// The bytes that must be free before writing is risked.
+        needed: u64,
+    },
+}
+
+/// Tells whether writing `bytes` could fill the file system of `directory`.
+pub(crate) fn space(directory: &Path, bytes: u64) -> io::Result<Space> {
     let volume = statvfs(directory)?;
     let free = volume.f_bavail.saturating_mul(volume.f_frsize);
     // A record is written once to the log and again when its page is consolidated.
     let needed = bytes.saturating_mul(4).saturating_add(RESERVE);
-    Ok(if free < needed { Err((free, needed)) } else { Ok(()) })
+    Ok(if free < needed { Space::Short { free, needed } } else { Space::Enough })
 }
 
 #[cfg(test)]
@@ -70,7 +84,7 @@ mod tests {
     fn no_volume_has_room_for_everything() {
         let directory = std::env::temp_dir();
         assert!(
-            matches!(require(&directory, u64::MAX), Ok(Err((_, needed))) if needed == u64::MAX)
+            matches!(space(&directory, u64::MAX), Ok(Space::Short { needed, .. }) if needed == u64::MAX)
         );
     }
 }

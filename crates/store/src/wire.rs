@@ -6,8 +6,8 @@
 //! themselves.
 //!
 //! A message is a frame: length of the body (u32, little-endian), protocol version (u8), body
-//! (bincode 2, standard configuration). A reader sends one [`Request`] and gets one [`Response`],
-//! any number of times. A response ends where it would grow beyond [`REPLY`], and the reader asks
+//! (bincode 2, standard configuration). A reader sends one [`ReadRequest`] and gets one [`ReadResponse`],
+//! any number of times. A response ends where it would grow beyond [`RESPONSE_LIMIT`], and the reader asks
 //! for the rest: neither side holds more of a store than that.
 
 use std::io::{self, Read, Write};
@@ -16,30 +16,29 @@ use std::os::unix::net::UnixStream;
 use bincode::config::standard;
 use bincode::{Decode, Encode};
 
-use identity::JobKey;
+use identity::{JobKey, STORED_LIMIT};
 
 use crate::error::ReadError;
-use crate::record::RECORD_LIMIT;
 
 /// 1 answered every key of a request in one response.
 pub(crate) const PROTOCOL: u8 = 2;
 
 /// Bytes of content after which a response takes up nothing more.
-pub(crate) const REPLY: usize = 8 * RECORD_LIMIT;
+pub(crate) const RESPONSE_LIMIT: usize = 8 * STORED_LIMIT;
 
-/// No honest frame is larger: a response one byte short of [`REPLY`] and the largest record, with
+/// No honest frame is larger: a response one byte short of [`RESPONSE_LIMIT`] and the largest record, with
 /// as much again for lengths and reasons.
-const FRAME_LIMIT: u32 = (REPLY + 2 * RECORD_LIMIT) as u32;
+const FRAME_LIMIT: u32 = (RESPONSE_LIMIT + 2 * STORED_LIMIT) as u32;
 
 /// Bytes that are counted for an answer besides its record: lengths, and the words for what is
 /// wrong with it.
-pub(crate) const OTHERS: usize = 256;
+pub(crate) const ANSWER_OVERHEAD: usize = 256;
 
 /// Keys in one request; a reader splits larger ones.
-pub(crate) const BATCH: usize = 4096;
+pub(crate) const KEYS_PER_REQUEST: usize = 4096;
 
 #[derive(Debug, PartialEq, Encode, Decode)]
-pub(crate) enum Request {
+pub(crate) enum ReadRequest {
     /// The first keys after this one, or of all, ascending.
     Keys(Option<[u8; 32]>),
     /// For each key, whether there is a record.
@@ -49,7 +48,7 @@ pub(crate) enum Request {
 }
 
 #[derive(Debug, PartialEq, Encode, Decode)]
-pub(crate) enum Response {
+pub(crate) enum ReadResponse {
     /// None after the last one.
     Keys(Vec<[u8; 32]>),
     Contains(Vec<bool>),

@@ -9,7 +9,7 @@ use contact::multiplicity::Multiplicity;
 use contact::outcome::{Fields, Outcome, Status};
 use contact::uniqueness::Bracket;
 use contact::uniqueness::witness::Shown;
-use identity::{JobKey, Kept};
+use identity::{JobKey, KeptFields};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::job::{Job, JobError, PHYSICS_VERSION};
@@ -93,7 +93,7 @@ pub struct Record {
     /// How it ended.
     pub ending: Ending,
     /// The bytes of its fields ([`encode_fields`]), if it left some.
-    pub fields: Option<Kept>,
+    pub fields: Option<KeptFields>,
     /// Who computed it.
     pub provenance: Provenance,
 }
@@ -260,9 +260,9 @@ impl Record {
             Some(&OLDER_VERSION) => {
                 let ((physics, job, ending, digest), provenance) =
                     decode_as::<Parts<[u8; 32]>, RECORD_LIMIT>(RECORD_VERSIONS, WHAT, bytes)?;
-                ((physics, job, ending, digest.map(Kept::Blob)), provenance)
+                ((physics, job, ending, digest.map(KeptFields::Blob)), provenance)
             }
-            _ => decode_as::<Parts<Kept>, RECORD_LIMIT>(RECORD_VERSIONS, WHAT, bytes)?,
+            _ => decode_as::<Parts<KeptFields>, RECORD_LIMIT>(RECORD_VERSIONS, WHAT, bytes)?,
         };
         if let Ending::Searched(found) = &ending {
             let count = found.solutions.len();
@@ -380,7 +380,7 @@ pub(crate) mod tests {
             physics: PHYSICS_VERSION,
             job: crate::job::tests::job().canonical(),
             ending,
-            fields: Some(Kept::Blob([7; 32])),
+            fields: Some(KeptFields::Blob([7; 32])),
             provenance,
         }
     }

@@ -1,8 +1,8 @@
 //! How much work a worker that asks is given.
 
 use super::messages::Action;
-use super::state::{Coordinator, Job, Phase, State};
-use crate::event::What;
+use super::state::{Coordinator, JobState, Phase, TrackedJob};
+use crate::event::EventKind;
 use crate::lease::WorkerId;
 
 /// Seconds of predicted work that a worker may hold beyond the job it is running.
@@ -22,7 +22,8 @@ impl Coordinator {
         if jobs.is_empty() && idle {
             // A job of another worker may yet come back; so stay, unless nothing is out.
             if nothing_left {
-                (worker.phase, worker.asks, worker.heard) = (Phase::Leaving, false, self.now);
+                (worker.phase, worker.awaits_reply, worker.heard) =
+                    (Phase::Leaving, false, self.now);
                 self.actions.push(Action::Dismiss(id));
             }
             return;
@@ -30,19 +31,19 @@ impl Coordinator {
         if idle {
             (worker.heard, worker.progress) = (self.now, self.now);
         }
-        worker.asks = false;
+        worker.awaits_reply = false;
         let mut assigned = Vec::with_capacity(jobs.len());
         for &job in &jobs {
             let lease = self.leases.grant(job, id);
             worker.leases.push_back(lease);
-            self.jobs[job].state = State::Leased(lease);
+            self.jobs[job].state = JobState::Leased(lease);
             assigned.push((lease, job));
         }
         self.actions.push(Action::Assign(id, assigned));
         for job in jobs {
             self.counts.waiting -= 1;
             self.counts.running += 1;
-            self.emit(What::Leased {
+            self.emit(EventKind::Leased {
                 key: self.jobs[job].key,
                 worker: id,
                 attempt: self.jobs[job].failures + 1,
@@ -61,7 +62,7 @@ impl Coordinator {
             .sum();
         let mut memory = self.memory(worker);
         let calibration = self.calibration();
-        let seconds = |job: &Job| job.cost * calibration.unwrap_or(f64::INFINITY);
+        let seconds = |job: &TrackedJob| job.cost * calibration.unwrap_or(f64::INFINITY);
         let mut ahead: f64 = self.held(worker).map(seconds).sum();
         let (held, mut group, mut bytes) = (worker.leases.len(), worker.group, 0);
         // The last jobs are dealt out in ever smaller portions, so that all workers end together.

@@ -1,6 +1,6 @@
 //! What must be true between any two steps.
 
-use super::state::{Coordinator, Phase, State};
+use super::state::{Coordinator, JobState, Phase};
 use crate::event::Counts;
 
 impl Coordinator {
@@ -17,27 +17,27 @@ impl Coordinator {
             // Quadratic, so only for studies of the size that tests have.
             if self.jobs.len() <= 100
                 && saved.filter(|saving| saving.job == number).count()
-                    != usize::from(job.state == State::Saving)
+                    != usize::from(job.state == JobState::Saving)
             {
                 return Err(format!(
                     "job {number} is {:?} but that is not what is being saved",
                     job.state
                 ));
             }
-            if queued != (job.state == State::Waiting) {
+            if queued != (job.state == JobState::Waiting) {
                 return Err(format!("job {number} is {:?}, in the queue: {queued}", job.state));
             }
-            if matches!(job.state, State::Waiting | State::Leased(_))
+            if matches!(job.state, JobState::Waiting | JobState::Leased(_))
                 && job.failures >= self.options.attempts
             {
                 return Err(format!("job {number} is tried again after {} failures", job.failures));
             }
             match job.state {
-                State::Waiting => tally.waiting += 1,
-                State::Saving => tally.saving += 1,
-                State::Done => tally.done += 1,
-                State::Quarantined => tally.quarantined += 1,
-                State::Leased(lease) => {
+                JobState::Waiting => tally.waiting += 1,
+                JobState::Saving => tally.saving += 1,
+                JobState::Done => tally.done += 1,
+                JobState::Quarantined => tally.quarantined += 1,
+                JobState::Leased(lease) => {
                     tally.running += 1;
                     let holder = self
                         .leases
@@ -89,7 +89,7 @@ impl Coordinator {
             ));
         }
         for (id, worker) in &self.workers {
-            if worker.asks && worker.phase != Phase::Ready {
+            if worker.awaits_reply && worker.phase != Phase::Ready {
                 return Err(format!("worker {id} asks and is {:?}", worker.phase));
             }
             if worker.phase == Phase::Leaving && !worker.leases.is_empty() {
@@ -103,7 +103,7 @@ impl Coordinator {
     #[cfg(test)]
     pub(super) fn durable(&self) -> Vec<usize> {
         (0..self.jobs.len())
-            .filter(|&job| matches!(self.jobs[job].state, State::Done | State::Quarantined))
+            .filter(|&job| matches!(self.jobs[job].state, JobState::Done | JobState::Quarantined))
             .collect()
     }
 }

@@ -39,9 +39,9 @@ pub(crate) enum Action {
     Start(WorkerId),
     /// Kill a worker process.
     Kill(WorkerId),
-    /// Answer a worker with these jobs; the reply acknowledges everything it reported.
+    /// WorkerReply a worker with these jobs; the reply acknowledges everything it reported.
     Assign(WorkerId, Vec<(LeaseId, usize)>),
-    /// Answer a worker that it should leave.
+    /// WorkerReply a worker that it should leave.
     Dismiss(WorkerId),
     /// Make these durable, then say [`Input::Committed`].
     Commit(Vec<Done>),

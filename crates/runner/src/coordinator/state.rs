@@ -6,7 +6,7 @@ use std::time::Duration;
 use identity::JobKey;
 
 use super::messages::Action;
-use crate::event::{Counts, Event, What};
+use crate::event::{Counts, Event, EventKind};
 use crate::lease::{LeaseId, Leases, WorkerId};
 use crate::ledger::Done;
 use crate::options::Options;
@@ -14,17 +14,17 @@ use crate::queue::{GroupIndex, Queue};
 use crate::task::Task;
 
 #[derive(Debug)]
-pub(super) struct Job {
+pub(super) struct TrackedJob {
     pub(super) key: JobKey,
     pub(super) cost: f64,
     pub(super) memory: u64,
     pub(super) bytes: usize,
     pub(super) failures: u32,
-    pub(super) state: State,
+    pub(super) state: JobState,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum State {
+pub(super) enum JobState {
     Waiting,
     Leased(LeaseId),
     Saving,
@@ -49,9 +49,9 @@ pub(super) struct Worker {
     pub(super) phase: Phase,
     pub(super) pid: Option<u32>,
     /// It has asked for a job at least once.
-    pub(super) asked: bool,
+    pub(super) has_asked: bool,
     /// Its request is not answered.
-    pub(super) asks: bool,
+    pub(super) awaits_reply: bool,
     /// In the order in which it works on them.
     pub(super) leases: VecDeque<LeaseId>,
     /// Results of it that are not durable.
@@ -77,7 +77,7 @@ pub(super) struct Saving {
 #[derive(Debug)]
 pub(crate) struct Coordinator {
     pub(super) options: Options,
-    pub(super) jobs: Vec<Job>,
+    pub(super) jobs: Vec<TrackedJob>,
     pub(super) queue: Queue,
     pub(super) leases: Leases,
     pub(super) workers: BTreeMap<WorkerId, Worker>,
@@ -114,13 +114,13 @@ pub(crate) struct Tally {
 impl Coordinator {
     /// Knows the tasks, has done nothing.
     pub(crate) fn new(tasks: &[Task], options: &Options) -> Coordinator {
-        let job = |task: &Task| Job {
+        let job = |task: &Task| TrackedJob {
             key: task.key,
             cost: sane(task.cost),
             memory: task.memory,
             bytes: task.payload.len(),
             failures: 0,
-            state: State::Waiting,
+            state: JobState::Waiting,
         };
         Coordinator {
             options: options.clone(),
@@ -160,8 +160,8 @@ impl Coordinator {
         self.interrupts > 0 || self.given_up
     }
 
-    pub(super) fn emit(&mut self, what: What) {
-        let event = Event { seconds: self.now.as_secs_f64(), what, counts: self.counts };
+    pub(super) fn emit(&mut self, kind: EventKind) {
+        let event = Event { seconds: self.now.as_secs_f64(), kind, counts: self.counts };
         self.actions.push(Action::Emit(event));
     }
 
@@ -171,7 +171,7 @@ impl Coordinator {
     }
 
     /// The jobs that a worker holds.
-    pub(super) fn held<'a>(&'a self, worker: &'a Worker) -> impl Iterator<Item = &'a Job> {
+    pub(super) fn held<'a>(&'a self, worker: &'a Worker) -> impl Iterator<Item = &'a TrackedJob> {
         worker.leases.iter().filter_map(|&lease| Some(&self.jobs[self.leases.get(lease)?.job]))
     }
 

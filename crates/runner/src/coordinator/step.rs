@@ -4,22 +4,30 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::messages::{Action, Input};
-use super::state::{Coordinator, Phase, Saving, State, Worker};
-use crate::event::What;
+use super::state::{Coordinator, JobState, Phase, Saving, Worker};
+use crate::event::EventKind;
 use crate::lease::{Lease, LeaseId, WorkerId};
 use crate::ledger::{Done, Verdict};
 use crate::options::Options;
-use crate::protocol::{Outcome, Report};
+use crate::protocol::{AttemptOutcome, Report};
 
 /// Workers in a row that die before asking for a job, after which starting more is hopeless.
 const MOST_FAILED_STARTS: u32 = 10;
 /// A worker that was told to leave may take this long.
 const LEAVING: Duration = Duration::from_secs(10);
 
+/// The time until which the coordinator waits for a worker.
+struct Deadline {
+    /// The time since the start of the run.
+    time: Duration,
+    /// The fault of a worker that lets it pass.
+    reason: String,
+}
+
 impl Coordinator {
     /// The time at which [`Input::Clock`] would change something, if nothing else happens.
     pub(crate) fn alarm(&self) -> Option<Duration> {
-        self.workers.values().filter_map(|worker| Some(self.patience(worker)?.0)).min()
+        self.workers.values().filter_map(|worker| Some(self.deadline(worker)?.time)).min()
     }
 
     /// One step: hear `input` at time `now`, decide.
@@ -55,7 +63,7 @@ impl Coordinator {
     }
 
     fn begin(&mut self) {
-        self.emit(What::RunStarted);
+        self.emit(EventKind::RunStarted);
         for job in 0..self.jobs.len() {
             let (needed, limit) = (self.jobs[job].memory, self.options.memory_limit);
             if needed > limit && self.queue.take_this(job) {
@@ -72,16 +80,16 @@ impl Coordinator {
             self.tally.stale += reports.len();
             return;
         };
-        (worker.heard, worker.progress, worker.asked) = (self.now, self.now, true);
+        (worker.heard, worker.progress, worker.has_asked) = (self.now, self.now, true);
         let starts = worker.phase == Phase::Starting;
         if starts {
             worker.phase = Phase::Ready;
         }
-        worker.asks = worker.phase == Phase::Ready;
+        worker.awaits_reply = worker.phase == Phase::Ready;
         if starts {
             let pid = worker.pid.unwrap_or(0);
             self.failed_starts = 0;
-            self.emit(What::WorkerStarted { worker: id, pid });
+            self.emit(EventKind::WorkerStarted { worker: id, pid });
         }
         for report in reports {
             self.report(id, report);
@@ -103,13 +111,13 @@ impl Coordinator {
         let seconds = report.seconds.max(0.0);
         self.tally.busy += seconds;
         match report.outcome {
-            Outcome::Completed(bytes) => {
+            AttemptOutcome::Completed(bytes) => {
                 const MEMORY: f64 = 0.95;
                 self.took = MEMORY * self.took + seconds;
                 self.predicted = MEMORY * self.predicted + self.jobs[lease.job].cost;
                 self.save(lease.job, Some(id), seconds, Ok(bytes));
             }
-            Outcome::Failed(reason) => self.failed(lease.job, Some(id), seconds, reason),
+            AttemptOutcome::Failed(reason) => self.failed(lease.job, Some(id), seconds, reason),
         }
     }
 
@@ -120,14 +128,14 @@ impl Coordinator {
         let (key, attempt) = (self.jobs[job].key, self.jobs[job].failures);
         if attempt < self.options.attempts {
             self.put_back(job);
-            self.emit(What::Retried { key, attempt, reason });
+            self.emit(EventKind::Retried { key, attempt, reason });
         } else {
             self.save(job, worker, seconds, Err(reason));
         }
     }
 
     fn put_back(&mut self, job: usize) {
-        self.jobs[job].state = State::Waiting;
+        self.jobs[job].state = JobState::Waiting;
         self.queue.put(job);
         self.counts.waiting += 1;
     }
@@ -141,7 +149,7 @@ impl Coordinator {
         result: Result<Vec<u8>, String>,
     ) {
         let entry = &mut self.jobs[job];
-        entry.state = State::Saving;
+        entry.state = JobState::Saving;
         let attempts = entry.failures + u32::from(result.is_ok());
         let saving =
             Saving { job, worker, seconds, attempts, quarantine: result.as_ref().err().cloned() };
@@ -167,19 +175,24 @@ impl Coordinator {
             let key = self.jobs[job].key;
             match quarantine {
                 None => {
-                    self.jobs[job].state = State::Done;
+                    self.jobs[job].state = JobState::Done;
                     self.counts.done += 1;
-                    self.emit(What::Done { key, worker: worker.unwrap_or(0), seconds, attempts });
+                    self.emit(EventKind::Done {
+                        key,
+                        worker: worker.unwrap_or(0),
+                        seconds,
+                        attempts,
+                    });
                 }
                 Some(reason) => {
-                    self.jobs[job].state = State::Quarantined;
+                    self.jobs[job].state = JobState::Quarantined;
                     self.counts.quarantined += 1;
-                    self.emit(What::Quarantined { key, reason, attempts });
+                    self.emit(EventKind::Quarantined { key, reason, attempts });
                 }
             }
         }
         if jobs > 0 {
-            self.emit(What::Committed { jobs });
+            self.emit(EventKind::Committed { jobs });
         }
     }
 
@@ -210,9 +223,9 @@ impl Coordinator {
             return;
         }
         self.tally.lost += 1;
-        self.emit(What::WorkerLost { worker: id, pid: worker.pid, how: how.clone() });
+        self.emit(EventKind::WorkerLost { worker: id, pid: worker.pid, how: how.clone() });
         self.vacancies.push_back(id);
-        if !worker.asked {
+        if !worker.has_asked {
             self.not_started(how);
         }
     }
@@ -225,7 +238,7 @@ impl Coordinator {
     fn interrupt(&mut self) {
         self.interrupts += 1;
         if self.interrupts <= 2 {
-            self.emit(What::Interrupted { now: self.interrupts == 2 });
+            self.emit(EventKind::Interrupted { now: self.interrupts == 2 });
         }
         if self.interrupts >= 2 {
             for id in self.workers.keys().copied().collect::<Vec<_>>() {
@@ -238,15 +251,15 @@ impl Coordinator {
         let Some(worker) = self.workers.get_mut(&id) else { return };
         if !matches!(worker.phase, Phase::Killed(_)) {
             worker.phase = Phase::Killed(reason);
-            worker.asks = false;
+            worker.awaits_reply = false;
             self.actions.push(Action::Kill(id));
         }
     }
 
     fn look_at_the_clock(&mut self) {
         let late = |(&id, worker): (&WorkerId, &Worker)| {
-            let (deadline, reason) = self.patience(worker)?;
-            (deadline <= self.now).then_some((id, reason))
+            let Deadline { time, reason } = self.deadline(worker)?;
+            (time <= self.now).then_some((id, reason))
         };
         for (id, reason) in self.workers.iter().filter_map(late).collect::<Vec<_>>() {
             self.kill(id, reason);
@@ -254,15 +267,18 @@ impl Coordinator {
     }
 
     /// Until when to wait for this worker, and what is wrong with it afterwards.
-    fn patience(&self, worker: &Worker) -> Option<(Duration, String)> {
+    fn deadline(&self, worker: &Worker) -> Option<Deadline> {
         let Options { start_timeout, silence, grace, patience, .. } = self.options;
         match worker.phase {
             Phase::Killed(_) => None,
-            Phase::Starting => Some((
-                worker.heard.saturating_add(start_timeout),
-                format!("asked for no job within {start_timeout:?} of its start"),
-            )),
-            Phase::Leaving => Some((worker.heard + LEAVING, "did not leave when told to".into())),
+            Phase::Starting => Some(Deadline {
+                time: worker.heard.saturating_add(start_timeout),
+                reason: format!("asked for no job within {start_timeout:?} of its start"),
+            }),
+            Phase::Leaving => Some(Deadline {
+                time: worker.heard + LEAVING,
+                reason: "did not leave when told to".into(),
+            }),
             Phase::Ready if worker.leases.is_empty() => None,
             Phase::Ready => {
                 let predicted = self.held(worker).map(|job| job.cost).sum::<f64>()
@@ -273,15 +289,16 @@ impl Coordinator {
                 let (silent, late) =
                     (worker.heard.saturating_add(silence), worker.progress.saturating_add(allowed));
                 Some(if silent < late {
-                    (silent, format!("gave no sign of life for {silence:?}"))
+                    Deadline {
+                        time: silent,
+                        reason: format!("gave no sign of life for {silence:?}"),
+                    }
                 } else {
-                    (
-                        late,
-                        format!(
-                            "finished nothing within its deadline of {:.1} s",
-                            allowed.as_secs_f64()
-                        ),
-                    )
+                    let seconds = allowed.as_secs_f64();
+                    Deadline {
+                        time: late,
+                        reason: format!("finished nothing within its deadline of {seconds:.1} s"),
+                    }
                 })
             }
         }
@@ -299,7 +316,7 @@ impl Coordinator {
         let asking = self
             .workers
             .iter()
-            .filter(|(_, worker)| worker.asks && worker.unsaved == 0)
+            .filter(|(_, worker)| worker.awaits_reply && worker.unsaved == 0)
             .map(|(&id, _)| id);
         for id in asking.collect::<Vec<_>>() {
             self.answer(id);
@@ -329,8 +346,8 @@ impl Coordinator {
             let worker = Worker {
                 phase: Phase::Starting,
                 pid: None,
-                asked: false,
-                asks: false,
+                has_asked: false,
+                awaits_reply: false,
                 leases: VecDeque::new(),
                 unsaved: 0,
                 group: None,
@@ -341,7 +358,7 @@ impl Coordinator {
             self.counts.workers += 1;
             self.actions.push(Action::Start(id));
             if let Some(lost) = self.vacancies.pop_front() {
-                self.emit(What::WorkerReplaced { lost, by: id });
+                self.emit(EventKind::WorkerReplaced { lost, by: id });
             }
         }
     }

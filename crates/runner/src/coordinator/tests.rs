@@ -12,7 +12,7 @@ use super::state::Coordinator;
 use crate::lease::{LeaseId, WorkerId};
 use crate::ledger::{Done, Verdict};
 use crate::options::Options;
-use crate::protocol::{Outcome, Report};
+use crate::protocol::{AttemptOutcome, Report};
 use crate::task::Task;
 
 fn tasks(count: usize) -> Vec<Task> {
@@ -33,7 +33,7 @@ fn options(workers: usize) -> Options {
 /// Anything that could be heard, sensible or not.
 fn input() -> impl Strategy<Value = Input> {
     let worker = 0..8u32;
-    let outcome = prop_oneof![3 => Just(Outcome::Completed(vec![1])), 1 => Just(Outcome::Failed("no".to_string()))];
+    let outcome = prop_oneof![3 => Just(AttemptOutcome::Completed(vec![1])), 1 => Just(AttemptOutcome::Failed("no".to_string()))];
     let seconds =
         prop_oneof![Just(0.0), Just(0.01), Just(f64::NAN), Just(f64::INFINITY), Just(-1.0)];
     let report = (0..40u64, seconds, outcome).prop_map(|(lease, seconds, outcome)| Report {
@@ -236,8 +236,11 @@ impl World {
             return inbox.push_back(Input::Clock);
         }
         if let Some(lease) = leases.pop_front() {
-            let outcome =
-                if fails { Outcome::Failed("no".into()) } else { Outcome::Completed(vec![7]) };
+            let outcome = if fails {
+                AttemptOutcome::Failed("no".into())
+            } else {
+                AttemptOutcome::Completed(vec![7])
+            };
             reports.push(Report { lease, seconds: 0.01, outcome });
         }
         if !*awaits {
@@ -259,7 +262,7 @@ fn requests(worker: WorkerId, leases: &[LeaseId]) -> Input {
     let reports = leases.iter().map(|&lease| Report {
         lease,
         seconds: 1e-6,
-        outcome: Outcome::Completed(vec![7]),
+        outcome: AttemptOutcome::Completed(vec![7]),
     });
     Input::Request { worker, idle: true, reports: reports.collect() }
 }
@@ -325,7 +328,7 @@ fn a_long_job_is_not_held_behind_another() {
     let now = Duration::from_secs(1);
     coordinator.step(requests(1, &[]), now);
     assert_eq!(assigned(&coordinator.step(Input::Settled, now)), [(1, vec![1])]);
-    let report = Report { lease: 1, seconds: 0.5, outcome: Outcome::Completed(Vec::new()) };
+    let report = Report { lease: 1, seconds: 0.5, outcome: AttemptOutcome::Completed(Vec::new()) };
     coordinator.step(Input::Request { worker: 1, idle: true, reports: vec![report] }, now);
     coordinator.step(Input::Settled, now);
     coordinator.step(Input::Committed, now);

@@ -33,12 +33,12 @@ pub(super) const RESERVE: u64 = 16 << 20;
 
 /// One end's view of a channel's names.
 #[derive(Clone, Debug)]
-pub(super) struct Names {
+pub(super) struct ChannelNames {
     pub(super) root: PathBuf,
     pub(super) prefix: String,
 }
 
-impl Names {
+impl ChannelNames {
     pub(super) fn node(&self) -> Result<Node<Shm>, TransportError> {
         let what = "cannot set up shared memory";
         let mut config = Config::default();
@@ -105,9 +105,9 @@ pub(super) fn pack(
 
 /// How large messages through a port have been, and so how much shared memory it has.
 #[derive(Debug)]
-pub(super) struct Grown(pub(super) usize);
+pub(super) struct PortMemory(pub(super) usize);
 
-impl Grown {
+impl PortMemory {
     /// Whether a message of this size can be written without running out of shared memory. Segments
     /// grow by powers of two, old ones stay, and each holds a handful of messages.
     fn admits(&mut self, length: usize, free: impl FnOnce() -> Option<u64>) -> bool {
@@ -155,18 +155,18 @@ mod tests {
         let path = dir.path().join("body");
         let bytes = vec![7; 100_000];
         let build = |largest| Ok(pack(&bytes, largest, || path.clone()).unwrap());
-        let sent = |grown: &mut Grown, free| {
-            decode::<Body>(&grown.encode(|| Some(free), build).unwrap()).unwrap()
+        let sent = |memory: &mut PortMemory, free| {
+            decode::<Body>(&memory.encode(|| Some(free), build).unwrap()).unwrap()
         };
-        let mut grown = Grown(INITIAL);
-        assert!(matches!(sent(&mut grown, RESERVE), Body::File { length: 100_000, .. }));
-        assert_eq!(sent(&mut grown, 1 << 30), Body::Inline(bytes.clone()));
+        let mut memory = PortMemory(INITIAL);
+        assert!(matches!(sent(&mut memory, RESERVE), Body::File { length: 100_000, .. }));
+        assert_eq!(sent(&mut memory, 1 << 30), Body::Inline(bytes.clone()));
         assert_eq!(
-            sent(&mut grown, 0),
+            sent(&mut memory, 0),
             Body::Inline(bytes.clone()),
             "the memory that it grew to is there"
         );
-        let none = Grown(4).encode(|| Some(0), build).unwrap_err().to_string();
+        let none = PortMemory(4).encode(|| Some(0), build).unwrap_err().to_string();
         assert_eq!(none, "cannot send a message: /dev/shm is full");
     }
 }

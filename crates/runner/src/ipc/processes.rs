@@ -14,14 +14,15 @@ use rustix::io::Errno;
 
 use super::arguments::WorkerArguments;
 use super::channel::{
-    DOWN, Grown, HEARTBEAT, INITIAL, JOBS, Names, RESERVE, Shm, UP, backpressure, pack, service,
+    ChannelNames, DOWN, HEARTBEAT, INITIAL, JOBS, PortMemory, RESERVE, Shm, UP, backpressure, pack,
+    service,
 };
 use crate::coordinator::Input;
 use crate::error::{RunError, TransportError};
 use crate::interrupt::Interrupt;
 use crate::lease::{LeaseId, WorkerId};
 use crate::options::Options;
-use crate::protocol::{Assignment, Body, Outcome, Reply, Report, Request, decode};
+use crate::protocol::{Assignment, AttemptOutcome, Body, Reply, Report, Request, decode};
 use crate::root::{Root, SHARED_MEMORY, free_shared_memory};
 use crate::spill;
 use crate::supervise::Process;
@@ -40,9 +41,68 @@ struct Channel {
     server: Server<Shm, [u8], (), [u8], ()>,
     up: Listener<Shm>,
     down: Notifier<Shm>,
-    grown: Grown,
-    names: Names,
+    memory: PortMemory,
+    names: ChannelNames,
     _node: Node<Shm>,
+}
+
+/// The services of a new channel.
+struct Services {
+    node: Node<Shm>,
+    server: Server<Shm, [u8], (), [u8], ()>,
+    up: Listener<Shm>,
+    down: Notifier<Shm>,
+}
+
+impl Services {
+    fn create(names: &ChannelNames) -> Result<Services, TransportError> {
+        if free_shared_memory().is_some_and(|free| free < CHANNEL + RESERVE) {
+            return Err(TransportError {
+                doing: "cannot make a channel",
+                why: format!("{SHARED_MEMORY} is nearly full"),
+            });
+        }
+        let node = names.node()?;
+        let jobs = node.service_builder(&service(JOBS)?).request_response::<[u8], [u8]>();
+        let jobs =
+            jobs.enable_safe_overflow_for_requests(false).enable_safe_overflow_for_responses(false);
+        let jobs = jobs
+            .max_servers(1)
+            .max_clients(1)
+            .max_nodes(2)
+            .max_active_requests_per_client(1)
+            .max_loaned_requests(1);
+        let jobs = jobs.max_response_buffer_size(1).max_borrowed_responses_per_pending_response(1);
+        let jobs = jobs.create().map_err(TransportError::when("cannot create a channel"))?;
+        let server = jobs
+            .server_builder()
+            .initial_max_slice_len(INITIAL)
+            .allocation_strategy(AllocationStrategy::PowerOfTwo);
+        let server =
+            server.max_loaned_responses_per_request(1).set_backpressure_handler(backpressure);
+        let server = server.create().map_err(TransportError::when("cannot create a server"))?;
+        let event = |name| {
+            let event = node
+                .service_builder(&service(name)?)
+                .event()
+                .max_listeners(1)
+                .max_notifiers(1)
+                .max_nodes(2);
+            event
+                .event_id_max_value(HEARTBEAT.as_value())
+                .create()
+                .map_err(TransportError::when("cannot create an event"))
+        };
+        let up = event(UP)?
+            .listener_builder()
+            .create()
+            .map_err(TransportError::when("cannot create a listener"))?;
+        let down = event(DOWN)?
+            .notifier_builder()
+            .create()
+            .map_err(TransportError::when("cannot create a notifier"))?;
+        Ok(Services { node, server, up, down })
+    }
 }
 
 /// All workers of a run.
@@ -70,59 +130,10 @@ impl Processes {
     }
 
     fn open(&self, worker: WorkerId) -> Result<Channel, String> {
-        let names = Names { root: self.root.path().into(), prefix: self.root.prefix(worker) };
-        let create = || {
-            if free_shared_memory().is_some_and(|free| free < CHANNEL + RESERVE) {
-                return Err(TransportError {
-                    doing: "cannot make a channel",
-                    why: format!("{SHARED_MEMORY} is nearly full"),
-                });
-            }
-            let node = names.node()?;
-            let jobs = node.service_builder(&service(JOBS)?).request_response::<[u8], [u8]>();
-            let jobs = jobs
-                .enable_safe_overflow_for_requests(false)
-                .enable_safe_overflow_for_responses(false);
-            let jobs = jobs
-                .max_servers(1)
-                .max_clients(1)
-                .max_nodes(2)
-                .max_active_requests_per_client(1)
-                .max_loaned_requests(1);
-            let jobs =
-                jobs.max_response_buffer_size(1).max_borrowed_responses_per_pending_response(1);
-            let jobs = jobs.create().map_err(TransportError::when("cannot create a channel"))?;
-            let server = jobs
-                .server_builder()
-                .initial_max_slice_len(INITIAL)
-                .allocation_strategy(AllocationStrategy::PowerOfTwo);
-            let server =
-                server.max_loaned_responses_per_request(1).set_backpressure_handler(backpressure);
-            let server = server.create().map_err(TransportError::when("cannot create a server"))?;
-            let event = |name| {
-                let event = node
-                    .service_builder(&service(name)?)
-                    .event()
-                    .max_listeners(1)
-                    .max_notifiers(1)
-                    .max_nodes(2);
-                event
-                    .event_id_max_value(HEARTBEAT.as_value())
-                    .create()
-                    .map_err(TransportError::when("cannot create an event"))
-            };
-            let up = event(UP)?
-                .listener_builder()
-                .create()
-                .map_err(TransportError::when("cannot create a listener"))?;
-            let down = event(DOWN)?
-                .notifier_builder()
-                .create()
-                .map_err(TransportError::when("cannot create a notifier"))?;
-            Ok((node, server, up, down))
-        };
-        let (node, server, up, down) =
-            create().map_err(|error: TransportError| error.to_string())?;
+        let names =
+            ChannelNames { root: self.root.path().into(), prefix: self.root.prefix(worker) };
+        let Services { node, server, up, down } =
+            Services::create(&names).map_err(|error| error.to_string())?;
         let arguments = WorkerArguments {
             prefix: names.prefix.clone(),
             coordinator: std::process::id(),
@@ -140,7 +151,7 @@ impl Processes {
             server,
             up,
             down,
-            grown: Grown(INITIAL),
+            memory: PortMemory(INITIAL),
             names,
             _node: node,
         })
@@ -183,7 +194,7 @@ impl Transport for Processes {
                 Ok(Reply::Jobs(jobs.iter().map(pack).collect::<Result<_, _>>()?))
             }
         };
-        let message = channel.grown.encode(free_shared_memory, packed)?;
+        let message = channel.memory.encode(free_shared_memory, packed)?;
         let sent = request.loan_slice_uninit(message.len()).map_err(|error| error.to_string());
         let sent = sent.and_then(|loan| {
             loan.write_from_slice(&message).send().map_err(|error| error.to_string())
@@ -279,9 +290,11 @@ impl Channel {
             decode::<Request<Body>>(message).map_err(|error| error.to_string())?;
         let unpack = |Report { lease, seconds, outcome }| {
             let outcome = match outcome {
-                Outcome::Completed(body) => spill::load(&self.names.body(lease, "result"), body)
-                    .map_or_else(Outcome::Failed, Outcome::Completed),
-                Outcome::Failed(reason) => Outcome::Failed(reason),
+                AttemptOutcome::Completed(body) => {
+                    spill::load(&self.names.body(lease, "result"), body)
+                        .map_or_else(AttemptOutcome::Failed, AttemptOutcome::Completed)
+                }
+                AttemptOutcome::Failed(reason) => AttemptOutcome::Failed(reason),
             };
             Report { lease, seconds, outcome }
         };

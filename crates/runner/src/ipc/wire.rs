@@ -13,17 +13,17 @@ use iceoryx2::prelude::*;
 
 use super::arguments::{WorkerArguments, WorkerError};
 use super::channel::{
-    DOWN, Grown, INITIAL, JOBS, Names, Shm, TALK, UP, backpressure, pack, service,
+    ChannelNames, DOWN, INITIAL, JOBS, PortMemory, Shm, TALK, UP, backpressure, pack, service,
 };
 use super::pulse::Pulse;
 use crate::error::TransportError;
 use crate::lease::LeaseId;
-use crate::protocol::{Assignment, Body, Outcome, Reply, Report, Request, decode};
+use crate::protocol::{Assignment, AttemptOutcome, Body, Reply, Report, Request, decode};
 use crate::root::free_shared_memory;
 use crate::spill;
 use crate::supervise::{die_with, is_parent, limit_address_space};
 use crate::transport::{Bytes, Link};
-use crate::worker::{Work, report_panics, serve};
+use crate::worker::{Executor, report_panics, serve};
 
 type Awaited = PendingResponse<Shm, [u8], (), [u8], ()>;
 
@@ -36,7 +36,7 @@ const DOUBT: Duration = Duration::from_secs(30);
 ///
 /// From here on the process dies when the coordinator does, its address space is limited, and
 /// panics of jobs are reported instead of printed.
-pub fn work<W: Work>(
+pub fn work<W: Executor>(
     arguments: &WorkerArguments,
     fresh: impl Fn() -> W,
 ) -> Result<(), WorkerError> {
@@ -56,15 +56,15 @@ struct Wire {
     down: Listener<Shm>,
     up: Arc<Notifier<Shm>>,
     marker: File,
-    grown: Grown,
-    names: Names,
+    memory: PortMemory,
+    names: ChannelNames,
     coordinator: u32,
     _node: Node<Shm>,
 }
 
 impl Wire {
     fn open(arguments: &WorkerArguments) -> Result<Wire, TransportError> {
-        let names = Names { root: arguments.root.clone(), prefix: arguments.prefix.clone() };
+        let names = ChannelNames { root: arguments.root.clone(), prefix: arguments.prefix.clone() };
         let node = names.node()?;
         let jobs = node.service_builder(&service(JOBS)?).request_response::<[u8], [u8]>();
         let jobs = jobs.open().map_err(TransportError::when("cannot open the channel"))?;
@@ -95,7 +95,7 @@ impl Wire {
         let marker = File::create(names.marker())
             .map_err(TransportError::when("cannot create the marker"))?;
         let pulse = Pulse::new(arguments.heartbeat, up.clone())?;
-        let (grown, coordinator) = (Grown(INITIAL), arguments.coordinator);
+        let (memory, coordinator) = (PortMemory(INITIAL), arguments.coordinator);
         Ok(Wire {
             pulse,
             response: None,
@@ -103,7 +103,7 @@ impl Wire {
             down,
             up,
             marker,
-            grown,
+            memory,
             names,
             coordinator,
             _node: node,
@@ -130,18 +130,18 @@ impl Link for Wire {
         let packed = |largest| {
             let pack = |report: &Report<Bytes>| {
                 let outcome = match &report.outcome {
-                    Outcome::Failed(reason) => Outcome::Failed(reason.clone()),
+                    AttemptOutcome::Failed(reason) => AttemptOutcome::Failed(reason.clone()),
                     // A result that cannot be handed over is a failed attempt, not a broken worker.
-                    Outcome::Completed(bytes) => {
+                    AttemptOutcome::Completed(bytes) => {
                         pack(bytes, largest, || names.body(report.lease, "result"))
-                            .map_or_else(Outcome::Failed, Outcome::Completed)
+                            .map_or_else(AttemptOutcome::Failed, AttemptOutcome::Completed)
                     }
                 };
                 Report { lease: report.lease, seconds: report.seconds, outcome }
             };
             Ok(Request { idle: request.idle, reports: request.reports.iter().map(pack).collect() })
         };
-        let message = self.grown.encode(free_shared_memory, packed)?;
+        let message = self.memory.encode(free_shared_memory, packed)?;
         let doing = "cannot send a request";
         let loan =
             self.client.loan_slice_uninit(message.len()).map_err(TransportError::when(doing))?;
