@@ -1,6 +1,7 @@
-//! How fast jobs that do nothing pass through two real workers, and what a waiting worker costs.
+//! Measures how fast jobs that do nothing pass through two real workers, and how much processor
+//! time a waiting worker uses.
 //!
-//! The ledger appends to a file and syncs it, as a store would; `cargo bench -p runner` prints the
+//! The ledger appends to a file and syncs it, as a store would. `cargo bench -p runner` prints the
 //! figures.
 
 use std::error::Error;
@@ -63,7 +64,7 @@ fn tasks(count: u64, payload: &[u8], cost: f64) -> Vec<Task> {
     (0..count).map(task).collect()
 }
 
-/// Processor time that a process used so far, in clock ticks.
+/// Returns the processor time that a process used so far, in clock ticks.
 fn ticks(pid: u32) -> u64 {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).expect("the process lives");
     let fields: Vec<_> =
@@ -97,7 +98,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             summary.workers_lost
         );
     }
-    // One job that sleeps and a second worker that waits for it.
+    // One job sleeps, and a second worker waits for it.
     let mut pids = Vec::new();
     let mut idle = Vec::new();
     let mut journal =

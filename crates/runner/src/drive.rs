@@ -1,4 +1,4 @@
-//! Drives the coordinator: hears for it, acts for it, keeps its clock.
+//! The driver hears for the coordinator, acts for it and keeps its clock.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -15,30 +15,30 @@ use crate::protocol::{Assignment, Reply};
 use crate::task::Task;
 use crate::transport::Transport;
 
-/// What a run came to.
+/// The outcome of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Summary {
-    /// Jobs with a durable result.
+    /// The number of jobs with a durable result.
     pub done: usize,
-    /// Jobs set aside.
+    /// The number of jobs that were set aside.
     pub quarantined: usize,
-    /// Jobs not run, because the run was interrupted.
+    /// The number of jobs that were not run because the run was interrupted.
     pub unfinished: usize,
-    /// Attempts that failed.
+    /// The number of failed attempts.
     pub failures: usize,
-    /// Workers that died or were killed.
+    /// The number of workers that died or were killed.
     pub workers_lost: usize,
-    /// Results dropped because their lease was no longer valid.
+    /// The number of results that were dropped because their lease was no longer valid.
     pub stale_results: usize,
-    /// Seconds that workers spent in jobs, added up.
+    /// The sum of the times that workers spent in jobs \[s\].
     pub worker_seconds: f64,
-    /// Seconds that the run took.
+    /// The time that the run took \[s\].
     pub seconds: f64,
-    /// Somebody asked to stop.
+    /// It is true if somebody asked to stop.
     pub interrupted: bool,
 }
 
-/// Runs the tasks over a transport; see [`crate::run`].
+/// Runs the tasks over a transport, as [`crate::run`] does over shared memory.
 pub(crate) fn drive(
     tasks: &[Task],
     ledger: &mut dyn Ledger,

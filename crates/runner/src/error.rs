@@ -1,4 +1,4 @@
-//! What can go wrong.
+//! These are the errors of a run and of its connections.
 
 use std::error::Error;
 
@@ -6,62 +6,66 @@ use identity::JobKey;
 
 use crate::root::{RootError, SHARED_MEMORY};
 
-/// Why a run could not go on. What was committed before stays committed.
+/// The reason why a run could not go on. Everything committed before stays committed.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
     /// An option makes no sense.
     #[error("cannot run with these options: {what}")]
     Options {
-        /// Which one, and what would be right.
+        /// The name of the option and its sensible values.
         what: &'static str,
     },
-    /// Two tasks have one key.
+    /// Two tasks have the same key.
     #[error("job {0} is given twice, but a key stands for one job")]
     Duplicate(JobKey),
-    /// No place for the run's files.
+    /// There is no place for the files of the run.
     #[error("no directory for the run's files")]
     Root(#[from] RootError),
-    /// Shared memory is nearly full; going on would end in SIGBUS.
-    #[error("{path} has {free} bytes free, but {workers} workers need {needed}: free some, or use fewer workers", path = SHARED_MEMORY)]
+    /// Shared memory is nearly full, and going on would end in SIGBUS.
+    #[error(
+        "{path} has {free} bytes free, but {workers} workers need {needed}: free some, or use \
+         fewer workers",
+        path = SHARED_MEMORY
+    )]
     SharedMemory {
-        /// Bytes that are free.
+        /// The free shared memory \[bytes\].
         free: u64,
-        /// Bytes that are needed.
+        /// The needed shared memory \[bytes\].
         needed: u64,
-        /// For so many workers.
+        /// The number of workers that need it.
         workers: usize,
     },
     /// Workers do not start.
     #[error("workers cannot be started with `{command}`: {reason}")]
     Start {
-        /// The command.
+        /// The command that starts a worker.
         command: String,
-        /// What happened to the last one tried.
+        /// The failure of the last worker that was tried.
         reason: String,
     },
     /// The ledger did not take results.
     #[error("results could not be kept")]
     Ledger(#[source] Box<dyn Error + Send + Sync>),
-    /// The coordinator lost its means to hear workers.
+    /// The coordinator cannot hear the workers any more.
     #[error("communication with the workers failed")]
     Transport(#[from] TransportError),
-    /// A rule of the coordinator is broken; only checked in debug builds.
+    /// A rule of the coordinator is broken. This is checked only in debug builds.
     #[error("the coordinator contradicts itself: {0}")]
     Inconsistent(String),
 }
 
-/// The connection broke.
+/// A failure of the connection between the coordinator and a worker.
 #[derive(Debug, thiserror::Error)]
 #[error("{doing}: {why}")]
 pub struct TransportError {
-    /// What was tried.
+    /// The attempted action.
     pub(crate) doing: &'static str,
-    /// What went wrong.
+    /// The reason in words.
     pub(crate) why: String,
 }
 
 impl TransportError {
-    /// For `map_err`: what was tried, and then what went wrong.
+    /// Returns a function for `map_err` that adds the attempted action to an error.
     pub(crate) fn when<E: std::fmt::Display>(doing: &'static str) -> impl Fn(E) -> TransportError {
         move |error| TransportError { doing, why: error.to_string() }
     }

@@ -1,17 +1,17 @@
-//! Where results go.
+//! The ledger keeps the results of a run.
 
 use std::error::Error;
 
 use identity::JobKey;
 
-/// How a job ended for good.
+/// The final result of a job.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
-    /// With what [`Executor::run`] returned.
+    /// The job was completed with this result of [`Executor::run`](crate::Executor::run).
     Completed(Vec<u8>),
-    /// Set aside.
+    /// The job was set aside.
     Quarantined {
-        /// Why its last attempt failed.
+        /// The reason why its last attempt failed.
         reason: String,
     },
 }
@@ -19,20 +19,23 @@ pub enum Verdict {
 /// A job that ended for good.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Done {
-    /// Which job.
+    /// The key of the job.
     pub key: JobKey,
-    /// How it ended.
+    /// The final result of the job.
     pub verdict: Verdict,
-    /// Who ran it; nobody, if its worker was lost or it was never run.
+    /// The number of the worker that ran it, or `None` if its worker was lost or it was never run.
     pub worker: Option<u32>,
-    /// Wall-clock seconds of the last attempt that came to an end, or 0.
+    /// The wall-clock time of the last attempt that came to an end, or 0 if there was none \[s\].
     pub seconds: f64,
-    /// Attempts, including a successful one.
+    /// The number of attempts, including a successful one.
     pub attempts: u32,
 }
 
-/// Where results are kept.
+/// A place where results are kept.
 pub trait Ledger {
-    /// Makes these durable; they are when it returns. An error ends the run.
+    /// Makes these results durable before it returns.
+    ///
+    /// # Errors
+    /// The results cannot be kept. The error ends the run.
     fn commit(&mut self, results: Vec<Done>) -> Result<(), Box<dyn Error + Send + Sync>>;
 }

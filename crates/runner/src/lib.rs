@@ -1,20 +1,21 @@
 //! Runs jobs in worker processes, over shared memory, and keeps every result.
 //!
 //! One **coordinator** per run, inside [`run`], starts **workers**: child processes of the caller's
-//! choosing that call [`work`]. They talk through iceoryx2, one channel per worker. The runner
-//! knows neither what a job is ([`Executor`]) nor where results go ([`Ledger`]); to it, both are bytes
-//! under a [`JobKey`](identity::JobKey).
+//! choosing that call [`work`]. They talk through iceoryx2, with one channel per worker. The runner
+//! knows neither what a job is ([`Executor`]) nor where results go ([`Ledger`]). Both are bytes
+//! under a [`JobKey`](identity::JobKey) to it.
 //!
-//! What it promises:
-//! - A result is acknowledged to nobody before [`Ledger::commit`] has returned for it, and is
+//! The runner promises the following:
+//! - A result is acknowledged to nobody before [`Ledger::commit`] has returned for it, and it is
 //!   committed once.
-//! - A worker that dies, hangs or stops is replaced, and its job tried again; a job that fails
+//! - A worker that dies, hangs or stops is replaced, and its job is tried again. A job that fails
 //!   [`Options::attempts`] times is set aside with the reason, and the rest goes on.
-//! - When the coordinator dies, its workers die with it; the next run removes what they left in
+//! - When the coordinator dies, its workers die with it. The next run removes what they left in
 //!   shared memory.
-//! - Waiting costs no processor time, on either side.
+//! - Waiting costs no processor time on either side.
 //!
-//! Linux only: it needs pidfd, eventfd, `/proc`, `/dev/shm` and the parent-death signal.
+//! The crate runs on Linux only: it needs pidfd, eventfd, `/proc`, `/dev/shm` and the parent-death
+//! signal.
 
 mod coordinator;
 mod drive;

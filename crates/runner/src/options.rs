@@ -1,40 +1,42 @@
-//! How to run.
+//! The options of a run are plain data with a check.
 
 use std::ffi::OsString;
 use std::time::Duration;
 
 use crate::error::RunError;
 
-/// How to run.
+/// The options of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Worker processes at a time, at least 1.
+    /// The number of worker processes at a time, at least 1.
     pub workers: usize,
-    /// Program and arguments that start a worker; [`WorkerArguments`](crate::WorkerArguments) are appended as one argument.
+    /// The program and the arguments that start a worker.
+    /// [`WorkerArguments`](crate::WorkerArguments) are appended as one argument.
     pub worker_command: Vec<OsString>,
-    /// Bytes that all jobs which run at the same time may need together, by prediction. A job that
-    /// needs more by itself is quarantined at once.
+    /// The memory that all jobs which run at the same time may need together, by prediction
+    /// \[bytes\]. A job that needs more by itself is quarantined at once.
     pub memory_limit: u64,
-    /// Bytes of address space that a worker may use beyond `memory_limit`: its program, stacks,
-    /// shared memory.
+    /// The address space that a worker may use beyond `memory_limit` for its program, its stacks
+    /// and shared memory \[bytes\].
     pub address_space_margin: u64,
-    /// Failed attempts after which a job is quarantined, at least 1.
+    /// The number of failed attempts after which a job is quarantined, at least 1.
     pub attempts: u32,
-    /// How long a worker may take before it asks for its first job.
+    /// The time that a worker may take before it asks for its first job.
     pub start_timeout: Duration,
-    /// How often a busy worker gives a sign of life.
+    /// The interval at which a busy worker gives a sign of life.
     pub heartbeat: Duration,
-    /// Without one for so long, a busy worker is killed.
+    /// The time after which a busy worker without a sign of life is killed.
     pub silence: Duration,
-    /// A worker that finished nothing for `grace + patience × predicted` is killed.
+    /// The constant term of the deadline: a worker that finished nothing for `grace + patience ×
+    /// predicted` is killed.
     pub grace: Duration,
-    /// See `grace`.
+    /// The factor of the predicted time in the deadline (see `grace`).
     pub patience: f64,
 }
 
 impl Options {
-    /// The usual options: one worker per core, three attempts, deadlines of one minute plus thirty
-    /// times the prediction.
+    /// Returns the usual options: one worker per core, three attempts, and deadlines of one minute
+    /// plus thirty times the prediction.
     pub fn new(worker_command: Vec<OsString>, memory_limit: u64) -> Options {
         Options {
             workers: std::thread::available_parallelism().map_or(1, usize::from),

@@ -1,4 +1,4 @@
-//! What coordinator and worker say to each other, as bytes.
+//! The coordinator and a worker say these messages to each other, as bytes.
 //!
 //! A message is the format version (one byte) followed by bincode 2 in its standard configuration.
 //! Both ends are the same binary, so a version that differs means that a stranger is on the line.
@@ -7,53 +7,53 @@ use bincode::{Decode, Encode};
 
 use crate::lease::LeaseId;
 
-/// Changes with every change of the layout below.
+/// The format version, which changes with every change of the layout below.
 const FORMAT: u8 = 1;
-/// Messages are smaller. Without a limit, a length in garbage is allocated before its content is
-/// missed.
+/// The limit of the size of a message \[bytes\]. Without it, a length in garbage would be allocated
+/// before its content is missed.
 const LARGEST: usize = 64 << 20;
 
 fn layout() -> impl bincode::config::Config {
     bincode::config::standard().with_limit::<LARGEST>()
 }
 
-/// Bytes that travel with the message or, when they are many, beside it.
+/// Bytes that travel in the message or, if there are many, beside it.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub(crate) enum Body {
-    /// In the message.
+    /// The bytes are in the message.
     Inline(Vec<u8>),
-    /// In a file of the run's root, named after the lease.
+    /// The bytes are in a file of the run's root that is named after the lease.
     File {
-        /// BLAKE3 of the content.
+        /// The BLAKE3 digest of the content.
         hash: [u8; 32],
-        /// Bytes.
+        /// The length of the content \[bytes\].
         length: u64,
     },
 }
 
-/// How one attempt at a job ended.
+/// The end of one attempt at a job.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub(crate) enum AttemptOutcome<B> {
-    /// The job's result.
+    /// The attempt gave the result of the job.
     Completed(B),
-    /// The attempt failed, in words; the worker lives on.
+    /// The attempt failed for this reason. The worker lives on.
     Failed(String),
 }
 
-/// The end of one lease.
+/// The report of a worker about the end of one lease.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub(crate) struct Report<B> {
     pub(crate) lease: LeaseId,
-    /// Wall-clock time that the job took.
+    /// The wall-clock time that the job took \[s\].
     pub(crate) seconds: f64,
     pub(crate) outcome: AttemptOutcome<B>,
 }
 
-/// Worker → coordinator: these are done, give me more.
+/// A message from a worker to the coordinator: these jobs are done, and more are wanted.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub(crate) struct Request<B> {
     pub(crate) reports: Vec<Report<B>>,
-    /// The worker holds neither jobs nor unreported results.
+    /// It is true if the worker holds neither jobs nor unreported results.
     pub(crate) idle: bool,
 }
 
@@ -64,16 +64,17 @@ pub(crate) struct Assignment<B> {
     pub(crate) payload: B,
 }
 
-/// Coordinator → worker: what you reported is durable, and this is next.
+/// A message from the coordinator to a worker: everything reported is durable, and this is next.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub(crate) enum Reply<B> {
-    /// More jobs, after those that the worker still holds; may be none if it holds some.
+    /// The worker gets more jobs after those that it still holds. There may be none if it holds
+    /// some.
     Jobs(Vec<Assignment<B>>),
-    /// Leave.
+    /// The worker must leave.
     Stop,
 }
 
-/// Why bytes are not a message.
+/// The reason why bytes are not a message.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum MessageError {
     #[error("message format {0}, expected {FORMAT}: coordinator and worker are different builds")]
@@ -86,14 +87,14 @@ pub(crate) enum MessageError {
     Bincode(#[from] bincode::error::DecodeError),
 }
 
-/// The bytes of a message.
+/// Encodes a message as bytes.
 pub(crate) fn encode(message: &impl Encode) -> Result<Vec<u8>, bincode::error::EncodeError> {
     let mut bytes = vec![FORMAT];
     bincode::encode_into_std_write(message, &mut bytes, layout())?;
     Ok(bytes)
 }
 
-/// The message in these bytes.
+/// Decodes the message in these bytes.
 pub(crate) fn decode<M: Decode<()>>(bytes: &[u8]) -> Result<M, MessageError> {
     match bytes {
         [] => Err(MessageError::Empty),

@@ -1,4 +1,4 @@
-//! The way in.
+//! This file holds the way in.
 
 use crate::drive::{Summary, drive};
 use crate::error::RunError;
@@ -10,10 +10,15 @@ use crate::options::Options;
 use crate::root::sweep_leftovers;
 use crate::task::Task;
 
-/// Runs the tasks in worker processes until each is done or set aside, or `interrupt` is raised.
+/// Runs the tasks in worker processes until each is done or set aside, or until `interrupt` is
+/// raised.
 ///
-/// Call it on a thread that outlives the run: workers die when the thread that started them does.
-/// `on_event` is called on that thread, between the coordinator's steps; it should not block.
+/// It must be called on a thread that outlives the run, because workers die when the thread that
+/// started them does. `on_event` is called on that thread, between the coordinator's steps, and
+/// should not block.
+///
+/// # Errors
+/// [`RunError`] if the run could not go on. Results committed before stay committed.
 pub fn run(
     tasks: Vec<Task>,
     ledger: &mut dyn Ledger,

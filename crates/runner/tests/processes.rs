@@ -1,7 +1,7 @@
-//! Real worker processes over real shared memory, killed in every way.
+//! Real worker processes over real shared memory are killed in every way.
 //!
-//! This binary is also the worker, and the coordinator to be killed: the two ignored tests are what
-//! children run.
+//! This binary is also the worker, and the coordinator to be killed: children run the two ignored
+//! tests.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -18,7 +18,7 @@ use runner::{
     WorkerArguments,
 };
 
-/// A job is a line of text: a verb and its arguments.
+/// An executor whose job is a line of text: a verb and its arguments.
 struct Script;
 
 impl Executor for Script {
@@ -107,7 +107,7 @@ fn number(key: JobKey) -> u64 {
     u64::from_be_bytes(key.0[..8].try_into().unwrap())
 }
 
-/// Keeps results in memory; refuses a second result for a job.
+/// A ledger that keeps results in memory and refuses a second result for a job.
 #[derive(Default)]
 struct Kept {
     results: BTreeMap<u64, Done>,
@@ -154,7 +154,7 @@ fn assert_squares(kept: &Kept, count: u64) {
     }
 }
 
-/// What the runs of a process left in shared memory and in the directories of runs.
+/// Lists what the runs of a process left in shared memory and in the directories of runs.
 fn leftovers(pid: u32) -> Vec<PathBuf> {
     let mut digits = String::new();
     let mut rest = pid;
@@ -428,7 +428,7 @@ fn two_interrupts_end_the_run_now() {
     assert_eq!((summary.done, summary.failures, summary.unfinished), (0, 0, 5));
 }
 
-/// Steps of a fixed pseudo-random sequence.
+/// Returns the next number of a fixed pseudo-random sequence.
 fn scramble(state: &mut u64) -> u64 {
     *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     *state >> 33
@@ -436,7 +436,7 @@ fn scramble(state: &mut u64) -> u64 {
 
 #[test]
 fn workers_killed_at_random_moments_change_no_result() {
-    // Attempts without end: here the killer is outside, and no job is to blame.
+    // The attempts have no end: the killer is outside, and no job is to blame.
     let options = Options { attempts: u32::MAX, ..options() };
     let tasks: Vec<_> = (0..300).map(|number| task(number, format!("sleep 5 {number}"))).collect();
     let (mut kept, mut pids, mut seed, mut events) = (Kept::default(), Vec::new(), 7, 0u64);
@@ -460,7 +460,7 @@ fn workers_killed_at_random_moments_change_no_result() {
     }
 }
 
-/// Appends job numbers to a file, one a line, and syncs.
+/// A ledger that appends the numbers of the jobs to a file, one a line, and syncs it.
 struct Journal(std::fs::File);
 
 impl Ledger for Journal {
@@ -483,7 +483,7 @@ fn coordinator() {
     let tasks = (0..jobs.parse().unwrap())
         .map(|number| task(number, format!("sleep 2 {number}")))
         .collect();
-    // Attempts without end: the killer is outside, and no job is to blame.
+    // The attempts have no end: the killer is outside, and no job is to blame.
     let options = Options { attempts: u32::MAX, ..options() };
     runner::run(tasks, &mut journal, &options, &Interrupt::new().unwrap(), &mut |event| {
         eprintln!("{}", serde_json::to_string(event).unwrap());
@@ -491,7 +491,7 @@ fn coordinator() {
     .unwrap();
 }
 
-/// Starts a coordinator in a process of its own; its events can be read from its standard error.
+/// Starts a coordinator in a process of its own, whose events can be read from its standard error.
 fn start_coordinator(
     journal: &Path,
     jobs: u32,

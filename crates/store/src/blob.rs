@@ -1,7 +1,7 @@
-//! Blobs: large values as files named by their content.
+//! Blobs are large values in files that are named by their content.
 //!
-//! A blob is a zstd frame in `blobs/ab/cdef….zst`, where `abcdef…` is the BLAKE3 of the
-//! uncompressed content. Names make writing idempotent and reading verifiable, and no lock is
+//! A blob is a zstd frame in `blobs/ab/cdef….zst`, where `abcdef…` is the BLAKE3 digest of the
+//! uncompressed content. Such names make writing idempotent and reading verifiable. No lock is
 //! needed: any process may write blobs at any time.
 
 use std::io::Read;
@@ -14,63 +14,64 @@ use crate::digest::Digest;
 use crate::durable;
 use crate::error::{ReadError, WriteError};
 
-/// zstd's own default: fields shrink by the same few per cent at every level worth waiting for.
+/// The compression level, which is zstd's own default: fields shrink by the same few per cent at
+/// every level that is worth its time.
 const LEVEL: i32 = 3;
 
-/// Compressed bytes up to which a record keeps its fields itself, about those of 32 × 32 elements:
-/// a file takes two fsyncs, a quarter of a millisecond each on an idle disk and ten times that on a
-/// busy one, which is as long as such a job takes to solve.
+/// The largest compressed size of fields that a record keeps itself \[bytes\], about that of 32 ×
+/// 32 elements. A file takes two fsyncs, each a quarter of a millisecond on an idle disk and ten
+/// times that on a busy one, which is as long as such a job takes to solve.
 const INLINE_LIMIT: usize = 16 << 10;
 
-/// Bytes of content above which that is not tried, and more than which no record is believed to
-/// keep: fields do not shrink to less than an eighth.
+/// The largest content that may be kept in a record \[bytes\]. Larger content is not tried, and no
+/// record is believed to keep more: fields do not shrink to less than an eighth.
 const INLINE_CONTENT_LIMIT: usize = 8 * INLINE_LIMIT;
 
-/// Largest content of a blob \[bytes\]: as much as the crate `study` decodes, six doubles for each
-/// element of the largest grid and room to spare. A file of a megabyte may claim to be tens of
-/// gigabytes; whoever reads one is not to find out by running out of memory.
+/// The largest content of a blob \[bytes\]. This is as much as the crate `study` decodes: six
+/// doubles for each element of the largest grid, and room to spare. A file of a megabyte may claim
+/// to be tens of gigabytes, and a reader must not find that out by running out of memory.
 const CONTENT_LIMIT: u64 = 2 << 30;
 
-/// The blobs of one store. Needs no open store and no lock.
+/// The blobs of one store. They need no open store and no lock.
 #[derive(Clone, Debug)]
 pub struct Blobs {
     directory: PathBuf,
 }
 
-/// One file found under `blobs/`.
+/// A file under `blobs/`.
 pub(crate) enum BlobFile {
     Blob {
         digest: Digest,
         path: PathBuf,
         bytes: u64,
     },
-    /// Left by a writer that was killed, or being written now.
+    /// A file that a killed writer has left or that is being written now.
     Unfinished {
         path: PathBuf,
         bytes: u64,
     },
-    /// Nothing of ours.
+    /// A file that does not belong to the store.
     Stray(PathBuf),
 }
 
 impl Blobs {
-    /// The blobs of the store in the directory `store`.
+    /// Returns the blobs of the store in the directory `store`.
     pub fn of(store: &Path) -> Self {
         Blobs { directory: store.join("blobs") }
     }
 
-    /// Where the blob is, or would be.
+    /// Returns the path of a blob, which need not exist.
     pub fn path(&self, digest: &Digest) -> PathBuf {
         let name = digest.to_string();
         self.directory.join(&name[..2]).join(format!("{}.zst", &name[2..]))
     }
 
-    /// Durably stores `content`, of at most 2 GiB, and returns its name. Storing it again changes
-    /// nothing, except that a damaged copy is replaced by a sound one.
+    /// Stores `content` durably and returns its name. The content may have at most 2 GiB. Storing
+    /// it again changes nothing, except that a sound copy replaces a damaged one.
     ///
     /// # Errors
-    /// [`WriteError::DiskFull`], [`WriteError::Io`], which is also said of content that is too
-    /// large.
+    /// [`WriteError::DiskFull`] if there is too little space, [`WriteError::Io`] if the content is
+    /// too large or the operating system refuses.
     pub fn put(&self, content: &[u8]) -> Result<Digest, WriteError> {
         if content.len() as u64 > CONTENT_LIMIT {
             let reason = format!(
@@ -99,10 +100,12 @@ impl Blobs {
         Ok(digest)
     }
 
-    /// Compresses `content` for its record to keep if it is small, or stores it as a blob.
+    /// Keeps the fields of a record: small ones are compressed for the record itself, others are
+    /// stored as a blob.
     ///
     /// # Errors
-    /// [`WriteError::DiskFull`], [`WriteError::Io`].
+    /// [`WriteError::DiskFull`] if there is too little space, [`WriteError::Io`] if the operating
+    /// system refuses.
     pub fn keep(&self, content: &[u8]) -> Result<KeptFields, WriteError> {
         if content.len() <= INLINE_CONTENT_LIMIT {
             let compressed = compress(content).map_err(|source| {
@@ -115,10 +118,10 @@ impl Blobs {
         Ok(KeptFields::Blob(self.put(content)?.0))
     }
 
-    /// What [`keep`](Blobs::keep) kept; `None` if it is in a blob that there is not.
+    /// Returns the content that [`keep`](Blobs::keep) kept, or `None` if its blob does not exist.
     ///
     /// # Errors
-    /// [`ReadError::Inside`] if the record holds anything else, otherwise as for
+    /// [`ReadError::Inside`] if the bytes in the record are corrupt, otherwise those of
     /// [`get`](Blobs::get).
     pub fn kept(&self, kept: &KeptFields) -> Result<Option<Vec<u8>>, ReadError> {
         match kept {
@@ -131,16 +134,17 @@ impl Blobs {
         }
     }
 
-    /// The content of a blob, verified against its name; `None` if there is no such blob.
+    /// Returns the content of a blob, verified against its name, or `None` if there is no such
+    /// blob.
     ///
     /// # Errors
-    /// [`ReadError::Blob`] if the file holds anything else, or more than 2 GiB; [`ReadError::Io`]
-    /// if it cannot be read.
+    /// [`ReadError::Blob`] if the file holds anything else or more than 2 GiB, [`ReadError::Io`] if
+    /// it cannot be read.
     pub fn get(&self, digest: &Digest) -> Result<Option<Vec<u8>>, ReadError> {
         self.get_within(digest, CONTENT_LIMIT)
     }
 
-    /// As [`get`](Blobs::get), of a content of at most `limit` bytes.
+    /// Returns the content of a blob like [`get`](Blobs::get) if it has at most `limit` bytes.
     fn get_within(&self, digest: &Digest, limit: u64) -> Result<Option<Vec<u8>>, ReadError> {
         let path = self.path(digest);
         let compressed =
@@ -168,12 +172,12 @@ impl Blobs {
             .ok_or_else(|| ReadError::StudyMissing { name: name.to_owned(), digest: *digest })
     }
 
-    /// Whether there is such a blob; its content is not looked at.
+    /// Returns true if there is a file for the blob. Its content is not read.
     pub fn contains(&self, digest: &Digest) -> bool {
         self.path(digest).is_file()
     }
 
-    /// Every file under `blobs/`, in the order of their names.
+    /// Lists every file under `blobs/` in the order of the names.
     pub(crate) fn files(&self) -> Result<Vec<BlobFile>, ReadError> {
         let mut found = Vec::new();
         for shelf in entries(&self.directory)? {
@@ -203,13 +207,13 @@ impl Blobs {
     }
 }
 
-/// In one go, for which zstd sets less memory aside than for a stream.
+/// Compresses `content` in one call, for which zstd reserves less memory than for a stream.
 fn compress(content: &[u8]) -> io::Result<Vec<u8>> {
     zstd::bulk::compress(content, LEVEL)
 }
 
-/// The content of `compressed`, or why it has none of at most `limit` bytes; a longer one is not
-/// decompressed to its end.
+/// Decompresses a blob, or returns the reason why there is no content of at most `limit` bytes.
+/// Longer content is not decompressed to its end.
 fn decompress(compressed: &[u8], limit: u64) -> Result<Vec<u8>, String> {
     let mut content = Vec::new();
     let decoder = zstd::Decoder::with_buffer(compressed).map_err(|error| error.to_string())?;
@@ -223,7 +227,7 @@ fn decompress(compressed: &[u8], limit: u64) -> Result<Vec<u8>, String> {
     Ok(content)
 }
 
-/// The bytes of the file at `path`; `None` if there are more than `limit`.
+/// Reads the file at `path`. Returns `None` if it has more than `limit` bytes.
 fn read_within(path: &Path, limit: u64) -> io::Result<Option<Vec<u8>>> {
     let file = fs::File::open(path)?;
     let length = file.metadata()?.len();
@@ -235,7 +239,7 @@ fn read_within(path: &Path, limit: u64) -> io::Result<Option<Vec<u8>>> {
     Ok(Some(bytes))
 }
 
-/// The paths in `directory`, sorted; none if it does not exist.
+/// Lists the paths in `directory` in sorted order. A missing directory has none.
 fn entries(directory: &Path) -> Result<Vec<PathBuf>, ReadError> {
     let failed = |source| ReadError::Io { path: directory.to_owned(), source };
     let listing = match fs::read_dir(directory) {
@@ -282,7 +286,7 @@ mod tests {
     #[test]
     fn what_is_small_is_kept_by_its_record() {
         let (_directory, blobs) = blobs();
-        // numbers that hardly shrink
+        // These numbers hardly shrink.
         let content = |len: u32| -> Vec<u8> {
             (0..len).flat_map(|i| i.wrapping_mul(2_654_435_769).to_le_bytes()).collect()
         };
@@ -333,7 +337,7 @@ mod tests {
             matches!(&error, ReadError::Blob { reason, .. } if reason.contains("more than 1048575 bytes")),
             "{error}"
         );
-        // frames one after the other are one content
+        // Consecutive frames are one content.
         let frame = fs::read(blobs.path(&digest)).unwrap();
         fs::write(blobs.path(&digest), frame.repeat(3)).unwrap();
         let error = blobs.get_within(&digest, 2 << 20).unwrap_err();
@@ -342,7 +346,7 @@ mod tests {
             "{error}"
         );
 
-        // sparse: neither the disk nor the memory has it
+        // The file is sparse: neither the disk nor the memory holds its bytes.
         fs::File::create(blobs.path(&digest)).unwrap().set_len(2 * CONTENT_LIMIT).unwrap();
         let error = blobs.get(&digest).unwrap_err();
         assert!(
@@ -356,7 +360,8 @@ mod tests {
     #[test]
     fn a_blob_that_could_not_be_read_is_not_written() {
         let (_directory, blobs) = blobs();
-        let error = blobs.put(&vec![0; CONTENT_LIMIT as usize + 1]).unwrap_err(); // pages that are never touched
+        // The pages are never touched.
+        let error = blobs.put(&vec![0; CONTENT_LIMIT as usize + 1]).unwrap_err();
         assert!(error.to_string().contains("a blob may have 2147483648"), "{error}");
         assert!(blobs.files().unwrap().is_empty());
     }

@@ -1,4 +1,4 @@
-//! A reader's connection to the process that has the store open.
+//! This file holds a reader's connection to the process that has the store open.
 
 use std::io;
 use std::net::Shutdown;
@@ -11,14 +11,14 @@ use crate::core::PATIENCE;
 use crate::lock::Holder;
 use crate::wire::{ReadRequest, ReadResponse, invalid, receive, send};
 
-/// A reader's end.
+/// The reader's end of a connection.
 pub(crate) struct Connection {
     stream: Mutex<UnixStream>,
     pub(crate) holder: Holder,
 }
 
 impl Connection {
-    /// Connects to `holder` and makes sure that it answers within `patience`.
+    /// Connects to `holder` and checks that it answers within `patience`.
     pub(crate) fn open(holder: &Holder, address: &str, patience: Duration) -> io::Result<Self> {
         let stream = UnixStream::connect_addr(&SocketAddr::from_abstract_name(address)?)?;
         let wait_up_to = |time| {
@@ -29,17 +29,16 @@ impl Connection {
             ReadResponse::Contains(none) if none.is_empty() => {}
             _ => return Err(invalid("it did not answer the question")),
         }
-        // What was left of the patience with its start says nothing of how long it may take over an
-        // answer.
+        // The patience that was left for the start says nothing about how long an answer may take.
         wait_up_to(PATIENCE)?;
         Ok(Connection { stream: Mutex::new(stream), holder: holder.clone() })
     }
 
-    /// The answer to `request`. After a failure there is none to anything.
+    /// Returns the answer to `request`. After a failure nothing is answered any more.
     pub(crate) fn ask(&self, request: &ReadRequest) -> io::Result<ReadResponse> {
         let stream = self.stream.lock().unwrap_or_else(PoisonError::into_inner);
         ask(&stream, request).inspect_err(|_| {
-            // An answer that comes late must not pass for that to the next question.
+            // A late answer must not pass for the answer to the next request.
             let _ = stream.shutdown(Shutdown::Both);
         })
     }
@@ -59,8 +58,8 @@ mod tests {
     use crate::serve::Listening;
     use crate::wire::PROTOCOL;
 
-    /// A connection to a holder that answers the first question as it should and every later one as
-    /// `answer` does.
+    /// Returns a connection to a holder that answers the first request as it should and every later
+    /// one as `answer` does.
     fn connected(
         patience: Duration,
         mut answer: impl FnMut(&mut UnixStream) + Send + 'static,
@@ -89,7 +88,7 @@ mod tests {
     #[test]
     fn a_late_answer_is_not_taken_for_that_to_the_next_question() {
         let connection = connected(PATIENCE, |stream| {
-            // Two answers to one question stand for one that came too late and the next one.
+            // Two answers to one request stand for a late answer and the next one.
             let _ = stream.write_all(&[0, 0, 0, 0, PROTOCOL]);
             let _ = send(stream, &ReadResponse::Contains(vec![true]));
         });

@@ -1,4 +1,4 @@
-//! The open store, without the server that shares it with other processes.
+//! This file holds the open store without the server that shares it with other processes.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -17,19 +17,19 @@ use crate::manifest::{self, Manifest, Unreadable};
 use crate::record::{self, Unsealable};
 use crate::volume;
 
-/// How long a store may be held by something that will be gone in a moment: a reader, or a process
-/// that is starting.
+/// The longest time for which an opening waits until a reader, or a process that is starting, has
+/// released the store.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
 
-/// How long the promise of the manifest may lag behind the records during a run. A promise that is
-/// too low is harmless, and raising it costs twice what making a group of records durable does
-/// (measured: 8 ms and 4 ms).
+/// The time by which the promise of the manifest may lag behind the records during a run. A promise
+/// that is too low is harmless, and raising it costs twice as much as making a group of records
+/// durable (measured: 8 ms and 4 ms).
 const LAG: Duration = Duration::from_millis(500);
 
-/// The sled database, within the store.
+/// The directory of the sled database within the store.
 pub(crate) const RECORDS: &str = "records";
 
-/// Takes the lock, waiting for a reader to finish but not for another writer.
+/// Takes the lock. It waits for a reader to finish but not for another writer.
 pub(crate) fn lock_for_writing(
     directory: &Path,
     address: Option<String>,
@@ -43,7 +43,8 @@ pub(crate) fn lock_for_writing(
                 lock.sign(&Holder::this_process(address)).map_err(io)?;
                 return Ok(lock);
             }
-            // Unsigned, it was taken this moment; without an address, it is held by a reader.
+            // An unsigned lock was taken this moment, and a lock without an address is held by a
+            // reader.
             Acquired::Held(holder)
                 if holder.as_ref().is_some_and(|h| h.address.is_some())
                     || start.elapsed() > PATIENCE =>
@@ -68,20 +69,20 @@ pub(crate) fn held_error(directory: &Path, holder: Option<Holder>) -> OpenError 
     }
 }
 
-/// The open store, without the server that shares it with other processes.
+/// The open store without the server that shares it with other processes.
 pub(crate) struct Core {
     pub(crate) directory: PathBuf,
     pub(crate) blobs: Blobs,
     pub(crate) database: Database,
-    /// The keys of all records, so that counting and asking for one cost nothing. A key is here
-    /// when it is durable.
+    /// The keys of all records, so that counting them and looking one up cost nothing. A key is
+    /// here once its record is durable.
     index: RwLock<BTreeSet<JobKey>>,
-    /// As it is on the disk. Held during every change of the store, which makes changes one at a
-    /// time.
+    /// The manifest as it is on the disk. It is locked during every change of the store, so changes
+    /// happen one at a time.
     manifest: Mutex<Manifest>,
-    /// When a commit last raised the promise of the manifest.
+    /// The time at which a commit last raised the promise of the manifest.
     raised: Mutex<Option<Instant>>,
-    // Dropped last.
+    // The lock is dropped last.
     _lock: Lock,
 }
 
@@ -105,7 +106,7 @@ impl Core {
                 manifest.records
             )));
         }
-        // sled enlarges and rewrites its files when opened.
+        // sled enlarges and rewrites its files when it opens them.
         WriteError::require_space(directory, 0)?;
         durable::create_directory(&records).map_err(io("create the database in"))?;
         let failed = |fault| match fault {
@@ -138,7 +139,7 @@ impl Core {
         core.database.sync_files().map_err(io("make durable the database of"))?;
         let mut manifest = core.manifest();
         if found > manifest.records {
-            // A kill came between a commit and its manifest; the records are durable now and are
+            // A kill came between a commit and its manifest. The records are durable now and are
             // promised from here on.
             core.promise(&mut manifest, found)?;
         }
@@ -186,7 +187,7 @@ impl Core {
         }
         let Some(sealed) = self.database.get(key)? else {
             if !self.contains(key) {
-                return Ok(None); // removed this moment
+                return Ok(None); // The record was removed this moment.
             }
             return Err(ReadError::Corrupt {
                 key: *key,
@@ -253,7 +254,7 @@ impl Core {
             return Ok(0);
         }
         self.writable(0)?;
-        // The promise goes first, so that a kill on the way looks like no loss.
+        // The promise is lowered first, so that a kill between the two does not look like a loss.
         let left = (self.index().len() - present.len()) as u64;
         self.promise(&mut manifest, left)?;
         self.index
@@ -271,7 +272,7 @@ impl Drop for Core {
         let found = self.index().len() as u64;
         let mut manifest = self.manifest();
         if found > manifest.records {
-            // It is as well without: the next opening counts again.
+            // A failure does no harm, because the next opening counts again.
             let _ = self.promise(&mut manifest, found);
         }
     }
@@ -298,8 +299,8 @@ fn read_or_create_manifest(directory: &Path) -> Result<Manifest, OpenError> {
             Err(OpenError::NotAStore { directory: directory.to_owned() })
         }
         Err(Unreadable::Absent) => {
-            // Written before the database: whoever finds a database without a manifest knows that
-            // it was lost.
+            // The manifest is written before the database, so a database without a manifest means
+            // that the manifest was lost.
             let manifest = Manifest::new(0, BTreeMap::new());
             manifest.write(directory).map_err(io("write"))?;
             Ok(manifest)
@@ -307,13 +308,13 @@ fn read_or_create_manifest(directory: &Path) -> Result<Manifest, OpenError> {
     }
 }
 
-/// Whether a directory holds nothing but what an opening that was killed, or a writer of blobs,
-/// leaves in it.
+/// Returns true if the directory holds nothing except the leftovers of a killed opening or of a
+/// writer of blobs.
 pub(crate) fn is_vacant(directory: &Path) -> io::Result<bool> {
     for entry in fs::read_dir(directory)? {
         let name = entry?.file_name();
         let name = name.to_string_lossy();
-        // what a kill left of the first manifest is ours too
+        // The leftover of the first manifest of a killed opening belongs to the store too.
         if name != "lock" && name != "blobs" && !name.starts_with(durable::UNFINISHED_PREFIX) {
             return Ok(false);
         }
@@ -321,7 +322,7 @@ pub(crate) fn is_vacant(directory: &Path) -> io::Result<bool> {
     Ok(true)
 }
 
-/// The keys in the database, or what is wrong with it.
+/// Reads the keys in the database, or returns what is wrong with it.
 fn read_index(database: &Database) -> Result<BTreeSet<JobKey>, String> {
     let mut index = BTreeSet::new();
     let mut foreign = 0;

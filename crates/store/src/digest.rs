@@ -1,17 +1,17 @@
-//! The names of blobs.
+//! This file holds the names of blobs.
 
 use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// The name of a blob: BLAKE3 of its uncompressed content, shown as 64 lower-case hexadecimal
-/// digits.
+/// The name of a blob. It is the BLAKE3 digest of the uncompressed content, shown as 64 lower-case
+/// hexadecimal digits.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Digest(pub [u8; 32]);
 
 impl Digest {
-    /// The digest of `content`.
+    /// Computes the digest of `content`.
     pub fn of(content: &[u8]) -> Self {
         Digest(*blake3::hash(content).as_bytes())
     }
@@ -29,7 +29,7 @@ impl fmt::Debug for Digest {
     }
 }
 
-/// A text that is no [`Digest`].
+/// The error for a text that is not a [`Digest`].
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 #[error("a digest is 64 lower-case hexadecimal digits, not {0:?}")]
 pub struct ParseDigestError(String);
@@ -40,7 +40,7 @@ impl FromStr for Digest {
     fn from_str(text: &str) -> Result<Self, ParseDigestError> {
         let refused = || ParseDigestError(text.to_owned());
         if text.bytes().any(|byte| byte.is_ascii_uppercase()) {
-            return Err(refused()); // one blob, one name
+            return Err(refused()); // A blob has one name only.
         }
         Ok(Digest(*blake3::Hash::from_hex(text).map_err(|_| refused())?.as_bytes()))
     }

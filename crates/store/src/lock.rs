@@ -1,7 +1,7 @@
-//! The lock: who has the store, and where they answer.
+//! The lock names the process that has the store open and the address on which it answers.
 //!
-//! `lock` is held with `flock`, which the kernel releases however its holder ends; there is no
-//! stale lock. What the file says is believed only while the lock is held.
+//! The file `lock` is held with `flock`. The kernel releases it however its holder ends, so there
+//! is no stale lock. Its content is believed only while the lock is held.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, Write};
@@ -15,12 +15,12 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Holder {
     pub(crate) pid: u32,
-    /// The command line it was started with.
+    /// The command line of the process.
     pub(crate) command: String,
-    /// When it opened the store, in seconds since 1970.
+    /// The time when it opened the store, in seconds since 1970-01-01 UTC.
     since: u64,
-    /// The abstract Unix socket on which it answers readers; `None` if it only reads and will be
-    /// gone in a moment.
+    /// The abstract Unix socket on which it answers readers. It is `None` if the process only reads
+    /// and will be gone in a moment.
     pub(crate) address: Option<String>,
 }
 
@@ -31,7 +31,7 @@ impl Holder {
         Holder { pid: std::process::id(), command: words.join(" "), since: now(), address }
     }
 
-    /// How long it has had the store.
+    /// Returns the time for which the process has had the store.
     pub(crate) fn held_for(&self) -> Duration {
         Duration::from_secs(now().saturating_sub(self.since))
     }
@@ -41,17 +41,17 @@ fn now() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
 }
 
-/// The lock, held until dropped.
+/// The lock, which is held until it is dropped.
 #[derive(Debug)]
 pub(crate) struct Lock(File);
 
 /// The outcome of an attempt to take the lock.
 #[derive(Debug)]
 pub(crate) enum Acquired {
-    /// The lock is ours.
+    /// The lock was free and is taken.
     Lock(Lock),
-    /// Another process has it, or this one already does; `None` if the holder has just locked and
-    /// not yet signed, or has just released.
+    /// Another process holds the lock, or this process already does. The holder is `None` if it has
+    /// just locked and not yet signed, or has just released.
     Held(Option<Holder>),
 }
 
@@ -71,7 +71,7 @@ impl Lock {
         }
     }
 
-    /// Says who holds it.
+    /// Writes into the file who holds the lock.
     pub(crate) fn sign(&mut self, holder: &Holder) -> io::Result<()> {
         let text = serde_json::to_vec(holder)?;
         self.0.set_len(0)?;
@@ -82,7 +82,8 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        let _ = self.0.set_len(0); // a courtesy: nobody believes it once it is free
+        // This is a courtesy: nobody believes the content once the lock is free.
+        let _ = self.0.set_len(0);
     }
 }
 

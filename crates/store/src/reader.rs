@@ -1,4 +1,4 @@
-//! The store, for reading only — also while another process has it open.
+//! This file opens the store for reading only, also while another process has it open.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -16,16 +16,16 @@ use crate::manifest::{self, Manifest, Unreadable};
 use crate::serve::first_records;
 use crate::wire::{KEYS_PER_REQUEST, ReadRequest, ReadResponse};
 
-/// Where a [`StoreReader`] has its records from.
+/// The origin of the records of a [`StoreReader`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RecordOrigin {
-    /// From the files, which the reader has locked until it is dropped.
+    /// The records come from the files, which the reader has locked until it is dropped.
     Disk,
-    /// From the process that has the store open.
+    /// The records come from the process that has the store open.
     Process {
-        /// Its id.
+        /// The id of the process.
         pid: u32,
-        /// Its command line.
+        /// The command line of the process.
         command: String,
     },
 }
@@ -46,8 +46,8 @@ enum Backing {
     Process(Connection),
 }
 
-/// A store that is only read. What it shows are durable records; in a store that a run is writing,
-/// ever more of them.
+/// A store that is only read. It shows durable records, and ever more of them while a run is
+/// writing.
 pub struct StoreReader {
     directory: PathBuf,
     blobs: Blobs,
@@ -77,7 +77,8 @@ impl StoreReader {
                 (holder, Connection::open(holder, address, patience.max(Duration::from_millis(1))))
             }) {
                 Some((_, Ok(connection))) => break Backing::Process(connection),
-                // It has ended since, or has not yet begun; or, when patience ends, it is stuck.
+                // The process has ended since or has not yet begun; once the patience has ended, it
+                // is stuck.
                 Some((holder, Err(source))) if patience.is_zero() => {
                     let (pid, command) = (holder.pid, holder.command.clone());
                     return Err(OpenError::Unanswered {
@@ -94,7 +95,7 @@ impl StoreReader {
         Ok(StoreReader { directory: directory.to_owned(), blobs: Blobs::of(directory), source })
     }
 
-    /// Where the records come from.
+    /// Returns the origin of the records.
     pub fn origin(&self) -> RecordOrigin {
         match &self.source {
             Backing::Disk(_) => RecordOrigin::Disk,
@@ -105,10 +106,10 @@ impl StoreReader {
         }
     }
 
-    /// The keys of all records, ascending.
+    /// Returns the keys of all records in ascending order.
     ///
     /// # Errors
-    /// [`ReadError::Unanswered`].
+    /// [`ReadError::Unanswered`] if the process that has the store open does not answer.
     pub fn keys(&self) -> Result<Vec<JobKey>, ReadError> {
         match &self.source {
             Backing::Disk(core) => Ok(core.keys()),
@@ -118,7 +119,7 @@ impl StoreReader {
                     let last = keys.last().copied();
                     match ask(connection, &ReadRequest::Keys(last.map(|key| key.0)))? {
                         ReadResponse::Keys(more) if more.is_empty() => return Ok(keys),
-                        // Else it could go on for ever.
+                        // Without this condition the exchange could go on for ever.
                         ReadResponse::Keys(more) if more.first().map(|key| JobKey(*key)) > last => {
                             keys.extend(more.into_iter().map(JobKey))
                         }
@@ -129,10 +130,10 @@ impl StoreReader {
         }
     }
 
-    /// For each job, whether it has a record.
+    /// Returns for each job whether it has a record.
     ///
     /// # Errors
-    /// [`ReadError::Unanswered`].
+    /// [`ReadError::Unanswered`] if the process that has the store open does not answer.
     pub fn contains(&self, keys: &[JobKey]) -> Result<Vec<bool>, ReadError> {
         let connection = match &self.source {
             Backing::Disk(core) => return Ok(keys.iter().map(|key| core.contains(key)).collect()),
@@ -149,10 +150,11 @@ impl StoreReader {
         Ok(all)
     }
 
-    /// The record of a job, verified; `None` if it has none.
+    /// Returns the verified record of a job, or `None` if it has none.
     ///
     /// # Errors
-    /// As [`Store::get`](crate::Store::get), and [`ReadError::Unanswered`].
+    /// Those of [`Store::get`](crate::Store::get), and [`ReadError::Unanswered`] if the process
+    /// that has the store open does not answer.
     pub fn get(&self, key: &JobKey) -> Result<Option<Vec<u8>>, ReadError> {
         match self.first(std::slice::from_ref(key)).pop() {
             Some(record) => record,
@@ -160,22 +162,23 @@ impl StoreReader {
         }
     }
 
-    /// Every record with its key, in the order of the keys. A corrupt one does not hide the others.
+    /// Iterates over all records and their keys in the order of the keys. A corrupt record does not
+    /// hide the others.
     ///
     /// # Errors
-    /// As [`StoreReader::keys`].
+    /// Those of [`StoreReader::keys`].
     pub fn records(
         &self,
     ) -> Result<impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)>, ReadError> {
         Ok(self.select(self.keys()?))
     }
 
-    /// The records of those of `keys` that have one, in the order given.
+    /// Iterates over the records of `keys` in the given order. Keys without a record are left out.
     pub fn select(
         &self,
         keys: Vec<JobKey>,
     ) -> impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)> {
-        // Few at a time: the caller may stop early.
+        // The number of keys is small because the caller may stop early.
         const KEYS_AT_ONCE: usize = 256;
         let mut next = 0;
         let replies = std::iter::from_fn(move || {
@@ -192,8 +195,8 @@ impl StoreReader {
         replies.flatten()
     }
 
-    /// One answer for each of the first of `keys`, as many as fit into a reply: at least one, if
-    /// there is a key.
+    /// Returns one answer for each of the first of `keys`, as many as fit into a response. If there
+    /// is a key, there is at least one answer.
     fn first(&self, keys: &[JobKey]) -> Vec<Result<Option<Vec<u8>>, ReadError>> {
         let connection = match &self.source {
             Backing::Disk(core) => return first_records(core, keys),
@@ -214,25 +217,25 @@ impl StoreReader {
         }
     }
 
-    /// The blobs, which are plain files.
+    /// Returns the blobs, which are plain files.
     pub fn blobs(&self) -> &Blobs {
         &self.blobs
     }
 
-    /// The definition of a study; `None` if there is none of that name.
+    /// Returns the definition of a study, or `None` if there is no study of that name.
     ///
     /// # Errors
-    /// [`ReadError::Manifest`], [`ReadError::StudyMissing`], [`ReadError::Blob`],
-    /// [`ReadError::Io`].
+    /// [`ReadError::Manifest`], [`ReadError::StudyMissing`], [`ReadError::Blob`] or
+    /// [`ReadError::Io`] if the definition cannot be read.
     pub fn study(&self, name: &str) -> Result<Option<Vec<u8>>, ReadError> {
         let digest = self.manifest()?.studies.get(name).copied();
         digest.map(|digest| self.blobs.definition(name, &digest)).transpose()
     }
 
-    /// The names of all studies, in alphabetical order.
+    /// Returns the names of all studies in alphabetical order.
     ///
     /// # Errors
-    /// [`ReadError::Manifest`], [`ReadError::Io`].
+    /// [`ReadError::Manifest`] or [`ReadError::Io`] if the manifest cannot be read.
     pub fn study_names(&self) -> Result<Vec<String>, ReadError> {
         Ok(self.manifest()?.studies.into_keys().collect())
     }

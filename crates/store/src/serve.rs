@@ -1,4 +1,4 @@
-//! The answers to the readers of other processes, by the process that has the store open.
+//! The process that has the store open answers the readers of other processes here.
 
 use std::io;
 use std::net::Shutdown;
@@ -18,8 +18,8 @@ use crate::wire::{
     ANSWER_OVERHEAD, Fetched, RESPONSE_LIMIT, ReadRequest, ReadResponse, receive, send,
 };
 
-/// What there is of the first of `keys`, in their order: at least of one, and of no more once
-/// [`RESPONSE_LIMIT`] bytes are together.
+/// Returns the answers for the first of `keys`, in their order. There is at least one, and no more
+/// are added once they have [`RESPONSE_LIMIT`] bytes.
 pub(crate) fn first_records<'a>(
     core: &Core,
     keys: impl IntoIterator<Item = &'a JobKey>,
@@ -38,8 +38,8 @@ pub(crate) fn first_records<'a>(
     records
 }
 
-/// A socket bound and listening, so that readers may connect while the database is still being
-/// opened.
+/// A socket that is bound and listens, so that readers may connect while the database is still
+/// being opened.
 pub(crate) struct Listening {
     pub(crate) listener: UnixListener,
     pub(crate) address: String,
@@ -50,8 +50,8 @@ impl Listening {
         static NUMBER: AtomicU64 = AtomicU64::new(0);
         let pid = std::process::id();
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        // Containers may share the socket's name space and not that of the process ids: the time
-        // tells them apart.
+        // Containers may share the name space of the sockets and not that of the process ids, so
+        // the time tells them apart.
         let time = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos());
         let address = format!("tribosweep-store-{pid}-{number}-{time:x}");
         let listener = UnixListener::bind_addr(&SocketAddr::from_abstract_name(&address)?)?;
@@ -61,7 +61,7 @@ impl Listening {
 
 type Connections = Arc<Mutex<Vec<(UnixStream, JoinHandle<()>)>>>;
 
-/// The threads that answer readers; ended and joined on drop.
+/// The threads that answer readers. They are ended and joined on drop.
 pub(crate) struct Server {
     listener: UnixListener,
     accepting: Option<JoinHandle<()>>,
@@ -83,7 +83,7 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        // Shutting a listening socket down wakes whoever is in accept().
+        // Shutting down a listening socket wakes the thread that is in accept().
         let _ = rustix::net::shutdown(&self.listener, rustix::net::Shutdown::Both);
         if let Some(thread) = self.accepting.take() {
             let _ = thread.join();
@@ -98,7 +98,8 @@ impl Drop for Server {
 }
 
 fn accept(listener: &UnixListener, connections: &Connections, core: &Arc<Core>) {
-    // Shut down, accept() fails with EINVAL; out of descriptors, it fails and may succeed later.
+    // After a shutdown accept() fails with EINVAL. Without descriptors it fails and may succeed
+    // later.
     loop {
         let stream = match listener.accept() {
             Ok((stream, _)) => stream,
@@ -124,8 +125,8 @@ fn accept(listener: &UnixListener, connections: &Connections, core: &Arc<Core>) 
     }
 }
 
-/// An abstract socket has no permissions: whoever could not read the files of the store is not told
-/// what is in them.
+/// Returns true if the peer may read the files of the store. An abstract socket has no permissions,
+/// so the content must not be told to anybody else.
 fn admitted(stream: &UnixStream) -> bool {
     let ours = rustix::process::geteuid();
     rustix::net::sockopt::socket_peercred(stream)
@@ -133,8 +134,7 @@ fn admitted(stream: &UnixStream) -> bool {
 }
 
 fn answer(stream: UnixStream, core: &Core) {
-    // Any failure means that the reader is gone or is none of ours; it learns by the end of the
-    // stream.
+    // Any failure means that the reader is gone or is no reader. The end of the stream tells it.
     while let Ok(request) = receive::<ReadRequest>(&stream) {
         let response = match request {
             ReadRequest::Keys(after) => {

@@ -1,4 +1,4 @@
-//! The store, held for writing.
+//! This file holds the store as one process has it open for writing.
 
 use std::fs;
 use std::path::Path;
@@ -14,26 +14,27 @@ use crate::reader::StoreReader;
 use crate::salvage::{Salvage, salvage};
 use crate::serve::{Listening, Server};
 
-/// A store that this process alone has open, for reading and writing. It answers the readers of
-/// other processes from threads of its own, until it is dropped. All methods may be called from any
+/// A store that only this process has open, for reading and writing. Until it is dropped it answers
+/// the readers of other processes from threads of its own. All methods may be called from any
 /// thread.
 pub struct Store {
-    // Dropped first: its threads use the core.
+    // The server is dropped first, because its threads use the core.
     _server: Server,
     core: Arc<Core>,
 }
 
 impl Store {
-    /// Opens the store in `directory`, creating the store and the directory if they are absent.
+    /// Opens the store in `directory` and creates the store and the directory if they are absent.
     ///
     /// # Errors
-    /// [`OpenError`]; in particular `Held` if another process has it (a process that only reads is
-    /// waited for), and `Damaged` if it holds less than its manifest promises.
+    /// [`OpenError`]. In particular [`OpenError::Held`] if another process has the store open (a
+    /// process that only reads is waited for), and [`OpenError::Damaged`] if the store holds less
+    /// than its manifest promises.
     pub fn open(directory: &Path) -> Result<Store, OpenError> {
         let io =
             |action| move |source| OpenError::Io { action, path: directory.to_owned(), source };
         fs::create_dir_all(directory).map_err(io("create the directory"))?;
-        // Before the lock, which would leave its file in somebody else's directory.
+        // The check comes before the lock, which would leave its file in somebody else's directory.
         if !directory.join(manifest::FILE).exists()
             && !directory.join(RECORDS).exists()
             && !is_vacant(directory).map_err(io("look into"))?
@@ -47,62 +48,66 @@ impl Store {
         Ok(Store { _server: server, core })
     }
 
-    /// Opens the store in `directory` for reading: through the process that has it open, else from
-    /// the disk.
+    /// Opens the store in `directory` for reading: through the process that has it open, or else
+    /// from the disk. Reading creates nothing.
     ///
     /// # Errors
-    /// [`OpenError`]; `Missing` if there is none: reading creates nothing.
+    /// [`OpenError`]. In particular [`OpenError::Missing`] if there is no store.
     pub fn read(directory: &Path) -> Result<StoreReader, OpenError> {
         StoreReader::open(directory)
     }
 
-    /// Saves what can be read of a damaged store, which is then sound; what is lost will be
-    /// computed again. The damaged database is kept beside it.
+    /// Saves what can be read of a damaged store, which is sound afterwards. The lost jobs will be
+    /// computed again. The damaged database is kept beside the new one.
     ///
     /// # Errors
-    /// [`OpenError`].
+    /// [`OpenError`] if the store cannot be locked, read or written.
     pub fn salvage(directory: &Path) -> Result<Salvage, OpenError> {
         salvage(directory)
     }
 
-    /// Whether the job has a record.
+    /// Returns true if the job has a record.
     pub fn contains(&self, key: &JobKey) -> bool {
         self.core.contains(key)
     }
 
-    /// The record of a job, verified; `None` if it has none.
+    /// Returns the verified record of a job, or `None` if it has none.
     ///
     /// # Errors
-    /// [`ReadError::Corrupt`], [`ReadError::Version`], [`ReadError::Database`].
+    /// [`ReadError::Corrupt`], [`ReadError::Version`] or [`ReadError::Database`] if the record
+    /// cannot be read.
     pub fn get(&self, key: &JobKey) -> Result<Option<Vec<u8>>, ReadError> {
         self.core.get(key)
     }
 
-    /// Number of records.
+    /// Returns the number of records.
     pub fn len(&self) -> usize {
         self.core.index().len()
     }
 
-    /// Whether there is no record.
+    /// Returns true if there is no record.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The keys of all records, ascending.
+    /// Returns the keys of all records in ascending order.
     pub fn keys(&self) -> Vec<JobKey> {
         self.core.keys()
     }
 
-    /// Every record with its key, in the order of the keys. A corrupt one does not hide the others.
+    /// Iterates over all records and their keys in the order of the keys. A corrupt record does not
+    /// hide the others.
     pub fn records(&self) -> impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)> {
         self.core.records()
     }
 
-    /// Writes records, replacing those of the same jobs. When it returns `Ok`, they survive a kill
-    /// and a power failure. One call costs a few fsyncs, so records are best committed in groups.
+    /// Writes records and replaces those of the same jobs. Once it has returned `Ok`, they survive
+    /// a kill and a power failure. One call costs a few fsyncs, so records are best committed in
+    /// groups.
     ///
     /// # Errors
-    /// [`WriteError`]. Then any part of the group may or may not be there after the next opening.
+    /// [`WriteError`] if the group was not acknowledged. Any part of the group may then be there
+    /// after the next opening.
     pub fn commit<Record: AsRef<[u8]>>(
         &self,
         records: &[(JobKey, Record)],
@@ -110,23 +115,24 @@ impl Store {
         self.core.commit(records)
     }
 
-    /// Removes the records of these jobs, durably, and returns how many there were.
+    /// Removes the records of these jobs durably and returns how many there were.
     ///
     /// # Errors
-    /// [`WriteError`]. Then any part of them may or may not be there after the next opening.
+    /// [`WriteError`] if the removal was not acknowledged. Any part of the records may then be
+    /// there after the next opening.
     pub fn remove(&self, keys: &[JobKey]) -> Result<usize, WriteError> {
         self.core.remove(keys)
     }
 
-    /// The blobs, which need no lock: see [`Blobs`].
+    /// Returns the blobs, which need no lock.
     pub fn blobs(&self) -> &Blobs {
         &self.core.blobs
     }
 
-    /// Keeps the definition of a study under its name, replacing an earlier one.
+    /// Stores the definition of a study under its name and replaces an earlier one.
     ///
     /// # Errors
-    /// [`WriteError`].
+    /// [`WriteError`] if the blob or the manifest cannot be written.
     pub fn put_study(&self, name: &str, definition: &[u8]) -> Result<(), WriteError> {
         let digest = self.core.blobs.put(definition)?;
         let mut manifest = self.core.manifest();
@@ -138,16 +144,17 @@ impl Store {
         self.core.replace(&mut manifest, next)
     }
 
-    /// The definition of a study; `None` if there is none of that name.
+    /// Returns the definition of a study, or `None` if there is no study of that name.
     ///
     /// # Errors
-    /// [`ReadError::StudyMissing`], [`ReadError::Blob`], [`ReadError::Io`].
+    /// [`ReadError::StudyMissing`], [`ReadError::Blob`] or [`ReadError::Io`] if the definition
+    /// cannot be read.
     pub fn study(&self, name: &str) -> Result<Option<Vec<u8>>, ReadError> {
         let digest = self.core.manifest().studies.get(name).copied();
         digest.map(|digest| self.core.blobs.definition(name, &digest)).transpose()
     }
 
-    /// The names of all studies, in alphabetical order.
+    /// Returns the names of all studies in alphabetical order.
     pub fn study_names(&self) -> Vec<String> {
         self.core.manifest().studies.keys().cloned().collect()
     }

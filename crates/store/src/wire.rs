@@ -1,14 +1,15 @@
-//! Reading a store through the process that has it open.
+//! These are the messages between a reader and the process that has the store open.
 //!
-//! sled admits one process, so the holder answers readers on an abstract Unix socket: it has no
-//! file that could be left behind or whose path could be too long, and it is gone with the process.
-//! Only records and keys travel: the manifest and the blobs are plain files, which readers read
-//! themselves.
+//! sled admits one process, so the holder answers readers on an abstract Unix socket. Such a socket
+//! has no file that could be left behind or whose path could be too long, and it is gone with the
+//! process. Only records and keys travel: the manifest and the blobs are plain files, which readers
+//! read themselves.
 //!
 //! A message is a frame: length of the body (u32, little-endian), protocol version (u8), body
-//! (bincode 2, standard configuration). A reader sends one [`ReadRequest`] and gets one [`ReadResponse`],
-//! any number of times. A response ends where it would grow beyond [`RESPONSE_LIMIT`], and the reader asks
-//! for the rest: neither side holds more of a store than that.
+//! (bincode 2, standard configuration). A reader sends one [`ReadRequest`] and gets one
+//! [`ReadResponse`], any number of times. A response ends where it would grow beyond
+//! [`RESPONSE_LIMIT`], and the reader asks for the rest, so neither side holds more of a store than
+//! that.
 
 use std::io::{self, Read, Write};
 use std::os::unix::net::UnixStream;
@@ -20,39 +21,39 @@ use identity::{JobKey, STORED_LIMIT};
 
 use crate::error::ReadError;
 
-/// 1 answered every key of a request in one response.
+/// The version of the protocol. Version 1 answered every key of a request in one response.
 pub(crate) const PROTOCOL: u8 = 2;
 
-/// Bytes of content after which a response takes up nothing more.
+/// The size of the content after which a response takes up nothing more \[bytes\].
 pub(crate) const RESPONSE_LIMIT: usize = 8 * STORED_LIMIT;
 
-/// No honest frame is larger: a response one byte short of [`RESPONSE_LIMIT`] and the largest record, with
-/// as much again for lengths and reasons.
+/// The largest frame that is accepted \[bytes\]. A response has at most one byte less than
+/// [`RESPONSE_LIMIT`] and the largest record, and as much again is allowed for lengths and reasons.
 const FRAME_LIMIT: u32 = (RESPONSE_LIMIT + 2 * STORED_LIMIT) as u32;
 
-/// Bytes that are counted for an answer besides its record: lengths, and the words for what is
-/// wrong with it.
+/// The size that is counted for an answer besides its record \[bytes\], for lengths and error
+/// messages.
 pub(crate) const ANSWER_OVERHEAD: usize = 256;
 
-/// Keys in one request; a reader splits larger ones.
+/// The largest number of keys in one request. A reader splits larger ones.
 pub(crate) const KEYS_PER_REQUEST: usize = 4096;
 
 #[derive(Debug, PartialEq, Encode, Decode)]
 pub(crate) enum ReadRequest {
-    /// The first keys after this one, or of all, ascending.
+    /// Asks for the first keys after this one in ascending order, or for the first of all.
     Keys(Option<[u8; 32]>),
-    /// For each key, whether there is a record.
+    /// Asks for each key whether there is a record.
     Contains(Vec<[u8; 32]>),
-    /// For each of the first keys, its record.
+    /// Asks for the record of each of the first keys.
     Get(Vec<[u8; 32]>),
 }
 
 #[derive(Debug, PartialEq, Encode, Decode)]
 pub(crate) enum ReadResponse {
-    /// None after the last one.
+    /// The keys, of which there are none after the last one.
     Keys(Vec<[u8; 32]>),
     Contains(Vec<bool>),
-    /// At least one, if any was asked for.
+    /// The answers, of which there is at least one if the request had a key.
     Get(Vec<Fetched>),
 }
 
@@ -115,7 +116,7 @@ pub(crate) fn receive<T: Decode<()>>(mut stream: &UnixStream) -> io::Result<T> {
     if length > FRAME_LIMIT {
         return Err(invalid(format!("a message of {length} bytes was announced")));
     }
-    // Grown while reading: a length is not believed before the bytes are there.
+    // The body grows while it is read: a length is not believed before the bytes are there.
     let mut body = Vec::new();
     stream.take(u64::from(length)).read_to_end(&mut body)?;
     if body.len() != length as usize {

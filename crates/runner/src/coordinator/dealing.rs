@@ -1,15 +1,15 @@
-//! How much work a worker that asks is given.
+//! This file decides how much work a worker gets when it asks.
 
 use super::messages::Action;
 use super::state::{Coordinator, JobState, Phase, TrackedJob};
 use crate::event::EventKind;
 use crate::lease::WorkerId;
 
-/// Seconds of predicted work that a worker may hold beyond the job it is running.
+/// The predicted work that a worker may hold beyond the job that it is running \[s\].
 const AHEAD: f64 = 0.1;
-/// Jobs that one worker may hold.
+/// The largest number of jobs that one worker may hold.
 const MOST_JOBS: usize = 512;
-/// Payload bytes in one reply.
+/// The largest size of the payloads in one reply \[bytes\].
 const MOST_BYTES: usize = 512 << 10;
 
 impl Coordinator {
@@ -20,7 +20,8 @@ impl Coordinator {
         let Some(worker) = self.workers.get_mut(&id) else { return };
         let idle = worker.leases.is_empty();
         if jobs.is_empty() && idle {
-            // A job of another worker may yet come back; so stay, unless nothing is out.
+            // A job of another worker may still come back, so the worker stays unless nothing is
+            // out.
             if nothing_left {
                 (worker.phase, worker.awaits_reply, worker.heard) =
                     (Phase::Leaving, false, self.now);

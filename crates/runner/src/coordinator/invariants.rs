@@ -1,10 +1,11 @@
-//! What must be true between any two steps.
+//! These rules must hold between any two steps.
 
 use super::state::{Coordinator, JobState, Phase};
 use crate::event::Counts;
 
 impl Coordinator {
-    /// Every rule that must hold between two steps; the first one broken, in words.
+    /// Checks every rule that must hold between two steps and returns the first broken one in
+    /// words.
     pub(crate) fn check(&self) -> Result<(), String> {
         let mut tally = Counts {
             failures: self.counts.failures,
@@ -14,7 +15,7 @@ impl Coordinator {
         for (number, job) in self.jobs.iter().enumerate() {
             let queued = self.queue.contains(number);
             let saved = self.unsaved.iter().map(|(saving, _)| saving).chain(&self.committing);
-            // Quadratic, so only for studies of the size that tests have.
+            // The check is quadratic, so it is made only for studies of the size that tests have.
             if self.jobs.len() <= 100
                 && saved.filter(|saving| saving.job == number).count()
                     != usize::from(job.state == JobState::Saving)
@@ -99,7 +100,7 @@ impl Coordinator {
         Ok(())
     }
 
-    /// The jobs that are durable.
+    /// Returns the jobs that are durable.
     #[cfg(test)]
     pub(super) fn durable(&self) -> Vec<usize> {
         (0..self.jobs.len())

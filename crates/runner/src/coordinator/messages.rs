@@ -1,11 +1,11 @@
-//! What the coordinator hears, and what its driver must do.
+//! The coordinator hears inputs, and its driver must carry out actions.
 
 use crate::event::Event;
 use crate::lease::{LeaseId, WorkerId};
 use crate::ledger::Done;
 use crate::protocol::Report;
 
-/// What the coordinator hears.
+/// An input of the coordinator.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Input {
     /// The run begins.
@@ -18,35 +18,37 @@ pub(crate) enum Input {
     Request { worker: WorkerId, idle: bool, reports: Vec<Report<Vec<u8>>> },
     /// A worker says something that makes no sense.
     Nonsense { worker: WorkerId, reason: String },
-    /// A busy worker lives.
+    /// A busy worker gives a sign of life.
     Heartbeat { worker: WorkerId },
-    /// A worker process is gone; `running` is the lease that it began last.
+    /// A worker process is gone. `running` is the lease that it began last.
     Exited { worker: WorkerId, how: String, running: Option<LeaseId> },
     /// The last [`Action::Commit`] is durable.
     Committed,
-    /// Somebody asked to stop, once more.
+    /// Somebody asked once more to stop.
     Interrupt,
-    /// Everything that was to be heard up to now was heard: look at the clock.
+    /// Everything up to now was heard, and the coordinator should look at the clock.
     Clock,
-    /// Nothing more to hear at the moment: hand out, commit, recruit.
+    /// There is nothing more to hear at the moment, and the coordinator should hand out jobs,
+    /// commit and recruit.
     Settled,
 }
 
-/// What the driver must do.
+/// An action that the driver must carry out.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Action {
-    /// Start a worker process.
+    /// The driver must start a worker process.
     Start(WorkerId),
-    /// Kill a worker process.
+    /// The driver must kill a worker process.
     Kill(WorkerId),
-    /// WorkerReply a worker with these jobs; the reply acknowledges everything it reported.
+    /// The driver must answer a worker with these jobs. The reply acknowledges everything that the
+    /// worker reported.
     Assign(WorkerId, Vec<(LeaseId, usize)>),
-    /// WorkerReply a worker that it should leave.
+    /// The driver must tell a worker to leave.
     Dismiss(WorkerId),
-    /// Make these durable, then say [`Input::Committed`].
+    /// The driver must make these results durable and then say [`Input::Committed`].
     Commit(Vec<Done>),
-    /// Tell the listener.
+    /// The driver must tell the listener.
     Emit(Event),
-    /// Give up: workers cannot be started.
+    /// The driver must give up, because workers cannot be started.
     GiveUp(String),
 }

@@ -1,4 +1,4 @@
-//! What the coordinator knows.
+//! This file holds everything that the coordinator knows.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -34,13 +34,13 @@ pub(super) enum JobState {
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Phase {
-    /// The process was asked for; it has not yet asked for a job.
+    /// The process was asked for and has not yet asked for a job.
     Starting,
-    /// It works, or waits for work.
+    /// The worker works or waits for work.
     Ready,
-    /// It was told to leave.
+    /// The worker was told to leave.
     Leaving,
-    /// It was killed by us, for this reason, and has not yet exited.
+    /// The coordinator killed the worker for this reason, and it has not yet exited.
     Killed(String),
 }
 
@@ -48,18 +48,18 @@ pub(super) enum Phase {
 pub(super) struct Worker {
     pub(super) phase: Phase,
     pub(super) pid: Option<u32>,
-    /// It has asked for a job at least once.
+    /// It is true once the worker has asked for a job.
     pub(super) has_asked: bool,
-    /// Its request is not answered.
+    /// It is true while the request of the worker is not answered.
     pub(super) awaits_reply: bool,
-    /// In the order in which it works on them.
+    /// The leases in the order in which the worker works on them.
     pub(super) leases: VecDeque<LeaseId>,
-    /// Results of it that are not durable.
+    /// The number of its results that are not durable.
     pub(super) unsaved: usize,
     pub(super) group: Option<GroupIndex>,
-    /// Last sign of life.
+    /// The time of the last sign of life.
     pub(super) heard: Duration,
-    /// Last request, or grant to an idle worker.
+    /// The time of the last request, or of the last grant to an idle worker.
     pub(super) progress: Duration,
 }
 
@@ -82,28 +82,30 @@ pub(crate) struct Coordinator {
     pub(super) leases: Leases,
     pub(super) workers: BTreeMap<WorkerId, Worker>,
     pub(super) hired: WorkerId,
-    /// Lost workers that were not yet replaced.
+    /// The lost workers that were not yet replaced.
     pub(super) vacancies: VecDeque<WorkerId>,
-    /// Workers in a row that ended before asking for a job, and why the last one did.
+    /// The number of workers in a row that ended before they asked for a job.
     pub(super) failed_starts: u32,
+    /// The reason why the last of them ended.
     pub(super) last_failure: String,
-    /// Finished, not yet given to the ledger.
+    /// The finished results that were not yet given to the ledger.
     pub(super) unsaved: Vec<(Saving, Done)>,
-    /// Given to the ledger.
+    /// The results that were given to the ledger.
     pub(super) committing: Vec<Saving>,
-    /// Decaying sums of what jobs took and what was predicted, in seconds.
+    /// The decaying sum of the times that jobs took \[s\].
     pub(super) took: f64,
+    /// The decaying sum of the times that were predicted for them \[s\].
     pub(super) predicted: f64,
     pub(super) interrupts: u32,
     pub(super) given_up: bool,
     pub(super) counts: Counts,
-    /// Of everything that finished, including on workers lost since.
+    /// The sums over everything that finished, including on workers lost since.
     pub(crate) tally: Tally,
     pub(super) actions: Vec<Action>,
     pub(super) now: Duration,
 }
 
-/// What a run adds up to, beside its counts.
+/// The sums of a run beside its counts.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Tally {
     pub(crate) lost: usize,
@@ -112,7 +114,7 @@ pub(crate) struct Tally {
 }
 
 impl Coordinator {
-    /// Knows the tasks, has done nothing.
+    /// Makes a coordinator that knows the tasks and has done nothing.
     pub(crate) fn new(tasks: &[Task], options: &Options) -> Coordinator {
         let job = |task: &Task| TrackedJob {
             key: task.key,
@@ -145,12 +147,12 @@ impl Coordinator {
         }
     }
 
-    /// Where the run stands.
+    /// Returns the number of jobs in every state.
     pub(crate) fn counts(&self) -> Counts {
         self.counts
     }
 
-    /// Nothing is left to do or to wait for.
+    /// Returns true if nothing is left to do or to wait for.
     pub(crate) fn finished(&self) -> bool {
         let idle = self.workers.is_empty() && self.unsaved.is_empty() && self.committing.is_empty();
         idle && (self.stopping() || self.counts.waiting + self.counts.running == 0)
@@ -165,23 +167,25 @@ impl Coordinator {
         self.actions.push(Action::Emit(event));
     }
 
-    /// What jobs take over what was predicted, once something is known.
+    /// Returns the ratio of the times that jobs took to the predicted ones, once something is
+    /// known.
     pub(super) fn calibration(&self) -> Option<f64> {
         (self.predicted > 0.0).then(|| self.took / self.predicted)
     }
 
-    /// The jobs that a worker holds.
+    /// Iterates over the jobs that a worker holds.
     pub(super) fn held<'a>(&'a self, worker: &'a Worker) -> impl Iterator<Item = &'a TrackedJob> {
         worker.leases.iter().filter_map(|&lease| Some(&self.jobs[self.leases.get(lease)?.job]))
     }
 
-    /// A worker runs its jobs one after another, so it needs what the largest needs.
+    /// Returns the memory that a worker needs \[bytes\]. It runs its jobs one after another, so it
+    /// needs as much as the largest.
     pub(super) fn memory(&self, worker: &Worker) -> u64 {
         self.held(worker).map(|job| job.memory).max().unwrap_or(0)
     }
 }
 
-/// A prediction that can be added up and ordered: positive and finite.
+/// Returns a predicted time that can be added up and ordered: a positive and finite one.
 fn sane(cost: f64) -> f64 {
     if cost.is_finite() { cost.max(1e-6) } else { 1.0 }
 }

@@ -1,4 +1,4 @@
-//! The step: hears one input, decides what to do.
+//! The step hears one input and decides what to do.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -11,26 +11,28 @@ use crate::ledger::{Done, Verdict};
 use crate::options::Options;
 use crate::protocol::{AttemptOutcome, Report};
 
-/// Workers in a row that die before asking for a job, after which starting more is hopeless.
+/// The number of workers in a row that die before asking for a job after which starting more is
+/// hopeless.
 const MOST_FAILED_STARTS: u32 = 10;
-/// A worker that was told to leave may take this long.
+/// The time that a worker may take to leave once it was told to.
 const LEAVING: Duration = Duration::from_secs(10);
 
 /// The time until which the coordinator waits for a worker.
 struct Deadline {
     /// The time since the start of the run.
     time: Duration,
-    /// The fault of a worker that lets it pass.
+    /// The fault of a worker that lets the time pass.
     reason: String,
 }
 
 impl Coordinator {
-    /// The time at which [`Input::Clock`] would change something, if nothing else happens.
+    /// Returns the time at which [`Input::Clock`] would change something if nothing else happens.
     pub(crate) fn alarm(&self) -> Option<Duration> {
         self.workers.values().filter_map(|worker| Some(self.deadline(worker)?.time)).min()
     }
 
-    /// One step: hear `input` at time `now`, decide.
+    /// Hears `input` at the time `now` since the start of the run and returns the actions to carry
+    /// out.
     pub(crate) fn step(&mut self, input: Input, now: Duration) -> Vec<Action> {
         self.now = self.now.max(now);
         match input {
@@ -121,7 +123,7 @@ impl Coordinator {
         }
     }
 
-    /// One attempt failed; the job is held by nobody.
+    /// Notes that one attempt failed. The job is held by nobody.
     fn failed(&mut self, job: usize, worker: Option<WorkerId>, seconds: f64, reason: String) {
         self.jobs[job].failures += 1;
         self.counts.failures += 1;
@@ -140,7 +142,7 @@ impl Coordinator {
         self.counts.waiting += 1;
     }
 
-    /// The job has its final result, to be made durable.
+    /// Notes that the job has its final result, which must be made durable.
     fn save(
         &mut self,
         job: usize,
@@ -205,7 +207,7 @@ impl Coordinator {
             Phase::Killed(reason) => format!("{reason} ({how})"),
             _ => how,
         };
-        // The marker may name a lease that was reported since; then the next one was about to
+        // The marker may name a lease that was reported since. Then the next one was about to
         // begin.
         let culprit = running
             .filter(|lease| worker.leases.contains(lease))
@@ -266,7 +268,8 @@ impl Coordinator {
         }
     }
 
-    /// Until when to wait for this worker, and what is wrong with it afterwards.
+    /// Returns the time until which this worker is waited for and the reason for killing it
+    /// afterwards.
     fn deadline(&self, worker: &Worker) -> Option<Deadline> {
         let Options { start_timeout, silence, grace, patience, .. } = self.options;
         match worker.phase {
@@ -329,7 +332,7 @@ impl Coordinator {
         let mut present = self.workers.values().filter(usable).count();
         let wanted = self.options.workers.min(self.counts.waiting + self.counts.running);
         if self.failed_starts >= MOST_FAILED_STARTS {
-            // Those that did start go on; without any, there is no hope.
+            // The workers that did start go on. Without any, there is no hope.
             if present == 0 && wanted > 0 && !self.stopping() {
                 self.given_up = true;
                 let last = &self.last_failure;

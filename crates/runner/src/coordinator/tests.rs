@@ -1,4 +1,4 @@
-//! Faults, played to the pure step.
+//! Faults are played to the pure step.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
@@ -30,7 +30,7 @@ fn options(workers: usize) -> Options {
     Options { workers, ..Options::new(vec!["unused".into()], 100) }
 }
 
-/// Anything that could be heard, sensible or not.
+/// Generates any input, sensible or not.
 fn input() -> impl Strategy<Value = Input> {
     let worker = 0..8u32;
     let outcome = prop_oneof![3 => Just(AttemptOutcome::Completed(vec![1])), 1 => Just(AttemptOutcome::Failed("no".to_string()))];
@@ -105,11 +105,11 @@ proptest! {
     }
 }
 
-/// Simulated workers that keep to the protocol until they fail.
+/// The simulated workers, which keep to the protocol until they fail.
 struct World {
     coordinator: Coordinator,
     workers: BTreeMap<WorkerId, Simulated>,
-    /// Requests still on their way when their worker died.
+    /// The requests that were still on their way when their worker died.
     late: Vec<Input>,
     committed: BTreeMap<JobKey, Done>,
     given_up: bool,
@@ -199,14 +199,14 @@ impl World {
 
     fn end(&mut self, worker: WorkerId, inbox: &mut VecDeque<Input>) {
         if let Some(Simulated { leases, reports, .. }) = self.workers.remove(&worker) {
-            // What it had computed may still arrive, after its death.
+            // Its computed results may still arrive after its death.
             self.late.push(Input::Request { worker, idle: false, reports });
             let running = leases.front().copied().filter(|_| self.random(2) == 0);
             inbox.push_back(Input::Exited { worker, how: "gone".into(), running });
         }
     }
 
-    /// One worker does something, or time passes.
+    /// Lets one worker do something, or lets time pass.
     fn advance(&mut self, inbox: &mut VecDeque<Input>) {
         let later = 1 + self.random(50);
         self.now += Duration::from_millis(later);
@@ -288,7 +288,7 @@ fn alike(count: usize, cost: f64, memory: u64) -> Vec<Task> {
     (0..count).map(task).collect()
 }
 
-/// A coordinator whose workers are up.
+/// Returns a coordinator whose workers are up.
 fn started(tasks: &[Task], workers: usize) -> Coordinator {
     let mut coordinator = Coordinator::new(tasks, &options(workers));
     coordinator.step(Input::Begin, Duration::ZERO);

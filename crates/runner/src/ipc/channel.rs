@@ -1,4 +1,4 @@
-//! One end's view of a channel: its names, its services, and what fits into a message.
+//! Both ends of a channel share its names, its services and the limits of a message.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -12,26 +12,28 @@ use crate::protocol::{Body, encode};
 use crate::root::SHARED_MEMORY;
 use crate::spill;
 
-/// The thread-safe variant, so that a worker's heart can beat on a thread of its own.
+/// The thread-safe variant of shared memory, so that a worker's heart can beat on a thread of its
+/// own.
 pub(super) type Shm = ipc_threadsafe::Service;
 
 pub(super) const JOBS: &str = "jobs";
-/// Worker → coordinator.
+/// The name of the event service from the worker to the coordinator.
 pub(super) const UP: &str = "up";
-/// Coordinator → worker.
+/// The name of the event service from the coordinator to the worker.
 pub(super) const DOWN: &str = "down";
 
 pub(super) const TALK: EventId = EventId::new(0);
 pub(super) const HEARTBEAT: EventId = EventId::new(1);
 
-/// Bytes of a message for which shared memory is set aside from the start.
+/// The size of a message for which shared memory is reserved from the start \[bytes\].
 pub(super) const INITIAL: usize = 16 << 10;
-/// Bodies beyond this travel as files.
+/// The largest body that travels in a message \[bytes\]. Larger ones travel as files.
 const LARGEST_INLINE: usize = 256 << 10;
-/// What must stay free in shared memory after growing, so that others do not meet SIGBUS either.
+/// The shared memory that must stay free after growing \[bytes\], so that others do not meet SIGBUS
+/// either.
 pub(super) const RESERVE: u64 = 16 << 20;
 
-/// One end's view of a channel's names.
+/// The names of a channel.
 #[derive(Clone, Debug)]
 pub(super) struct ChannelNames {
     pub(super) root: PathBuf,
@@ -48,13 +50,14 @@ impl ChannelNames {
         config.global.prefix =
             FileName::new(self.prefix.as_bytes()).map_err(TransportError::when(what))?;
         config.global.creation_timeout = Duration::from_secs(10);
-        // What a dead worker leaves is removed by its prefix, whatever state it is in.
+        // The leftovers of a dead worker are removed by their prefix, whatever state they are in.
         config.global.node.cleanup_dead_nodes_on_creation = false;
         config.global.node.cleanup_dead_nodes_on_destruction = false;
         config.global.service.cleanup_dead_nodes_on_open = false;
-        // Its complaints would mix with ours; every error comes back as a value.
+        // The complaints of iceoryx2 would mix with the output, and every error comes back as a
+        // value.
         set_log_level(LogLevel::Fatal);
-        // Signals are the caller's business.
+        // Signals are the business of the caller.
         NodeBuilder::new()
             .config(&config)
             .signal_handling_mode(SignalHandlingMode::Disabled)
@@ -70,7 +73,7 @@ impl ChannelNames {
         self.file(&format!("{lease}-{direction}"))
     }
 
-    /// Where the worker notes which lease it began last.
+    /// Returns the path of the file in which the worker notes the lease that it began last.
     pub(super) fn marker(&self) -> PathBuf {
         self.file("begun")
     }
@@ -80,8 +83,8 @@ pub(super) fn service(name: &str) -> Result<ServiceName, TransportError> {
     ServiceName::new(name).map_err(TransportError::when("cannot name a service"))
 }
 
-/// With one open request per client the buffers are never full; should they be, give up rather than
-/// wait for the dead.
+/// Decides what to do when a buffer is full. With one open request per client that never happens;
+/// should it happen, the message is given up rather than waiting for the dead.
 pub(super) fn backpressure(info: &BackpressureInfo) -> BackpressureAction {
     if info.elapsed_time < Duration::from_secs(1) {
         BackpressureAction::Retry
@@ -90,7 +93,7 @@ pub(super) fn backpressure(info: &BackpressureInfo) -> BackpressureAction {
     }
 }
 
-/// Puts a body into the message, or beside it.
+/// Puts a body into the message, or into a file if it has more than `largest` bytes.
 pub(super) fn pack(
     bytes: &[u8],
     largest: usize,
@@ -103,13 +106,13 @@ pub(super) fn pack(
     }
 }
 
-/// How large messages through a port have been, and so how much shared memory it has.
+/// The shared memory of a port, as the largest size that a message through it may have \[bytes\].
 #[derive(Debug)]
 pub(super) struct PortMemory(pub(super) usize);
 
 impl PortMemory {
-    /// Whether a message of this size can be written without running out of shared memory. Segments
-    /// grow by powers of two, old ones stay, and each holds a handful of messages.
+    /// Returns true if a message of `length` bytes can be written without running out of shared
+    /// memory. Segments grow by powers of two, old ones stay, and each holds a handful of messages.
     fn admits(&mut self, length: usize, free: impl FnOnce() -> Option<u64>) -> bool {
         let needed = 8 * (length as u64).next_power_of_two() + RESERVE;
         if length > self.0 {
@@ -121,8 +124,7 @@ impl PortMemory {
         true
     }
 
-    /// Encodes a message with bodies inside as far as they are small, or none inside if shared
-    /// memory is short.
+    /// Encodes a message. Small bodies are inside it; if shared memory is short, none is.
     pub(super) fn encode<M: bincode::Encode>(
         &mut self,
         free: impl Fn() -> Option<u64>,

@@ -1,4 +1,4 @@
-//! The coordinator's end: worker processes, and a channel to each.
+//! The coordinator's end holds the worker processes and a channel to each.
 
 use std::collections::BTreeMap;
 use std::os::fd::BorrowedFd;
@@ -28,12 +28,14 @@ use crate::spill;
 use crate::supervise::Process;
 use crate::transport::Transport;
 
-/// Shared memory that one channel takes from the start, with room to spare (measured: 0.1 MiB).
+/// The shared memory that one channel takes from the start \[bytes\], with room to spare (measured:
+/// 0.1 MiB).
 const CHANNEL: u64 = 1 << 20;
 
 type Received = ActiveRequest<Shm, [u8], (), [u8], ()>;
 
-/// The coordinator's end of a channel, and the worker process. Fields are dropped in this order.
+/// The coordinator's end of a channel, and the worker process. The fields are dropped in this
+/// order.
 #[derive(Debug)]
 struct Channel {
     process: Process,
@@ -111,7 +113,7 @@ pub(crate) struct Processes {
     channels: BTreeMap<WorkerId, Channel>,
     options: Options,
     interrupt: Interrupt,
-    /// Last, so that it is removed after everything that lives in it.
+    /// The directory is the last field, so that it is removed after everything that lives in it.
     root: Root,
 }
 
@@ -201,7 +203,7 @@ impl Transport for Processes {
         });
         let sent = sent.and_then(|()| channel.down.notify().map_err(|error| error.to_string()));
         if sent.is_err() {
-            // It does not listen, so it is dead or as good as dead.
+            // The worker does not listen, so it is dead or as good as dead.
             channel.process.kill();
         }
         Ok(())
@@ -249,7 +251,7 @@ impl Transport for Processes {
     }
 }
 
-/// The descriptor on which a listener is woken.
+/// Returns the descriptor on which a listener is woken.
 #[allow(unsafe_code)]
 fn descriptor(listener: &Listener<Shm>) -> BorrowedFd<'_> {
     // SAFETY: the descriptor is open as long as the listener lives, and the result borrows the
@@ -259,11 +261,11 @@ fn descriptor(listener: &Listener<Shm>) -> BorrowedFd<'_> {
 }
 
 impl Channel {
-    /// Takes in all that the worker said.
+    /// Takes in everything that the worker said.
     fn hear(&mut self, worker: WorkerId, inputs: &mut Vec<Input>) {
         let nonsense = |reason| Input::Nonsense { worker, reason };
         let mut beat = false;
-        // Every event must be consumed, or poll returns at once forever.
+        // Every event must be consumed. Otherwise poll returns at once for ever.
         if let Err(error) = self.up.try_wait(|event| beat |= event.id == HEARTBEAT) {
             inputs.push(nonsense(format!("its events cannot be read: {error:?}")));
         }
@@ -301,7 +303,7 @@ impl Channel {
         Ok(Input::Request { worker, idle, reports: reports.into_iter().map(unpack).collect() })
     }
 
-    /// The lease that the worker began last.
+    /// Returns the lease that the worker began last.
     fn begun(&self) -> Option<LeaseId> {
         let bytes = std::fs::read(self.names.marker()).ok()?;
         Some(LeaseId::from_le_bytes(bytes.try_into().ok()?))

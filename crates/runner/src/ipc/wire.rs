@@ -1,4 +1,4 @@
-//! The worker's end.
+//! This file holds the worker's end of a channel.
 
 use std::fs::File;
 use std::os::unix::fs::FileExt;
@@ -27,18 +27,22 @@ use crate::worker::{Executor, report_panics, serve};
 
 type Awaited = PendingResponse<Shm, [u8], (), [u8], ()>;
 
-/// How often a waiting worker looks whether it still has a parent, should the signal of its death
-/// have been missed.
+/// The interval at which a waiting worker checks that its parent still lives, in case the signal of
+/// its death was missed.
 const DOUBT: Duration = Duration::from_secs(30);
 
-/// Runs jobs for the coordinator that started this process, until told to stop. `fresh` makes the
-/// work, once at the start and again after a panic.
+/// Runs jobs for the coordinator that started this process until it is told to stop. `fresh` makes
+/// the executor, once at the start and again after a panic.
 ///
 /// From here on the process dies when the coordinator does, its address space is limited, and
 /// panics of jobs are reported instead of printed.
-pub fn work<W: Executor>(
+///
+/// # Errors
+/// [`WorkerError::Setup`] if the process cannot be set up, [`WorkerError::Transport`] if the
+/// coordinator cannot be reached any more.
+pub fn work<E: Executor>(
     arguments: &WorkerArguments,
-    fresh: impl Fn() -> W,
+    fresh: impl Fn() -> E,
 ) -> Result<(), WorkerError> {
     die_with(arguments.coordinator).map_err(WorkerError::Setup)?;
     limit_address_space(arguments.address_space).map_err(WorkerError::Setup)?;
@@ -47,7 +51,7 @@ pub fn work<W: Executor>(
     Ok(serve(&mut wire, fresh)?)
 }
 
-/// The worker's end of a channel. Fields are dropped in this order.
+/// The worker's end of a channel. The fields are dropped in this order.
 #[derive(Debug)]
 struct Wire {
     pulse: Pulse,
@@ -131,7 +135,8 @@ impl Link for Wire {
             let pack = |report: &Report<Bytes>| {
                 let outcome = match &report.outcome {
                     AttemptOutcome::Failed(reason) => AttemptOutcome::Failed(reason.clone()),
-                    // A result that cannot be handed over is a failed attempt, not a broken worker.
+                    // A result that cannot be handed over is a failed attempt and not a broken
+                    // worker.
                     AttemptOutcome::Completed(bytes) => {
                         pack(bytes, largest, || names.body(report.lease, "result"))
                             .map_or_else(AttemptOutcome::Failed, AttemptOutcome::Completed)
@@ -147,7 +152,7 @@ impl Link for Wire {
             self.client.loan_slice_uninit(message.len()).map_err(TransportError::when(doing))?;
         let response =
             loan.write_from_slice(&message).send().map_err(TransportError::when(doing))?;
-        // Delivery to nobody is no error to iceoryx2.
+        // iceoryx2 does not report a delivery to nobody as an error.
         if response.number_of_server_connections() == 0 {
             return Err(TransportError { doing, why: "nobody receives it".into() });
         }

@@ -1,4 +1,4 @@
-//! Workers that are threads and messages that are channels: the whole runner without a process.
+//! Workers are threads and messages are channels here, so the whole runner works without a process.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use crate::worker::{Executor, serve};
 
 type WorkerReply = Reply<Result<Bytes, String>>;
 
-/// Workers as threads. `dies` says at which lease a worker ends without a word.
+/// The workers as threads. `dies` tells at which lease a worker ends without a word.
 pub(crate) struct Threads<F> {
     fresh: F,
     dies: fn(LeaseId) -> bool,
@@ -37,7 +37,7 @@ impl<F> Threads<F> {
     }
 }
 
-impl<W: Executor, F: Fn() -> W + Clone + Send + 'static> Transport for Threads<F> {
+impl<E: Executor, F: Fn() -> E + Clone + Send + 'static> Transport for Threads<F> {
     fn start(&mut self, worker: WorkerId) -> Result<u32, String> {
         let (to_worker, replies) = channel();
         let begun = Arc::new(AtomicU64::new(0));
@@ -61,8 +61,8 @@ impl<W: Executor, F: Fn() -> W + Clone + Send + 'static> Transport for Threads<F
         Ok(worker)
     }
 
-    /// The thread goes on until it talks again, like a process whose last message is still on its
-    /// way.
+    /// Ends a worker. The thread goes on until it talks again, like a process whose last message is
+    /// still on its way.
     fn kill(&mut self, worker: WorkerId) {
         if let Some(exit) = self.exit(worker, "killed") {
             let _ = self.to_us.send(exit);
@@ -91,7 +91,7 @@ impl<W: Executor, F: Fn() -> W + Clone + Send + 'static> Transport for Threads<F
         let mut next = first;
         while let Some(input) = next {
             match input {
-                // A thread that was killed reports its end as well; the exit was told already.
+                // A thread that was killed reports its end as well, but the exit was told already.
                 Input::Exited { worker, how, running: None } => {
                     inputs.extend(self.exit(worker, &how))
                 }

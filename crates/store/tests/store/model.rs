@@ -1,4 +1,4 @@
-//! The store against a map, with reopening in between; and what it says of itself.
+//! The store is compared with a map, with reopening in between, and its own reports are checked.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! Several processes and one store.
+//! Several processes use one store.
 
 use std::time::{Duration, Instant};
 
@@ -72,7 +72,7 @@ fn this_process_cannot_open_it_twice_but_can_read_it() {
     };
     check(&reader, 700);
     store.commit(&records(700..10_000)).unwrap();
-    check(&reader, 10_000); // the same reader sees what has come
+    check(&reader, 10_000); // The same reader sees the new records.
 
     drop(store);
     assert!(matches!(reader.keys(), Err(ReadError::Unanswered { .. })));
@@ -95,7 +95,7 @@ fn large_records_are_served_in_parts() {
     store.commit(&records(COUNT..COUNT + 300)).unwrap();
     let check = |reader: &store::StoreReader| {
         let mut keys = store_keys(COUNT + 300);
-        keys.insert(20, key(u64::MAX)); // has none
+        keys.insert(20, key(u64::MAX)); // This key has no record.
         let mut found = reader.select(keys);
         for i in store_keys(COUNT + 300) {
             let (key, record) = found.next().unwrap();

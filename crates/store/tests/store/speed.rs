@@ -1,5 +1,5 @@
-//! Figures, printed and not asserted: `cargo test --release -p store -- --ignored --nocapture
-//! figures`.
+//! The figures are printed and not asserted: `cargo test --release -p store -- --ignored
+//! --nocapture figures`.
 
 use std::time::Instant;
 
