@@ -56,7 +56,7 @@ pub(crate) enum BlobFile {
 
 impl Blobs {
     /// Returns the blobs of the store in the directory `store`.
-    pub fn of(store: &Path) -> Self {
+    pub(crate) fn of(store: &Path) -> Self {
         Blobs { directory: store.join("blobs") }
     }
 
