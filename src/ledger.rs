@@ -7,9 +7,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use contact::model::Status;
 use contact::multiplicity::Multiplicity;
 use contact::uniqueness::Bracket;
-use identity::JobKey;
+use identity::{JobKey, STORED_LIMIT};
 use runner::{Done, Verdict};
-use store::{RECORD_LIMIT, Store};
+use store::Store;
 use study::job::PHYSICS_VERSION;
 use study::record::Bracketed;
 use study::{Ending, Provenance, Record};
@@ -59,7 +59,7 @@ impl<'a> Ledger<'a> {
             },
         };
         let mut bytes = record.encode();
-        if bytes.len() > RECORD_LIMIT {
+        if bytes.len() > STORED_LIMIT {
             // the results that came with it are kept, and a resume does not compute it again in
             // vain
             (record.ending, record.fields) = (too_large(record.ending, bytes.len()), None);
@@ -73,9 +73,9 @@ impl<'a> Ledger<'a> {
 /// place of what makes it large.
 fn too_large(ending: Ending, bytes: usize) -> Ending {
     let failed = |what: String, elements: usize| {
-        let most = elements * RECORD_LIMIT / bytes.max(1);
+        let most = elements * STORED_LIMIT / bytes.max(1);
         let size =
-            format!("a record of {bytes} bytes, where the store keeps at most {RECORD_LIMIT}");
+            format!("a record of {bytes} bytes, where the store keeps at most {STORED_LIMIT}");
         Status::Failed {
             reason: format!("{what}: {size}; needs a mesh of at most about {most} elements"),
         }
@@ -206,7 +206,7 @@ mod tests {
             .map(|key| Record::decode(&store.get(key).unwrap().unwrap()).unwrap().ending);
         let ends: Vec<Ending> = ends.collect();
         assert_eq!((&ends[1], &ends[3]), (&endings[1], &endings[3]), "what fits is kept as it is");
-        let limit = RECORD_LIMIT.to_string();
+        let limit = STORED_LIMIT.to_string();
         for (end, what) in
             [(&ends[0], "witness on 50000 elements"), (&ends[2], "40 solutions on 1024 elements")]
         {

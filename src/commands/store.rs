@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use answers::perform;
 use answers::perform::Unshown;
 use anyhow::{Context, Result};
-use identity::{JobKey, Kept};
+use identity::{JobKey, KeptFields};
 use indicatif::BinaryBytes;
 use store::{Digest, Store};
 use study::encoding::DecodeError;
@@ -32,8 +32,8 @@ fn open(directory: &std::path::Path) -> Result<Store> {
 
 fn references(record: &Record) -> Vec<Digest> {
     match record.fields {
-        Some(Kept::Blob(digest)) => vec![Digest(digest)],
-        Some(Kept::Inside(_)) | None => Vec::new(),
+        Some(KeptFields::Blob(digest)) => vec![Digest(digest)],
+        Some(KeptFields::Inside(_)) | None => Vec::new(),
     }
 }
 

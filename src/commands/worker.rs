@@ -28,7 +28,7 @@ impl Solver {
     }
 }
 
-impl runner::Work for Solver {
+impl runner::Executor for Solver {
     fn run(&mut self, payload: &[u8]) -> Vec<u8> {
         let answer = Solver::run(self, payload)
             .unwrap_or_else(|error| Answer::Refused(format!("{error:#}")));

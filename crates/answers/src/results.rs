@@ -2,7 +2,7 @@
 
 use std::cell::OnceCell;
 
-use contact::model::{Observables, Step};
+use contact::model::{Dof, Observables, Step};
 use report::Table;
 use serde::Serialize;
 use study::columns::{Role, Row, along_path};
@@ -238,9 +238,10 @@ pub fn path_columns(points: &[StudyPoint]) -> Vec<String> {
     let cycle = paths().any(|path| path.cycle_from.is_some()).then_some("cycle");
     let mut names: Vec<String> =
         ["step"].into_iter().chain(cycle).chain(["increment"]).map(str::to_owned).collect();
-    for (which, [motion, force]) in Step::NAMES.into_iter().enumerate() {
-        if which == 0
-            || paths().flat_map(|path| &path.steps).any(|step| step.given()[which] != [None, None])
+    for dof in Dof::ALL {
+        let [motion, force] = Step::NAMES[dof];
+        if dof == Dof::Approach
+            || paths().flat_map(|path| &path.steps).any(|step| step.given()[dof] != [None, None])
         {
             names.extend([
                 format!("at_{motion}"),

@@ -8,7 +8,7 @@ use contact::model::{Outcome, Status};
 use contact::multiplicity::Multiplicity;
 use contact::uniqueness::Bracket;
 use contact::uniqueness::witness::Shown;
-use identity::{JobKey, Kept};
+use identity::{JobKey, KeptFields};
 
 use crate::job::{Job, JobError, PHYSICS_VERSION};
 use crate::provenance::Provenance;
@@ -106,7 +106,7 @@ pub struct Record {
     pub ending: Ending,
     /// The bytes of its fields ([`encode_fields`](crate::record_format::encode_fields)), if it left
     /// some.
-    pub fields: Option<Kept>,
+    pub fields: Option<KeptFields>,
     /// The worker, the time and the speed of the computation.
     pub provenance: Provenance,
 }
@@ -224,7 +224,7 @@ pub(crate) mod tests {
             physics: PHYSICS_VERSION,
             job: crate::job::tests::job().canonical(),
             ending,
-            fields: Some(Kept::Blob([7; 32])),
+            fields: Some(KeptFields::Blob([7; 32])),
             provenance,
         }
     }

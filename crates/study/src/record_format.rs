@@ -7,7 +7,7 @@
 use serde::Deserialize;
 
 use contact::model::Fields;
-use identity::Kept;
+use identity::KeptFields;
 
 use crate::encoding::{BLOB_LIMIT, DecodeError, decode, decode_as, encode, encode_as};
 use crate::job::PHYSICS_VERSION;
@@ -67,7 +67,7 @@ impl Record {
                     bytes,
                 )?;
                 let StoredResult { physics, job, ending, fields } = result;
-                let fields = fields.map(Kept::Blob);
+                let fields = fields.map(KeptFields::Blob);
                 (StoredResult { physics, job, ending, fields }, provenance)
             }
             _ => decode_as::<_, RECORD_LIMIT>(RECORD_VERSIONS, ITEM, bytes)?,
