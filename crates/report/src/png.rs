@@ -35,7 +35,7 @@ const LARGEST: f64 = 20_000.0;
 
 static FONTS: LazyLock<Arc<usvg::fontdb::Database>> = LazyLock::new(|| {
     let mut fonts = usvg::fontdb::Database::new();
-    fonts.load_font_data(crate::svg::FONT.to_vec());
+    fonts.load_font_data(crate::font::FONT.to_vec());
     Arc::new(fonts)
 });
 

@@ -3,18 +3,19 @@
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 
-use super::{Field, Grid, Shade, Values, colors, state_color};
-use crate::axis::{self, Drawn, INK, LABEL_SIZE, TICK_SIZE, TITLE_SIZE};
-use crate::scale::Scale;
-use crate::si::Unit;
-use crate::svg::{Anchor, Drawing, Rect, n, shorten, text_width, wrap};
+use super::color::{Shade, colors};
+use super::key::Key;
+use super::quantity::{Field, Grid, Values};
+use crate::axis::{self, Drawn, INK, Scale, TICK_SIZE, TITLE_SIZE};
+use crate::font::wrap;
+use crate::svg::{Anchor, Drawing, Rect, n};
+use crate::unit::Unit;
 
 const MARGIN: f64 = 10.0;
 /// The longer side of the map.
 const SIDE: f64 = 300.0;
 /// The shorter side is never drawn shorter; the map is then out of proportion and says so.
 const SHORTEST: f64 = 20.0;
-const BAR: f64 = 14.0;
 /// The picture inside has about so many pixels a side, so that viewers that smooth pictures keep
 /// elements sharp.
 const PICTURE: usize = 1024;
@@ -120,98 +121,4 @@ fn picture(frame: Rect, grid: &Grid, colors: &[[u8; 3]]) -> String {
         n(frame.height),
         BASE64_STANDARD.encode(png)
     )
-}
-
-/// What the colours mean, to the right of the map.
-enum Key {
-    Bar { shade: Shade, axis: Drawn, height: f64 },
-    States(Vec<(usize, String)>),
-}
-
-impl Key {
-    fn bar(shade: Shade, field: &Field, height: f64) -> Key {
-        let unit = Unit::fitting(&field.unit, shade.low.abs().max(shade.high.abs()));
-        let scale = Scale { low: unit.of_si(shade.low), high: unit.of_si(shade.high), log: false };
-        let height = height.max(120.0);
-        let axis = Drawn::new(scale, scale.ticks(6), &field.title(), &unit.name);
-        Key::Bar { shade, axis, height }
-    }
-
-    /// Every state that occurs, in their order.
-    fn states(of: &[u8], names: &[String]) -> Key {
-        let occurs = |state: usize| of.iter().any(|&s| usize::from(s) == state);
-        let present = names.iter().enumerate().filter(|(state, _)| occurs(*state));
-        Key::States(present.map(|(state, name)| (state, shorten(name, 160.0, TICK_SIZE))).collect())
-    }
-
-    fn width(&self) -> f64 {
-        match self {
-            Key::Bar { axis, height, .. } => BAR + axis.room_beside(*height) + 4.0,
-            Key::States(states) => {
-                20.0 + states
-                    .iter()
-                    .map(|(_, name)| text_width(name, TICK_SIZE))
-                    .fold(0.0, f64::max)
-            }
-        }
-    }
-
-    fn height(&self) -> f64 {
-        match self {
-            Key::Bar { height, .. } => *height,
-            Key::States(states) => states.len() as f64 * 18.0,
-        }
-    }
-
-    fn draw(&self, drawing: &mut Drawing, left: f64, frame: Rect) {
-        match self {
-            Key::Bar { shade, axis, height } => {
-                let bar = Rect { x: left, y: frame.y, width: BAR, height: *height };
-                drawing.push(
-                    "<defs><linearGradient id=\"shade\" x1=\"0\" y1=\"1\" x2=\"0\" y2=\"0\">",
-                );
-                for i in 0..=32 {
-                    let [r, g, b] = shade.color(f64::from(i) / 32.0);
-                    drawing.push(&format!(
-                        "<stop offset=\"{}\" stop-color=\"#{r:02x}{g:02x}{b:02x}\"/>",
-                        f64::from(i) / 32.0
-                    ));
-                }
-                drawing.push("</linearGradient></defs>");
-                drawing.rect(bar, "url(#shade)", INK, 0.9);
-                let mut widest: f64 = 0.0;
-                for (value, label) in &axis.ticks.major {
-                    let y = bar.bottom() - axis.scale.at(*value) * bar.height;
-                    drawing.line((bar.right(), y), (bar.right() + 4.0, y), INK, 0.8);
-                    drawing.text(
-                        (bar.right() + 7.0, y + TICK_SIZE * 0.36),
-                        TICK_SIZE,
-                        Anchor::Start,
-                        label,
-                    );
-                    widest = widest.max(text_width(label, TICK_SIZE));
-                }
-                for (i, line) in
-                    wrap(&axis.label, bar.height * 1.1, LABEL_SIZE, 3).iter().enumerate()
-                {
-                    let x = bar.right()
-                        + 7.0
-                        + widest
-                        + LABEL_SIZE
-                        + 4.0
-                        + i as f64 * (LABEL_SIZE + 3.0);
-                    drawing.text_upwards((x, bar.y + bar.height / 2.0), LABEL_SIZE, line);
-                }
-            }
-            Key::States(states) => {
-                for (i, (state, name)) in states.iter().enumerate() {
-                    let y = frame.y + i as f64 * 18.0;
-                    let [r, g, b] = state_color(*state);
-                    let swatch = Rect { x: left, y, width: 13.0, height: 13.0 };
-                    drawing.rect(swatch, &format!("#{r:02x}{g:02x}{b:02x}"), INK, 0.7);
-                    drawing.text((left + 20.0, y + 10.5), TICK_SIZE, Anchor::Start, name);
-                }
-            }
-        }
-    }
 }

@@ -2,8 +2,12 @@
 
 use std::fmt::Write;
 
-use super::{Field, Shade, Values, colors, state_color};
-use crate::si::{Unit, significant};
+use super::color::{NOTHING, Shade, colors, state_color};
+use super::quantity::{Field, Values};
+use crate::axis::drawable;
+use crate::number::significant;
+use crate::text::printable;
+use crate::unit::Unit;
 
 /// What a field is drawn with in [`Field::terminal`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,8 +94,7 @@ impl Field {
             _ if across == self.grid.nx && down == self.grid.ny => colors.to_vec(),
             Values::Number(values) => {
                 let shade = Shade::of(values);
-                let color =
-                    |x: &Option<f64>| x.map_or(super::NOTHING, |x| shade.color(shade.at(x)));
+                let color = |x: &Option<f64>| x.map_or(NOTHING, |x| shade.color(shade.at(x)));
                 self.averaged(across, down, values).iter().map(color).collect()
             }
             Values::Category { of, .. } => self
@@ -125,7 +128,7 @@ impl Field {
         let average = |elements: &mut dyn Iterator<Item = usize>| {
             let (sum, count) = elements
                 .map(|e| values[e])
-                .filter(|x| crate::scale::drawable(*x, false))
+                .filter(|x| drawable(*x, false))
                 .fold((0.0, 0usize), |(sum, count), x| (sum + x, count + 1));
             (count > 0).then(|| sum / count as f64)
         };
@@ -146,7 +149,7 @@ impl Field {
         let mut line = String::new();
         match &self.values {
             Values::Number(values) => {
-                let drawn = || values.iter().filter(|x| crate::scale::drawable(**x, false));
+                let drawn = || values.iter().filter(|x| drawable(**x, false));
                 let shade = Shade::of(values);
                 if drawn().next().is_none() {
                     line += "no values";
@@ -211,8 +214,4 @@ impl Field {
 
 fn step(fraction: f64) -> usize {
     ((fraction * RAMP.len() as f64) as usize).min(RAMP.len() - 1)
-}
-
-fn printable(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }

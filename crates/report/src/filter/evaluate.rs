@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::cmp::Ordering;
 
-use super::compile::{Arithmetic, Node, Part, Relation, TextTest, Value};
+use super::tree::{Arithmetic, Node, Part, Relation, TextTest, Value};
 use crate::table::{Cell, compare_exactly};
 
 /// The value of a part of the expression for a row; an error where kinds that only the row tells do

@@ -1,6 +1,6 @@
 //! What is said of an expression that does not follow the grammar.
 
-use super::FilterError;
+use super::error::FilterError;
 
 /// The first of the parser's errors, in words of our own and with its place.
 pub(super) fn syntax_error(expression: &str, errors: &cel::ParseErrors) -> FilterError {

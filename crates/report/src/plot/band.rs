@@ -2,11 +2,10 @@
 
 use std::fmt::Write;
 
-use super::Band;
-use super::draw::{Canvas, MARKED};
-use crate::axis::INK;
+use super::canvas::{Canvas, MARKED};
+use super::figure::Band;
+use crate::axis::{INK, LARGEST};
 use crate::palette::Look;
-use crate::scale::LARGEST;
 use crate::svg::{Drawing, Rect, n};
 
 const SHADE: f64 = 0.2;

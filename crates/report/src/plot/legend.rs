@@ -1,9 +1,11 @@
 //! The key to what is drawn, to the right of the panels so that it covers nothing.
 
-use super::{Band, Series, Style, band, front};
+use super::figure::{Band, Series, Style};
+use super::{band, front};
 use crate::axis::TICK_SIZE;
+use crate::font::{shorten, text_width, wrap};
 use crate::palette::Look;
-use crate::svg::{Anchor, Drawing, n, shorten, text_width, wrap};
+use crate::svg::{Anchor, Drawing, n};
 
 /// Of the first line of an entry, and of every other.
 const ENTRY: f64 = 17.0;

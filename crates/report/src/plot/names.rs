@@ -1,8 +1,10 @@
 //! Names beside points, where there is room for them.
 
-use super::draw::{Point, Segment};
+use super::canvas::{Point, Segment};
 use crate::axis::INK;
-use crate::svg::{Drawing, Rect, escape, n, text_width};
+use crate::font::text_width;
+use crate::svg::{Drawing, Rect, n};
+use crate::text::escape;
 
 const NAME_SIZE: f64 = 10.0;
 /// Of a digit above the baseline, and of what hangs below it, as parts of the size of the text.

@@ -1,9 +1,13 @@
 //! Fitted lines and what is written of them.
 
-use super::draw::Canvas;
+use super::canvas::Canvas;
 use crate::fit::Fit;
-use crate::si::{Unit, decade, power_of_ten};
+use crate::number::{decade, power_of_ten};
 use crate::svg::{Drawing, n};
+use crate::unit::Unit;
+
+/// A line fitted to the ends of a band, beside its edge.
+pub(super) const FIT_OF_BAND: &str = r#" stroke-dasharray="5 3""#;
 
 /// The ends of a fitted line, as values.
 pub(super) fn ends(fit: &Fit) -> [(f64, f64); 2] {

@@ -1,106 +1,24 @@
 //! Drawing a figure.
 
-use std::fmt::Write;
-
+use super::canvas::{Canvas, Prepared, has_place};
+use super::figure::{Band, Figure, Panel};
 use super::legend::{Entry, Legend, Sample};
-use super::names::{self, Taken};
-use super::{Axis, Band, Figure, Panel, Series, Style, band, front, pareto_front, slope};
-use crate::axis::{self, Drawn, INK, LABEL_SIZE, TICK_SIZE, TITLE_SIZE};
+use super::slope::FIT_OF_BAND;
+use super::{band, panel, slope};
+use crate::axis::{self, INK, LABEL_SIZE, TICK_SIZE, TITLE_SIZE};
 use crate::fit::Fit;
+use crate::font::{shorten, text_width, wrap};
 use crate::palette::Look;
-use crate::scale::{Scale, Ticks, drawable};
-use crate::si::Unit;
-use crate::svg::{Anchor, Drawing, Rect, n, shorten, text_width, wrap};
+use crate::svg::{Anchor, Drawing, Rect, n};
 
 const MARGIN: f64 = 10.0;
 /// Between panels that share the vertical axis.
 const NARROW: f64 = 14.0;
 const PANELS_PER_ROW: usize = 4;
-/// With more points than this, not every one is marked.
-pub(super) const MARKED: usize = 40;
-/// A line fitted to the ends of a band, beside its edge.
-const FIT_OF_BAND: &str = r#" stroke-dasharray="5 3""#;
 /// Between the slopes above a panel.
 const KEY_LINE: f64 = 14.0;
 /// Between the lines of a panel's title.
 const TITLE_LINE: f64 = LABEL_SIZE + 3.0;
-
-/// An axis with its values in the unit that is written.
-struct Prepared {
-    drawn: Drawn,
-    unit: Unit,
-}
-
-impl Prepared {
-    /// An axis for values in SI units; `width` in pixels if it is horizontal.
-    fn new(axis: &Axis, values: &[f64], width: Option<f64>) -> Prepared {
-        let values = || values.iter().copied().filter(|v| drawable(*v, axis.log));
-        let unit = if !axis.categories.is_empty() {
-            Unit::plain("")
-        } else if axis.log {
-            // The middle of the decades decides.
-            let (low, high) =
-                values().fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
-            Unit::fitting(&axis.unit, (0.5 * (low.ln() + high.ln())).exp())
-        } else {
-            Unit::fitting(&axis.unit, values().map(f64::abs).fold(0.0, f64::max))
-        };
-        let drawn = if axis.categories.is_empty() {
-            let scale = Scale::around(values().map(|v| unit.of_si(v)), axis.log);
-            match width {
-                Some(width) => Drawn::across(scale, width, &axis.label, &unit.name),
-                None => Drawn::new(
-                    scale,
-                    scale.ticks(if axis.log { 8 } else { 5 }),
-                    &axis.label,
-                    &unit.name,
-                ),
-            }
-        } else {
-            let scale = Scale { low: -0.5, high: axis.categories.len() as f64 - 0.5, log: false };
-            let labels = axis.categories.iter().map(|c| shorten(c, 110.0, TICK_SIZE));
-            let major = labels.enumerate().map(|(i, label)| (i as f64, label)).collect();
-            Drawn::new(scale, Ticks { major, minor: Vec::new(), exponent: 0 }, &axis.label, "")
-        };
-        Prepared { drawn, unit }
-    }
-
-    fn at(&self, si: f64) -> f64 {
-        self.drawn.scale.at(self.unit.of_si(si))
-    }
-}
-
-/// A place in the picture, or values along x and y.
-pub(super) type Point = (f64, f64);
-/// A piece of a line.
-pub(super) type Segment = (Point, Point);
-
-/// Whether a value is drawn on an axis at all. The range of categories does not grow with the
-/// values, and pixels far beyond the picture are beyond what renders it.
-fn has_place(axis: &Axis, value: f64) -> bool {
-    let count = axis.categories.len() as f64;
-    drawable(value, axis.log)
-        && (axis.categories.is_empty() || (-0.5..count - 0.5).contains(&value))
-}
-
-/// A panel in its place.
-pub(super) struct Canvas<'a> {
-    pub(super) frame: Rect,
-    panel: &'a Panel,
-    x: &'a Prepared,
-    y: &'a Prepared,
-}
-
-impl Canvas<'_> {
-    /// The place of a point with values in SI units, if it has one.
-    pub(super) fn place(&self, (x, y): (f64, f64)) -> Option<(f64, f64)> {
-        let frame = self.frame;
-        let drawn = has_place(&self.panel.x, x) && has_place(&self.panel.y, y);
-        drawn.then(|| {
-            (frame.x + self.x.at(x) * frame.width, frame.bottom() - self.y.at(y) * frame.height)
-        })
-    }
-}
 
 impl Figure {
     /// The figure as SVG, in pixels of 1/96 inch; always a readable picture, whatever the points
@@ -196,7 +114,7 @@ impl Figure {
             axis::below(&mut drawing, frame, &x.drawn, true);
             axis::left(&mut drawing, frame, &y.drawn, true, column == 0 || !shared_y);
             drawing.rect(frame, "none", INK, 0.9);
-            left_out += inside(&mut drawing, &Canvas { frame, panel, x, y }, &entries);
+            left_out += panel::draw(&mut drawing, &Canvas { frame, panel, x, y }, &entries);
         }
         legend.draw(&mut drawing, right + 16.0, top + above);
 
@@ -317,150 +235,4 @@ fn coordinates(panels: &[Panel], of: fn(&(f64, f64)) -> f64) -> Vec<f64> {
         curves.chain(bands).filter(drawn).map(|point| of(&point)).collect::<Vec<f64>>()
     };
     panels.iter().flat_map(drawn_in).collect()
-}
-
-/// Draws what is inside the frame of a panel; the number of points that have values but no place.
-fn inside(drawing: &mut Drawing, canvas: &Canvas<'_>, entries: &[Entry<'_>]) -> usize {
-    let Canvas { frame, panel, .. } = *canvas;
-    let look = |is_band: bool, label: &str| {
-        entries.iter().find(|e| e.is(is_band, label)).map_or(Look::of(0), |e| e.look)
-    };
-    let curves: Vec<(&Series, Vec<Option<Point>>, Look)> = panel
-        .series
-        .iter()
-        .map(|s| (s, s.points.iter().map(|&p| canvas.place(p)).collect(), look(false, &s.label)))
-        .collect();
-    // bars at one place stand side by side
-    let aside = |i: usize| (i as f64 - (panel.bands.len() as f64 - 1.0) / 2.0) * 9.0;
-    let bands: Vec<band::Placed<'_>> = panel
-        .bands
-        .iter()
-        .enumerate()
-        .map(|(i, b)| band::Placed::new(canvas, b, look(true, &b.label), aside(i)))
-        .collect();
-
-    bands.iter().for_each(|band| band.shade(drawing));
-    for band in &bands {
-        band.edges(drawing);
-        for fit in band.band.fits.iter().flatten() {
-            slope::draw(drawing, canvas, fit, band.look.color, FIT_OF_BAND);
-        }
-    }
-    for (series, _, look) in &curves {
-        if let Some(fit) = &series.fit {
-            slope::draw(drawing, canvas, fit, look.color, "");
-        }
-    }
-    for (series, places, look) in &curves {
-        curve(drawing, series, places, *look);
-    }
-    mark(drawing, canvas, &curves, &bands);
-
-    if bands.iter().all(band::Placed::is_empty)
-        && curves.iter().all(|(_, places, _)| places.iter().all(Option::is_none))
-    {
-        let middle = (frame.x + frame.width / 2.0, frame.y + frame.height / 2.0);
-        drawing.text(middle, LABEL_SIZE, Anchor::Middle, "nothing to draw");
-    }
-    // NaN is how a gap is asked for; anything else that is not drawn is worth saying.
-    let asked = |p: &Point| p.0.is_nan() || p.1.is_nan();
-    let without_place = |(series, places, _): &(&Series, Vec<Option<Point>>, Look)| {
-        series.points.iter().zip(places).filter(|(p, place)| place.is_none() && !asked(p)).count()
-    };
-    curves.iter().map(without_place).sum::<usize>()
-        + bands.iter().map(|band| band.left_out).sum::<usize>()
-}
-
-/// Marks the front, if it is asked for, and writes names beside its points, or else beside all.
-fn mark(
-    drawing: &mut Drawing,
-    canvas: &Canvas<'_>,
-    curves: &[(&Series, Vec<Option<Point>>, Look)],
-    bands: &[band::Placed<'_>],
-) {
-    let drawn = curves.iter().flat_map(|(series, places, _)| {
-        let name = |i: usize| series.names.get(i).map_or("", String::as_str);
-        places
-            .iter()
-            .enumerate()
-            .filter_map(move |(i, place)| Some((series.points[i], (*place)?, name(i))))
-    });
-    let drawn: Vec<(Point, Point, &str)> = drawn.collect();
-    let on_front: Vec<(Point, Point, &str)> = if canvas.panel.front {
-        let values: Vec<Point> = drawn.iter().map(|(value, ..)| *value).collect();
-        pareto_front(&values).into_iter().map(|i| drawn[i]).collect()
-    } else {
-        Vec::new()
-    };
-    let stairs =
-        front::stairs(canvas, &on_front.iter().map(|(value, ..)| *value).collect::<Vec<_>>());
-    front::draw(drawing, &stairs, &on_front.iter().map(|(_, place, _)| *place).collect::<Vec<_>>());
-
-    let named = if canvas.panel.front { &on_front } else { &drawn };
-    if named.iter().all(|(.., name)| name.is_empty()) {
-        return;
-    }
-    let mut lines: Vec<Segment> = Vec::new();
-    for (series, places, _) in curves {
-        if series.style != Style::Markers {
-            lines.extend(places.windows(2).filter_map(|pair| Some((pair[0]?, pair[1]?))));
-        }
-        if let Some([Some(from), Some(to)]) =
-            series.fit.as_ref().map(|fit| slope::ends(fit).map(|end| canvas.place(end)))
-        {
-            lines.push((from, to));
-        }
-    }
-    const MARKER: f64 = 3.5;
-    let of_curves = drawn.iter().map(|(_, place, _)| (*place, MARKER));
-    let rings = on_front.iter().map(|(_, place, _)| (*place, front::RING));
-    let markers = of_curves
-        .chain(bands.iter().flat_map(band::Placed::ends).map(|place| (place, MARKER)))
-        .chain(rings)
-        .collect();
-    let clear = if canvas.panel.front { front::RING } else { 4.0 };
-    let wanted: Vec<(Point, &str)> = named.iter().map(|(_, place, name)| (*place, *name)).collect();
-    names::draw(
-        drawing,
-        &wanted,
-        clear + 1.5,
-        &Taken { frame: canvas.frame, markers, lines, stairs },
-    );
-}
-
-fn curve(drawing: &mut Drawing, series: &Series, places: &[Option<(f64, f64)>], look: Look) {
-    let mut markers = Vec::new();
-    if series.style == Style::Markers {
-        markers.extend(places.iter().flatten().copied());
-    } else {
-        let every = if places.len() <= MARKED { 1 } else { places.len().div_ceil(15) };
-        let mut path = String::new();
-        let mut start = 0;
-        for run in places.split(Option::is_none) {
-            for (i, &(x, y)) in run.iter().flatten().enumerate() {
-                // Writing to a string does not fail.
-                let _ = write!(path, "{}{} {}", if i == 0 { "M" } else { "L" }, n(x), n(y));
-                let alone = run.len() == 1;
-                let marked = match series.style {
-                    Style::LineAndMarkers => (start + i).is_multiple_of(every),
-                    Style::Path => i + 1 == run.len(),
-                    Style::Line | Style::Markers => false,
-                };
-                if alone || marked {
-                    markers.push((x, y));
-                }
-            }
-            start += run.len() + 1;
-        }
-        if !path.is_empty() {
-            drawing.push(&format!(
-                r#"<path d="{path}" fill="none" stroke="{}" stroke-width="1.5" stroke-linejoin="round"{}/>"#,
-                look.color,
-                look.dash_attribute()
-            ));
-        }
-    }
-    for (x, y) in markers {
-        drawing.push(&look.marker(x, y));
-    }
 }

@@ -7,9 +7,10 @@ use base64::prelude::BASE64_STANDARD;
 use npyz::WriterBuilder;
 use thiserror::Error;
 
-use super::{Field, Grid, Values};
-use crate::delimited::exact;
-use crate::svg::escape;
+use super::quantity::{Field, Grid, Values};
+use crate::delimited::write;
+use crate::number::exact;
+use crate::text::escape;
 
 /// Fields that cannot stand in one file.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -167,5 +168,5 @@ pub fn field_csv(fields: &[&Field]) -> Result<String, VtiError> {
         }));
         row
     });
-    Ok(crate::delimited::write(std::iter::once(header).chain(rows)))
+    Ok(write(std::iter::once(header).chain(rows)))
 }

@@ -2,8 +2,9 @@
 
 use std::collections::HashSet;
 
-use crate::si::{Unit, decade, power_of_ten, trim_zeros};
+use crate::number::{decade, exact, power_of_ten, trim_zeros};
 use crate::table::{Cell, Table};
+use crate::unit::Unit;
 
 /// Digits that are written, and those that may be needed so that no two values look alike.
 const DIGITS: [usize; 2] = [4, 6];
@@ -53,7 +54,7 @@ impl Written {
 /// A number rounded to so many significant digits: `25.3`, `0.0001`, `2.5·10⁻⁷`.
 fn short(x: f64, digits: usize) -> String {
     if x == 0.0 || !x.is_finite() {
-        return if x == 0.0 { "0".to_owned() } else { crate::delimited::exact(x) };
+        return if x == 0.0 { "0".to_owned() } else { exact(x) };
     }
     let leading = decade(x, digits);
     let number = if (-4..6).contains(&leading) {

@@ -5,8 +5,11 @@ use comfy_table::{
 };
 use unicode_width::UnicodeWidthStr;
 
-use crate::si::{Unit, decade, exponent, trim_zeros};
-use crate::table::{Cell, Table};
+use super::cell::Cell;
+use super::rows::Table;
+use crate::number::{decade, exact, exponent, significant, trim_zeros};
+use crate::text::printable;
+use crate::unit::Unit;
 
 /// How [`Table::terminal`] lays a table out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,7 +94,7 @@ impl Table {
             align(&values, layout.digits.clamp(1, 17), missing)
         } else {
             let text = |cell: &Cell| match cell {
-                Cell::Number(x) => crate::si::significant(*x, layout.digits.clamp(1, 17)),
+                Cell::Number(x) => significant(*x, layout.digits.clamp(1, 17)),
                 Cell::Integer(i) => i.to_string(),
                 Cell::Text(text) => printable(text),
                 Cell::Missing => missing.to_owned(),
@@ -106,11 +109,6 @@ impl Table {
     }
 }
 
-/// Text with control characters (escape sequences, line ends) made visible.
-fn printable(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
-}
-
 /// Numbers as text of equal width, aligned at the decimal point; with exponents if a plain number
 /// of one of them would need more than six leading or trailing zeros.
 fn align(values: &[Option<f64>], digits: usize, missing: &str) -> Vec<String> {
@@ -123,9 +121,7 @@ fn align(values: &[Option<f64>], digits: usize, missing: &str) -> Vec<String> {
         .iter()
         .map(|value| match value {
             None => (missing.to_owned(), String::new(), String::new()),
-            Some(x) if !x.is_finite() => {
-                (crate::delimited::exact(*x), String::new(), String::new())
-            }
+            Some(x) if !x.is_finite() => (exact(*x), String::new(), String::new()),
             Some(x) => {
                 let (number, power) = if *x == 0.0 {
                     ("0".to_owned(), String::new())

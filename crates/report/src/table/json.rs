@@ -1,9 +1,10 @@
-//! JSON.
+//! A table as JSON.
 
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
-use crate::table::{Cell, Column, Table};
+use super::cell::Cell;
+use super::rows::{Column, Table};
 
 /// One row as an object whose keys keep the order of the columns.
 struct Row<'a>(&'a [Column], &'a [Cell]);

@@ -1,0 +1,177 @@
+//! The frame around a picture: ticks, their labels, and what the axes are called.
+
+use super::scale::Scale;
+use super::ticks::Ticks;
+use crate::font::{text_width, wrap};
+use crate::number::power_of_ten;
+use crate::svg::{Anchor, Drawing, Rect, n};
+use crate::text::escape;
+
+pub(crate) const TICK_SIZE: f64 = 11.0;
+pub(crate) const LABEL_SIZE: f64 = 12.0;
+pub(crate) const TITLE_SIZE: f64 = 13.0;
+pub(crate) const INK: &str = "#1a1a1a";
+const GRID: &str = "#e4e4e4";
+/// From the frame to the tick labels.
+const GAP: f64 = 6.0;
+
+/// An axis ready to be drawn.
+#[derive(Debug, Clone)]
+pub(crate) struct Drawn {
+    pub(crate) scale: Scale,
+    pub(crate) ticks: Ticks,
+    pub(crate) label: String,
+}
+
+impl Drawn {
+    /// An axis called `label [unit]`, or `label [10⁻⁶ unit]` when the ticks leave out a power of
+    /// ten.
+    pub(crate) fn new(scale: Scale, ticks: Ticks, label: &str, unit: &str) -> Drawn {
+        let unit = match (ticks.exponent, unit) {
+            (0, "") => String::new(),
+            (0, unit) => format!("[{unit}]"),
+            (power, "" | "1") => format!("[{}]", power_of_ten(power)),
+            (power, unit) => format!("[{} {unit}]", power_of_ten(power)),
+        };
+        let label = if label.is_empty() || unit.is_empty() {
+            format!("{label}{unit}")
+        } else {
+            format!("{label} {unit}")
+        };
+        Drawn { scale, ticks, label }
+    }
+
+    fn widest_tick(&self) -> f64 {
+        self.ticks.major.iter().map(|(_, label)| text_width(label, TICK_SIZE)).fold(0.0, f64::max)
+    }
+
+    /// The label of a vertical axis of a height, in lines.
+    fn upright_label(&self, height: f64) -> Vec<String> {
+        wrap(&self.label, (height * 1.1).max(70.0), LABEL_SIZE, 3)
+    }
+
+    /// The room that a vertical axis needs beside its frame.
+    pub(crate) fn room_beside(&self, height: f64) -> f64 {
+        GAP + self.widest_tick()
+            + 8.0
+            + self.upright_label(height).len() as f64 * (LABEL_SIZE + 3.0)
+    }
+
+    /// A horizontal axis of a width in pixels, with as many ticks as have room for their labels.
+    pub(crate) fn across(scale: Scale, width: f64, label: &str, unit: &str) -> Drawn {
+        let most = (width / 45.0) as usize;
+        let candidates = (2..=most.max(3))
+            .rev()
+            .map(|target| Drawn::new(scale, scale.ticks(target), label, unit));
+        let mut fewest = None;
+        for drawn in candidates {
+            if !drawn.slanted(width) {
+                return drawn;
+            }
+            fewest = Some(drawn);
+        }
+        fewest.unwrap_or_else(|| Drawn::new(scale, scale.ticks(2), label, unit))
+    }
+
+    /// Whether the tick labels of a horizontal axis have to be set askew to fit.
+    fn slanted(&self, width: f64) -> bool {
+        let mut places: Vec<(f64, f64)> = self
+            .ticks
+            .major
+            .iter()
+            .map(|(x, label)| (self.scale.at(*x) * width, text_width(label, TICK_SIZE)))
+            .collect();
+        places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        places.windows(2).any(|pair| pair[1].0 - pair[0].0 < (pair[0].1 + pair[1].1) / 2.0 + 4.0)
+    }
+
+    /// The room that a horizontal axis needs below its frame.
+    pub(crate) fn room_below(&self, width: f64) -> f64 {
+        let ticks = if self.slanted(width) {
+            self.widest_tick() * SLANT.sin() + TICK_SIZE
+        } else {
+            TICK_SIZE
+        };
+        GAP + ticks
+            + 6.0
+            + wrap(&self.label, width * 1.1, LABEL_SIZE, 2).len() as f64 * (LABEL_SIZE + 3.0)
+    }
+}
+
+const SLANT: f64 = 35.0 * std::f64::consts::PI / 180.0;
+
+/// The light lines behind the curves.
+pub(crate) fn grid(drawing: &mut Drawing, frame: Rect, x: &Drawn, y: &Drawn) {
+    for (value, _) in &x.ticks.major {
+        let at = frame.x + x.scale.at(*value) * frame.width;
+        drawing.line((at, frame.y), (at, frame.bottom()), GRID, 0.7);
+    }
+    for (value, _) in &y.ticks.major {
+        let at = frame.bottom() - y.scale.at(*value) * frame.height;
+        drawing.line((frame.x, at), (frame.right(), at), GRID, 0.7);
+    }
+}
+
+/// The frame and the horizontal axis below it.
+pub(crate) fn below(drawing: &mut Drawing, frame: Rect, axis: &Drawn, inward: bool) {
+    let toward = if inward { -1.0 } else { 1.0 };
+    let place = |value: f64| frame.x + axis.scale.at(value) * frame.width;
+    for value in &axis.ticks.minor {
+        drawing.line(
+            (place(*value), frame.bottom()),
+            (place(*value), frame.bottom() + toward * 2.5),
+            INK,
+            0.7,
+        );
+    }
+    let slanted = axis.slanted(frame.width);
+    for (value, label) in &axis.ticks.major {
+        let x = place(*value);
+        drawing.line((x, frame.bottom()), (x, frame.bottom() + toward * 4.5), INK, 0.8);
+        let baseline = frame.bottom() + GAP + TICK_SIZE - 1.0;
+        if slanted {
+            let (x, y) = (n(x + 3.0), n(baseline - 1.0));
+            let text = escape(label);
+            drawing.push(&format!(
+                r#"<text x="{x}" y="{y}" font-size="{TICK_SIZE}" text-anchor="end" transform="rotate(-35 {x} {y})">{text}</text>"#
+            ));
+        } else {
+            drawing.text((x, baseline), TICK_SIZE, Anchor::Middle, label);
+        }
+    }
+    let lines = wrap(&axis.label, frame.width * 1.1, LABEL_SIZE, 2);
+    let first = frame.bottom() + axis.room_below(frame.width)
+        - (lines.len() as f64 - 1.0) * (LABEL_SIZE + 3.0)
+        - 3.0;
+    for (i, line) in lines.iter().enumerate() {
+        let at = (frame.x + frame.width / 2.0, first + i as f64 * (LABEL_SIZE + 3.0));
+        drawing.text(at, LABEL_SIZE, Anchor::Middle, line);
+    }
+}
+
+/// The vertical axis at the left of the frame, with or without numbers and label.
+pub(crate) fn left(drawing: &mut Drawing, frame: Rect, axis: &Drawn, inward: bool, labelled: bool) {
+    let toward = if inward { 1.0 } else { -1.0 };
+    let place = |value: f64| frame.bottom() - axis.scale.at(value) * frame.height;
+    for value in &axis.ticks.minor {
+        drawing.line((frame.x, place(*value)), (frame.x + toward * 2.5, place(*value)), INK, 0.7);
+    }
+    for (value, label) in &axis.ticks.major {
+        let y = place(*value);
+        drawing.line((frame.x, y), (frame.x + toward * 4.5, y), INK, 0.8);
+        if labelled {
+            drawing.text((frame.x - GAP, y + TICK_SIZE * 0.36), TICK_SIZE, Anchor::End, label);
+        }
+    }
+    if labelled {
+        let lines = axis.upright_label(frame.height);
+        for (i, line) in lines.iter().enumerate() {
+            let x = frame.x
+                - GAP
+                - axis.widest_tick()
+                - 8.0
+                - (lines.len() - 1 - i) as f64 * (LABEL_SIZE + 3.0);
+            drawing.text_upwards((x, frame.y + frame.height / 2.0), LABEL_SIZE, line);
+        }
+    }
+}

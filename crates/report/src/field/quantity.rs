@@ -1,0 +1,191 @@
+//! A quantity on a uniform rectangular grid: pressure, gap, contact state.
+
+use thiserror::Error;
+
+/// A uniform grid of rectangular elements.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grid {
+    /// Elements along x.
+    pub nx: usize,
+    /// Elements along y.
+    pub ny: usize,
+    /// The corner of the first element with the least x and y, in metres.
+    pub origin: [f64; 2],
+    /// The sides of an element along x and y, in metres.
+    pub element: [f64; 2],
+}
+
+impl Grid {
+    /// The number of elements.
+    pub fn len(&self) -> usize {
+        self.nx * self.ny
+    }
+
+    /// Whether there is no element; never so for the grid of a [`Field`].
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The centre of element (i, j), in metres.
+    pub fn centre(&self, i: usize, j: usize) -> [f64; 2] {
+        [
+            self.origin[0] + (i as f64 + 0.5) * self.element[0],
+            self.origin[1] + (j as f64 + 0.5) * self.element[1],
+        ]
+    }
+
+    /// The lengths of the sides of the whole grid, in metres.
+    pub(super) fn lengths(&self) -> [f64; 2] {
+        [self.nx as f64 * self.element[0], self.ny as f64 * self.element[1]]
+    }
+}
+
+/// One value per element; element (i, j), the i-th along x and the j-th along y, has index `j · nx
+/// + i`.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Values {
+    /// A quantity in SI units. NaN where there is none, e.g. outside a mask.
+    Number(Vec<f64>),
+    /// A state, e.g. stick or slip. The first is drawn as ground, the second as light grey, the
+    /// rest in colours.
+    Category {
+        /// The index of the state in `names`.
+        of: Vec<u8>,
+        /// What the states are called.
+        names: Vec<String>,
+    },
+}
+
+/// A field that cannot be.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum FieldError {
+    /// The grid has no elements, or more than can be counted.
+    #[error(
+        "field `{name}` has a grid of {nx}×{ny} elements; both numbers must be at least 1 and their product a size in memory"
+    )]
+    Grid {
+        /// The field.
+        name: String,
+        /// Elements along x.
+        nx: usize,
+        /// Elements along y.
+        ny: usize,
+    },
+    /// The grid does not lie in the plane.
+    #[error(
+        "field `{name}` lies at {origin:?} m with elements of {element:?} m; coordinates must be finite and sides positive"
+    )]
+    Geometry {
+        /// The field.
+        name: String,
+        /// The corner.
+        origin: [f64; 2],
+        /// The sides.
+        element: [f64; 2],
+    },
+    /// There are too few or too many values.
+    #[error("field `{name}` has {found} values for a grid of {expected} elements")]
+    Length {
+        /// The field.
+        name: String,
+        /// The number of values.
+        found: usize,
+        /// The number of elements.
+        expected: usize,
+    },
+    /// A state has no name.
+    #[error(
+        "field `{name}` has state {state} in element {element}, but names only for states below {names}"
+    )]
+    UnknownState {
+        /// The field.
+        name: String,
+        /// The state.
+        state: u8,
+        /// The index of the element.
+        element: usize,
+        /// The number of names.
+        names: usize,
+    },
+}
+
+/// A quantity on a grid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field {
+    pub(super) name: String,
+    pub(super) unit: String,
+    pub(super) grid: Grid,
+    pub(super) values: Values,
+}
+
+impl Field {
+    /// A field, after checking that the values fit the grid.
+    ///
+    /// `unit` is the SI unit of the values; it has no meaning for states.
+    ///
+    /// # Errors
+    /// [`FieldError`].
+    pub fn new(
+        name: impl Into<String>,
+        unit: impl Into<String>,
+        grid: Grid,
+        values: Values,
+    ) -> Result<Field, FieldError> {
+        let name = name.into();
+        let expected = match grid.nx.checked_mul(grid.ny) {
+            Some(elements) if elements > 0 => elements,
+            _ => return Err(FieldError::Grid { name, nx: grid.nx, ny: grid.ny }),
+        };
+        let ends = [0, 1].map(|k| grid.origin[k] + grid.lengths()[k]);
+        // A side that vanishes beside the coordinates would leave no room to draw in.
+        let sound = (0..2)
+            .all(|k| grid.element[k] > 0.0 && ends[k].abs() < 1e280 && ends[k] > grid.origin[k])
+            && grid.origin.iter().all(|x| x.is_finite());
+        if !sound {
+            return Err(FieldError::Geometry { name, origin: grid.origin, element: grid.element });
+        }
+        let found = match &values {
+            Values::Number(values) => values.len(),
+            Values::Category { of, .. } => of.len(),
+        };
+        if found != expected {
+            return Err(FieldError::Length { name, found, expected });
+        }
+        if let Values::Category { of, names } = &values
+            && let Some(element) = of.iter().position(|&state| usize::from(state) >= names.len())
+        {
+            return Err(FieldError::UnknownState {
+                name,
+                state: of[element],
+                element,
+                names: names.len(),
+            });
+        }
+        Ok(Field { name, unit: unit.into(), grid, values })
+    }
+
+    /// What the quantity is called.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The SI unit of the values.
+    pub fn unit(&self) -> &str {
+        &self.unit
+    }
+
+    /// Where the elements are.
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// One value per element.
+    pub fn values(&self) -> &Values {
+        &self.values
+    }
+
+    /// The name as words.
+    pub(super) fn title(&self) -> String {
+        self.name.replace('_', " ")
+    }
+}

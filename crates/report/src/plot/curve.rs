@@ -1,0 +1,50 @@
+//! A curve: its line and its markers.
+
+use std::fmt::Write;
+
+use super::canvas::MARKED;
+use super::figure::{Series, Style};
+use crate::palette::Look;
+use crate::svg::{Drawing, n};
+
+pub(super) fn draw(
+    drawing: &mut Drawing,
+    series: &Series,
+    places: &[Option<(f64, f64)>],
+    look: Look,
+) {
+    let mut markers = Vec::new();
+    if series.style == Style::Markers {
+        markers.extend(places.iter().flatten().copied());
+    } else {
+        let every = if places.len() <= MARKED { 1 } else { places.len().div_ceil(15) };
+        let mut path = String::new();
+        let mut start = 0;
+        for run in places.split(Option::is_none) {
+            for (i, &(x, y)) in run.iter().flatten().enumerate() {
+                // Writing to a string does not fail.
+                let _ = write!(path, "{}{} {}", if i == 0 { "M" } else { "L" }, n(x), n(y));
+                let alone = run.len() == 1;
+                let marked = match series.style {
+                    Style::LineAndMarkers => (start + i).is_multiple_of(every),
+                    Style::Path => i + 1 == run.len(),
+                    Style::Line | Style::Markers => false,
+                };
+                if alone || marked {
+                    markers.push((x, y));
+                }
+            }
+            start += run.len() + 1;
+        }
+        if !path.is_empty() {
+            drawing.push(&format!(
+                r#"<path d="{path}" fill="none" stroke="{}" stroke-width="1.5" stroke-linejoin="round"{}/>"#,
+                look.color,
+                look.dash_attribute()
+            ));
+        }
+    }
+    for (x, y) in markers {
+        drawing.push(&look.marker(x, y));
+    }
+}

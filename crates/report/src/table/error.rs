@@ -1,0 +1,53 @@
+//! Why a table cannot be made, selected from or sorted.
+
+use std::fmt;
+
+use thiserror::Error;
+
+/// A column was asked for that the table does not have.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UnknownColumn {
+    /// The name asked for.
+    pub name: String,
+    /// Columns with a similar name, closest first.
+    pub close: Vec<String>,
+    /// Every column of the table.
+    pub columns: Vec<String>,
+}
+
+impl fmt::Display for UnknownColumn {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "there is no column `{}`", self.name)?;
+        if self.close.is_empty() {
+            match self.columns.as_slice() {
+                [] => write!(f, "; the table has no columns"),
+                columns => write!(f, "; the columns are {}", columns.join(", ")),
+            }
+        } else {
+            write!(f, "; did you mean {}?", self.close.join(" or "))
+        }
+    }
+}
+
+impl std::error::Error for UnknownColumn {}
+
+/// Why a table could not be made, selected from or sorted.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum TableError {
+    /// Two columns share a name, so that neither could be asked for.
+    #[error("column `{0}` occurs twice; every column needs a name of its own")]
+    Duplicate(String),
+    /// A row is longer or shorter than the header.
+    #[error("row {row} has {found} cells, but there are {expected} columns")]
+    RowLength {
+        /// Index of the row, from 0.
+        row: usize,
+        /// Its number of cells.
+        found: usize,
+        /// The number of columns.
+        expected: usize,
+    },
+    /// A column was asked for that is not there.
+    #[error(transparent)]
+    UnknownColumn(#[from] UnknownColumn),
+}
