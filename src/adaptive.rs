@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use anyhow::{Context, Result};
 use contact::numerics::Mesh;
-use report::{Cell, Column, Table};
+use report::{Cell, DataTable, TableColumn};
 use serde::Serialize;
 use study::adaptive::OF_ONE_JOB;
 use study::{Adaptive, JobKey, Point, Record, Study};
@@ -116,14 +116,14 @@ pub(crate) fn check(study: &Study) -> Result<()> {
 
 /// A row of a point as its job will leave it: what it is not known to say has its type, and no
 /// value if it is a number.
-fn sample(columns: &[study::Column], point: &Point) -> Result<Table> {
-    let heads = columns.iter().map(|column| Column::new(column.name.as_ref(), column.unit()));
+fn sample(columns: &[study::Column], point: &Point) -> Result<DataTable> {
+    let heads = columns.iter().map(|column| TableColumn::new(column.name.as_ref(), column.unit()));
     let cells = columns.iter().map(|column| match results::cell(column.value(point, None)) {
         Cell::Missing if column.is_numeric() => Cell::Number(f64::NAN),
         Cell::Missing => Cell::Text(String::new()),
         known => known,
     });
-    Ok(Table::new(heads.collect(), vec![cells.collect()])?)
+    Ok(DataTable::new(heads.collect(), vec![cells.collect()])?)
 }
 
 fn refine(
@@ -252,12 +252,12 @@ fn values(study: &Study, point: &Point, without: Option<usize>) -> Vec<(String, 
 }
 
 /// What was found as a table.
-pub(crate) fn table(study: &Study, findings: &[Finding]) -> Result<Table> {
+pub(crate) fn table(study: &Study, findings: &[Finding]) -> Result<DataTable> {
     let axes = findings.first().map(|finding| finding.at.clone()).unwrap_or_default();
     let columns = study.columns();
     let unit = |name: &str| study::columns::find(&columns, name).map_or("", study::Column::unit);
-    let mut heads: Vec<Column> =
-        axes.iter().map(|(name, _)| Column::new(name.as_str(), unit(name))).collect();
+    let mut heads: Vec<TableColumn> =
+        axes.iter().map(|(name, _)| TableColumn::new(name.as_str(), unit(name))).collect();
     let own: Vec<(String, String)> = match study.adaptive() {
         Some(Adaptive::Refine { on, .. }) => {
             vec![
@@ -276,8 +276,8 @@ pub(crate) fn table(study: &Study, findings: &[Finding]) -> Result<Table> {
             .to_vec(),
         None => Vec::new(),
     };
-    heads.extend(own.iter().map(|(name, unit)| Column::new(name.as_str(), unit.as_str())));
-    heads.push(Column::new("found", ""));
+    heads.extend(own.iter().map(|(name, unit)| TableColumn::new(name.as_str(), unit.as_str())));
+    heads.push(TableColumn::new("found", ""));
     let rows = findings.iter().map(|Finding { at, found }| {
         let mesh =
             |[x, y]: [u32; 2]| Cell::Text(if x == y { x.to_string() } else { format!("{x}x{y}") });
@@ -321,5 +321,5 @@ pub(crate) fn table(study: &Study, findings: &[Finding]) -> Result<Table> {
             .chain([Cell::Text(words.to_owned())])
             .collect()
     });
-    Ok(Table::new(heads, rows.collect())?)
+    Ok(DataTable::new(heads, rows.collect())?)
 }

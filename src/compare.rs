@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use anyhow::{Result, bail};
 use contact::outcome::{Fields, Observables, Outcome};
 use contact::reference::{ClosedForm, Errors, PowerLaw, Trend, closed_form, power_law, richardson};
-use report::{Cell, Column, Table};
+use report::{Cell, DataTable, TableColumn};
 use study::columns::Compared;
 use study::key::Key;
 use study::ladder::{Ladder, Reference};
@@ -196,7 +196,7 @@ pub(crate) fn orders(
     study: &Study,
     ladders: &[Rungs<'_>],
     compared: &[Option<Compared>],
-) -> Result<Table> {
+) -> Result<DataTable> {
     let along = study
         .ladder()
         .map_or("h", |ladder| if ladder.along == Key::Epsilon { "epsilon" } else { "h" });
@@ -204,8 +204,8 @@ pub(crate) fn orders(
     let own = ["error", "order", "±", "from", "to", "finest error", "reference"];
     let unit = |name: &str| if along == "h" && matches!(name, "from" | "to") { "m" } else { "" };
     heads.extend(own.map(|name| match name {
-        "from" | "to" => Column::new(format!("{along} {name}"), unit(name)),
-        _ => Column::new(name, ""),
+        "from" | "to" => TableColumn::new(format!("{along} {name}"), unit(name)),
+        _ => TableColumn::new(name, ""),
     }));
     let mut rows = Vec::new();
     for ladder in ladders {
@@ -238,7 +238,7 @@ pub(crate) fn orders(
             rows.push(row);
         }
     }
-    Ok(Table::new(heads, rows)?)
+    Ok(DataTable::new(heads, rows)?)
 }
 
 /// A quantity with its unit.
@@ -254,7 +254,7 @@ const LIMITS: [Quantity; 5] = [
 ];
 
 /// What the quantities of each ladder of meshes tend to, by Richardson's extrapolation.
-pub(crate) fn limits(study: &Study, ladders: &[Rungs<'_>]) -> Result<Option<Table>> {
+pub(crate) fn limits(study: &Study, ladders: &[Rungs<'_>]) -> Result<Option<DataTable>> {
     if study.ladder().is_none_or(|ladder| ladder.along != Key::Mesh)
         || ladders.iter().all(|ladder| ladder.rungs.len() < 3)
     {
@@ -263,7 +263,7 @@ pub(crate) fn limits(study: &Study, ladders: &[Rungs<'_>]) -> Result<Option<Tabl
     let mut heads = axes(study, ladders);
     heads.extend(
         ["quantity", "unit", "finest", "limit", "± (estimated)", "order", "values"]
-            .map(|name| Column::new(name, "")),
+            .map(|name| TableColumn::new(name, "")),
     );
     let mut rows = Vec::new();
     for ladder in ladders {
@@ -301,18 +301,18 @@ pub(crate) fn limits(study: &Study, ladders: &[Rungs<'_>]) -> Result<Option<Tabl
             rows.push(row);
         }
     }
-    Ok(Some(Table::new(heads, rows)?))
+    Ok(Some(DataTable::new(heads, rows)?))
 }
 
 /// The axes besides the ladder's.
-fn axes(study: &Study, ladders: &[Rungs<'_>]) -> Vec<Column> {
+fn axes(study: &Study, ladders: &[Rungs<'_>]) -> Vec<TableColumn> {
     let columns = study.columns();
     let unit = |name: &str| study::columns::find(&columns, name).map_or("", study::Column::unit);
     let names = ladders
         .first()
         .map(|ladder| ladder.at.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>())
         .unwrap_or_default();
-    names.into_iter().map(|name| Column::new(name, unit(name))).collect()
+    names.into_iter().map(|name| TableColumn::new(name, unit(name))).collect()
 }
 
 /// So many digits after the first.

@@ -9,7 +9,7 @@ use contact::outcome::StepOutcome;
 use contact::reference::{
     ClosedForm, Errors, FigureErrors, PowerLaw, closed_form, power_law, richardson,
 };
-use report::{Cell, Column, Table, pareto_front};
+use report::{Cell, DataTable, TableColumn, pareto_front};
 use study::columns::Compared;
 use study::cost::{Cost, is_rung};
 use study::key::Key;
@@ -22,7 +22,7 @@ use crate::results::cell;
 pub(crate) struct Costs {
     pub(crate) compared: Vec<Option<Compared>>,
     /// A title and a table each.
-    pub(crate) answers: Vec<(&'static str, Table)>,
+    pub(crate) answers: Vec<(&'static str, DataTable)>,
 }
 
 /// A rung: settings, their error and their time.
@@ -218,9 +218,9 @@ pub(crate) fn compare(
     let columns = study.columns();
     let unit = |name: &str| study::columns::find(&columns, name).map_or("", study::Column::unit);
     let table = |own: &[(&str, &str)], rows: Vec<Vec<Cell>>| {
-        let heads = axes.iter().map(|name| Column::new(name.as_str(), unit(name)));
-        Table::new(
-            heads.chain(own.iter().map(|(name, unit)| Column::new(*name, *unit))).collect(),
+        let heads = axes.iter().map(|name| TableColumn::new(name.as_str(), unit(name)));
+        DataTable::new(
+            heads.chain(own.iter().map(|(name, unit)| TableColumn::new(*name, *unit))).collect(),
             rows,
         )
     };

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use contact::outcome::Fields;
-use report::{Field, Figure, FigureSpec, Grid, Table, TerminalInk, Values, field_csv, vti};
+use report::{
+    DataTable, Field, FieldGrid, FigureSpec, PlotFigure, TerminalInk, Values, field_csv, vti,
+};
 use store::Store;
 use study::Study;
 use study::columns::{Role, along_path, find};
@@ -52,7 +54,7 @@ pub(crate) fn draw(
     }
 }
 
-fn picture(study: &Study, table: &Table, figure: &study::Figure) -> Result<Figure> {
+fn picture(study: &Study, table: &DataTable, figure: &study::Figure) -> Result<PlotFigure> {
     let columns = if figure.steps { along_path(study.columns()) } else { study.columns() };
     let labels: Vec<(&str, String)> =
         columns.iter().map(|column| (column.name.as_ref(), label(column, &columns))).collect();
@@ -91,7 +93,7 @@ fn picture(study: &Study, table: &Table, figure: &study::Figure) -> Result<Figur
         front: figure.front,
         names: figure.names.as_deref(),
     };
-    Ok(Figure::from_table(table, &spec)?)
+    Ok(PlotFigure::from_table(table, &spec)?)
 }
 
 fn write(file: &Path, bytes: &[u8]) -> Result<()> {
@@ -230,7 +232,7 @@ pub(crate) fn check_field(name: &str, file: Option<&Path>) -> Result<()> {
 pub(crate) fn field(fields: &Fields, name: &str) -> Result<Field> {
     let [nx, ny] = fields.shape.map(|n| n as usize);
     let corner = [0, 1].map(|c| fields.origin[c] - 0.5 * fields.element[c]);
-    let grid = Grid { nx, ny, origin: corner, element: fields.element };
+    let grid = FieldGrid { nx, ny, origin: corner, element: fields.element };
     let on_sole = |values: &[f64]| -> Values {
         Values::Number(
             values

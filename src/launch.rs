@@ -10,7 +10,7 @@ use contact::problem::Problem;
 use contact::scene::SceneError;
 use indicatif::BinaryBytes;
 use rayon::prelude::*;
-use report::Table;
+use report::DataTable;
 use runner::{Interrupt, Options, Task};
 use serde::Serialize;
 use store::{OpenError, Store};
@@ -304,7 +304,7 @@ fn report(results: &Results, directory: &Path, json: bool, tally: Tally) -> Resu
     let mut table = results.table()?.select(&results.usual_columns(false))?;
     let all = table.rows().len();
     if all > SUMMARY_ROWS {
-        table = Table::new(table.columns().to_vec(), table.rows()[..SUMMARY_ROWS].to_vec())?;
+        table = DataTable::new(table.columns().to_vec(), table.rows()[..SUMMARY_ROWS].to_vec())?;
     }
     text += &table.terminal(&crate::query::layout());
     if all > SUMMARY_ROWS {

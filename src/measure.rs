@@ -10,7 +10,7 @@ use contact::numerics::Numerics;
 use contact::outcome::{Fields, Outcome, Status};
 use contact::punch::Surfaces;
 use contact::{Operators, forecast};
-use report::{Cell, Column, Table};
+use report::{Cell, DataTable, TableColumn};
 use serde::{Deserialize, Serialize};
 use study::record::{decode_fields, encode_fields};
 use study::{Adaptive, Case, Job};
@@ -144,7 +144,7 @@ fn runs(job: &Case, surfaces: &Surfaces, repeat: u32) -> Result<Vec<Run>> {
     Ok(runs)
 }
 
-fn table(runs: &[Run]) -> Result<Table> {
+fn table(runs: &[Run]) -> Result<DataTable> {
     let heads = [
         ("simulated too", ""),
         ("unknowns", ""),
@@ -176,7 +176,10 @@ fn table(runs: &[Run]) -> Result<Table> {
             run.status.into(),
         ]
     });
-    Ok(Table::new(heads.map(|(name, unit)| Column::new(name, unit)).collect(), rows.collect())?)
+    Ok(DataTable::new(
+        heads.map(|(name, unit)| TableColumn::new(name, unit)).collect(),
+        rows.collect(),
+    )?)
 }
 
 pub(crate) fn median(mut seconds: Vec<f64>) -> f64 {

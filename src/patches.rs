@@ -3,7 +3,7 @@
 use anyhow::Result;
 use contact::observables::{self, State};
 use contact::outcome::Fields;
-use report::{Cell, Column, Table};
+use report::{Cell, DataTable, TableColumn};
 use serde::Serialize;
 
 /// A region in contact that touches no other, elements that share a corner taken for one; in SI
@@ -68,7 +68,7 @@ fn patch(fields: &Fields, region: &[usize]) -> Patch {
 }
 
 /// The patches as a table.
-pub(crate) fn table(patches: &[Patch]) -> Result<Table> {
+pub(crate) fn table(patches: &[Patch]) -> Result<DataTable> {
     let heads =
         [("patch", "")].into_iter().chain([("area", "m²"), ("load", "N"), ("peak_pressure", "Pa")]);
     let heads = heads.chain(["x", "y", "x_from", "x_to", "y_from", "y_to"].map(|name| (name, "m")));
@@ -77,7 +77,10 @@ pub(crate) fn table(patches: &[Patch]) -> Result<Table> {
             [p.area, p.load, p.peak_pressure, p.x, p.y, p.x_from, p.x_to, p.y_from, p.y_to];
         [Cell::Integer(index as i64 + 1)].into_iter().chain(numbers.map(Cell::Number)).collect()
     });
-    Ok(Table::new(heads.map(|(name, unit)| Column::new(name, unit)).collect(), rows.collect())?)
+    Ok(DataTable::new(
+        heads.map(|(name, unit)| TableColumn::new(name, unit)).collect(),
+        rows.collect(),
+    )?)
 }
 
 #[cfg(test)]

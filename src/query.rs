@@ -1,7 +1,7 @@
 //! `status` and `query`: what a store knows.
 
 use anyhow::Result;
-use report::{Cell, Column, Table, TerminalLayout};
+use report::{Cell, DataTable, TableColumn, TerminalLayout};
 use store::{Origin, Reader, Store};
 use study::Study;
 use study::columns::{Role, along_path};
@@ -60,8 +60,8 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
         return output::print("no studies so far\n");
     }
     let heads = ["study", "points", "certified", "failed", "left", "question"]
-        .map(|name| Column::new(name, ""));
-    output::print(&Table::new(heads.to_vec(), rows)?.terminal(&layout()))
+        .map(|name| TableColumn::new(name, ""));
+    output::print(&DataTable::new(heads.to_vec(), rows)?.terminal(&layout()))
 }
 
 pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
@@ -118,7 +118,7 @@ pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
 }
 
 /// What can be selected, as a table itself.
-fn columns(study: &Study, steps: bool) -> Result<Table> {
+fn columns(study: &Study, steps: bool) -> Result<DataTable> {
     let role = |role: Role| match role {
         Role::Axis => "axis",
         Role::Key => "key",
@@ -137,8 +137,8 @@ fn columns(study: &Study, steps: bool) -> Result<Table> {
             [&c.name, c.unit(), role(c.role), c.meaning].map(|t| Cell::Text(t.to_owned())).to_vec()
         })
         .collect();
-    Ok(Table::new(
-        ["column", "unit", "kind", "meaning"].map(|name| Column::new(name, "")).to_vec(),
+    Ok(DataTable::new(
+        ["column", "unit", "kind", "meaning"].map(|name| TableColumn::new(name, "")).to_vec(),
         rows,
     )?)
 }

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use anyhow::{Context, Result, bail};
 use contact::loading::Step;
 use contact::outcome::{Fields, Observables};
-use report::{Cell, Table};
+use report::{Cell, DataTable};
 use store::{Blobs, ReadError, Reader, Store};
 use study::columns::{Compared, Role, Row, Value, along_path};
 use study::record::decode_fields;
@@ -63,7 +63,7 @@ pub(crate) struct Results {
     /// How far each point is from what it is compared with, if the study compares.
     compared: Vec<Option<Compared>>,
     /// What the study says beyond its rows: a title and a table.
-    pub(crate) answers: Vec<(&'static str, Table)>,
+    pub(crate) answers: Vec<(&'static str, DataTable)>,
     /// Points whose accuracy was asked for and not reached.
     pub(crate) inaccurate: usize,
 }
@@ -139,7 +139,7 @@ impl Results {
 
     /// What the study says beyond its rows, each table under its title.
     pub(crate) fn answers_words(&self) -> String {
-        let words = |(title, table): &(&str, Table)| match (table.columns(), table.rows()) {
+        let words = |(title, table): &(&str, DataTable)| match (table.columns(), table.rows()) {
             // a sentence
             ([_], [row]) => format!("\n{}\n", row.iter().map(words_of).collect::<String>()),
             _ => format!("\n{title}\n{}", table.terminal(&crate::query::layout())),
@@ -157,23 +157,23 @@ impl Results {
     }
 
     /// Every column of every point.
-    pub(crate) fn table(&self) -> Result<Table> {
+    pub(crate) fn table(&self) -> Result<DataTable> {
         let columns = self.study.columns();
         let rows = self.points.iter().zip(&self.compared).map(|(point, compared)| {
             row(&columns, &Row { point, record: self.record(point), compared: compared.as_ref() })
         });
-        Ok(Table::new(heads(&columns), rows.collect())?)
+        Ok(DataTable::new(heads(&columns), rows.collect())?)
     }
 
     /// Every column of every increment that was computed.
-    pub(crate) fn increments(&self) -> Result<Table> {
+    pub(crate) fn increments(&self) -> Result<DataTable> {
         let computed = self.points.iter().filter_map(|point| Some((point, self.record(point)?)));
         increments(&along_path(self.study.columns()), computed)
     }
 
     /// What the study's figures are drawn from: the points, or their increments; one at which a
     /// path failed is no solution.
-    pub(crate) fn figure_table(&self, steps: bool) -> Result<Table> {
+    pub(crate) fn figure_table(&self, steps: bool) -> Result<DataTable> {
         if steps { Ok(self.increments()?.filter("status == \"certified\"")?) } else { self.table() }
     }
 
@@ -317,26 +317,33 @@ pub(crate) fn fields(blobs: &Blobs, record: &Record) -> Result<Fields> {
 }
 
 /// One row by itself, as a table.
-pub(crate) fn table(columns: &[Column], point: &Point, record: Option<&Record>) -> Result<Table> {
-    Ok(Table::new(heads(columns), vec![row(columns, &Row { point, record, compared: None })])?)
+pub(crate) fn table(
+    columns: &[Column],
+    point: &Point,
+    record: Option<&Record>,
+) -> Result<DataTable> {
+    Ok(DataTable::new(heads(columns), vec![row(columns, &Row { point, record, compared: None })])?)
 }
 
 /// A table of the increments of results.
 pub(crate) fn increments<'r>(
     columns: &[Column],
     results: impl IntoIterator<Item = (&'r Point, &'r Record)>,
-) -> Result<Table> {
+) -> Result<DataTable> {
     let mut rows = Vec::new();
     for (point, record) in results {
         record.along_path(|increment| {
             rows.push(row(columns, &Row { point, record: Some(increment), compared: None }))
         });
     }
-    Ok(Table::new(heads(columns), rows)?)
+    Ok(DataTable::new(heads(columns), rows)?)
 }
 
-fn heads(columns: &[Column]) -> Vec<report::Column> {
-    columns.iter().map(|column| report::Column::new(column.name.as_ref(), column.unit())).collect()
+fn heads(columns: &[Column]) -> Vec<report::TableColumn> {
+    columns
+        .iter()
+        .map(|column| report::TableColumn::new(column.name.as_ref(), column.unit()))
+        .collect()
 }
 
 fn row(columns: &[Column], row: &Row<'_>) -> Vec<Cell> {

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, bail};
 use contact::outcome::{Fields, Outcome};
 use contact::punch::Surfaces;
-use report::Table;
+use report::DataTable;
 use store::{Reader, Store};
 use study::columns::{Role, Value, along_path, columns};
 use study::{Case, Job, JobKey, Kind, Point, Record};
@@ -83,7 +83,7 @@ fn stored_surfaces(reader: &Reader, record: &Record) -> Result<Surfaces> {
 }
 
 /// The increments of a result's loading path.
-pub(crate) fn path(record: &Record) -> Result<Table> {
+pub(crate) fn path(record: &Record) -> Result<DataTable> {
     let point = Point::of_record(record)?;
     let table = results::increments(&along_path(columns(Kind::Solve, [], [])), [(&point, record)])?;
     let mut names = results::path_columns(&[point]);

@@ -3,12 +3,12 @@
 use anyhow::{Result, bail};
 use contact::multiplicity::{Multiplicity, Origin, Solution};
 use contact::outcome::Fields;
-use report::{Cell, Column, Table};
+use report::{Cell, DataTable, TableColumn};
 
 use crate::compare::digits;
 
 /// One row for each solution.
-pub(crate) fn table(found: &Multiplicity) -> Result<Table> {
+pub(crate) fn table(found: &Multiplicity) -> Result<DataTable> {
     let heads = [
         ("solution", ""),
         ("load", "N"),
@@ -41,7 +41,7 @@ pub(crate) fn table(found: &Multiplicity) -> Result<Table> {
         ]
     };
     let rows = found.solutions.iter().enumerate().map(row).collect();
-    Ok(Table::new(heads.map(|(name, unit)| Column::new(name, unit)).to_vec(), rows)?)
+    Ok(DataTable::new(heads.map(|(name, unit)| TableColumn::new(name, unit)).to_vec(), rows)?)
 }
 
 /// The fields of the solution with this index, the first without one.

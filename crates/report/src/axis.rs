@@ -7,6 +7,6 @@ mod frame;
 mod scale;
 mod ticks;
 
-pub(crate) use frame::{Drawn, INK, LABEL_SIZE, TICK_SIZE, TITLE_SIZE, below, grid, left};
-pub(crate) use scale::{LARGEST, Scale, drawable};
+pub(crate) use frame::{DrawnAxis, INK, LABEL_SIZE, TICK_SIZE, TITLE_SIZE, below, grid, left};
+pub(crate) use scale::{AxisScale, LARGEST, drawable};
 pub(crate) use ticks::Ticks;

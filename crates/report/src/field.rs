@@ -11,5 +11,5 @@ mod quantity;
 mod terminal;
 
 pub use export::{VtiError, field_csv, vti};
-pub use quantity::{Field, FieldError, Grid, Values};
+pub use quantity::{Field, FieldError, FieldGrid, Values};
 pub use terminal::TerminalInk;

@@ -12,12 +12,12 @@ mod evaluate;
 mod syntax;
 mod tree;
 
-use crate::table::Table;
+use crate::table::DataTable;
 use compile::compile;
 pub use error::FilterError;
 use evaluate::{evaluate, truth};
 
-impl Table {
+impl DataTable {
     /// The rows for which an expression holds, in their order.
     ///
     /// Columns are called by their names, values are SI. Integers and numbers compare and compute
@@ -34,15 +34,15 @@ impl Table {
     /// [`FilterError`]; also for a comparison of a number with text, which could never hold.
     ///
     /// ```
-    /// use report::{Cell, Column, Table};
-    /// let table = Table::new(
-    ///     vec![Column::new("mu", "1"), Column::new("mesh", "")],
+    /// use report::{Cell, TableColumn, DataTable};
+    /// let table = DataTable::new(
+    ///     vec![TableColumn::new("mu", "1"), TableColumn::new("mesh", "")],
     ///     vec![vec![0.1.into(), 64.into()], vec![0.4.into(), 64.into()], vec![0.5.into(), Cell::Missing]],
     /// )?;
     /// assert_eq!(table.filter("mu > 0.3 && mesh == 64")?.rows(), &[vec![0.4.into(), 64.into()]]);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn filter(&self, expression: &str) -> Result<Table, FilterError> {
+    pub fn filter(&self, expression: &str) -> Result<DataTable, FilterError> {
         let condition = compile(expression, self)?;
         let keep = self
             .rows()

@@ -21,5 +21,5 @@ mod spec;
 mod value_text;
 
 pub use error::FigureError;
-pub use figure::{Axis, Band, Figure, Panel, Series, Style};
+pub use figure::{PlotAxis, PlotBand, PlotFigure, PlotPanel, Series, Style};
 pub use spec::FigureSpec;

@@ -13,5 +13,5 @@ mod terminal;
 pub use cell::Cell;
 pub(crate) use cell::compare_exactly;
 pub use error::{TableError, UnknownColumn};
-pub use rows::{Column, Table};
+pub use rows::{DataTable, TableColumn};
 pub use terminal::TerminalLayout;

@@ -7,21 +7,21 @@ const PREFIXES: [&str; 11] = ["f", "p", "n", "µ", "m", "", "k", "M", "G", "T", 
 
 /// A unit with its prefix, and the number by which SI values are divided to be read in it.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Unit {
+pub(crate) struct PrefixedUnit {
     pub(crate) name: String,
     /// Power of ten that the prefix stands for.
     exponent: i32,
 }
 
-impl Unit {
+impl PrefixedUnit {
     /// A unit as it is, without a prefix.
-    pub(crate) fn plain(unit: &str) -> Unit {
-        Unit { name: unit.to_owned(), exponent: 0 }
+    pub(crate) fn plain(unit: &str) -> PrefixedUnit {
+        PrefixedUnit { name: unit.to_owned(), exponent: 0 }
     }
 
     /// The unit with the prefix that brings `magnitude` (SI) between 1 and 1000.
-    pub(crate) fn fitting(unit: &str, magnitude: f64) -> Unit {
-        let plain = Unit::plain(unit);
+    pub(crate) fn fitting(unit: &str, magnitude: f64) -> PrefixedUnit {
+        let plain = PrefixedUnit::plain(unit);
         let Some((symbol, power)) = leading_symbol(unit) else { return plain };
         if !(magnitude.is_finite() && magnitude > 0.0) {
             return plain;
@@ -37,7 +37,7 @@ impl Unit {
         };
         let step = step.clamp(-5, highest);
         let prefix = PREFIXES[(step + 5) as usize];
-        Unit { name: format!("{prefix}{unit}"), exponent: 3 * step * power }
+        PrefixedUnit { name: format!("{prefix}{unit}"), exponent: 3 * step * power }
     }
 
     /// An SI value in this unit.
@@ -97,7 +97,7 @@ mod tests {
             ("Pa", 0.0, "Pa", 0.0),
             ("Pa", 1e-300, "fPa", 1e-285),
         ] {
-            let chosen = Unit::fitting(unit, value);
+            let chosen = PrefixedUnit::fitting(unit, value);
             assert_eq!(chosen.name, name, "{value} {unit}");
             assert!(
                 (chosen.of_si(value) - read).abs() <= 1e-15 * read,

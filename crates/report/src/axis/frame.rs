@@ -1,6 +1,6 @@
 //! The frame around a picture: ticks, their labels, and what the axes are called.
 
-use super::scale::Scale;
+use super::scale::AxisScale;
 use super::ticks::Ticks;
 use crate::font::{text_width, wrap};
 use crate::number::power_of_ten;
@@ -17,16 +17,16 @@ const GAP: f64 = 6.0;
 
 /// An axis ready to be drawn.
 #[derive(Debug, Clone)]
-pub(crate) struct Drawn {
-    pub(crate) scale: Scale,
+pub(crate) struct DrawnAxis {
+    pub(crate) scale: AxisScale,
     pub(crate) ticks: Ticks,
     pub(crate) label: String,
 }
 
-impl Drawn {
+impl DrawnAxis {
     /// An axis called `label [unit]`, or `label [10⁻⁶ unit]` when the ticks leave out a power of
     /// ten.
-    pub(crate) fn new(scale: Scale, ticks: Ticks, label: &str, unit: &str) -> Drawn {
+    pub(crate) fn new(scale: AxisScale, ticks: Ticks, label: &str, unit: &str) -> DrawnAxis {
         let unit = match (ticks.exponent, unit) {
             (0, "") => String::new(),
             (0, unit) => format!("[{unit}]"),
@@ -38,7 +38,7 @@ impl Drawn {
         } else {
             format!("{label} {unit}")
         };
-        Drawn { scale, ticks, label }
+        DrawnAxis { scale, ticks, label }
     }
 
     fn widest_tick(&self) -> f64 {
@@ -58,11 +58,11 @@ impl Drawn {
     }
 
     /// A horizontal axis of a width in pixels, with as many ticks as have room for their labels.
-    pub(crate) fn across(scale: Scale, width: f64, label: &str, unit: &str) -> Drawn {
+    pub(crate) fn across(scale: AxisScale, width: f64, label: &str, unit: &str) -> DrawnAxis {
         let most = (width / 45.0) as usize;
         let candidates = (2..=most.max(3))
             .rev()
-            .map(|target| Drawn::new(scale, scale.ticks(target), label, unit));
+            .map(|target| DrawnAxis::new(scale, scale.ticks(target), label, unit));
         let mut fewest = None;
         for drawn in candidates {
             if !drawn.slanted(width) {
@@ -70,7 +70,7 @@ impl Drawn {
             }
             fewest = Some(drawn);
         }
-        fewest.unwrap_or_else(|| Drawn::new(scale, scale.ticks(2), label, unit))
+        fewest.unwrap_or_else(|| DrawnAxis::new(scale, scale.ticks(2), label, unit))
     }
 
     /// Whether the tick labels of a horizontal axis have to be set askew to fit.
@@ -101,7 +101,7 @@ impl Drawn {
 const SLANT: f64 = 35.0 * std::f64::consts::PI / 180.0;
 
 /// The light lines behind the curves.
-pub(crate) fn grid(drawing: &mut Drawing, frame: Rect, x: &Drawn, y: &Drawn) {
+pub(crate) fn grid(drawing: &mut Drawing, frame: Rect, x: &DrawnAxis, y: &DrawnAxis) {
     for (value, _) in &x.ticks.major {
         let at = frame.x + x.scale.at(*value) * frame.width;
         drawing.line((at, frame.y), (at, frame.bottom()), GRID, 0.7);
@@ -113,7 +113,7 @@ pub(crate) fn grid(drawing: &mut Drawing, frame: Rect, x: &Drawn, y: &Drawn) {
 }
 
 /// The frame and the horizontal axis below it.
-pub(crate) fn below(drawing: &mut Drawing, frame: Rect, axis: &Drawn, inward: bool) {
+pub(crate) fn below(drawing: &mut Drawing, frame: Rect, axis: &DrawnAxis, inward: bool) {
     let toward = if inward { -1.0 } else { 1.0 };
     let place = |value: f64| frame.x + axis.scale.at(value) * frame.width;
     for value in &axis.ticks.minor {
@@ -150,7 +150,13 @@ pub(crate) fn below(drawing: &mut Drawing, frame: Rect, axis: &Drawn, inward: bo
 }
 
 /// The vertical axis at the left of the frame, with or without numbers and label.
-pub(crate) fn left(drawing: &mut Drawing, frame: Rect, axis: &Drawn, inward: bool, labelled: bool) {
+pub(crate) fn left(
+    drawing: &mut Drawing,
+    frame: Rect,
+    axis: &DrawnAxis,
+    inward: bool,
+    labelled: bool,
+) {
     let toward = if inward { 1.0 } else { -1.0 };
     let place = |value: f64| frame.bottom() - axis.scale.at(value) * frame.height;
     for value in &axis.ticks.minor {

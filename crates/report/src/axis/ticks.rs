@@ -1,6 +1,6 @@
 //! Which values are written beside an axis.
 
-use super::scale::Scale;
+use super::scale::AxisScale;
 use crate::number::{power_of_ten, trim_zeros};
 
 /// What is written along an axis.
@@ -14,7 +14,7 @@ pub(crate) struct Ticks {
     pub(crate) exponent: i32,
 }
 
-impl Scale {
+impl AxisScale {
     /// About `target` labelled positions.
     pub(crate) fn ticks(&self, target: usize) -> Ticks {
         if self.log { self.log_ticks(target) } else { self.linear_ticks(target, true) }
@@ -150,7 +150,7 @@ mod tests {
     use super::*;
 
     fn labels(low: f64, high: f64, log: bool) -> Vec<String> {
-        Scale { low, high, log }.ticks(7).major.into_iter().map(|(_, label)| label).collect()
+        AxisScale { low, high, log }.ticks(7).major.into_iter().map(|(_, label)| label).collect()
     }
 
     #[test]
@@ -171,16 +171,16 @@ mod tests {
 
     #[test]
     fn large_and_small_numbers_leave_their_power_to_the_label() {
-        let ticks = Scale { low: 0.0, high: 3e7, log: false }.ticks(4);
+        let ticks = AxisScale { low: 0.0, high: 3e7, log: false }.ticks(4);
         assert_eq!((ticks.exponent, ticks.major[1].1.as_str()), (7, "1"));
-        let ticks = Scale { low: 0.0, high: 3e-7, log: false }.ticks(4);
+        let ticks = AxisScale { low: 0.0, high: 3e-7, log: false }.ticks(4);
         assert_eq!((ticks.exponent, ticks.major[1].1.as_str()), (-7, "1"));
     }
 
     proptest! {
         #[test]
         fn any_values_have_a_range_with_ticks(values: Vec<f64>, log: bool, target in 1usize..12) {
-            let scale = Scale::around(values.iter().copied(), log);
+            let scale = AxisScale::around(values.iter().copied(), log);
             prop_assert!(scale.low < scale.high && (scale.high - scale.low).is_finite(), "{scale:?}");
             let ticks = scale.ticks(target);
             prop_assert!((1..60).contains(&ticks.major.len()), "{ticks:?}");

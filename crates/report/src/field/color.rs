@@ -1,7 +1,7 @@
 //! The colours of values and states.
 
 use super::quantity::Values;
-use crate::axis::{Scale, drawable};
+use crate::axis::{AxisScale, drawable};
 use crate::palette::COLORS;
 
 /// The colours of values between two limits.
@@ -26,7 +26,7 @@ impl Shade {
         } else if low < -0.02 * largest && high > 0.02 * largest {
             Shade { low: -largest, high: largest, signed: true }
         } else {
-            let widened = Scale::exact(low, high);
+            let widened = AxisScale::exact(low, high);
             Shade { low: widened.low, high: widened.high, signed: false }
         }
     }

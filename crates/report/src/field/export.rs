@@ -7,7 +7,7 @@ use base64::prelude::BASE64_STANDARD;
 use npyz::WriterBuilder;
 use thiserror::Error;
 
-use super::quantity::{Field, Grid, Values};
+use super::quantity::{Field, FieldGrid, Values};
 use crate::delimited::write;
 use crate::number::exact;
 use crate::text::escape;
@@ -32,7 +32,7 @@ pub enum VtiError {
 }
 
 /// The grid that all fields share.
-fn shared_grid<'a>(fields: &[&'a Field]) -> Result<&'a Grid, VtiError> {
+fn shared_grid<'a>(fields: &[&'a Field]) -> Result<&'a FieldGrid, VtiError> {
     let Some(first) = fields.first() else { return Err(VtiError::Empty) };
     for (i, field) in fields.iter().enumerate() {
         if field.grid != first.grid {
@@ -144,7 +144,7 @@ pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
 /// Fields on one grid as CSV: `x,y` of the centre of each element in metres, then a column per
 /// field.
 ///
-/// Numbers as in [`Table::csv`](crate::Table::csv), an empty field where there is no value; states
+/// Numbers as in [`DataTable::csv`](crate::DataTable::csv), an empty field where there is no value; states
 /// by name.
 ///
 /// # Errors

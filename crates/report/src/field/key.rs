@@ -2,39 +2,42 @@
 
 use super::color::{Shade, state_color};
 use super::quantity::Field;
-use crate::axis::{Drawn, INK, LABEL_SIZE, Scale, TICK_SIZE};
+use crate::axis::{AxisScale, DrawnAxis, INK, LABEL_SIZE, TICK_SIZE};
 use crate::font::{shorten, text_width, wrap};
 use crate::svg::{Anchor, Drawing, Rect};
-use crate::unit::Unit;
+use crate::unit::PrefixedUnit;
 
 const BAR: f64 = 14.0;
 
 /// What the colours mean, to the right of the map.
-pub(super) enum Key {
-    Bar { shade: Shade, axis: Drawn, height: f64 },
+pub(super) enum ColorKey {
+    Bar { shade: Shade, axis: DrawnAxis, height: f64 },
     States(Vec<(usize, String)>),
 }
 
-impl Key {
-    pub(super) fn bar(shade: Shade, field: &Field, height: f64) -> Key {
-        let unit = Unit::fitting(&field.unit, shade.low.abs().max(shade.high.abs()));
-        let scale = Scale { low: unit.of_si(shade.low), high: unit.of_si(shade.high), log: false };
+impl ColorKey {
+    pub(super) fn bar(shade: Shade, field: &Field, height: f64) -> ColorKey {
+        let unit = PrefixedUnit::fitting(&field.unit, shade.low.abs().max(shade.high.abs()));
+        let scale =
+            AxisScale { low: unit.of_si(shade.low), high: unit.of_si(shade.high), log: false };
         let height = height.max(120.0);
-        let axis = Drawn::new(scale, scale.ticks(6), &field.title(), &unit.name);
-        Key::Bar { shade, axis, height }
+        let axis = DrawnAxis::new(scale, scale.ticks(6), &field.title(), &unit.name);
+        ColorKey::Bar { shade, axis, height }
     }
 
     /// Every state that occurs, in their order.
-    pub(super) fn states(of: &[u8], names: &[String]) -> Key {
+    pub(super) fn states(of: &[u8], names: &[String]) -> ColorKey {
         let occurs = |state: usize| of.iter().any(|&s| usize::from(s) == state);
         let present = names.iter().enumerate().filter(|(state, _)| occurs(*state));
-        Key::States(present.map(|(state, name)| (state, shorten(name, 160.0, TICK_SIZE))).collect())
+        ColorKey::States(
+            present.map(|(state, name)| (state, shorten(name, 160.0, TICK_SIZE))).collect(),
+        )
     }
 
     pub(super) fn width(&self) -> f64 {
         match self {
-            Key::Bar { axis, height, .. } => BAR + axis.room_beside(*height) + 4.0,
-            Key::States(states) => {
+            ColorKey::Bar { axis, height, .. } => BAR + axis.room_beside(*height) + 4.0,
+            ColorKey::States(states) => {
                 20.0 + states
                     .iter()
                     .map(|(_, name)| text_width(name, TICK_SIZE))
@@ -45,14 +48,14 @@ impl Key {
 
     pub(super) fn height(&self) -> f64 {
         match self {
-            Key::Bar { height, .. } => *height,
-            Key::States(states) => states.len() as f64 * 18.0,
+            ColorKey::Bar { height, .. } => *height,
+            ColorKey::States(states) => states.len() as f64 * 18.0,
         }
     }
 
     pub(super) fn draw(&self, drawing: &mut Drawing, left: f64, frame: Rect) {
         match self {
-            Key::Bar { shade, axis, height } => {
+            ColorKey::Bar { shade, axis, height } => {
                 let bar = Rect { x: left, y: frame.y, width: BAR, height: *height };
                 drawing.push(
                     "<defs><linearGradient id=\"shade\" x1=\"0\" y1=\"1\" x2=\"0\" y2=\"0\">",
@@ -90,7 +93,7 @@ impl Key {
                     drawing.text_upwards((x, bar.y + bar.height / 2.0), LABEL_SIZE, line);
                 }
             }
-            Key::States(states) => {
+            ColorKey::States(states) => {
                 for (i, (state, name)) in states.iter().enumerate() {
                     let y = frame.y + i as f64 * 18.0;
                     let [r, g, b] = state_color(*state);

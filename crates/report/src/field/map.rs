@@ -4,12 +4,12 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 
 use super::color::{Shade, colors};
-use super::key::Key;
-use super::quantity::{Field, Grid, Values};
-use crate::axis::{self, Drawn, INK, Scale, TICK_SIZE, TITLE_SIZE};
+use super::key::ColorKey;
+use super::quantity::{Field, FieldGrid, Values};
+use crate::axis::{self, AxisScale, DrawnAxis, INK, TICK_SIZE, TITLE_SIZE};
 use crate::font::wrap;
 use crate::svg::{Anchor, Drawing, Rect, n};
-use crate::unit::Unit;
+use crate::unit::PrefixedUnit;
 
 const MARGIN: f64 = 10.0;
 /// The longer side of the map.
@@ -37,20 +37,20 @@ impl Field {
         let unit = {
             let ends = (0..2)
                 .flat_map(|k| [self.grid.origin[k], self.grid.origin[k] + self.grid.lengths()[k]]);
-            Unit::fitting("m", ends.map(f64::abs).fold(0.0, f64::max))
+            PrefixedUnit::fitting("m", ends.map(f64::abs).fold(0.0, f64::max))
         };
         let scale = |k: usize| {
             let ends = [self.grid.origin[k], self.grid.origin[k] + self.grid.lengths()[k]]
                 .map(|x| unit.of_si(x));
-            Scale { low: ends[0], high: ends[1], log: false }
+            AxisScale { low: ends[0], high: ends[1], log: false }
         };
-        let x = Drawn::across(scale(0), width, "x", &unit.name);
-        let y = Drawn::new(scale(1), scale(1).ticks((height / 45.0) as usize), "y", &unit.name);
+        let x = DrawnAxis::across(scale(0), width, "x", &unit.name);
+        let y = DrawnAxis::new(scale(1), scale(1).ticks((height / 45.0) as usize), "y", &unit.name);
 
         let beside = y.room_beside(height);
         let key = match &self.values {
-            Values::Number(values) => Key::bar(Shade::of(values), self, height),
-            Values::Category { of, names } => Key::states(of, names),
+            Values::Number(values) => ColorKey::bar(Shade::of(values), self, height),
+            Values::Category { of, names } => ColorKey::states(of, names),
         };
         let left = MARGIN + beside;
         let total = left + width + 18.0 + key.width() + MARGIN;
@@ -89,7 +89,7 @@ impl Field {
 
 /// The elements as a picture inside the SVG: one file of a few kilobytes, whatever the number of
 /// elements.
-fn picture(frame: Rect, grid: &Grid, colors: &[[u8; 3]]) -> String {
+fn picture(frame: Rect, grid: &FieldGrid, colors: &[[u8; 3]]) -> String {
     let (across, down) =
         (PICTURE.div_ceil(grid.nx).min(MOST_TIMES), PICTURE.div_ceil(grid.ny).min(MOST_TIMES));
     let mut pixels = Vec::with_capacity(grid.nx * across * grid.ny * down * 3);

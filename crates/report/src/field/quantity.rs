@@ -4,7 +4,7 @@ use thiserror::Error;
 
 /// A uniform grid of rectangular elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Grid {
+pub struct FieldGrid {
     /// Elements along x.
     pub nx: usize,
     /// Elements along y.
@@ -15,7 +15,7 @@ pub struct Grid {
     pub element: [f64; 2],
 }
 
-impl Grid {
+impl FieldGrid {
     /// The number of elements.
     pub fn len(&self) -> usize {
         self.nx * self.ny
@@ -114,7 +114,7 @@ pub enum FieldError {
 pub struct Field {
     pub(super) name: String,
     pub(super) unit: String,
-    pub(super) grid: Grid,
+    pub(super) grid: FieldGrid,
     pub(super) values: Values,
 }
 
@@ -128,7 +128,7 @@ impl Field {
     pub fn new(
         name: impl Into<String>,
         unit: impl Into<String>,
-        grid: Grid,
+        grid: FieldGrid,
         values: Values,
     ) -> Result<Field, FieldError> {
         let name = name.into();
@@ -175,7 +175,7 @@ impl Field {
     }
 
     /// Where the elements are.
-    pub fn grid(&self) -> &Grid {
+    pub fn grid(&self) -> &FieldGrid {
         &self.grid
     }
 

@@ -7,7 +7,7 @@ use super::quantity::{Field, Values};
 use crate::axis::drawable;
 use crate::number::significant;
 use crate::text::printable;
-use crate::unit::Unit;
+use crate::unit::PrefixedUnit;
 
 /// What a field is drawn with in [`Field::terminal`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -154,7 +154,8 @@ impl Field {
                 if drawn().next().is_none() {
                     line += "no values";
                 } else {
-                    let unit = Unit::fitting(&self.unit, shade.low.abs().max(shade.high.abs()));
+                    let unit =
+                        PrefixedUnit::fitting(&self.unit, shade.low.abs().max(shade.high.abs()));
                     line += &significant(unit.of_si(shade.low), 4);
                     line.push(' ');
                     for i in 0..27 {
@@ -206,7 +207,7 @@ impl Field {
             }
         }
         let [length, breadth] = self.grid.lengths();
-        let unit = Unit::fitting("m", length.max(breadth));
+        let unit = PrefixedUnit::fitting("m", length.max(breadth));
         let extent = |x: f64| significant(unit.of_si(x), 4);
         format!("{}\n{} × {} {}\n", line.trim_end(), extent(length), extent(breadth), unit.name)
     }

@@ -6,13 +6,15 @@ use cel::common::ast::{CallExpr, Expr, LiteralValue, operators};
 
 use super::error::{FilterError, LONGEST};
 use super::syntax::syntax_error;
-use super::tree::{Arithmetic, Kind, Node, Part, Relation, TextTest, Value};
-use crate::table::{Cell, Table};
+use super::tree::{
+    Arithmetic, Expression, ExpressionNode, FilterValue, Relation, TextTest, ValueKind,
+};
+use crate::table::{Cell, DataTable};
 
-type Compiled = Result<Part, FilterError>;
+type Compiled = Result<Expression, FilterError>;
 
 /// The condition that an expression is of a table's rows.
-pub(super) fn compile(expression: &str, table: &Table) -> Compiled {
+pub(super) fn compile(expression: &str, table: &DataTable) -> Compiled {
     if expression.trim().is_empty() {
         return Err(FilterError::Empty);
     }
@@ -23,7 +25,7 @@ pub(super) fn compile(expression: &str, table: &Table) -> Compiled {
         .parse(expression)
         .map_err(|errors| syntax_error(expression, &errors))?;
     let condition = part(&tree.expr, table)?;
-    expect(&condition, Kind::Truth, "a filter must be a condition such as `mu > 0.3`")?;
+    expect(&condition, ValueKind::Truth, "a filter must be a condition such as `mu > 0.3`")?;
     Ok(condition)
 }
 
@@ -49,11 +51,11 @@ fn spelled(expression: &Expr) -> Option<String> {
     }
 }
 
-fn part(expression: &Expr, table: &Table) -> Compiled {
+fn part(expression: &Expr, table: &DataTable) -> Compiled {
     if let Some(name) = spelled(expression) {
         let index = table.column(&name)?;
-        return Ok(Part {
-            node: Node::Column(index),
+        return Ok(Expression {
+            node: ExpressionNode::Column(index),
             kind: column_kind(table, index),
             label: format!("column `{name}`"),
         });
@@ -73,46 +75,51 @@ fn part(expression: &Expr, table: &Table) -> Compiled {
     }
 }
 
-fn column_kind(table: &Table, index: usize) -> Kind {
+fn column_kind(table: &DataTable, index: usize) -> ValueKind {
     let mut kinds = table.cells(index).filter_map(|cell| match cell {
-        Cell::Number(_) | Cell::Integer(_) => Some(Kind::Number),
-        Cell::Text(_) => Some(Kind::Text),
+        Cell::Number(_) | Cell::Integer(_) => Some(ValueKind::Number),
+        Cell::Text(_) => Some(ValueKind::Text),
         Cell::Missing => None,
     });
     match kinds.next() {
         Some(first) if kinds.all(|kind| kind == first) => first,
-        _ => Kind::Unknown,
+        _ => ValueKind::Unknown,
     }
 }
 
 fn constant(literal: &LiteralValue) -> Compiled {
     let (value, label) = match literal {
-        LiteralValue::Boolean(b) => (Value::Truth(*b.inner()), b.inner().to_string()),
-        LiteralValue::Int(i) => (Value::Integer(*i.inner()), i.inner().to_string()),
+        LiteralValue::Boolean(b) => (FilterValue::Truth(*b.inner()), b.inner().to_string()),
+        LiteralValue::Int(i) => (FilterValue::Integer(*i.inner()), i.inner().to_string()),
         LiteralValue::UInt(u) => match i64::try_from(*u.inner()) {
-            Ok(i) => (Value::Integer(i), i.to_string()),
-            Err(_) => (Value::Number(*u.inner() as f64), u.inner().to_string()),
+            Ok(i) => (FilterValue::Integer(i), i.to_string()),
+            Err(_) => (FilterValue::Number(*u.inner() as f64), u.inner().to_string()),
         },
-        LiteralValue::Double(x) => (Value::Number(*x.inner()), x.inner().to_string()),
+        LiteralValue::Double(x) => (FilterValue::Number(*x.inner()), x.inner().to_string()),
         LiteralValue::String(s) => {
-            (Value::Text(Cow::Owned(s.inner().to_owned())), format!("{:?}", s.inner()))
+            (FilterValue::Text(Cow::Owned(s.inner().to_owned())), format!("{:?}", s.inner()))
         }
-        LiteralValue::Null => (Value::Missing, "null".to_owned()),
+        LiteralValue::Null => (FilterValue::Missing, "null".to_owned()),
         LiteralValue::Bytes(_) => return Err(FilterError::Unsupported("b\"…\"".to_owned())),
     };
-    Ok(Part { kind: value.kind(), node: Node::Constant(value), label })
+    Ok(Expression { kind: value.kind(), node: ExpressionNode::Constant(value), label })
 }
 
-fn call(call: &CallExpr, table: &Table) -> Compiled {
-    let argument = |i: usize| -> Result<Box<Part>, FilterError> {
+fn call(call: &CallExpr, table: &DataTable) -> Compiled {
+    let argument = |i: usize| -> Result<Box<Expression>, FilterError> {
         match call.args.get(i) {
             Some(argument) => Ok(Box::new(part(&argument.expr, table)?)),
             None => Err(FilterError::Mismatch(format!("`{}` lacks an argument", call.func_name))),
         }
     };
-    let condition = |node| Ok(Part { node, kind: Kind::Truth, label: "a comparison".to_owned() });
+    let condition =
+        |node| Ok(Expression { node, kind: ValueKind::Truth, label: "a comparison".to_owned() });
     let number = |node| {
-        Ok(Part { node, kind: Kind::Number, label: "the result of a calculation".to_owned() })
+        Ok(Expression {
+            node,
+            kind: ValueKind::Number,
+            label: "the result of a calculation".to_owned(),
+        })
     };
 
     if let Some(target) = &call.target {
@@ -127,24 +134,25 @@ fn call(call: &CallExpr, table: &Table) -> Compiled {
         }
         let (text, pattern) = (Box::new(part(&target.expr, table)?), argument(0)?);
         let needs = format!("`.{}` needs text", call.func_name);
-        expect(&text, Kind::Text, &needs)?;
-        expect(&pattern, Kind::Text, &needs)?;
-        return condition(Node::Text(test, text, pattern));
+        expect(&text, ValueKind::Text, &needs)?;
+        expect(&pattern, ValueKind::Text, &needs)?;
+        return condition(ExpressionNode::Text(test, text, pattern));
     }
 
     let compare = |relation| {
         let (a, b) = (argument(0)?, argument(1)?);
-        let is_null = |p: &Part| matches!(p.node, Node::Constant(Value::Missing));
+        let is_null =
+            |p: &Expression| matches!(p.node, ExpressionNode::Constant(FilterValue::Missing));
         let node = match (relation, is_null(&a), is_null(&b)) {
-            (Relation::Equal, _, true) => Node::IsMissing(a),
-            (Relation::Equal, true, _) => Node::IsMissing(b),
+            (Relation::Equal, _, true) => ExpressionNode::IsMissing(a),
+            (Relation::Equal, true, _) => ExpressionNode::IsMissing(b),
             (Relation::NotEqual, true, _) | (Relation::NotEqual, _, true) => {
                 let operand = if is_null(&b) { a } else { b };
-                Node::Not(Box::new(condition(Node::IsMissing(operand))?))
+                ExpressionNode::Not(Box::new(condition(ExpressionNode::IsMissing(operand))?))
             }
             (_, false, false) => {
                 comparable(relation, &a, &b).map_err(FilterError::Mismatch)?;
-                Node::Compare(relation, a, b)
+                ExpressionNode::Compare(relation, a, b)
             }
             _ => {
                 return Err(FilterError::Mismatch(
@@ -157,24 +165,24 @@ fn call(call: &CallExpr, table: &Table) -> Compiled {
     let calculate = |operation| {
         let (a, b) = (argument(0)?, argument(1)?);
         for operand in [&a, &b] {
-            expect(operand, Kind::Number, "arithmetic needs numbers")?;
+            expect(operand, ValueKind::Number, "arithmetic needs numbers")?;
         }
-        number(Node::Arithmetic(operation, a, b))
+        number(ExpressionNode::Arithmetic(operation, a, b))
     };
-    let logical = |join: fn(Box<Part>, Box<Part>) -> Node, symbol: &str| {
+    let logical = |join: fn(Box<Expression>, Box<Expression>) -> ExpressionNode, symbol: &str| {
         let (a, b) = (argument(0)?, argument(1)?);
         for operand in [&a, &b] {
-            expect(operand, Kind::Truth, &format!("{symbol} joins conditions"))?;
+            expect(operand, ValueKind::Truth, &format!("{symbol} joins conditions"))?;
         }
         condition(join(a, b))
     };
     match call.func_name.as_str() {
-        operators::LOGICAL_AND => logical(Node::And, "&&"),
-        operators::LOGICAL_OR => logical(Node::Or, "||"),
+        operators::LOGICAL_AND => logical(ExpressionNode::And, "&&"),
+        operators::LOGICAL_OR => logical(ExpressionNode::Or, "||"),
         operators::LOGICAL_NOT => {
             let operand = argument(0)?;
-            expect(&operand, Kind::Truth, "! needs a condition")?;
-            condition(Node::Not(operand))
+            expect(&operand, ValueKind::Truth, "! needs a condition")?;
+            condition(ExpressionNode::Not(operand))
         }
         operators::EQUALS => compare(Relation::Equal),
         operators::NOT_EQUALS => compare(Relation::NotEqual),
@@ -189,28 +197,28 @@ fn call(call: &CallExpr, table: &Table) -> Compiled {
         operators::MODULO => calculate(Arithmetic::Modulo),
         operators::NEGATE => {
             let operand = argument(0)?;
-            expect(&operand, Kind::Number, "- needs a number")?;
-            let zero = Part {
-                node: Node::Constant(Value::Integer(0)),
-                kind: Kind::Number,
+            expect(&operand, ValueKind::Number, "- needs a number")?;
+            let zero = Expression {
+                node: ExpressionNode::Constant(FilterValue::Integer(0)),
+                kind: ValueKind::Number,
                 label: "0".to_owned(),
             };
-            number(Node::Arithmetic(Arithmetic::Minus, Box::new(zero), operand))
+            number(ExpressionNode::Arithmetic(Arithmetic::Minus, Box::new(zero), operand))
         }
         "abs" if call.args.len() != 1 => {
             Err(FilterError::Mismatch("`abs` takes one number".to_owned()))
         }
         "abs" => {
             let operand = argument(0)?;
-            expect(&operand, Kind::Number, "abs() needs a number")?;
-            number(Node::Absolute(operand))
+            expect(&operand, ValueKind::Number, "abs() needs a number")?;
+            number(ExpressionNode::Absolute(operand))
         }
         operators::CONDITIONAL => {
             let (condition, yes, no) = (argument(0)?, argument(1)?, argument(2)?);
-            expect(&condition, Kind::Truth, "?: needs a condition")?;
+            expect(&condition, ValueKind::Truth, "?: needs a condition")?;
             let kind = match (yes.kind, no.kind) {
                 (a, b) if a == b => a,
-                (Kind::Unknown, other) | (other, Kind::Unknown) => other,
+                (ValueKind::Unknown, other) | (other, ValueKind::Unknown) => other,
                 _ => {
                     let message = format!(
                         "both sides of `:` must be alike: {}, {}",
@@ -220,8 +228,8 @@ fn call(call: &CallExpr, table: &Table) -> Compiled {
                     return Err(FilterError::Mismatch(message));
                 }
             };
-            Ok(Part {
-                node: Node::Choose(condition, yes, no),
+            Ok(Expression {
+                node: ExpressionNode::Choose(condition, yes, no),
                 kind,
                 label: "the result of ?:".to_owned(),
             })
@@ -239,7 +247,7 @@ fn call(call: &CallExpr, table: &Table) -> Compiled {
                 comparable(Relation::Equal, &value, &member).map_err(FilterError::Mismatch)?;
                 members.push(member);
             }
-            condition(Node::In(value, members))
+            condition(ExpressionNode::In(value, members))
         }
         operators::INDEX => {
             Err(FilterError::Unsupported("`[…]` with anything but a number of an entry".to_owned()))
@@ -248,8 +256,8 @@ fn call(call: &CallExpr, table: &Table) -> Compiled {
     }
 }
 
-fn expect(part: &Part, kind: Kind, need: &str) -> Result<(), FilterError> {
-    if part.kind == kind || part.kind == Kind::Unknown {
+fn expect(part: &Expression, kind: ValueKind, need: &str) -> Result<(), FilterError> {
+    if part.kind == kind || part.kind == ValueKind::Unknown {
         Ok(())
     } else {
         Err(FilterError::Mismatch(format!("{need}, but {}", part.described())))
@@ -257,13 +265,13 @@ fn expect(part: &Part, kind: Kind, need: &str) -> Result<(), FilterError> {
 }
 
 /// Whether two kinds can be compared at all.
-fn comparable(relation: Relation, a: &Part, b: &Part) -> Result<(), String> {
+fn comparable(relation: Relation, a: &Expression, b: &Expression) -> Result<(), String> {
     let ordered = !matches!(relation, Relation::Equal | Relation::NotEqual);
     match (a.kind, b.kind) {
-        (Kind::Truth, _) | (_, Kind::Truth) if ordered => {
+        (ValueKind::Truth, _) | (_, ValueKind::Truth) if ordered => {
             Err("a condition cannot be ordered; `a < x < b` is written `a < x && x < b`".to_owned())
         }
-        (Kind::Unknown, _) | (_, Kind::Unknown) => Ok(()),
+        (ValueKind::Unknown, _) | (_, ValueKind::Unknown) => Ok(()),
         (a, b) if a == b => Ok(()),
         _ => Err(format!("{} and {}; they cannot be compared", a.described(), b.described())),
     }

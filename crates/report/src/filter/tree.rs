@@ -5,26 +5,26 @@ use std::borrow::Cow;
 /// What kind of value a part of the expression has; `Unknown` for a column that mixes kinds or has
 /// no values at all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum ValueKind {
     Number,
     Text,
     Truth,
     Unknown,
 }
 
-impl Kind {
+impl ValueKind {
     pub(super) fn name(self) -> &'static str {
         match self {
-            Kind::Number => "a number",
-            Kind::Text => "text",
-            Kind::Truth => "a condition",
-            Kind::Unknown => "nothing known",
+            ValueKind::Number => "a number",
+            ValueKind::Text => "text",
+            ValueKind::Truth => "a condition",
+            ValueKind::Unknown => "nothing known",
         }
     }
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Value<'a> {
+pub(super) enum FilterValue<'a> {
     Integer(i64),
     Number(f64),
     Text(Cow<'a, str>),
@@ -32,13 +32,13 @@ pub(super) enum Value<'a> {
     Missing,
 }
 
-impl Value<'_> {
-    pub(super) fn kind(&self) -> Kind {
+impl FilterValue<'_> {
+    pub(super) fn kind(&self) -> ValueKind {
         match self {
-            Value::Integer(_) | Value::Number(_) => Kind::Number,
-            Value::Text(_) => Kind::Text,
-            Value::Truth(_) => Kind::Truth,
-            Value::Missing => Kind::Unknown,
+            FilterValue::Integer(_) | FilterValue::Number(_) => ValueKind::Number,
+            FilterValue::Text(_) => ValueKind::Text,
+            FilterValue::Truth(_) => ValueKind::Truth,
+            FilterValue::Missing => ValueKind::Unknown,
         }
     }
 }
@@ -72,30 +72,30 @@ pub(super) enum TextTest {
 /// A compiled expression, with its column names resolved. `String`s are how the part was written,
 /// for messages.
 #[derive(Debug)]
-pub(super) enum Node {
-    Constant(Value<'static>),
+pub(super) enum ExpressionNode {
+    Constant(FilterValue<'static>),
     Column(usize),
-    Not(Box<Part>),
-    And(Box<Part>, Box<Part>),
-    Or(Box<Part>, Box<Part>),
-    Compare(Relation, Box<Part>, Box<Part>),
-    IsMissing(Box<Part>),
-    Arithmetic(Arithmetic, Box<Part>, Box<Part>),
-    Absolute(Box<Part>),
-    In(Box<Part>, Vec<Part>),
-    Choose(Box<Part>, Box<Part>, Box<Part>),
-    Text(TextTest, Box<Part>, Box<Part>),
+    Not(Box<Expression>),
+    And(Box<Expression>, Box<Expression>),
+    Or(Box<Expression>, Box<Expression>),
+    Compare(Relation, Box<Expression>, Box<Expression>),
+    IsMissing(Box<Expression>),
+    Arithmetic(Arithmetic, Box<Expression>, Box<Expression>),
+    Absolute(Box<Expression>),
+    In(Box<Expression>, Vec<Expression>),
+    Choose(Box<Expression>, Box<Expression>, Box<Expression>),
+    Text(TextTest, Box<Expression>, Box<Expression>),
 }
 
 #[derive(Debug)]
-pub(super) struct Part {
-    pub(super) node: Node,
-    pub(super) kind: Kind,
+pub(super) struct Expression {
+    pub(super) node: ExpressionNode,
+    pub(super) kind: ValueKind,
     /// How a message calls it: `column `mu`` or `"text"`.
     pub(super) label: String,
 }
 
-impl Part {
+impl Expression {
     pub(super) fn described(&self) -> String {
         format!("{} is {}", self.label, self.kind.name())
     }

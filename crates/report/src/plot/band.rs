@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::canvas::{Canvas, MARKED};
-use super::figure::Band;
+use super::figure::PlotBand;
 use crate::axis::{INK, LARGEST};
 use crate::palette::Look;
 use crate::svg::{Drawing, Rect, n};
@@ -18,7 +18,7 @@ fn is_open(high: f64) -> bool {
 }
 
 /// What an axis has to show of a band: its ends, and room above for those that are open.
-pub(super) fn corners(band: &Band, log_y: bool) -> Vec<(f64, f64)> {
+pub(super) fn corners(band: &PlotBand, log_y: bool) -> Vec<(f64, f64)> {
     let closed = band
         .points
         .iter()
@@ -44,13 +44,13 @@ pub(super) fn corners(band: &Band, log_y: bool) -> Vec<(f64, f64)> {
 }
 
 /// Whether any end that is drawn is open.
-pub(super) fn any_open(band: &Band) -> bool {
+pub(super) fn any_open(band: &PlotBand) -> bool {
     band.points.iter().any(|&(x, low, high)| x.is_finite() && low.is_finite() && is_open(high))
 }
 
 /// A band in its place.
-pub(super) struct Placed<'a> {
-    pub(super) band: &'a Band,
+pub(super) struct PlacedBand<'a> {
+    pub(super) band: &'a PlotBand,
     pub(super) look: Look,
     /// Neighbours that are joined: x, lower end and, unless it is open, upper end of each.
     runs: Vec<Vec<(f64, f64, Option<f64>)>>,
@@ -59,9 +59,14 @@ pub(super) struct Placed<'a> {
     pub(super) left_out: usize,
 }
 
-impl<'a> Placed<'a> {
+impl<'a> PlacedBand<'a> {
     /// The band, `aside` pixels to the right of its place if it is made of bars.
-    pub(super) fn new(canvas: &Canvas<'_>, band: &'a Band, look: Look, aside: f64) -> Placed<'a> {
+    pub(super) fn new(
+        canvas: &Canvas<'_>,
+        band: &'a PlotBand,
+        look: Look,
+        aside: f64,
+    ) -> PlacedBand<'a> {
         let (mut runs, mut left_out) = (vec![Vec::new()], 0);
         for &(x, low, high) in &band.points {
             let upper = if is_open(high) {
@@ -86,7 +91,7 @@ impl<'a> Placed<'a> {
             }
         }
         runs.retain(|run| !run.is_empty());
-        Placed { band, look, runs, top: canvas.frame.y, left_out }
+        PlacedBand { band, look, runs, top: canvas.frame.y, left_out }
     }
 
     pub(super) fn is_empty(&self) -> bool {

@@ -1,39 +1,39 @@
 //! A panel in its place: where values lie in the picture.
 
-use super::figure::{Axis, Panel};
-use crate::axis::{Drawn, Scale, TICK_SIZE, Ticks, drawable};
+use super::figure::{PlotAxis, PlotPanel};
+use crate::axis::{AxisScale, DrawnAxis, TICK_SIZE, Ticks, drawable};
 use crate::font::shorten;
 use crate::svg::Rect;
-use crate::unit::Unit;
+use crate::unit::PrefixedUnit;
 
 /// With more points than this, not every one is marked.
 pub(super) const MARKED: usize = 40;
 
 /// An axis with its values in the unit that is written.
-pub(super) struct Prepared {
-    pub(super) drawn: Drawn,
-    pub(super) unit: Unit,
+pub(super) struct PanelAxis {
+    pub(super) drawn: DrawnAxis,
+    pub(super) unit: PrefixedUnit,
 }
 
-impl Prepared {
+impl PanelAxis {
     /// An axis for values in SI units; `width` in pixels if it is horizontal.
-    pub(super) fn new(axis: &Axis, values: &[f64], width: Option<f64>) -> Prepared {
+    pub(super) fn new(axis: &PlotAxis, values: &[f64], width: Option<f64>) -> PanelAxis {
         let values = || values.iter().copied().filter(|v| drawable(*v, axis.log));
         let unit = if !axis.categories.is_empty() {
-            Unit::plain("")
+            PrefixedUnit::plain("")
         } else if axis.log {
             // The middle of the decades decides.
             let (low, high) =
                 values().fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
-            Unit::fitting(&axis.unit, (0.5 * (low.ln() + high.ln())).exp())
+            PrefixedUnit::fitting(&axis.unit, (0.5 * (low.ln() + high.ln())).exp())
         } else {
-            Unit::fitting(&axis.unit, values().map(f64::abs).fold(0.0, f64::max))
+            PrefixedUnit::fitting(&axis.unit, values().map(f64::abs).fold(0.0, f64::max))
         };
         let drawn = if axis.categories.is_empty() {
-            let scale = Scale::around(values().map(|v| unit.of_si(v)), axis.log);
+            let scale = AxisScale::around(values().map(|v| unit.of_si(v)), axis.log);
             match width {
-                Some(width) => Drawn::across(scale, width, &axis.label, &unit.name),
-                None => Drawn::new(
+                Some(width) => DrawnAxis::across(scale, width, &axis.label, &unit.name),
+                None => DrawnAxis::new(
                     scale,
                     scale.ticks(if axis.log { 8 } else { 5 }),
                     &axis.label,
@@ -41,12 +41,13 @@ impl Prepared {
                 ),
             }
         } else {
-            let scale = Scale { low: -0.5, high: axis.categories.len() as f64 - 0.5, log: false };
+            let scale =
+                AxisScale { low: -0.5, high: axis.categories.len() as f64 - 0.5, log: false };
             let labels = axis.categories.iter().map(|c| shorten(c, 110.0, TICK_SIZE));
             let major = labels.enumerate().map(|(i, label)| (i as f64, label)).collect();
-            Drawn::new(scale, Ticks { major, minor: Vec::new(), exponent: 0 }, &axis.label, "")
+            DrawnAxis::new(scale, Ticks { major, minor: Vec::new(), exponent: 0 }, &axis.label, "")
         };
-        Prepared { drawn, unit }
+        PanelAxis { drawn, unit }
     }
 
     fn at(&self, si: f64) -> f64 {
@@ -55,13 +56,13 @@ impl Prepared {
 }
 
 /// A place in the picture, or values along x and y.
-pub(super) type Point = (f64, f64);
+pub(super) type Place = (f64, f64);
 /// A piece of a line.
-pub(super) type Segment = (Point, Point);
+pub(super) type Segment = (Place, Place);
 
 /// Whether a value is drawn on an axis at all. The range of categories does not grow with the
 /// values, and pixels far beyond the picture are beyond what renders it.
-pub(super) fn has_place(axis: &Axis, value: f64) -> bool {
+pub(super) fn has_place(axis: &PlotAxis, value: f64) -> bool {
     let count = axis.categories.len() as f64;
     drawable(value, axis.log)
         && (axis.categories.is_empty() || (-0.5..count - 0.5).contains(&value))
@@ -70,9 +71,9 @@ pub(super) fn has_place(axis: &Axis, value: f64) -> bool {
 /// A panel in its place.
 pub(super) struct Canvas<'a> {
     pub(super) frame: Rect,
-    pub(super) panel: &'a Panel,
-    pub(super) x: &'a Prepared,
-    pub(super) y: &'a Prepared,
+    pub(super) panel: &'a PlotPanel,
+    pub(super) x: &'a PanelAxis,
+    pub(super) y: &'a PanelAxis,
 }
 
 impl Canvas<'_> {

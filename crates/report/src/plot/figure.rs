@@ -2,32 +2,32 @@
 
 use crate::fit::Fit;
 
-/// A row of panels with one legend; drawn by [`Figure::svg`].
+/// A row of panels with one legend; drawn by [`PlotFigure::svg`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct Figure {
+pub struct PlotFigure {
     /// Above the panels; empty for none.
     pub title: String,
     /// Above the legend, e.g. the name of the column that tells the series apart; empty for none.
     pub legend: String,
     /// From left to right. Axes that are equal in all panels get the same range, and the vertical
     /// one is written once.
-    pub panels: Vec<Panel>,
+    pub panels: Vec<PlotPanel>,
 }
 
 /// One chart.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Panel {
+pub struct PlotPanel {
     /// Above the panel; empty for none.
     pub title: String,
     /// The horizontal axis.
-    pub x: Axis,
+    pub x: PlotAxis,
     /// The vertical axis.
-    pub y: Axis,
+    pub y: PlotAxis,
     /// The curves. Series with the same label look alike in all panels and have one entry in the
     /// legend.
     pub series: Vec<Series>,
     /// The bands behind the curves, alike and in the legend by their labels as series are.
-    pub bands: Vec<Band>,
+    pub bands: Vec<PlotBand>,
     /// Whether the points of all series are marked for which no other has both a smaller x and a
     /// smaller y ([`pareto_front`](crate::pareto_front)).
     pub front: bool,
@@ -35,7 +35,7 @@ pub struct Panel {
 
 /// What is drawn along one direction.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Axis {
+pub struct PlotAxis {
     /// The quantity.
     pub label: String,
     /// Its SI unit; a prefix is chosen from the values. `"1"` for a ratio, empty for none.
@@ -70,7 +70,7 @@ pub struct Series {
 
 /// What lies between two curves, e.g. between a lower and an upper bound.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Band {
+pub struct PlotBand {
     /// Its name in the legend; empty for none.
     pub label: String,
     /// Points (x, lower end, upper end) in SI units, in the order they are joined. One whose upper

@@ -1,17 +1,17 @@
 //! Figures of the columns of a table.
 
 use super::error::{FigureError, MOST_PANELS, MOST_SERIES};
-use super::figure::{Axis, Band, Figure, Panel, Series, Style};
+use super::figure::{PlotAxis, PlotBand, PlotFigure, PlotPanel, Series, Style};
 use super::spec::FigureSpec;
-use super::value_text::Written;
+use super::value_text::ValueFormat;
 use crate::fit::straight;
-use crate::table::{Cell, Table};
+use crate::table::{Cell, DataTable};
 
 /// The distinct combinations of the values of some columns, sorted, and which of them each row has.
-fn groups(table: &Table, columns: &[usize]) -> (Vec<String>, Vec<usize>) {
+fn groups(table: &DataTable, columns: &[usize]) -> (Vec<String>, Vec<usize>) {
     let names: Vec<String> = columns.iter().map(|&i| table.columns()[i].name.clone()).collect();
-    let written: Vec<(usize, Written)> =
-        columns.iter().map(|&i| (i, Written::of(table, i))).collect();
+    let written: Vec<(usize, ValueFormat)> =
+        columns.iter().map(|&i| (i, ValueFormat::of(table, i))).collect();
     // Sorted by value and not as text: 8 comes before 16.
     let sorted = table.sort(&names).unwrap_or_else(|_| table.clone());
     let label = |row: &[Cell]| {
@@ -31,7 +31,7 @@ fn groups(table: &Table, columns: &[usize]) -> (Vec<String>, Vec<usize>) {
     (labels, of_row)
 }
 
-impl Figure {
+impl PlotFigure {
     /// A figure of columns of a table.
     ///
     /// Rows are grouped into panels and series by value, to at most six significant digits; within
@@ -43,7 +43,7 @@ impl Figure {
     ///
     /// # Errors
     /// [`FigureError`].
-    pub fn from_table(table: &Table, spec: &FigureSpec<'_>) -> Result<Figure, FigureError> {
+    pub fn from_table(table: &DataTable, spec: &FigureSpec<'_>) -> Result<PlotFigure, FigureError> {
         let x = table.column(spec.x)?;
         let ys = spec.y.iter().map(|name| table.column(name)).collect::<Result<Vec<_>, _>>()?;
         let series =
@@ -105,18 +105,22 @@ impl Figure {
             return Err(FigureError::TooManySeries { columns, count });
         }
 
-        let x_axis = Axis {
+        let x_axis = PlotAxis {
             label: spec.label(spec.x),
             unit: table.columns()[x].unit.clone(),
             log: spec.log_x,
             categories,
         };
-        let y_axis =
-            Axis { label: spec.axis_of_y(), unit: y_unit, log: spec.log_y, categories: Vec::new() };
+        let y_axis = PlotAxis {
+            label: spec.axis_of_y(),
+            unit: y_unit,
+            log: spec.log_y,
+            categories: Vec::new(),
+        };
         let fit = |points: &[(f64, f64)]| {
             spec.fit.then(|| straight(points, spec.log_x, spec.log_y)).flatten()
         };
-        let written = names.map(|column| (column, Written::of(table, column)));
+        let written = names.map(|column| (column, ValueFormat::of(table, column)));
         let name = |row: usize| {
             written.as_ref().map(|(column, written)| written.text(&table.rows()[row][*column]))
         };
@@ -156,13 +160,18 @@ impl Figure {
                     names: rows.iter().filter_map(|&row| name(row)).collect(),
                 }
             };
-        let band = |rows: &[usize], label: String| -> Option<Band> {
+        let band = |rows: &[usize], label: String| -> Option<PlotBand> {
             let [low, high] = &ends[..] else { return None };
             let points = rows.iter().map(|&row| (places[row], low[row], high[row])).collect();
             let fits = [low, high].map(|end| {
                 fit(&rows.iter().map(|&row| (places[row], end[row])).collect::<Vec<_>>())
             });
-            Some(Band { label, points, joined: !repeated(rows, &places) && x_text.is_none(), fits })
+            Some(PlotBand {
+                label,
+                points,
+                joined: !repeated(rows, &places) && x_text.is_none(),
+                fits,
+            })
         };
         let panel = |(panel, value): (usize, &String)| {
             let (mut series, mut bands) = (Vec::new(), Vec::new());
@@ -189,16 +198,23 @@ impl Figure {
                 (Some(name), None) => format!("{} = {value}", spec.label(name)),
                 (Some(name), Some(_)) => format!("{}: {value}", spec.label(name)),
             };
-            Panel { title, x: x_axis.clone(), y: y_axis.clone(), series, bands, front: spec.front }
+            PlotPanel {
+                title,
+                x: x_axis.clone(),
+                y: y_axis.clone(),
+                series,
+                bands,
+                front: spec.front,
+            }
         };
         let panels = panel_labels.iter().enumerate().map(panel).collect();
         let legend = spec.series.iter().map(|name| spec.label(name)).collect::<Vec<_>>().join(", ");
-        Ok(Figure { title: spec.title.to_owned(), legend, panels })
+        Ok(PlotFigure { title: spec.title.to_owned(), legend, panels })
     }
 }
 
 /// The unit of columns that share an axis.
-fn common_unit(table: &Table, columns: &[usize]) -> Result<String, FigureError> {
+fn common_unit(table: &DataTable, columns: &[usize]) -> Result<String, FigureError> {
     let mut columns = columns.iter().map(|&i| &table.columns()[i]);
     let first = columns.next().ok_or(FigureError::NoY)?;
     let written = |unit: &str| if unit.is_empty() { "1".to_owned() } else { unit.to_owned() };
@@ -233,14 +249,14 @@ fn paths(points: impl Iterator<Item = (Option<f64>, (f64, f64))>) -> Vec<(f64, f
 }
 
 /// The numbers of a column; NaN where there is none.
-fn numbers(table: &Table, column: usize) -> Vec<f64> {
+fn numbers(table: &DataTable, column: usize) -> Vec<f64> {
     table.cells(column).map(|cell| cell.number().unwrap_or(f64::NAN)).collect()
 }
 
 /// The distinct values of a column in order of appearance, and which of them each row has; NaN
 /// where there is none.
-fn categories(table: &Table, column: usize) -> (Vec<String>, Vec<f64>) {
-    let written = Written::of(table, column);
+fn categories(table: &DataTable, column: usize) -> (Vec<String>, Vec<f64>) {
+    let written = ValueFormat::of(table, column);
     let mut seen = Vec::new();
     let mut place = |cell: &Cell| {
         if cell.is_missing() {
@@ -257,7 +273,7 @@ fn categories(table: &Table, column: usize) -> (Vec<String>, Vec<f64>) {
     (seen, places)
 }
 
-fn text_in(table: &Table, column: usize) -> Option<String> {
+fn text_in(table: &DataTable, column: usize) -> Option<String> {
     table.cells(column).find_map(|cell| match cell {
         Cell::Text(text) => Some(text.clone()),
         _ => None,

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::canvas::{Canvas, Point, Segment};
+use super::canvas::{Canvas, Place, Segment};
 use crate::axis::INK;
 use crate::svg::{Drawing, n};
 
@@ -11,7 +11,7 @@ const STAIRS: &str = r##"fill="none" stroke="#1a1a1a" stroke-width="0.9" stroke-
 pub(super) const RING: f64 = 6.0;
 
 /// The stairs along the front, the least y that is reached at each x, as segments.
-pub(super) fn stairs(canvas: &Canvas<'_>, front: &[Point]) -> Vec<Segment> {
+pub(super) fn stairs(canvas: &Canvas<'_>, front: &[Place]) -> Vec<Segment> {
     let places: Vec<(f64, f64)> = front.iter().filter_map(|&point| canvas.place(point)).collect();
     let steps = places.windows(2).flat_map(|pair| {
         let corner = (pair[1].0, pair[0].1);
@@ -21,7 +21,7 @@ pub(super) fn stairs(canvas: &Canvas<'_>, front: &[Point]) -> Vec<Segment> {
 }
 
 /// Joins the points of a front by stairs and puts a ring around each.
-pub(super) fn draw(drawing: &mut Drawing, stairs: &[Segment], places: &[Point]) {
+pub(super) fn draw(drawing: &mut Drawing, stairs: &[Segment], places: &[Place]) {
     let mut path = String::new();
     for (i, ((x1, y1), (x2, y2))) in stairs.iter().enumerate() {
         let start = if i == 0 { format!("M{} {}", n(*x1), n(*y1)) } else { String::new() };

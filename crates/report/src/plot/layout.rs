@@ -1,8 +1,8 @@
 //! Drawing a figure.
 
-use super::canvas::{Canvas, Prepared, has_place};
-use super::figure::{Band, Figure, Panel};
-use super::legend::{Entry, Legend, Sample};
+use super::canvas::{Canvas, PanelAxis, has_place};
+use super::figure::{PlotBand, PlotFigure, PlotPanel};
+use super::legend::{Legend, LegendEntry, Sample};
 use super::slope::FIT_OF_BAND;
 use super::{band, panel, slope};
 use crate::axis::{self, INK, LABEL_SIZE, TICK_SIZE, TITLE_SIZE};
@@ -20,7 +20,7 @@ const KEY_LINE: f64 = 14.0;
 /// Between the lines of a panel's title.
 const TITLE_LINE: f64 = LABEL_SIZE + 3.0;
 
-impl Figure {
+impl PlotFigure {
     /// The figure as SVG, in pixels of 1/96 inch; always a readable picture, whatever the points
     /// are.
     pub fn svg(&self) -> String {
@@ -35,19 +35,19 @@ impl Figure {
         let shared_y = self.panels.windows(2).all(|p| p[0].y == p[1].y);
         let all_x = coordinates(&self.panels, |p| p.0);
         let all_y = coordinates(&self.panels, |p| p.1);
-        let axes: Vec<(Prepared, Prepared)> = self
+        let axes: Vec<(PanelAxis, PanelAxis)> = self
             .panels
             .iter()
             .map(|panel| {
                 let own = std::slice::from_ref(panel);
                 let x = if shared_x { all_x.clone() } else { coordinates(own, |p| p.0) };
                 let y = if shared_y { all_y.clone() } else { coordinates(own, |p| p.1) };
-                (Prepared::new(&panel.x, &x, Some(width)), Prepared::new(&panel.y, &y, None))
+                (PanelAxis::new(&panel.x, &x, Some(width)), PanelAxis::new(&panel.y, &y, None))
             })
             .collect();
 
         let mut entries = self.entries();
-        let mut keys: Vec<Vec<Key>> = vec![Vec::new(); self.panels.len()];
+        let mut keys: Vec<Vec<SlopeKey>> = vec![Vec::new(); self.panels.len()];
         for ((panel, (x, y)), key) in self.panels.iter().zip(&axes).zip(&mut keys) {
             for (is_band, label, end, fit) in fits(panel) {
                 let slope = format!("{end}{}", slope::text(fit, &x.unit, &y.unit));
@@ -58,7 +58,7 @@ impl Figure {
                 if self.panels.len() == 1 {
                     entry.slopes.push(slope)
                 } else {
-                    key.push(Key { look: entry.look, of_band: is_band, text: slope })
+                    key.push(SlopeKey { look: entry.look, of_band: is_band, text: slope })
                 }
             }
         }
@@ -140,23 +140,23 @@ impl Figure {
 
     /// The legend's entries: every label once, in order of appearance; curves, then bands, then
     /// what marks mean.
-    fn entries(&self) -> Vec<Entry<'_>> {
-        let mut entries: Vec<Entry<'_>> = Vec::new();
+    fn entries(&self) -> Vec<LegendEntry<'_>> {
+        let mut entries: Vec<LegendEntry<'_>> = Vec::new();
         for series in self.panels.iter().flat_map(|p| &p.series) {
             if !entries.iter().any(|e| e.is(false, &series.label)) {
-                entries.push(Entry::of_series(&entries, series));
+                entries.push(LegendEntry::of_series(&entries, series));
             }
         }
         for band in self.panels.iter().flat_map(|p| &p.bands) {
             if !entries.iter().any(|e| e.is(true, &band.label)) {
-                entries.push(Entry::of_band(&entries, band));
+                entries.push(LegendEntry::of_band(&entries, band));
             }
         }
         if self.panels.iter().any(|p| p.front) {
-            entries.push(Entry::of_mark(Sample::Front, "cheapest for its accuracy"));
+            entries.push(LegendEntry::of_mark(Sample::Front, "cheapest for its accuracy"));
         }
         if self.panels.iter().flat_map(|p| &p.bands).any(band::any_open) {
-            entries.push(Entry::of_mark(Sample::Open, "no upper end known"));
+            entries.push(LegendEntry::of_mark(Sample::Open, "no upper end known"));
         }
         entries
     }
@@ -164,10 +164,10 @@ impl Figure {
 
 /// The fitted lines of a panel: whether they are a band's, its or their series' label, which of its
 /// ends, and the line.
-fn fits(panel: &Panel) -> impl Iterator<Item = (bool, &str, &'static str, &Fit)> {
+fn fits(panel: &PlotPanel) -> impl Iterator<Item = (bool, &str, &'static str, &Fit)> {
     let curves =
         panel.series.iter().filter_map(|s| Some((false, s.label.as_str(), "", s.fit.as_ref()?)));
-    let ends = |band| -> [(&Band, &'static str, usize); 2] {
+    let ends = |band| -> [(&PlotBand, &'static str, usize); 2] {
         [(band, "upper end: ", 1), (band, "lower end: ", 0)]
     };
     let bands = panel
@@ -180,13 +180,13 @@ fn fits(panel: &Panel) -> impl Iterator<Item = (bool, &str, &'static str, &Fit)>
 
 /// A fitted line and its slope, above one of several panels.
 #[derive(Clone)]
-struct Key {
+struct SlopeKey {
     look: Look,
     of_band: bool,
     text: String,
 }
 
-impl Key {
+impl SlopeKey {
     fn draw(&self, drawing: &mut Drawing, (x, baseline): (f64, f64), width: f64) {
         const LINE: f64 = 17.0;
         const TEXT: f64 = 22.0;
@@ -219,13 +219,14 @@ fn heading(title: &str, width: f64) -> Vec<String> {
     }
 }
 
-fn coordinates(panels: &[Panel], of: fn(&(f64, f64)) -> f64) -> Vec<f64> {
-    let drawn_in = |panel: &Panel| {
+fn coordinates(panels: &[PlotPanel], of: fn(&(f64, f64)) -> f64) -> Vec<f64> {
+    let drawn_in = |panel: &PlotPanel| {
         let curves = panel
             .series
             .iter()
             .flat_map(|s| s.points.iter().copied().chain(s.fit.iter().flat_map(slope::ends)));
-        let fitted = |b: &Band| b.fits.iter().flatten().flat_map(slope::ends).collect::<Vec<_>>();
+        let fitted =
+            |b: &PlotBand| b.fits.iter().flatten().flat_map(slope::ends).collect::<Vec<_>>();
         let bands = panel
             .bands
             .iter()

@@ -1,6 +1,6 @@
 //! The key to what is drawn, to the right of the panels so that it covers nothing.
 
-use super::figure::{Band, Series, Style};
+use super::figure::{PlotBand, Series, Style};
 use super::{band, front};
 use crate::axis::TICK_SIZE;
 use crate::font::{shorten, text_width, wrap};
@@ -25,7 +25,7 @@ pub(super) enum Sample {
 }
 
 /// What is drawn with its look.
-pub(super) struct Entry<'a> {
+pub(super) struct LegendEntry<'a> {
     pub(super) label: &'a str,
     pub(super) look: Look,
     pub(super) sample: Sample,
@@ -34,9 +34,9 @@ pub(super) struct Entry<'a> {
     pub(super) slopes: Vec<String>,
 }
 
-impl<'a> Entry<'a> {
+impl<'a> LegendEntry<'a> {
     /// The entry of a series after those `before`.
-    pub(super) fn of_series(before: &[Entry<'_>], series: &'a Series) -> Entry<'a> {
+    pub(super) fn of_series(before: &[LegendEntry<'_>], series: &'a Series) -> LegendEntry<'a> {
         let mut look = Look::of(series.kin.unwrap_or(before.len()));
         if matches!(series.style, Style::Line | Style::Path) {
             let alike = if series.kin.is_some() {
@@ -47,13 +47,13 @@ impl<'a> Entry<'a> {
             look.dash = DASHES[alike % DASHES.len()];
         }
         let sample = Sample::Curve { style: series.style, fitted: series.fit.is_some() };
-        Entry { label: &series.label, look, sample, kin: series.kin, slopes: Vec::new() }
+        LegendEntry { label: &series.label, look, sample, kin: series.kin, slopes: Vec::new() }
     }
 
     /// The entry of a band after those `before`.
-    pub(super) fn of_band(before: &[Entry<'_>], band: &'a Band) -> Entry<'a> {
+    pub(super) fn of_band(before: &[LegendEntry<'_>], band: &'a PlotBand) -> LegendEntry<'a> {
         let sample = Sample::Band { joined: band.joined };
-        Entry {
+        LegendEntry {
             label: &band.label,
             look: Look::of(before.len()),
             sample,
@@ -63,8 +63,8 @@ impl<'a> Entry<'a> {
     }
 
     /// An entry for a mark that means the same on every curve.
-    pub(super) fn of_mark(sample: Sample, label: &'static str) -> Entry<'static> {
-        Entry { label, look: Look::of(0), sample, kin: None, slopes: Vec::new() }
+    pub(super) fn of_mark(sample: Sample, label: &'static str) -> LegendEntry<'static> {
+        LegendEntry { label, look: Look::of(0), sample, kin: None, slopes: Vec::new() }
     }
 
     /// Whether it is the entry of a band, or else of a series, of a label.
@@ -123,7 +123,7 @@ impl<'a> Entry<'a> {
 /// The entries in columns.
 pub(super) struct Legend<'a> {
     heading: Vec<String>,
-    columns: Vec<Vec<(&'a Entry<'a>, Vec<String>)>>,
+    columns: Vec<Vec<(&'a LegendEntry<'a>, Vec<String>)>>,
     text: f64,
 }
 
@@ -134,7 +134,7 @@ fn height_of(lines: usize) -> f64 {
 
 impl<'a> Legend<'a> {
     /// In as few columns as `height` allows, about equally long.
-    pub(super) fn new(heading: &str, entries: &'a [Entry<'a>], height: f64) -> Legend<'a> {
+    pub(super) fn new(heading: &str, entries: &'a [LegendEntry<'a>], height: f64) -> Legend<'a> {
         let entries: Vec<_> =
             entries.iter().map(|e| (e, e.lines())).filter(|(_, lines)| !lines.is_empty()).collect();
         let heading =
@@ -205,7 +205,7 @@ impl<'a> Legend<'a> {
     }
 }
 
-type Lines<'a> = (&'a Entry<'a>, Vec<String>);
+type Lines<'a> = (&'a LegendEntry<'a>, Vec<String>);
 
 /// The entries in columns of at most a height, but for an entry that is higher by itself.
 fn filled<'a>(entries: &[Lines<'a>], limit: f64) -> Vec<Vec<Lines<'a>>> {

@@ -1,6 +1,6 @@
 //! Names beside points, where there is room for them.
 
-use super::canvas::{Point, Segment};
+use super::canvas::{Place, Segment};
 use crate::axis::INK;
 use crate::font::text_width;
 use crate::svg::{Drawing, Rect, n};
@@ -14,10 +14,10 @@ const DESCENT: f64 = 0.2;
 const MOST: usize = 80;
 
 /// What names must not cover.
-pub(super) struct Taken {
+pub(super) struct Obstacles {
     pub(super) frame: Rect,
     /// The middles of markers with their radii.
-    pub(super) markers: Vec<(Point, f64)>,
+    pub(super) markers: Vec<(Place, f64)>,
     /// Pieces of curves; a name may stand on one where there is no other room.
     pub(super) lines: Vec<Segment>,
     /// The stairs of a front, whose dashes would read as a minus.
@@ -27,7 +27,7 @@ pub(super) struct Taken {
 /// Writes each name beside its point, `clear` pixels from it: on a side where it covers no curve if
 /// there is one, else on one where it covers neither marker nor stair nor other name, else not at
 /// all.
-pub(super) fn draw(drawing: &mut Drawing, wanted: &[(Point, &str)], clear: f64, taken: &Taken) {
+pub(super) fn draw(drawing: &mut Drawing, wanted: &[(Place, &str)], clear: f64, taken: &Obstacles) {
     let every = wanted.len().div_ceil(MOST).max(1);
     let mut names: Vec<Rect> = Vec::new();
     for &(point, name) in wanted.iter().step_by(every).filter(|(_, name)| !name.is_empty()) {
@@ -54,7 +54,7 @@ pub(super) fn draw(drawing: &mut Drawing, wanted: &[(Point, &str)], clear: f64, 
 
 /// The places for a name, in the order they are tried: right and left above, right and left below,
 /// beside, above, below.
-fn sides((x, y): Point, width: f64, clear: f64) -> [Rect; 8] {
+fn sides((x, y): Place, width: f64, clear: f64) -> [Rect; 8] {
     let height = (ASCENT + DESCENT) * NAME_SIZE;
     // at a corner the distance is along a diagonal
     let corner = 0.8 * clear;
@@ -80,7 +80,7 @@ fn overlap(a: &Rect, b: &Rect) -> bool {
         && b.y < a.bottom() + APART
 }
 
-impl Taken {
+impl Obstacles {
     /// Whether a rectangle is within the frame and covers no marker and no stair.
     fn has_room(&self, rect: &Rect) -> bool {
         let frame = &self.frame;
@@ -88,7 +88,7 @@ impl Taken {
             && rect.right() < frame.right() - 2.0
             && rect.y > frame.y + 2.0
             && rect.bottom() < frame.bottom() - 2.0;
-        let covers = |&((x, y), radius): &(Point, f64)| {
+        let covers = |&((x, y), radius): &(Place, f64)| {
             (rect.x - radius..rect.right() + radius).contains(&x)
                 && (rect.y - radius..rect.bottom() + radius).contains(&y)
         };
@@ -129,8 +129,8 @@ mod tests {
 
     /// The lower left corners of the names that were written.
     fn written(
-        wanted: &[(Point, &str)],
-        markers: &[Point],
+        wanted: &[(Place, &str)],
+        markers: &[Place],
         lines: &[Segment],
     ) -> Vec<(String, String, String)> {
         let mut drawing = Drawing::default();
@@ -138,7 +138,7 @@ mod tests {
             &mut drawing,
             wanted,
             6.0,
-            &Taken {
+            &Obstacles {
                 frame: FRAME,
                 markers: markers.iter().map(|&marker| (marker, 3.5)).collect(),
                 lines: lines.to_vec(),
@@ -172,11 +172,11 @@ mod tests {
 
     #[test]
     fn names_without_room_are_left_out() {
-        let crowd: Vec<Point> = (0..40)
+        let crowd: Vec<Place> = (0..40)
             .flat_map(|i| (0..20).map(move |j| (5.0 * f64::from(i), 5.0 * f64::from(j))))
             .collect();
         assert_eq!(written(&[((100.0, 50.0), "64")], &crowd, &[]), []);
-        let same: Vec<(Point, &str)> = vec![((100.0, 50.0), "a long name"); 20];
+        let same: Vec<(Place, &str)> = vec![((100.0, 50.0), "a long name"); 20];
         assert!(
             (1..8).contains(&written(&same, &[(100.0, 50.0)], &[]).len()),
             "names do not cover each other"

@@ -4,7 +4,7 @@ use super::canvas::Canvas;
 use crate::fit::Fit;
 use crate::number::{decade, power_of_ten};
 use crate::svg::{Drawing, n};
-use crate::unit::Unit;
+use crate::unit::PrefixedUnit;
 
 /// A line fitted to the ends of a band, beside its edge.
 pub(super) const FIT_OF_BAND: &str = r#" stroke-dasharray="5 3""#;
@@ -29,11 +29,12 @@ pub(super) fn draw(drawing: &mut Drawing, canvas: &Canvas<'_>, fit: &Fit, color:
 
 /// `slope −0.97 ± 0.02`, in the units of the axes: a power on logarithmic ones, else with the unit
 /// it has.
-pub(super) fn text(fit: &Fit, x: &Unit, y: &Unit) -> String {
+pub(super) fn text(fit: &Fit, x: &PrefixedUnit, y: &PrefixedUnit) -> String {
     // on a logarithmic axis a prefix moves the line and does not turn it
-    let over = |unit: &Unit, log: bool| if log { 1.0 } else { unit.of_si(1.0) };
+    let over = |unit: &PrefixedUnit, log: bool| if log { 1.0 } else { unit.of_si(1.0) };
     let scale = over(y, fit.log_y) / over(x, fit.log_x);
-    let pure = |unit: &Unit| if unit.name == "1" { String::new() } else { unit.name.clone() };
+    let pure =
+        |unit: &PrefixedUnit| if unit.name == "1" { String::new() } else { unit.name.clone() };
     let unit = match (fit.log_x, fit.log_y) {
         (true, true) => String::new(),
         (true, false) => format!("{} per decade", pure(y)),
@@ -108,8 +109,11 @@ mod tests {
             log_y,
         };
         let power = Fit { slope: -2.0, standard_error: 0.1, ..fit(true, true) };
-        let (length, pressure, none) =
-            (Unit::fitting("m", 1e-3), Unit::fitting("Pa", 1e9), Unit::plain("1"));
+        let (length, pressure, none) = (
+            PrefixedUnit::fitting("m", 1e-3),
+            PrefixedUnit::fitting("Pa", 1e9),
+            PrefixedUnit::plain("1"),
+        );
         assert_eq!(text(&power, &length, &pressure), "slope −2.0 ± 0.1");
         assert_eq!(text(&fit(false, false), &length, &pressure), "slope −2.0 ± 0.1 GPa per mm");
         assert_eq!(

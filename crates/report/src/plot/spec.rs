@@ -2,7 +2,7 @@
 
 use super::error::FigureError;
 
-/// Which columns of a table a figure shows, for [`Figure::from_table`](crate::Figure::from_table).
+/// Which columns of a table a figure shows, for [`PlotFigure::from_table`](crate::PlotFigure::from_table).
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct FigureSpec<'a> {
     /// The column along the horizontal axis; a column of text makes an axis of categories.

@@ -3,28 +3,28 @@
 use std::collections::HashSet;
 
 use crate::number::{decade, exact, power_of_ten, trim_zeros};
-use crate::table::{Cell, Table};
-use crate::unit::Unit;
+use crate::table::{Cell, DataTable};
+use crate::unit::PrefixedUnit;
 
 /// Digits that are written, and those that may be needed so that no two values look alike.
 const DIGITS: [usize; 2] = [4, 6];
 
 /// How the values of one column are written: all in one unit, and as short as tells them apart.
-pub(super) struct Written {
-    unit: Unit,
+pub(super) struct ValueFormat {
+    unit: PrefixedUnit,
     digits: usize,
 }
 
-impl Written {
+impl ValueFormat {
     /// Fits unit and digits to the values of a column.
-    pub(super) fn of(table: &Table, column: usize) -> Written {
+    pub(super) fn of(table: &DataTable, column: usize) -> ValueFormat {
         let numbers = || table.cells(column).filter_map(Cell::number).filter(|x| x.is_finite());
         let texts = table.cells(column).any(|cell| matches!(cell, Cell::Text(_)));
         let largest = numbers().map(f64::abs).fold(0.0, f64::max);
         let unit = if texts {
-            Unit::plain("")
+            PrefixedUnit::plain("")
         } else {
-            Unit::fitting(&table.columns()[column].unit, largest)
+            PrefixedUnit::fitting(&table.columns()[column].unit, largest)
         };
         let distinct = |digits: usize| {
             numbers().map(|x| short(unit.of_si(x), digits)).collect::<HashSet<_>>().len()
@@ -32,7 +32,7 @@ impl Written {
         let [least, most] = DIGITS;
         let all = distinct(most);
         let digits = (least..most).find(|digits| distinct(*digits) == all).unwrap_or(most);
-        Written { unit, digits }
+        ValueFormat { unit, digits }
     }
 
     /// A value of the column with its unit.
@@ -76,12 +76,12 @@ fn short(x: f64, digits: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::table::Column;
+    use crate::table::TableColumn;
 
     fn written(unit: &str, cells: &[Cell]) -> Vec<String> {
         let rows = cells.iter().map(|cell| vec![cell.clone()]).collect();
-        let table = Table::new(vec![Column::new("a", unit)], rows).unwrap();
-        let written = Written::of(&table, 0);
+        let table = DataTable::new(vec![TableColumn::new("a", unit)], rows).unwrap();
+        let written = ValueFormat::of(&table, 0);
         cells.iter().map(|cell| written.text(cell)).collect()
     }
 

@@ -1,11 +1,11 @@
 //! A table as CSV.
 
 use super::cell::Cell;
-use super::rows::Table;
+use super::rows::DataTable;
 use crate::delimited::write;
 use crate::number::exact;
 
-impl Table {
+impl DataTable {
     /// The table as CSV: a header with the column names as they are, then one record per row.
     ///
     /// Quoting is that of RFC 4180; lines end in a line feed alone, which every reader of CSV takes

@@ -7,33 +7,33 @@ use super::error::{TableError, UnknownColumn};
 
 /// The name of a column and the unit of its numbers.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Column {
+pub struct TableColumn {
     /// The name, the same in the study file, queries, exports and figures.
     pub name: String,
     /// The SI unit, `"1"` for a ratio, empty for text and counts.
     pub unit: String,
 }
 
-impl Column {
+impl TableColumn {
     /// A column with a name and a unit, which may be empty.
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
-        Column { name: name.into(), unit: unit.into() }
+        TableColumn { name: name.into(), unit: unit.into() }
     }
 }
 
 /// Named columns and rows of cells, one per column.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Table {
-    columns: Vec<Column>,
+pub struct DataTable {
+    columns: Vec<TableColumn>,
     rows: Vec<Vec<Cell>>,
 }
 
-impl Table {
+impl DataTable {
     /// A table, after checking that names are unique and every row has one cell per column.
     ///
     /// # Errors
     /// [`TableError::Duplicate`] and [`TableError::RowLength`].
-    pub fn new(columns: Vec<Column>, rows: Vec<Vec<Cell>>) -> Result<Table, TableError> {
+    pub fn new(columns: Vec<TableColumn>, rows: Vec<Vec<Cell>>) -> Result<DataTable, TableError> {
         for (i, column) in columns.iter().enumerate() {
             if columns[..i].iter().any(|earlier| earlier.name == column.name) {
                 return Err(TableError::Duplicate(column.name.clone()));
@@ -48,11 +48,11 @@ impl Table {
                 });
             }
         }
-        Ok(Table { columns, rows })
+        Ok(DataTable { columns, rows })
     }
 
     /// The columns, in order.
-    pub fn columns(&self) -> &[Column] {
+    pub fn columns(&self) -> &[TableColumn] {
         &self.columns
     }
 
@@ -101,10 +101,10 @@ impl Table {
     ///
     /// # Errors
     /// [`TableError::UnknownColumn`], or [`TableError::Duplicate`] when a name is given twice.
-    pub fn select<S: AsRef<str>>(&self, names: &[S]) -> Result<Table, TableError> {
+    pub fn select<S: AsRef<str>>(&self, names: &[S]) -> Result<DataTable, TableError> {
         let picked =
             names.iter().map(|name| self.column(name.as_ref())).collect::<Result<Vec<_>, _>>()?;
-        Table::new(
+        DataTable::new(
             picked.iter().map(|&i| self.columns[i].clone()).collect(),
             self.rows.iter().map(|row| picked.iter().map(|&i| row[i].clone()).collect()).collect(),
         )
@@ -117,7 +117,7 @@ impl Table {
     ///
     /// # Errors
     /// [`TableError::UnknownColumn`].
-    pub fn sort<S: AsRef<str>>(&self, keys: &[S]) -> Result<Table, TableError> {
+    pub fn sort<S: AsRef<str>>(&self, keys: &[S]) -> Result<DataTable, TableError> {
         let keys = keys
             .iter()
             .map(|key| {
@@ -146,7 +146,7 @@ impl Table {
     }
 
     /// The table with those rows only for which `keep` says so, by index.
-    pub(crate) fn keep(&self, keep: &[bool]) -> Table {
+    pub(crate) fn keep(&self, keep: &[bool]) -> DataTable {
         let rows = self
             .rows
             .iter()
@@ -154,6 +154,6 @@ impl Table {
             .filter(|(_, keep)| **keep)
             .map(|(row, _)| row.clone())
             .collect();
-        Table { columns: self.columns.clone(), rows }
+        DataTable { columns: self.columns.clone(), rows }
     }
 }

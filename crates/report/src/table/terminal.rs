@@ -6,12 +6,12 @@ use comfy_table::{
 use unicode_width::UnicodeWidthStr;
 
 use super::cell::Cell;
-use super::rows::Table;
+use super::rows::DataTable;
 use crate::number::{decade, exact, exponent, significant, trim_zeros};
 use crate::text::printable;
-use crate::unit::Unit;
+use crate::unit::PrefixedUnit;
 
-/// How [`Table::terminal`] lays a table out.
+/// How [`DataTable::terminal`] lays a table out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TerminalLayout {
     /// Characters per line. Text is wrapped and the columns are set in several blocks to keep
@@ -40,7 +40,7 @@ const SEPARATOR: usize = 1;
 const NARROWEST_TEXT: usize = 20;
 
 /// A column ready to be set.
-struct Set {
+struct TypesetColumn {
     header: Vec<String>,
     cells: Vec<String>,
     numeric: bool,
@@ -48,7 +48,7 @@ struct Set {
     least: usize,
 }
 
-impl Table {
+impl DataTable {
     /// The table as text: a header with units, numbers aligned at the decimal point, a final
     /// newline.
     ///
@@ -56,7 +56,8 @@ impl Table {
     /// with the first column. Control characters in text are shown as `�`, so that nothing in a
     /// record can reach the terminal.
     pub fn terminal(&self, layout: &TerminalLayout) -> String {
-        let columns: Vec<Set> = (0..self.columns().len()).map(|i| self.set(i, layout)).collect();
+        let columns: Vec<TypesetColumn> =
+            (0..self.columns().len()).map(|i| self.set(i, layout)).collect();
         let mut out = String::new();
         for block in blocks(&columns, layout.width) {
             if !out.is_empty() {
@@ -67,14 +68,14 @@ impl Table {
         out
     }
 
-    fn set(&self, index: usize, layout: &TerminalLayout) -> Set {
+    fn set(&self, index: usize, layout: &TerminalLayout) -> TypesetColumn {
         let column = &self.columns()[index];
         let numeric = self.cells(index).all(|cell| !matches!(cell, Cell::Text(_)));
         let largest = self.cells(index).filter_map(Cell::number).map(f64::abs).fold(0.0, f64::max);
         let unit = if numeric && layout.prefixes {
-            Unit::fitting(&column.unit, largest)
+            PrefixedUnit::fitting(&column.unit, largest)
         } else {
-            Unit::plain(&column.unit)
+            PrefixedUnit::plain(&column.unit)
         };
         let mut header = vec![printable(&column.name)];
         if !unit.name.is_empty() {
@@ -82,7 +83,7 @@ impl Table {
         }
         let missing = if layout.unicode { "–" } else { "-" };
         let whole = self.cells(index).all(|cell| matches!(cell, Cell::Integer(_) | Cell::Missing));
-        let cells = if numeric && !(whole && unit == Unit::plain(&column.unit)) {
+        let cells = if numeric && !(whole && unit == PrefixedUnit::plain(&column.unit)) {
             let values: Vec<Option<f64>> = self
                 .cells(index)
                 .map(|cell| match cell {
@@ -105,7 +106,7 @@ impl Table {
         let content = widest(&cells);
         let least =
             widest(&header).max(if numeric { content } else { content.min(NARROWEST_TEXT) });
-        Set { header, cells, numeric, least }
+        TypesetColumn { header, cells, numeric, least }
     }
 }
 
@@ -161,7 +162,7 @@ fn align(values: &[Option<f64>], digits: usize, missing: &str) -> Vec<String> {
 }
 
 /// The columns of each block, as few blocks as fit into the width.
-fn blocks(columns: &[Set], width: Option<usize>) -> Vec<Vec<usize>> {
+fn blocks(columns: &[TypesetColumn], width: Option<usize>) -> Vec<Vec<usize>> {
     let Some(width) = width else { return vec![(0..columns.len()).collect()] };
     let space = |i: usize| columns[i].least + PADDING;
     let mut blocks: Vec<Vec<usize>> = Vec::new();
@@ -191,7 +192,12 @@ fn blocks(columns: &[Set], width: Option<usize>) -> Vec<Vec<usize>> {
     blocks
 }
 
-fn draw(columns: &[Set], block: &[usize], rows: usize, layout: &TerminalLayout) -> String {
+fn draw(
+    columns: &[TypesetColumn],
+    block: &[usize],
+    rows: usize,
+    layout: &TerminalLayout,
+) -> String {
     let mut table = comfy_table::Table::new();
     // Rules above, below the header and at the end, as in a printed table.
     let rule = if layout.unicode { '─' } else { '-' };

@@ -1,10 +1,10 @@
 //! Fields: maps, drawings in a terminal, files.
 
 use proptest::prelude::*;
-use report::{Field, FieldError, Grid, TerminalInk, Values, VtiError, field_csv, png, vti};
+use report::{Field, FieldError, FieldGrid, TerminalInk, Values, VtiError, field_csv, png, vti};
 
-fn grid(nx: usize, ny: usize) -> Grid {
-    Grid { nx, ny, origin: [-1e-3, 0.0], element: [2e-3 / nx as f64, 1e-3 / ny as f64] }
+fn grid(nx: usize, ny: usize) -> FieldGrid {
+    FieldGrid { nx, ny, origin: [-1e-3, 0.0], element: [2e-3 / nx as f64, 1e-3 / ny as f64] }
 }
 
 /// Grows in x, and at the lowest y there is none.
@@ -131,9 +131,12 @@ fn fields_that_cannot_be() {
         field(grid(3, 2), numbers(5)),
         FieldError::Length { found: 5, expected: 6, .. }
     ));
-    assert!(matches!(field(Grid { nx: 0, ..grid(1, 1) }, numbers(0)), FieldError::Grid { .. }));
     assert!(matches!(
-        field(Grid { nx: usize::MAX, ..grid(1, 2) }, numbers(1)),
+        field(FieldGrid { nx: 0, ..grid(1, 1) }, numbers(0)),
+        FieldError::Grid { .. }
+    ));
+    assert!(matches!(
+        field(FieldGrid { nx: usize::MAX, ..grid(1, 2) }, numbers(1)),
         FieldError::Grid { .. }
     ));
     for (origin, element) in [
@@ -145,7 +148,7 @@ fn fields_that_cannot_be() {
         (0.0, 1e300),
         (1.0, 1e-30),
     ] {
-        let grid = Grid { nx: 1, ny: 1, origin: [origin, 0.0], element: [element, 1.0] };
+        let grid = FieldGrid { nx: 1, ny: 1, origin: [origin, 0.0], element: [element, 1.0] };
         assert!(
             matches!(field(grid, numbers(1)), FieldError::Geometry { .. }),
             "{origin} {element}"
@@ -173,7 +176,7 @@ proptest! {
     ) {
         let states = values.iter().map(|x| if *x > 0.5 { 2 } else { u8::from(*x > 0.0) }).collect();
         let names = vec![name.clone(), "b".into(), "c".into()];
-        let grid = Grid { nx, ny, origin, element };
+        let grid = FieldGrid { nx, ny, origin, element };
         for values in [Values::Number(values), Values::Category { of: states, names }] {
             let field = Field::new(name.clone(), "Pa", grid, values).unwrap();
             let svg = field.svg();
