@@ -15,7 +15,7 @@ mod tree;
 use crate::table::DataTable;
 use compile::compile;
 pub use error::FilterError;
-use evaluate::{evaluate, truth};
+use evaluate::truth;
 
 impl DataTable {
     /// The rows for which an expression holds, in their order.
@@ -48,12 +48,9 @@ impl DataTable {
             .rows()
             .iter()
             .enumerate()
-            .map(|(i, row)| {
-                match evaluate(&condition, row) {
-                    Ok(value) => truth(&condition, &value).map(|t| t == Some(true)),
-                    Err(error) => Err(error),
-                }
-                .map_err(|message| FilterError::Mismatch(format!("{message} (in row {})", i + 1)))
+            .map(|(i, row)| match truth(&condition, row) {
+                Ok(truth) => Ok(truth == Some(true)),
+                Err(message) => Err(FilterError::Mismatch(format!("{message} (in row {})", i + 1))),
             })
             .collect::<Result<Vec<bool>, _>>()?;
         Ok(self.keep(&keep))

@@ -2,7 +2,7 @@
 
 /// A straight line through points by least squares, as it lies on the axes of a figure: on a
 /// logarithmic axis x stands for log₁₀ x, and y likewise.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
     /// The rise of y over x: the power of a power law, decades over the unit of x where y alone is
     /// logarithmic.
@@ -60,21 +60,21 @@ pub fn straight(points: &[(f64, f64)], log_x: bool, log_y: bool) -> Option<Fit> 
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let on_axes: Vec<(f64, f64)> = sorted.iter().map(placed).collect();
 
-    let (mut first, mut end) = (0, on_axes.len());
-    let mut parabola = Parabola::through(&on_axes)?;
-    while parabola.clearly_bends()
-        || (end - first < on_axes.len() && parabola.bends(NEARLY_STRAIGHT))
+    let mut run = FittedRun::new(&on_axes, 0, on_axes.len())?;
+    while run.parabola.clearly_bends()
+        || (run.end - run.first < on_axes.len() && run.parabola.bends(NEARLY_STRAIGHT))
     {
-        let rest =
-            |first: usize, end: usize| Some((first, end, Parabola::through(&on_axes[first..end])?));
-        (first, end, parabola) = match (rest(first + 1, end), rest(first, end - 1)) {
-            (Some(without_first), Some(without_last)) => {
-                let straighter = without_first.2.bend().abs() <= without_last.2.bend().abs();
-                Some(if straighter { without_first } else { without_last })
+        let without_first = FittedRun::new(&on_axes, run.first + 1, run.end);
+        let without_last = FittedRun::new(&on_axes, run.first, run.end - 1);
+        run = match (without_first, without_last) {
+            (Some(one), Some(other)) => {
+                let straighter = one.parabola.bend().abs() <= other.parabola.bend().abs();
+                Some(if straighter { one } else { other })
             }
             (one, other) => one.or(other),
         }?;
     }
+    let FittedRun { first, end, parabola } = run;
     let Parabola { slope, standard_error, intercept, .. } = parabola;
     let fit = Fit {
         slope,
@@ -97,6 +97,20 @@ impl Fit {
     }
 }
 
+/// Some of the points of a curve in order of x, from `first` to before `end`, and the parabola
+/// through them.
+struct FittedRun {
+    first: usize,
+    end: usize,
+    parabola: Parabola,
+}
+
+impl FittedRun {
+    fn new(points: &[(f64, f64)], first: usize, end: usize) -> Option<FittedRun> {
+        Some(FittedRun { first, end, parabola: Parabola::through(&points[first..end])? })
+    }
+}
+
 /// The line and the parabola through some points by least squares.
 struct Parabola {
     slope: f64,
@@ -116,7 +130,8 @@ impl Parabola {
             return None;
         }
         let count = points.len() as f64;
-        let sum = |of: &dyn Fn(f64, f64) -> f64| points.iter().map(|&(x, y)| of(x, y)).sum::<f64>();
+        let sum =
+            |term: &dyn Fn(f64, f64) -> f64| points.iter().map(|&(x, y)| term(x, y)).sum::<f64>();
         let (mean_x, mean_y) = (sum(&|x, _| x) / count, sum(&|_, y| y) / count);
         // Three polynomials that are orthogonal on the points: 1, u and q(u) = u² − a·u − b, with u
         // = x − mean.
@@ -151,8 +166,8 @@ impl Parabola {
     }
 
     /// Whether the slopes at both ends differ by more than a part of the steeper one.
-    fn bends(&self, part: f64) -> bool {
-        self.bend().abs() > part * self.slopes[0].abs().max(self.slopes[1].abs())
+    fn bends(&self, share: f64) -> bool {
+        self.bend().abs() > share * self.slopes[0].abs().max(self.slopes[1].abs())
     }
 
     /// Whether a reader would see more than one slope, and not because the points scatter.

@@ -34,6 +34,8 @@ mod unit;
 pub use field::{Field, FieldError, FieldGrid, TerminalInk, Values, VtiError, field_csv, vti};
 pub use filter::FilterError;
 pub use pareto::pareto_front;
-pub use plot::{FigureError, FigureSpec, PlotAxis, PlotBand, PlotFigure, PlotPanel, Series, Style};
+pub use plot::{
+    BandPoint, FigureError, FigureSpec, PlotAxis, PlotBand, PlotFigure, PlotPanel, Series, Style,
+};
 pub use png::{PngError, png};
 pub use table::{Cell, DataTable, TableColumn, TableError, TerminalLayout, UnknownColumn};

@@ -12,7 +12,7 @@ const MARKERS: usize = 8;
 
 /// How the i-th series looks. Colours and markers repeat with different periods, so that 7·8 = 56
 /// series differ in one of them; every seven the dash changes as well.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Look {
     pub(crate) color: &'static str,
     pub(crate) dash: &'static str,
@@ -20,7 +20,7 @@ pub(crate) struct Look {
 }
 
 impl Look {
-    pub(crate) fn of(series: usize) -> Look {
+    pub(crate) fn new(series: usize) -> Look {
         Look {
             color: COLORS[series % COLORS.len()],
             dash: DASHES[series / COLORS.len() % DASHES.len()],
@@ -73,7 +73,7 @@ mod tests {
 
     #[test]
     fn fifty_six_series_look_different() {
-        let looks: Vec<Look> = (0..56).map(Look::of).collect();
+        let looks: Vec<Look> = (0..56).map(Look::new).collect();
         for (i, look) in looks.iter().enumerate() {
             assert!(
                 !looks[..i]

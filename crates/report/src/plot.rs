@@ -21,5 +21,5 @@ mod spec;
 mod value_text;
 
 pub use error::FigureError;
-pub use figure::{PlotAxis, PlotBand, PlotFigure, PlotPanel, Series, Style};
+pub use figure::{BandPoint, PlotAxis, PlotBand, PlotFigure, PlotPanel, Series, Style};
 pub use spec::FigureSpec;

@@ -7,7 +7,7 @@ use crate::number::trim_zeros;
 use crate::text::escape;
 
 /// A rectangle of the drawing: the corner at the top left, y downwards.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rect {
     pub(crate) x: f64,
     pub(crate) y: f64,
@@ -26,7 +26,7 @@ impl Rect {
 }
 
 /// Where a text is anchored.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Anchor {
     Start,
     Middle,

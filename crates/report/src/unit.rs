@@ -6,7 +6,7 @@ const SYMBOLS: [&str; 9] = ["Pa", "Hz", "m", "N", "J", "W", "s", "V", "A"];
 const PREFIXES: [&str; 11] = ["f", "p", "n", "µ", "m", "", "k", "M", "G", "T", "P"];
 
 /// A unit with its prefix, and the number by which SI values are divided to be read in it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PrefixedUnit {
     pub(crate) name: String,
     /// Power of ten that the prefix stands for.

@@ -16,7 +16,7 @@ const GRID: &str = "#e4e4e4";
 const GAP: f64 = 6.0;
 
 /// An axis ready to be drawn.
-#[derive(Debug, Clone)]
+#[derive(Clone, Debug)]
 pub(crate) struct DrawnAxis {
     pub(crate) scale: AxisScale,
     pub(crate) ticks: Ticks,
@@ -79,7 +79,7 @@ impl DrawnAxis {
             .ticks
             .major
             .iter()
-            .map(|(x, label)| (self.scale.at(*x) * width, text_width(label, TICK_SIZE)))
+            .map(|(x, label)| (self.scale.fraction(*x) * width, text_width(label, TICK_SIZE)))
             .collect();
         places.sort_by(|a, b| a.0.total_cmp(&b.0));
         places.windows(2).any(|pair| pair[1].0 - pair[0].0 < (pair[0].1 + pair[1].1) / 2.0 + 4.0)
@@ -103,19 +103,19 @@ const SLANT: f64 = 35.0 * std::f64::consts::PI / 180.0;
 /// The light lines behind the curves.
 pub(crate) fn grid(drawing: &mut Drawing, frame: Rect, x: &DrawnAxis, y: &DrawnAxis) {
     for (value, _) in &x.ticks.major {
-        let at = frame.x + x.scale.at(*value) * frame.width;
-        drawing.line((at, frame.y), (at, frame.bottom()), GRID, 0.7);
+        let x = frame.x + x.scale.fraction(*value) * frame.width;
+        drawing.line((x, frame.y), (x, frame.bottom()), GRID, 0.7);
     }
     for (value, _) in &y.ticks.major {
-        let at = frame.bottom() - y.scale.at(*value) * frame.height;
-        drawing.line((frame.x, at), (frame.right(), at), GRID, 0.7);
+        let y = frame.bottom() - y.scale.fraction(*value) * frame.height;
+        drawing.line((frame.x, y), (frame.right(), y), GRID, 0.7);
     }
 }
 
 /// The frame and the horizontal axis below it.
 pub(crate) fn below(drawing: &mut Drawing, frame: Rect, axis: &DrawnAxis, inward: bool) {
     let toward = if inward { -1.0 } else { 1.0 };
-    let place = |value: f64| frame.x + axis.scale.at(value) * frame.width;
+    let place = |value: f64| frame.x + axis.scale.fraction(value) * frame.width;
     for value in &axis.ticks.minor {
         drawing.line(
             (place(*value), frame.bottom()),
@@ -144,8 +144,8 @@ pub(crate) fn below(drawing: &mut Drawing, frame: Rect, axis: &DrawnAxis, inward
         - (lines.len() as f64 - 1.0) * (LABEL_SIZE + 3.0)
         - 3.0;
     for (i, line) in lines.iter().enumerate() {
-        let at = (frame.x + frame.width / 2.0, first + i as f64 * (LABEL_SIZE + 3.0));
-        drawing.text(at, LABEL_SIZE, Anchor::Middle, line);
+        let middle = (frame.x + frame.width / 2.0, first + i as f64 * (LABEL_SIZE + 3.0));
+        drawing.text(middle, LABEL_SIZE, Anchor::Middle, line);
     }
 }
 
@@ -158,7 +158,7 @@ pub(crate) fn left(
     labelled: bool,
 ) {
     let toward = if inward { 1.0 } else { -1.0 };
-    let place = |value: f64| frame.bottom() - axis.scale.at(value) * frame.height;
+    let place = |value: f64| frame.bottom() - axis.scale.fraction(value) * frame.height;
     for value in &axis.ticks.minor {
         drawing.line((frame.x, place(*value)), (frame.x + toward * 2.5, place(*value)), INK, 0.7);
     }

@@ -9,7 +9,7 @@ pub(crate) fn drawable(x: f64, log: bool) -> bool {
 }
 
 /// The range of an axis.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct AxisScale {
     pub(crate) low: f64,
     pub(crate) high: f64,
@@ -56,7 +56,7 @@ impl AxisScale {
     }
 
     /// The place of a value: 0 at the low end, 1 at the high end.
-    pub(crate) fn at(&self, x: f64) -> f64 {
+    pub(crate) fn fraction(&self, x: f64) -> f64 {
         if self.log {
             (x.ln() - self.low.ln()) / (self.high.ln() - self.low.ln())
         } else {

@@ -5,7 +5,7 @@ use crate::axis::{AxisScale, drawable};
 use crate::palette::COLORS;
 
 /// The colours of values between two limits.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Shade {
     pub(super) low: f64,
     pub(super) high: f64,
@@ -15,7 +15,7 @@ pub(super) struct Shade {
 
 impl Shade {
     /// The limits of the finite values; symmetrical about zero if both signs matter.
-    pub(super) fn of(values: &[f64]) -> Shade {
+    pub(super) fn for_values(values: &[f64]) -> Shade {
         let (low, high) = values
             .iter()
             .filter(|x| drawable(**x, false))
@@ -32,7 +32,7 @@ impl Shade {
     }
 
     /// 0 at the low limit, 1 at the high one.
-    pub(super) fn at(&self, x: f64) -> f64 {
+    pub(super) fn fraction(&self, x: f64) -> f64 {
         ((x - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
     }
 
@@ -66,14 +66,14 @@ pub(super) fn state_color(state: usize) -> [u8; 3] {
 pub(super) fn colors(values: &Values) -> Vec<[u8; 3]> {
     match values {
         Values::Number(numbers) => {
-            let shade = Shade::of(numbers);
-            let of = |x: &f64| {
-                if drawable(*x, false) { shade.color(shade.at(*x)) } else { NOTHING }
+            let shade = Shade::for_values(numbers);
+            let color = |x: &f64| {
+                if drawable(*x, false) { shade.color(shade.fraction(*x)) } else { NOTHING }
             };
-            numbers.iter().map(of).collect()
+            numbers.iter().map(color).collect()
         }
-        Values::Category { of, .. } => {
-            of.iter().map(|&state| state_color(usize::from(state))).collect()
+        Values::Category { of: states, .. } => {
+            states.iter().map(|&state| state_color(usize::from(state))).collect()
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::number::exact;
 use crate::text::escape;
 
 /// Fields that cannot stand in one file.
-#[derive(Debug, Clone, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error)]
 pub enum VtiError {
     /// There is no field.
     #[error("there is no field to write")]
@@ -67,14 +67,14 @@ impl Field {
                 writer.extend(values.iter().copied())?;
                 writer.finish()?;
             }
-            Values::Category { of, .. } => {
+            Values::Category { of: states, .. } => {
                 let kind = npyz::DType::Plain("|u1".parse().map_err(std::io::Error::other)?);
                 let mut writer = npyz::WriteOptions::new()
                     .dtype(kind)
                     .shape(&shape)
                     .writer(&mut bytes)
                     .begin_nd()?;
-                writer.extend(of.iter().copied())?;
+                writer.extend(states.iter().copied())?;
                 writer.finish()?;
             }
         }
@@ -117,7 +117,7 @@ pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
             Values::Number(values) => {
                 ("Float64", values.iter().flat_map(|x| x.to_le_bytes()).collect())
             }
-            Values::Category { of, .. } => ("UInt8", of.clone()),
+            Values::Category { of: states, .. } => ("UInt8", states.clone()),
         };
         // The length in bytes and the values are encoded as one.
         let mut block = (values.len() as u64).to_le_bytes().to_vec();
@@ -162,8 +162,8 @@ pub fn field_csv(fields: &[&Field]) -> Result<String, VtiError> {
         row.extend(fields.iter().map(|field| match &field.values {
             Values::Number(values) if values[e].is_nan() => String::new(),
             Values::Number(values) => exact(values[e]),
-            Values::Category { of, names } => {
-                names.get(usize::from(of[e])).cloned().unwrap_or_default()
+            Values::Category { of: states, names } => {
+                names.get(usize::from(states[e])).cloned().unwrap_or_default()
             }
         }));
         row

@@ -26,8 +26,8 @@ impl ColorKey {
     }
 
     /// Every state that occurs, in their order.
-    pub(super) fn states(of: &[u8], names: &[String]) -> ColorKey {
-        let occurs = |state: usize| of.iter().any(|&s| usize::from(s) == state);
+    pub(super) fn states(states: &[u8], names: &[String]) -> ColorKey {
+        let occurs = |state: usize| states.iter().any(|&s| usize::from(s) == state);
         let present = names.iter().enumerate().filter(|(state, _)| occurs(*state));
         ColorKey::States(
             present.map(|(state, name)| (state, shorten(name, 160.0, TICK_SIZE))).collect(),
@@ -71,7 +71,7 @@ impl ColorKey {
                 drawing.rect(bar, "url(#shade)", INK, 0.9);
                 let mut widest: f64 = 0.0;
                 for (value, label) in &axis.ticks.major {
-                    let y = bar.bottom() - axis.scale.at(*value) * bar.height;
+                    let y = bar.bottom() - axis.scale.fraction(*value) * bar.height;
                     drawing.line((bar.right(), y), (bar.right() + 4.0, y), INK, 0.8);
                     drawing.text(
                         (bar.right() + 7.0, y + TICK_SIZE * 0.36),

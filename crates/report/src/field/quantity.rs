@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 /// A uniform grid of rectangular elements.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FieldGrid {
     /// Elements along x.
     pub nx: usize,
@@ -42,7 +42,7 @@ impl FieldGrid {
 
 /// One value per element; element (i, j), the i-th along x and the j-th along y, has index `j · nx
 /// + i`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Values {
     /// A quantity in SI units. NaN where there is none, e.g. outside a mask.
     Number(Vec<f64>),
@@ -57,7 +57,7 @@ pub enum Values {
 }
 
 /// A field that cannot be.
-#[derive(Debug, Clone, PartialEq, Error)]
+#[derive(Clone, Debug, PartialEq, Error)]
 pub enum FieldError {
     /// The grid has no elements, or more than can be counted.
     #[error(
@@ -110,7 +110,7 @@ pub enum FieldError {
 }
 
 /// A quantity on a grid.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Field {
     pub(super) name: String,
     pub(super) unit: String,
@@ -146,17 +146,18 @@ impl Field {
         }
         let found = match &values {
             Values::Number(values) => values.len(),
-            Values::Category { of, .. } => of.len(),
+            Values::Category { of: states, .. } => states.len(),
         };
         if found != expected {
             return Err(FieldError::Length { name, found, expected });
         }
-        if let Values::Category { of, names } = &values
-            && let Some(element) = of.iter().position(|&state| usize::from(state) >= names.len())
+        if let Values::Category { of: states, names } = &values
+            && let Some(element) =
+                states.iter().position(|&state| usize::from(state) >= names.len())
         {
             return Err(FieldError::UnknownState {
                 name,
-                state: of[element],
+                state: states[element],
                 element,
                 names: names.len(),
             });

@@ -10,7 +10,7 @@ use crate::text::printable;
 use crate::unit::PrefixedUnit;
 
 /// What a field is drawn with in [`Field::terminal`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TerminalInk {
     /// Two coloured pixels per character, by 24-bit ANSI escape sequences: for a terminal.
     Color,
@@ -69,13 +69,14 @@ impl Field {
             TerminalInk::Ascii => {
                 let marks: Vec<u8> = match &self.values {
                     Values::Number(values) => {
-                        let shade = Shade::of(values);
-                        let mark = |x: &Option<f64>| x.map_or(b' ', |x| RAMP[step(shade.at(x))]);
+                        let shade = Shade::for_values(values);
+                        let mark =
+                            |x: &Option<f64>| x.map_or(b' ', |x| RAMP[step(shade.fraction(x))]);
                         self.averaged(across, rows, values).iter().map(mark).collect()
                     }
-                    Values::Category { of, .. } => {
-                        let states = self.most_frequent(across, rows, of);
-                        states.iter().map(|&s| STATES[usize::from(s) % STATES.len()]).collect()
+                    Values::Category { of: states, .. } => {
+                        let pixels = self.most_frequent(across, rows, states);
+                        pixels.iter().map(|&s| STATES[usize::from(s) % STATES.len()]).collect()
                     }
                 };
                 for row in marks.chunks_exact(across).rev() {
@@ -93,12 +94,12 @@ impl Field {
         match &self.values {
             _ if across == self.grid.nx && down == self.grid.ny => colors.to_vec(),
             Values::Number(values) => {
-                let shade = Shade::of(values);
-                let color = |x: &Option<f64>| x.map_or(NOTHING, |x| shade.color(shade.at(x)));
+                let shade = Shade::for_values(values);
+                let color = |x: &Option<f64>| x.map_or(NOTHING, |x| shade.color(shade.fraction(x)));
                 self.averaged(across, down, values).iter().map(color).collect()
             }
-            Values::Category { of, .. } => self
-                .most_frequent(across, down, of)
+            Values::Category { of: states, .. } => self
+                .most_frequent(across, down, states)
                 .iter()
                 .map(|&s| state_color(usize::from(s)))
                 .collect(),
@@ -135,10 +136,10 @@ impl Field {
         self.covered(across, down).map(|mut elements| average(&mut elements)).collect()
     }
 
-    fn most_frequent(&self, across: usize, down: usize, of: &[u8]) -> Vec<u8> {
+    fn most_frequent(&self, across: usize, down: usize, states: &[u8]) -> Vec<u8> {
         let winner = |elements: &mut dyn Iterator<Item = usize>| {
             let mut votes = [0usize; 256];
-            elements.for_each(|e| votes[usize::from(of[e])] += 1);
+            elements.for_each(|e| votes[usize::from(states[e])] += 1);
             let most = votes.iter().copied().max().unwrap_or(0);
             votes.iter().position(|&v| v == most).and_then(|s| u8::try_from(s).ok()).unwrap_or(0)
         };
@@ -150,7 +151,7 @@ impl Field {
         match &self.values {
             Values::Number(values) => {
                 let drawn = || values.iter().filter(|x| drawable(**x, false));
-                let shade = Shade::of(values);
+                let shade = Shade::for_values(values);
                 if drawn().next().is_none() {
                     line += "no values";
                 } else {
@@ -179,11 +180,11 @@ impl Field {
                     );
                 }
             }
-            Values::Category { of, names } => {
+            Values::Category { of: states, names } => {
                 let present = names
                     .iter()
                     .enumerate()
-                    .filter(|(s, _)| of.iter().any(|&o| usize::from(o) == *s));
+                    .filter(|(s, _)| states.iter().any(|&drawn| usize::from(drawn) == *s));
                 for (state, name) in present {
                     match ink {
                         TerminalInk::Color => {

@@ -8,7 +8,7 @@ use crate::table::UnknownColumn;
 pub(super) const LONGEST: usize = 4096;
 
 /// Why a filter was refused.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum FilterError {
     /// There is no expression.
     #[error("the expression is empty; write a condition such as `mu > 0.3 && mesh == 64`")]

@@ -1,10 +1,10 @@
-//! A compiled expression.
+//! A compiled expression: a tree whose column names are resolved.
 
 use std::borrow::Cow;
 
-/// What kind of value a part of the expression has; `Unknown` for a column that mixes kinds or has
+/// The kind of value that an expression has. `Unknown` stands for a column that mixes kinds or has
 /// no values at all.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ValueKind {
     Number,
     Text,
@@ -13,6 +13,7 @@ pub(super) enum ValueKind {
 }
 
 impl ValueKind {
+    /// Returns the kind as messages call it.
     pub(super) fn name(self) -> &'static str {
         match self {
             ValueKind::Number => "a number",
@@ -23,7 +24,8 @@ impl ValueKind {
     }
 }
 
-#[derive(Debug, Clone, PartialEq)]
+/// The value of an expression for one row. A missing cell, NaN and `null` are all `Missing`.
+#[derive(Clone, Debug, PartialEq)]
 pub(super) enum FilterValue<'a> {
     Integer(i64),
     Number(f64),
@@ -33,6 +35,7 @@ pub(super) enum FilterValue<'a> {
 }
 
 impl FilterValue<'_> {
+    /// Returns the kind of the value; it is unknown for a missing one.
     pub(super) fn kind(&self) -> ValueKind {
         match self {
             FilterValue::Integer(_) | FilterValue::Number(_) => ValueKind::Number,
@@ -43,7 +46,8 @@ impl FilterValue<'_> {
     }
 }
 
-#[derive(Debug, Clone, Copy)]
+/// A comparison of two values.
+#[derive(Clone, Copy, Debug)]
 pub(super) enum Relation {
     Equal,
     NotEqual,
@@ -53,7 +57,8 @@ pub(super) enum Relation {
     GreaterOrEqual,
 }
 
-#[derive(Debug, Clone, Copy)]
+/// An operation on two numbers.
+#[derive(Clone, Copy, Debug)]
 pub(super) enum Arithmetic {
     Plus,
     Minus,
@@ -62,18 +67,19 @@ pub(super) enum Arithmetic {
     Modulo,
 }
 
-#[derive(Debug, Clone, Copy)]
+/// A test of a text against a pattern.
+#[derive(Clone, Copy, Debug)]
 pub(super) enum TextTest {
     Contains,
     StartsWith,
     EndsWith,
 }
 
-/// A compiled expression, with its column names resolved. `String`s are how the part was written,
-/// for messages.
+/// The operation of an expression, with its operands.
 #[derive(Debug)]
 pub(super) enum ExpressionNode {
     Constant(FilterValue<'static>),
+    /// The cell of a column, by the column's index in the table.
     Column(usize),
     Not(Box<Expression>),
     And(Box<Expression>, Box<Expression>),
@@ -82,20 +88,25 @@ pub(super) enum ExpressionNode {
     IsMissing(Box<Expression>),
     Arithmetic(Arithmetic, Box<Expression>, Box<Expression>),
     Absolute(Box<Expression>),
+    /// The value and the members of the list that it is looked up in.
     In(Box<Expression>, Vec<Expression>),
+    /// The condition, the value if it holds, and the value if it does not.
     Choose(Box<Expression>, Box<Expression>, Box<Expression>),
+    /// The text and the pattern.
     Text(TextTest, Box<Expression>, Box<Expression>),
 }
 
+/// A compiled expression.
 #[derive(Debug)]
 pub(super) struct Expression {
     pub(super) node: ExpressionNode,
     pub(super) kind: ValueKind,
-    /// How a message calls it: `column `mu`` or `"text"`.
+    /// The name in messages: `column `mu`` or `"text"`.
     pub(super) label: String,
 }
 
 impl Expression {
+    /// Returns a sentence that says of which kind the expression is.
     pub(super) fn described(&self) -> String {
         format!("{} is {}", self.label, self.kind.name())
     }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::canvas::MARKED;
+use super::canvas::{PlotPoint, marker_step};
 use super::figure::{Series, Style};
 use crate::palette::Look;
 use crate::svg::{Drawing, n};
@@ -10,14 +10,14 @@ use crate::svg::{Drawing, n};
 pub(super) fn draw(
     drawing: &mut Drawing,
     series: &Series,
-    places: &[Option<(f64, f64)>],
+    places: &[Option<PlotPoint>],
     look: Look,
 ) {
     let mut markers = Vec::new();
     if series.style == Style::Markers {
         markers.extend(places.iter().flatten().copied());
     } else {
-        let every = if places.len() <= MARKED { 1 } else { places.len().div_ceil(15) };
+        let every = marker_step(places.len());
         let mut path = String::new();
         let mut start = 0;
         for run in places.split(Option::is_none) {

@@ -8,7 +8,7 @@ pub(super) const MOST_PANELS: usize = 16;
 pub(super) const MOST_SERIES: usize = 56;
 
 /// Why a table could not be drawn.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum FigureError {
     /// A column was asked for that is not there.
     #[error(transparent)]

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::canvas::{Canvas, Place, Segment};
+use super::canvas::{Canvas, PlotPoint, Segment};
 use crate::axis::INK;
 use crate::svg::{Drawing, n};
 
@@ -11,8 +11,8 @@ const STAIRS: &str = r##"fill="none" stroke="#1a1a1a" stroke-width="0.9" stroke-
 pub(super) const RING: f64 = 6.0;
 
 /// The stairs along the front, the least y that is reached at each x, as segments.
-pub(super) fn stairs(canvas: &Canvas<'_>, front: &[Place]) -> Vec<Segment> {
-    let places: Vec<(f64, f64)> = front.iter().filter_map(|&point| canvas.place(point)).collect();
+pub(super) fn stairs(canvas: &Canvas<'_>, front: &[PlotPoint]) -> Vec<Segment> {
+    let places: Vec<PlotPoint> = front.iter().filter_map(|&point| canvas.place(point)).collect();
     let steps = places.windows(2).flat_map(|pair| {
         let corner = (pair[1].0, pair[0].1);
         [(pair[0], corner), (corner, pair[1])]
@@ -21,7 +21,7 @@ pub(super) fn stairs(canvas: &Canvas<'_>, front: &[Place]) -> Vec<Segment> {
 }
 
 /// Joins the points of a front by stairs and puts a ring around each.
-pub(super) fn draw(drawing: &mut Drawing, stairs: &[Segment], places: &[Place]) {
+pub(super) fn draw(drawing: &mut Drawing, stairs: &[Segment], places: &[PlotPoint]) {
     let mut path = String::new();
     for (i, ((x1, y1), (x2, y2))) in stairs.iter().enumerate() {
         let start = if i == 0 { format!("M{} {}", n(*x1), n(*y1)) } else { String::new() };
@@ -45,7 +45,7 @@ fn ring(drawing: &mut Drawing, x: f64, y: f64) {
 }
 
 /// A stair with its ring, for the legend; `x` at the left, `y` in the middle.
-pub(super) fn sample(drawing: &mut Drawing, x: f64, y: f64, width: f64) {
+pub(super) fn sample(drawing: &mut Drawing, (x, y): PlotPoint, width: f64) {
     drawing.push(&format!(r#"<path d="M{} {}h{}" {STAIRS}/>"#, n(x), n(y), n(width)));
     ring(drawing, x + width / 2.0, y);
 }

@@ -1,6 +1,6 @@
 //! Names beside points, where there is room for them.
 
-use super::canvas::{Place, Segment};
+use super::canvas::{PlotPoint, Segment};
 use crate::axis::INK;
 use crate::font::text_width;
 use crate::svg::{Drawing, Rect, n};
@@ -17,7 +17,7 @@ const MOST: usize = 80;
 pub(super) struct Obstacles {
     pub(super) frame: Rect,
     /// The middles of markers with their radii.
-    pub(super) markers: Vec<(Place, f64)>,
+    pub(super) markers: Vec<(PlotPoint, f64)>,
     /// Pieces of curves; a name may stand on one where there is no other room.
     pub(super) lines: Vec<Segment>,
     /// The stairs of a front, whose dashes would read as a minus.
@@ -27,7 +27,12 @@ pub(super) struct Obstacles {
 /// Writes each name beside its point, `clear` pixels from it: on a side where it covers no curve if
 /// there is one, else on one where it covers neither marker nor stair nor other name, else not at
 /// all.
-pub(super) fn draw(drawing: &mut Drawing, wanted: &[(Place, &str)], clear: f64, taken: &Obstacles) {
+pub(super) fn draw(
+    drawing: &mut Drawing,
+    wanted: &[(PlotPoint, &str)],
+    clear: f64,
+    taken: &Obstacles,
+) {
     let every = wanted.len().div_ceil(MOST).max(1);
     let mut names: Vec<Rect> = Vec::new();
     for &(point, name) in wanted.iter().step_by(every).filter(|(_, name)| !name.is_empty()) {
@@ -54,21 +59,21 @@ pub(super) fn draw(drawing: &mut Drawing, wanted: &[(Place, &str)], clear: f64, 
 
 /// The places for a name, in the order they are tried: right and left above, right and left below,
 /// beside, above, below.
-fn sides((x, y): Place, width: f64, clear: f64) -> [Rect; 8] {
+fn sides((x, y): PlotPoint, width: f64, clear: f64) -> [Rect; 8] {
     let height = (ASCENT + DESCENT) * NAME_SIZE;
     // at a corner the distance is along a diagonal
     let corner = 0.8 * clear;
     let [right, left, middle] = [x + clear, x - clear - width, x - width / 2.0];
-    let at = |x: f64, y: f64| Rect { x, y, width, height };
+    let rect = |x: f64, y: f64| Rect { x, y, width, height };
     [
-        at(x + corner, y - corner - height),
-        at(x - corner - width, y - corner - height),
-        at(x + corner, y + corner),
-        at(x - corner - width, y + corner),
-        at(right, y - height / 2.0),
-        at(left, y - height / 2.0),
-        at(middle, y - clear - height),
-        at(middle, y + clear),
+        rect(x + corner, y - corner - height),
+        rect(x - corner - width, y - corner - height),
+        rect(x + corner, y + corner),
+        rect(x - corner - width, y + corner),
+        rect(right, y - height / 2.0),
+        rect(left, y - height / 2.0),
+        rect(middle, y - clear - height),
+        rect(middle, y + clear),
     ]
 }
 
@@ -88,7 +93,7 @@ impl Obstacles {
             && rect.right() < frame.right() - 2.0
             && rect.y > frame.y + 2.0
             && rect.bottom() < frame.bottom() - 2.0;
-        let covers = |&((x, y), radius): &(Place, f64)| {
+        let covers = |&((x, y), radius): &(PlotPoint, f64)| {
             (rect.x - radius..rect.right() + radius).contains(&x)
                 && (rect.y - radius..rect.bottom() + radius).contains(&y)
         };
@@ -129,8 +134,8 @@ mod tests {
 
     /// The lower left corners of the names that were written.
     fn written(
-        wanted: &[(Place, &str)],
-        markers: &[Place],
+        wanted: &[(PlotPoint, &str)],
+        markers: &[PlotPoint],
         lines: &[Segment],
     ) -> Vec<(String, String, String)> {
         let mut drawing = Drawing::default();
@@ -172,11 +177,11 @@ mod tests {
 
     #[test]
     fn names_without_room_are_left_out() {
-        let crowd: Vec<Place> = (0..40)
+        let crowd: Vec<PlotPoint> = (0..40)
             .flat_map(|i| (0..20).map(move |j| (5.0 * f64::from(i), 5.0 * f64::from(j))))
             .collect();
         assert_eq!(written(&[((100.0, 50.0), "64")], &crowd, &[]), []);
-        let same: Vec<(Place, &str)> = vec![((100.0, 50.0), "a long name"); 20];
+        let same: Vec<(PlotPoint, &str)> = vec![((100.0, 50.0), "a long name"); 20];
         assert!(
             (1..8).contains(&written(&same, &[(100.0, 50.0)], &[]).len()),
             "names do not cover each other"

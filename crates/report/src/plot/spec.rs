@@ -1,58 +1,60 @@
-//! What a figure of a table shows, and what its parts are called.
+//! What a figure of a table shows, and what its curves and bands are called.
 
 use super::error::FigureError;
 
-/// Which columns of a table a figure shows, for [`PlotFigure::from_table`](crate::PlotFigure::from_table).
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+/// The columns of a table that a figure shows, for
+/// [`PlotFigure::from_table`](crate::PlotFigure::from_table).
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FigureSpec<'a> {
-    /// The column along the horizontal axis; a column of text makes an axis of categories.
+    /// The column along the horizontal axis. A column of text makes an axis of categories.
     pub x: &'a str,
-    /// The columns of numbers along the vertical axis, all in one unit; a curve for each of them.
-    /// The points of the first are marked, the others are lines alone, so that curves which agree
-    /// do not hide each other.
+    /// The columns of numbers along the vertical axis, all in one unit; each is a curve. The points
+    /// of the first are marked, the others are lines alone, so that curves that agree do not hide
+    /// each other.
     pub y: &'a [&'a str],
-    /// What several columns of `y` measure, for their axis; with nothing here it lists them.
+    /// The label of the vertical axis if `y` has several columns. If it is empty, the axis lists
+    /// them.
     pub y_label: &'a str,
-    /// Columns whose values tell the series apart; none for a single series.
+    /// The columns whose values tell the series apart; none for a single series.
     pub series: &'a [&'a str],
-    /// The column with a panel for each of its values.
+    /// The column that has a panel for each of its values.
     pub panels: Option<&'a str>,
-    /// The column that counts along a path: points are then joined in the order of the rows and not
-    /// by x, and where it does not grow another path begins.
+    /// The column that counts along a path. The points are then joined in the order of the rows and
+    /// not by x, and a new path begins wherever the count does not grow.
     pub along: Option<&'a str>,
-    /// What columns are called in the picture, by their names; one that is not here is called by
-    /// the words of its name.
+    /// The labels of columns in the picture, as pairs of name and label. A column that is not
+    /// listed is called by the words of its name.
     pub labels: &'a [(&'a str, &'a str)],
-    /// Above the figure.
+    /// The title above the figure.
     pub title: &'a str,
-    /// Whether x is logarithmic.
+    /// True if the horizontal axis is logarithmic.
     pub log_x: bool,
-    /// Whether y is logarithmic.
+    /// True if the vertical axis is logarithmic.
     pub log_y: bool,
-    /// Two columns of numbers in the unit of `y`, a lower and an upper end: a band between them for
-    /// every series. Where there is a lower end and no upper one, or an infinite one, the band is
-    /// open upwards. With a band, `y` may be empty.
+    /// Two columns of numbers in the unit of `y`, a lower and an upper end; every series gets a
+    /// band between them. The band is open upwards at a row that has a lower end and no upper one,
+    /// or an infinite one. With a band, `y` may be empty.
     pub band: Option<(&'a str, &'a str)>,
-    /// Whether a straight line is fitted to each curve and each end of a band, by the rule of
-    /// [`straight`](crate::fit::straight): a power law on logarithmic axes. What it is fitted to is drawn as points that
-    /// are not joined.
+    /// True if a straight line is fitted to each curve and to each end of a band, by the rule of
+    /// [`straight`](crate::fit::straight): a power law on logarithmic axes. The fitted data are
+    /// drawn as points that are not joined.
     pub fit: bool,
-    /// Whether the points of all curves of a panel are marked for which no other has both a smaller
-    /// x and a smaller y.
+    /// True if the Pareto front of each panel is marked: the points of all its curves for which no
+    /// other point has both a smaller x and a smaller y.
     pub front: bool,
-    /// The column whose value is written beside each point of the front, without a front beside
-    /// each point, where there is room.
+    /// The column whose value is written beside each point of the front, or beside each point if
+    /// there is no front, as far as there is room.
     pub names: Option<&'a str>,
 }
 
 impl FigureSpec<'_> {
-    /// What a column is called.
+    /// Returns the label of a column.
     pub(super) fn label(&self, name: &str) -> String {
-        let own = self.labels.iter().find(|(column, _)| *column == name);
-        own.map_or_else(|| name.replace('_', " "), |(_, label)| (*label).to_owned())
+        let listed = self.labels.iter().find(|(column, _)| *column == name);
+        listed.map_or_else(|| name.replace('_', " "), |(_, label)| (*label).to_owned())
     }
 
-    /// What the vertical axis is called.
+    /// Returns the label of the vertical axis.
     pub(super) fn axis_of_y(&self) -> String {
         let all: Vec<&str> = self.y.iter().copied().chain(self.ends()).collect();
         match &all[..] {
@@ -61,20 +63,31 @@ impl FigureSpec<'_> {
         }
     }
 
-    /// The columns of the band.
+    /// Iterates over the two columns of the band, if there is one.
     pub(super) fn ends(&self) -> impl Iterator<Item = &str> {
         self.band.into_iter().flat_map(|(low, high)| [low, high])
     }
 
-    /// What a band is called: the values that tell it apart, its columns if there is nothing else
-    /// or if there are curves too.
+    /// Returns the label of a curve: the values that tell it apart, followed by its column if there
+    /// are several columns or a band.
+    pub(super) fn curve(&self, values: &str, y: &str) -> String {
+        match (self.y.len() + usize::from(self.band.is_some()), values) {
+            (0 | 1, values) => values.to_owned(),
+            (_, "") => self.label(y),
+            (_, values) => format!("{values}, {}", self.label(y)),
+        }
+    }
+
+    /// Returns the label of a band: the values that tell it apart, and its columns if there are no
+    /// such values or if there are curves too.
     pub(super) fn band(&self, values: &str, (low, high): (&str, &str)) -> String {
         let (low, high) = (self.label(low), self.label(high));
-        // of "lower end" and "upper end" it is enough to say "lower to upper end"
-        let same =
+        // For "lower end" and "upper end" it is enough to say "lower to upper end".
+        let shared =
             low.split(' ').rev().zip(high.split(' ').rev()).take_while(|(a, b)| a == b).count();
-        let own: Vec<&str> = low.split(' ').collect();
-        let ends = format!("{} to {high}", own[..own.len().saturating_sub(same).max(1)].join(" "));
+        let words: Vec<&str> = low.split(' ').collect();
+        let distinct = &words[..words.len().saturating_sub(shared).max(1)];
+        let ends = format!("{} to {high}", distinct.join(" "));
         match (self.y.len(), values) {
             (_, "") => ends,
             (0, values) => values.to_owned(),
@@ -82,36 +95,30 @@ impl FigureSpec<'_> {
         }
     }
 
-    /// What only points with numbers along x can have.
+    /// Refuses marks that need points in order of x, along a path or along text, and marks of
+    /// points, a front and names, for a figure of a band alone. `text_on_x` is an example of the
+    /// text along x, if there is any.
     pub(super) fn check_marks(&self, text_on_x: Option<&str>) -> Result<(), FigureError> {
-        let ordered = [
-            (self.fit, "a fitted line"),
-            (self.front, "a front"),
+        const LINE: &str = "a fitted line";
+        const FRONT: &str = "a front";
+        let marks = [
+            (self.fit, LINE),
+            (self.front, FRONT),
             (self.band.is_some(), "a band"),
             (self.names.is_some(), "names"),
         ];
+        let first = marks.iter().find(|(wanted, _)| *wanted).map(|(_, mark)| *mark);
         let refuse = |what, why| Err(FigureError::NotAlong { what, x: self.x.to_owned(), why });
-        match (self.along, ordered.iter().find(|(asked, _)| *asked), text_on_x) {
-            (Some(along), Some((_, what)), _) => {
-                refuse(what, format!("whose points are joined in the order of `{along}`"))
+        match (self.along, first, text_on_x) {
+            (Some(along), Some(mark), _) => {
+                refuse(mark, format!("whose points are joined in the order of `{along}`"))
             }
             (None, Some(_), Some(example)) if self.fit || self.front => refuse(
-                if self.fit { ordered[0].1 } else { ordered[1].1 },
+                if self.fit { LINE } else { FRONT },
                 format!("which has text, such as {example:?}"),
             ),
-            // a front and names are of points, which a band has not
             _ if self.y.is_empty() && (self.front || self.names.is_some()) => Err(FigureError::NoY),
             _ => Ok(()),
-        }
-    }
-
-    /// What a curve is called: the values that tell it apart, then its column if there are several
-    /// or a band.
-    pub(super) fn curve(&self, values: &str, y: &str) -> String {
-        match (self.y.len() + usize::from(self.band.is_some()), values) {
-            (0 | 1, values) => values.to_owned(),
-            (_, "") => self.label(y),
-            (_, values) => format!("{values}, {}", self.label(y)),
         }
     }
 }

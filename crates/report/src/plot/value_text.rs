@@ -17,7 +17,7 @@ pub(super) struct ValueFormat {
 
 impl ValueFormat {
     /// Fits unit and digits to the values of a column.
-    pub(super) fn of(table: &DataTable, column: usize) -> ValueFormat {
+    pub(super) fn for_column(table: &DataTable, column: usize) -> ValueFormat {
         let numbers = || table.cells(column).filter_map(Cell::number).filter(|x| x.is_finite());
         let texts = table.cells(column).any(|cell| matches!(cell, Cell::Text(_)));
         let largest = numbers().map(f64::abs).fold(0.0, f64::max);
@@ -81,7 +81,7 @@ mod tests {
     fn written(unit: &str, cells: &[Cell]) -> Vec<String> {
         let rows = cells.iter().map(|cell| vec![cell.clone()]).collect();
         let table = DataTable::new(vec![TableColumn::new("a", unit)], rows).unwrap();
-        let written = ValueFormat::of(&table, 0);
+        let written = ValueFormat::for_column(&table, 0);
         cells.iter().map(|cell| written.text(cell)).collect()
     }
 

@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 /// One value of a table.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
     /// A measured or computed quantity, in the unit of its column. NaN counts as missing when rows
     /// are sorted, filtered or drawn; exports keep it.

@@ -5,7 +5,7 @@ use std::fmt;
 use thiserror::Error;
 
 /// A column was asked for that the table does not have.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnknownColumn {
     /// The name asked for.
     pub name: String,
@@ -32,7 +32,7 @@ impl fmt::Display for UnknownColumn {
 impl std::error::Error for UnknownColumn {}
 
 /// Why a table could not be made, selected from or sorted.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum TableError {
     /// Two columns share a name, so that neither could be asked for.
     #[error("column `{0}` occurs twice; every column needs a name of its own")]

@@ -6,7 +6,7 @@ use super::cell::{Cell, compare};
 use super::error::{TableError, UnknownColumn};
 
 /// The name of a column and the unit of its numbers.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TableColumn {
     /// The name, the same in the study file, queries, exports and figures.
     pub name: String,
@@ -22,7 +22,7 @@ impl TableColumn {
 }
 
 /// Named columns and rows of cells, one per column.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct DataTable {
     columns: Vec<TableColumn>,
     rows: Vec<Vec<Cell>>,
@@ -75,7 +75,7 @@ impl DataTable {
     }
 
     pub(crate) fn unknown(&self, name: &str) -> UnknownColumn {
-        let asked = name.to_lowercase();
+        let wanted = name.to_lowercase();
         let mut close: Vec<(f64, &str)> = self
             .columns
             .iter()
@@ -83,9 +83,9 @@ impl DataTable {
                 let candidate = column.name.to_lowercase();
                 // The last part of a dotted name is what people remember.
                 let tail = candidate.rsplit('.').next().unwrap_or_default();
-                let likeness = strsim::jaro_winkler(&asked, &candidate)
-                    .max(strsim::jaro_winkler(&asked, tail));
-                let contained = asked.chars().count() >= 3 && candidate.contains(&asked);
+                let likeness = strsim::jaro_winkler(&wanted, &candidate)
+                    .max(strsim::jaro_winkler(&wanted, tail));
+                let contained = wanted.chars().count() >= 3 && candidate.contains(&wanted);
                 (likeness > 0.8 || contained).then_some((likeness, column.name.as_str()))
             })
             .collect();

@@ -12,7 +12,7 @@ use crate::text::printable;
 use crate::unit::PrefixedUnit;
 
 /// How [`DataTable::terminal`] lays a table out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TerminalLayout {
     /// Characters per line. Text is wrapped and the columns are set in several blocks to keep
     /// within it. `None` sets every row on one line.
@@ -110,45 +110,60 @@ impl DataTable {
     }
 }
 
-/// Numbers as text of equal width, aligned at the decimal point; with exponents if a plain number
-/// of one of them would need more than six leading or trailing zeros.
+/// A number as text in the pieces that are aligned: the piece before the point is set flush right,
+/// the rest flush left.
+#[derive(Default)]
+struct NumberText {
+    whole: String,
+    /// The point and the decimals; empty for an integer.
+    fraction: String,
+    /// The power of ten; empty for a plain number.
+    exponent: String,
+}
+
+impl NumberText {
+    /// Writes a value with so many significant digits.
+    fn new(value: Option<f64>, digits: usize, plain: bool, missing: &str) -> NumberText {
+        let word = |whole: String| NumberText { whole, ..NumberText::default() };
+        let x = match value {
+            None => return word(missing.to_owned()),
+            Some(x) if !x.is_finite() => return word(exact(x)),
+            Some(x) => x,
+        };
+        let (number, exponent) = if x == 0.0 {
+            ("0".to_owned(), String::new())
+        } else if plain {
+            let decimals = (digits as i32 - 1 - decade(x, digits)).max(0) as usize;
+            (format!("{x:.decimals$}"), String::new())
+        } else {
+            let text = format!("{x:.*e}", digits - 1);
+            let mantissa = text.split_once('e').map_or(text.as_str(), |(mantissa, _)| mantissa);
+            (mantissa.to_owned(), exponent(decade(x, digits)))
+        };
+        let number = trim_zeros(&number);
+        let point = number.find('.').unwrap_or(number.len());
+        let (whole, fraction) = number.split_at(point);
+        NumberText { whole: whole.to_owned(), fraction: fraction.to_owned(), exponent }
+    }
+}
+
+/// Writes numbers as text of equal width, aligned at the decimal point; with exponents if a plain
+/// number of one of them would need more than six leading or trailing zeros.
 fn align(values: &[Option<f64>], digits: usize, missing: &str) -> Vec<String> {
-    let decades = || {
-        values.iter().flatten().filter(|x| x.is_finite() && **x != 0.0).map(|x| decade(*x, digits))
+    let mut decades =
+        values.iter().flatten().filter(|x| x.is_finite() && **x != 0.0).map(|x| decade(*x, digits));
+    let plain = decades.all(|d| (-5..digits.max(6) as i32).contains(&d));
+    let texts: Vec<NumberText> =
+        values.iter().map(|value| NumberText::new(*value, digits, plain, missing)).collect();
+    let widest = |piece: fn(&NumberText) -> &str| {
+        texts.iter().map(|text| piece(text).width()).max().unwrap_or(0)
     };
-    let plain = decades().all(|d| (-5..digits.max(6) as i32).contains(&d));
-    // The part before and including the point is set flush right, the rest flush left.
-    let parts: Vec<(String, String, String)> = values
+    let before = widest(|text| &text.whole);
+    let after = widest(|text| &text.fraction);
+    let power = widest(|text| &text.exponent);
+    texts
         .iter()
-        .map(|value| match value {
-            None => (missing.to_owned(), String::new(), String::new()),
-            Some(x) if !x.is_finite() => (exact(*x), String::new(), String::new()),
-            Some(x) => {
-                let (number, power) = if *x == 0.0 {
-                    ("0".to_owned(), String::new())
-                } else if plain {
-                    let decimals = (digits as i32 - 1 - decade(*x, digits)).max(0) as usize;
-                    (format!("{x:.decimals$}"), String::new())
-                } else {
-                    let text = format!("{x:.*e}", digits - 1);
-                    (
-                        text.split_once('e').map_or(text.clone(), |(m, _)| m.to_owned()),
-                        exponent(decade(*x, digits)),
-                    )
-                };
-                let number = trim_zeros(&number);
-                let point = number.find('.').unwrap_or(number.len());
-                (number[..point].to_owned(), number[point..].to_owned(), power)
-            }
-        })
-        .collect();
-    let widest = |part: fn(&(String, String, String)) -> &str| {
-        parts.iter().map(|p| part(p).width()).max().unwrap_or(0)
-    };
-    let (before, after, power) = (widest(|p| &p.0), widest(|p| &p.1), widest(|p| &p.2));
-    parts
-        .iter()
-        .map(|(whole, fraction, exponent)| {
+        .map(|NumberText { whole, fraction, exponent }| {
             let blanks = " ".repeat(before - whole.width());
             if exponent.is_empty() {
                 format!("{blanks}{whole}{fraction:<0$}", after + power)

@@ -2,8 +2,8 @@
 
 use proptest::prelude::*;
 use report::{
-    Cell, DataTable, FigureError, FigureSpec, PlotAxis, PlotBand, PlotFigure, PlotPanel, Series,
-    Style, TableColumn, png,
+    BandPoint, Cell, DataTable, FigureError, FigureSpec, PlotAxis, PlotBand, PlotFigure, PlotPanel,
+    Series, Style, TableColumn, png,
 };
 
 fn axis(label: &str, unit: &str, log: bool) -> PlotAxis {
@@ -371,7 +371,12 @@ fn figures() -> impl Strategy<Value = PlotFigure> {
                 (0..points.len() * usize::from(log_x)).map(|i| format!("{name}{i}")).collect();
             Series { label, points, style, kin, fit, names }
         });
-    let ends = proptest::collection::vec((coordinate(), coordinate(), coordinate()), 0..60);
+    let end = (coordinate(), coordinate(), coordinate()).prop_map(|(x, low, high)| BandPoint {
+        x,
+        low,
+        high,
+    });
+    let ends = proptest::collection::vec(end, 0..60);
     let band = (any::<String>(), ends, any::<bool>(), points()).prop_map(
         |(label, points, joined, fitted)| {
             let fits = [report::fit::power_law(&fitted), None];

@@ -1,7 +1,7 @@
 //! What figures show beyond curves: fitted lines, bands between two ends, the front of what is
 //! cheapest.
 
-use report::{Cell, DataTable, FigureError, FigureSpec, PlotFigure, Style, TableColumn};
+use report::{BandPoint, Cell, DataTable, FigureError, FigureSpec, PlotFigure, Style, TableColumn};
 
 fn table(columns: &[(&str, &str)], rows: Vec<Vec<Cell>>) -> DataTable {
     DataTable::new(
@@ -144,7 +144,7 @@ fn bands_lie_between_two_columns() {
         panel.bands.iter().map(|band| (band.label.as_str(), band.joined)).collect::<Vec<_>>(),
         [("0", true), ("0.3", true)]
     );
-    assert_eq!(panel.bands[1].points[1], (3.0, 3.27, 3.77));
+    assert_eq!(panel.bands[1].points[1], BandPoint { x: 3.0, low: 3.27, high: 3.77 });
     let svg = figure.svg();
     insta::assert_snapshot!(inside(&svg));
     assert_eq!(svg.matches("no upper end known").count(), 1);
