@@ -261,7 +261,7 @@ pub(crate) fn field(fields: &Fields, name: &str) -> Result<Field> {
         "slip_y" => ("m", on_sole(&fields.slip_y)),
         "state" => {
             let names = ["outside", "open", "stick", "slip"].map(str::to_owned).to_vec();
-            ("", Values::Category { of: fields.state.clone(), names })
+            ("", Values::Category { states: fields.state.clone(), names })
         }
         other => bail!("there is no field `{other}`"),
     };

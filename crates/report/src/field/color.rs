@@ -72,7 +72,7 @@ pub(super) fn colors(values: &Values) -> Vec<[u8; 3]> {
             };
             numbers.iter().map(color).collect()
         }
-        Values::Category { of: states, .. } => {
+        Values::Category { states, .. } => {
             states.iter().map(|&state| state_color(usize::from(state))).collect()
         }
     }

@@ -67,7 +67,7 @@ impl Field {
                 writer.extend(values.iter().copied())?;
                 writer.finish()?;
             }
-            Values::Category { of: states, .. } => {
+            Values::Category { states, .. } => {
                 let kind = npyz::DType::Plain("|u1".parse().map_err(std::io::Error::other)?);
                 let mut writer = npyz::WriteOptions::new()
                     .dtype(kind)
@@ -117,7 +117,7 @@ pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
             Values::Number(values) => {
                 ("Float64", values.iter().flat_map(|x| x.to_le_bytes()).collect())
             }
-            Values::Category { of: states, .. } => ("UInt8", states.clone()),
+            Values::Category { states, .. } => ("UInt8", states.clone()),
         };
         // The length in bytes and the values are encoded as one.
         let mut block = (values.len() as u64).to_le_bytes().to_vec();
@@ -162,7 +162,7 @@ pub fn field_csv(fields: &[&Field]) -> Result<String, VtiError> {
         row.extend(fields.iter().map(|field| match &field.values {
             Values::Number(values) if values[e].is_nan() => String::new(),
             Values::Number(values) => exact(values[e]),
-            Values::Category { of: states, names } => {
+            Values::Category { states, names } => {
                 names.get(usize::from(states[e])).cloned().unwrap_or_default()
             }
         }));

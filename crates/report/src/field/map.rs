@@ -50,7 +50,7 @@ impl Field {
         let beside = y.room_beside(height);
         let key = match &self.values {
             Values::Number(values) => ColorKey::bar(Shade::for_values(values), self, height),
-            Values::Category { of: states, names } => ColorKey::states(states, names),
+            Values::Category { states, names } => ColorKey::states(states, names),
         };
         let left = MARGIN + beside;
         let total = left + width + 18.0 + key.width() + MARGIN;

@@ -50,7 +50,7 @@ pub enum Values {
     /// rest in colours.
     Category {
         /// The index of the state in `names`.
-        of: Vec<u8>,
+        states: Vec<u8>,
         /// What the states are called.
         names: Vec<String>,
     },
@@ -146,12 +146,12 @@ impl Field {
         }
         let found = match &values {
             Values::Number(values) => values.len(),
-            Values::Category { of: states, .. } => states.len(),
+            Values::Category { states, .. } => states.len(),
         };
         if found != expected {
             return Err(FieldError::Length { name, found, expected });
         }
-        if let Values::Category { of: states, names } = &values
+        if let Values::Category { states, names } = &values
             && let Some(element) =
                 states.iter().position(|&state| usize::from(state) >= names.len())
         {

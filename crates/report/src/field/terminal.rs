@@ -74,7 +74,7 @@ impl Field {
                             |x: &Option<f64>| x.map_or(b' ', |x| RAMP[step(shade.fraction(x))]);
                         self.averaged(across, rows, values).iter().map(mark).collect()
                     }
-                    Values::Category { of: states, .. } => {
+                    Values::Category { states, .. } => {
                         let pixels = self.most_frequent(across, rows, states);
                         pixels.iter().map(|&s| STATES[usize::from(s) % STATES.len()]).collect()
                     }
@@ -98,7 +98,7 @@ impl Field {
                 let color = |x: &Option<f64>| x.map_or(NOTHING, |x| shade.color(shade.fraction(x)));
                 self.averaged(across, down, values).iter().map(color).collect()
             }
-            Values::Category { of: states, .. } => self
+            Values::Category { states, .. } => self
                 .most_frequent(across, down, states)
                 .iter()
                 .map(|&s| state_color(usize::from(s)))
@@ -180,7 +180,7 @@ impl Field {
                     );
                 }
             }
-            Values::Category { of: states, names } => {
+            Values::Category { states, names } => {
                 let present = names
                     .iter()
                     .enumerate()

@@ -19,7 +19,7 @@ fn state() -> Field {
         "state",
         "",
         grid(4, 2),
-        Values::Category { of: vec![0, 1, 1, 0, 3, 2, 2, 3], names },
+        Values::Category { states: vec![0, 1, 1, 0, 3, 2, 2, 3], names },
     )
     .unwrap()
 }
@@ -154,7 +154,7 @@ fn fields_that_cannot_be() {
             "{origin} {element}"
         );
     }
-    let states = Values::Category { of: vec![0, 4], names: vec!["a".into(); 4] };
+    let states = Values::Category { states: vec![0, 4], names: vec!["a".into(); 4] };
     assert!(matches!(
         field(grid(2, 1), states),
         FieldError::UnknownState { state: 4, element: 1, names: 4, .. }
@@ -177,7 +177,7 @@ proptest! {
         let states = values.iter().map(|x| if *x > 0.5 { 2 } else { u8::from(*x > 0.0) }).collect();
         let names = vec![name.clone(), "b".into(), "c".into()];
         let grid = FieldGrid { nx, ny, origin, element };
-        for values in [Values::Number(values), Values::Category { of: states, names }] {
+        for values in [Values::Number(values), Values::Category { states, names }] {
             let field = Field::new(name.clone(), "Pa", grid, values).unwrap();
             let svg = field.svg();
             prop_assert!(!svg.contains("\"NaN\""));
