@@ -1,6 +1,6 @@
 //! Comma-separated values.
 
-/// Records as CSV with the quoting of RFC 4180.
+/// Writes records as CSV with the quoting of RFC 4180.
 pub(crate) fn write<R, S>(records: R) -> String
 where
     R: IntoIterator<Item = Vec<S>>,

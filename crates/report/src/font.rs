@@ -1,16 +1,18 @@
-//! The font and the measure of text.
+//! The font and the measure of text. Lengths are pixels of 1/96 inch.
 
 use std::sync::LazyLock;
 
 use skrifa::instance::{LocationRef, Size};
 use skrifa::{FontRef, MetadataProvider};
 
-/// Arimo: metrically compatible with Arial and Helvetica, so that what is measured here holds with
+/// Arimo, which has the metrics of Arial and Helvetica, so that the measures taken here hold with
 /// each of them.
 pub(crate) const FONT: &[u8] = include_bytes!("../font/Arimo-Regular.ttf");
+/// The font families of a figure; a viewer takes the first that it has.
 pub(crate) const FAMILIES: &str = "Arimo, 'Liberation Sans', Arial, Helvetica, sans-serif";
 
-/// Advance of every character of the font, as a fraction of the font size.
+/// The advance of every character of the font, as a fraction of the font size, in order of
+/// characters.
 static ADVANCES: LazyLock<Vec<(u32, f32)>> = LazyLock::new(|| {
     let Ok(font) = FontRef::new(FONT) else { return Vec::new() };
     let metrics = font.glyph_metrics(Size::new(1.0), LocationRef::default());
@@ -23,8 +25,8 @@ static ADVANCES: LazyLock<Vec<(u32, f32)>> = LazyLock::new(|| {
     advances
 });
 
-/// The width of a line of text; characters that the font lacks count as one em, which no font
-/// exceeds by much.
+/// Returns the width of a line of text. Characters that the font lacks count as one em, which no
+/// font exceeds by much.
 pub(crate) fn text_width(text: &str, size: f64) -> f64 {
     let advance = |c: char| match ADVANCES.binary_search_by_key(&u32::from(c), |&(c, _)| c) {
         Ok(i) => f64::from(ADVANCES[i].1),
@@ -33,7 +35,7 @@ pub(crate) fn text_width(text: &str, size: f64) -> f64 {
     text.chars().map(advance).sum::<f64>() * size
 }
 
-/// The text cut to a width, with an ellipsis if anything is lost.
+/// Cuts a text to a width, with an ellipsis if anything is lost.
 pub(crate) fn shorten(text: &str, width: f64, size: f64) -> String {
     if text_width(text, size) <= width {
         return text.to_owned();
@@ -49,7 +51,7 @@ pub(crate) fn shorten(text: &str, width: f64, size: f64) -> String {
     format!("{}…", kept.trim_end())
 }
 
-/// The text broken between words into at most `lines` lines of a width; what does not fit is cut.
+/// Breaks a text between words into at most `lines` lines of a width, and cuts the rest.
 pub(crate) fn wrap(text: &str, width: f64, size: f64, lines: usize) -> Vec<String> {
     let mut wrapped: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -68,6 +70,7 @@ pub(crate) fn wrap(text: &str, width: f64, size: f64, lines: usize) -> Vec<Strin
     wrapped.iter().map(|line| shorten(line, width, size)).collect()
 }
 
+/// Says whether another word fits at the end of a line.
 fn wrapped_fits(line: &str, word: &str, width: f64, size: f64) -> bool {
     text_width(line, size) + text_width(" ", size) + text_width(word, size) <= width
 }

@@ -1,6 +1,6 @@
-//! Numbers as a person reads them.
+//! Numbers as text that a person or a program reads.
 
-/// A number with the fewest digits that read back as the same number.
+/// Writes a number with the fewest digits that read back as the same number.
 pub(crate) fn exact(x: f64) -> String {
     if x.is_nan() {
         "NaN".to_owned()
@@ -11,14 +11,14 @@ pub(crate) fn exact(x: f64) -> String {
     }
 }
 
-/// The exponent of the leading decimal digit of a number that is neither 0 nor infinite, after
-/// rounding to `digits`.
+/// Returns the exponent of the leading decimal digit of a number, after rounding to `digits`. The
+/// number must be neither 0 nor infinite.
 pub(crate) fn decade(x: f64, digits: usize) -> i32 {
     let scientific = format!("{x:.*e}", digits.saturating_sub(1));
     scientific.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).unwrap_or(0)
 }
 
-/// A number rounded to so many significant digits, without trailing zeros: `0.333333`, `1.5e-07`.
+/// Rounds a number to so many significant digits, without trailing zeros: `0.333333`, `1.5e-07`.
 pub(crate) fn significant(x: f64, digits: usize) -> String {
     if x == 0.0 || !x.is_finite() {
         return if x == 0.0 { "0".to_owned() } else { exact(x) };
@@ -34,17 +34,18 @@ pub(crate) fn significant(x: f64, digits: usize) -> String {
     }
 }
 
-/// `e+06`, `e-12`: at least two digits, always a sign, so that columns line up.
+/// Writes a power of ten as `e+06` or `e-12`, always with a sign and at least two digits, so that
+/// columns line up.
 pub(crate) fn exponent(power: i32) -> String {
     format!("e{}{:02}", if power < 0 { '-' } else { '+' }, power.abs())
 }
 
-/// The number without zeros after its last decimal that is not zero.
+/// Removes the zeros after the last decimal that is not zero.
 pub(crate) fn trim_zeros(number: &str) -> &str {
     if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number }
 }
 
-/// A power of ten with a superscript: `10⁻³`.
+/// Writes a power of ten with a superscript: `10⁻³`.
 pub(crate) fn power_of_ten(power: i32) -> String {
     let superscript = |c| match c {
         '-' => '⁻',

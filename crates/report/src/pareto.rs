@@ -1,12 +1,13 @@
-//! The points that no other point beats: what is cheapest for its accuracy.
+//! The Pareto front: the points that no other point beats, the cheapest for their accuracy.
 
-/// The points than which no other is both as small in x and in y (and smaller in one of them), by
-/// their places in `points`, in order of x. Points that are not finite do not take part; of equal
-/// points all or none are on the front.
+/// Returns the points for which no other is as small in both x and y (and smaller in one of them),
+/// as indices into `points`, in order of x.
+///
+/// Points that are not finite do not take part; of equal points all or none are on the front.
 pub fn pareto_front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> =
         (0..points.len()).filter(|&i| points[i].0.is_finite() && points[i].1.is_finite()).collect();
-    // numbers and not their bits are compared: −0 is 0
+    // Numbers and not their bits are compared: −0 is 0.
     let by_value = |a: f64, b: f64| (a + 0.0).total_cmp(&(b + 0.0));
     order.sort_by(|&a, &b| {
         by_value(points[a].0, points[b].0).then(by_value(points[a].1, points[b].1))

@@ -1,4 +1,4 @@
-//! Drawing as SVG: shapes and text.
+//! Drawing as SVG: shapes and text. Lengths are pixels of 1/96 inch, and y runs downwards.
 
 use std::fmt::Write;
 
@@ -6,7 +6,7 @@ use crate::font::FAMILIES;
 use crate::number::trim_zeros;
 use crate::text::escape;
 
-/// A rectangle of the drawing: the corner at the top left, y downwards.
+/// A rectangle of the drawing with its corner at the top left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rect {
     pub(crate) x: f64,
@@ -25,7 +25,7 @@ impl Rect {
     }
 }
 
-/// Where a text is anchored.
+/// The end of a text that stands at its x.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Anchor {
     Start,
@@ -43,19 +43,20 @@ impl Anchor {
     }
 }
 
-/// A drawing in progress. Lengths are pixels of 1/96 inch; every piece is opaque, but for bands.
+/// A drawing in progress. Every shape is opaque, except for bands.
 #[derive(Debug, Default)]
 pub(crate) struct Drawing {
     body: String,
 }
 
 impl Drawing {
-    /// Any element, as SVG.
+    /// Adds an element that is SVG already.
     pub(crate) fn push(&mut self, element: &str) {
         self.body.push_str(element);
         self.body.push('\n');
     }
 
+    /// Adds a line of a width from one point to another.
     pub(crate) fn line(
         &mut self,
         (x1, y1): (f64, f64),
@@ -73,6 +74,7 @@ impl Drawing {
         ));
     }
 
+    /// Adds a rectangle with a fill and an outline of a width.
     pub(crate) fn rect(&mut self, rect: Rect, fill: &str, stroke: &str, width: f64) {
         self.push(&format!(
             r#"<rect x="{}" y="{}" width="{}" height="{}" fill="{fill}" stroke="{stroke}" stroke-width="{}"/>"#,
@@ -84,7 +86,7 @@ impl Drawing {
         ));
     }
 
-    /// A line of text whose baseline is at `y`.
+    /// Adds a line of text whose baseline is at `y`.
     pub(crate) fn text(&mut self, (x, y): (f64, f64), size: f64, anchor: Anchor, text: &str) {
         let anchor = anchor.name();
         self.push(&format!(
@@ -96,7 +98,7 @@ impl Drawing {
         ));
     }
 
-    /// A line of text read from below, centred on `y`, whose baseline is at `x`.
+    /// Adds a line of text that is read from below, centred on `y`, with its baseline at `x`.
     pub(crate) fn text_upwards(&mut self, (x, y): (f64, f64), size: f64, text: &str) {
         let (x, y) = (n(x), n(y));
         self.push(&format!(
@@ -106,15 +108,17 @@ impl Drawing {
         ));
     }
 
-    /// The finished document on a white ground.
+    /// Returns the finished document on a white ground.
     pub(crate) fn finish(self, width: f64, height: f64, title: &str) -> String {
         let (w, h) = (n(width.ceil()), n(height.ceil()));
         let mut out = String::with_capacity(self.body.len() + 512);
         // Writing to a string does not fail.
         let _ = writeln!(
             out,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" role=\"img\" \
-             width=\"{w}\" height=\"{h}\" viewBox=\"0 0 {w} {h}\" font-family=\"{FAMILIES}\" fill=\"#1a1a1a\">"
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" \
+             xmlns:xlink=\"http://www.w3.org/1999/xlink\" role=\"img\" \
+             width=\"{w}\" height=\"{h}\" viewBox=\"0 0 {w} {h}\" \
+             font-family=\"{FAMILIES}\" fill=\"#1a1a1a\">"
         );
         let _ = writeln!(out, "<title>{}</title>", escape(title));
         let _ = writeln!(out, "<rect width=\"{w}\" height=\"{h}\" fill=\"#ffffff\"/>");
@@ -124,7 +128,7 @@ impl Drawing {
     }
 }
 
-/// A coordinate with two decimals, which is finer than print.
+/// Writes a coordinate with two decimals, which is finer than print.
 pub(crate) fn n(x: f64) -> String {
     let text = format!("{x:.2}");
     match trim_zeros(&text) {

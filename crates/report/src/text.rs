@@ -1,6 +1,6 @@
-//! Text that shows what it is in XML and on a terminal.
+//! Text that is safe in XML and on a terminal.
 
-/// Text for XML: what XML 1.0 cannot hold at all becomes `�`.
+/// Escapes a text for XML; characters that XML 1.0 cannot hold at all become `�`.
 pub(crate) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -17,7 +17,7 @@ pub(crate) fn escape(text: &str) -> String {
     out
 }
 
-/// Text with control characters (escape sequences, line ends) made visible.
+/// Makes control characters (escape sequences, line ends) visible as `�`.
 pub(crate) fn printable(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }

@@ -1,25 +1,26 @@
-//! Units as a person reads them.
+//! Units with the prefixes that a person reads.
 
-/// Symbols that take a prefix. A unit that does not begin with one of them is left as it is: `kg`,
-/// `1`, `%`, `°`.
+/// The symbols that take a prefix. A unit that does not begin with one of them is left as it is:
+/// `kg`, `1`, `%`, `°`.
 const SYMBOLS: [&str; 9] = ["Pa", "Hz", "m", "N", "J", "W", "s", "V", "A"];
+/// The prefixes from 10⁻¹⁵ to 10¹⁵.
 const PREFIXES: [&str; 11] = ["f", "p", "n", "µ", "m", "", "k", "M", "G", "T", "P"];
 
 /// A unit with its prefix, and the number by which SI values are divided to be read in it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PrefixedUnit {
     pub(crate) name: String,
-    /// Power of ten that the prefix stands for.
+    /// The power of ten that the prefix stands for, raised as the unit is.
     exponent: i32,
 }
 
 impl PrefixedUnit {
-    /// A unit as it is, without a prefix.
+    /// Makes a unit as it is, without a prefix.
     pub(crate) fn plain(unit: &str) -> PrefixedUnit {
         PrefixedUnit { name: unit.to_owned(), exponent: 0 }
     }
 
-    /// The unit with the prefix that brings `magnitude` (SI) between 1 and 1000.
+    /// Makes the unit with the prefix that brings `magnitude` (SI) between 1 and 1000.
     pub(crate) fn fitting(unit: &str, magnitude: f64) -> PrefixedUnit {
         let plain = PrefixedUnit::plain(unit);
         let Some((symbol, power)) = leading_symbol(unit) else { return plain };
@@ -31,7 +32,7 @@ impl PrefixedUnit {
         let highest = match symbol {
             "s" => 0, // nobody reads kiloseconds
             "m" => 1,
-            // moduli are given in GPa
+            // Moduli are given in GPa.
             "Pa" => 3,
             _ => 5,
         };
@@ -40,7 +41,7 @@ impl PrefixedUnit {
         PrefixedUnit { name: format!("{prefix}{unit}"), exponent: 3 * step * power }
     }
 
-    /// An SI value in this unit.
+    /// Returns an SI value in this unit.
     pub(crate) fn of_si(&self, x: f64) -> f64 {
         // Powers of ten up to 10²² are exact, their inverses are not.
         if self.exponent < 0 {
@@ -51,7 +52,7 @@ impl PrefixedUnit {
     }
 }
 
-/// The symbol that a unit begins with, if it takes a prefix, and the power it has.
+/// Returns the symbol that a unit begins with and its power, if the symbol takes a prefix.
 fn leading_symbol(unit: &str) -> Option<(&'static str, i32)> {
     let symbol = SYMBOLS
         .into_iter()

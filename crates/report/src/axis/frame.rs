@@ -1,4 +1,4 @@
-//! The frame around a picture: ticks, their labels, and what the axes are called.
+//! The frame around a picture: its ticks, their numbers, and the labels of its axes.
 
 use super::scale::AxisScale;
 use super::ticks::Ticks;
@@ -7,15 +7,20 @@ use crate::number::power_of_ten;
 use crate::svg::{Anchor, Drawing, Rect, n};
 use crate::text::escape;
 
+/// The font size of the numbers at ticks, in pixels as all lengths here.
 pub(crate) const TICK_SIZE: f64 = 11.0;
+/// The font size of the label of an axis.
 pub(crate) const LABEL_SIZE: f64 = 12.0;
+/// The font size of the title of a picture.
 pub(crate) const TITLE_SIZE: f64 = 13.0;
+/// The colour of frames, ticks and marks.
 pub(crate) const INK: &str = "#1a1a1a";
+/// The colour of the lines behind the curves.
 const GRID: &str = "#e4e4e4";
-/// From the frame to the tick labels.
+/// The distance from the frame to the numbers at its ticks.
 const GAP: f64 = 6.0;
 
-/// An axis ready to be drawn.
+/// An axis that is ready to be drawn.
 #[derive(Clone, Debug)]
 pub(crate) struct DrawnAxis {
     pub(crate) scale: AxisScale,
@@ -24,8 +29,8 @@ pub(crate) struct DrawnAxis {
 }
 
 impl DrawnAxis {
-    /// An axis called `label [unit]`, or `label [10⁻⁶ unit]` when the ticks leave out a power of
-    /// ten.
+    /// Makes an axis called `label [unit]`, or `label [10⁻⁶ unit]` when the ticks leave out a power
+    /// of ten.
     pub(crate) fn new(scale: AxisScale, ticks: Ticks, label: &str, unit: &str) -> DrawnAxis {
         let unit = match (ticks.exponent, unit) {
             (0, "") => String::new(),
@@ -41,23 +46,24 @@ impl DrawnAxis {
         DrawnAxis { scale, ticks, label }
     }
 
+    /// Returns the width of the widest number at a tick.
     fn widest_tick(&self) -> f64 {
         self.ticks.major.iter().map(|(_, label)| text_width(label, TICK_SIZE)).fold(0.0, f64::max)
     }
 
-    /// The label of a vertical axis of a height, in lines.
+    /// Breaks the label of a vertical axis of a height into lines.
     fn upright_label(&self, height: f64) -> Vec<String> {
         wrap(&self.label, (height * 1.1).max(70.0), LABEL_SIZE, 3)
     }
 
-    /// The room that a vertical axis needs beside its frame.
+    /// Returns the room that a vertical axis of a height needs beside its frame.
     pub(crate) fn room_beside(&self, height: f64) -> f64 {
         GAP + self.widest_tick()
             + 8.0
             + self.upright_label(height).len() as f64 * (LABEL_SIZE + 3.0)
     }
 
-    /// A horizontal axis of a width in pixels, with as many ticks as have room for their labels.
+    /// Makes a horizontal axis of a width, with as many ticks as have room for their numbers.
     pub(crate) fn across(scale: AxisScale, width: f64, label: &str, unit: &str) -> DrawnAxis {
         let most = (width / 45.0) as usize;
         let candidates = (2..=most.max(3))
@@ -73,7 +79,7 @@ impl DrawnAxis {
         fewest.unwrap_or_else(|| DrawnAxis::new(scale, scale.ticks(2), label, unit))
     }
 
-    /// Whether the tick labels of a horizontal axis have to be set askew to fit.
+    /// Says whether the numbers of a horizontal axis of a width have to be set at a slant to fit.
     fn slanted(&self, width: f64) -> bool {
         let mut places: Vec<(f64, f64)> = self
             .ticks
@@ -85,7 +91,7 @@ impl DrawnAxis {
         places.windows(2).any(|pair| pair[1].0 - pair[0].0 < (pair[0].1 + pair[1].1) / 2.0 + 4.0)
     }
 
-    /// The room that a horizontal axis needs below its frame.
+    /// Returns the room that a horizontal axis of a width needs below its frame.
     pub(crate) fn room_below(&self, width: f64) -> f64 {
         let ticks = if self.slanted(width) {
             self.widest_tick() * SLANT.sin() + TICK_SIZE
@@ -98,9 +104,10 @@ impl DrawnAxis {
     }
 }
 
+/// The angle of slanted numbers, in radians.
 const SLANT: f64 = 35.0 * std::f64::consts::PI / 180.0;
 
-/// The light lines behind the curves.
+/// Draws the light lines behind the curves.
 pub(crate) fn grid(drawing: &mut Drawing, frame: Rect, x: &DrawnAxis, y: &DrawnAxis) {
     for (value, _) in &x.ticks.major {
         let x = frame.x + x.scale.fraction(*value) * frame.width;
@@ -112,7 +119,7 @@ pub(crate) fn grid(drawing: &mut Drawing, frame: Rect, x: &DrawnAxis, y: &DrawnA
     }
 }
 
-/// The frame and the horizontal axis below it.
+/// Draws the horizontal axis below a frame; `inward` says whether its ticks point into the frame.
 pub(crate) fn below(drawing: &mut Drawing, frame: Rect, axis: &DrawnAxis, inward: bool) {
     let toward = if inward { -1.0 } else { 1.0 };
     let place = |value: f64| frame.x + axis.scale.fraction(value) * frame.width;
@@ -149,7 +156,8 @@ pub(crate) fn below(drawing: &mut Drawing, frame: Rect, axis: &DrawnAxis, inward
     }
 }
 
-/// The vertical axis at the left of the frame, with or without numbers and label.
+/// Draws the vertical axis at the left of a frame. `inward` says whether its ticks point into the
+/// frame, `labelled` whether it has numbers and a label.
 pub(crate) fn left(
     drawing: &mut Drawing,
     frame: Rect,

@@ -1,9 +1,9 @@
-//! Where a value lies on an axis.
+//! The range of an axis and the position of a value in it.
 
-/// Values beyond this are not drawn: their differences would overflow.
+/// The largest magnitude that is drawn: differences of larger values would overflow.
 pub(crate) const LARGEST: f64 = 1e290;
 
-/// Whether a value has a place on an axis at all.
+/// Says whether a value has a position on an axis at all.
 pub(crate) fn drawable(x: f64, log: bool) -> bool {
     x.abs() <= LARGEST && (!log || x > 1.0 / LARGEST)
 }
@@ -17,7 +17,7 @@ pub(crate) struct AxisScale {
 }
 
 impl AxisScale {
-    /// Exactly from `low` to `high`, widened if they are equal.
+    /// Makes the range that runs exactly from `low` to `high`, widened if they are equal.
     pub(crate) fn exact(low: f64, high: f64) -> AxisScale {
         let magnitude = low.abs().max(high.abs());
         if high - low > 1e-9 * magnitude && high - low > 1.0 / LARGEST {
@@ -29,8 +29,8 @@ impl AxisScale {
         }
     }
 
-    /// A range with room around the values; without any drawable value, from 0 to 1 or from 1 to
-    /// 10.
+    /// Makes a range with room around the values. Without any drawable value it runs from 0 to 1,
+    /// or from 1 to 10 if it is logarithmic.
     pub(crate) fn around(values: impl Iterator<Item = f64>, log: bool) -> AxisScale {
         let (low, high) = values
             .filter(|x| drawable(*x, log))
@@ -55,7 +55,7 @@ impl AxisScale {
         AxisScale { low, high: tight.high + room, log }
     }
 
-    /// The place of a value: 0 at the low end, 1 at the high end.
+    /// Returns the position of a value: 0 at the low end, 1 at the high end.
     pub(crate) fn fraction(&self, x: f64) -> f64 {
         if self.log {
             (x.ln() - self.low.ln()) / (self.high.ln() - self.low.ln())

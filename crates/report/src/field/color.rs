@@ -1,4 +1,4 @@
-//! The colours of values and states.
+//! The colours of values and of states.
 
 use super::quantity::Values;
 use crate::axis::{AxisScale, drawable};
@@ -9,12 +9,12 @@ use crate::palette::COLORS;
 pub(super) struct Shade {
     pub(super) low: f64,
     pub(super) high: f64,
-    /// Zero lies in the middle and has a colour of its own.
+    /// True if zero lies in the middle and has a colour of its own.
     signed: bool,
 }
 
 impl Shade {
-    /// The limits of the finite values; symmetrical about zero if both signs matter.
+    /// Fits the limits to the finite values. They are symmetrical about zero if both signs matter.
     pub(super) fn for_values(values: &[f64]) -> Shade {
         let (low, high) = values
             .iter()
@@ -31,13 +31,15 @@ impl Shade {
         }
     }
 
-    /// 0 at the low limit, 1 at the high one.
+    /// Returns the position of a value: 0 at the low limit, 1 at the high one.
     pub(super) fn fraction(&self, x: f64) -> f64 {
         ((x - self.low) / (self.high - self.low)).clamp(0.0, 1.0)
     }
 
+    /// Returns the RGB colour of a position between the limits.
     pub(super) fn color(&self, fraction: f64) -> [u8; 3] {
-        // Blue is negative, red positive; else from dark to bright.
+        // Values of both signs run from blue for negative to red for positive ones, others from
+        // dark to bright.
         let c = if self.signed {
             colorous::RED_BLUE.eval_continuous(1.0 - fraction)
         } else {
@@ -50,7 +52,7 @@ impl Shade {
 /// The colour of elements without a value.
 pub(super) const NOTHING: [u8; 3] = [255, 255, 255];
 
-/// The colour of a state.
+/// Returns the colour of a state.
 pub(super) fn state_color(state: usize) -> [u8; 3] {
     match state {
         0 => NOTHING,
@@ -62,7 +64,7 @@ pub(super) fn state_color(state: usize) -> [u8; 3] {
     }
 }
 
-/// The colours of all elements, in the order of the values.
+/// Returns the colours of all elements, in the order of the values.
 pub(super) fn colors(values: &Values) -> Vec<[u8; 3]> {
     match values {
         Values::Number(numbers) => {

@@ -1,4 +1,4 @@
-//! Fields as files for other programs.
+//! Fields as files for other programs: NPY, VTK and CSV.
 
 use std::fmt::Write;
 
@@ -12,7 +12,7 @@ use crate::delimited::write;
 use crate::number::exact;
 use crate::text::escape;
 
-/// Fields that cannot stand in one file.
+/// A reason why fields cannot be written to one file.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum VtiError {
     /// There is no field.
@@ -31,7 +31,10 @@ pub enum VtiError {
     Duplicate(String),
 }
 
-/// The grid that all fields share.
+/// Returns the grid that all fields share.
+///
+/// # Errors
+/// [`VtiError`], if there is none or if two fields share a name.
 fn shared_grid<'a>(fields: &[&'a Field]) -> Result<&'a FieldGrid, VtiError> {
     let Some(first) = fields.first() else { return Err(VtiError::Empty) };
     for (i, field) in fields.iter().enumerate() {
@@ -46,13 +49,13 @@ fn shared_grid<'a>(fields: &[&'a Field]) -> Result<&'a FieldGrid, VtiError> {
 }
 
 impl Field {
-    /// The values as NPY (NumPy), version 1: shape (ny, nx), C order, little-endian `f8`, or `u1`
-    /// for states.
+    /// Writes the values as NPY (NumPy), version 1: shape (ny, nx), C order, little-endian `f8`, or
+    /// `u1` for states.
     ///
     /// `numpy.load(f)[j, i]` is element (i, j).
     ///
     /// # Errors
-    /// Only those of memory; writing to it does not fail.
+    /// The errors of writing to memory, which does not fail.
     pub fn npy(&self) -> std::io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         let shape = [self.grid.ny as u64, self.grid.nx as u64];
@@ -82,13 +85,14 @@ impl Field {
     }
 }
 
-/// Fields on one grid as a VTK image (`.vti`), for ParaView and PyVista.
+/// Writes fields on one grid as a VTK image (`.vti`), for ParaView and PyVista.
 ///
-/// Every field is cell data on a flat image in the plane z = 0; binary, little-endian, not
-/// compressed. States are bytes. Units stand in VTK's own `UNITS_LABEL`.
+/// Every field is cell data on a flat image in the plane z = 0; the data are binary, little-endian
+/// and not compressed. States are bytes. Units stand in VTK's own `UNITS_LABEL`.
 ///
 /// # Errors
-/// [`VtiError`].
+/// [`VtiError`], if there is no field, if two fields lie on different grids, or if they share a
+/// name.
 ///
 /// Source: VTK file formats, <https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html>.
 pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
@@ -96,7 +100,8 @@ pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
     let (nx, ny) = (grid.nx, grid.ny);
     let mut out = String::from(
         "<?xml version=\"1.0\"?>\n\
-         <VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n",
+         <VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" \
+         header_type=\"UInt64\">\n",
     );
     // Writing to a string does not fail.
     let _ = writeln!(
@@ -119,7 +124,7 @@ pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
             }
             Values::Category { states, .. } => ("UInt8", states.clone()),
         };
-        // The length in bytes and the values are encoded as one.
+        // The length in bytes and the values are encoded as one block.
         let mut block = (values.len() as u64).to_le_bytes().to_vec();
         block.extend_from_slice(&values);
         let _ = writeln!(
@@ -141,14 +146,15 @@ pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
     Ok(out)
 }
 
-/// Fields on one grid as CSV: `x,y` of the centre of each element in metres, then a column per
-/// field.
+/// Writes fields on one grid as CSV: the columns `x,y` of the centre of each element in metres,
+/// then a column for each field.
 ///
-/// Numbers as in [`DataTable::csv`](crate::DataTable::csv), an empty field where there is no value; states
-/// by name.
+/// Numbers are written as in [`DataTable::csv`](crate::DataTable::csv). A missing value is an empty
+/// field, and states are written by name.
 ///
 /// # Errors
-/// [`VtiError`].
+/// [`VtiError`], if there is no field, if two fields lie on different grids, or if they share a
+/// name.
 pub fn field_csv(fields: &[&Field]) -> Result<String, VtiError> {
     let grid = shared_grid(fields)?;
     let header = ["x", "y"]

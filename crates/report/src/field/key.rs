@@ -1,4 +1,4 @@
-//! What the colours of a map mean.
+//! The key to the colours of a map.
 
 use super::color::{Shade, state_color};
 use super::quantity::Field;
@@ -7,15 +7,17 @@ use crate::font::{shorten, text_width, wrap};
 use crate::svg::{Anchor, Drawing, Rect};
 use crate::unit::PrefixedUnit;
 
+/// The width of the colour bar, in pixels as all lengths here.
 const BAR: f64 = 14.0;
 
-/// What the colours mean, to the right of the map.
+/// The key to the colours, to the right of the map.
 pub(super) enum ColorKey {
     Bar { shade: Shade, axis: DrawnAxis, height: f64 },
     States(Vec<(usize, String)>),
 }
 
 impl ColorKey {
+    /// Makes the colour bar of a field of numbers, beside a map of a height.
     pub(super) fn bar(shade: Shade, field: &Field, height: f64) -> ColorKey {
         let unit = PrefixedUnit::fitting(&field.unit, shade.low.abs().max(shade.high.abs()));
         let scale =
@@ -25,7 +27,7 @@ impl ColorKey {
         ColorKey::Bar { shade, axis, height }
     }
 
-    /// Every state that occurs, in their order.
+    /// Makes the list of the states that occur, in their order.
     pub(super) fn states(states: &[u8], names: &[String]) -> ColorKey {
         let occurs = |state: usize| states.iter().any(|&s| usize::from(s) == state);
         let present = names.iter().enumerate().filter(|(state, _)| occurs(*state));
@@ -53,6 +55,7 @@ impl ColorKey {
         }
     }
 
+    /// Draws the key from `left` on, beside the frame of the map.
     pub(super) fn draw(&self, drawing: &mut Drawing, left: f64, frame: Rect) {
         match self {
             ColorKey::Bar { shade, axis, height } => {

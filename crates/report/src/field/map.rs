@@ -11,20 +11,21 @@ use crate::font::wrap;
 use crate::svg::{Anchor, Drawing, Rect, n};
 use crate::unit::PrefixedUnit;
 
+/// The margin around the picture, in pixels as all lengths here.
 const MARGIN: f64 = 10.0;
-/// The longer side of the map.
+/// The length of the longer side of the map.
 const SIDE: f64 = 300.0;
-/// The shorter side is never drawn shorter; the map is then out of proportion and says so.
+/// The least length of the shorter side. A map that needs it is out of proportion and says so.
 const SHORTEST: f64 = 20.0;
-/// The picture inside has about so many pixels a side, so that viewers that smooth pictures keep
-/// elements sharp.
+/// The number of pixels that a side of the picture inside has about, so that viewers that smooth
+/// pictures keep elements sharp.
 const PICTURE: usize = 1024;
-/// No element is repeated more often than this along a side.
+/// The largest number of pixels that an element has along a side.
 const MOST_TIMES: usize = 64;
 
 impl Field {
-    /// The field as SVG, in pixels of 1/96 inch: a map of equal scale in x and y with a colour bar
-    /// or a legend.
+    /// Draws the field as SVG, in pixels of 1/96 inch: a map of equal scale in x and y with a
+    /// colour bar or a legend.
     ///
     /// Numbers of one sign are coloured by viridis, numbers of both signs from blue through white
     /// to red with zero in the middle; elements without a value are white.
@@ -87,8 +88,8 @@ impl Field {
     }
 }
 
-/// The elements as a picture inside the SVG: one file of a few kilobytes, whatever the number of
-/// elements.
+/// Returns the elements as a picture inside the SVG: a file of a few kilobytes, however many
+/// elements there are.
 fn picture(frame: Rect, grid: &FieldGrid, colors: &[[u8; 3]]) -> String {
     let (across, down) =
         (PICTURE.div_ceil(grid.nx).min(MOST_TIMES), PICTURE.div_ceil(grid.ny).min(MOST_TIMES));
@@ -113,8 +114,8 @@ fn picture(frame: Rect, grid: &FieldGrid, colors: &[[u8; 3]]) -> String {
         return String::new();
     };
     format!(
-        "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" image-rendering=\"optimizeSpeed\" \
-         xlink:href=\"data:image/png;base64,{}\"/>",
+        "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" \
+         image-rendering=\"optimizeSpeed\" xlink:href=\"data:image/png;base64,{}\"/>",
         n(frame.x),
         n(frame.y),
         n(frame.width),

@@ -2,12 +2,13 @@
 
 use thiserror::Error;
 
-/// A uniform grid of rectangular elements.
+/// A uniform grid of rectangular elements. Element (i, j) is the i-th along x and the j-th along y,
+/// both from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FieldGrid {
-    /// Elements along x.
+    /// The number of elements along x.
     pub nx: usize,
-    /// Elements along y.
+    /// The number of elements along y.
     pub ny: usize,
     /// The corner of the first element with the least x and y, in metres.
     pub origin: [f64; 2],
@@ -16,17 +17,17 @@ pub struct FieldGrid {
 }
 
 impl FieldGrid {
-    /// The number of elements.
+    /// Returns the number of elements.
     pub fn len(&self) -> usize {
         self.nx * self.ny
     }
 
-    /// Whether there is no element; never so for the grid of a [`Field`].
+    /// Says whether there is no element; the grid of a [`Field`] always has one.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The centre of element (i, j), in metres.
+    /// Returns the centre of element (i, j), in metres.
     pub fn centre(&self, i: usize, j: usize) -> [f64; 2] {
         [
             self.origin[0] + (i as f64 + 0.5) * self.element[0],
@@ -34,59 +35,60 @@ impl FieldGrid {
         ]
     }
 
-    /// The lengths of the sides of the whole grid, in metres.
+    /// Returns the lengths of the sides of the whole grid along x and y, in metres.
     pub(super) fn lengths(&self) -> [f64; 2] {
         [self.nx as f64 * self.element[0], self.ny as f64 * self.element[1]]
     }
 }
 
-/// One value per element; element (i, j), the i-th along x and the j-th along y, has index `j · nx
-/// + i`.
+/// The values of a field, one per element; element (i, j) has index `j · nx + i`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Values {
-    /// A quantity in SI units. NaN where there is none, e.g. outside a mask.
+    /// A quantity in SI units; NaN for an element that has none, e.g. outside a mask.
     Number(Vec<f64>),
-    /// A state, e.g. stick or slip. The first is drawn as ground, the second as light grey, the
-    /// rest in colours.
+    /// A state, e.g. stick or slip. The first state is drawn as ground, the second light grey, the
+    /// others in colours.
     Category {
-        /// The index of the state in `names`.
+        /// The state of each element, as its index in `names`.
         states: Vec<u8>,
-        /// What the states are called.
+        /// The names of the states.
         names: Vec<String>,
     },
 }
 
-/// A field that cannot be.
+/// A reason why a field cannot be made.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum FieldError {
     /// The grid has no elements, or more than can be counted.
     #[error(
-        "field `{name}` has a grid of {nx}×{ny} elements; both numbers must be at least 1 and their product a size in memory"
+        "field `{name}` has a grid of {nx}×{ny} elements; both numbers must be at least 1 and their \
+         product a size in memory"
     )]
     Grid {
-        /// The field.
+        /// The name of the field.
         name: String,
-        /// Elements along x.
+        /// The number of elements along x.
         nx: usize,
-        /// Elements along y.
+        /// The number of elements along y.
         ny: usize,
     },
     /// The grid does not lie in the plane.
     #[error(
-        "field `{name}` lies at {origin:?} m with elements of {element:?} m; coordinates must be finite and sides positive"
+        "field `{name}` lies at {origin:?} m with elements of {element:?} m; coordinates must be \
+         finite and sides positive"
     )]
     Geometry {
-        /// The field.
+        /// The name of the field.
         name: String,
-        /// The corner.
+        /// The corner with the least x and y, in metres.
         origin: [f64; 2],
-        /// The sides.
+        /// The sides of an element, in metres.
         element: [f64; 2],
     },
     /// There are too few or too many values.
     #[error("field `{name}` has {found} values for a grid of {expected} elements")]
     Length {
-        /// The field.
+        /// The name of the field.
         name: String,
         /// The number of values.
         found: usize,
@@ -95,10 +97,11 @@ pub enum FieldError {
     },
     /// A state has no name.
     #[error(
-        "field `{name}` has state {state} in element {element}, but names only for states below {names}"
+        "field `{name}` has state {state} in element {element}, but names only for states below \
+         {names}"
     )]
     UnknownState {
-        /// The field.
+        /// The name of the field.
         name: String,
         /// The state.
         state: u8,
@@ -119,12 +122,13 @@ pub struct Field {
 }
 
 impl Field {
-    /// A field, after checking that the values fit the grid.
+    /// Makes a field, after checking that the values fit the grid.
     ///
     /// `unit` is the SI unit of the values; it has no meaning for states.
     ///
     /// # Errors
-    /// [`FieldError`].
+    /// [`FieldError`], if the grid has no elements or no place in the plane, if the number of
+    /// values is not that of the elements, or if a state has no name.
     pub fn new(
         name: impl Into<String>,
         unit: impl Into<String>,
@@ -137,7 +141,7 @@ impl Field {
             _ => return Err(FieldError::Grid { name, nx: grid.nx, ny: grid.ny }),
         };
         let ends = [0, 1].map(|k| grid.origin[k] + grid.lengths()[k]);
-        // A side that vanishes beside the coordinates would leave no room to draw in.
+        // A side that vanishes beside the coordinates leaves no room to draw in.
         let sound = (0..2)
             .all(|k| grid.element[k] > 0.0 && ends[k].abs() < 1e280 && ends[k] > grid.origin[k])
             && grid.origin.iter().all(|x| x.is_finite());
@@ -165,27 +169,27 @@ impl Field {
         Ok(Field { name, unit: unit.into(), grid, values })
     }
 
-    /// What the quantity is called.
+    /// Returns the name of the quantity.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The SI unit of the values.
+    /// Returns the SI unit of the values.
     pub fn unit(&self) -> &str {
         &self.unit
     }
 
-    /// Where the elements are.
+    /// Returns the grid of the elements.
     pub fn grid(&self) -> &FieldGrid {
         &self.grid
     }
 
-    /// One value per element.
+    /// Returns the values, one per element.
     pub fn values(&self) -> &Values {
         &self.values
     }
 
-    /// The name as words.
+    /// Returns the name as words.
     pub(super) fn title(&self) -> String {
         self.name.replace('_', " ")
     }

@@ -1,4 +1,4 @@
-//! A field drawn with characters.
+//! A field that is drawn with characters.
 
 use std::fmt::Write;
 
@@ -9,32 +9,35 @@ use crate::number::significant;
 use crate::text::printable;
 use crate::unit::PrefixedUnit;
 
-/// What a field is drawn with in [`Field::terminal`].
+/// The means to draw a field in [`Field::terminal`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TerminalInk {
-    /// Two coloured pixels per character, by 24-bit ANSI escape sequences: for a terminal.
+    /// Two coloured pixels per character, by 24-bit ANSI escape sequences. For a terminal.
     Color,
-    /// Characters of growing weight: for a file, a pipe, or a terminal without colours.
+    /// Characters of growing weight. For a file, a pipe, or a terminal without colours.
     Ascii,
 }
 
+/// The characters of numbers, from the lowest to the highest.
 const RAMP: &[u8] = b".:-=+*#%@";
-/// Letters of states: the first (ground) is blank.
+/// The characters of states; the first state, the ground, is blank.
 const STATES: &[u8] = b" .#o+x*%&=";
+/// The escape sequence that ends all colours.
 const RESET: &str = "\u{1b}[0m";
 
 impl Field {
-    /// The field as text at most `width` characters wide, y upwards, followed by lines that give
-    /// the scale.
+    /// Draws the field as text at most `width` characters wide, y upwards, followed by lines that
+    /// give the scale.
     ///
-    /// A pixel averages the elements it covers, or shows the most frequent state. Without colours,
-    /// numbers are drawn with `.:-=+*#%@` from the lowest to the highest, a blank where there is no
-    /// value.
+    /// A pixel averages the elements that it covers, or shows their most frequent state. Without
+    /// colours, numbers are drawn with `.:-=+*#%@` from the lowest to the highest, and an element
+    /// without a value is blank.
     pub fn terminal(&self, width: usize, ink: TerminalInk) -> String {
         let width = width.clamp(8, 400);
         let [length, breadth] = self.grid.lengths();
-        // A character is about twice as high as wide, so a pixel is half a character high; never
-        // smaller than an element, never so many that the drawing leaves a screen.
+        // A character is about twice as high as wide, so a pixel is half a character high. It is
+        // never smaller than an element, and there are never so many pixels that the drawing leaves
+        // a screen.
         let most_rows = 2 * width.min(60);
         let pixel = (length / width as f64)
             .max(breadth / most_rows as f64)
@@ -89,7 +92,7 @@ impl Field {
         out
     }
 
-    /// Colours by pixel, from the average of the values or the most frequent state.
+    /// Returns the colour of each pixel, from the average of the values or the most frequent state.
     fn sampled(&self, across: usize, down: usize, colors: &[[u8; 3]]) -> Vec<[u8; 3]> {
         match &self.values {
             _ if across == self.grid.nx && down == self.grid.ny => colors.to_vec(),
@@ -106,7 +109,8 @@ impl Field {
         }
     }
 
-    /// The elements that each pixel covers, from the lowest row of pixels.
+    /// Iterates over the pixels, from the lowest row upwards, and for each over the elements that
+    /// it covers.
     fn covered(
         &self,
         across: usize,
@@ -125,6 +129,7 @@ impl Field {
         })
     }
 
+    /// Returns the average value in each pixel, `None` for a pixel without values.
     fn averaged(&self, across: usize, down: usize, values: &[f64]) -> Vec<Option<f64>> {
         let average = |elements: &mut dyn Iterator<Item = usize>| {
             let (sum, count) = elements
@@ -136,6 +141,7 @@ impl Field {
         self.covered(across, down).map(|mut elements| average(&mut elements)).collect()
     }
 
+    /// Returns the most frequent state in each pixel.
     fn most_frequent(&self, across: usize, down: usize, states: &[u8]) -> Vec<u8> {
         let winner = |elements: &mut dyn Iterator<Item = usize>| {
             let mut votes = [0usize; 256];
@@ -146,6 +152,8 @@ impl Field {
         self.covered(across, down).map(|mut elements| winner(&mut elements)).collect()
     }
 
+    /// Returns the lines below the drawing: the range of the values or the names of the states, and
+    /// the size of the grid.
     fn scale_lines(&self, ink: TerminalInk) -> String {
         let mut line = String::new();
         match &self.values {
@@ -214,6 +222,7 @@ impl Field {
     }
 }
 
+/// Returns the index in [`RAMP`] of a position between the limits.
 fn step(fraction: f64) -> usize {
     ((fraction * RAMP.len() as f64) as usize).min(RAMP.len() - 1)
 }

@@ -1,13 +1,13 @@
-//! Why a filter is refused.
+//! The reasons why a filter is refused.
 
 use thiserror::Error;
 
 use crate::table::UnknownColumn;
 
-/// The longest expression, in bytes.
+/// The length of the longest expression, in bytes.
 pub(super) const LONGEST: usize = 4096;
 
-/// Why a filter was refused.
+/// A reason why a filter is refused.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum FilterError {
     /// There is no expression.
@@ -16,7 +16,7 @@ pub enum FilterError {
     /// The expression is longer than any that a person writes.
     #[error("the expression has {length} bytes; at most {} are allowed", LONGEST)]
     TooLong {
-        /// Its length in bytes.
+        /// The length in bytes.
         length: usize,
     },
     /// The expression does not follow the grammar.
@@ -25,26 +25,26 @@ pub enum FilterError {
         caret = '^'
     )]
     Syntax {
-        /// What was wrong.
+        /// The fault.
         message: String,
         /// The whole expression, on one line.
         expression: String,
-        /// Where, counted in characters from 1.
+        /// The place of the fault, counted in characters from 1.
         position: usize,
-        /// What would be right, if that can be guessed: empty, or a line that begins with a line
+        /// The way to write it, if that can be guessed: empty, or a line that begins with a line
         /// end.
         hint: String,
     },
     /// A name is not that of a column.
     #[error(transparent)]
     UnknownColumn(#[from] UnknownColumn),
-    /// Two values of different kinds meet, or a value of the wrong kind.
+    /// Two values of different kinds meet, or a value is of the wrong kind.
     #[error("{0}")]
     Mismatch(String),
-    /// The grammar allows it, filters do not.
+    /// The grammar allows something that filters do not.
     #[error(
-        "{0} cannot be used in a filter; there are == != < <= > >=, && || !, + - * / %, ?:, in [..], abs(), and contains, \
-         startsWith, endsWith on text"
+        "{0} cannot be used in a filter; there are == != < <= > >=, && || !, + - * / %, ?:, \
+         in [..], abs(), and contains, startsWith, endsWith on text"
     )]
     Unsupported(String),
 }

@@ -7,6 +7,8 @@ use super::figure::{Series, Style};
 use crate::palette::Look;
 use crate::svg::{Drawing, n};
 
+/// Draws a series whose points stand at `places`; a point without a place breaks the line. A point
+/// that has no neighbour to be joined with is always marked.
 pub(super) fn draw(
     drawing: &mut Drawing,
     series: &Series,

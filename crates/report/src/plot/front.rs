@@ -1,4 +1,4 @@
-//! The front of what is cheapest for its accuracy, as it is drawn.
+//! The drawing of a Pareto front: stairs between its points and a ring around each.
 
 use std::fmt::Write;
 
@@ -6,11 +6,13 @@ use super::canvas::{Canvas, PlotPoint, Segment};
 use crate::axis::INK;
 use crate::svg::{Drawing, n};
 
-/// How the stairs between the points of a front look.
+/// The look of the stairs, as attributes of SVG.
 const STAIRS: &str = r##"fill="none" stroke="#1a1a1a" stroke-width="0.9" stroke-dasharray="3 2""##;
+/// The radius of a ring, in pixels.
 pub(super) const RING: f64 = 6.0;
 
-/// The stairs along the front, the least y that is reached at each x, as segments.
+/// Returns the stairs along a front, the least y that is reached at each x, as segments in pixels.
+/// `front` has values in SI units, in order of x.
 pub(super) fn stairs(canvas: &Canvas<'_>, front: &[PlotPoint]) -> Vec<Segment> {
     let places: Vec<PlotPoint> = front.iter().filter_map(|&point| canvas.place(point)).collect();
     let steps = places.windows(2).flat_map(|pair| {
@@ -20,7 +22,7 @@ pub(super) fn stairs(canvas: &Canvas<'_>, front: &[PlotPoint]) -> Vec<Segment> {
     steps.collect()
 }
 
-/// Joins the points of a front by stairs and puts a ring around each.
+/// Draws the stairs and a ring around each point of the front.
 pub(super) fn draw(drawing: &mut Drawing, stairs: &[Segment], places: &[PlotPoint]) {
     let mut path = String::new();
     for (i, ((x1, y1), (x2, y2))) in stairs.iter().enumerate() {
@@ -44,7 +46,7 @@ fn ring(drawing: &mut Drawing, x: f64, y: f64) {
     ));
 }
 
-/// A stair with its ring, for the legend; `x` at the left, `y` in the middle.
+/// Draws a stair with a ring for the legend, with its left end and its middle at `(x, y)`.
 pub(super) fn sample(drawing: &mut Drawing, (x, y): PlotPoint, width: f64) {
     drawing.push(&format!(r#"<path d="M{} {}h{}" {STAIRS}/>"#, n(x), n(y), n(width)));
     ring(drawing, x + width / 2.0, y);

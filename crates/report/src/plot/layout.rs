@@ -15,6 +15,7 @@ const MARGIN: f64 = 10.0;
 const NARROW: f64 = 14.0;
 /// The distance between the panels and the legend.
 const BEFORE_LEGEND: f64 = 16.0;
+/// The largest number of panels in a row.
 const PANELS_PER_ROW: usize = 4;
 /// The distance between the slopes above a panel.
 const KEY_LINE: f64 = 14.0;

@@ -14,6 +14,7 @@ const ENTRY: f64 = 17.0;
 const LINE: f64 = 13.0;
 /// The width of the sample before the text.
 const SAMPLE: f64 = 26.0;
+/// The largest width of a line of text.
 const WIDEST_ENTRY: f64 = 190.0;
 /// The dashes of lines whose points are not marked, so that they are told apart in black and white
 /// too.

@@ -1,4 +1,4 @@
-//! Values that tell curves and panels apart, as a reader wants them: `8 GPa`, `0.1 mm`.
+//! The text of values that tell curves and panels apart: `8 GPa`, `0.1 mm`.
 
 use std::collections::HashSet;
 
@@ -6,17 +6,17 @@ use crate::number::{decade, exact, power_of_ten, trim_zeros};
 use crate::table::{Cell, DataTable};
 use crate::unit::PrefixedUnit;
 
-/// Digits that are written, and those that may be needed so that no two values look alike.
+/// The significant digits that are written at least, and at most so that no two values look alike.
 const DIGITS: [usize; 2] = [4, 6];
 
-/// How the values of one column are written: all in one unit, and as short as tells them apart.
+/// The way to write the values of one column: all in one unit, and as short as tells them apart.
 pub(super) struct ValueFormat {
     unit: PrefixedUnit,
     digits: usize,
 }
 
 impl ValueFormat {
-    /// Fits unit and digits to the values of a column.
+    /// Fits the unit and the digits to the values of a column.
     pub(super) fn for_column(table: &DataTable, column: usize) -> ValueFormat {
         let numbers = || table.cells(column).filter_map(Cell::number).filter(|x| x.is_finite());
         let texts = table.cells(column).any(|cell| matches!(cell, Cell::Text(_)));
@@ -35,7 +35,7 @@ impl ValueFormat {
         ValueFormat { unit, digits }
     }
 
-    /// A value of the column with its unit.
+    /// Writes a value of the column with its unit.
     pub(super) fn text(&self, cell: &Cell) -> String {
         let number = match cell {
             Cell::Text(text) => return text.clone(),
@@ -51,7 +51,7 @@ impl ValueFormat {
     }
 }
 
-/// A number rounded to so many significant digits: `25.3`, `0.0001`, `2.5·10⁻⁷`.
+/// Rounds a number to so many significant digits: `25.3`, `0.0001`, `2.5·10⁻⁷`.
 fn short(x: f64, digits: usize) -> String {
     if x == 0.0 || !x.is_finite() {
         return if x == 0.0 { "0".to_owned() } else { exact(x) };

@@ -1,4 +1,4 @@
-//! One value of a table and its order.
+//! One value of a table, and the order of values.
 
 use std::cmp::Ordering;
 
@@ -10,14 +10,14 @@ pub enum Cell {
     Number(f64),
     /// A count or an identifier.
     Integer(i64),
-    /// Words.
+    /// A text.
     Text(String),
-    /// There is no value, e.g. because the job failed.
+    /// No value, e.g. because the job failed.
     Missing,
 }
 
 impl Cell {
-    /// The cell as a number, if it is one. NaN is none.
+    /// Returns the cell as a number, if it is one. NaN is none.
     pub fn number(&self) -> Option<f64> {
         match self {
             Cell::Number(x) if !x.is_nan() => Some(*x),
@@ -26,7 +26,7 @@ impl Cell {
         }
     }
 
-    /// Whether there is no value to compare: [`Cell::Missing`] or NaN.
+    /// Says whether there is no value to compare: [`Cell::Missing`] or NaN.
     pub fn is_missing(&self) -> bool {
         match self {
             Cell::Missing => true,
@@ -54,7 +54,8 @@ impl From<&str> for Cell {
     }
 }
 
-/// The numerical order of an integer and a number that is not NaN, without rounding the integer.
+/// Returns the numerical order of an integer and a number that is not NaN, without rounding the
+/// integer.
 pub(crate) fn compare_exactly(i: i64, x: f64) -> Ordering {
     // 2⁶³ is a number, i64::MAX is not.
     if x >= 9_223_372_036_854_775_808.0 {
@@ -67,7 +68,7 @@ pub(crate) fn compare_exactly(i: i64, x: f64) -> Ordering {
     }
 }
 
-/// Ascending order of two cells that are not missing: numbers by value, then text.
+/// Returns the ascending order of two cells that are not missing: numbers by value, then text.
 pub(super) fn compare(a: &Cell, b: &Cell) -> Ordering {
     match (a, b) {
         (Cell::Integer(a), Cell::Integer(b)) => a.cmp(b),

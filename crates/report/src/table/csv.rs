@@ -6,11 +6,12 @@ use crate::delimited::write;
 use crate::number::exact;
 
 impl DataTable {
-    /// The table as CSV: a header with the column names as they are, then one record per row.
+    /// Writes the table as CSV: a header with the column names as they are, then one record per
+    /// row.
     ///
-    /// Quoting is that of RFC 4180; lines end in a line feed alone, which every reader of CSV takes
-    /// and which `awk` and `cut` need. Numbers have the fewest digits that read back as the same
-    /// number; `NaN`, `inf` and `-inf` are spelled so. A missing value is an empty field.
+    /// The quoting is that of RFC 4180. Lines end in a line feed alone, which every reader of CSV
+    /// takes and which `awk` and `cut` need. Numbers have the fewest digits that read back as the
+    /// same number; `NaN`, `inf` and `-inf` are spelled so. A missing value is an empty field.
     pub fn csv(&self) -> String {
         let header = self.columns().iter().map(|c| c.name.clone()).collect();
         let rows = self.rows().iter().map(|row| {

@@ -1,17 +1,17 @@
-//! Why a table cannot be made, selected from or sorted.
+//! The reasons why a table cannot be made, selected from or sorted.
 
 use std::fmt;
 
 use thiserror::Error;
 
-/// A column was asked for that the table does not have.
+/// A column that was asked for is not in the table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnknownColumn {
-    /// The name asked for.
+    /// The name that was asked for.
     pub name: String,
-    /// Columns with a similar name, closest first.
+    /// The columns with a similar name, closest first.
     pub close: Vec<String>,
-    /// Every column of the table.
+    /// The names of all columns of the table.
     pub columns: Vec<String>,
 }
 
@@ -31,23 +31,23 @@ impl fmt::Display for UnknownColumn {
 
 impl std::error::Error for UnknownColumn {}
 
-/// Why a table could not be made, selected from or sorted.
+/// A reason why a table cannot be made, selected from or sorted.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum TableError {
-    /// Two columns share a name, so that neither could be asked for.
+    /// Two columns share a name, so that neither can be asked for.
     #[error("column `{0}` occurs twice; every column needs a name of its own")]
     Duplicate(String),
     /// A row is longer or shorter than the header.
     #[error("row {row} has {found} cells, but there are {expected} columns")]
     RowLength {
-        /// Index of the row, from 0.
+        /// The index of the row, from 0.
         row: usize,
-        /// Its number of cells.
+        /// The number of cells of the row.
         found: usize,
         /// The number of columns.
         expected: usize,
     },
-    /// A column was asked for that is not there.
+    /// A column that was asked for is not in the table.
     #[error(transparent)]
     UnknownColumn(#[from] UnknownColumn),
 }

@@ -6,7 +6,7 @@ use serde::ser::{SerializeMap, Serializer};
 use super::cell::Cell;
 use super::rows::{DataTable, TableColumn};
 
-/// One row as an object whose keys keep the order of the columns.
+/// A row as an object whose keys keep the order of the columns.
 struct JsonRow<'a>(&'a [TableColumn], &'a [Cell]);
 
 impl Serialize for JsonRow<'_> {
@@ -25,6 +25,7 @@ impl Serialize for JsonRow<'_> {
     }
 }
 
+/// The units of the columns as an object whose keys keep their order.
 struct JsonUnits<'a>(&'a [TableColumn]);
 
 impl Serialize for JsonUnits<'_> {
@@ -34,14 +35,14 @@ impl Serialize for JsonUnits<'_> {
 }
 
 impl DataTable {
-    /// The table as JSON: `{"units": {name: unit, …}, "rows": [{name: value, …}, …]}`, one line per
-    /// row.
+    /// Writes the table as JSON: `{"units": {name: unit, …}, "rows": [{name: value, …}, …]}`, with
+    /// one line per row.
     ///
     /// Units stand beside the rows so that numbers stay numbers and never travel without their
     /// unit; the keys of both keep the order of the columns. Missing values, NaN and infinities are
     /// `null`.
     pub fn json(&self) -> String {
-        // Neither serialisation can fail: keys are strings and nothing is written but memory.
+        // Neither serialisation can fail: keys are strings, and nothing but memory is written.
         let text = |value: Result<String, serde_json::Error>| value.unwrap_or_default();
         let mut out = String::from("{\"units\": ");
         out += &text(serde_json::to_string(&JsonUnits(self.columns())));

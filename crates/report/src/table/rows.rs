@@ -1,4 +1,4 @@
-//! Named columns and rows.
+//! A table of named columns and rows.
 
 use std::cmp::Ordering;
 
@@ -8,20 +8,20 @@ use super::error::{TableError, UnknownColumn};
 /// The name of a column and the unit of its numbers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TableColumn {
-    /// The name, the same in the study file, queries, exports and figures.
+    /// The name, the same in the study file, in queries, exports and figures.
     pub name: String,
     /// The SI unit, `"1"` for a ratio, empty for text and counts.
     pub unit: String,
 }
 
 impl TableColumn {
-    /// A column with a name and a unit, which may be empty.
+    /// Makes a column with a name and a unit, which may be empty.
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
         TableColumn { name: name.into(), unit: unit.into() }
     }
 }
 
-/// Named columns and rows of cells, one per column.
+/// Named columns, and rows with one cell per column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DataTable {
     columns: Vec<TableColumn>,
@@ -29,10 +29,12 @@ pub struct DataTable {
 }
 
 impl DataTable {
-    /// A table, after checking that names are unique and every row has one cell per column.
+    /// Makes a table, after checking that names are unique and that every row has one cell per
+    /// column.
     ///
     /// # Errors
-    /// [`TableError::Duplicate`] and [`TableError::RowLength`].
+    /// [`TableError::Duplicate`] if two columns share a name, and [`TableError::RowLength`] if a
+    /// row is too short or too long.
     pub fn new(columns: Vec<TableColumn>, rows: Vec<Vec<Cell>>) -> Result<DataTable, TableError> {
         for (i, column) in columns.iter().enumerate() {
             if columns[..i].iter().any(|earlier| earlier.name == column.name) {
@@ -51,30 +53,31 @@ impl DataTable {
         Ok(DataTable { columns, rows })
     }
 
-    /// The columns, in order.
+    /// Returns the columns, in order.
     pub fn columns(&self) -> &[TableColumn] {
         &self.columns
     }
 
-    /// The rows, each with one cell per column.
+    /// Returns the rows, each with one cell per column.
     pub fn rows(&self) -> &[Vec<Cell>] {
         &self.rows
     }
 
-    /// The cells of one column, from top to bottom.
+    /// Iterates over the cells of one column, from top to bottom.
     pub(crate) fn cells(&self, column: usize) -> impl Iterator<Item = &Cell> + Clone {
         self.rows.iter().map(move |row| &row[column])
     }
 
-    /// The index of a column.
+    /// Returns the index of a column.
     ///
     /// # Errors
-    /// [`UnknownColumn`], with the names that come close.
+    /// [`UnknownColumn`], with the names that come close, if no column has the name.
     pub fn column(&self, name: &str) -> Result<usize, UnknownColumn> {
         self.columns.iter().position(|c| c.name == name).ok_or_else(|| self.unknown(name))
     }
 
-    pub(crate) fn unknown(&self, name: &str) -> UnknownColumn {
+    /// Makes the error about a name that no column has.
+    fn unknown(&self, name: &str) -> UnknownColumn {
         let wanted = name.to_lowercase();
         let mut close: Vec<(f64, &str)> = self
             .columns
@@ -97,10 +100,11 @@ impl DataTable {
         }
     }
 
-    /// The table with these columns only, in this order.
+    /// Returns the table with these columns only, in this order.
     ///
     /// # Errors
-    /// [`TableError::UnknownColumn`], or [`TableError::Duplicate`] when a name is given twice.
+    /// [`TableError::UnknownColumn`] if no column has a name, or [`TableError::Duplicate`] if a
+    /// name is given twice.
     pub fn select<S: AsRef<str>>(&self, names: &[S]) -> Result<DataTable, TableError> {
         let picked =
             names.iter().map(|name| self.column(name.as_ref())).collect::<Result<Vec<_>, _>>()?;
@@ -110,13 +114,14 @@ impl DataTable {
         )
     }
 
-    /// The table sorted by several columns, the first deciding; `-name` is descending.
+    /// Returns the table sorted by several columns, of which the first decides; `-name` sorts in
+    /// descending order.
     ///
     /// Rows that are equal in every key keep their order. Numbers come before text, and missing
     /// values and NaN come last, whether ascending or descending.
     ///
     /// # Errors
-    /// [`TableError::UnknownColumn`].
+    /// [`TableError::UnknownColumn`] if no column has a name.
     pub fn sort<S: AsRef<str>>(&self, keys: &[S]) -> Result<DataTable, TableError> {
         let keys = keys
             .iter()
@@ -145,7 +150,7 @@ impl DataTable {
         Ok(sorted)
     }
 
-    /// The table with those rows only for which `keep` says so, by index.
+    /// Returns the table with the rows for which `keep`, which has an element per row, is true.
     pub(crate) fn keep(&self, keep: &[bool]) -> DataTable {
         let rows = self
             .rows

@@ -1,4 +1,4 @@
-//! A table for a terminal.
+//! A table as text for a terminal.
 
 use comfy_table::{
     CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, TableStyle, Width,
@@ -11,18 +11,18 @@ use crate::number::{decade, exact, exponent, significant, trim_zeros};
 use crate::text::printable;
 use crate::unit::PrefixedUnit;
 
-/// How [`DataTable::terminal`] lays a table out.
+/// The layout of a table in [`DataTable::terminal`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TerminalLayout {
-    /// Characters per line. Text is wrapped and the columns are set in several blocks to keep
-    /// within it. `None` sets every row on one line.
+    /// The number of characters per line. Text is wrapped and the columns are set in several blocks
+    /// to keep within it. `None` sets every row on one line.
     pub width: Option<usize>,
-    /// Significant digits of numbers, at least 1.
+    /// The number of significant digits of numbers, at least 1.
     pub digits: usize,
-    /// Whether a column with a unit is shown with an SI prefix, one for the whole column:
+    /// True if a column with a unit is shown with an SI prefix, one for the whole column:
     /// `peak_pressure [GPa]`.
     pub prefixes: bool,
-    /// Whether lines and the dash for a missing value may be other than ASCII.
+    /// True if lines and the dash for a missing value may be other than ASCII.
     pub unicode: bool,
 }
 
@@ -32,29 +32,30 @@ impl Default for TerminalLayout {
     }
 }
 
-/// Blanks on both sides of a cell.
+/// The number of blanks on both sides of a cell together.
 const PADDING: usize = 2;
-/// Between two columns.
+/// The number of blanks between two columns.
 const SEPARATOR: usize = 1;
-/// Text columns are not wrapped to less than this.
+/// The least width to which a column of text is wrapped.
 const NARROWEST_TEXT: usize = 20;
 
-/// A column ready to be set.
+/// A column that is ready to be set.
 struct TypesetColumn {
+    /// The lines of the header: the name and, if there is one, the unit.
     header: Vec<String>,
     cells: Vec<String>,
     numeric: bool,
-    /// The width below which the column is not squeezed.
+    /// The width below which the column is not squeezed, in characters.
     least: usize,
 }
 
 impl DataTable {
-    /// The table as text: a header with units, numbers aligned at the decimal point, a final
-    /// newline.
+    /// Writes the table as text: a header with units, numbers aligned at the decimal point, a
+    /// newline at the end.
     ///
-    /// When the columns do not fit into the width, they are set in several blocks, each beginning
-    /// with the first column. Control characters in text are shown as `�`, so that nothing in a
-    /// record can reach the terminal.
+    /// When the columns do not fit into the width, they are set in several blocks, each of which
+    /// begins with the first column. Control characters in text are shown as `�`, so that nothing
+    /// in a record can reach the terminal.
     pub fn terminal(&self, layout: &TerminalLayout) -> String {
         let columns: Vec<TypesetColumn> =
             (0..self.columns().len()).map(|i| self.set(i, layout)).collect();
@@ -68,6 +69,7 @@ impl DataTable {
         out
     }
 
+    /// Sets the header and the cells of the column with an index.
     fn set(&self, index: usize, layout: &TerminalLayout) -> TypesetColumn {
         let column = &self.columns()[index];
         let numeric = self.cells(index).all(|cell| !matches!(cell, Cell::Text(_)));
@@ -176,7 +178,7 @@ fn align(values: &[Option<f64>], digits: usize, missing: &str) -> Vec<String> {
         .collect()
 }
 
-/// The columns of each block, as few blocks as fit into the width.
+/// Divides the columns into as few blocks as fit into the width, as indices of columns.
 fn blocks(columns: &[TypesetColumn], width: Option<usize>) -> Vec<Vec<usize>> {
     let Some(width) = width else { return vec![(0..columns.len()).collect()] };
     let space = |i: usize| columns[i].least + PADDING;
@@ -189,8 +191,8 @@ fn blocks(columns: &[TypesetColumn], width: Option<usize>) -> Vec<Vec<usize>> {
                 used += SEPARATOR + space(i);
             }
             Some(block) if block.len() == 1 => {
-                // Nothing fits beside the key column: overflow rather than repeat it alone for
-                // ever.
+                // Nothing fits beside the key column: the block overflows rather than repeat the
+                // key column alone for ever.
                 block.push(i);
                 used = width;
             }
@@ -207,6 +209,7 @@ fn blocks(columns: &[TypesetColumn], width: Option<usize>) -> Vec<Vec<usize>> {
     blocks
 }
 
+/// Writes one block of columns.
 fn draw(
     columns: &[TypesetColumn],
     block: &[usize],
@@ -214,7 +217,7 @@ fn draw(
     layout: &TerminalLayout,
 ) -> String {
     let mut table = comfy_table::Table::new();
-    // Rules above, below the header and at the end, as in a printed table.
+    // There are rules above, below the header and at the end, as in a printed table.
     let rule = if layout.unicode { '─' } else { '-' };
     let line = LineStyle::none().fill(rule).junction(rule);
     table.load_style(TableStyle::new().top_border(line).header_separator(line).bottom_border(line));

@@ -1,4 +1,4 @@
-//! Figures: what is drawn, what is refused, and that nothing panics.
+//! Figures: their content, the refusals, and that nothing panics.
 
 use proptest::prelude::*;
 use report::{
@@ -97,8 +97,8 @@ fn points_with_the_same_x_are_not_joined() {
     assert!(figure.svg().contains(">certified</text>"));
 }
 
-/// Two loops one after the other: each is joined in its own order, though x comes back, and they
-/// are not joined to each other.
+/// There are two loops one after the other: each is joined in its own order, though x comes back,
+/// and they are not joined to each other.
 #[test]
 fn paths_are_joined_in_their_own_order() {
     let columns = [("shift", "m"), ("force", "N"), ("increment", "")]
@@ -283,7 +283,7 @@ fn what_cannot_be_drawn_is_refused() {
     assert!(matches!(error, FigureError::NothingToDraw { rows: 0, .. }));
 }
 
-/// The pixels of a PNG.
+/// Returns the width, the height and the pixels of a PNG.
 pub(crate) fn decode(bytes: &[u8]) -> (u32, u32, Vec<u8>) {
     let mut reader = ::png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
     let mut pixels = vec![0; reader.output_buffer_size().unwrap()];

@@ -1,5 +1,5 @@
-//! What figures show beyond curves: fitted lines, bands between two ends, the front of what is
-//! cheapest.
+//! The marks of figures beyond curves: fitted lines, bands between two ends, the front of the
+//! cheapest points.
 
 use report::{BandPoint, Cell, DataTable, FigureError, FigureSpec, PlotFigure, Style, TableColumn};
 
@@ -11,7 +11,7 @@ fn table(columns: &[(&str, &str)], rows: Vec<Vec<Cell>>) -> DataTable {
     .unwrap()
 }
 
-/// What is drawn within the frames of the panels and in the legend, without grids and axes.
+/// Returns the elements within the frames of the panels and in the legend, without grids and axes.
 fn inside(svg: &str) -> String {
     let axes = |line: &&str| {
         line.starts_with("<rect") && line.contains("#ffffff")
@@ -24,7 +24,7 @@ fn inside(svg: &str) -> String {
     svg.lines().filter(|line| !axes(line)).collect::<Vec<_>>().join("\n")
 }
 
-/// Errors of the orders 1 (with a second order that dies out) and 2 on two scenes.
+/// Returns errors of the orders 1 (with a second order that dies out) and 2 for two scenes.
 fn errors() -> DataTable {
     let mut rows = Vec::new();
     for (scene, scale) in [("sphere", 1.0), ("punch", 0.3)] {
@@ -106,7 +106,8 @@ fn two_points_have_no_slope() {
     );
 }
 
-/// Brackets for two values of ν: closed ones, one without an upper end, and one that failed.
+/// Returns brackets for two values of ν: closed ones, one without an upper end, and one that
+/// failed.
 fn brackets() -> DataTable {
     let rows = [
         (2, 0.3, Some(4.70), Some(4.70)),
@@ -199,7 +200,7 @@ fn the_ends_of_a_band_are_fitted() {
     );
 }
 
-/// Errors against seconds of two methods on some meshes.
+/// Returns errors against seconds of two methods on some meshes.
 fn costs() -> DataTable {
     let mut rows = Vec::new();
     for (method, seconds, order) in [("newton", 2e-4, 1.0), ("gradient", 5e-5, 1.3)] {

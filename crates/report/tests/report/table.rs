@@ -145,7 +145,7 @@ fn filters_mean_what_an_engineer_expects() {
         ("mu > 0.3 && mesh == 64", &[1]),
         ("mu > 0.3 && mesh == 64 && status == \"certified\"", &[]),
         ("status == 'certified'", &[0, 3]),
-        // integers and numbers mix
+        // Integers and numbers mix.
         ("mesh == 64.0", &[0, 1]),
         ("mesh >= 63.5 && mesh < 1e2", &[0, 1]),
         ("mu * mesh > 20", &[1, 2]),
@@ -160,7 +160,7 @@ fn filters_mean_what_an_engineer_expects() {
         ("mu > .35 || mesh == 8", &[2, 3]),
         ("true", &[0, 1, 2, 3]),
         ("1 > 2", &[]),
-        // missing values and NaN are unknown
+        // Missing values and NaN are unknown.
         ("peak_pressure > 3e9", &[2]),
         ("!(peak_pressure > 3e9)", &[0]),
         ("peak_pressure != 2.5e9", &[2]),
@@ -173,15 +173,15 @@ fn filters_mean_what_an_engineer_expects() {
         ("status != 'certified'", &[2]),
         ("mu / 0 > 1", &[0, 1, 2, 3]),
         ("(mu - mu) / 0 > 1 || (mu - mu) / 0 <= 1", &[]),
-        // text
+        // Text is compared and searched.
         ("status.startsWith('cert')", &[0, 3]),
         ("status.contains('\"ε\"')", &[2]),
         ("!status.endsWith('small')", &[0, 3]),
         ("status < 'd'", &[0, 3]),
-        // dotted names
+        // Names may have dots and indices.
         ("friction.cap < 0", &[3]),
         ("layers[0].poisson >= 0.3", &[0, 1, 3]),
-        // several lines
+        // An expression may have several lines.
         ("mu > 0.3\n  && mesh == 8", &[3]),
     ] {
         assert_eq!(selected(expression), rows, "{expression}");
@@ -310,7 +310,7 @@ fn tables() -> impl Strategy<Value = DataTable> {
     })
 }
 
-/// Pieces of expressions, right and wrong.
+/// The pieces of expressions, right and wrong.
 const PIECES: &[&str] = &[
     "mu",
     "mesh",
