@@ -162,7 +162,7 @@ pub fn field_csv(fields: &[&Field]) -> Result<String, VtiError> {
         .chain(fields.iter().map(|f| f.name.as_str()))
         .map(str::to_owned)
         .collect();
-    let rows = (0..grid.len()).map(|e| {
+    let rows = (0..grid.elements()).map(|e| {
         let mut row: Vec<String> =
             grid.centre(e % grid.nx, e / grid.nx).into_iter().map(exact).collect();
         row.extend(fields.iter().map(|field| match &field.values {

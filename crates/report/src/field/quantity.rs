@@ -18,17 +18,12 @@ pub struct FieldGrid {
 
 impl FieldGrid {
     /// Returns the number of elements.
-    pub fn len(&self) -> usize {
+    pub(super) fn elements(&self) -> usize {
         self.nx * self.ny
     }
 
-    /// Says whether there is no element; the grid of a [`Field`] always has one.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
     /// Returns the centre of element (i, j), in metres.
-    pub fn centre(&self, i: usize, j: usize) -> [f64; 2] {
+    pub(super) fn centre(&self, i: usize, j: usize) -> [f64; 2] {
         [
             self.origin[0] + (i as f64 + 0.5) * self.element[0],
             self.origin[1] + (j as f64 + 0.5) * self.element[1],
@@ -167,26 +162,6 @@ impl Field {
             });
         }
         Ok(Field { name, unit: unit.into(), grid, values })
-    }
-
-    /// Returns the name of the quantity.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// Returns the SI unit of the values.
-    pub fn unit(&self) -> &str {
-        &self.unit
-    }
-
-    /// Returns the grid of the elements.
-    pub fn grid(&self) -> &FieldGrid {
-        &self.grid
-    }
-
-    /// Returns the values, one per element.
-    pub fn values(&self) -> &Values {
-        &self.values
     }
 
     /// Returns the name as words.
