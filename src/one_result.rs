@@ -5,7 +5,7 @@ use answers::{effects, patches, results, rows, solutions};
 use anyhow::Result;
 use contact::model::Fields;
 use contact::punch::Surfaces;
-use report::Table;
+use report::DataTable;
 use study::columns::{Role, along_path};
 use study::{Case, Job, Kind, Record, StudyPoint, Value};
 
@@ -15,7 +15,7 @@ use crate::output::layout;
 use crate::words::count;
 
 /// The increments of a result's loading path.
-pub(crate) fn path(record: &Record) -> Result<Table> {
+pub(crate) fn path(record: &Record) -> Result<DataTable> {
     let point = StudyPoint::of_record(record)?;
     let table = rows::increments(&along_path(Kind::Solve.columns([], [])), [(&point, record)])?;
     let mut names = results::path_columns(&[point]);

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use answers::Results;
 use answers::results::WARNINGS;
 use anyhow::{Context, Result};
-use report::Table;
+use report::DataTable;
 use serde::Serialize;
 use study::{Record, Study};
 
@@ -78,7 +78,7 @@ pub(crate) fn report(
     let mut table = results.usual_table()?;
     let all = table.rows().len();
     if all > SUMMARY_ROWS {
-        table = Table::new(table.columns().to_vec(), table.rows()[..SUMMARY_ROWS].to_vec())?;
+        table = DataTable::new(table.columns().to_vec(), table.rows()[..SUMMARY_ROWS].to_vec())?;
     }
     text += &table.terminal(&layout());
     if all > SUMMARY_ROWS {

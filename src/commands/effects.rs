@@ -10,7 +10,7 @@ use contact::forecast;
 use contact::model::{Effect, Fields, Numerics, Status};
 use contact::problem::Effects;
 use contact::punch::Surfaces;
-use report::{Cell, Column, Table};
+use report::{Cell, DataTable, TableColumn};
 use serde::Serialize;
 use study::provenance::median;
 use study::record_format::decode_fields;
@@ -135,7 +135,7 @@ fn runs(job: &Case, surfaces: &Surfaces, repeat: u32) -> Result<Vec<Run>> {
     Ok(runs)
 }
 
-fn table(runs: &[Run]) -> Result<Table> {
+fn table(runs: &[Run]) -> Result<DataTable> {
     let heads = [
         ("simulated too", ""),
         ("unknowns", ""),
@@ -167,7 +167,10 @@ fn table(runs: &[Run]) -> Result<Table> {
             run.status.into(),
         ]
     });
-    Ok(Table::new(heads.map(|(name, unit)| Column::new(name, unit)).collect(), rows.collect())?)
+    Ok(DataTable::new(
+        heads.map(|(name, unit)| TableColumn::new(name, unit)).collect(),
+        rows.collect(),
+    )?)
 }
 
 /// Has a job solved `repeat` times by a process of its own, whose memory is that of the job.

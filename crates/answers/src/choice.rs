@@ -5,7 +5,7 @@ use std::collections::HashSet;
 
 use contact::model::Mesh;
 use identity::JobKey;
-use report::{Cell, Column, Table};
+use report::{Cell, DataTable, TableColumn};
 use study::adaptive::OF_ONE_JOB;
 use study::{Adaptive, Record, Study, StudyPoint};
 
@@ -81,14 +81,14 @@ pub fn check(study: &Study) -> Result<(), AnswerError> {
 
 /// A row of a point as its job will leave it: what it is not known to say has its type, and no
 /// value if it is a number.
-fn sample(columns: &[study::Column], point: &StudyPoint) -> Result<Table, AnswerError> {
-    let heads = columns.iter().map(|column| Column::new(column.name.as_ref(), column.unit()));
+fn sample(columns: &[study::Column], point: &StudyPoint) -> Result<DataTable, AnswerError> {
+    let heads = columns.iter().map(|column| TableColumn::new(column.name.as_ref(), column.unit()));
     let cells = columns.iter().map(|column| match rows::cell(column.value(point, None)) {
         Cell::Missing if column.is_numeric() => Cell::Number(f64::NAN),
         Cell::Missing => Cell::Text(String::new()),
         known => known,
     });
-    Ok(Table::new(heads.collect(), vec![cells.collect()])?)
+    Ok(DataTable::new(heads.collect(), vec![cells.collect()])?)
 }
 
 fn refine(

@@ -1,6 +1,6 @@
 //! What points say when they are compared.
 
-use report::Table;
+use report::DataTable;
 use study::columns::Compared;
 
 /// What the points of a study say when they are compared.
@@ -18,5 +18,5 @@ pub struct AnswerTable {
     /// The title.
     pub title: &'static str,
     /// The rows; a table of one cell is a sentence.
-    pub table: Table,
+    pub table: DataTable,
 }

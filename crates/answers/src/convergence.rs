@@ -3,7 +3,7 @@
 use contact::assess::{ClosedForm, Errors, closed_form};
 use contact::model::{Observables, Outcome};
 use contact::theory::{PowerLaw, Trend, power_law, richardson};
-use report::{Cell, Column, Table};
+use report::{Cell, DataTable, TableColumn};
 use study::columns::Compared;
 use study::key::Key;
 use study::kind::convergence::{Ladder, Reference};
@@ -160,7 +160,7 @@ fn orders(
     study: &Study,
     ladders: &[Rungs<'_>],
     compared: &[Option<Compared>],
-) -> Result<Table, AnswerError> {
+) -> Result<DataTable, AnswerError> {
     let along = study
         .ladder()
         .map_or("h", |ladder| if ladder.along == Key::Epsilon { "epsilon" } else { "h" });
@@ -168,8 +168,8 @@ fn orders(
     let own = ["error", "order", "±", "from", "to", "finest error", "reference"];
     let unit = |name: &str| if along == "h" && matches!(name, "from" | "to") { "m" } else { "" };
     heads.extend(own.map(|name| match name {
-        "from" | "to" => Column::new(format!("{along} {name}"), unit(name)),
-        _ => Column::new(name, ""),
+        "from" | "to" => TableColumn::new(format!("{along} {name}"), unit(name)),
+        _ => TableColumn::new(name, ""),
     }));
     let mut rows = Vec::new();
     for ladder in ladders {
@@ -202,7 +202,7 @@ fn orders(
             rows.push(row);
         }
     }
-    Ok(Table::new(heads, rows)?)
+    Ok(DataTable::new(heads, rows)?)
 }
 
 /// A quantity with its unit.
@@ -218,7 +218,7 @@ const LIMITS: [Quantity; 5] = [
 ];
 
 /// What the quantities of each ladder of meshes tend to, by Richardson's extrapolation.
-fn limits(study: &Study, ladders: &[Rungs<'_>]) -> Result<Option<Table>, AnswerError> {
+fn limits(study: &Study, ladders: &[Rungs<'_>]) -> Result<Option<DataTable>, AnswerError> {
     if study.ladder().is_none_or(|ladder| ladder.along != Key::Mesh)
         || ladders.iter().all(|ladder| ladder.rungs.len() < 3)
     {
@@ -227,7 +227,7 @@ fn limits(study: &Study, ladders: &[Rungs<'_>]) -> Result<Option<Table>, AnswerE
     let mut heads = axes(study, ladders);
     heads.extend(
         ["quantity", "unit", "finest", "limit", "± (estimated)", "order", "values"]
-            .map(|name| Column::new(name, "")),
+            .map(|name| TableColumn::new(name, "")),
     );
     let mut rows = Vec::new();
     for ladder in ladders {
@@ -265,16 +265,16 @@ fn limits(study: &Study, ladders: &[Rungs<'_>]) -> Result<Option<Table>, AnswerE
             rows.push(row);
         }
     }
-    Ok(Some(Table::new(heads, rows)?))
+    Ok(Some(DataTable::new(heads, rows)?))
 }
 
 /// The axes besides the ladder's.
-fn axes(study: &Study, ladders: &[Rungs<'_>]) -> Vec<Column> {
+fn axes(study: &Study, ladders: &[Rungs<'_>]) -> Vec<TableColumn> {
     let columns = study.columns();
     let unit = |name: &str| study::columns::find(&columns, name).map_or("", study::Column::unit);
     let names = ladders
         .first()
         .map(|ladder| ladder.at.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>())
         .unwrap_or_default();
-    names.into_iter().map(|name| Column::new(name, unit(name))).collect()
+    names.into_iter().map(|name| TableColumn::new(name, unit(name))).collect()
 }

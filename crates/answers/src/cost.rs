@@ -3,7 +3,7 @@
 use contact::assess::{ClosedForm, Errors, closed_form};
 use contact::model::{Control, Dof, FigureErrors, Mesh, Numerics, PerDof, StepOutcome};
 use contact::theory::{PowerLaw, power_law, richardson};
-use report::{Cell, Column, Table, pareto_front};
+use report::{Cell, DataTable, TableColumn, pareto_front};
 use study::columns::Compared;
 use study::key::Key;
 use study::kind::cost::{Cost, is_rung};
@@ -208,9 +208,9 @@ pub fn compare(
     let columns = study.columns();
     let unit = |name: &str| study::columns::find(&columns, name).map_or("", study::Column::unit);
     let table = |own: &[(&str, &str)], rows: Vec<Vec<Cell>>| {
-        let heads = axes.iter().map(|name| Column::new(name.as_str(), unit(name)));
-        Table::new(
-            heads.chain(own.iter().map(|(name, unit)| Column::new(*name, *unit))).collect(),
+        let heads = axes.iter().map(|name| TableColumn::new(name.as_str(), unit(name)));
+        DataTable::new(
+            heads.chain(own.iter().map(|(name, unit)| TableColumn::new(*name, *unit))).collect(),
             rows,
         )
     };

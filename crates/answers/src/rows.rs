@@ -1,6 +1,6 @@
 //! Rows of tables, from points and records.
 
-use report::{Cell, Table};
+use report::{Cell, DataTable};
 use study::columns::Row;
 use study::{Column, Record, StudyPoint, Value};
 
@@ -11,26 +11,29 @@ pub(crate) fn table(
     columns: &[Column],
     point: &StudyPoint,
     record: Option<&Record>,
-) -> Result<Table, AnswerError> {
-    Ok(Table::new(heads(columns), vec![row(columns, &Row { point, record, compared: None })])?)
+) -> Result<DataTable, AnswerError> {
+    Ok(DataTable::new(heads(columns), vec![row(columns, &Row { point, record, compared: None })])?)
 }
 
 /// A table of the increments of results.
 pub fn increments<'r>(
     columns: &[Column],
     results: impl IntoIterator<Item = (&'r StudyPoint, &'r Record)>,
-) -> Result<Table, AnswerError> {
+) -> Result<DataTable, AnswerError> {
     let mut rows = Vec::new();
     for (point, record) in results {
         record.along_path(|increment| {
             rows.push(row(columns, &Row { point, record: Some(increment), compared: None }))
         });
     }
-    Ok(Table::new(heads(columns), rows)?)
+    Ok(DataTable::new(heads(columns), rows)?)
 }
 
-pub(crate) fn heads(columns: &[Column]) -> Vec<report::Column> {
-    columns.iter().map(|column| report::Column::new(column.name.as_ref(), column.unit())).collect()
+pub(crate) fn heads(columns: &[Column]) -> Vec<report::TableColumn> {
+    columns
+        .iter()
+        .map(|column| report::TableColumn::new(column.name.as_ref(), column.unit()))
+        .collect()
 }
 
 pub(crate) fn row(columns: &[Column], row: &Row<'_>) -> Vec<Cell> {

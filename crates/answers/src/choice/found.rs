@@ -1,6 +1,6 @@
 //! What a study that chooses points found.
 
-use report::{Cell, Column, Table};
+use report::{Cell, DataTable, TableColumn};
 use serde::Serialize;
 use study::{Adaptive, Study, StudyPoint};
 
@@ -95,12 +95,12 @@ pub enum Found {
 }
 
 /// What was found as a table.
-pub fn table(study: &Study, findings: &[Finding]) -> Result<Table, AnswerError> {
+pub fn table(study: &Study, findings: &[Finding]) -> Result<DataTable, AnswerError> {
     let axes = findings.first().map(|finding| finding.at.clone()).unwrap_or_default();
     let columns = study.columns();
     let unit = |name: &str| study::columns::find(&columns, name).map_or("", study::Column::unit);
-    let mut heads: Vec<Column> =
-        axes.iter().map(|(name, _)| Column::new(name.as_str(), unit(name))).collect();
+    let mut heads: Vec<TableColumn> =
+        axes.iter().map(|(name, _)| TableColumn::new(name.as_str(), unit(name))).collect();
     let own: Vec<(String, String)> = match study.adaptive() {
         Some(Adaptive::Refine { on, .. }) => {
             vec![
@@ -119,8 +119,8 @@ pub fn table(study: &Study, findings: &[Finding]) -> Result<Table, AnswerError> 
             .to_vec(),
         None => Vec::new(),
     };
-    heads.extend(own.iter().map(|(name, unit)| Column::new(name.as_str(), unit.as_str())));
-    heads.push(Column::new("found", ""));
+    heads.extend(own.iter().map(|(name, unit)| TableColumn::new(name.as_str(), unit.as_str())));
+    heads.push(TableColumn::new("found", ""));
     let rows = findings.iter().map(|Finding { at, found }| {
         let mesh =
             |[x, y]: [u32; 2]| Cell::Text(if x == y { x.to_string() } else { format!("{x}x{y}") });
@@ -164,5 +164,5 @@ pub fn table(study: &Study, findings: &[Finding]) -> Result<Table, AnswerError> 
             .chain([Cell::Text(words.to_owned())])
             .collect()
     });
-    Ok(Table::new(heads, rows.collect())?)
+    Ok(DataTable::new(heads, rows.collect())?)
 }
