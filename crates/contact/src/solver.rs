@@ -3,7 +3,7 @@
 //!
 //! Knows [`problem`](crate::problem) and what is below it; no certificate.
 
-use crate::model::{Control, Method, PerDof, Way};
+use crate::model::{Method, Way};
 use crate::problem::{Operators, Problem, Stage};
 
 mod controls;
@@ -12,24 +12,24 @@ mod free;
 mod gmres;
 mod iterate;
 mod load_control;
-pub mod newton;
+pub(crate) mod newton;
 pub mod seidel;
 mod vector;
 
-pub use iterate::{Iterate, Start, Stop, StopRule};
+pub(crate) use iterate::{Conditions, Start};
+pub use iterate::{Iterate, Stop, StopRule};
 
 /// Solves `problem` by a method (one [chosen](Method::chosen) already) under `controls` (in the
 /// problem's units), from `start`, in `stages` if the method can; leaves the problem placed at the
 /// motion found.
-pub fn solve(
+pub(crate) fn solve(
     method: Method,
     problem: &mut Problem,
     operators: &mut Operators,
     stages: &[Stage],
-    controls: &PerDof<Control>,
-    start: &Start,
-    rule: &StopRule,
+    conditions: &Conditions<'_>,
 ) -> Iterate {
+    let Conditions { controls, start, .. } = *conditions;
     if let Some(stop) = controls::impossible(problem, controls) {
         let motion = start.motion;
         problem.place(&motion);
@@ -39,26 +39,17 @@ pub fn solve(
             stop,
             iterations: 0,
             operator_applications: 0,
-            way: Way::default(),
+            route: Way::default(),
         };
     }
     let iterate = match method {
         Method::Seidel => {
             let operator = operators.of(problem);
-            load_control::solve(
-                problem,
-                &operator,
-                controls,
-                start,
-                rule,
-                |problem, operator, start, rule| {
-                    seidel::solve(problem, &operator.table, start.p.clone(), rule)
-                },
-            )
+            load_control::solve(problem, &operator, conditions, |problem, operator, start, rule| {
+                seidel::solve(problem, &operator.table, start.p.clone(), rule)
+            })
         }
-        Method::Newton | Method::Auto => {
-            fallback::solve(problem, operators, stages, controls, start, rule)
-        }
+        Method::Newton | Method::Auto => fallback::solve(problem, operators, stages, conditions),
     };
     if iterate.stop == Stop::Converged {
         iterate

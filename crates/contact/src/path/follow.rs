@@ -10,7 +10,7 @@ use crate::model::{
 };
 use crate::problem::{Effects, Operator, Operators, Problem, Stage};
 use crate::punch::{Gap, Surfaces};
-use crate::solver::{self, Start, StopRule};
+use crate::solver::{self, Conditions, Start, StopRule};
 use crate::theory::hertz_ellipse;
 
 /// Solves a scene: binds it to its grid, follows its loading path with the method, certifies each
@@ -166,9 +166,7 @@ impl Path {
             &mut self.problem,
             operators,
             &setup.stages,
-            &controls,
-            &self.start,
-            rule,
+            &Conditions { controls: &controls, start: &self.start, rule },
         );
         let Increment { status, mut outcome, fields, slip } = certify_increment(
             &self.problem,

@@ -94,7 +94,7 @@ pub(crate) fn certify_increment(
         observables,
         certificate,
         work: work(iterate),
-        way: iterate.way,
+        way: iterate.route,
         ..StepOutcome::default()
     };
     Increment { status, outcome, fields: fields(problem, p, &w, &states), slip: w }
@@ -201,7 +201,7 @@ mod tests {
             stop: Stop::Stalled { residual: 0.2 },
             iterations: 17,
             operator_applications: 0,
-            way: Way::Newton,
+            route: Way::Newton,
         };
         let mut asked = PerDof::all(Control::Motion(0.0));
         (asked[Dof::Approach], asked[Dof::ShiftX], asked[Dof::TiltY]) =

@@ -50,9 +50,9 @@ pub(super) fn impossible(problem: &Problem, controls: &PerDof<Control>) -> Optio
         if let Control::Force(moment) = controls[dof] { Some(sign * moment / normal) } else { None }
     };
     let (x, y) = (arm(Dof::TiltY, -1.0), arm(Dof::TiltX, 1.0));
-    let beside = |at: Option<f64>, axis: usize| {
-        at.zip(row(axis)).is_some_and(|(at, row)| {
-            (at - row).abs() > 1e-9 * [problem.grid.hx(), problem.grid.hy()][axis]
+    let beside = |place: Option<f64>, axis: usize| {
+        place.zip(row(axis)).is_some_and(|(place, row)| {
+            (place - row).abs() > 1e-9 * [problem.grid.hx(), problem.grid.hy()][axis]
         })
     };
     if let Some(stop) = one_row
@@ -131,7 +131,7 @@ pub(super) fn explain(problem: &Problem, controls: &PerDof<Control>, iterate: &I
 pub(super) fn imbalances(
     problem: &Problem,
     p: &[f64],
-    asked: &PerDof<f64>,
+    targets: &PerDof<f64>,
     governed: &[Dof],
 ) -> Vec<f64> {
     if governed.is_empty() {
@@ -144,8 +144,8 @@ pub(super) fn imbalances(
         * problem.grid.element_area()
         * images(&problem.mirror);
     // nothing is in balance with nothing
-    let relative = |off: f64| if off == 0.0 { 0.0 } else { off / size };
-    governed.iter().map(|&dof| relative((resultants[dof] - asked[dof]).abs())).collect()
+    let relative = |difference: f64| if difference == 0.0 { 0.0 } else { difference / size };
+    governed.iter().map(|&dof| relative((resultants[dof] - targets[dof]).abs())).collect()
 }
 
 /// An approach at which springs under each element, as stiff together as a half-space under their

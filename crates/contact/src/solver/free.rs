@@ -62,7 +62,7 @@ impl Free {
             let (elements, others) =
                 left.split_at(left.partition_point(|element| (element.j as usize) < end));
             left = others;
-            let unknowns = elements.iter().map(|element| free.count(element)).sum();
+            let unknowns = elements.iter().map(|element| free.unknowns_of(element)).sum();
             free.unknowns += unknowns;
             free.bands.push(Band { elements: elements.to_vec(), unknowns });
         }
@@ -79,7 +79,7 @@ impl Free {
         self.blocks.iter().flatten().count() * self.window.len()
     }
 
-    fn count(&self, element: &ContactElement) -> usize {
+    fn unknowns_of(&self, element: &ContactElement) -> usize {
         usize::from(element.pressed)
             + match element.state {
                 ContactState::Stick => self.blocks[1..].iter().flatten().count(),
@@ -109,16 +109,17 @@ impl Free {
             .map(|block| block.chunks_mut(self.rows * self.window.size[0]))
             .collect();
         let mut left = unknowns;
-        let mut pieces = Vec::with_capacity(self.bands.len());
-        for (at, band) in self.bands.iter().enumerate() {
+        let mut bands = Vec::with_capacity(self.bands.len());
+        for (number, band) in self.bands.iter().enumerate() {
             let (unknowns, others) = left.split_at(band.unknowns);
             left = others;
-            let parts: [&mut [f64]; 3] = self
+            let components: [&mut [f64]; 3] = self
                 .blocks
                 .map(|block| block.and_then(|block| blocks[block].next()).unwrap_or_default());
-            pieces.push((at * self.rows * self.window.size[0], &band.elements, unknowns, parts));
+            let start = number * self.rows * self.window.size[0];
+            bands.push((start, &band.elements, unknowns, components));
         }
-        parallel::each(self.unknowns, pieces, |(start, elements, unknowns, mut parts)| {
+        parallel::each(self.unknowns, bands, |(start, elements, unknowns, mut components)| {
             let mut unknowns = unknowns.iter().copied();
             let mut next = || unknowns.next().unwrap_or(0.0);
             for element in elements {
@@ -134,9 +135,10 @@ impl Free {
                     }
                 };
                 let place = self.place(element) - start;
-                for (part, value) in parts.iter_mut().zip([normal, tangential[0], tangential[1]]) {
-                    if let Some(at) = part.get_mut(place) {
-                        *at = value;
+                let tractions = [normal, tangential[0], tangential[1]];
+                for (component, value) in components.iter_mut().zip(tractions) {
+                    if let Some(entry) = component.get_mut(place) {
+                        *entry = value;
                     }
                 }
             }
@@ -152,18 +154,18 @@ impl Free {
         let size = self.window.size[0] * self.rows;
         let mut blocks: Vec<_> =
             field.chunks_exact_mut(self.window.len()).map(|block| block.chunks_mut(size)).collect();
-        let bands = self.bands.iter().enumerate().map(|(at, band)| {
-            let parts: [&mut [f64]; 3] = self
+        let bands = self.bands.iter().enumerate().map(|(number, band)| {
+            let components: [&mut [f64]; 3] = self
                 .blocks
                 .map(|block| block.and_then(|block| blocks[block].next()).unwrap_or_default());
-            (at * size, &band.elements, parts)
+            (number * size, &band.elements, components)
         });
-        parallel::each(self.unknowns, bands.collect(), |(start, elements, mut parts)| {
+        parallel::each(self.unknowns, bands.collect(), |(start, elements, mut components)| {
             for element in elements {
                 let place = self.place(element);
-                for (part, value) in parts.iter_mut().zip(values(element, place)) {
-                    if let Some(at) = part.get_mut(place - start) {
-                        *at = value;
+                for (component, value) in components.iter_mut().zip(values(element, place)) {
+                    if let Some(entry) = component.get_mut(place - start) {
+                        *entry = value;
                     }
                 }
             }
@@ -181,34 +183,35 @@ impl Free {
         across: impl Fn(f64, f64, usize) -> f64 + Sync,
     ) {
         let (mut left, mut first) = (rows, 0);
-        let mut pieces = Vec::with_capacity(self.bands.len());
+        let mut bands = Vec::with_capacity(self.bands.len());
         for band in &self.bands {
             let (rows, others) = left.split_at_mut(band.unknowns);
-            pieces.push((first, &band.elements, rows));
+            bands.push((first, &band.elements, rows));
             (left, first) = (others, first + band.unknowns);
         }
-        parallel::each(self.unknowns, pieces, |(first, elements, rows)| {
+        parallel::each(self.unknowns, bands, |(first, elements, rows)| {
             let mut next = 0;
             for element in elements {
-                let own = values(element, self.place(element));
+                let vector = values(element, self.place(element));
                 if element.pressed {
                     rows[next] = match element.state {
                         ContactState::Slip { n, .. } => {
-                            own[0] + mu * (own[1] * n[0] + own[2] * n[1])
+                            vector[0] + mu * (vector[1] * n[0] + vector[2] * n[1])
                         }
-                        ContactState::Stick => own[0],
+                        ContactState::Stick => vector[0],
                     };
                     next += 1;
                 }
                 match element.state {
                     ContactState::Stick => {
                         for c in [1, 2].into_iter().filter(|c| self.blocks[*c].is_some()) {
-                            rows[next] = own[c];
+                            rows[next] = vector[c];
                             next += 1;
                         }
                     }
                     ContactState::Slip { n, sigma } if sigma.is_finite() => {
-                        rows[next] = across(sigma, own[2] * n[0] - own[1] * n[1], first + next);
+                        let transverse = vector[2] * n[0] - vector[1] * n[1];
+                        rows[next] = across(sigma, transverse, first + next);
                         next += 1;
                     }
                     ContactState::Slip { .. } => {}

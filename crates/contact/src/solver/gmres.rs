@@ -49,6 +49,14 @@ pub(crate) struct KrylovFigures {
     pub(crate) applications: u64,
 }
 
+/// The answer of a linear solve.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct KrylovSolution {
+    /// The unknowns x.
+    pub(crate) x: Vec<f64>,
+    pub(crate) figures: KrylovFigures,
+}
+
 /// Solves `system`·x = `rhs` from x = 0 to the relative residual `tolerance`. The result does not
 /// depend on the number of threads.
 pub(crate) fn solve(
@@ -57,12 +65,12 @@ pub(crate) fn solve(
     max_applications: u64,
     system: &mut impl LinearSystem,
     memory: &mut Memory,
-) -> (Vec<f64>, KrylovFigures) {
+) -> KrylovSolution {
     let size = norm(rhs);
     let mut x = vec![0.0; rhs.len()];
     let mut figures = KrylovFigures { residual: 0.0, applications: 0 };
     if size == 0.0 {
-        return (x, figures);
+        return KrylovSolution { x, figures };
     }
     let mut residual = rhs.to_vec();
     let mut prepared = vec![0.0; rhs.len()];
@@ -73,7 +81,7 @@ pub(crate) fn solve(
             || figures.applications >= max_applications
             || !start.is_finite()
         {
-            return (x, figures);
+            return KrylovSolution { x, figures };
         }
         scale(&mut residual, 1.0 / start);
         let mut basis = vec![residual];
@@ -115,7 +123,7 @@ pub(crate) fn solve(
             weights[i] = (rest[i] - known) / columns[i][i];
         }
         if columns.is_empty() {
-            return (x, figures);
+            return KrylovSolution { x, figures };
         }
         // the preconditioner once more is cheaper than keeping every preconditioned direction
         let mut sum = vec![0.0; rhs.len()];
@@ -128,7 +136,7 @@ pub(crate) fn solve(
         if rest[columns.len()].abs() <= tolerance * size || figures.applications >= max_applications
         {
             figures.residual = rest[columns.len()].abs() / size;
-            return (x, figures);
+            return KrylovSolution { x, figures };
         }
         residual = sum;
         system.apply(&mut residual, &x);
@@ -184,21 +192,21 @@ mod tests {
         let mut memory = Memory::default();
         for n in [3, 40, 200] {
             let rhs: Vec<f64> = (0..n).map(|i| (i as f64).cos()).collect();
-            let (x, figures) =
+            let KrylovSolution { x, figures } =
                 solve(&rhs, 1e-11, 2000, &mut Tridiagonal { preconditioned: false }, &mut memory);
             let mut back = vec![0.0; n];
             Tridiagonal { preconditioned: false }.apply(&mut back, &x);
             let defect =
                 norm(&back.iter().zip(&rhs).map(|(a, b)| a - b).collect::<Vec<_>>()) / norm(&rhs);
             assert!(defect <= 1.1e-11 && figures.residual <= 1e-11, "{n}: {defect:e} {figures:?}");
-            let (_, preconditioned) =
+            let KrylovSolution { figures: preconditioned, .. } =
                 solve(&rhs, 1e-11, 2000, &mut Tridiagonal { preconditioned: true }, &mut memory);
             assert!(preconditioned.applications <= figures.applications);
         }
         // long enough to restart, again and again
         let rhs: Vec<f64> = (0..2000).map(|i| (i as f64).cos()).collect();
         for _ in 0..3 {
-            let (_, figures) =
+            let KrylovSolution { figures, .. } =
                 solve(&rhs, 1e-13, 400, &mut Tridiagonal { preconditioned: false }, &mut memory);
             assert!(
                 figures.applications > 2 * RESTART as u64 && memory.0.len() <= RESTART + 1,
@@ -207,7 +215,7 @@ mod tests {
             );
         }
         assert_eq!(
-            solve(&[0.0; 4], 1e-8, 10, &mut Tridiagonal { preconditioned: false }, &mut memory).0,
+            solve(&[0.0; 4], 1e-8, 10, &mut Tridiagonal { preconditioned: false }, &mut memory).x,
             [0.0; 4]
         );
     }

@@ -1,14 +1,14 @@
 //! Where a solver begins, what it hands over, and when it may stop.
 
-use crate::model::{Dof, PerDof, Way};
+use crate::model::{Control, Dof, PerDof, Way};
 
 /// Where a solver begins, in the problem's units.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Start {
+pub(crate) struct Start {
     /// Tractions, zero where masked.
-    pub p: Vec<f64>,
+    pub(crate) p: Vec<f64>,
     /// Rigid motion.
-    pub motion: PerDof<f64>,
+    pub(crate) motion: PerDof<f64>,
 }
 
 /// What a solver hands over. Whether it is a solution is for the certificate to say.
@@ -25,7 +25,7 @@ pub struct Iterate {
     /// Operator applications (a Seidel sweep counts as one).
     pub operator_applications: u64,
     /// How it was found.
-    pub way: Way,
+    pub route: Way,
 }
 
 /// Why a solver stopped.
@@ -66,7 +66,7 @@ pub enum Stop {
 impl Stop {
     /// Whether the solver takes its iterate for a solution, or for something the certificate may
     /// still accept.
-    pub fn is_solution(&self) -> bool {
+    pub(crate) fn is_solution(&self) -> bool {
         !matches!(self, Stop::Slides { .. } | Stop::Unbalanced { .. } | Stop::OneRow { .. })
     }
 }
@@ -78,4 +78,13 @@ pub struct StopRule {
     pub tolerance: f64,
     /// Iterations after which to give up.
     pub max_iterations: u32,
+}
+
+/// What a solver is to reach, where it begins and when it may stop.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Conditions<'a> {
+    /// What governs the punch, in the problem's units.
+    pub(crate) controls: &'a PerDof<Control>,
+    pub(crate) start: &'a Start,
+    pub(crate) rule: &'a StopRule,
 }

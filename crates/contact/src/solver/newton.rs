@@ -16,12 +16,12 @@ use std::ops::Range;
 use faer::linalg::solvers::Solve;
 
 use super::free::{ContactElement, ContactState, Free};
-use super::gmres::{self, LinearSystem, Memory};
-use super::iterate::{Iterate, Start, Stop, StopRule};
+use super::gmres::{self, KrylovSolution, LinearSystem, Memory};
+use super::iterate::{Conditions, Iterate, Stop};
 use super::{controls, vector};
 use crate::common::parallel;
 use crate::influence::{Components, Diagonals, Direction, Scratch, Window, weighted_images};
-use crate::model::{Control, Dof, PerDof, Way, rigid_modes};
+use crate::model::{Dof, PerDof, Way, rigid_modes};
 use crate::problem::{Operator, Problem, h_u};
 
 /// Newton steps without a new smallest residual after which the iteration counts as stalled. Close
@@ -44,17 +44,20 @@ const CIRCLING: u64 = 3;
 
 /// Solves `problem` under `controls` (in the problem's units) from `start`; leaves the problem
 /// placed at the motion found.
-pub fn solve(
+pub(crate) fn solve(
     problem: &mut Problem,
     operator: &Operator,
-    controls: &PerDof<Control>,
-    start: &Start,
-    rule: &StopRule,
+    conditions: &Conditions<'_>,
 ) -> Iterate {
+    let Conditions { controls, start, rule } = *conditions;
     let governed = controls::governed(controls);
-    let asked = controls.map(controls::target);
+    let targets = controls.map(controls::target);
     let mut motion =
-        PerDof::from_fn(|dof| if governed.contains(&dof) { start.motion[dof] } else { asked[dof] });
+        PerDof::from_fn(
+            |dof| {
+                if governed.contains(&dof) { start.motion[dof] } else { targets[dof] }
+            },
+        );
     let mut p = start.p.clone();
     let diagonals = operator.table.diagonals();
     let target = 0.5 * rule.tolerance; // the certificate measures along another path of rounding
@@ -64,27 +67,27 @@ pub fn solve(
         stop: Stop::Diverged,
         iterations: 0,
         operator_applications: 0,
-        way: Way::Newton,
+        route: Way::Newton,
     };
     if governed.contains(&Dof::Approach) && p.iter().all(|p| *p == 0.0) {
-        motion[Dof::Approach] = controls::first_approach(problem, &motion, asked[Dof::Approach]);
+        motion[Dof::Approach] = controls::first_approach(problem, &motion, targets[Dof::Approach]);
     }
 
     let mut scratch = operator.scratch();
     let mut w = vec![0.0; p.len()];
     let mut memory = Memory::default();
     // the operator of the linear systems, on the part of the grid that the contact needs
-    let mut part: Option<(Window, Operator)> = None;
+    let mut local: Option<(Window, Operator)> = None;
     // the iterate nearest to a solution, its figure and when it was: what goes out if no solution
     // is found
-    let (mut best, mut best_at, mut best_iterate) = (f64::INFINITY, 0, (p.clone(), motion));
+    let (mut best, mut best_iteration, mut best_iterate) = (f64::INFINITY, 0, (p.clone(), motion));
     iterate.stop = loop {
         problem.place(&motion);
         operator.apply(&mut w, &p, &mut scratch);
         iterate.operator_applications += 1;
         w.iter_mut().zip(&problem.f).for_each(|(w, f)| *w -= f);
         let residual = problem.residual(&p, &w, diagonals);
-        let imbalance = controls::imbalances(problem, &p, &asked, &governed);
+        let imbalance = controls::imbalances(problem, &p, &targets, &governed);
         let mut worst = imbalance.iter().copied().fold(residual, f64::max);
         if residual <= target && worst <= target {
             worst = problem.violation(&p).max(worst);
@@ -96,27 +99,27 @@ pub fn solve(
             break Stop::Diverged;
         }
         if worst < best {
-            (best, best_at) = (worst, iterate.iterations);
+            (best, best_iteration) = (worst, iterate.iterations);
             best_iterate.0.copy_from_slice(&p);
             best_iterate.1 = motion;
-        } else if iterate.iterations - best_at > PATIENCE {
+        } else if iterate.iterations - best_iteration > PATIENCE {
             break Stop::Stalled { residual: best };
         }
         if iterate.iterations >= u64::from(rule.max_iterations) {
             break Stop::OutOfIterations { residual: worst };
         }
         let mut contact = Contact::of(problem, &p, &w, diagonals);
-        if iterate.iterations - best_at == CIRCLING {
+        if iterate.iterations - best_iteration == CIRCLING {
             contact.stick(problem.mu);
         }
-        let (window, inner) = contact.part(problem, operator, &mut part);
+        let (window, inner) = contact.surroundings(problem, operator, &mut local);
         let mut linear = Linear::new(problem, inner, window, &contact, scratch);
         let forcing = (0.5 * worst.min(1.0).sqrt()).clamp(1e-6, LOOSEST).max(0.1 * target / worst);
-        let moved = linear.step(&mut p, &w, &asked, &governed, forcing, &mut memory);
+        let changes = linear.step(&mut p, &w, &targets, &governed, forcing, &mut memory);
         iterate.operator_applications += linear.applications;
         scratch = linear.scratch;
-        for (dof, moved) in governed.iter().zip(moved) {
-            motion[*dof] += moved;
+        for (dof, change) in governed.iter().zip(changes) {
+            motion[*dof] += change;
         }
         iterate.iterations += 1;
     };
@@ -137,19 +140,19 @@ pub(super) fn stiffness(
     governed: &[Dof],
 ) -> (faer::Mat<f64>, u64) {
     let contact = Contact::of(problem, p, w, operator.table.diagonals());
-    let mut part = None;
-    let (window, inner) = contact.part(problem, operator, &mut part);
+    let mut local = None;
+    let (window, inner) = contact.surroundings(problem, operator, &mut local);
     let mut linear = Linear::new(problem, inner, window, &contact, operator.scratch());
     let resultants: Vec<Vec<f64>> = governed.iter().map(|&dof| linear.resultant(dof)).collect();
     let mut memory = Memory::default();
     let mut stiffness = faer::Mat::zeros(governed.len(), governed.len());
     for (j, &dof) in governed.iter().enumerate() {
         let rows = linear.rigid(dof);
-        let (answer, figures) =
+        let KrylovSolution { x, figures } =
             gmres::solve(&rows, 1e-4, MOST_APPLICATIONS, &mut linear, &mut memory);
         linear.applications += figures.applications;
         for (i, resultant) in resultants.iter().enumerate() {
-            stiffness[(i, j)] = vector::dot(resultant, &answer);
+            stiffness[(i, j)] = vector::dot(resultant, &x);
         }
     }
     (stiffness, linear.applications)
@@ -189,28 +192,28 @@ impl Contact {
                 for (i, e) in
                     row.map(|e| (e - j * nx, e)).filter(|(_, e)| problem.grid.is_active(*e))
                 {
-                    let (own, w) = (problem.traction(p, e), problem.gather(w, e));
-                    let mut x = problem.trial(own, w, diagonals);
+                    let (tractions, w) = (problem.traction(p, e), problem.gather(w, e));
+                    let mut x = problem.trial(tractions, w, diagonals);
                     if problem.pressure.is_some() {
-                        x[0] = own[0];
+                        x[0] = tractions[0];
                     }
                     if x[0] <= 0.0 {
-                        if own != [0.0; 3] {
+                        if tractions != [0.0; 3] {
                             contact.reach([[i, j]; 2]);
                         }
                         continue;
                     }
                     let bound = problem.mu * h_u(x[0], problem.ceiling);
-                    let traction = x[1].hypot(x[2]);
-                    let state = if traction <= bound && problem.mu > 0.0 {
+                    let tangential = x[1].hypot(x[2]);
+                    let state = if tangential <= bound && problem.mu > 0.0 {
                         ContactState::Stick
                     } else {
-                        let n = if traction > 0.0 {
-                            [x[1] / traction, x[2] / traction]
+                        let n = if tangential > 0.0 {
+                            [x[1] / tangential, x[2] / tangential]
                         } else {
                             [1.0, 0.0]
                         };
-                        let kappa = bound / traction;
+                        let kappa = bound / tangential;
                         // without friction the transverse component is not free, as with an
                         // infinite σ
                         let sigma = if kappa > 0.0 && is_plane {
@@ -232,14 +235,14 @@ impl Contact {
             }
             contact
         };
-        let parts = parallel::bands(problem.grid.len(), band);
+        let bands = parallel::bands(problem.grid.len(), band);
         let mut whole = Self {
-            elements: Vec::with_capacity(parts.iter().map(|part| part.elements.len()).sum()),
+            elements: Vec::with_capacity(bands.iter().map(|band| band.elements.len()).sum()),
             bounds: None,
         };
-        for part in parts {
-            whole.elements.extend(part.elements);
-            part.bounds.into_iter().for_each(|bounds| whole.reach(bounds));
+        for band in bands {
+            whole.elements.extend(band.elements);
+            band.bounds.into_iter().for_each(|bounds| whole.reach(bounds));
         }
         whole
     }
@@ -252,24 +255,24 @@ impl Contact {
         }
     }
 
-    /// The window that it fits in and the operator there, both kept in `part` as long as they do.
-    fn part<'a>(
+    /// The window that it fits in and the operator there, both kept in `local` as long as they do.
+    fn surroundings<'a>(
         &self,
         problem: &Problem,
         whole: &'a Operator,
-        part: &'a mut Option<(Window, Operator)>,
+        local: &'a mut Option<(Window, Operator)>,
     ) -> (Window, &'a Operator) {
         let all = Window::whole(&problem.grid);
         let Some(bounds) = self.bounds else { return (all, whole) };
-        if part.as_ref().is_none_or(|(window, _)| !window.holds(bounds)) {
+        if local.as_ref().is_none_or(|(window, _)| !window.holds(bounds)) {
             let window = Window::around(bounds, &problem.grid, &problem.mirror);
-            *part = if window == all {
+            *local = if window == all {
                 None
             } else {
                 Some((window, whole.within(window.size, problem.mirror)))
             };
         }
-        part.as_ref().map_or((all, whole), |(window, operator)| (*window, operator))
+        local.as_ref().map_or((all, whole), |(window, operator)| (*window, operator))
     }
 }
 
@@ -312,13 +315,13 @@ impl<'a> Linear<'a> {
         scratch: Scratch,
     ) -> Self {
         let free = Free::new(problem, window, &contact.elements);
-        let own = operator.table.coefficient(0, 0);
+        let coefficient = operator.table.coefficient(0, 0);
         let len = free.field_len();
         Self {
             problem,
             operator,
             free,
-            diagonal: own.xx.max(own.yy) + problem.epsilon,
+            diagonal: coefficient.xx.max(coefficient.yy) + problem.epsilon,
             borders: Borders::default(),
             field: vec![0.0; len],
             image: vec![0.0; len],
@@ -369,8 +372,8 @@ impl<'a> Linear<'a> {
         &mut self,
         p: &mut [f64],
         w: &[f64],
-        asked: &PerDof<f64>,
-        motions: &[Dof],
+        targets: &PerDof<f64>,
+        governed: &[Dof],
         forcing: f64,
         memory: &mut Memory,
     ) -> Vec<f64> {
@@ -379,17 +382,20 @@ impl<'a> Linear<'a> {
         // the tractions as far as they are known after the step, the unknown ones as they are
         let mut total = vec![0.0; self.free.field_len()];
         self.free.write(&mut total, |element, place| {
-            let own = self.problem.traction(p, window.element(place, grid));
+            let tractions = self.problem.traction(p, window.element(place, grid));
             let normal = if element.pressed || self.problem.pressure.is_some() {
-                own[0]
+                tractions[0]
             } else {
                 self.problem.ceiling
             };
             let tangential = match element.state {
-                ContactState::Stick => [own[1], own[2]],
+                ContactState::Stick => [tractions[1], tractions[2]],
                 ContactState::Slip { n, sigma } => {
-                    let across =
-                        if sigma.is_finite() { own[2] * n[0] - own[1] * n[1] } else { 0.0 };
+                    let across = if sigma.is_finite() {
+                        tractions[2] * n[0] - tractions[1] * n[1]
+                    } else {
+                        0.0
+                    };
                     [mu * normal * n[0] - across * n[1], mu * normal * n[1] + across * n[0]]
                 }
             };
@@ -413,38 +419,40 @@ impl<'a> Linear<'a> {
             );
             [0, 1, 2].map(|c| -(image[c] + epsilon * total[c] + w[c]))
         };
-        let mut own = vec![0.0; self.free.len()];
-        self.free.rows_of(&mut own, &total);
-        self.free.restrict(&mut rhs, 0.0, defect, |sigma, row, at| row - sigma * own[at]);
-        drop(own);
-        self.border(motions);
-        for &dof in motions {
+        let mut total_rows = vec![0.0; self.free.len()];
+        self.free.rows_of(&mut total_rows, &total);
+        let across = |sigma: f64, row: f64, index: usize| row - sigma * total_rows[index];
+        self.free.restrict(&mut rhs, 0.0, defect, across);
+        drop(total_rows);
+        self.border(governed);
+        for &dof in governed {
             let weights = self.weights(dof);
-            let part = |(element, place): (&ContactElement, usize)| {
+            let contribution = |(element, place): (&ContactElement, usize)| {
                 let (modes, total) = (self.modes(element), self.free.at(&total, place));
                 (0..3).map(|c| modes[c][dof] * weights[c] * total[c]).sum::<f64>()
             };
-            rhs.push(asked[dof] - self.free.elements().map(part).sum::<f64>());
+            rhs.push(targets[dof] - self.free.elements().map(contribution).sum::<f64>());
         }
         drop(total);
-        let (solution, figures) = gmres::solve(&rhs, forcing, MOST_APPLICATIONS, self, memory);
+        let KrylovSolution { x, figures } =
+            gmres::solve(&rhs, forcing, MOST_APPLICATIONS, self, memory);
         self.applications += figures.applications;
-        let (unknowns, moved) = solution.split_at(self.free.len());
+        let (unknowns, changes) = x.split_at(self.free.len());
         self.free.expand(&mut self.field, unknowns, mu, |_| 1.0);
         window.each_row(grid, known.len() / window.len(), |of_window, of_grid| {
             let change = self.field[of_window.clone()].iter().zip(&known[of_window]);
             p[of_grid].iter_mut().zip(change).for_each(|(p, (field, known))| *p += field + known);
         });
-        moved.to_vec()
+        changes.to_vec()
     }
 
     /// Prepares the linear system for these motions among the unknowns.
-    fn border(&mut self, motions: &[Dof]) {
-        if motions.is_empty() {
+    fn border(&mut self, governed: &[Dof]) {
+        if governed.is_empty() {
             return;
         }
         let mut borders = Borders::default();
-        for &dof in motions {
+        for &dof in governed {
             let rows = self.rigid(dof);
             let mut answer = vec![0.0; rows.len()];
             self.elastic_inverse(&mut answer, &rows);
@@ -452,7 +460,7 @@ impl<'a> Linear<'a> {
             borders.answers.push(answer);
             borders.resultants.push(self.resultant(dof));
         }
-        let size = motions.len();
+        let size = governed.len();
         let matrix = faer::Mat::from_fn(size, size, |i, j| {
             vector::dot(&borders.resultants[i], &borders.answers[j])
         });
@@ -483,23 +491,23 @@ impl<'a> Linear<'a> {
 impl LinearSystem for Linear<'_> {
     /// Free components and free motions to rows and resultants.
     fn apply(&mut self, image: &mut [f64], x: &[f64]) {
-        let (unknowns, moved) = x.split_at(self.free.len());
+        let (unknowns, motions) = x.split_at(self.free.len());
         let (rows, resultants) = image.split_at_mut(self.free.len());
         self.free.expand(&mut self.field, unknowns, self.problem.mu, |_| 1.0);
         self.operator.apply(&mut self.image, &self.field, &mut self.scratch);
         let (free, field, image, epsilon) =
             (&self.free, &self.field, &self.image, self.problem.epsilon);
         let values = |_: &ContactElement, place: usize| {
-            let (image, own) = (
+            let (image, tractions) = (
                 free.at(image, place),
                 if epsilon > 0.0 { free.at(field, place) } else { [0.0; 3] },
             );
-            [0, 1, 2].map(|c| image[c] + epsilon * own[c])
+            [0, 1, 2].map(|c| image[c] + epsilon * tractions[c])
         };
-        free.restrict(rows, 0.0, values, |sigma, row, at| row + sigma * unknowns[at]);
-        if !moved.is_empty() {
-            let back: Vec<f64> = moved.iter().map(|moved| -moved).collect();
-            vector::add(rows, &back, &self.borders.rows);
+        free.restrict(rows, 0.0, values, |sigma, row, index| row + sigma * unknowns[index]);
+        if !motions.is_empty() {
+            let minus: Vec<f64> = motions.iter().map(|motion| -motion).collect();
+            vector::add(rows, &minus, &self.borders.rows);
             for (resultant, row) in resultants.iter_mut().zip(&self.borders.resultants) {
                 *resultant = vector::dot(row, unknowns);
             }
@@ -508,16 +516,16 @@ impl LinearSystem for Linear<'_> {
 
     /// The elastic inverse, with the resultants exactly right.
     fn precondition(&mut self, x: &mut [f64], rows: &[f64]) {
-        let (rows, asked) = rows.split_at(self.free.len());
-        let (unknowns, moved) = x.split_at_mut(self.free.len());
+        let (rows, resultants) = rows.split_at(self.free.len());
+        let (unknowns, motions) = x.split_at_mut(self.free.len());
         self.elastic_inverse(unknowns, rows);
         if let Some(factors) = &self.borders.factors {
-            let mut missing = faer::Mat::from_fn(asked.len(), 1, |i, _| {
-                asked[i] - vector::dot(&self.borders.resultants[i], unknowns)
+            let mut missing = faer::Mat::from_fn(resultants.len(), 1, |i, _| {
+                resultants[i] - vector::dot(&self.borders.resultants[i], unknowns)
             });
             factors.solve_in_place(missing.as_mut());
-            moved.iter_mut().enumerate().for_each(|(i, moved)| *moved = missing[(i, 0)]);
-            vector::add(unknowns, moved, &self.borders.answers);
+            motions.iter_mut().enumerate().for_each(|(i, motion)| *motion = missing[(i, 0)]);
+            vector::add(unknowns, motions, &self.borders.answers);
         }
     }
 }

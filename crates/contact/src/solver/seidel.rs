@@ -39,7 +39,7 @@ pub fn solve(
     let mut p = start;
     let mut w = displacements(problem, table, &p);
     let mut sweeps = 0;
-    let (mut best, mut best_at) = (f64::INFINITY, 0);
+    let (mut best, mut best_sweep) = (f64::INFINITY, 0);
     let mut applications = 1;
     let stop = loop {
         let mut residual = problem.residual(&p, &w, diagonals);
@@ -55,22 +55,22 @@ pub fn solve(
             break Stop::Diverged;
         }
         if residual < best {
-            (best, best_at) = (residual, sweeps);
-        } else if sweeps - best_at > PATIENCE {
+            (best, best_sweep) = (residual, sweeps);
+        } else if sweeps - best_sweep > PATIENCE {
             break Stop::Stalled { residual: best };
         }
         if sweeps >= u64::from(rule.max_iterations) {
             break Stop::OutOfIterations { residual };
         }
         for &e in &elements {
-            let own = [p[e], p[k + e], p[2 * k + e]];
-            let v = [0, 1, 2].map(|c| w[c * k + e] + problem.epsilon * own[c]);
+            let old = [p[e], p[k + e], p[2 * k + e]];
+            let v = [0, 1, 2].map(|c| w[c * k + e] + problem.epsilon * old[c]);
             let new = g_mu(
-                [own[0] - v[0] / normal, own[1] - v[1] / tangential, own[2] - v[2] / tangential],
+                [old[0] - v[0] / normal, old[1] - v[1] / tangential, old[2] - v[2] / tangential],
                 problem.mu,
                 problem.ceiling,
             );
-            let change = [new[0] - own[0], new[1] - own[1], new[2] - own[2]];
+            let change = [new[0] - old[0], new[1] - old[1], new[2] - old[2]];
             if change != [0.0; 3] {
                 table.add_column(e, change, &mut w);
                 [p[e], p[k + e], p[2 * k + e]] = new;
@@ -85,7 +85,7 @@ pub fn solve(
         stop,
         iterations: sweeps,
         operator_applications: applications,
-        way: Way::Seidel,
+        route: Way::Seidel,
     }
 }
 
@@ -94,9 +94,9 @@ fn displacements(problem: &Problem, table: &InfluenceTable, p: &[f64]) -> Vec<f6
     let k = problem.grid.len();
     let mut w: Vec<f64> = problem.f.iter().map(|f| -f).collect();
     for e in problem.grid.active() {
-        let own = [p[e], p[k + e], p[2 * k + e]];
-        if own != [0.0; 3] {
-            table.add_column(e, own, &mut w);
+        let traction = [p[e], p[k + e], p[2 * k + e]];
+        if traction != [0.0; 3] {
+            table.add_column(e, traction, &mut w);
         }
     }
     w

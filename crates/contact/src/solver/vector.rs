@@ -10,22 +10,22 @@ const CHUNK: usize = 2048;
 
 /// v·v for every chunk and its products with every direction: in one pass over the vectors.
 pub(super) fn products(basis: &[Vec<f64>], v: &[f64]) -> (Vec<f64>, f64) {
-    let each = basis.len() + 1;
-    let mut parts = vec![0.0; v.len().div_ceil(CHUNK) * each];
-    let work = |(at, (part, v)): (usize, (&mut [f64], &[f64]))| {
-        for (sum, direction) in part.iter_mut().zip(basis) {
-            *sum = chunk_dot(&direction[at * CHUNK..][..v.len()], v);
+    let count = basis.len() + 1;
+    let mut chunk_sums = vec![0.0; v.len().div_ceil(CHUNK) * count];
+    let work = |(chunk, (sums, v)): (usize, (&mut [f64], &[f64]))| {
+        for (sum, direction) in sums.iter_mut().zip(basis) {
+            *sum = chunk_dot(&direction[chunk * CHUNK..][..v.len()], v);
         }
-        part[basis.len()] = chunk_dot(v, v);
+        sums[basis.len()] = chunk_dot(v, v);
     };
-    if is_worth_sharing(v.len() * each) {
-        parts.par_chunks_mut(each).zip(v.par_chunks(CHUNK)).enumerate().for_each(work);
+    if is_worth_sharing(v.len() * count) {
+        chunk_sums.par_chunks_mut(count).zip(v.par_chunks(CHUNK)).enumerate().for_each(work);
     } else {
-        parts.chunks_mut(each).zip(v.chunks(CHUNK)).enumerate().for_each(work);
+        chunk_sums.chunks_mut(count).zip(v.chunks(CHUNK)).enumerate().for_each(work);
     }
-    let mut sums = vec![0.0; each];
-    for part in parts.chunks_exact(each) {
-        sums.iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
+    let mut sums = vec![0.0; count];
+    for chunk in chunk_sums.chunks_exact(count) {
+        sums.iter_mut().zip(chunk).for_each(|(sum, of_chunk)| *sum += of_chunk);
     }
     let square = sums.pop().unwrap_or(0.0);
     (sums, square)
@@ -33,28 +33,28 @@ pub(super) fn products(basis: &[Vec<f64>], v: &[f64]) -> (Vec<f64>, f64) {
 
 /// v += Σ weight · direction; gives v·v.
 pub(super) fn add(v: &mut [f64], weights: &[f64], basis: &[Vec<f64>]) -> f64 {
-    let work = |(at, v): (usize, &mut [f64])| {
+    let work = |(chunk, v): (usize, &mut [f64])| {
         for (weight, direction) in weights.iter().zip(basis) {
-            v.iter_mut().zip(&direction[at * CHUNK..]).for_each(|(v, d)| *v += weight * d);
+            v.iter_mut().zip(&direction[chunk * CHUNK..]).for_each(|(v, d)| *v += weight * d);
         }
         chunk_dot(v, v)
     };
-    let parts: Vec<f64> = if is_worth_sharing(v.len() * (1 + weights.len())) {
+    let squares: Vec<f64> = if is_worth_sharing(v.len() * (1 + weights.len())) {
         v.par_chunks_mut(CHUNK).enumerate().map(work).collect()
     } else {
         v.chunks_mut(CHUNK).enumerate().map(work).collect()
     };
-    parts.iter().sum()
+    squares.iter().sum()
 }
 
 /// a·b
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let parts: Vec<f64> = if is_worth_sharing(a.len()) {
+    let products: Vec<f64> = if is_worth_sharing(a.len()) {
         a.par_chunks(CHUNK).zip(b.par_chunks(CHUNK)).map(|(a, b)| chunk_dot(a, b)).collect()
     } else {
         a.chunks(CHUNK).zip(b.chunks(CHUNK)).map(|(a, b)| chunk_dot(a, b)).collect()
     };
-    parts.iter().sum()
+    products.iter().sum()
 }
 
 /// √(a·a)
