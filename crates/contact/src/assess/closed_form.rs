@@ -130,8 +130,9 @@ impl ClosedForm {
         let pressure = self.pressure.at(x, y);
         let [along_x, along_y] = match self.traction {
             Traction::Zero => [0.0; 2],
-            Traction::PartialSlip { friction, sticking } => friction
-                .map(|friction| friction * (pressure - sticking.map_or(0.0, |part| part.at(x, y)))),
+            Traction::PartialSlip { friction, sticking } => friction.map(|friction| {
+                friction * (pressure - sticking.map_or(0.0, |inner| inner.at(x, y)))
+            }),
             Traction::Disk { center: [qx, qy], turn, radius } => {
                 [qx - turn * y, qy + turn * x].map(|traction| traction * inverse_root(x, y, radius))
             }
@@ -158,7 +159,7 @@ impl ClosedForm {
     /// Where the tractions are not smooth.
     pub(super) fn kinks(&self) -> Kinks {
         let sticking = match self.traction {
-            Traction::PartialSlip { sticking, .. } => sticking.map(|part| part.semi_axes()),
+            Traction::PartialSlip { sticking, .. } => sticking.map(|inner| inner.semi_axes()),
             Traction::Zero | Traction::Disk { .. } => None,
         };
         Kinks {
@@ -375,10 +376,10 @@ fn curved(scene: &Scene, indenter: &Indenter, bodies: &HalfSpace) -> Option<Clos
     // with ν = 0 and no coupling each tangential direction has the operator of the normal one, so
     // that μ times the change of pressure with approach moves the surface by μ times the change of
     // approach wherever both contacts have been
-    let (amount, direction, given_force) =
-        one_direction(last.target[Dof::ShiftX], last.target[Dof::ShiftY])?;
+    let Pull { amount, direction, is_force } =
+        pull(last.target[Dof::ShiftX], last.target[Dof::ShiftY])?;
     let limit = mu * normal.load;
-    let remaining = if given_force {
+    let remaining = if is_force {
         if amount >= limit {
             return None;
         }
@@ -387,25 +388,34 @@ fn curved(scene: &Scene, indenter: &Indenter, bodies: &HalfSpace) -> Option<Clos
         (approach - amount / mu).max(0.0)
     };
     let sticking = (remaining > 0.0).then(|| indenter.pressed(remaining));
-    let force = limit - mu * sticking.as_ref().map_or(0.0, |part| part.load);
-    let shift = if given_force { mu * (approach - remaining) } else { amount };
+    let force = limit - mu * sticking.as_ref().map_or(0.0, |inner| inner.load);
+    let shift = if is_force { mu * (approach - remaining) } else { amount };
     [exact.resultants[Dof::ShiftX], exact.resultants[Dof::ShiftY]] =
         direction.map(|along| along * force);
     [exact.motion.shift_x, exact.motion.shift_y] = direction.map(|along| along * shift);
-    exact.stick_semi_axes = sticking.as_ref().map_or([0.0; 2], |part| part.pressure.semi_axes());
+    exact.stick_semi_axes = sticking.as_ref().map_or([0.0; 2], |inner| inner.pressure.semi_axes());
     exact.traction = Traction::PartialSlip {
         friction: direction.map(|along| along * mu),
-        sticking: sticking.map(|part| part.pressure),
+        sticking: sticking.map(|inner| inner.pressure),
     };
     [exact.name, exact.source] = partial_slip;
     Some(exact)
 }
 
-/// How far or with which force two components go, their unit vector, and whether it is a force;
-/// `None` when one is given a motion and the other a force that together have no direction of their
-/// own.
-fn one_direction(x: Control, y: Control) -> Option<(f64, [f64; 2], bool)> {
-    let (along, given_force) = match (x, y) {
+/// A motion or a force sideways, in one direction.
+struct Pull {
+    /// Its size \[m\] or \[N\].
+    amount: f64,
+    /// Its unit vector.
+    direction: [f64; 2],
+    /// Whether it is a force.
+    is_force: bool,
+}
+
+/// The pull of two components; `None` when one is given a motion and the other a force that
+/// together have no direction of their own.
+fn pull(x: Control, y: Control) -> Option<Pull> {
+    let (components, is_force) = match (x, y) {
         (Control::Motion(x), Control::Motion(y)) => ([x, y], false),
         (Control::Force(x), Control::Force(y)) => ([x, y], true),
         (Control::Motion(x), Control::Force(0.0)) => ([x, 0.0], false),
@@ -414,8 +424,17 @@ fn one_direction(x: Control, y: Control) -> Option<(f64, [f64; 2], bool)> {
         (Control::Motion(0.0), Control::Force(y)) => ([0.0, y], true),
         _ => return None,
     };
-    let amount = along[0].hypot(along[1]);
-    Some((amount, along.map(|part| part / amount), given_force))
+    let amount = components[0].hypot(components[1]);
+    Some(Pull { amount, direction: components.map(|component| component / amount), is_force })
+}
+
+/// The end of a leg under a flat disk.
+struct DiskEnd {
+    controls: PerDof<Control>,
+    motion: PerDof<f64>,
+    resultants: PerDof<f64>,
+    pressure: Pressure,
+    traction: Traction,
 }
 
 /// A flat disk, whose contact is its sole: everything is proportional to the motions, whatever the
@@ -467,9 +486,9 @@ fn disk(scene: &Scene, radius: f64, bodies: &HalfSpace) -> Option<ClosedForm> {
         }
         let traction =
             if most > 0.0 { Traction::Disk { center, turn, radius } } else { Traction::Zero };
-        end = Some((leg.target, motion, resultants, pressure, traction));
+        end = Some(DiskEnd { controls: leg.target, motion, resultants, pressure, traction });
     }
-    let (controls, motion, resultants, pressure, traction) = end?;
+    let DiskEnd { controls, motion, resultants, pressure, traction } = end?;
     let moves = |dofs: &[Dof]| dofs.iter().any(|dof| resultants[*dof] != 0.0);
     let (name, source) = match (moves(&Dof::SHIFTS), moves(&[Dof::Twist]), moves(&Dof::TILTS)) {
         (true, true, _) => (

@@ -34,7 +34,7 @@ impl Errors {
 
     /// The one of this name.
     pub fn get(&self, name: &str) -> Option<f64> {
-        self.named().find(|(own, _)| *own == name)?.1
+        self.named().find(|(figure, _)| *figure == name)?.1
     }
 
     /// The end of a path against the closed form of its scene. Local means are taken on the box
@@ -78,14 +78,15 @@ impl Errors {
             norms::norm(reference_fields)?,
         ]);
         let parts = norms::parts(reference_fields, [PARTS; 2])?;
-        let [own, means] =
+        let [means, exact_means] =
             [norms::local_means(fields, &parts)?, norms::local_means(reference_fields, &parts)?];
-        let local = significant([norms::distance(&own, &means)?, norms::norm(&means)?]);
+        let local =
+            significant([norms::distance(&means, &exact_means)?, norms::norm(&exact_means)?]);
         Some(Self::of(&Figures::of(end), &Figures::of(reference), controls, strong, local))
     }
 
     fn of(
-        own: &Figures,
+        computed: &Figures,
         reference: &Figures,
         controls: &PerDof<Control>,
         strong: Relative,
@@ -101,17 +102,18 @@ impl Errors {
         let vector = |as_force: bool, dofs: &[Dof], kind: f64| {
             let values =
                 |figures: &Figures| if as_force { figures.resultants } else { figures.motion };
-            let (own, exact) = (values(own), values(reference));
+            let (computed, exact) = (values(computed), values(reference));
             let size = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::hypot);
-            let (all, off) = (
+            let (all, difference) = (
                 size(&mut dofs.iter().map(|dof| exact[*dof])),
-                size(&mut dofs.iter().map(|dof| own[*dof] - exact[*dof])),
+                size(&mut dofs.iter().map(|dof| computed[*dof] - exact[*dof])),
             );
             (all > NEGLIGIBLE * kind && !dofs.iter().all(|dof| is_given(*dof, as_force)))
-                .then(|| off / all)
+                .then(|| difference / all)
         };
-        let relative =
-            |own: f64, exact: f64, unit: f64| (unit > 0.0).then(|| (own - exact).abs() / unit);
+        let relative = |computed: f64, exact: f64, unit: f64| {
+            (unit > 0.0).then(|| (computed - exact).abs() / unit)
+        };
         let figures = FigureErrors {
             load: vector(true, &[Dof::Approach], 0.0),
             approach: vector(false, &[Dof::Approach], 0.0),
@@ -119,12 +121,12 @@ impl Errors {
             shift: vector(false, &Dof::SHIFTS, approach),
             moment: vector(true, &Dof::ROTATIONS, load * length),
             rotation: vector(false, &Dof::ROTATIONS, approach / length),
-            peak_pressure: own
+            peak_pressure: computed
                 .peak
                 .zip(reference.peak)
-                .and_then(|(own, exact)| relative(own, exact, exact)),
-            contact_area: relative(own.areas[0], reference.areas[0], reference.areas[0]),
-            stick_area: relative(own.areas[1], reference.areas[1], reference.areas[0]),
+                .and_then(|(computed, exact)| relative(computed, exact, exact)),
+            contact_area: relative(computed.areas[0], reference.areas[0], reference.areas[0]),
+            stick_area: relative(computed.areas[1], reference.areas[1], reference.areas[0]),
             pressure: strong.pressure,
             traction: strong.traction,
         };
@@ -143,12 +145,12 @@ struct Figures {
 
 impl Figures {
     fn of(end: &StepOutcome) -> Self {
-        let o = &end.observables;
+        let observables = &end.observables;
         Self {
             motion: end.motion.per_dof(),
-            resultants: o.resultants(),
-            peak: Some(o.peak_pressure),
-            areas: [o.contact_area, o.stick_area],
+            resultants: observables.resultants(),
+            peak: Some(observables.peak_pressure),
+            areas: [observables.contact_area, observables.stick_area],
         }
     }
 }
@@ -174,28 +176,32 @@ fn distance(fields: &Fields, exact: &ClosedForm) -> [Norm; 2] {
     for (y, j) in &cells[1] {
         for (x, i) in &cells[0] {
             let element = i.zip(*j).map(|(i, j)| j * fields.shape[0] as usize + i);
-            let own = element
+            let traction = element
                 .map_or([0.0; 3], |e| {
                     [fields.pressure[e], fields.traction_x[e], fields.traction_y[e]]
                 })
                 .map(|p| p / unit);
-            let over = Rectangle { x: *x, y: *y };
-            let parts = if is_outside(over, exact.semi_axes) {
+            let rectangle = Rectangle { x: *x, y: *y };
+            let integrals = if is_outside(rectangle, exact.semi_axes) {
                 let area = (x[1] - x[0]) * (y[1] - y[0]);
-                [own[0] * own[0] * area, (own[1] * own[1] + own[2] * own[2]) * area, 0.0, 0.0]
+                let densities = [
+                    traction[0] * traction[0],
+                    traction[1] * traction[1] + traction[2] * traction[2],
+                ];
+                [densities[0] * area, densities[1] * area, 0.0, 0.0]
             } else {
-                kinks.integrate(over, &|x, y| {
+                kinks.integrate(rectangle, &|x, y| {
                     let p = exact.tractions_at(x, y).map(|p| p / unit);
-                    let off = [0, 1, 2].map(|c| own[c] - p[c]);
+                    let difference = [0, 1, 2].map(|c| traction[c] - p[c]);
                     [
-                        off[0] * off[0],
-                        off[1] * off[1] + off[2] * off[2],
+                        difference[0] * difference[0],
+                        difference[1] * difference[1] + difference[2] * difference[2],
                         p[0] * p[0],
                         p[1] * p[1] + p[2] * p[2],
                     ]
                 })
             };
-            squares.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
+            squares.iter_mut().zip(integrals).for_each(|(sum, integral)| *sum += integral);
         }
     }
     let [pressure, traction, exact_pressure, exact_traction] =
@@ -210,9 +216,9 @@ fn unit(exact: &ClosedForm) -> f64 {
 }
 
 /// Whether a rectangle lies outside an ellipse around the origin.
-fn is_outside(over: Rectangle, [a, b]: [f64; 2]) -> bool {
+fn is_outside(rectangle: Rectangle, [a, b]: [f64; 2]) -> bool {
     let nearest = |[low, high]: [f64; 2]| low.max(-high).max(0.0);
-    (nearest(over.x) / a).hypot(nearest(over.y) / b) >= 1.0
+    (nearest(rectangle.x) / a).hypot(nearest(rectangle.y) / b) >= 1.0
 }
 
 /// The columns or rows of elements as intervals with their indices, and what of ± `reach` lies
@@ -241,8 +247,8 @@ fn local_distance(fields: &Fields, exact: &ClosedForm) -> Option<[Norm; 2]> {
     let first = 0.5 * (1.0 - PARTS as f64);
     let parts = Grid::new(PARTS, PARTS, hx, hy, [first * hx, first * hy]).ok()?;
     let means = means(exact, &exact.kinks(), &parts);
-    let own = norms::local_means(fields, &parts)?;
-    Some([norms::distance(&own, &means)?, norms::norm(&means)?])
+    let computed = norms::local_means(fields, &parts)?;
+    Some([norms::distance(&computed, &means)?, norms::norm(&means)?])
 }
 
 /// The means of a closed form's tractions over the elements of a grid.
@@ -250,11 +256,11 @@ fn means(exact: &ClosedForm, kinks: &Kinks, grid: &Grid) -> Fields {
     let half = [0.5 * grid.hx(), 0.5 * grid.hy()];
     let of_element = |e: usize| {
         let [x, y] = grid.center(e);
-        let over = Rectangle { x: [x - half[0], x + half[0]], y: [y - half[1], y + half[1]] };
-        if is_outside(over, exact.semi_axes) {
+        let rectangle = Rectangle { x: [x - half[0], x + half[0]], y: [y - half[1], y + half[1]] };
+        if is_outside(rectangle, exact.semi_axes) {
             [0.0; 3]
         } else {
-            kinks.integrate(over, &|x, y| exact.tractions_at(x, y))
+            kinks.integrate(rectangle, &|x, y| exact.tractions_at(x, y))
         }
     };
     let means: Vec<[f64; 3]> =

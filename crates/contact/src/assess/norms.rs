@@ -33,8 +33,8 @@ pub struct Relative {
 
 impl Norm {
     /// This one in units of `reference`.
-    pub fn over(self, reference: Norm) -> Relative {
-        let ratio = |own: f64, unit: f64| (unit > 0.0).then(|| own / unit);
+    pub(crate) fn over(self, reference: Norm) -> Relative {
+        let ratio = |norm: f64, unit: f64| (unit > 0.0).then(|| norm / unit);
         Relative {
             pressure: ratio(self.pressure, reference.pressure),
             traction: ratio(self.traction, reference.traction),
@@ -72,12 +72,12 @@ pub fn distance(a: &Fields, b: &Fields) -> Option<Norm> {
         rows.iter_mut().zip(&intervals.y).collect(),
         |(row, y)| {
             for x in &intervals.x {
-                let own = at(x.first, y.first, a.shape);
-                let other = at(x.second, y.second, b.shape);
+                let first = element_index(x.first, y.first, a.shape);
+                let second = element_index(x.second, y.second, b.shape);
                 for (sum, (p, q)) in row.iter_mut().zip(values.iter().zip(&others)) {
                     // squares of tractions in Pa leave the range of doubles before the tractions do
                     let difference =
-                        own.map_or(0.0, |e| p[e] / unit) - other.map_or(0.0, |e| q[e] / unit);
+                        first.map_or(0.0, |e| p[e] / unit) - second.map_or(0.0, |e| q[e] / unit);
                     *sum += difference * difference * x.length;
                 }
             }
@@ -114,9 +114,10 @@ pub fn local_means(fields: &Fields, onto: &Grid) -> Option<Fields> {
         let mut means = vec![0.0; onto.len()];
         for y in &intervals.y {
             for x in &intervals.x {
-                if let (Some(from), Some(to)) =
-                    (at(x.first, y.first, fields.shape), at(x.second, y.second, target.shape))
-                {
+                if let (Some(from), Some(to)) = (
+                    element_index(x.first, y.first, fields.shape),
+                    element_index(x.second, y.second, target.shape),
+                ) {
                     means[to] += values[from] * ((x.length / onto.hx()) * (y.length / onto.hy()));
                 }
             }
@@ -125,19 +126,6 @@ pub fn local_means(fields: &Fields, onto: &Grid) -> Option<Fields> {
     };
     let [pressure, traction_x, traction_y] = blocks(fields).map(mean);
     Some(Fields { pressure, traction_x, traction_y, ..target })
-}
-
-/// The distance of the local means of a solution from those of a reference, over nx × ny equal
-/// parts of the reference's grid, in the norm of the reference's means. A weak measure: for a fixed
-/// number of parts it goes to 0 whenever the solution converges weakly. `None` also where there are
-/// no parts.
-pub fn relative_local_distance(
-    fields: &Fields,
-    reference: &Fields,
-    count: [usize; 2],
-) -> Option<Relative> {
-    let parts = parts(reference, count)?;
-    relative_distance(&local_means(fields, &parts)?, &local_means(reference, &parts)?)
 }
 
 /// The rectangle that fields lie on, in nx × ny equal parts.
@@ -176,7 +164,7 @@ fn blocks(fields: &Fields) -> [&[f64]; 3] {
 }
 
 /// Index of element (i, j), if that is one.
-fn at(i: Option<usize>, j: Option<usize>, shape: [u32; 2]) -> Option<usize> {
+fn element_index(i: Option<usize>, j: Option<usize>, shape: [u32; 2]) -> Option<usize> {
     Some(j? * shape[0] as usize + i?)
 }
 
@@ -331,9 +319,5 @@ mod tests {
         assert_eq!(distance(&row(0.0, f64::NAN, &[1.0]), &Fields::default()), None);
         assert_eq!(resultants(&row(0.0, 0.0, &[1.0])), None);
         assert_eq!(norm(&Fields::default()), Some(Norm::default()));
-        assert_eq!(
-            relative_local_distance(&row(0.0, 1.0, &[1.0]), &row(0.0, 1.0, &[1.0]), [0, 1]),
-            None
-        );
     }
 }

@@ -37,24 +37,25 @@ impl Kinks {
     /// point next to the ellipse from one on it.
     pub(super) fn integrate<const N: usize>(
         &self,
-        over: Rectangle,
+        rectangle: Rectangle,
         f: &impl Fn(f64, f64) -> [f64; N],
     ) -> [f64; N] {
-        self.halved(over, f, HALVINGS)
+        self.halved(rectangle, f, HALVINGS)
     }
 
     fn halved<const N: usize>(
         &self,
-        over: Rectangle,
+        rectangle: Rectangle,
         f: &impl Fn(f64, f64) -> [f64; N],
-        left: u32,
+        halvings: u32,
     ) -> [f64; N] {
-        let size = [over.x[1] - over.x[0], over.y[1] - over.y[0]];
+        let Rectangle { x, y } = rectangle;
+        let size = [x[1] - x[0], y[1] - y[0]];
         let longest = size[0].max(size[1]);
         let distance = |[low, high]: [f64; 2]| low.max(-high).max(0.0);
         // three quarters, for a part that lies its own size away is far enough
-        if left == 0 || !self.center || distance(over.x).max(distance(over.y)) >= 0.75 * longest {
-            return self.without_center(over, f);
+        if halvings == 0 || !self.center || distance(x).max(distance(y)) >= 0.75 * longest {
+            return self.without_center(rectangle, f);
         }
         let halves = |[low, high]: [f64; 2]| {
             let middle = if low < 0.0 && high > 0.0 { 0.0 } else { 0.5 * (low + high) };
@@ -62,12 +63,12 @@ impl Kinks {
         };
         let mut sum = [0.0; N];
         if size[0] == longest {
-            halves(over.x).into_iter().for_each(|x| {
-                add(&mut sum, self.halved(Rectangle { x, ..over }, f, left - 1), 1.0)
+            halves(x).into_iter().for_each(|x| {
+                add(&mut sum, self.halved(Rectangle { x, ..rectangle }, f, halvings - 1), 1.0)
             });
         } else {
-            halves(over.y).into_iter().for_each(|y| {
-                add(&mut sum, self.halved(Rectangle { y, ..over }, f, left - 1), 1.0)
+            halves(y).into_iter().for_each(|y| {
+                add(&mut sum, self.halved(Rectangle { y, ..rectangle }, f, halvings - 1), 1.0)
             });
         }
         sum
@@ -75,23 +76,28 @@ impl Kinks {
 
     fn without_center<const N: usize>(
         &self,
-        over: Rectangle,
+        rectangle: Rectangle,
         f: &impl Fn(f64, f64) -> [f64; N],
     ) -> [f64; N] {
-        if self.ellipses.iter().all(|semi_axes| !is_near(over, *semi_axes)) {
-            let line = |y: f64| gauss_legendre(over.x, FAR_POINTS, &|x| f(x, y));
-            return gauss_legendre(over.y, FAR_POINTS, &line);
+        if self.ellipses.iter().all(|semi_axes| !is_near(rectangle, *semi_axes)) {
+            let line = |y: f64| gauss_legendre(rectangle.x, FAR_POINTS, &|x| f(x, y));
+            return gauss_legendre(rectangle.y, FAR_POINTS, &line);
         }
         // where a chord's end jumps from an ellipse to a side of the rectangle or the chord ends
         // altogether
         let turns = self.ellipses.iter().flat_map(|&[a, b]| {
-            over.x.map(|x| (x / a).abs()).into_iter().chain([0.0]).map(move |x| b * cathetus(x))
+            rectangle
+                .x
+                .map(|x| (x / a).abs())
+                .into_iter()
+                .chain([0.0])
+                .map(move |x| b * cathetus(x))
         });
         let line = |y: f64| {
             let ends = self.ellipses.iter().map(|&[a, b]| a * cathetus((y / b).abs()));
-            pieces(over.x, ends, &|x| f(x, y))
+            pieces(rectangle.x, ends, &|x| f(x, y))
         };
-        pieces(over.y, turns, &line)
+        pieces(rectangle.y, turns, &line)
     }
 }
 
@@ -101,25 +107,26 @@ fn cathetus(s: f64) -> f64 {
 }
 
 /// Whether an ellipse passes through the rectangle or less than its size beside it.
-fn is_near(over: Rectangle, [a, b]: [f64; 2]) -> bool {
-    let (width, height) = (over.x[1] - over.x[0], over.y[1] - over.y[0]);
+fn is_near(rectangle: Rectangle, [a, b]: [f64; 2]) -> bool {
+    let Rectangle { x, y } = rectangle;
+    let (width, height) = (x[1] - x[0], y[1] - y[0]);
     let range = |[low, high]: [f64; 2], margin: f64| {
         let (low, high) = (low - margin, high + margin);
         let nearest = if low < 0.0 && high > 0.0 { 0.0 } else { low.abs().min(high.abs()) };
         [nearest, low.abs().max(high.abs())]
     };
-    let (x, y) = (range(over.x, width), range(over.y, height));
+    let (x, y) = (range(x, width), range(y, height));
     (x[0] / a).hypot(y[0] / b) < 1.0 && (x[1] / a).hypot(y[1] / b) > 1.0
 }
 
-/// ∫ f over an interval, cut at ± each of `at`, by a rule for roots at the ends of each piece.
+/// ∫ f over an interval, cut at ± each of `points`, by a rule for roots at the ends of each piece.
 fn pieces<const N: usize>(
     [low, high]: [f64; 2],
-    at: impl Iterator<Item = f64>,
+    points: impl Iterator<Item = f64>,
     f: &impl Fn(f64) -> [f64; N],
 ) -> [f64; N] {
     let mut cuts: Vec<f64> =
-        at.flat_map(|x| [-x, x]).filter(|x| *x > low && *x < high).chain([low, high]).collect();
+        points.flat_map(|x| [-x, x]).filter(|x| *x > low && *x < high).chain([low, high]).collect();
     cuts.sort_unstable_by(f64::total_cmp);
     let mut sum = [0.0; N];
     for piece in cuts.windows(2) {
@@ -127,8 +134,8 @@ fn pieces<const N: usize>(
         let rooted = |t: f64| {
             // from the nearer end, so that a root's argument keeps its digits
             let s = t.min(1.0 - t);
-            let way = length * s * s * (3.0 - 2.0 * s);
-            let mut value = f(if t < 0.5 { piece[0] + way } else { piece[1] - way });
+            let distance = length * s * s * (3.0 - 2.0 * s);
+            let mut value = f(if t < 0.5 { piece[0] + distance } else { piece[1] - distance });
             value.iter_mut().for_each(|v| *v *= 6.0 * length * t * (1.0 - t));
             value
         };
@@ -150,9 +157,9 @@ fn gauss_legendre<const N: usize>(
     sum
 }
 
-fn add<const N: usize>(sum: &mut [f64; N], part: [f64; N], weight: f64) {
-    for (sum, part) in sum.iter_mut().zip(part) {
-        *sum += weight * part;
+fn add<const N: usize>(sum: &mut [f64; N], term: [f64; N], weight: f64) {
+    for (sum, term) in sum.iter_mut().zip(term) {
+        *sum += weight * term;
     }
 }
 
