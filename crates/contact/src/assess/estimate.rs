@@ -43,22 +43,30 @@ pub(crate) fn coarser(elements: [u32; 2]) -> Option<[u32; 2]> {
     elements.iter().all(|n| *n >= FEWEST).then(|| elements.map(|n| n.div_ceil(2)))
 }
 
+/// A path that has been followed.
+pub(crate) struct PathSolution<'a> {
+    /// The outcomes of its increments.
+    pub(crate) steps: &'a [StepOutcome],
+    /// The fields of the last one.
+    pub(crate) fields: &'a Fields,
+}
+
 /// The estimate for the end of a path, from that of the same path on a coarser grid; `None` where a
 /// path has no end that was solved, or no contact there.
 pub(crate) fn estimate(
     scene: &Scene,
     numerics: &Numerics,
-    (steps, fields): (&[StepOutcome], &Fields),
-    (coarse_steps, coarse_fields): (&[StepOutcome], &Fields),
+    PathSolution { steps, fields }: PathSolution<'_>,
+    coarse: PathSolution<'_>,
 ) -> Option<Estimate> {
-    let (end, coarse_end) = (steps.last()?, coarse_steps.last()?);
+    let (end, coarse_end) = (steps.last()?, coarse.steps.last()?);
     let controls = scene.loading.legs().last()?.target;
     let difference =
-        Errors::against_solution(coarse_end, coarse_fields, end, fields, &controls)?.figures;
+        Errors::against_solution(coarse_end, coarse.fields, end, fields, &controls)?.figures;
     let size = |fields: &Fields| (fields.element[0] * fields.element[1]).sqrt();
     // the differences of first-order figures are errors times this
-    let gain = size(coarse_fields) / size(fields) - 1.0;
-    let of = |difference: Option<f64>, factor: f64, least: f64| {
+    let gain = size(coarse.fields) / size(fields) - 1.0;
+    let bound = |difference: Option<f64>, factor: f64, least: f64| {
         difference.map(|d| (factor * d / gain).max(least))
     };
     let squares = |distance: Option<f64>| distance.map_or(0.0, |distance| distance * distance);
@@ -70,16 +78,16 @@ pub(crate) fn estimate(
     let energy = 0.5 * size(fields) / (contact / std::f64::consts::PI).sqrt();
     let is_at_edge = reaches_an_edge(fields);
     let order = if is_at_edge { 2.0 } else { 1.5 };
-    let along = |difference: Option<f64>| of(difference, order, energy * normal);
+    let along = |difference: Option<f64>| bound(difference, order, energy * normal);
     let across =
-        |difference: Option<f64>| of(difference, order, energy * normal.max(0.6 * tangential));
+        |difference: Option<f64>| bound(difference, order, energy * normal.max(0.6 * tangential));
     // a sole whose staircase has another area on another grid has an uncertain edge too
     let is_staircase =
         (end.observables.sole_area / coarse_end.observables.sole_area - 1.0).abs() > 1e-9;
-    let area = |difference: Option<f64>, of_it: &[State], with_sole: bool| {
-        let part =
-            0.4 * rim(fields, of_it, with_sole) as f64 * fields.element[0] * fields.element[1];
-        of(difference, 1.0, part / contact)
+    let area = |difference: Option<f64>, states: &[State], with_sole: bool| {
+        let uncertain =
+            0.4 * rim(fields, states, with_sole) as f64 * fields.element[0] * fields.element[1];
+        bound(difference, 1.0, uncertain / contact)
     };
     let is_limited = end.observables.ceiling_elements > 0 || resolves(numerics.epsilon, fields);
     let is_bounded = is_limited || !is_at_edge;
@@ -91,12 +99,12 @@ pub(crate) fn estimate(
         shift: across(difference.shift),
         moment: across(difference.moment),
         rotation: across(difference.rotation),
-        peak_pressure: of(difference.peak_pressure, 1.0, 0.2 * normal)
+        peak_pressure: bound(difference.peak_pressure, 1.0, 0.2 * normal)
             .filter(|_| is_bounded && has_peak),
         contact_area: area(difference.contact_area, &CONTACT, is_staircase),
         stick_area: area(difference.stick_area, &[State::Stick], true),
-        pressure: of(difference.pressure, 1.1, 0.0).filter(|_| is_bounded),
-        traction: of(difference.traction, 1.1, 0.0).filter(|_| is_bounded),
+        pressure: bound(difference.pressure, 1.1, 0.0).filter(|_| is_bounded),
+        traction: bound(difference.traction, 1.1, 0.0).filter(|_| is_bounded),
     };
     let solver = 4.0
         * steps
@@ -127,7 +135,8 @@ fn reaches_an_edge(fields: &Fields) -> bool {
 /// those at the edge of the sole.
 fn rim(fields: &Fields, inside: &[State], with_sole: bool) -> usize {
     let is_beyond = |state: u8| {
-        inside.iter().all(|own| *own as u8 != state) && (with_sole || state != State::Outside as u8)
+        inside.iter().all(|inner| *inner as u8 != state)
+            && (with_sole || state != State::Outside as u8)
     };
     elements_in(fields, inside)
         .filter(|neighbours| neighbours.iter().flatten().any(|state| is_beyond(*state)))
@@ -140,10 +149,11 @@ fn elements_in(fields: &Fields, inside: &[State]) -> impl Iterator<Item = [Optio
     let state = move |i: usize, j: usize| {
         (i < nx && j < ny).then(|| fields.state.get(j * nx + i).copied()).flatten()
     };
-    let is_inside =
-        move |at: &usize| inside.iter().any(|own| fields.state.get(*at) == Some(&(*own as u8)));
-    (0..nx * ny).filter(is_inside).map(move |at| {
-        let (i, j) = (at % nx, at / nx);
+    let is_inside = move |element: &usize| {
+        inside.iter().any(|inner| fields.state.get(*element) == Some(&(*inner as u8)))
+    };
+    (0..nx * ny).filter(is_inside).map(move |element| {
+        let (i, j) = (element % nx, element / nx);
         [state(i.wrapping_sub(1), j), state(i + 1, j), state(i, j.wrapping_sub(1)), state(i, j + 1)]
     })
 }

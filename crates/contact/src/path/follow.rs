@@ -1,7 +1,7 @@
 //! From a scene to a certified outcome, along its loading path.
 
 use super::increment::{Departure, Increment, certify_increment, in_units};
-use crate::assess::estimate;
+use crate::assess::estimate::{self, PathSolution};
 use crate::foundation::surface_compliance;
 use crate::influence::{Components, Mirror};
 use crate::model::{
@@ -59,12 +59,11 @@ fn follow(
     let rule = StopRule { tolerance: numerics.tolerance, max_iterations: numerics.max_iterations };
     let mut path = Path::new(&setup, problem, start, operators);
     let mut status = Status::Certified;
-    for (leg, part) in &setup.increments {
-        status = path.advance(&setup, method, leg, *part, &rule, operators);
+    for increment in &setup.increments {
+        status = path.advance(&setup, method, increment, &rule, operators);
         if let Status::Failed { reason } = &status {
-            status = Status::Failed {
-                reason: place(reason, scene, path.steps.last(), *part, leg.increments),
-            };
+            status =
+                Status::Failed { reason: with_place(reason, scene, path.steps.last(), increment) };
             break;
         }
     }
@@ -91,20 +90,27 @@ struct PathSetup<'a> {
     stages: Vec<Stage>,
     /// Components of the operator that certifies.
     certified: Components,
-    /// Every increment of the path: its leg, and which part of that it is.
-    increments: Vec<(Leg, u32)>,
+    /// Every increment of the path.
+    increments: Vec<LegIncrement>,
+}
+
+/// An increment of a leg.
+struct LegIncrement {
+    leg: Leg,
+    /// The number of the increment in the leg, counted from 1.
+    number: u32,
 }
 
 fn certified(effects: &Effects) -> Components {
     if effects.has(Effect::Friction) { Components::ALL } else { Components::NORMAL }
 }
 
-fn increments(scene: &Scene) -> Vec<(Leg, u32)> {
+fn increments(scene: &Scene) -> Vec<LegIncrement> {
     scene
         .loading
         .legs()
         .into_iter()
-        .flat_map(|leg| (1..=leg.increments).map(move |part| (leg, part)))
+        .flat_map(|leg| (1..=leg.increments).map(move |number| LegIncrement { leg, number }))
         .collect()
 }
 
@@ -146,21 +152,21 @@ impl Path {
         }
     }
 
-    /// Solves the next increment, the `part`-th of `leg`.
+    /// Solves the next increment.
     fn advance(
         &mut self,
         setup: &PathSetup<'_>,
         method: Method,
-        leg: &Leg,
-        part: u32,
+        LegIncrement { leg, number }: &LegIncrement,
         rule: &StopRule,
         operators: &mut Operators,
     ) -> Status {
-        if part == 1 {
+        if *number == 1 {
             self.leg_departure = self.departure;
         }
-        let asked = leg.increment(part, &self.leg_departure.motion, &self.leg_departure.resultants);
-        let controls = in_units(&asked, &self.problem);
+        let target =
+            leg.increment(*number, &self.leg_departure.motion, &self.leg_departure.resultants);
+        let controls = in_units(&target, &self.problem);
         let iterate = solver::solve(
             method,
             &mut self.problem,
@@ -172,7 +178,7 @@ impl Path {
             &self.problem,
             &self.operator,
             &iterate,
-            &asked,
+            &target,
             &self.departure,
             rule.tolerance,
         );
@@ -186,12 +192,17 @@ impl Path {
         status
     }
 
+    fn solution(&self) -> PathSolution<'_> {
+        PathSolution { steps: &self.steps, fields: &self.fields }
+    }
+
     fn elements(&self) -> [u32; 2] {
         [self.problem.grid.nx(), self.problem.grid.ny()].map(|n| n as u32)
     }
 
     fn level(&self) -> Level {
-        let sum = |part: fn(&WorkDone) -> u64| self.steps.iter().map(|step| part(&step.work)).sum();
+        let sum =
+            |figure: fn(&WorkDone) -> u64| self.steps.iter().map(|step| figure(&step.work)).sum();
         let work = WorkDone {
             iterations: sum(|work| work.iterations),
             operator_applications: sum(|work| work.operator_applications),
@@ -245,11 +256,11 @@ fn first_increment(
 ) -> Option<Path> {
     let numerics = Numerics { mesh: Mesh::Exact(elements), ..setup.numerics.clone() };
     let problem = Problem::new(setup.scene, &numerics, setup.surfaces).ok()?;
-    let (leg, part) = setup.increments.first()?;
+    let increment = setup.increments.first()?;
     let start = coarse_start(setup, operators, &problem, START_TOLERANCE, ladder);
     let mut path = Path::new(setup, problem, start, operators);
     let rule = StopRule { tolerance, max_iterations: setup.numerics.max_iterations };
-    path.advance(setup, Method::Newton, leg, *part, &rule, operators);
+    path.advance(setup, Method::Newton, increment, &rule, operators);
     Some(path)
 }
 
@@ -265,32 +276,27 @@ fn estimate(
     operators: &mut Operators,
 ) -> Option<Estimate> {
     let elements = estimate::coarser(path.elements())?;
-    let at = match ladder.iter().position(|coarse| coarse.elements() == elements) {
-        Some(at) => at,
+    let position = match ladder.iter().position(|coarse| coarse.elements() == elements) {
+        Some(position) => position,
         None => {
             let coarse = first_increment(setup, operators, elements, estimate::TOLERANCE, ladder)?;
             ladder.push(coarse);
             ladder.len() - 1
         }
     };
-    let coarse = &mut ladder[at];
+    let coarse = &mut ladder[position];
     if !coarse.steps.iter().all(|step| step.certificate.meets(estimate::TOLERANCE)) {
         return None;
     }
     let rule =
         StopRule { tolerance: estimate::TOLERANCE, max_iterations: setup.numerics.max_iterations };
-    for (leg, part) in &setup.increments[coarse.steps.len()..] {
-        if coarse.advance(setup, Method::Newton, leg, *part, &rule, operators) != Status::Certified
-        {
+    for increment in &setup.increments[coarse.steps.len()..] {
+        let status = coarse.advance(setup, Method::Newton, increment, &rule, operators);
+        if status != Status::Certified {
             return None;
         }
     }
-    estimate::estimate(
-        setup.scene,
-        setup.numerics,
-        (&path.steps, &path.fields),
-        (&coarse.steps, &coarse.fields),
-    )
+    estimate::estimate(setup.scene, setup.numerics, path.solution(), coarse.solution())
 }
 
 /// What Hertz's theory makes of an increment's load; it knows no layers, no tilt and no moment.
@@ -313,13 +319,14 @@ fn hertz(scene: &Scene, gap: &Gap<'_>, step: &StepOutcome) -> Option<Hertz> {
 /// Where a wheel meets its rail after an increment.
 fn rail_contact(gap: &Gap<'_>, step: &StepOutcome) -> Option<RailContact> {
     let (pair, plane) = gap.wheel_on_rail()?;
-    let o = &step.observables;
+    let observables = &step.observables;
     let frame = plane.frame();
     let depth = step.motion.approach / frame.angle.cos();
     let reference = pair.overlap_frame(depth.max(0.0));
-    let center = [-o.moment_y / o.load, o.moment_x / o.load];
+    let load = observables.load;
+    let center = [-observables.moment_y / load, observables.moment_x / load];
     // the point of the rail's surface, which the plane of contact only touches
-    let pressure_center = if o.load > 0.0 {
+    let pressure_center = if load > 0.0 {
         pair.onto_rail(frame.to_track([center[0], center[1], 0.0]))
     } else {
         reference.origin
@@ -334,20 +341,19 @@ fn rail_contact(gap: &Gap<'_>, step: &StepOutcome) -> Option<RailContact> {
 }
 
 /// A reason with the place on the path where it holds, if the path has more than one increment.
-fn place(
+fn with_place(
     reason: &str,
     scene: &Scene,
     last: Option<&StepOutcome>,
-    part: u32,
-    increments: u32,
+    LegIncrement { leg, number }: &LegIncrement,
 ) -> String {
     let Some(last) = last else { return reason.to_owned() };
-    if scene.loading.steps.len() == 1 && increments == 1 {
+    if scene.loading.steps.len() == 1 && leg.increments == 1 {
         return reason.to_owned();
     }
     let mut place = format!("loading.steps[{}]", last.step);
-    if increments > 1 {
-        place += &format!(", increment {part} of {increments}");
+    if leg.increments > 1 {
+        place += &format!(", increment {number} of {}", leg.increments);
     }
     if last.cycle > 0 {
         place += &format!(", cycle {}", last.cycle);

@@ -29,21 +29,21 @@ pub(crate) struct Increment {
 }
 
 /// The controls in the problem's units.
-pub(crate) fn in_units(asked: &PerDof<Control>, problem: &Problem) -> PerDof<Control> {
+pub(crate) fn in_units(target: &PerDof<Control>, problem: &Problem) -> PerDof<Control> {
     let (motions, forces) = (problem.scale.motions(), problem.scale.forces());
-    PerDof::from_fn(|dof| match asked[dof] {
+    PerDof::from_fn(|dof| match target[dof] {
         Control::Motion(value) => Control::Motion(value / motions[dof]),
         Control::Force(value) => Control::Force(value / forces[dof]),
     })
 }
 
-/// Certifies an iterate with `operator`, which has no mirror planes, against `asked` \[SI\] too,
+/// Certifies an iterate with `operator`, which has no mirror planes, against `target` \[SI\] too,
 /// and derives what goes out: whether it counts as solved, its figures, its fields and w = A p − f.
 pub(crate) fn certify_increment(
     problem: &Problem,
     operator: &Operator,
     iterate: &Iterate,
-    asked: &PerDof<Control>,
+    target: &PerDof<Control>,
     departure: &Departure,
     tolerance: f64,
 ) -> Increment {
@@ -66,27 +66,27 @@ pub(crate) fn certify_increment(
     let mut observables = observables(problem, p, &w, &states);
     let units = problem.scale.motions();
     let motion = Motion::from_per_dof(PerDof::from_fn(|dof| iterate.motion[dof] * units[dof]));
-    let (now, was) = (motion.per_dof(), departure.motion.per_dof());
+    let (motions, motions_before) = (motion.per_dof(), departure.motion.per_dof());
     let (forces, forces_before) = (observables.resultants(), departure.resultants);
     observables.external_work = Dof::ALL
         .into_iter()
-        .map(|dof| 0.5 * (forces[dof] + forces_before[dof]) * (now[dof] - was[dof]))
+        .map(|dof| 0.5 * (forces[dof] + forces_before[dof]) * (motions[dof] - motions_before[dof]))
         .sum();
-    let mut certificate = certify(problem, p, &displacement, diagonal, &observables, asked);
+    let mut certificate = certify(problem, p, &displacement, diagonal, &observables, target);
     let components = operator.influence.components();
-    let unsure = transform_error(
+    let transform = transform_error(
         &operator.table,
         &problem.grid,
         components,
         &p[..acting],
         &displacement[..acting],
     );
-    certificate.residual = certificate.residual.max(unsure);
+    certificate.residual = certificate.residual.max(transform);
     let status = if iterate.stop.is_solution() && certificate.meets(tolerance) {
         Status::Certified
     } else {
         Status::Failed {
-            reason: failure(problem.mu, iterate, asked, &observables, &certificate, tolerance),
+            reason: failure(problem.mu, iterate, target, &observables, &certificate, tolerance),
         }
     };
     let outcome = StepOutcome {
@@ -104,7 +104,7 @@ pub(crate) fn certify_increment(
 fn failure(
     mu: f64,
     iterate: &Iterate,
-    asked: &PerDof<Control>,
+    target: &PerDof<Control>,
     observables: &Observables,
     certificate: &Certificate,
     tolerance: f64,
@@ -122,26 +122,30 @@ fn failure(
         }
         Stop::Diverged => format!("diverged after {iterations} iterations"),
         Stop::Slides { dof } => {
-            let (Control::Force(asked) | Control::Motion(asked)) = asked[dof];
+            let (Control::Force(value) | Control::Motion(value)) = target[dof];
             let Observables { load, force_x, force_y, .. } = observables;
             return format!(
-                "gross sliding: the contact cannot carry {} = {asked:.6e}; friction carries at most μP = {:.6e} N (where it was given up: P = {load:.6e}, Qx = {force_x:.6e}, Qy = {force_y:.6e} N)",
+                "gross sliding: the contact cannot carry {} = {value:.6e}; friction carries at \
+                 most μP = {:.6e} N (where it was given up: P = {load:.6e}, Qx = {force_x:.6e}, \
+                 Qy = {force_y:.6e} N)",
                 name(dof),
                 mu * load
             );
         }
         Stop::Unbalanced { dof } => {
-            let (Control::Force(asked) | Control::Motion(asked)) = asked[dof];
+            let (Control::Force(value) | Control::Motion(value)) = target[dof];
             return format!(
-                "no pressure under the sole has {} = {asked:.6e} N m: its line of action passes the sole by",
+                "no pressure under the sole has {} = {value:.6e} N m: its line of action passes \
+                 the sole by",
                 name(dof)
             );
         }
         Stop::OneRow { dof } => {
-            let (Control::Force(asked) | Control::Motion(asked)) = asked[dof];
+            let (Control::Force(value) | Control::Motion(value)) = target[dof];
             let [tilt, moment] = Step::NAMES[dof];
             return format!(
-                "{moment} = {asked:.6e} N m governs {tilt}, which moves nothing in the middle of a single row of elements: prescribe {tilt}, or take at least two rows"
+                "{moment} = {value:.6e} N m governs {tilt}, which moves nothing in the middle of a \
+                 single row of elements: prescribe {tilt}, or take at least two rows"
             );
         }
     };
@@ -150,22 +154,25 @@ fn failure(
         .iter()
         .all(|figure| *figure <= tolerance);
     let reached = observables.resultants();
-    let missed = Dof::ALL.into_iter().filter_map(|dof| match asked[dof] {
-        Control::Force(asked) if asked != reached[dof] => {
-            Some((dof, asked, (asked - reached[dof]).abs() / asked.abs().max(reached[dof].abs())))
+    let missed = Dof::ALL.into_iter().filter_map(|dof| match target[dof] {
+        Control::Force(force) if force != reached[dof] => {
+            let miss = (force - reached[dof]).abs() / force.abs().max(reached[dof].abs());
+            Some((dof, force, miss))
         }
         _ => None,
     });
     let difficulty = match missed.max_by(|a, b| a.2.total_cmp(&b.2)).filter(|_| solved) {
-        Some((dof, asked, _)) if observables.contact_elements == 0 => {
+        Some((dof, force, _)) if observables.contact_elements == 0 => {
             format!(
-                ": where the punch was moved to nothing touches, and nothing carries {} = {asked:.6e} {}",
+                ": where the punch was moved to nothing touches, and nothing carries {} = \
+                 {force:.6e} {}",
                 name(dof),
                 unit(dof)
             )
         }
-        Some((dof, asked, _)) => format!(
-            ": no motion of the punch was found at which the contact carries {} = {asked:.6e} {}; at the nearest it carries {:.6e}",
+        Some((dof, force, _)) => format!(
+            ": no motion of the punch was found at which the contact carries {} = {force:.6e} {}; \
+             at the nearest it carries {:.6e}",
             name(dof),
             unit(dof),
             reached[dof]
@@ -173,7 +180,8 @@ fn failure(
         None => String::new(),
     };
     format!(
-        "{stop}{difficulty}; the certificate has residual {:.1e}, tension {:.1e}, cone violation {:.1e}, force imbalance {:.1e} where {tolerance:.1e} was asked",
+        "{stop}{difficulty}; the certificate has residual {:.1e}, tension {:.1e}, cone violation \
+         {:.1e}, force imbalance {:.1e} where {tolerance:.1e} was asked",
         certificate.residual,
         certificate.tension,
         certificate.cone_violation,
@@ -181,7 +189,7 @@ fn failure(
     )
 }
 
-pub(super) fn work(iterate: &Iterate) -> WorkDone {
+fn work(iterate: &Iterate) -> WorkDone {
     WorkDone {
         iterations: iterate.iterations,
         operator_applications: iterate.operator_applications,
