@@ -12,7 +12,9 @@ pub mod norms;
 mod observables;
 mod quadrature;
 
-pub use certificate::{certify, transform_error};
-pub use closed_form::{ClosedForm, Pressure, Traction, closed_form};
+pub use certificate::certify;
+pub(crate) use certificate::transform_error;
+pub use closed_form::{ClosedForm, closed_form};
 pub use errors::Errors;
-pub use observables::{fields, observables, patches, states};
+pub(crate) use observables::fields;
+pub use observables::{observables, patches, states};

@@ -32,7 +32,7 @@ const SAMPLED_ELEMENTS: usize = 7;
 /// The largest difference, on some elements all over Ω, between the displacements A `p` as a
 /// transform gave them and as the sum over all elements gives them, over the largest displacement:
 /// what a solver that applies the same transform cannot hide. Both are blocks of `components`.
-pub fn transform_error(
+pub(crate) fn transform_error(
     table: &InfluenceTable,
     grid: &Grid,
     components: Components,

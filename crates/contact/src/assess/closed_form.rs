@@ -20,28 +20,28 @@ pub struct ClosedForm {
     /// Where it is found.
     pub source: &'static str,
     /// What the last step prescribes.
-    pub controls: PerDof<Control>,
+    pub(crate) controls: PerDof<Control>,
     /// Where the punch is; 0 for a motion that is not determined (sideways, without friction or
     /// load).
     pub motion: Motion,
     /// Forces and moments of the punch on the foundation \[N, N m\].
-    pub resultants: PerDof<f64>,
+    pub(crate) resultants: PerDof<f64>,
     /// Semi-axes of the contact along x and y \[m\], an ellipse around the origin.
-    pub semi_axes: [f64; 2],
+    pub(crate) semi_axes: [f64; 2],
     /// Semi-axes of the part of it that sticks \[m\]; 0 where nothing does, as without friction.
-    pub stick_semi_axes: [f64; 2],
+    pub(crate) stick_semi_axes: [f64; 2],
     /// Largest pressure \[Pa\]; `None` where it is unbounded: at the edge of a flat sole, at the
     /// tip of a cone.
-    pub peak_pressure: Option<f64>,
+    pub(crate) peak_pressure: Option<f64>,
     /// p₁.
-    pub pressure: Pressure,
+    pub(crate) pressure: Pressure,
     /// (p₂, p₃).
-    pub traction: Traction,
+    pub(crate) traction: Traction,
 }
 
 /// A pressure on an ellipse around the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Pressure {
+pub(crate) enum Pressure {
     /// p₀ √(1 − x²/a² − y²/b²).
     Hertz {
         /// p₀ \[Pa\].
@@ -69,7 +69,7 @@ pub enum Pressure {
 
 /// A tangential traction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Traction {
+pub(crate) enum Traction {
     /// None.
     Zero,
     /// μ (p − p*) along a direction, with the contact's pressure p and that of a smaller approach
@@ -93,7 +93,7 @@ pub enum Traction {
 
 impl Pressure {
     /// The pressure at (x, y) \[m\], 0 outside the contact \[Pa\].
-    pub fn at(&self, x: f64, y: f64) -> f64 {
+    pub(crate) fn at(&self, x: f64, y: f64) -> f64 {
         match *self {
             Pressure::Hertz { peak, semi_axes: [a, b] } => {
                 let r = (x / a).hypot(y / b);
@@ -110,7 +110,7 @@ impl Pressure {
     }
 
     /// Semi-axes along x and y of where it acts \[m\].
-    pub fn semi_axes(&self) -> [f64; 2] {
+    pub(crate) fn semi_axes(&self) -> [f64; 2] {
         match *self {
             Pressure::Hertz { semi_axes, .. } => semi_axes,
             Pressure::Cone { radius, .. } | Pressure::Disk { radius, .. } => [radius; 2],
@@ -126,7 +126,7 @@ fn inverse_root(x: f64, y: f64, radius: f64) -> f64 {
 
 impl ClosedForm {
     /// Tractions (p₁, p₂, p₃) at (x, y) \[m\], 0 outside the contact \[Pa\].
-    pub fn tractions_at(&self, x: f64, y: f64) -> [f64; 3] {
+    pub(crate) fn tractions_at(&self, x: f64, y: f64) -> [f64; 3] {
         let pressure = self.pressure.at(x, y);
         let [along_x, along_y] = match self.traction {
             Traction::Zero => [0.0; 2],
@@ -142,17 +142,17 @@ impl ClosedForm {
 
     /// Whether the tractions lie in L₂. Where they do not, only resultants and local means can be
     /// compared.
-    pub fn is_square_integrable(&self) -> bool {
+    pub(crate) fn is_square_integrable(&self) -> bool {
         !matches!(self.pressure, Pressure::Disk { .. })
     }
 
     /// Area of the contact \[m²\].
-    pub fn contact_area(&self) -> f64 {
+    pub(crate) fn contact_area(&self) -> f64 {
         PI * self.semi_axes[0] * self.semi_axes[1]
     }
 
     /// Area of the part that sticks \[m²\].
-    pub fn stick_area(&self) -> f64 {
+    pub(crate) fn stick_area(&self) -> f64 {
         PI * self.stick_semi_axes[0] * self.stick_semi_axes[1]
     }
 

@@ -144,7 +144,7 @@ pub fn patches([nx, ny]: [usize; 2], in_contact: impl Fn(usize) -> bool) -> Vec<
 }
 
 /// The fields in SI units.
-pub fn fields(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) -> Fields {
+pub(crate) fn fields(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) -> Fields {
     let grid = &problem.grid;
     let k = grid.len();
     let (length, traction) = (problem.scale.length, problem.scale.traction());
