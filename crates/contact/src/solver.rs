@@ -1,7 +1,19 @@
-//! One entry point for all methods: a problem, its operator and what governs the punch in, an
-//! iterate with figures out.
+//! The methods that solve one increment: a problem, its operators and the conditions go in, an
+//! iterate with its figures comes out.
 //!
-//! Knows [`problem`](crate::problem) and what is below it; no certificate.
+//! The folder uses [`problem`](crate::problem) and what is below it; it knows no certificate. In
+//! reading order:
+//! - `iterate`: a solver's start, its conditions, the iterate that it hands over ([`Iterate`]), and
+//!   why it stops ([`Stop`]);
+//! - `controls`: forces that no contact can have, the imbalance of an iterate, and a first
+//!   approach;
+//! - `vector`: sums of long vectors;
+//! - `gmres`: the Krylov method for linear systems;
+//! - `free`: the free components of a contact, the unknowns of Newton's method;
+//! - `newton`: the semismooth Newton method;
+//! - `seidel`: Alexandrov's Seidel iteration;
+//! - `load_control`: forces for a method that only knows prescribed motions;
+//! - `fallback`: Newton's method, and what is tried where it fails.
 
 use crate::model::{Method, Way};
 use crate::problem::{Operators, Problem, Stage};
@@ -19,9 +31,9 @@ mod vector;
 pub(crate) use iterate::{Conditions, Start};
 pub use iterate::{Iterate, Stop, StopRule};
 
-/// Solves `problem` by a method (one [chosen](Method::chosen) already) under `controls` (in the
-/// problem's units), from `start`, in `stages` if the method can; leaves the problem placed at the
-/// motion found.
+/// Solves one increment. `method` must not be `Auto`. The controls and the start are in the
+/// problem's units. Newton's method works through `stages` in order; Seidel's iteration ignores
+/// them. Afterwards `problem` is at the motion found.
 pub(crate) fn solve(
     method: Method,
     problem: &mut Problem,

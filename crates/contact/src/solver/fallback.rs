@@ -1,6 +1,6 @@
-//! Newton's method with ways back. Where it does not converge, the motions that forces govern are
-//! found in an outer iteration; where it does not converge with all motion prescribed, it takes
-//! turns with Seidel sweeps, which always bring the iterate nearer, and in the end these are left
+//! Newton's method, and what is tried where it fails. If it does not converge, an outer iteration
+//! finds the motions that forces govern. If it does not converge with all motions prescribed, it
+//! takes turns with Seidel sweeps, which always bring the iterate nearer. In the end the sweeps run
 //! alone.
 
 use super::iterate::{Conditions, Iterate, Start, Stop, StopRule};
@@ -9,12 +9,12 @@ use crate::influence::{Direction, Mirror};
 use crate::model::{Control, Dof, Way};
 use crate::problem::{Operator, Operators, Problem, Stage};
 
-/// Rounds of Seidel sweeps that may bring a start within Newton's reach, and the sweeps of each.
+/// The number of rounds of Seidel sweeps that may bring a start within Newton's reach.
 const ROUNDS: u32 = 6;
+/// The number of sweeps of a round.
 const SWEEPS: u32 = 25;
 
-/// Solves `problem` under `controls` from `start`: stage by stage, and where a stage fails as a
-/// whole.
+/// Solves `problem` under the `conditions` stage by stage; where a stage fails, as a whole.
 pub(super) fn solve(
     problem: &mut Problem,
     operators: &mut Operators,
@@ -30,7 +30,7 @@ pub(super) fn solve(
     adding_work(&direct, second)
 }
 
-/// Newton's method on one stage after the other.
+/// Solves one stage after the other by Newton's method.
 fn staged(
     problem: &mut Problem,
     operators: &mut Operators,
@@ -55,7 +55,7 @@ fn staged(
     for stage in stages {
         let given = (!stage.components.contains(Direction::N)).then(|| &total.p[..k]);
         let reduced = problem.reduced(stage.components, stage.mirror, given);
-        // a coarse grid may have no plane of elements' edges in its middle
+        // A coarse grid may have no plane of elements' edges in its middle.
         let whole = || {
             problem
                 .reduced(stage.components, Mirror::NONE, given)
@@ -63,7 +63,8 @@ fn staged(
         };
         let mut reduced = reduced.unwrap_or_else(|_| whole());
         let operator = operators.of(&reduced);
-        // what the stage has no components for, or what a mirror plane forbids, stays where it is
+        // A motion that the stage has no components for, or that a mirror plane forbids, stays as
+        // it is.
         let mut stage_controls = *controls;
         for dof in Dof::ALL {
             if !reduced.moves(dof) {
@@ -89,7 +90,8 @@ fn staged(
     total
 }
 
-/// All motion prescribed: Newton's method and Seidel sweeps in turn, in the end the latter alone.
+/// Solves `problem` at prescribed motions: Newton's method and Seidel sweeps take turns, and in the
+/// end the sweeps run alone.
 fn prescribed(
     problem: &mut Problem,
     operator: &Operator,
@@ -126,7 +128,7 @@ fn prescribed(
     iterate
 }
 
-/// The second of two attempts, with the work of both.
+/// Returns the second of two attempts, with the work of both.
 fn adding_work(first: &Iterate, second: Iterate) -> Iterate {
     Iterate {
         iterations: first.iterations + second.iterations,

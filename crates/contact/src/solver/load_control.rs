@@ -1,4 +1,4 @@
-//! Load control for a method that only knows prescribed motions: an outer iteration.
+//! Load control for a method that only knows prescribed motions, as an outer iteration.
 
 use faer::linalg::solvers::Solve;
 
@@ -8,10 +8,11 @@ use super::newton;
 use crate::model::{Dof, PerDof, Way};
 use crate::problem::{Operator, Problem};
 
-/// Outer iterations after which load control gives up.
+/// The number of outer iterations after which load control gives up.
 const MAX_ROUNDS: u64 = 40;
 
-/// A solver for prescribed motions: solves the problem as it is placed, from these tractions.
+/// A solver for prescribed motions. It solves the problem as it is placed, from the tractions of
+/// the start.
 pub(super) type Inner = fn(&mut Problem, &Operator, &Start, &StopRule) -> Iterate;
 
 /// The outer step that led to a motion.
@@ -24,8 +25,9 @@ struct OuterStep {
     imbalance: f64,
 }
 
-/// The motions that a force governs by Newton's method on the resultants: their derivative is that
-/// of the linearised map, each evaluation a solve by `inner` from the last one's tractions.
+/// Finds the motions that forces govern by Newton's method on the resultants. Their derivative is
+/// that of the linearised map; each evaluation is a solve by `inner` from the last one's tractions.
+/// Afterwards `problem` is at the motion found.
 pub(super) fn solve(
     problem: &mut Problem,
     operator: &Operator,
@@ -74,7 +76,7 @@ pub(super) fn solve(
         if let Some(last) = &mut last
             && worst >= last.imbalance
         {
-            // too far: halfway back
+            // The step was too far, so it is taken halfway back.
             last.change.iter_mut().for_each(|change| *change *= 0.5);
             motion = last.motion;
             governed.iter().zip(&last.change).for_each(|(&dof, change)| motion[dof] += change);

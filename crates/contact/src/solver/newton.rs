@@ -1,15 +1,15 @@
-//! Semismooth Newton on the natural map p − Gᵘ_μ(p − E v), v = εp + Ap − f, with the rigid motions
-//! that a force governs among the unknowns.
+//! A semismooth Newton method on the natural map p − Gᵘ_μ(p − E v), v = εp + Ap − f, with the rigid
+//! motions that forces govern among the unknowns.
 //!
-//! With x = p − E v an element is open where x₁ ≤ 0 and then p = 0; in contact v₁ = 0, or p₁ = u
-//! where x₁ ≥ u. It sticks where |x_t| ≤ μ h_u(x₁) and then v_t = 0. It slips elsewhere: along n =
+//! With x = p − E v an element is open where x₁ ≤ 0, and then p = 0; in contact v₁ = 0, or p₁ = u
+//! where x₁ ≥ u. It sticks where |x_t| ≤ μ h_u(x₁), and then v_t = 0. It slips elsewhere: along n =
 //! x_t/|x_t| the traction follows the pressure, p_t·n = μ p₁, and across it the linearised
-//! projection asks σ (p + δp)_⊥ + (v + δv)_⊥ = 0 with κ = μ h_u(x₁)/|x_t| and σ = (1 − κ)/κE, which
-//! is |w_t|/μp₁ at a solution. What is left is a linear system for the free components, solved by
-//! GMRES with the inverse circulants of A's diagonal blocks as preconditioner, W C⁻¹ W with W =
-//! 1/√(1 + σ/2a) on p_⊥ and a the diagonal entry (Christensen, Klarbring, Pang and Strömberg 1998,
-//! doi:10.1002/(SICI)1097-0207(19980515)42:1<145::AID-NME358>3.0.CO;2-L, for the map; the reduction
-//! and the preconditioner are this project's).
+//! projection demands σ (p + δp)_⊥ + (v + δv)_⊥ = 0 with κ = μ h_u(x₁)/|x_t| and σ = (1 − κ)/κE,
+//! which is |w_t|/μp₁ at a solution. This leaves a linear system for the free components. GMRES
+//! solves it with the inverse circulants of A's diagonal blocks as preconditioner, W C⁻¹ W with W =
+//! 1/√(1 + σ/2a) on p_⊥ and a the diagonal entry. The map is that of Christensen, Klarbring, Pang
+//! and Strömberg 1998, doi:10.1002/(SICI)1097-0207(19980515)42:1<145::AID-NME358>3.0.CO;2-L; the
+//! reduction and the preconditioner are this project's.
 
 use std::ops::Range;
 
@@ -24,26 +24,26 @@ use crate::influence::{Components, Diagonals, Direction, Scratch, Window, weight
 use crate::model::{Dof, PerDof, Way, rigid_modes};
 use crate::problem::{Operator, Problem, h_u};
 
-/// Newton steps without a new smallest residual after which the iteration counts as stalled. Close
-/// to a solution every step but the first few at least halves it.
+/// The number of Newton steps without a new smallest residual after which the iteration counts as
+/// stalled. Close to a solution every step but the first few at least halves the residual.
 const PATIENCE: u64 = 12;
 
-/// Applications after which the answer of a linear solve is taken as it is.
+/// The number of applications after which the answer of a linear solve is taken as it is.
 const MOST_APPLICATIONS: u64 = 400;
 
-/// Relative residual to which a linear system is solved at least. Looser, Newton's method under a
-/// flat disk of 200 or more elements across goes round in circles: with 0.1 it took 411
-/// applications under a pull at 200², or found nothing at 224², with 0.01 92 and 45. Under spheres
-/// both take about as many, 0.01 in fewer steps.
+/// The relative residual to which a linear system is solved at least. With a looser one, Newton's
+/// method under a flat disk of 200 or more elements across goes round in circles: with 0.1 it took
+/// 411 applications under a pull at 200², and found nothing at 224²; with 0.01 it took 92 and 45.
+/// Under spheres both take about as many, 0.01 in fewer steps.
 const LOOSEST: f64 = 0.01;
 
-/// Newton steps without a new smallest residual after which all that is in contact is taken to
-/// stick, once: a contact that begins to be pulled can go in circles between slip everywhere to one
-/// side and to the other, and slip eats in from the edges of what sticks.
+/// The number of Newton steps without a new smallest residual after which all that is in contact is
+/// taken to stick, once. A contact that begins to be pulled can go in circles between slip
+/// everywhere to one side and to the other; slip then eats in from the edges of what sticks.
 const CIRCLING: u64 = 3;
 
-/// Solves `problem` under `controls` (in the problem's units) from `start`; leaves the problem
-/// placed at the motion found.
+/// Solves `problem` under the `conditions`; leaves it placed at the motion found. If no solution is
+/// found, the result is the iterate nearest to one.
 pub(crate) fn solve(
     problem: &mut Problem,
     operator: &Operator,
@@ -60,7 +60,8 @@ pub(crate) fn solve(
         );
     let mut p = start.p.clone();
     let diagonals = operator.table.diagonals();
-    let target = 0.5 * rule.tolerance; // the certificate measures along another path of rounding
+    // The certificate measures along another path of rounding.
+    let target = 0.5 * rule.tolerance;
     let mut iterate = Iterate {
         p: Vec::new(),
         motion,
@@ -76,10 +77,10 @@ pub(crate) fn solve(
     let mut scratch = operator.scratch();
     let mut w = vec![0.0; p.len()];
     let mut memory = Memory::default();
-    // the operator of the linear systems, on the part of the grid that the contact needs
+    // The operator of the linear systems acts on the window of the grid that the contact needs.
     let mut local: Option<(Window, Operator)> = None;
-    // the iterate nearest to a solution, its figure and when it was: what goes out if no solution
-    // is found
+    // The iterate nearest to a solution is kept with its figure and its iteration. It goes out if
+    // no solution is found.
     let (mut best, mut best_iteration, mut best_iterate) = (f64::INFINITY, 0, (p.clone(), motion));
     iterate.stop = loop {
         problem.place(&motion);
@@ -130,8 +131,9 @@ pub(crate) fn solve(
     Iterate { p, motion, ..iterate }
 }
 
-/// How the resultants of the motions `governed` change with these motions at the solution `p`, w =
-/// A p − f, with everything else in equilibrium; with the applications spent.
+/// Returns the derivative of the resultants of the motions `governed` with respect to these motions
+/// at the solution `p`, w = A p − f, with everything else in equilibrium; and the number of
+/// applications spent.
 pub(super) fn stiffness(
     problem: &Problem,
     operator: &Operator,
@@ -158,17 +160,17 @@ pub(super) fn stiffness(
     (stiffness, linear.applications)
 }
 
-/// The transverse tractions of a slipping element and its neighbours give way to each other as if
-/// the element's own compliance were this many times what it is alone: what takes the fewest
-/// applications, of ½, 1, 2, 3 and 4.
+/// The factor on an element's compliance with which the transverse tractions of slipping elements
+/// and their neighbours give way to each other in the preconditioner. It took the fewest
+/// applications of ½, 1, 2, 3 and 4.
 const COMPLIANCE: f64 = 2.0;
 
-/// What the elements do under the map linearised about an iterate.
+/// The states of the elements under the map linearised about an iterate.
 struct Contact {
-    /// Those in contact, in order.
+    /// The elements in contact, in order.
     elements: Vec<ContactElement>,
-    /// First and last column and row of all that is in contact or has a traction to lose; `None`
-    /// where nothing is.
+    /// The first and last column and row of all that is in contact or has a traction to lose;
+    /// `None` where nothing is.
     bounds: Option<[[usize; 2]; 2]>,
 }
 
@@ -180,9 +182,10 @@ impl Contact {
         }
     }
 
+    /// Linearises the map about `p` with w = A p − f.
     fn of(problem: &Problem, p: &[f64], w: &[f64], diagonals: Diagonals) -> Self {
         let nx = problem.grid.nx();
-        // with one tangential direction there is no transverse component
+        // With one tangential direction there is no transverse component.
         let is_plane = problem.components.includes(Components::TANGENTIAL);
         let band = |band: Range<usize>| {
             let mut contact = Self { elements: Vec::new(), bounds: None };
@@ -214,8 +217,8 @@ impl Contact {
                             [1.0, 0.0]
                         };
                         let kappa = bound / tangential;
-                        // without friction the transverse component is not free, as with an
-                        // infinite σ
+                        // Without friction the transverse component is not free, as with an
+                        // infinite σ.
                         let sigma = if kappa > 0.0 && is_plane {
                             (1.0 - kappa) / kappa * (problem.epsilon + diagonals.tangential)
                         } else {
@@ -247,6 +250,7 @@ impl Contact {
         whole
     }
 
+    /// Extends the bounds to the columns and rows from `low` to `high`.
     fn reach(&mut self, [low, high]: [[usize; 2]; 2]) {
         let [first, last] = self.bounds.get_or_insert([low, high]);
         for axis in 0..2 {
@@ -255,7 +259,8 @@ impl Contact {
         }
     }
 
-    /// The window that it fits in and the operator there, both kept in `local` as long as they do.
+    /// Returns the window that holds the contact, and the operator there. Both are kept in `local`
+    /// as long as the contact fits.
     fn surroundings<'a>(
         &self,
         problem: &Problem,
@@ -281,28 +286,28 @@ struct Linear<'a> {
     problem: &'a Problem,
     operator: &'a Operator,
     free: Free,
-    /// Diagonal entry of the tangential blocks of εI + A.
+    /// The diagonal entry of the tangential blocks of εI + A.
     diagonal: f64,
-    /// For each rigid degree of freedom that a force governs.
+    /// The borders, one for each rigid degree of freedom that a force governs.
     borders: Borders,
-    /// Tractions on the window, zero where there is no contact.
+    /// The tractions on the window, zero where there is no contact.
     field: Vec<f64>,
-    /// Displacements on the window.
+    /// The displacements on the window.
     image: Vec<f64>,
     scratch: Scratch,
     applications: u64,
 }
 
-/// What the motions that forces govern add to the linear system.
+/// The rows and columns that the motions under forces add to the linear system.
 #[derive(Default)]
 struct Borders {
-    /// Displacements of the free components by the motions, by one unit each.
+    /// The displacements of the free components by the motions, by one unit each.
     rows: Vec<Vec<f64>>,
-    /// The resultants as products with the free components.
+    /// The vectors whose products with the free components are the resultants.
     resultants: Vec<Vec<f64>>,
-    /// What the preconditioner makes of the displacements, and the factored matrix of the
-    /// resultants of that.
+    /// The images of the displacements under the preconditioner.
     answers: Vec<Vec<f64>>,
+    /// The factored matrix of the resultants of the images.
     factors: Option<faer::linalg::solvers::FullPivLu<f64>>,
 }
 
@@ -330,7 +335,7 @@ impl<'a> Linear<'a> {
         }
     }
 
-    /// Rows of the displacement by a rigid motion.
+    /// Returns the displacement by a rigid motion in the rows of the free components.
     fn rigid(&self, dof: Dof) -> Vec<f64> {
         let mut rows = vec![0.0; self.free.len()];
         self.free.restrict(
@@ -342,12 +347,13 @@ impl<'a> Linear<'a> {
         rows
     }
 
+    /// Returns the rigid modes at an element's centre, for the components (n, x, y).
     fn modes(&self, element: &ContactElement) -> [PerDof<f64>; 3] {
         let [x, y] = self.problem.grid.center_of(element.i as usize, element.j as usize);
         rigid_modes(x, y)
     }
 
-    /// A resultant as the vector whose product with the free components it is.
+    /// Returns the vector whose product with the free components is a resultant.
     fn resultant(&self, dof: Dof) -> Vec<f64> {
         let weights = self.weights(dof);
         let mut rows = vec![0.0; self.free.len()];
@@ -359,15 +365,15 @@ impl<'a> Linear<'a> {
         rows
     }
 
-    /// Area of an element with its images, for each component in one resultant.
+    /// Returns the area of an element with its images, for each component in one resultant.
     fn weights(&self, dof: Dof) -> [f64; 3] {
         Direction::ALL.map(|direction| {
             weighted_images(&self.problem.mirror, direction)[dof] * self.problem.grid.element_area()
         })
     }
 
-    /// Makes the Newton step in `p`, solved to the relative residual `forcing`; gives the change of
-    /// these motions.
+    /// Makes the Newton step in `p`, solved to the relative residual `forcing`; returns the changes
+    /// of the motions `governed`.
     fn step(
         &mut self,
         p: &mut [f64],
@@ -379,7 +385,7 @@ impl<'a> Linear<'a> {
     ) -> Vec<f64> {
         let (mu, epsilon) = (self.problem.mu, self.problem.epsilon);
         let (window, grid) = (*self.free.window(), &self.problem.grid);
-        // the tractions as far as they are known after the step, the unknown ones as they are
+        // The known tractions are those after the step, the unknown ones are as they are.
         let mut total = vec![0.0; self.free.field_len()];
         self.free.write(&mut total, |element, place| {
             let tractions = self.problem.traction(p, window.element(place, grid));
@@ -446,7 +452,7 @@ impl<'a> Linear<'a> {
         changes.to_vec()
     }
 
-    /// Prepares the linear system for these motions among the unknowns.
+    /// Prepares the linear system for the motions among its unknowns.
     fn border(&mut self, governed: &[Dof]) {
         if governed.is_empty() {
             return;
@@ -468,7 +474,7 @@ impl<'a> Linear<'a> {
         self.borders = borders;
     }
 
-    /// W C⁻¹ W on the free components alone.
+    /// Applies W C⁻¹ W to the free components alone.
     fn elastic_inverse(&mut self, unknowns: &mut [f64], rows: &[f64]) {
         let weight = |sigma: f64| 1.0 / (1.0 + sigma / (COMPLIANCE * self.diagonal)).sqrt();
         self.free.expand(&mut self.field, rows, 0.0, weight);
@@ -489,7 +495,7 @@ impl<'a> Linear<'a> {
 }
 
 impl LinearSystem for Linear<'_> {
-    /// Free components and free motions to rows and resultants.
+    /// Maps free components and free motions to rows and resultants.
     fn apply(&mut self, image: &mut [f64], x: &[f64]) {
         let (unknowns, motions) = x.split_at(self.free.len());
         let (rows, resultants) = image.split_at_mut(self.free.len());
@@ -514,7 +520,7 @@ impl LinearSystem for Linear<'_> {
         }
     }
 
-    /// The elastic inverse, with the resultants exactly right.
+    /// Applies the elastic inverse, with the resultants exactly right.
     fn precondition(&mut self, x: &mut [f64], rows: &[f64]) {
         let (rows, resultants) = rows.split_at(self.free.len());
         let (unknowns, motions) = x.split_at_mut(self.free.len());
