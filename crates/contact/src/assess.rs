@@ -1,8 +1,15 @@
-//! What a result is worth: what it shows, its certificate, and how far it is from a closed form,
-//! from another solution, or from what a finer mesh would give.
+//! The worth of a result: its observables, its certificate, and its distance from a closed form,
+//! from another solution, or from the limit of ever finer meshes.
 //!
-//! Knows [`problem`](crate::problem) and what is below it; no solver, so that nothing here shares a
-//! solver's mistakes.
+//! The folder uses [`problem`](crate::problem) and what is below it. It knows no solver, so that
+//! nothing here shares a solver's mistakes. In reading order:
+//! - `observables`: the states of the elements, integral quantities, patches and fields;
+//! - `certificate`: the residuals of a claimed solution ([`certify`]);
+//! - `norms`: norms of tractions and distances between grids ([`norms`]);
+//! - `quadrature`: integrals over rectangles of functions with kinks;
+//! - `closed_form`: the scenes with an exact answer ([`ClosedForm`]);
+//! - `errors`: errors against a closed form or a finer solution ([`Errors`]);
+//! - `estimate`: the estimate of the error from a coarser grid.
 
 mod certificate;
 mod closed_form;

@@ -2,7 +2,7 @@
 //!
 //! Nothing here calls [`g_mu`](crate::problem::g_mu), [`crate::solver`] or
 //! [`observables`](fn@super::observables): the conditions of contact and Coulomb's law are spelled
-//! out again, and what the operator's transform gives is held against plain sums.
+//! out again, and the result of the operator's transform is compared with plain sums.
 
 use std::ops::Range;
 
@@ -15,10 +15,10 @@ use crate::model::{Certificate, Control, Dof, Observables, PerDof};
 use crate::problem::Problem;
 
 impl Certificate {
-    /// Whether the residuals allow to call it a solution: the natural-map residual, tension, cone
-    /// violation and the balance of forces within `tolerance`. Penetration, gap under pressure and
-    /// the angle of slip are bounded by the natural-map residual; they are reported because they
-    /// are what a reader can picture.
+    /// Returns whether the residuals allow to call it a solution: the natural-map residual,
+    /// tension, cone violation and the balance of forces within `tolerance`. Penetration, gap under
+    /// pressure and the angle of slip are bounded by the natural-map residual; they are reported
+    /// because a reader can picture them.
     pub fn meets(&self, tolerance: f64) -> bool {
         [self.residual, self.tension, self.cone_violation, self.force_imbalance]
             .iter()
@@ -26,12 +26,14 @@ impl Certificate {
     }
 }
 
-/// Elements on which [`transform_error`] looks, and the one with the largest pressure.
+/// The number of elements that [`transform_error`] samples, in addition to the one with the largest
+/// pressure.
 const SAMPLED_ELEMENTS: usize = 7;
 
-/// The largest difference, on some elements all over Ω, between the displacements A `p` as a
-/// transform gave them and as the sum over all elements gives them, over the largest displacement:
-/// what a solver that applies the same transform cannot hide. Both are blocks of `components`.
+/// Returns the largest difference, on some elements all over Ω, between the displacements A `p` as
+/// a transform gave them and as the sum over all elements gives them, over the largest
+/// displacement. A solver that applies the same transform cannot hide it. Both fields are blocks of
+/// `components`.
 pub(crate) fn transform_error(
     table: &InfluenceTable,
     grid: &Grid,
@@ -63,17 +65,17 @@ pub(crate) fn transform_error(
     }
 }
 
-/// The larger of two numbers; infinite where one is none.
+/// Returns the larger of two numbers, or infinity if one is not a number.
 fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::INFINITY } else { a.max(b) }
 }
 
-/// The largest of some numbers, as [`larger`] has it, and at least 0.
+/// Returns the largest of some numbers, at least 0, or infinity if one is not a number.
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, larger)
 }
 
-/// A number over another; 0 over anything is 0.
+/// Returns a number over another, and 0 for 0 over anything.
 fn relative(value: f64, unit: f64) -> f64 {
     if value == 0.0 { 0.0 } else { value / unit }
 }
@@ -81,39 +83,45 @@ fn relative(value: f64, unit: f64) -> f64 {
 /// A claimed solution, in the problem's units.
 struct Claim<'a> {
     problem: &'a Problem,
+    /// The tractions, three blocks [n | x | y].
     p: &'a [f64],
-    /// A p.
+    /// The displacements A p.
     displacement: &'a [f64],
+    /// The diagonal entries of A.
     diagonals: Diagonals,
 }
 
-/// The sizes that residuals are measured in.
+/// The sizes that residuals are measured in, in the problem's units.
 struct Sizes {
     /// The largest |p₁|.
     peak: f64,
     /// The largest |u₁ + ε p₁|.
     deepest: f64,
-    /// The largest slip under pressure.
+    /// The largest |w_t| of an element under pressure.
     slip: f64,
 }
 
-/// What the elements of a band, or all, add.
+/// The figures and sums over the elements of a band, or over all.
 struct Sums {
-    /// The largest figures; the residual and the imbalance are of the whole.
+    /// The largest figures. The residual and the imbalance are not among them: they are of the
+    /// whole.
     certificate: Certificate,
-    /// Sums of tractions and of their moments.
+    /// The sums of tractions and of their moments.
     force: PerDof<f64>,
-    /// Sum of the largest components.
+    /// The sum over the elements of the largest |component|.
     magnitude: f64,
-    /// The largest traction, and in units of it the squares of the defect and of the tractions.
+    /// The largest |component| of tractions and of their images.
     unit: f64,
+    /// The sum of squares of the natural map's defect, in units of `unit`.
     defect: f64,
+    /// The sum of squares of the tractions, in units of `unit`.
     size: f64,
 }
 
-/// Certifies tractions `p` against `problem`. `displacement` is A p and `diagonal` the diagonal
-/// entries of A, on all of Ω and without mirror planes; `claimed` are the observables \[SI\] that
-/// go out with `p`, `target` what was to govern the punch \[SI\].
+/// Certifies tractions `p` (three blocks [n | x | y]) against `problem`, both in the problem's
+/// units. `displacement` is A p and `diagonal` the diagonal entries of A, on all of Ω and without
+/// mirror planes. `claimed` are the observables \[SI\] that go out with `p`, and `target` the
+/// controls that were to govern the punch \[SI\].
 pub fn certify(
     problem: &Problem,
     p: &[f64],
@@ -131,14 +139,15 @@ pub fn certify(
 }
 
 impl Claim<'_> {
-    /// Component `c` of w of equation (3) on an element: what the regularised law sees as gap and
-    /// slip.
+    /// Returns component `c` of w of equation (3) on an element: the gap or the slip that the
+    /// regularised law sees.
     fn w(&self, e: usize, c: usize) -> f64 {
         let Self { problem, p, displacement, .. } = self;
         let k = problem.grid.len();
         displacement[c * k + e] + problem.epsilon * p[c * k + e] - problem.f[c * k + e]
     }
 
+    /// Returns the sizes that residuals are measured in.
     fn sizes(&self) -> Sizes {
         let Self { problem, p, displacement, .. } = self;
         let largest_of = |value: &(dyn Fn(usize) -> f64 + Sync)| {
@@ -153,13 +162,13 @@ impl Claim<'_> {
         }
     }
 
-    /// The figures and sums of a band of elements.
+    /// Returns the figures and sums of a band of elements.
     fn band(&self, sizes: &Sizes, band: Range<usize>) -> Sums {
         let Self { problem, p, .. } = self;
         let k = problem.grid.len();
         let mut certificate = Certificate::default();
-        // tractions with their images, kept to be measured in units of the largest: squares leave
-        // the range of doubles early
+        // Tractions are kept with their images to be measured in units of the largest, because
+        // squares leave the range of doubles early.
         let mut images: Vec<[[f64; 3]; 2]> = Vec::with_capacity(band.len());
         let (mut force, mut magnitude) = (PerDof::all(0.0), 0.0);
         for e in problem.grid.active_in(band) {
@@ -193,8 +202,8 @@ impl Claim<'_> {
         Sums { certificate, force, magnitude, unit, defect, size }
     }
 
-    /// The natural map of an element's tractions, written as a nearest point of the truncated
-    /// cone's section rather than as G.
+    /// Returns the natural map of an element's tractions, written as a nearest point of the
+    /// truncated cone's section rather than as G.
     fn image(&self, [pressure, px, py]: [f64; 3], [gap, slip_x, slip_y]: [f64; 3]) -> [f64; 3] {
         let Self { problem, diagonals: Diagonals { normal, tangential }, .. } = self;
         let (mu, ceiling) = (problem.mu, problem.ceiling);
@@ -214,7 +223,7 @@ impl Claim<'_> {
         [allowed, trial.1 * shrink, trial.2 * shrink]
     }
 
-    /// Raises the figures to those of an element.
+    /// Raises the figures of `certificate` to those of an element.
     fn measure(
         &self,
         certificate: &mut Certificate,
@@ -225,7 +234,7 @@ impl Claim<'_> {
         let mu = self.problem.mu;
         let traction = px.hypot(py);
         certificate.tension = certificate.tension.max(relative((-pressure).max(0.0), *peak));
-        // at the ceiling the law (3) lets the bodies overlap
+        // At the ceiling the law (3) lets the bodies overlap.
         if pressure < self.problem.ceiling {
             certificate.penetration =
                 certificate.penetration.max(relative((-gap).max(0.0), *deepest));
@@ -238,8 +247,8 @@ impl Claim<'_> {
         if pressure > 0.0 && slip > 1e-3 * largest_slip && traction > 1e-6 * mu * peak {
             let against = -(slip_x * px + slip_y * py);
             let across = slip_x * py - slip_y * px;
-            // sticking elements do not slip beyond the residual; where slip is real, traction must
-            // oppose it
+            // Sticking elements do not slip beyond the residual; where slip is real, traction must
+            // oppose it.
             if traction >= mu * pressure * (1.0 - 1e-6) {
                 certificate.slip_angle = certificate.slip_angle.max(across.abs().atan2(against));
             }
@@ -248,7 +257,7 @@ impl Claim<'_> {
 }
 
 impl Sums {
-    /// The sums over all bands.
+    /// Adds up the bands, in order.
     fn over(bands: Vec<Sums>) -> Self {
         let mut total = Self {
             certificate: Certificate::default(),
@@ -274,19 +283,19 @@ impl Sums {
         total
     }
 
-    /// The relative residual of the natural map.
+    /// Returns the relative residual of the natural map.
     fn residual(&self) -> f64 {
         if self.unit == 0.0 {
             return 0.0;
         }
-        // 0/0 comes of tractions that are no numbers
+        // A quotient 0/0 comes of tractions that are no numbers.
         let residual = (self.defect / self.size).sqrt();
         if residual.is_nan() { f64::INFINITY } else { residual }
     }
 }
 
-/// The largest difference between the forces and moments that the tractions sum up to and those
-/// that are claimed or prescribed, over the sum of their magnitudes.
+/// Returns the largest difference between the forces and moments that the tractions sum up to and
+/// those that are claimed or prescribed, over the sum of their magnitudes.
 fn force_imbalance(
     problem: &Problem,
     peak: f64,
@@ -299,11 +308,11 @@ fn force_imbalance(
     let magnitude = sums.magnitude * unit;
     let c = claimed;
     let claims = PerDof::new([c.load, c.force_x, c.force_y, c.moment_x, c.moment_y, c.moment_z]);
-    // of forces below the range of doubles no digit is certain
+    // No digit is certain of forces below the range of doubles.
     let mut imbalance: f64 = if peak > 0.0 && !magnitude.is_normal() { f64::INFINITY } else { 0.0 };
     for dof in Dof::ALL {
         let arm = if dof.is_rotation() { problem.scale.length } else { 1.0 };
-        // `max` would pass over what is no number
+        // The function `max` would pass over what is not a number.
         let difference =
             |force: f64| relative((force - sums.force[dof] * unit * arm).abs(), magnitude * arm);
         let missed = if let Control::Force(force) = target[dof] { difference(force) } else { 0.0 };

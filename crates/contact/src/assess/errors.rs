@@ -1,4 +1,4 @@
-//! How far a solution is from a closed form, or from a solution on a finer mesh.
+//! The errors of a solution against a closed form, or against a solution on a finer mesh.
 
 use super::closed_form::ClosedForm;
 use super::norms::{self, Norm, Relative};
@@ -6,25 +6,26 @@ use super::quadrature::{Kinks, Rectangle};
 use crate::grid::Grid;
 use crate::model::{Control, Dof, Fields, FigureErrors, PerDof, StepOutcome};
 
-/// Relative errors of a solution \[1\]. `None` for what the scene prescribes, what the reference
-/// does not have (an unbounded peak, a traction outside L₂), and what is less than 1e-6 of its kind
-/// in the reference, of which a tolerance of 1e-8 leaves no more than two digits.
+/// Relative errors of a solution's figures \[1\]. `None` means that the error is not defined: the
+/// scene prescribes the figure; or the reference does not have it (an unbounded peak, a traction
+/// outside L₂); or it is less than 1e-6 of its kind in the reference, of which a tolerance of 1e-8
+/// leaves no more than two digits.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
-    /// Of the figures.
+    /// The errors of the figures.
     pub figures: FigureErrors,
-    /// Of the local means of the tractions on 8 × 8 parts, in L₂: a weak measure.
+    /// The errors of the local means of the tractions on 8 × 8 parts, in L₂: a weak measure.
     pub local: Relative,
 }
 
-/// Parts each way over which local means are taken.
+/// The number of parts each way over which local means are taken.
 const PARTS: usize = 8;
 
-/// Less than this of its kind is nothing.
+/// The share of its kind below which a figure is nothing.
 const NEGLIGIBLE: f64 = 1e-6;
 
 impl Errors {
-    /// With their names.
+    /// Returns the errors with their names.
     pub fn named(&self) -> impl Iterator<Item = (&'static str, Option<f64>)> {
         self.figures.named().into_iter().chain([
             ("local_pressure", self.local.pressure),
@@ -32,14 +33,14 @@ impl Errors {
         ])
     }
 
-    /// The one of this name.
+    /// Returns the error of this name; `None` also if there is no such name.
     pub fn get(&self, name: &str) -> Option<f64> {
         self.named().find(|(figure, _)| *figure == name)?.1
     }
 
-    /// The end of a path against the closed form of its scene. Local means are taken on the box
-    /// around the contact and half as much again, on whatever mesh the solution is. `None` for
-    /// fields that have not one value for each element of a grid.
+    /// Compares the end of a path with the closed form of its scene. Local means are taken on the
+    /// box around the contact and half as much again, whatever the solution's mesh is. `None` if a
+    /// field does not have one value per element.
     pub fn against_closed_form(
         end: &StepOutcome,
         fields: &Fields,
@@ -62,10 +63,10 @@ impl Errors {
         Some(Self::of(&Figures::of(end), &reference, &exact.controls, strong, local))
     }
 
-    /// The end of a path against that of the same path on another mesh or with other numerics,
-    /// taken for exact; `controls` is what the last step prescribes (the last of
-    /// [`Loading::legs`](crate::model::Loading::legs)). Local means are taken on 8 × 8 parts of
-    /// the reference's Ω. `None` for fields that have not one value for each element of a grid.
+    /// Compares the end of a path with that of the same path on another mesh or with other
+    /// numerics, taken for exact. `controls` are those that the last step prescribes (of the last
+    /// of [`Loading::legs`](crate::model::Loading::legs)). Local means are taken on 8 × 8 parts of
+    /// the reference's Ω. `None` if a field does not have one value per element.
     pub fn against_solution(
         end: &StepOutcome,
         fields: &Fields,
@@ -93,8 +94,8 @@ impl Errors {
         local: Relative,
     ) -> Self {
         let length = reference.areas[0].sqrt();
-        // moments are measured against the load at the size of the contact, rotations against the
-        // approach there
+        // Moments are measured against the load at the size of the contact, rotations against the
+        // approach there.
         let (load, approach) =
             (reference.resultants[Dof::Approach].abs(), reference.motion[Dof::Approach].abs());
         let is_given =
@@ -134,12 +135,13 @@ impl Errors {
     }
 }
 
-/// What is compared besides the fields.
+/// The figures that are compared besides the fields, in SI units.
 struct Figures {
     motion: PerDof<f64>,
     resultants: PerDof<f64>,
+    /// The largest pressure.
     peak: Option<f64>,
-    /// In contact, and of that sticking.
+    /// The areas in contact, and of that sticking.
     areas: [f64; 2],
 }
 
@@ -155,7 +157,8 @@ impl Figures {
     }
 }
 
-/// Distances over norms, where the reference has a traction worth the name.
+/// Returns distances over norms. The one of the traction is defined where the reference has a
+/// traction worth the name.
 fn significant([distance, reference]: [Norm; 2]) -> Relative {
     let relative = distance.over(reference);
     Relative {
@@ -166,8 +169,8 @@ fn significant([distance, reference]: [Norm; 2]) -> Relative {
     }
 }
 
-/// The distance of fields from a closed form in L₂, and the closed form's norm. The relative error
-/// of the integrals is below 1e-9.
+/// Returns the distance of fields from a closed form in L₂, and the closed form's norm. The
+/// relative error of the integrals is below 1e-9.
 fn distance(fields: &Fields, exact: &ClosedForm) -> [Norm; 2] {
     let kinks = exact.kinks();
     let cells = [0, 1].map(|axis| cells(fields, axis, exact.semi_axes[axis]));
@@ -209,20 +212,20 @@ fn distance(fields: &Fields, exact: &ClosedForm) -> [Norm; 2] {
     [Norm { pressure, traction }, Norm { pressure: exact_pressure, traction: exact_traction }]
 }
 
-/// A traction of the closed form's size, so that squares stay within the range of doubles: its mean
-/// pressure.
+/// Returns a traction of the closed form's size, so that squares stay within the range of doubles:
+/// its mean pressure.
 fn unit(exact: &ClosedForm) -> f64 {
     exact.resultants[Dof::Approach] / exact.contact_area()
 }
 
-/// Whether a rectangle lies outside an ellipse around the origin.
+/// Returns whether a rectangle lies outside an ellipse around the origin.
 fn is_outside(rectangle: Rectangle, [a, b]: [f64; 2]) -> bool {
     let nearest = |[low, high]: [f64; 2]| low.max(-high).max(0.0);
     (nearest(rectangle.x) / a).hypot(nearest(rectangle.y) / b) >= 1.0
 }
 
-/// The columns or rows of elements as intervals with their indices, and what of ± `reach` lies
-/// beyond them.
+/// Returns the columns or rows of elements as intervals with their indices, and the parts of ±
+/// `reach` that lie beyond them.
 fn cells(fields: &Fields, axis: usize, reach: f64) -> Vec<([f64; 2], Option<usize>)> {
     let n = fields.shape[axis] as usize;
     let edge = |i: usize| fields.origin[axis] + (i as f64 - 0.5) * fields.element[axis];
@@ -239,9 +242,9 @@ fn cells(fields: &Fields, axis: usize, reach: f64) -> Vec<([f64; 2], Option<usiz
     cells
 }
 
-/// The distance of the local means of fields from those of a closed form, and the norm of those.
-/// The parts cover the box around the contact and half as much again. Their means' relative error
-/// is below 1e-9, below 1e-6 for a flat sole.
+/// Returns the distance of the local means of fields from those of a closed form, and the norm of
+/// those. The parts cover the box around the contact and half as much again. The relative error of
+/// their means is below 1e-9, and below 1e-6 for a flat sole.
 fn local_distance(fields: &Fields, exact: &ClosedForm) -> Option<[Norm; 2]> {
     let [hx, hy] = exact.semi_axes.map(|semi_axis| 3.0 * semi_axis / PARTS as f64);
     let first = 0.5 * (1.0 - PARTS as f64);
@@ -251,7 +254,7 @@ fn local_distance(fields: &Fields, exact: &ClosedForm) -> Option<[Norm; 2]> {
     Some([norms::distance(&computed, &means)?, norms::norm(&means)?])
 }
 
-/// The means of a closed form's tractions over the elements of a grid.
+/// Returns the means of a closed form's tractions over the elements of a grid.
 fn means(exact: &ClosedForm, kinks: &Kinks, grid: &Grid) -> Fields {
     let half = [0.5 * grid.hx(), 0.5 * grid.hy()];
     let of_element = |e: usize| {
@@ -284,7 +287,7 @@ mod tests {
     use crate::assess::closed_form::closed_form;
     use crate::model::{Base, Foundation, Scene, Shape, sphere_on_half_space};
 
-    /// A field of this value of pressure on each of n × n elements around the origin.
+    /// Returns a field of this value of pressure on each of n × n elements around the origin.
     fn constant(pressure: f64, n: u32, width: f64) -> Fields {
         let (element, k) = (width / f64::from(n), (n * n) as usize);
         Fields {
@@ -298,8 +301,8 @@ mod tests {
         }
     }
 
-    /// ∫ (c − p)² over a square of width 3a is 9a²c² − 2cP + ½p₀²πa² for Hertz's pressure, however
-    /// the square is cut.
+    /// The integral ∫ (c − p)² over a square of width 3a is 9a²c² − 2cP + ½p₀²πa² for Hertz's
+    /// pressure, however the square is cut.
     #[test]
     fn distances_from_hertz_are_exact_on_every_grid() {
         let exact = closed_form(&Scene {
@@ -319,7 +322,7 @@ mod tests {
                 "{n}: {off:?} {own:?}"
             );
         }
-        // what lies beyond the grid counts in full
+        // The part that lies beyond the grid counts in full.
         let [off, own] = distance(&constant(0.0, 5, 0.7 * a), &exact);
         assert!(
             (off.pressure / norm - 1.0).abs() < 1e-9 && (own.pressure / norm - 1.0).abs() < 1e-9

@@ -1,4 +1,4 @@
-//! Load, areas, peaks and energies of a solution, and its fields, in SI units.
+//! The load, areas, peaks and energies of a solution, and its fields, in SI units.
 
 use std::ops::Range;
 
@@ -7,9 +7,10 @@ use crate::influence::Diagonals;
 use crate::model::{Fields, Observables, PerDof, State};
 use crate::problem::{Problem, h_u};
 
-/// The state of every element, read off the natural map x = p − E v: an element in contact sticks
-/// when the projection onto its friction disk leaves x_t as it is. `w` = A p − f, `diagonal` those
-/// of A. Without friction everything in contact slips.
+/// Reads the state of every element off the natural map x = p − E v: an element in contact sticks
+/// when the projection onto its friction disk leaves x_t as it is. `p` and `w` = A p − f are three
+/// blocks [n | x | y] in the problem's units, `diagonal` the diagonal entries of A. Without
+/// friction everything in contact slips.
 pub fn states(
     problem: &Problem,
     p: &[f64],
@@ -42,7 +43,8 @@ pub fn states(
     states
 }
 
-/// Integral quantities of the tractions `p` with w = A p − f, in SI units.
+/// Returns the integral quantities of the tractions `p` with w = A p − f, in SI units. `p` and `w`
+/// are three blocks [n | x | y] in the problem's units.
 pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) -> Observables {
     let grid = &problem.grid;
     let k = grid.len();
@@ -61,7 +63,7 @@ pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) ->
         sole_area: grid.active_len() as f64 * area,
         ..Observables::default()
     };
-    // in the problem's units
+    // A band's figures are in the problem's units.
     let of_band = |band: Range<usize>| {
         let mut sums = Observables::default();
         for e in grid.active_in(band) {
@@ -112,8 +114,9 @@ pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) ->
     total
 }
 
-/// The regions of nx × ny elements in contact that do not touch each other, not even at a corner:
-/// the elements of each, in order, those with the smallest element first.
+/// Returns the regions in contact of a grid of nx × ny elements that do not touch each other, not
+/// even at a corner. The elements of each are in order; the region with the smallest element comes
+/// first.
 pub fn patches([nx, ny]: [usize; 2], in_contact: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
     let mut seen = vec![false; nx * ny];
     let mut patches = Vec::new();
@@ -143,7 +146,7 @@ pub fn patches([nx, ny]: [usize; 2], in_contact: impl Fn(usize) -> bool) -> Vec<
     patches
 }
 
-/// The fields in SI units.
+/// Returns the fields in SI units, from `p` and w = A p − f in the problem's units.
 pub(crate) fn fields(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) -> Fields {
     let grid = &problem.grid;
     let k = grid.len();

@@ -5,36 +5,39 @@
 //! its inverse), at that of a stick zone the traction has such a root too, and under a cone's tip
 //! the pressure goes like a logarithm. Rectangles that an ellipse cuts are therefore swept along
 //! chords that end on it, in the variable t of 3t² − 2t³, whose square-root ends make those roots
-//! analytic; rectangles at the centre are halved towards it.
+//! analytic. Rectangles at the centre are halved towards it.
 
 use crate::common::gauss::{self, MAX_POINTS};
 
-/// What a function is not smooth at.
+/// The places where a function is not smooth.
 pub(super) struct Kinks {
-    /// Semi-axes along x and y of ellipses around the origin.
+    /// The semi-axes along x and y of ellipses around the origin.
     pub(super) ellipses: Vec<[f64; 2]>,
-    /// Whether the origin is one.
+    /// True if the origin is such a place.
     pub(super) center: bool,
 }
 
 /// A rectangle [x₀, x₁] × [y₀, y₁].
 #[derive(Clone, Copy)]
 pub(super) struct Rectangle {
+    /// The interval along x.
     pub(super) x: [f64; 2],
+    /// The interval along y.
     pub(super) y: [f64; 2],
 }
 
-/// Points of the rule along a chord, and along the way of the chords.
+/// The number of points of the rule along a chord, and across the chords.
 const EDGE_POINTS: usize = MAX_POINTS;
-/// Points each way for a rectangle at least its own size away from every kink.
+/// The number of points each way for a rectangle at least its own size away from every kink.
 const FAR_POINTS: usize = 6;
-/// How often a rectangle at the centre is halved: what is left over then holds 1e-12 of its area.
+/// The number of times that a rectangle at the centre is halved. The rest then holds 1e-12 of its
+/// area.
 const HALVINGS: u32 = 40;
 
 impl Kinks {
-    /// ∫ f over the rectangle. Relative error: below 1e-9 of roots at the ellipses, their squares
-    /// and logarithms at the centre; below 1e-6 of inverse roots, which lose digits in telling a
-    /// point next to the ellipse from one on it.
+    /// Integrates `f` over the rectangle. The relative error is below 1e-9 for roots at the
+    /// ellipses, for their squares and for logarithms at the centre. It is below 1e-6 for inverse
+    /// roots, which lose digits in telling a point next to the ellipse from one on it.
     pub(super) fn integrate<const N: usize>(
         &self,
         rectangle: Rectangle,
@@ -43,6 +46,7 @@ impl Kinks {
         self.halved(rectangle, f, HALVINGS)
     }
 
+    /// Integrates `f` over the rectangle, which is halved up to so many times towards the centre.
     fn halved<const N: usize>(
         &self,
         rectangle: Rectangle,
@@ -53,7 +57,7 @@ impl Kinks {
         let size = [x[1] - x[0], y[1] - y[0]];
         let longest = size[0].max(size[1]);
         let distance = |[low, high]: [f64; 2]| low.max(-high).max(0.0);
-        // three quarters, for a part that lies its own size away is far enough
+        // Three quarters are taken, for a part that lies its own size away is far enough.
         if halvings == 0 || !self.center || distance(x).max(distance(y)) >= 0.75 * longest {
             return self.without_center(rectangle, f);
         }
@@ -74,6 +78,7 @@ impl Kinks {
         sum
     }
 
+    /// Integrates `f` over a rectangle on which the centre is no kink.
     fn without_center<const N: usize>(
         &self,
         rectangle: Rectangle,
@@ -83,8 +88,8 @@ impl Kinks {
             let line = |y: f64| gauss_legendre(rectangle.x, FAR_POINTS, &|x| f(x, y));
             return gauss_legendre(rectangle.y, FAR_POINTS, &line);
         }
-        // where a chord's end jumps from an ellipse to a side of the rectangle or the chord ends
-        // altogether
+        // At these y a chord's end jumps from an ellipse to a side of the rectangle, or the chord
+        // ends altogether.
         let turns = self.ellipses.iter().flat_map(|&[a, b]| {
             rectangle
                 .x
@@ -101,12 +106,12 @@ impl Kinks {
     }
 }
 
-/// √(1 − s²), 0 beyond s = 1.
+/// Returns √(1 − s²), 0 beyond s = 1.
 fn cathetus(s: f64) -> f64 {
     ((1.0 - s) * (1.0 + s)).max(0.0).sqrt()
 }
 
-/// Whether an ellipse passes through the rectangle or less than its size beside it.
+/// Returns whether an ellipse passes through the rectangle or less than its size beside it.
 fn is_near(rectangle: Rectangle, [a, b]: [f64; 2]) -> bool {
     let Rectangle { x, y } = rectangle;
     let (width, height) = (x[1] - x[0], y[1] - y[0]);
@@ -119,7 +124,8 @@ fn is_near(rectangle: Rectangle, [a, b]: [f64; 2]) -> bool {
     (x[0] / a).hypot(y[0] / b) < 1.0 && (x[1] / a).hypot(y[1] / b) > 1.0
 }
 
-/// ∫ f over an interval, cut at ± each of `points`, by a rule for roots at the ends of each piece.
+/// Integrates `f` over an interval, cut at ± each of `points`, by a rule for roots at the ends of
+/// each piece.
 fn pieces<const N: usize>(
     [low, high]: [f64; 2],
     points: impl Iterator<Item = f64>,
@@ -132,7 +138,8 @@ fn pieces<const N: usize>(
     for piece in cuts.windows(2) {
         let length = piece[1] - piece[0];
         let rooted = |t: f64| {
-            // from the nearer end, so that a root's argument keeps its digits
+            // The distance is taken from the nearer end, so that a root's argument keeps its
+            // digits.
             let s = t.min(1.0 - t);
             let distance = length * s * s * (3.0 - 2.0 * s);
             let mut value = f(if t < 0.5 { piece[0] + distance } else { piece[1] - distance });
@@ -144,6 +151,7 @@ fn pieces<const N: usize>(
     sum
 }
 
+/// Integrates `f` over an interval by Gauss and Legendre's rule of so many points.
 fn gauss_legendre<const N: usize>(
     [low, high]: [f64; 2],
     points: usize,
@@ -157,6 +165,7 @@ fn gauss_legendre<const N: usize>(
     sum
 }
 
+/// Adds `weight` times `term` to `sum`.
 fn add<const N: usize>(sum: &mut [f64; N], term: [f64; N], weight: f64) {
     for (sum, term) in sum.iter_mut().zip(term) {
         *sum += weight * term;
@@ -168,7 +177,7 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// Sums over the elements of an n × m grid on [−1.37, 1.31] × [−1.25, 1.2].
+    /// Returns sums over the elements of an n × m grid on [−1.37, 1.31] × [−1.25, 1.2].
     fn over_grid<const N: usize>(
         kinks: &Kinks,
         [n, m]: [usize; 2],
@@ -203,7 +212,7 @@ mod tests {
         };
         let kinks = Kinks { ellipses: vec![[a, b], [a * c, b * c]], center: true };
         let unit = PI * a * b;
-        // ∫ 2s acosh(1/s)² ds over (0, 1) = 2 ln 2
+        // The integral ∫ 2s acosh(1/s)² ds over (0, 1) is 2 ln 2.
         let exact = [2.0 / 3.0, 0.5, 2.0, 2.0 / 3.0 * (1.0 - c * c * c), 1.0, 2.0 * 2f64.ln()];
         for n in [[1, 1], [2, 3], [7, 7], [16, 5], [40, 31]] {
             let sums = over_grid(&kinks, n, &f);
