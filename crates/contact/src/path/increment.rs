@@ -1,4 +1,4 @@
-//! One increment of a path: from what is asked, by way of a solver's iterate, to a certified
+//! One increment of a path: from the controls, by way of a solver's iterate, to a certified
 //! outcome.
 
 use crate::assess::{certify, fields, observables, states, transform_error};
@@ -13,22 +13,25 @@ use crate::solver::{Iterate, Stop};
 /// The state that an increment starts from, in SI units.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Departure {
+    /// The motion of the punch.
     pub(crate) motion: Motion,
+    /// The forces \[N\] and moments \[N m\] of the punch on the foundation.
     pub(crate) resultants: PerDof<f64>,
 }
 
 /// A certified increment.
 pub(crate) struct Increment {
-    /// Whether it counts as solved.
+    /// Says whether the increment counts as solved.
     pub(crate) status: Status,
-    /// Its figures.
+    /// The figures of the increment, in SI units.
     pub(crate) outcome: StepOutcome,
+    /// The fields at its end, in SI units.
     pub(crate) fields: Fields,
-    /// w = A p − f, the gap and the slip, in the problem's units.
+    /// The gap and the slip w = A p − f, in the problem's units, three blocks [n | x | y].
     pub(crate) slip: Vec<f64>,
 }
 
-/// The controls in the problem's units.
+/// Converts controls from SI units to the problem's units.
 pub(crate) fn in_units(target: &PerDof<Control>, problem: &Problem) -> PerDof<Control> {
     let (motions, forces) = (problem.scale.motions(), problem.scale.forces());
     PerDof::from_fn(|dof| match target[dof] {
@@ -37,8 +40,8 @@ pub(crate) fn in_units(target: &PerDof<Control>, problem: &Problem) -> PerDof<Co
     })
 }
 
-/// Certifies an iterate with `operator`, which has no mirror planes, against `target` \[SI\] too,
-/// and derives what goes out: whether it counts as solved, its figures, its fields and w = A p − f.
+/// Certifies an iterate with `operator`, which has no mirror planes, also against `target` \[SI\],
+/// and derives the results: the status, the figures, the fields and w = A p − f.
 pub(crate) fn certify_increment(
     problem: &Problem,
     operator: &Operator,
@@ -49,7 +52,7 @@ pub(crate) fn certify_increment(
 ) -> Increment {
     let p = &iterate.p;
     let diagonal = operator.table.diagonals();
-    // what the operator has no components for does not move against the punch
+    // A component that the operator does not have does not move against the punch.
     let mut displacement = problem.f.clone();
     let acting = operator.influence.components().len() * problem.grid.len();
     operator.apply(&mut displacement[..acting], &p[..acting], &mut operator.scratch());
@@ -100,7 +103,7 @@ pub(crate) fn certify_increment(
     Increment { status, outcome, fields: fields(problem, p, &w, &states), slip: w }
 }
 
-/// Why an iterate is no solution, in words with figures.
+/// Says why an iterate is no solution, in words with figures.
 fn failure(
     mu: f64,
     iterate: &Iterate,
@@ -149,7 +152,7 @@ fn failure(
             );
         }
     };
-    // what the contact does not carry, most of all, where everything else is right
+    // Where everything else is right, the difficulty is the force that the contact misses most.
     let solved = [certificate.residual, certificate.tension, certificate.cone_violation]
         .iter()
         .all(|figure| *figure <= tolerance);
@@ -189,6 +192,7 @@ fn failure(
     )
 }
 
+/// Returns the work of an iterate.
 fn work(iterate: &Iterate) -> WorkDone {
     WorkDone {
         iterations: iterate.iterations,
@@ -236,7 +240,7 @@ mod tests {
             apart.contains("nothing touches, and nothing carries moment_y = -2.500000e-1 N m;"),
             "{apart}"
         );
-        // where more is wrong than that, it is not the difficulty
+        // Where more is wrong than that, it is not the difficulty.
         let unsolved = say(&observables, &Certificate { residual: 1e-3, ..unbalanced });
         assert!(
             unsolved.starts_with(

@@ -9,8 +9,7 @@ use super::vector::{add, norm, products, scale};
 /// The largest number of directions kept before a restart.
 const RESTART: usize = 80;
 
-/// The share of a direction's length below which, if no more is left when it is made orthogonal,
-/// too many digits are lost.
+/// The share of its length below which a direction, made orthogonal, has lost too many digits.
 const CANCELLED: f64 = 0.1;
 
 /// A linear system with an approximate inverse.

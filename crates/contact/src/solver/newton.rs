@@ -160,9 +160,9 @@ pub(super) fn stiffness(
     (stiffness, linear.applications)
 }
 
-/// The factor on an element's compliance with which the transverse tractions of slipping elements
-/// and their neighbours give way to each other in the preconditioner. It took the fewest
-/// applications of ½, 1, 2, 3 and 4.
+/// The factor by which the preconditioner enlarges the compliance of a slipping element alone,
+/// because the transverse tractions of the element and its neighbours give way to each other. The
+/// value took the fewest applications of ½, 1, 2, 3 and 4.
 const COMPLIANCE: f64 = 2.0;
 
 /// The states of the elements under the map linearised about an iterate.
