@@ -11,7 +11,7 @@ use crate::model::{
 };
 use crate::path::{Departure, Increment, certify_increment, in_units};
 use crate::problem::{Operator, Operators, Problem, Stage};
-use crate::solver::{self, Iterate, Start, Stop, StopRule, newton};
+use crate::solver::{self, Conditions, Iterate, Start, Stop, StopRule, newton};
 
 /// The relative residual to which a candidate is polished, if rounding lets it.
 const POLISHED: f64 = 1e-12;
@@ -133,9 +133,7 @@ impl<'a> Seeker<'a> {
                     &mut self.problem,
                     self.operators,
                     &WHOLE,
-                    &self.controls,
-                    &start,
-                    &rule,
+                    &Conditions { controls: &self.controls, start: &start, rule: &rule },
                 );
                 self.count(&iterate);
                 let Increment { status, mut outcome, slip, .. } = certify_increment(
@@ -174,9 +172,7 @@ impl<'a> Seeker<'a> {
             &mut self.problem,
             self.operators,
             &WHOLE,
-            &self.controls,
-            before,
-            &rule,
+            &Conditions { controls: &self.controls, start: before, rule: &rule },
         );
         let motion = if iterate.motion.iter().all(|q| q.is_finite()) {
             iterate.motion
@@ -318,14 +314,13 @@ impl<'a> Seeker<'a> {
                 &mut self.problem,
                 self.operators,
                 &WHOLE,
-                &self.controls,
-                start,
-                &rule,
+                &Conditions { controls: &self.controls, start, rule: &rule },
             ),
             Method::Newton | Method::Auto => {
                 let rule =
                     StopRule { max_iterations: rule.max_iterations.min(NEWTON_STEPS), ..rule };
-                newton::solve(&mut self.problem, &self.operator, &self.controls, start, &rule)
+                let conditions = Conditions { controls: &self.controls, start, rule: &rule };
+                newton::solve(&mut self.problem, &self.operator, &conditions)
             }
         };
         self.settle(origin, method, iterate);
@@ -339,8 +334,8 @@ impl<'a> Seeker<'a> {
         for factor in factors {
             self.problem.mu = mu * factor;
             let steps = StopRule { max_iterations: rule.max_iterations.min(NEWTON_STEPS), ..rule };
-            let mut iterate =
-                newton::solve(&mut self.problem, &self.operator, &self.controls, &start, &steps);
+            let conditions = Conditions { controls: &self.controls, start: &start, rule: &steps };
+            let mut iterate = newton::solve(&mut self.problem, &self.operator, &conditions);
             self.count(&iterate);
             if iterate.stop != Stop::Converged {
                 iterate = solver::solve(
@@ -348,9 +343,7 @@ impl<'a> Seeker<'a> {
                     &mut self.problem,
                     self.operators,
                     &WHOLE,
-                    &self.controls,
-                    &start,
-                    &rule,
+                    &Conditions { controls: &self.controls, start: &start, rule: &rule },
                 );
                 self.count(&iterate);
             }
@@ -383,8 +376,8 @@ impl<'a> Seeker<'a> {
         }
         let rule = StopRule { tolerance: POLISHED, max_iterations: NEWTON_STEPS };
         let start = Start { p: iterate.p, motion: iterate.motion };
-        let polished =
-            newton::solve(&mut self.problem, &self.operator, &self.controls, &start, &rule);
+        let conditions = Conditions { controls: &self.controls, start: &start, rule: &rule };
+        let polished = newton::solve(&mut self.problem, &self.operator, &conditions);
         self.count(&polished);
         let tolerance = self.numerics.tolerance.min(LOOSEST);
         let Increment { status, outcome, fields, .. } = certify_increment(

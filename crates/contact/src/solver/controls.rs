@@ -1,26 +1,26 @@
-//! What governs the punch: what forces cannot be, how far an iterate is from them, and where to
-//! begin.
+//! The controls of the punch: the forces that cannot be, the distance of an iterate from the
+//! prescribed ones, and an approach to begin with.
 
 use super::iterate::{Iterate, Stop};
 use crate::influence::images;
 use crate::model::{Control, Dof, PerDof, rigid_modes};
 use crate::problem::Problem;
 
-/// Degrees of freedom that a force governs.
+/// Returns the degrees of freedom that a force governs.
 pub(super) fn governed(controls: &PerDof<Control>) -> Vec<Dof> {
     Dof::ALL.into_iter().filter(|dof| matches!(controls[*dof], Control::Force(_))).collect()
 }
 
-/// What a control asks.
+/// Returns the value that a control prescribes.
 pub(super) fn target(control: Control) -> f64 {
     match control {
         Control::Force(value) | Control::Motion(value) => value,
     }
 }
 
-/// Forces that no contact can have, whatever its pressure: more than friction carries (|Q| ≥ μP,
-/// gross sliding), or a line of action that passes the sole by; and moments that determine no tilt,
-/// about a single row of elements.
+/// Checks controls that no contact can satisfy: a tangential force beyond the friction limit (|Q| ≥
+/// μP, gross sliding), a resultant whose line of action passes the sole by, or a moment about a
+/// single row of elements, which leaves the tilt undetermined.
 pub(super) fn impossible(problem: &Problem, controls: &PerDof<Control>) -> Option<Stop> {
     let force = |dof: Dof| if let Control::Force(force) = controls[dof] { force } else { 0.0 };
     if let Some(dof) =
@@ -29,13 +29,13 @@ pub(super) fn impossible(problem: &Problem, controls: &PerDof<Control>) -> Optio
         return Some(Stop::Slides { dof });
     }
     let centers = || problem.grid.active().map(|e| problem.grid.center(e));
-    // where the centres lie along x or y, if all at the same place
+    // The coordinate along x or y that all centres have in common, if they do.
     let row = |axis: usize| {
         let first = centers().next()?[axis];
         centers().all(|center| center[axis] == first).then_some(first)
     };
     let is_governed = |dof: Dof| matches!(controls[dof], Control::Force(_));
-    // centres with the same x lie in a row along y, and a tilt about y moves none of them
+    // Centres with the same x lie in a row along y, and a tilt about y moves none of them.
     let one_row = [0, 1]
         .into_iter()
         .map(|axis| (Dof::tilt_about(1 - axis), axis))
@@ -45,14 +45,14 @@ pub(super) fn impossible(problem: &Problem, controls: &PerDof<Control>) -> Optio
     if let Some(dof) = beyond_friction(problem.mu * normal, Dof::SHIFTS.map(force)) {
         return Some(Stop::Slides { dof });
     }
-    // Σ x p₁ and Σ y p₁ over Σ p₁ lie in the convex hull of the elements' centres
+    // The points Σ x p₁ and Σ y p₁ over Σ p₁ lie in the convex hull of the elements' centres.
     let arm = |dof: Dof, sign: f64| {
         if let Control::Force(moment) = controls[dof] { Some(sign * moment / normal) } else { None }
     };
     let (x, y) = (arm(Dof::TiltY, -1.0), arm(Dof::TiltX, 1.0));
-    let beside = |at: Option<f64>, axis: usize| {
-        at.zip(row(axis)).is_some_and(|(at, row)| {
-            (at - row).abs() > 1e-9 * [problem.grid.hx(), problem.grid.hy()][axis]
+    let beside = |place: Option<f64>, axis: usize| {
+        place.zip(row(axis)).is_some_and(|(place, row)| {
+            (place - row).abs() > 1e-9 * [problem.grid.hx(), problem.grid.hy()][axis]
         })
     };
     if let Some(stop) = one_row
@@ -79,6 +79,7 @@ pub(super) fn impossible(problem: &Problem, controls: &PerDof<Control>) -> Optio
     })
 }
 
+/// Returns the larger component of a tangential force that is not below `bound`.
 fn beyond_friction(bound: f64, [x, y]: [f64; 2]) -> Option<Dof> {
     let size = x.hypot(y);
     (size > 0.0 && size >= bound).then_some(if x.abs() >= y.abs() {
@@ -88,13 +89,13 @@ fn beyond_friction(bound: f64, [x, y]: [f64; 2]) -> Option<Dof> {
     })
 }
 
-/// Why an iterate is no solution: sliding, when its own pressure shows that friction cannot carry
-/// what is asked, else what the solver said.
+/// Says why an iterate is no solution. It is sliding if the iterate's pressure shows that friction
+/// cannot carry the prescribed force; otherwise it is what the solver said.
 pub(super) fn explain(problem: &Problem, controls: &PerDof<Control>, iterate: &Iterate) -> Stop {
     let force = |dof: Dof| if let Control::Force(force) = controls[dof] { force } else { 0.0 };
     let normal = problem.resultants(&iterate.p)[Dof::Approach];
     let touches = problem.grid.active().any(|e| iterate.p[e] > 0.0 || problem.f[e] > 0.0);
-    // a tilt that a moment governs could still bring them together
+    // A tilt that a moment governs could still bring them together.
     let settled = [Dof::Approach, Dof::TiltX, Dof::TiltY]
         .iter()
         .all(|dof| matches!(controls[*dof], Control::Motion(_)));
@@ -108,8 +109,8 @@ pub(super) fn explain(problem: &Problem, controls: &PerDof<Control>, iterate: &I
         if let Some(dof) = beyond_friction(problem.mu * normal, Dof::SHIFTS.map(force)) {
             return Stop::Slides { dof };
         }
-        // about any centre the tractions μp₁ across the radius have the moment Σ μ p₁ r; least
-        // about the centre of pressure, nearly
+        // About any centre the tractions μp₁ across the radius have the moment Σ μ p₁ r, which is
+        // least about the centre of pressure, nearly.
         let resultants = problem.resultants(&iterate.p);
         let center = [-resultants[Dof::TiltY] / normal, resultants[Dof::TiltX] / normal];
         let arm = |[x, y]: [f64; 2]| (x - center[0]).hypot(y - center[1]);
@@ -127,11 +128,12 @@ pub(super) fn explain(problem: &Problem, controls: &PerDof<Control>, iterate: &I
     iterate.stop
 }
 
-/// Differences between the resultants asked and those of `p`, over Σ|p||e| (moments in units of ℓ).
+/// Returns the differences between the `targets` and the resultants of `p` for the `governed`
+/// degrees of freedom, over Σ|p||e| (moments in units of ℓ).
 pub(super) fn imbalances(
     problem: &Problem,
     p: &[f64],
-    asked: &PerDof<f64>,
+    targets: &PerDof<f64>,
     governed: &[Dof],
 ) -> Vec<f64> {
     if governed.is_empty() {
@@ -143,13 +145,13 @@ pub(super) fn imbalances(
     let size = problem.grid.active().map(largest).sum::<f64>()
         * problem.grid.element_area()
         * images(&problem.mirror);
-    // nothing is in balance with nothing
-    let relative = |off: f64| if off == 0.0 { 0.0 } else { off / size };
-    governed.iter().map(|&dof| relative((resultants[dof] - asked[dof]).abs())).collect()
+    // Nothing is in balance with nothing.
+    let relative = |difference: f64| if difference == 0.0 { 0.0 } else { difference / size };
+    governed.iter().map(|&dof| relative((resultants[dof] - targets[dof]).abs())).collect()
 }
 
-/// An approach at which springs under each element, as stiff together as a half-space under their
-/// area, carry the load.
+/// Returns an approach at which springs under each element, as stiff together as a half-space under
+/// their area, carry the load.
 pub(super) fn first_approach(problem: &Problem, motion: &PerDof<f64>, load: f64) -> f64 {
     let mut rigid = *motion;
     rigid[Dof::Approach] = 0.0;
@@ -168,7 +170,7 @@ pub(super) fn first_approach(problem: &Problem, motion: &PerDof<f64>, load: f64)
             sum += height + approach;
             count += 1.0;
         }
-        // a flat disk carries 2E*aδ on πa², E* = 2/c: a mean pressure of 4δ/πac
+        // A flat disk carries 2E*aδ on πa², with E* = 2/c: a mean pressure of 4δ/πac.
         if count == 0.0 {
             0.0
         } else {
@@ -176,7 +178,7 @@ pub(super) fn first_approach(problem: &Problem, motion: &PerDof<f64>, load: f64)
         }
     };
     let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    // what one element alone needs is nearly enough
+    // The approach that one element alone needs is nearly enough.
     let mut step = load * (std::f64::consts::PI * area).sqrt() / (4.0 * area);
     while carried(-top + step) < load && step < f64::MAX / 4.0 {
         step *= 2.0;
