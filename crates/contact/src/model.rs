@@ -1,6 +1,17 @@
-//! What is asked and what comes out: plain data with its validation, and no arithmetic beyond that.
+//! The data that go into a solve and come out of it, with their validation and no arithmetic beyond
+//! that.
 //!
-//! Knows nothing of the crate above it.
+//! The folder knows nothing of the rest of the crate, which all lies above it.
+//!
+//! In reading order:
+//! - `error`: the refusal of a scene that has no mechanical meaning ([`SceneError`]);
+//! - `rigid`: the six rigid degrees of freedom of the punch ([`Dof`], [`Motion`], [`Control`]);
+//! - `loading`: the loading path, step by step ([`Loading`], [`Step`], [`Leg`]);
+//! - `scene`: the bodies, the friction between them and Ω ([`Scene`]);
+//! - `effect`: the closed list of effects ([`Effect`]);
+//! - `numerics`: the mesh, the method and its tolerance ([`Numerics`]);
+//! - `outcome`: the figures, the fields and the certificate of a solution ([`Outcome`],
+//!   [`Fields`]).
 
 mod effect;
 mod error;
