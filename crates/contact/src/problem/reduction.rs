@@ -1,9 +1,9 @@
-//! Which effects a scene calls for and why, and the stages of a solve that follow from them. What a
-//! scene does not call for is not simulated, and leaving it out is exact: the solution has none of
-//! it.
+//! The effects that a scene calls for, the reasons, and the stages of a solve that follow from
+//! them. An effect that a scene does not call for is not simulated, and leaving it out is exact:
+//! the solution has none of it.
 //!
 //! Every decision is made from the scene before it is solved, and can be overruled
-//! ([`Numerics::simulate`]): a test holds the solution with an effect left out against the one with
+//! ([`Numerics::simulate`]). A test holds the solution with an effect left out against the one with
 //! it.
 
 use serde::Serialize;
@@ -13,33 +13,37 @@ use crate::influence::{Components, Mirror, Symmetry};
 use crate::model::{Control, Dof, Effect, Numerics, Scene, SceneError, Shape};
 use crate::punch::{Surfaces, domain};
 
-/// Whether an effect is simulated, and why.
+/// The decision whether an effect is simulated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Decision {
     /// The effect.
     pub effect: Effect,
-    /// Whether it is simulated.
+    /// The decision: true if the effect is simulated.
     pub on: bool,
-    /// Why, in words.
+    /// The reason, in words.
     pub reason: String,
 }
 
-/// Which effects a scene calls for.
+/// The effects that a scene calls for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Effects(Vec<Decision>);
 
 impl Effects {
-    /// The decision on every effect, in the order of [`Effect::ALL`].
+    /// Returns the decision on every effect, in the order of [`Effect::ALL`].
     pub fn decisions(&self) -> &[Decision] {
         &self.0
     }
 
-    /// Whether an effect is simulated.
+    /// Returns whether an effect is simulated.
     pub fn has(&self, effect: Effect) -> bool {
         self.0.iter().any(|decision| decision.effect == effect && decision.on)
     }
 
-    /// Decides for a scene. Refuses what [`super::equation::Problem::new`] would.
+    /// Decides for a scene on a grid with so many `elements` along x and y.
+    ///
+    /// # Errors
+    /// A [`SceneError`] reports a domain that cannot be derived, as
+    /// [`Problem::new`](super::Problem::new) would.
     pub fn of(
         scene: &Scene,
         numerics: &Numerics,
@@ -75,17 +79,18 @@ impl Effects {
     }
 }
 
-/// Tangential loads that a path has: along x, along y, and turning about z.
+/// Returns whether a path has tangential loads along x, along y, and about z.
 fn tangential_loads(scene: &Scene) -> [bool; 3] {
     Dof::TANGENTIAL.map(|dof| scene.loading.legs().iter().any(|leg| !is_nothing(leg.target[dof])))
 }
 
-/// Whether a degree of freedom is left where a symmetric solution leaves it by itself.
+/// Returns whether a control leaves a degree of freedom where a symmetric solution leaves it
+/// anyway.
 fn is_nothing(control: Control) -> bool {
     matches!(control, Control::Motion(0.0) | Control::Force(0.0))
 }
 
-/// Whether the surfaces' normal and tangential displacements are independent, and why.
+/// Returns whether the surfaces' normal and tangential displacements are independent, and why.
 fn uncoupled(scene: &Scene) -> (bool, &'static str) {
     let bodies = relative_bodies(scene, 1.0);
     if bodies.layers.is_some() {
@@ -127,8 +132,8 @@ fn coupling(scene: &Scene, effects: &Effects) -> (bool, String) {
     }
 }
 
-/// Without coupling and without ν/G the two directions know nothing of each other, and only the
-/// loaded one has tractions.
+/// Decides on the tractions along x or y. Without coupling and without ν/G the two directions are
+/// independent, and only the loaded one has tractions.
 fn direction(scene: &Scene, effects: &Effects, effect: Effect) -> (bool, String) {
     let own = if effect == Effect::TractionX { 0 } else { 1 };
     let loads = tangential_loads(scene);
@@ -185,8 +190,8 @@ fn load_control(scene: &Scene) -> (bool, String) {
     )
 }
 
-/// What is solved at once: some components, on the positive sides of mirror planes. Without
-/// coupling the pressure comes first and the tangential tractions after it.
+/// The unknowns that are solved at once: some components, on the positive sides of mirror planes.
+/// Without coupling the pressure comes first and the tangential tractions after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stage {
     /// The components.
@@ -196,7 +201,7 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// Unknowns of a problem on this many elements.
+    /// Returns the number of unknowns of a problem on so many `elements` along x and y.
     pub fn unknowns(&self, elements: [usize; 2]) -> usize {
         let half = |n: usize, plane: Option<Symmetry>| if plane.is_some() { n / 2 } else { n };
         self.components.len() * half(elements[0], self.mirror.x) * half(elements[1], self.mirror.y)
@@ -204,7 +209,7 @@ impl Stage {
 }
 
 impl Effects {
-    /// The stages in which the scene is solved.
+    /// Returns the stages in which the scene is solved.
     pub fn stages(&self, scene: &Scene) -> Vec<Stage> {
         let plane = |axis: usize, effect: Effect, tangential: bool| {
             let behaviour =
@@ -235,9 +240,10 @@ impl Effects {
     }
 }
 
-/// How the tangential tractions of a scene that is mirror-symmetric in direction `axis` (0: x, 1:
-/// y) behave: under coupling like the surface displacements of a symmetric pressure, without it as
-/// the tangential load has it. `None` when they do neither.
+/// Returns the symmetry of the tangential tractions of a scene that is mirror-symmetric in
+/// direction `axis` (0: x, 1: y). Under coupling they behave like the surface displacements of a
+/// symmetric pressure, and without it like the tangential load. The result is `None` if they do
+/// neither.
 fn image(scene: &Scene, effects: &Effects, axis: usize) -> Option<Symmetry> {
     let [x, y, twist] = tangential_loads(scene);
     let (along, across) = if axis == 0 { (x, y) } else { (y, x) };
@@ -258,7 +264,7 @@ fn asymmetry(
     let name = ["x", "y"][axis];
     let domain = domain(scene, surfaces)?;
     let center = [domain.center_x, domain.center_y][axis];
-    // tilting about y lifts one side in x
+    // A tilt about y lifts one side in x.
     let tilt = Dof::tilt_about(1 - axis);
     let legs = scene.loading.legs();
     Ok(if !has_mirror(&scene.punch.shape, axis, surfaces) {
@@ -276,7 +282,7 @@ fn asymmetry(
     })
 }
 
-/// Whether a shape is its own mirror image in x (0) or y (1), exactly.
+/// Returns whether a shape is its own mirror image in x (0) or y (1), exactly.
 fn has_mirror(shape: &Shape, axis: usize, surfaces: &Surfaces) -> bool {
     match shape {
         Shape::Sphere { .. }
