@@ -46,7 +46,8 @@
 //! F(x), with
 //!
 //! ```text
-//! F(x) = max over elements with x_t·y_t > 0 of x_t·y_t / (|x₁| |y_t|)   (∞ where x₁ = 0 there, 0 without such elements),
+//! F(x) = max over elements with x_t·y_t > 0 of x_t·y_t / (|x₁| |y_t|)
+//!        (∞ if x₁ = 0 at one of them, 0 without such elements),
 //! μ* = min { F(x) : x ≠ 0, x₁y₁ ≤ 0 at every element }.
 //! ```
 //!

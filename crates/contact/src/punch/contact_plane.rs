@@ -476,7 +476,7 @@ mod tests {
             let left = placed(Side::Left, &Position { lateral, yaw, roll }).unwrap();
             let right = placed(Side::Right, &Position { lateral: -lateral, yaw: -yaw, roll: -roll }).unwrap();
             prop_assert!((left.height() - right.height()).abs() < 1e-13);
-            // with two nearly equal gaps either may be the smallest
+            // With two nearly equal gaps either may be the smallest.
             prop_assume!((left.touches()[0].position[1] + right.touches()[0].position[1]).abs() < 1e-6);
             let (a, b) = (left.curvatures(), right.curvatures());
             prop_assert!((a.xx - b.xx).abs() < 1e-3 && (a.xs + b.xs).abs() < 1e-3);

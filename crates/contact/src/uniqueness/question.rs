@@ -1,4 +1,5 @@
-//! The question of a bracket: the data that μ* depends on, and the effort of the search for a witness.
+//! The question of a bracket: the data that μ* depends on, and the effort of the search for a
+//! witness.
 
 use serde::{Deserialize, Serialize};
 
