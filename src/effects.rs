@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use std::ops::Add;
 
 use anyhow::Result;
-use contact::model::{Effect, Method, Numerics, Shape};
+use contact::model::{ChosenMethod, Effect, Method, Numerics, Shape};
 use contact::problem::Effects;
 use contact::punch::Surfaces;
 use contact::{Forecast, forecast};
@@ -72,7 +72,8 @@ pub(crate) fn effects(job: &Case, surfaces: &Surfaces) -> Result<Listed> {
     };
     let decided = with(job.numerics.simulate.clone())?;
     let decisions = Effects::of(&job.scene, &job.numerics, decided.elements, surfaces)?;
-    let (method, reason) = job.numerics.method.chosen(&job.scene.loading, decided.elements);
+    let ChosenMethod { method, reason } =
+        job.numerics.method.chosen(&job.scene.loading, decided.elements);
     let mut lines = Vec::new();
     for decision in decisions.decisions() {
         let asked = [&job.numerics.simulate[..], &[decision.effect]].concat();

@@ -59,8 +59,8 @@ pub fn forecast(
     sole.hash(&mut hasher);
 
     let effects = Effects::of(scene, numerics, [layout.nx, layout.ny], surfaces)?;
-    let increments: f64 = scene.loading.legs().iter().map(|leg| f64::from(leg.increments)).sum();
-    let (method, _) = numerics.method.chosen(&scene.loading, [layout.nx, layout.ny]);
+    let increments = scene.loading.increments() as f64;
+    let method = numerics.method.chosen(&scene.loading, [layout.nx, layout.ny]).method;
     let unknowns = match method {
         Method::Seidel => 3 * layout.nx * layout.ny,
         Method::Newton | Method::Auto => {

@@ -25,13 +25,13 @@ pub use effect::Effect;
 pub use error::SceneError;
 pub(crate) use error::refuse;
 pub use loading::{Leg, Loading, Step};
-pub use numerics::{Mesh, Method, Numerics, Projection};
+pub use numerics::{ChosenMethod, Mesh, Method, Numerics, Projection};
 pub use outcome::{
     Certificate, Estimate, Fields, FigureErrors, Hertz, Level, Observables, Outcome, RailContact,
     State, Status, StepOutcome, Way, WorkDone,
 };
-pub(crate) use rigid::rigid_modes;
 pub use rigid::{Control, Dof, Motion, PerDof};
+pub(crate) use rigid::{rigid_displacement, rigid_modes};
 #[cfg(test)]
 pub(crate) use scene::tests::sphere_on_half_space;
 pub use scene::{

@@ -165,15 +165,15 @@ impl Loading {
         };
         for (i, step) in steps.iter().enumerate() {
             for (given, [motion, force]) in step.given().iter().zip(Step::NAMES) {
-                let at = |name: &str| format!("loading.steps[{i}].{name}");
+                let key = |name: &str| format!("loading.steps[{i}].{name}");
                 for (value, name) in given.iter().zip([motion, force]) {
                     if let Some(value) = value {
-                        finite(&at(name), *value)?;
+                        finite(&key(name), *value)?;
                     }
                 }
                 if let [Some(_), Some(value)] = given {
                     return Err(refuse(
-                        &at(force),
+                        &key(force),
                         value,
                         &format!("cannot stand beside `{motion}`: give one of the two"),
                     ));
@@ -218,11 +218,7 @@ impl Loading {
             }
             _ => {}
         }
-        let count =
-            |steps: &[Step]| steps.iter().map(|step| u64::from(step.increments)).sum::<u64>();
-        let (lead, cycle) =
-            steps.split_at(self.cycle_from.map_or(steps.len(), |from| from as usize));
-        let total = count(lead).saturating_add(count(cycle).saturating_mul(u64::from(self.cycles)));
+        let total = self.increments();
         if total > u64::from(Self::MAX_INCREMENTS) {
             return Err(refuse(
                 "loading.steps",
@@ -235,12 +231,25 @@ impl Loading {
 }
 
 impl Loading {
+    /// Returns the number of increments of the path; cycles count as often as they are run through.
+    pub fn increments(&self) -> u64 {
+        let count =
+            |steps: &[Step]| steps.iter().map(|step| u64::from(step.increments)).sum::<u64>();
+        let (lead, cycle) = self.steps.split_at(self.cycle_start());
+        count(lead).saturating_add(count(cycle).saturating_mul(u64::from(self.cycles)))
+    }
+
+    /// Returns the index of the step with which the cycle begins; without a cycle it is the number
+    /// of steps.
+    fn cycle_start(&self) -> usize {
+        self.cycle_from.map_or(self.steps.len(), |from| from as usize).min(self.steps.len())
+    }
+
     /// Returns the path with its cycles unrolled. Every degree of freedom that a step does not
     /// mention is under the control of the step before.
     pub fn legs(&self) -> Vec<Leg> {
         let mut target = PerDof::all(Control::Motion(0.0));
-        let from =
-            self.cycle_from.map_or(self.steps.len(), |from| from as usize).min(self.steps.len());
+        let from = self.cycle_start();
         let lead = (0..from).map(|step| (step, 0));
         let cycles = (1..=self.cycles)
             .flat_map(|cycle| (from..self.steps.len()).map(move |step| (step, cycle)));
@@ -307,20 +316,20 @@ impl Step {
 }
 
 impl Leg {
-    /// Returns the controls of the increment with the number `part`, counted from 1, if the step
+    /// Returns the controls of the increment with the number `number`, counted from 1, if the step
     /// before left the punch at `motion` \[m or rad\] with these `resultants` \[N or N m\]. Every
     /// control goes evenly from there to its target.
     pub fn increment(
         &self,
-        part: u32,
+        number: u32,
         motion: &Motion,
         resultants: &PerDof<f64>,
     ) -> PerDof<Control> {
         let mut controls = self.target;
-        if part >= self.increments {
+        if number >= self.increments {
             return controls; // The last increment meets the target without rounding.
         }
-        let share = f64::from(part) / f64::from(self.increments);
+        let share = f64::from(number) / f64::from(self.increments);
         let motion = motion.per_dof();
         for (dof, control) in Dof::ALL.into_iter().zip(controls.iter_mut()) {
             let between = |from: f64, to: f64| from + share * (to - from);
@@ -388,5 +397,16 @@ mod tests {
         };
         assert_eq!(cycle.normalised(), cycle, "a step of a cycle comes after its last as well");
         assert_eq!(cycle.normalised().legs(), cycle.legs());
+    }
+
+    #[test]
+    fn increments_are_those_of_the_legs() {
+        let press = Step { normal_force: Some(10.0), increments: 3, ..Step::default() };
+        let pull = Step { force_x: Some(2.0), increments: 4, ..Step::default() };
+        for (cycle_from, cycles, count) in [(None, 1, 7), (Some(1), 5, 23), (Some(0), 2, 14)] {
+            let loading = Loading { steps: vec![press, pull], cycle_from, cycles };
+            let sum: u32 = loading.legs().iter().map(|leg| leg.increments).sum();
+            assert_eq!((loading.increments(), u64::from(sum)), (count, count));
+        }
     }
 }

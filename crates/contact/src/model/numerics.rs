@@ -90,17 +90,26 @@ pub enum Method {
     Newton,
 }
 
+/// The method that solves a problem, and the reason for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ChosenMethod {
+    /// The method, which is not [`Method::Auto`].
+    pub method: Method,
+    /// The reason, in words.
+    pub reason: &'static str,
+}
+
 impl Method {
     /// Returns the method that solves a problem of `elements` elements along x and y under these
     /// loads, and the reason. It is the method itself, unless the choice is left to the scene.
-    pub fn chosen(self, loading: &Loading, elements: [usize; 2]) -> (Method, &'static str) {
+    pub fn chosen(self, loading: &Loading, elements: [usize; 2]) -> ChosenMethod {
         let legs = loading.legs();
         let prescribed = || {
             legs.iter()
                 .flat_map(|leg| leg.target)
                 .all(|control| matches!(control, Control::Motion(_)))
         };
-        match self {
+        let (method, reason) = match self {
             Method::Auto if elements[0] * elements[1] <= 36 && prescribed() => (
                 Method::Seidel,
                 "so few elements are swept through faster than a linear system is set up",
@@ -110,7 +119,8 @@ impl Method {
             }
             Method::Auto => (Method::Newton, "it has the forces' motions among its unknowns"),
             Method::Seidel | Method::Newton => (self, "asked for"),
-        }
+        };
+        ChosenMethod { method, reason }
     }
 }
 

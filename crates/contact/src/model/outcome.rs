@@ -53,8 +53,8 @@ impl Outcome {
     /// the grid itself, since those on the coarser [levels](Outcome::levels) cost a fraction.
     pub fn work(&self) -> WorkDone {
         let coarse: u64 = self.levels.iter().map(|level| level.work.iterations).sum();
-        let sum = |part: fn(&WorkDone) -> u64| {
-            self.steps.iter().map(|step| part(&step.work)).sum::<u64>()
+        let sum = |count: fn(&WorkDone) -> u64| {
+            self.steps.iter().map(|step| count(&step.work)).sum::<u64>()
         };
         WorkDone {
             iterations: coarse + sum(|work| work.iterations),
@@ -64,7 +64,7 @@ impl Outcome {
 
     /// Returns the last resort that any increment needed.
     pub fn way(&self) -> Option<Way> {
-        self.steps.iter().map(|step| step.way).max()
+        self.steps.iter().map(|step| step.route).max()
     }
 
     /// Returns the energy that is lost to friction along the path \[J\].
@@ -136,8 +136,9 @@ pub struct StepOutcome {
     pub certificate: Certificate,
     /// The work for the increment.
     pub work: WorkDone,
-    /// The method by which the increment was solved.
-    pub way: Way,
+    /// The way to the solution; it is stored under the name `way`.
+    #[serde(rename = "way")]
+    pub route: Way,
 }
 
 /// The way to a solution: a method, or the one that it fell back on. Each of the later ones is

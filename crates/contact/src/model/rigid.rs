@@ -181,3 +181,9 @@ pub(crate) fn rigid_modes(x: f64, y: f64) -> [PerDof<f64>; 3] {
         PerDof([0.0, 0.0, 1.0, 0.0, 0.0, x]),
     ]
 }
+
+/// Returns the displacement (n, x, y) of the punch at (x, y) under a rigid motion, in the units of
+/// the motion.
+pub(crate) fn rigid_displacement(x: f64, y: f64, motion: &PerDof<f64>) -> [f64; 3] {
+    rigid_modes(x, y).map(|modes| modes.dot(motion))
+}

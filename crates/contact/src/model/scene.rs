@@ -261,12 +261,13 @@ impl Material {
         (1.0 - self.poisson) / self.shear_modulus
     }
 
-    fn validate(&self, at: &str) -> Result<(), SceneError> {
-        positive(&format!("{at}.shear_modulus"), self.shear_modulus)?;
+    /// Refuses constants that no material has; `key` is that of the material.
+    fn validate(&self, key: &str) -> Result<(), SceneError> {
+        positive(&format!("{key}.shear_modulus"), self.shear_modulus)?;
         if (0.0..=0.5).contains(&self.poisson) {
             Ok(())
         } else {
-            Err(refuse(&format!("{at}.poisson"), self.poisson, "must lie between 0 and 0.5"))
+            Err(refuse(&format!("{key}.poisson"), self.poisson, "must lie between 0 and 0.5"))
         }
     }
 }

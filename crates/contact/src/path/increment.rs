@@ -94,7 +94,7 @@ pub(crate) fn certify_increment(
         observables,
         certificate,
         work: work(iterate),
-        way: iterate.way,
+        route: iterate.way,
         ..StepOutcome::default()
     };
     Increment { status, outcome, fields: fields(problem, p, &w, &states), slip: w }
