@@ -21,7 +21,9 @@ use crate::common::parallel;
 use crate::foundation::{Bodies, relative_bodies};
 use crate::grid::{Grid, GridError};
 use crate::influence::{Components, Diagonals, Direction, Mirror, MirrorError, weighted_images};
-use crate::model::{Dof, Numerics, PerDof, Projection, Scene, SceneError, rigid_modes};
+use crate::model::{
+    Dof, Numerics, PerDof, Projection, Scene, SceneError, rigid_displacement, rigid_modes,
+};
 use crate::punch::{Gap, Surfaces, domain};
 
 /// Equation (3) on a grid, dimensionless. The fields of a problem are blocks of
@@ -261,7 +263,7 @@ impl Problem {
                 for (i, (f, rest)) in f.iter_mut().zip(&rest[j * nx..]).enumerate() {
                     if self.grid.is_active(j * nx + i) {
                         let [x, y] = self.grid.center_of(i, j);
-                        *f = rest + rigid_modes(x, y)[c].dot(motion);
+                        *f = rest + rigid_displacement(x, y, motion)[c];
                     }
                 }
             });
@@ -288,10 +290,10 @@ impl Problem {
                 for (i, rest) in
                     rest.iter_mut().enumerate().filter(|(i, _)| grid.is_active(j * nx + i))
                 {
-                    let at = block * k + j * nx + i;
+                    let row = block * k + j * nx + i;
                     let [x, y] = grid.center_of(i, j);
-                    let moved = rigid_modes(x, y)[c].dot(motion);
-                    *rest = self.epsilon * p[at] + w[at] + self.f[at] - moved;
+                    let moved = rigid_displacement(x, y, motion)[c];
+                    *rest = self.epsilon * p[row] + w[row] + self.f[row] - moved;
                 }
             });
         }
@@ -321,16 +323,16 @@ impl Problem {
                     *moments = [all, x0 * all + self.grid.hx() * by_column, y * all];
                 },
             );
-            let [all, of_x, of_y] =
+            let [total, first_x, first_y] =
                 [0, 1, 2].map(|moment| moments.iter().map(|row| row[moment]).sum::<f64>());
             // Each mode is 1, x or y of the place, up to a sign.
-            let [constant, at_x, at_y] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
+            let [constant, unit_x, unit_y] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
                 .map(|[x, y]| rigid_modes(x, y)[direction as usize]);
             let images = weighted_images(&self.mirror, direction);
             for dof in Dof::ALL {
                 let [one, x, y] =
-                    [constant[dof], at_x[dof] - constant[dof], at_y[dof] - constant[dof]];
-                sums[dof] += images[dof] * (one * all + x * of_x + y * of_y);
+                    [constant[dof], unit_x[dof] - constant[dof], unit_y[dof] - constant[dof]];
+                sums[dof] += images[dof] * (one * total + x * first_x + y * first_y);
             }
         }
         sums.map(|sum| sum * self.grid.element_area())
@@ -339,21 +341,21 @@ impl Problem {
     /// Returns the tractions (n, x, y) of an element: those of `p`, the given pressure if there is
     /// one, and zeros for other components that the problem does not have.
     pub(crate) fn traction(&self, p: &[f64], element: usize) -> [f64; 3] {
-        let mut own = self.gather(p, element);
+        let mut traction = self.gather(p, element);
         if let Some(pressure) = &self.pressure {
-            own[0] = pressure[element];
+            traction[0] = pressure[element];
         }
-        own
+        traction
     }
 
     /// Returns the components (n, x, y) of a field at an element, with zeros for those that the
     /// problem does not have.
     pub(crate) fn gather(&self, field: &[f64], element: usize) -> [f64; 3] {
-        let mut own = [0.0; 3];
+        let mut vector = [0.0; 3];
         for (block, c) in self.blocks() {
-            own[c] = field[block * self.grid.len() + element];
+            vector[c] = field[block * self.grid.len() + element];
         }
-        own
+        vector
     }
 
     /// Returns the data on which the problem's operator depends.
@@ -377,23 +379,23 @@ impl Problem {
         // The pairs are p and its image at each element.
         let pairs = |band: Range<usize>| {
             self.grid.active_in(band).map(|e| {
-                let (own, w) = (self.traction(p, e), self.gather(w, e));
-                let mut x = self.trial(own, w, diagonal);
+                let (traction, w) = (self.traction(p, e), self.gather(w, e));
+                let mut x = self.trial(traction, w, diagonal);
                 if self.pressure.is_some() {
-                    x[0] = own[0]; // The pressure was solved before.
+                    x[0] = traction[0]; // The pressure was solved before.
                 } else if self.components == Components::NORMAL {
                     [x[1], x[2]] = [0.0; 2];
                 }
-                (own, g_mu(x, self.mu, self.ceiling))
+                (traction, g_mu(x, self.mu, self.ceiling))
             })
         };
         let sums = |unit: f64| {
             let bands = parallel::bands(self.grid.len(), |band| {
                 let (mut defect, mut size) = (0.0, 0.0);
-                for (own, mapped) in pairs(band) {
+                for (traction, mapped) in pairs(band) {
                     for c in 0..3 {
-                        defect += ((own[c] - mapped[c]) / unit).powi(2);
-                        size += (own[c] / unit).powi(2);
+                        defect += ((traction[c] - mapped[c]) / unit).powi(2);
+                        size += (traction[c] / unit).powi(2);
                     }
                 }
                 (defect, size)
@@ -404,7 +406,7 @@ impl Problem {
         // Squares that may have left the range of doubles say nothing.
         if !(SQUARES.contains(&defect) && SQUARES.contains(&size)) {
             let largest = pairs(0..self.grid.len())
-                .flat_map(|(own, mapped)| [own, mapped])
+                .flat_map(|(traction, mapped)| [traction, mapped])
                 .flatten()
                 .fold(0.0, |a: f64, b| a.max(b.abs()));
             if largest > 0.0 && largest.is_finite() {
@@ -414,12 +416,13 @@ impl Problem {
         if defect == 0.0 { 0.0 } else { (defect / size).sqrt() }
     }
 
-    /// Returns x = p − E v of an element, with v = εp + w and E = 1/(ε + `diagonal`); vectors are
+    /// Returns x = p − E v of an element with the `traction` p, with v = εp + w and E = 1/(ε + `diagonal`); vectors are
     /// in the order (n, x, y).
-    pub(crate) fn trial(&self, own: [f64; 3], w: [f64; 3], diagonal: Diagonals) -> [f64; 3] {
+    pub(crate) fn trial(&self, traction: [f64; 3], w: [f64; 3], diagonal: Diagonals) -> [f64; 3] {
         let [normal, tangential] =
             [diagonal.normal, diagonal.tangential].map(|entry| entry + self.epsilon);
-        let moved = |c: usize, entry: f64| own[c] - (self.epsilon * own[c] + w[c]) / entry;
+        let moved =
+            |c: usize, entry: f64| traction[c] - (self.epsilon * traction[c] + w[c]) / entry;
         [moved(0, normal), moved(1, tangential), moved(2, tangential)]
     }
 

@@ -45,12 +45,13 @@ impl Operator {
 /// The operators that were used last, within a budget of memory.
 pub struct Operators {
     /// The operators, the one used last at the end.
-    kept: Vec<Kept>,
+    kept: Vec<KeptOperator>,
     /// The budget \[bytes\].
     budget: usize,
 }
 
-struct Kept {
+/// An operator that is kept, with its key.
+struct KeptOperator {
     key: OperatorKey,
     operator: Operator,
     /// The memory without the table, which others may share \[bytes\].
@@ -66,14 +67,14 @@ impl Operators {
     /// Returns the operator of `problem`, which is made if it is not kept.
     pub fn of(&mut self, problem: &Problem) -> Operator {
         let key = problem.operator_key();
-        if let Some(at) = self.kept.iter().position(|kept| kept.key == key) {
-            let kept = self.kept.remove(at);
+        if let Some(index) = self.kept.iter().position(|kept| kept.key == key) {
+            let kept = self.kept.remove(index);
             let operator = kept.operator.clone();
             self.kept.push(kept);
             return operator;
         }
         let (components, mirror) = (problem.components, problem.mirror);
-        let has = |kept: &&Kept| {
+        let has = |kept: &&KeptOperator| {
             kept.key.shares_table(&key) && kept.operator.table.components().includes(components)
         };
         let table = match self.kept.iter().find(has) {
@@ -90,7 +91,7 @@ impl Operators {
         let bytes = toeplitz.bytes() + circulant.bytes();
         let operator =
             Operator { table, influence: Arc::new(toeplitz), circulant: Arc::new(circulant) };
-        self.kept.push(Kept { key, operator: operator.clone(), bytes });
+        self.kept.push(KeptOperator { key, operator: operator.clone(), bytes });
         while self.bytes() > self.budget && self.kept.len() > 1 {
             self.kept.remove(0);
         }

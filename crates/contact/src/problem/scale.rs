@@ -117,16 +117,16 @@ pub(crate) fn check_operator(
     if long.nn > 1e-3 * long.ll {
         return Ok(()); // The layers are far from this case.
     }
-    let own = bodies.kernels(hx.hypot(hy)).influence([0, 0], hx, hy, projection);
-    let tangential = own.xx.max(own.yy);
-    if own.nn > NORMAL * tangential {
+    let diagonal = bodies.kernels(hx.hypot(hy)).influence([0, 0], hx, hy, projection);
+    let tangential = diagonal.xx.max(diagonal.yy);
+    if diagonal.nn > NORMAL * tangential {
         return Ok(());
     }
     Err(SceneError {
         key: "foundation.layers".to_owned(),
         value: format!(
             "a pressed element goes down by {:.1e} of what it gives sideways",
-            (own.nn / tangential).max(0.0)
+            (diagonal.nn / tangential).max(0.0)
         ),
         expected: format!(
             "must be at least {NORMAL:e}: double precision knows no less; take a thicker or more compressible layer, smaller elements, or \
