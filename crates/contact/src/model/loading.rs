@@ -316,7 +316,7 @@ impl Step {
 }
 
 impl Leg {
-    /// Returns the controls of the increment with the number `number`, counted from 1, if the step
+    /// Returns the controls of increment `number`, counted from 1, if the step
     /// before left the punch at `motion` \[m or rad\] with these `resultants` \[N or N m\]. Every
     /// control goes evenly from there to its target.
     pub fn increment(

@@ -416,8 +416,8 @@ impl Problem {
         if defect == 0.0 { 0.0 } else { (defect / size).sqrt() }
     }
 
-    /// Returns x = p − E v of an element with the `traction` p, with v = εp + w and E = 1/(ε + `diagonal`); vectors are
-    /// in the order (n, x, y).
+    /// Returns x = p − E v of an element with the `traction` p, with v = εp + w and E = 1/(ε +
+    /// `diagonal`); vectors are in the order (n, x, y).
     pub(crate) fn trial(&self, traction: [f64; 3], w: [f64; 3], diagonal: Diagonals) -> [f64; 3] {
         let [normal, tangential] =
             [diagonal.normal, diagonal.tangential].map(|entry| entry + self.epsilon);
