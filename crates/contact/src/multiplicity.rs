@@ -85,7 +85,7 @@ pub fn search(
 /// A [`SceneError`] refuses more than [`Multiplicity::MOST_ELEMENTS`] elements.
 ///
 /// # Panics
-/// It panics if the problem is a [reduced](Problem::reduced) one.
+/// It panics if the problem is a reduced one.
 pub fn search_from(
     problem: Problem,
     target: &PerDof<Control>,

@@ -20,7 +20,7 @@ mod reduction;
 mod scale;
 
 pub use equation::{OperatorKey, Problem};
-pub use friction::{g_mu, h, h_u, q};
+pub(crate) use friction::{g_mu, h_u};
 pub(crate) use layout::Layout;
 pub use operators::{Operator, Operators};
 pub use reduction::{Decision, Effects, Stage};

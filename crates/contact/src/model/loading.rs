@@ -319,7 +319,7 @@ impl Leg {
     /// Returns the controls of increment `number`, counted from 1, if the step
     /// before left the punch at `motion` \[m or rad\] with these `resultants` \[N or N m\]. Every
     /// control goes evenly from there to its target.
-    pub fn increment(
+    pub(crate) fn increment(
         &self,
         number: u32,
         motion: &Motion,

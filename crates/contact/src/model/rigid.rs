@@ -31,13 +31,13 @@ impl Dof {
     pub const SHIFTS: [Dof; 2] = [Dof::ShiftX, Dof::ShiftY];
 
     /// The tilts about x and y.
-    pub const TILTS: [Dof; 2] = [Dof::TiltX, Dof::TiltY];
+    pub(crate) const TILTS: [Dof; 2] = [Dof::TiltX, Dof::TiltY];
 
     /// The rotations, whose resultants are moments.
     pub const ROTATIONS: [Dof; 3] = [Dof::TiltX, Dof::TiltY, Dof::Twist];
 
     /// The motions within the plane of contact, which friction resists.
-    pub const TANGENTIAL: [Dof; 3] = [Dof::ShiftX, Dof::ShiftY, Dof::Twist];
+    pub(crate) const TANGENTIAL: [Dof; 3] = [Dof::ShiftX, Dof::ShiftY, Dof::Twist];
 
     /// Returns the tilt about an axis (0: x, 1: y). It lifts what lies beside that axis.
     pub(crate) fn tilt_about(axis: usize) -> Self {
@@ -81,7 +81,7 @@ impl<T> PerDof<T> {
     }
 
     /// Goes through the values in the order of [`Dof::ALL`], to change them.
-    pub fn iter_mut(&mut self) -> std::slice::IterMut<'_, T> {
+    pub(crate) fn iter_mut(&mut self) -> std::slice::IterMut<'_, T> {
         self.0.iter_mut()
     }
 }
@@ -157,7 +157,7 @@ impl Motion {
     }
 
     /// Makes a motion of the motion of each degree of freedom.
-    pub fn from_per_dof(motion: PerDof<f64>) -> Self {
+    pub(crate) fn from_per_dof(motion: PerDof<f64>) -> Self {
         let [approach, shift_x, shift_y, tilt_x, tilt_y, twist] = motion.0;
         Self { approach, shift_x, shift_y, tilt_x, tilt_y, twist }
     }

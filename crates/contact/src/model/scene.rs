@@ -53,7 +53,7 @@ pub struct Layer {
 
 impl Layer {
     /// Returns the material of the layer.
-    pub fn material(&self) -> Material {
+    pub(crate) fn material(&self) -> Material {
         Material { shear_modulus: self.shear_modulus, poisson: self.poisson }
     }
 }
@@ -109,7 +109,7 @@ impl Foundation {
 
     /// Returns the material at the surface, or `None` for a rigid base without layers, which
     /// [`Scene::validate`] refuses.
-    pub fn surface(&self) -> Option<Material> {
+    pub(crate) fn surface(&self) -> Option<Material> {
         match (self.layers.first(), self.base) {
             (Some(layer), _) => Some(layer.material()),
             (None, Base::Elastic(material)) => Some(material),
@@ -257,7 +257,7 @@ pub struct Domain {
 
 impl Material {
     /// Returns the compliance (1−ν)/G \[1/Pa\].
-    pub fn compliance(&self) -> f64 {
+    pub(crate) fn compliance(&self) -> f64 {
         (1.0 - self.poisson) / self.shear_modulus
     }
 
@@ -372,7 +372,7 @@ pub enum Side {
 
 impl Side {
     /// Returns −1 on the left and 1 on the right.
-    pub fn sign(self) -> f64 {
+    pub(crate) fn sign(self) -> f64 {
         match self {
             Self::Left => -1.0,
             Self::Right => 1.0,

@@ -30,7 +30,7 @@ use crate::punch::{Gap, Surfaces, domain};
 /// [components](Problem::components) \[n | x | y\], each as long as the grid.
 #[derive(Clone, Debug)]
 pub struct Problem {
-    /// The components of the problem: all three, unless it is [reduced](Problem::reduced).
+    /// The components of the problem: all three, unless it is a reduced one.
     pub components: Components,
     /// The given p₁ of every element in units of 1/c, if n is not among the components.
     pub pressure: Option<Vec<f64>>,
@@ -184,7 +184,7 @@ impl Problem {
     ///
     /// # Errors
     /// A [`MirrorError`] reports that the grid has no such planes.
-    pub fn reduced(
+    pub(crate) fn reduced(
         &self,
         components: Components,
         mirror: Mirror,
@@ -210,7 +210,7 @@ impl Problem {
     }
 
     /// Returns some components of a field of all three, on the positive sides of mirror planes.
-    pub fn part(&self, components: Components, mirror: Mirror, field: &[f64]) -> Vec<f64> {
+    pub(crate) fn part(&self, components: Components, mirror: Mirror, field: &[f64]) -> Vec<f64> {
         let k = self.grid.len();
         if components == Components::ALL {
             return mirror.restrict(&self.grid, field);
@@ -223,7 +223,7 @@ impl Problem {
 
     /// Writes a field of a problem that is [reduced](Problem::reduced) from this one into a field
     /// of all three components.
-    pub fn extend(&self, reduced: &Problem, field: &[f64], into: &mut [f64]) {
+    pub(crate) fn extend(&self, reduced: &Problem, field: &[f64], into: &mut [f64]) {
         let k = self.grid.len();
         let all = reduced.mirror.extend(&self.grid, reduced.components, field);
         for (block, direction) in all.chunks_exact(k).zip(reduced.components.directions()) {
@@ -232,7 +232,7 @@ impl Problem {
     }
 
     /// Returns the grid with its images.
-    pub fn whole_grid(&self) -> &Grid {
+    pub(crate) fn whole_grid(&self) -> &Grid {
         self.whole.as_ref().unwrap_or(&self.grid)
     }
 
@@ -301,7 +301,7 @@ impl Problem {
 
     /// Returns the forces and moments of the punch on the foundation, in the problem's units. Those
     /// of a reduced problem are the ones of its components, with their images.
-    pub fn resultants(&self, p: &[f64]) -> PerDof<f64> {
+    pub(crate) fn resultants(&self, p: &[f64]) -> PerDof<f64> {
         let (k, nx) = (self.grid.len(), self.grid.nx());
         let mut sums = PerDof::all(0.0);
         for (block, direction) in self.components.directions().enumerate() {
@@ -359,7 +359,7 @@ impl Problem {
     }
 
     /// Returns the data on which the problem's operator depends.
-    pub fn operator_key(&self) -> OperatorKey {
+    pub(crate) fn operator_key(&self) -> OperatorKey {
         OperatorKey {
             elements: [self.whole_grid().nx(), self.whole_grid().ny()],
             element: [self.grid.hx(), self.grid.hy()],
@@ -374,7 +374,7 @@ impl Problem {
     /// Returns the relative natural-map residual ‖p − Gᵘ_μ(p − E v)‖ / ‖p‖ \[1\] with v = εp + w
     /// and E = 1/(ε + `diagonal`), one for each direction; `w` = A p − f. It is 0 if p = 0 solves
     /// the problem, and infinite if p = 0 does not. Masked elements do not count.
-    pub fn residual(&self, p: &[f64], w: &[f64], diagonal: impl Into<Diagonals>) -> f64 {
+    pub(crate) fn residual(&self, p: &[f64], w: &[f64], diagonal: impl Into<Diagonals>) -> f64 {
         let diagonal = diagonal.into();
         // The pairs are p and its image at each element.
         let pairs = |band: Range<usize>| {
@@ -429,7 +429,7 @@ impl Problem {
     /// Returns the largest tension (−p₁)₊ or excess of traction (|p_t| − μp₁)₊, over the largest
     /// pressure \[1\]. These conditions hold element by element, and the residual as a mean over
     /// all elements does not bound them well.
-    pub fn violation(&self, p: &[f64]) -> f64 {
+    pub(crate) fn violation(&self, p: &[f64]) -> f64 {
         let bands = parallel::bands(self.grid.len(), |band| {
             let (mut worst, mut peak) = (0.0_f64, 0.0_f64);
             for [normal, x, y] in self.grid.active_in(band).map(|e| self.traction(p, e)) {

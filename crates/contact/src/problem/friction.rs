@@ -2,25 +2,25 @@
 //! regularisation (3).
 
 /// Returns h(t) = max(t, 0).
-pub fn h(t: f64) -> f64 {
+pub(crate) fn h(t: f64) -> f64 {
     t.max(0.0)
 }
 
 /// Returns h_u(t), which is t clamped to \[0, u\], with u ≥ 0 the ceiling on the pressure (infinite
 /// for none).
-pub fn h_u(t: f64, u: f64) -> f64 {
-    t.max(0.0).min(u)
+pub(crate) fn h_u(t: f64, u: f64) -> f64 {
+    h(t).min(u)
 }
 
 /// Returns q(x, y, z), the projection of (x, y) onto the disk of radius z ≥ 0.
-pub fn q(x: f64, y: f64, z: f64) -> [f64; 2] {
+pub(crate) fn q(x: f64, y: f64, z: f64) -> [f64; 2] {
     let length = x.hypot(y);
     if length <= z { [x, y] } else { [z * (x / length), z * (y / length)] }
 }
 
 /// Returns y = Gᵘ_μ(x): y₁ = h_u(x₁), and (y₂, y₃) is (x₂, x₃) projected onto the disk of radius
 /// μ y₁. With u infinite this is the G_μ of equation (1). Components are in the order (n, x, y).
-pub fn g_mu(x: [f64; 3], mu: f64, u: f64) -> [f64; 3] {
+pub(crate) fn g_mu(x: [f64; 3], mu: f64, u: f64) -> [f64; 3] {
     let pressure = h_u(x[0], u);
     let [traction_x, traction_y] = q(x[1], x[2], mu * pressure);
     [pressure, traction_x, traction_y]

@@ -21,7 +21,7 @@ pub struct Operator {
 
 impl Operator {
     /// Computes out = A p.
-    pub fn apply(&self, out: &mut [f64], p: &[f64], scratch: &mut Scratch) {
+    pub(crate) fn apply(&self, out: &mut [f64], p: &[f64], scratch: &mut Scratch) {
         self.influence.apply(out, p, scratch);
     }
 
@@ -37,7 +37,7 @@ impl Operator {
     }
 
     /// Makes the memory for applications.
-    pub fn scratch(&self) -> Scratch {
+    pub(crate) fn scratch(&self) -> Scratch {
         Scratch::new(&*self.influence)
     }
 }
@@ -60,7 +60,7 @@ struct KeptOperator {
 
 impl Operators {
     /// Keeps operators of up to `budget` bytes in all. The one in use is kept whatever its size.
-    pub fn new(budget: usize) -> Self {
+    pub(crate) fn new(budget: usize) -> Self {
         Self { kept: Vec::new(), budget }
     }
 

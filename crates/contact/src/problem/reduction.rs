@@ -216,7 +216,7 @@ pub struct Stage {
 
 impl Stage {
     /// Returns the number of unknowns of a problem on so many `elements` along x and y.
-    pub fn unknowns(&self, elements: [usize; 2]) -> usize {
+    pub(crate) fn unknowns(&self, elements: [usize; 2]) -> usize {
         let half = |n: usize, plane: Option<Symmetry>| if plane.is_some() { n / 2 } else { n };
         self.components.len() * half(elements[0], self.mirror.x) * half(elements[1], self.mirror.y)
     }
@@ -224,7 +224,7 @@ impl Stage {
 
 impl Effects {
     /// Returns the stages in which the scene is solved.
-    pub fn stages(&self, scene: &Scene) -> Vec<Stage> {
+    pub(crate) fn stages(&self, scene: &Scene) -> Vec<Stage> {
         let plane = |axis: usize, effect: Effect, tangential: bool| {
             let behaviour =
                 if tangential { image(scene, self, axis) } else { Some(Symmetry::Symmetric) };

@@ -27,7 +27,7 @@ impl Scale {
     }
 
     /// Returns the units of their forces and moments \[N or N m\].
-    pub fn forces(&self) -> PerDof<f64> {
+    pub(crate) fn forces(&self) -> PerDof<f64> {
         let force = self.traction() * self.length * self.length;
         let moment = force * self.length;
         PerDof::new([force, force, force, moment, moment, moment])

@@ -103,7 +103,7 @@ impl ContactPlane {
     }
 
     /// Returns the frame of the plane.
-    pub fn frame(&self) -> Frame {
+    pub(crate) fn frame(&self) -> Frame {
         self.frame
     }
 
@@ -118,7 +118,7 @@ impl ContactPlane {
 
     /// Returns the mean gap \[m\] over the element hx × hs \[m\] centred at (x, s) \[m\], or `None`
     /// if one body is not above the other in all of the element.
-    pub fn mean_gap(&self, x: f64, s: f64, hx: f64, hs: f64) -> Option<f64> {
+    pub(crate) fn mean_gap(&self, x: f64, s: f64, hx: f64, hs: f64) -> Option<f64> {
         let mut mean = 0.0;
         for (along, weight) in GAUSS {
             for (across, other) in GAUSS {
