@@ -25,4 +25,4 @@ pub use bodies::{Bodies, Kernels};
 pub(crate) use bodies::{contact_size, relative_bodies, surface, surface_compliance};
 pub use coefficient::Coefficient;
 pub use half_space::HalfSpace;
-pub use layered::{Compliance, Layered};
+pub use layered::Layered;

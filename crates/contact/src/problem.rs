@@ -19,7 +19,7 @@ mod operators;
 mod reduction;
 mod scale;
 
-pub use equation::{OperatorKey, Problem};
+pub use equation::Problem;
 pub(crate) use friction::{g_mu, h_u};
 pub(crate) use layout::Layout;
 pub use operators::{Operator, Operators};

@@ -17,7 +17,7 @@ use crate::model::{Base, Layer, Material};
 /// The surface compliance at one wavenumber: displacement per unit traction, in the unit of
 /// length/modulus.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Compliance {
+pub(crate) struct Compliance {
     /// The normal displacement under pressure.
     pub nn: f64,
     /// The displacement along the wave vector under traction along it.

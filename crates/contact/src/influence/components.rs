@@ -4,7 +4,7 @@ use crate::foundation::Coefficient;
 
 /// A component of a vector: the one normal to the plane of contact or one of the two in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Direction {
+pub(crate) enum Direction {
     /// The normal direction, into the foundation.
     N,
     /// The direction along x.
@@ -104,7 +104,7 @@ impl Components {
 
 /// One of the six different entries of a coefficient; xn = −nx, yn = −ny, yx = xy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Entry {
+pub(crate) enum Entry {
     /// The normal displacement under pressure; even in Δi and in Δj.
     Nn,
     /// The displacement along x under traction along x; even in both.

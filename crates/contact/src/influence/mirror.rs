@@ -30,7 +30,7 @@ pub struct Mirror {
 
 /// The reason why a grid has no such planes of symmetry.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum MirrorError {
+pub(crate) enum MirrorError {
     /// The plane would go through elements.
     #[error(
         "{count} elements along {axis}: for a mirror plane between elements \

@@ -66,7 +66,7 @@ const SQUARES: std::ops::Range<f64> = 1e-250..1e250;
 
 /// The data that determine a problem's operator. Problems with equal keys share an operator.
 #[derive(Clone, Debug, PartialEq)]
-pub struct OperatorKey {
+pub(crate) struct OperatorKey {
     elements: [usize; 2],
     element: [f64; 2],
     mask: Option<Vec<bool>>,

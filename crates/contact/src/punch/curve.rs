@@ -13,7 +13,7 @@ pub struct Curve {
 
 /// A point of a [`Curve`] with its derivatives with respect to the parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CurvePoint {
+pub(crate) struct CurvePoint {
     /// The position (y, z) \[m\].
     pub position: [f64; 2],
     /// The tangent (y, z), whose length is 1 up to the difference between chord and arc.

@@ -10,7 +10,7 @@ use crate::theory::{HertzEllipse, hertz_ellipse};
 
 /// A shape that is ready to be sampled: the shape of a scene with the height map or the profiles
 /// that it names.
-pub struct Gap<'a> {
+pub(crate) struct Gap<'a> {
     shape: &'a Shape,
     sampled: Sampled<'a>,
 }

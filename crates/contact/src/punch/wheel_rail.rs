@@ -16,7 +16,7 @@ use crate::model::Side;
 
 /// A point at which the gap along z between wheel and rail has a local minimum.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touch {
+pub(crate) struct Touch {
     /// The position on the rail, in track coordinates \[m\].
     pub position: [f64; 3],
     /// The inclination of the common tangent \[rad\], from y towards z.
