@@ -6,7 +6,7 @@
 //!
 //! In reading order:
 //! - `coefficient`: the six different entries of a 3 × 3 block of surface kernels;
-//! - [`kernel`]: integrals of surface kernels over loaded rectangles;
+//! - `kernel`: integrals of surface kernels over loaded rectangles;
 //! - `half_space`: the homogeneous half-space, or two of them pressed together;
 //! - `layered`: bonded layers in the Fourier plane;
 //! - `hankel`: Hankel transforms on a logarithmic grid of wavenumbers;
@@ -17,7 +17,7 @@ mod bodies;
 mod coefficient;
 mod half_space;
 mod hankel;
-pub mod kernel;
+mod kernel;
 mod layered;
 mod radial;
 
@@ -25,4 +25,4 @@ pub use bodies::{Bodies, Kernels};
 pub(crate) use bodies::{contact_size, relative_bodies, surface, surface_compliance};
 pub use coefficient::Coefficient;
 pub use half_space::HalfSpace;
-pub use layered::{Compliance, Layered};
+pub use layered::Layered;

@@ -95,7 +95,7 @@ impl Grid {
     ///
     /// # Errors
     /// [`GridError::Mask`] if the number of flags is not the number of elements.
-    pub fn with_mask(mut self, inside: Vec<bool>) -> Result<Self, GridError> {
+    pub(crate) fn with_mask(mut self, inside: Vec<bool>) -> Result<Self, GridError> {
         if inside.len() != self.len() {
             return Err(GridError::Mask { found: inside.len(), expected: self.len() });
         }
@@ -104,7 +104,8 @@ impl Grid {
     }
 
     /// Keeps only those elements in Ω whose centre (x, y) is `inside`; an earlier mask is replaced.
-    pub fn masked_by(mut self, inside: impl Fn(f64, f64) -> bool) -> Self {
+    #[cfg(test)]
+    pub(crate) fn masked_by(mut self, inside: impl Fn(f64, f64) -> bool) -> Self {
         let flags: Vec<bool> =
             (0..self.len()).map(|e| self.center(e)).map(|[x, y]| inside(x, y)).collect();
         self.mask = if flags.iter().all(|&a| a) { None } else { Some(flags) };
@@ -122,12 +123,12 @@ impl Grid {
     }
 
     /// Returns the extent of an element along x.
-    pub fn hx(&self) -> f64 {
+    pub(crate) fn hx(&self) -> f64 {
         self.hx
     }
 
     /// Returns the extent of an element along y.
-    pub fn hy(&self) -> f64 {
+    pub(crate) fn hy(&self) -> f64 {
         self.hy
     }
 
@@ -138,18 +139,18 @@ impl Grid {
     }
 
     /// Returns the index of element (i, j).
-    pub fn index(&self, i: usize, j: usize) -> usize {
+    pub(crate) fn index(&self, i: usize, j: usize) -> usize {
         debug_assert!(i < self.nx && j < self.ny);
         j * self.nx + i
     }
 
     /// Returns the (i, j) of the element with this index.
-    pub fn position(&self, index: usize) -> (usize, usize) {
+    pub(crate) fn position(&self, index: usize) -> (usize, usize) {
         (index % self.nx, index / self.nx)
     }
 
     /// Returns the centre (x, y) of the element with this index.
-    pub fn center(&self, index: usize) -> [f64; 2] {
+    pub(crate) fn center(&self, index: usize) -> [f64; 2] {
         let (i, j) = self.position(index);
         self.center_of(i, j)
     }
@@ -160,7 +161,7 @@ impl Grid {
     }
 
     /// Returns the area hx·hy of one element.
-    pub fn element_area(&self) -> f64 {
+    pub(crate) fn element_area(&self) -> f64 {
         self.hx * self.hy
     }
 
@@ -193,12 +194,12 @@ impl Grid {
     }
 
     /// Returns whether an element belongs to Ω.
-    pub fn is_active(&self, index: usize) -> bool {
+    pub(crate) fn is_active(&self, index: usize) -> bool {
         self.mask.as_ref().is_none_or(|mask| mask[index])
     }
 
     /// Returns one flag per element, true if it belongs to Ω; `None` if all elements do.
-    pub fn mask(&self) -> Option<&[bool]> {
+    pub(crate) fn mask(&self) -> Option<&[bool]> {
         self.mask.as_deref()
     }
 
@@ -213,7 +214,7 @@ impl Grid {
     }
 
     /// Returns the number of elements of Ω.
-    pub fn active_len(&self) -> usize {
+    pub(crate) fn active_len(&self) -> usize {
         self.mask.as_ref().map_or(self.len(), |mask| mask.iter().filter(|&&a| a).count())
     }
 }

@@ -6,7 +6,7 @@
 //!
 //! In reading order:
 //! - `components`: the components of traction and displacement on which an operator acts
-//!   ([`Components`], [`Direction`]);
+//!   ([`Components`], `Direction`);
 //! - `mirror`: planes of symmetry, and the half or quarter of a grid that a [`Mirror`] leaves;
 //! - `table`: the coefficients, one block per offset (Δi, Δj) ([`InfluenceTable`]);
 //! - `operator`: the trait [`Influence`] of an operator made of them, and its memory ([`Scratch`]);
@@ -34,9 +34,11 @@ mod torus;
 mod window;
 
 pub use circulant::Circulant;
-pub use components::{Components, Direction, Entry};
+pub use components::Components;
+pub(crate) use components::{Direction, Entry};
 pub use dense::Dense;
-pub use mirror::{Mirror, MirrorError, Symmetry};
+pub(crate) use mirror::MirrorError;
+pub use mirror::{Mirror, Symmetry};
 pub(crate) use mirror::{images, weighted_images};
 pub use operator::{Influence, Scratch, ScratchSize};
 pub use table::{Diagonals, InfluenceTable};

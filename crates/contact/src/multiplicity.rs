@@ -1,7 +1,7 @@
 //! The number of solutions of a contact problem: many starting points, every candidate certified,
 //! the solutions told apart.
 //!
-//! Knows [`path`](crate::path), [`solver`](crate::solver) and all that is below them. In reading
+//! Knows `path`, [`solver`](crate::solver) and all that is below them. In reading
 //! order:
 //! - `found`: the effort of a search, and the solutions that it finds;
 //! - `natural_map`: the natural map, its linearisation, and what follows from dense matrices of it;
@@ -85,7 +85,7 @@ pub fn search(
 /// A [`SceneError`] refuses more than [`Multiplicity::MOST_ELEMENTS`] elements.
 ///
 /// # Panics
-/// It panics if the problem is a [reduced](Problem::reduced) one.
+/// It panics if the problem is a reduced one.
 pub fn search_from(
     problem: Problem,
     target: &PerDof<Control>,

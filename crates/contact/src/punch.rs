@@ -22,10 +22,10 @@ mod track;
 mod wheel_rail;
 
 pub use contact_plane::{ContactPlane, Extent};
-pub use curve::{Curve, CurvePoint};
+pub use curve::Curve;
 pub use domain::domain;
-pub use gap::Gap;
+pub(crate) use gap::Gap;
 pub use profile::{Profile, ProfileError, ProfileKind};
 pub use surface::{Surface, SurfaceError, Surfaces};
 pub use track::{Frame, Position, Track, WheelRailError, Wheelset};
-pub use wheel_rail::{Curvatures, Touch, WheelOnRail};
+pub use wheel_rail::{Curvatures, WheelOnRail};

@@ -67,7 +67,7 @@ impl Accuracy {
     pub fn tolerance(&self, job: &Job) -> f64 {
         let increments = job.case().map_or(1, |case| case.scene.loading.increments());
         let exponent =
-            (self.is / (40.0 * f64::from(increments.max(1)))).log10().floor().clamp(-12.0, -1.0);
+            (self.is / (40.0 * increments.max(1) as f64)).log10().floor().clamp(-12.0, -1.0);
         format!("1e{exponent}").parse().unwrap_or(1e-12)
     }
 

@@ -286,7 +286,7 @@ pub(crate) mod tests {
                 force_imbalance: 0.7,
             },
             work: WorkDone { iterations: 22, operator_applications: 23 },
-            way: contact::model::Way::NewtonAndSeidel,
+            route: contact::model::Way::NewtonAndSeidel,
         };
         let hertz = Hertz {
             semi_axis_a: 41.0,

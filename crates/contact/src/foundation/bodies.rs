@@ -52,7 +52,7 @@ impl Bodies {
     }
 
     /// Returns the same bodies in another unit of compliance: all compliances times `factor`.
-    pub fn scaled(&self, factor: f64) -> Self {
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
         Self {
             surface: self.surface.scaled(factor),
             layers: self.layers.as_ref().map(|layers| layers.scaled(factor)),
@@ -113,7 +113,7 @@ impl Kernels {
     /// thickness against the element and Ω down to 1e-6 of them; measured: 1e-14, and 4e-13 at a
     /// contrast of stiffness of 1e8. If a thin layer on a rigid base makes the coupling much
     /// smaller than those, the coupling is no better than they are in absolute terms.
-    pub fn influence(
+    pub(crate) fn influence(
         &self,
         offset: [i64; 2],
         hx: f64,

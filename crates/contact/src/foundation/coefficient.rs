@@ -24,7 +24,7 @@ pub struct Coefficient {
 
 impl Coefficient {
     /// Returns the block \[displacement\]\[traction\] in the order n, x, y.
-    pub fn block(&self) -> [[f64; 3]; 3] {
+    pub(crate) fn block(&self) -> [[f64; 3]; 3] {
         [[self.nn, self.nx, self.ny], [-self.nx, self.xx, self.xy], [-self.ny, self.xy, self.yy]]
     }
 

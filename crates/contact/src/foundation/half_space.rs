@@ -38,7 +38,7 @@ impl HalfSpace {
     }
 
     /// Returns the same bodies in another unit of compliance: all compliances times `factor`.
-    pub fn scaled(&self, factor: f64) -> Self {
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
         Self {
             direct: self.direct * factor,
             cross: self.cross * factor,
@@ -50,7 +50,7 @@ impl HalfSpace {
     /// after Boussinesq and Cerruti (K. L. Johnson, Contact Mechanics, 1985, chapter 3). With r² =
     /// x² + y² the kernels are nn: direct/2π · 1/r, xx: 1/2π · (direct/r + cross x²/r³), xy:
     /// cross/2π · xy/r³, nx: coupling/2π · x/r².
-    pub fn coefficient(&self, geometry: &Coefficient) -> Coefficient {
+    pub(crate) fn coefficient(&self, geometry: &Coefficient) -> Coefficient {
         let [direct, cross, coupling] =
             [self.direct, self.cross, self.coupling].map(|c| c / std::f64::consts::TAU);
         Coefficient {
@@ -65,7 +65,7 @@ impl HalfSpace {
 
     /// Returns the displacement of an element of size hx × hy, `offset` (Δi, Δj) elements away from
     /// the loaded one, receiver minus source, per unit traction; its unit is length × compliance.
-    /// See [`kernel::element`] for its accuracy.
+    /// Its accuracy is that of `kernel::element`.
     pub fn influence(
         &self,
         offset: [i64; 2],
@@ -78,7 +78,8 @@ impl HalfSpace {
 
     /// Returns the displacement at the point `receiver` (x, y) under unit traction on the rectangle
     /// |x| ≤ a, |y| ≤ b with the `half_sides` (a, b); its unit is length × compliance.
-    pub fn influence_at(&self, receiver: [f64; 2], half_sides: [f64; 2]) -> Coefficient {
+    #[cfg(test)]
+    pub(crate) fn influence_at(&self, receiver: [f64; 2], half_sides: [f64; 2]) -> Coefficient {
         self.coefficient(&kernel::point(receiver, half_sides))
     }
 }

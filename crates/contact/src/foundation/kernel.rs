@@ -76,7 +76,7 @@ impl Kernel for Geometric {
 /// 1e-12 of that) up to 4096 elements away in either direction for 1e-3 ≤ hx/hy ≤ 1e3; measured:
 /// 1e-13. They are exactly zero where symmetry says so, and exactly (anti)symmetric in Δi, in Δj,
 /// and under an exchange of x and y.
-pub fn element(offset: [i64; 2], hx: f64, hy: f64, projection: Projection) -> Coefficient {
+pub(crate) fn element(offset: [i64; 2], hx: f64, hy: f64, projection: Projection) -> Coefficient {
     element_of(Geometric, offset, hx, hy, projection)
 }
 
@@ -147,7 +147,8 @@ fn ordered_element<K: Kernel>(
 /// Returns the integrals for the receiver at (x, y) and a source rectangle with half-sides a, b > 0
 /// centred at the origin: displacement at a point, without averaging. The receiver may lie
 /// anywhere. The unit of the integrals is length.
-pub fn point([x, y]: [f64; 2], [a, b]: [f64; 2]) -> Coefficient {
+#[cfg(test)]
+pub(crate) fn point([x, y]: [f64; 2], [a, b]: [f64; 2]) -> Coefficient {
     let unit = a.max(b);
     let (x, y, a, b) = (x / unit, y / unit, a / unit, b / unit);
     let mut sum = Coefficient::default();
@@ -214,6 +215,7 @@ fn panels(offset: f64, h: f64, projection: Projection) -> impl Iterator<Item = P
 
 /// Cuts the interval x − a … x + a at the origin and folds it to the positive half-axis; each piece
 /// comes with its sign.
+#[cfg(test)]
 fn folded(x: f64, a: f64) -> [Option<(Panel, f64)>; 2] {
     let piece = |middle: f64, half: f64, sign: f64| {
         Some((Panel { middle, half, density: 1.0, slope: 0.0 }, sign))

@@ -17,7 +17,7 @@ use crate::model::{Base, Layer, Material};
 /// The surface compliance at one wavenumber: displacement per unit traction, in the unit of
 /// length/modulus.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Compliance {
+pub(crate) struct Compliance {
     /// The normal displacement under pressure.
     pub nn: f64,
     /// The displacement along the wave vector under traction along it.
@@ -75,7 +75,7 @@ pub(crate) struct Response {
 impl Layered {
     /// Puts these layers, from the surface down, on `base`; `None` if they are one homogeneous
     /// half-space.
-    pub fn new(layers: &[Layer], base: &Base) -> Option<Self> {
+    pub(crate) fn new(layers: &[Layer], base: &Base) -> Option<Self> {
         let mut distinct: Vec<Layer> = Vec::with_capacity(layers.len());
         for layer in layers {
             match distinct.last_mut() {
@@ -97,12 +97,12 @@ impl Layered {
     }
 
     /// Returns the base on which the layers rest.
-    pub fn base(&self) -> Base {
+    pub(crate) fn base(&self) -> Base {
         self.base
     }
 
     /// Returns the same layers in another unit of compliance: all compliances times `factor`.
-    pub fn scaled(&self, factor: f64) -> Self {
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
         let softer = |shear_modulus: f64| shear_modulus / factor;
         let layers = self
             .layers
@@ -121,7 +121,7 @@ impl Layered {
     /// Returns the compliance at the wavenumber `k` > 0 (1/length, in the unit of length of the
     /// layers' thicknesses). Each entry is good to 3e-15 of itself, the coupling to 3e-15 of √(C_NN
     /// C_LL).
-    pub fn compliance(&self, k: f64) -> Compliance {
+    pub(crate) fn compliance(&self, k: f64) -> Compliance {
         self.response(k).surface.map(|c| c / k)
     }
 

@@ -23,7 +23,7 @@ pub struct Circulant {
 
 impl Circulant {
     /// Computes the circulants of all of the table's components.
-    pub fn new(table: &InfluenceTable) -> Self {
+    pub(crate) fn new(table: &InfluenceTable) -> Self {
         Self::of(table, table.components(), Mirror::NONE)
     }
 
@@ -118,7 +118,7 @@ impl Circulant {
     }
 
     /// Returns the memory held, in bytes, the plans of the transforms left out.
-    pub fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         self.eigenvalues.iter().map(Symbols::bytes).sum()
     }
 }

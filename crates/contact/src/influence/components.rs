@@ -4,7 +4,7 @@ use crate::foundation::Coefficient;
 
 /// A component of a vector: the one normal to the plane of contact or one of the two in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Direction {
+pub(crate) enum Direction {
     /// The normal direction, into the foundation.
     N,
     /// The direction along x.
@@ -15,7 +15,7 @@ pub enum Direction {
 
 impl Direction {
     /// All three directions, in the order of the blocks of a field.
-    pub const ALL: [Self; 3] = [Self::N, Self::X, Self::Y];
+    pub(crate) const ALL: [Self; 3] = [Self::N, Self::X, Self::Y];
 }
 
 /// A set of directions, and whether the normal one couples with the tangential ones. A field of
@@ -38,35 +38,37 @@ impl Components {
     /// The direction x alone.
     pub const X: Self = Self::of([false, true, false]);
     /// The direction y alone.
-    pub const Y: Self = Self::of([false, false, true]);
+    #[cfg(test)]
+    pub(crate) const Y: Self = Self::of([false, false, true]);
 
     /// Makes the set of those of n, x, y that are true, with n coupled with the others.
     ///
     /// # Panics
     /// If none is true.
-    pub const fn of(members: [bool; 3]) -> Self {
+    pub(crate) const fn of(members: [bool; 3]) -> Self {
         let [n, x, y] = members;
         assert!(n || x || y, "an operator on no component");
         Self { members, coupled: n && (x || y) }
     }
 
     /// Returns the same set without coupling of n with x and y.
-    pub const fn uncoupled(self) -> Self {
+    pub(crate) const fn uncoupled(self) -> Self {
         Self { coupled: false, ..self }
     }
 
     /// Returns whether n couples with x or y; true only if n is a member together with one of them.
-    pub fn coupled(self) -> bool {
+    #[cfg(test)]
+    pub(crate) fn coupled(self) -> bool {
         self.coupled
     }
 
     /// Returns whether a direction is a member.
-    pub fn contains(self, direction: Direction) -> bool {
+    pub(crate) fn contains(self, direction: Direction) -> bool {
         self.members[direction as usize]
     }
 
     /// Returns whether this set holds all members of the other set, and couples if that one does.
-    pub fn includes(self, other: Self) -> bool {
+    pub(crate) fn includes(self, other: Self) -> bool {
         other.directions().all(|direction| self.contains(direction))
             && (self.coupled || !other.coupled)
     }
@@ -78,13 +80,13 @@ impl Components {
     }
 
     /// Returns the members in the order n, x, y.
-    pub fn directions(self) -> impl Iterator<Item = Direction> {
+    pub(crate) fn directions(self) -> impl Iterator<Item = Direction> {
         Direction::ALL.into_iter().filter(move |&direction| self.contains(direction))
     }
 
     /// Returns the different entries of a coefficient that an operator on these components is made
     /// of.
-    pub fn entries(self) -> impl Iterator<Item = Entry> {
+    pub(crate) fn entries(self) -> impl Iterator<Item = Entry> {
         Entry::ALL.into_iter().filter(move |entry| {
             let [row, column] = entry.directions();
             let couples = row == Direction::N && column != Direction::N;
@@ -102,7 +104,7 @@ impl Components {
 
 /// One of the six different entries of a coefficient; xn = −nx, yn = −ny, yx = xy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Entry {
+pub(crate) enum Entry {
     /// The normal displacement under pressure; even in Δi and in Δj.
     Nn,
     /// The displacement along x under traction along x; even in both.
@@ -119,20 +121,20 @@ pub enum Entry {
 
 impl Entry {
     /// All six entries, in the order of their declaration.
-    pub const ALL: [Self; 6] = [Self::Nn, Self::Xx, Self::Yy, Self::Xy, Self::Nx, Self::Ny];
+    pub(crate) const ALL: [Self; 6] = [Self::Nn, Self::Xx, Self::Yy, Self::Xy, Self::Nx, Self::Ny];
 
     /// Returns whether the entry changes sign with Δi.
-    pub fn odd_in_x(self) -> bool {
+    pub(crate) fn odd_in_x(self) -> bool {
         matches!(self, Self::Xy | Self::Nx)
     }
 
     /// Returns whether the entry changes sign with Δj.
-    pub fn odd_in_y(self) -> bool {
+    pub(crate) fn odd_in_y(self) -> bool {
         matches!(self, Self::Xy | Self::Ny)
     }
 
     /// Returns the directions of displacement and traction, in the order n, x, y.
-    pub fn directions(self) -> [Direction; 2] {
+    pub(crate) fn directions(self) -> [Direction; 2] {
         use Direction::{N, X, Y};
         match self {
             Self::Nn => [N, N],

@@ -31,7 +31,7 @@ impl Dense {
     ///
     /// # Panics
     /// If the table does not hold the coefficients, or its grid is not symmetric.
-    pub fn of(table: &InfluenceTable, components: Components, mirror: Mirror) -> Self {
+    pub(crate) fn of(table: &InfluenceTable, components: Components, mirror: Mirror) -> Self {
         assert!(
             table.components().includes(components),
             "{components:?} of a table of {:?}",

@@ -30,7 +30,7 @@ pub struct Mirror {
 
 /// The reason why a grid has no such planes of symmetry.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum MirrorError {
+pub(crate) enum MirrorError {
     /// The plane would go through elements.
     #[error(
         "{count} elements along {axis}: for a mirror plane between elements \
@@ -66,7 +66,7 @@ impl Mirror {
 
     /// Returns the sign of a component's image under x → −x and under y → −y; 1 if there is no
     /// mirror.
-    pub fn parity(&self, direction: Direction) -> [f64; 2] {
+    pub(crate) fn parity(&self, direction: Direction) -> [f64; 2] {
         [(self.x, Direction::X), (self.y, Direction::Y)].map(|(symmetry, across)| match symmetry {
             Some(symmetry) if (symmetry == Symmetry::Symmetric) == (direction == across) => -1.0,
             _ => 1.0,
@@ -79,7 +79,7 @@ impl Mirror {
     /// # Errors
     /// [`MirrorError::Odd`] if a mirrored direction has an odd number of elements,
     /// [`MirrorError::Mask`] if Ω is not symmetric, [`MirrorError::Grid`] if the part is no grid.
-    pub fn part(&self, grid: &Grid) -> Result<Grid, MirrorError> {
+    pub(crate) fn part(&self, grid: &Grid) -> Result<Grid, MirrorError> {
         let counts = [(grid.nx(), self.x, 'x'), (grid.ny(), self.y, 'y')];
         if let Some(&(count, _, axis)) = counts
             .iter()
@@ -112,7 +112,7 @@ impl Mirror {
     ///
     /// # Panics
     /// Unless `field` has a block of the part's length for each of these components.
-    pub fn extend(&self, grid: &Grid, components: Components, field: &[f64]) -> Vec<f64> {
+    pub(crate) fn extend(&self, grid: &Grid, components: Components, field: &[f64]) -> Vec<f64> {
         let [nx, ny] = self.part_size(grid);
         let (len, k) = (nx * ny, grid.len());
         assert_eq!(field.len(), components.len() * len, "a field on another part");
@@ -134,7 +134,7 @@ impl Mirror {
     ///
     /// # Panics
     /// Unless the length of `field` is a multiple of the grid's.
-    pub fn restrict(&self, grid: &Grid, field: &[f64]) -> Vec<f64> {
+    pub(crate) fn restrict(&self, grid: &Grid, field: &[f64]) -> Vec<f64> {
         assert!(field.len().is_multiple_of(grid.len()), "a field on another grid");
         let [nx, ny] = self.part_size(grid);
         let mut out = vec![0.0; field.len() / grid.len() * nx * ny];

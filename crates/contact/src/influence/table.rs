@@ -23,14 +23,15 @@ pub struct InfluenceTable {
 }
 
 impl InfluenceTable {
-    /// Computes the coefficients of all components; see [`Self::of`].
+    /// Computes the coefficients of all components on the threads of the current rayon pool; the
+    /// numbers do not depend on how many there are.
     pub fn new(grid: &Grid, bodies: impl Into<Bodies>, projection: Projection) -> Self {
         Self::of(grid, bodies, projection, Components::ALL)
     }
 
     /// Computes the coefficients that an operator on these components needs, on the threads of the
     /// current rayon pool; the numbers do not depend on how many there are.
-    pub fn of(
+    pub(crate) fn of(
         grid: &Grid,
         bodies: impl Into<Bodies>,
         projection: Projection,
@@ -79,12 +80,12 @@ impl InfluenceTable {
     }
 
     /// Returns the grid, with its mask; the coefficients do not depend on the mask.
-    pub fn grid(&self) -> &Grid {
+    pub(crate) fn grid(&self) -> &Grid {
         &self.grid
     }
 
     /// Returns the components for which the coefficients are kept.
-    pub fn components(&self) -> Components {
+    pub(crate) fn components(&self) -> Components {
         self.components
     }
 
@@ -92,7 +93,7 @@ impl InfluenceTable {
     ///
     /// # Panics
     /// Unless |Δj| < ny and the entry is kept.
-    pub fn row(&self, entry: Entry, dj: i64) -> &[f64] {
+    pub(crate) fn row(&self, entry: Entry, dj: i64) -> &[f64] {
         let (width, ny) = (2 * self.grid.nx() - 1, self.grid.ny() as i64);
         assert!(dj.abs() < ny, "offset {dj} on {ny} rows of elements");
         let index = if entry.odd_in_y() { dj + ny - 1 } else { dj.abs() } as usize;
@@ -119,7 +120,7 @@ impl InfluenceTable {
     }
 
     /// Returns the diagonal entries by which a natural map divides.
-    pub fn diagonals(&self) -> Diagonals {
+    pub(crate) fn diagonals(&self) -> Diagonals {
         let diagonal = self.coefficient(0, 0);
         let tangential = diagonal.xx.max(diagonal.yy);
         // A component that is not kept has no entry.
@@ -172,7 +173,12 @@ impl InfluenceTable {
     /// # Panics
     /// Unless `receiver` is an element, `p` has a block of the grid's length for each component,
     /// and their entries are kept.
-    pub fn displacement_at(&self, receiver: usize, components: Components, p: &[f64]) -> [f64; 3] {
+    pub(crate) fn displacement_at(
+        &self,
+        receiver: usize,
+        components: Components,
+        p: &[f64],
+    ) -> [f64; 3] {
         let (nx, k) = (self.grid.nx(), self.grid.len());
         assert!(receiver < k && p.len() == components.len() * k);
         let (i, j) = self.grid.position(receiver);
@@ -196,7 +202,7 @@ impl InfluenceTable {
     }
 
     /// Returns the memory held, in bytes.
-    pub fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         self.rows.iter().map(|values| size_of_val(values.as_slice())).sum()
     }
 }

@@ -30,7 +30,7 @@ impl Toeplitz {
     }
 
     /// Makes the operator on these components of fields with these symmetries; it lives on the part
-    /// of the table's grid that [`Mirror::part`] gives.
+    /// of the table's grid on the positive sides of the mirror planes.
     ///
     /// # Panics
     /// If the table does not hold the coefficients, or its grid is not symmetric.
@@ -79,7 +79,7 @@ impl Toeplitz {
     }
 
     /// Returns the memory held, in bytes, the plans of the transforms left out.
-    pub fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         self.symbols.iter().map(Symbols::bytes).sum()
     }
 }

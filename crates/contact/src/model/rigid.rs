@@ -1,5 +1,5 @@
-//! The six rigid degrees of freedom: a motion, what controls each, and how they move a point of the
-//! surface.
+//! The six rigid degrees of freedom of the punch: its motion, the control of each degree of
+//! freedom, and the displacement of a point of its surface.
 
 use std::ops::{Index, IndexMut};
 
@@ -8,17 +8,17 @@ use serde::{Deserialize, Serialize};
 /// A rigid degree of freedom of the punch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Dof {
-    /// Approach along z, with the normal force.
+    /// The approach along z, with the normal force.
     Approach,
-    /// Shift along x, with the force along x.
+    /// The shift along x, with the force along x.
     ShiftX,
-    /// Shift along y, with the force along y.
+    /// The shift along y, with the force along y.
     ShiftY,
-    /// Tilt about the x axis, with the moment about it.
+    /// The tilt about the x axis, with the moment about it.
     TiltX,
-    /// Tilt about the y axis, with the moment about it.
+    /// The tilt about the y axis, with the moment about it.
     TiltY,
-    /// Twist about the z axis, with the moment about it.
+    /// The twist about the z axis, with the moment about it.
     Twist,
 }
 
@@ -31,13 +31,13 @@ impl Dof {
     pub const SHIFTS: [Dof; 2] = [Dof::ShiftX, Dof::ShiftY];
 
     /// The tilts about x and y.
-    pub const TILTS: [Dof; 2] = [Dof::TiltX, Dof::TiltY];
+    pub(crate) const TILTS: [Dof; 2] = [Dof::TiltX, Dof::TiltY];
 
     /// The rotations, whose resultants are moments.
     pub const ROTATIONS: [Dof; 3] = [Dof::TiltX, Dof::TiltY, Dof::Twist];
 
     /// The motions within the plane of contact, which friction resists.
-    pub const TANGENTIAL: [Dof; 3] = [Dof::ShiftX, Dof::ShiftY, Dof::Twist];
+    pub(crate) const TANGENTIAL: [Dof; 3] = [Dof::ShiftX, Dof::ShiftY, Dof::Twist];
 
     /// Returns the tilt about an axis (0: x, 1: y). It lifts what lies beside that axis.
     pub(crate) fn tilt_about(axis: usize) -> Self {
@@ -81,7 +81,7 @@ impl<T> PerDof<T> {
     }
 
     /// Goes through the values in the order of [`Dof::ALL`], to change them.
-    pub fn iter_mut(&mut self) -> std::slice::IterMut<'_, T> {
+    pub(crate) fn iter_mut(&mut self) -> std::slice::IterMut<'_, T> {
         self.0.iter_mut()
     }
 }
@@ -132,21 +132,21 @@ impl<'a, T> IntoIterator for &'a PerDof<T> {
     }
 }
 
-/// Position of the punch from where it just touches at the origin, with the signs of
+/// The position of the punch, measured from where it just touches at the origin, with the signs of
 /// [`Step`](super::loading::Step).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
-    /// Approach δ \[m\].
+    /// The approach δ \[m\].
     pub approach: f64,
-    /// Shift along x \[m\].
+    /// The shift along x \[m\].
     pub shift_x: f64,
-    /// Shift along y \[m\].
+    /// The shift along y \[m\].
     pub shift_y: f64,
-    /// Tilt about the x axis \[rad\].
+    /// The tilt about the x axis \[rad\].
     pub tilt_x: f64,
-    /// Tilt about the y axis \[rad\].
+    /// The tilt about the y axis \[rad\].
     pub tilt_y: f64,
-    /// Twist φ about the z axis \[rad\].
+    /// The twist φ about the z axis \[rad\].
     pub twist: f64,
 }
 
@@ -156,28 +156,34 @@ impl Motion {
         PerDof([self.approach, self.shift_x, self.shift_y, self.tilt_x, self.tilt_y, self.twist])
     }
 
-    /// Makes a motion of that of each degree of freedom.
-    pub fn from_per_dof(motion: PerDof<f64>) -> Self {
+    /// Makes a motion of the motion of each degree of freedom.
+    pub(crate) fn from_per_dof(motion: PerDof<f64>) -> Self {
         let [approach, shift_x, shift_y, tilt_x, tilt_y, twist] = motion.0;
         Self { approach, shift_x, shift_y, tilt_x, tilt_y, twist }
     }
 }
 
-/// What governs a rigid degree of freedom of the punch.
+/// The control of a rigid degree of freedom of the punch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Control {
-    /// Its position is prescribed \[m or rad\].
+    /// The position that is prescribed \[m or rad\].
     Motion(f64),
-    /// Its force or moment is prescribed \[N or N m\].
+    /// The force or moment that is prescribed \[N or N m\].
     Force(f64),
 }
 
-/// Displacement of the punch at (x, y) under unit motion of each degree of freedom, by component
-/// n, x, y and degree of freedom. Its transpose sums tractions to resultants.
+/// Returns the displacement of the punch at (x, y) under unit motion of each degree of freedom, by
+/// component (n, x, y) and degree of freedom. The transpose sums tractions to resultants.
 pub(crate) fn rigid_modes(x: f64, y: f64) -> [PerDof<f64>; 3] {
     [
         PerDof([1.0, 0.0, 0.0, y, -x, 0.0]),
         PerDof([0.0, 1.0, 0.0, 0.0, 0.0, -y]),
         PerDof([0.0, 0.0, 1.0, 0.0, 0.0, x]),
     ]
+}
+
+/// Returns the displacement (n, x, y) of the punch at (x, y) under a rigid motion, in the units of
+/// the motion.
+pub(crate) fn rigid_displacement(x: f64, y: f64, motion: &PerDof<f64>) -> [f64; 3] {
+    rigid_modes(x, y).map(|modes| modes.dot(motion))
 }

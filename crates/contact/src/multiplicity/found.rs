@@ -30,12 +30,12 @@ impl Search {
     ///
     /// # Errors
     /// A [`SceneError`] says that there are more than [`MOST_STARTS`](Self::MOST_STARTS).
-    pub fn validate(&self) -> Result<(), SceneError> {
+    pub(crate) fn validate(&self) -> Result<(), SceneError> {
         random::validate_starts(self.starts)
     }
 
     /// Returns the default number of random starts, 60.
-    pub fn default_starts() -> u32 {
+    pub(crate) fn default_starts() -> u32 {
         60
     }
 }

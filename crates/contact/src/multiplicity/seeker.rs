@@ -109,10 +109,11 @@ impl<'a> Seeker<'a> {
     /// Follows the path up to its last increment. Returns the start of that one, or the reason why
     /// it cannot be reached.
     pub(super) fn follow(&mut self, scene: &Scene) -> Result<Start, String> {
-        let (method, _) = self
+        let method = self
             .numerics
             .method
-            .chosen(&scene.loading, [self.problem.grid.nx(), self.problem.grid.ny()]);
+            .chosen(&scene.loading, [self.problem.grid.nx(), self.problem.grid.ny()])
+            .method;
         let rule = StopRule {
             tolerance: self.numerics.tolerance,
             max_iterations: self.numerics.max_iterations,

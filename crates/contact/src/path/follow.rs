@@ -53,7 +53,7 @@ fn follow(
         certified: certified(&effects),
         increments: increments(scene),
     };
-    let (method, _) = numerics.method.chosen(&scene.loading, elements);
+    let method = numerics.method.chosen(&scene.loading, elements).method;
     let mut ladder = Vec::new();
     let start = match method {
         Method::Newton => {

@@ -97,7 +97,7 @@ pub(crate) fn certify_increment(
         observables,
         certificate,
         work: work(iterate),
-        way: iterate.route,
+        route: iterate.route,
         ..StepOutcome::default()
     };
     Increment { status, outcome, fields: fields(problem, p, &w, &states), slip: w }

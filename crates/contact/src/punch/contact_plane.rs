@@ -103,7 +103,7 @@ impl ContactPlane {
     }
 
     /// Returns the frame of the plane.
-    pub fn frame(&self) -> Frame {
+    pub(crate) fn frame(&self) -> Frame {
         self.frame
     }
 
@@ -118,7 +118,7 @@ impl ContactPlane {
 
     /// Returns the mean gap \[m\] over the element hx × hs \[m\] centred at (x, s) \[m\], or `None`
     /// if one body is not above the other in all of the element.
-    pub fn mean_gap(&self, x: f64, s: f64, hx: f64, hs: f64) -> Option<f64> {
+    pub(crate) fn mean_gap(&self, x: f64, s: f64, hx: f64, hs: f64) -> Option<f64> {
         let mut mean = 0.0;
         for (along, weight) in GAUSS {
             for (across, other) in GAUSS {
@@ -476,7 +476,7 @@ mod tests {
             let left = placed(Side::Left, &Position { lateral, yaw, roll }).unwrap();
             let right = placed(Side::Right, &Position { lateral: -lateral, yaw: -yaw, roll: -roll }).unwrap();
             prop_assert!((left.height() - right.height()).abs() < 1e-13);
-            // with two nearly equal gaps either may be the smallest
+            // With two nearly equal gaps either may be the smallest.
             prop_assume!((left.touches()[0].position[1] + right.touches()[0].position[1]).abs() < 1e-6);
             let (a, b) = (left.curvatures(), right.curvatures());
             prop_assert!((a.xx - b.xx).abs() < 1e-3 && (a.xs + b.xs).abs() < 1e-3);

@@ -13,7 +13,7 @@ pub struct Curve {
 
 /// A point of a [`Curve`] with its derivatives with respect to the parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CurvePoint {
+pub(crate) struct CurvePoint {
     /// The position (y, z) \[m\].
     pub position: [f64; 2],
     /// The tangent (y, z), whose length is 1 up to the difference between chord and arc.
@@ -25,13 +25,13 @@ pub struct CurvePoint {
 impl CurvePoint {
     /// Returns the signed curvature \[1/m\], which is positive where the curve turns from y towards
     /// z.
-    pub fn curvature(&self) -> f64 {
+    pub(crate) fn curvature(&self) -> f64 {
         let [y, z] = self.tangent;
         (y * self.bend[1] - z * self.bend[0]) / y.hypot(z).powi(3)
     }
 
     /// Returns the inclination of the tangent \[rad\], from y towards z.
-    pub fn angle(&self) -> f64 {
+    pub(crate) fn angle(&self) -> f64 {
         self.tangent[1].atan2(self.tangent[0])
     }
 }
@@ -39,7 +39,7 @@ impl CurvePoint {
 impl Curve {
     /// Creates the curve through `points` (y, z) \[m\] in their order. It is `None` if there are
     /// fewer than three points, if one is not finite, or if neighbours coincide.
-    pub fn through(points: Vec<[f64; 2]>) -> Option<Self> {
+    pub(crate) fn through(points: Vec<[f64; 2]>) -> Option<Self> {
         let count = points.len();
         if count < 3 || !points.iter().flatten().all(|v| v.is_finite()) {
             return None;
@@ -62,17 +62,18 @@ impl Curve {
     }
 
     /// Returns the parameters \[m\] of the points, ascending from 0.
-    pub fn parameters(&self) -> &[f64] {
+    #[cfg(test)]
+    pub(crate) fn parameters(&self) -> &[f64] {
         &self.parameters
     }
 
     /// Returns the largest parameter \[m\].
-    pub fn length(&self) -> f64 {
+    pub(crate) fn length(&self) -> f64 {
         self.parameters[self.parameters.len() - 1]
     }
 
     /// Returns the point at a parameter \[m\], which is clamped to the range of the curve.
-    pub fn at(&self, parameter: f64) -> CurvePoint {
+    pub(crate) fn at(&self, parameter: f64) -> CurvePoint {
         let t = parameter.clamp(0.0, self.length());
         let right = self.parameters.partition_point(|&p| p <= t).clamp(1, self.points.len() - 1);
         let left = right - 1;
@@ -94,7 +95,7 @@ impl Curve {
     }
 
     /// Returns the curve with the sign of y changed, followed from its other end.
-    pub fn mirrored(&self) -> Self {
+    pub(crate) fn mirrored(&self) -> Self {
         let length = self.length();
         let turned = |values: &[[f64; 2]]| values.iter().rev().map(|v| [-v[0], v[1]]).collect();
         Self {
@@ -105,14 +106,14 @@ impl Curve {
     }
 
     /// Returns the curve moved by (y, z) \[m\].
-    pub fn shifted(mut self, by: [f64; 2]) -> Self {
+    pub(crate) fn shifted(mut self, by: [f64; 2]) -> Self {
         self.points.iter_mut().for_each(|p| *p = [p[0] + by[0], p[1] + by[1]]);
         self
     }
 
     /// Returns parameters \[m\] that cut the curve into `pieces` equal steps between neighbouring
     /// given points, both ends included.
-    pub fn samples(&self, pieces: usize) -> Vec<f64> {
+    pub(crate) fn samples(&self, pieces: usize) -> Vec<f64> {
         let mut samples: Vec<f64> = self
             .parameters
             .windows(2)

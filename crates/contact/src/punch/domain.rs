@@ -19,7 +19,7 @@ use crate::model::{Control, Dof, Domain, PerDof, Scene, SceneError, Shape};
 /// # Errors
 /// A [`SceneError`] says that Ω must be given, because the tilt is as steep as the cone, wheel and
 /// rail do not touch in a point with curvatures, or the wheel does not reach the rail. It may also
-/// be an error of [`Gap::new`].
+/// say that a surface or a profile is missing.
 pub fn domain(scene: &Scene, surfaces: &Surfaces) -> Result<Domain, SceneError> {
     if let Some(domain) = scene.domain {
         return Ok(domain);

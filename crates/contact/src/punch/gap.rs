@@ -10,7 +10,7 @@ use crate::theory::{HertzEllipse, hertz_ellipse};
 
 /// A shape that is ready to be sampled: the shape of a scene with the height map or the profiles
 /// that it names.
-pub struct Gap<'a> {
+pub(crate) struct Gap<'a> {
     shape: &'a Shape,
     sampled: Sampled<'a>,
 }
@@ -27,7 +27,7 @@ impl<'a> Gap<'a> {
     /// # Errors
     /// A [`SceneError`] names a surface of the scene that `surfaces` does not hold, or says why a
     /// wheel does not meet its rail.
-    pub fn new(scene: &'a Scene, surfaces: &'a Surfaces) -> Result<Self, SceneError> {
+    pub(crate) fn new(scene: &'a Scene, surfaces: &'a Surfaces) -> Result<Self, SceneError> {
         let shape = &scene.punch.shape;
         let missing = |key: &str, name: &str, what: &str| SceneError {
             key: key.to_owned(),
@@ -80,7 +80,7 @@ impl<'a> Gap<'a> {
 
     /// Returns the initial gap g₀ ≥ 0 \[m\] at (x, y) \[m\]. It is `None` where the punch has no
     /// sole, that is, where it cannot touch at all.
-    pub fn at(&self, x: f64, y: f64) -> Option<f64> {
+    pub(crate) fn at(&self, x: f64, y: f64) -> Option<f64> {
         if !self.has_sole(x, y) {
             return None;
         }
@@ -103,7 +103,7 @@ impl<'a> Gap<'a> {
 
     /// Returns the mean of g₀ \[m\] over the element hx × hy \[m\] centred at (x, y) \[m\], or
     /// `None` where the punch has no sole.
-    pub fn mean(&self, x: f64, y: f64, hx: f64, hy: f64) -> Option<f64> {
+    pub(crate) fn mean(&self, x: f64, y: f64, hx: f64, hy: f64) -> Option<f64> {
         if !self.has_sole(x, y) {
             return None;
         }
@@ -150,7 +150,7 @@ impl<'a> Gap<'a> {
     }
 
     /// Returns the wheel on its rail and the plane of contact, if the punch is a wheel.
-    pub fn wheel_on_rail(&self) -> Option<(&WheelOnRail, &ContactPlane)> {
+    pub(crate) fn wheel_on_rail(&self) -> Option<(&WheelOnRail, &ContactPlane)> {
         match &self.sampled {
             Sampled::Plane(pair, plane) => Some((pair, plane)),
             Sampled::Not | Sampled::Map(_) => None,
@@ -159,7 +159,7 @@ impl<'a> Gap<'a> {
 
     /// Returns the principal curvatures \[1/m\] of a smooth gap where it is smallest, the smaller
     /// one first. It is `None` where Hertz's theory does not apply.
-    pub fn curvatures(&self) -> Option<[f64; 2]> {
+    pub(crate) fn curvatures(&self) -> Option<[f64; 2]> {
         let curvatures = match (self.shape, &self.sampled) {
             (Shape::Sphere { radius }, _) => [1.0 / radius; 2],
             (Shape::Ellipsoid { radius_x, radius_y }, _) => {

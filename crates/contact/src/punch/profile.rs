@@ -98,8 +98,8 @@ impl Profile {
     /// weights have no effect, since only smoothing would use them.
     ///
     /// # Errors
-    /// A [`ProfileError`] reports a line that cannot be read, an assignment that is missing, or points
-    /// that are refused by [`from_points`](Self::from_points).
+    /// A [`ProfileError`] reports a line that cannot be read, an assignment that is missing, or
+    /// points that are refused by [`from_points`](Self::from_points).
     pub fn from_simpack(text: &str) -> Result<Self, ProfileError> {
         let simpack = Simpack::read(text)?;
         let kind = simpack.kind.ok_or(ProfileError::Missing {

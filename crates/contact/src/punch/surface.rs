@@ -74,11 +74,6 @@ impl Surfaces {
     pub fn profile(&self, name: &str) -> Option<&Arc<Profile>> {
         self.profiles.get(name)
     }
-
-    /// Says if there is a height map or a profile of this name.
-    pub fn contains_key(&self, name: &str) -> bool {
-        self.maps.contains_key(name) || self.profiles.contains_key(name)
-    }
 }
 
 impl Surface {
@@ -120,7 +115,7 @@ impl Surface {
 
     /// Returns the gap below the highest pixel \[m\] at the fractions (s, t) of the map's widths.
     /// It is bilinear between the centres of pixels and constant beyond the outermost ones.
-    pub fn gap_at(&self, s: f64, t: f64) -> f64 {
+    pub(crate) fn gap_at(&self, s: f64, t: f64) -> f64 {
         let locate = |fraction: f64, count: usize| {
             let place = (fraction * count as f64 - 0.5).clamp(0.0, (count - 1) as f64);
             let low = (place.floor() as usize).min(count - 1);
@@ -137,7 +132,7 @@ impl Surface {
     /// Returns the mean gap below the highest pixel \[m\] over a rectangle in fractions of the
     /// map's widths, each pixel weighted with its share. An element that coincides with a pixel
     /// gets the value of that pixel.
-    pub fn mean_gap(&self, s: [f64; 2], t: [f64; 2]) -> f64 {
+    pub(crate) fn mean_gap(&self, s: [f64; 2], t: [f64; 2]) -> f64 {
         let (columns, rows) = (shares(s, self.columns), shares(t, self.rows));
         let mut sum = 0.0;
         for &(j, share_y) in &rows {

@@ -16,7 +16,7 @@ use crate::model::Side;
 
 /// A point at which the gap along z between wheel and rail has a local minimum.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touch {
+pub(crate) struct Touch {
     /// The position on the rail, in track coordinates \[m\].
     pub position: [f64; 3],
     /// The inclination of the common tangent \[rad\], from y towards z.
@@ -151,7 +151,7 @@ impl WheelOnRail {
     }
 
     /// Returns all points with a locally smallest gap, the touching one first.
-    pub fn touches(&self) -> &[Touch] {
+    pub(crate) fn touches(&self) -> &[Touch] {
         &self.touches
     }
 
@@ -240,7 +240,7 @@ impl WheelOnRail {
 
     /// Returns the point of the rail straight below or above a point in track coordinates \[m\], or
     /// the point itself if it is beside the rail.
-    pub fn onto_rail(&self, position: [f64; 3]) -> [f64; 3] {
+    pub(crate) fn onto_rail(&self, position: [f64; 3]) -> [f64; 3] {
         let [x, y, z] = position;
         [x, y, self.top.at(y).map_or(z, |point| point.position[1])]
     }

@@ -3,7 +3,7 @@
 
 use super::iterate::{Iterate, Stop};
 use crate::influence::images;
-use crate::model::{Control, Dof, PerDof, rigid_modes};
+use crate::model::{Control, Dof, PerDof, rigid_displacement};
 use crate::problem::Problem;
 
 /// Returns the degrees of freedom that a force governs.
@@ -160,7 +160,7 @@ pub(super) fn first_approach(problem: &Problem, motion: &PerDof<f64>, load: f64)
         .active()
         .map(|e| {
             let [x, y] = problem.grid.center(e);
-            problem.unmoved(e) + rigid_modes(x, y)[0].dot(&rigid)
+            problem.unmoved(e) + rigid_displacement(x, y, &rigid)[0]
         })
         .collect();
     let area = problem.grid.element_area() * images(&problem.mirror);

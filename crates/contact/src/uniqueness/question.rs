@@ -1,4 +1,5 @@
-//! The question of a bracket: the data that μ* depends on, and the effort of the search for a witness.
+//! The question of a bracket: the data that μ* depends on, and the effort of the search for a
+//! witness.
 
 use serde::{Deserialize, Serialize};
 
@@ -110,7 +111,7 @@ impl WitnessSearch {
     ///
     /// # Errors
     /// A [`SceneError`] says that there are more than [`MOST_STARTS`](Self::MOST_STARTS).
-    pub fn validate(&self) -> Result<(), SceneError> {
+    pub(crate) fn validate(&self) -> Result<(), SceneError> {
         random::validate_starts(self.starts)
     }
 }

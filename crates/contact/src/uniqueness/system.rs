@@ -34,17 +34,17 @@ impl System {
     }
 
     /// Returns the grid of the elements, in units of ℓ.
-    pub fn grid(&self) -> &Grid {
+    pub(crate) fn grid(&self) -> &Grid {
         self.table.grid()
     }
 
     /// Returns the influence coefficients of A, without ε.
-    pub fn table(&self) -> &InfluenceTable {
+    pub(crate) fn table(&self) -> &InfluenceTable {
         &self.table
     }
 
     /// Returns ε.
-    pub fn epsilon(&self) -> f64 {
+    pub(crate) fn epsilon(&self) -> f64 {
         self.epsilon
     }
 
@@ -78,7 +78,7 @@ impl System {
     }
 
     /// Allocates the memory for applications.
-    pub fn scratch(&self) -> Scratch {
+    pub(crate) fn scratch(&self) -> Scratch {
         Scratch::new(&self.toeplitz)
     }
 
@@ -86,7 +86,7 @@ impl System {
     ///
     /// # Panics
     /// It panics unless both have 3k numbers.
-    pub fn apply(&self, y: &mut [f64], x: &[f64], scratch: &mut Scratch) {
+    pub(crate) fn apply(&self, y: &mut [f64], x: &[f64], scratch: &mut Scratch) {
         let (k, n) = (self.elements(), self.grid().len());
         assert_eq!((y.len(), x.len()), (3 * k, 3 * k), "fields on another grid");
         if k == n {

@@ -39,7 +39,7 @@ pub struct Local {
 
 impl Local {
     /// Returns the 3×3 matrix b, row by row.
-    pub fn block(&self) -> [[f64; 3]; 3] {
+    pub(crate) fn block(&self) -> [[f64; 3]; 3] {
         let ([c1, c2, c3], [a, b], (sin, cos)) = (self.c, self.ab, self.phi.sin_cos());
         let cross = (c2 - c3) * sin * cos;
         [
@@ -50,7 +50,7 @@ impl Local {
     }
 
     /// Returns B z.
-    pub fn apply(&self, z: [f64; 3]) -> [f64; 3] {
+    pub(crate) fn apply(&self, z: [f64; 3]) -> [f64; 3] {
         self.block().map(|row| row[0] * z[0] + row[1] * z[1] + row[2] * z[2])
     }
 
