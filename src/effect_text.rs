@@ -1,14 +1,15 @@
-//! Which effects are simulated, to be read.
+//! The effects that are simulated and left out, to be read.
 
-use answers::effects::{Cost, Line, Overview, Solver};
+use answers::effects::{EffectGroup, EffectLine, Overview, Prediction, SolverChoice};
 use contact::model::Method;
 
 use crate::words::{count, duration};
 
-/// Groups that are printed; the others are in the JSON.
+/// The most groups that are printed; the JSON has all.
 const PRINTED_GROUPS: usize = 5;
 
-/// The overview to be read: what all jobs have in common, then each group's own.
+/// Returns the overview of a study to be read: what all jobs have in common, then what each group
+/// has besides.
 pub(crate) fn overview_words(overview: &Overview) -> String {
     if overview.groups.is_empty() {
         return String::new();
@@ -16,29 +17,19 @@ pub(crate) fn overview_words(overview: &Overview) -> String {
     if let [only] = &overview.groups[..] {
         let jobs =
             if only.jobs == 1 { String::new() } else { format!(" of all {} jobs", only.jobs) };
-        return format!("effects{jobs}\n{}", words(Some(only.solver), &only.effects, only.cost));
+        let lines = effect_lines(Some(only.solver), &only.effects, only.cost);
+        return format!("effects{jobs}\n{lines}");
     }
     let mut text = String::new();
     if overview.solver.is_some() || !overview.common.is_empty() {
         text += &format!(
             "effects of all {} jobs\n{}",
             overview.jobs,
-            words(overview.solver, &overview.common, overview.cost)
+            effect_lines(overview.solver, &overview.common, overview.cost)
         );
     }
     for group in overview.groups.iter().take(PRINTED_GROUPS) {
-        let own: Vec<Line> = group
-            .effects
-            .iter()
-            .filter(|line| !overview.common.iter().any(|common| common.effect == line.effect))
-            .cloned()
-            .collect();
-        text += &format!(
-            "effects of {}{}\n{}",
-            count(group.jobs, "job", "jobs"),
-            if group.which.is_empty() { String::new() } else { format!(": {}", group.which) },
-            words(overview.solver.xor(Some(group.solver)), &own, group.cost)
-        );
+        text += &group_words(overview, group);
     }
     if let Some(rest) = overview.groups.len().checked_sub(PRINTED_GROUPS).filter(|rest| *rest > 0) {
         text += &format!(
@@ -49,40 +40,63 @@ pub(crate) fn overview_words(overview: &Overview) -> String {
     text
 }
 
-/// Effects as lines of text, after the method; `cost` is what solving takes as it is.
-pub(crate) fn words(solver: Option<Solver>, lines: &[Line], cost: Cost) -> String {
-    let solver = solver.map(|Solver { method, reason }| match method {
+/// Returns what a group has besides what all jobs have in common.
+fn group_words(overview: &Overview, group: &EffectGroup) -> String {
+    let is_common =
+        |line: &&EffectLine| overview.common.iter().any(|common| common.effect == line.effect);
+    let lines: Vec<EffectLine> =
+        group.effects.iter().filter(|line| !is_common(line)).cloned().collect();
+    format!(
+        "effects of {}{}\n{}",
+        count(group.jobs, "job", "jobs"),
+        if group.label.is_empty() { String::new() } else { format!(": {}", group.label) },
+        effect_lines(overview.solver.xor(Some(group.solver)), &lines, group.cost)
+    )
+}
+
+/// Returns effects as lines of text, after the method; `cost` is the prediction with the effects as
+/// they are.
+pub(crate) fn effect_lines(
+    solver: Option<SolverChoice>,
+    lines: &[EffectLine],
+    cost: Prediction,
+) -> String {
+    let solver = solver.map(|SolverChoice { method, reason }| match method {
         Method::Seidel => format!("  {:<15} seidel, {reason}; it leaves out nothing\n", "method"),
         Method::Newton | Method::Auto => format!("  {:<15} newton, {reason}\n", "method"),
     });
-    let line = |line: &Line| {
-        let mut text = format!(
-            "  {:<15} {:<4} {}",
-            line.effect.name(),
-            if line.simulated { "on" } else { "off" },
-            line.reason
-        );
-        if line.reasons > 1 {
-            text += &format!(" (and {})", count(line.reasons - 1, "other reason", "other reasons"));
+    solver.into_iter().chain(lines.iter().map(|line| effect_line(line, cost))).collect()
+}
+
+fn effect_line(line: &EffectLine, cost: Prediction) -> String {
+    let mut text = format!(
+        "  {:<15} {:<4} {}",
+        line.effect.name(),
+        if line.simulated { "on" } else { "off" },
+        line.reason
+    );
+    if line.reasons > 1 {
+        text += &format!(" (and {})", count(line.reasons - 1, "other reason", "other reasons"));
+    }
+    if let Some(with) = line.with {
+        let savings = savings(cost, with);
+        if !savings.is_empty() {
+            text += &format!("; saves {}", savings.join(", "));
         }
-        let saved = |with: f64, without: f64| {
-            (with > without && with > 0.0)
-                .then(|| format!("{:.0} %", 100.0 * (1.0 - without / with)))
-        };
-        if let Some(with) = line.with {
-            let unknowns = saved(with.unknowns as f64, cost.unknowns as f64)
-                .map(|part| format!("{part} of the unknowns"));
-            let spared = with.seconds - cost.seconds;
-            let spared =
-                if spared < 1e-3 { String::new() } else { format!(" ({})", duration(spared)) };
-            let seconds =
-                saved(with.seconds, cost.seconds).map(|part| format!("{part} of the time{spared}"));
-            let parts: Vec<String> = unknowns.into_iter().chain(seconds).collect();
-            if !parts.is_empty() {
-                text += &format!("; saves {}", parts.join(", "));
-            }
-        }
-        text + "\n"
+    }
+    text + "\n"
+}
+
+/// Returns what is saved by leaving an effect out, of the prediction `with` it.
+fn savings(cost: Prediction, with: Prediction) -> Vec<String> {
+    let saved = |with: f64, without: f64| {
+        (with > without && with > 0.0).then(|| format!("{:.0} %", 100.0 * (1.0 - without / with)))
     };
-    solver.into_iter().chain(lines.iter().map(line)).collect()
+    let unknowns = saved(with.unknowns as f64, cost.unknowns as f64)
+        .map(|share| format!("{share} of the unknowns"));
+    let spared = with.seconds - cost.seconds;
+    let spared = if spared < 1e-3 { String::new() } else { format!(" ({})", duration(spared)) };
+    let seconds =
+        saved(with.seconds, cost.seconds).map(|share| format!("{share} of the time{spared}"));
+    unknowns.into_iter().chain(seconds).collect()
 }

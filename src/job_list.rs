@@ -3,8 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use answers::effects::{Overview, overview};
-use answers::perform::forecast;
-use answers::{choice, convergence, cost};
+use answers::{check, choice, forecast};
 use anyhow::{Result, anyhow};
 use contact::Forecast;
 use contact::model::SceneError;
@@ -13,30 +12,42 @@ use identity::JobKey;
 use rayon::prelude::*;
 use runner::Task;
 use store::Store;
-use study::{Job, Record, Study, StudyPoint};
+use study::{Record, Study, StudyPoint};
 
 use crate::wire::order;
 
-/// The distinct jobs of a study with what they will take, in the order of their first points.
-pub(crate) struct Jobs {
+/// The points of a study and their distinct jobs, in the order of their first points.
+pub(crate) struct JobList {
     pub(crate) points: Vec<StudyPoint>,
-    pub(crate) distinct: Vec<(usize, Forecast)>,
+    pub(crate) distinct: Vec<DistinctJob>,
 }
 
-impl Jobs {
-    /// Refuses a study of which some point cannot be laid out, before anything runs.
+/// A job that one or several points share.
+pub(crate) struct DistinctJob {
+    /// The index of the first point.
+    pub(crate) point: usize,
+    /// The prediction of what it takes.
+    pub(crate) forecast: Forecast,
+}
+
+/// The jobs that are left to run.
+pub(crate) struct JobsLeft {
+    pub(crate) tasks: Vec<Task>,
+    /// The canonical text of each job.
+    pub(crate) texts: HashMap<JobKey, String>,
+}
+
+impl JobList {
+    /// Lists the jobs of a study and refuses one of which some point cannot be laid out, before
+    /// anything runs.
     pub(crate) fn of(study: &Study) -> Result<Self> {
         choice::check(study)?;
         let jobs = Self::of_points(study, study.points())?;
-        if let Some(ladder) = &study.ladder() {
-            convergence::check(study, ladder, &jobs.points)?;
-        }
-        if let Some(cost) = &study.cost() {
-            cost::check(study, cost, &jobs.points)?;
-        }
+        check(study, &jobs.points)?;
         Ok(jobs)
     }
 
+    /// Lists the jobs of some points of a study.
     pub(crate) fn of_points(study: &Study, points: Vec<StudyPoint>) -> Result<Self> {
         let mut seen = HashSet::new();
         let mut distinct = Vec::new();
@@ -44,82 +55,83 @@ impl Jobs {
         {
             let forecast = forecast(&point.job, study.surfaces())
                 .map_err(|error| refused(study, index, point, &error))?;
-            distinct.push((index, forecast));
+            distinct.push(DistinctJob { point: index, forecast });
         }
         Ok(Self { points, distinct })
     }
 
-    /// Refuses scenes that cannot be bound to their grids, those of jobs that are `done` aside.
-    /// That takes less than a tenth of what solving them does, and no operator is assembled.
-    pub(crate) fn bind(&self, study: &Study, done: impl Fn(&JobKey) -> bool + Sync) -> Result<()> {
-        let bound = |(index, _): &(usize, Forecast)| {
-            let point = &self.points[*index];
-            let case = point.job.case().filter(|_| !done(&point.key))?;
+    /// Refuses scenes that cannot be bound to their grids, except those of jobs for which `is_done`
+    /// holds. This takes less than a tenth of what solving them does, and assembles no operator.
+    pub(crate) fn bind(
+        &self,
+        study: &Study,
+        is_done: impl Fn(&JobKey) -> bool + Sync,
+    ) -> Result<()> {
+        let error = |job: &DistinctJob| {
+            let point = &self.points[job.point];
+            let case = point.job.case().filter(|_| !is_done(&point.key))?;
             let error = Problem::new(&case.scene, &case.numerics, study.surfaces()).err()?;
-            Some((*index, error))
+            Some(refused(study, job.point, point, &error))
         };
-        match self.distinct.par_iter().find_map_first(bound) {
-            Some((index, error)) => Err(refused(study, index, &self.points[index], &error)),
+        match self.distinct.par_iter().find_map_first(error) {
+            Some(error) => Err(error),
             None => Ok(()),
         }
     }
 
-    /// The tasks that are left, those in `computed` aside, and the texts of their jobs.
+    /// Returns the jobs that are left, without those in `computed`.
     pub(crate) fn left(
         &self,
         study: &Study,
         store: &Store,
         retry_failed: bool,
         computed: &HashSet<JobKey>,
-    ) -> Result<(Vec<Task>, HashMap<JobKey, String>)> {
-        let (mut tasks, mut texts) = (Vec::new(), HashMap::new());
-        for (index, forecast) in &self.distinct {
-            let point = &self.points[*index];
-            let again = || match store.get(&point.key) {
-                Ok(Some(bytes)) => {
-                    Record::decode(&bytes).map_or(true, |record| !record.is_certified())
-                }
-                _ => true,
-            };
-            if computed.contains(&point.key)
-                || store.contains(&point.key) && !(retry_failed && again())
-            {
+    ) -> Result<JobsLeft> {
+        let mut left = JobsLeft { tasks: Vec::new(), texts: HashMap::new() };
+        for DistinctJob { point, forecast } in &self.distinct {
+            let StudyPoint { job, key, .. } = &self.points[*point];
+            let is_cached = || store.contains(key) && !(retry_failed && has_failed(store, key));
+            if computed.contains(key) || is_cached() {
                 continue;
             }
-            let text = point.job.canonical();
-            tasks.push(Task {
-                key: point.key,
-                payload: order(&point.job, text.clone(), study.surfaces())?,
+            let text = job.canonical();
+            left.tasks.push(Task {
+                key: *key,
+                payload: order(job, text.clone(), study.surfaces())?,
                 group: forecast.operator,
                 cost: forecast.seconds,
                 memory: forecast.memory,
             });
-            texts.insert(point.key, text);
+            left.texts.insert(*key, text);
         }
-        Ok((tasks, texts))
+        Ok(left)
     }
 
-    /// The effects of all of them.
+    /// Returns the effects of all jobs.
     pub(crate) fn effects(&self, study: &Study) -> Result<Overview> {
-        let first: Vec<usize> = self.distinct.iter().map(|(index, _)| *index).collect();
+        let first: Vec<usize> = self.distinct.iter().map(|job| job.point).collect();
         Ok(overview(study, &self.points, &first)?)
     }
 
+    /// Returns the keys of the distinct jobs.
     pub(crate) fn keys(&self) -> Vec<JobKey> {
-        self.distinct.iter().map(|(index, _)| self.points[*index].key).collect()
+        self.distinct.iter().map(|job| self.points[job.point].key).collect()
     }
 }
 
-/// What is wrong with a point's scene, where it stands in the study file.
+/// Tells whether the record of a job is not certified, or cannot be read.
+fn has_failed(store: &Store, key: &JobKey) -> bool {
+    match store.get(key) {
+        Ok(Some(bytes)) => Record::decode(&bytes).map_or(true, |record| !record.is_certified()),
+        _ => true,
+    }
+}
+
+/// Returns what is wrong with a point's scene, at its place in the study file.
 fn refused(study: &Study, index: usize, point: &StudyPoint, error: &SceneError) -> anyhow::Error {
     match study.point(index) {
-        Some(own) if own.key == point.key => study.refuse(index, error).into(),
-        // a point that the study chose
+        Some(of_axes) if of_axes.key == point.key => study.refuse(index, error).into(),
+        // The study has chosen the point, so it has no place in the file.
         _ => anyhow!("{}: {error}", study.path()),
     }
-}
-
-/// Increments of a job's loading path.
-pub(crate) fn increments(job: &Job) -> u64 {
-    job.case().map_or(0, |case| u64::from(case.scene.loading.increments()))
 }

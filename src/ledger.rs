@@ -1,43 +1,41 @@
-//! From finished jobs to durable records.
+//! Turns finished jobs into durable records.
 
 use std::collections::HashMap;
 use std::error::Error;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use contact::model::Status;
-use contact::multiplicity::Multiplicity;
-use contact::uniqueness::Bracket;
+use answers::{RecordSize, too_large};
 use identity::{JobKey, STORED_LIMIT};
 use runner::{Done, Verdict};
 use store::Store;
 use study::job::PHYSICS_VERSION;
-use study::record::Bracketed;
 use study::{Ending, Provenance, Record};
 
-use crate::wire::{Answer, answer};
+use crate::wire::{Reply, decode_reply};
 
-/// Keeps results in a store: fields as blobs first, then the records that refer to them.
-pub(crate) struct Ledger<'a> {
+/// Keeps results in a store: fields first, as blobs, then the records that refer to them.
+pub(crate) struct StoreLedger<'a> {
     store: &'a Store,
     /// The canonical texts of the jobs that run.
     jobs: HashMap<JobKey, String>,
 }
 
-impl<'a> Ledger<'a> {
+impl<'a> StoreLedger<'a> {
+    /// Returns the ledger of a run of some jobs, given with their canonical texts.
     pub(crate) fn new(store: &'a Store, jobs: HashMap<JobKey, String>) -> Self {
         Self { store, jobs }
     }
 
     fn record(&mut self, done: Done) -> Result<(JobKey, Vec<u8>), Box<dyn Error + Send + Sync>> {
         let attempts = done.attempts;
-        let mut times = Vec::new();
+        let mut job_times = Vec::new();
         let (ending, fields) = match done.verdict {
-            Verdict::Completed(bytes) => match answer(&bytes)? {
-                Answer::Ended { ending, fields, times: each } => {
-                    times = each;
+            Verdict::Completed(bytes) => match decode_reply(&bytes)? {
+                Reply::Ended { ending, fields, times } => {
+                    job_times = times;
                     (*ending, fields.map(|fields| self.store.blobs().keep(&fields)).transpose()?)
                 }
-                Answer::Refused(reason) => (Ending::Quarantined { reason, attempts }, None),
+                Reply::Refused(reason) => (Ending::Quarantined { reason, attempts }, None),
             },
             Verdict::Quarantined { reason } => (Ending::Quarantined { reason, attempts }, None),
         };
@@ -55,58 +53,22 @@ impl<'a> Ledger<'a> {
                 finished: SystemTime::now()
                     .duration_since(UNIX_EPOCH)
                     .map_or(0, |since| since.as_secs()),
-                ..Provenance::timed(env!("CARGO_PKG_VERSION"), done.seconds, times)
+                ..Provenance::timed(env!("CARGO_PKG_VERSION"), done.seconds, job_times)
             },
         };
         let mut bytes = record.encode();
         if bytes.len() > STORED_LIMIT {
-            // the results that came with it are kept, and a resume does not compute it again in
-            // vain
-            (record.ending, record.fields) = (too_large(record.ending, bytes.len()), None);
+            // The results that came with it are kept, and a resume does not compute it again in
+            // vain.
+            let size = RecordSize { bytes: bytes.len(), limit: STORED_LIMIT };
+            (record.ending, record.fields) = (too_large(record.ending, size), None);
             bytes = record.encode();
         }
         Ok((done.key, bytes))
     }
 }
 
-/// The ending of a result that takes so many bytes, more than a record may have: it says so in
-/// place of what makes it large.
-fn too_large(ending: Ending, bytes: usize) -> Ending {
-    let failed = |what: String, elements: usize| {
-        let most = elements * STORED_LIMIT / bytes.max(1);
-        let size =
-            format!("a record of {bytes} bytes, where the store keeps at most {STORED_LIMIT}");
-        Status::Failed {
-            reason: format!("{what}: {size}; needs a mesh of at most about {most} elements"),
-        }
-    };
-    match ending {
-        Ending::Searched(found) => {
-            let elements =
-                found.solutions.first().map_or(0, |solution| solution.fields.state.len());
-            let status = failed(
-                format!("{} solutions on {elements} elements", found.solutions.len()),
-                elements,
-            );
-            Ending::Searched(Multiplicity { status, solutions: Vec::new(), ..found })
-        }
-        Ending::Bracketed(found) => {
-            let elements = match &found.bracket {
-                Some(Bracket::Bounded { upper, .. }) => upper.x.len() / 3,
-                Some(Bracket::Unbounded) | None => 0,
-            };
-            let status = failed(
-                format!("a bracket of μ* with its witness on {elements} elements"),
-                elements,
-            );
-            Ending::Bracketed(Box::new(Bracketed { status, bracket: None, shown: None }))
-        }
-        // a path has at most 1000 increments, which fit, and its fields are elsewhere
-        Ending::Finished(_) | Ending::Quarantined { .. } => ending,
-    }
-}
-
-impl runner::Ledger for Ledger<'_> {
+impl runner::Ledger for StoreLedger<'_> {
     fn commit(&mut self, results: Vec<Done>) -> Result<(), Box<dyn Error + Send + Sync>> {
         let records =
             results.into_iter().map(|done| self.record(done)).collect::<Result<Vec<_>, _>>()?;
@@ -116,12 +78,15 @@ impl runner::Ledger for Ledger<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use contact::model::{Certificate, Fields, Method, Motion, Observables, WorkDone};
-    use contact::multiplicity::{Origin, Solution};
+    use contact::model::{Certificate, Fields, Method, Motion, Observables, Status, WorkDone};
+    use contact::multiplicity::{Multiplicity, Origin, Solution};
+    use contact::uniqueness::Bracket;
     use contact::uniqueness::lower::LowerBound;
     use contact::uniqueness::witness::Witness;
-    use runner::Ledger as _;
+    use runner::Ledger;
+    use study::record::Bracketed;
+
+    use super::*;
 
     fn bracketed(elements: usize) -> Ending {
         let lower = LowerBound {
@@ -188,10 +153,9 @@ mod tests {
             (0..).zip(&endings).map(|(number, _)| JobKey([number; 32])).collect();
         let texts = keys.iter().map(|key| (*key, key.to_string())).collect();
         let done = keys.iter().zip(&endings).map(|(key, ending)| {
-            let answer =
-                Answer::Ended { ending: Box::new(ending.clone()), fields: None, times: Vec::new() };
-            let bytes =
-                bincode::serde::encode_to_vec(&answer, bincode::config::standard()).unwrap();
+            let reply =
+                Reply::Ended { ending: Box::new(ending.clone()), fields: None, times: Vec::new() };
+            let bytes = bincode::serde::encode_to_vec(&reply, bincode::config::standard()).unwrap();
             Done {
                 key: *key,
                 verdict: Verdict::Completed(bytes),
@@ -200,7 +164,7 @@ mod tests {
                 attempts: 1,
             }
         });
-        Ledger::new(&store, texts).commit(done.collect()).unwrap();
+        StoreLedger::new(&store, texts).commit(done.collect()).unwrap();
         let ends = keys
             .iter()
             .map(|key| Record::decode(&store.get(key).unwrap().unwrap()).unwrap().ending);

@@ -13,7 +13,7 @@ use crate::output;
 use crate::words::{count, duration};
 
 /// A reader of the runner's events.
-pub(crate) struct Progress {
+pub(crate) struct ProgressDisplay {
     bar: ProgressBar,
     json: bool,
     costs: HashMap<JobKey, f64>,
@@ -23,7 +23,7 @@ pub(crate) struct Progress {
     started: Instant,
 }
 
-impl Progress {
+impl ProgressDisplay {
     pub(crate) fn new(tasks: &[Task], cached: usize, json: bool) -> Self {
         let costs: HashMap<JobKey, f64> = tasks.iter().map(|task| (task.key, task.cost)).collect();
         let bar = ProgressBar::new(tasks.len() as u64);

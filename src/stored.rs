@@ -14,7 +14,7 @@ use crate::output;
 
 /// Where records come from.
 #[derive(Clone, Copy)]
-pub(crate) enum Source<'a> {
+pub(crate) enum StoreSource<'a> {
     /// The store that this process writes.
     Store(&'a Store),
     /// One that it reads.
@@ -24,35 +24,35 @@ pub(crate) enum Source<'a> {
 /// A record as a store gives it.
 type Fetched = (JobKey, Result<Vec<u8>, ReadError>);
 
-impl Source<'_> {
+impl StoreSource<'_> {
     /// The records of those of `keys` that have one.
     fn fetch(self, keys: &[JobKey]) -> Vec<Fetched> {
         match self {
-            Source::Store(store) => keys
+            StoreSource::Store(store) => keys
                 .iter()
                 .filter_map(|key| store.get(key).transpose().map(|record| (*key, record)))
                 .collect(),
-            Source::Reader(reader) => reader.select(keys.to_vec()).collect(),
+            StoreSource::Reader(reader) => reader.select(keys.to_vec()).collect(),
         }
     }
 
     /// Every record.
     fn all(&self) -> Result<Box<dyn Iterator<Item = Fetched> + '_>, ReadError> {
         Ok(match self {
-            Source::Store(store) => Box::new(store.records()),
-            Source::Reader(reader) => Box::new(reader.records()?),
+            StoreSource::Store(store) => Box::new(store.records()),
+            StoreSource::Reader(reader) => Box::new(reader.records()?),
         })
     }
 
     fn blobs(&self) -> &Blobs {
         match self {
-            Source::Store(store) => store.blobs(),
-            Source::Reader(reader) => reader.blobs(),
+            StoreSource::Store(store) => store.blobs(),
+            StoreSource::Reader(reader) => reader.blobs(),
         }
     }
 }
 
-impl Records for Source<'_> {
+impl Records for StoreSource<'_> {
     fn select(&self, keys: &[JobKey]) -> Result<RecordMap, RecordsError> {
         let decoded = |(key, bytes): Fetched| -> Result<(JobKey, Record)> {
             let bytes = bytes.context("run `tribosweep store verify` to see the whole damage")?;

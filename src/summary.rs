@@ -1,10 +1,9 @@
-//! What a run says at its end.
+//! The summary at the end of a run.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use answers::Results;
-use answers::results::WARNINGS;
+use answers::{Results, WARNINGS, Warning};
 use anyhow::{Context, Result};
 use report::DataTable;
 use serde::Serialize;
@@ -16,147 +15,215 @@ use crate::output::{self, Finish, layout};
 use crate::stored::store_option;
 use crate::words::{count, duration};
 
-/// Rows of the table at the end of a run; more are for `query`.
+/// The most rows of the table at the end of a run; `query` shows more.
 const SUMMARY_ROWS: usize = 24;
 
-/// Failed jobs listed at the end of a run; more are for `query`.
+/// The most failed jobs that are listed at the end of a run; `query` lists more.
 const LISTED_FAILURES: usize = 10;
 
-/// What a run did.
-#[derive(Serialize)]
-pub(crate) struct Tally {
+/// The counts of a run.
+#[derive(Default, Serialize)]
+pub(crate) struct RunTally {
+    /// The distinct jobs of the study.
     pub(crate) jobs: usize,
+    /// The jobs that the store had results of.
     pub(crate) cached: usize,
+    /// The jobs that were given out.
     pub(crate) computing: usize,
-    /// Of these, the jobs that ended.
+    /// The jobs that were given out and have ended.
     #[serde(skip)]
     pub(crate) computed: usize,
+    /// The duration \[s\].
     pub(crate) seconds: f64,
+    /// The run was interrupted.
     pub(crate) interrupted: bool,
 }
 
-/// Says at the end of a run what came of it.
-pub(crate) fn report(
-    results: &Results,
-    directory: &Path,
-    json: bool,
-    tally: Tally,
-) -> Result<Finish> {
-    let study = results.study();
-    let progress = results.progress();
-    let figures = if progress.done > 0 { draw_figures(results, directory) } else { Vec::new() };
-    let finish = match (tally.interrupted, progress.failed + results.inaccurate()) {
-        (true, _) => Finish::Interrupted,
-        (_, 0) => Finish::AllDone,
-        _ => Finish::SomeFailed,
-    };
-    let store_option = store_option(directory);
-    let mut failures = Vec::new();
-    let mut listed = BTreeSet::new();
-    for record in results
-        .points()
-        .iter()
-        .filter_map(|point| results.record(point))
-        .filter(|record| !record.is_certified())
-    {
-        if listed.insert(record.key()) {
-            let key = record.key().to_string();
-            failures.push(serde_json::json!({ "key": key, "status": record.standing().to_string(), "show": format!("tribosweep show {}{store_option}", &key[..12]) }));
-        }
-    }
-    if json {
-        let files: Vec<_> = figures.iter().flatten().flatten().collect();
-        let line = serde_json::json!({
-            "event": "summary", "study": study.name(), "progress": progress, "run": tally, "failures": failures, "figures": files,
-            "answers": answers_json(results.answers()?)?, "inaccurate": results.inaccurate(),
-        });
-        output::print(&format!("{line}\n"))?;
-        return Ok(finish);
-    }
-
-    let mut text = String::new();
-    let mut table = results.usual_table()?;
-    let all = table.rows().len();
-    if all > SUMMARY_ROWS {
-        table = DataTable::new(table.columns().to_vec(), table.rows()[..SUMMARY_ROWS].to_vec())?;
-    }
-    text += &table.terminal(&layout());
-    if all > SUMMARY_ROWS {
-        let more = count(all - SUMMARY_ROWS, "more row", "more rows");
-        text += &format!("… {more}: tribosweep query {}{store_option}\n", study.name());
-    }
-    text += &answers_words(results.answers()?);
-    text += &format!(
-        "\n{}: {}, {} certified, {} failed, {} left; {} of {} computed in {}, {} from the store\n",
-        study.name(),
-        count(progress.points, "point", "points"),
-        progress.done,
-        progress.failed,
-        progress.left,
-        tally.computed,
-        count(tally.jobs, "job", "jobs"),
-        duration(tally.seconds),
-        tally.cached,
-    );
-    for figure in figures {
-        match figure {
-            Ok(files) => {
-                files.iter().for_each(|file| text += &format!("figure: {}\n", file.display()))
-            }
-            Err(error) => text += &format!("no figure: {error:#}\n"),
-        }
-    }
-    for warning in &WARNINGS {
-        let concerned: Vec<&Record> = results
-            .points()
-            .iter()
-            .filter_map(|point| results.record(point))
-            .filter(|record| warning.concerns(record))
-            .collect();
-        if !concerned.is_empty() {
-            let (name, column, words) = (study.name(), warning.column, warning.words);
-            let points = count(concerned.len(), "point", "points");
-            // a row without them is the end of a path
-            let is_path = concerned
-                .iter()
-                .any(|record| record.outcome().is_some_and(|outcome| outcome.steps.len() > 1));
-            let steps = if is_path { " --steps" } else { "" };
-            text += &format!(
-                "warning: elements of {points} {words}: tribosweep query {name}{steps} --where '{column} > 0'{store_option}\n"
-            );
-        }
-    }
-    if results.inaccurate() > 0 {
-        let (points, name) =
-            (count(results.inaccurate(), "point misses", "points miss"), study.name());
-        text += &format!(
-            "warning: {points} the accuracy asked for: tribosweep answer {name}{store_option}\n"
-        );
-    }
-    for failure in failures.iter().take(LISTED_FAILURES) {
-        text += &format!(
-            "{}: {}\n",
-            failure["status"].as_str().unwrap_or_default(),
-            failure["show"].as_str().unwrap_or_default()
-        );
-    }
-    if failures.len() > LISTED_FAILURES {
-        text += &format!(
-            "… {} more: tribosweep query {} --where 'status != \"certified\"'{store_option}\n",
-            failures.len() - LISTED_FAILURES,
-            study.name()
-        );
-    }
-    if tally.interrupted {
-        text += &format!("interrupted; continue with: {}\n", again(study, directory));
-    }
-    output::print(&text)?;
-    Ok(finish)
+/// A job that has ended without a solution.
+#[derive(Serialize)]
+struct FailedJob {
+    key: String,
+    status: String,
+    /// The command that shows it.
+    show: String,
 }
 
-/// Each of the study's figures as files in the store's own folder of figures; one that cannot be
-/// drawn hinders no other.
-fn draw_figures(results: &Results, directory: &Path) -> Vec<Result<Vec<PathBuf>>> {
+/// The files of a figure, or why it was not drawn.
+type DrawnFigure = Result<Vec<PathBuf>>;
+
+/// Draws the figures of a study and says what came of a run.
+pub(crate) fn summarise(
+    results: &Results<'_>,
+    directory: &Path,
+    json: bool,
+    tally: RunTally,
+) -> Result<Finish> {
+    let progress = results.progress();
+    let figures = if progress.done > 0 { draw_figures(results, directory) } else { Vec::new() };
+    let summary = Summary { results, store_option: store_option(directory), tally, figures };
+    if json {
+        output::print(&format!("{}\n", summary.json()?))?;
+    } else {
+        output::print(&summary.words()?)?;
+    }
+    Ok(match (summary.tally.interrupted, progress.failed + results.inaccurate()) {
+        (true, _) => Finish::Interrupted,
+        (false, 0) => Finish::AllDone,
+        (false, _) => Finish::SomeFailed,
+    })
+}
+
+/// Everything that a summary tells.
+struct Summary<'r> {
+    results: &'r Results<'r>,
+    /// The option that names the store.
+    store_option: String,
+    tally: RunTally,
+    figures: Vec<DrawnFigure>,
+}
+
+impl Summary<'_> {
+    fn json(&self) -> Result<serde_json::Value> {
+        let files: Vec<&PathBuf> = self.figures.iter().flatten().flatten().collect();
+        Ok(serde_json::json!({
+            "event": "summary",
+            "study": self.results.study().name(),
+            "progress": self.results.progress(),
+            "run": self.tally,
+            "failures": self.failures(),
+            "figures": files,
+            "answers": answers_json(self.results.answers()?)?,
+            "inaccurate": self.results.inaccurate(),
+        }))
+    }
+
+    fn words(&self) -> Result<String> {
+        let mut text = self.rows()?;
+        text += &answers_words(self.results.answers()?);
+        text += &self.counts();
+        for figure in &self.figures {
+            match figure {
+                Ok(files) => {
+                    files.iter().for_each(|file| text += &format!("figure: {}\n", file.display()))
+                }
+                Err(error) => text += &format!("no figure: {error:#}\n"),
+            }
+        }
+        WARNINGS.iter().for_each(|warning| text += &self.warning(warning));
+        text += &self.missed_accuracy();
+        text += &self.listed_failures();
+        if self.tally.interrupted {
+            let Summary { results, store_option, .. } = self;
+            let command = resume(results.study(), store_option);
+            text += &format!("interrupted; continue with: {command}\n");
+        }
+        Ok(text)
+    }
+
+    /// Returns the first rows of the results.
+    fn rows(&self) -> Result<String> {
+        let Summary { results, store_option, .. } = self;
+        let table = results.usual_table()?;
+        let rows = table.rows();
+        let Some(rest) = rows.len().checked_sub(SUMMARY_ROWS).filter(|rest| *rest > 0) else {
+            return Ok(table.terminal(&layout()));
+        };
+        let first = DataTable::new(table.columns().to_vec(), rows[..SUMMARY_ROWS].to_vec())?;
+        let more = count(rest, "more row", "more rows");
+        let name = results.study().name();
+        Ok(format!(
+            "{}… {more}: tribosweep query {name}{store_option}\n",
+            first.terminal(&layout())
+        ))
+    }
+
+    fn counts(&self) -> String {
+        let Summary { results, tally, .. } = self;
+        let progress = results.progress();
+        format!(
+            "\n{}: {}, {} certified, {} failed, {} left; {} of {} computed in {}, {} from the store\n",
+            results.study().name(),
+            count(progress.points, "point", "points"),
+            progress.done,
+            progress.failed,
+            progress.left,
+            tally.computed,
+            count(tally.jobs, "job", "jobs"),
+            duration(tally.seconds),
+            tally.cached,
+        )
+    }
+
+    /// Returns the record of every point that has one.
+    fn records(&self) -> impl Iterator<Item = &Record> {
+        self.results.points().iter().filter_map(|point| self.results.record(point))
+    }
+
+    /// Warns of points that a warning concerns; says nothing if there are none.
+    fn warning(&self, warning: &Warning) -> String {
+        let concerned: Vec<&Record> =
+            self.records().filter(|record| warning.concerns(record)).collect();
+        if concerned.is_empty() {
+            return String::new();
+        }
+        let Warning { column, words, .. } = warning;
+        let (name, store_option) = (self.results.study().name(), &self.store_option);
+        let points = count(concerned.len(), "point", "points");
+        // A row of `query` without `--steps` is the end of a path.
+        let has_steps =
+            |record: &&Record| record.outcome().is_some_and(|outcome| outcome.steps.len() > 1);
+        let steps = if concerned.iter().any(has_steps) { " --steps" } else { "" };
+        format!(
+            "warning: elements of {points} {words}: tribosweep query {name}{steps} --where '{column} \
+             > 0'{store_option}\n"
+        )
+    }
+
+    fn missed_accuracy(&self) -> String {
+        let inaccurate = self.results.inaccurate();
+        if inaccurate == 0 {
+            return String::new();
+        }
+        let points = count(inaccurate, "point misses", "points miss");
+        let (name, store_option) = (self.results.study().name(), &self.store_option);
+        format!(
+            "warning: {points} the accuracy asked for: tribosweep answer {name}{store_option}\n"
+        )
+    }
+
+    /// Returns the jobs that have ended without a solution, each once.
+    fn failures(&self) -> Vec<FailedJob> {
+        let mut listed = BTreeSet::new();
+        self.records()
+            .filter(|record| !record.is_certified() && listed.insert(record.key()))
+            .map(|record| {
+                let key = record.key().to_string();
+                let show = format!("tribosweep show {}{}", &key[..12], self.store_option);
+                FailedJob { key, status: record.standing().to_string(), show }
+            })
+            .collect()
+    }
+
+    fn listed_failures(&self) -> String {
+        let failures = self.failures();
+        let listed = failures.iter().take(LISTED_FAILURES);
+        let mut text: String =
+            listed.map(|failure| format!("{}: {}\n", failure.status, failure.show)).collect();
+        if failures.len() > LISTED_FAILURES {
+            text += &format!(
+                "… {} more: tribosweep query {} --where 'status != \"certified\"'{}\n",
+                failures.len() - LISTED_FAILURES,
+                self.results.study().name(),
+                self.store_option
+            );
+        }
+        text
+    }
+}
+
+/// Draws each of the study's figures to files in the store's folder of figures. A figure that cannot
+/// be drawn hinders no other.
+fn draw_figures(results: &Results<'_>, directory: &Path) -> Vec<DrawnFigure> {
     let folder = directory.join("figures");
     let draw = |figure: &study::Figure| {
         std::fs::create_dir_all(&folder)
@@ -167,6 +234,11 @@ fn draw_figures(results: &Results, directory: &Path) -> Vec<Result<Vec<PathBuf>>
     results.study().figures().iter().map(draw).collect()
 }
 
-pub(crate) fn again(study: &Study, directory: &Path) -> String {
-    format!("tribosweep resume {}{}", study.name(), store_option(directory))
+/// Returns the command that continues a run.
+pub(crate) fn resume_command(study: &Study, directory: &Path) -> String {
+    resume(study, &store_option(directory))
+}
+
+fn resume(study: &Study, store_option: &str) -> String {
+    format!("tribosweep resume {}{store_option}", study.name())
 }

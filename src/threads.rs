@@ -2,9 +2,9 @@
 
 use anyhow::{Context, Result};
 
-/// Makes this thread one of those that share the work, `count` of them or, for 0, as many as the
-/// machine or RAYON_NUM_THREADS has. It works itself: to hand over to another and wait takes as
-/// long as a small solve's smallest parts.
+/// Makes this thread one of `count` that share the work; for 0, of as many as the machine or
+/// RAYON_NUM_THREADS has. The thread works itself: handing over to another one and waiting would
+/// take as long as the smallest parts of a small solve.
 pub(crate) fn share_among(count: usize) -> Result<()> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(count)

@@ -1,5 +1,5 @@
-//! What travels between coordinator and worker, and between `effects` and the process that solves
-//! for it.
+//! Messages between coordinator and worker, and between `effects` and the process that solves for
+//! it.
 
 use anyhow::{Context, Result};
 use contact::model::{Outcome, Shape};
@@ -9,7 +9,7 @@ use study::profile::{decode_profile, encode_profile};
 use study::surface::{decode_surface, encode_surface};
 use study::{Ending, Job};
 
-/// A job on its way to a worker: its canonical text and what it names.
+/// A job on its way to a worker: its canonical text and the surfaces that it names, encoded.
 #[derive(Serialize, Deserialize)]
 struct Order {
     job: String,
@@ -17,26 +17,42 @@ struct Order {
     profiles: Vec<(String, Vec<u8>)>,
 }
 
-/// What a worker sends back.
+/// A job as it arrives.
+pub(crate) struct OrderedJob {
+    pub(crate) job: Job,
+    /// The surfaces that the job names.
+    pub(crate) surfaces: Surfaces,
+}
+
+/// The reply of a worker.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) enum Answer {
-    /// What came of it, the bytes of the fields if it has some of its own, and how long each time
-    /// took if that is asked.
-    Ended { ending: Box<Ending>, fields: Option<Vec<u8>>, times: Vec<f64> },
-    /// The scene cannot be bound to its grid.
+pub(crate) enum Reply {
+    /// The job has ended.
+    Ended {
+        /// The ending.
+        ending: Box<Ending>,
+        /// The bytes of the fields, if the job leaves some beside its ending.
+        fields: Option<Vec<u8>>,
+        /// The time that each repetition took, for a job that is timed \[s\].
+        times: Vec<f64>,
+    },
+    /// The scene cannot be bound to its grid, for this reason.
     Refused(String),
 }
 
-/// What the process that solves says.
+/// The reply of the process that solves a job several times.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Measurement {
+    /// The time that each solve took \[s\].
     pub(crate) seconds: Vec<f64>,
+    /// The memory that solving took \[bytes\], where the system says it.
     pub(crate) bytes: Option<u64>,
     pub(crate) outcome: Outcome,
+    /// The bytes of the fields.
     pub(crate) fields: Vec<u8>,
 }
 
-/// Encodes a job for a worker.
+/// Encodes a job, given with its canonical text, for a worker.
 pub(crate) fn order(job: &Job, canonical: String, surfaces: &Surfaces) -> Result<Vec<u8>> {
     let map = |name: &String| Some((name.clone(), encode_surface(surfaces.get(name)?)));
     let profile = |name: &String| Some((name.clone(), encode_profile(surfaces.profile(name)?)));
@@ -51,7 +67,7 @@ pub(crate) fn order(job: &Job, canonical: String, surfaces: &Surfaces) -> Result
 }
 
 /// Decodes an [`order`].
-pub(crate) fn ordered(payload: &[u8]) -> Result<(Job, Surfaces)> {
+pub(crate) fn decode_order(payload: &[u8]) -> Result<OrderedJob> {
     let (order, _): (Order, usize) =
         bincode::serde::decode_from_slice(payload, bincode::config::standard())?;
     let job = Job::parse(&order.job)?;
@@ -62,16 +78,23 @@ pub(crate) fn ordered(payload: &[u8]) -> Result<(Job, Surfaces)> {
     for (name, bytes) in order.profiles {
         surfaces.insert_profile(name, decode_profile(&bytes)?.into());
     }
-    Ok((job, surfaces))
+    Ok(OrderedJob { job, surfaces })
 }
 
-/// Decodes what a worker sent.
-pub(crate) fn answer(bytes: &[u8]) -> Result<Answer> {
-    let (answer, _) = bincode::serde::decode_from_slice(bytes, bincode::config::standard())
+/// Decodes the reply of a worker.
+pub(crate) fn decode_reply(bytes: &[u8]) -> Result<Reply> {
+    let (reply, _) = bincode::serde::decode_from_slice(bytes, bincode::config::standard())
         .context("a worker's answer does not decode")?;
-    Ok(answer)
+    Ok(reply)
 }
 
-pub(crate) fn encode(value: &impl Serialize) -> Result<Vec<u8>> {
-    Ok(bincode::serde::encode_to_vec(value, bincode::config::standard())?)
+/// Decodes the reply of the process that solves a job several times.
+pub(crate) fn decode_measurement(bytes: &[u8]) -> Result<Measurement> {
+    let (measurement, _) = bincode::serde::decode_from_slice(bytes, bincode::config::standard())?;
+    Ok(measurement)
+}
+
+/// Encodes a message.
+pub(crate) fn encode(message: &impl Serialize) -> Result<Vec<u8>> {
+    Ok(bincode::serde::encode_to_vec(message, bincode::config::standard())?)
 }

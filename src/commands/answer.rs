@@ -7,12 +7,12 @@ use store::Store;
 use crate::answer_text::{answers_json, answers_words};
 use crate::cli::AnswerArgs;
 use crate::output::{self, Finish, layout};
-use crate::stored::{Source, stored_study, tell_origin};
+use crate::stored::{StoreSource, stored_study, tell_origin};
 
 pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
     tell_origin(&reader);
-    let source = Source::Reader(&reader);
+    let source = StoreSource::Reader(&reader);
     let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
     if args.json {
         let progress = results.progress();

@@ -3,42 +3,50 @@
 use std::io::Write;
 use std::process::{Command, Stdio};
 
-use answers::effects::Group;
+use answers::effects::{EffectGroup, variants};
 use answers::rows::digits;
 use anyhow::{Context, Result, bail};
 use contact::forecast;
-use contact::model::{Effect, Fields, Numerics, Status};
-use contact::problem::Effects;
+use contact::model::{Effect, Fields, Numerics};
 use contact::punch::Surfaces;
 use report::{Cell, DataTable, TableColumn};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use study::provenance::median;
 use study::record_format::decode_fields;
-use study::{Adaptive, Case, Job};
+use study::{Adaptive, Case, Job, Standing};
 
 use crate::cli::EffectsArgs;
-use crate::job_list::Jobs;
-use crate::output;
-use crate::output::{Finish, layout};
+use crate::job_list::JobList;
+use crate::output::{self, Finish, layout};
 use crate::study_file::read_study;
-use crate::wire::{Measurement, order};
+use crate::wire::{Measurement, decode_measurement, order};
 
-/// A job as it was solved with some effects asked for.
+/// A job as it was solved with some effects simulated that could be left out.
 #[derive(Serialize)]
-struct Run {
-    /// Effects that were asked for.
+struct EffectRun {
+    /// The effects that were asked for.
     simulate: Vec<Effect>,
     unknowns: usize,
-    /// Median time from the scene to the result \[s\].
+    /// The median time from the scene to the result \[s\].
     seconds: f64,
-    /// Memory that solving took at most \[bytes\].
+    /// The most memory that solving took \[bytes\].
     bytes: Option<u64>,
     iterations: u64,
-    /// Largest difference of the tractions from those of the first run, over its largest pressure.
+    /// The largest difference of the tractions from those of the first run, over its largest
+    /// pressure.
     difference: Option<f64>,
-    status: &'static str,
+    #[serde(serialize_with = "as_text")]
+    status: Standing,
 }
 
+fn as_text<S: Serializer>(
+    standing: &Standing,
+    serializer: S,
+) -> std::result::Result<S::Ok, S::Error> {
+    serializer.collect_str(standing)
+}
+
+/// Measures the first job of each group of jobs that call for the same effects.
 pub(crate) fn effects(args: &EffectsArgs) -> Result<Finish> {
     let study = read_study(&args.study)?;
     if let Some(Adaptive::Accuracy(_)) = study.adaptive() {
@@ -47,7 +55,7 @@ pub(crate) fn effects(args: &EffectsArgs) -> Result<Finish> {
             study.path()
         );
     }
-    let jobs = Jobs::of(&study)?;
+    let jobs = JobList::of(&study)?;
     let overview = jobs.effects(&study)?;
     if overview.groups.is_empty() {
         bail!(
@@ -58,19 +66,17 @@ pub(crate) fn effects(args: &EffectsArgs) -> Result<Finish> {
     }
     let mut listed = Vec::new();
     let mut text = String::new();
+    let mut are_certified = true;
     for group in &overview.groups {
-        let Some(case) = jobs.points[group.first].job.case() else { continue };
+        let point = &jobs.points[group.first];
+        let Some(case) = point.job.case() else { continue };
         let runs = runs(case, study.surfaces(), args.repeat)?;
+        are_certified &= runs.iter().all(|run| run.status == Standing::Certified);
         text += &format!("{}\n{}\n", title(study.name(), group), table(&runs)?.terminal(&layout()));
-        listed.push(
-            serde_json::json!({ "which": group.which, "jobs": group.jobs, "key": jobs.points[group.first].key.to_string(), "runs": runs }),
-        );
+        listed.push(serde_json::json!({
+            "which": group.label, "jobs": group.jobs, "key": point.key.to_string(), "runs": runs,
+        }));
     }
-    let certified = listed
-        .iter()
-        .flat_map(|group| group["runs"].as_array())
-        .flatten()
-        .all(|run| run["status"] == "certified");
     if args.json {
         output::print_json(
             &serde_json::json!({ "study": study.name(), "repeat": args.repeat, "groups": listed }),
@@ -79,63 +85,43 @@ pub(crate) fn effects(args: &EffectsArgs) -> Result<Finish> {
         output::print(text.trim_end_matches('\n'))?;
         output::print("\n")?;
     }
-    Ok(if certified { Finish::AllDone } else { Finish::SomeFailed })
+    Ok(if are_certified { Finish::AllDone } else { Finish::SomeFailed })
 }
 
-fn title(study: &str, group: &Group) -> String {
-    let which = if group.which.is_empty() { String::new() } else { format!(", {}", group.which) };
+fn title(study: &str, group: &EffectGroup) -> String {
+    let label = if group.label.is_empty() { String::new() } else { format!(", {}", group.label) };
     if group.jobs == 1 {
-        format!("{study}{which}")
+        format!("{study}{label}")
     } else {
-        format!("{study}{which}: the first of {} jobs", group.jobs)
+        format!("{study}{label}: the first of {} jobs", group.jobs)
     }
 }
 
-/// Solves a job with every effect left out that can be, then with each of those, then with
-/// everything.
-fn runs(job: &Case, surfaces: &Surfaces, repeat: u32) -> Result<Vec<Run>> {
-    let with = |simulate: &[Effect]| Case {
-        numerics: Numerics { simulate: simulate.to_vec(), ..job.numerics.clone() },
-        ..job.clone()
-    };
-    let bare = with(&[]);
-    let elements = forecast(&bare.scene, &bare.numerics, surfaces)?.elements;
-    let effects = Effects::of(&bare.scene, &bare.numerics, elements, surfaces)?;
-    let off: Vec<Effect> =
-        Effect::OPTIONAL.into_iter().filter(|effect| !effects.has(*effect)).collect();
-    let mut asked = vec![Vec::new()];
-    // without tangential tractions, what they would do is nothing
-    let of_friction = [Effect::Coupling, Effect::TractionX, Effect::TractionY];
-    let alone = |effect: &&Effect| effects.has(Effect::Friction) || !of_friction.contains(effect);
-    asked.extend(off.iter().filter(alone).map(|effect| vec![*effect]));
-    if off.len() > 1 {
-        asked.push(off);
-    }
+/// Solves a case with every effect left out that can be, then with each of those, then with all.
+fn runs(case: &Case, surfaces: &Surfaces, repeat: u32) -> Result<Vec<EffectRun>> {
     let mut first: Option<Fields> = None;
     let mut runs = Vec::new();
-    for simulate in asked {
-        let job = with(&simulate);
-        let whole = Job::Solve(job.clone());
-        let measurement = in_a_process(&order(&whole, whole.canonical(), surfaces)?, repeat)?;
+    for simulate in variants(case, surfaces)? {
+        let numerics = Numerics { simulate: simulate.clone(), ..case.numerics.clone() };
+        let unknowns = forecast(&case.scene, &numerics, surfaces)?.unknowns;
+        let job = Job::Solve(Case { scene: case.scene.clone(), numerics });
+        let measurement = measure(&order(&job, job.canonical(), surfaces)?, repeat)?;
         let fields = decode_fields(&measurement.fields)?;
-        runs.push(Run {
+        runs.push(EffectRun {
             simulate,
-            unknowns: forecast(&job.scene, &job.numerics, surfaces)?.unknowns,
+            unknowns,
             seconds: median(measurement.seconds),
             bytes: measurement.bytes,
             iterations: measurement.outcome.work().iterations,
             difference: first.as_ref().and_then(|first| first.difference(&fields)),
-            status: match measurement.outcome.status {
-                Status::Certified => "certified",
-                Status::Failed { .. } => "failed",
-            },
+            status: Standing::from(&measurement.outcome.status),
         });
         first.get_or_insert(fields);
     }
     Ok(runs)
 }
 
-fn table(runs: &[Run]) -> Result<DataTable> {
+fn table(runs: &[EffectRun]) -> Result<DataTable> {
     let heads = [
         ("simulated too", ""),
         ("unknowns", ""),
@@ -143,38 +129,35 @@ fn table(runs: &[Run]) -> Result<DataTable> {
         ("times", ""),
         ("memory", "MiB"),
         ("iterations", ""),
+        ("difference", "1"),
+        ("status", ""),
     ];
-    let heads = heads.into_iter().chain([("difference", "1"), ("status", "")]);
     let fastest = runs.first().map_or(f64::NAN, |run| run.seconds);
-    let number = |x: Option<f64>| x.map_or(Cell::Missing, Cell::Number);
+    let number = |x: Option<f64>| x.map_or(Cell::Missing, |x| Cell::Number(digits(x, 2)));
     let integer = |n: u64| i64::try_from(n).map_or(Cell::Missing, Cell::Integer);
-    // so few digits are not noise
-    let rounded = |x: f64| digits(x, 2);
     let rows = runs.iter().map(|run| {
-        let asked = match run.simulate[..] {
+        let simulated = match run.simulate[..] {
             [] => "nothing".to_owned(),
             [effect] => effect.name().to_owned(),
             _ => "everything".to_owned(),
         };
         vec![
-            Cell::Text(asked),
+            Cell::Text(simulated),
             integer(run.unknowns as u64),
-            Cell::Number(rounded(run.seconds)),
-            Cell::Number(rounded(run.seconds / fastest)),
-            number(run.bytes.map(|bytes| rounded(bytes as f64 / f64::from(1 << 20)))),
+            number(Some(run.seconds)),
+            number(Some(run.seconds / fastest)),
+            number(run.bytes.map(|bytes| bytes as f64 / f64::from(1 << 20))),
             integer(run.iterations),
-            number(run.difference.map(rounded)),
-            run.status.into(),
+            number(run.difference),
+            Cell::Text(run.status.to_string()),
         ]
     });
-    Ok(DataTable::new(
-        heads.map(|(name, unit)| TableColumn::new(name, unit)).collect(),
-        rows.collect(),
-    )?)
+    let heads = heads.map(|(name, unit)| TableColumn::new(name, unit)).to_vec();
+    Ok(DataTable::new(heads, rows.collect())?)
 }
 
-/// Has a job solved `repeat` times by a process of its own, whose memory is that of the job.
-fn in_a_process(order: &[u8], repeat: u32) -> Result<Measurement> {
+/// Has a job solved `repeat` times by another process, so that its memory is that of the job.
+fn measure(order: &[u8], repeat: u32) -> Result<Measurement> {
     let program = std::env::current_exe().context("cannot find this program's own file")?;
     let mut child = Command::new(program)
         .args(["measured", &repeat.to_string()])
@@ -182,7 +165,7 @@ fn in_a_process(order: &[u8], repeat: u32) -> Result<Measurement> {
         .stdout(Stdio::piped())
         .spawn()
         .context("cannot start a process to solve in")?;
-    // it reads everything before it answers, so that neither waits for the other
+    // The process reads everything before it answers, so that neither waits for the other.
     let sent =
         child.stdin.take().context("the solving process has no standard input")?.write_all(order);
     let output = child.wait_with_output()?;
@@ -190,7 +173,5 @@ fn in_a_process(order: &[u8], repeat: u32) -> Result<Measurement> {
         bail!("the process that solves ended with {}", output.status);
     }
     sent.context("cannot hand over the job")?;
-    let (measurement, _) =
-        bincode::serde::decode_from_slice(&output.stdout, bincode::config::standard())?;
-    Ok(measurement)
+    decode_measurement(&output.stdout)
 }

@@ -10,14 +10,14 @@ use study::record_format::encode_fields;
 
 use crate::output::Finish;
 use crate::threads::share_among;
-use crate::wire::{Measurement, ordered};
+use crate::wire::{Measurement, OrderedJob, decode_order, encode};
 
-/// The hidden command `measured`: solves the job on standard input.
+/// Solves the job on standard input `repeat` times, and replies on standard output.
 pub(crate) fn measured(repeat: u32) -> Result<Finish> {
     share_among(1)?;
     let mut payload = Vec::new();
     std::io::stdin().read_to_end(&mut payload)?;
-    let (Job::Solve(job), surfaces) = ordered(&payload)? else {
+    let OrderedJob { job: Job::Solve(case), surfaces } = decode_order(&payload)? else {
         bail!("only scenes that are solved are measured")
     };
     let before = peak_memory();
@@ -26,19 +26,18 @@ pub(crate) fn measured(repeat: u32) -> Result<Finish> {
     for _ in 0..repeat.max(1) {
         drop(solved.take());
         let start = Instant::now();
-        solved =
-            Some(contact::solve(&job.scene, &job.numerics, &surfaces, &mut Operators::default())?);
+        let mut operators = Operators::default();
+        solved = Some(contact::solve(&case.scene, &case.numerics, &surfaces, &mut operators)?);
         seconds.push(start.elapsed().as_secs_f64());
     }
     let bytes = peak_memory().zip(before).map(|(after, before)| after.saturating_sub(before));
     let (outcome, fields) = solved.context("nothing was solved")?;
     let measurement = Measurement { seconds, bytes, outcome, fields: encode_fields(&fields) };
-    let bytes = bincode::serde::encode_to_vec(&measurement, bincode::config::standard())?;
-    std::io::stdout().write_all(&bytes)?;
+    std::io::stdout().write_all(&encode(&measurement)?)?;
     Ok(Finish::AllDone)
 }
 
-/// The most memory that this process has had so far \[bytes\], where the system says it.
+/// Returns the most memory that this process has had so far \[bytes\], where the system says it.
 fn peak_memory() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find(|line| line.starts_with("VmHWM:"))?;

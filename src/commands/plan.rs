@@ -1,28 +1,30 @@
 //! `plan`: what a study would run.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::io::IsTerminal;
 
-use answers::choice;
-use answers::effects::Group;
+use answers::choice::{self, Choice};
+use answers::effects::{EffectGroup, Overview};
+use answers::{RecordMap, increments_of};
 use anyhow::{Result, bail};
 use contact::Forecast;
 use identity::JobKey;
 use indicatif::BinaryBytes;
+use report::DataTable;
 use serde::Serialize;
-use store::{OpenError, Store};
+use store::{OpenError, Store, StoreReader};
+use study::Study;
 
 use crate::cli::PlanArgs;
 use crate::effect_text::overview_words;
 use crate::execution::workers;
-use crate::job_list::{Jobs, increments};
-use crate::output;
-use crate::output::{Finish, layout};
-use crate::stored::{Source, store_option};
+use crate::job_list::{DistinctJob, JobList};
+use crate::output::{self, Finish, layout};
+use crate::stored::{StoreSource, store_option};
 use crate::study_file::read_study;
 use crate::words::{count, duration};
 
-/// What a plan says.
+/// The counts and predictions of a plan.
 #[derive(Serialize)]
 struct Plan<'a> {
     study: &'a str,
@@ -37,106 +39,42 @@ struct Plan<'a> {
     predicted_seconds: f64,
     workers: usize,
     largest_job_bytes: u64,
-    effects: &'a [Group],
-    /// Of a study that chooses points, what it found so far.
+    effects: &'a [EffectGroup],
+    /// What a study that chooses points has found so far.
     #[serde(skip_serializing_if = "Option::is_none")]
     chosen: Option<serde_json::Value>,
 }
 
+/// Says what a study would run; runs nothing.
 pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     let study = read_study(&args.study)?;
-    let mut jobs = Jobs::of(&study)?;
+    let mut jobs = JobList::of(&study)?;
     let reader = match Store::read(&args.store.store) {
         Ok(reader) => Some(reader),
         Err(OpenError::Missing { .. }) => None,
         Err(error) => bail!(error),
     };
-    let mut chosen = None;
+    let mut found = None;
     if study.adaptive().is_some() {
-        let known = match &reader {
-            Some(reader) => choice::gather(&study, &Source::Reader(reader))?.chosen,
-            None => choice::choose(&study, &HashMap::new())?,
-        };
-        jobs = Jobs::of_points(&study, known.points)?;
-        chosen = Some(choice::table(&study, &known.findings)?);
+        let Choice { points, findings } = choice_so_far(&study, reader.as_ref())?;
+        jobs = JobList::of_points(&study, points)?;
+        found = Some(choice::table(&study, &findings)?);
     }
-    let keys = jobs.keys();
     let overview = jobs.effects(&study)?;
-    let cached = match &reader {
-        Some(reader) => reader.contains(&keys)?,
-        None => vec![false; keys.len()],
-    };
-    let done: HashSet<JobKey> =
-        keys.iter().zip(&cached).filter(|(_, cached)| **cached).map(|(key, _)| *key).collect();
-    jobs.bind(&study, |key| done.contains(key))?;
-    let left: Vec<&(usize, Forecast)> = jobs
-        .distinct
-        .iter()
-        .zip(&cached)
-        .filter(|(_, cached)| !**cached)
-        .map(|(job, _)| job)
-        .collect();
-    let seconds: f64 = left.iter().map(|(_, forecast)| forecast.seconds).sum();
-    let longest = left.iter().map(|(_, forecast)| forecast.seconds).fold(0.0, f64::max);
-    let workers =
-        workers(&study, std::thread::available_parallelism().map_or(1, usize::from), left.len());
-    let operators: BTreeSet<u64> = left.iter().map(|(_, forecast)| forecast.operator).collect();
-    let plan = Plan {
-        study: study.name(),
-        question: study.question(),
-        points: jobs.points.len(),
-        jobs: keys.len(),
-        cached: keys.len() - left.len(),
-        to_run: left.len(),
-        increments: left.iter().map(|(index, _)| increments(&jobs.points[*index].job)).sum(),
-        operators: operators.len(),
-        predicted_worker_seconds: seconds,
-        predicted_seconds: longest.max(seconds / workers as f64),
-        workers,
-        largest_job_bytes: left.iter().map(|(_, forecast)| forecast.memory).max().unwrap_or(0),
-        effects: &overview.groups,
-        chosen: chosen.as_ref().map(|table| serde_json::from_str(&table.json())).transpose()?,
-    };
+    let cached = cached_keys(&jobs, reader.as_ref())?;
+    jobs.bind(&study, |key| cached.contains(key))?;
+    let is_left = |job: &&DistinctJob| !cached.contains(&jobs.points[job.point].key);
+    let left: Vec<&DistinctJob> = jobs.distinct.iter().filter(is_left).collect();
+    let plan = Plan::of(&study, &jobs, &left, &overview, found.as_ref())?;
     if args.json {
         return output::print_json(&plan);
     }
-    let mut text = format!("{}\n", plan.study);
-    if !plan.question.is_empty() {
-        text += &format!("{}\n", plan.question);
-    }
-    let (points, distinct) =
-        (count(plan.points, "point", "points"), count(plan.jobs, "distinct job", "distinct jobs"));
-    text +=
-        &format!("\n{points}, {distinct}: {} in the store, {} to run", plan.cached, plan.to_run);
-    text += &if plan.increments > plan.to_run as u64 {
-        format!(" with {} increments\n", plan.increments)
-    } else {
-        "\n".to_owned()
-    };
+    let mut text = plan.counts();
     if plan.to_run > 0 {
-        text += &format!(
-            "about {} on {} ({} of work), {}, up to {} per job\n",
-            duration(plan.predicted_seconds),
-            count(plan.workers, "worker", "workers"),
-            duration(plan.predicted_worker_seconds),
-            count(plan.operators, "operator", "operators"),
-            BinaryBytes(plan.largest_job_bytes)
-        );
-        let mut by_mesh: BTreeMap<[usize; 2], (usize, f64)> = BTreeMap::new();
-        for (_, forecast) in &left {
-            let entry = by_mesh.entry(forecast.elements).or_default();
-            entry.0 += 1;
-            entry.1 += forecast.seconds;
-        }
-        for ([nx, ny], (jobs, seconds)) in by_mesh {
-            text += &format!(
-                "  {nx} x {ny} elements: {}, {} of work\n",
-                count(jobs, "job", "jobs"),
-                duration(seconds)
-            );
-        }
+        text += &plan.predictions();
+        text += &meshes(&left);
     }
-    if let Some(table) = chosen {
+    if let Some(table) = found {
         text += if plan.to_run > 0 { "more follow, as the results demand\n" } else { "" };
         text += &format!("\nfound so far\n{}", table.terminal(&layout()));
     }
@@ -149,4 +87,109 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
         );
     }
     output::print(&text)
+}
+
+/// Chooses the points of a study by the results of a store, if there is one.
+fn choice_so_far(study: &Study, reader: Option<&StoreReader>) -> Result<Choice> {
+    Ok(match reader {
+        Some(reader) => choice::gather(study, &StoreSource::Reader(reader))?.choice,
+        None => choice::choose(study, &RecordMap::new())?,
+    })
+}
+
+/// Returns the keys of the jobs that a store has results of.
+fn cached_keys(jobs: &JobList, reader: Option<&StoreReader>) -> Result<HashSet<JobKey>> {
+    let Some(reader) = reader else { return Ok(HashSet::new()) };
+    let keys = jobs.keys();
+    let is_cached = reader.contains(&keys)?;
+    Ok(keys.into_iter().zip(is_cached).filter(|(_, cached)| *cached).map(|(key, _)| key).collect())
+}
+
+impl<'a> Plan<'a> {
+    fn of(
+        study: &'a Study,
+        jobs: &JobList,
+        left: &[&DistinctJob],
+        overview: &'a Overview,
+        found: Option<&DataTable>,
+    ) -> Result<Self> {
+        let forecasts = || left.iter().map(|job| &job.forecast);
+        let seconds: f64 = forecasts().map(|forecast| forecast.seconds).sum();
+        let longest = forecasts().map(|forecast| forecast.seconds).fold(0.0, f64::max);
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let workers = workers(study, cores, left.len());
+        let operators: BTreeSet<u64> = forecasts().map(|forecast| forecast.operator).collect();
+        let increments = left.iter().map(|job| increments_of(&jobs.points[job.point].job));
+        Ok(Plan {
+            study: study.name(),
+            question: study.question(),
+            points: jobs.points.len(),
+            jobs: jobs.distinct.len(),
+            cached: jobs.distinct.len() - left.len(),
+            to_run: left.len(),
+            increments: increments.sum(),
+            operators: operators.len(),
+            predicted_worker_seconds: seconds,
+            predicted_seconds: longest.max(seconds / workers as f64),
+            workers,
+            largest_job_bytes: forecasts().map(|forecast| forecast.memory).max().unwrap_or(0),
+            effects: &overview.groups,
+            chosen: found.map(|table| serde_json::from_str(&table.json())).transpose()?,
+        })
+    }
+
+    /// Returns the question and the numbers of points and jobs.
+    fn counts(&self) -> String {
+        let mut text = format!("{}\n", self.study);
+        if !self.question.is_empty() {
+            text += &format!("{}\n", self.question);
+        }
+        text += &format!(
+            "\n{}, {}: {} in the store, {} to run",
+            count(self.points, "point", "points"),
+            count(self.jobs, "distinct job", "distinct jobs"),
+            self.cached,
+            self.to_run
+        );
+        if self.increments > self.to_run as u64 {
+            text += &format!(" with {} increments", self.increments);
+        }
+        text + "\n"
+    }
+
+    fn predictions(&self) -> String {
+        format!(
+            "about {} on {} ({} of work), {}, up to {} per job\n",
+            duration(self.predicted_seconds),
+            count(self.workers, "worker", "workers"),
+            duration(self.predicted_worker_seconds),
+            count(self.operators, "operator", "operators"),
+            BinaryBytes(self.largest_job_bytes)
+        )
+    }
+}
+
+/// The jobs on meshes of the same size.
+#[derive(Default)]
+struct MeshShare {
+    jobs: usize,
+    seconds: f64,
+}
+
+/// Returns a line for each size of mesh.
+fn meshes(left: &[&DistinctJob]) -> String {
+    let mut by_mesh: BTreeMap<[usize; 2], MeshShare> = BTreeMap::new();
+    for Forecast { elements, seconds, .. } in left.iter().map(|job| &job.forecast) {
+        let share = by_mesh.entry(*elements).or_default();
+        share.jobs += 1;
+        share.seconds += seconds;
+    }
+    let line = |([nx, ny], MeshShare { jobs, seconds }): ([usize; 2], MeshShare)| {
+        format!(
+            "  {nx} x {ny} elements: {}, {} of work\n",
+            count(jobs, "job", "jobs"),
+            duration(seconds)
+        )
+    };
+    by_mesh.into_iter().map(line).collect()
 }

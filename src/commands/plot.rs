@@ -10,12 +10,12 @@ use study::Study;
 use crate::cli::PlotArgs;
 use crate::figures::{draw, figure_files};
 use crate::output::{self, Finish};
-use crate::stored::{Source, stored_study, tell_origin};
+use crate::stored::{StoreSource, stored_study, tell_origin};
 
 pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
     tell_origin(&reader);
-    let source = Source::Reader(&reader);
+    let source = StoreSource::Reader(&reader);
     let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
     let figures = chosen(args, results.study())?;
     if let (Some(file), [_, _, ..]) = (&args.output, &figures[..]) {

@@ -9,12 +9,12 @@ use study::columns::{Role, along_path};
 
 use crate::cli::{QueryArgs, TableFormat};
 use crate::output::{self, Finish, layout};
-use crate::stored::{Source, stored_study, tell_origin};
+use crate::stored::{StoreSource, stored_study, tell_origin};
 
 pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
     tell_origin(&reader);
-    let source = Source::Reader(&reader);
+    let source = StoreSource::Reader(&reader);
     let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
     let format = if args.json { TableFormat::Json } else { args.format };
     let table = if args.columns {

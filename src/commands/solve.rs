@@ -1,12 +1,10 @@
-//! `solve`: one scene, in this process, nothing stored.
+//! `solve`: one scene, in this process; nothing is stored.
 
-use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::time::Instant;
 
-use answers::choice::{Found, choose};
-use answers::perform::{Done, perform};
-use answers::results::WARNINGS;
+use answers::choice::{Discovery, choose};
+use answers::{Performed, RecordMap, WARNINGS, perform};
 use anyhow::{Context, Result, bail};
 use contact::Operators;
 use contact::model::Fields;
@@ -21,8 +19,44 @@ use crate::study_file::{edit_study, parse_study, read_study};
 use crate::threads::share_among;
 use crate::{fields, one_result, output};
 
+/// Solves the only scene of a study file and shows the result.
 pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     share_among(0)?;
+    let study = single_scene(args)?;
+    if let Some(name) = &args.field {
+        fields::check_field(name, args.output.as_deref())?;
+    }
+    if study.kind() != Kind::Multiplicity {
+        fields::only_of_a_search(args.solution)?;
+    }
+    let mut operators = Operators::default();
+    let solution = match study.adaptive() {
+        Some(Adaptive::Accuracy(_)) => solve_accurately(&study, &mut operators)?,
+        Some(Adaptive::Refine { .. } | Adaptive::Bisect { .. }) | None => {
+            let job = study.point(0).context("the study's only point cannot be made")?.job;
+            solve_job(&job, study.surfaces(), &mut operators)?
+        }
+    };
+    let is_missed = matches!(solution.discovery, Some(Discovery::Beyond { .. }));
+    let is_good = solution.record.is_certified() && !is_missed;
+    show(args, &study, &solution)?;
+    say_doubts(&study, &solution);
+    // The process ends, and with it its memory: to hand back a gigabyte first would take a hundredth
+    // of the time to solve for it.
+    std::mem::forget(operators);
+    Ok(if is_good { Finish::AllDone } else { Finish::SomeFailed })
+}
+
+/// What solving has left.
+struct Solution {
+    record: Record,
+    fields: Option<Fields>,
+    /// How far the choice of a mesh has come, if the study leaves it to an accuracy.
+    discovery: Option<Discovery>,
+}
+
+/// Reads the study with its keys set, and refuses one of several points.
+fn single_scene(args: &SolveArgs) -> Result<Study> {
     let study = if args.set.is_empty() {
         read_study(&args.scene)?
     } else {
@@ -33,118 +67,96 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     };
     if study.len() != 1 {
         bail!(
-            "{} describes {} points; fix its axes with --set KEY=VALUE ({}), or run them all with `tribosweep run`",
+            "{} describes {} points; fix its axes with --set KEY=VALUE ({}), or run them all with \
+             `tribosweep run`",
             args.scene.display(),
             study.len(),
             study.axes().map(|axis| axis.path()).collect::<Vec<_>>().join(", ")
         );
     }
-    if let Some(name) = &args.field {
-        fields::check_field(name, args.output.as_deref())?;
-    }
-    if study.kind() != Kind::Multiplicity {
-        fields::only_of_a_search(args.solution)?;
-    }
-    let mut operators = Operators::default();
-    let (record, fields, found) = match study.adaptive() {
-        Some(Adaptive::Accuracy(_)) => accurate(&study, &mut operators)?,
-        _ => {
-            let job = study.point(0).context("the study's only point cannot be made")?.job;
-            let (record, fields) = solved(&job, study.surfaces(), &mut operators)?;
-            (record, fields, None)
-        }
-    };
-    let missed = matches!(found, Some(Found::Beyond { .. }));
-    let finish =
-        if record.is_certified() && !missed { Finish::AllDone } else { Finish::SomeFailed };
-    match &args.field {
-        Some(name) => {
-            let fields = match record.multiplicity() {
-                Some(found) => Some(fields::solution_fields(found, args.solution)?),
-                None => fields,
-            };
-            fields::show_field(&fields.context("it has no fields")?, name, args.output.as_deref())?;
-        }
-        None if args.json => {
-            output::print_json(&one_result::json(&record, fields.as_ref(), study.surfaces())?)?;
-        }
-        None => {
-            let mut text = one_result::words(&record, fields.as_ref(), study.surfaces())?;
-            if record.outcome().is_some_and(|outcome| outcome.steps.len() > 1) {
-                text += &format!("path\n{}", one_result::path(&record)?.terminal(&layout()));
-            }
-            output::print(&text)?;
-        }
-    }
-    for warning in WARNINGS.iter().filter(|warning| warning.concerns(&record)) {
-        output::say(&format!("warning: elements {}", warning.words));
-    }
-    if let (Some(Found::Beyond { error, why, .. }), true) = (found, record.is_certified()) {
-        let reached =
-            error.map_or(String::new(), |error| format!("; the estimated error is {error:.1e}"));
-        output::say(&format!("the accuracy asked for was missed: {why}{reached}"));
-    }
-    if !record.is_certified() {
-        let last = if record.outcome().is_some() {
-            "; the figures are those of the last iterate"
-        } else {
-            ""
-        };
-        output::say(&format!(
-            "not certified: {}{last}",
-            record.ending.reason().map_or_else(|| record.standing().to_string(), str::to_owned)
-        ));
-    }
-    if let Some(Adaptive::Refine { .. }) = study.adaptive() {
-        output::say("solved on the study's first mesh; `tribosweep run` refines it");
-    }
-    // the process ends, and with it its memory; to hand back a gigabyte first takes a hundredth of
-    // the time to solve for it
-    std::mem::forget(operators);
-    Ok(finish)
+    Ok(study)
 }
 
-/// What a job leaves, and its fields.
-fn solved(
-    job: &Job,
-    surfaces: &Surfaces,
-    operators: &mut Operators,
-) -> Result<(Record, Option<Fields>)> {
+fn solve_job(job: &Job, surfaces: &Surfaces, operators: &mut Operators) -> Result<Solution> {
     let start = Instant::now();
-    let Done { ending, fields, times } = perform(job, surfaces, operators)?;
+    let Performed { ending, fields, times } = perform(job, surfaces, operators)?;
     let provenance =
         Provenance::timed(env!("CARGO_PKG_VERSION"), start.elapsed().as_secs_f64(), times);
-    // nothing is stored, so nothing is kept
-    Ok((
-        Record { physics: PHYSICS_VERSION, job: job.canonical(), ending, fields: None, provenance },
-        fields,
-    ))
+    let (physics, job) = (PHYSICS_VERSION, job.canonical());
+    // Nothing is stored, so the record refers to no fields.
+    let record = Record { physics, job, ending, fields: None, provenance };
+    Ok(Solution { record, fields, discovery: None })
 }
 
 /// Solves the only scene of a study on one mesh after the other until it is accurate enough, or no
 /// mesh is left.
-fn accurate(
-    study: &Study,
-    operators: &mut Operators,
-) -> Result<(Record, Option<Fields>, Option<Found>)> {
-    let (mut records, mut last) = (HashMap::new(), None);
+fn solve_accurately(study: &Study, operators: &mut Operators) -> Result<Solution> {
+    let (mut records, mut last) = (RecordMap::new(), None);
     loop {
-        let chosen = choose(study, &records)?;
+        let choice = choose(study, &records)?;
         let point =
-            chosen.points.into_iter().next().context("the study's only point cannot be made")?;
-        let found = chosen.findings.first().map(|finding| finding.found);
+            choice.points.into_iter().next().context("the study's only point cannot be made")?;
+        let discovery = choice.findings.first().map(|finding| finding.discovery);
         if let Entry::Vacant(unknown) = records.entry(point.key) {
-            let (record, fields) = solved(&point.job, study.surfaces(), operators)?;
-            unknown.insert(record);
-            last = fields.map(|fields| (point.key, fields));
+            let solution = solve_job(&point.job, study.surfaces(), operators)?;
+            unknown.insert(solution.record);
+            last = solution.fields.map(|fields| (point.key, fields));
             continue;
         }
-        // the fields of the finest are at hand, those of a better one before it are not
+        // The fields of the last mesh are at hand; those of a better one before it are not.
         let fields = match last {
             Some((key, fields)) if key == point.key => Some(fields),
-            _ => solved(&point.job, study.surfaces(), operators)?.1,
+            _ => solve_job(&point.job, study.surfaces(), operators)?.fields,
         };
         let record = records.remove(&point.key).context("a result was lost")?;
-        return Ok((record, fields, found));
+        return Ok(Solution { record, fields, discovery });
+    }
+}
+
+/// Shows the result in the form that the arguments ask for.
+fn show(args: &SolveArgs, study: &Study, solution: &Solution) -> Result<()> {
+    let Solution { record, fields, .. } = solution;
+    if let Some(name) = &args.field {
+        let of_search = record
+            .multiplicity()
+            .map(|found| fields::solution_fields(found, args.solution))
+            .transpose()?;
+        let fields = of_search.as_ref().or(fields.as_ref()).context("it has no fields")?;
+        fields::show_field(fields, name, args.output.as_deref())?;
+    } else if args.json {
+        output::print_json(&one_result::json(record, fields.as_ref(), study.surfaces())?)?;
+    } else {
+        let mut text = one_result::words(record, fields.as_ref(), study.surfaces())?;
+        if record.outcome().is_some_and(|outcome| outcome.steps.len() > 1) {
+            text += &format!("path\n{}", one_result::path(record)?.terminal(&layout()));
+        }
+        output::print(&text)?;
+    }
+    Ok(())
+}
+
+/// Says on standard error what is to be doubted in the result.
+fn say_doubts(study: &Study, Solution { record, discovery, .. }: &Solution) {
+    for warning in WARNINGS.iter().filter(|warning| warning.concerns(record)) {
+        output::say(&format!("warning: elements {}", warning.words));
+    }
+    if let (Some(Discovery::Beyond { error, reason, .. }), true) =
+        (discovery, record.is_certified())
+    {
+        let reached =
+            error.map_or(String::new(), |error| format!("; the estimated error is {error:.1e}"));
+        output::say(&format!("the accuracy asked for was missed: {reason}{reached}"));
+    }
+    if !record.is_certified() {
+        let last = match record.outcome() {
+            Some(_) => "; the figures are those of the last iterate",
+            None => "",
+        };
+        let reason = record.ending.reason().map(str::to_owned);
+        let reason = reason.unwrap_or_else(|| record.standing().to_string());
+        output::say(&format!("not certified: {reason}{last}"));
+    }
+    if let Some(Adaptive::Refine { .. }) = study.adaptive() {
+        output::say("solved on the study's first mesh; `tribosweep run` refines it");
     }
 }

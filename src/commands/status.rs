@@ -7,7 +7,7 @@ use store::Store;
 
 use crate::cli::StatusArgs;
 use crate::output::{self, Finish, layout};
-use crate::stored::{Source, stored_study, tell_origin};
+use crate::stored::{StoreSource, stored_study, tell_origin};
 
 pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
@@ -23,7 +23,7 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
     let mut rows = Vec::new();
     let mut listed = Vec::new();
     for study in studies {
-        let progress = match Progress::read(&study, &Source::Reader(&reader)) {
+        let progress = match Progress::read(&study, &StoreSource::Reader(&reader)) {
             Ok(progress) => progress,
             Err(error) if args.name.is_none() => {
                 let error = anyhow::Error::from(error);

@@ -2,18 +2,16 @@
 
 use std::collections::BTreeSet;
 
-use answers::perform;
-use answers::perform::Unshown;
+use answers::{Proof, proof};
 use anyhow::{Context, Result};
 use identity::{JobKey, KeptFields};
 use indicatif::BinaryBytes;
 use store::{Digest, Store};
+use study::Record;
 use study::encoding::DecodeError;
-use study::{Job, Record};
 
 use crate::cli::StoreCommand;
-use crate::output;
-use crate::output::Finish;
+use crate::output::{self, Finish};
 use crate::words::count;
 
 pub(crate) fn store(command: &StoreCommand) -> Result<Finish> {
@@ -37,20 +35,6 @@ fn references(record: &Record) -> Vec<Digest> {
     }
 }
 
-/// Whether what a record claims to have proved holds, from what it carries; `None` for one that
-/// claims nothing of the kind.
-fn proof(record: &Record) -> Option<Result<(), Unshown>> {
-    let bracket = record.bracketed().filter(|_| record.is_certified())?.bracket.as_ref()?;
-    let Ok(Job::Uniqueness { question, .. }) = record.parse_job() else {
-        return Some(Err(Unshown::Wrong("it brackets nothing that was asked".to_owned())));
-    };
-    Some(
-        perform::verify(&question, bracket)
-            .map_err(|error| Unshown::Wrong(error.to_string()))
-            .and_then(|shown| shown.map(drop)),
-    )
-}
-
 fn verify(store: &Store, deep: bool, json: bool) -> Result<Finish> {
     let mut undecodable: Vec<(JobKey, String)> = Vec::new();
     let mut too_large: Vec<(JobKey, String)> = Vec::new();
@@ -58,9 +42,9 @@ fn verify(store: &Store, deep: bool, json: bool) -> Result<Finish> {
     let found = store.verify(|key, bytes| match Record::decode(bytes) {
         Ok(record) if record.key() == *key => {
             match deep.then(|| proof(&record)).flatten() {
-                Some(Ok(())) => proved += 1,
-                Some(Err(Unshown::TooLarge(reason))) => too_large.push((*key, reason)),
-                Some(Err(Unshown::Wrong(reason))) => undecodable.push((*key, reason)),
+                Some(Proof::Holds(_)) => proved += 1,
+                Some(Proof::TooLarge(reason)) => too_large.push((*key, reason)),
+                Some(Proof::Wrong(reason)) => undecodable.push((*key, reason)),
                 None => {}
             }
             references(&record)

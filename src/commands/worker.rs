@@ -1,6 +1,6 @@
 //! `worker`: does jobs for a coordinator.
 
-use answers::perform::{Done, perform};
+use answers::{Performed, perform};
 use anyhow::Result;
 use contact::Operators;
 use runner::{WorkerArguments, work};
@@ -8,19 +8,19 @@ use study::record_format::encode_fields;
 
 use crate::output::Finish;
 use crate::threads::share_among;
-use crate::wire::{Answer, encode, ordered};
+use crate::wire::{OrderedJob, Reply, decode_order, encode};
 
-/// Solves jobs, keeping operators between them.
+/// A worker that keeps operators between its jobs.
 #[derive(Default)]
-struct Solver {
+struct JobWorker {
     operators: Operators,
 }
 
-impl Solver {
-    fn run(&mut self, payload: &[u8]) -> Result<Answer> {
-        let (job, surfaces) = ordered(payload)?;
-        let Done { ending, fields, times } = perform(&job, &surfaces, &mut self.operators)?;
-        Ok(Answer::Ended {
+impl JobWorker {
+    fn reply(&mut self, payload: &[u8]) -> Result<Reply> {
+        let OrderedJob { job, surfaces } = decode_order(payload)?;
+        let Performed { ending, fields, times } = perform(&job, &surfaces, &mut self.operators)?;
+        Ok(Reply::Ended {
             ending: Box::new(ending),
             fields: fields.map(|fields| encode_fields(&fields)),
             times,
@@ -28,17 +28,17 @@ impl Solver {
     }
 }
 
-impl runner::Executor for Solver {
+impl runner::Executor for JobWorker {
     fn run(&mut self, payload: &[u8]) -> Vec<u8> {
-        let answer = Solver::run(self, payload)
-            .unwrap_or_else(|error| Answer::Refused(format!("{error:#}")));
-        encode(&answer).expect("an answer is plain data")
+        let reply =
+            self.reply(payload).unwrap_or_else(|error| Reply::Refused(format!("{error:#}")));
+        encode(&reply).expect("a reply is plain data")
     }
 }
 
-/// The hidden command `worker`.
+/// Does jobs for the coordinator that the argument names, each on so many threads.
 pub(crate) fn worker(threads: usize, argument: &str) -> Result<Finish> {
     share_among(threads)?;
-    work(&WorkerArguments::parse(argument)?, Solver::default)?;
+    work(&WorkerArguments::parse(argument)?, JobWorker::default)?;
     Ok(Finish::AllDone)
 }

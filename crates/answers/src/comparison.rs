@@ -1,15 +1,15 @@
-//! What points say when they are compared.
+//! What the points of a study say when they are compared.
 
 use report::DataTable;
 use study::columns::Compared;
 
 /// What the points of a study say when they are compared.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Comparison {
-    /// How far each point is from what it is compared with; empty if nothing is compared.
-    pub compared: Vec<Option<Compared>>,
+pub(crate) struct Comparison {
+    /// How far each point is from what it is compared with, an entry for each point.
+    pub(crate) compared: Vec<Option<Compared>>,
     /// What the study says beyond its rows.
-    pub answers: Vec<AnswerTable>,
+    pub(crate) answers: Vec<AnswerTable>,
 }
 
 /// A table of what a study says beyond its rows.
@@ -19,4 +19,11 @@ pub struct AnswerTable {
     pub title: &'static str,
     /// The rows; a table of one cell is a sentence.
     pub table: DataTable,
+}
+
+impl Comparison {
+    /// Returns the comparison of so many points, none of which is compared yet.
+    pub(crate) fn of_points(count: usize) -> Self {
+        Self { compared: vec![None; count], answers: Vec::new() }
+    }
 }

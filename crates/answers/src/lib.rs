@@ -1,32 +1,50 @@
 //! What the results of a study say together.
 //!
-//! A [`Study`](study::Study) and the [`Records`] that its jobs have left give [`Results`]: rows of a
-//! table, and the answers that no single row holds. Nothing here opens a store, starts a process or
-//! prints: whoever has the records hands them over, and gets tables.
+//! A [`Study`](study::Study) and the [`Records`] that its jobs have left give [`Results`]: the rows
+//! of a table, and the answers that no single row holds. Nothing here opens a store, starts a
+//! process or prints: the caller hands over records and gets tables.
 //!
-//! - [`choice`] says which points a study wants next, by the results that it has.
-//! - [`convergence`] compares the rungs of a ladder with their limit: orders and limits.
-//! - [`cost`] holds the error of every rung against the time it took.
-//! - [`effects`] says which effects the jobs of a study call for, and what leaving out the others
-//!   saves.
-//! - [`perform`] does a job; [`solutions`] and [`patches`] read what one job has left.
+//! From the bottom to the top:
+//!
+//! - [`records`](Records), places, [`rows`] and comparisons are what everything else is made of.
+//! - [`choice`] finds the points that a study wants next, by the results that it has.
+//! - `convergence` compares the rungs of a ladder with their limit, `cost` holds their errors
+//!   against their times.
+//! - [`effects`] tells which effects jobs call for, and what leaving out the others saves;
+//!   [`patches`] and `solutions` read what one job has left.
+//! - `kind` says of each kind of study what is done with its jobs ([`perform`], [`forecast`]) and
+//!   how it answers.
+//! - [`Results`] puts these together.
 #![forbid(unsafe_code)]
 
 pub mod choice;
-pub mod comparison;
-pub mod convergence;
-pub mod cost;
+mod comparison;
+mod convergence;
+mod cost;
 pub mod effects;
-pub mod error;
-pub mod ladders;
+mod error;
+mod evidence;
+mod kind;
 pub mod patches;
-pub mod perform;
-pub mod records;
-pub mod results;
+mod path;
+mod perform;
+mod place;
+mod records;
+mod results;
 pub mod rows;
-pub mod solutions;
+mod solutions;
+#[cfg(test)]
+mod testing;
+mod warnings;
 
 pub use comparison::AnswerTable;
 pub use error::AnswerError;
+pub use kind::{
+    Proof, RecordSize, check, forecast, is_timed, perform, proof, tables_of, too_large,
+};
+pub use path::{increments_of, path_columns};
+pub use perform::Performed;
+pub use place::Place;
 pub use records::{RecordMap, Records, RecordsError};
 pub use results::{Progress, Results};
+pub use warnings::{WARNINGS, Warning};

@@ -1,4 +1,4 @@
-//! The separate regions of a contact, as its fields show them.
+//! The separate regions of a contact, read from its fields.
 
 use contact::assess;
 use contact::model::{Fields, State};
@@ -7,14 +7,14 @@ use serde::Serialize;
 
 use crate::error::AnswerError;
 
-/// A region in contact that touches no other, elements that share a corner taken for one; in SI
-/// units.
+/// A separate region in contact, in SI units; elements that share a corner belong to the same
+/// region.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Patch {
     area: f64,
     load: f64,
     peak_pressure: f64,
-    /// Its centre of pressure.
+    /// The centre of pressure.
     x: f64,
     y: f64,
     /// The rectangle around it.
@@ -24,10 +24,11 @@ pub struct Patch {
     y_to: f64,
 }
 
-/// The patches of a contact, the one that carries most first.
+/// Returns the patches of a contact, the one that carries most first.
 pub fn patches(fields: &Fields) -> Vec<Patch> {
-    let in_contact =
-        |at: usize| fields.state.get(at).is_some_and(|state| *state >= State::Stick as u8);
+    let in_contact = |element: usize| {
+        fields.state.get(element).is_some_and(|state| *state >= State::Stick as u8)
+    };
     let regions = assess::patches(fields.shape.map(|n| n as usize), in_contact);
     let mut patches: Vec<Patch> = regions.iter().map(|region| patch(fields, region)).collect();
     patches.sort_by(|a, b| b.load.total_cmp(&a.load));
@@ -49,10 +50,12 @@ fn patch(fields: &Fields, region: &[usize]) -> Patch {
         y_from: f64::INFINITY,
         y_to: f64::NEG_INFINITY,
     };
-    for &at in region {
-        let pressure = fields.pressure.get(at).copied().unwrap_or(0.0);
-        let (x, y) =
-            (fields.origin[0] + (at % nx) as f64 * hx, fields.origin[1] + (at / nx) as f64 * hy);
+    for &index in region {
+        let pressure = fields.pressure.get(index).copied().unwrap_or(0.0);
+        let (x, y) = (
+            fields.origin[0] + (index % nx) as f64 * hx,
+            fields.origin[1] + (index / nx) as f64 * hy,
+        );
         patch.load += pressure * element;
         patch.peak_pressure = patch.peak_pressure.max(pressure);
         patch.x += pressure * element * x;
@@ -62,13 +65,16 @@ fn patch(fields: &Fields, region: &[usize]) -> Patch {
         patch.y_from = patch.y_from.min(y - 0.5 * hy);
         patch.y_to = patch.y_to.max(y + 0.5 * hy);
     }
-    // whoever is in contact is pressed
+    // An element in contact has positive pressure, so the load is not zero.
     patch.x /= patch.load;
     patch.y /= patch.load;
     patch
 }
 
-/// The patches as a table.
+/// Returns the patches as a table, in order, counted from 1.
+///
+/// # Errors
+/// None that patches could cause; a table checks that its rows fit its columns.
 pub fn table(patches: &[Patch]) -> Result<DataTable, AnswerError> {
     let heads =
         [("patch", "")].into_iter().chain([("area", "m²"), ("load", "N"), ("peak_pressure", "Pa")]);

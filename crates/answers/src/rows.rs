@@ -1,4 +1,4 @@
-//! Rows of tables, from points and records.
+//! Rows of tables, made of points and records.
 
 use report::{Cell, DataTable};
 use study::columns::Row;
@@ -6,8 +6,8 @@ use study::{Column, Record, StudyPoint, Value};
 
 use crate::error::AnswerError;
 
-/// One row by itself, as a table.
-pub(crate) fn table(
+/// Returns a table of one row.
+pub(crate) fn single(
     columns: &[Column],
     point: &StudyPoint,
     record: Option<&Record>,
@@ -15,7 +15,11 @@ pub(crate) fn table(
     Ok(DataTable::new(heads(columns), vec![row(columns, &Row { point, record, compared: None })])?)
 }
 
-/// A table of the increments of results.
+/// Returns a table of the increments of results: a row for each, as the result would be if its path
+/// ended there.
+///
+/// # Errors
+/// Two columns share a name.
 pub fn increments<'r>(
     columns: &[Column],
     results: impl IntoIterator<Item = (&'r StudyPoint, &'r Record)>,
@@ -29,6 +33,7 @@ pub fn increments<'r>(
     Ok(DataTable::new(heads(columns), rows)?)
 }
 
+/// Returns the heads of a table with these columns.
 pub(crate) fn heads(columns: &[Column]) -> Vec<report::TableColumn> {
     columns
         .iter()
@@ -36,10 +41,12 @@ pub(crate) fn heads(columns: &[Column]) -> Vec<report::TableColumn> {
         .collect()
 }
 
+/// Returns the cells of a row, one for each column.
 pub(crate) fn row(columns: &[Column], row: &Row<'_>) -> Vec<Cell> {
     columns.iter().map(|column| cell(column.value_of(row))).collect()
 }
 
+/// Returns a value as a cell.
 pub(crate) fn cell(value: Value) -> Cell {
     match value {
         Value::Number(x) => Cell::Number(x),
@@ -49,7 +56,23 @@ pub(crate) fn cell(value: Value) -> Cell {
     }
 }
 
-/// So many digits after the first.
-pub fn digits(x: f64, more: usize) -> f64 {
-    format!("{x:.more$e}").parse().unwrap_or(x)
+/// Returns a number with `decimals` digits after its first one: so few digits are no noise.
+pub fn digits(x: f64, decimals: usize) -> f64 {
+    format!("{x:.decimals$e}").parse().unwrap_or(x)
+}
+
+/// Returns a rounded number as a cell, an empty one for none.
+pub(crate) fn rounded(x: Option<f64>, decimals: usize) -> Cell {
+    x.map_or(Cell::Missing, |x| Cell::Number(digits(x, decimals)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_are_counted_after_the_first() {
+        assert_eq!([0, 1, 2].map(|decimals| digits(0.012_345, decimals)), [0.01, 0.012, 0.0123]);
+        assert_eq!(digits(f64::INFINITY, 2), f64::INFINITY);
+    }
 }

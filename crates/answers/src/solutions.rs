@@ -1,4 +1,4 @@
-//! The solutions that a search found, as a table.
+//! The solutions that a search has found, as a table.
 
 use contact::multiplicity::{Multiplicity, Origin, Solution};
 use report::{Cell, DataTable, TableColumn};
@@ -6,8 +6,8 @@ use report::{Cell, DataTable, TableColumn};
 use crate::error::AnswerError;
 use crate::rows::digits;
 
-/// One row for each solution.
-pub fn table(found: &Multiplicity) -> Result<DataTable, AnswerError> {
+/// Returns a table with a row for each solution.
+pub(crate) fn table(found: &Multiplicity) -> Result<DataTable, AnswerError> {
     let heads = [
         ("solution", ""),
         ("load", "N"),
@@ -22,10 +22,10 @@ pub fn table(found: &Multiplicity) -> Result<DataTable, AnswerError> {
         ("reached", ""),
         ("first from", ""),
     ];
-    let row = |(at, solution): (usize, &Solution)| {
+    let row = |(index, solution): (usize, &Solution)| {
         let o = &solution.observables;
         vec![
-            Cell::Integer(at as i64),
+            Cell::Integer(index as i64),
             Cell::Number(o.load),
             Cell::Number(o.force_x),
             Cell::Number(o.force_y),
@@ -43,7 +43,7 @@ pub fn table(found: &Multiplicity) -> Result<DataTable, AnswerError> {
     Ok(DataTable::new(heads.map(|(name, unit)| TableColumn::new(name, unit)).to_vec(), rows)?)
 }
 
-/// Where a start comes from, in words.
+/// Says where a start comes from.
 fn origin(origin: Origin) -> String {
     match origin {
         Origin::Before => "the end of the increment before".to_owned(),
@@ -55,11 +55,11 @@ fn origin(origin: Origin) -> String {
         Origin::Pattern(n) => format!("random pattern {n}"),
         Origin::FrictionFromAbove => "a larger μ".to_owned(),
         Origin::FrictionFromBelow => "a smaller μ".to_owned(),
-        Origin::Image(of) => format!("an image of solution {of}"),
-        Origin::Disturbed(of) => format!("solution {of}, disturbed"),
-        Origin::FrictionLoopAbove(of) => format!("solution {of}, over a larger μ"),
-        Origin::FrictionLoopBelow(of) => format!("solution {of}, over a smaller μ"),
-        Origin::Deflated(upto) => format!("deflation of all up to solution {upto}"),
+        Origin::Image(solution) => format!("an image of solution {solution}"),
+        Origin::Disturbed(solution) => format!("solution {solution}, disturbed"),
+        Origin::FrictionLoopAbove(solution) => format!("solution {solution}, over a larger μ"),
+        Origin::FrictionLoopBelow(solution) => format!("solution {solution}, over a smaller μ"),
+        Origin::Deflated(last) => format!("deflation of all up to solution {last}"),
         Origin::Between([a, b]) => format!("between solutions {a} and {b}"),
     }
 }

@@ -1,34 +1,41 @@
-//! What a study that chooses points found.
+//! What the choice of points has found, and its table.
 
 use report::{Cell, DataTable, TableColumn};
-use serde::Serialize;
 use study::{Adaptive, Study, StudyPoint};
 
 use crate::error::AnswerError;
-use crate::rows::{cell, digits};
+use crate::place::{Place, unit_of};
+use crate::rows::rounded;
 
-/// What is known of the points of a study.
-pub struct Chosen {
-    /// In order; what has no record yet is wanted.
+/// The points of a study, as far as they are determined.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Choice {
+    /// The points, in order; a point without a record is wanted.
     pub points: Vec<StudyPoint>,
-    /// Of a study that chooses points, what it found so far at each combination of its axes.
+    /// What a study that chooses points has found so far at each combination of its axes.
     pub findings: Vec<Finding>,
 }
 
-/// What a study that chooses points found at one combination of its axes.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+impl Choice {
+    /// Adds the points and the findings of another part of the study.
+    pub(super) fn extend(&mut self, other: Choice) {
+        self.points.extend(other.points);
+        self.findings.extend(other.findings);
+    }
+}
+
+/// What a study that chooses points has found at one combination of its axes.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     /// The values of the axes, without the one that is halved.
-    #[serde(skip)]
-    pub at: Vec<(String, study::Value)>,
+    pub place: Place,
     /// How far the choice has come there.
-    pub found: Found,
+    pub discovery: Discovery,
 }
 
 /// How far the choice of points has come.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Found {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Discovery {
     /// Jobs are left.
     Pending,
     /// A job that the choice depends on was not solved.
@@ -90,79 +97,92 @@ pub enum Found {
         /// The estimated relative error, if there is an estimate.
         error: Option<f64>,
         /// The reason, in words.
-        why: &'static str,
+        reason: &'static str,
     },
 }
 
-/// What was found as a table.
+/// Returns what was found as a table: a row for each finding.
+///
+/// # Errors
+/// An axis has the name of another column.
 pub fn table(study: &Study, findings: &[Finding]) -> Result<DataTable, AnswerError> {
-    let axes = findings.first().map(|finding| finding.at.clone()).unwrap_or_default();
-    let columns = study.columns();
-    let unit = |name: &str| study::columns::find(&columns, name).map_or("", study::Column::unit);
-    let mut heads: Vec<TableColumn> =
-        axes.iter().map(|(name, _)| TableColumn::new(name.as_str(), unit(name))).collect();
-    let own: Vec<(String, String)> = match study.adaptive() {
-        Some(Adaptive::Refine { on, .. }) => {
-            vec![
-                ("mesh".into(), String::new()),
-                (on.clone(), unit(on).into()),
-                ("change".into(), "1".into()),
-            ]
-        }
-        Some(Adaptive::Bisect { axis, .. }) => {
-            let name =
-                study.axes().nth(*axis).map(|axis| axis.column().into_owned()).unwrap_or_default();
-            ["from", "to"].map(|end| (format!("{name}_{end}"), unit(&name).to_owned())).to_vec()
-        }
-        Some(Adaptive::Accuracy(_)) => ["mesh", "tolerance", "estimated error"]
-            .map(|name| (name.to_owned(), String::new()))
-            .to_vec(),
-        None => Vec::new(),
-    };
-    heads.extend(own.iter().map(|(name, unit)| TableColumn::new(name.as_str(), unit.as_str())));
+    let mut heads = findings.first().map(|finding| finding.place.heads(study)).unwrap_or_default();
+    let figures = figure_heads(study);
+    let count = figures.len();
+    heads.extend(figures);
     heads.push(TableColumn::new("found", ""));
-    let rows = findings.iter().map(|Finding { at, found }| {
-        let mesh =
-            |[x, y]: [u32; 2]| Cell::Text(if x == y { x.to_string() } else { format!("{x}x{y}") });
-        let (cells, words) = match *found {
-            Found::Pending => (Vec::new(), "jobs are left"),
-            Found::Unsolved => (Vec::new(), "a job was not solved"),
-            Found::Still { mesh: sides, value, change } => (
-                vec![mesh(sides), Cell::Number(value), Cell::Number(digits(change, 1))],
-                "holds still",
-            ),
-            Found::NotStill { mesh: sides, value, change } => {
-                let change = change.map_or(Cell::Missing, |change| Cell::Number(digits(change, 1)));
-                (
-                    vec![mesh(sides), Cell::Number(value), change],
-                    "still changes on the finest mesh allowed",
-                )
-            }
-            Found::Changes { from, to, becomes } => (
-                vec![Cell::Number(from), Cell::Number(to)],
-                if becomes { "begins to hold" } else { "ceases to hold" },
-            ),
-            Found::Everywhere { holds } => {
-                (Vec::new(), if holds { "holds everywhere" } else { "holds nowhere" })
-            }
-            Found::Next { mesh: sides, tolerance } => {
-                (vec![mesh(sides), Cell::Number(tolerance)], "to be tried next")
-            }
-            Found::Within { mesh: sides, tolerance, error } => (
-                vec![mesh(sides), Cell::Number(tolerance), Cell::Number(digits(error, 1))],
-                "accurate enough",
-            ),
-            Found::Beyond { mesh: sides, tolerance, error, why } => {
-                let error = error.map_or(Cell::Missing, |error| Cell::Number(digits(error, 1)));
-                (vec![mesh(sides), Cell::Number(tolerance), error], why)
-            }
-        };
-        let missing = own.len() - cells.len();
-        let axes = at.iter().map(|(_, value)| cell(value.clone()));
-        axes.chain(cells)
-            .chain(std::iter::repeat_n(Cell::Missing, missing))
-            .chain([Cell::Text(words.to_owned())])
-            .collect()
+    let rows = findings.iter().map(|Finding { place, discovery }| {
+        let mut row = place.cells();
+        let mut figures = discovery.figures();
+        figures.resize(count, Cell::Missing);
+        row.extend(figures);
+        row.push(Cell::Text(discovery.words().to_owned()));
+        row
     });
     Ok(DataTable::new(heads, rows.collect())?)
+}
+
+/// Returns the heads of the figures that a rule finds.
+fn figure_heads(study: &Study) -> Vec<TableColumn> {
+    let columns = study.columns();
+    match study.adaptive() {
+        Some(Adaptive::Refine { on, .. }) => vec![
+            TableColumn::new("mesh", ""),
+            TableColumn::new(on.as_str(), unit_of(&columns, on)),
+            TableColumn::new("change", "1"),
+        ],
+        Some(Adaptive::Bisect { axis, .. }) => {
+            let name = study.axes().nth(*axis).map(|axis| axis.column()).unwrap_or_default();
+            let head = |end| TableColumn::new(format!("{name}_{end}"), unit_of(&columns, &name));
+            ["from", "to"].map(head).to_vec()
+        }
+        Some(Adaptive::Accuracy(_)) => {
+            ["mesh", "tolerance", "estimated error"].map(|name| TableColumn::new(name, "")).to_vec()
+        }
+        None => Vec::new(),
+    }
+}
+
+impl Discovery {
+    /// Returns the cells of its figures; there may be fewer of them than columns.
+    fn figures(&self) -> Vec<Cell> {
+        match *self {
+            Discovery::Pending | Discovery::Unsolved | Discovery::Everywhere { .. } => Vec::new(),
+            Discovery::Still { mesh, value, change } => {
+                vec![mesh_cell(mesh), Cell::Number(value), rounded(Some(change), 1)]
+            }
+            Discovery::NotStill { mesh, value, change } => {
+                vec![mesh_cell(mesh), Cell::Number(value), rounded(change, 1)]
+            }
+            Discovery::Changes { from, to, .. } => vec![Cell::Number(from), Cell::Number(to)],
+            Discovery::Next { mesh, tolerance } => vec![mesh_cell(mesh), Cell::Number(tolerance)],
+            Discovery::Within { mesh, tolerance, error } => {
+                vec![mesh_cell(mesh), Cell::Number(tolerance), rounded(Some(error), 1)]
+            }
+            Discovery::Beyond { mesh, tolerance, error, .. } => {
+                vec![mesh_cell(mesh), Cell::Number(tolerance), rounded(error, 1)]
+            }
+        }
+    }
+
+    fn words(&self) -> &'static str {
+        match self {
+            Discovery::Pending => "jobs are left",
+            Discovery::Unsolved => "a job was not solved",
+            Discovery::Still { .. } => "holds still",
+            Discovery::NotStill { .. } => "still changes on the finest mesh allowed",
+            Discovery::Changes { becomes: true, .. } => "begins to hold",
+            Discovery::Changes { becomes: false, .. } => "ceases to hold",
+            Discovery::Everywhere { holds: true } => "holds everywhere",
+            Discovery::Everywhere { holds: false } => "holds nowhere",
+            Discovery::Next { .. } => "to be tried next",
+            Discovery::Within { .. } => "accurate enough",
+            Discovery::Beyond { reason, .. } => reason,
+        }
+    }
+}
+
+/// Returns the elements along x and y as a cell, one number if they are equal.
+fn mesh_cell([x, y]: [u32; 2]) -> Cell {
+    Cell::Text(if x == y { x.to_string() } else { format!("{x}x{y}") })
 }

@@ -1,0 +1,147 @@
+//! Halves the intervals of an axis in which a condition begins or ceases to hold.
+
+use study::axis::{Group, SweepAxis};
+use study::{Column, Study, StudyPoint, Value};
+
+use super::found::{Choice, Discovery, Finding};
+use crate::error::AnswerError;
+use crate::place::Place;
+use crate::records::RecordMap;
+use crate::rows::single;
+
+/// The rule of a study with `[bisect]`.
+pub(super) struct Bisection<'a> {
+    study: &'a Study,
+    records: &'a RecordMap,
+    columns: Vec<Column>,
+    /// The axis that is halved, and its index.
+    axis: &'a SweepAxis,
+    axis_index: usize,
+    /// The condition.
+    on: &'a str,
+    /// The length of an interval that is short enough, relative to its upper end.
+    to: f64,
+    /// The number of points along the axis, and the distance of their indices.
+    length: usize,
+    stride: usize,
+}
+
+/// The points of one line along the axis, and whether the condition holds at each, if that is
+/// known.
+#[derive(Default)]
+struct Line {
+    points: Vec<StudyPoint>,
+    holds: Vec<Option<bool>>,
+}
+
+impl<'a> Bisection<'a> {
+    pub(super) fn new(
+        study: &'a Study,
+        records: &'a RecordMap,
+        axis_index: usize,
+        on: &'a str,
+        to: f64,
+    ) -> Result<Self, AnswerError> {
+        let axis = study
+            .axes()
+            .nth(axis_index)
+            .ok_or(AnswerError::Inconsistent("the axis of [bisect] is gone"))?;
+        let groups = study.groups();
+        let group = groups.iter().position(|group| group.axes().contains(axis)).unwrap_or(0);
+        let (length, stride) =
+            (groups[group].len(), groups[group + 1..].iter().map(Group::len).product());
+        let columns = study.columns();
+        Ok(Self { study, records, columns, axis, axis_index, on, to, length, stride })
+    }
+
+    /// Returns the points of every line as far as the records determine them.
+    pub(super) fn choose(&self) -> Result<Choice, AnswerError> {
+        let mut choice = Choice::default();
+        let is_first = |index: &usize| (index / self.stride).is_multiple_of(self.length);
+        for index in (0..self.study.len()).filter(is_first) {
+            choice.extend(self.choose_line(index)?);
+        }
+        Ok(choice)
+    }
+
+    fn choose_line(&self, first: usize) -> Result<Choice, AnswerError> {
+        let points: Vec<StudyPoint> = (0..self.length)
+            .filter_map(|step| self.study.point(first + step * self.stride))
+            .collect();
+        let holds = points.iter().map(|point| self.holds(point)).collect::<Result<_, _>>()?;
+        let mut line = Line { points, holds };
+        let is_other_axis = |axis: usize| axis != self.axis_index;
+        let place = line.points.first().map(|point| Place::of(self.study, point, is_other_axis));
+        let place = place.unwrap_or_default();
+        let changes = self.halve(first, &mut line)?;
+        let is_pending = line.points.iter().any(|point| !self.records.contains_key(&point.key));
+        let known: Option<Vec<bool>> = line.holds.iter().copied().collect();
+        let discoveries = match (is_pending, known) {
+            (true, _) => vec![Discovery::Pending],
+            (false, None) if changes.is_empty() => vec![Discovery::Unsolved],
+            (false, Some(all)) if changes.is_empty() => {
+                vec![Discovery::Everywhere { holds: all[0] }]
+            }
+            _ => changes,
+        };
+        let finding = |discovery: Discovery| Finding { place: place.clone(), discovery };
+        Ok(Choice { points: line.points, findings: discoveries.into_iter().map(finding).collect() })
+    }
+
+    /// Halves the intervals of a line in which the condition changes, and returns those that are
+    /// short enough.
+    fn halve(&self, first: usize, line: &mut Line) -> Result<Vec<Discovery>, AnswerError> {
+        let mut changes = Vec::new();
+        let mut from = 0;
+        while from + 1 < line.points.len() {
+            let (low, high) = (self.value(&line.points[from]), self.value(&line.points[from + 1]));
+            let (Some(before), Some(after)) = (line.holds[from], line.holds[from + 1]) else {
+                from += 1;
+                continue;
+            };
+            let between = self.middle(low, high);
+            if before == after {
+                from += 1;
+            } else if self.is_short(low, high) || !(low < between && between < high) {
+                changes.push(Discovery::Changes { from: low, to: high, becomes: after });
+                from += 1;
+            } else {
+                let point = self.study.point_at(first, self.axis_index, between).ok_or(
+                    AnswerError::Inconsistent(
+                        "a value between two of the study cannot be made a job",
+                    ),
+                )?;
+                line.holds.insert(from + 1, self.holds(&point)?);
+                line.points.insert(from + 1, point);
+            }
+        }
+        Ok(changes)
+    }
+
+    /// Tells whether the condition holds at a point; `None` where it is not solved.
+    fn holds(&self, point: &StudyPoint) -> Result<Option<bool>, AnswerError> {
+        match self.records.get(&point.key) {
+            Some(record) if record.is_certified() => {
+                let row = single(&self.columns, point, Some(record))?;
+                Ok(Some(!row.filter(self.on)?.rows().is_empty()))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    fn value(&self, point: &StudyPoint) -> f64 {
+        point.values.get(self.axis_index).and_then(Value::as_f64).unwrap_or(f64::NAN)
+    }
+
+    /// Tells whether an interval is short enough, relative to its upper end; or, where that could
+    /// never be since the interval begins at 0 or below, relative to the whole axis.
+    fn is_short(&self, low: f64, high: f64) -> bool {
+        let ends: Vec<f64> = self.axis.values().filter_map(Value::as_f64).collect();
+        let range = ends.last().zip(ends.first()).map_or(f64::NAN, |(last, first)| last - first);
+        high - low <= self.to * if low > 0.0 { high } else { range }
+    }
+
+    fn middle(&self, low: f64, high: f64) -> f64 {
+        if self.axis.is_log() { (low * high).sqrt() } else { 0.5 * (low + high) }
+    }
+}

@@ -1,0 +1,145 @@
+//! The effects of a single job.
+
+use std::ops::Add;
+
+use contact::model::{ChosenMethod, Effect, Method, Numerics, Shape};
+use contact::problem::Effects;
+use contact::punch::Surfaces;
+use contact::{Forecast, forecast};
+use serde::Serialize;
+use study::{Case, Job};
+
+use crate::error::AnswerError;
+
+/// A prediction of what solving takes; for several jobs, the sums.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Prediction {
+    /// The number of unknowns.
+    pub unknowns: usize,
+    /// The time \[s\].
+    pub seconds: f64,
+}
+
+impl From<Forecast> for Prediction {
+    fn from(forecast: Forecast) -> Self {
+        Self { unknowns: forecast.unknowns, seconds: forecast.seconds }
+    }
+}
+
+impl Add for Prediction {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { unknowns: self.unknowns + other.unknowns, seconds: self.seconds + other.seconds }
+    }
+}
+
+/// An effect of one or several jobs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct EffectLine {
+    /// The effect.
+    pub effect: Effect,
+    /// The effect is simulated, and not left out.
+    pub simulated: bool,
+    /// The reason; that of the first job if they differ.
+    pub reason: String,
+    /// The number of different reasons.
+    pub reasons: usize,
+    /// What solving would take with the effect, if it is left out and could be asked for.
+    pub with: Option<Prediction>,
+}
+
+/// The method that solves, and the reason for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub struct SolverChoice {
+    /// The method.
+    pub method: Method,
+    /// The reason, in words.
+    pub reason: &'static str,
+}
+
+/// The effects of one job.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JobEffects {
+    /// The method that solves the job.
+    pub solver: SolverChoice,
+    /// The prediction with the effects as they are.
+    pub cost: Prediction,
+    /// Every effect.
+    pub lines: Vec<EffectLine>,
+}
+
+/// Lists the effects of a case.
+///
+/// # Errors
+/// The scene has no meaning, or its surfaces are missing.
+pub fn effects(case: &Case, surfaces: &Surfaces) -> Result<JobEffects, AnswerError> {
+    let numerics = &case.numerics;
+    let with = |simulate: Vec<Effect>| {
+        forecast(&case.scene, &Numerics { simulate, ..numerics.clone() }, surfaces)
+    };
+    let decided = with(numerics.simulate.clone())?;
+    let decisions = Effects::of(&case.scene, numerics, decided.elements, surfaces)?;
+    let ChosenMethod { method, reason } =
+        numerics.method.chosen(&case.scene.loading, decided.elements);
+    let mut lines = Vec::new();
+    for decision in decisions.decisions() {
+        let is_optional = !decision.on && Effect::OPTIONAL.contains(&decision.effect);
+        let simulate = [&numerics.simulate[..], &[decision.effect]].concat();
+        lines.push(EffectLine {
+            effect: decision.effect,
+            simulated: decision.on,
+            reason: decision.reason.clone(),
+            reasons: 1,
+            with: if is_optional { Some(with(simulate)?.into()) } else { None },
+        });
+    }
+    Ok(JobEffects { solver: SolverChoice { method, reason }, cost: decided.into(), lines })
+}
+
+/// Returns the sets of effects whose simulation is worth measuring: none that could be left out,
+/// then each of those alone, then all of them.
+///
+/// # Errors
+/// The scene has no meaning, or its surfaces are missing.
+pub fn variants(case: &Case, surfaces: &Surfaces) -> Result<Vec<Vec<Effect>>, AnswerError> {
+    let bare = Numerics { simulate: Vec::new(), ..case.numerics.clone() };
+    let elements = forecast(&case.scene, &bare, surfaces)?.elements;
+    let effects = Effects::of(&case.scene, &bare, elements, surfaces)?;
+    let left_out: Vec<Effect> =
+        Effect::OPTIONAL.into_iter().filter(|effect| !effects.has(*effect)).collect();
+    // Without tangential tractions, these would do nothing.
+    let of_friction = [Effect::Coupling, Effect::TractionX, Effect::TractionY];
+    let does_something =
+        |effect: &&Effect| effects.has(Effect::Friction) || !of_friction.contains(effect);
+    let mut variants = vec![Vec::new()];
+    variants.extend(left_out.iter().filter(does_something).map(|effect| vec![*effect]));
+    if left_out.len() > 1 {
+        variants.push(left_out);
+    }
+    Ok(variants)
+}
+
+/// Names the height map or the profile that a scene needs and `surfaces` does not hold; `None` if
+/// nothing is missing.
+pub fn missing_surface(job: &Job, surfaces: &Surfaces) -> Option<String> {
+    match &job.case()?.scene.punch.shape {
+        Shape::HeightMap { surface, .. } if surfaces.get(surface).is_none() => {
+            Some(format!("the height map {surface}"))
+        }
+        Shape::WheelOnRail(wheel) => {
+            let names = [&wheel.wheel, &wheel.rail];
+            let name = names.into_iter().find(|name| surfaces.profile(name).is_none())?;
+            Some(format!("the profile {name}"))
+        }
+        _ => None,
+    }
+}
+
+/// Returns the scene of a job that can leave effects out; the others simulate every effect.
+pub fn reducible_case(job: &Job) -> Option<&Case> {
+    match job {
+        Job::Solve(case) | Job::Cost { case, .. } => Some(case),
+        Job::Multiplicity { .. } | Job::Uniqueness { .. } => None,
+    }
+}

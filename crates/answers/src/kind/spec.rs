@@ -1,0 +1,21 @@
+//! What this crate knows of a kind of study.
+
+use study::{Study, StudyPoint};
+
+use crate::comparison::Comparison;
+use crate::error::AnswerError;
+use crate::evidence::Evidence;
+
+/// Everything that this crate knows of one kind of study. A kind that shares most of this with the
+/// solving of scenes takes it from there.
+pub(crate) struct KindAnswers {
+    /// Refuses a study that asks its scenes for something that they do not have, before anything is
+    /// solved.
+    pub(crate) check: fn(&Study, &[StudyPoint]) -> Result<(), AnswerError>,
+    /// Compares the points, and answers.
+    pub(crate) compare: fn(&Evidence<'_>) -> Result<Comparison, AnswerError>,
+    /// What was found in choosing the points stands before the answers.
+    pub(crate) tells_choice: bool,
+    /// The jobs are timed, so that nothing else may run beside them.
+    pub(crate) is_timed: bool,
+}

@@ -1,0 +1,101 @@
+//! Studies that bracket the end μ* of the uniqueness set of every point.
+
+use contact::model::{SceneError, Status};
+use contact::uniqueness::lower::{self, VerifyError};
+use contact::uniqueness::witness::Shown;
+use contact::uniqueness::{self, Bracket, BracketError, Question, System, WitnessSearch};
+use study::record::Bracketed;
+use study::{Ending, Job, Record};
+
+use super::size::RecordSize;
+use super::solve;
+use super::spec::KindAnswers;
+use crate::perform::{PerformResult, Performed};
+
+/// The kind.
+pub(super) const ANSWERS: KindAnswers = solve::ANSWERS;
+
+/// Brackets μ* and verifies both ends.
+pub(super) fn perform(question: &Question, search: &WitnessSearch) -> PerformResult {
+    let bracketed = bracketed(question, search)?;
+    Ok(Performed::ended(Ending::Bracketed(Box::new(bracketed))))
+}
+
+fn bracketed(question: &Question, search: &WitnessSearch) -> Result<Bracketed, SceneError> {
+    let bracket = match uniqueness::bracket(question, search) {
+        Ok(bracket) => bracket,
+        Err(BracketError::Scene(error)) => return Err(error),
+        Err(error) => {
+            let status = Status::Failed { reason: error.to_string() };
+            return Ok(Bracketed { status, bracket: None, shown: None });
+        }
+    };
+    let (status, shown) = match verify(question, &bracket)? {
+        Proof::Holds(shown) => (Status::Certified, shown),
+        Proof::TooLarge(reason) | Proof::Wrong(reason) => (Status::Failed { reason }, None),
+    };
+    Ok(Bracketed { status, bracket: Some(bracket), shown })
+}
+
+/// What verifying a bracket gives; reasons are in words.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Proof {
+    /// The bracket holds; with what its witness shows, if it has one.
+    Holds(Option<Shown>),
+    /// The bracket takes too large a matrix to check: it may hold.
+    TooLarge(String),
+    /// The bracket carries something that does not show it.
+    Wrong(String),
+}
+
+/// Proves anew what a record claims to have proved, from what it carries and its job alone; `None`
+/// for a record that claims nothing of the kind.
+pub fn proof(record: &Record) -> Option<Proof> {
+    let bracket = record.bracketed().filter(|_| record.is_certified())?.bracket.as_ref()?;
+    let Ok(Job::Uniqueness { question, .. }) = record.parse_job() else {
+        return Some(Proof::Wrong("it brackets nothing that was asked".to_owned()));
+    };
+    let proof = verify(&question, bracket);
+    Some(proof.unwrap_or_else(|error| Proof::Wrong(error.to_string())))
+}
+
+/// Verifies both ends of a bracket, from what it carries and the question alone.
+fn verify(question: &Question, bracket: &Bracket) -> Result<Proof, SceneError> {
+    let system = System::new(question)?;
+    let (lower, upper) = match bracket {
+        Bracket::Unbounded if system.is_coupled() => {
+            let reason = "pressures move the surface sideways, so that μ* is finite";
+            return Ok(Proof::Wrong(reason.to_owned()));
+        }
+        Bracket::Unbounded => return Ok(Proof::Holds(None)),
+        Bracket::Bounded { lower, upper } => (lower, upper),
+    };
+    let lower_proof = lower::verify(&system, lower, lower::FACTORED_ROWS);
+    Ok(match (lower_proof, upper.verify(&system)) {
+        (_, Err(error)) => {
+            Proof::Wrong(format!("the upper end {} is not shown: {error}", upper.mu))
+        }
+        (Err(error), _) => {
+            let reason = format!("the lower end {} is not shown: {error}", lower.mu);
+            match error {
+                VerifyError::TooLarge { .. } => Proof::TooLarge(reason),
+                _ => Proof::Wrong(reason),
+            }
+        }
+        (Ok(()), Ok(_)) if lower.mu >= upper.mu => Proof::Wrong(format!(
+            "the lower end {} is not below the upper end {}",
+            lower.mu, upper.mu
+        )),
+        (Ok(()), Ok(shown)) => Proof::Holds(Some(shown)),
+    })
+}
+
+/// Returns a bracket that fails for the size of its witness.
+pub(super) fn too_large(found: &Bracketed, size: RecordSize) -> Bracketed {
+    let elements = match &found.bracket {
+        Some(Bracket::Bounded { upper, .. }) => upper.x.len() / 3,
+        Some(Bracket::Unbounded) | None => 0,
+    };
+    let content = format!("a bracket of μ* with its witness on {elements} elements");
+    Bracketed { status: size.failure(&content, elements), bracket: None, shown: None }
+}
