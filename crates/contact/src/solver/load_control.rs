@@ -37,12 +37,8 @@ pub(super) fn solve(
     let Conditions { controls, start, rule } = *conditions;
     let governed = governed(controls);
     let targets = controls.map(target);
-    let mut motion =
-        PerDof::from_fn(
-            |dof| {
-                if governed.contains(&dof) { start.motion[dof] } else { targets[dof] }
-            },
-        );
+    let initial = |dof: Dof| if governed.contains(&dof) { start.motion[dof] } else { targets[dof] };
+    let mut motion = PerDof::from_fn(initial);
     let mut p = start.p.clone();
     if governed.contains(&Dof::Approach) && p.iter().all(|p| *p == 0.0) {
         motion[Dof::Approach] = first_approach(problem, &motion, targets[Dof::Approach]);

@@ -52,12 +52,8 @@ pub(crate) fn solve(
     let Conditions { controls, start, rule } = *conditions;
     let governed = controls::governed(controls);
     let targets = controls.map(controls::target);
-    let mut motion =
-        PerDof::from_fn(
-            |dof| {
-                if governed.contains(&dof) { start.motion[dof] } else { targets[dof] }
-            },
-        );
+    let initial = |dof: Dof| if governed.contains(&dof) { start.motion[dof] } else { targets[dof] };
+    let mut motion = PerDof::from_fn(initial);
     let mut p = start.p.clone();
     let diagonals = operator.table.diagonals();
     // The certificate measures along another path of rounding.
