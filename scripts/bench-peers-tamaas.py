@@ -1,10 +1,16 @@
-"""tamaas' side of scripts/bench-peers: python bench-peers-tamaas.py N LOAD TOLERANCE, a frictionless sphere under a given load.
+"""Solves a frictionless sphere under a given load with tamaas, for scripts/bench-peers.
 
-R = 1, G = 1, nu = 0.3, a square of side 3 (three Hertz radii for the load that gives an approach of 1), N by N elements. Tamaas' own
-kernel is periodic; `registerNonPeriodic` gives the half-space's: elements of constant pressure, displacements at their centres.
-Prints seconds without the interpreter's start and imports, the relative residual of the natural map as tribosweep's certificate
-defines it (tamaas' TOLERANCE is a complementarity of its own), and the approach.
+    python bench-peers-tamaas.py N LOAD TOLERANCE
+
+The scene has R = 1, G = 1, nu = 0.3 and a square of side 3 (three Hertz radii for the load that
+gives an approach of 1), with N by N elements. Tamaas' own kernel is periodic; `registerNonPeriodic`
+gives the half-space's: elements of constant pressure, displacements at their centres.
+
+The script prints the seconds without the interpreter's start and imports, the relative residual of
+the natural map as tribosweep's certificate defines it (tamaas' TOLERANCE is a complementarity of
+its own), and the approach.
 """
+
 import json
 import sys
 from math import asinh, pi
@@ -29,7 +35,7 @@ def main(n, load, tolerance):
     solver = tm.PolonskyKeerRey(model, heights, tolerance)
     solver.setIntegralOperator("half-space")
     solver.max_iter = 5000
-    solver.solve(load / SIDE**2)  # the mean pressure
+    solver.solve(load / SIDE**2)  # The argument is the mean pressure.
     seconds = perf_counter() - start
 
     p = np.array(model.traction)

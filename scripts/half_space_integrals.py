@@ -1,10 +1,14 @@
 #!/usr/bin/env python3
-"""Writes crates/contact/tests/reference/half_space_integrals.csv (needs mpmath): python3 scripts/half_space_integrals.py
+"""Writes crates/contact/tests/reference/half_space_integrals.csv; needs mpmath.
 
-Integrals of the half-space's surface kernels between boundary elements, as second differences (average) or differences
-(midpoint) of antiderivatives in 100-digit arithmetic, where their cancellation does no harm. `--check` compares the
-antiderivatives with adaptive quadrature of the kernels.
+    python3 scripts/half_space_integrals.py
+
+The integrals of the half-space's surface kernels between boundary elements are second differences
+(average) or differences (midpoint) of antiderivatives in 100-digit arithmetic, where their
+cancellation does no harm. `--check` compares the antiderivatives with adaptive quadrature of the
+kernels.
 """
+
 import sys
 from pathlib import Path
 from mpmath import mp, mpf, mpc, log, sqrt, atan, asinh, quad
@@ -22,7 +26,7 @@ KERNEL = {
 
 
 def times_log(p, a, b):
-    """p ln(a + r), r the distance of (a, b) from the origin; 0 where p is."""
+    """Returns p ln(a + r), with r the distance of (a, b) from the origin; 0 where p is 0."""
     return p * log(a + sqrt(a * a + b * b)) if p else mpf(0)
 
 
@@ -38,10 +42,16 @@ def f_yy(x, y):
 
 
 AVERAGE = {
-    "inv_r": lambda x, y: times_log(x * x * y / 2, y, x) + times_log(x * y * y / 2, x, y) - sqrt(x * x + y * y) ** 3 / 6,
+    "inv_r": lambda x, y: (
+        times_log(x * x * y / 2, y, x)
+        + times_log(x * y * y / 2, x, y)
+        - sqrt(x * x + y * y) ** 3 / 6
+    ),
     "xx": lambda x, y: f_yy(y, x),
     "yy": f_yy,
-    "xy": lambda x, y: -(x * y * sqrt(x * x + y * y) / 3 + times_log(y**3 / 6, x, y) + times_log(x**3 / 6, y, x)),
+    "xy": lambda x, y: (
+        -(x * y * sqrt(x * x + y * y) / 3 + times_log(y**3 / 6, x, y) + times_log(x**3 / 6, y, x))
+    ),
     "x": lambda x, y: -cube_log(x, y) / 6,
     "y": lambda x, y: -cube_log(y, x) / 6,
 }
@@ -93,16 +103,23 @@ def check():
             x, y = i * hx, j * hy
             for name in KERNELS:
                 kernel = KERNEL[name]
+
                 def tent(s, t):
                     if s == 0 == t:
                         return mpf(0)
                     return (1 - abs(s - x) / hx) * (1 - abs(t - y) / hy) * kernel(s, t)
+
                 def box(s, t):
                     return kernel(s, t) if s or t else mpf(0)
+
                 def cuts(middle, half):
                     return sorted({middle - half, middle, middle + half})
+
                 mp.dps = 15
-                by_quadrature = quad(tent, cuts(x, hx), cuts(y, hy)), quad(box, cuts(x, hx / 2), cuts(y, hy / 2))
+                by_quadrature = (
+                    quad(tent, cuts(x, hx), cuts(y, hy)),
+                    quad(box, cuts(x, hx / 2), cuts(y, hy / 2)),
+                )
                 mp.dps = 100
                 for p, q in zip((average, midpoint), by_quadrature):
                     exact = value(p, name, i, j, hx, hy)
@@ -112,22 +129,61 @@ def check():
 def main():
     if "--check" in sys.argv:
         return check()
-    dense = "--dense" in sys.argv  # many more offsets, for measuring; written to standard output
+    # --dense takes many more offsets, for measuring, and writes them to standard output.
+    dense = "--dense" in sys.argv
     sizes = [(1e-3, 1.0), (0.1, 1.0), (1.0, 1.0), (3.0, 1.0), (1e3, 1.0)]
     offsets = [0, 1, 2, 3, 7, 16, 40, 175, 1700, 4096]
     if dense:
         sizes += [(0.01, 1.0), (0.5, 1.0), (10.0, 1.0), (100.0, 1.0), (1.0, 3.0)]
-        offsets = [0, 1, 2, 3, 4, 5, 6, 8, 10, 13, 17, 20, 24, 30, 38, 39, 55, 80, 120, 159, 160, 250, 400, 640, 900]
+        offsets = [
+            0,
+            1,
+            2,
+            3,
+            4,
+            5,
+            6,
+            8,
+            10,
+            13,
+            17,
+            20,
+            24,
+            30,
+            38,
+            39,
+            55,
+            80,
+            120,
+            159,
+            160,
+            250,
+            400,
+            640,
+            900,
+        ]
         offsets += [1200, 1600, 1700, 2000, 2600, 2858, 2859, 3300, 4096]
-    path = Path(__file__).resolve().parent.parent / "crates/contact/tests/reference/half_space_integrals.csv"
-    with (sys.stdout if dense else open(path, "w")) as out:
+    path = (
+        Path(__file__).resolve().parent.parent
+        / "crates/contact/tests/reference/half_space_integrals.csv"
+    )
+    with sys.stdout if dense else open(path, "w") as out:
         print("projection,hx,hy,di,dj," + ",".join(KERNELS), file=out)
         for projection in (average, midpoint):
             for hx, hy in sizes:
                 for i in offsets:
                     for j in offsets:
                         row = [value(projection, name, i, j, mpf(hx), mpf(hy)) for name in KERNELS]
-                        print(projection.__name__, hx, hy, i, j, *(mp.nstr(v, 18) for v in row), sep=",", file=out)
+                        print(
+                            projection.__name__,
+                            hx,
+                            hy,
+                            i,
+                            j,
+                            *(mp.nstr(v, 18) for v in row),
+                            sep=",",
+                            file=out,
+                        )
 
 
 main()

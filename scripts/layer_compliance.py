@@ -1,11 +1,15 @@
 #!/usr/bin/env python3
-"""Writes crates/contact/tests/reference/layer_compliance_random.csv (needs mpmath): python3 scripts/layer_compliance.py
+"""Writes crates/contact/tests/reference/layer_compliance_random.csv; needs mpmath.
 
-Fourier compliance of random stacks of one to five layers, with layers of any thickness in waves and contrasts of stiffness
-up to 1e12 between neighbours. Transfer matrices exp(-M k h) of the equations of plane strain, in as many digits as the
-growing exponentials and the cancellation in thin layers eat up, with 40 to spare. `--check` compares with the rows of
+    python3 scripts/layer_compliance.py
+
+The table has the Fourier compliance of random stacks of one to five layers, with layers of any
+thickness in waves and contrasts of stiffness up to 1e12 between neighbours. It comes from transfer
+matrices exp(-M k h) of the equations of plane strain, in as many digits as the growing exponentials
+and the cancellation in thin layers eat up, with 40 to spare. `--check` compares with the rows of
 layer_compliance.csv, which come from another formulation.
 """
+
 import random
 import sys
 from pathlib import Path
@@ -15,11 +19,16 @@ REFERENCE = Path(__file__).resolve().parent.parent / "crates/contact/tests/refer
 
 
 def transfer(nu, x):
-    """(U, W, q, p) at the upper face from the lower: displacement along k, normal, traction on what is below, per G k."""
+    """Returns the matrix that takes (U, W, q, p) from the lower face of a layer to the upper one.
+
+    U and W are the displacements along k and along the normal; q and p are the tractions that
+    act on the material below, per G k.
+    """
     m = 1 - nu
     a, b, c = 2 / m, nu / m, (1 - 2 * nu) / (2 * m)
     lower = matrix([[0, 1, -1, 0], [-b, 0, 0, -c], [-a, 0, 0, b], [0, 0, -1, 0]])
-    # (M² − 1)² = 0: the exponential is the cubic polynomial in M that meets e^{tx} and its derivative at t = ±1
+    # Since (M² − 1)² = 0, the exponential is the cubic polynomial in M that meets e^{tx} and its
+    # derivative at t = ±1.
     up = -lower
     c3 = (x * cosh(x) - sinh(x)) / 2
     c2 = x * sinh(x) / 2
@@ -40,7 +49,7 @@ def compliance(layers, base, k):
     else:
         c, across = matrix(2, 2), mpf(0)
     for g, nu, h in reversed(layers):
-        x = min(k * h, mpf(400))  # exp(-800) is not felt
+        x = min(k * h, mpf(400))  # A factor exp(-800) is not felt.
         p = transfer(nu, x)
         c *= g * k
         u = p[0:2, 0:2] * c + p[0:2, 2:4]
@@ -52,7 +61,10 @@ def compliance(layers, base, k):
 
 
 def parse(layers, base):
-    numbers = lambda text: tuple(mpf(float(cell)) for cell in text.split(";"))  # the doubles that a program reads
+    def numbers(text):
+        # The values are the doubles that a program reads.
+        return tuple(mpf(float(cell)) for cell in text.split(";"))
+
     return [numbers(layer) for layer in layers.split()], None if base == "rigid" else numbers(base)
 
 
@@ -74,18 +86,37 @@ def main():
     if "--check" in sys.argv:
         return check()
     pick = random.Random(20240607)
+
+    def material():
+        modulus = f"{10 ** pick.uniform(-6, 6):.6g}"
+        return modulus, pick.choice(["0", "0.5", "0.4999999", f"{pick.uniform(0, 0.5):.4f}"])
+
     with open(REFERENCE / "layer_compliance_random.csv", "w") as out:
-        print("case,layers(G;nu;h top to bottom),base(G;nu or rigid),k,C_LL,C_LN,C_NN,C_TT", file=out)
+        print(
+            "case,layers(G;nu;h top to bottom),base(G;nu or rigid),k,C_LL,C_LN,C_NN,C_TT", file=out
+        )
         for case in range(240):
-            material = lambda: (f"{10 ** pick.uniform(-6, 6):.6g}", pick.choice(["0", "0.5", "0.4999999", f"{pick.uniform(0, 0.5):.4f}"]))
             layers = " ".join(
-                ";".join([*material(), f"{10 ** pick.choice([pick.uniform(-9, 2), pick.uniform(-1, 1)]):.6g}"])
+                ";".join(
+                    [
+                        *material(),
+                        f"{10 ** pick.choice([pick.uniform(-9, 2), pick.uniform(-1, 1)]):.6g}",
+                    ]
+                )
                 for _ in range(pick.randint(1, 5))
             )
             base = pick.choice(["rigid", ";".join(material())])
             k = f"{10 ** pick.uniform(-3, 1):.6g}"
             values = compliance(*parse(layers, base), mpf(float(k)))
-            print(f"random_{case}", layers, base, k, *(nstr(v, 18, min_fixed=0, max_fixed=0) for v in values), sep=",", file=out)
+            print(
+                f"random_{case}",
+                layers,
+                base,
+                k,
+                *(nstr(v, 18, min_fixed=0, max_fixed=0) for v in values),
+                sep=",",
+                file=out,
+            )
 
 
 if __name__ == "__main__":

@@ -1,11 +1,16 @@
 #!/usr/bin/env python3
-"""Writes crates/contact/tests/reference/layer_kernels.csv (needs mpmath, takes minutes): python3 scripts/layer_kernels.py
+"""Writes crates/contact/tests/reference/layer_kernels.csv; needs mpmath, takes minutes.
 
-Radial functions of the surface kernels of layered foundations, r times
-  N = ∫ F_NN J0(kr) dk, A = ∫ (F_LL + F_TT)/2 J0 dk, B = ∫ (F_LL - F_TT)/2 J2 dk, M = ∫ F_LN J1 dk,  F = k C(k),
-by brute force: the top layer's half-space analytically, the rest, which ends at k h1 = 30, by Gauss rules on octaves of k cut
-into pieces of at most half a wave, in 30 digits. The compliance is that of layer_compliance.py.
+    python3 scripts/layer_kernels.py
+
+The table has the radial functions of the surface kernels of layered foundations, r times
+  N = ∫ F_NN J0(kr) dk, A = ∫ (F_LL + F_TT)/2 J0 dk, B = ∫ (F_LL - F_TT)/2 J2 dk,
+  M = ∫ F_LN J1 dk,  F = k C(k),
+by brute force in 30 digits. The half-space of the top layer is integrated analytically. The rest,
+which ends at k h1 = 30, is integrated by Gauss rules on octaves of k cut into pieces of at most
+half a wave. The compliance is that of layer_compliance.py.
 """
+
 from pathlib import Path
 from mpmath import mp, mpf, besselj, pi, nstr
 from mpmath.calculus.quadrature import GaussLegendre
@@ -33,7 +38,7 @@ def pieces(lowest, highest, longest):
 
 def kernels(layers, base, radii):
     mp.dps = 30
-    rule = GaussLegendre(mp).calc_nodes(4, mp.prec)  # 24 nodes
+    rule = GaussLegendre(mp).calc_nodes(4, mp.prec)  # The rule has 24 nodes.
     g, nu, thickness = layers[0]
     top = [(1 - nu) / g, (1 - nu / 2) / g, -nu / 2 / g, (nu - mpf(1) / 2) / g]
     stiffness = [m[0] for m in layers + ([base] if base else [])]
@@ -54,13 +59,24 @@ def kernels(layers, base, radii):
 
 
 def main():
-    path = Path(__file__).resolve().parent.parent / "crates/contact/tests/reference/layer_kernels.csv"
+    path = (
+        Path(__file__).resolve().parent.parent / "crates/contact/tests/reference/layer_kernels.csv"
+    )
     with open(path, "w") as out:
         print("case,layers(G;nu;h top to bottom),base(G;nu or rigid),r,rN,rA,rB,rM", file=out)
         for name, stack, base, radii in STACKS:
             distances = [mpf(float(r)) for r in radii.split()]
             for r, values in zip(radii.split(), kernels(*parse(stack, base), distances)):
-                print(name, stack, base, r, *(nstr(v, 18, min_fixed=0, max_fixed=0) for v in values), sep=",", file=out, flush=True)
+                print(
+                    name,
+                    stack,
+                    base,
+                    r,
+                    *(nstr(v, 18, min_fixed=0, max_fixed=0) for v in values),
+                    sep=",",
+                    file=out,
+                    flush=True,
+                )
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ use std::path::Path;
 use anyhow::{Result, bail};
 use contact::model::Fields;
 use contact::multiplicity::Multiplicity;
-use report::{Field, Grid, TerminalInk, Values, field_csv, vti};
+use report::{Field, FieldGrid, TerminalInk, Values, field_csv, vti};
 
 use crate::figures::{RESOLUTION, write};
 use crate::output;
@@ -43,7 +43,7 @@ pub(crate) fn check_field(name: &str, file: Option<&Path>) -> Result<()> {
 pub(crate) fn field(fields: &Fields, name: &str) -> Result<Field> {
     let [nx, ny] = fields.shape.map(|n| n as usize);
     let corner = [0, 1].map(|c| fields.origin[c] - 0.5 * fields.element[c]);
-    let grid = Grid { nx, ny, origin: corner, element: fields.element };
+    let grid = FieldGrid { nx, ny, origin: corner, element: fields.element };
     let on_sole = |values: &[f64]| -> Values {
         Values::Number(
             values
@@ -72,7 +72,7 @@ pub(crate) fn field(fields: &Fields, name: &str) -> Result<Field> {
         "slip_y" => ("m", on_sole(&fields.slip_y)),
         "state" => {
             let names = ["outside", "open", "stick", "slip"].map(str::to_owned).to_vec();
-            ("", Values::Category { of: fields.state.clone(), names })
+            ("", Values::Category { states: fields.state.clone(), names })
         }
         other => bail!("there is no field `{other}`"),
     };

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use answers::Results;
 use anyhow::{Context, Result, bail};
-use report::{Figure, FigureSpec, Table};
+use report::{DataTable, FigureSpec, PlotFigure};
 use study::Study;
 use study::columns::{Role, along_path, find};
 use study::label::{label, quantity_name};
@@ -42,7 +42,7 @@ pub(crate) fn draw(
     }
 }
 
-fn picture(study: &Study, table: &Table, figure: &study::Figure) -> Result<Figure> {
+fn picture(study: &Study, table: &DataTable, figure: &study::Figure) -> Result<PlotFigure> {
     let columns = if figure.steps { along_path(study.columns()) } else { study.columns() };
     let labels: Vec<(&str, String)> =
         columns.iter().map(|column| (column.name.as_ref(), label(column, &columns))).collect();
@@ -81,7 +81,7 @@ fn picture(study: &Study, table: &Table, figure: &study::Figure) -> Result<Figur
         front: figure.front,
         names: figure.names.as_deref(),
     };
-    Ok(Figure::from_table(table, &spec)?)
+    Ok(PlotFigure::from_table(table, &spec)?)
 }
 
 pub(crate) fn write(file: &Path, bytes: &[u8]) -> Result<()> {

@@ -5,9 +5,9 @@ use std::error::Error;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use answers::{RecordSize, too_large};
-use identity::JobKey;
+use identity::{JobKey, STORED_LIMIT};
 use runner::{Done, Verdict};
-use store::{RECORD_LIMIT, Store};
+use store::Store;
 use study::job::PHYSICS_VERSION;
 use study::{Ending, Provenance, Record};
 
@@ -57,10 +57,10 @@ impl<'a> StoreLedger<'a> {
             },
         };
         let mut bytes = record.encode();
-        if bytes.len() > RECORD_LIMIT {
+        if bytes.len() > STORED_LIMIT {
             // The results that came with it are kept, and a resume does not compute it again in
             // vain.
-            let size = RecordSize { bytes: bytes.len(), limit: RECORD_LIMIT };
+            let size = RecordSize { bytes: bytes.len(), limit: STORED_LIMIT };
             (record.ending, record.fields) = (too_large(record.ending, size), None);
             bytes = record.encode();
         }
@@ -170,7 +170,7 @@ mod tests {
             .map(|key| Record::decode(&store.get(key).unwrap().unwrap()).unwrap().ending);
         let ends: Vec<Ending> = ends.collect();
         assert_eq!((&ends[1], &ends[3]), (&endings[1], &endings[3]), "what fits is kept as it is");
-        let limit = RECORD_LIMIT.to_string();
+        let limit = STORED_LIMIT.to_string();
         for (end, what) in
             [(&ends[0], "witness on 50000 elements"), (&ends[2], "40 solutions on 1024 elements")]
         {

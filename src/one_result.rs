@@ -6,7 +6,7 @@ use answers::{AnswerTable, increments_of, path_columns, rows, tables_of};
 use anyhow::Result;
 use contact::model::Fields;
 use contact::punch::Surfaces;
-use report::Table;
+use report::DataTable;
 use study::columns::{Role, along_path};
 use study::{Case, Column, Kind, Record, StudyPoint, Value};
 
@@ -15,7 +15,7 @@ use crate::output::layout;
 use crate::words::count;
 
 /// Returns the increments of a result's loading path as a table.
-pub(crate) fn path(record: &Record) -> Result<Table> {
+pub(crate) fn path(record: &Record) -> Result<DataTable> {
     let point = StudyPoint::of_record(record)?;
     let table = rows::increments(&along_path(Kind::Solve.columns([], [])), [(&point, record)])?;
     let mut names = path_columns(&[point]);

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use identity::JobKey;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use runner::{Event, Task, What};
+use runner::{Event, EventKind, Task};
 
 use crate::output;
 use crate::words::{count, duration};
@@ -61,9 +61,9 @@ impl ProgressDisplay {
             }
             return;
         }
-        match &event.what {
-            What::Done { key, .. } => self.ended(key),
-            What::Quarantined { key, reason, attempts } => {
+        match &event.kind {
+            EventKind::Done { key, .. } => self.ended(key),
+            EventKind::Quarantined { key, reason, attempts } => {
                 self.ended(key);
                 let tried = if *attempts == 0 {
                     String::new()
@@ -72,16 +72,16 @@ impl ProgressDisplay {
                 };
                 self.notice(&format!("job {} is set aside{tried}: {reason}", short(key)));
             }
-            What::Retried { key, attempt, reason } => {
+            EventKind::Retried { key, attempt, reason } => {
                 self.notice(&format!("attempt {attempt} of job {} failed: {reason}", short(key)))
             }
-            What::WorkerLost { worker, how, .. } => {
+            EventKind::WorkerLost { worker, how, .. } => {
                 self.notice(&format!("worker {worker} is lost: {how}"))
             }
-            What::Interrupted { now: false } => {
+            EventKind::Interrupted { now: false } => {
                 self.notice("stopping after the jobs in flight; Ctrl-C again stops now")
             }
-            What::Interrupted { now: true } => self.notice("stopping now"),
+            EventKind::Interrupted { now: true } => self.notice("stopping now"),
             _ => {}
         }
         let counts = &event.counts;

@@ -6,7 +6,7 @@ use answers::{RecordMap, Records, RecordsError};
 use anyhow::{Context, Result, bail};
 use contact::model::Fields;
 use identity::JobKey;
-use store::{Blobs, Origin, ReadError, Reader, Store};
+use store::{Blobs, ReadError, RecordOrigin, Store, StoreReader};
 use study::record_format::{decode_fields, job_text};
 use study::{Record, Study};
 
@@ -18,7 +18,7 @@ pub(crate) enum StoreSource<'a> {
     /// The store that this process writes.
     Store(&'a Store),
     /// One that it reads.
-    Reader(&'a Reader),
+    Reader(&'a StoreReader),
 }
 
 /// A record as a store gives it.
@@ -88,7 +88,7 @@ pub(crate) fn fields(blobs: &Blobs, record: &Record) -> Result<Fields> {
 }
 
 /// The study of this name in a store; if there is none, says which there are.
-pub(crate) fn stored_study(reader: &Reader, name: &str) -> Result<Study> {
+pub(crate) fn stored_study(reader: &StoreReader, name: &str) -> Result<Study> {
     let damaged = || {
         format!(
             "the definition of the study `{name}` is damaged; `tribosweep run` of its file writes it anew"
@@ -113,8 +113,8 @@ fn list(names: &[String]) -> String {
 }
 
 /// Says where numbers come from when a run is still adding to them.
-pub(crate) fn tell_origin(reader: &Reader) {
-    if let origin @ Origin::Process { .. } = reader.origin() {
+pub(crate) fn tell_origin(reader: &StoreReader) {
+    if let origin @ RecordOrigin::Process { .. } = reader.origin() {
         output::say(&origin.to_string());
     }
 }

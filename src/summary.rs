@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use answers::{Results, WARNINGS, Warning};
 use anyhow::{Context, Result};
-use report::Table;
+use report::DataTable;
 use serde::Serialize;
 use study::{Record, Study};
 
@@ -128,7 +128,7 @@ impl Summary<'_> {
         let Some(rest) = rows.len().checked_sub(SUMMARY_ROWS).filter(|rest| *rest > 0) else {
             return Ok(table.terminal(&layout()));
         };
-        let first = Table::new(table.columns().to_vec(), rows[..SUMMARY_ROWS].to_vec())?;
+        let first = DataTable::new(table.columns().to_vec(), rows[..SUMMARY_ROWS].to_vec())?;
         let more = count(rest, "more row", "more rows");
         let name = results.study().name();
         Ok(format!(

@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail};
 use contact::forecast;
 use contact::model::{Effect, Fields, Numerics};
 use contact::punch::Surfaces;
-use report::{Cell, Column, Table};
+use report::{Cell, DataTable, TableColumn};
 use serde::{Serialize, Serializer};
 use study::provenance::median;
 use study::record_format::decode_fields;
@@ -121,7 +121,7 @@ fn runs(case: &Case, surfaces: &Surfaces, repeat: u32) -> Result<Vec<EffectRun>>
     Ok(runs)
 }
 
-fn table(runs: &[EffectRun]) -> Result<Table> {
+fn table(runs: &[EffectRun]) -> Result<DataTable> {
     let heads = [
         ("simulated too", ""),
         ("unknowns", ""),
@@ -152,8 +152,8 @@ fn table(runs: &[EffectRun]) -> Result<Table> {
             Cell::Text(run.status.to_string()),
         ]
     });
-    let heads = heads.map(|(name, unit)| Column::new(name, unit)).to_vec();
-    Ok(Table::new(heads, rows.collect())?)
+    let heads = heads.map(|(name, unit)| TableColumn::new(name, unit)).to_vec();
+    Ok(DataTable::new(heads, rows.collect())?)
 }
 
 /// Has a job solved `repeat` times by another process, so that its memory is that of the job.

@@ -10,9 +10,9 @@ use anyhow::{Result, bail};
 use contact::Forecast;
 use identity::JobKey;
 use indicatif::BinaryBytes;
-use report::Table;
+use report::DataTable;
 use serde::Serialize;
-use store::{OpenError, Reader, Store};
+use store::{OpenError, Store, StoreReader};
 use study::Study;
 
 use crate::cli::PlanArgs;
@@ -90,7 +90,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
 }
 
 /// Chooses the points of a study by the results of a store, if there is one.
-fn choice_so_far(study: &Study, reader: Option<&Reader>) -> Result<Choice> {
+fn choice_so_far(study: &Study, reader: Option<&StoreReader>) -> Result<Choice> {
     Ok(match reader {
         Some(reader) => choice::gather(study, &StoreSource::Reader(reader))?.choice,
         None => choice::choose(study, &RecordMap::new())?,
@@ -98,7 +98,7 @@ fn choice_so_far(study: &Study, reader: Option<&Reader>) -> Result<Choice> {
 }
 
 /// Returns the keys of the jobs that a store has results of.
-fn cached_keys(jobs: &JobList, reader: Option<&Reader>) -> Result<HashSet<JobKey>> {
+fn cached_keys(jobs: &JobList, reader: Option<&StoreReader>) -> Result<HashSet<JobKey>> {
     let Some(reader) = reader else { return Ok(HashSet::new()) };
     let keys = jobs.keys();
     let is_cached = reader.contains(&keys)?;
@@ -111,7 +111,7 @@ impl<'a> Plan<'a> {
         jobs: &JobList,
         left: &[&DistinctJob],
         overview: &'a Overview,
-        found: Option<&Table>,
+        found: Option<&DataTable>,
     ) -> Result<Self> {
         let forecasts = || left.iter().map(|job| &job.forecast);
         let seconds: f64 = forecasts().map(|forecast| forecast.seconds).sum();

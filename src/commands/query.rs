@@ -2,7 +2,7 @@
 
 use answers::Results;
 use anyhow::Result;
-use report::{Cell, Column, Table};
+use report::{Cell, DataTable, TableColumn};
 use store::Store;
 use study::Study;
 use study::columns::{Role, along_path};
@@ -50,7 +50,7 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
 }
 
 /// What can be selected, as a table itself.
-fn columns(study: &Study, steps: bool) -> Result<Table> {
+fn columns(study: &Study, steps: bool) -> Result<DataTable> {
     let role = |role: Role| match role {
         Role::Axis => "axis",
         Role::Key => "key",
@@ -69,8 +69,8 @@ fn columns(study: &Study, steps: bool) -> Result<Table> {
             [&c.name, c.unit(), role(c.role), c.meaning].map(|t| Cell::Text(t.to_owned())).to_vec()
         })
         .collect();
-    Ok(Table::new(
-        ["column", "unit", "kind", "meaning"].map(|name| Column::new(name, "")).to_vec(),
+    Ok(DataTable::new(
+        ["column", "unit", "kind", "meaning"].map(|name| TableColumn::new(name, "")).to_vec(),
         rows,
     )?)
 }

@@ -5,7 +5,7 @@ use anyhow::{Context, Result, bail};
 use contact::model::Outcome;
 use contact::punch::Surfaces;
 use identity::JobKey;
-use store::{Reader, Store};
+use store::{Store, StoreReader};
 use study::Record;
 
 use crate::cli::ShowArgs;
@@ -66,7 +66,7 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
 
 /// The height map or the profiles that a result's scene names, as far as some study of the store
 /// holds them.
-fn stored_surfaces(reader: &Reader, record: &Record) -> Result<Surfaces> {
+fn stored_surfaces(reader: &StoreReader, record: &Record) -> Result<Surfaces> {
     let job = record.parse_job()?;
     if effects::missing_surface(&job, &Surfaces::new()).is_none() {
         return Ok(Surfaces::new());

@@ -2,7 +2,7 @@
 
 use answers::Progress;
 use anyhow::Result;
-use report::{Cell, Column, Table};
+use report::{Cell, DataTable, TableColumn};
 use store::Store;
 
 use crate::cli::StatusArgs;
@@ -48,6 +48,6 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
         return output::print("no studies so far\n");
     }
     let heads = ["study", "points", "certified", "failed", "left", "question"]
-        .map(|name| Column::new(name, ""));
-    output::print(&Table::new(heads.to_vec(), rows)?.terminal(&layout()))
+        .map(|name| TableColumn::new(name, ""));
+    output::print(&DataTable::new(heads.to_vec(), rows)?.terminal(&layout()))
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use answers::{Proof, proof};
 use anyhow::{Context, Result};
-use identity::{JobKey, Kept};
+use identity::{JobKey, KeptFields};
 use indicatif::BinaryBytes;
 use store::{Digest, Store};
 use study::Record;
@@ -30,8 +30,8 @@ fn open(directory: &std::path::Path) -> Result<Store> {
 
 fn references(record: &Record) -> Vec<Digest> {
     match record.fields {
-        Some(Kept::Blob(digest)) => vec![Digest(digest)],
-        Some(Kept::Inside(_)) | None => Vec::new(),
+        Some(KeptFields::Blob(digest)) => vec![Digest(digest)],
+        Some(KeptFields::Inside(_)) | None => Vec::new(),
     }
 }
 

@@ -28,7 +28,7 @@ impl JobWorker {
     }
 }
 
-impl runner::Work for JobWorker {
+impl runner::Executor for JobWorker {
     fn run(&mut self, payload: &[u8]) -> Vec<u8> {
         let reply =
             self.reply(payload).unwrap_or_else(|error| Reply::Refused(format!("{error:#}")));

@@ -1,6 +1,6 @@
 //! What the points of a study say when they are compared.
 
-use report::Table;
+use report::DataTable;
 use study::columns::Compared;
 
 /// What the points of a study say when they are compared.
@@ -18,7 +18,7 @@ pub struct AnswerTable {
     /// The title.
     pub title: &'static str,
     /// The rows; a table of one cell is a sentence.
-    pub table: Table,
+    pub table: DataTable,
 }
 
 impl Comparison {

@@ -9,9 +9,9 @@ mod rung;
 mod words;
 
 use contact::assess::closed_form;
-use contact::model::Control;
+use contact::model::{Control, Dof};
 use contact::theory::PowerLaw;
-use report::{Cell, Column, Table, pareto_front};
+use report::{Cell, DataTable, TableColumn, pareto_front};
 use study::columns::Compared;
 use study::key::Key;
 use study::kind::cost::{Cost, is_rung};
@@ -89,7 +89,7 @@ impl<'a> CostLadder<'a> {
             .last()
             .map(|leg| leg.target)
             .ok_or(AnswerError::Inconsistent("a scene without a load step"))?;
-        let on = cost.on.unwrap_or(match target[0] {
+        let on = cost.on.unwrap_or(match target[Dof::Approach] {
             Control::Motion(_) => "load",
             Control::Force(_) => "approach",
         });
@@ -143,9 +143,9 @@ impl CostTables {
             return Ok(Vec::new());
         }
         let table = |title: &'static str, heads: &[(&str, &str)], rows: Vec<Vec<Cell>>| {
-            let heads = heads.iter().map(|(name, unit)| Column::new(*name, *unit));
+            let heads = heads.iter().map(|(name, unit)| TableColumn::new(*name, *unit));
             let heads = self.place.heads(study).into_iter().chain(heads).collect();
-            Ok::<_, AnswerError>(AnswerTable { title, table: Table::new(heads, rows)? })
+            Ok::<_, AnswerError>(AnswerTable { title, table: DataTable::new(heads, rows)? })
         };
         let front = [("error up to", ""), ("seconds", "s"), ("spread", ""), ("settings", "")];
         let laws = [

@@ -2,7 +2,7 @@
 
 use contact::assess;
 use contact::model::{Fields, State};
-use report::{Cell, Column, Table};
+use report::{Cell, DataTable, TableColumn};
 use serde::Serialize;
 
 use crate::error::AnswerError;
@@ -75,7 +75,7 @@ fn patch(fields: &Fields, region: &[usize]) -> Patch {
 ///
 /// # Errors
 /// None that patches could cause; a table checks that its rows fit its columns.
-pub fn table(patches: &[Patch]) -> Result<Table, AnswerError> {
+pub fn table(patches: &[Patch]) -> Result<DataTable, AnswerError> {
     let heads =
         [("patch", "")].into_iter().chain([("area", "m²"), ("load", "N"), ("peak_pressure", "Pa")]);
     let heads = heads.chain(["x", "y", "x_from", "x_to", "y_from", "y_to"].map(|name| (name, "m")));
@@ -84,7 +84,10 @@ pub fn table(patches: &[Patch]) -> Result<Table, AnswerError> {
             [p.area, p.load, p.peak_pressure, p.x, p.y, p.x_from, p.x_to, p.y_from, p.y_to];
         [Cell::Integer(index as i64 + 1)].into_iter().chain(numbers.map(Cell::Number)).collect()
     });
-    Ok(Table::new(heads.map(|(name, unit)| Column::new(name, unit)).collect(), rows.collect())?)
+    Ok(DataTable::new(
+        heads.map(|(name, unit)| TableColumn::new(name, unit)).collect(),
+        rows.collect(),
+    )?)
 }
 
 #[cfg(test)]

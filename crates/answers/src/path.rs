@@ -1,6 +1,6 @@
 //! Loading paths at a glance.
 
-use contact::model::Step;
+use contact::model::{Dof, Step};
 use study::{Job, StudyPoint};
 
 /// Returns the columns that show loading paths at a glance: the place, the motions and forces that
@@ -10,10 +10,11 @@ pub fn path_columns(points: &[StudyPoint]) -> Vec<String> {
     let cycle = paths().any(|path| path.cycle_from.is_some()).then_some("cycle");
     let mut names: Vec<String> =
         ["step"].into_iter().chain(cycle).chain(["increment"]).map(str::to_owned).collect();
-    for (dof, [motion, force]) in Step::NAMES.into_iter().enumerate() {
+    for dof in Dof::ALL {
+        let [motion, force] = Step::NAMES[dof];
         let mut steps = paths().flat_map(|path| &path.steps);
         // The approach and the load are always there.
-        if dof == 0 || steps.any(|step| step.given()[dof] != [None, None]) {
+        if dof == Dof::Approach || steps.any(|step| step.given()[dof] != [None, None]) {
             let force = if force == "normal_force" { "load" } else { force };
             names.extend([format!("at_{motion}"), force.to_owned()]);
         }
@@ -24,5 +25,5 @@ pub fn path_columns(points: &[StudyPoint]) -> Vec<String> {
 
 /// Returns the increments of a job's loading path.
 pub fn increments_of(job: &Job) -> u64 {
-    job.case().map_or(0, |case| u64::from(case.scene.loading.increments()))
+    job.case().map_or(0, |case| case.scene.loading.increments())
 }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use report::{Cell, Column};
+use report::{Cell, TableColumn};
 use study::{Study, StudyPoint, Value};
 
 use crate::rows::cell;
@@ -23,9 +23,9 @@ impl Place {
     }
 
     /// Returns the heads of a table whose rows begin with a place like this one.
-    pub(crate) fn heads(&self, study: &Study) -> Vec<Column> {
+    pub(crate) fn heads(&self, study: &Study) -> Vec<TableColumn> {
         let columns = study.columns();
-        let head = |(name, _): &(String, Value)| Column::new(name, unit_of(&columns, name));
+        let head = |(name, _): &(String, Value)| TableColumn::new(name, unit_of(&columns, name));
         self.values.iter().map(head).collect()
     }
 

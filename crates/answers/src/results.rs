@@ -2,7 +2,7 @@
 
 use std::cell::OnceCell;
 
-use report::Table;
+use report::DataTable;
 use serde::Serialize;
 use study::columns::{Role, Row, along_path};
 use study::{Figure, Record, Standing, Study, StudyPoint};
@@ -116,7 +116,7 @@ impl<'r> Results<'r> {
     ///
     /// # Errors
     /// The fields of a record that is compared cannot be read.
-    pub fn table<S: AsRef<str>>(&self, mentions: &[S]) -> Result<Table, AnswerError> {
+    pub fn table<S: AsRef<str>>(&self, mentions: &[S]) -> Result<DataTable, AnswerError> {
         let columns = self.study.columns();
         let is_mentioned =
             |name: &str| mentions.iter().any(|mention| mention.as_ref().contains(name));
@@ -128,14 +128,14 @@ impl<'r> Results<'r> {
             let compared = compared.get(index).and_then(Option::as_ref);
             row(&columns, &Row { point, record: self.record(point), compared })
         });
-        Ok(Table::new(heads(&columns), rows.collect())?)
+        Ok(DataTable::new(heads(&columns), rows.collect())?)
     }
 
     /// Returns every column of every increment that was computed.
     ///
     /// # Errors
     /// Two columns share a name.
-    pub fn increments(&self) -> Result<Table, AnswerError> {
+    pub fn increments(&self) -> Result<DataTable, AnswerError> {
         let computed = self.points.iter().filter_map(|point| Some((point, self.record(point)?)));
         increments(&along_path(self.study.columns()), computed)
     }
@@ -144,7 +144,7 @@ impl<'r> Results<'r> {
     ///
     /// # Errors
     /// The fields of a record that is compared cannot be read.
-    pub fn usual_table(&self) -> Result<Table, AnswerError> {
+    pub fn usual_table(&self) -> Result<DataTable, AnswerError> {
         let names = self.usual_columns(false);
         Ok(self.table(&names)?.select(&names)?)
     }
@@ -158,7 +158,7 @@ impl<'r> Results<'r> {
         &self,
         figure: &Figure,
         filter: Option<&str>,
-    ) -> Result<Table, AnswerError> {
+    ) -> Result<DataTable, AnswerError> {
         let table = if figure.steps {
             self.increments()?.filter("status == \"certified\"")?
         } else {

@@ -1,6 +1,6 @@
 //! Rows of tables, made of points and records.
 
-use report::{Cell, Table};
+use report::{Cell, DataTable};
 use study::columns::Row;
 use study::{Column, Record, StudyPoint, Value};
 
@@ -11,8 +11,8 @@ pub(crate) fn single(
     columns: &[Column],
     point: &StudyPoint,
     record: Option<&Record>,
-) -> Result<Table, AnswerError> {
-    Ok(Table::new(heads(columns), vec![row(columns, &Row { point, record, compared: None })])?)
+) -> Result<DataTable, AnswerError> {
+    Ok(DataTable::new(heads(columns), vec![row(columns, &Row { point, record, compared: None })])?)
 }
 
 /// Returns a table of the increments of results: a row for each, as the result would be if its path
@@ -23,19 +23,22 @@ pub(crate) fn single(
 pub fn increments<'r>(
     columns: &[Column],
     results: impl IntoIterator<Item = (&'r StudyPoint, &'r Record)>,
-) -> Result<Table, AnswerError> {
+) -> Result<DataTable, AnswerError> {
     let mut rows = Vec::new();
     for (point, record) in results {
         record.along_path(|increment| {
             rows.push(row(columns, &Row { point, record: Some(increment), compared: None }))
         });
     }
-    Ok(Table::new(heads(columns), rows)?)
+    Ok(DataTable::new(heads(columns), rows)?)
 }
 
 /// Returns the heads of a table with these columns.
-pub(crate) fn heads(columns: &[Column]) -> Vec<report::Column> {
-    columns.iter().map(|column| report::Column::new(column.name.as_ref(), column.unit())).collect()
+pub(crate) fn heads(columns: &[Column]) -> Vec<report::TableColumn> {
+    columns
+        .iter()
+        .map(|column| report::TableColumn::new(column.name.as_ref(), column.unit()))
+        .collect()
 }
 
 /// Returns the cells of a row, one for each column.

@@ -1,13 +1,13 @@
 //! The solutions that a search has found, as a table.
 
 use contact::multiplicity::{Multiplicity, Origin, Solution};
-use report::{Cell, Column, Table};
+use report::{Cell, DataTable, TableColumn};
 
 use crate::error::AnswerError;
 use crate::rows::digits;
 
 /// Returns a table with a row for each solution.
-pub(crate) fn table(found: &Multiplicity) -> Result<Table, AnswerError> {
+pub(crate) fn table(found: &Multiplicity) -> Result<DataTable, AnswerError> {
     let heads = [
         ("solution", ""),
         ("load", "N"),
@@ -40,7 +40,7 @@ pub(crate) fn table(found: &Multiplicity) -> Result<Table, AnswerError> {
         ]
     };
     let rows = found.solutions.iter().enumerate().map(row).collect();
-    Ok(Table::new(heads.map(|(name, unit)| Column::new(name, unit)).to_vec(), rows)?)
+    Ok(DataTable::new(heads.map(|(name, unit)| TableColumn::new(name, unit)).to_vec(), rows)?)
 }
 
 /// Says where a start comes from.

@@ -1,4 +1,5 @@
-//! Assembly of the influence coefficients and application of the operators made of them.
+//! Times the assembly of the influence coefficients and the application of the operators made of
+//! them.
 
 use contact::foundation::{Bodies, HalfSpace};
 use contact::grid::Grid;
@@ -46,7 +47,7 @@ fn coefficients(c: &mut Criterion) {
     group.finish();
 }
 
-/// Assembly for layered foundations beside that for a half-space, on one thread and on two.
+/// Times assembly for layered foundations beside that for a half-space, on one thread and on two.
 fn layered(c: &mut Criterion) {
     let mut group = c.benchmark_group("layered");
     group.sample_size(10);
@@ -115,8 +116,8 @@ fn application(c: &mut Criterion) {
     group.finish();
 }
 
-/// Fewer components, and halves and quarters of the grid, on one thread; the preconditioner
-/// likewise.
+/// Times operators on fewer components, and on halves and quarters of the grid, on one thread; the
+/// preconditioner likewise.
 fn reduced(c: &mut Criterion) {
     let sets = [
         ("n, x, y", Components::ALL),
@@ -136,17 +137,17 @@ fn reduced(c: &mut Criterion) {
     for n in [64, 256, 512] {
         let table = table(n);
         for (set, components) in sets {
-            for (part, mirror) in mirrors {
+            for (region, mirror) in mirrors {
                 let operator = Toeplitz::of(&table, components, mirror);
                 let p: Vec<f64> = field(n)[..components.len() * operator.grid().len()].to_vec();
                 let mut out = vec![0.0; p.len()];
                 let mut scratch = Scratch::with_threads(&operator, 1);
-                let id = BenchmarkId::new(format!("operator, {set}, {part}"), n);
+                let id = BenchmarkId::new(format!("operator, {set}, {region}"), n);
                 group.bench_function(id, |b| {
                     b.iter(|| operator.apply(&mut out, black_box(&p), &mut scratch))
                 });
                 let circulant = Circulant::of(&table, components, mirror);
-                let id = BenchmarkId::new(format!("circulant, {set}, {part}"), n);
+                let id = BenchmarkId::new(format!("circulant, {set}, {region}"), n);
                 group.bench_function(id, |b| {
                     b.iter(|| circulant.invert(&mut out, black_box(&p), 0.1, &mut scratch));
                 });

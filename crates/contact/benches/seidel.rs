@@ -1,5 +1,5 @@
-//! Seidel sweeps: a sphere with full coupling, ten sweeps from zero traction, and whole solves to
-//! 1e-8.
+//! Times Seidel sweeps of a sphere with full coupling, ten sweeps from zero traction, and whole
+//! solves to 1e-8.
 
 use contact::model::{Numerics, Scene};
 use contact::problem::Problem;
@@ -10,7 +10,8 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 
 fn sphere(n: u32) -> (Scene, Numerics) {
     let scene = serde_json::from_str(
-        r#"{"foundation": {"base": {"shear_modulus": 1, "poisson": 0.3}}, "punch": {"shape": "sphere", "radius": 1},
+        r#"{"foundation": {"base": {"shear_modulus": 1, "poisson": 0.3}},
+            "punch": {"shape": "sphere", "radius": 1},
             "friction": {"mu": 0.3}, "loading": {"steps": [{"approach": 1}]}}"#,
     );
     let numerics = serde_json::from_str(&format!(r#"{{"mesh": {n}, "tolerance": 1e-8}}"#));

@@ -1,8 +1,15 @@
-//! What a result is worth: what it shows, its certificate, and how far it is from a closed form,
-//! from another solution, or from what a finer mesh would give.
+//! The worth of a result: its observables, its certificate, and its distance from a closed form,
+//! from another solution, or from the limit of ever finer meshes.
 //!
-//! Knows [`problem`](crate::problem) and what is below it; no solver, so that nothing here shares a
-//! solver's mistakes.
+//! The folder uses [`problem`](crate::problem) and what is below it. It knows no solver, so that
+//! nothing here shares a solver's mistakes. In reading order:
+//! - `observables`: the states of the elements, integral quantities, patches and fields;
+//! - `certificate`: the residuals of a claimed solution ([`certify`]);
+//! - `norms`: norms of tractions and distances between grids ([`norms`]);
+//! - `quadrature`: integrals over rectangles of functions with kinks;
+//! - `closed_form`: the scenes with an exact answer ([`ClosedForm`]);
+//! - `errors`: errors against a closed form or a finer solution ([`Errors`]);
+//! - `estimate`: the estimate of the error from a coarser grid.
 
 mod certificate;
 mod closed_form;
@@ -12,7 +19,9 @@ pub mod norms;
 mod observables;
 mod quadrature;
 
-pub use certificate::{certify, transform_error};
-pub use closed_form::{ClosedForm, Pressure, Traction, closed_form};
+pub use certificate::certify;
+pub(crate) use certificate::transform_error;
+pub use closed_form::{ClosedForm, closed_form};
 pub use errors::Errors;
-pub use observables::{fields, observables, patches, states};
+pub(crate) use observables::fields;
+pub use observables::{observables, patches, states};

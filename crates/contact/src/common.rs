@@ -1,6 +1,12 @@
-//! Tools that every layer may use: work shared among threads, random numbers, quadrature.
+//! Tools that every layer may use.
 //!
-//! Knows nothing of the crate above it but [`model`](crate::model), for a refusal.
+//! The folder knows nothing of the crate above it except [`model`](crate::model), whose errors it
+//! needs for one refusal.
+//!
+//! In reading order:
+//! - `parallel`: work on many numbers, shared among threads;
+//! - `random`: random numbers that are the same for ever;
+//! - `gauss`: Gauss rules for the densities of a boundary element.
 
 pub(crate) mod gauss;
 pub(crate) mod parallel;

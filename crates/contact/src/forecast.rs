@@ -1,5 +1,5 @@
-//! What a solve will take, before it runs: for plans, for the order of jobs and for their
-//! deadlines. Never for results.
+//! Forecasts of the time and the memory of a solve before it runs. They serve plans, the order of
+//! jobs and their deadlines, and never results.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -10,25 +10,29 @@ use crate::problem::{Effects, Layout};
 use crate::punch::{Surfaces, domain};
 use crate::uniqueness::{Question, WitnessSearch, lower};
 
-/// What a solve will take.
+/// The forecast of the time and the memory of a solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forecast {
-    /// Elements along x and y.
+    /// The numbers of elements along x and y.
     pub elements: [usize; 2],
-    /// Unknowns of all stages together, after what the scene does not call for is left out.
+    /// The number of unknowns of all stages together, without those of effects that the scene does
+    /// not call for.
     pub unknowns: usize,
-    /// Seconds on a processor of about 2020, within a factor of a few.
+    /// The time on a processor of about 2020, within a factor of a few \[s\].
     pub seconds: f64,
-    /// Memory for operator and fields \[bytes\].
+    /// The memory for operator and fields \[bytes\].
     pub memory: u64,
-    /// A hint: scenes with the same number mostly share an operator, and those with different ones
-    /// mostly do not. What is left out of the solve, mirror planes for one, makes operators differ
-    /// that have the same number here.
+    /// A hint at the operator: scenes with the same number mostly share an operator, and those with
+    /// different ones mostly do not. The parts that are left out of a solve, by mirror planes for
+    /// one, make operators differ that have the same number here.
     pub operator: u64,
 }
 
-/// Forecasts the solution of a scene. Refuses what cannot be laid out on a grid, as
-/// [`crate::problem::Problem::new`] would.
+/// Forecasts the solution of a scene.
+///
+/// # Errors
+/// A [`SceneError`] reports a scene that cannot be laid out on a grid, as
+/// [`Problem::new`](crate::problem::Problem::new) would.
 pub fn forecast(
     scene: &Scene,
     numerics: &Numerics,
@@ -42,7 +46,7 @@ pub fn forecast(
     let mut hasher = DefaultHasher::new();
     (layout.nx, layout.ny, layout.element.map(f64::to_bits), numerics.projection).hash(&mut hasher);
     bodies.scaled(1.0 / bodies.reference_compliance()).hash_numbers(&mut hasher);
-    // what is masked is part of the operator
+    // The mask is part of the operator.
     let sole = match scene.punch.shape {
         Shape::FlatRectangle { .. }
         | Shape::FlatDisk { .. }
@@ -55,8 +59,8 @@ pub fn forecast(
     sole.hash(&mut hasher);
 
     let effects = Effects::of(scene, numerics, [layout.nx, layout.ny], surfaces)?;
-    let increments: f64 = scene.loading.legs().iter().map(|leg| f64::from(leg.increments)).sum();
-    let (method, _) = numerics.method.chosen(&scene.loading, [layout.nx, layout.ny]);
+    let increments = scene.loading.increments() as f64;
+    let method = numerics.method.chosen(&scene.loading, [layout.nx, layout.ny]).method;
     let unknowns = match method {
         Method::Seidel => 3 * layout.nx * layout.ny,
         Method::Newton | Method::Auto => {
@@ -65,8 +69,8 @@ pub fn forecast(
     };
     let assembly = if bodies.layers.is_some() { 0.02 + 2e-6 * elements } else { 4e-7 * elements };
     let seconds = match method {
-        // 3 ns per pair of a receiver and a source in contact, about 0.3·log₁₀(1/tolerance)·√k
-        // sweeps (measured on spheres and disks)
+        // There are 3 ns per pair of a receiver and a source in contact, and about
+        // 0.3·log₁₀(1/tolerance)·√k sweeps (measured on spheres and disks).
         Method::Seidel => {
             3e-9 * 0.5
                 * elements
@@ -75,12 +79,12 @@ pub fn forecast(
                 * numerics.tolerance.log10().abs()
                 * elements.sqrt()
         }
-        // 50 applications and as many preconditionings of 0.1 µs together for each unknown
-        // (measured on spheres up to 128²)
+        // There are 50 applications and as many preconditionings, which together take 0.1 µs for
+        // each unknown (measured on spheres up to 128²).
         Method::Newton | Method::Auto => 50.0 * 1e-7 * unknowns as f64,
     };
-    // table and symbols of the certificate's operator and of the solver's, a dozen whole fields,
-    // forty Krylov vectors
+    // The memory holds table and symbols of the certificate's operator and of the solver's, a dozen
+    // whole fields, and forty Krylov vectors.
     let memory = 8.0 * ((16.0 + 12.0 + 40.0) * elements + 46.0 * unknowns as f64);
     let seconds = assembly + seconds * increments + 1e-4;
     Ok(Forecast {
@@ -92,7 +96,11 @@ pub fn forecast(
     })
 }
 
-/// Forecasts a search for every solution of a scene; refuses what cannot be searched.
+/// Forecasts a search for every solution of a scene.
+///
+/// # Errors
+/// A [`SceneError`] reports a scene that cannot be laid out on a grid, has too many elements to be
+/// searched, or a search with too many starts.
 pub fn forecast_search(
     scene: &Scene,
     numerics: &Numerics,
@@ -115,7 +123,7 @@ pub fn forecast_search(
             &expected,
         ));
     }
-    // a dense matrix of 3k rows is factored for most starts
+    // A dense matrix of 3k rows is factored for most starts.
     let rows = 3.0 * k as f64;
     let each = 1e-9 * rows.powi(3) + 3e-6 * rows;
     let searched = 4.0 * (f64::from(search.starts) + 20.0) * each;
@@ -128,8 +136,11 @@ pub fn forecast_search(
     })
 }
 
-/// Forecasts the bracketing of μ*; refuses what [`crate::uniqueness::bracket`] does before it
-/// begins.
+/// Forecasts the bracketing of μ*.
+///
+/// # Errors
+/// A [`SceneError`] reports a question or a search that [`bracket`](crate::uniqueness::bracket)
+/// refuses before it begins.
 pub fn forecast_bracket(
     question: &Question,
     search: &WitnessSearch,
@@ -140,18 +151,18 @@ pub fn forecast_bracket(
         forecast(&scene, &numerics, &Surfaces::new())?;
     let k = (nx * ny) as f64;
     let rows = 3.0 * k;
-    // measured on half-spaces with 2² to 48² elements: Newton's method from a random start, or from
-    // stripes where elements are few
+    // This is the time of Newton's method from a random start, or from stripes if elements are few
+    // (measured on half-spaces with 2² to 48² elements).
     let newton = 0.006 * k + 4e-7 * rows.powi(3);
     let random = if k <= 100.0 { f64::from(search.starts) * (36.0 / k).min(1.0) } else { 0.0 };
-    // a dozen stripes, half as many again where x and y are not alike, which where elements are
-    // many are tried on a part of Ω
+    // There are a dozen stripes, and half as many again if x and y are not alike. If elements are
+    // many, the stripes are tried on a part of Ω.
     let waves = if nx == ny { 12.0 } else { 18.0 };
     let stripes = waves * if k <= 16.0 { newton } else { 0.035 * k.min(64.0) };
     let kept = if k > 100.0 { 0.02 * k * f64::from(search.kept.max(1)) } else { 0.0 };
     let seconds = 0.02 + random * newton + stripes + kept;
-    // the four blocks of the two mirror planes, a form and its factor for each of two threads; none
-    // where they are too large to factor
+    // The matrices are the four blocks of the two mirror planes, with a form and its factor for
+    // each of two threads. There are none if the blocks are too large to factor.
     let block = 0.75 * k;
     let factored =
         if block <= lower::FACTORED_ROWS as f64 { 8.0 * 8.0 * block * block } else { 0.0 };
@@ -191,7 +202,7 @@ mod tests {
         }
     }
 
-    /// What is too large to factor takes no memory for it.
+    /// A block that is too large to factor takes no memory for factors.
     #[test]
     fn large_brackets_need_no_matrices() {
         let of = |n: u32| {

@@ -1,11 +1,23 @@
-//! What the bodies are made of, as seen from the plane of contact: displacement under a loaded
+//! The elasticity of the bodies as seen from the plane of contact: displacement under a loaded
 //! boundary element.
+//!
+//! The folder uses the data of [`model`](crate::model) and the tools of `common`; it knows no grid
+//! and no operator.
+//!
+//! In reading order:
+//! - `coefficient`: the six different entries of a 3 × 3 block of surface kernels;
+//! - `kernel`: integrals of surface kernels over loaded rectangles;
+//! - `half_space`: the homogeneous half-space, or two of them pressed together;
+//! - `layered`: bonded layers in the Fourier plane;
+//! - `hankel`: Hankel transforms on a logarithmic grid of wavenumbers;
+//! - `radial`: the tabulated kernels of a layered foundation;
+//! - `bodies`: foundation and punch together, and their scales.
 
 mod bodies;
 mod coefficient;
 mod half_space;
 mod hankel;
-pub mod kernel;
+mod kernel;
 mod layered;
 mod radial;
 
@@ -13,4 +25,4 @@ pub use bodies::{Bodies, Kernels};
 pub(crate) use bodies::{contact_size, relative_bodies, surface, surface_compliance};
 pub use coefficient::Coefficient;
 pub use half_space::HalfSpace;
-pub use layered::{Compliance, Layered};
+pub use layered::Layered;

@@ -5,63 +5,71 @@ use std::ops::Range;
 
 use crate::common::parallel;
 
-/// nx × ny equal rectangular boundary elements of size hx × hy, some of them masked out.
+/// A grid of nx × ny equal rectangular boundary elements of size hx × hy, some of them masked out.
 ///
-/// Element (i, j), 0 ≤ i < nx, 0 ≤ j < ny, has index j·nx + i: x is fastest. Lengths are the
-/// caller's; a grid has no unit of its own. Masked elements keep their index but are no part of Ω.
+/// Element (i, j), 0 ≤ i < nx, 0 ≤ j < ny, has the index j·nx + i: x is fastest. Lengths are in the
+/// caller's unit; a grid has none of its own. Masked elements keep their index but are no part of
+/// Ω.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     nx: usize,
     ny: usize,
     hx: f64,
     hy: f64,
+    /// The centre of element (0, 0).
     origin: [f64; 2],
-    /// One flag per element, true where it belongs to Ω; `None` when all do.
+    /// One flag per element, true if it belongs to Ω; `None` if all elements do.
     mask: Option<Vec<bool>>,
 }
 
-/// Why a grid cannot exist.
+/// The reason why a grid cannot exist.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GridError {
-    /// No elements along one side, or more than an index can count.
+    /// There are no elements along one side, or more than an index can count.
     #[error(
-        "{nx} × {ny} elements: there must be at least 1 along each side, and no more in all than memory can index"
+        "{nx} × {ny} elements: there must be at least 1 along each side, \
+         and no more in all than memory can index"
     )]
     Count {
-        /// Elements along x.
+        /// The number of elements along x.
         nx: usize,
-        /// Elements along y.
+        /// The number of elements along y.
         ny: usize,
     },
     /// An element has no area, or its area is no number.
     #[error("elements of {hx} × {hy}: both sides must be finite and above 0")]
     Size {
-        /// Extent along x.
+        /// The extent of an element along x.
         hx: f64,
-        /// Extent along y.
+        /// The extent of an element along y.
         hy: f64,
     },
-    /// The grid lies nowhere.
+    /// The grid has no finite position.
     #[error("element (0, 0) at ({x}, {y}): both coordinates must be finite")]
     Origin {
-        /// x of the centre of element (0, 0).
+        /// The x of the centre of element (0, 0).
         x: f64,
-        /// y of the centre of element (0, 0).
+        /// The y of the centre of element (0, 0).
         y: f64,
     },
     /// The mask belongs to another grid.
     #[error("a mask of {found} flags for {expected} elements: there must be one per element")]
     Mask {
-        /// Flags given.
+        /// The number of flags given.
         found: usize,
-        /// Elements of the grid.
+        /// The number of elements of the grid.
         expected: usize,
     },
 }
 
 impl Grid {
-    /// nx × ny elements of size hx × hy, all of them in Ω; `origin` is the centre of element (0,
-    /// 0).
+    /// Makes a grid of nx × ny elements of size hx × hy, all of them in Ω; `origin` is the centre
+    /// of element (0, 0).
+    ///
+    /// # Errors
+    /// [`GridError::Count`] without elements along a side or with too many of them,
+    /// [`GridError::Size`] if a side of an element is not finite and above 0, [`GridError::Origin`]
+    /// if a coordinate is not finite.
     pub fn new(
         nx: usize,
         ny: usize,
@@ -82,9 +90,12 @@ impl Grid {
         Ok(Self { nx, ny, hx, hy, origin, mask: None })
     }
 
-    /// The same elements, of which only those with `inside` (one flag per element, in index order)
-    /// belong to Ω.
-    pub fn with_mask(mut self, inside: Vec<bool>) -> Result<Self, GridError> {
+    /// Keeps only those elements in Ω whose flag in `inside` is true (one flag per element, in
+    /// index order); an earlier mask is replaced.
+    ///
+    /// # Errors
+    /// [`GridError::Mask`] if the number of flags is not the number of elements.
+    pub(crate) fn with_mask(mut self, inside: Vec<bool>) -> Result<Self, GridError> {
         if inside.len() != self.len() {
             return Err(GridError::Mask { found: inside.len(), expected: self.len() });
         }
@@ -92,115 +103,118 @@ impl Grid {
         Ok(self)
     }
 
-    /// The same elements, of which only those with their centre (x, y) `inside` belong to Ω.
-    pub fn masked_by(mut self, inside: impl Fn(f64, f64) -> bool) -> Self {
+    /// Keeps only those elements in Ω whose centre (x, y) is `inside`; an earlier mask is replaced.
+    #[cfg(test)]
+    pub(crate) fn masked_by(mut self, inside: impl Fn(f64, f64) -> bool) -> Self {
         let flags: Vec<bool> =
             (0..self.len()).map(|e| self.center(e)).map(|[x, y]| inside(x, y)).collect();
         self.mask = if flags.iter().all(|&a| a) { None } else { Some(flags) };
         self
     }
 
-    /// Elements along x.
+    /// Returns the number of elements along x.
     pub fn nx(&self) -> usize {
         self.nx
     }
 
-    /// Elements along y.
+    /// Returns the number of elements along y.
     pub fn ny(&self) -> usize {
         self.ny
     }
 
-    /// Extent of an element along x.
-    pub fn hx(&self) -> f64 {
+    /// Returns the extent of an element along x.
+    pub(crate) fn hx(&self) -> f64 {
         self.hx
     }
 
-    /// Extent of an element along y.
-    pub fn hy(&self) -> f64 {
+    /// Returns the extent of an element along y.
+    pub(crate) fn hy(&self) -> f64 {
         self.hy
     }
 
-    /// Number of elements nx·ny, masked ones included: the length of a scalar field.
-    #[allow(clippy::len_without_is_empty)] // there is no empty grid
+    /// Returns the number of elements nx·ny, masked ones included: the length of a scalar field.
+    #[allow(clippy::len_without_is_empty)] // There is no empty grid.
     pub fn len(&self) -> usize {
         self.nx * self.ny
     }
 
-    /// Index of element (i, j).
-    pub fn index(&self, i: usize, j: usize) -> usize {
+    /// Returns the index of element (i, j).
+    pub(crate) fn index(&self, i: usize, j: usize) -> usize {
         debug_assert!(i < self.nx && j < self.ny);
         j * self.nx + i
     }
 
-    /// (i, j) of the element with this index.
-    pub fn position(&self, index: usize) -> (usize, usize) {
+    /// Returns the (i, j) of the element with this index.
+    pub(crate) fn position(&self, index: usize) -> (usize, usize) {
         (index % self.nx, index / self.nx)
     }
 
-    /// Centre (x, y) of an element.
-    pub fn center(&self, index: usize) -> [f64; 2] {
+    /// Returns the centre (x, y) of the element with this index.
+    pub(crate) fn center(&self, index: usize) -> [f64; 2] {
         let (i, j) = self.position(index);
         self.center_of(i, j)
     }
 
-    /// Centre (x, y) of element (i, j).
+    /// Returns the centre (x, y) of element (i, j).
     pub(crate) fn center_of(&self, i: usize, j: usize) -> [f64; 2] {
         [self.origin[0] + i as f64 * self.hx, self.origin[1] + j as f64 * self.hy]
     }
 
-    /// Area hx·hy of one element.
-    pub fn element_area(&self) -> f64 {
+    /// Returns the area hx·hy of one element.
+    pub(crate) fn element_area(&self) -> f64 {
         self.hx * self.hy
     }
 
-    /// A field of three blocks on this grid as seen from the elements of another one over the same
-    /// Ω: each takes the value of the element that its centre lies in, zero where it is masked.
+    /// Samples a field of three blocks on this grid at the elements of another grid over the same
+    /// Ω. Each element takes the value of the element in which its centre lies; masked elements
+    /// take zero.
     pub(crate) fn sample(&self, field: &[f64], other: &Grid) -> Vec<f64> {
         let (k, others) = (self.len(), other.len());
         let mut out = vec![0.0; 3 * others];
         let [x0, y0] = self.center(0);
-        let at = |x: f64, x0: f64, h: f64, n: usize| {
+        let nearest = |x: f64, x0: f64, h: f64, n: usize| {
             (((x - x0) / h).round().max(0.0) as usize).min(n - 1)
         };
-        let columns: Vec<usize> =
-            (0..other.nx).map(|i| at(other.center_of(i, 0)[0], x0, self.hx(), self.nx())).collect();
+        let columns: Vec<usize> = (0..other.nx)
+            .map(|i| nearest(other.center_of(i, 0)[0], x0, self.hx(), self.nx()))
+            .collect();
         for (out, field) in out.chunks_exact_mut(others).zip(field.chunks_exact(k)) {
             parallel::rows(out, other.nx, |j, row| {
-                let from = &field
-                    [self.index(0, at(other.center_of(0, j)[1], y0, self.hy(), self.ny()))..]
+                let source = &field
+                    [self.index(0, nearest(other.center_of(0, j)[1], y0, self.hy(), self.ny()))..]
                     [..self.nx];
                 for (i, value) in
                     row.iter_mut().enumerate().filter(|(i, _)| other.is_active(j * other.nx + i))
                 {
-                    *value = from[columns[i]];
+                    *value = source[columns[i]];
                 }
             });
         }
         out
     }
 
-    /// Whether an element belongs to Ω.
-    pub fn is_active(&self, index: usize) -> bool {
+    /// Returns whether an element belongs to Ω.
+    pub(crate) fn is_active(&self, index: usize) -> bool {
         self.mask.as_ref().is_none_or(|mask| mask[index])
     }
 
-    /// One flag per element, true where it belongs to Ω; `None` when all elements do.
-    pub fn mask(&self) -> Option<&[bool]> {
+    /// Returns one flag per element, true if it belongs to Ω; `None` if all elements do.
+    pub(crate) fn mask(&self) -> Option<&[bool]> {
         self.mask.as_deref()
     }
 
-    /// Indices of the elements of Ω, ascending.
+    /// Returns the indices of the elements of Ω in ascending order.
     pub fn active(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.len()).filter(|&e| self.is_active(e))
     }
 
-    /// Those in a range of indices.
+    /// Returns the indices of the elements of Ω in a range of indices, in ascending order.
     pub(crate) fn active_in(&self, range: Range<usize>) -> impl Iterator<Item = usize> + '_ {
         range.filter(|&e| self.is_active(e))
     }
 
-    /// Number of elements of Ω.
-    pub fn active_len(&self) -> usize {
+    /// Returns the number of elements of Ω.
+    pub(crate) fn active_len(&self) -> usize {
         self.mask.as_ref().map_or(self.len(), |mask| mask.iter().filter(|&&a| a).count())
     }
 }

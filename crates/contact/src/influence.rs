@@ -1,9 +1,23 @@
 //! The influence operator A: tractions on Ω to displacements of Ω, p ↦ A p.
 //!
-//! - [`InfluenceTable`]: the coefficients, one block per offset (Δi, Δj);
-//! - [`Influence`]: an operator made of them, [`Dense`] (the oracle, small grids) or [`Toeplitz`]
-//!   (FFT, all others), on some [`Components`] only, and on the half or quarter of the grid that a
-//!   [`Mirror`] leaves.
+//! The folder uses the [`foundation`](crate::foundation) for coefficients, the
+//! [`grid`](crate::grid), the data of [`model`](crate::model) and the tools of `common`; it knows
+//! no scene, no punch and no solver.
+//!
+//! In reading order:
+//! - `components`: the components of traction and displacement on which an operator acts
+//!   ([`Components`], `Direction`);
+//! - `mirror`: planes of symmetry, and the half or quarter of a grid that a [`Mirror`] leaves;
+//! - `table`: the coefficients, one block per offset (Δi, Δj) ([`InfluenceTable`]);
+//! - `operator`: the trait [`Influence`] of an operator made of them, and its memory ([`Scratch`]);
+//! - `dense`: the operator as a matrix ([`Dense`]), the oracle for small grids;
+//! - `torus`: a torus of elements and the transforms of a field on it;
+//! - `symbols`: the transform of a coefficient on a torus;
+//! - `convolution`: the product with symbols in a torus's Fourier space;
+//! - `toeplitz`: the operator by FFT ([`Toeplitz`]), for all other grids;
+//! - `circulant`: the preconditioner of the Krylov iterations ([`Circulant`]);
+//! - `window`: the part of a grid around a contact;
+//! - `laws`: the laws that every operator obeys, as tests.
 
 mod circulant;
 mod components;
@@ -20,9 +34,11 @@ mod torus;
 mod window;
 
 pub use circulant::Circulant;
-pub use components::{Components, Direction, Entry};
+pub use components::Components;
+pub(crate) use components::{Direction, Entry};
 pub use dense::Dense;
-pub use mirror::{Mirror, MirrorError, Symmetry};
+pub(crate) use mirror::MirrorError;
+pub use mirror::{Mirror, Symmetry};
 pub(crate) use mirror::{images, weighted_images};
 pub use operator::{Influence, Scratch, ScratchSize};
 pub use table::{Diagonals, InfluenceTable};

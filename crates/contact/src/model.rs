@@ -1,6 +1,17 @@
-//! What is asked and what comes out: plain data with its validation, and no arithmetic beyond that.
+//! The data that go into a solve and come out of it, with their validation and no arithmetic beyond
+//! that.
 //!
-//! Knows nothing of the crate above it.
+//! The folder knows nothing of the rest of the crate, which all lies above it.
+//!
+//! In reading order:
+//! - `error`: the refusal of a scene that has no mechanical meaning ([`SceneError`]);
+//! - `rigid`: the six rigid degrees of freedom of the punch ([`Dof`], [`Motion`], [`Control`]);
+//! - `loading`: the loading path, step by step ([`Loading`], [`Step`], [`Leg`]);
+//! - `scene`: the bodies, the friction between them and Ω ([`Scene`]);
+//! - `effect`: the closed list of effects ([`Effect`]);
+//! - `numerics`: the mesh, the method and its tolerance ([`Numerics`]);
+//! - `outcome`: the figures, the fields and the certificate of a solution ([`Outcome`],
+//!   [`Fields`]).
 
 mod effect;
 mod error;
@@ -14,13 +25,13 @@ pub use effect::Effect;
 pub use error::SceneError;
 pub(crate) use error::refuse;
 pub use loading::{Leg, Loading, Step};
-pub use numerics::{Mesh, Method, Numerics, Projection};
+pub use numerics::{ChosenMethod, Mesh, Method, Numerics, Projection};
 pub use outcome::{
     Certificate, Estimate, Fields, FigureErrors, Hertz, Level, Observables, Outcome, RailContact,
     State, Status, StepOutcome, Way, WorkDone,
 };
-pub(crate) use rigid::rigid_modes;
-pub use rigid::{Control, Motion};
+pub use rigid::{Control, Dof, Motion, PerDof};
+pub(crate) use rigid::{rigid_displacement, rigid_modes};
 #[cfg(test)]
 pub(crate) use scene::tests::sphere_on_half_space;
 pub use scene::{

@@ -1,5 +1,16 @@
-//! The punch's geometry: initial gap g₀, its mean over an element, the sole, and the Ω that a shape
-//! calls for.
+//! The geometry of the punch: the initial gap g₀, its mean over an element, the sole, and the Ω
+//! that a shape calls for.
+//!
+//! Knows [`model`](crate::model), [`theory`](crate::theory) and [`foundation`](crate::foundation);
+//! no grid and no operator. In reading order:
+//! - `surface`: height maps, and the collection of all height maps and profiles;
+//! - `curve`: smooth plane curves and their graphs over a direction;
+//! - `profile`: cross-sections of rails and wheels, and SIMPACK's text format;
+//! - `track`: positions of rails and wheelsets, and the frame of the plane of contact;
+//! - `wheel_rail`: the points at which a wheel touches a rail;
+//! - `contact_plane`: the gap between the two along the normal of a plane;
+//! - `gap`: g₀ of every shape, at a point and as a mean over an element;
+//! - `domain`: the Ω of a scene.
 
 mod contact_plane;
 mod curve;
@@ -11,10 +22,10 @@ mod track;
 mod wheel_rail;
 
 pub use contact_plane::{ContactPlane, Extent};
-pub use curve::{Curve, CurvePoint};
+pub use curve::Curve;
 pub use domain::domain;
-pub use gap::Gap;
+pub(crate) use gap::Gap;
 pub use profile::{Profile, ProfileError, ProfileKind};
 pub use surface::{Surface, SurfaceError, Surfaces};
 pub use track::{Frame, Position, Track, WheelRailError, Wheelset};
-pub use wheel_rail::{Curvatures, Touch, WheelOnRail};
+pub use wheel_rail::{Curvatures, WheelOnRail};

@@ -1,9 +1,21 @@
-//! One entry point for all methods: a problem, its operator and what governs the punch in, an
-//! iterate with figures out.
+//! The methods that solve one increment: a problem, its operators and the conditions go in, an
+//! iterate with its figures comes out.
 //!
-//! Knows [`problem`](crate::problem) and what is below it; no certificate.
+//! The folder uses [`problem`](crate::problem) and what is below it; it knows no certificate. In
+//! reading order:
+//! - `iterate`: a solver's start, its conditions, the iterate that it hands over ([`Iterate`]), and
+//!   why it stops ([`Stop`]);
+//! - `controls`: forces that no contact can have, the imbalance of an iterate, and a first
+//!   approach;
+//! - `vector`: sums of long vectors;
+//! - `gmres`: the Krylov method for linear systems;
+//! - `free`: the free components of a contact, the unknowns of Newton's method;
+//! - `newton`: the semismooth Newton method;
+//! - `seidel`: Alexandrov's Seidel iteration;
+//! - `load_control`: forces for a method that only knows prescribed motions;
+//! - `fallback`: Newton's method, and what is tried where it fails.
 
-use crate::model::{Control, Method, Way};
+use crate::model::{Method, Way};
 use crate::problem::{Operators, Problem, Stage};
 
 mod controls;
@@ -12,24 +24,24 @@ mod free;
 mod gmres;
 mod iterate;
 mod load_control;
-pub mod newton;
+pub(crate) mod newton;
 pub mod seidel;
 mod vector;
 
-pub use iterate::{Iterate, Start, Stop, StopRule};
+pub(crate) use iterate::{Conditions, Start};
+pub use iterate::{Iterate, Stop, StopRule};
 
-/// Solves `problem` by a method (one [chosen](Method::chosen) already) under `controls` (in the
-/// problem's units), from `start`, in `stages` if the method can; leaves the problem placed at the
-/// motion found.
-pub fn solve(
+/// Solves one increment. `method` must not be `Auto`. The controls and the start are in the
+/// problem's units. Newton's method works through `stages` in order; Seidel's iteration ignores
+/// them. Afterwards `problem` is at the motion found.
+pub(crate) fn solve(
     method: Method,
     problem: &mut Problem,
     operators: &mut Operators,
     stages: &[Stage],
-    controls: &[Control; 6],
-    start: &Start,
-    rule: &StopRule,
+    conditions: &Conditions<'_>,
 ) -> Iterate {
+    let Conditions { controls, start, .. } = *conditions;
     if let Some(stop) = controls::impossible(problem, controls) {
         let motion = start.motion;
         problem.place(&motion);
@@ -39,26 +51,17 @@ pub fn solve(
             stop,
             iterations: 0,
             operator_applications: 0,
-            way: Way::default(),
+            route: Way::default(),
         };
     }
     let iterate = match method {
         Method::Seidel => {
             let operator = operators.of(problem);
-            load_control::solve(
-                problem,
-                &operator,
-                controls,
-                start,
-                rule,
-                |problem, operator, start, rule| {
-                    seidel::solve(problem, &operator.table, start.p.clone(), rule)
-                },
-            )
+            load_control::solve(problem, &operator, conditions, |problem, operator, start, rule| {
+                seidel::solve(problem, &operator.table, start.p.clone(), rule)
+            })
         }
-        Method::Newton | Method::Auto => {
-            fallback::solve(problem, operators, stages, controls, start, rule)
-        }
+        Method::Newton | Method::Auto => fallback::solve(problem, operators, stages, conditions),
     };
     if iterate.stop == Stop::Converged {
         iterate

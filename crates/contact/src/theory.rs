@@ -1,6 +1,13 @@
-//! Formulas with their sources, and what a ladder of values tells: numbers in, numbers out.
+//! The bottom of the crate: classical formulas with their sources, and the laws that a ladder of
+//! values follows. Numbers go in, numbers come out.
 //!
-//! Knows no grid and no scene, and nothing of the crate above it.
+//! The folder knows no grid, no scene and no other part of the crate.
+//!
+//! In reading order:
+//! - `formulas`: the classical solutions of contact on a half-space, from Hertz to Reissner and
+//!   Sagoci;
+//! - `ladder`: the limit of a ladder of values by Richardson extrapolation, and a power law through
+//!   it.
 
 mod formulas;
 mod ladder;

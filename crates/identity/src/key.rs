@@ -1,16 +1,17 @@
-//! The name of a job.
+//! This file holds the name of a job.
 
 use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// The identity of a job: 32 bytes, shown as hexadecimal.
+/// The identity of a job. It has 32 bytes and is shown as 64 hexadecimal digits.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct JobKey(pub [u8; 32]);
 
 impl JobKey {
-    /// The key of a canonical text under a version of the physics.
+    /// Computes the key of a job: the BLAKE3 digest of the version of the physics and the canonical
+    /// text.
     pub fn of(physics: u32, canonical: &str) -> JobKey {
         let mut hasher = blake3::Hasher::new();
         hasher.update(b"tribosweep job ");
@@ -20,7 +21,7 @@ impl JobKey {
     }
 }
 
-/// Why a text is not a job's key.
+/// The error for a text that is not the key of a job.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is not a job's key: it must be 64 hexadecimal digits")]
 pub struct ParseKeyError(pub String);

@@ -1,7 +1,7 @@
 //! The names of jobs and of their stored fields.
 //!
 //! This crate stands below the store, the runner and the studies, so that the first two know
-//! nothing of the physics. A [`JobKey`] names a job, a [`Kept`] says where the fields of its
+//! nothing of the physics. A [`JobKey`] names a job, a [`KeptFields`] says where the fields of its
 //! record are, and [`STORED_LIMIT`] bounds the record.
 //!
 //! ```
@@ -15,5 +15,5 @@
 mod kept;
 mod key;
 
-pub use kept::{Kept, STORED_LIMIT};
+pub use kept::{KeptFields, STORED_LIMIT};
 pub use key::{JobKey, ParseKeyError};

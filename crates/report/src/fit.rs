@@ -1,54 +1,56 @@
 //! Straight lines through the points of a curve, for the slopes that a figure shows.
 
-/// A straight line through points by least squares, as it lies on the axes of a figure: on a
+/// A straight line through points by least squares, as it lies on the axes of a figure. On a
 /// logarithmic axis x stands for log₁₀ x, and y likewise.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
-    /// The rise of y over x: the power of a power law, decades over the unit of x where y alone is
-    /// logarithmic.
+    /// The rise of y over x: the exponent of a power law, or decades over the unit of x if y alone
+    /// is logarithmic.
     pub slope: f64,
-    /// Of the slope, from how the points scatter about the line with points − 2 degrees of freedom.
+    /// The standard error of the slope, from the scatter of the points about the line, with points
+    /// − 2 as the degrees of freedom.
     pub standard_error: f64,
-    /// y where x is 0 (on a logarithmic axis: 1); log₁₀ y where y is logarithmic.
+    /// The value of y at x = 0, or at x = 1 on a logarithmic axis; log₁₀ y if y is logarithmic.
     pub intercept: f64,
     /// The least x that the line was fitted to.
     pub from: f64,
     /// The largest x that the line was fitted to.
     pub to: f64,
-    /// How many points it was fitted to.
+    /// The number of points that the line was fitted to.
     pub points: usize,
-    /// Whether x is logarithmic.
+    /// True if x is logarithmic.
     pub log_x: bool,
-    /// Whether y is logarithmic.
+    /// True if y is logarithmic.
     pub log_y: bool,
 }
 
-/// Slopes at the ends of a run that differ by less than this part of the steeper one are the same
-/// slope to a reader.
+/// The largest difference between the slopes at the ends of a run, relative to the steeper one,
+/// that a reader takes for one slope.
 const STRAIGHT: f64 = 0.1;
-/// Slopes beyond this are of no physical quantity; written in another unit they might overflow.
+/// The largest slope: no physical quantity has a larger one, and written in another unit it might
+/// overflow.
 const LARGEST: f64 = 1e200;
-/// What may be left of a bend in a part of a curve, the whole of which is known to bend.
+/// The largest such difference in a piece of a curve that bends as a whole.
 const NEARLY_STRAIGHT: f64 = 0.2;
-/// Student's t for a probability of 95 % on both sides, for 1, 2, … degrees of freedom.
+/// Values of Student's t for a probability of 95 % on both sides, for 1, 2, … degrees of freedom.
 const STUDENT: [f64; 10] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228];
 
-/// The power law y = 10^intercept · x^slope through the straight part of a curve; [`straight`] on
-/// logarithmic axes.
+/// Fits the power law y = 10^intercept · x^slope to the straight part of a curve; the same as
+/// [`straight`] on logarithmic axes.
 pub fn power_law(points: &[(f64, f64)]) -> Option<Fit> {
     straight(points, true, true)
 }
 
-/// The line through the straight part of a curve; none if it has no straight part of three points
-/// with different x.
+/// Fits a line to the straight part of a curve. Returns `None` if the curve has no straight part of
+/// three points with different x.
 ///
 /// Points without a place on the axes are left out. All others enter unless they clearly bend:
 /// unless the slopes at the two ends of the parabola through them differ by more than a tenth of
 /// the steeper one, and by more than scatter explains (95 %). Then points are dropped one by one,
 /// each time the first or the last, whichever leaves the rest with less of a bend, until the rest
-/// does not clearly bend and its slopes differ by no more than a fifth. This leaves out what is not
-/// yet asymptotic as well as a floor of rounding, and keeps every point of a curve that merely
-/// scatters: its standard error says so.
+/// does not clearly bend and its slopes differ by no more than a fifth. This leaves out points that
+/// are not yet asymptotic as well as a floor of rounding, and keeps every point of a curve that
+/// merely scatters: its standard error says so.
 pub fn straight(points: &[(f64, f64)], log_x: bool, log_y: bool) -> Option<Fit> {
     let place = |x: f64, log: bool| if log { x.log10() } else { x };
     let placed = |&(x, y): &(f64, f64)| (place(x, log_x), place(y, log_y));
@@ -60,21 +62,21 @@ pub fn straight(points: &[(f64, f64)], log_x: bool, log_y: bool) -> Option<Fit> 
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let on_axes: Vec<(f64, f64)> = sorted.iter().map(placed).collect();
 
-    let (mut first, mut end) = (0, on_axes.len());
-    let mut parabola = Parabola::through(&on_axes)?;
-    while parabola.clearly_bends()
-        || (end - first < on_axes.len() && parabola.bends(NEARLY_STRAIGHT))
+    let mut run = FittedRun::new(&on_axes, 0, on_axes.len())?;
+    while run.parabola.clearly_bends()
+        || (run.end - run.first < on_axes.len() && run.parabola.bends(NEARLY_STRAIGHT))
     {
-        let rest =
-            |first: usize, end: usize| Some((first, end, Parabola::through(&on_axes[first..end])?));
-        (first, end, parabola) = match (rest(first + 1, end), rest(first, end - 1)) {
-            (Some(without_first), Some(without_last)) => {
-                let straighter = without_first.2.bend().abs() <= without_last.2.bend().abs();
-                Some(if straighter { without_first } else { without_last })
+        let without_first = FittedRun::new(&on_axes, run.first + 1, run.end);
+        let without_last = FittedRun::new(&on_axes, run.first, run.end - 1);
+        run = match (without_first, without_last) {
+            (Some(one), Some(other)) => {
+                let straighter = one.parabola.bend().abs() <= other.parabola.bend().abs();
+                Some(if straighter { one } else { other })
             }
             (one, other) => one.or(other),
         }?;
     }
+    let FittedRun { first, end, parabola } = run;
     let Parabola { slope, standard_error, intercept, .. } = parabola;
     let fit = Fit {
         slope,
@@ -90,10 +92,24 @@ pub fn straight(points: &[(f64, f64)], log_x: bool, log_y: bool) -> Option<Fit> 
 }
 
 impl Fit {
-    /// The ordinate of the line at an abscissa, both as values and not as logarithms.
+    /// Returns the ordinate of the line at an abscissa, both as values and not as logarithms.
     pub fn at(&self, x: f64) -> f64 {
         let y = self.intercept + self.slope * if self.log_x { x.log10() } else { x };
         if self.log_y { 10f64.powf(y) } else { y }
+    }
+}
+
+/// Some neighbouring points of a curve in order of x, from `first` to before `end`, and the
+/// parabola through them.
+struct FittedRun {
+    first: usize,
+    end: usize,
+    parabola: Parabola,
+}
+
+impl FittedRun {
+    fn new(points: &[(f64, f64)], first: usize, end: usize) -> Option<FittedRun> {
+        Some(FittedRun { first, end, parabola: Parabola::through(&points[first..end])? })
     }
 }
 
@@ -102,21 +118,22 @@ struct Parabola {
     slope: f64,
     standard_error: f64,
     intercept: f64,
-    /// Of the parabola, at the first and the last point.
+    /// The slopes of the parabola at the first and the last point.
     slopes: [f64; 2],
-    /// Of the difference of the two.
+    /// The error of the difference of the two slopes (95 %).
     error_of_bend: f64,
 }
 
 impl Parabola {
-    /// None without three different x.
+    /// Fits both to points in order of x. Returns `None` without three different x.
     fn through(points: &[(f64, f64)]) -> Option<Parabola> {
         let [first, .., last] = points else { return None };
         if !points.iter().any(|p| first.0 < p.0 && p.0 < last.0) {
             return None;
         }
         let count = points.len() as f64;
-        let sum = |of: &dyn Fn(f64, f64) -> f64| points.iter().map(|&(x, y)| of(x, y)).sum::<f64>();
+        let sum =
+            |term: &dyn Fn(f64, f64) -> f64| points.iter().map(|&(x, y)| term(x, y)).sum::<f64>();
         let (mean_x, mean_y) = (sum(&|x, _| x) / count, sum(&|_, y| y) / count);
         // Three polynomials that are orthogonal on the points: 1, u and q(u) = u² − a·u − b, with u
         // = x − mean.
@@ -130,7 +147,7 @@ impl Parabola {
         let beside_parabola =
             sum(&|x, y| (y - mean_y - slope * (x - mean_x) - curvature * q(x)).powi(2));
         let error_of_curvature = match points.len() {
-            // through three points there always is a parabola
+            // Through three points there always is a parabola.
             3 => f64::INFINITY,
             n => {
                 (beside_parabola / (n - 3) as f64 / squares_of_q).sqrt()
@@ -146,16 +163,17 @@ impl Parabola {
         })
     }
 
+    /// Returns the difference of the slopes at the ends of the parabola.
     fn bend(&self) -> f64 {
         self.slopes[1] - self.slopes[0]
     }
 
-    /// Whether the slopes at both ends differ by more than a part of the steeper one.
-    fn bends(&self, part: f64) -> bool {
-        self.bend().abs() > part * self.slopes[0].abs().max(self.slopes[1].abs())
+    /// Says whether the slopes at both ends differ by more than a share of the steeper one.
+    fn bends(&self, share: f64) -> bool {
+        self.bend().abs() > share * self.slopes[0].abs().max(self.slopes[1].abs())
     }
 
-    /// Whether a reader would see more than one slope, and not because the points scatter.
+    /// Says whether a reader would see more than one slope, and not because the points scatter.
     fn clearly_bends(&self) -> bool {
         self.bends(STRAIGHT) && self.bend().abs() > self.error_of_bend
     }
@@ -171,8 +189,8 @@ mod tests {
         MESHES.iter().map(|&n| (n, law(n))).collect()
     }
 
-    /// Slope, standard error, range and count of points of the power law, rounded to what is
-    /// compared.
+    /// Returns slope, standard error, range and number of points of the power law, rounded for the
+    /// comparison.
     fn fitted(points: &[(f64, f64)]) -> Option<(String, f64, f64, usize)> {
         power_law(points).map(|fit| {
             (format!("{:.3} ± {:.3}", fit.slope, fit.standard_error), fit.from, fit.to, fit.points)
@@ -193,8 +211,8 @@ mod tests {
         assert_eq!((fit.from, fit.to, fit.points), (4.0, 256.0, 7));
     }
 
-    /// By hand: of (0, 0), (1, 1), (2, 5) the slope is 5/2, what is left of y is 1/2, −1, 1/2, and
-    /// the variance of the slope is 3/2 over 1 degree of freedom and over 2.
+    /// By hand: the slope through (0, 0), (1, 1), (2, 5) is 5/2, the residuals of y are 1/2, −1,
+    /// 1/2, and the variance of the slope is 3/2 over 1 degree of freedom and over 2.
     #[test]
     fn a_line_on_linear_axes_has_the_error_of_the_textbook() {
         let fit = straight(&[(0.0, 0.0), (1.0, 1.0), (2.0, 5.0)], false, false).unwrap();

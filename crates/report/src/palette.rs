@@ -3,16 +3,18 @@
 
 use crate::svg::n;
 
-/// Okabe & Ito, <https://jfly.uni-koeln.de/color/>, without the yellow that fades on white; dark
-/// ones first.
+/// The colours of Okabe & Ito, <https://jfly.uni-koeln.de/color/>, without the yellow that fades on
+/// white; the dark ones come first.
 pub(crate) const COLORS: [&str; 7] =
     ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"];
+/// The dashes of lines, as SVG writes them; the first line is solid.
 const DASHES: [&str; 4] = ["", "6 3", "2 2", "7 2 2 2"];
+/// The number of shapes of markers.
 const MARKERS: usize = 8;
 
-/// How the i-th series looks. Colours and markers repeat with different periods, so that 7·8 = 56
-/// series differ in one of them; every seven the dash changes as well.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The look of a series. Colours and markers repeat with different periods, so that 7·8 = 56 series
+/// differ in one of them; every seven series the dash changes as well.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Look {
     pub(crate) color: &'static str,
     pub(crate) dash: &'static str,
@@ -20,7 +22,8 @@ pub(crate) struct Look {
 }
 
 impl Look {
-    pub(crate) fn of(series: usize) -> Look {
+    /// Returns the look of the series with an index.
+    pub(crate) fn new(series: usize) -> Look {
         Look {
             color: COLORS[series % COLORS.len()],
             dash: DASHES[series / COLORS.len() % DASHES.len()],
@@ -28,7 +31,7 @@ impl Look {
         }
     }
 
-    /// The attribute for the line of a series.
+    /// Returns the SVG attribute for the line of the series.
     pub(crate) fn dash_attribute(&self) -> String {
         if self.dash.is_empty() {
             String::new()
@@ -37,9 +40,9 @@ impl Look {
         }
     }
 
-    /// The marker at a point, about seven pixels across.
+    /// Returns the marker at a point in pixels, about seven pixels across.
     pub(crate) fn marker(&self, x: f64, y: f64) -> String {
-        // White inside an outline where two shapes would otherwise look alike when small.
+        // Shapes that would otherwise look alike when small are white inside an outline.
         let filled = format!("fill=\"{0}\" stroke=\"{0}\" stroke-width=\"1\"", self.color);
         let hollow = format!("fill=\"#ffffff\" stroke=\"{}\" stroke-width=\"1.3\"", self.color);
         let polygon = |corners: &[(f64, f64)], paint: &str| {
@@ -73,7 +76,7 @@ mod tests {
 
     #[test]
     fn fifty_six_series_look_different() {
-        let looks: Vec<Look> = (0..56).map(Look::of).collect();
+        let looks: Vec<Look> = (0..56).map(Look::new).collect();
         for (i, look) in looks.iter().enumerate() {
             assert!(
                 !looks[..i]

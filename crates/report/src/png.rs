@@ -1,4 +1,4 @@
-//! SVG to PNG with the embedded font only.
+//! SVG to PNG, with the embedded font alone.
 
 use std::sync::{Arc, LazyLock};
 
@@ -6,7 +6,7 @@ use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg;
 use thiserror::Error;
 
-/// Why an SVG could not become a PNG.
+/// A reason why an SVG cannot become a PNG.
 #[derive(Debug, Error)]
 pub enum PngError {
     /// The text is not an SVG that can be drawn.
@@ -14,12 +14,13 @@ pub enum PngError {
     Svg(#[from] usvg::Error),
     /// The picture would be too large.
     #[error(
-        "a picture of {width}×{height} pixels is too large; at most {LARGEST} pixels a side are drawn; ask for fewer dots per inch"
+        "a picture of {width}×{height} pixels is too large; at most {LARGEST} pixels a side are \
+         drawn; ask for fewer dots per inch"
     )]
     Size {
-        /// Pixels across.
+        /// The number of pixels across.
         width: f64,
-        /// Pixels down.
+        /// The number of pixels down.
         height: f64,
     },
     /// The resolution is not a positive number.
@@ -33,20 +34,22 @@ pub enum PngError {
 /// The largest side of a picture, in pixels.
 const LARGEST: f64 = 20_000.0;
 
+/// The embedded font and no other.
 static FONTS: LazyLock<Arc<usvg::fontdb::Database>> = LazyLock::new(|| {
     let mut fonts = usvg::fontdb::Database::new();
-    fonts.load_font_data(crate::svg::FONT.to_vec());
+    fonts.load_font_data(crate::font::FONT.to_vec());
     Arc::new(fonts)
 });
 
 /// Draws an SVG made by this crate as an opaque 8-bit RGB picture.
 ///
-/// The SVG's pixel is 1/96 inch, so a figure 480 wide becomes 1500 pixels wide at 300 dots per
-/// inch; the resolution is noted in the file. Text is set in the embedded font, whatever fonts the
+/// The SVG's pixel is 1/96 inch, so that a figure 480 wide becomes 1500 pixels wide at 300 dots per
+/// inch; the file notes the resolution. Text is set in the embedded font, whatever fonts the
 /// machine has.
 ///
 /// # Errors
-/// [`PngError`].
+/// [`PngError`], if the SVG is not valid, if the resolution is not a positive number, or if the
+/// picture would be too large or empty.
 pub fn png(svg: &str, dots_per_inch: f64) -> Result<Vec<u8>, PngError> {
     if !(dots_per_inch.is_finite() && dots_per_inch > 0.0) {
         return Err(PngError::Resolution(dots_per_inch));
@@ -75,7 +78,7 @@ pub fn png(svg: &str, dots_per_inch: f64) -> Result<Vec<u8>, PngError> {
         .map_err(PngError::from)
 }
 
-/// Packs 8-bit pixels.
+/// Packs 8-bit pixels, row by row from the top, as a PNG.
 pub(crate) fn encode(
     width: u32,
     height: u32,

@@ -1,18 +1,20 @@
-//! How fast jobs that do nothing pass through two real workers, and what a waiting worker costs.
+//! Measures how fast jobs that do nothing pass through two real workers, and how much processor
+//! time a waiting worker uses.
 //!
-//! The ledger appends to a file and syncs it, as a store would; `cargo bench -p runner` prints the
+//! The ledger appends to a file and syncs it, as a store would. `cargo bench -p runner` prints the
 //! figures.
 
-use identity::JobKey;
-use runner::{Done, Interrupt, Ledger, Options, Task, Verdict, Work, WorkerArguments, work};
 use std::error::Error;
 use std::fs::File;
 use std::io::Write;
 use std::time::{Duration, Instant};
 
+use identity::JobKey;
+use runner::{Done, Executor, Interrupt, Ledger, Options, Task, Verdict, WorkerArguments, work};
+
 struct Echo;
 
-impl Work for Echo {
+impl Executor for Echo {
     fn run(&mut self, payload: &[u8]) -> Vec<u8> {
         if payload == b"wait" {
             std::thread::sleep(Duration::from_secs(5));
@@ -62,7 +64,7 @@ fn tasks(count: u64, payload: &[u8], cost: f64) -> Vec<Task> {
     (0..count).map(task).collect()
 }
 
-/// Processor time that a process used so far, in clock ticks.
+/// Returns the processor time that a process used so far, in clock ticks.
 fn ticks(pid: u32) -> u64 {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).expect("the process lives");
     let fields: Vec<_> =
@@ -96,7 +98,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             summary.workers_lost
         );
     }
-    // One job that sleeps and a second worker that waits for it.
+    // One job sleeps, and a second worker waits for it.
     let mut pids = Vec::new();
     let mut idle = Vec::new();
     let mut journal =
@@ -110,9 +112,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         &mut journal,
         &options,
         &Interrupt::new()?,
-        &mut |event| match event.what {
-            runner::What::WorkerStarted { pid, .. } => pids.push(pid),
-            runner::What::Done { .. } => {
+        &mut |event| match event.kind {
+            runner::EventKind::WorkerStarted { pid, .. } => pids.push(pid),
+            runner::EventKind::Done { .. } => {
                 idle.push(pids.iter().map(|&pid| (pid, ticks(pid))).collect::<Vec<_>>())
             }
             _ => {}

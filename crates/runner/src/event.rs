@@ -1,119 +1,122 @@
-//! What happens in a run: one stream, from which progress bar, log and JSON are read.
+//! Everything that happens in a run is one stream of events, from which progress bar, log and JSON
+//! are made.
 
-use identity::JobKey;
 use serde::{Serialize, Serializer};
 
-/// Something that happened, when, and where the run stands after it.
+use identity::JobKey;
+
+/// An event, with its time and the counts after it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Event {
-    /// Since the start of the run, in seconds.
+    /// The time since the start of the run \[s\].
     pub seconds: f64,
-    /// What happened.
+    /// The kind of the event.
     #[serde(flatten)]
-    pub what: What,
-    /// Where the run stands now.
+    pub kind: EventKind,
+    /// The number of jobs in every state after the event.
     pub counts: Counts,
 }
 
-/// Where a run stands; `waiting + running + saving + done + quarantined` is the number of jobs.
+/// The number of jobs in every state. `waiting + running + saving + done + quarantined` is the
+/// number of jobs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
-    /// Not handed out.
+    /// The number of jobs that are not handed out.
     pub waiting: usize,
-    /// Handed out.
+    /// The number of jobs that are handed out.
     pub running: usize,
-    /// Finished, not yet durable.
+    /// The number of jobs that are finished and not yet durable.
     pub saving: usize,
-    /// Durable, with a result.
+    /// The number of jobs with a durable result.
     pub done: usize,
-    /// Durable, set aside.
+    /// The number of jobs that are durably set aside.
     pub quarantined: usize,
-    /// Attempts that failed so far.
+    /// The number of attempts that failed so far.
     pub failures: usize,
-    /// Workers that live.
+    /// The number of live workers.
     pub workers: usize,
 }
 
-/// What happened.
+/// The kind of an event.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "event", rename_all = "kebab-case")]
-pub enum What {
+pub enum EventKind {
     /// The run begins.
     RunStarted,
     /// A worker asked for its first job.
     WorkerStarted {
-        /// Its number; a replacement has a new one.
+        /// The number of the worker. A replacement has a new one.
         worker: u32,
-        /// Its process.
+        /// The process id of the worker.
         pid: u32,
     },
     /// A worker is gone that was not told to leave.
     WorkerLost {
-        /// Its number.
+        /// The number of the worker.
         worker: u32,
-        /// Its process, if there ever was one.
+        /// The process id of the worker, if there ever was a process.
         pid: Option<u32>,
-        /// Signal or exit status, and why we killed it if we did.
+        /// The signal or exit status, and the reason if the coordinator killed it.
         how: String,
     },
     /// A worker is started in the place of a lost one.
     WorkerReplaced {
-        /// The lost one.
+        /// The number of the lost worker.
         lost: u32,
-        /// The new one.
+        /// The number of the new worker.
         by: u32,
     },
     /// A job was handed out.
     Leased {
-        /// The job.
+        /// The key of the job.
         #[serde(serialize_with = "as_text")]
         key: JobKey,
-        /// To whom.
+        /// The number of the worker that got it.
         worker: u32,
-        /// Which attempt, from 1.
+        /// The number of the attempt, counted from 1.
         attempt: u32,
     },
     /// A result is durable.
     Done {
-        /// The job.
+        /// The key of the job.
         #[serde(serialize_with = "as_text")]
         key: JobKey,
-        /// Who computed it.
+        /// The number of the worker that computed it.
         worker: u32,
-        /// How long that took, in seconds.
+        /// The time that the job took \[s\].
         #[serde(rename = "job_seconds")]
         seconds: f64,
-        /// Attempts including the successful one.
+        /// The number of attempts, including the successful one.
         attempts: u32,
     },
-    /// An attempt failed; the job goes back to the queue.
+    /// An attempt failed, and the job goes back to the queue.
     Retried {
-        /// The job.
+        /// The key of the job.
         #[serde(serialize_with = "as_text")]
         key: JobKey,
-        /// The attempt that failed, from 1.
+        /// The number of the attempt that failed, counted from 1.
         attempt: u32,
-        /// Why it failed.
+        /// The reason why it failed.
         reason: String,
     },
-    /// A job is set aside, and that is durable.
+    /// A job is durably set aside.
     Quarantined {
-        /// The job.
+        /// The key of the job.
         #[serde(serialize_with = "as_text")]
         key: JobKey,
-        /// Why the last attempt failed.
+        /// The reason why the last attempt failed.
         reason: String,
-        /// How many there were.
+        /// The number of attempts.
         attempts: u32,
     },
     /// A group of results is durable.
     Committed {
-        /// How many.
+        /// The number of results.
         jobs: usize,
     },
     /// Somebody asked to stop.
     Interrupted {
-        /// Asked twice: workers are killed.
+        /// It is true if it was asked twice; then workers are killed.
         now: bool,
     },
     /// The run ends.
@@ -130,10 +133,11 @@ mod tests {
 
     #[test]
     fn an_event_is_one_flat_json_object() {
-        let what = What::Retried { key: JobKey([171; 32]), attempt: 1, reason: "signal 9".into() };
+        let kind =
+            EventKind::Retried { key: JobKey([171; 32]), attempt: 1, reason: "signal 9".into() };
         let event = Event {
             seconds: 1.5,
-            what,
+            kind,
             counts: Counts { waiting: 1, failures: 1, ..Counts::default() },
         };
         let expected = format!(

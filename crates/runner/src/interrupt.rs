@@ -1,49 +1,55 @@
-//! The request to stop, from a signal handler or another thread.
+//! The request to stop comes from a signal handler or from another thread.
 
-use rustix::event::{EventfdFlags, eventfd};
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Asks a run to stop: raised once, no job is begun any more and those in flight are kept; twice,
-/// now.
+use rustix::event::{EventfdFlags, eventfd};
+
+/// A request that asks a run to stop. If it was raised once, no further job is begun and those in
+/// flight are kept. If it was raised twice, the run stops at once.
 ///
-/// Clones are the same request. Raising is one atomic and one write, so a signal handler may do it.
+/// Clones are the same request. Raising it takes one atomic operation and one write, so a signal
+/// handler may do it.
 #[derive(Clone, Debug)]
 pub struct Interrupt(Arc<Shared>);
 
 #[derive(Debug)]
 struct Shared {
     raised: AtomicU32,
-    /// Wakes the coordinator out of its wait.
+    /// The descriptor that wakes the coordinator out of its wait.
     wake: OwnedFd,
 }
 
 impl Interrupt {
-    /// A request that nobody has made yet. Fails if the process has no file descriptor left.
+    /// Makes a request that nobody has raised yet.
+    ///
+    /// # Errors
+    /// The process has no file descriptor left.
     pub fn new() -> std::io::Result<Interrupt> {
         let wake = eventfd(0, EventfdFlags::CLOEXEC | EventfdFlags::NONBLOCK)?;
         Ok(Interrupt(Arc::new(Shared { raised: AtomicU32::new(0), wake })))
     }
 
-    /// Asks once more.
+    /// Raises the request once more.
     pub fn raise(&self) {
         self.0.raised.fetch_add(1, Ordering::SeqCst);
-        // Fails only when 2⁶⁴ − 1 wake-ups are pending, and then the coordinator is awake.
+        // The write fails only when 2⁶⁴ − 1 wake-ups are pending, and then the coordinator is
+        // awake.
         let _ = rustix::io::write(&self.0.wake, &1u64.to_ne_bytes());
     }
 
-    /// How often it was asked.
+    /// Returns how often the request was raised.
     pub fn raised(&self) -> u32 {
         self.0.raised.load(Ordering::SeqCst)
     }
 
-    /// Readable after `raise`, until `rearm`.
+    /// Returns the descriptor that is readable after `raise` until `rearm`.
     pub(crate) fn wake(&self) -> BorrowedFd<'_> {
         self.0.wake.as_fd()
     }
 
-    /// Consumes the wake-up, or the coordinator would spin on it.
+    /// Consumes the wake-up. Without it the coordinator would spin.
     pub(crate) fn rearm(&self) {
         let _ = rustix::io::read(&self.0.wake, &mut [0u8; 8]);
     }

@@ -1,15 +1,17 @@
-//! Shared memory: the only place that uses iceoryx2.
+//! Shared memory carries the messages here. This is the only folder that uses iceoryx2; it knows
+//! the transport, the coordinator's inputs, the worker's loop and processes.
 //!
 //! Every worker has a channel of its own: a request–response service in which the coordinator is
 //! the server and the worker the one client, an event service for each direction, and a name
-//! prefix. A worker killed in the middle of an operation can leave a service in a state that
-//! iceoryx2 never repairs, and its slots taken; with a channel each, that dies with the worker: the
-//! coordinator drops its end and removes the files by their prefix.
+//! prefix. A worker that is killed in the middle of an operation can leave a service in a state
+//! that iceoryx2 never repairs, and its slots taken. With a channel for each worker, that dies with
+//! the worker: the coordinator drops its end and removes the files by their prefix.
 //!
-//! The coordinator waits in one poll(2) for all channels, all processes and the interrupt; a worker
+//! The coordinator waits in one poll(2) for all channels, all processes and the interrupt. A worker
 //! waits for its event.
 
 mod arguments;
+mod channel;
 mod processes;
 mod pulse;
 mod wire;
@@ -17,168 +19,3 @@ mod wire;
 pub use arguments::{WorkerArguments, WorkerError};
 pub(crate) use processes::Processes;
 pub use wire::work;
-
-use crate::lease::LeaseId;
-use crate::protocol::{Body, encode};
-use crate::root::SHARED_MEMORY;
-use crate::spill;
-use crate::transport::TransportError;
-use iceoryx2::port::{BackpressureAction, BackpressureInfo};
-use iceoryx2::prelude::*;
-use std::path::PathBuf;
-use std::time::Duration;
-
-/// The thread-safe variant, so that a worker's heart can beat on a thread of its own.
-type Shm = ipc_threadsafe::Service;
-
-const JOBS: &str = "jobs";
-/// Worker → coordinator.
-const UP: &str = "up";
-/// Coordinator → worker.
-const DOWN: &str = "down";
-
-const TALK: EventId = EventId::new(0);
-const HEARTBEAT: EventId = EventId::new(1);
-
-/// Bytes of a message for which shared memory is set aside from the start.
-const INITIAL: usize = 16 << 10;
-/// Bodies beyond this travel as files.
-const LARGEST_INLINE: usize = 256 << 10;
-/// What must stay free in shared memory after growing, so that others do not meet SIGBUS either.
-const RESERVE: u64 = 16 << 20;
-
-/// One end's view of a channel's names.
-#[derive(Clone, Debug)]
-struct Names {
-    root: PathBuf,
-    prefix: String,
-}
-
-impl Names {
-    fn node(&self) -> Result<Node<Shm>, TransportError> {
-        let what = "cannot set up shared memory";
-        let mut config = Config::default();
-        let root = Path::new(self.root.as_os_str().as_encoded_bytes())
-            .map_err(TransportError::when(what))?;
-        config.global.set_root_path(&root);
-        config.global.prefix =
-            FileName::new(self.prefix.as_bytes()).map_err(TransportError::when(what))?;
-        config.global.creation_timeout = Duration::from_secs(10);
-        // What a dead worker leaves is removed by its prefix, whatever state it is in.
-        config.global.node.cleanup_dead_nodes_on_creation = false;
-        config.global.node.cleanup_dead_nodes_on_destruction = false;
-        config.global.service.cleanup_dead_nodes_on_open = false;
-        // Its complaints would mix with ours; every error comes back as a value.
-        set_log_level(LogLevel::Fatal);
-        // Signals are the caller's business.
-        NodeBuilder::new()
-            .config(&config)
-            .signal_handling_mode(SignalHandlingMode::Disabled)
-            .create()
-            .map_err(TransportError::when(what))
-    }
-
-    fn file(&self, name: &str) -> PathBuf {
-        self.root.join(format!("{}{name}", self.prefix))
-    }
-
-    fn body(&self, lease: LeaseId, direction: &str) -> PathBuf {
-        self.file(&format!("{lease}-{direction}"))
-    }
-
-    /// Where the worker notes which lease it began last.
-    fn marker(&self) -> PathBuf {
-        self.file("begun")
-    }
-}
-
-fn service(name: &str) -> Result<ServiceName, TransportError> {
-    ServiceName::new(name).map_err(TransportError::when("cannot name a service"))
-}
-
-/// With one open request per client the buffers are never full; should they be, give up rather than
-/// wait for the dead.
-fn backpressure(info: &BackpressureInfo) -> BackpressureAction {
-    if info.elapsed_time < Duration::from_secs(1) {
-        BackpressureAction::Retry
-    } else {
-        BackpressureAction::DiscardDataAndFail
-    }
-}
-
-/// Puts a body into the message, or beside it.
-fn pack(bytes: &[u8], largest: usize, file: impl FnOnce() -> PathBuf) -> Result<Body, String> {
-    if bytes.len() <= largest {
-        Ok(Body::Inline(bytes.to_vec()))
-    } else {
-        spill::store(&file(), bytes)
-    }
-}
-
-/// How large messages through a port have been, and so how much shared memory it has.
-#[derive(Debug)]
-struct Grown(usize);
-
-impl Grown {
-    /// Whether a message of this size can be written without running out of shared memory. Segments
-    /// grow by powers of two, old ones stay, and each holds a handful of messages.
-    fn admits(&mut self, length: usize, free: impl FnOnce() -> Option<u64>) -> bool {
-        let needed = 8 * (length as u64).next_power_of_two() + RESERVE;
-        if length > self.0 {
-            if free().is_some_and(|free| free < needed) {
-                return false;
-            }
-            self.0 = length.next_power_of_two();
-        }
-        true
-    }
-
-    /// Encodes a message with bodies inside as far as they are small, or none inside if shared
-    /// memory is short.
-    fn encode<M: bincode::Encode>(
-        &mut self,
-        free: impl Fn() -> Option<u64>,
-        build: impl Fn(usize) -> Result<M, TransportError>,
-    ) -> Result<Vec<u8>, TransportError> {
-        let doing = "cannot encode a message";
-        let message = encode(&build(LARGEST_INLINE)?).map_err(TransportError::when(doing))?;
-        if self.admits(message.len(), &free) {
-            return Ok(message);
-        }
-        let message = encode(&build(0)?).map_err(TransportError::when(doing))?;
-        if self.admits(message.len(), &free) {
-            return Ok(message);
-        }
-        Err(TransportError {
-            doing: "cannot send a message",
-            why: format!("{SHARED_MEMORY} is full"),
-        })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::protocol::decode;
-
-    #[test]
-    fn when_shared_memory_is_short_bodies_travel_as_files() {
-        let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join("body");
-        let bytes = vec![7; 100_000];
-        let build = |largest| Ok(pack(&bytes, largest, || path.clone()).unwrap());
-        let sent = |grown: &mut Grown, free| {
-            decode::<Body>(&grown.encode(|| Some(free), build).unwrap()).unwrap()
-        };
-        let mut grown = Grown(INITIAL);
-        assert!(matches!(sent(&mut grown, RESERVE), Body::File { length: 100_000, .. }));
-        assert_eq!(sent(&mut grown, 1 << 30), Body::Inline(bytes.clone()));
-        assert_eq!(
-            sent(&mut grown, 0),
-            Body::Inline(bytes.clone()),
-            "the memory that it grew to is there"
-        );
-        let none = Grown(4).encode(|| Some(0), build).unwrap_err().to_string();
-        assert_eq!(none, "cannot send a message: /dev/shm is full");
-    }
-}

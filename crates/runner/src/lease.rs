@@ -1,12 +1,12 @@
-//! Leases: a job in the hands of one worker.
+//! A lease is a job in the hands of one worker.
 
 use std::collections::BTreeMap;
 
-/// One handing-out of one job; never used twice in a run, so that a result of a lost lease is
+/// The number of a lease. It is never used twice in a run, so the result of a lost lease is
 /// recognised as stale.
 pub(crate) type LeaseId = u64;
 
-/// One worker process; a replacement gets a new number.
+/// The number of a worker process. A replacement gets a new one.
 pub(crate) type WorkerId = u32;
 
 /// A job in the hands of a worker.
@@ -24,14 +24,15 @@ pub(crate) struct Leases {
 }
 
 impl Leases {
-    /// Hands a job out.
+    /// Hands a job to a worker.
     pub(crate) fn grant(&mut self, job: usize, worker: WorkerId) -> LeaseId {
         self.granted += 1;
         self.out.insert(self.granted, Lease { job, worker });
         self.granted
     }
 
-    /// Ends a lease that `worker` claims to have; nothing if it never had it, or has it no more.
+    /// Ends a lease that `worker` claims to have. Returns `None` if the worker never had it or has
+    /// it no more.
     pub(crate) fn end(&mut self, id: LeaseId, worker: WorkerId) -> Option<Lease> {
         match self.out.get(&id) {
             Some(lease) if lease.worker == worker => self.out.remove(&id),
@@ -39,13 +40,13 @@ impl Leases {
         }
     }
 
-    /// The lease of this number, while it is out.
+    /// Returns the lease of this number while it is out.
     pub(crate) fn get(&self, id: LeaseId) -> Option<&Lease> {
         self.out.get(&id)
     }
 
-    /// How many are out.
-    #[cfg(any(test, debug_assertions))] // the invariants count them
+    /// Returns the number of leases that are out.
+    #[cfg(any(test, debug_assertions))] // The invariants count them.
     pub(crate) fn len(&self) -> usize {
         self.out.len()
     }

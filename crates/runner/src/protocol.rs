@@ -1,58 +1,59 @@
-//! What coordinator and worker say to each other, as bytes.
+//! The coordinator and a worker say these messages to each other, as bytes.
 //!
 //! A message is the format version (one byte) followed by bincode 2 in its standard configuration.
 //! Both ends are the same binary, so a version that differs means that a stranger is on the line.
 
-use crate::lease::LeaseId;
 use bincode::{Decode, Encode};
 
-/// Changes with every change of the layout below.
+use crate::lease::LeaseId;
+
+/// The format version, which changes with every change of the layout below.
 const FORMAT: u8 = 1;
-/// Messages are smaller. Without a limit, a length in garbage is allocated before its content is
-/// missed.
+/// The limit of the size of a message \[bytes\]. Without it, a length in garbage would be allocated
+/// before its content is missed.
 const LARGEST: usize = 64 << 20;
 
 fn layout() -> impl bincode::config::Config {
     bincode::config::standard().with_limit::<LARGEST>()
 }
 
-/// Bytes that travel with the message or, when they are many, beside it.
+/// Bytes that travel in the message or, if there are many, beside it.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub(crate) enum Body {
-    /// In the message.
+    /// The bytes are in the message.
     Inline(Vec<u8>),
-    /// In a file of the run's root, named after the lease.
+    /// The bytes are in a file of the run's root that is named after the lease.
     File {
-        /// BLAKE3 of the content.
+        /// The BLAKE3 digest of the content.
         hash: [u8; 32],
-        /// Bytes.
+        /// The length of the content \[bytes\].
         length: u64,
     },
 }
 
-/// How one attempt at a job ended.
+/// The end of one attempt at a job.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
-pub(crate) enum Outcome<B> {
-    /// The job's result.
+pub(crate) enum AttemptOutcome<B> {
+    /// The attempt gave the result of the job.
     Completed(B),
-    /// The attempt failed, in words; the worker lives on.
+    /// The attempt failed for this reason. The worker lives on.
     Failed(String),
 }
 
-/// The end of one lease.
+/// The report of a worker about the end of one lease.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub(crate) struct Report<B> {
     pub(crate) lease: LeaseId,
-    /// Wall-clock time that the job took.
+    /// The wall-clock time that the job took \[s\].
     pub(crate) seconds: f64,
-    pub(crate) outcome: Outcome<B>,
+    pub(crate) outcome: AttemptOutcome<B>,
 }
 
-/// Worker → coordinator: these are done, give me more.
+/// A message from a worker to the coordinator: these jobs are done, and more are wanted.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub(crate) struct Request<B> {
     pub(crate) reports: Vec<Report<B>>,
-    /// The worker holds neither jobs nor unreported results.
+    /// It is true if the worker holds neither jobs nor unreported results.
     pub(crate) idle: bool,
 }
 
@@ -63,18 +64,19 @@ pub(crate) struct Assignment<B> {
     pub(crate) payload: B,
 }
 
-/// Coordinator → worker: what you reported is durable, and this is next.
+/// A message from the coordinator to a worker: everything reported is durable, and this is next.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub(crate) enum Reply<B> {
-    /// More jobs, after those that the worker still holds; may be none if it holds some.
+    /// The worker gets more jobs after those that it still holds. There may be none if it holds
+    /// some.
     Jobs(Vec<Assignment<B>>),
-    /// Leave.
+    /// The worker must leave.
     Stop,
 }
 
-/// Why bytes are not a message.
+/// The reason why bytes are not a message.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum DecodeError {
+pub(crate) enum MessageError {
     #[error("message format {0}, expected {FORMAT}: coordinator and worker are different builds")]
     Format(u8),
     #[error("an empty message")]
@@ -85,29 +87,34 @@ pub(crate) enum DecodeError {
     Bincode(#[from] bincode::error::DecodeError),
 }
 
-/// The bytes of a message.
+/// Encodes a message as bytes.
 pub(crate) fn encode(message: &impl Encode) -> Result<Vec<u8>, bincode::error::EncodeError> {
     let mut bytes = vec![FORMAT];
     bincode::encode_into_std_write(message, &mut bytes, layout())?;
     Ok(bytes)
 }
 
-/// The message in these bytes.
-pub(crate) fn decode<M: Decode<()>>(bytes: &[u8]) -> Result<M, DecodeError> {
+/// Decodes the message in these bytes.
+pub(crate) fn decode<M: Decode<()>>(bytes: &[u8]) -> Result<M, MessageError> {
     match bytes {
-        [] => Err(DecodeError::Empty),
+        [] => Err(MessageError::Empty),
         [FORMAT, rest @ ..] => {
             let (message, used) = bincode::decode_from_slice(rest, layout())?;
-            if used == rest.len() { Ok(message) } else { Err(DecodeError::Rest(rest.len() - used)) }
+            if used == rest.len() {
+                Ok(message)
+            } else {
+                Err(MessageError::Rest(rest.len() - used))
+            }
         }
-        [format, ..] => Err(DecodeError::Format(*format)),
+        [format, ..] => Err(MessageError::Format(*format)),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     #[test]
     fn the_bytes_of_a_request_are_these() {
@@ -116,14 +123,14 @@ mod tests {
                 Report {
                     lease: 7,
                     seconds: 0.5,
-                    outcome: Outcome::Completed(Body::Inline(vec![1, 2])),
+                    outcome: AttemptOutcome::Completed(Body::Inline(vec![1, 2])),
                 },
                 Report {
                     lease: 300,
                     seconds: 0.0,
-                    outcome: Outcome::Completed(Body::File { hash: [9; 32], length: 5 }),
+                    outcome: AttemptOutcome::Completed(Body::File { hash: [9; 32], length: 5 }),
                 },
-                Report { lease: 8, seconds: 0.0, outcome: Outcome::Failed("no".into()) },
+                Report { lease: 8, seconds: 0.0, outcome: AttemptOutcome::Failed("no".into()) },
             ],
             idle: true,
         };
@@ -147,10 +154,10 @@ mod tests {
 
     #[test]
     fn what_is_not_a_message_is_refused() {
-        assert!(matches!(decode::<Reply<Body>>(&[]), Err(DecodeError::Empty)));
-        assert!(matches!(decode::<Reply<Body>>(&[2, 1]), Err(DecodeError::Format(2))));
-        assert!(matches!(decode::<Reply<Body>>(&[1, 1, 0]), Err(DecodeError::Rest(1))));
-        assert!(matches!(decode::<Reply<Body>>(&[1, 5]), Err(DecodeError::Bincode(_))));
+        assert!(matches!(decode::<Reply<Body>>(&[]), Err(MessageError::Empty)));
+        assert!(matches!(decode::<Reply<Body>>(&[2, 1]), Err(MessageError::Format(2))));
+        assert!(matches!(decode::<Reply<Body>>(&[1, 1, 0]), Err(MessageError::Rest(1))));
+        assert!(matches!(decode::<Reply<Body>>(&[1, 5]), Err(MessageError::Bincode(_))));
     }
 
     proptest! {

@@ -1,46 +1,46 @@
-//! The jobs that wait, in the order in which they should be handed out.
+//! The queue holds the jobs that wait, in the order in which they should be handed out.
 //!
-//! Jobs of one group share an operator, so they go to one worker one after another, long ones
-//! first. Groups are taken in order of falling total cost. Only when no unclaimed group is left
-//! does a worker join the group of another.
+//! Jobs of one group share something costly, so they go to one worker one after another, long ones
+//! first. Groups are taken in the order of falling total cost. A worker joins the group of another
+//! only when no unclaimed group is left.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The index of a group in the queue; not the number that the caller gave it.
+/// The index of a group in the queue, which is not the number that the caller gave it.
 pub(crate) type GroupIndex = usize;
 
-/// Costs are positive and finite, so their bits order as they do.
+/// The bits of a cost. Costs are positive and finite, so their bits have the same order.
 type CostBits = Reverse<u64>;
 
 #[derive(Debug, Default)]
-struct Group {
+struct JobGroup {
     waiting: BTreeSet<(CostBits, usize)>,
     rank: CostBits,
-    /// Live workers whose operator this is.
+    /// The number of live workers that hold this group.
     holders: usize,
 }
 
-/// Jobs that wait, by group.
+/// The jobs that wait, by group.
 #[derive(Debug, Default)]
 pub(crate) struct Queue {
-    groups: Vec<Group>,
-    /// Every group that has a waiting job, most expensive first.
+    groups: Vec<JobGroup>,
+    /// Every group that has a waiting job, the most expensive first.
     open: BTreeSet<(CostBits, GroupIndex)>,
-    /// Per job: its group and its cost.
+    /// The group and the cost of each job.
     jobs: Vec<(GroupIndex, CostBits)>,
     len: usize,
 }
 
 impl Queue {
-    /// A queue of all jobs, given as (group number, predicted seconds).
+    /// Makes a queue of all jobs, each given as its group number and its predicted time \[s\].
     pub(crate) fn new(jobs: impl IntoIterator<Item = (u64, f64)>) -> Queue {
         let mut queue = Queue::default();
         let mut index = BTreeMap::new();
         let mut totals: Vec<f64> = Vec::new();
         for (number, cost) in jobs {
             let group = *index.entry(number).or_insert_with(|| {
-                queue.groups.push(Group::default());
+                queue.groups.push(JobGroup::default());
                 totals.push(0.0);
                 queue.groups.len() - 1
             });
@@ -56,19 +56,19 @@ impl Queue {
         queue
     }
 
-    /// How many jobs wait.
+    /// Returns the number of waiting jobs.
     pub(crate) fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether this job waits.
-    #[cfg(any(test, debug_assertions))] // asked by the invariants
+    /// Returns true if this job waits.
+    #[cfg(any(test, debug_assertions))] // The invariants ask for it.
     pub(crate) fn contains(&self, job: usize) -> bool {
         let (group, cost) = self.jobs[job];
         self.groups[group].waiting.contains(&(cost, job))
     }
 
-    /// Puts a job back, in its place in the order.
+    /// Puts a job back into its place in the order.
     pub(crate) fn put(&mut self, job: usize) {
         let (group, cost) = self.jobs[job];
         if self.groups[group].waiting.insert((cost, job)) {
@@ -77,7 +77,7 @@ impl Queue {
         self.open.insert((self.groups[group].rank, group));
     }
 
-    /// Takes this very job out, if it waits.
+    /// Takes this very job out if it waits, and returns true if it did.
     pub(crate) fn take_this(&mut self, job: usize) -> bool {
         let (group, cost) = self.jobs[job];
         let taken = self.groups[group].waiting.remove(&(cost, job));
@@ -88,7 +88,7 @@ impl Queue {
         taken
     }
 
-    /// A worker now holds the operator of `new` instead of that of `old`.
+    /// Notes that a worker now holds the group `new` instead of the group `old`.
     pub(crate) fn hold(&mut self, old: Option<GroupIndex>, new: Option<GroupIndex>) {
         if let Some(old) = old {
             self.groups[old].holders -= 1;
@@ -98,13 +98,13 @@ impl Queue {
         }
     }
 
-    /// How many workers hold the operator of each group.
+    /// Returns the number of workers that hold each group.
     #[cfg(any(test, debug_assertions))]
     pub(crate) fn holders(&self) -> Vec<usize> {
         self.groups.iter().map(|group| group.holders).collect()
     }
 
-    /// Takes the next job that `fits` for a worker that holds the operator of group `held`.
+    /// Takes the next job that `fits` for a worker that holds the group `held`.
     pub(crate) fn take(
         &mut self,
         held: Option<GroupIndex>,
@@ -113,7 +113,7 @@ impl Queue {
         let first = |group: GroupIndex| {
             self.groups[group].waiting.iter().copied().find(|&(_, job)| fits(job))
         };
-        let own = held.and_then(|group| Some((group, first(group)?)));
+        let held = held.and_then(|group| Some((group, first(group)?)));
         let unclaimed = || {
             let mut free = self.open.iter().filter(|(_, group)| self.groups[*group].holders == 0);
             free.find_map(|&(_, group)| Some((group, first(group)?)))
@@ -126,7 +126,7 @@ impl Queue {
             });
             claimed.into_iter().find_map(|&(_, group)| Some((group, first(group)?)))
         };
-        let (group, entry) = own.or_else(unclaimed).or_else(shared)?;
+        let (group, entry) = held.or_else(unclaimed).or_else(shared)?;
         self.take_this(entry.1);
         Some((entry.1, group))
     }
@@ -139,7 +139,7 @@ mod tests {
     #[test]
     fn a_worker_stays_with_its_group_and_takes_long_jobs_first() {
         let mut queue = Queue::new([(7, 1.0), (9, 5.0), (7, 3.0), (9, 1.0), (7, 2.0), (7, 1.5)]);
-        // group 7 costs 7.5 s, group 9 costs 6 s
+        // Group 7 costs 7.5 s, and group 9 costs 6 s.
         let (job, a) = queue.take(None, |_| true).unwrap();
         assert_eq!(job, 2);
         queue.hold(None, Some(a));

@@ -1,26 +1,28 @@
-//! The directory of a run, the names of its shared memory, and the removal of what dead runs left.
+//! This file holds the directory of a run, the names of its shared memory, and the removal of what
+//! dead runs left.
 //!
 //! Both names carry the same tag of 16 base-36 digits: the process-id namespace (2), the
 //! coordinator's process id (5) and start time (7), and the number of the run in that process (2).
 //! So a name alone tells whether its owner lives. Names are short because iceoryx2 puts root and
 //! prefix before its own in the path of a socket, which holds 108 bytes.
 
-use rustix::process::getuid;
 use std::fs::{DirBuilder, Metadata};
 use std::io::ErrorKind;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Where POSIX shared memory lives.
+use rustix::process::getuid;
+
+/// The directory of POSIX shared memory.
 pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
-/// The beginning of every name of ours.
+/// The beginning of every name of the runner.
 const NAME: &str = "tribo";
 const TAG: usize = 16;
-/// iceoryx2 leaves so many bytes of a socket's path for root and prefix together.
+/// The number of bytes that iceoryx2 leaves of a socket's path for root and prefix together.
 const LONGEST: usize = 60;
 
-/// Why a run has no directory.
+/// The reason why a run has no directory.
 #[derive(Debug, thiserror::Error)]
 #[error("none of {} can hold it: {}", list(.tried), .reasons.join("; "))]
 pub struct RootError {
@@ -32,7 +34,7 @@ fn list(paths: &[PathBuf]) -> String {
     paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
 }
 
-/// The directory of one run; removed with all shared memory of the run when dropped.
+/// The directory of one run. When it is dropped, it is removed with all shared memory of the run.
 #[derive(Debug)]
 pub(crate) struct Root {
     path: PathBuf,
@@ -40,7 +42,7 @@ pub(crate) struct Root {
 }
 
 impl Root {
-    /// A new directory, for this user only, where its path is short enough.
+    /// Makes a new directory, for this user only, in the first place whose path is short enough.
     pub(crate) fn new() -> Result<Root, RootError> {
         static RUNS: AtomicU64 = AtomicU64::new(0);
         let owner = Owner::this(RUNS.fetch_add(1, Ordering::Relaxed));
@@ -58,8 +60,8 @@ impl Root {
         &self.path
     }
 
-    /// What the names of one worker's channel begin with. The end mark keeps worker 1 apart from
-    /// worker 10.
+    /// Returns the beginning of the names of one worker's channel. The end mark keeps worker 1
+    /// apart from worker 10.
     pub(crate) fn prefix(&self, worker: u32) -> String {
         format!("{NAME}{}{}_", self.tag, base36(worker.into(), 4))
     }
@@ -76,14 +78,14 @@ impl Drop for Root {
     fn drop(&mut self) {
         remove_prefixed(Path::new(SHARED_MEMORY), &format!("{NAME}{}", self.tag));
         let _ = std::fs::remove_dir_all(&self.path);
-        // Fails, as it should, while other runs are there.
+        // The removal fails, as it should, while other runs are there.
         let _ = self.path.parent().map(std::fs::remove_dir);
     }
 }
 
-/// Removes shared memory and directories of runs whose coordinator is dead; returns how many
-/// entries. Runs that live, other users and other software are left alone, and so are runs in other
-/// process-id namespaces, whose life cannot be seen from here.
+/// Removes the shared memory and the directories of runs whose coordinator is dead, and returns the
+/// number of removed entries. Runs that live, other users and other software are left alone. So are
+/// runs in other process-id namespaces, whose life cannot be seen from here.
 pub fn sweep_leftovers() -> usize {
     let mut removed = 0;
     for entry in entries(Path::new(SHARED_MEMORY)) {
@@ -103,13 +105,14 @@ pub fn sweep_leftovers() -> usize {
     removed
 }
 
-/// What follows the tag in a name of shared memory: worker, end mark, and what iceoryx2 adds.
+/// Returns true if `rest` follows the tag in a name of shared memory: worker, end mark, and what
+/// iceoryx2 adds.
 fn is_channel(rest: &str) -> bool {
     rest.split_once('_')
         .is_some_and(|(worker, _)| worker.len() >= 4 && worker.bytes().all(is_digit))
 }
 
-/// Where directories of runs may be, best first. Each is this user's alone.
+/// Returns the places for directories of runs, the best first. Each belongs to this user alone.
 fn places() -> Vec<PathBuf> {
     let mine = format!("{NAME}-{}", base36(getuid().as_raw().into(), 1));
     let mut places = vec![std::env::temp_dir().join(&mine)];
@@ -139,7 +142,7 @@ fn create(place: &Path, tag: String) -> Result<Root, String> {
         builder
     };
     let explain = |error| format!("{}: {error}", place.display());
-    // The run that ends last removes the place; should that be now, make it again.
+    // The run that ends last removes the place. If that happens right now, the place is made again.
     for _ in 0..10 {
         match private().create(place) {
             Err(error) if error.kind() != ErrorKind::AlreadyExists => return Err(explain(error)),
@@ -166,7 +169,7 @@ fn is_mine(metadata: &Metadata) -> bool {
     metadata.uid() == getuid().as_raw()
 }
 
-/// Entries that belong to this user: name and path.
+/// Lists the names and paths of the entries that belong to this user.
 fn entries(dir: &Path) -> Vec<(String, PathBuf)> {
     let Ok(found) = std::fs::read_dir(dir) else { return Vec::new() };
     let mine =
@@ -174,7 +177,7 @@ fn entries(dir: &Path) -> Vec<(String, PathBuf)> {
     mine.filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry.path()))).collect()
 }
 
-/// Removes files whose names begin so, in a directory and below.
+/// Removes the files in a directory and below whose names begin with `prefix`.
 fn remove_prefixed(dir: &Path, prefix: &str) {
     for (name, path) in entries(dir) {
         let is_dir = std::fs::symlink_metadata(&path).is_ok_and(|metadata| metadata.is_dir());
@@ -186,17 +189,17 @@ fn remove_prefixed(dir: &Path, prefix: &str) {
     }
 }
 
-/// Bytes free in shared memory, as far as the system tells.
+/// Returns the free shared memory \[bytes\], or `None` if the system does not tell.
 pub(crate) fn free_shared_memory() -> Option<u64> {
     rustix::fs::statvfs(SHARED_MEMORY).ok().map(|stat| stat.f_bavail.saturating_mul(stat.f_frsize))
 }
 
-/// Who made a name.
+/// The owner of a name.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Owner {
     namespace: u64,
     pid: u64,
-    /// Clock ticks between boot and the start of the process; tells a reused process id.
+    /// The clock ticks between boot and the start of the process, which tell a reused process id.
     start: u64,
     run: u64,
 }
@@ -206,7 +209,8 @@ const NAMESPACES: u64 = 36 * 36;
 impl Owner {
     fn this(run: u64) -> Result<Owner, String> {
         let pid = std::process::id().into();
-        let (start, _) = process(pid).ok_or("/proc does not show this process")?;
+        let ProcessStat { start, .. } =
+            process_stat(pid).ok_or("/proc does not show this process")?;
         Ok(Owner {
             namespace: namespace().ok_or("/proc does not show the process-id namespace")?,
             pid,
@@ -235,7 +239,10 @@ impl Owner {
     }
 
     fn is_dead(&self) -> bool {
-        let gone = || process(self.pid).is_none_or(|(start, zombie)| start != self.start || zombie);
+        let gone = || {
+            process_stat(self.pid)
+                .is_none_or(|process| process.start != self.start || process.is_dead)
+        };
         namespace() == Some(self.namespace) && gone()
     }
 }
@@ -248,13 +255,20 @@ fn namespace() -> Option<u64> {
     std::fs::metadata("/proc/self/ns/pid").ok().map(|metadata| metadata.ino() % NAMESPACES)
 }
 
-/// Start time of a process, and whether it is dead and only not yet reaped.
-fn process(pid: u64) -> Option<(u64, bool)> {
+/// The fields of `/proc/PID/stat` that tell whether an owner lives.
+struct ProcessStat {
+    /// The clock ticks between boot and the start of the process.
+    start: u64,
+    /// It is true if the process is dead and only not yet reaped.
+    is_dead: bool,
+}
+
+fn process_stat(pid: u64) -> Option<ProcessStat> {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
-    // The second field is the program's name in parentheses, and may contain anything.
+    // The second field is the program's name in parentheses, which may contain anything.
     let mut fields = stat[stat.rfind(')')? + 1..].split_ascii_whitespace();
-    let zombie = matches!(fields.next()?, "Z" | "X");
-    Some((fields.nth(18)?.parse().ok()?, zombie))
+    let is_dead = matches!(fields.next()?, "Z" | "X");
+    Some(ProcessStat { start: fields.nth(18)?.parse().ok()?, is_dead })
 }
 
 fn base36(mut number: u64, width: usize) -> String {

@@ -1,98 +1,38 @@
-//! Drives the coordinator: hears for it, acts for it, keeps its clock.
+//! This file holds the way in.
 
-use crate::coordinator::{Action, Coordinator, Input, Tally};
-use crate::event::{Event, What};
+use crate::drive::{Summary, drive};
+use crate::error::RunError;
+use crate::event::Event;
 use crate::interrupt::Interrupt;
-use crate::protocol::{Assignment, Reply};
-use crate::transport::Transport;
-use crate::{Counts, Ledger, Options, RunError, Summary, Task};
-use std::collections::VecDeque;
-use std::time::{Duration, Instant};
+use crate::ipc::Processes;
+use crate::ledger::Ledger;
+use crate::options::Options;
+use crate::root::sweep_leftovers;
+use crate::task::Task;
 
-/// Runs the tasks over a transport; see [`crate::run`].
-pub(crate) fn drive(
-    tasks: &[Task],
+/// Runs the tasks in worker processes until each is done or set aside, or until `interrupt` is
+/// raised.
+///
+/// It must be called on a thread that outlives the run, because workers die when the thread that
+/// started them does. `on_event` is called on that thread, between the coordinator's steps, and
+/// should not block.
+///
+/// # Errors
+/// [`RunError`] if the run could not go on. Results committed before stay committed.
+pub fn run(
+    tasks: Vec<Task>,
     ledger: &mut dyn Ledger,
     options: &Options,
-    transport: &mut impl Transport,
     interrupt: &Interrupt,
     on_event: &mut dyn FnMut(&Event),
 ) -> Result<Summary, RunError> {
-    let clock = Instant::now();
-    let mut coordinator = Coordinator::new(tasks, options);
-    let mut inbox = VecDeque::from([Input::Begin]);
-    let mut interrupts = interrupt.raised();
-    inbox.extend((0..interrupts).map(|_| Input::Interrupt));
-    let mut hopeless = None;
-    loop {
-        let input = inbox.pop_front().unwrap_or(Input::Settled);
-        let settled = input == Input::Settled;
-        for action in coordinator.step(input, clock.elapsed()) {
-            match action {
-                Action::Start(worker) => inbox.push_back(match transport.start(worker) {
-                    Ok(pid) => Input::Spawned { worker, pid },
-                    Err(reason) => Input::SpawnFailed { worker, reason },
-                }),
-                Action::Kill(worker) => transport.kill(worker),
-                Action::Assign(worker, jobs) => {
-                    let payload = |(lease, job): (_, usize)| Assignment {
-                        lease,
-                        payload: tasks[job].payload.as_slice(),
-                    };
-                    transport
-                        .reply(worker, Reply::Jobs(jobs.into_iter().map(payload).collect()))?;
-                }
-                Action::Dismiss(worker) => transport.reply(worker, Reply::Stop)?,
-                Action::Commit(done) => {
-                    ledger.commit(done).map_err(RunError::Ledger)?;
-                    inbox.push_back(Input::Committed);
-                }
-                Action::Emit(event) => on_event(&event),
-                Action::GiveUp(reason) => hopeless = Some(reason),
-            }
-        }
-        #[cfg(debug_assertions)]
-        if tasks.len() <= 100
-            && let Err(broken) = coordinator.check()
-        {
-            return Err(RunError::Inconsistent(broken));
-        }
-        if !settled || !inbox.is_empty() {
-            continue;
-        }
-        if coordinator.finished() {
-            break;
-        }
-        let timeout = coordinator.alarm().map(|alarm| alarm.saturating_sub(clock.elapsed()));
-        inbox.extend(transport.wait(timeout)?);
-        interrupt.rearm();
-        let raised = interrupt.raised();
-        inbox.extend((interrupts..raised).map(|_| Input::Interrupt));
-        interrupts = raised.max(interrupts);
-        inbox.push_back(Input::Clock);
+    options.checked()?;
+    let mut keys: Vec<_> = tasks.iter().map(|task| task.key).collect();
+    keys.sort_unstable();
+    if let Some(pair) = keys.windows(2).find(|pair| pair[0] == pair[1]) {
+        return Err(RunError::Duplicate(pair[0]));
     }
-    let summary = summary(coordinator.counts(), coordinator.tally, clock.elapsed(), interrupts > 0);
-    on_event(&Event {
-        seconds: summary.seconds,
-        what: What::Finished,
-        counts: coordinator.counts(),
-    });
-    match hopeless {
-        Some(reason) => Err(RunError::Start { command: options.command_line(), reason }),
-        None => Ok(summary),
-    }
-}
-
-fn summary(counts: Counts, tally: Tally, elapsed: Duration, interrupted: bool) -> Summary {
-    Summary {
-        done: counts.done,
-        quarantined: counts.quarantined,
-        unfinished: counts.waiting + counts.running,
-        failures: counts.failures,
-        workers_lost: tally.lost,
-        stale_results: tally.stale,
-        worker_seconds: tally.busy,
-        seconds: elapsed.as_secs_f64(),
-        interrupted,
-    }
+    sweep_leftovers();
+    let mut transport = Processes::new(options, interrupt.clone())?;
+    drive(&tasks, ledger, options, &mut transport, interrupt, on_event)
 }

@@ -1,10 +1,12 @@
-//! Bodies too large for a message: files in the run's root, checked by hash, removed when read.
+//! Bodies that are too large for a message travel as files in the run's root. They are checked by
+//! their hash and removed when they are read.
 
-use crate::protocol::Body;
 use std::path::Path;
 
-/// Writes bytes to a file. No sync: it need not outlive the run, and the page cache outlives both
-/// ends.
+use crate::protocol::Body;
+
+/// Writes a body to a file. There is no sync: the file need not outlive the run, and the page cache
+/// outlives both ends.
 pub(crate) fn store(path: &Path, bytes: &[u8]) -> Result<Body, String> {
     std::fs::write(path, bytes).map_err(|error| {
         let _ = std::fs::remove_file(path);
@@ -13,7 +15,7 @@ pub(crate) fn store(path: &Path, bytes: &[u8]) -> Result<Body, String> {
     Ok(Body::File { hash: *blake3::hash(bytes).as_bytes(), length: bytes.len() as u64 })
 }
 
-/// The bytes of a body; `path` is where its file would be.
+/// Returns the bytes of a body. `path` is the path of its file, if it has one.
 pub(crate) fn load(path: &Path, body: Body) -> Result<Vec<u8>, String> {
     let (hash, length) = match body {
         Body::Inline(bytes) => return Ok(bytes),

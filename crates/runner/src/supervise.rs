@@ -1,23 +1,26 @@
-//! Child processes: how they are started, how they end, and what they promise when they begin.
+//! This file starts child processes, tells how they ended, and keeps what they promise when they
+//! begin.
 
-use rustix::process::{Pid, PidfdFlags, Resource, Rlimit, Signal, getppid, pidfd_open, setrlimit};
 use std::ffi::OsString;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::process::{Child, Command, ExitStatus, Stdio};
 
-/// A worker process of ours; killed and reaped when dropped.
+use rustix::process::{Pid, PidfdFlags, Resource, Rlimit, Signal, getppid, pidfd_open, setrlimit};
+
+/// A worker process. It is killed and reaped when it is dropped.
 #[derive(Debug)]
 pub(crate) struct Process {
     child: Child,
-    /// Readable once the process has ended, so that its death wakes the coordinator at once.
+    /// The descriptor that is readable once the process has ended, so that its death wakes the
+    /// coordinator at once.
     end: OwnedFd,
 }
 
 impl Process {
-    /// Starts `command` with one more argument. Its standard input and output are closed, standard
-    /// error is ours. It is in a process group of its own, so that Ctrl-C at the terminal reaches
-    /// the coordinator alone.
+    /// Starts `command` with one more argument. Its standard input and output are closed, and it
+    /// shares standard error. It is in a process group of its own, so that Ctrl-C at the terminal
+    /// reaches the coordinator alone.
     pub(crate) fn start(command: &[OsString], argument: &str) -> Result<Process, String> {
         let (program, arguments) = command.split_first().ok_or("no command")?;
         let mut command = Command::new(program);
@@ -42,9 +45,9 @@ impl Process {
         self.child.id()
     }
 
-    /// SIGKILL; also ends a stopped process.
+    /// Sends SIGKILL, which also ends a stopped process.
     pub(crate) fn kill(&mut self) {
-        // Fails only if it has ended already.
+        // The signal fails only if the process has ended already.
         let _ = self.child.kill();
     }
 
@@ -52,7 +55,7 @@ impl Process {
         self.end.as_fd()
     }
 
-    /// How it ended, if it has.
+    /// Returns how the process ended, or `None` while it lives.
     pub(crate) fn ended(&mut self) -> Option<String> {
         match self.child.try_wait() {
             Ok(None) => None,
@@ -83,11 +86,11 @@ fn describe(status: ExitStatus) -> String {
     }
 }
 
-/// In a worker: die when the coordinator does. Says so if it is already gone.
+/// Makes a worker die when its coordinator does. It fails if the coordinator is already gone.
 pub(crate) fn die_with(coordinator: u32) -> Result<(), String> {
     rustix::process::set_parent_process_death_signal(Some(Signal::KILL))
         .map_err(|error| format!("cannot ask for the parent-death signal: {error}"))?;
-    // It may have died before the line above; then nobody will signal.
+    // The coordinator may have died before the line above, and then nobody will signal.
     if is_parent(coordinator) {
         Ok(())
     } else {
@@ -95,12 +98,13 @@ pub(crate) fn die_with(coordinator: u32) -> Result<(), String> {
     }
 }
 
-/// In a worker: whether the coordinator lives.
+/// Returns true in a worker whose coordinator lives.
 pub(crate) fn is_parent(coordinator: u32) -> bool {
     getppid().is_some_and(|parent| parent.as_raw_nonzero().get().unsigned_abs() == coordinator)
 }
 
-/// In a worker: allocation beyond so many bytes of address space fails, and the process with it.
+/// Limits the address space of a worker to `bytes`. An allocation beyond it fails, and the process
+/// with it.
 pub(crate) fn limit_address_space(bytes: u64) -> Result<(), String> {
     let hard = rustix::process::getrlimit(Resource::As).maximum;
     let bytes = hard.map_or(bytes, |hard| hard.min(bytes));

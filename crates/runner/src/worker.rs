@@ -1,12 +1,9 @@
-//! The worker: takes jobs, runs them one at a time, reports.
+//! The worker takes jobs, runs them one at a time and reports.
 //!
-//! It talks while it works: a request goes out as soon as the last was answered and there is
+//! It talks while it works: a request goes out as soon as the last one was answered and there is
 //! something to report, and the worker goes on with the jobs that it holds. It waits only when it
 //! holds none.
 
-use crate::lease::LeaseId;
-use crate::protocol::{Assignment, Outcome, Reply, Report, Request};
-use crate::transport::{Bytes, Link, TransportError};
 use std::any::Any;
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -14,27 +11,32 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-/// What a worker does with a job.
-pub trait Work {
-    /// Runs one job: payload in, result out. The same payload gives the same result, whatever ran
-    /// before; what is kept between jobs only saves time. A panic ends this attempt, not the
-    /// worker.
+use crate::error::TransportError;
+use crate::lease::LeaseId;
+use crate::protocol::{Assignment, AttemptOutcome, Reply, Report, Request};
+use crate::transport::{Bytes, Link};
+
+/// The work of a worker on a job.
+pub trait Executor {
+    /// Runs one job: it takes the payload and returns the result. The same payload gives the same
+    /// result, whatever ran before; anything kept between jobs only saves time. A panic ends this
+    /// attempt and not the worker.
     fn run(&mut self, payload: &[u8]) -> Vec<u8>;
 }
 
-/// Result bytes in one request, beyond the first result.
+/// The size of the results in one request beyond the first result \[bytes\].
 const MOST_BYTES: usize = 512 << 10;
 
-/// Characters kept of what a panic said.
+/// The number of characters that are kept of a panic's message.
 const LONGEST_REASON: usize = 4 << 10;
 
-/// Works until told to stop. After a panic the work is made afresh, for what it kept may be half
-/// written.
-pub(crate) fn serve<W: Work>(
+/// Works until it is told to stop. After a panic the executor is made afresh, because the old one
+/// may be half changed.
+pub(crate) fn serve<E: Executor>(
     link: &mut impl Link,
-    fresh: impl Fn() -> W,
+    fresh: impl Fn() -> E,
 ) -> Result<(), TransportError> {
-    let mut work = fresh();
+    let mut executor = fresh();
     let mut jobs: VecDeque<Assignment<Result<Bytes, String>>> = VecDeque::new();
     let mut results: VecDeque<Report<Bytes>> = VecDeque::new();
     let mut open = false;
@@ -49,23 +51,24 @@ pub(crate) fn serve<W: Work>(
             Some(Reply::Jobs(more)) => {
                 jobs.extend(more);
                 open = false;
-                // Report what gathered meanwhile before the next job, which may be long.
+                // Results that gathered meanwhile are reported before the next job, which may be
+                // long.
                 continue;
             }
             None => {}
         }
         if let Some(Assignment { lease, payload }) = jobs.pop_front() {
             link.begin(lease)?;
-            results.push_back(attempt(&mut work, &fresh, lease, payload));
+            results.push_back(attempt(&mut executor, &fresh, lease, payload));
         }
     }
 }
 
-/// As many results as one message should carry, at least one if there is one.
+/// Takes as many results as one message should carry, at least one if there is one.
 fn portion(results: &mut VecDeque<Report<Bytes>>) -> Vec<Report<Bytes>> {
     let size = |report: &Report<Bytes>| match &report.outcome {
-        Outcome::Completed(bytes) => bytes.len(),
-        Outcome::Failed(reason) => reason.len(),
+        AttemptOutcome::Completed(bytes) => bytes.len(),
+        AttemptOutcome::Failed(reason) => reason.len(),
     };
     let mut total = 0;
     let fits = |report: &&Report<Bytes>| {
@@ -76,25 +79,25 @@ fn portion(results: &mut VecDeque<Report<Bytes>>) -> Vec<Report<Bytes>> {
     results.drain(..count).collect()
 }
 
-fn attempt<W: Work>(
-    work: &mut W,
-    fresh: impl Fn() -> W,
+fn attempt<E: Executor>(
+    executor: &mut E,
+    fresh: impl Fn() -> E,
     lease: LeaseId,
     payload: Result<Bytes, String>,
 ) -> Report<Bytes> {
     let start = Instant::now();
     let outcome = match payload {
-        Err(reason) => Outcome::Failed(reason),
+        Err(reason) => AttemptOutcome::Failed(reason),
         Ok(payload) => {
             IN_JOB.store(true, Ordering::SeqCst);
-            let result = catch_unwind(AssertUnwindSafe(|| work.run(&payload)));
+            let result = catch_unwind(AssertUnwindSafe(|| executor.run(&payload)));
             IN_JOB.store(false, Ordering::SeqCst);
             match result {
-                Ok(result) => Outcome::Completed(result),
+                Ok(result) => AttemptOutcome::Completed(result),
                 Err(panic) => {
-                    *work = fresh();
+                    *executor = fresh();
                     let reason = format!("panicked{}: {}", place(), message(panic.as_ref()));
-                    Outcome::Failed(reason.chars().take(LONGEST_REASON).collect())
+                    AttemptOutcome::Failed(reason.chars().take(LONGEST_REASON).collect())
                 }
             }
         }
@@ -108,12 +111,12 @@ fn message(panic: &(dyn Any + Send)) -> String {
         .unwrap_or_else(|| "without a message".into())
 }
 
-/// Where a job panicked, from the hook to the report.
+/// The place where a job panicked, from the hook to the report.
 static PLACE: Mutex<Option<String>> = Mutex::new(None);
 static IN_JOB: AtomicBool = AtomicBool::new(false);
 
-/// In a worker process: a panic in a job is reported with its place, and not printed as well, in
-/// the middle of what the coordinator shows. Any other panic prints as ever.
+/// Makes a worker process report a panic of a job with its place and not print it as well, in the
+/// middle of the coordinator's output. Any other panic is printed as ever.
 pub(crate) fn report_panics() {
     let print = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {

@@ -1,14 +1,8 @@
-//! Real worker processes over real shared memory, killed in every way.
+//! Real worker processes over real shared memory are killed in every way.
 //!
-//! This binary is also the worker, and the coordinator to be killed: the two ignored tests are what
-//! children run.
+//! This binary is also the worker, and the coordinator to be killed: children run the two ignored
+//! tests.
 
-use identity::JobKey;
-use runner::{
-    Done, Event, Interrupt, Ledger, Options, RunError, Summary, Task, Verdict, What, Work,
-    WorkerArguments,
-};
-use rustix::process::{Pid, Signal, kill_process};
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::io::{BufRead, BufReader, Write};
@@ -16,10 +10,18 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// A job is a line of text: a verb and its arguments.
+use rustix::process::{Pid, Signal, kill_process};
+
+use identity::JobKey;
+use runner::{
+    Done, Event, EventKind, Executor, Interrupt, Ledger, Options, RunError, Summary, Task, Verdict,
+    WorkerArguments,
+};
+
+/// An executor whose job is a line of text: a verb and its arguments.
 struct Script;
 
-impl Work for Script {
+impl Executor for Script {
     fn run(&mut self, payload: &[u8]) -> Vec<u8> {
         let text = String::from_utf8(payload.to_vec()).unwrap();
         let words: Vec<_> = text.split(' ').collect();
@@ -105,7 +107,7 @@ fn number(key: JobKey) -> u64 {
     u64::from_be_bytes(key.0[..8].try_into().unwrap())
 }
 
-/// Keeps results in memory; refuses a second result for a job.
+/// A ledger that keeps results in memory and refuses a second result for a job.
 #[derive(Default)]
 struct Kept {
     results: BTreeMap<u64, Done>,
@@ -152,7 +154,7 @@ fn assert_squares(kept: &Kept, count: u64) {
     }
 }
 
-/// What the runs of a process left in shared memory and in the directories of runs.
+/// Lists what the runs of a process left in shared memory and in the directories of runs.
 fn leftovers(pid: u32) -> Vec<PathBuf> {
     let mut digits = String::new();
     let mut rest = pid;
@@ -200,9 +202,9 @@ fn a_clean_run() {
         (summary.done, summary.failures, summary.workers_lost, summary.stale_results),
         (500, 0, 0, 0)
     );
-    assert!(matches!(events[0].what, What::RunStarted));
+    assert!(matches!(events[0].kind, EventKind::RunStarted));
     let last = events.last().unwrap();
-    assert_eq!((&last.what, last.counts.done, last.counts.workers), (&What::Finished, 500, 0));
+    assert_eq!((&last.kind, last.counts.done, last.counts.workers), (&EventKind::Finished, 500, 0));
     for (number, done) in &kept.results {
         assert_eq!(done.attempts, 1, "job {number}");
     }
@@ -218,7 +220,7 @@ fn a_job_that_kills_its_worker_is_tried_again() {
     assert_eq!((summary.done, summary.failures, summary.workers_lost), (41, 1, 1));
     assert_eq!((kept.text(40).as_str(), kept.results[&40].attempts), ("survived", 2));
     let lost = events.iter().find_map(|event| {
-        if let What::WorkerLost { how, .. } = &event.what { Some(how.as_str()) } else { None }
+        if let EventKind::WorkerLost { how, .. } = &event.kind { Some(how.as_str()) } else { None }
     });
     assert_eq!(lost, Some("signal 9, SIGKILL"));
     assert!(
@@ -244,7 +246,7 @@ fn a_job_that_always_kills_is_set_aside_and_the_rest_goes_on() {
         Verdict::Quarantined { reason: "its worker was lost: signal 9, SIGKILL".into() }
     );
     assert_squares(&kept, 60);
-    assert!(events.iter().any(|event| matches!(event.what, What::WorkerReplaced { .. })));
+    assert!(events.iter().any(|event| matches!(event.kind, EventKind::WorkerReplaced { .. })));
 }
 
 #[test]
@@ -398,7 +400,7 @@ fn an_interrupt_keeps_what_is_in_flight_and_begins_nothing() {
     let interrupt = Interrupt::new().unwrap();
     let (mut kept, mut leased) = (Kept::default(), 0);
     let summary = runner::run(tasks, &mut kept, &options(), &interrupt, &mut |event| {
-        if matches!(event.what, What::Leased { .. }) {
+        if matches!(event.kind, EventKind::Leased { .. }) {
             leased += 1;
             if leased == 2 {
                 interrupt.raise();
@@ -416,7 +418,7 @@ fn two_interrupts_end_the_run_now() {
     let interrupt = Interrupt::new().unwrap();
     let mut kept = Kept::default();
     let summary = runner::run(tasks, &mut kept, &options(), &interrupt, &mut |event| {
-        if matches!(event.what, What::Leased { .. } | What::Interrupted { now: false })
+        if matches!(event.kind, EventKind::Leased { .. } | EventKind::Interrupted { now: false })
             && interrupt.raised() < 2
         {
             interrupt.raise();
@@ -426,7 +428,7 @@ fn two_interrupts_end_the_run_now() {
     assert_eq!((summary.done, summary.failures, summary.unfinished), (0, 0, 5));
 }
 
-/// Steps of a fixed pseudo-random sequence.
+/// Returns the next number of a fixed pseudo-random sequence.
 fn scramble(state: &mut u64) -> u64 {
     *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     *state >> 33
@@ -434,15 +436,15 @@ fn scramble(state: &mut u64) -> u64 {
 
 #[test]
 fn workers_killed_at_random_moments_change_no_result() {
-    // Attempts without end: here the killer is outside, and no job is to blame.
+    // The attempts have no end: the killer is outside, and no job is to blame.
     let options = Options { attempts: u32::MAX, ..options() };
     let tasks: Vec<_> = (0..300).map(|number| task(number, format!("sleep 5 {number}"))).collect();
     let (mut kept, mut pids, mut seed, mut events) = (Kept::default(), Vec::new(), 7, 0u64);
     let summary =
         runner::run(tasks, &mut kept, &options, &Interrupt::new().unwrap(), &mut |event| {
-            match event.what {
-                What::WorkerStarted { pid, .. } => pids.push(pid),
-                What::WorkerLost { pid: Some(pid), .. } => pids.retain(|&other| other != pid),
+            match event.kind {
+                EventKind::WorkerStarted { pid, .. } => pids.push(pid),
+                EventKind::WorkerLost { pid: Some(pid), .. } => pids.retain(|&other| other != pid),
                 _ => {}
             }
             events += 1;
@@ -458,7 +460,7 @@ fn workers_killed_at_random_moments_change_no_result() {
     }
 }
 
-/// Appends job numbers to a file, one a line, and syncs.
+/// A ledger that appends the numbers of the jobs to a file, one a line, and syncs it.
 struct Journal(std::fs::File);
 
 impl Ledger for Journal {
@@ -481,7 +483,7 @@ fn coordinator() {
     let tasks = (0..jobs.parse().unwrap())
         .map(|number| task(number, format!("sleep 2 {number}")))
         .collect();
-    // Attempts without end: the killer is outside, and no job is to blame.
+    // The attempts have no end: the killer is outside, and no job is to blame.
     let options = Options { attempts: u32::MAX, ..options() };
     runner::run(tasks, &mut journal, &options, &Interrupt::new().unwrap(), &mut |event| {
         eprintln!("{}", serde_json::to_string(event).unwrap());
@@ -489,7 +491,7 @@ fn coordinator() {
     .unwrap();
 }
 
-/// Starts a coordinator in a process of its own; its events can be read from its standard error.
+/// Starts a coordinator in a process of its own, whose events can be read from its standard error.
 fn start_coordinator(
     journal: &Path,
     jobs: u32,

@@ -1,132 +1,83 @@
-//! Blobs: large values as files named by their content.
+//! Blobs are large values in files that are named by their content.
 //!
-//! A blob is a zstd frame in `blobs/ab/cdef….zst`, where `abcdef…` is the BLAKE3 of the
-//! uncompressed content. Names make writing idempotent and reading verifiable, and no lock is
+//! A blob is a zstd frame in `blobs/ab/cdef….zst`, where `abcdef…` is the BLAKE3 digest of the
+//! uncompressed content. Such names make writing idempotent and reading verifiable. No lock is
 //! needed: any process may write blobs at any time.
 
-use crate::durable;
-use crate::{ReadError, WriteError};
-use identity::Kept;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
-use std::{fmt, fs, io};
+use std::{fs, io};
 
-/// zstd's own default: fields shrink by the same few per cent at every level worth waiting for.
+use identity::KeptFields;
+
+use crate::digest::Digest;
+use crate::durable;
+use crate::error::{ReadError, WriteError};
+
+/// The compression level, which is zstd's own default: fields shrink by the same few per cent at
+/// every level that is worth its time.
 const LEVEL: i32 = 3;
 
-/// Compressed bytes up to which a record keeps its fields itself, about those of 32 × 32 elements:
-/// a file takes two fsyncs, a quarter of a millisecond each on an idle disk and ten times that on a
-/// busy one, which is as long as such a job takes to solve.
-const SMALL: usize = 16 << 10;
+/// The largest compressed size of fields that a record keeps itself \[bytes\], about that of 32 ×
+/// 32 elements. A file takes two fsyncs, each a quarter of a millisecond on an idle disk and ten
+/// times that on a busy one, which is as long as such a job takes to solve.
+const INLINE_LIMIT: usize = 16 << 10;
 
-/// Bytes of content above which that is not tried, and more than which no record is believed to
-/// keep: fields do not shrink to less than an eighth.
-const MOST: usize = 8 * SMALL;
+/// The largest content that may be kept in a record \[bytes\]. Larger content is not tried, and no
+/// record is believed to keep more: fields do not shrink to less than an eighth.
+const INLINE_CONTENT_LIMIT: usize = 8 * INLINE_LIMIT;
 
-/// Largest content of a blob \[bytes\]: as much as the crate `study` decodes, six doubles for each
-/// element of the largest grid and room to spare. A file of a megabyte may claim to be tens of
-/// gigabytes; whoever reads one is not to find out by running out of memory.
-const LIMIT: u64 = 2 << 30;
+/// The largest content of a blob \[bytes\]. This is as much as the crate `study` decodes: six
+/// doubles for each element of the largest grid, and room to spare. A file of a megabyte may claim
+/// to be tens of gigabytes, and a reader must not find that out by running out of memory.
+const CONTENT_LIMIT: u64 = 2 << 30;
 
-/// The name of a blob: BLAKE3 of its uncompressed content, shown as 64 lower-case hexadecimal
-/// digits.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Digest(pub [u8; 32]);
-
-impl Digest {
-    /// The digest of `content`.
-    pub fn of(content: &[u8]) -> Self {
-        Digest(*blake3::hash(content).as_bytes())
-    }
-}
-
-impl fmt::Display for Digest {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
-    }
-}
-
-impl fmt::Debug for Digest {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Digest({self})")
-    }
-}
-
-/// A text that is no [`Digest`].
-#[derive(Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a digest is 64 lower-case hexadecimal digits, not {0:?}")]
-pub struct ParseDigestError(String);
-
-impl FromStr for Digest {
-    type Err = ParseDigestError;
-
-    fn from_str(text: &str) -> Result<Self, ParseDigestError> {
-        let refused = || ParseDigestError(text.to_owned());
-        if text.bytes().any(|byte| byte.is_ascii_uppercase()) {
-            return Err(refused()); // one blob, one name
-        }
-        Ok(Digest(*blake3::Hash::from_hex(text).map_err(|_| refused())?.as_bytes()))
-    }
-}
-
-impl Serialize for Digest {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
-
-impl<'de> Deserialize<'de> for Digest {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        String::deserialize(deserializer)?.parse().map_err(serde::de::Error::custom)
-    }
-}
-
-/// The blobs of one store. Needs no open store and no lock.
+/// The blobs of one store. They need no open store and no lock.
 #[derive(Clone, Debug)]
 pub struct Blobs {
     directory: PathBuf,
 }
 
-/// One file found under `blobs/`.
-pub(crate) enum Found {
+/// A file under `blobs/`.
+pub(crate) enum BlobFile {
     Blob {
         digest: Digest,
         path: PathBuf,
         bytes: u64,
     },
-    /// Left by a writer that was killed, or being written now.
+    /// A file that a killed writer has left or that is being written now.
     Unfinished {
         path: PathBuf,
         bytes: u64,
     },
-    /// Nothing of ours.
+    /// A file that does not belong to the store.
     Stray(PathBuf),
 }
 
 impl Blobs {
-    /// The blobs of the store in the directory `store`.
-    pub fn of(store: &Path) -> Self {
+    /// Returns the blobs of the store in the directory `store`.
+    pub(crate) fn of(store: &Path) -> Self {
         Blobs { directory: store.join("blobs") }
     }
 
-    /// Where the blob is, or would be.
+    /// Returns the path of a blob, which need not exist.
     pub fn path(&self, digest: &Digest) -> PathBuf {
         let name = digest.to_string();
         self.directory.join(&name[..2]).join(format!("{}.zst", &name[2..]))
     }
 
-    /// Durably stores `content`, of at most 2 GiB, and returns its name. Storing it again changes
-    /// nothing, except that a damaged copy is replaced by a sound one.
+    /// Stores `content` durably and returns its name. The content may have at most 2 GiB. Storing
+    /// it again changes nothing, except that a sound copy replaces a damaged one.
     ///
     /// # Errors
-    /// [`WriteError::DiskFull`], [`WriteError::Io`], which is also said of content that is too
-    /// large.
+    /// [`WriteError::DiskFull`] if there is too little space, [`WriteError::Io`] if the content is
+    /// too large or the operating system refuses.
     pub fn put(&self, content: &[u8]) -> Result<Digest, WriteError> {
-        if content.len() as u64 > LIMIT {
-            let reason =
-                format!("it would have {} bytes, and a blob may have {LIMIT}", content.len());
+        if content.len() as u64 > CONTENT_LIMIT {
+            let reason = format!(
+                "it would have {} bytes, and a blob may have {CONTENT_LIMIT}",
+                content.len()
+            );
             return Err(WriteError::io(
                 "write a blob in",
                 &self.directory,
@@ -149,46 +100,51 @@ impl Blobs {
         Ok(digest)
     }
 
-    /// Compresses `content` for its record to keep if it is small, or stores it as a blob.
+    /// Keeps the fields of a record: small ones are compressed for the record itself, others are
+    /// stored as a blob.
     ///
     /// # Errors
-    /// [`WriteError::DiskFull`], [`WriteError::Io`].
-    pub fn keep(&self, content: &[u8]) -> Result<Kept, WriteError> {
-        if content.len() <= MOST {
+    /// [`WriteError::DiskFull`] if there is too little space, [`WriteError::Io`] if the operating
+    /// system refuses.
+    pub fn keep(&self, content: &[u8]) -> Result<KeptFields, WriteError> {
+        if content.len() <= INLINE_CONTENT_LIMIT {
             let compressed = compress(content).map_err(|source| {
                 WriteError::io("compress a field for", &self.directory, source)
             })?;
-            if compressed.len() <= SMALL {
-                return Ok(Kept::Inside(compressed));
+            if compressed.len() <= INLINE_LIMIT {
+                return Ok(KeptFields::Inside(compressed));
             }
         }
-        Ok(Kept::Blob(self.put(content)?.0))
+        Ok(KeptFields::Blob(self.put(content)?.0))
     }
 
-    /// What [`keep`](Blobs::keep) kept; `None` if it is in a blob that there is not.
+    /// Returns the content that [`keep`](Blobs::keep) kept, or `None` if its blob does not exist.
     ///
     /// # Errors
-    /// [`ReadError::Inside`] if the record holds anything else, otherwise as for
+    /// [`ReadError::Inside`] if the bytes in the record are corrupt, otherwise those of
     /// [`get`](Blobs::get).
-    pub fn kept(&self, kept: &Kept) -> Result<Option<Vec<u8>>, ReadError> {
+    pub fn kept(&self, kept: &KeptFields) -> Result<Option<Vec<u8>>, ReadError> {
         match kept {
-            Kept::Blob(digest) => self.get(&Digest(*digest)),
-            Kept::Inside(compressed) => zstd::bulk::decompress(compressed, MOST)
-                .map(Some)
-                .map_err(|error| ReadError::Inside { reason: error.to_string() }),
+            KeptFields::Blob(digest) => self.get(&Digest(*digest)),
+            KeptFields::Inside(compressed) => {
+                zstd::bulk::decompress(compressed, INLINE_CONTENT_LIMIT)
+                    .map(Some)
+                    .map_err(|error| ReadError::Inside { reason: error.to_string() })
+            }
         }
     }
 
-    /// The content of a blob, verified against its name; `None` if there is no such blob.
+    /// Returns the content of a blob, verified against its name, or `None` if there is no such
+    /// blob.
     ///
     /// # Errors
-    /// [`ReadError::Blob`] if the file holds anything else, or more than 2 GiB; [`ReadError::Io`]
-    /// if it cannot be read.
+    /// [`ReadError::Blob`] if the file holds anything else or more than 2 GiB, [`ReadError::Io`] if
+    /// it cannot be read.
     pub fn get(&self, digest: &Digest) -> Result<Option<Vec<u8>>, ReadError> {
-        self.get_within(digest, LIMIT)
+        self.get_within(digest, CONTENT_LIMIT)
     }
 
-    /// As [`get`](Blobs::get), of a content of at most `limit` bytes.
+    /// Returns the content of a blob like [`get`](Blobs::get) if it has at most `limit` bytes.
     fn get_within(&self, digest: &Digest, limit: u64) -> Result<Option<Vec<u8>>, ReadError> {
         let path = self.path(digest);
         let compressed =
@@ -210,17 +166,23 @@ impl Blobs {
         }
     }
 
-    /// Whether there is such a blob; its content is not looked at.
+    /// Returns the definition of the study `name`, which the manifest says is the blob `digest`.
+    pub(crate) fn definition(&self, name: &str, digest: &Digest) -> Result<Vec<u8>, ReadError> {
+        self.get(digest)?
+            .ok_or_else(|| ReadError::StudyMissing { name: name.to_owned(), digest: *digest })
+    }
+
+    /// Returns true if there is a file for the blob. Its content is not read.
     pub fn contains(&self, digest: &Digest) -> bool {
         self.path(digest).is_file()
     }
 
-    /// Every file under `blobs/`, in the order of their names.
-    pub(crate) fn found(&self) -> Result<Vec<Found>, ReadError> {
+    /// Lists every file under `blobs/` in the order of the names.
+    pub(crate) fn files(&self) -> Result<Vec<BlobFile>, ReadError> {
         let mut found = Vec::new();
         for shelf in entries(&self.directory)? {
             if !shelf.is_dir() {
-                found.push(Found::Stray(shelf));
+                found.push(BlobFile::Stray(shelf));
                 continue;
             }
             for path in entries(&shelf)? {
@@ -232,10 +194,12 @@ impl Blobs {
                     .and_then(|rest| format!("{prefix}{rest}").parse().ok());
                 found.push(match digest {
                     Some(digest) if self.path(&digest) == path => {
-                        Found::Blob { digest, path, bytes }
+                        BlobFile::Blob { digest, path, bytes }
                     }
-                    _ if name.starts_with(durable::UNFINISHED) => Found::Unfinished { path, bytes },
-                    _ => Found::Stray(path),
+                    _ if name.starts_with(durable::UNFINISHED_PREFIX) => {
+                        BlobFile::Unfinished { path, bytes }
+                    }
+                    _ => BlobFile::Stray(path),
                 });
             }
         }
@@ -243,13 +207,13 @@ impl Blobs {
     }
 }
 
-/// In one go, for which zstd sets less memory aside than for a stream.
+/// Compresses `content` in one call, for which zstd reserves less memory than for a stream.
 fn compress(content: &[u8]) -> io::Result<Vec<u8>> {
     zstd::bulk::compress(content, LEVEL)
 }
 
-/// The content of `compressed`, or why it has none of at most `limit` bytes; a longer one is not
-/// decompressed to its end.
+/// Decompresses a blob, or returns the reason why there is no content of at most `limit` bytes.
+/// Longer content is not decompressed to its end.
 fn decompress(compressed: &[u8], limit: u64) -> Result<Vec<u8>, String> {
     let mut content = Vec::new();
     let decoder = zstd::Decoder::with_buffer(compressed).map_err(|error| error.to_string())?;
@@ -263,7 +227,7 @@ fn decompress(compressed: &[u8], limit: u64) -> Result<Vec<u8>, String> {
     Ok(content)
 }
 
-/// The bytes of the file at `path`; `None` if there are more than `limit`.
+/// Reads the file at `path`. Returns `None` if it has more than `limit` bytes.
 fn read_within(path: &Path, limit: u64) -> io::Result<Option<Vec<u8>>> {
     let file = fs::File::open(path)?;
     let length = file.metadata()?.len();
@@ -275,7 +239,7 @@ fn read_within(path: &Path, limit: u64) -> io::Result<Option<Vec<u8>>> {
     Ok(Some(bytes))
 }
 
-/// The paths in `directory`, sorted; none if it does not exist.
+/// Lists the paths in `directory` in sorted order. A missing directory has none.
 fn entries(directory: &Path) -> Result<Vec<PathBuf>, ReadError> {
     let failed = |source| ReadError::Io { path: directory.to_owned(), source };
     let listing = match fs::read_dir(directory) {
@@ -316,29 +280,29 @@ mod tests {
             written.modified().unwrap()
         );
         assert_eq!(blobs.get(&digest).unwrap().unwrap(), content);
-        assert_eq!(blobs.found().unwrap().len(), 1);
+        assert_eq!(blobs.files().unwrap().len(), 1);
     }
 
     #[test]
     fn what_is_small_is_kept_by_its_record() {
         let (_directory, blobs) = blobs();
-        // numbers that hardly shrink
+        // These numbers hardly shrink.
         let content = |len: u32| -> Vec<u8> {
             (0..len).flat_map(|i| i.wrapping_mul(2_654_435_769).to_le_bytes()).collect()
         };
         for (content, is_inside) in [
             (Vec::new(), true),
             (content(1000), true),
-            (vec![7; 7 * SMALL], true),
+            (vec![7; 7 * INLINE_LIMIT], true),
             (content(5000), false),
         ] {
             let kept = blobs.keep(&content).unwrap();
-            assert_eq!(matches!(kept, Kept::Inside(_)), is_inside, "{} bytes", content.len());
+            assert_eq!(matches!(kept, KeptFields::Inside(_)), is_inside, "{} bytes", content.len());
             assert_eq!(blobs.kept(&kept).unwrap().as_ref(), Some(&content));
         }
-        assert_eq!(blobs.found().unwrap().len(), 1);
-        assert_eq!(blobs.kept(&Kept::Blob([7; 32])).unwrap(), None);
-        let garbage = blobs.kept(&Kept::Inside(vec![7; 20])).unwrap_err();
+        assert_eq!(blobs.files().unwrap().len(), 1);
+        assert_eq!(blobs.kept(&KeptFields::Blob([7; 32])).unwrap(), None);
+        let garbage = blobs.kept(&KeptFields::Inside(vec![7; 20])).unwrap_err();
         assert!(
             garbage.to_string().starts_with("the fields in a record are corrupt: "),
             "{garbage}"
@@ -373,7 +337,7 @@ mod tests {
             matches!(&error, ReadError::Blob { reason, .. } if reason.contains("more than 1048575 bytes")),
             "{error}"
         );
-        // frames one after the other are one content
+        // Consecutive frames are one content.
         let frame = fs::read(blobs.path(&digest)).unwrap();
         fs::write(blobs.path(&digest), frame.repeat(3)).unwrap();
         let error = blobs.get_within(&digest, 2 << 20).unwrap_err();
@@ -382,8 +346,8 @@ mod tests {
             "{error}"
         );
 
-        // sparse: neither the disk nor the memory has it
-        fs::File::create(blobs.path(&digest)).unwrap().set_len(2 * LIMIT).unwrap();
+        // The file is sparse: neither the disk nor the memory holds its bytes.
+        fs::File::create(blobs.path(&digest)).unwrap().set_len(2 * CONTENT_LIMIT).unwrap();
         let error = blobs.get(&digest).unwrap_err();
         assert!(
             matches!(&error, ReadError::Blob { reason, .. } if reason.contains("longer than that of any blob")),
@@ -396,19 +360,9 @@ mod tests {
     #[test]
     fn a_blob_that_could_not_be_read_is_not_written() {
         let (_directory, blobs) = blobs();
-        let error = blobs.put(&vec![0; LIMIT as usize + 1]).unwrap_err(); // pages that are never touched
+        // The pages are never touched.
+        let error = blobs.put(&vec![0; CONTENT_LIMIT as usize + 1]).unwrap_err();
         assert!(error.to_string().contains("a blob may have 2147483648"), "{error}");
-        assert!(blobs.found().unwrap().is_empty());
-    }
-
-    #[test]
-    fn a_digest_has_one_spelling() {
-        let digest = Digest::of(b"");
-        let text = digest.to_string();
-        assert_eq!(text, "af1349b9f5f9a1a6a0404dea36dcc9499bcb25c9adc112b7cc9a93cae41f3262");
-        assert_eq!(text.parse(), Ok(digest));
-        for wrong in ["", "af13", &text.to_uppercase(), &text.replace('a', "g")] {
-            assert!(wrong.parse::<Digest>().is_err(), "{wrong}");
-        }
+        assert!(blobs.files().unwrap().is_empty());
     }
 }

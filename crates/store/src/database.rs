@@ -1,10 +1,9 @@
-//! sled, fenced in: the only file that names it.
+//! This is the only file that names sled, and it puts a fence around it.
 //!
-//! sled 0.34 reports some damage by panicking, and after a failed write nothing it says can be
-//! relied on. So every call goes through [`fenced`], and the first failed write ends all writing
+//! sled 0.34 reports some damage by a panic, and after a failed write nothing that it says is
+//! reliable. So every call goes through [`fenced`], and the first failed write ends all writing
 //! until the store is opened again.
 
-use identity::JobKey;
 use std::any::Any;
 use std::cell::Cell;
 use std::fs::File;
@@ -14,19 +13,22 @@ use std::sync::{Once, OnceLock};
 use std::time::{Duration, Instant};
 use std::{io, thread};
 
-/// Records are small and read once; sled's default of 1 GiB would be the largest part of a
-/// coordinator.
+use identity::JobKey;
+
+/// The size of sled's cache \[bytes\]. Records are small and read once, and sled's default of 1 GiB
+/// would be the largest part of a coordinator.
 const CACHE_BYTES: u64 = 32 << 20;
 
-/// sled releases its own lock from a background thread some time after it is closed.
+/// The longest time for which an opening waits until sled has released its own lock, which a
+/// background thread does some time after closing.
 const CLOSING: Duration = Duration::from_secs(10);
 
-/// What went wrong inside sled.
+/// A failure inside sled.
 #[derive(Debug)]
 pub(crate) enum Fault {
     /// The operating system refused.
     Io(io::Error),
-    /// sled found its file inconsistent, or lost itself in it.
+    /// sled found its file inconsistent, or it panicked.
     Damaged(String),
 }
 
@@ -55,8 +57,8 @@ thread_local! {
     static FENCED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs `call`, turning a panic into a [`Fault`] — silently: what it means to the user is said by
-/// the error.
+/// Runs `call` and turns a panic into a [`Fault`]. Nothing is printed: the error tells the user
+/// what it means.
 fn fenced<T>(call: impl FnOnce() -> Result<T, sled::Error>) -> Result<T, Fault> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
@@ -88,21 +90,21 @@ fn message(payload: &(dyn Any + Send)) -> &str {
 }
 
 pub(crate) struct Database {
-    /// `None` only while dropping.
+    /// sled's handle, which is `None` only during the drop.
     sled: Option<sled::Db>,
-    /// sled's log, opened once more for an fsync that it does not offer.
+    /// The log of sled, opened once more for an fsync that sled does not offer.
     log: File,
     directory: PathBuf,
-    /// The first failed write.
+    /// The message of the first failed write.
     broken: OnceLock<String>,
 }
 
 impl Database {
-    /// Opens the database in `directory`, creating it if it is absent.
+    /// Opens the database in `directory` and creates it if it is absent.
     pub(crate) fn open(directory: &Path) -> Result<Self, Fault> {
-        // No background flusher: every commit flushes, and closing waits for ever for a flusher
-        // that panicked. The garbage that it would collect was measured: 100 000 records of 1 KiB
-        // take the same 190 MB with and without it.
+        // There is no background flusher: every commit flushes, and closing waits for ever for a
+        // flusher that panicked. The garbage that it would collect was measured: 100 000 records of
+        // 1 KiB take the same 190 MB with and without it.
         let config =
             sled::Config::new().path(directory).cache_capacity(CACHE_BYTES).flush_every_ms(None);
         let start = Instant::now();
@@ -137,19 +139,19 @@ impl Database {
         }
     }
 
-    /// Why nothing can be written any more, if so.
+    /// Returns the reason why nothing can be written any more, if there is one.
     pub(crate) fn broken(&self) -> Option<&str> {
         self.broken.get().map(String::as_str)
     }
 
     fn writing<T>(&self, result: Result<T, Fault>) -> Result<T, Fault> {
         if let Err(fault) = &result {
-            let _ = self.broken.set(fault.to_string()); // the first cause stands
+            let _ = self.broken.set(fault.to_string()); // The first cause stands.
         }
         result
     }
 
-    /// Visits every entry in the order of the keys; stops at the first fault.
+    /// Visits every entry in the order of the keys and stops at the first fault.
     pub(crate) fn visit(&self, mut entry: impl FnMut(&[u8], &[u8])) -> Result<(), Fault> {
         self.fenced(|sled| {
             for item in sled.iter() {
@@ -160,7 +162,7 @@ impl Database {
         })
     }
 
-    /// As [`Database::visit`], from the last key to the first.
+    /// Visits every entry from the last key to the first and stops at the first fault.
     pub(crate) fn visit_backwards(&self, mut entry: impl FnMut(&[u8], &[u8])) -> Result<(), Fault> {
         self.fenced(|sled| {
             for item in sled.iter().rev() {
@@ -196,15 +198,15 @@ impl Database {
         }))
     }
 
-    /// Returns when everything written so far would survive a power failure.
+    /// Returns as soon as everything written so far would survive a power failure.
     pub(crate) fn sync(&self) -> Result<(), Fault> {
-        // sled writes with sync_file_range, which waits for the pages but leaves the disk's cache
-        // and the file's length.
+        // sled writes with sync_file_range, which waits for the pages but leaves out the disk's
+        // cache and the length of the file.
         self.writing(self.fenced(|sled| sled.flush().map(drop)))?;
         self.writing(self.log.sync_all().map_err(Fault::Io))
     }
 
-    /// Makes the files themselves durable, after the database was created or sled has rotated its
+    /// Makes the files themselves durable after the database was created or sled has rotated its
     /// snapshot.
     pub(crate) fn sync_files(&self) -> io::Result<()> {
         File::open(self.directory.join("conf"))?.sync_all()?;
@@ -215,8 +217,8 @@ impl Database {
 impl Drop for Database {
     fn drop(&mut self) {
         let sled = self.sled.take();
-        // Everything acknowledged is durable already; what sled still wants to write or complain
-        // about changes nothing.
+        // Everything acknowledged is durable already, so nothing that sled still writes or reports
+        // matters.
         let _ = fenced(|| {
             drop(sled);
             Ok(())

@@ -1,141 +1,164 @@
-//! What can go wrong, one enum per operation: opening, reading, writing.
+//! The errors of the store, one enum for each operation: opening, reading and writing.
 
-use crate::Digest;
-use crate::database::Fault;
-use crate::manifest::FORMAT;
-use crate::record::RECORD_LIMIT;
-use crate::volume;
-use identity::JobKey;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Why a store cannot be opened.
+use identity::{JobKey, STORED_LIMIT};
+
+use crate::database::Fault;
+use crate::digest::Digest;
+use crate::manifest::FORMAT;
+use crate::volume::{self, Space};
+
+/// The reason why a store cannot be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// Another process has it, or this process already does.
-    #[error("the store {} is in use by process {pid} ({command}), for {}", .directory.display(), words(*.held_for))]
+    /// Another process has the store open, or this process already does.
+    #[error(
+        "the store {} is in use by process {pid} ({command}), for {}",
+        .directory.display(), words(*.held_for)
+    )]
     Held {
-        /// The store.
+        /// The directory of the store.
         directory: PathBuf,
-        /// The process that has it.
+        /// The process that has it open.
         pid: u32,
-        /// Its command line.
+        /// The command line of that process.
         command: String,
-        /// For how long it has had it.
+        /// The time for which it has had the store open.
         held_for: Duration,
     },
-    /// Another process has it and did not say who it is.
+    /// Another process has the store open and did not say who it is.
     #[error("the store {} is in use by another process", .directory.display())]
     HeldByUnknown {
-        /// The store.
+        /// The directory of the store.
         directory: PathBuf,
     },
-    /// Its holder should answer readers and does not.
-    #[error("the store {} is in use by process {pid} ({command}), which does not answer: {source}", .directory.display())]
+    /// The process that has the store open should answer readers and does not.
+    #[error(
+        "the store {} is in use by process {pid} ({command}), which does not answer: {source}",
+        .directory.display()
+    )]
     Unanswered {
-        /// The store.
+        /// The directory of the store.
         directory: PathBuf,
-        /// The process that has it.
+        /// The process that has it open.
         pid: u32,
-        /// Its command line.
+        /// The command line of that process.
         command: String,
-        /// What happened to the question.
+        /// The error of the unanswered request.
         source: io::Error,
     },
-    /// There is nothing to read.
+    /// There is no store to read.
     #[error("there is no store in {}", .directory.display())]
     Missing {
-        /// Where one was looked for.
+        /// The directory without a store.
         directory: PathBuf,
     },
-    /// The directory holds other things.
-    #[error("{} is not a store: it has no manifest.json and is not empty; name an empty or a new directory", .directory.display())]
+    /// The directory holds other files.
+    #[error(
+        "{} is not a store: it has no manifest.json and is not empty; name an empty or a new \
+         directory",
+        .directory.display()
+    )]
     NotAStore {
         /// The directory.
         directory: PathBuf,
     },
-    /// Locks and durability do not hold there.
-    #[error("the store {} would be on {kind}, a network file system, where it could be lost; name a directory on a local disk", .directory.display())]
+    /// Locks and durability do not hold on a network file system.
+    #[error(
+        "the store {} would be on {kind}, a network file system, where it could be lost; name \
+         a directory on a local disk",
+        .directory.display()
+    )]
     NetworkFileSystem {
-        /// The store.
+        /// The directory of the store.
         directory: PathBuf,
         /// The kind of file system.
         kind: &'static str,
     },
-    /// Written by a later version of this program.
-    #[error("the store {} has format {found}, this program writes format {FORMAT}; use the version that wrote it", .directory.display())]
+    /// A later version of this program wrote the store.
+    #[error(
+        "the store {} has format {found}, this program writes format {FORMAT}; use the version \
+         that wrote it",
+        .directory.display()
+    )]
     Format {
-        /// The store.
+        /// The directory of the store.
         directory: PathBuf,
-        /// The format that was found.
+        /// The format of the store.
         found: u64,
     },
-    /// It does not hold what it promised. [`Store::salvage`](crate::Store::salvage) saves what can
-    /// be read.
-    #[error("the store {} is damaged: {what}; put back a copy, or salvage it: what is lost will be computed again", .directory.display())]
+    /// The store does not hold what it promised. [`Store::salvage`](crate::Store::salvage) saves
+    /// what can be read.
+    #[error(
+        "the store {} is damaged: {what}; put back a copy, or salvage it: what is lost will be \
+         computed again",
+        .directory.display()
+    )]
     Damaged {
-        /// The store.
+        /// The directory of the store.
         directory: PathBuf,
-        /// What was found.
+        /// The damage in words.
         what: String,
     },
     /// The operating system refused.
     #[error("cannot {action} {}: {source}", .path.display())]
     Io {
-        /// What was tried.
+        /// The attempted action.
         action: &'static str,
-        /// On what.
+        /// The path of the action.
         path: PathBuf,
-        /// What it said.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// The store was opened, and then could not be written to.
+    /// The store was opened and then could not be written to.
     #[error(transparent)]
     Write(#[from] WriteError),
 }
 
-/// Why something cannot be read.
+/// The reason why something cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    /// The record is not what was written. Remove it and its job is computed again.
+    /// The record differs from what was written. Its job is computed again once it is removed.
     #[error(
         "the record of job {key} is corrupt: {reason}; remove it and the job will be computed again"
     )]
     Corrupt {
-        /// The job.
+        /// The job of the record.
         key: JobKey,
-        /// What is wrong with it.
+        /// The damage in words.
         reason: String,
     },
-    /// The record was written by a later version of this program.
+    /// A later version of this program wrote the record.
     #[error("the record of job {key} has version {found}, which this program does not know")]
     Version {
-        /// The job.
+        /// The job of the record.
         key: JobKey,
-        /// The version that was found.
+        /// The version of the record.
         found: u8,
     },
-    /// The blob is not what was written. Storing its content again heals it.
+    /// The blob differs from what was written. Storing its content again heals it.
     #[error("the blob {digest} ({}) is corrupt: {reason}", .path.display())]
     Blob {
-        /// Its name.
+        /// The name of the blob.
         digest: Digest,
-        /// Its file.
+        /// The file of the blob.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The damage in words.
         reason: String,
     },
-    /// What a record keeps itself is not what was written.
+    /// The fields that a record keeps itself differ from what was written.
     #[error("the fields in a record are corrupt: {reason}")]
     Inside {
-        /// What is wrong with them.
+        /// The damage in words.
         reason: String,
     },
     /// The definition of a study has disappeared.
     #[error("the definition of study {name:?} is missing: there is no blob {digest}")]
     StudyMissing {
-        /// The study.
+        /// The name of the study.
         name: String,
         /// The blob that held its definition.
         digest: Digest,
@@ -143,70 +166,76 @@ pub enum ReadError {
     /// The manifest cannot be read.
     #[error("the manifest {} cannot be read: {reason}", .path.display())]
     Manifest {
-        /// Its file.
+        /// The file of the manifest.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The reason in words.
         reason: String,
     },
     /// The database failed.
     #[error("the database of records failed: {0}")]
     Database(String),
-    /// The process that was asked is gone, or answers nonsense.
+    /// The process that has the store open is gone, or its answers make no sense.
     #[error("process {pid}, which has the store open, stopped answering: {source}")]
     Unanswered {
         /// The process.
         pid: u32,
-        /// What happened to the question.
+        /// The error of the unanswered request.
         source: io::Error,
     },
     /// The operating system refused.
     #[error("cannot read {}: {source}", .path.display())]
     Io {
-        /// What was read.
+        /// The path that was read.
         path: PathBuf,
-        /// What it said.
+        /// The error of the operating system.
         source: io::Error,
     },
 }
 
-/// Why something cannot be written. What was acknowledged before stays.
+/// The reason why something cannot be written. Everything acknowledged before stays.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
-    /// A record is larger than [`RECORD_LIMIT`]. Nothing of the group was written.
+    /// A record is larger than [`STORED_LIMIT`]. Nothing of the group was written.
     #[error(
-        "the record of job {key} has {bytes} bytes, and a record may have {RECORD_LIMIT}: put fields into blobs and their digests into the record"
+        "the record of job {key} has {bytes} bytes, and a record may have {STORED_LIMIT}: put \
+         fields into blobs and their digests into the record"
     )]
     TooLarge {
-        /// The job.
+        /// The job of the record.
         key: JobKey,
-        /// The size of its record.
+        /// The size of the record \[bytes\].
         bytes: usize,
     },
-    /// The disk is full, or so nearly that it is not risked. Nothing was written; it may be tried
-    /// again.
-    #[error("the disk of {} is full: {} MiB are free and {} MiB are needed; make room and resume, nothing that was done is lost", .path.display(), .free >> 20, needed.div_ceil(1 << 20))]
+    /// The disk is full, or so nearly full that writing is not risked. Nothing was written, and the
+    /// write may be tried again.
+    #[error(
+        "the disk of {} is full: {} MiB are free and {} MiB are needed; make room and resume, \
+         nothing that was done is lost",
+        .path.display(), .free >> 20, needed.div_ceil(1 << 20)
+    )]
     DiskFull {
-        /// What was to be written.
+        /// The path that was to be written.
         path: PathBuf,
-        /// What is free, in bytes.
+        /// The free space \[bytes\].
         free: u64,
-        /// What is needed before writing is risked, in bytes.
+        /// The space that must be free before writing is risked \[bytes\].
         needed: u64,
     },
-    /// Writing failed half-way, now or earlier. The group was not acknowledged; nothing more is
+    /// Writing failed half-way, now or earlier. The group was not acknowledged, and nothing more is
     /// written before the store is opened again.
     #[error(
-        "writing to the database of records failed: {0}; nothing that was done is lost, open the store again to go on"
+        "writing to the database of records failed: {0}; nothing that was done is lost, open \
+         the store again to go on"
     )]
     Database(String),
     /// The operating system refused.
     #[error("cannot {action} {}: {source}", .path.display())]
     Io {
-        /// What was tried.
+        /// The attempted action.
         action: &'static str,
-        /// On what.
+        /// The path of the action.
         path: PathBuf,
-        /// What it said.
+        /// The error of the operating system.
         source: io::Error,
     },
 }
@@ -229,9 +258,9 @@ impl WriteError {
     }
 
     pub(crate) fn require_space(directory: &Path, bytes: u64) -> Result<(), WriteError> {
-        match volume::require(directory, bytes) {
-            Ok(Ok(())) => Ok(()),
-            Ok(Err((free, needed))) => {
+        match volume::space(directory, bytes) {
+            Ok(Space::Enough) => Ok(()),
+            Ok(Space::Short { free, needed }) => {
                 Err(WriteError::DiskFull { path: directory.to_owned(), free, needed })
             }
             Err(source) => Err(WriteError::io("find the free space of", directory, source)),
@@ -239,7 +268,7 @@ impl WriteError {
     }
 }
 
-/// "12 s", "3 min", "5 h": what a person wants to know of a duration.
+/// Writes a duration for a person, as in "12 s", "3 min" or "5 h".
 fn words(duration: Duration) -> String {
     match duration.as_secs() {
         s @ 0..120 => format!("{s} s"),

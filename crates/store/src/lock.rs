@@ -1,25 +1,26 @@
-//! The lock: who has the store, and where they answer.
+//! The lock names the process that has the store open and the address on which it answers.
 //!
-//! `lock` is held with `flock`, which the kernel releases however its holder ends; there is no
-//! stale lock. What the file says is believed only while the lock is held.
+//! The file `lock` is held with `flock`. The kernel releases it however its holder ends, so there
+//! is no stale lock. Its content is believed only while the lock is held.
 
-use rustix::fs::{FlockOperation, flock};
-use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{self, Read, Seek, Write};
 use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use rustix::fs::{FlockOperation, flock};
+use serde::{Deserialize, Serialize};
+
 /// The process that has the store open.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Holder {
     pub(crate) pid: u32,
-    /// The command line it was started with.
+    /// The command line of the process.
     pub(crate) command: String,
-    /// When it opened the store, in seconds since 1970.
+    /// The time when it opened the store, in seconds since 1970-01-01 UTC.
     since: u64,
-    /// The abstract Unix socket on which it answers readers; `None` if it only reads and will be
-    /// gone in a moment.
+    /// The abstract Unix socket on which it answers readers. It is `None` if the process only reads
+    /// and will be gone in a moment.
     pub(crate) address: Option<String>,
 }
 
@@ -30,7 +31,7 @@ impl Holder {
         Holder { pid: std::process::id(), command: words.join(" "), since: now(), address }
     }
 
-    /// How long it has had the store.
+    /// Returns the time for which the process has had the store.
     pub(crate) fn held_for(&self) -> Duration {
         Duration::from_secs(now().saturating_sub(self.since))
     }
@@ -40,14 +41,23 @@ fn now() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
 }
 
-/// The lock, held until dropped.
+/// The lock, which is held until it is dropped.
 #[derive(Debug)]
 pub(crate) struct Lock(File);
 
+/// The outcome of an attempt to take the lock.
+#[derive(Debug)]
+pub(crate) enum Acquired {
+    /// The lock was free and is taken.
+    Lock(Lock),
+    /// Another process holds the lock, or this process already does. The holder is `None` if it has
+    /// just locked and not yet signed, or has just released.
+    Held(Option<Holder>),
+}
+
 impl Lock {
-    /// The lock of the store in `directory`, or whoever has it — who may have been too quick, or
-    /// too slow, to be named.
-    pub(crate) fn acquire(directory: &Path) -> io::Result<Result<Lock, Option<Holder>>> {
+    /// Takes the lock of the store in `directory`, or returns its holder.
+    pub(crate) fn acquire(directory: &Path) -> io::Result<Acquired> {
         let file = File::options()
             .read(true)
             .write(true)
@@ -55,13 +65,13 @@ impl Lock {
             .truncate(false)
             .open(directory.join("lock"))?;
         match flock(&file, FlockOperation::NonBlockingLockExclusive) {
-            Ok(()) => Ok(Ok(Lock(file))),
-            Err(rustix::io::Errno::WOULDBLOCK) => Ok(Err(read(file))),
+            Ok(()) => Ok(Acquired::Lock(Lock(file))),
+            Err(rustix::io::Errno::WOULDBLOCK) => Ok(Acquired::Held(read(file))),
             Err(error) => Err(error.into()),
         }
     }
 
-    /// Says who holds it.
+    /// Writes into the file who holds the lock.
     pub(crate) fn sign(&mut self, holder: &Holder) -> io::Result<()> {
         let text = serde_json::to_vec(holder)?;
         self.0.set_len(0)?;
@@ -72,7 +82,8 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        let _ = self.0.set_len(0); // a courtesy: nobody believes it once it is free
+        // This is a courtesy: nobody believes the content once the lock is free.
+        let _ = self.0.set_len(0);
     }
 }
 
@@ -86,15 +97,29 @@ fn read(mut file: File) -> Option<Holder> {
 mod tests {
     use super::*;
 
+    fn lock(directory: &Path) -> Lock {
+        match Lock::acquire(directory).unwrap() {
+            Acquired::Lock(lock) => lock,
+            Acquired::Held(holder) => panic!("held by {holder:?}"),
+        }
+    }
+
+    fn holder(directory: &Path) -> Option<Holder> {
+        match Lock::acquire(directory).unwrap() {
+            Acquired::Lock(_) => panic!("not held"),
+            Acquired::Held(holder) => holder,
+        }
+    }
+
     #[test]
     fn the_second_is_told_about_the_first() {
         let directory = tempfile::tempdir().unwrap();
-        let mut lock = Lock::acquire(directory.path()).unwrap().unwrap();
-        assert_eq!(Lock::acquire(directory.path()).unwrap().unwrap_err(), None);
-        let holder = Holder::this_process(Some("somewhere".to_owned()));
-        lock.sign(&holder).unwrap();
-        assert_eq!(Lock::acquire(directory.path()).unwrap().unwrap_err(), Some(holder));
-        drop(lock);
-        assert!(Lock::acquire(directory.path()).unwrap().is_ok());
+        let mut first = lock(directory.path());
+        assert_eq!(holder(directory.path()), None);
+        let signature = Holder::this_process(Some("somewhere".to_owned()));
+        first.sign(&signature).unwrap();
+        assert_eq!(holder(directory.path()), Some(signature));
+        drop(first);
+        lock(directory.path());
     }
 }

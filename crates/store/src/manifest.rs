@@ -1,31 +1,33 @@
-//! The manifest: what the store promises to hold, kept outside the database so that the database
-//! can be held to it.
+//! The manifest says what the store promises to hold. It stands outside the database, so that the
+//! database can be checked against it.
 
-use crate::blob::Digest;
-use crate::durable;
-use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::{fs, io};
 
+use serde::{Deserialize, Serialize};
+
+use crate::digest::Digest;
+use crate::durable;
+
 pub(crate) const FILE: &str = "manifest.json";
 
-/// The layout of the whole directory that this crate writes.
+/// The version of the layout of the whole directory that this crate writes.
 pub(crate) const FORMAT: u32 = 1;
 
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Manifest {
     pub(crate) format: u32,
-    /// A lower bound of the number of durable records, exact when the store is closed.
+    /// A lower bound of the number of durable records, which is exact when the store is closed.
     pub(crate) records: u64,
     /// The blob that holds the definition of each study.
     pub(crate) studies: BTreeMap<String, Digest>,
-    /// Over the other fields, so that a damaged count cannot pass for a count.
+    /// The checksum of the other fields, so that a damaged count does not pass for a count.
     checksum: String,
 }
 
-/// Why there is no manifest to be had.
+/// The reason why the manifest cannot be read.
 #[derive(Debug)]
 pub(crate) enum Unreadable {
     Absent,
@@ -59,7 +61,7 @@ impl Manifest {
     }
 
     fn from_json(text: &[u8]) -> Result<Self, Unreadable> {
-        // The format first: a later one may have any other fields.
+        // The format is checked first, because a later one may have any other fields.
         let json: serde_json::Value =
             serde_json::from_slice(text).map_err(|e| Unreadable::Damaged(e.to_string()))?;
         match json.get("format").and_then(serde_json::Value::as_u64) {
@@ -83,7 +85,7 @@ impl Manifest {
         }
     }
 
-    /// Durably replaces the manifest of the store.
+    /// Replaces the manifest of the store durably.
     pub(crate) fn write(&self, store: &Path) -> io::Result<()> {
         durable::write(&store.join(FILE), &self.to_json()?)
     }
@@ -116,19 +118,19 @@ mod tests {
     fn no_flipped_bit_passes_unnoticed() {
         let text = example().to_json().unwrap();
         assert_eq!(Manifest::from_json(&text).unwrap(), example());
-        for at in 0..text.len() {
+        for offset in 0..text.len() {
             for bit in 0..8 {
                 let mut flipped = text.clone();
-                flipped[at] ^= 1 << bit;
-                // A flip in the white space may leave the same document; nothing else may be
+                flipped[offset] ^= 1 << bit;
+                // A flip in the white space may leave the same document. Nothing else may be
                 // accepted.
                 if let Ok(manifest) = Manifest::from_json(&flipped) {
-                    assert_eq!(manifest, example(), "byte {at}, bit {bit}");
+                    assert_eq!(manifest, example(), "byte {offset}, bit {bit}");
                 }
             }
             assert!(
-                at + 1 == text.len() || Manifest::from_json(&text[..at]).is_err(),
-                "truncated to {at}"
+                offset + 1 == text.len() || Manifest::from_json(&text[..offset]).is_err(),
+                "truncated to {offset}"
             );
         }
     }

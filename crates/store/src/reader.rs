@@ -1,60 +1,62 @@
-//! The store, for reading only — also while another process has it open.
+//! This file opens the store for reading only, also while another process has it open.
 
-use crate::blob::Blobs;
-use crate::error::{OpenError, ReadError};
-use crate::lock::{Holder, Lock};
-use crate::manifest::{self, Manifest, Unreadable};
-use crate::serve::{BATCH, Connection, Request, Response, first_records};
-use crate::store::{Core, PATIENCE, definition, held};
-use identity::JobKey;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Where a [`Reader`] has its records from.
+use identity::JobKey;
+
+use crate::blob::Blobs;
+use crate::connection::Connection;
+use crate::core::{Core, PATIENCE, RECORDS, held_error};
+use crate::error::{OpenError, ReadError};
+use crate::lock::{Acquired, Holder, Lock};
+use crate::manifest::{self, Manifest, Unreadable};
+use crate::serve::first_records;
+use crate::wire::{KEYS_PER_REQUEST, ReadRequest, ReadResponse};
+
+/// The origin of the records of a [`StoreReader`].
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Origin {
-    /// From the files, which the reader has locked until it is dropped.
+pub enum RecordOrigin {
+    /// The records come from the files, which the reader has locked until it is dropped.
     Disk,
-    /// From the process that has the store open.
+    /// The records come from the process that has the store open.
     Process {
-        /// Its id.
+        /// The id of the process.
         pid: u32,
-        /// Its command line.
+        /// The command line of the process.
         command: String,
     },
 }
 
-impl fmt::Display for Origin {
+impl fmt::Display for RecordOrigin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Origin::Disk => f.write_str("read from disk"),
-            Origin::Process { pid, command } => {
+            RecordOrigin::Disk => f.write_str("read from disk"),
+            RecordOrigin::Process { pid, command } => {
                 write!(f, "served by the running process {pid} ({command})")
             }
         }
     }
 }
 
-enum Source {
+enum Backing {
     Disk(Box<Core>),
     Process(Connection),
 }
 
-/// A store that is only read. What it shows are durable records; in a store that a run is writing,
-/// ever more of them.
-pub struct Reader {
+/// A store that is only read. It shows durable records, and ever more of them while a run is
+/// writing.
+pub struct StoreReader {
     directory: PathBuf,
     blobs: Blobs,
-    source: Source,
+    source: Backing,
 }
 
-impl Reader {
-    pub(crate) fn open(directory: &Path) -> Result<Reader, OpenError> {
-        if !directory.join(manifest::FILE).is_file()
-            && !directory.join(crate::store::RECORDS).is_dir()
-        {
+impl StoreReader {
+    pub(crate) fn open(directory: &Path) -> Result<StoreReader, OpenError> {
+        if !directory.join(manifest::FILE).is_file() && !directory.join(RECORDS).is_dir() {
             return Err(OpenError::Missing { directory: directory.to_owned() });
         }
         let io =
@@ -62,11 +64,11 @@ impl Reader {
         let start = Instant::now();
         let source = loop {
             let holder = match Lock::acquire(directory).map_err(io)? {
-                Ok(mut lock) => {
+                Acquired::Lock(mut lock) => {
                     lock.sign(&Holder::this_process(None)).map_err(io)?;
-                    break Source::Disk(Box::new(Core::open(directory, lock)?));
+                    break Backing::Disk(Box::new(Core::open(directory, lock)?));
                 }
-                Err(holder) => holder,
+                Acquired::Held(holder) => holder,
             };
             let patience = PATIENCE.saturating_sub(start.elapsed());
             let served =
@@ -74,8 +76,9 @@ impl Reader {
             match served.map(|(holder, address)| {
                 (holder, Connection::open(holder, address, patience.max(Duration::from_millis(1))))
             }) {
-                Some((_, Ok(connection))) => break Source::Process(connection),
-                // It has ended since, or has not yet begun; or, when patience ends, it is stuck.
+                Some((_, Ok(connection))) => break Backing::Process(connection),
+                // The process has ended since or has not yet begun; once the patience has ended, it
+                // is stuck.
                 Some((holder, Err(source))) if patience.is_zero() => {
                     let (pid, command) = (holder.pid, holder.command.clone());
                     return Err(OpenError::Unanswered {
@@ -85,39 +88,39 @@ impl Reader {
                         source,
                     });
                 }
-                None if patience.is_zero() => return Err(held(directory, holder)),
+                None if patience.is_zero() => return Err(held_error(directory, holder)),
                 _ => thread::sleep(Duration::from_millis(5)),
             }
         };
-        Ok(Reader { directory: directory.to_owned(), blobs: Blobs::of(directory), source })
+        Ok(StoreReader { directory: directory.to_owned(), blobs: Blobs::of(directory), source })
     }
 
-    /// Where the records come from.
-    pub fn origin(&self) -> Origin {
+    /// Returns the origin of the records.
+    pub fn origin(&self) -> RecordOrigin {
         match &self.source {
-            Source::Disk(_) => Origin::Disk,
-            Source::Process(connection) => Origin::Process {
+            Backing::Disk(_) => RecordOrigin::Disk,
+            Backing::Process(connection) => RecordOrigin::Process {
                 pid: connection.holder.pid,
                 command: connection.holder.command.clone(),
             },
         }
     }
 
-    /// The keys of all records, ascending.
+    /// Returns the keys of all records in ascending order.
     ///
     /// # Errors
-    /// [`ReadError::Unanswered`].
+    /// [`ReadError::Unanswered`] if the process that has the store open does not answer.
     pub fn keys(&self) -> Result<Vec<JobKey>, ReadError> {
         match &self.source {
-            Source::Disk(core) => Ok(core.keys()),
-            Source::Process(connection) => {
+            Backing::Disk(core) => Ok(core.keys()),
+            Backing::Process(connection) => {
                 let mut keys: Vec<JobKey> = Vec::new();
                 loop {
                     let last = keys.last().copied();
-                    match ask(connection, &Request::Keys(last.map(|key| key.0)))? {
-                        Response::Keys(more) if more.is_empty() => return Ok(keys),
-                        // Else it could go on for ever.
-                        Response::Keys(more) if more.first().map(|key| JobKey(*key)) > last => {
+                    match ask(connection, &ReadRequest::Keys(last.map(|key| key.0)))? {
+                        ReadResponse::Keys(more) if more.is_empty() => return Ok(keys),
+                        // Without this condition the exchange could go on for ever.
+                        ReadResponse::Keys(more) if more.first().map(|key| JobKey(*key)) > last => {
                             keys.extend(more.into_iter().map(JobKey))
                         }
                         _ => return Err(nonsense(connection)),
@@ -127,29 +130,31 @@ impl Reader {
         }
     }
 
-    /// For each job, whether it has a record.
+    /// Returns for each job whether it has a record.
     ///
     /// # Errors
-    /// [`ReadError::Unanswered`].
+    /// [`ReadError::Unanswered`] if the process that has the store open does not answer.
     pub fn contains(&self, keys: &[JobKey]) -> Result<Vec<bool>, ReadError> {
         let connection = match &self.source {
-            Source::Disk(core) => return Ok(keys.iter().map(|key| core.contains(key)).collect()),
-            Source::Process(connection) => connection,
+            Backing::Disk(core) => return Ok(keys.iter().map(|key| core.contains(key)).collect()),
+            Backing::Process(connection) => connection,
         };
         let mut all = Vec::with_capacity(keys.len());
-        for batch in keys.chunks(BATCH) {
-            match ask(connection, &Request::Contains(batch.iter().map(|key| key.0).collect()))? {
-                Response::Contains(some) if some.len() == batch.len() => all.extend(some),
+        for batch in keys.chunks(KEYS_PER_REQUEST) {
+            match ask(connection, &ReadRequest::Contains(batch.iter().map(|key| key.0).collect()))?
+            {
+                ReadResponse::Contains(some) if some.len() == batch.len() => all.extend(some),
                 _ => return Err(nonsense(connection)),
             }
         }
         Ok(all)
     }
 
-    /// The record of a job, verified; `None` if it has none.
+    /// Returns the verified record of a job, or `None` if it has none.
     ///
     /// # Errors
-    /// As [`Store::get`](crate::Store::get), and [`ReadError::Unanswered`].
+    /// Those of [`Store::get`](crate::Store::get), and [`ReadError::Unanswered`] if the process
+    /// that has the store open does not answer.
     pub fn get(&self, key: &JobKey) -> Result<Option<Vec<u8>>, ReadError> {
         match self.first(std::slice::from_ref(key)).pop() {
             Some(record) => record,
@@ -157,26 +162,27 @@ impl Reader {
         }
     }
 
-    /// Every record with its key, in the order of the keys. A corrupt one does not hide the others.
+    /// Iterates over all records and their keys in the order of the keys. A corrupt record does not
+    /// hide the others.
     ///
     /// # Errors
-    /// As [`Reader::keys`].
+    /// Those of [`StoreReader::keys`].
     pub fn records(
         &self,
     ) -> Result<impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)>, ReadError> {
         Ok(self.select(self.keys()?))
     }
 
-    /// The records of those of `keys` that have one, in the order given.
+    /// Iterates over the records of `keys` in the given order. Keys without a record are left out.
     pub fn select(
         &self,
         keys: Vec<JobKey>,
     ) -> impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)> {
-        // Few at a time: the caller may stop early.
-        const AT_A_TIME: usize = 256;
+        // The number of keys is small because the caller may stop early.
+        const KEYS_AT_ONCE: usize = 256;
         let mut next = 0;
         let replies = std::iter::from_fn(move || {
-            let batch = &keys[next..keys.len().min(next + AT_A_TIME)];
+            let batch = &keys[next..keys.len().min(next + KEYS_AT_ONCE)];
             let records = self.first(batch);
             next += records.len();
             let found = batch
@@ -189,15 +195,15 @@ impl Reader {
         replies.flatten()
     }
 
-    /// One answer for each of the first of `keys`, as many as fit into a reply: at least one, if
-    /// there is a key.
+    /// Returns one answer for each of the first of `keys`, as many as fit into a response. If there
+    /// is a key, there is at least one answer.
     fn first(&self, keys: &[JobKey]) -> Vec<Result<Option<Vec<u8>>, ReadError>> {
         let connection = match &self.source {
-            Source::Disk(core) => return first_records(core, keys),
-            Source::Process(connection) => connection,
+            Backing::Disk(core) => return first_records(core, keys),
+            Backing::Process(connection) => connection,
         };
-        match ask(connection, &Request::Get(keys.iter().map(|key| key.0).collect())) {
-            Ok(Response::Get(records))
+        match ask(connection, &ReadRequest::Get(keys.iter().map(|key| key.0).collect())) {
+            Ok(ReadResponse::Get(records))
                 if records.len() <= keys.len() && records.is_empty() == keys.is_empty() =>
             {
                 keys.iter().zip(records).map(|(key, record)| record.into_result(key)).collect()
@@ -211,25 +217,25 @@ impl Reader {
         }
     }
 
-    /// The blobs, which are plain files.
+    /// Returns the blobs, which are plain files.
     pub fn blobs(&self) -> &Blobs {
         &self.blobs
     }
 
-    /// The definition of a study; `None` if there is none of that name.
+    /// Returns the definition of a study, or `None` if there is no study of that name.
     ///
     /// # Errors
-    /// [`ReadError::Manifest`], [`ReadError::StudyMissing`], [`ReadError::Blob`],
-    /// [`ReadError::Io`].
+    /// [`ReadError::Manifest`], [`ReadError::StudyMissing`], [`ReadError::Blob`] or
+    /// [`ReadError::Io`] if the definition cannot be read.
     pub fn study(&self, name: &str) -> Result<Option<Vec<u8>>, ReadError> {
         let digest = self.manifest()?.studies.get(name).copied();
-        digest.map(|digest| definition(&self.blobs, name, &digest)).transpose()
+        digest.map(|digest| self.blobs.definition(name, &digest)).transpose()
     }
 
-    /// The names of all studies, in alphabetical order.
+    /// Returns the names of all studies in alphabetical order.
     ///
     /// # Errors
-    /// [`ReadError::Manifest`], [`ReadError::Io`].
+    /// [`ReadError::Manifest`] or [`ReadError::Io`] if the manifest cannot be read.
     pub fn study_names(&self) -> Result<Vec<String>, ReadError> {
         Ok(self.manifest()?.studies.into_keys().collect())
     }
@@ -247,7 +253,7 @@ impl Reader {
     }
 }
 
-fn ask(connection: &Connection, request: &Request) -> Result<Response, ReadError> {
+fn ask(connection: &Connection, request: &ReadRequest) -> Result<ReadResponse, ReadError> {
     connection
         .ask(request)
         .map_err(|source| ReadError::Unanswered { pid: connection.holder.pid, source })

@@ -1,30 +1,24 @@
-//! How a record lies in the database: sealed with a format version and a checksum that binds it to
-//! its key.
+//! A record lies in the database sealed, with a format version and a checksum that binds it to its
+//! key.
 //!
 //! ```text
 //! byte 0        format version, 1
 //! bytes 1..17   first 16 bytes of BLAKE3("tribosweep record" ‖ version ‖ key ‖ payload)
 //! bytes 17..    payload: the encoded record, which carries its own schema version
 //! ```
-//! The key is part of the checksum, so that a record that sled returned under a wrong key is found
-//! out.
+//! The key is part of the checksum, so a record that sled returns under a wrong key is detected.
 
 use identity::JobKey;
-
-/// Largest payload of one record, in bytes: room for the 1000 increments that a loading path may
-/// have. sled's memory grows with what was written, however it is cut (measured: 117 MB take about
-/// as much in records of 6 kB and of 300 kB); fields, a hundred times that, belong in blobs.
-pub const RECORD_LIMIT: usize = identity::STORED_LIMIT;
 
 const VERSION: u8 = 1;
 const HEADER: usize = 17;
 
-/// Why sealed bytes do not open.
+/// The reason why sealed bytes do not open.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Unsealable {
-    /// Written by a version of this crate that this one does not know.
+    /// A version of this crate wrote them that this one does not know.
     Version(u8),
-    /// Not what was written.
+    /// The bytes differ from those that were written.
     Corrupt(&'static str),
 }
 
@@ -47,7 +41,7 @@ pub(crate) fn seal(key: &JobKey, payload: &[u8]) -> Vec<u8> {
 pub(crate) fn unseal<'a>(key: &JobKey, sealed: &'a [u8]) -> Result<&'a [u8], Unsealable> {
     let (header, payload) =
         sealed.split_at_checked(HEADER).ok_or(Unsealable::Corrupt("shorter than its header"))?;
-    // The checksum goes first: a version is believed only when it is what was written.
+    // The checksum is checked first, because a version counts only if it is what was written.
     if header[1..] != checksum(header[0], key, payload) {
         return Err(Unsealable::Corrupt("its checksum does not match"));
     }
@@ -59,8 +53,9 @@ pub(crate) fn unseal<'a>(key: &JobKey, sealed: &'a [u8]) -> Result<&'a [u8], Uns
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     const KEY: JobKey = JobKey([7; 32]);
 
@@ -93,11 +88,11 @@ mod tests {
         ) {
             let sealed = seal(&KEY, &payload);
             prop_assert_eq!(unseal(&KEY, &sealed), Ok(&payload[..]));
-            let at = place.index(sealed.len());
+            let offset = place.index(sealed.len());
             let mut flipped = sealed.clone();
-            flipped[at] ^= 1u8 << bit;
+            flipped[offset] ^= 1u8 << bit;
             prop_assert!(matches!(unseal(&KEY, &flipped), Err(Unsealable::Corrupt(_))));
-            prop_assert!(matches!(unseal(&KEY, &sealed[..at]), Err(Unsealable::Corrupt(_))));
+            prop_assert!(matches!(unseal(&KEY, &sealed[..offset]), Err(Unsealable::Corrupt(_))));
         }
     }
 }

@@ -1,35 +1,38 @@
-//! Saving what can be read of a damaged store.
+//! This file saves what can be read of a damaged store.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use rustix::io::Errno;
+
+use identity::JobKey;
 
 use crate::blob::Blobs;
+use crate::core::{RECORDS, lock_for_writing};
 use crate::database::{Database, Fault};
 use crate::durable;
 use crate::error::{OpenError, ReadError, WriteError};
 use crate::manifest::{FILE, Manifest, Unreadable};
 use crate::record;
-use crate::store::{RECORDS, lock_for_writing};
-use identity::JobKey;
-use rustix::io::Errno;
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::{fs, io};
 
-/// The sound database while it is being written.
+/// The directory of the sound database while it is being written.
 const SALVAGED: &str = "records.salvaged";
 
-/// What was saved.
+/// The result of a salvage.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Salvage {
-    /// Records saved.
+    /// The number of saved records.
     pub kept: usize,
-    /// Records that the manifest promised; `None` if it could not be read either, and with it the
-    /// names of the studies.
+    /// The number of records that the manifest promised. It is `None` if the manifest could not be
+    /// read either; then the names of the studies are lost with it.
     pub promised: Option<u64>,
-    /// Studies saved.
+    /// The number of saved studies.
     pub studies: usize,
-    /// Studies whose definition is damaged or gone; they are no longer listed, and running their
-    /// files brings them back.
+    /// The studies whose definition is damaged or gone. They are no longer listed, and running
+    /// their files brings them back.
     pub lost_studies: Vec<String>,
-    /// Where the damaged database is now; `None` if there was none.
+    /// The new path of the damaged database, or `None` if there was none.
     pub damaged: Option<PathBuf>,
 }
 
@@ -59,7 +62,7 @@ pub(crate) fn salvage(directory: &Path) -> Result<Salvage, OpenError> {
         fs::remove_dir_all(&salvaged).map_err(io("remove", &salvaged))?;
     }
 
-    // sled enlarges and rewrites its files when opened.
+    // sled enlarges and rewrites its files when it opens them.
     WriteError::require_space(directory, 0)?;
     let sound = if records.exists() {
         readable(&records).map_err(io("read", &records))?
@@ -106,11 +109,12 @@ pub(crate) fn salvage(directory: &Path) -> Result<Salvage, OpenError> {
     })
 }
 
-/// The sealed records that open, read from both ends so that one unreadable page hides only itself.
+/// Reads the sealed records that open. It reads from both ends, so one unreadable page hides only
+/// itself.
 ///
 /// # Errors
-/// What the operating system refuses, for lack of descriptors or of space: that says nothing of
-/// what the database holds.
+/// The operating system refused for lack of descriptors or of space, which says nothing about the
+/// content of the database.
 fn readable(records: &Path) -> io::Result<BTreeMap<JobKey, Vec<u8>>> {
     let mut sound = BTreeMap::new();
     let database = match unless_refused(Database::open(records))? {
@@ -136,7 +140,7 @@ fn readable(records: &Path) -> io::Result<BTreeMap<JobKey, Vec<u8>>> {
     Ok(sound)
 }
 
-/// What was had of the database; `None` if it is damaged there.
+/// Returns the result of a call to the database, or `None` if the database is damaged there.
 fn unless_refused<T>(outcome: Result<T, Fault>) -> io::Result<Option<T>> {
     match outcome {
         Ok(had) => Ok(Some(had)),
@@ -145,17 +149,18 @@ fn unless_refused<T>(outcome: Result<T, Fault>) -> io::Result<Option<T>> {
     }
 }
 
-/// Whether an error is about what is on the disk: the disk cannot read it, or sled makes no sense
-/// of it. Every other one may be gone when it is tried again.
+/// Returns true if the error is about the bytes on the disk: the disk cannot read them, or sled
+/// makes no sense of them. Every other error may be gone at the next attempt.
 fn is_damage(error: &io::Error) -> bool {
     match error.kind() {
         io::ErrorKind::UnexpectedEof | io::ErrorKind::InvalidData => true,
-        io::ErrorKind::Other => !error.to_string().contains("could not acquire lock"), // else in words of sled's own
+        // sled has its own words for a lock.
+        io::ErrorKind::Other => !error.to_string().contains("could not acquire lock"),
         _ => Errno::from_io_error(error) == Some(Errno::IO),
     }
 }
 
-/// Renames the files of a sled database that only repeat what its log says.
+/// Renames the files of a sled database that only repeat its log.
 fn set_aside_derived(records: &Path) -> io::Result<()> {
     for entry in fs::read_dir(records)? {
         let name = entry?.file_name();
@@ -167,7 +172,7 @@ fn set_aside_derived(records: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// A name for the damaged database that is not taken.
+/// Returns a path for the damaged database that is not taken.
 fn unused(directory: &Path) -> PathBuf {
     let mut number = 1u32;
     loop {

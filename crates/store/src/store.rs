@@ -1,58 +1,43 @@
-//! The store, held for writing.
+//! This file holds the store as one process has it open for writing.
 
-use crate::blob::{Blobs, Digest};
-use crate::database::{Database, Fault};
-use crate::durable;
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use identity::JobKey;
+
+use crate::blob::Blobs;
+use crate::core::{Core, RECORDS, is_vacant, lock_for_writing};
 use crate::error::{OpenError, ReadError, WriteError};
-use crate::lock::{Holder, Lock};
-use crate::manifest::{self, Manifest, Unreadable};
-use crate::reader::Reader;
-use crate::record::{self, RECORD_LIMIT, Unsealable};
+use crate::manifest;
+use crate::reader::StoreReader;
 use crate::salvage::{Salvage, salvage};
 use crate::serve::{Listening, Server};
-use crate::volume;
-use identity::JobKey;
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
-use std::time::{Duration, Instant};
-use std::{fs, io, thread};
 
-/// How long a store may be held by something that will be gone in a moment: a reader, or a process
-/// that is starting.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
-
-/// How long the promise of the manifest may lag behind the records during a run. A promise that is
-/// too low is harmless, and raising it costs twice what making a group of records durable does
-/// (measured: 8 ms and 4 ms).
-const LAG: Duration = Duration::from_millis(500);
-
-/// The sled database, within the store.
-pub(crate) const RECORDS: &str = "records";
-
-/// A store that this process alone has open, for reading and writing. It answers the readers of
-/// other processes from threads of its own, until it is dropped. All methods may be called from any
+/// A store that only this process has open, for reading and writing. Until it is dropped it answers
+/// the readers of other processes from threads of its own. All methods may be called from any
 /// thread.
 pub struct Store {
-    // Dropped first: its threads use the core.
+    // The server is dropped first, because its threads use the core.
     _server: Server,
     core: Arc<Core>,
 }
 
 impl Store {
-    /// Opens the store in `directory`, creating the store and the directory if they are absent.
+    /// Opens the store in `directory` and creates the store and the directory if they are absent.
     ///
     /// # Errors
-    /// [`OpenError`]; in particular `Held` if another process has it (a process that only reads is
-    /// waited for), and `Damaged` if it holds less than its manifest promises.
+    /// [`OpenError`]. In particular [`OpenError::Held`] if another process has the store open (a
+    /// process that only reads is waited for), and [`OpenError::Damaged`] if the store holds less
+    /// than its manifest promises.
     pub fn open(directory: &Path) -> Result<Store, OpenError> {
         let io =
             |action| move |source| OpenError::Io { action, path: directory.to_owned(), source };
         fs::create_dir_all(directory).map_err(io("create the directory"))?;
-        // Before the lock, which would leave its file in somebody else's directory.
+        // The check comes before the lock, which would leave its file in somebody else's directory.
         if !directory.join(manifest::FILE).exists()
             && !directory.join(RECORDS).exists()
-            && !vacant(directory).map_err(io("look into"))?
+            && !is_vacant(directory).map_err(io("look into"))?
         {
             return Err(OpenError::NotAStore { directory: directory.to_owned() });
         }
@@ -63,62 +48,66 @@ impl Store {
         Ok(Store { _server: server, core })
     }
 
-    /// Opens the store in `directory` for reading: through the process that has it open, else from
-    /// the disk.
+    /// Opens the store in `directory` for reading: through the process that has it open, or else
+    /// from the disk. Reading creates nothing.
     ///
     /// # Errors
-    /// [`OpenError`]; `Missing` if there is none: reading creates nothing.
-    pub fn read(directory: &Path) -> Result<Reader, OpenError> {
-        Reader::open(directory)
+    /// [`OpenError`]. In particular [`OpenError::Missing`] if there is no store.
+    pub fn read(directory: &Path) -> Result<StoreReader, OpenError> {
+        StoreReader::open(directory)
     }
 
-    /// Saves what can be read of a damaged store, which is then sound; what is lost will be
-    /// computed again. The damaged database is kept beside it.
+    /// Saves what can be read of a damaged store, which is sound afterwards. The lost jobs will be
+    /// computed again. The damaged database is kept beside the new one.
     ///
     /// # Errors
-    /// [`OpenError`].
+    /// [`OpenError`] if the store cannot be locked, read or written.
     pub fn salvage(directory: &Path) -> Result<Salvage, OpenError> {
         salvage(directory)
     }
 
-    /// Whether the job has a record.
+    /// Returns true if the job has a record.
     pub fn contains(&self, key: &JobKey) -> bool {
         self.core.contains(key)
     }
 
-    /// The record of a job, verified; `None` if it has none.
+    /// Returns the verified record of a job, or `None` if it has none.
     ///
     /// # Errors
-    /// [`ReadError::Corrupt`], [`ReadError::Version`], [`ReadError::Database`].
+    /// [`ReadError::Corrupt`], [`ReadError::Version`] or [`ReadError::Database`] if the record
+    /// cannot be read.
     pub fn get(&self, key: &JobKey) -> Result<Option<Vec<u8>>, ReadError> {
         self.core.get(key)
     }
 
-    /// Number of records.
+    /// Returns the number of records.
     pub fn len(&self) -> usize {
         self.core.index().len()
     }
 
-    /// Whether there is no record.
+    /// Returns true if there is no record.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The keys of all records, ascending.
+    /// Returns the keys of all records in ascending order.
     pub fn keys(&self) -> Vec<JobKey> {
         self.core.keys()
     }
 
-    /// Every record with its key, in the order of the keys. A corrupt one does not hide the others.
+    /// Iterates over all records and their keys in the order of the keys. A corrupt record does not
+    /// hide the others.
     pub fn records(&self) -> impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)> {
         self.core.records()
     }
 
-    /// Writes records, replacing those of the same jobs. When it returns `Ok`, they survive a kill
-    /// and a power failure. One call costs a few fsyncs, so records are best committed in groups.
+    /// Writes records and replaces those of the same jobs. Once it has returned `Ok`, they survive
+    /// a kill and a power failure. One call costs a few fsyncs, so records are best committed in
+    /// groups.
     ///
     /// # Errors
-    /// [`WriteError`]. Then any part of the group may or may not be there after the next opening.
+    /// [`WriteError`] if the group was not acknowledged. Any part of the group may then be there
+    /// after the next opening.
     pub fn commit<Record: AsRef<[u8]>>(
         &self,
         records: &[(JobKey, Record)],
@@ -126,23 +115,24 @@ impl Store {
         self.core.commit(records)
     }
 
-    /// Removes the records of these jobs, durably, and returns how many there were.
+    /// Removes the records of these jobs durably and returns how many there were.
     ///
     /// # Errors
-    /// [`WriteError`]. Then any part of them may or may not be there after the next opening.
+    /// [`WriteError`] if the removal was not acknowledged. Any part of the records may then be
+    /// there after the next opening.
     pub fn remove(&self, keys: &[JobKey]) -> Result<usize, WriteError> {
         self.core.remove(keys)
     }
 
-    /// The blobs, which need no lock: see [`Blobs`].
+    /// Returns the blobs, which need no lock.
     pub fn blobs(&self) -> &Blobs {
         &self.core.blobs
     }
 
-    /// Keeps the definition of a study under its name, replacing an earlier one.
+    /// Stores the definition of a study under its name and replaces an earlier one.
     ///
     /// # Errors
-    /// [`WriteError`].
+    /// [`WriteError`] if the blob or the manifest cannot be written.
     pub fn put_study(&self, name: &str, definition: &[u8]) -> Result<(), WriteError> {
         let digest = self.core.blobs.put(definition)?;
         let mut manifest = self.core.manifest();
@@ -154,16 +144,17 @@ impl Store {
         self.core.replace(&mut manifest, next)
     }
 
-    /// The definition of a study; `None` if there is none of that name.
+    /// Returns the definition of a study, or `None` if there is no study of that name.
     ///
     /// # Errors
-    /// [`ReadError::StudyMissing`], [`ReadError::Blob`], [`ReadError::Io`].
+    /// [`ReadError::StudyMissing`], [`ReadError::Blob`] or [`ReadError::Io`] if the definition
+    /// cannot be read.
     pub fn study(&self, name: &str) -> Result<Option<Vec<u8>>, ReadError> {
         let digest = self.core.manifest().studies.get(name).copied();
-        digest.map(|digest| definition(&self.core.blobs, name, &digest)).transpose()
+        digest.map(|digest| self.core.blobs.definition(name, &digest)).transpose()
     }
 
-    /// The names of all studies, in alphabetical order.
+    /// Returns the names of all studies in alphabetical order.
     pub fn study_names(&self) -> Vec<String> {
         self.core.manifest().studies.keys().cloned().collect()
     }
@@ -173,314 +164,31 @@ impl Store {
     }
 }
 
-/// The definition of the study `name`, which the manifest says is the blob `digest`.
-pub(crate) fn definition(blobs: &Blobs, name: &str, digest: &Digest) -> Result<Vec<u8>, ReadError> {
-    blobs
-        .get(digest)?
-        .ok_or_else(|| ReadError::StudyMissing { name: name.to_owned(), digest: *digest })
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::serve::first_records;
+    use crate::wire::RESPONSE_LIMIT;
 
-/// Takes the lock, waiting for a reader to finish but not for another writer.
-pub(crate) fn lock_for_writing(
-    directory: &Path,
-    address: Option<String>,
-) -> Result<Lock, OpenError> {
-    let io =
-        |source| OpenError::Io { action: "lock the store", path: directory.to_owned(), source };
-    let start = Instant::now();
-    loop {
-        match Lock::acquire(directory).map_err(io)? {
-            Ok(mut lock) => {
-                lock.sign(&Holder::this_process(address)).map_err(io)?;
-                return Ok(lock);
-            }
-            // Unsigned, it was taken this moment; without an address, it is held by a reader.
-            Err(holder)
-                if holder.as_ref().is_some_and(|h| h.address.is_some())
-                    || start.elapsed() > PATIENCE =>
-            {
-                return Err(held(directory, holder));
-            }
-            Err(_) => thread::sleep(Duration::from_millis(5)),
+    #[test]
+    fn a_reply_ends_where_it_would_grow_too_long() {
+        let directory = tempfile::tempdir().unwrap();
+        let store = Store::open(directory.path()).unwrap();
+        let keys: Vec<JobKey> = (0..20).map(|i| JobKey([i; 32])).collect();
+        for key in &keys[..19] {
+            store.commit(&[(*key, vec![key.0[0]; RESPONSE_LIMIT / 8])]).unwrap();
         }
-    }
-}
-
-pub(crate) fn held(directory: &Path, holder: Option<Holder>) -> OpenError {
-    let directory = directory.to_owned();
-    match holder {
-        Some(holder) => OpenError::Held {
-            directory,
-            pid: holder.pid,
-            held_for: holder.held_for(),
-            command: holder.command,
-        },
-        None => OpenError::HeldByUnknown { directory },
-    }
-}
-
-/// The open store, without the server that shares it with other processes.
-pub(crate) struct Core {
-    pub(crate) directory: PathBuf,
-    pub(crate) blobs: Blobs,
-    pub(crate) database: Database,
-    /// The keys of all records, so that counting and asking for one cost nothing. A key is here
-    /// when it is durable.
-    index: RwLock<BTreeSet<JobKey>>,
-    /// As it is on the disk. Held during every change of the store, which makes changes one at a
-    /// time.
-    manifest: Mutex<Manifest>,
-    /// When a commit last raised the promise of the manifest.
-    raised: Mutex<Option<Instant>>,
-    // Dropped last.
-    _lock: Lock,
-}
-
-impl Core {
-    /// Opens the store in an existing directory whose lock is held.
-    pub(crate) fn open(directory: &Path, lock: Lock) -> Result<Core, OpenError> {
-        let io =
-            |action| move |source| OpenError::Io { action, path: directory.to_owned(), source };
-        let damaged = |what: String| OpenError::Damaged { directory: directory.to_owned(), what };
-        if let Some(kind) =
-            volume::network_file_system(directory).map_err(io("examine the file system of"))?
-        {
-            return Err(OpenError::NetworkFileSystem { directory: directory.to_owned(), kind });
-        }
-        durable::clear_unfinished(directory).map_err(io("clear"))?;
-        let manifest = read_or_create_manifest(directory)?;
-        let records = directory.join(RECORDS);
-        if manifest.records > 0 && !records.join("db").is_file() {
-            return Err(damaged(format!(
-                "it promises {} records and has no database",
-                manifest.records
-            )));
-        }
-        // sled enlarges and rewrites its files when opened.
-        WriteError::require_space(directory, 0)?;
-        durable::create_directory(&records).map_err(io("create the database in"))?;
-        let failed = |fault| match fault {
-            Fault::Io(source) => {
-                OpenError::Io { action: "open the database of", path: directory.to_owned(), source }
-            }
-            Fault::Damaged(what) => {
-                damaged(format!("the database of records cannot be opened: {what}"))
-            }
+        let lengths = |keys: &[JobKey]| -> Vec<_> {
+            first_records(store.core(), keys)
+                .into_iter()
+                .map(|record| record.unwrap().map(|record| record.len()))
+                .collect()
         };
-        let database = Database::open(&records).map_err(failed)?;
-        let index = read_index(&database).map_err(damaged)?;
-        let found = index.len() as u64;
-        if found < manifest.records {
-            let promised = manifest.records;
-            return Err(damaged(format!(
-                "it promises {promised} records and only {found} can be found"
-            )));
-        }
-        let core = Core {
-            directory: directory.to_owned(),
-            blobs: Blobs::of(directory),
-            database,
-            index: RwLock::new(index),
-            manifest: Mutex::new(manifest),
-            raised: Mutex::new(None),
-            _lock: lock,
-        };
-        core.database.sync().map_err(failed)?;
-        core.database.sync_files().map_err(io("make durable the database of"))?;
-        let mut manifest = core.manifest();
-        if found > manifest.records {
-            // A kill came between a commit and its manifest; the records are durable now and are
-            // promised from here on.
-            core.promise(&mut manifest, found)?;
-        }
-        drop(manifest);
-        Ok(core)
-    }
-
-    pub(crate) fn index(&self) -> std::sync::RwLockReadGuard<'_, BTreeSet<JobKey>> {
-        self.index.read().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    pub(crate) fn manifest(&self) -> MutexGuard<'_, Manifest> {
-        self.manifest.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn replace(&self, manifest: &mut Manifest, next: Manifest) -> Result<(), WriteError> {
-        WriteError::require_space(&self.directory, 0)?;
-        next.write(&self.directory).map_err(|source| {
-            WriteError::io("write the manifest", &self.directory.join(manifest::FILE), source)
-        })?;
-        *manifest = next;
-        Ok(())
-    }
-
-    fn promise(&self, manifest: &mut Manifest, records: u64) -> Result<(), WriteError> {
-        let next = Manifest::new(records, manifest.studies.clone());
-        self.replace(manifest, next)
-    }
-
-    pub(crate) fn contains(&self, key: &JobKey) -> bool {
-        self.index().contains(key)
-    }
-
-    pub(crate) fn keys(&self) -> Vec<JobKey> {
-        self.index().iter().copied().collect()
-    }
-
-    pub(crate) fn get(&self, key: &JobKey) -> Result<Option<Vec<u8>>, ReadError> {
-        if !self.contains(key) {
-            return Ok(None);
-        }
-        let Some(sealed) = self.database.get(key)? else {
-            if !self.contains(key) {
-                return Ok(None); // removed this moment
-            }
-            return Err(ReadError::Corrupt {
-                key: *key,
-                reason: "the database has lost it".to_owned(),
-            });
-        };
-        match record::unseal(key, &sealed) {
-            Ok(payload) => Ok(Some(payload.to_vec())),
-            Err(Unsealable::Version(found)) => Err(ReadError::Version { key: *key, found }),
-            Err(Unsealable::Corrupt(reason)) => {
-                Err(ReadError::Corrupt { key: *key, reason: reason.to_owned() })
-            }
-        }
-    }
-
-    pub(crate) fn records(&self) -> impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)> {
-        self.keys().into_iter().filter_map(|key| Some((key, self.get(&key).transpose()?)))
-    }
-
-    fn writable(&self, bytes: u64) -> Result<(), WriteError> {
-        if let Some(earlier) = self.database.broken() {
-            return Err(WriteError::Database(earlier.to_owned()));
-        }
-        WriteError::require_space(&self.directory, bytes)
-    }
-
-    fn commit<Record: AsRef<[u8]>>(&self, records: &[(JobKey, Record)]) -> Result<(), WriteError> {
-        if let Some((key, record)) =
-            records.iter().find(|(_, record)| record.as_ref().len() > RECORD_LIMIT)
-        {
-            return Err(WriteError::TooLarge { key: *key, bytes: record.as_ref().len() });
-        }
-        if records.is_empty() {
-            return Ok(());
-        }
-        let mut manifest = self.manifest();
-        self.writable(records.iter().map(|(_, record)| record.as_ref().len() as u64).sum())?;
-        self.database.insert(
-            records.iter().map(|(key, record)| (key, record::seal(key, record.as_ref()))),
-        )?;
-        self.database.sync()?;
-        let found = {
-            let mut index = self.index.write().unwrap_or_else(PoisonError::into_inner);
-            index.extend(records.iter().map(|(key, _)| *key));
-            index.len() as u64
-        };
-        let mut raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner);
-        if found <= manifest.records || raised.is_some_and(|last| last.elapsed() < LAG) {
-            return Ok(());
-        }
-        self.promise(&mut manifest, found)?;
-        *raised = Some(Instant::now());
-        Ok(())
-    }
-
-    fn remove(&self, keys: &[JobKey]) -> Result<usize, WriteError> {
-        let mut manifest = self.manifest();
-        let present: BTreeSet<JobKey> =
-            keys.iter().copied().filter(|key| self.contains(key)).collect();
-        if present.is_empty() {
-            return Ok(0);
-        }
-        self.writable(0)?;
-        // The promise goes first, so that a kill on the way looks like no loss.
-        let left = (self.index().len() - present.len()) as u64;
-        self.promise(&mut manifest, left)?;
-        self.index
-            .write()
-            .unwrap_or_else(PoisonError::into_inner)
-            .retain(|key| !present.contains(key));
-        self.database.remove(present.iter())?;
-        self.database.sync()?;
-        Ok(present.len())
-    }
-}
-
-impl Drop for Core {
-    fn drop(&mut self) {
-        let found = self.index().len() as u64;
-        let mut manifest = self.manifest();
-        if found > manifest.records {
-            // It is as well without: the next opening counts again.
-            let _ = self.promise(&mut manifest, found);
-        }
-    }
-}
-
-fn read_or_create_manifest(directory: &Path) -> Result<Manifest, OpenError> {
-    let damaged = |what: String| OpenError::Damaged { directory: directory.to_owned(), what };
-    let io = |action| {
-        move |source| OpenError::Io { action, path: directory.join(manifest::FILE), source }
-    };
-    match Manifest::read(directory) {
-        Ok(manifest) => Ok(manifest),
-        Err(Unreadable::Format(found)) => {
-            Err(OpenError::Format { directory: directory.to_owned(), found })
-        }
-        Err(Unreadable::Damaged(what)) => {
-            Err(damaged(format!("its manifest.json cannot be read: {what}")))
-        }
-        Err(Unreadable::Io(source)) => Err(io("read")(source)),
-        Err(Unreadable::Absent) if directory.join(RECORDS).exists() => {
-            Err(damaged("its manifest.json is missing".to_owned()))
-        }
-        Err(Unreadable::Absent) if !vacant(directory).map_err(io("look for"))? => {
-            Err(OpenError::NotAStore { directory: directory.to_owned() })
-        }
-        Err(Unreadable::Absent) => {
-            // Written before the database: whoever finds a database without a manifest knows that
-            // it was lost.
-            let manifest = Manifest::new(0, BTreeMap::new());
-            manifest.write(directory).map_err(io("write"))?;
-            Ok(manifest)
-        }
-    }
-}
-
-/// Whether a directory holds nothing but what an opening that was killed, or a writer of blobs,
-/// leaves in it.
-fn vacant(directory: &Path) -> io::Result<bool> {
-    for entry in fs::read_dir(directory)? {
-        let name = entry?.file_name();
-        let name = name.to_string_lossy();
-        // what a kill left of the first manifest is ours too
-        if name != "lock" && name != "blobs" && !name.starts_with(durable::UNFINISHED) {
-            return Ok(false);
-        }
-    }
-    Ok(true)
-}
-
-/// The keys in the database, or what is wrong with it.
-fn read_index(database: &Database) -> Result<BTreeSet<JobKey>, String> {
-    let mut index = BTreeSet::new();
-    let mut foreign = 0;
-    let visited = database.visit(|key, _| match key.try_into() {
-        Ok(key) => drop(index.insert(JobKey(key))),
-        Err(_) => foreign += 1,
-    });
-    match visited {
-        Err(fault) => Err(format!(
-            "the database of records cannot be read: {fault} ({} records were found)",
-            index.len()
-        )),
-        Ok(()) if foreign > 0 => {
-            Err(format!("the database holds {foreign} entries whose keys are not of 32 bytes"))
-        }
-        Ok(()) => Ok(index),
+        assert_eq!(lengths(&keys), [Some(RESPONSE_LIMIT / 8); 8]);
+        assert_eq!(
+            lengths(&keys[17..]),
+            [Some(RESPONSE_LIMIT / 8), Some(RESPONSE_LIMIT / 8), None]
+        );
+        assert_eq!(lengths(&[]), []);
     }
 }

@@ -1,40 +1,44 @@
-//! Looking at everything, and clearing away what nothing refers to.
+//! This file verifies everything in a store and removes what nothing refers to.
 
-use crate::blob::{Digest, Found};
-use crate::error::{ReadError, WriteError};
-use crate::store::Store;
-use identity::JobKey;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::{fs, io};
 
-/// What was found in a store.
+use identity::JobKey;
+
+use crate::blob::BlobFile;
+use crate::digest::Digest;
+use crate::error::{ReadError, WriteError};
+use crate::store::Store;
+
+/// The result of verifying a store.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Verification {
-    /// Number of sound records.
+    /// The number of sound records.
     pub records: usize,
-    /// Records that are not what was written, with what is wrong.
+    /// The records that differ from what was written, with the reason.
     pub corrupt_records: Vec<(JobKey, String)>,
-    /// Number of sound blobs.
+    /// The number of sound blobs.
     pub blobs: usize,
-    /// What the sound blobs take on the disk, in bytes.
+    /// The space that the sound blobs take on the disk \[bytes\].
     pub blob_bytes: u64,
-    /// Blobs that are not what was written, with what is wrong.
+    /// The blobs that differ from what was written, with the reason.
     pub corrupt_blobs: Vec<(Digest, String)>,
-    /// Blobs that a record refers to and that are not there, with the first job that does.
+    /// The blobs that a record refers to and that are not there, with the first job that refers to
+    /// them.
     pub missing_blobs: Vec<(Digest, JobKey)>,
-    /// Number of blobs that no record and no study refers to; [`Store::compact`] removes them.
+    /// The number of blobs that no record and no study refers to. [`Store::compact`] removes them.
     pub unreferenced_blobs: usize,
-    /// Number of studies whose definition is sound.
+    /// The number of studies whose definition is sound.
     pub studies: usize,
-    /// Studies whose definition cannot be read, with the reason.
+    /// The names of the studies whose definition cannot be read, with the reason.
     pub lost_studies: Vec<(String, String)>,
-    /// Files among the blobs that are none of the store's.
+    /// The files among the blobs that do not belong to the store.
     pub stray_files: Vec<PathBuf>,
 }
 
 impl Verification {
-    /// Whether everything that was ever stored is there and is what was stored.
+    /// Returns true if everything that was ever stored is there and unchanged.
     pub fn is_sound(&self) -> bool {
         self.corrupt_records.is_empty()
             && self.corrupt_blobs.is_empty()
@@ -43,24 +47,24 @@ impl Verification {
     }
 }
 
-/// What [`Store::compact`] removed.
+/// The result of [`Store::compact`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Compaction {
-    /// Blobs removed because nothing refers to them.
+    /// The number of removed blobs that nothing referred to.
     pub blobs: usize,
-    /// Half-written files removed, left by processes that were killed.
+    /// The number of removed half-written files, which killed processes had left.
     pub unfinished: usize,
-    /// What this freed, in bytes.
+    /// The freed space \[bytes\].
     pub bytes: u64,
 }
 
 impl Store {
-    /// Reads and verifies everything. `references` names the blobs that a record refers to; records
-    /// are opaque here.
+    /// Reads and verifies everything. Records are opaque to the store, so `references` names the
+    /// blobs that a record refers to.
     ///
     /// # Errors
-    /// [`ReadError`] only for what hides the rest; damage to single records, blobs and studies is
-    /// in the answer.
+    /// [`ReadError`] if a fault hides everything else. Damage to single records, blobs and studies
+    /// is part of the result.
     pub fn verify(
         &self,
         mut references: impl FnMut(&JobKey, &[u8]) -> Vec<Digest>,
@@ -83,9 +87,9 @@ impl Store {
         }
         let studies = self.core().manifest().studies.clone();
         let mut present = BTreeSet::new();
-        for found in self.blobs().found()? {
+        for found in self.blobs().files()? {
             match found {
-                Found::Blob { digest, bytes, .. } => {
+                BlobFile::Blob { digest, bytes, .. } => {
                     present.insert(digest);
                     match self.blobs().get(&digest) {
                         Ok(Some(_)) => {
@@ -104,14 +108,14 @@ impl Store {
                         answer.unreferenced_blobs += 1;
                     }
                 }
-                Found::Unfinished { .. } => {}
-                Found::Stray(path) => answer.stray_files.push(path),
+                BlobFile::Unfinished { .. } => {}
+                BlobFile::Stray(path) => answer.stray_files.push(path),
             }
         }
         answer.missing_blobs =
             referenced.into_iter().filter(|(digest, _)| !present.contains(digest)).collect();
         for (name, digest) in studies {
-            match crate::store::definition(self.blobs(), &name, &digest) {
+            match self.blobs().definition(&name, &digest) {
                 Ok(_) => answer.studies += 1,
                 Err(error) => answer.lost_studies.push((name, error.to_string())),
             }
@@ -119,31 +123,31 @@ impl Store {
         Ok(answer)
     }
 
-    /// Removes the blobs that are neither in `referenced` nor the definition of a study, and what
-    /// killed writers left. Call it only while nobody is writing blobs whose digests are yet to
-    /// appear in a record.
+    /// Removes the blobs that are neither in `referenced` nor the definition of a study, and the
+    /// leftovers of killed writers. It may be called only while nobody writes blobs whose digests
+    /// are yet to appear in a record.
     ///
     /// # Errors
-    /// [`CompactError`].
+    /// [`CompactError`] if the blobs cannot be listed or removed.
     pub fn compact(&self, referenced: &BTreeSet<Digest>) -> Result<Compaction, CompactError> {
         let studies: BTreeSet<Digest> = self.core().manifest().studies.values().copied().collect();
         let mut removed = Compaction::default();
-        for found in self.blobs().found()? {
+        for found in self.blobs().files()? {
             let (path, bytes) = match found {
-                Found::Blob { digest, .. }
+                BlobFile::Blob { digest, .. }
                     if referenced.contains(&digest) || studies.contains(&digest) =>
                 {
                     continue;
                 }
-                Found::Blob { path, bytes, .. } => {
+                BlobFile::Blob { path, bytes, .. } => {
                     removed.blobs += 1;
                     (path, bytes)
                 }
-                Found::Unfinished { path, bytes } => {
+                BlobFile::Unfinished { path, bytes } => {
                     removed.unfinished += 1;
                     (path, bytes)
                 }
-                Found::Stray(_) => continue,
+                BlobFile::Stray(_) => continue,
             };
             match fs::remove_file(&path) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => {
@@ -156,13 +160,13 @@ impl Store {
     }
 }
 
-/// Why a store cannot be compacted.
+/// The reason why a store cannot be compacted.
 #[derive(Debug, thiserror::Error)]
 pub enum CompactError {
-    /// What there is cannot be found out.
+    /// The blobs cannot be listed.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// What there is cannot be removed.
+    /// A blob cannot be removed.
     #[error(transparent)]
     Write(#[from] WriteError),
 }

@@ -1,16 +1,17 @@
-//! What the file system under the store allows.
+//! This file asks what the file system under the store allows.
 
-use rustix::fs::{statfs, statvfs};
 use std::io;
 use std::path::Path;
 
-/// sled extends its file by whole segments of 512 KiB and keeps several open, and the manifest is
-/// written beside its predecessor. Stopping this far before the end keeps sled from ever meeting a
-/// full disk, which it does not survive.
+use rustix::fs::{statfs, statvfs};
+
+/// The space that is never used \[bytes\]. sled extends its file by whole segments of 512 KiB and
+/// keeps several open, and the manifest is written beside its predecessor. With this reserve sled
+/// never meets a full disk, which it does not survive.
 const RESERVE: u64 = 8 << 20;
 
-/// File systems on which neither `flock` nor the durability of a rename can be relied on, by the
-/// magic number that `statfs` reports (linux/magic.h and the sources of those that are not in it).
+/// The file systems on which neither `flock` nor the durability of a rename is reliable, by the
+/// magic number that `statfs` reports (linux/magic.h, and the sources of those that are not in it).
 const NETWORK: [(u32, &str); 13] = [
     (0x0000_6969, "NFS"),
     (0x0000_517B, "SMB"),
@@ -27,9 +28,9 @@ const NETWORK: [(u32, &str); 13] = [
     (0x0102_1997, "9P"),
 ];
 
-/// The name of the network file system that `directory` is on, if it is on one.
+/// Returns the name of the network file system of `directory`, or `None` if it is on a local one.
 pub(crate) fn network_file_system(directory: &Path) -> io::Result<Option<&'static str>> {
-    // The width of f_type differs between platforms; the numbers have 32 bits.
+    // The width of f_type differs between platforms. The numbers have 32 bits.
     Ok(network_name(statfs(directory)?.f_type as u32))
 }
 
@@ -37,13 +38,27 @@ fn network_name(magic: u32) -> Option<&'static str> {
     NETWORK.iter().find(|(number, _)| *number == magic).map(|(_, name)| *name)
 }
 
-/// `Err((free, needed))`, in bytes, if writing `bytes` could fill the file system of `directory`.
-pub(crate) fn require(directory: &Path, bytes: u64) -> io::Result<Result<(), (u64, u64)>> {
+/// The space on a file system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Space {
+    /// There is enough space.
+    Enough,
+    /// Writing could fill the file system.
+    Short {
+        /// The free space \[bytes\].
+        free: u64,
+        /// The space that must be free before writing is risked \[bytes\].
+        needed: u64,
+    },
+}
+
+/// Determines whether writing `bytes` could fill the file system of `directory`.
+pub(crate) fn space(directory: &Path, bytes: u64) -> io::Result<Space> {
     let volume = statvfs(directory)?;
     let free = volume.f_bavail.saturating_mul(volume.f_frsize);
     // A record is written once to the log and again when its page is consolidated.
     let needed = bytes.saturating_mul(4).saturating_add(RESERVE);
-    Ok(if free < needed { Err((free, needed)) } else { Ok(()) })
+    Ok(if free < needed { Space::Short { free, needed } } else { Space::Enough })
 }
 
 #[cfg(test)]
@@ -69,7 +84,7 @@ mod tests {
     fn no_volume_has_room_for_everything() {
         let directory = std::env::temp_dir();
         assert!(
-            matches!(require(&directory, u64::MAX), Ok(Err((_, needed))) if needed == u64::MAX)
+            matches!(space(&directory, u64::MAX), Ok(Space::Short { needed, .. }) if needed == u64::MAX)
         );
     }
 }

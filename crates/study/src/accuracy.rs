@@ -1,21 +1,26 @@
-//! Accuracy in place of a mesh: the study says how good its results must be, and each of its points
-//! gets the mesh that makes them so.
+//! The accuracy that stands in place of a mesh: the study says how good its results must be, and
+//! each of its points gets the mesh that makes them so.
 //!
 //! ```toml
-//! accuracy = "0.1%"           # in place of numerics.mesh: of the load, or of the approach where the load is given
+//! accuracy = "0.1%"           # in place of numerics.mesh: of the load, or of the approach
+//!                             # where the load is given
 //! ```
 //! ```toml
 //! [accuracy]                  # the same with more to say
-//! of = "peak_pressure"        # the figure that counts: one with an estimated error, `estimate_peak_pressure`
-//! is = "0.1%"                 # the estimate of its relative error, and what the solver left, are together no more than this
+//! of = "peak_pressure"        # the figure that counts: one with an estimated error,
+//!                             # `estimate_peak_pressure`
+//! is = "0.1%"                 # the estimate of its relative error, and what the solver left, are
+//!                             # together no more than this
 //! at_most = 512               # elements across Ω beyond which no mesh is tried; 1024 if left out
 //! ```
-//! Where `numerics.tolerance` is left out it follows from the accuracy; every other key of the
-//! numerics stays as it is given. Meshes are chosen by the results that there are: see `tribosweep
-//! answer`.
+//!
+//! If `numerics.tolerance` is left out, it follows from the accuracy. Every other key of the
+//! numerics stays as it is given. The meshes are chosen by the results that are there: see
+//! `tribosweep answer`.
 
-use contact::model::{Control, FigureErrors, Mesh, Shape};
 use toml::de::DeValue;
+
+use contact::model::{Control, Dof, FigureErrors, Mesh, PerDof, Shape};
 
 use crate::axis::Group;
 use crate::error::{Mistake, Span};
@@ -25,60 +30,60 @@ use crate::kind::Kind;
 use crate::read::{self, Node, entries};
 use crate::sheet::{Given, Setting};
 
-/// How good the results of a study must be.
+/// The quality that the results of a study must have.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Accuracy {
-    /// The figure that counts, one of those of [`FigureErrors`]; `None` is the load, or the
-    /// approach where the load is given.
+    /// The figure that counts, one of those of [`FigureErrors`]. `None` stands for the load, or for
+    /// the approach if the load is given.
     pub of: Option<&'static str>,
-    /// Largest relative error, as it is estimated.
+    /// The largest relative error that is accepted, as it is estimated.
     pub is: f64,
-    /// Elements across Ω beyond which no mesh is tried.
+    /// The number of elements across Ω beyond which no mesh is tried.
     pub at_most: u32,
     span: Span,
 }
 
-/// Elements across Ω of the mesh that is tried first.
+/// The number of elements across Ω of the mesh that is tried first.
 pub const FIRST: u32 = 8;
 
-/// The finest mesh that is tried without being asked for.
+/// The number of elements across Ω beyond which no mesh is tried if the study does not say.
 pub(crate) const AT_MOST: u32 = 1024;
 
 const KEYS: &[&str] = &["of", "is", "at_most"];
 
 impl Accuracy {
-    /// The figure that counts for a job.
+    /// Returns the figure that counts for a job.
     pub fn of(&self, job: &Job) -> &'static str {
         let default = || match controls(job) {
-            Some([Control::Force(_), ..]) => "approach",
+            Some(controls) if matches!(controls[Dof::Approach], Control::Force(_)) => "approach",
             _ => "load",
         };
         self.of.unwrap_or_else(default)
     }
 
-    /// The tolerance with which the solver takes no more than a tenth of the accuracy: the estimate
-    /// of what it leaves is four times the residual of each increment. A power of ten, so that
-    /// studies share results.
+    /// Returns the tolerance with which the solver takes no more than a tenth of the accuracy: the
+    /// estimate of what the solver leaves is four times the residual of each increment. The
+    /// tolerance is a power of ten, so that studies share results.
     pub fn tolerance(&self, job: &Job) -> f64 {
         let increments = job.case().map_or(1, |case| case.scene.loading.increments());
         let exponent =
-            (self.is / (40.0 * f64::from(increments.max(1)))).log10().floor().clamp(-12.0, -1.0);
+            (self.is / (40.0 * increments.max(1) as f64)).log10().floor().clamp(-12.0, -1.0);
         format!("1e{exponent}").parse().unwrap_or(1e-12)
     }
 
     /// Refuses a figure that the job gives, or that has no limit.
     pub(crate) fn check(&self, job: &Job) -> Result<(), Mistake> {
         let (Some(of), Some(controls)) = (self.of, controls(job)) else { return Ok(()) };
-        let all = |range: std::ops::Range<usize>, force: bool| {
-            controls[range].iter().all(|c| matches!(c, Control::Force(_)) == force)
+        let all = |dofs: &[Dof], force: bool| {
+            dofs.iter().all(|dof| matches!(controls[*dof], Control::Force(_)) == force)
         };
         let given = match of {
-            "load" => all(0..1, true),
-            "approach" => all(0..1, false),
-            "tangential_force" => all(1..3, true),
-            "shift" => all(1..3, false),
-            "moment" => all(3..6, true),
-            "rotation" => all(3..6, false),
+            "load" => all(&[Dof::Approach], true),
+            "approach" => all(&[Dof::Approach], false),
+            "tangential_force" => all(&Dof::SHIFTS, true),
+            "shift" => all(&Dof::SHIFTS, false),
+            "moment" => all(&Dof::ROTATIONS, true),
+            "rotation" => all(&Dof::ROTATIONS, false),
             _ => false,
         };
         let words = of.replace('_', " ");
@@ -108,7 +113,7 @@ impl Accuracy {
         Ok(())
     }
 
-    /// The mesh that stands in the study's base until another one is chosen.
+    /// Returns the mesh that stands in the study's base until another one is chosen.
     pub(crate) fn first_mesh(&self) -> (Key, Given) {
         (
             Key::Mesh,
@@ -121,12 +126,12 @@ impl Accuracy {
     }
 }
 
-/// What the end of the loading path gives.
-fn controls(job: &Job) -> Option<[Control; 6]> {
+/// Returns what the loading path prescribes at its end.
+fn controls(job: &Job) -> Option<PerDof<Control>> {
     Some(job.case()?.scene.loading.legs().last()?.target)
 }
 
-/// Reads `accuracy`, a part of one or a table.
+/// Reads `accuracy`, which is a proportion or a table.
 pub(crate) fn read(
     node: &Node<'_>,
     kind: Kind,
@@ -144,7 +149,7 @@ pub(crate) fn read(
             {
                 mistakes.push(read::unknown(name.get_ref(), name.span(), "`[accuracy]`", KEYS));
             }
-            match table.get("is").map(|node| read::part("accuracy.is", node)) {
+            match table.get("is").map(|node| read::proportion("accuracy.is", node)) {
                 Some(Ok(is)) => accuracy.is = is,
                 Some(Err(mistake)) => mistakes.push(mistake),
                 None => mistakes.push(Mistake::new(
@@ -167,7 +172,7 @@ pub(crate) fn read(
                 }
             }
         }
-        _ => match read::part("accuracy", node) {
+        _ => match read::proportion("accuracy", node) {
             Ok(is) => accuracy.is = is,
             Err(mistake) => mistakes.push(mistake),
         },
@@ -200,7 +205,7 @@ pub(crate) fn read(
 
 fn figure(node: &Node<'_>) -> Result<&'static str, Mistake> {
     let word = read::text("accuracy.of", node)?;
-    // the column of the estimate means the same
+    // The name of the estimate's column means the same figure.
     let bare = word.strip_prefix("estimate_").unwrap_or(&word);
     let figures = FigureErrors::default().named().map(|(name, _)| name);
     figures.into_iter().find(|known| *known == bare).ok_or_else(|| {
@@ -212,24 +217,29 @@ fn figure(node: &Node<'_>) -> Result<&'static str, Mistake> {
             )
         };
         match nearest(bare, figures) {
-            Some(meant) => mistake(format!("did you mean \"{meant}\"?"))
+            Some(suggestion) => mistake(format!("did you mean \"{suggestion}\"?"))
                 .help(format!("must be {}", one_of(&figures))),
             None => mistake(format!("must be {}", one_of(&figures))),
         }
     })
 }
 
-/// Reads the number of elements across Ω beyond which no mesh is tried; `why` it cannot be below
-/// `least`.
-pub(crate) fn at_most(what: &str, node: &Node<'_>, least: u32, why: &str) -> Result<u32, Mistake> {
+/// Reads the number of elements across Ω beyond which no mesh is tried. `reason` says why the
+/// number cannot be below `least`.
+pub(crate) fn at_most(
+    name: &str,
+    node: &Node<'_>,
+    least: u32,
+    reason: &str,
+) -> Result<u32, Mistake> {
     let DeValue::Integer(n) = node.get_ref() else {
-        return Err(read::mistyped(what, node, "a whole number of elements across Ω, like 512"));
+        return Err(read::mistyped(name, node, "a whole number of elements across Ω, like 512"));
     };
-    match read::whole(what, n, node.span())? {
+    match read::whole(name, n, node.span())? {
         n if (least..=Mesh::MAX_SIDE).contains(&n) => Ok(n),
         n => {
-            let expected = format!("must be from {least}, {why}, to {}", Mesh::MAX_SIDE);
-            Err(Mistake::new(node.span(), format!("`{what}` cannot be {n}"), expected))
+            let expected = format!("must be from {least}, {reason}, to {}", Mesh::MAX_SIDE);
+            Err(Mistake::new(node.span(), format!("`{name}` cannot be {n}"), expected))
         }
     }
 }

@@ -1,23 +1,27 @@
-//! Studies that choose points as they go: meshes until a result holds still or is
-//! [accurate](crate::accuracy), or one axis by halving.
+//! Studies that choose points as they go. Meshes are refined until a result holds still or is
+//! [accurate](crate::accuracy), or one axis is halved.
 //!
 //! ```toml
 //! [refine]                    # doubles numerics.mesh, at every point of the axes, until
 //! on = "peak_pressure"        # this result
 //! until = "0.1%"              # changes by no more than this
-//! at_most = 512               # or the mesh would be finer than this; 1024 if left out, and no less than twice numerics.mesh
+//! at_most = 512               # or the mesh would be finer than this; 1024 if left out, and no
+//!                             # less than twice numerics.mesh
 //! ```
 //! ```toml
-//! [bisect]                    # halves the intervals of an axis (equal ratios, if it is logarithmic)
+//! [bisect]                    # halves the intervals of an axis (equal ratios, if logarithmic)
 //! axis = "friction.mu"        # on which
 //! on = "stick_area > 0"       # this, as in `query --where`, begins or ceases to hold
-//! to = "1%"                   # until they are no longer than this part of their upper end; of the whole axis, where they begin at 0 or below
+//! to = "1%"                   # until they are no longer than this part of their upper end; of the
+//!                             # whole axis, where they begin at 0 or below
 //! ```
-//! What is chosen follows from the results alone, so that a study that was killed goes on where it
+//!
+//! The choice follows from the results alone. A study that was killed therefore goes on where it
 //! was, and its points are the same on any number of workers.
 
+use toml::de::{DeTable, DeValue};
+
 use contact::model::Mesh;
-use toml::de::DeValue;
 
 use crate::accuracy::{AT_MOST, Accuracy, at_most};
 use crate::axis::Group;
@@ -29,32 +33,32 @@ use crate::read::{self, Node, entries};
 use crate::sheet::{Given, Setting};
 use crate::value::Value;
 
-/// How a study chooses points.
+/// The rule by which a study chooses points.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Adaptive {
-    /// By the mesh that makes each accurate enough.
+    /// The mesh makes each point accurate enough.
     Accuracy(Accuracy),
-    /// By doubling the mesh.
+    /// The mesh is doubled.
     Refine {
         /// The column that is to hold still.
         on: String,
-        /// Relative change from a mesh to the next that is small enough.
+        /// The relative change from a mesh to the next that is small enough.
         until: f64,
-        /// Elements across Ω beyond which to stop.
+        /// The number of elements across Ω beyond which the doubling stops.
         at_most: u32,
     },
-    /// By halving intervals of an axis.
+    /// Intervals of an axis are halved.
     Bisect {
-        /// Index of the axis among [`Study::axes`](crate::Study::axes); it is by itself in its
-        /// group.
+        /// The index of the axis among [`Study::axes`](crate::Study::axes); it is the only axis of
+        /// its group.
         axis: usize,
-        /// What holds on one side and not on the other: a condition on columns.
+        /// The condition on columns that holds on one side and not on the other.
         on: String,
-        /// Where that stands in the file.
+        /// The place of the condition in the file.
         span: Span,
-        /// Length of an interval, relative to its upper end, that is small enough. One that begins
-        /// at 0 or below can become as long as its upper end whatever its length, and is measured
-        /// against the whole axis.
+        /// The length of an interval, relative to its upper end, that is small enough. An interval
+        /// that begins at 0 or below can be as long as its upper end whatever its length, and is
+        /// measured against the whole axis.
         to: f64,
     },
 }
@@ -62,22 +66,20 @@ pub enum Adaptive {
 const REFINE: &[&str] = &["on", "until", "at_most"];
 const BISECT: &[&str] = &["axis", "on", "to"];
 
-/// What would be right in place of a column that is [unknown in
-/// choosing](Column::unknown_in_choosing).
+/// The advice for a column that is [unknown in choosing](Column::unknown_in_choosing).
 pub const OF_ONE_JOB: &str = "must be of what one job leaves, like `load` or `estimate_load`";
 
-/// Reads `[refine]` or `[bisect]`, beside which there is no `accuracy`; `base`, `groups` and
-/// `columns` are the study's.
+/// Reads `[refine]` or `[bisect]` at the `root` of a study, which exclude each other and
+/// `accuracy`. `base`, `groups` and `columns` are the study's.
 pub(crate) fn read(
-    accuracy: Option<&Node<'_>>,
-    refine: Option<&Node<'_>>,
-    bisect: Option<&Node<'_>>,
+    root: &DeTable<'_>,
     base: &[(Key, Given)],
     groups: &[Group],
     columns: &[Column],
     mistakes: &mut Vec<Mistake>,
 ) -> Option<Adaptive> {
     let before = mistakes.len();
+    let [accuracy, refine, bisect] = ["accuracy", "refine", "bisect"].map(|name| root.get(name));
     if let (Some(accuracy), Some(other)) = (accuracy, refine.or(bisect)) {
         let mistake = Mistake::new(
             other.span(),
@@ -103,7 +105,8 @@ pub(crate) fn read(
     read.filter(|_| mistakes.len() == before)
 }
 
-/// The values of a table's keys, in the order of `keys`; what is missing or unknown is a mistake.
+/// Returns the values of the `needed` keys of a table, in this order. A missing or unknown key is a
+/// mistake.
 fn fields<'t, 'i, const N: usize>(
     name: &str,
     node: &'t Node<'i>,
@@ -149,7 +152,8 @@ fn read_refine(
         why.map_or(Ok(name), |why| Err(Mistake::new(on.span(), why, OF_ONE_JOB)))
     });
     let found = found.map_err(|mistake| mistakes.push(mistake)).ok();
-    let until = read::part("refine.until", until).map_err(|mistake| mistakes.push(mistake)).ok();
+    let until =
+        read::proportion("refine.until", until).map_err(|mistake| mistakes.push(mistake)).ok();
     let at_most =
         read_at_most(node, finest(base, groups)).map_err(|mistake| mistakes.push(mistake)).ok();
     let of_mesh = groups.iter().flat_map(Group::axes).find(|axis| axis.key() == Some(Key::Mesh));
@@ -164,7 +168,8 @@ fn read_refine(
     Some(Adaptive::Refine { on: found?, until: until?, at_most: at_most? })
 }
 
-/// The most elements along a side among the meshes that are given, and where.
+/// Returns the largest number of elements along a side among the meshes that are given, with its
+/// place.
 fn finest(base: &[(Key, Given)], groups: &[Group]) -> Option<(u32, Span)> {
     let of_axes = groups
         .iter()
@@ -179,13 +184,14 @@ fn finest(base: &[(Key, Given)], groups: &[Group]) -> Option<(u32, Span)> {
     sides.max_by_key(|(side, _)| *side)
 }
 
-/// Reads `refine.at_most`: at least two meshes are needed, the one given and twice as fine a one.
+/// Reads `refine.at_most`. At least two meshes are needed: the given one and one that is twice as
+/// fine.
 fn read_at_most(refine: &Node<'_>, finest: Option<(u32, Span)>) -> Result<u32, Mistake> {
     let given = match refine.get_ref() {
         DeValue::Table(table) => table.get("at_most"),
         _ => None,
     };
-    // a mesh that is missing, or of none, is refused by itself
+    // A mesh that is missing or has no elements is refused elsewhere.
     let (side, place) = finest.map_or((1, None), |(side, place)| (side, Some(place)));
     let twice = side.saturating_mul(2).max(2);
     let beside_mesh = |mistake: Mistake| match &place {
@@ -222,7 +228,7 @@ fn read_bisect(node: &Node<'_>, groups: &[Group], mistakes: &mut Vec<Mistake>) -
     let name = read::text("bisect.axis", axis).map_err(|mistake| mistakes.push(mistake)).ok()?;
     let span = on.span();
     let on = read::text("bisect.on", on).map_err(|mistake| mistakes.push(mistake)).ok();
-    let to = read::part("bisect.to", to).map_err(|mistake| mistakes.push(mistake)).ok();
+    let to = read::proportion("bisect.to", to).map_err(|mistake| mistakes.push(mistake)).ok();
     let axes =
         || groups.iter().flat_map(|group| group.axes().iter().map(move |axis| (group, axis)));
     let is_meant = |key: Option<Key>| {

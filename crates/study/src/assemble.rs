@@ -1,4 +1,4 @@
-//! From a sheet to the scene and the numerics that it describes.
+//! Assembles the scene and the numerics that a sheet describes.
 
 use contact::model::{
     Base, Domain, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics,
@@ -8,9 +8,9 @@ use contact::model::{
 use crate::error::Mistake;
 use crate::job::Case;
 use crate::key::{Key, Quantity, Table};
-use crate::sheet::{Setting, Sheet, Source, SurfaceNames, TablePlaces};
+use crate::sheet::{FileContent, NeededFile, Setting, Sheet, SurfaceNames, TablePlaces};
 
-/// The keys that a shape needs beyond `shape`; `file` stands for `file` or `surface`.
+/// Returns the keys that a shape needs beyond `shape`; `file` stands for `file` or `surface`.
 fn needed(shape: &str) -> &'static [Key] {
     match shape {
         "sphere" | "flat-disk" => &[Key::Radius],
@@ -22,7 +22,7 @@ fn needed(shape: &str) -> &'static [Key] {
     }
 }
 
-/// The keys of a wheel on a rail that have a default.
+/// The keys of a wheel on a rail that have a default, with the default.
 const WHEEL_ON_RAIL: &[(Key, f64)] = &[
     (Key::Gauge, WheelRail::GAUGE),
     (Key::GaugeDepth, WheelRail::GAUGE_DEPTH),
@@ -33,19 +33,19 @@ const WHEEL_ON_RAIL: &[(Key, f64)] = &[
     (Key::Roll, 0.0),
 ];
 
-/// The keys that a shape may have beyond those that it needs.
+/// Returns the keys that a shape may have beyond those that it needs.
 fn optional(shape: &str) -> impl Iterator<Item = Key> {
     let keys = if shape == "wheel-on-rail" { WHEEL_ON_RAIL } else { &[] };
     keys.iter().map(|(key, _)| *key)
 }
 
-/// A word with its article.
+/// Puts the indefinite article before a word.
 pub(crate) fn with_article(word: &str) -> String {
     let article = if word.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
     format!("{article} {word}")
 }
 
-/// Whether a key says something about a shape.
+/// Returns whether a key belongs to the shape of the punch.
 fn is_of_shape(key: Key) -> bool {
     let punch = Table::find("punch").is_some_and(|punch| key.is_under(&punch));
     punch && !matches!(key, Key::Shape | Key::PunchShearModulus | Key::PunchPoisson)
@@ -77,7 +77,7 @@ impl<'a> Assembler<'a> {
         self.mistakes.push(mistake);
     }
 
-    /// Returns what was noted.
+    /// Returns the mistakes that were noted.
     pub(crate) fn into_mistakes(self) -> Vec<Mistake> {
         self.mistakes
     }
@@ -90,7 +90,8 @@ impl<'a> Assembler<'a> {
         }
     }
 
-    /// The case; where something is missing a mistake is noted and the case is not to be used.
+    /// Assembles the case. If something is missing, a mistake is noted, and the case must not be
+    /// used.
     pub(crate) fn case(&mut self) -> Case {
         let scene = Scene {
             foundation: self.foundation(),
@@ -284,7 +285,7 @@ impl<'a> Assembler<'a> {
                 width_y: number(Key::WidthY),
             },
             "wheel-on-rail" => Shape::WheelOnRail(self.wheel_on_rail()),
-            // the reader lets only the words of Key::Shape through
+            // The reader lets only the words of `Key::Shape` through.
             _ => none,
         }
     }
@@ -322,19 +323,17 @@ impl<'a> Assembler<'a> {
     }
 
     fn surface(&self) -> String {
-        match self.sheet.sources().first() {
-            Some((_, Source::Map(file, unit))) => self
-                .surfaces
-                .maps
-                .get(&((*file).to_owned(), (*unit).to_owned()))
-                .cloned()
-                .unwrap_or_default(),
-            Some((_, Source::StoredMap(name))) => (*name).to_owned(),
+        let needed = self.sheet.needed_files().into_iter().next();
+        match needed.map(|NeededFile { content, .. }| content) {
+            Some(FileContent::Map { file, unit }) => {
+                self.surfaces.maps.get(&(file, unit)).cloned().unwrap_or_default()
+            }
+            Some(FileContent::StoredMap(name)) => name,
             _ => String::new(),
         }
     }
 
-    /// Notes every key given for the punch that its shape has not.
+    /// Notes every key that is given for the punch although its shape does not have it.
     fn refuse_foreign(&mut self, shape: &str) {
         let is_map = shape == "height-map";
         let has = |key: Key| {
@@ -386,11 +385,11 @@ impl<'a> Assembler<'a> {
     }
 }
 
-/// Turns what the scene itself found wrong into a mistake at the place that gave the value.
+/// Turns an error that the scene itself found into a mistake at the place that gave the value.
 pub(crate) fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces) -> Mistake {
     let key = Key::find(&error.key);
     let message = |value: &str| match key.map(Key::quantity) {
-        // of a list it is said what is wrong with it, and not what it is
+        // The message about a list says what is wrong with it; it does not repeat the list.
         Some(Quantity::List(_)) => format!("`{}` has {value}", error.key),
         Some(Quantity::Effects) => format!("`{}` cannot name `{value}`", error.key),
         _ => format!("`{}` cannot be {value}", error.key),
@@ -401,7 +400,7 @@ pub(crate) fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces
                 Quantity::List(_) | Quantity::Effects => error.value.clone(),
                 _ => given.setting.to_string(),
             };
-            // too many increments are the fault of the step that has most of them
+            // If there are too many increments, the step with most of them is at fault.
             let steps = 0..if key == Key::Steps { sheet.length(key) } else { 0 };
             let most = steps.filter_map(|i| Some((sheet.count(Key::Increments(i))?, i))).max();
             let given = most.and_then(|(_, i)| sheet.get(Key::Increments(i))).unwrap_or(given);

@@ -1,30 +1,32 @@
-//! Axes: which keys a study varies, through which values, and how the axes combine into points.
+//! The axes of a study: the keys that it varies, the values that they take, and the points that the
+//! axes make together.
 //!
-//! Under `[sweep]`, in the order of the file, the last one fastest:
+//! The axes stand under `[sweep]`, in the order of the file, the fastest one last:
 //!
 //! ```toml
 //! [sweep]
-//! "friction.mu" = [0.1, 0.3, 0.5]                                # a list
-//! mesh = { from = 16, to = 64, count = 4 }                       # equal steps, both ends included
-//! "loading.steps[0].approach" = { log = true, from = "1 um", to = "1 mm", count = 7 }   # equal ratios
+//! "friction.mu" = [0.1, 0.3, 0.5]            # a list
+//! mesh = { from = 16, to = 64, count = 4 }   # equal steps, both ends included
+//! # equal ratios
+//! "loading.steps[0].approach" = { log = true, from = "1 um", to = "1 mm", count = 7 }
 //!
-//! [[sweep.zip]]                                                  # axes that advance together count as one
-//! punch = [                                                      # a whole table; `label` names it in the results
+//! [[sweep.zip]]                              # axes that advance together count as one
+//! punch = [                                  # a whole table; `label` names it in the results
 //!     { shape = "flat-disk", radius = "1 mm", label = "disk" },
-//!     { shape = "sphere", radius = "50 mm" },                    # without a label, the punch's shape names it
+//!     { shape = "sphere", radius = "50 mm" },    # without a label, its shape names the punch
 //! ]
 //! "foundation.base.shear_modulus" = ["80 GPa", "8 GPa"]
 //! ```
 //!
 //! A table that is a value of an axis replaces the table of the file as a whole. An axis over a
 //! list (`foundation.layers`, `loading.steps`) has lists as values, `[[], [{ … }], [{ … }, { …
-//! }]]`, or tables that give them a name, `{ label = "coated", layers = [{ … }] }`; one over
+//! }]]`, or tables that give them a name, `{ label = "coated", layers = [{ … }] }`. An axis over
 //! `foundation.base` has tables and the word `"rigid"`. An axis over an entry of a list,
 //! `"loading.steps[1].shift_x"`, needs the entry in the scene; only a list that the scene leaves
 //! out altogether is made of what the axes set. The values between the ends of a range are rounded
-//! to 15 significant digits (13 with equal ratios), so that `{ from = 0, to = 1, count = 11 }`
-//! holds 0.3 and not 0.30000000000000004, and shares its results with a list that says 0.3. No axis
-//! names a value twice.
+//! to 15 significant digits (13 with equal ratios). The range `{ from = 0, to = 1, count = 11 }`
+//! therefore holds 0.3 and not 0.30000000000000004, and shares its results with a list that says
+//! 0.3. No axis names a value twice.
 
 use std::borrow::Cow;
 
@@ -34,7 +36,7 @@ use crate::sheet::{Given, Setting, Sheet};
 use crate::value::Value;
 
 /// The largest number of points of one study.
-pub const MAX_POINTS: usize = 10_000_000;
+pub(crate) const MAX_POINTS: usize = 10_000_000;
 
 /// One axis of a study.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +47,7 @@ pub struct SweepAxis {
     pub(crate) span: Span,
 }
 
-/// What an axis sets.
+/// The key or table that an axis sets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Target {
     Key(Key),
@@ -53,7 +55,7 @@ pub(crate) enum Target {
 }
 
 impl Target {
-    /// The key or table, as short as a study file may write it.
+    /// Returns the path of the key or table, as short as a study file may write it.
     fn path(self) -> Cow<'static, str> {
         match self {
             Target::Key(key) => key.short(),
@@ -61,7 +63,7 @@ impl Target {
         }
     }
 
-    /// Whether the two set a key in common.
+    /// Returns whether the two set a key in common.
     pub(crate) fn overlaps(self, other: Target) -> bool {
         match (self, other) {
             (Target::Key(a), Target::Key(b)) => a == b,
@@ -72,7 +74,7 @@ impl Target {
         }
     }
 
-    /// The list in which it is an entry or a key of one, and the entry's index.
+    /// Returns the list in which it is an entry, or a key of an entry, and the index of the entry.
     pub(crate) fn entry(self) -> Option<(Key, u32)> {
         match self {
             Target::Key(key) => Some((key.list()?, key.index()?)),
@@ -81,7 +83,7 @@ impl Target {
     }
 }
 
-/// One value of an axis: how it is shown, and the keys it sets.
+/// One value of an axis: the cell that shows it, and the keys that it sets.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Choice {
     pub(crate) shown: Value,
@@ -90,10 +92,10 @@ pub(crate) struct Choice {
 }
 
 impl Choice {
-    /// The value of an axis over a key.
+    /// Returns the value of an axis over a key. `nth` counts the values of a range from 1.
     pub(crate) fn of_key(key: Key, setting: Setting, span: Span, nth: Option<usize>) -> Self {
         let shown = match Value::from(&setting) {
-            // every value of an axis has a name
+            // Every value of an axis has a name.
             Value::Missing => Value::Text("none".to_owned()),
             value => value,
         };
@@ -102,12 +104,12 @@ impl Choice {
 }
 
 impl SweepAxis {
-    /// The key or table that it sets, as short as a study file may write it.
+    /// Returns the path of the key or table that it sets, as short as a study file may write it.
     pub fn path(&self) -> Cow<'static, str> {
         self.target.path()
     }
 
-    /// The column that shows it.
+    /// Returns the name of the column that shows it.
     pub fn column(&self) -> Cow<'static, str> {
         match self.target {
             Target::Key(key) => key.column(),
@@ -115,7 +117,7 @@ impl SweepAxis {
         }
     }
 
-    /// The key that it sets, unless that is a whole table.
+    /// Returns the key that it sets; `None` if it sets a whole table.
     pub fn key(&self) -> Option<Key> {
         match self.target {
             Target::Key(key) => Some(key),
@@ -123,18 +125,18 @@ impl SweepAxis {
         }
     }
 
-    /// Its values, in order.
+    /// Returns its values, in order.
     pub fn values(&self) -> impl ExactSizeIterator<Item = &Value> {
         self.choices.iter().map(|choice| &choice.shown)
     }
 
-    /// Whether it was given as a range of equal ratios.
+    /// Returns whether it was given as a range of equal ratios.
     pub fn is_log(&self) -> bool {
         self.log
     }
 
-    /// Whether its values are numbers.
-    pub fn is_numeric(&self) -> bool {
+    /// Returns whether its values are numbers.
+    pub(crate) fn is_numeric(&self) -> bool {
         self.values().all(|value| matches!(value, Value::Number(_) | Value::Integer(_)))
     }
 
@@ -149,7 +151,7 @@ impl SweepAxis {
     }
 }
 
-/// Axes that advance together; one axis by itself is a group of one.
+/// Axes that advance together; an axis that advances alone is a group of one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
     pub(crate) axes: Vec<SweepAxis>,
@@ -157,26 +159,27 @@ pub struct Group {
 }
 
 impl Group {
-    /// The axes in the order of the file, at least one, all with [`len`](Group::len) values.
+    /// Returns the axes in the order of the file. There is at least one, and all have
+    /// [`len`](Group::len) values.
     pub fn axes(&self) -> &[SweepAxis] {
         &self.axes
     }
 
-    /// How many steps it makes, at least one.
+    /// Returns the number of steps that the group makes, at least one.
     #[expect(clippy::len_without_is_empty, reason = "a group is never empty")]
     pub fn len(&self) -> usize {
         self.length
     }
 }
 
-/// How many points the groups make; `None` beyond [`MAX_POINTS`].
+/// Returns the number of points that the groups make; `None` beyond [`MAX_POINTS`].
 pub(crate) fn count(groups: &[Group]) -> Option<usize> {
     groups.iter().try_fold(1usize, |product, group| {
         product.checked_mul(group.length).filter(|count| *count <= MAX_POINTS)
     })
 }
 
-/// The step of each group at a point; the last group is the fastest.
+/// Returns the step of each group at a point; the last group is the fastest.
 pub(crate) fn steps(groups: &[Group], mut point: usize) -> Vec<usize> {
     let mut steps = vec![0; groups.len()];
     for (step, group) in steps.iter_mut().zip(groups).rev() {
@@ -186,7 +189,7 @@ pub(crate) fn steps(groups: &[Group], mut point: usize) -> Vec<usize> {
     steps
 }
 
-/// Every key that a base or an axis gives, some more than once.
+/// Returns every key that a base or an axis gives; some are returned more than once.
 pub(crate) fn keys<'a>(
     base: &'a [(Key, Given)],
     groups: &'a [Group],

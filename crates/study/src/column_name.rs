@@ -5,23 +5,23 @@ use crate::error::Mistake;
 use crate::key::nearest;
 use crate::read::{self, Node};
 
-/// Reads the name of a column; `numeric` for one that holds numbers.
+/// Reads the name of a column, which must hold numbers if it is to be `numeric`.
 pub(crate) fn column_name(
-    what: &str,
+    path: &str,
     node: &Node<'_>,
     columns: &[Column],
     numeric: bool,
 ) -> Result<String, Mistake> {
-    let name = read::text(what, node)?;
+    let name = read::text(path, node)?;
     match find(columns, &name) {
         Some(column) if numeric && !column.is_numeric() => Err(Mistake::new(
             node.span(),
-            format!("`{what}`: the column `{name}` holds texts"),
+            format!("`{path}`: the column `{name}` holds texts"),
             "must be a column of numbers",
         )),
         Some(column) => Ok(column.name.to_string()),
         None => {
-            let message = format!("`{what}`: there is no column `{name}`");
+            let message = format!("`{path}`: there is no column `{name}`");
             if along_path(Vec::new()).iter().any(|column| column.name == name) {
                 return Err(Mistake::new(
                     node.span(),
@@ -30,8 +30,8 @@ pub(crate) fn column_name(
                 ));
             }
             Err(match nearest(&name, columns.iter().map(|column| column.name.as_ref())) {
-                Some(meant) => {
-                    Mistake::new(node.span(), message, format!("did you mean \"{meant}\"?"))
+                Some(suggestion) => {
+                    Mistake::new(node.span(), message, format!("did you mean \"{suggestion}\"?"))
                 }
                 None => Mistake::new(
                     node.span(),

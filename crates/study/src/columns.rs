@@ -1,13 +1,14 @@
 //! The one list of columns. A name means the same in a study file's `[figure]`, in a query, in an
 //! export and in a plot.
 //!
-//! A column is named by an identifier: for a key of the scene or the numerics the one that
-//! [`Key::column`] gives, whatever else the study varies. An axis over a whole table has the
-//! table's column and shows the labels.
+//! A column is named by an identifier. The column of a key of the scene or the numerics has the
+//! name that [`Key::column`] gives, whatever else the study varies. An axis over a whole table has
+//! the table's column and shows the labels.
 //!
-//! Results are those at the end of the loading path, except where a column's meaning says that it
-//! is of the whole path. In a table of increments ([`along_path`], [`Record::along_path`]) each row
-//! is what the result would be if the path ended there.
+//! Results are those at the end of the loading path, unless a column's meaning says that it is
+//! about the whole path. In a table of increments ([`along_path`],
+//! [`Record::along_path`](crate::Record::along_path)) each row is what the result would be if the
+//! path ended there.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -23,10 +24,10 @@ use column::ColumnSource;
 pub use column::{Column, Compared, Role, Row};
 use common::{ENDING, PLACE, PROVENANCE};
 
-/// The columns of a study with these axes, in order: the axes, the other keys, then what the
-/// records hold, of which `results` is what depends on the kind of the study. `keys` are those that
-/// the study gives; those of the numerics, which have defaults, have columns anyway, unless the
-/// kind of the study `refuses` them.
+/// Returns the columns of a study with these axes, in order: the axes, the other keys, then the
+/// results, of which `results` are those that depend on the kind of the study. `keys` are the keys
+/// that the study gives. The keys of the numerics, which have defaults, have columns anyway, unless
+/// the kind of the study `refuses` them.
 pub(crate) fn columns<'a>(
     axes: impl IntoIterator<Item = &'a SweepAxis>,
     keys: impl IntoIterator<Item = Key>,
@@ -51,7 +52,7 @@ pub(crate) fn columns<'a>(
         });
     }
     let listed: HashSet<Key> = keys.into_iter().collect();
-    // not every index up to the largest, which may be any number
+    // These are only the indices that occur, for the largest one may be any number.
     let indices = |list| {
         listed
             .iter()
@@ -60,7 +61,7 @@ pub(crate) fn columns<'a>(
             .collect::<BTreeSet<u32>>()
     };
     for key in Key::of_entries(indices) {
-        // a height map is given as a file, a job has its hash
+        // A study gives a height map as a file, while a job has its hash.
         let is_given = listed.contains(&key) || key == Key::Surface && listed.contains(&Key::File);
         let has_default =
             ["numerics.", "search."].iter().any(|table| key.path().starts_with(table));
@@ -85,17 +86,18 @@ pub(crate) fn columns<'a>(
     columns
 }
 
-/// The columns of a table of increments, one row for each ([`Record::along_path`]): the axes, where
-/// on the path it stands, and the rest.
+/// Returns the columns of a table of increments, which has one row for each
+/// ([`Record::along_path`](crate::Record::along_path)): the axes, the place on the path, and the
+/// rest.
 pub fn along_path(columns: Vec<Column>) -> Vec<Column> {
     let (axes, mut rest): (Vec<Column>, Vec<Column>) =
         columns.into_iter().partition(|column| column.role == Role::Axis);
-    // here a number of increments is the number of the increment
+    // In such a table the number of increments is the number of the increment.
     rest.retain(|column| column.name != "increments");
     axes.into_iter().chain(PLACE.iter().cloned()).chain(rest).collect()
 }
 
-/// The column of this name, or of the key with this path, short or from the top.
+/// Returns the column of this name, or of the key with this path, short or from the top.
 pub fn find<'a>(columns: &'a [Column], name: &str) -> Option<&'a Column> {
     let of_path = Key::find(name).map(Key::column);
     columns

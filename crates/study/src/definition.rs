@@ -6,25 +6,29 @@ use crate::encoding::{BLOB_LIMIT, DecodeError, decode, encode};
 use crate::error::StudyError;
 use crate::study::Study;
 
-/// Why a stored definition is no study.
+/// The reason why a stored definition is no study.
 #[derive(Debug, thiserror::Error)]
 pub enum DefinitionError {
     /// The bytes do not decode.
     #[error(transparent)]
     Decode(#[from] DecodeError),
-    /// The text in it is refused, by a newer version of the program.
+    /// The text in the bytes is refused, for example by a newer version of the program.
     #[error(transparent)]
     Study(#[from] StudyError),
 }
 
 impl Study {
-    /// Everything that is needed to read the study again when its files are gone: text, path and
-    /// the files it names.
+    /// Returns the bytes of everything that is needed to read the study again when its files are
+    /// gone: its path, its text and the files that it names.
     pub fn definition(&self) -> Vec<u8> {
         encode(&(&self.path, &self.text, &self.files.bytes))
     }
 
     /// Reads a [`definition`](Study::definition).
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the bytes do not decode, or if the text in them is no study.
     pub fn from_definition(bytes: &[u8]) -> Result<Study, DefinitionError> {
         let (path, text, files) = decode::<(String, String, BTreeMap<String, Vec<u8>>), BLOB_LIMIT>(
             "the study's definition",

@@ -1,5 +1,5 @@
-//! Edits the text of a study: sets keys, and turns a study of a scene into one of what accuracy
-//! costs. Whatever is not edited keeps its place, its spelling and its comments.
+//! Edits the text of a study: sets keys, and turns a study of a scene into a study of what accuracy
+//! costs. Everything that is not edited keeps its place, its spelling and its comments.
 
 use toml_edit::{DocumentMut, Item, Table as TomlTable, TableLike, Value as TomlValue};
 
@@ -15,67 +15,67 @@ const LADDER_MESHES: [i64; 9] = [8, 12, 16, 24, 32, 48, 64, 96, 128];
 /// The tolerances of the ladder that is made for a scene.
 const LADDER_TOLERANCES: [f64; 3] = [1e-2, 1e-4, 1e-8];
 
-/// Why a study's text cannot be edited.
+/// The reason why a study's text cannot be edited.
 #[derive(Debug, thiserror::Error)]
 pub enum EditError {
     /// The text is no study.
     #[error(transparent)]
     Study(#[from] StudyError),
-    /// The text is a study, and cannot be edited.
+    /// The text is a study, but cannot be edited.
     #[error("{path} cannot be edited")]
     Document {
-        /// Where the text came from.
+        /// The path from which the text came.
         path: String,
     },
-    /// A setting that cannot be made.
+    /// A setting cannot be made.
     #[error("--set {setting}: {reason}")]
     Setting {
         /// The setting as it was given.
         setting: String,
-        /// Why it cannot be made.
+        /// The reason.
         reason: String,
     },
-    /// A setting whose place in the text is taken by something else.
+    /// The place of a setting in the text is taken by something else.
     #[error("--set {setting}: {path} has no place for it")]
     Occupied {
         /// The setting as it was given.
         setting: String,
-        /// Where the text came from.
+        /// The path from which the text came.
         path: String,
-        /// What is in the way.
+        /// The obstacle.
         source: PlaceError,
     },
     /// A place that the ladder needs is taken by something else.
     #[error(transparent)]
     Place(#[from] PlaceError),
-    /// The jobs of the study solve no scene once.
+    /// The jobs of the study do not solve a scene once.
     #[error("{path}: a study of kind \"{kind}\" solves no scene whose accuracy could be priced")]
     Unpriced {
-        /// Where the text came from.
+        /// The path from which the text came.
         path: String,
-        /// The kind of the study.
+        /// The name of the study's kind.
         kind: &'static str,
     },
-    /// The study has axes left that are none of the ladder's.
+    /// The study varies more than the ladder does.
     #[error("{path} varies {axes}; fix that with --set KEY=VALUE, so that one scene is left")]
     Varies {
-        /// Where the text came from.
+        /// The path from which the text came.
         path: String,
         /// The axes, separated by commas.
         axes: String,
     },
 }
 
-/// Why there is no place for a key in a text.
+/// The reason why a text has no place for a key.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PlaceError {
     /// Something that holds no keys stands where a table would have to stand.
     #[error("`{0}` would have to stand in a table")]
     NoTable(String),
-    /// There is no such list.
+    /// A list is missing.
     #[error("there is no `{0}`")]
     Missing(String),
-    /// A list is shorter.
+    /// A list has too few entries.
     #[error("`{name}` has no entry {index}")]
     NoEntry {
         /// The name of the list.
@@ -88,12 +88,13 @@ pub enum PlaceError {
     Sweep,
 }
 
-/// Returns the text of a study with keys set, each `KEY=VALUE` of `settings` taken out of the axes.
-/// `path` and `files` are those of [`Study::parse`].
+/// Returns the text of a study in which each `KEY=VALUE` of `settings` is set and no longer an
+/// axis. `path` and `files` are those of [`Study::parse`].
 ///
 /// # Errors
 ///
-/// A text that is no study, and a setting that is none or has no place in it.
+/// Returns an error if the text is no study, if a setting is not `KEY=VALUE` with a known key, or
+/// if its place in the text is taken.
 pub fn with_settings(
     text: &str,
     path: &str,
@@ -109,7 +110,7 @@ pub fn with_settings(
         let name = name.trim();
         let key = key_of(name).ok_or_else(|| {
             refuse(match nearest_path(name) {
-                // A table of keys, or a list of them.
+                // The name is that of a table or of a list.
                 Some(same) if same == name => {
                     format!("`{name}` holds several keys; set one of them, or edit the file")
                 }
@@ -117,14 +118,14 @@ pub fn with_settings(
                 None => format!("there is no key `{name}`"),
             })
         })?;
-        // What is no TOML value is a text: punch.radius=2mm, method=seidel.
+        // A value that is no TOML is a text: punch.radius=2mm, method=seidel.
         let value = value.trim();
         let value: TomlValue = value.parse().unwrap_or_else(|_| TomlValue::from(value));
         if let Some(sweep) = document.get_mut("sweep").and_then(Item::as_table_like_mut) {
             remove_axis(sweep, key);
         }
         if key == Key::Mesh {
-            // A mesh that is given is not left to the accuracy.
+            // A given mesh takes the place of the accuracy.
             document.remove("accuracy");
         }
         set(document.as_item_mut(), &key.path(), value).map_err(|source| EditError::Occupied {
@@ -141,8 +142,8 @@ pub fn with_settings(
 ///
 /// # Errors
 ///
-/// Those of [`with_settings`]; a study that solves no scene, or more than one; a setting of what
-/// the ladder varies.
+/// Returns an error if [`with_settings`] does, if the study solves no scene or more than one, or if
+/// a setting gives what the ladder varies.
 pub fn with_cost_ladder(
     text: &str,
     path: &str,
@@ -214,13 +215,13 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<DocumentMut
     Err(EditError::Document { path: path.to_owned() })
 }
 
-/// Returns the key of a path or of a column.
+/// Returns the key with this path or column.
 fn key_of(name: &str) -> Option<Key> {
     Key::find(name).or_else(|| Key::of_column(name))
 }
 
-/// Removes a key, and whatever stands inside it, from the axes, spelled as one name or as nested
-/// tables, by itself or in a group.
+/// Removes a key, and everything inside it, from the axes. The key may be spelled as one name or as
+/// nested tables, by itself or in a group.
 fn remove_axis(sweep: &mut dyn TableLike, key: Key) {
     remove_from(sweep, "", key);
     let is_emptied = match sweep.get_mut("zip") {
@@ -244,7 +245,7 @@ fn remove_axis(sweep: &mut dyn TableLike, key: Key) {
     }
 }
 
-/// Removes a key, and whatever stands inside it, from a table that stands at the path `prefix`.
+/// Removes a key, and everything inside it, from a table that stands at the path `prefix`.
 fn remove_from(table: &mut dyn TableLike, prefix: &str, key: Key) {
     let names: Vec<String> = table.iter().map(|(name, _)| name.to_owned()).collect();
     for name in names {
@@ -260,8 +261,8 @@ fn remove_from(table: &mut dyn TableLike, prefix: &str, key: Key) {
     }
 }
 
-/// Whether a path is that of a key, or of something inside it: lists and the base of a foundation
-/// are tables as well.
+/// Returns whether a path leads to a key or into it: lists and the base of a foundation are tables
+/// as well.
 fn is_inside(path: &str, key: Key) -> bool {
     let is_under = |table: &Table| {
         Key::find(path).is_some_and(|key| key.is_under(table))

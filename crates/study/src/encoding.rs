@@ -1,48 +1,48 @@
-//! Bytes with a version: every format begins with a version byte and is bincode's standard
-//! configuration after it.
+//! Bytes with a version: every format begins with a version byte, and bincode's standard
+//! configuration follows.
 
 use serde::{Serialize, de::DeserializeOwned};
 
-/// Why bytes are not what they should be.
+/// The reason why bytes cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DecodeError {
     /// There are no bytes.
-    #[error("{what} is empty")]
+    #[error("{item} is empty")]
     Empty {
-        /// What was read.
-        what: &'static str,
+        /// The name of what was read.
+        item: &'static str,
     },
-    /// Another version of the program wrote it.
-    #[error("{what} has format {found}, this program reads {}", formats(known))]
+    /// Another version of the program wrote the bytes.
+    #[error("{item} has format {found}, this program reads {}", formats(known))]
     Version {
-        /// What was read.
-        what: &'static str,
-        /// The version found.
+        /// The name of what was read.
+        item: &'static str,
+        /// The version of the bytes.
         found: u8,
-        /// The versions known.
+        /// The versions that this program reads.
         known: &'static [u8],
     },
     /// The bytes do not decode.
-    #[error("{what} does not decode: {reason}")]
+    #[error("{item} does not decode: {reason}")]
     Malformed {
-        /// What was read.
-        what: &'static str,
-        /// What is wrong.
+        /// The name of what was read.
+        item: &'static str,
+        /// The fault.
         reason: String,
     },
 }
 
-/// Versions in words.
+/// Lists versions in words.
 fn formats(known: &[u8]) -> String {
     let numbers: Vec<String> = known.iter().map(u8::to_string).collect();
     format!("{} {}", if known.len() == 1 { "format" } else { "formats" }, numbers.join(" and "))
 }
 
-/// Format of fields, surfaces and definitions of studies.
+/// The format of fields, surfaces and definitions of studies.
 pub(crate) const VERSION: u8 = 1;
 
-/// Longest text or list in fields and definitions of studies that is believed \[bytes\]: six doubles for each element of the largest
-/// grid, and room to spare.
+/// The longest text or list in fields and definitions of studies that is believed \[bytes\]: six
+/// doubles for each element of the largest grid, and room to spare.
 pub(crate) const BLOB_LIMIT: usize = 2 << 30;
 
 pub(crate) fn encode(value: &impl Serialize) -> Vec<u8> {
@@ -57,22 +57,22 @@ pub(crate) fn encode_as(version: u8, value: &impl Serialize) -> Vec<u8> {
 }
 
 pub(crate) fn decode<T: DeserializeOwned, const LIMIT: usize>(
-    what: &'static str,
+    item: &'static str,
     bytes: &[u8],
 ) -> Result<T, DecodeError> {
-    decode_as::<T, LIMIT>(&[VERSION], what, bytes)
+    decode_as::<T, LIMIT>(&[VERSION], item, bytes)
 }
 
 pub(crate) fn decode_as<T: DeserializeOwned, const LIMIT: usize>(
     known: &'static [u8],
-    what: &'static str,
+    item: &'static str,
     bytes: &[u8],
 ) -> Result<T, DecodeError> {
-    let (version, body) = bytes.split_first().ok_or(DecodeError::Empty { what })?;
+    let (version, body) = bytes.split_first().ok_or(DecodeError::Empty { item })?;
     if !known.contains(version) {
-        return Err(DecodeError::Version { what, found: *version, known });
+        return Err(DecodeError::Version { item, found: *version, known });
     }
-    let malformed = |reason: String| DecodeError::Malformed { what, reason };
+    let malformed = |reason: String| DecodeError::Malformed { item, reason };
     let config = bincode::config::standard().with_limit::<LIMIT>();
     let (value, read) = bincode::serde::decode_from_slice(body, config)
         .map_err(|error| malformed(error.to_string()))?;

@@ -1,31 +1,31 @@
-//! What is wrong with a study file, and where.
+//! The mistakes in a study file, with their places.
 
 use std::fmt;
 use std::ops::Range;
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
-/// A place in a study's text: byte offsets.
+/// A place in a study's text, in byte offsets.
 pub type Span = Range<usize>;
 
-/// One thing that is wrong.
+/// One mistake in a study file.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Mistake {
-    /// What is wrong; a lower-case fragment.
+    /// The fault, as a lower-case fragment.
     pub message: String,
-    /// Where.
+    /// The place.
     pub span: Span,
-    /// What would be right; shown at the place.
+    /// The remedy, which is shown at the place.
     pub expected: String,
-    /// Advice beyond the place, or empty.
+    /// The advice beyond the place; it may be empty.
     pub help: String,
-    /// A second place that matters, and why it does.
+    /// A second place that matters, and the reason why it does.
     pub context: Option<Box<(Span, String)>>,
 }
 
 impl Mistake {
-    /// A mistake at a place.
-    pub fn new(span: Span, message: impl Into<String>, expected: impl Into<String>) -> Self {
+    /// Makes a mistake at a place.
+    pub(crate) fn new(span: Span, message: impl Into<String>, expected: impl Into<String>) -> Self {
         Mistake {
             message: message.into(),
             span,
@@ -35,20 +35,20 @@ impl Mistake {
         }
     }
 
-    /// The same with advice.
-    pub fn help(mut self, help: impl Into<String>) -> Self {
+    /// Adds advice.
+    pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
         self.help = help.into();
         self
     }
 
-    /// The same with a second place.
-    pub fn context(mut self, span: Span, label: impl Into<String>) -> Self {
+    /// Adds a second place.
+    pub(crate) fn context(mut self, span: Span, label: impl Into<String>) -> Self {
         self.context = Some(Box::new((span, label.into())));
         self
     }
 }
 
-/// Why a text is no study: at least one [`Mistake`], in the order of the file.
+/// The reason why a text is no study: at least one [`Mistake`], in the order of the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StudyError {
     path: String,
@@ -56,7 +56,7 @@ pub struct StudyError {
     mistakes: Vec<Mistake>,
 }
 
-/// Problems beyond these are only counted.
+/// The number of mistakes that are shown; the others are only counted.
 const MOST_SHOWN: usize = 20;
 
 impl StudyError {
@@ -73,20 +73,20 @@ impl StudyError {
         StudyError { path: path.to_owned(), text: text.to_owned(), mistakes }
     }
 
-    /// The mistakes, in the order of the file.
+    /// Returns the mistakes, in the order of the file.
     pub fn mistakes(&self) -> &[Mistake] {
         &self.mistakes
     }
 
-    /// Line and column of a mistake, counted from 1, columns in characters.
+    /// Returns the line and the column of a mistake, counted from 1, columns in characters.
     pub fn position(&self, mistake: &Mistake) -> (usize, usize) {
         let before = self.text.get(..mistake.span.start).unwrap_or(&self.text);
-        let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
         (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
     }
 
-    /// Every mistake with its line of the file and a caret under the place; with ANSI colours if
-    /// asked.
+    /// Renders every mistake with its line of the file and a caret under the place, with ANSI
+    /// `colours` on demand.
     pub fn render(&self, colours: bool) -> String {
         let renderer = if colours { Renderer::styled() } else { Renderer::plain() };
         let mut shown: Vec<String> = self
@@ -127,18 +127,18 @@ impl fmt::Display for StudyError {
 
 impl std::error::Error for StudyError {}
 
-/// The span cut to the text, on character boundaries and to its first line, so that it can always
+/// Cuts the span to the text, to character boundaries and to its first line, so that it can always
 /// be shown.
 fn within(text: &str, span: &Span) -> Span {
-    let floor = |mut at: usize| {
-        at = at.min(text.len());
-        while !text.is_char_boundary(at) {
-            at -= 1;
+    let floor = |offset: usize| {
+        let mut offset = offset.min(text.len());
+        while !text.is_char_boundary(offset) {
+            offset -= 1;
         }
-        at
+        offset
     };
     let start = floor(span.start);
     let end = floor(span.end).max(start);
-    let first_line = text[start..end].find('\n').map_or(end, |at| start + at);
+    let first_line = text[start..end].find('\n').map_or(end, |newline| start + newline);
     start..first_line
 }

@@ -1,11 +1,12 @@
-//! The figures that answer a study's question: which columns over which, one curve for each of
-//! which, side by side.
+//! The figures that answer a study's question: the columns that are drawn over each other, the
+//! curves and the panels.
 //!
 //! ```toml
 //! [[figure]]                  # or [figure], if there is only one
 //! x = "mu"
 //! y = ["peak_pressure", "hertz_peak_pressure"]     # or one column
-//! series = ["mesh"]           # one curve for each value; if left out, for each combination of the axes left over
+//! series = ["mesh"]           # one curve for each value; if left out, for each combination of
+//!                             # the axes left over
 //! panels = "punch"            # one panel for each value
 //! log_x = true                # log_y likewise; neither if left out
 //! band = ["mu_low", "mu_high"]  # shaded between two columns; y may then be left out
@@ -30,35 +31,35 @@ use crate::columns::{Column, along_path, find};
 use crate::error::{Mistake, Span};
 use crate::read::{self, Node, entries};
 
-/// A figure; all names but its own are columns.
+/// A figure. All names in it but that of the figure are names of columns.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Figure {
-    /// Its name, unique in the study: the file's, else its number counted from 1.
+    /// The name, unique in the study: the one that the file gives, else the number counted from 1.
     pub name: String,
-    /// What stands above it instead of the study's question; empty for nothing.
+    /// The title that stands above it in place of the study's question; empty for none.
     pub title: Option<String>,
-    /// The column along the abscissa; numeric.
+    /// The column along the abscissa, which is numeric.
     pub x: String,
-    /// The columns along the ordinate; numeric, of one unit, at least one.
+    /// The columns along the ordinate: at least one, numeric and of one unit.
     pub y: Vec<String>,
-    /// One curve for each combination of these columns' values.
+    /// The columns of whose values each combination gets a curve.
     pub series: Vec<String>,
-    /// One panel for each value of this column.
+    /// The column of which each value gets a panel.
     pub panels: Option<String>,
-    /// Whether every increment is a point, joined along the loading path, and not only the end of
-    /// it.
+    /// True if every increment is a point, joined along the loading path; else only the end of the
+    /// path is one.
     pub steps: bool,
-    /// Whether the abscissa is logarithmic.
+    /// True if the abscissa is logarithmic.
     pub log_x: bool,
-    /// Whether the ordinate is logarithmic.
+    /// True if the ordinate is logarithmic.
     pub log_y: bool,
-    /// Whether straight lines are fitted, with their slopes.
+    /// True if straight lines are fitted, with their slopes.
     pub fit: bool,
-    /// Lower and upper column of a band; numeric, of one unit.
+    /// The lower and the upper column of a band, numeric and of one unit.
     pub band: Option<[String; 2]>,
-    /// Whether the points are marked that no other one is below and left of.
+    /// True if those points are marked that no other point is below and left of.
     pub front: bool,
-    /// The column written beside points.
+    /// The column whose values are written beside the points.
     pub names: Option<String>,
 }
 
@@ -66,7 +67,7 @@ pub struct Figure {
 const FIRST: &str = "1";
 
 impl Figure {
-    /// A figure of columns and nothing else.
+    /// Makes a figure of columns and nothing else.
     pub fn new(x: String, y: Vec<String>) -> Self {
         let (series, panels) = (Vec::new(), None);
         Figure {
@@ -86,11 +87,11 @@ impl Figure {
         }
     }
 
-    /// A figure without an ordinate over the longest numeric axis, with a panel for each value of
-    /// the first axis of tables or words and a curve for each of the others'. `None` without a
-    /// numeric axis.
+    /// Makes a figure without an ordinate over the longest numeric axis. It has a panel for each
+    /// value of the first axis of tables or words, and a curve for each combination of the others'.
+    /// Returns `None` without a numeric axis.
     pub(crate) fn over_longest_axis(groups: &[Group]) -> Option<Self> {
-        // the first of the longest: max_by_key would return the last
+        // This keeps the first of the longest axes; `max_by_key` would return the last.
         let x = firsts(groups)
             .filter(|axis| axis.is_numeric())
             .reduce(|a, b| if b.values().len() > a.values().len() { b } else { a })?;
@@ -105,8 +106,8 @@ impl Figure {
         Some(Figure { series, panels, log_x: x.is_log(), ..figure })
     }
 
-    /// The name of its files without ending: the study's, with the figure's unless that is only the
-    /// number of the first.
+    /// Returns the name of its files without an ending: the name of the study, followed by that of
+    /// the figure unless that is only the number of the first.
     pub fn stem(&self, study: &str) -> String {
         if self.name == FIRST { study.to_owned() } else { format!("{study}-{}", self.name) }
     }
@@ -173,8 +174,8 @@ pub(crate) fn read_figures(
     figures
 }
 
-/// Reads one figure but for its name. Without `series` there is one curve for each combination of
-/// the axes left over.
+/// Reads one figure without its name. If `series` is left out, there is one curve for each
+/// combination of the axes that are left over.
 fn read_figure(
     span: Span,
     table: &DeTable<'_>,
@@ -268,7 +269,7 @@ fn read_figure(
     })
 }
 
-/// Reads a column or a list of columns of one unit; `None` if nothing is right in it.
+/// Reads a column or a list of columns of one unit; `None` if none of them can be used.
 fn read_y(
     key: &str,
     node: &Node<'_>,
@@ -323,7 +324,7 @@ fn read_y(
     (!names.is_empty()).then(|| names.into_iter().map(|(name, _)| name).collect())
 }
 
-/// One axis for each group that varies: those that advance with it say nothing more.
+/// Returns one axis of each group that varies: those that advance with it say nothing more.
 pub(crate) fn firsts(groups: &[Group]) -> impl Iterator<Item = &SweepAxis> {
     groups.iter().filter(|group| group.len() > 1).filter_map(|group| group.axes().first())
 }

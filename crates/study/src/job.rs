@@ -1,4 +1,7 @@
-//! A job: what is asked of one point of a study, and the identity under which its result is kept.
+//! A job: the question about one point of a study, and the identity under which its result is kept.
+
+use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
 
 use contact::model::{
     Base, Domain, Foundation, Friction, Loading, Material, Mesh, Method, Numerics, Punch, Scene,
@@ -7,51 +10,51 @@ use contact::model::{
 use contact::multiplicity::Search;
 use contact::uniqueness::{Question, WitnessSearch};
 use identity::JobKey;
-use serde::{Deserialize, Serialize};
-use serde_json::value::RawValue;
 
-/// Changes whenever the same job would give different numbers; part of every [`JobKey`].
+/// The version of the physics, which is part of every [`JobKey`]. It changes whenever the same job
+/// would give different numbers.
 pub const PHYSICS_VERSION: u32 = 3;
 
-/// What is asked of one point of a study: everything that determines its result, and nothing else.
+/// The question about one point of a study: everything that determines the result, and nothing
+/// else.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Job {
     /// The solution of a scene.
     Solve(Case),
-    /// The solution of a scene, and how long it takes by itself.
+    /// The solution of a scene, and the time that it takes by itself.
     Cost {
         /// The scene.
         case: Case,
-        /// How often it is solved.
+        /// The number of times it is solved.
         repeat: u32,
-        /// Threads it is solved on.
+        /// The number of threads on which it is solved.
         threads: u32,
     },
     /// Every solution of a scene.
     Multiplicity {
-        /// The scene. Of its numerics the tolerance counts, not the method.
+        /// The scene. The tolerance in its numerics counts, the method does not.
         case: Case,
-        /// How it is searched.
+        /// The extent of the search.
         search: Search,
     },
     /// The end μ* of a uniqueness set.
     Uniqueness {
-        /// What it depends on.
+        /// The bodies and the sole on which it depends.
         question: Question,
-        /// How long it is looked for.
+        /// The extent of the search for a witness.
         #[serde(rename = "effort", with = "effort")]
         search: WitnessSearch,
     },
 }
 
-/// A scene, and how exactly it is to be solved.
+/// A scene, and the accuracy with which it is to be solved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "CaseText")]
 pub struct Case {
-    /// What is asked.
+    /// The scene.
     pub scene: Scene,
-    /// How exactly it is answered.
+    /// The numerics.
     pub numerics: Numerics,
 }
 
@@ -82,7 +85,7 @@ mod effort {
 }
 
 impl Job {
-    /// The scene that is to be solved, once or often.
+    /// Returns the scene that is to be solved, once or often.
     pub fn case(&self) -> Option<&Case> {
         match self {
             Job::Solve(case) | Job::Cost { case, .. } | Job::Multiplicity { case, .. } => {
@@ -92,7 +95,7 @@ impl Job {
         }
     }
 
-    /// The elements that it asks for.
+    /// Returns the elements that the job asks for.
     pub fn mesh(&self) -> Mesh {
         match self {
             Job::Solve(case) | Job::Cost { case, .. } | Job::Multiplicity { case, .. } => {
@@ -102,8 +105,12 @@ impl Job {
         }
     }
 
-    /// Refuses what has no meaning.
-    pub fn validate(&self) -> Result<(), SceneError> {
+    /// Refuses a job without a mechanical meaning.
+    ///
+    /// # Errors
+    ///
+    /// Returns the first error of the scene, the numerics or the question.
+    pub(crate) fn validate(&self) -> Result<(), SceneError> {
         match self {
             Job::Solve(case) | Job::Cost { case, .. } | Job::Multiplicity { case, .. } => {
                 case.validate()
@@ -112,9 +119,10 @@ impl Job {
         }
     }
 
-    /// The canonical text of the job: JSON with the fields in their declared order, defaults and
-    /// what goes without saying on the loading path left out, numbers in SI units in their shortest
-    /// exact form. Spelling, order and units of the study file leave no trace in it.
+    /// Returns the canonical text of the job. It is JSON with the fields in their declared order
+    /// and with numbers in SI units in their shortest exact form, without defaults and without what
+    /// goes without saying on the loading path. Spelling, order and units of the study file leave
+    /// no trace in it.
     pub fn canonical(&self) -> String {
         let mut job = self.clone();
         job.normalise();
@@ -130,8 +138,8 @@ impl Job {
         Some(serde_json::to_string(&case.scene).expect("a scene is plain data with finite numbers"))
     }
 
-    /// Returns the [scene](Job::scene_text) in a job's canonical text, without reading the rest of
-    /// it.
+    /// Returns the [scene](Job::scene_text) in a job's canonical text without reading the rest of
+    /// the text.
     pub fn scene_in(canonical: &str) -> Option<&str> {
         let job: SceneInJob<'_> = serde_json::from_str(canonical).ok()?;
         let scene = match job.kind {
@@ -142,20 +150,24 @@ impl Job {
         Some(scene.get())
     }
 
-    /// The identity of the job: BLAKE3 of the physics version and the canonical text.
+    /// Returns the identity of the job: BLAKE3 of the physics version and the canonical text.
     pub fn key(&self) -> JobKey {
         JobKey::of(PHYSICS_VERSION, &self.canonical())
     }
 
-    /// Reads a [canonical](Job::canonical) text, bit for bit what was written, and refuses what has
-    /// no meaning.
+    /// Reads a [canonical](Job::canonical) text, bit for bit what was written.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the text is no job's JSON, if the job has no mechanical meaning, or if
+    /// the text is not its canonical text.
     pub fn parse(text: &str) -> Result<Job, JobError> {
         let job: Job = serde_json::from_str(text)?;
         job.validate()?;
         if job.canonical() == text { Ok(job) } else { Err(JobError::NotCanonical) }
     }
 
-    /// Makes jobs that are the same equal.
+    /// Makes two jobs equal that ask for the same.
     fn normalise(&mut self) {
         match self {
             Job::Solve(case) | Job::Cost { case, .. } => case.normalise(),
@@ -178,7 +190,7 @@ impl Case {
     }
 
     fn normalise(&mut self) {
-        // −0 becomes 0
+        // −0 becomes 0.
         let scene = &mut self.scene;
         scene.loading = scene.loading.normalised();
         scene.friction.mu += 0.0;
@@ -200,7 +212,7 @@ impl Case {
     }
 }
 
-/// −0 becomes 0.
+/// Turns −0 into 0.
 fn normalise(foundation: &mut Foundation, punch: &mut Option<Material>) {
     for layer in &mut foundation.layers {
         layer.poisson += 0.0;
@@ -213,8 +225,8 @@ fn normalise(foundation: &mut Foundation, punch: &mut Option<Material>) {
     }
 }
 
-/// A case as it is read: serde reads no flattened field in a struct that denies unknown ones, as
-/// the scene's punch does. [`Job::parse`] finds unknown ones by comparing texts.
+/// A case as it is read. Serde reads no flattened field in a struct that denies unknown fields, as
+/// the scene's punch does. [`Job::parse`] finds unknown fields by comparing texts.
 #[derive(Deserialize)]
 struct CaseText {
     scene: SceneText,
@@ -259,7 +271,7 @@ impl From<CaseText> for Case {
     }
 }
 
-/// Where the scene is in the text of a job that solves one, once or often.
+/// The place of the scene in the text of a job that solves one, once or often.
 #[derive(Deserialize)]
 struct SceneInJob<'a> {
     kind: &'a str,
@@ -275,24 +287,25 @@ struct SceneInCase<'a> {
     scene: &'a RawValue,
 }
 
-/// Why a text is not a job.
+/// The reason why a text is not a job.
 #[derive(Debug, thiserror::Error)]
 pub enum JobError {
-    /// It is not a job's JSON.
+    /// The text is not a job's JSON.
     #[error("not a job: {0}")]
     Json(#[from] serde_json::Error),
-    /// It says something that is no part of a job, or not as this program says it.
+    /// The text says something that is no part of a job, or says it otherwise than this program.
     #[error("not a job: the text is not the canonical text of the job that it describes")]
     NotCanonical,
-    /// It is one without mechanical meaning.
+    /// The job has no mechanical meaning.
     #[error("not a job: {0}")]
     Scene(#[from] SceneError),
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use contact::model::{Layer, Step};
     use proptest::prelude::*;
+
+    use contact::model::{Layer, Step};
 
     use super::*;
 
@@ -399,10 +412,15 @@ pub(crate) mod tests {
     proptest! {
         /// The text travels to another process; the last bit of every number must arrive.
         #[test]
-        fn numbers_travel_bit_for_bit(modulus in 1e-300..1e300f64, mu in 0.0..10.0f64, approach: f64) {
+        fn numbers_travel_bit_for_bit(
+            modulus in 1e-300..1e300f64,
+            mu in 0.0..10.0f64,
+            approach: f64,
+        ) {
             prop_assume!(approach.is_finite());
             let job = with(|Case { scene, .. }| {
-                scene.foundation.base = Base::Elastic(Material { shear_modulus: modulus, poisson: 0.3 });
+                scene.foundation.base =
+                    Base::Elastic(Material { shear_modulus: modulus, poisson: 0.3 });
                 scene.friction.mu = mu;
                 scene.loading.steps[0].approach = Some(approach);
             });

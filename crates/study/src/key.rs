@@ -1,12 +1,13 @@
-//! Every key of a scene and of its numerics: where it stands in a study file, what it measures and
-//! the column it fills. The one list; the reader, the axes, the columns and the messages all go by
-//! it.
+//! The one list of the keys of a scene and its numerics: the place of each in a study file, what it
+//! measures and the column that it fills. The reader, the axes, the columns and the messages all go
+//! by this list.
 //!
 //! Layers and load steps are lists, and a key of one of them carries its index, counted from 0:
-//! `foundation.layers[1].thickness` fills the column `layer1_thickness`, `loading.steps[2].shift_x`
-//! the column `step2_shift_x`. Only what most studies have, one step, does without its index: the
-//! motions and the normal force of `steps[0]` fill `approach`, `normal_force`, `shift_x` … (its
-//! tangential forces and moments do not: `force_x` is a result).
+//! `foundation.layers[1].thickness` fills the column `layer1_thickness`, and
+//! `loading.steps[2].shift_x` the column `step2_shift_x`. Most studies have one step, and its keys
+//! do without the index: the motions and the normal force of `steps[0]` fill `approach`,
+//! `normal_force`, `shift_x` … Its tangential forces and moments do not, because `force_x` is a
+//! result.
 
 use std::borrow::Cow;
 
@@ -14,9 +15,9 @@ use contact::model::Effect;
 
 use crate::units::Dimension;
 
-/// What may stand behind a key.
+/// The values that may stand behind a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
+pub(crate) enum Quantity {
     /// A number in SI units, or a text with a unit.
     Number(Dimension),
     /// A whole number, 0 or above.
@@ -29,15 +30,15 @@ pub enum Quantity {
     Text,
     /// A unit of length.
     LengthUnit,
-    /// A list of names of effects; the same whatever their order and however often each is named.
+    /// A list of names of effects; neither their order nor repetitions matter.
     Effects,
     /// A list of tables like this one; its value is their number.
     List(&'static str),
 }
 
 impl Quantity {
-    /// What would be right, for messages: `a pressure, for example "1 MPa", or a number in Pa`.
-    pub fn expected(self) -> String {
+    /// Describes the values for messages: `a pressure, for example "1 MPa", or a number in Pa`.
+    pub(crate) fn expected(self) -> String {
         match self {
             Quantity::Number(Dimension::Pure) => "a number".to_owned(),
             Quantity::Number(dimension) => {
@@ -80,13 +81,13 @@ impl Quantity {
         }
     }
 
-    /// Whether its values are numbers.
-    pub fn is_numeric(self) -> bool {
+    /// Returns whether the values are numbers.
+    pub(crate) fn is_numeric(self) -> bool {
         matches!(self, Quantity::Number(_) | Quantity::Count | Quantity::Mesh | Quantity::List(_))
     }
 }
 
-/// What a word must be, for messages.
+/// Describes a choice of words for messages.
 pub(crate) fn one_of(words: &[&str]) -> String {
     format!("one of {}", quoted(words))
 }
@@ -96,29 +97,38 @@ fn quoted(words: &[&str]) -> String {
 }
 
 macro_rules! keys {
-    ($($name:ident $(($index:ident: $type:ty))?, $path:literal, $column:literal, $quantity:expr, $meaning:literal;)*) => {
-        /// A key of a scene or of its numerics; that of a layer or a step with the index of it.
+    ($(
+        $name:ident $(($index:ident: $type:ty))?, $path:literal, $column:literal,
+        $quantity:expr, $meaning:literal;
+    )*) => {
+        /// A key of a scene or of its numerics; the key of a layer or a step carries the index of
+        /// it.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum Key {
             $(#[doc = $meaning] $name $(($type))?,)*
         }
 
         impl Key {
-            /// Every key, in the order of the scene's and the numerics' fields, those of lists with
+            /// Every key, in the order of the scene's and the numerics' fields; keys of lists have
             /// index 0.
-            pub const ALL: &'static [Key] = &[$(Key::$name $((<$type>::MIN))?),*];
+            pub(crate) const ALL: &'static [Key] = &[$(Key::$name $((<$type>::MIN))?),*];
 
-            /// The same key of another layer or step.
-            pub fn at(self, index: u32) -> Key {
-                match self { $(Key::$name { .. } => Key::$name $(({ let $index: $type = index; $index }))?,)* }
+            /// Returns the key of another layer or step.
+            pub(crate) fn with_index(self, index: u32) -> Key {
+                match self {
+                    $(Key::$name { .. } => Key::$name $(({
+                        let $index: $type = index;
+                        $index
+                    }))?,)*
+                }
             }
 
-            /// The index of its layer or step.
-            pub fn index(self) -> Option<u32> {
+            /// Returns the index of its layer or step.
+            pub(crate) fn index(self) -> Option<u32> {
                 match self { $(Key::$name $(($index))? => None $(.or(Some($index)))?,)* }
             }
 
-            /// Where it stands in a study file, with `i` for an index.
+            /// Returns its path in a study file, with `i` for an index.
             fn pattern(self) -> &'static str {
                 match self { $(Key::$name { .. } => $path,)* }
             }
@@ -127,13 +137,13 @@ macro_rules! keys {
                 match self { $(Key::$name { .. } => $column,)* }
             }
 
-            /// What may stand behind it.
-            pub fn quantity(self) -> Quantity {
+            /// Returns the values that may stand behind it.
+            pub(crate) fn quantity(self) -> Quantity {
                 match self { $(Key::$name { .. } => $quantity,)* }
             }
 
-            /// What it means, in words.
-            pub fn meaning(self) -> &'static str {
+            /// Returns its meaning in words.
+            pub(crate) fn meaning(self) -> &'static str {
                 match self { $(Key::$name { .. } => $meaning,)* }
             }
         }
@@ -143,82 +153,130 @@ macro_rules! keys {
 use Dimension::{Angle, Force, Length, Moment, Pressure, Pure};
 use Quantity::{Choice, Count, Effects, LengthUnit, List, Number, Text};
 
-/// What a layer and a load step look like.
+/// Examples of a layer and a load step.
 const LAYER: &str = "{ shear_modulus = \"80 GPa\", poisson = 0.3, thickness = \"0.5 mm\" }";
 const STEP: &str = "{ approach = \"1 um\" }";
 
 keys! {
     Layers, "scene.foundation.layers", "layers", List(LAYER), "number of layers of the foundation";
-    LayerShearModulus(i: u32), "scene.foundation.layers[i].shear_modulus", "layer[i]_shear_modulus", Number(Pressure), "shear modulus G of a layer";
-    LayerPoisson(i: u32), "scene.foundation.layers[i].poisson", "layer[i]_poisson", Number(Pure), "Poisson's ratio ν of a layer";
-    LayerThickness(i: u32), "scene.foundation.layers[i].thickness", "layer[i]_thickness", Number(Length), "thickness of a layer";
-    Base, "scene.foundation.base", "base", Choice(&["rigid"]), "what the layers rest on, if it is not elastic";
-    ShearModulus, "scene.foundation.base.shear_modulus", "shear_modulus", Number(Pressure), "shear modulus G of the foundation's base";
-    Poisson, "scene.foundation.base.poisson", "poisson", Number(Pure), "Poisson's ratio ν of the foundation's base";
-    Shape, "scene.punch.shape", "shape", Choice(&["sphere", "ellipsoid", "flat-rectangle", "flat-disk", "cone", "height-map", "wheel-on-rail"]), "shape of the punch";
+    LayerShearModulus(i: u32), "scene.foundation.layers[i].shear_modulus", "layer[i]_shear_modulus",
+        Number(Pressure), "shear modulus G of a layer";
+    LayerPoisson(i: u32), "scene.foundation.layers[i].poisson", "layer[i]_poisson",
+        Number(Pure), "Poisson's ratio ν of a layer";
+    LayerThickness(i: u32), "scene.foundation.layers[i].thickness", "layer[i]_thickness",
+        Number(Length), "thickness of a layer";
+    Base, "scene.foundation.base", "base",
+        Choice(&["rigid"]), "what the layers rest on, if it is not elastic";
+    ShearModulus, "scene.foundation.base.shear_modulus", "shear_modulus",
+        Number(Pressure), "shear modulus G of the foundation's base";
+    Poisson, "scene.foundation.base.poisson", "poisson",
+        Number(Pure), "Poisson's ratio ν of the foundation's base";
+    Shape, "scene.punch.shape", "shape",
+        Choice(&[
+            "sphere", "ellipsoid", "flat-rectangle", "flat-disk", "cone", "height-map",
+            "wheel-on-rail",
+        ]), "shape of the punch";
     Radius, "scene.punch.radius", "radius", Number(Length), "radius of a sphere or a flat disk";
-    RadiusX, "scene.punch.radius_x", "radius_x", Number(Length), "radius of curvature of an ellipsoid in the x–z plane";
-    RadiusY, "scene.punch.radius_y", "radius_y", Number(Length), "radius of curvature of an ellipsoid in the y–z plane";
+    RadiusX, "scene.punch.radius_x", "radius_x",
+        Number(Length), "radius of curvature of an ellipsoid in the x–z plane";
+    RadiusY, "scene.punch.radius_y", "radius_y",
+        Number(Length), "radius of curvature of an ellipsoid in the y–z plane";
     WidthX, "scene.punch.width_x", "width_x", Number(Length), "extent of the punch along x";
     WidthY, "scene.punch.width_y", "width_y", Number(Length), "extent of the punch along y";
-    ConeAngle, "scene.punch.angle", "angle", Number(Angle), "angle between a cone and the plane of contact";
-    File, "scene.punch.file", "file", Text, "file with the heights of a height map: NPY or a matrix of text";
-    HeightUnit, "scene.punch.unit", "unit", LengthUnit, "unit of the heights in the file, m unless given";
-    Surface, "scene.punch.surface", "surface", Text, "name of a stored surface, the hash of its heights";
-    Wheel, "scene.punch.wheel", "wheel", Text, "file with the wheel's profile in SIMPACK's format; in a stored job, its hash";
-    Rail, "scene.punch.rail", "rail", Text, "file with the rail's profile in SIMPACK's format; in a stored job, its hash";
+    ConeAngle, "scene.punch.angle", "angle",
+        Number(Angle), "angle between a cone and the plane of contact";
+    File, "scene.punch.file", "file",
+        Text, "file with the heights of a height map: NPY or a matrix of text";
+    HeightUnit, "scene.punch.unit", "unit",
+        LengthUnit, "unit of the heights in the file, m unless given";
+    Surface, "scene.punch.surface", "surface",
+        Text, "name of a stored surface, the hash of its heights";
+    Wheel, "scene.punch.wheel", "wheel",
+        Text, "file with the wheel's profile in SIMPACK's format; in a stored job, its hash";
+    Rail, "scene.punch.rail", "rail",
+        Text, "file with the rail's profile in SIMPACK's format; in a stored job, its hash";
     Side, "scene.punch.side", "side", Choice(&["left", "right"]), "which wheel of the wheelset";
-    RollingRadius, "scene.punch.rolling_radius", "rolling_radius", Number(Length), "radius of the wheel at its profile's z = 0";
+    RollingRadius, "scene.punch.rolling_radius", "rolling_radius",
+        Number(Length), "radius of the wheel at its profile's z = 0";
     Gauge, "scene.punch.gauge", "gauge", Number(Length), "distance between the rails' gauge faces";
-    GaugeDepth, "scene.punch.gauge_depth", "gauge_depth", Number(Length), "depth below the rails' tops at which the gauge is measured";
-    FlangeBackDistance, "scene.punch.flange_back_distance", "flange_back_distance", Number(Length), "distance between the backs of the flanges";
-    FlangeBackToOrigin, "scene.punch.flange_back_to_origin", "flange_back_to_origin", Number(Length), "from the back of a flange to its profile's y = 0";
-    Lateral, "scene.punch.lateral", "lateral", Number(Length), "lateral displacement of the wheelset, positive to the right";
-    Yaw, "scene.punch.yaw", "yaw", Number(Angle), "yaw of the wheelset about z, positive turns x towards y";
-    Roll, "scene.punch.roll", "roll", Number(Angle), "roll of the wheelset about x, positive lowers the right wheel";
-    PunchShearModulus, "scene.punch.material.shear_modulus", "punch_shear_modulus", Number(Pressure), "shear modulus G of an elastic punch";
-    PunchPoisson, "scene.punch.material.poisson", "punch_poisson", Number(Pure), "Poisson's ratio ν of an elastic punch";
+    GaugeDepth, "scene.punch.gauge_depth", "gauge_depth",
+        Number(Length), "depth below the rails' tops at which the gauge is measured";
+    FlangeBackDistance, "scene.punch.flange_back_distance", "flange_back_distance",
+        Number(Length), "distance between the backs of the flanges";
+    FlangeBackToOrigin, "scene.punch.flange_back_to_origin", "flange_back_to_origin",
+        Number(Length), "from the back of a flange to its profile's y = 0";
+    Lateral, "scene.punch.lateral", "lateral",
+        Number(Length), "lateral displacement of the wheelset, positive to the right";
+    Yaw, "scene.punch.yaw", "yaw",
+        Number(Angle), "yaw of the wheelset about z, positive turns x towards y";
+    Roll, "scene.punch.roll", "roll",
+        Number(Angle), "roll of the wheelset about x, positive lowers the right wheel";
+    PunchShearModulus, "scene.punch.material.shear_modulus", "punch_shear_modulus",
+        Number(Pressure), "shear modulus G of an elastic punch";
+    PunchPoisson, "scene.punch.material.poisson", "punch_poisson",
+        Number(Pure), "Poisson's ratio ν of an elastic punch";
     Mu, "scene.friction.mu", "mu", Number(Pure), "coefficient of friction μ";
     DomainWidthX, "scene.domain.width_x", "domain_width_x", Number(Length), "extent of Ω along x";
     DomainWidthY, "scene.domain.width_y", "domain_width_y", Number(Length), "extent of Ω along y";
-    DomainCenterX, "scene.domain.center_x", "domain_center_x", Number(Length), "x of the centre of Ω";
-    DomainCenterY, "scene.domain.center_y", "domain_center_y", Number(Length), "y of the centre of Ω";
+    DomainCenterX, "scene.domain.center_x", "domain_center_x",
+        Number(Length), "x of the centre of Ω";
+    DomainCenterY, "scene.domain.center_y", "domain_center_y",
+        Number(Length), "y of the centre of Ω";
     Steps, "scene.loading.steps", "steps", List(STEP), "number of load steps";
-    Approach(i: u32), "scene.loading.steps[i].approach", "step[i]_approach", Number(Length), "approach δ of the punch, positive into the foundation";
-    NormalForce(i: u32), "scene.loading.steps[i].normal_force", "step[i]_normal_force", Number(Force), "normal force that is prescribed instead of the approach";
-    ShiftX(i: u32), "scene.loading.steps[i].shift_x", "step[i]_shift_x", Number(Length), "shift of the punch along x";
-    ForceX(i: u32), "scene.loading.steps[i].force_x", "step[i]_force_x", Number(Force), "tangential force along x that is prescribed instead of the shift";
-    ShiftY(i: u32), "scene.loading.steps[i].shift_y", "step[i]_shift_y", Number(Length), "shift of the punch along y";
-    ForceY(i: u32), "scene.loading.steps[i].force_y", "step[i]_force_y", Number(Force), "tangential force along y that is prescribed instead of the shift";
-    TiltX(i: u32), "scene.loading.steps[i].tilt_x", "step[i]_tilt_x", Number(Angle), "tilt of the punch about the x axis";
-    MomentX(i: u32), "scene.loading.steps[i].moment_x", "step[i]_moment_x", Number(Moment), "moment about x that is prescribed instead of the tilt";
-    TiltY(i: u32), "scene.loading.steps[i].tilt_y", "step[i]_tilt_y", Number(Angle), "tilt of the punch about the y axis";
-    MomentY(i: u32), "scene.loading.steps[i].moment_y", "step[i]_moment_y", Number(Moment), "moment about y that is prescribed instead of the tilt";
-    Twist(i: u32), "scene.loading.steps[i].twist", "step[i]_twist", Number(Angle), "twist of the punch about the z axis";
-    MomentZ(i: u32), "scene.loading.steps[i].moment_z", "step[i]_moment_z", Number(Moment), "moment about z that is prescribed instead of the twist";
-    Increments(i: u32), "scene.loading.steps[i].increments", "step[i]_increments", Count, "equal parts in which the step is taken";
-    CycleFrom, "scene.loading.cycle_from", "cycle_from", Count, "index of the step with which a cycle begins";
+    Approach(i: u32), "scene.loading.steps[i].approach", "step[i]_approach",
+        Number(Length), "approach δ of the punch, positive into the foundation";
+    NormalForce(i: u32), "scene.loading.steps[i].normal_force", "step[i]_normal_force",
+        Number(Force), "normal force that is prescribed instead of the approach";
+    ShiftX(i: u32), "scene.loading.steps[i].shift_x", "step[i]_shift_x",
+        Number(Length), "shift of the punch along x";
+    ForceX(i: u32), "scene.loading.steps[i].force_x", "step[i]_force_x",
+        Number(Force), "tangential force along x that is prescribed instead of the shift";
+    ShiftY(i: u32), "scene.loading.steps[i].shift_y", "step[i]_shift_y",
+        Number(Length), "shift of the punch along y";
+    ForceY(i: u32), "scene.loading.steps[i].force_y", "step[i]_force_y",
+        Number(Force), "tangential force along y that is prescribed instead of the shift";
+    TiltX(i: u32), "scene.loading.steps[i].tilt_x", "step[i]_tilt_x",
+        Number(Angle), "tilt of the punch about the x axis";
+    MomentX(i: u32), "scene.loading.steps[i].moment_x", "step[i]_moment_x",
+        Number(Moment), "moment about x that is prescribed instead of the tilt";
+    TiltY(i: u32), "scene.loading.steps[i].tilt_y", "step[i]_tilt_y",
+        Number(Angle), "tilt of the punch about the y axis";
+    MomentY(i: u32), "scene.loading.steps[i].moment_y", "step[i]_moment_y",
+        Number(Moment), "moment about y that is prescribed instead of the tilt";
+    Twist(i: u32), "scene.loading.steps[i].twist", "step[i]_twist",
+        Number(Angle), "twist of the punch about the z axis";
+    MomentZ(i: u32), "scene.loading.steps[i].moment_z", "step[i]_moment_z",
+        Number(Moment), "moment about z that is prescribed instead of the twist";
+    Increments(i: u32), "scene.loading.steps[i].increments", "step[i]_increments",
+        Count, "equal parts in which the step is taken";
+    CycleFrom, "scene.loading.cycle_from", "cycle_from",
+        Count, "index of the step with which a cycle begins";
     Cycles, "scene.loading.cycles", "cycles", Count, "how often the cycle is run through";
     Mesh, "numerics.mesh", "mesh", Quantity::Mesh, "elements across Ω";
-    Projection, "numerics.projection", "projection", Choice(&["average", "midpoint"]), "how the continuous operator becomes a matrix";
+    Projection, "numerics.projection", "projection",
+        Choice(&["average", "midpoint"]), "how the continuous operator becomes a matrix";
     Epsilon, "numerics.epsilon", "epsilon", Number(Pure), "regularisation ε of equation (3)";
-    Ceiling, "numerics.ceiling", "ceiling", Number(Pressure), "a-priori ceiling u on the pressure in equation (3)";
+    Ceiling, "numerics.ceiling", "ceiling",
+        Number(Pressure), "a-priori ceiling u on the pressure in equation (3)";
     Method, "numerics.method", "method", Choice(&["auto", "newton", "seidel"]), "solver";
-    Tolerance, "numerics.tolerance", "tolerance", Number(Pure), "largest relative residual that counts as solved";
-    MaxIterations, "numerics.max_iterations", "max_iterations", Count, "iterations after which the solver gives up";
-    Simulate, "numerics.simulate", "simulate", Effects, "effects that are simulated although the scene does not call for them";
+    Tolerance, "numerics.tolerance", "tolerance",
+        Number(Pure), "largest relative residual that counts as solved";
+    MaxIterations, "numerics.max_iterations", "max_iterations",
+        Count, "iterations after which the solver gives up";
+    Simulate, "numerics.simulate", "simulate",
+        Effects, "effects that are simulated although the scene does not call for them";
     Starts, "search.starts", "starts", Count, "random starts of a search";
     Seed, "search.seed", "seed", Count, "seed of the random starts";
 }
 
 impl Key {
-    /// Every key of a scene whose lists ([`Key::Layers`], [`Key::Steps`]) are so long, in the order
-    /// of the fields.
+    /// Returns every key of a scene, in the order of the fields. `length` gives the lengths of its
+    /// lists, [`Key::Layers`] and [`Key::Steps`].
     pub fn all(length: impl Fn(Key) -> u32) -> Vec<Key> {
         Key::of_entries(|list| 0..length(list))
     }
 
-    /// The same of a scene of whose lists only the entries with these indices count.
+    /// Returns every key of a scene of whose lists only the entries with these indices count.
     pub(crate) fn of_entries<Indices: IntoIterator<Item = u32>>(
         indices: impl Fn(Key) -> Indices,
     ) -> Vec<Key> {
@@ -229,37 +287,37 @@ impl Key {
                 Some(list) => keys.extend(
                     indices(list)
                         .into_iter()
-                        .flat_map(|index| run.iter().map(move |key| key.at(index))),
+                        .flat_map(|index| run.iter().map(move |key| key.with_index(index))),
                 ),
             }
         }
         keys
     }
 
-    /// The list that it stands in.
-    pub fn list(self) -> Option<Key> {
+    /// Returns the list in which it stands.
+    pub(crate) fn list(self) -> Option<Key> {
         match self.pattern().split_once("[i]")?.0 {
             "scene.foundation.layers" => Some(Key::Layers),
             _ => Some(Key::Steps),
         }
     }
 
-    /// Where it stands in a study file, from the top: `scene.friction.mu`.
+    /// Returns its path in a study file, from the top: `scene.friction.mu`.
     pub fn path(self) -> Cow<'static, str> {
         indexed(self.pattern(), self.index())
     }
 
-    /// The path without `scene.`, `numerics.` or `search.`, as axes and messages write it.
+    /// Returns the path without `scene.`, `numerics.` or `search.`, as axes and messages write it.
     pub fn short(self) -> Cow<'static, str> {
         indexed(short(self.pattern()), self.index())
     }
 
-    /// The last segment of the path.
-    pub fn name(self) -> &'static str {
+    /// Returns the last segment of the path.
+    pub(crate) fn name(self) -> &'static str {
         self.pattern().rsplit('.').next().unwrap_or_default()
     }
 
-    /// The column it fills; an identifier, unique among all columns.
+    /// Returns the column that it fills, an identifier that is unique among all columns.
     pub fn column(self) -> Cow<'static, str> {
         match self {
             Key::Approach(0)
@@ -276,54 +334,54 @@ impl Key {
         }
     }
 
-    /// What would be right behind it, for messages.
-    pub fn expected(self) -> String {
+    /// Describes the values that may stand behind it, for messages.
+    pub(crate) fn expected(self) -> String {
         match Table::find(self.pattern()) {
             Some(table) => table.expected(),
             None => self.quantity().expected(),
         }
     }
 
-    /// What its values measure.
-    pub fn dimension(self) -> Dimension {
+    /// Returns the dimension of its values.
+    pub(crate) fn dimension(self) -> Dimension {
         match self.quantity() {
             Quantity::Number(dimension) => dimension,
             _ => Dimension::Pure,
         }
     }
 
-    /// The key with this path, short or from the top.
-    pub fn find(path: &str) -> Option<Key> {
+    /// Returns the key with this path, short or from the top.
+    pub(crate) fn find(path: &str) -> Option<Key> {
         let (pattern, index) = pattern_of(path)?;
         let key = Key::ALL
             .iter()
             .find(|key| key.pattern() == pattern || short(key.pattern()) == pattern)?;
-        Some(key.at(index))
+        Some(key.with_index(index))
     }
 
-    /// The key that fills this column.
-    pub fn of_column(column: &str) -> Option<Key> {
+    /// Returns the key that fills this column.
+    pub(crate) fn of_column(column: &str) -> Option<Key> {
         let index = column
             .trim_start_matches(|c: char| c.is_ascii_lowercase())
             .split('_')
             .next()
             .and_then(|digits| digits.parse().ok());
-        let candidates = Key::ALL.iter().flat_map(|key| [*key, key.at(index.unwrap_or(0))]);
+        let candidates = Key::ALL.iter().flat_map(|key| [*key, key.with_index(index.unwrap_or(0))]);
         candidates.into_iter().find(|key| key.column() == column)
     }
 
-    /// Whether the table holds the key, or is what it says in a word or a number.
-    pub fn is_under(self, table: &Table) -> bool {
+    /// Returns whether the table holds the key, or is what the key says in a word or a number.
+    pub(crate) fn is_under(self, table: &Table) -> bool {
         is_inside(self.pattern(), table.pattern)
             && (!table.has_index() || self.index() == Some(table.index))
     }
 }
 
-/// A table of a study file whose keys are [`Key`]s, or a list of them; an axis may replace it as a
-/// whole. Lists, and the base of a foundation, are keys as well: what these say fits into a number
-/// or a word.
+/// A table of a study file whose keys are [`Key`]s, or a list of such tables; an axis may replace
+/// it as a whole. Lists and the base of a foundation are keys as well: what these say fits into a
+/// number or a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Table {
+pub(crate) struct Table {
     pattern: &'static str,
     column: &'static str,
     index: u32,
@@ -334,8 +392,8 @@ const fn table(pattern: &'static str, column: &'static str) -> Table {
 }
 
 impl Table {
-    /// Every such table, outer ones first, those of lists with index 0.
-    pub const ALL: &'static [Table] = &[
+    /// Every such table, the outer ones first; tables of lists have index 0.
+    pub(crate) const ALL: &'static [Table] = &[
         table("scene", "scene"),
         table("scene.foundation", "foundation"),
         table("scene.foundation.layers", "layers"),
@@ -356,55 +414,55 @@ impl Table {
         self.pattern.ends_with(']')
     }
 
-    /// Its index if it stands in a list.
-    pub fn index(&self) -> Option<u32> {
+    /// Returns its index if it stands in a list.
+    pub(crate) fn index(&self) -> Option<u32> {
         self.has_index().then_some(self.index)
     }
 
-    /// The list of which it is, or the list that it stands in: [`Key::Layers`] or [`Key::Steps`].
-    pub fn list(&self) -> Option<Key> {
+    /// Returns the list that it is or in which it stands: [`Key::Layers`] or [`Key::Steps`].
+    pub(crate) fn list(&self) -> Option<Key> {
         [Key::Layers, Key::Steps]
             .into_iter()
             .find(|list| self.pattern.split('[').next() == Some(list.pattern()))
     }
 
-    /// Whether it is a list of tables.
-    pub fn is_list(&self) -> bool {
+    /// Returns whether it is a list of tables.
+    pub(crate) fn is_list(&self) -> bool {
         self.list().is_some() && !self.has_index()
     }
 
-    /// The tables of a list, [`Key::Layers`] or [`Key::Steps`].
+    /// Returns the table with an index in a list, [`Key::Layers`] or [`Key::Steps`].
     pub(crate) fn entry(list: Key, index: u32) -> Option<Table> {
         let entry =
             Table::ALL.iter().find(|table| table.has_index() && table.list() == Some(list))?;
         Some(Table { index, ..*entry })
     }
 
-    /// Where it stands, from the top.
-    pub fn path(&self) -> Cow<'static, str> {
+    /// Returns its path, from the top.
+    pub(crate) fn path(&self) -> Cow<'static, str> {
         indexed(self.pattern, self.index())
     }
 
-    /// The path without `scene.`, as axes and messages write it.
-    pub fn short(&self) -> Cow<'static, str> {
+    /// Returns the path without `scene.`, as axes and messages write it.
+    pub(crate) fn short(&self) -> Cow<'static, str> {
         indexed(short(self.pattern), self.index())
     }
 
-    /// The last segment of the path.
-    pub fn name(&self) -> &'static str {
+    /// Returns the last segment of the path.
+    pub(crate) fn name(&self) -> &'static str {
         self.pattern.rsplit('.').next().unwrap_or_default()
     }
 
-    /// The column that an axis over it fills.
-    pub fn column(&self) -> Cow<'static, str> {
+    /// Returns the column that an axis over it fills.
+    pub(crate) fn column(&self) -> Cow<'static, str> {
         match self.has_index() {
             true => Cow::Owned(self.column.replace("[i]", &self.index.to_string())),
             false => Cow::Borrowed(self.column),
         }
     }
 
-    /// The table with this path, short or from the top.
-    pub fn find(path: &str) -> Option<Table> {
+    /// Returns the table with this path, short or from the top.
+    pub(crate) fn find(path: &str) -> Option<Table> {
         let (pattern, index) = pattern_of(path)?;
         let table = Table::ALL
             .iter()
@@ -412,14 +470,14 @@ impl Table {
         Some(Table { index, ..*table })
     }
 
-    /// Whether the other table holds it or is it.
-    pub fn is_under(&self, other: &Table) -> bool {
+    /// Returns whether the other table holds it or is the same.
+    pub(crate) fn is_under(&self, other: &Table) -> bool {
         is_inside(self.pattern, other.pattern)
             && (!other.has_index() || self.index() == Some(other.index))
     }
 
-    /// The names that may stand directly in it.
-    pub fn names(&self) -> Vec<&'static str> {
+    /// Returns the names that may stand directly in it.
+    pub(crate) fn names(&self) -> Vec<&'static str> {
         let mut names = Vec::new();
         for key in Key::ALL {
             let inner =
@@ -430,8 +488,8 @@ impl Table {
         names
     }
 
-    /// What would be right in its place, for messages.
-    pub fn expected(&self) -> String {
+    /// Describes what may stand in its place, for messages.
+    pub(crate) fn expected(&self) -> String {
         let key = Key::find(self.pattern).map(|key| key.quantity());
         let names = self.names().join("`, `");
         match key {
@@ -442,7 +500,7 @@ impl Table {
     }
 }
 
-/// Whether what stands at `inner` is part of what stands at `outer`.
+/// Returns whether the path `inner` leads to something inside `outer`.
 fn is_inside(inner: &str, outer: &str) -> bool {
     inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
 }
@@ -461,8 +519,8 @@ fn indexed(pattern: &'static str, index: Option<u32>) -> Cow<'static, str> {
     }
 }
 
-/// A path with `[i]` in place of its index, and the index; `None` if the index is no number as
-/// numbers are written.
+/// Replaces the index in a path by `[i]`, and returns the index as well; `None` if the index is not
+/// written as a number.
 fn pattern_of(path: &str) -> Option<(Cow<'_, str>, u32)> {
     let Some((list, rest)) = path.split_once('[') else { return Some((Cow::Borrowed(path), 0)) };
     let (digits, rest) = rest.split_once(']')?;
@@ -470,17 +528,20 @@ fn pattern_of(path: &str) -> Option<(Cow<'_, str>, u32)> {
     Some((Cow::Owned(format!("{list}[i]{rest}")), index))
 }
 
-/// The path of a key or a table, as short as may be, that was probably meant.
-pub fn nearest_path(path: &str) -> Option<String> {
+/// Returns the path, as short as may be, of the key or table that was probably meant.
+pub(crate) fn nearest_path(path: &str) -> Option<String> {
     let (pattern, index) = pattern_of(path).unwrap_or((Cow::Borrowed(path), 0));
     let keys = Key::ALL.iter().map(|key| short(key.pattern()));
     let known = keys.chain(Table::ALL.iter().map(|table| short(table.pattern)));
-    nearest(&pattern, known).map(|meant| meant.replace("[i]", &format!("[{index}]")))
+    nearest(&pattern, known).map(|suggestion| suggestion.replace("[i]", &format!("[{index}]")))
 }
 
-/// The candidate that was probably meant: one that ends in the word as a path segment, else the
-/// nearest by spelling if it is near at all.
-pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+/// Returns the candidate that was probably meant: one that ends in the word as a path segment, else
+/// the nearest by spelling if one is near at all.
+pub(crate) fn nearest<'a>(
+    word: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
     let candidates: Vec<&str> = candidates.into_iter().collect();
     let ends_in_it = |candidate: &&&str| candidate.rsplit('.').next() == Some(word);
     if let Some(candidate) = candidates.iter().find(ends_in_it) {
@@ -521,7 +582,7 @@ mod tests {
             (0..3).flat_map(|index| Table::ALL.iter().map(move |table| Table { index, ..*table }))
         {
             assert_eq!(Table::find(&table.path()).map(|found| found.path()), Some(table.path()));
-            // a list and the base are keys too, under the same name
+            // A list and the base are keys too, under the same name.
             let is_key = Key::find(&table.path()).is_some_and(|key| key.column() == table.column());
             assert!(
                 columns.insert(table.column()) || is_key || table.index > 0 && !table.has_index(),

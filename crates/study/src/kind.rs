@@ -1,8 +1,8 @@
-//! The kinds of studies: what is done with their points.
+//! The kinds of studies.
 //!
-//! Each kind is a file below this one that says everything about it. [`Kind`] names them, and
-//! [`Kind::spec`] is where each is registered. The files use whatever lies below them, from the keys
-//! to the figures, but not this face.
+//! Each kind has a file below this one that says everything about it. [`Kind`] names the kinds, and
+//! `Kind::spec` registers them. The files use everything that lies below them, from the keys to
+//! the figures, but not this face.
 
 pub mod convergence;
 pub mod cost;
@@ -25,15 +25,15 @@ use crate::sheet::{Sheet, SurfaceNames, TablePlaces};
 use spec::KindSpec;
 pub(crate) use spec::KindTable;
 
-/// What is done with the points of a study.
+/// The question that a study asks about its points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Kind {
     /// Every point is solved.
     #[default]
     Solve,
-    /// Every point is solved, and compared with the limit of a ladder of them.
+    /// Every point is solved, and compared with the limit of a ladder of points.
     Convergence,
-    /// Every point is solved several times over, and its error held against its time.
+    /// Every point is solved several times over, and its error is compared with its time.
     Cost,
     /// Every point is searched for all of its solutions.
     Multiplicity,
@@ -46,7 +46,7 @@ impl Kind {
     pub const ALL: &'static [Kind] =
         &[Kind::Solve, Kind::Convergence, Kind::Cost, Kind::Multiplicity, Kind::Uniqueness];
 
-    /// Returns what is known of the kind.
+    /// Returns everything that is known of the kind.
     fn spec(self) -> &'static KindSpec {
         match self {
             Kind::Solve => &solve::SPEC,
@@ -63,14 +63,14 @@ impl Kind {
     }
 
     /// Returns the kind of this name.
-    pub fn find(name: &str) -> Option<Kind> {
+    pub(crate) fn find(name: &str) -> Option<Kind> {
         Kind::ALL.iter().copied().find(|kind| kind.name() == name)
     }
 
     /// Returns every column of a study of this kind with these axes, in order: the axes, the other
-    /// keys, then what the records hold. Without axes and keys, these are the columns of any
-    /// record. `keys` are those that the study gives; those of the numerics, which have defaults,
-    /// have columns anyway.
+    /// keys, then the results. Without axes and keys, these are the columns of any record. `keys`
+    /// are the keys that the study gives. The keys of the numerics, which have defaults, have
+    /// columns anyway.
     pub fn columns<'a>(
         self,
         axes: impl IntoIterator<Item = &'a SweepAxis>,
@@ -85,7 +85,7 @@ impl Kind {
         self.spec().usual_columns
     }
 
-    /// Whether meshes may be chosen by the accuracy of the results.
+    /// Returns whether meshes may be chosen by the accuracy of the results.
     pub(crate) fn has_accuracy(self) -> bool {
         self.spec().has_accuracy
     }
@@ -127,7 +127,8 @@ impl Kind {
     ///
     /// # Errors
     ///
-    /// Everything that is missing, out of place or without meaning, at the place that caused it.
+    /// Returns everything that is missing, out of place or without meaning, at the place that
+    /// caused it.
     pub(crate) fn assemble(
         self,
         table: &KindTable,

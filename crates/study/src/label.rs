@@ -1,13 +1,13 @@
-//! What columns are called in pictures: `layer0_thickness` is "thickness of layer 0".
+//! The labels of columns in pictures: `layer0_thickness` is "thickness of layer 0".
 //!
-//! A name is made of words, so most labels are the words of the name; the rest stand in a list
-//! here.
+//! A name is made of words, so most labels are the words of the name. The labels of other keys
+//! stand in a list here, those of other results stand with their columns.
 
 use crate::columns::{Column, Role};
 use crate::units::Dimension;
 
-/// Labels that are not the words of the name; those of keys of layers and steps without what says
-/// which.
+/// The labels of keys that are not the words of their names; those of keys of layers and steps are
+/// without the layer or the step.
 const LABELS: &[(&str, &str)] = &[
     ("poisson", "Poisson's ratio"),
     ("layers", "number of layers"),
@@ -31,7 +31,7 @@ const LABELS: &[(&str, &str)] = &[
     ("max_iterations", "most iterations"),
 ];
 
-/// What a column is called beside the `others` of its table.
+/// Returns the label of a column beside the `others` of its table.
 pub fn label(column: &Column, others: &[Column]) -> String {
     if let Some(label) = column.label {
         return label.to_owned();
@@ -43,17 +43,17 @@ pub fn label(column: &Column, others: &[Column]) -> String {
     if let Some((index, key)) = indexed(name, "step") {
         return format!("{} in step {index}", words(key));
     }
-    // a motion that was reached; one that is prescribed is the same quantity
+    // A motion that was reached is the same quantity as a motion that is prescribed.
     let reached = name.strip_prefix("at_").filter(|_| column.role == Role::Observable);
     let layered = others.iter().any(|other| indexed(&other.name, "layer").is_some());
     match reached.unwrap_or(name) {
-        // without layers there is one foundation
+        // Without layers there is one foundation.
         key @ ("shear_modulus" | "poisson") if layered => format!("{} of the base", words(key)),
         other => words(other),
     }
 }
 
-/// What quantities of a dimension have in common, in a word.
+/// Returns the name of the quantity that a dimension measures.
 pub fn quantity_name(dimension: Dimension) -> &'static str {
     let noun = dimension.noun();
     noun.split_once(' ').map_or(noun, |(_, name)| name)
@@ -105,7 +105,7 @@ mod tests {
             for column in &columns {
                 let label = label(column, &columns);
                 assert!(!label.contains('_') && !label.is_empty(), "{label}");
-                // a motion that is prescribed and the same when it was reached are one quantity
+                // A motion that is prescribed and one that was reached are the same quantity.
                 let before = called
                     .insert((label.clone(), column.name.starts_with("at_")), column.name.clone());
                 assert!(before.is_none(), "{before:?} and {} are both called {label}", column.name);

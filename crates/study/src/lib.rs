@@ -1,4 +1,4 @@
-//! What a study is: its file, its axes, its jobs and the record that a job leaves.
+//! Studies: their files, their axes, their jobs and the records that jobs leave.
 //!
 //! ```
 //! use study::{Study, columns};
@@ -16,8 +16,10 @@
 //!     "loading.steps[0].approach" = { log = true, from = "1 um", to = "100 um", count = 3 }
 //! "#;
 //! let study = Study::parse(text, "load.toml", &mut |file| Err(format!("no file {file}")))?;
-//! let approach = columns::find(&study.columns(), "approach").unwrap().value(&study.point(1).unwrap(), None);
-//! assert_eq!(approach, study::Value::Number(1e-5));
+//! let columns = study.columns();
+//! let approach = columns::find(&columns, "approach").unwrap();
+//! let value = approach.value(&study.point(1).unwrap(), None);
+//! assert_eq!(value, study::Value::Number(1e-5));
 //! # Ok::<(), study::StudyError>(())
 //! ```
 #![forbid(unsafe_code)]
@@ -31,7 +33,7 @@ pub mod columns;
 mod definition;
 pub mod edit;
 pub mod encoding;
-pub mod error;
+mod error;
 pub mod figure;
 pub mod job;
 pub mod key;
@@ -58,7 +60,7 @@ pub use accuracy::Accuracy;
 pub use adaptive::Adaptive;
 pub use columns::Column;
 pub use definition::DefinitionError;
-pub use error::StudyError;
+pub use error::{Mistake, Span, StudyError};
 pub use figure::Figure;
 pub use job::{Case, Job};
 pub use kind::Kind;

@@ -5,14 +5,14 @@ use toml::de::{DeTable, DeValue};
 
 use crate::adaptive::{self, Adaptive};
 use crate::axis::{self, Group};
-use crate::error::{Mistake, Span, StudyError};
+use crate::error::{Mistake, StudyError};
 use crate::figure;
 use crate::key::{Key, Table, nearest, one_of};
 use crate::kind::Kind;
 use crate::read::{self, Reader, entries};
 use crate::sheet::{Given, TablePlaces};
 use crate::study::Study;
-use crate::study_files::{ReadFile, StudyFiles, Wanted};
+use crate::study_files::{ReadFile, StudyFiles};
 use crate::{accuracy, sweep};
 
 /// The names at the top of a study before those of the tables of kinds.
@@ -27,8 +27,12 @@ fn names() -> Vec<&'static str> {
 }
 
 impl Study {
-    /// Reads a study's text. `path` is for messages; `files` reads a file that the study names (a
+    /// Reads a study's text. `path` is for messages. `files` reads a file that the study names (a
     /// height map), with the name as the study writes it, or a stored surface by its hash.
+    ///
+    /// # Errors
+    ///
+    /// Returns every mistake in the text, with its place.
     pub fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, StudyError> {
         parse(text, path, files).map_err(|mistakes| StudyError::new(path, text, mistakes))
     }
@@ -41,55 +45,27 @@ impl Study {
         }
         for index in 0..self.points {
             let steps = axis::steps(&self.groups, index);
-            // what is read goes into the study, from which a sheet borrows
-            let wanted: Vec<(Key, Span, Wanted)> = {
-                let sheet = self.sheet(&steps);
-                let sources = sheet.sources().into_iter();
-                sources
-                    .map(|(key, source)| {
-                        (
-                            key,
-                            sheet.get(key).map_or(0..0, |given| given.span.clone()),
-                            Wanted::of(source),
-                        )
-                    })
-                    .collect()
-            };
-            for (key, span, wanted) in wanted {
-                let read = match wanted {
-                    Wanted::Map(file, unit) => self.files.read_height_map((file, unit), files),
-                    Wanted::StoredMap(name) => self.files.read_stored_surface(name, files),
-                    Wanted::Profile(file) => self.files.read_profile(key, file, files),
-                };
-                if let Err(why) = read {
-                    let (what, expected) = match key {
-                        Key::File => ("height map", "must be an NPY file or a matrix of text"),
-                        Key::Surface => ("height map", "must be the hash of a stored surface"),
-                        Key::Wheel => {
-                            ("profile", "must be a wheel's profile in SIMPACK's format (.prw)")
-                        }
-                        _ => ("profile", "must be a rail's profile in SIMPACK's format (.prr)"),
-                    };
-                    // one bad file is one mistake, however many points use it
-                    return vec![Mistake::new(
-                        span,
-                        format!("cannot use this {what}: {why}"),
-                        expected,
-                    )];
+            // The files are read into the study, from which a sheet borrows.
+            let needed = self.sheet(&steps).needed_files();
+            for file in needed {
+                if let Err(mistake) = self.files.read(file, files) {
+                    // One bad file is one mistake, however many points use it.
+                    return vec![mistake];
                 }
             }
         }
         Vec::new()
     }
 
-    /// Assembles every point: first along each axis with the others at their first value, which
-    /// reports each bad value once; then, if those are good, all of them.
+    /// Assembles every point. First it goes along each axis with the others at their first value,
+    /// which reports each bad value once. If those are good, it goes through all points.
     fn check(&self) -> Result<(), Vec<Mistake>> {
         let mut mistakes = Vec::new();
-        for (which, group) in self.groups.iter().enumerate().filter(|(_, group)| group.length > 1) {
+        for (varied, group) in self.groups.iter().enumerate().filter(|(_, group)| group.length > 1)
+        {
             let mut steps = vec![0; self.groups.len()];
             for step in 0..group.length {
-                steps[which] = step;
+                steps[varied] = step;
                 mistakes.extend(self.job(&steps).err().into_iter().flatten());
                 if mistakes.len() > 1000 {
                     break;
@@ -106,7 +82,7 @@ impl Study {
 
 fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<Mistake>> {
     let (root, errors) = DeTable::parse_recoverable(text);
-    // what follows the first error is mostly its echo
+    // What follows the first error is mostly its echo.
     if let Some(error) = errors.first() {
         let expected =
             if error.message() == "duplicate key" { "may be given only once" } else { "" };
@@ -140,7 +116,8 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     let before = mistakes.len();
     sweep::refuse_absent(&groups, &base, &mut mistakes);
     if mistakes.len() > before {
-        // entries have columns, and an index that is far off would make thousands of millions
+        // Entries have columns, and an index that is far off would make thousands of millions of
+        // them.
         return Err(mistakes);
     }
     let columns = kind.columns(groups.iter().flat_map(Group::axes), axis::keys(&base, &groups));
@@ -148,15 +125,7 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
         Some(node) => figure::read_figures(node, &groups, &columns, &mut mistakes),
         None => kind.figure(&kind_table, &groups).into_iter().collect(),
     };
-    let adaptive = adaptive::read(
-        root.get("accuracy"),
-        root.get("refine"),
-        root.get("bisect"),
-        &base,
-        &groups,
-        &columns,
-        &mut mistakes,
-    );
+    let adaptive = adaptive::read(&root, &base, &groups, &columns, &mut mistakes);
     if !mistakes.is_empty() {
         return Err(mistakes);
     }
@@ -237,7 +206,7 @@ fn read_kind(root: &DeTable<'_>, mistakes: &mut Vec<Mistake>) -> Kind {
         };
         let listed = format!("must be {}", one_of(&names));
         mistakes.push(match nearest(&name, names.iter().copied()) {
-            Some(meant) => mistake(&format!("did you mean \"{meant}\"?")).help(listed),
+            Some(suggestion) => mistake(&format!("did you mean \"{suggestion}\"?")).help(listed),
             None => mistake(&listed),
         });
         Kind::default()

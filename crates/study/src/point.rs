@@ -11,14 +11,18 @@ use crate::value::Value;
 pub struct StudyPoint {
     /// The value of each axis, in the order of [`Study::axes`](crate::Study::axes), in SI units.
     pub values: Vec<Value>,
-    /// What is to be computed.
+    /// The job that is to be computed.
     pub job: Job,
-    /// Its identity; points whose jobs coincide share it, and the result.
+    /// The identity of the job. Points whose jobs coincide share it, and the result.
     pub key: JobKey,
 }
 
 impl StudyPoint {
-    /// The point of a record by itself, without a study.
+    /// Returns the point of a record by itself, without a study.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the text of the record's job is none.
     pub fn of_record(record: &Record) -> Result<StudyPoint, JobError> {
         Ok(StudyPoint { values: Vec::new(), job: record.parse_job()?, key: record.key() })
     }

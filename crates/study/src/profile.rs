@@ -1,28 +1,33 @@
-//! Profiles of wheels and rails: read from SIMPACK files, kept as blobs under the hash of their
-//! content.
+//! Profiles of wheels and rails, which are read from SIMPACK files and kept as blobs under the hash
+//! of their content.
 
 use contact::punch::{Profile, ProfileError, ProfileKind};
 
 use crate::encoding::{DecodeError, decode, encode};
 
-/// Longest profile that is believed \[bytes\]; a corrupt length must not allocate.
+/// The longest profile that is believed \[bytes\]; a corrupt length must not allocate.
 const LIMIT: usize = 16 << 20;
 
-/// Why a file holds no profile.
+/// The reason why a file holds no profile.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ProfileFileError {
-    /// It is not as the format wants.
+    /// The content breaks the rules of the format.
     #[error(transparent)]
     Profile(#[from] ProfileError),
-    /// A stored profile that does not decode.
+    /// A stored profile does not decode.
     #[error(transparent)]
     Decode(#[from] DecodeError),
-    /// It is no text.
+    /// The content is no text.
     #[error("it is not text: it must be a profile in SIMPACK's format, .prw or .prr")]
     NotText,
 }
 
-/// Reads a profile: SIMPACK's text, or what [`encode_profile`] wrote, which no text begins like.
+/// Reads a profile from SIMPACK's text, or from the bytes that [`encode_profile`] wrote; no text
+/// begins like those.
+///
+/// # Errors
+///
+/// Returns an error if the bytes are neither.
 pub fn read(bytes: &[u8]) -> Result<Profile, ProfileFileError> {
     if bytes.first().is_some_and(|byte| *byte < b'\t') {
         return Ok(decode_profile(bytes)?);
@@ -31,29 +36,34 @@ pub fn read(bytes: &[u8]) -> Result<Profile, ProfileFileError> {
     Ok(Profile::from_simpack(text.strip_prefix('\u{feff}').unwrap_or(text))?)
 }
 
-/// The name of a profile in jobs and stores: the BLAKE3 hash of its bytes, in hexadecimal.
+/// Returns the name of a profile in jobs and stores: the BLAKE3 hash of its bytes, in hexadecimal.
 pub fn name(profile: &Profile) -> String {
     blake3::hash(&encode_profile(profile)).to_hex().to_string()
 }
 
-/// The bytes of a profile.
+/// Returns the bytes of a profile.
 pub fn encode_profile(profile: &Profile) -> Vec<u8> {
     encode(&(profile.kind() == ProfileKind::Wheel, profile.curve().points()))
 }
 
-/// Reads what [`encode_profile`] wrote.
+/// Reads the bytes that [`encode_profile`] wrote.
+///
+/// # Errors
+///
+/// Returns an error if the bytes do not decode, or if their points are no profile.
 pub fn decode_profile(bytes: &[u8]) -> Result<Profile, DecodeError> {
-    const WHAT: &str = "the profile";
-    let (is_wheel, points) = decode::<(bool, Vec<[f64; 2]>), LIMIT>(WHAT, bytes)?;
+    const ITEM: &str = "the profile";
+    let (is_wheel, points) = decode::<(bool, Vec<[f64; 2]>), LIMIT>(ITEM, bytes)?;
     let kind = if is_wheel { ProfileKind::Wheel } else { ProfileKind::Rail };
     Profile::from_points(kind, points)
-        .map_err(|error| DecodeError::Malformed { what: WHAT, reason: error.to_string() })
+        .map_err(|error| DecodeError::Malformed { item: ITEM, reason: error.to_string() })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     const WHEEL: &[u8] = include_bytes!("../../../sweeps/profiles/MBench_S1002_v3.prw");
 
@@ -77,7 +87,11 @@ mod tests {
 
     proptest! {
         #[test]
-        fn damaged_profiles_never_panic(at in any::<prop::sample::Index>(), byte: u8, cut in any::<prop::sample::Index>()) {
+        fn damaged_profiles_never_panic(
+            at in any::<prop::sample::Index>(),
+            byte: u8,
+            cut in any::<prop::sample::Index>(),
+        ) {
             for mut bytes in [WHEEL.to_vec(), encode_profile(&read(WHEEL).unwrap())] {
                 let at = at.index(bytes.len());
                 bytes[at] = byte;

@@ -2,26 +2,26 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Who computed a record, when and how fast. Nothing in here is reproducible.
+/// The worker that computed a record, the time and the speed. Nothing in it is reproducible.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
-    /// Version of the program.
+    /// The version of the program.
     pub program: String,
-    /// Time that solving took \[s\]; of several times, the median.
+    /// The time that solving took \[s\]; the median of several times.
     pub seconds: f64,
-    /// Each time by itself, of a job that is solved several times \[s\].
+    /// Each time of a job that is solved several times \[s\].
     pub times: Vec<f64>,
-    /// Number of the worker in its run.
+    /// The number of the worker in its run.
     pub worker: u32,
     /// The attempt that gave this record, counted from 1.
     pub attempt: u32,
-    /// When it was finished [s since 1970-01-01 UTC].
+    /// The time at which the job was finished [s since 1970-01-01 UTC].
     pub finished: u64,
 }
 
 impl Provenance {
     /// Returns the provenance of a job that a version of the program computed in `seconds`, or
-    /// several times over, which took these `times` \[s\].
+    /// several times over in these `times` \[s\].
     pub fn timed(program: &str, seconds: f64, times: Vec<f64>) -> Provenance {
         Provenance {
             program: program.to_owned(),
@@ -32,8 +32,8 @@ impl Provenance {
     }
 }
 
-/// Returns the median of numbers, of an even number of them the mean of the middle two; NaN of
-/// none.
+/// Returns the median of numbers: the mean of the middle two if their number is even, and NaN if
+/// there are none.
 pub fn median(mut numbers: Vec<f64>) -> f64 {
     numbers.sort_by(f64::total_cmp);
     let middle = numbers.len() / 2;

@@ -2,9 +2,10 @@
 
 use std::borrow::Cow;
 
-use contact::model::{Effect, Mesh};
 use toml::Spanned;
 use toml::de::{DeInteger, DeTable, DeValue};
+
+use contact::model::{Effect, Mesh};
 
 use crate::error::{Mistake, Span};
 use crate::key::{Key, Quantity, Table, nearest, one_of};
@@ -17,14 +18,14 @@ pub(crate) type Node<'i> = Spanned<DeValue<'i>>;
 /// A key of the tree with its place.
 pub(crate) type Name<'i> = Spanned<Cow<'i, str>>;
 
-/// The entries of a table in the order of the file.
+/// Returns the entries of a table in the order of the file.
 pub(crate) fn entries<'t, 'i>(table: &'t DeTable<'i>) -> Vec<(&'t Name<'i>, &'t Node<'i>)> {
     let mut entries: Vec<_> = table.iter().collect();
     entries.sort_by_key(|(name, _)| name.span().start);
     entries
 }
 
-/// What a value is, for messages.
+/// Returns the type of a value with its article, for messages.
 pub(crate) fn noun(value: &DeValue<'_>) -> &'static str {
     match value {
         DeValue::String(_) => "a text",
@@ -37,30 +38,29 @@ pub(crate) fn noun(value: &DeValue<'_>) -> &'static str {
     }
 }
 
-/// `unknown key` with what was probably meant.
+/// Makes the mistake of an unknown key, with the key that was probably meant.
 pub(crate) fn unknown(name: &str, span: Span, place: &str, known: &[&str]) -> Mistake {
     let listed = known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
     let mistake = |expected: String| {
         Mistake::new(span.clone(), format!("unknown key `{name}` in {place}"), expected)
     };
     match nearest(name, known.iter().copied()) {
-        Some(meant) => {
-            mistake(format!("did you mean `{meant}`?")).help(format!("the keys here are {listed}"))
-        }
+        Some(suggestion) => mistake(format!("did you mean `{suggestion}`?"))
+            .help(format!("the keys here are {listed}")),
         None => mistake(format!("the keys here are {listed}")),
     }
 }
 
-/// The mistake of a value of the wrong type.
-pub(crate) fn mistyped(what: &str, node: &Node<'_>, expected: &str) -> Mistake {
+/// Makes the mistake of a value of the wrong type.
+pub(crate) fn mistyped(name: &str, node: &Node<'_>, expected: &str) -> Mistake {
     Mistake::new(
         node.span(),
-        format!("`{what}` cannot be {}", noun(node.get_ref())),
+        format!("`{name}` cannot be {}", noun(node.get_ref())),
         format!("must be {expected}"),
     )
 }
 
-/// Reads every key below a table; whatever cannot be read is a mistake and left out.
+/// Reads every key below a table. Whatever cannot be read is a mistake, and is left out.
 pub(crate) struct Reader<'p> {
     text: &'p str,
     pub(crate) given: Vec<(Key, Given)>,
@@ -80,13 +80,13 @@ impl<'p> Reader<'p> {
         span: Span,
         entries: impl IntoIterator<Item = (&'t Name<'i>, &'t Node<'i>)>,
     ) {
-        // a table that only the dots of its keys imply stands nowhere
+        // A table that only the dots of its keys imply has no place.
         if self.text.get(span.clone()).is_some_and(|written| written.starts_with(['[', '{'])) {
             self.places.add(table, span);
         }
         for (name, node) in entries {
             let path = format!("{}.{}", table.path(), name.get_ref());
-            // an index is no part of a name
+            // An index is no part of a name.
             let (inner, key) = if name.get_ref().contains('[') {
                 (None, None)
             } else {
@@ -125,8 +125,8 @@ impl<'p> Reader<'p> {
         }
     }
 
-    /// Reads a list of tables, [`Key::Layers`] or [`Key::Steps`]; how long it is counts as a key of
-    /// its own.
+    /// Reads a list of tables, [`Key::Layers`] or [`Key::Steps`]; its length counts as a key of its
+    /// own.
     pub(crate) fn list(&mut self, list: Key, node: &Node<'_>) {
         let DeValue::Array(tables) = node.get_ref() else {
             return self.mistakes.push(mistyped(&list.short(), node, &list.quantity().expected()));
@@ -148,7 +148,7 @@ impl<'p> Reader<'p> {
 pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Mistake> {
     let wrong = || mistyped(&key.short(), node, &key.quantity().expected());
     match key.quantity() {
-        // lists are read as a whole, by the reader
+        // Lists are read as a whole, by the reader.
         Quantity::List(_) => Err(wrong()),
         Quantity::Number(dimension) => number(&key.short(), dimension, node).map(Setting::Number),
         Quantity::Count => match node.get_ref() {
@@ -156,36 +156,7 @@ pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Mistake> {
             DeValue::Float(x) => Err(fraction(&key.short(), x.as_str(), node.span())),
             _ => Err(wrong()),
         },
-        Quantity::Mesh => match node.get_ref() {
-            DeValue::Integer(n) => {
-                Ok(Setting::Mesh(Mesh::Across(whole(&key.short(), n, node.span())?)))
-            }
-            DeValue::Float(x) => Err(fraction(&key.short(), x.as_str(), node.span())),
-            DeValue::Array(pair) => {
-                let mut sides = Vec::new();
-                for side in pair.iter() {
-                    match side.get_ref() {
-                        DeValue::Integer(n) => sides.push(whole(&key.short(), n, side.span())?),
-                        DeValue::Float(x) => {
-                            return Err(fraction(&key.short(), x.as_str(), side.span()));
-                        }
-                        _ => return Err(wrong()),
-                    }
-                }
-                match sides[..] {
-                    [x, y] => Ok(Setting::Mesh(Mesh::Exact([x, y]))),
-                    _ => {
-                        let message = format!("`{}` is a list of {}", key.short(), sides.len());
-                        Err(Mistake::new(
-                            node.span(),
-                            message,
-                            format!("must be {}", key.quantity().expected()),
-                        ))
-                    }
-                }
-            }
-            _ => Err(wrong()),
-        },
+        Quantity::Mesh => mesh(key, node).map(Setting::Mesh),
         Quantity::Choice(words) => match node.get_ref() {
             DeValue::String(word) if words.contains(&word.as_ref()) => {
                 Ok(Setting::Word(word.to_string()))
@@ -231,7 +202,27 @@ pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Mistake> {
     }
 }
 
-/// Reads the name of an effect. That it can be asked for at all is for the scene's numerics to say.
+/// Reads a number of elements across Ω, or a pair of numbers of elements along the sides.
+fn mesh(key: Key, node: &Node<'_>) -> Result<Mesh, Mistake> {
+    let wrong = || mistyped(&key.short(), node, &key.quantity().expected());
+    let elements = |side: &Node<'_>| match side.get_ref() {
+        DeValue::Integer(n) => whole(&key.short(), n, side.span()),
+        DeValue::Float(x) => Err(fraction(&key.short(), x.as_str(), side.span())),
+        _ => Err(wrong()),
+    };
+    let DeValue::Array(sides) = node.get_ref() else { return elements(node).map(Mesh::Across) };
+    let sides: Vec<u32> = sides.iter().map(elements).collect::<Result<_, _>>()?;
+    match sides[..] {
+        [x, y] => Ok(Mesh::Exact([x, y])),
+        _ => {
+            let message = format!("`{}` is a list of {}", key.short(), sides.len());
+            let expected = format!("must be {}", key.quantity().expected());
+            Err(Mistake::new(node.span(), message, expected))
+        }
+    }
+}
+
+/// Reads the name of an effect. The scene's numerics decide whether it can be simulated.
 fn effect(key: Key, node: &Node<'_>) -> Result<Effect, Mistake> {
     let DeValue::String(name) = node.get_ref() else {
         return Err(mistyped(&key.short(), node, &key.quantity().expected()));
@@ -241,19 +232,20 @@ fn effect(key: Key, node: &Node<'_>) -> Result<Effect, Mistake> {
     known.ok_or_else(|| unknown_word("effect", name, node.span(), &optional, &one_of(&optional)))
 }
 
-/// The mistake of a word that is none of those known, with what was probably meant.
-fn unknown_word(what: &str, word: &str, span: Span, known: &[&str], expected: &str) -> Mistake {
+/// Makes the mistake of a word that is not among those known, with the word that was probably
+/// meant.
+fn unknown_word(name: &str, word: &str, span: Span, known: &[&str], expected: &str) -> Mistake {
     let mistake =
-        |expected: String| Mistake::new(span, format!("unknown {what} `{word}`"), expected);
+        |expected: String| Mistake::new(span, format!("unknown {name} `{word}`"), expected);
     let expected = format!("must be {expected}");
     match nearest(word, known.iter().copied()) {
-        Some(meant) => mistake(format!("did you mean \"{meant}\"?")).help(expected),
+        Some(suggestion) => mistake(format!("did you mean \"{suggestion}\"?")).help(expected),
         None => mistake(expected),
     }
 }
 
-/// Reads a number in SI or a text with a unit.
-pub(crate) fn number(what: &str, dimension: Dimension, node: &Node<'_>) -> Result<f64, Mistake> {
+/// Reads a number in SI units or a text with a unit.
+pub(crate) fn number(name: &str, dimension: Dimension, node: &Node<'_>) -> Result<f64, Mistake> {
     let expected = || format!("must be {}", Quantity::Number(dimension).expected());
     let bare = match node.get_ref() {
         DeValue::Integer(n) if n.radix() == 10 => n.as_str().parse::<f64>().ok(),
@@ -261,18 +253,18 @@ pub(crate) fn number(what: &str, dimension: Dimension, node: &Node<'_>) -> Resul
         DeValue::Float(x) => x.as_str().parse::<f64>().ok(),
         DeValue::String(text) => {
             return quantity(text, dimension)
-                .map_err(|error| not_a_quantity(what, dimension, error, node.span()));
+                .map_err(|error| not_a_quantity(name, dimension, error, node.span()));
         }
-        _ => return Err(mistyped(what, node, &Quantity::Number(dimension).expected())),
+        _ => return Err(mistyped(name, node, &Quantity::Number(dimension).expected())),
     };
-    // −0 is 0, so that the two are one job
+    // −0 becomes 0, so that the two are one job.
     bare.filter(|x| x.is_finite()).map(|x| x + 0.0).ok_or_else(|| {
-        Mistake::new(node.span(), format!("`{what}` is not a finite number"), expected())
+        Mistake::new(node.span(), format!("`{name}` is not a finite number"), expected())
     })
 }
 
-fn not_a_quantity(what: &str, dimension: Dimension, error: QuantityError, span: Span) -> Mistake {
-    let message = format!("`{what}`: {error}");
+fn not_a_quantity(name: &str, dimension: Dimension, error: QuantityError, span: Span) -> Mistake {
+    let message = format!("`{name}`: {error}");
     let units =
         || dimension.units().map(|unit| format!("\"{unit}\"")).collect::<Vec<_>>().join(", ");
     if dimension == Dimension::Pure {
@@ -308,39 +300,39 @@ fn not_a_quantity(what: &str, dimension: Dimension, error: QuantityError, span: 
 }
 
 /// Reads a whole number that counts something.
-pub(crate) fn whole(what: &str, n: &DeInteger<'_>, span: Span) -> Result<u32, Mistake> {
+pub(crate) fn whole(name: &str, n: &DeInteger<'_>, span: Span) -> Result<u32, Mistake> {
     u32::from_str_radix(n.as_str(), n.radix()).map_err(|_| {
-        let message = format!("`{what}` = {n} cannot count anything");
+        let message = format!("`{name}` = {n} cannot count anything");
         Mistake::new(span, message, format!("must be a whole number from 0 to {}", u32::MAX))
     })
 }
 
-fn fraction(what: &str, text: &str, span: Span) -> Mistake {
+fn fraction(name: &str, text: &str, span: Span) -> Mistake {
     Mistake::new(
         span,
-        format!("`{what}` = {text} is not a whole number"),
+        format!("`{name}` = {text} is not a whole number"),
         "must be a whole number, without a decimal point",
     )
 }
 
 /// Reads a text.
-pub(crate) fn text(what: &str, node: &Node<'_>) -> Result<String, Mistake> {
+pub(crate) fn text(name: &str, node: &Node<'_>) -> Result<String, Mistake> {
     match node.get_ref() {
         DeValue::String(text) => Ok(text.to_string()),
-        _ => Err(mistyped(what, node, "a text")),
+        _ => Err(mistyped(name, node, "a text")),
     }
 }
 
 /// Reads true or false.
-pub(crate) fn switch(what: &str, node: &Node<'_>) -> Result<bool, Mistake> {
+pub(crate) fn switch(name: &str, node: &Node<'_>) -> Result<bool, Mistake> {
     match node.get_ref() {
         DeValue::Boolean(yes) => Ok(*yes),
-        _ => Err(mistyped(what, node, "true or false")),
+        _ => Err(mistyped(name, node, "true or false")),
     }
 }
 
-/// Reads a part of one: `"0.1%"` or `0.001`.
-pub(crate) fn part(what: &str, node: &Node<'_>) -> Result<f64, Mistake> {
+/// Reads a number between 0 and 1: `"0.1%"` or `0.001`.
+pub(crate) fn proportion(name: &str, node: &Node<'_>) -> Result<f64, Mistake> {
     const EXPECTED: &str = "must be a part like \"0.1%\" or 0.001, above 0 and below 1";
     let value = match node.get_ref() {
         DeValue::String(text) => text
@@ -354,17 +346,17 @@ pub(crate) fn part(what: &str, node: &Node<'_>) -> Result<f64, Mistake> {
     };
     value
         .filter(|x| *x > 0.0 && *x < 1.0)
-        .ok_or_else(|| Mistake::new(node.span(), format!("`{what}` is no such part"), EXPECTED))
+        .ok_or_else(|| Mistake::new(node.span(), format!("`{name}` is no such part"), EXPECTED))
 }
 
-/// The mistake of a name that is not fit for a file, if it is not; `what` it names with its
-/// article.
-pub(crate) fn refuse_file_name(name: &str, what: &str, node: &Node<'_>) -> Option<Mistake> {
+/// Makes the mistake of a name that is not fit for a file; `None` if it is fit. `owner` is what the
+/// name is for, with its article.
+pub(crate) fn refuse_file_name(name: &str, owner: &str, node: &Node<'_>) -> Option<Mistake> {
     let legal = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
     let is_name = name.starts_with(|c: char| c.is_ascii_alphanumeric())
         && name.chars().all(legal)
         && name.len() <= 64;
     let expected =
         "must be 1 to 64 letters, digits, `-`, `_` or `.`, the first a letter or a digit";
-    (!is_name).then(|| Mistake::new(node.span(), format!("`{name}` cannot name {what}"), expected))
+    (!is_name).then(|| Mistake::new(node.span(), format!("`{name}` cannot name {owner}"), expected))
 }

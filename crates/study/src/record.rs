@@ -2,37 +2,38 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use contact::model::{Outcome, Status};
 use contact::multiplicity::Multiplicity;
 use contact::uniqueness::Bracket;
 use contact::uniqueness::witness::Shown;
-use identity::{JobKey, Kept};
-use serde::{Deserialize, Serialize};
+use identity::{JobKey, KeptFields};
 
 use crate::job::{Job, JobError, PHYSICS_VERSION};
 use crate::provenance::Provenance;
 
-/// How a job ended.
+/// The way in which a job ended.
 #[expect(clippy::large_enum_variant, reason = "nearly every record is of the large one")]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Ending {
-    /// It was computed; whether it counts as solved is in [`Outcome::status`].
+    /// The job was computed. [`Outcome::status`] says whether it counts as solved.
     Finished(Outcome),
-    /// It was searched for solutions; whether any was found is in [`Multiplicity::status`].
+    /// The job was searched for solutions. [`Multiplicity::status`] says whether any was found.
     Searched(Multiplicity),
-    /// The end of its uniqueness set was looked for.
+    /// The end of the job's uniqueness set was looked for.
     Bracketed(Box<Bracketed>),
-    /// It killed or outlived its workers and was set aside.
+    /// The job killed or outlived its workers and was set aside.
     Quarantined {
-        /// What happened: a signal, a deadline, memory.
+        /// The event that set it aside: a signal, a deadline, memory.
         reason: String,
-        /// How often it was tried.
+        /// The number of attempts.
         attempts: u32,
     },
 }
 
 impl Ending {
-    /// Whether it holds a solution; `None` for what was set aside.
+    /// Returns the status of the solution; `None` for a job that was set aside.
     pub fn status(&self) -> Option<&Status> {
         match self {
             Ending::Finished(outcome) => Some(&outcome.status),
@@ -42,7 +43,7 @@ impl Ending {
         }
     }
 
-    /// Why it holds none.
+    /// Returns the reason why there is no solution.
     pub fn reason(&self) -> Option<&str> {
         match (self, self.status()) {
             (Ending::Quarantined { reason, .. }, _) | (_, Some(Status::Failed { reason })) => {
@@ -56,9 +57,9 @@ impl Ending {
 /// What came of a job, in a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Standing {
-    /// The job was computed and the result is certified.
+    /// The job was computed, and the result is certified.
     Certified,
-    /// The job was computed and the result is not certified.
+    /// The job was computed, and the result is not certified.
     Failed,
     /// The job was set aside without a result.
     Quarantined,
@@ -83,39 +84,44 @@ impl From<&Status> for Standing {
     }
 }
 
-/// What came of looking for the end μ* of a uniqueness set.
+/// The result of looking for the end μ* of a uniqueness set.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bracketed {
-    /// Certified if both sides were verified by code of their own.
+    /// The status, which is certified if code of its own verified both sides.
     pub status: Status,
-    /// Both sides, with what it takes to verify them again.
+    /// Both sides, with everything that it takes to verify them again.
     pub bracket: Option<Bracket>,
-    /// What verifying the witness above has shown.
+    /// The figures that verifying the upper witness has shown.
     pub shown: Option<Shown>,
 }
 
-/// What a job leaves.
+/// The record that a job leaves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
-    /// Version of the physics that computed it; part of the job's key.
+    /// The version of the physics that computed it; it is part of the job's key.
     pub physics: u32,
     /// The job's canonical text ([`Job::canonical`]).
     pub job: String,
-    /// How it ended.
+    /// The way in which the job ended.
     pub ending: Ending,
-    /// The bytes of its fields ([`encode_fields`](crate::record_format::encode_fields)), if it left some.
-    pub fields: Option<Kept>,
-    /// Who computed it.
+    /// The bytes of its fields ([`encode_fields`](crate::record_format::encode_fields)), if it left
+    /// some.
+    pub fields: Option<KeptFields>,
+    /// The worker, the time and the speed of the computation.
     pub provenance: Provenance,
 }
 
 impl Record {
-    /// The identity of the job that left it.
+    /// Returns the identity of the job that left it.
     pub fn key(&self) -> JobKey {
         JobKey::of(self.physics, &self.job)
     }
 
-    /// The job that left it.
+    /// Returns the job that left it.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the text of the job is none.
     pub fn parse_job(&self) -> Result<Job, JobError> {
         Job::parse(&self.job)
     }
@@ -125,12 +131,12 @@ impl Record {
         self.ending.status().map_or(Standing::Quarantined, Standing::from)
     }
 
-    /// Whether it holds a solution.
+    /// Returns whether the record holds a certified result.
     pub fn is_certified(&self) -> bool {
         self.standing() == Standing::Certified
     }
 
-    /// What was computed, solved or not.
+    /// Returns the outcome of a scene, solved or not.
     pub fn outcome(&self) -> Option<&Outcome> {
         match &self.ending {
             Ending::Finished(outcome) => Some(outcome),
@@ -138,7 +144,7 @@ impl Record {
         }
     }
 
-    /// What a search for solutions found.
+    /// Returns the result of a search for solutions.
     pub fn multiplicity(&self) -> Option<&Multiplicity> {
         match &self.ending {
             Ending::Searched(found) => Some(found),
@@ -146,7 +152,7 @@ impl Record {
         }
     }
 
-    /// What came of looking for the end of a uniqueness set.
+    /// Returns the result of looking for the end of a uniqueness set.
     pub fn bracketed(&self) -> Option<&Bracketed> {
         match &self.ending {
             Ending::Bracketed(found) => Some(found),
@@ -154,9 +160,9 @@ impl Record {
         }
     }
 
-    /// Visits what the record would be if the path had ended after its first increment, its second
-    /// and so on; the last visit sees the record itself. Increments before the one at which a path
-    /// failed are certified.
+    /// Visits the records that there would be if the path had ended after its first increment, its
+    /// second and so on. The last visit sees the record itself. Increments before the one at which
+    /// a path failed are certified.
     pub fn along_path(&self, mut visit: impl FnMut(&Record)) {
         let Some(outcome) = self.outcome() else { return };
         let (physics, fields, provenance) =
@@ -177,10 +183,10 @@ impl Record {
             fields,
             provenance,
         };
-        for (at, step) in outcome.steps.iter().enumerate() {
+        for (index, step) in outcome.steps.iter().enumerate() {
             let Ending::Finished(path) = &mut partial.ending else { return };
             path.steps.push(*step);
-            if at + 1 == outcome.steps.len() {
+            if index + 1 == outcome.steps.len() {
                 (path.status, path.estimate, path.hertz, path.rail) =
                     (outcome.status.clone(), outcome.estimate, outcome.hertz, outcome.rail);
             }
@@ -188,7 +194,7 @@ impl Record {
         }
     }
 
-    /// Whether it was computed by the physics of this program.
+    /// Returns whether the physics of this program computed it.
     pub fn is_current(&self) -> bool {
         self.physics == PHYSICS_VERSION
     }
@@ -218,7 +224,7 @@ pub(crate) mod tests {
             physics: PHYSICS_VERSION,
             job: crate::job::tests::job().canonical(),
             ending,
-            fields: Some(Kept::Blob([7; 32])),
+            fields: Some(KeptFields::Blob([7; 32])),
             provenance,
         }
     }
@@ -280,7 +286,7 @@ pub(crate) mod tests {
                 force_imbalance: 0.7,
             },
             work: WorkDone { iterations: 22, operator_applications: 23 },
-            way: contact::model::Way::NewtonAndSeidel,
+            route: contact::model::Way::NewtonAndSeidel,
         };
         let hertz = Hertz {
             semi_axis_a: 41.0,
@@ -336,7 +342,7 @@ pub(crate) mod tests {
         record(Ending::Quarantined { reason: "killed by SIGKILL".into(), attempts: 3 })
     }
 
-    /// Two solutions.
+    /// Returns a record of two solutions.
     pub(crate) fn searched() -> Record {
         let solution = |distances: [f64; 2], origin: Origin| Solution {
             motion: Motion { approach: 1.0, ..Motion::default() },

@@ -1,54 +1,78 @@
 //! The bytes of records and of fields.
 //!
-//! A record is `[version, deterministic part, provenance]`: the same job gives the same
-//! deterministic part on any number of workers ([`Record::result_bytes`]); provenance says who
-//! computed it, when and how fast.
+//! A record is `[version, deterministic part, provenance]`. The same job gives the same
+//! deterministic part on any number of workers ([`Record::result_bytes`]). The provenance names the
+//! worker, the time and the speed of the computation.
+
+use serde::Deserialize;
 
 use contact::model::Fields;
-use identity::Kept;
+use identity::KeptFields;
 
 use crate::encoding::{BLOB_LIMIT, DecodeError, decode, decode_as, encode, encode_as};
 use crate::job::PHYSICS_VERSION;
-use crate::provenance::Provenance;
 use crate::record::{Ending, Record};
 
-/// Format of records. 1 held a single load step, 2 no levels, 3 the digests of fields only.
+/// The format of records. Format 1 held a single load step, 2 no levels, 3 the digests of fields
+/// only.
 const RECORD_VERSION: u8 = 4;
 
-/// The last format before, which is read as well.
+/// The format before, which is read as well.
 const OLDER_VERSION: u8 = 3;
 
 /// The formats of records that are read.
 const RECORD_VERSIONS: &[u8] = &[OLDER_VERSION, RECORD_VERSION];
 
-/// Longest text or list in a record that is believed \[bytes\]; a corrupt length must not allocate.
+/// The longest text or list in a record that is believed \[bytes\]; a corrupt length must not
+/// allocate.
 const RECORD_LIMIT: usize = 16 << 20;
 
+/// The deterministic part of a record as it is stored.
+#[derive(Deserialize)]
+struct StoredResult<Fields> {
+    physics: u32,
+    job: String,
+    ending: Ending,
+    fields: Option<Fields>,
+}
+
 impl Record {
-    /// The bytes of the deterministic part: equal for the same job, whoever computed it.
+    /// Returns the bytes of the deterministic part, which are equal for the same job whoever
+    /// computed it.
     pub fn result_bytes(&self) -> Vec<u8> {
         encode_as(RECORD_VERSION, &(self.physics, &self.job, &self.ending, &self.fields))
     }
 
-    /// The bytes of the record: [`result_bytes`](Record::result_bytes), then the provenance.
+    /// Returns the bytes of the record: [`result_bytes`](Record::result_bytes), then the
+    /// provenance.
     pub fn encode(&self) -> Vec<u8> {
         let mut bytes = self.result_bytes();
         bytes.extend_from_slice(encode(&self.provenance).get(1..).unwrap_or_default());
         bytes
     }
 
-    /// Reads what [`encode`](Record::encode) wrote.
+    /// Reads the bytes that [`encode`](Record::encode) wrote, or those of the format before.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the bytes do not decode, or if the fields of a solution do not fit its
+    /// grid.
     pub fn decode(bytes: &[u8]) -> Result<Record, DecodeError> {
-        const WHAT: &str = "the record";
-        type Parts<Fields> = ((u32, String, Ending, Option<Fields>), Provenance);
-        let ((physics, job, ending, fields), provenance) = match bytes.first() {
+        const ITEM: &str = "the record";
+        let (result, provenance) = match bytes.first() {
             Some(&OLDER_VERSION) => {
-                let ((physics, job, ending, digest), provenance) =
-                    decode_as::<Parts<[u8; 32]>, RECORD_LIMIT>(RECORD_VERSIONS, WHAT, bytes)?;
-                ((physics, job, ending, digest.map(Kept::Blob)), provenance)
+                let (result, provenance) = decode_as::<(StoredResult<[u8; 32]>, _), RECORD_LIMIT>(
+                    RECORD_VERSIONS,
+                    ITEM,
+                    bytes,
+                )?;
+                let StoredResult { physics, job, ending, fields } = result;
+                let fields = fields.map(KeptFields::Blob);
+                (StoredResult { physics, job, ending, fields }, provenance)
             }
-            _ => decode_as::<Parts<Kept>, RECORD_LIMIT>(RECORD_VERSIONS, WHAT, bytes)?,
+            _ => decode_as::<_, RECORD_LIMIT>(RECORD_VERSIONS, ITEM, bytes)?,
         };
+        let StoredResult { physics, job, ending, fields } = result;
         if let Ending::Searched(found) = &ending {
             let count = found.solutions.len();
             for solution in &found.solutions {
@@ -56,7 +80,7 @@ impl Record {
                 let misfit = (distances != count)
                     .then(|| format!("{distances} distances of a solution to {count}"));
                 if let Some(reason) = misfit.or_else(|| misfit_of(&solution.fields)) {
-                    return Err(DecodeError::Malformed { what: WHAT, reason });
+                    return Err(DecodeError::Malformed { item: ITEM, reason });
                 }
             }
         }
@@ -64,8 +88,8 @@ impl Record {
     }
 }
 
-/// The text of the job in the bytes of a record, without reading the rest; `None` unless this
-/// program's physics computed it.
+/// Returns the text of the job in the bytes of a record without reading the rest; `None` unless
+/// this program's physics computed it.
 pub fn job_text(bytes: &[u8]) -> Option<&str> {
     let body = RECORD_VERSIONS.iter().find_map(|version| bytes.strip_prefix(&[*version]))?;
     let config = bincode::config::standard().with_limit::<RECORD_LIMIT>();
@@ -74,22 +98,26 @@ pub fn job_text(bytes: &[u8]) -> Option<&str> {
     (physics == PHYSICS_VERSION).then_some(job)
 }
 
-/// The bytes of fields.
+/// Returns the bytes of fields.
 pub fn encode_fields(fields: &Fields) -> Vec<u8> {
     encode(fields)
 }
 
-/// Reads what [`encode_fields`] wrote; every list has one value per element.
+/// Reads the bytes that [`encode_fields`] wrote.
+///
+/// # Errors
+///
+/// Returns an error if the bytes do not decode, or if a list has not one value for each element.
 pub fn decode_fields(bytes: &[u8]) -> Result<Fields, DecodeError> {
-    const WHAT: &str = "the field file";
-    let fields: Fields = decode::<_, BLOB_LIMIT>(WHAT, bytes)?;
+    const ITEM: &str = "the field file";
+    let fields: Fields = decode::<_, BLOB_LIMIT>(ITEM, bytes)?;
     match misfit_of(&fields) {
-        Some(reason) => Err(DecodeError::Malformed { what: WHAT, reason }),
+        Some(reason) => Err(DecodeError::Malformed { item: ITEM, reason }),
         None => Ok(fields),
     }
 }
 
-/// What is wrong with fields that have not one value per element.
+/// Describes the fault of fields that have not one value for each element; `None` if they have.
 fn misfit_of(fields: &Fields) -> Option<String> {
     let [nx, ny] = fields.shape.map(u64::from);
     let lists = [
@@ -107,11 +135,13 @@ fn misfit_of(fields: &Fields) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use contact::multiplicity::{Multiplicity, Solution};
     use proptest::prelude::*;
+
+    use contact::multiplicity::{Multiplicity, Solution};
 
     use super::*;
     use crate::encoding::VERSION;
+    use crate::provenance::Provenance;
     use crate::record::tests::{failed, fields, quarantined, searched, solved};
 
     #[test]
@@ -147,7 +177,7 @@ mod tests {
         }
     }
 
-    /// A change of these bytes is a change of the format: it needs a new version and a way to read
+    /// A change of these bytes is a change of the format: it needs a new version and a reader of
     /// the old one.
     #[test]
     fn golden_bytes() {
@@ -172,7 +202,7 @@ mod tests {
         let mut long = solved().encode();
         long.push(0);
         assert_eq!(message(&long), "the record does not decode: 1 bytes too many");
-        // a text of 2⁶⁴ − 1 bytes
+        // This is the length of a text of 2⁶⁴ − 1 bytes.
         let huge = [&[RECORD_VERSION, 1, 253], &[0xff; 8][..]].concat();
         assert!(message(&huge).starts_with("the record does not decode"));
         let mut short = fields();
@@ -209,7 +239,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn arbitrary_bytes_never_panic(mut bytes in proptest::collection::vec(any::<u8>(), 0..400), versioned: bool) {
+        fn arbitrary_bytes_never_panic(
+            mut bytes in proptest::collection::vec(any::<u8>(), 0..400),
+            versioned: bool,
+        ) {
             if let (Some(first), true) = (bytes.first_mut(), versioned) {
                 *first = RECORD_VERSION;
             }
@@ -221,7 +254,11 @@ mod tests {
         }
 
         #[test]
-        fn flipped_bits_never_panic(at in any::<prop::sample::Index>(), bit in 0u8..8, which in 0usize..4) {
+        fn flipped_bits_never_panic(
+            at in any::<prop::sample::Index>(),
+            bit in 0u8..8,
+            which in 0usize..4,
+        ) {
             let mut bytes = [solved(), failed(), quarantined(), searched()][which].encode();
             let at = at.index(bytes.len());
             bytes[at] ^= 1 << bit;

@@ -1,4 +1,4 @@
-//! From a job to the settings that describe it.
+//! Derives the settings that describe a job.
 
 use std::borrow::Cow;
 
@@ -13,8 +13,8 @@ use crate::job::{Case, Job};
 use crate::key::Key;
 use crate::sheet::Setting;
 
-/// What a job says, whatever its kind.
-struct Parts<'a> {
+/// The parts that jobs of all kinds may have; a part is `None` if a job does not have it.
+struct JobParts<'a> {
     foundation: &'a Foundation,
     shape: Option<Cow<'a, Shape>>,
     material: Option<&'a Material>,
@@ -25,40 +25,26 @@ struct Parts<'a> {
     projection: Projection,
     epsilon: f64,
     numerics: Option<&'a Numerics>,
-    /// What a search does not leave to the numerics.
+    /// The method; a search tries every one.
     method: Option<Method>,
+    /// The effects that are simulated in any case; a search simulates every one.
     simulate: &'a [Effect],
-    /// Starts and seed.
-    search: Option<(u32, u64)>,
+    starts: Option<u32>,
+    seed: Option<u64>,
 }
 
-impl<'a> Parts<'a> {
+impl<'a> JobParts<'a> {
     fn of(job: &'a Job) -> Self {
-        let is_search = matches!(job, Job::Multiplicity { .. });
         match job {
-            Job::Solve(Case { scene, numerics })
-            | Job::Cost { case: Case { scene, numerics }, .. }
-            | Job::Multiplicity { case: Case { scene, numerics }, .. } => Parts {
-                foundation: &scene.foundation,
-                shape: Some(Cow::Borrowed(&scene.punch.shape)),
-                material: scene.punch.material.as_ref(),
-                mu: Some(scene.friction.mu),
-                domain: scene.domain.as_ref(),
-                loading: Some(&scene.loading),
-                mesh: numerics.mesh,
-                projection: numerics.projection,
-                epsilon: numerics.epsilon,
-                numerics: Some(numerics),
-                method: (!is_search).then_some(numerics.method),
-                simulate: if is_search { &[] } else { &numerics.simulate },
-                search: match job {
-                    Job::Multiplicity { search: Search { starts, seed }, .. } => {
-                        Some((*starts, *seed))
-                    }
-                    Job::Solve(_) | Job::Cost { .. } | Job::Uniqueness { .. } => None,
-                },
+            Job::Solve(case) | Job::Cost { case, .. } => Self::of_case(case),
+            Job::Multiplicity { case, search: Search { starts, seed } } => JobParts {
+                method: None,
+                simulate: &[],
+                starts: Some(*starts),
+                seed: Some(*seed),
+                ..Self::of_case(case)
             },
-            Job::Uniqueness { question, search } => Parts {
+            Job::Uniqueness { question, search } => JobParts {
                 foundation: &question.foundation,
                 shape: Some(Cow::Owned(match question.sole {
                     Sole::Rectangle { width_x, width_y } => {
@@ -76,23 +62,43 @@ impl<'a> Parts<'a> {
                 numerics: None,
                 method: None,
                 simulate: &[],
-                search: Some((search.starts, search.seed)),
+                starts: Some(search.starts),
+                seed: Some(search.seed),
             },
+        }
+    }
+
+    /// Returns the parts of a case that is solved.
+    fn of_case(Case { scene, numerics }: &'a Case) -> Self {
+        JobParts {
+            foundation: &scene.foundation,
+            shape: Some(Cow::Borrowed(&scene.punch.shape)),
+            material: scene.punch.material.as_ref(),
+            mu: Some(scene.friction.mu),
+            domain: scene.domain.as_ref(),
+            loading: Some(&scene.loading),
+            mesh: numerics.mesh,
+            projection: numerics.projection,
+            epsilon: numerics.epsilon,
+            numerics: Some(numerics),
+            method: Some(numerics.method),
+            simulate: &numerics.simulate,
+            starts: None,
+            seed: None,
         }
     }
 }
 
-/// The length that [`Key::Layers`] or [`Key::Steps`] has in a job.
+/// Returns the length of [`Key::Layers`] or [`Key::Steps`] in a job.
 pub(crate) fn length(job: &Job, list: Key) -> u32 {
-    let parts = Parts::of(job);
-    let length = match list {
-        Key::Layers => parts.foundation.layers.len(),
-        _ => parts.loading.map_or(0, |loading| loading.steps.len()),
-    };
-    u32::try_from(length).unwrap_or(u32::MAX)
+    let parts = JobParts::of(job);
+    match list {
+        Key::Layers => count(parts.foundation.layers.len()),
+        _ => parts.loading.map_or(0, |loading| count(loading.steps.len())),
+    }
 }
 
-/// Every key that a job has, with its value: the opposite of assembling it.
+/// Returns every key that a job has, with its value: the opposite of assembling the job.
 pub(crate) fn settings(job: &Job) -> Vec<(Key, Setting)> {
     Key::all(|list| length(job, list))
         .into_iter()
@@ -100,51 +106,91 @@ pub(crate) fn settings(job: &Job) -> Vec<(Key, Setting)> {
         .collect()
 }
 
-/// The value that a job has for a key; `None` where it has none.
+/// Returns the value that a job has for a key; `None` if it has none.
 pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
-    let number = |x: f64| Some(Setting::Number(x));
-    let word = |text: &str| Some(Setting::Word(text.to_owned()));
-    let Parts {
-        foundation: Foundation { layers, base },
-        shape,
-        material,
-        mu,
-        domain,
-        loading,
-        mesh,
-        projection,
-        epsilon,
-        numerics,
-        method,
-        simulate,
-        search,
-    } = Parts::of(job);
-    let shape = shape.as_deref();
-    let wheel = || match shape? {
-        Shape::WheelOnRail(wheel) => Some(wheel),
-        _ => None,
-    };
-    let layer = |i: u32| layers.get(i as usize);
-    let step = |i: u32, part: fn(&Step) -> Option<f64>| {
-        loading?.steps.get(i as usize).and_then(part).map(Setting::Number)
-    };
+    let parts = JobParts::of(job);
     match key {
-        Key::Layers => Some(Setting::Count(length(job, key))),
-        Key::Steps => loading.map(|_| Setting::Count(length(job, key))),
-        Key::LayerShearModulus(i) => number(layer(i)?.shear_modulus),
-        Key::LayerPoisson(i) => number(layer(i)?.poisson),
-        Key::LayerThickness(i) => number(layer(i)?.thickness),
-        Key::Base => match base {
-            Base::Rigid => word("rigid"),
-            Base::Elastic(_) => None,
-        },
-        Key::ShearModulus | Key::Poisson => match base {
-            Base::Elastic(material) => {
-                number(if key == Key::Poisson { material.poisson } else { material.shear_modulus })
-            }
-            Base::Rigid => None,
-        },
-        Key::Shape => word(match shape? {
+        Key::Layers
+        | Key::LayerShearModulus(_)
+        | Key::LayerPoisson(_)
+        | Key::LayerThickness(_)
+        | Key::Base
+        | Key::ShearModulus
+        | Key::Poisson => of_foundation(parts.foundation, key),
+        Key::Shape
+        | Key::Radius
+        | Key::RadiusX
+        | Key::RadiusY
+        | Key::WidthX
+        | Key::WidthY
+        | Key::ConeAngle
+        | Key::Surface
+        | Key::Wheel
+        | Key::Rail
+        | Key::Side
+        | Key::RollingRadius
+        | Key::Gauge
+        | Key::GaugeDepth
+        | Key::FlangeBackDistance
+        | Key::FlangeBackToOrigin
+        | Key::Lateral
+        | Key::Yaw
+        | Key::Roll => of_shape(parts.shape.as_deref()?, key),
+        // A job names its surface by content.
+        Key::File | Key::HeightUnit => None,
+        Key::PunchShearModulus => number(parts.material?.shear_modulus),
+        Key::PunchPoisson => number(parts.material?.poisson),
+        Key::Mu => number(parts.mu?),
+        Key::DomainWidthX => number(parts.domain?.width_x),
+        Key::DomainWidthY => number(parts.domain?.width_y),
+        Key::DomainCenterX => number(parts.domain?.center_x),
+        Key::DomainCenterY => number(parts.domain?.center_y),
+        Key::Steps
+        | Key::Approach(_)
+        | Key::NormalForce(_)
+        | Key::ShiftX(_)
+        | Key::ForceX(_)
+        | Key::ShiftY(_)
+        | Key::ForceY(_)
+        | Key::TiltX(_)
+        | Key::MomentX(_)
+        | Key::TiltY(_)
+        | Key::MomentY(_)
+        | Key::Twist(_)
+        | Key::MomentZ(_)
+        | Key::Increments(_)
+        | Key::CycleFrom
+        | Key::Cycles => of_loading(parts.loading?, key),
+        Key::Mesh
+        | Key::Projection
+        | Key::Epsilon
+        | Key::Ceiling
+        | Key::Method
+        | Key::Tolerance
+        | Key::MaxIterations
+        | Key::Simulate
+        | Key::Starts
+        | Key::Seed => of_numerics(&parts, key),
+    }
+}
+
+fn of_foundation(Foundation { layers, base }: &Foundation, key: Key) -> Option<Setting> {
+    let layer = |index: u32| layers.get(index as usize);
+    match (key, base) {
+        (Key::Layers, _) => Some(Setting::Count(count(layers.len()))),
+        (Key::LayerShearModulus(index), _) => number(layer(index)?.shear_modulus),
+        (Key::LayerPoisson(index), _) => number(layer(index)?.poisson),
+        (Key::LayerThickness(index), _) => number(layer(index)?.thickness),
+        (Key::Base, Base::Rigid) => word("rigid"),
+        (Key::ShearModulus, Base::Elastic(material)) => number(material.shear_modulus),
+        (Key::Poisson, Base::Elastic(material)) => number(material.poisson),
+        _ => None,
+    }
+}
+
+fn of_shape(shape: &Shape, key: Key) -> Option<Setting> {
+    match (key, shape) {
+        (Key::Shape, _) => word(match shape {
             Shape::Sphere { .. } => "sphere",
             Shape::Ellipsoid { .. } => "ellipsoid",
             Shape::FlatRectangle { .. } => "flat-rectangle",
@@ -153,85 +199,95 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
             Shape::HeightMap { .. } => "height-map",
             Shape::WheelOnRail(_) => "wheel-on-rail",
         }),
-        Key::Radius => match shape? {
-            Shape::Sphere { radius } | Shape::FlatDisk { radius } => number(*radius),
-            _ => None,
-        },
-        Key::RadiusX | Key::RadiusY => match shape? {
-            Shape::Ellipsoid { radius_x, radius_y } => {
-                number(if key == Key::RadiusX { *radius_x } else { *radius_y })
-            }
-            _ => None,
-        },
-        Key::WidthX | Key::WidthY => match shape? {
-            Shape::FlatRectangle { width_x, width_y }
-            | Shape::HeightMap { width_x, width_y, .. } => {
-                number(if key == Key::WidthX { *width_x } else { *width_y })
-            }
-            _ => None,
-        },
-        Key::ConeAngle => match shape? {
-            Shape::Cone { angle } => number(*angle),
-            _ => None,
-        },
-        Key::Surface => match shape? {
-            Shape::HeightMap { surface, .. } => word(surface),
-            _ => None,
-        },
-        Key::Wheel => word(&wheel()?.wheel),
-        Key::Rail => word(&wheel()?.rail),
-        Key::Side => word(match wheel()?.side {
+        (Key::Radius, Shape::Sphere { radius } | Shape::FlatDisk { radius }) => number(*radius),
+        (Key::RadiusX, Shape::Ellipsoid { radius_x, .. }) => number(*radius_x),
+        (Key::RadiusY, Shape::Ellipsoid { radius_y, .. }) => number(*radius_y),
+        (Key::WidthX, Shape::FlatRectangle { width_x, .. } | Shape::HeightMap { width_x, .. }) => {
+            number(*width_x)
+        }
+        (Key::WidthY, Shape::FlatRectangle { width_y, .. } | Shape::HeightMap { width_y, .. }) => {
+            number(*width_y)
+        }
+        (Key::ConeAngle, Shape::Cone { angle }) => number(*angle),
+        (Key::Surface, Shape::HeightMap { surface, .. }) => word(surface),
+        (Key::Wheel, Shape::WheelOnRail(wheel)) => word(&wheel.wheel),
+        (Key::Rail, Shape::WheelOnRail(wheel)) => word(&wheel.rail),
+        (Key::Side, Shape::WheelOnRail(wheel)) => word(match wheel.side {
             Side::Left => "left",
             Side::Right => "right",
         }),
-        Key::RollingRadius => number(wheel()?.rolling_radius),
-        Key::Gauge => number(wheel()?.gauge),
-        Key::GaugeDepth => number(wheel()?.gauge_depth),
-        Key::FlangeBackDistance => number(wheel()?.flange_back_distance),
-        Key::FlangeBackToOrigin => number(wheel()?.flange_back_to_origin),
-        Key::Lateral => number(wheel()?.lateral),
-        Key::Yaw => number(wheel()?.yaw),
-        Key::Roll => number(wheel()?.roll),
-        // a job names its surface by content
-        Key::File | Key::HeightUnit => None,
-        Key::PunchShearModulus => number(material?.shear_modulus),
-        Key::PunchPoisson => number(material?.poisson),
-        Key::Mu => number(mu?),
-        Key::DomainWidthX => number(domain?.width_x),
-        Key::DomainWidthY => number(domain?.width_y),
-        Key::DomainCenterX => number(domain?.center_x),
-        Key::DomainCenterY => number(domain?.center_y),
-        Key::Approach(i) => step(i, |step| step.approach),
-        Key::NormalForce(i) => step(i, |step| step.normal_force),
-        Key::ShiftX(i) => step(i, |step| step.shift_x),
-        Key::ForceX(i) => step(i, |step| step.force_x),
-        Key::ShiftY(i) => step(i, |step| step.shift_y),
-        Key::ForceY(i) => step(i, |step| step.force_y),
-        Key::TiltX(i) => step(i, |step| step.tilt_x),
-        Key::MomentX(i) => step(i, |step| step.moment_x),
-        Key::TiltY(i) => step(i, |step| step.tilt_y),
-        Key::MomentY(i) => step(i, |step| step.moment_y),
-        Key::Twist(i) => step(i, |step| step.twist),
-        Key::MomentZ(i) => step(i, |step| step.moment_z),
-        Key::Increments(i) => Some(Setting::Count(loading?.steps.get(i as usize)?.increments)),
-        Key::CycleFrom => Some(Setting::Count(loading?.cycle_from?)),
-        Key::Cycles => Some(Setting::Count(loading?.cycles)),
-        Key::Mesh => Some(Setting::Mesh(mesh)),
-        Key::Projection => word(match projection {
+        (Key::RollingRadius, Shape::WheelOnRail(wheel)) => number(wheel.rolling_radius),
+        (Key::Gauge, Shape::WheelOnRail(wheel)) => number(wheel.gauge),
+        (Key::GaugeDepth, Shape::WheelOnRail(wheel)) => number(wheel.gauge_depth),
+        (Key::FlangeBackDistance, Shape::WheelOnRail(wheel)) => number(wheel.flange_back_distance),
+        (Key::FlangeBackToOrigin, Shape::WheelOnRail(wheel)) => number(wheel.flange_back_to_origin),
+        (Key::Lateral, Shape::WheelOnRail(wheel)) => number(wheel.lateral),
+        (Key::Yaw, Shape::WheelOnRail(wheel)) => number(wheel.yaw),
+        (Key::Roll, Shape::WheelOnRail(wheel)) => number(wheel.roll),
+        _ => None,
+    }
+}
+
+fn of_loading(loading: &Loading, key: Key) -> Option<Setting> {
+    let step = |index: u32, field: fn(&Step) -> Option<f64>| {
+        loading.steps.get(index as usize).and_then(field).map(Setting::Number)
+    };
+    match key {
+        Key::Steps => Some(Setting::Count(count(loading.steps.len()))),
+        Key::Approach(index) => step(index, |step| step.approach),
+        Key::NormalForce(index) => step(index, |step| step.normal_force),
+        Key::ShiftX(index) => step(index, |step| step.shift_x),
+        Key::ForceX(index) => step(index, |step| step.force_x),
+        Key::ShiftY(index) => step(index, |step| step.shift_y),
+        Key::ForceY(index) => step(index, |step| step.force_y),
+        Key::TiltX(index) => step(index, |step| step.tilt_x),
+        Key::MomentX(index) => step(index, |step| step.moment_x),
+        Key::TiltY(index) => step(index, |step| step.tilt_y),
+        Key::MomentY(index) => step(index, |step| step.moment_y),
+        Key::Twist(index) => step(index, |step| step.twist),
+        Key::MomentZ(index) => step(index, |step| step.moment_z),
+        Key::Increments(index) => {
+            Some(Setting::Count(loading.steps.get(index as usize)?.increments))
+        }
+        Key::CycleFrom => Some(Setting::Count(loading.cycle_from?)),
+        Key::Cycles => Some(Setting::Count(loading.cycles)),
+        _ => None,
+    }
+}
+
+fn of_numerics(parts: &JobParts<'_>, key: Key) -> Option<Setting> {
+    match key {
+        Key::Mesh => Some(Setting::Mesh(parts.mesh)),
+        Key::Projection => word(match parts.projection {
             Projection::Average => "average",
             Projection::Midpoint => "midpoint",
         }),
-        Key::Epsilon => number(epsilon),
-        Key::Ceiling => number(numerics?.ceiling?),
-        Key::Method => word(match method? {
+        Key::Epsilon => number(parts.epsilon),
+        Key::Ceiling => number(parts.numerics?.ceiling?),
+        Key::Method => word(match parts.method? {
             Method::Seidel => "seidel",
             Method::Newton => "newton",
             Method::Auto => "auto",
         }),
-        Key::Tolerance => number(numerics?.tolerance),
-        Key::MaxIterations => Some(Setting::Count(numerics?.max_iterations)),
-        Key::Starts => Some(Setting::Count(search?.0)),
-        Key::Seed => Some(Setting::Count(u32::try_from(search?.1).unwrap_or(u32::MAX))),
-        Key::Simulate => (!simulate.is_empty()).then(|| Setting::Effects(simulate.to_vec())),
+        Key::Tolerance => number(parts.numerics?.tolerance),
+        Key::MaxIterations => Some(Setting::Count(parts.numerics?.max_iterations)),
+        Key::Simulate => {
+            (!parts.simulate.is_empty()).then(|| Setting::Effects(parts.simulate.to_vec()))
+        }
+        Key::Starts => Some(Setting::Count(parts.starts?)),
+        Key::Seed => Some(Setting::Count(u32::try_from(parts.seed?).unwrap_or(u32::MAX))),
+        _ => None,
     }
+}
+
+fn number(x: f64) -> Option<Setting> {
+    Some(Setting::Number(x))
+}
+
+fn word(text: &str) -> Option<Setting> {
+    Some(Setting::Word(text.to_owned()))
+}
+
+fn count(length: usize) -> u32 {
+    u32::try_from(length).unwrap_or(u32::MAX)
 }

@@ -1,6 +1,6 @@
-//! A filled-in sheet: for every [`Key`] the value given for it, and where. Base and axes fill the
-//! sheet of each point; from a sheet a job is [assembled](crate::assemble), so that every complaint
-//! about a job can point at the text that caused it.
+//! A sheet, which holds the value that is given for every [`Key`], and its place. The base and the
+//! axes fill the sheet of each point. A job is [assembled](crate::assemble) from a sheet, so that
+//! every complaint about a job can point at the text that caused it.
 
 use std::collections::HashMap;
 
@@ -11,15 +11,15 @@ use crate::key::{Key, Table};
 use crate::units::Compact;
 use crate::value::Value;
 
-/// A value of the type that its key's [`Quantity`] calls for.
+/// A value of the type that its key's [`Quantity`](crate::key::Quantity) calls for.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Setting {
-    /// SI.
+    /// A number in SI units.
     Number(f64),
     Count(u32),
     Mesh(Mesh),
     Word(String),
-    /// In their order, each once.
+    /// Effects in their order, each once.
     Effects(Vec<Effect>),
 }
 
@@ -54,37 +54,47 @@ impl From<&Setting> for Value {
     }
 }
 
-/// A value and where it was given.
+/// A value and the place where it was given.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Given {
     pub(crate) setting: Setting,
     pub(crate) span: Span,
-    /// For a value of an axis given as a range: which one, counted from 1.
+    /// The number of the value, counted from 1, if it is one of a range.
     pub(crate) nth: Option<usize>,
 }
 
-/// What was given for each key.
+/// The value that was given for each key.
 #[derive(Clone, Default)]
 pub(crate) struct Sheet<'a>(HashMap<Key, &'a Given>);
 
-/// The names of what was read from files.
+/// The names of the surfaces that were read from files.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SurfaceNames {
-    /// Of height maps, by file name and unit.
+    /// The names of height maps, by file name and unit.
     pub(crate) maps: HashMap<(String, String), String>,
-    /// Of profiles, by file name.
+    /// The names of profiles, by file name.
     pub(crate) profiles: HashMap<String, String>,
 }
 
-/// Something that a point needs from a file.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Source<'a> {
-    /// A height map in a file, with its unit.
-    Map(&'a str, &'a str),
-    /// A stored height map.
-    StoredMap(&'a str),
-    /// A profile, in a file or stored.
-    Profile(&'a str),
+/// A file that a point needs.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct NeededFile {
+    /// The key that names the file.
+    pub(crate) key: Key,
+    /// The place where the key is given.
+    pub(crate) span: Span,
+    pub(crate) content: FileContent,
+}
+
+/// The content that a file must have.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum FileContent {
+    /// A height map in a unit of length.
+    Map { file: String, unit: String },
+    /// A stored height map of this name.
+    StoredMap(String),
+    /// A profile in a file of this name, or a stored one.
+    Profile(String),
 }
 
 impl<'a> Sheet<'a> {
@@ -96,12 +106,12 @@ impl<'a> Sheet<'a> {
         self.0.insert(key, given);
     }
 
-    /// Takes out whatever stands in a table.
+    /// Removes everything that stands in a table.
     pub(crate) fn clear(&mut self, table: &Table) {
         self.0.retain(|key, _| !key.is_under(table));
     }
 
-    /// The keys that are given, by their places.
+    /// Returns the keys that are given, by their places.
     pub(crate) fn keys(&self) -> Vec<Key> {
         let mut given: Vec<(usize, Key)> =
             self.0.iter().map(|(key, given)| (given.span.start, *key)).collect();
@@ -113,8 +123,8 @@ impl<'a> Sheet<'a> {
         self.0.get(&key).copied()
     }
 
-    /// The length of [`Key::Layers`] or [`Key::Steps`]: as it was given, else so much that every
-    /// key has its entry.
+    /// Returns the length of [`Key::Layers`] or [`Key::Steps`]: the one that was given, else the
+    /// one with which every key has its entry.
     pub(crate) fn length(&self, list: Key) -> u32 {
         match self.count(list) {
             Some(length) => length,
@@ -150,26 +160,31 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// What its punch needs from files, and the key that says so.
-    pub(crate) fn sources(&self) -> Vec<(Key, Source<'a>)> {
-        let profile = |key| Some((key, Source::Profile(self.word(key)?)));
-        match self.word(Key::Shape) {
-            Some("height-map") => match (self.word(Key::File), self.word(Key::Surface)) {
-                (Some(file), _) => {
-                    vec![(Key::File, Source::Map(file, self.word(Key::HeightUnit).unwrap_or("m")))]
-                }
-                (None, Some(name)) => vec![(Key::Surface, Source::StoredMap(name))],
-                (None, None) => Vec::new(),
-            },
-            Some("wheel-on-rail") => {
-                [profile(Key::Wheel), profile(Key::Rail)].into_iter().flatten().collect()
+    /// Returns the files that the punch needs.
+    pub(crate) fn needed_files(&self) -> Vec<NeededFile> {
+        let needed = |key, content: &dyn Fn(String) -> FileContent| {
+            let span = self.get(key)?.span.clone();
+            Some(NeededFile { key, span, content: content(self.word(key)?.to_owned()) })
+        };
+        let map = |file| {
+            let unit = self.word(Key::HeightUnit).unwrap_or("m").to_owned();
+            FileContent::Map { file, unit }
+        };
+        let files = match self.word(Key::Shape) {
+            Some("height-map") => {
+                let stored = || needed(Key::Surface, &FileContent::StoredMap);
+                [needed(Key::File, &map).or_else(stored), None]
             }
-            _ => Vec::new(),
-        }
+            Some("wheel-on-rail") => {
+                [Key::Wheel, Key::Rail].map(|key| needed(key, &FileContent::Profile))
+            }
+            _ => [None, None],
+        };
+        files.into_iter().flatten().collect()
     }
 }
 
-/// Where the tables of a file stand, for keys that are missing from them.
+/// The places of the tables of a file, for keys that are missing from them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct TablePlaces(Vec<(Table, Span)>);
 
@@ -180,7 +195,8 @@ impl TablePlaces {
         }
     }
 
-    /// The innermost table that stands in the file and holds the key; else the start of the file.
+    /// Returns the place of the innermost table in the file that holds the key, else the start of
+    /// the file.
     pub(crate) fn around(&self, key: Key) -> Span {
         let innermost = self
             .0

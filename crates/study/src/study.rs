@@ -1,4 +1,4 @@
-//! A study: one TOML file that reads like the question.
+//! A study, which is one TOML file that reads like the question.
 //!
 //! ```toml
 //! name = "stick-zone"
@@ -20,16 +20,19 @@
 //! [sweep]                     # see `axis`
 //! "friction.mu" = { from = 0.05, to = 0.8, count = 16 }
 //!
-//! [figure]                    # see `figure`; also [[figure]], several times; without it a study has one of its own
+//! [figure]                    # see `figure`; also [[figure]], several times; without it a study
+//!                             # has one of its own
 //! x = "mu"
 //! y = "stick_fraction"
 //! ```
-//! Numbers are SI or texts with a unit. Everything that could be wrong is refused here, with its
-//! place, before anything runs.
+//!
+//! Numbers are in SI units or texts with a unit. Everything that could be wrong is refused with its
+//! place before anything runs.
+
+use rayon::prelude::*;
 
 use contact::model::{Mesh, SceneError};
 use contact::punch::Surfaces;
-use rayon::prelude::*;
 
 use crate::adaptive::Adaptive;
 use crate::assemble::locate;
@@ -48,7 +51,7 @@ use crate::sheet::{Given, Setting, Sheet, TablePlaces};
 use crate::study_files::StudyFiles;
 use crate::value::Value;
 
-/// A study whose every point makes sense.
+/// A study of which every point makes sense.
 #[derive(Clone, Debug)]
 pub struct Study {
     pub(crate) name: String,
@@ -67,80 +70,80 @@ pub struct Study {
 }
 
 impl Study {
-    /// The name, fit for a file or a directory.
+    /// Returns the name, which is fit for a file or a directory.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The question, or nothing.
+    /// Returns the question, which may be empty.
     pub fn question(&self) -> &str {
         &self.question
     }
 
-    /// What is done with the points.
+    /// Returns the question that the study asks about its points.
     pub fn kind(&self) -> Kind {
         self.kind
     }
 
-    /// The figures that answer the question: the file's, else one that its axes suggest, if they
-    /// do.
+    /// Returns the figures that answer the question: those of the file, else one that the axes
+    /// suggest, if they do.
     pub fn figures(&self) -> &[Figure] {
         &self.figures
     }
 
-    /// The groups of axes, the last one fastest.
+    /// Returns the groups of axes, the fastest one last.
     pub fn groups(&self) -> &[Group] {
         &self.groups
     }
 
-    /// The axes of all groups, in order.
+    /// Returns the axes of all groups, in order.
     pub fn axes(&self) -> impl Iterator<Item = &SweepAxis> {
         self.groups.iter().flat_map(Group::axes)
     }
 
-    /// How it chooses points beyond those of its axes, if it does.
+    /// Returns the rule by which the study chooses points beyond those of its axes, if it does.
     pub fn adaptive(&self) -> Option<&Adaptive> {
         self.adaptive.as_ref()
     }
 
-    /// The ladder of a convergence study.
+    /// Returns the ladder of a convergence study.
     pub fn ladder(&self) -> Option<Ladder> {
         (self.kind == Kind::Convergence).then(|| Ladder::of(&self.kind_table, &self.groups))?
     }
 
-    /// What a study of cost measures.
+    /// Returns the measurement of a study of cost.
     pub fn cost(&self) -> Option<Cost> {
         (self.kind == Kind::Cost).then(|| Cost::of(&self.kind_table))
     }
 
-    /// Every column of the study's results.
+    /// Returns every column of the study's results.
     pub fn columns(&self) -> Vec<Column> {
         self.kind.columns(self.axes(), axis::keys(&self.base, &self.groups))
     }
 
-    /// The surfaces that its jobs name.
+    /// Returns the surfaces that its jobs name.
     pub fn surfaces(&self) -> &Surfaces {
         &self.files.surfaces
     }
 
-    /// The text of the file.
+    /// Returns the text of the file.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// Where the text came from.
+    /// Returns the path from which the text came.
     pub fn path(&self) -> &str {
         &self.path
     }
 
-    /// The number of points; at least one, for a study without axes is its base.
+    /// Returns the number of points. There is at least one, for a study without axes is its base.
     #[expect(clippy::len_without_is_empty, reason = "a study is never empty")]
     pub fn len(&self) -> usize {
         self.points
     }
 
-    /// The `index`-th point, `None` from [`len`](Study::len) on. Points are in the order of the
-    /// axes, the last group fastest.
+    /// Returns the `index`-th point; `None` from [`len`](Study::len) on. Points are in the order of
+    /// the axes, the last group fastest.
     pub fn point(&self, index: usize) -> Option<StudyPoint> {
         let steps = (index < self.points).then(|| axis::steps(&self.groups, index))?;
         let job = self.job(&steps).ok()?;
@@ -150,12 +153,13 @@ impl Study {
         Some(StudyPoint { values: values.collect(), key: job.key(), job })
     }
 
-    /// The `index`-th point with another mesh; `None` where that is no job.
+    /// Returns the `index`-th point with another mesh; `None` if that is no job.
     pub fn point_on_mesh(&self, index: usize, mesh: Mesh) -> Option<StudyPoint> {
         self.point_with(index, &[(Key::Mesh, Setting::Mesh(mesh))], |_| {})
     }
 
-    /// The same, solved to a tolerance, unless the study gives one.
+    /// Returns the `index`-th point with another mesh, solved to a tolerance unless the study gives
+    /// one; `None` if that is no job.
     pub fn point_as_exact(&self, index: usize, mesh: Mesh, tolerance: f64) -> Option<StudyPoint> {
         let steps = (index < self.points).then(|| axis::steps(&self.groups, index))?;
         let settings =
@@ -164,8 +168,8 @@ impl Study {
         self.point_with(index, if is_given { &settings[..1] } else { &settings }, |_| {})
     }
 
-    /// The `index`-th point with another value of the axis with index `axis`, which must be one of
-    /// numbers; `None` where that is no job.
+    /// Returns the `index`-th point with another value of the axis with index `axis`, which must be
+    /// an axis of numbers; `None` if that is no job.
     pub fn point_at(&self, index: usize, axis: usize, value: f64) -> Option<StudyPoint> {
         let key = self.axes().nth(axis)?.key()?;
         self.point_with(index, &[(key, Setting::Number(value))], |values| {
@@ -192,23 +196,23 @@ impl Study {
         Some(StudyPoint { values, key: job.key(), job })
     }
 
-    /// What is wrong with the scene of the `index`-th point, at its place in the file.
+    /// Returns the error of the scene of the `index`-th point, at its place in the file.
     pub fn refuse(&self, index: usize, error: &SceneError) -> StudyError {
         let sheet = self.sheet(&axis::steps(&self.groups, index.min(self.points - 1)));
         let mut mistake = locate(error, &sheet, &self.places);
         let values = self.point(index).map(|point| point.values).unwrap_or_default();
-        let at: Vec<String> = self
+        let coordinates: Vec<String> = self
             .axes()
             .zip(&values)
             .map(|(axis, value)| format!("{} = {value}", axis.column()))
             .collect();
-        if !at.is_empty() {
-            mistake.help = format!("it is so at {}", at.join(", "));
+        if !coordinates.is_empty() {
+            mistake.help = format!("it is so at {}", coordinates.join(", "));
         }
         StudyError::new(&self.path, &self.text, vec![mistake])
     }
 
-    /// What is wrong with the condition of `[bisect]`, at its place in the file; lines of
+    /// Returns the error of the condition of `[bisect]`, at its place in the file. The lines of
     /// `expected` after the first are advice.
     pub fn refuse_condition(&self, message: impl Into<String>, expected: &str) -> StudyError {
         let span = match &self.adaptive {
@@ -223,7 +227,7 @@ impl Study {
         )
     }
 
-    /// Every point of the axes, in order. Points whose jobs coincide are all there.
+    /// Returns every point of the axes, in order. Points whose jobs coincide are all there.
     pub fn points(&self) -> Vec<StudyPoint> {
         (0..self.points).into_par_iter().filter_map(|index| self.point(index)).collect()
     }

@@ -5,24 +5,48 @@ use std::sync::Arc;
 
 use contact::punch::{ProfileKind, Surfaces};
 
+use crate::error::Mistake;
 use crate::key::Key;
-use crate::sheet::{Source, SurfaceNames};
+use crate::sheet::{FileContent, NeededFile, SurfaceNames};
 use crate::{profile, surface};
 
-/// Reads a file that a study names.
+/// Reads a file that a study names, and says in words why it cannot.
 pub type ReadFile<'f> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'f;
 
-/// What a study has read from files.
+/// The files that a study has read.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StudyFiles {
     pub(crate) surfaces: Surfaces,
     pub(crate) names: SurfaceNames,
-    /// The bytes of each file by the name that the study gives it.
+    /// The bytes of each file, by the name that the study gives it.
     pub(crate) bytes: BTreeMap<String, Vec<u8>>,
 }
 
 impl StudyFiles {
-    /// The bytes of a file that the study names, read once.
+    /// Reads a file that a point needs, unless it is read already.
+    pub(crate) fn read(
+        &mut self,
+        needed: NeededFile,
+        files: &mut ReadFile<'_>,
+    ) -> Result<(), Mistake> {
+        let NeededFile { key, span, content } = needed;
+        let result = match content {
+            FileContent::Map { file, unit } => self.read_height_map(file, unit, files),
+            FileContent::StoredMap(name) => self.read_stored_surface(name, files),
+            FileContent::Profile(file) => self.read_profile(key, file, files),
+        };
+        result.map_err(|reason| {
+            let (noun, expected) = match key {
+                Key::File => ("height map", "must be an NPY file or a matrix of text"),
+                Key::Surface => ("height map", "must be the hash of a stored surface"),
+                Key::Wheel => ("profile", "must be a wheel's profile in SIMPACK's format (.prw)"),
+                _ => ("profile", "must be a rail's profile in SIMPACK's format (.prr)"),
+            };
+            Mistake::new(span, format!("cannot use this {noun}: {reason}"), expected)
+        })
+    }
+
+    /// Returns the bytes of a file that the study names, which is read once.
     fn file(&mut self, name: &str, files: &mut ReadFile<'_>) -> Result<&[u8], String> {
         if !self.bytes.contains_key(name) {
             self.bytes.insert(name.to_owned(), files(name)?);
@@ -30,9 +54,10 @@ impl StudyFiles {
         Ok(self.bytes.get(name).map_or(&[], Vec::as_slice))
     }
 
-    pub(crate) fn read_height_map(
+    fn read_height_map(
         &mut self,
-        (file, unit): (String, String),
+        file: String,
+        unit: String,
         files: &mut ReadFile<'_>,
     ) -> Result<(), String> {
         if self.names.maps.contains_key(&(file.clone(), unit.clone())) {
@@ -46,7 +71,7 @@ impl StudyFiles {
         Ok(())
     }
 
-    pub(crate) fn read_stored_surface(
+    fn read_stored_surface(
         &mut self,
         name: String,
         files: &mut ReadFile<'_>,
@@ -63,7 +88,7 @@ impl StudyFiles {
         Ok(())
     }
 
-    pub(crate) fn read_profile(
+    fn read_profile(
         &mut self,
         key: Key,
         file: String,
@@ -81,23 +106,6 @@ impl StudyFiles {
             (Key::Wheel, Some(ProfileKind::Rail)) => Err("it is a rail's".to_owned()),
             (Key::Rail, Some(ProfileKind::Wheel)) => Err("it is a wheel's".to_owned()),
             _ => Ok(()),
-        }
-    }
-}
-
-/// A [`Source`] that borrows nothing.
-pub(crate) enum Wanted {
-    Map(String, String),
-    StoredMap(String),
-    Profile(String),
-}
-
-impl Wanted {
-    pub(crate) fn of(source: Source<'_>) -> Self {
-        match source {
-            Source::Map(file, unit) => Wanted::Map(file.to_owned(), unit.to_owned()),
-            Source::StoredMap(name) => Wanted::StoredMap(name.to_owned()),
-            Source::Profile(file) => Wanted::Profile(file.to_owned()),
         }
     }
 }

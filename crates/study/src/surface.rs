@@ -1,4 +1,4 @@
-//! Height maps: read from NPY or text, kept as blobs under the hash of their content.
+//! Height maps, which are read from NPY or text and kept as blobs under the hash of their content.
 //!
 //! An NPY header is read here rather than by a crate: the one at hand multiplies the shape
 //! unchecked and recurses on nested Python literals, so that a damaged file could take the process
@@ -9,10 +9,10 @@ use contact::punch::{Surface, SurfaceError};
 use crate::encoding::{DecodeError, decode, encode};
 use crate::units::metres;
 
-/// Most heights of one map; a bound for files whose header is damaged.
+/// The largest number of heights of one map, a bound for files whose header is damaged.
 const MAX_HEIGHTS: usize = 1 << 27;
 
-/// Why a file holds no height map.
+/// The reason why a file holds no height map.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SurfaceFileError {
     /// The heights are no surface.
@@ -27,19 +27,19 @@ pub enum SurfaceFileError {
     /// Something in the text is not a number.
     #[error("line {line}: `{text}` is not a finite number")]
     NotANumber {
-        /// Line, counted from 1.
+        /// The line, counted from 1.
         line: usize,
-        /// What stands there.
+        /// The text that stands there.
         text: String,
     },
     /// The lines are of different length.
     #[error("line {line} is not as long as those before it: {found} against {expected} numbers")]
     Ragged {
-        /// Line, counted from 1.
+        /// The line, counted from 1.
         line: usize,
-        /// Numbers on it.
+        /// The count of numbers on it.
         found: usize,
-        /// Numbers on the lines before.
+        /// The count of numbers on the lines before.
         expected: usize,
     },
     /// The unit is no unit of length.
@@ -47,41 +47,54 @@ pub enum SurfaceFileError {
     Unit(String),
 }
 
-/// Reads a matrix of heights in `unit`: an NPY file of two dimensions, or text with a row on each
-/// line, its numbers separated by commas, semicolons or blanks; `#` begins a comment. Rows run
-/// along y, the first at lowest y, columns along x.
+/// Reads a matrix of heights in `unit`. The file is an NPY file of two dimensions, or text with a
+/// row on each line and numbers separated by commas, semicolons or blanks, in which `#` begins a
+/// comment. Rows run along y, the first one at the lowest y; columns run along x.
+///
+/// # Errors
+///
+/// Returns an error if the unit is no length, or if the bytes are no such matrix.
 pub fn read(bytes: &[u8], unit: &str) -> Result<Surface, SurfaceFileError> {
     let to_metres = metres(unit).ok_or_else(|| SurfaceFileError::Unit(unit.to_owned()))?;
-    let (rows, columns, mut heights) =
+    let HeightMatrix { rows, columns, mut heights } =
         if bytes.starts_with(NPY_MAGIC) { read_npy(bytes)? } else { read_text(bytes)? };
-    // −0 is 0, so that equal heights have one name
+    // −0 becomes 0, so that equal heights have one name.
     heights.iter_mut().for_each(|height| *height = to_metres(*height) + 0.0);
     Ok(Surface::new(columns, rows, heights)?)
 }
 
-/// The name of a surface in jobs and stores: the BLAKE3 hash of its bytes, in hexadecimal.
+/// Returns the name of a surface in jobs and stores: the BLAKE3 hash of its bytes, in hexadecimal.
 pub fn name(surface: &Surface) -> String {
     blake3::hash(&encode_surface(surface)).to_hex().to_string()
 }
 
-/// The bytes of a surface.
+/// Returns the bytes of a surface.
 pub fn encode_surface(surface: &Surface) -> Vec<u8> {
     encode(&(surface.columns() as u64, surface.rows() as u64, surface.heights()))
 }
 
-/// Reads what [`encode_surface`] wrote.
+/// Reads the bytes that [`encode_surface`] wrote.
+///
+/// # Errors
+///
+/// Returns an error if the bytes do not decode, or if their heights are no surface.
 pub fn decode_surface(bytes: &[u8]) -> Result<Surface, DecodeError> {
-    const WHAT: &str = "the surface";
+    const ITEM: &str = "the surface";
     let (columns, rows, heights) =
-        decode::<(u64, u64, Vec<f64>), { MAX_HEIGHTS * 8 + 64 }>(WHAT, bytes)?;
+        decode::<(u64, u64, Vec<f64>), { MAX_HEIGHTS * 8 + 64 }>(ITEM, bytes)?;
     let size = |n: u64| usize::try_from(n).unwrap_or(usize::MAX);
     Surface::new(size(columns), size(rows), heights)
-        .map_err(|error| DecodeError::Malformed { what: WHAT, reason: error.to_string() })
+        .map_err(|error| DecodeError::Malformed { item: ITEM, reason: error.to_string() })
 }
 
-type Matrix = (usize, usize, Vec<f64>);
+/// The heights of a file, row after row.
+struct HeightMatrix {
+    rows: usize,
+    columns: usize,
+    heights: Vec<f64>,
+}
 
-fn read_text(bytes: &[u8]) -> Result<Matrix, SurfaceFileError> {
+fn read_text(bytes: &[u8]) -> Result<HeightMatrix, SurfaceFileError> {
     let text = std::str::from_utf8(bytes).map_err(|_| SurfaceFileError::NotText)?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let (mut rows, mut columns, mut heights) = (0, 0, Vec::new());
@@ -110,14 +123,14 @@ fn read_text(bytes: &[u8]) -> Result<Matrix, SurfaceFileError> {
         }
         (rows, columns) = (rows + 1, found);
     }
-    Ok((rows, columns, heights))
+    Ok(HeightMatrix { rows, columns, heights })
 }
 
 const NPY_MAGIC: &[u8] = b"\x93NUMPY";
 
-/// <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>
-fn read_npy(bytes: &[u8]) -> Result<Matrix, SurfaceFileError> {
-    let bad = |what: &str| SurfaceFileError::Npy(what.to_owned());
+/// Reads an NPY file: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>.
+fn read_npy(bytes: &[u8]) -> Result<HeightMatrix, SurfaceFileError> {
+    let bad = |fault: &str| SurfaceFileError::Npy(fault.to_owned());
     let truncated = || bad("ends before its header does");
     let (start, length) = match bytes.get(6) {
         Some(1) => match bytes.get(8..10) {
@@ -162,12 +175,13 @@ fn read_npy(bytes: &[u8]) -> Result<Matrix, SurfaceFileError> {
             "is too large: {rows} × {columns} heights, more than {MAX_HEIGHTS}"
         )));
     };
-    let values = numbers(descr, bytes.get(end..).unwrap_or_default(), count)?;
+    let heights = numbers(descr, bytes.get(end..).unwrap_or_default(), count)?;
     if !by_columns {
-        return Ok((rows, columns, values));
+        return Ok(HeightMatrix { rows, columns, heights });
     }
     let transposed = (0..rows).flat_map(|row| (0..columns).map(move |column| column * rows + row));
-    Ok((rows, columns, transposed.filter_map(|at| values.get(at).copied()).collect()))
+    let heights = transposed.filter_map(|index| heights.get(index).copied()).collect();
+    Ok(HeightMatrix { rows, columns, heights })
 }
 
 fn numbers(descr: &str, body: &[u8], count: usize) -> Result<Vec<f64>, SurfaceFileError> {
@@ -183,7 +197,7 @@ fn numbers(descr: &str, body: &[u8], count: usize) -> Result<Vec<f64>, SurfaceFi
                 return Err(SurfaceFileError::Npy(message));
             }
             let (chunks, _) = body.as_chunks::<SIZE>();
-            // at most 53 bits matter in a height
+            // At most 53 bits matter in a height.
             let read = |bytes: &[u8; SIZE]| {
                 if $big { <$type>::from_be_bytes(*bytes) } else { <$type>::from_le_bytes(*bytes) }
             };
@@ -210,8 +224,9 @@ fn numbers(descr: &str, body: &[u8], count: usize) -> Result<Vec<f64>, SurfaceFi
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     fn npy(descr: &str, fortran: &str, shape: &str, body: &[u8]) -> Vec<u8> {
         let mut header =
@@ -293,7 +308,11 @@ mod tests {
 
     proptest! {
         #[test]
-        fn damaged_files_never_panic(at in any::<prop::sample::Index>(), byte: u8, cut in any::<prop::sample::Index>()) {
+        fn damaged_files_never_panic(
+            at in any::<prop::sample::Index>(),
+            byte: u8,
+            cut in any::<prop::sample::Index>(),
+        ) {
             let mut bytes = npy("<f8", "False", "(2, 3)", &[0; 48]);
             let at = at.index(bytes.len());
             bytes[at] = byte;

@@ -1,5 +1,5 @@
-//! Reads `[sweep]`, which is written as [`axis`](crate::axis) tells, and refuses axes that do not
-//! fit each other or the scene.
+//! Reads `[sweep]`, whose format [`axis`](crate::axis) describes, and refuses axes that do not fit
+//! each other or the scene.
 
 use std::collections::{HashMap, HashSet};
 
@@ -14,7 +14,7 @@ use crate::value::Value;
 
 mod range;
 
-use range::{is_range, read_range};
+use range::{AxisValues, is_range, read_range};
 
 /// Reads `[sweep]`.
 pub(crate) fn read_sweep(text: &str, node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> Vec<Group> {
@@ -35,7 +35,7 @@ pub(crate) fn read_sweep(text: &str, node: &Node<'_>, mistakes: &mut Vec<Mistake
             );
         }
     }
-    // keys written with dots arrive gathered by their tables; what counts is where they stand
+    // Keys that are written with dots arrive gathered by their tables, but their places count.
     groups.sort_by_key(|group| group.axes.first().map(|axis| axis.span.start));
     refuse_overlaps(&groups, mistakes);
     if mistakes.len() == before && count(&groups).is_none() {
@@ -99,7 +99,7 @@ fn read_zips(text: &str, node: &Node<'_>, groups: &mut Vec<Group>, mistakes: &mu
     }
 }
 
-/// Reads one entry below `[sweep]`; an entry without quotes, `friction.mu = …`, arrives as nested
+/// Reads one entry below `[sweep]`. An entry without quotes, `friction.mu = …`, arrives as nested
 /// tables.
 fn read_axes(
     text: &str,
@@ -136,17 +136,17 @@ fn read_axes(
             }
         }
     } else if let Some(key) = Key::find(&path) {
-        let (choices, log) = read_key_choices(key, node, mistakes);
+        let AxisValues { choices, is_log } = read_key_choices(key, node, mistakes);
         if !choices.is_empty() {
             refuse_repeats(&path, &choices, mistakes);
-            axes.push(SweepAxis { target: Target::Key(key), choices, log, span });
+            axes.push(SweepAxis { target: Target::Key(key), choices, log: is_log, span });
         }
     } else {
         let mistake = |expected: &str| {
             Mistake::new(span.clone(), format!("there is no key `{path}` to vary"), expected)
         };
         mistakes.push(match nearest_path(&path) {
-            Some(meant) => mistake(&format!("did you mean \"{meant}\"?")),
+            Some(suggestion) => mistake(&format!("did you mean \"{suggestion}\"?")),
             None => {
                 mistake("must be a key of the scene or the numerics, like \"friction.mu\" or mesh")
             }
@@ -154,7 +154,7 @@ fn read_axes(
     }
 }
 
-fn read_key_choices(key: Key, node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> (Vec<Choice>, bool) {
+fn read_key_choices(key: Key, node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> AxisValues {
     match node.get_ref() {
         DeValue::Array(values) => {
             if values.is_empty() {
@@ -167,13 +167,13 @@ fn read_key_choices(key: Key, node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> (
                     Err(mistake) => mistakes.push(mistake),
                 }
             }
-            (choices, false)
+            AxisValues { choices, is_log: false }
         }
         DeValue::Table(table) => match read_range(key, table, node, mistakes) {
             Ok(range) => range,
             Err(mistake) => {
                 mistakes.push(mistake);
-                (Vec::new(), false)
+                AxisValues::default()
             }
         },
         _ => {
@@ -185,7 +185,7 @@ fn read_key_choices(key: Key, node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> (
                 read::mistyped(&key.short(), node, &expected)
                     .help(format!("one value alone is written [{}]", node_text(node))),
             );
-            (Vec::new(), false)
+            AxisValues::default()
         }
     }
 }
@@ -220,7 +220,7 @@ fn read_table_choices(
     values.iter().filter_map(|value| read_table_choice(text, table, value, mistakes)).collect()
 }
 
-/// What each value of an axis over a table must be, for messages.
+/// Describes the values of an axis over a table, for messages.
 fn each(table: &Table) -> String {
     match table.is_list() {
         true => format!(
@@ -324,7 +324,7 @@ fn shape_of(given: &[(Key, Given)]) -> Option<String> {
 fn refuse_repeats(path: &str, choices: &[Choice], mistakes: &mut Vec<Mistake>) {
     let mut seen: HashMap<String, &Choice> = HashMap::new();
     for choice in choices {
-        // bits, not digits: two values are the same when they make the same job
+        // Bits count, not digits: two values are the same if they make the same job.
         let identity = match &choice.shown {
             Value::Number(x) => format!("{:x}", (x + 0.0).to_bits()),
             value => value.to_string(),
@@ -362,7 +362,7 @@ fn refuse_overlaps(groups: &[Group], mistakes: &mut Vec<Mistake>) {
     }
 }
 
-/// Refuses axes over entries that a list of the scene has not.
+/// Refuses axes over entries that a list of the scene does not have.
 pub(crate) fn refuse_absent(groups: &[Group], base: &[(Key, Given)], mistakes: &mut Vec<Mistake>) {
     for list in [Key::Layers, Key::Steps] {
         let axes = || {

@@ -1,35 +1,36 @@
-//! Dimensions and the units a study file may write. Everything behind this file is SI.
+//! The dimensions, and the units that a study file may write. Everything behind this file is in SI
+//! units.
 //!
 //! A units library multiplies by 10⁻⁶ in floating point, which turns "10 um" into
 //! 9.999999999999999e-6 m and so into another job than 1e-5. Here a decimal prefix moves the
-//! decimal point of the text before it becomes a number, so the two are the same bits.
+//! decimal point of the text before it becomes a number, so that the two are the same bits.
 
-/// What a number measures.
+/// The dimension of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Dimension {
     /// A pure number.
     Pure,
-    /// Length \[m\].
+    /// A length \[m\].
     Length,
-    /// Area \[m²\].
+    /// An area \[m²\].
     Area,
-    /// Angle \[rad\].
+    /// An angle \[rad\].
     Angle,
-    /// Pressure and elastic moduli \[Pa\].
+    /// A pressure or an elastic modulus \[Pa\].
     Pressure,
-    /// Force \[N\].
+    /// A force \[N\].
     Force,
-    /// Moment of a force [N m].
+    /// The moment of a force [N m].
     Moment,
-    /// Energy \[J\].
+    /// An energy \[J\].
     Energy,
-    /// Time \[s\].
+    /// A time \[s\].
     Time,
 }
 
 impl Dimension {
-    /// The symbol of the SI unit in which everything is computed, stored and shown; empty for a
-    /// pure number.
+    /// Returns the symbol of the SI unit in which everything is computed, stored and shown; empty
+    /// for a pure number.
     pub fn unit(self) -> &'static str {
         match self {
             Dimension::Pure => "",
@@ -44,8 +45,8 @@ impl Dimension {
         }
     }
 
-    /// The name with its article, for messages.
-    pub fn noun(self) -> &'static str {
+    /// Returns the name with its article, for messages.
+    pub(crate) fn noun(self) -> &'static str {
         match self {
             Dimension::Pure => "a pure number",
             Dimension::Length => "a length",
@@ -59,15 +60,15 @@ impl Dimension {
         }
     }
 
-    /// The units that a file may write for it, in the order of the table below.
-    pub fn units(self) -> impl Iterator<Item = &'static str> {
+    /// Returns the units that a file may write for it, in the order of the table below.
+    pub(crate) fn units(self) -> impl Iterator<Item = &'static str> {
         UNITS.iter().filter(move |unit| unit.dimension == self).map(|unit| unit.symbol)
     }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Scale {
-    /// A power of ten, applied to the decimal text.
+enum UnitScale {
+    /// A power of ten, which is applied to the decimal text.
     Ten(i32),
     /// A conventional factor.
     Times(f64),
@@ -77,19 +78,19 @@ enum Scale {
 struct Unit {
     symbol: &'static str,
     dimension: Dimension,
-    scale: Scale,
+    scale: UnitScale,
 }
 
 const fn ten(symbol: &'static str, dimension: Dimension, exponent: i32) -> Unit {
-    Unit { symbol, dimension, scale: Scale::Ten(exponent) }
+    Unit { symbol, dimension, scale: UnitScale::Ten(exponent) }
 }
 
 const fn times(symbol: &'static str, dimension: Dimension, factor: f64) -> Unit {
-    Unit { symbol, dimension, scale: Scale::Times(factor) }
+    Unit { symbol, dimension, scale: UnitScale::Times(factor) }
 }
 
-/// Every unit that a file may write. µ and μ are read as u. There is no millipascal: it would be a
-/// misspelt MPa.
+/// Every unit that a file may write. The letters µ and μ are read as u. There is no millipascal: it
+/// would be a misspelt MPa.
 const UNITS: &[Unit] = &[
     ten("m", Dimension::Length, 0),
     ten("cm", Dimension::Length, -2),
@@ -128,10 +129,10 @@ fn find(symbol: &str) -> Option<&'static Unit> {
     UNITS.iter().find(|unit| unit.symbol == plain)
 }
 
-/// Why a text is not a quantity of the dimension that its key needs.
+/// The reason why a text is not a quantity of the dimension that its key needs.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum QuantityError {
-    /// It does not begin with a number.
+pub(crate) enum QuantityError {
+    /// The text does not begin with a number.
     #[error("`{text}` does not begin with a number")]
     NoNumber {
         /// The text.
@@ -143,7 +144,7 @@ pub enum QuantityError {
         /// The text.
         text: String,
     },
-    /// It is a number without a unit.
+    /// The number has no unit.
     #[error("`{text}` has no unit")]
     NoUnit {
         /// The text.
@@ -154,7 +155,7 @@ pub enum QuantityError {
     UnknownUnit {
         /// The unit as written.
         unit: String,
-        /// The known unit most like it, of the wanted dimension.
+        /// The known unit that is most like it, of the wanted dimension.
         nearest: Option<&'static str>,
     },
     /// The unit measures something else.
@@ -162,16 +163,20 @@ pub enum QuantityError {
     WrongDimension {
         /// The text.
         text: String,
-        /// What it measures.
+        /// The dimension that it has.
         found: Dimension,
-        /// What it should measure.
+        /// The dimension that it should have.
         wanted: Dimension,
     },
 }
 
-/// The SI value of a text such as `80 GPa`, `0.5mm` or `10 µm`, correctly rounded for units that
-/// are powers of ten.
-pub fn quantity(text: &str, wanted: Dimension) -> Result<f64, QuantityError> {
+/// Returns the SI value of a text such as `80 GPa`, `0.5mm` or `10 µm`, correctly rounded if the
+/// unit is a power of ten.
+///
+/// # Errors
+///
+/// Returns an error if the text is not a number with a unit of the dimension `wanted`.
+pub(crate) fn quantity(text: &str, wanted: Dimension) -> Result<f64, QuantityError> {
     let whole = text.trim();
     let (number, symbol) =
         split_number(whole).ok_or_else(|| QuantityError::NoNumber { text: text.to_owned() })?;
@@ -190,24 +195,24 @@ pub fn quantity(text: &str, wanted: Dimension) -> Result<f64, QuantityError> {
         });
     }
     let value = match unit.scale {
-        Scale::Ten(exponent) => shifted(number, exponent),
-        Scale::Times(factor) => number.parse::<f64>().ok().map(|x| x * factor),
+        UnitScale::Ten(exponent) => shifted(number, exponent),
+        UnitScale::Times(factor) => number.parse::<f64>().ok().map(|x| x * factor),
     };
     value
         .filter(|x| x.is_finite())
         .ok_or_else(|| QuantityError::TooLarge { text: whole.to_owned() })
 }
 
-/// The function that turns numbers in a unit of length into metres; `None` if there is no such
-/// unit.
-pub fn metres(symbol: &str) -> Option<impl Fn(f64) -> f64 + use<>> {
+/// Returns the function that turns numbers in a unit of length into metres; `None` if there is no
+/// such unit.
+pub(crate) fn metres(symbol: &str) -> Option<impl Fn(f64) -> f64 + use<>> {
     let unit = find(symbol).filter(|unit| unit.dimension == Dimension::Length)?;
     let scale = unit.scale;
-    // 10⁰ … 10²² are exact doubles, so either branch rounds once.
+    // The doubles 10⁰ … 10²² are exact, so that either branch rounds once.
     Some(move |x: f64| match scale {
-        Scale::Ten(exponent) if exponent < 0 => x / 10f64.powi(-exponent),
-        Scale::Ten(exponent) => x * 10f64.powi(exponent),
-        Scale::Times(factor) => x * factor,
+        UnitScale::Ten(exponent) if exponent < 0 => x / 10f64.powi(-exponent),
+        UnitScale::Ten(exponent) => x * 10f64.powi(exponent),
+        UnitScale::Times(factor) => x * factor,
     })
 }
 
@@ -237,14 +242,14 @@ fn split_number(text: &str) -> Option<(&str, &str)> {
     Some((&text[..end], text[end..].trim_start()))
 }
 
-/// `number`·10^`shift`, correctly rounded.
+/// Returns `number`·10^`shift`, correctly rounded.
 fn shifted(number: &str, shift: i32) -> Option<f64> {
     let (mantissa, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
     let exponent = exponent.parse::<i32>().ok()?.checked_add(shift)?;
     format!("{mantissa}e{exponent}").parse().ok()
 }
 
-/// A number in its shortest exact form, with an exponent when it is far from 1.
+/// A number that is displayed in its shortest exact form, with an exponent if it is far from 1.
 pub(crate) struct Compact(pub(crate) f64);
 
 impl std::fmt::Display for Compact {
@@ -260,8 +265,9 @@ impl std::fmt::Display for Compact {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use proptest::prelude::*;
+
+    use super::*;
 
     #[test]
     fn decimal_units_are_exact() {

@@ -1,10 +1,10 @@
-//! A value of a table's cell.
+//! The value of a table's cell.
 
 use std::fmt;
 
 use crate::units::Compact;
 
-/// A cell of a table, in SI units.
+/// The value of a table's cell, in SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// A number.
@@ -18,7 +18,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// The number, whole or not; `None` for texts and where it is missing.
+    /// Returns the number, whole or not; `None` for texts and missing values.
     pub fn as_f64(&self) -> Option<f64> {
         match self {
             Value::Number(x) => Some(*x),
@@ -28,7 +28,7 @@ impl Value {
     }
 }
 
-/// Numbers in their shortest exact form; nothing for what is missing.
+/// Numbers are displayed in their shortest exact form, missing values as nothing.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

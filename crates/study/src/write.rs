@@ -6,24 +6,25 @@ use crate::settings::{length, settings};
 use crate::sheet::Setting;
 
 impl Job {
-    /// The job as a study file asks for it, in SI units. Read back, it is the study's only point,
-    /// and the same job; a study of cost needs beside it `[sweep]` with at least three meshes, and
-    /// the job is one of its points if its own mesh is among them.
+    /// Returns the job as a study file asks for it, in SI units. If the text is read back, the job
+    /// is the study's only point. A study of cost needs `[sweep]` with at least three meshes beside
+    /// it, and the job is one of its points if its own mesh is among them.
     pub fn to_toml(&self) -> String {
         let settings = settings(self);
         let mut text = self.kind().to_toml(self);
         let goes_without_saying = |key: Key, setting: &Setting| {
             matches!(key, Key::Increments(_) | Key::Cycles) && *setting == Setting::Count(1)
         };
-        let said = || settings.iter().filter(|(key, setting)| !goes_without_saying(*key, setting));
-        for (key, setting) in said().filter(|(key, _)| key.index().is_none()) {
+        let written =
+            || settings.iter().filter(|(key, setting)| !goes_without_saying(*key, setting));
+        for (key, setting) in written().filter(|(key, _)| key.index().is_none()) {
             if !matches!(key.quantity(), Quantity::List(_)) {
                 text += &format!("{} = {setting}\n", key.path());
                 continue;
             }
             let entry = |index| {
-                let keys =
-                    said().filter(|(of, _)| of.list() == Some(*key) && of.index() == Some(index));
+                let keys = written()
+                    .filter(|(of, _)| of.list() == Some(*key) && of.index() == Some(index));
                 let keys: Vec<String> =
                     keys.map(|(key, setting)| format!("{} = {setting}", key.name())).collect();
                 if keys.is_empty() { "{}".to_owned() } else { format!("{{ {} }}", keys.join(", ")) }

@@ -1,6 +1,6 @@
 //! Checks the condition of a study that halves an axis.
 
-use report::{Cell, Table};
+use report::{Cell, DataTable};
 use study::adaptive::OF_ONE_JOB;
 use study::{Adaptive, Column, Study, StudyPoint};
 
@@ -45,11 +45,11 @@ fn samples(study: &Study) -> Vec<usize> {
 
 /// Returns a placeholder row with the types that the job's results will have: unknown numbers are
 /// NaN, unknown texts are empty.
-fn placeholder(columns: &[Column], point: &StudyPoint) -> Result<Table, AnswerError> {
+fn placeholder(columns: &[Column], point: &StudyPoint) -> Result<DataTable, AnswerError> {
     let cells = columns.iter().map(|column| match cell(column.value(point, None)) {
         Cell::Missing if column.is_numeric() => Cell::Number(f64::NAN),
         Cell::Missing => Cell::Text(String::new()),
         known => known,
     });
-    Ok(Table::new(heads(columns), vec![cells.collect()])?)
+    Ok(DataTable::new(heads(columns), vec![cells.collect()])?)
 }

@@ -1,6 +1,6 @@
 //! What the choice of points has found, and its table.
 
-use report::{Cell, Column, Table};
+use report::{Cell, DataTable, TableColumn};
 use study::{Adaptive, Study, StudyPoint};
 
 use crate::error::AnswerError;
@@ -105,12 +105,12 @@ pub enum Discovery {
 ///
 /// # Errors
 /// An axis has the name of another column.
-pub fn table(study: &Study, findings: &[Finding]) -> Result<Table, AnswerError> {
+pub fn table(study: &Study, findings: &[Finding]) -> Result<DataTable, AnswerError> {
     let mut heads = findings.first().map(|finding| finding.place.heads(study)).unwrap_or_default();
     let figures = figure_heads(study);
     let count = figures.len();
     heads.extend(figures);
-    heads.push(Column::new("found", ""));
+    heads.push(TableColumn::new("found", ""));
     let rows = findings.iter().map(|Finding { place, discovery }| {
         let mut row = place.cells();
         let mut figures = discovery.figures();
@@ -119,25 +119,25 @@ pub fn table(study: &Study, findings: &[Finding]) -> Result<Table, AnswerError> 
         row.push(Cell::Text(discovery.words().to_owned()));
         row
     });
-    Ok(Table::new(heads, rows.collect())?)
+    Ok(DataTable::new(heads, rows.collect())?)
 }
 
 /// Returns the heads of the figures that a rule finds.
-fn figure_heads(study: &Study) -> Vec<Column> {
+fn figure_heads(study: &Study) -> Vec<TableColumn> {
     let columns = study.columns();
     match study.adaptive() {
         Some(Adaptive::Refine { on, .. }) => vec![
-            Column::new("mesh", ""),
-            Column::new(on.as_str(), unit_of(&columns, on)),
-            Column::new("change", "1"),
+            TableColumn::new("mesh", ""),
+            TableColumn::new(on.as_str(), unit_of(&columns, on)),
+            TableColumn::new("change", "1"),
         ],
         Some(Adaptive::Bisect { axis, .. }) => {
             let name = study.axes().nth(*axis).map(|axis| axis.column()).unwrap_or_default();
-            let head = |end| Column::new(format!("{name}_{end}"), unit_of(&columns, &name));
+            let head = |end| TableColumn::new(format!("{name}_{end}"), unit_of(&columns, &name));
             ["from", "to"].map(head).to_vec()
         }
         Some(Adaptive::Accuracy(_)) => {
-            ["mesh", "tolerance", "estimated error"].map(|name| Column::new(name, "")).to_vec()
+            ["mesh", "tolerance", "estimated error"].map(|name| TableColumn::new(name, "")).to_vec()
         }
         None => Vec::new(),
     }

@@ -2,7 +2,7 @@
 
 use contact::model::Observables;
 use contact::theory::{Trend, richardson};
-use report::{Cell, Column, Table};
+use report::{Cell, DataTable, TableColumn};
 use study::Study;
 use study::key::Key;
 use study::kind::convergence::Ladder;
@@ -36,20 +36,20 @@ pub(super) fn table(
     study: &Study,
     ladder: &Ladder,
     ladders: &[LadderRungs<'_>],
-) -> Result<Option<Table>, AnswerError> {
+) -> Result<Option<DataTable>, AnswerError> {
     if ladder.along != Key::Mesh || ladders.iter().all(|rungs| rungs.rungs.len() < LEAST_RUNGS) {
         return Ok(None);
     }
     let mut heads = ladders.first().map(|rungs| rungs.place.heads(study)).unwrap_or_default();
     heads.extend(
         ["quantity", "unit", "finest", "limit", "± (estimated)", "order", "values"]
-            .map(|name| Column::new(name, "")),
+            .map(|name| TableColumn::new(name, "")),
     );
     let rows = ladders
         .iter()
         .flat_map(|rungs| QUANTITIES.iter().filter_map(|quantity| row(rungs, quantity)))
         .collect();
-    Ok(Some(Table::new(heads, rows)?))
+    Ok(Some(DataTable::new(heads, rows)?))
 }
 
 /// Returns the row of a quantity, `None` if it has no limit or is prescribed.

@@ -2,7 +2,7 @@
 
 use contact::assess::Errors;
 use contact::theory::{PowerLaw, power_law};
-use report::{Cell, Column, Table};
+use report::{Cell, DataTable, TableColumn};
 use study::Study;
 use study::columns::Compared;
 use study::key::Key;
@@ -18,18 +18,18 @@ pub(super) fn table(
     ladder: &Ladder,
     ladders: &[LadderRungs<'_>],
     compared: &[Option<Compared>],
-) -> Result<Table, AnswerError> {
+) -> Result<DataTable, AnswerError> {
     let mut heads = ladders.first().map(|rungs| rungs.place.heads(study)).unwrap_or_default();
     let (along, unit) = if ladder.along == Key::Epsilon { ("epsilon", "") } else { ("h", "m") };
-    heads.extend(["error", "order", "±"].map(|name| Column::new(name, "")));
-    heads.extend(["from", "to"].map(|end| Column::new(format!("{along} {end}"), unit)));
-    heads.extend(["finest error", "reference"].map(|name| Column::new(name, "")));
+    heads.extend(["error", "order", "±"].map(|name| TableColumn::new(name, "")));
+    heads.extend(["from", "to"].map(|end| TableColumn::new(format!("{along} {end}"), unit)));
+    heads.extend(["finest error", "reference"].map(|name| TableColumn::new(name, "")));
     let names: Vec<&str> = Errors::default().named().map(|(name, _)| name).collect();
     let rows = ladders
         .iter()
         .flat_map(|rungs| names.iter().filter_map(|name| row(rungs, name, compared)))
         .collect();
-    Ok(Table::new(heads, rows)?)
+    Ok(DataTable::new(heads, rows)?)
 }
 
 /// Returns the row of an error, `None` if no rung has one above the solver's.

@@ -1,7 +1,7 @@
 //! What the errors of a scene's rungs are measured against.
 
 use contact::assess::{ClosedForm, Errors, closed_form};
-use contact::model::{Control, FigureErrors, Scene, StepOutcome};
+use contact::model::{Control, Dof, FigureErrors, PerDof, Scene, StepOutcome};
 use contact::theory::richardson;
 
 use super::rung::{CostRung, tightest};
@@ -91,7 +91,7 @@ impl CostReference {
         &self,
         evidence: &Evidence<'_>,
         rung: &CostRung<'_>,
-        target: &[Control; 6],
+        target: &PerDof<Control>,
     ) -> Result<Option<Errors>, AnswerError> {
         Ok(match self {
             Self::Exact(exact) => {
@@ -133,12 +133,12 @@ impl ScalarLimits {
         Some(self.limit(name)?.uncertainty / self.unit(name)?)
     }
 
-    fn errors(&self, end: &StepOutcome, target: &[Control; 6]) -> Errors {
+    fn errors(&self, end: &StepOutcome, target: &PerDof<Control>) -> Errors {
         let error = |name: &str| {
             let scalar = SCALARS.iter().find(|scalar| scalar.name == name)?;
             Some(((scalar.read)(end) - self.limit(name)?.value).abs() / self.unit(name)?)
         };
-        let is_load_given = matches!(target[0], Control::Force(_));
+        let is_load_given = matches!(target[Dof::Approach], Control::Force(_));
         let figures = FigureErrors {
             load: error("load").filter(|_| !is_load_given),
             approach: error("approach").filter(|_| is_load_given),

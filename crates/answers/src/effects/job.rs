@@ -2,7 +2,7 @@
 
 use std::ops::Add;
 
-use contact::model::{Effect, Method, Numerics, Shape};
+use contact::model::{ChosenMethod, Effect, Method, Numerics, Shape};
 use contact::problem::Effects;
 use contact::punch::Surfaces;
 use contact::{Forecast, forecast};
@@ -80,7 +80,8 @@ pub fn effects(case: &Case, surfaces: &Surfaces) -> Result<JobEffects, AnswerErr
     };
     let decided = with(numerics.simulate.clone())?;
     let decisions = Effects::of(&case.scene, numerics, decided.elements, surfaces)?;
-    let (method, reason) = numerics.method.chosen(&case.scene.loading, decided.elements);
+    let ChosenMethod { method, reason } =
+        numerics.method.chosen(&case.scene.loading, decided.elements);
     let mut lines = Vec::new();
     for decision in decisions.decisions() {
         let is_optional = !decision.on && Effect::OPTIONAL.contains(&decision.effect);

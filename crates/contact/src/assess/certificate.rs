@@ -2,7 +2,7 @@
 //!
 //! Nothing here calls [`g_mu`](crate::problem::g_mu), [`crate::solver`] or
 //! [`observables`](fn@super::observables): the conditions of contact and Coulomb's law are spelled
-//! out again, and what the operator's transform gives is held against plain sums.
+//! out again, and the result of the operator's transform is compared with plain sums.
 
 use std::ops::Range;
 
@@ -11,14 +11,14 @@ use rayon::prelude::*;
 use crate::common::parallel;
 use crate::grid::Grid;
 use crate::influence::{Components, Diagonals, Direction, InfluenceTable};
-use crate::model::{Certificate, Control, Observables};
+use crate::model::{Certificate, Control, Dof, Observables, PerDof};
 use crate::problem::Problem;
 
 impl Certificate {
-    /// Whether the residuals allow to call it a solution: the natural-map residual, tension, cone
-    /// violation and the balance of forces within `tolerance`. Penetration, gap under pressure and
-    /// the angle of slip are bounded by the natural-map residual; they are reported because they
-    /// are what a reader can picture.
+    /// Returns whether the residuals allow to call it a solution: the natural-map residual,
+    /// tension, cone violation and the balance of forces within `tolerance`. Penetration, gap under
+    /// pressure and the angle of slip are bounded by the natural-map residual; they are reported
+    /// because a reader can picture them.
     pub fn meets(&self, tolerance: f64) -> bool {
         [self.residual, self.tension, self.cone_violation, self.force_imbalance]
             .iter()
@@ -26,13 +26,15 @@ impl Certificate {
     }
 }
 
-/// Elements on which [`transform_error`] looks, and the one with the largest pressure.
-const LOOKED_AT: usize = 7;
+/// The number of elements that [`transform_error`] samples, in addition to the one with the largest
+/// pressure.
+const SAMPLED_ELEMENTS: usize = 7;
 
-/// The largest difference, on some elements all over Ω, between the displacements A `p` as a
-/// transform gave them and as the sum over all elements gives them, over the largest displacement:
-/// what a solver that applies the same transform cannot hide. Both are blocks of `components`.
-pub fn transform_error(
+/// Returns the largest difference, on some elements all over Ω, between the displacements A `p` as
+/// a transform gave them and as the sum over all elements gives them, over the largest
+/// displacement. A solver that applies the same transform cannot hide it. Both fields are blocks of
+/// `components`.
+pub(crate) fn transform_error(
     table: &InfluenceTable,
     grid: &Grid,
     components: Components,
@@ -41,16 +43,16 @@ pub fn transform_error(
 ) -> f64 {
     let k = grid.len();
     let first = grid.active().max_by(|a, b| p[*a].total_cmp(&p[*b]));
-    let looked_at: Vec<usize> = first
+    let sampled: Vec<usize> = first
         .into_iter()
-        .chain(grid.active().step_by(grid.active_len().div_ceil(LOOKED_AT).max(1)))
+        .chain(grid.active().step_by(grid.active_len().div_ceil(SAMPLED_ELEMENTS).max(1)))
         .collect();
-    let differences = looked_at.par_iter().map(|&e| {
+    let differences = sampled.par_iter().map(|&e| {
         let summed = table.displacement_at(e, components, p);
-        let off = |(block, to): (usize, Direction)| {
+        let error = |(block, to): (usize, Direction)| {
             (displacement[block * k + e] - summed[to as usize]).abs()
         };
-        components.directions().enumerate().map(off).fold(0.0, larger)
+        components.directions().enumerate().map(error).fold(0.0, larger)
     });
     let largest = parallel::bands(displacement.len(), |band| {
         displacement[band].iter().map(|u| u.abs()).fold(0.0, larger)
@@ -63,109 +65,120 @@ pub fn transform_error(
     }
 }
 
-/// The larger of two numbers; infinite where one is none.
+/// Returns the larger of two numbers, or infinity if one is not a number.
 fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::INFINITY } else { a.max(b) }
 }
 
-/// What a band of elements adds.
-struct Part {
-    /// The largest figures; the residual and the imbalance are of the whole.
+/// Returns the largest of some numbers, at least 0, or infinity if one is not a number.
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, larger)
+}
+
+/// Returns a number over another, and 0 for 0 over anything.
+fn relative(value: f64, unit: f64) -> f64 {
+    if value == 0.0 { 0.0 } else { value / unit }
+}
+
+/// A claimed solution, in the problem's units.
+struct Claim<'a> {
+    problem: &'a Problem,
+    /// The tractions, three blocks [n | x | y].
+    p: &'a [f64],
+    /// The displacements A p.
+    displacement: &'a [f64],
+    /// The diagonal entries of A.
+    diagonals: Diagonals,
+}
+
+/// The sizes that residuals are measured in, in the problem's units.
+struct Sizes {
+    /// The largest |p₁|.
+    peak: f64,
+    /// The largest |u₁ + ε p₁|.
+    deepest: f64,
+    /// The largest |w_t| of an element under pressure.
+    slip: f64,
+}
+
+/// The figures and sums over the elements of a band, or over all.
+struct Sums {
+    /// The largest figures. The residual and the imbalance are not among them: they are of the
+    /// whole.
     certificate: Certificate,
-    /// Sums of tractions and of their moments.
-    force: [f64; 6],
-    /// Sum of the largest components.
+    /// The sums of tractions and of their moments.
+    force: PerDof<f64>,
+    /// The sum over the elements of the largest |component|.
     magnitude: f64,
-    /// The largest traction, and in units of it the squares of the defect and of the tractions.
+    /// The largest |component| of tractions and of their images.
     unit: f64,
+    /// The sum of squares of the natural map's defect, in units of `unit`.
     defect: f64,
+    /// The sum of squares of the tractions, in units of `unit`.
     size: f64,
 }
 
-/// Certifies tractions `p` against `problem`. `displacement` is A p and `diagonal` the diagonal
-/// entries of A, on all of Ω and without mirror planes; `claimed` are the observables \[SI\] that
-/// go out with `p`, `asked` what was to govern the punch \[SI\].
+/// Certifies tractions `p` (three blocks [n | x | y]) against `problem`, both in the problem's
+/// units. `displacement` is A p and `diagonal` the diagonal entries of A, on all of Ω and without
+/// mirror planes. `claimed` are the observables \[SI\] that go out with `p`, and `target` the
+/// controls that were to govern the punch \[SI\].
 pub fn certify(
     problem: &Problem,
     p: &[f64],
     displacement: &[f64],
     diagonal: impl Into<Diagonals>,
     claimed: &Observables,
-    asked: &[Control; 6],
+    target: &PerDof<Control>,
 ) -> Certificate {
-    let k = problem.grid.len();
-    let Diagonals { normal, tangential } = diagonal.into();
-    let (mu, ceiling) = (problem.mu, problem.ceiling);
-    let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, larger);
-    let largest_of = |value: &(dyn Fn(usize) -> f64 + Sync)| {
-        largest(
-            &mut parallel::bands(k, |band| largest(&mut problem.grid.active_in(band).map(value)))
-                .into_iter(),
-        )
-    };
-    let peak = largest_of(&|e| p[e].abs());
-    let deepest =
-        largest_of(&|e| (displacement[e] + problem.epsilon * p[e]).abs()).max(f64::MIN_POSITIVE);
-    let relative = |value: f64, to: f64| if value == 0.0 { 0.0 } else { value / to };
+    let claim = Claim { problem, p, displacement, diagonals: diagonal.into() };
+    let sizes = claim.sizes();
+    let bands = parallel::bands(problem.grid.len(), |band| claim.band(&sizes, band));
+    let sums = Sums::over(bands);
+    let force_imbalance = force_imbalance(problem, sizes.peak, &sums, claimed, target);
+    Certificate { residual: sums.residual(), force_imbalance, ..sums.certificate }
+}
 
-    // w of equation (3): what the regularised law sees as gap and slip
-    let w = |e: usize, c: usize| {
+impl Claim<'_> {
+    /// Returns component `c` of w of equation (3) on an element: the gap or the slip that the
+    /// regularised law sees.
+    fn w(&self, e: usize, c: usize) -> f64 {
+        let Self { problem, p, displacement, .. } = self;
+        let k = problem.grid.len();
         displacement[c * k + e] + problem.epsilon * p[c * k + e] - problem.f[c * k + e]
-    };
-    let largest_slip = largest_of(&|e| if p[e] > 0.0 { w(e, 1).hypot(w(e, 2)) } else { 0.0 });
+    }
 
-    let of_band = |band: Range<usize>| {
+    /// Returns the sizes that residuals are measured in.
+    fn sizes(&self) -> Sizes {
+        let Self { problem, p, displacement, .. } = self;
+        let largest_of = |value: &(dyn Fn(usize) -> f64 + Sync)| {
+            let of_band = |band| largest(problem.grid.active_in(band).map(value));
+            largest(parallel::bands(problem.grid.len(), of_band).into_iter())
+        };
+        Sizes {
+            peak: largest_of(&|e| p[e].abs()),
+            deepest: largest_of(&|e| (displacement[e] + problem.epsilon * p[e]).abs())
+                .max(f64::MIN_POSITIVE),
+            slip: largest_of(&|e| if p[e] > 0.0 { self.w(e, 1).hypot(self.w(e, 2)) } else { 0.0 }),
+        }
+    }
+
+    /// Returns the figures and sums of a band of elements.
+    fn band(&self, sizes: &Sizes, band: Range<usize>) -> Sums {
+        let Self { problem, p, .. } = self;
+        let k = problem.grid.len();
         let mut certificate = Certificate::default();
-        // tractions with their images, kept to be measured in units of the largest: squares leave
-        // the range of doubles early
+        // Tractions are kept with their images to be measured in units of the largest, because
+        // squares leave the range of doubles early.
         let mut images: Vec<[[f64; 3]; 2]> = Vec::with_capacity(band.len());
-        let (mut force, mut magnitude) = ([0.0; 6], 0.0);
+        let (mut force, mut magnitude) = (PerDof::all(0.0), 0.0);
         for e in problem.grid.active_in(band) {
-            let [pressure, px, py] = [p[e], p[k + e], p[2 * k + e]];
-            let traction = px.hypot(py);
-            let [gap, slip_x, slip_y] = [w(e, 0), w(e, 1), w(e, 2)];
-
-            // the natural map, written as a nearest point of the truncated cone's section rather
-            // than as G
-            let (press, pull) =
-                (1.0 / (normal + problem.epsilon), 1.0 / (tangential + problem.epsilon));
-            let trial = (pressure - press * gap, px - pull * slip_x, py - pull * slip_y);
-            let allowed = if trial.0 <= 0.0 {
-                0.0
-            } else if trial.0 >= ceiling {
-                ceiling
-            } else {
-                trial.0
-            };
-            let radius = mu * allowed;
-            let trial_traction = trial.1.hypot(trial.2);
-            let shrink = if trial_traction > radius { radius / trial_traction } else { 1.0 };
-            images.push([[pressure, px, py], [allowed, trial.1 * shrink, trial.2 * shrink]]);
-
-            certificate.tension = certificate.tension.max(relative((-pressure).max(0.0), peak));
-            // at the ceiling the law (3) lets the bodies overlap
-            if pressure < ceiling {
-                certificate.penetration =
-                    certificate.penetration.max(relative((-gap).max(0.0), deepest));
-            }
-            certificate.gap_under_pressure = certificate
-                .gap_under_pressure
-                .max(relative((gap * pressure).max(0.0), peak * deepest));
-            certificate.cone_violation =
-                certificate.cone_violation.max(relative((traction - mu * pressure).max(0.0), peak));
-            let slip = slip_x.hypot(slip_y);
-            if pressure > 0.0 && slip > 1e-3 * largest_slip && traction > 1e-6 * mu * peak {
-                let against = -(slip_x * px + slip_y * py);
-                let across = slip_x * py - slip_y * px;
-                // sticking elements do not slip beyond the residual; where slip is real, traction
-                // must oppose it
-                if traction >= mu * pressure * (1.0 - 1e-6) {
-                    certificate.slip_angle =
-                        certificate.slip_angle.max(across.abs().atan2(against));
-                }
-            }
+            let tractions = [p[e], p[k + e], p[2 * k + e]];
+            let w = [self.w(e, 0), self.w(e, 1), self.w(e, 2)];
+            images.push([tractions, self.image(tractions, w)]);
+            self.measure(&mut certificate, sizes, tractions, w);
+            let [pressure, px, py] = tractions;
             let [x, y] = problem.grid.center(e);
-            for (total, part) in force.iter_mut().zip([
+            for (total, term) in force.iter_mut().zip([
                 pressure,
                 px,
                 py,
@@ -173,65 +186,141 @@ pub fn certify(
                 -(x * pressure),
                 x * py - y * px,
             ]) {
-                *total += part;
+                *total += term;
             }
             magnitude += pressure.abs().max(px.abs()).max(py.abs());
         }
-        let unit = largest(&mut images.iter().flatten().flatten().map(|t| t.abs()));
+        let unit = largest(images.iter().flatten().flatten().map(|t| t.abs()));
         let square = |a: f64, b: f64| if unit == 0.0 { 0.0 } else { ((a - b) / unit).powi(2) };
         let defect: f64 = images
             .iter()
-            .flat_map(|[own, image]| own.iter().zip(image))
+            .flat_map(|[tractions, image]| tractions.iter().zip(image))
             .map(|(a, b)| square(*a, *b))
             .sum();
-        let size: f64 = images.iter().flat_map(|[own, _]| own).map(|a| square(*a, 0.0)).sum();
-        Part { certificate, force, magnitude, unit, defect, size }
-    };
-    let parts = parallel::bands(k, of_band);
-    let mut certificate = Certificate::default();
-    let unit = largest(&mut parts.iter().map(|part| part.unit));
-    let (mut force, mut magnitude, mut defect, mut size) = ([0.0; 6], 0.0, 0.0, 0.0);
-    for part in parts {
-        let own = part.certificate;
-        certificate.tension = certificate.tension.max(own.tension);
-        certificate.penetration = certificate.penetration.max(own.penetration);
-        certificate.gap_under_pressure = certificate.gap_under_pressure.max(own.gap_under_pressure);
-        certificate.cone_violation = certificate.cone_violation.max(own.cone_violation);
-        certificate.slip_angle = certificate.slip_angle.max(own.slip_angle);
-        force.iter_mut().zip(part.force).for_each(|(total, part)| *total += part);
-        magnitude += part.magnitude;
-        let ratio = if part.unit == 0.0 { 0.0 } else { (part.unit / unit).powi(2) };
-        defect += part.defect * ratio;
-        size += part.size * ratio;
+        let size: f64 =
+            images.iter().flat_map(|[tractions, _]| tractions).map(|a| square(*a, 0.0)).sum();
+        Sums { certificate, force, magnitude, unit, defect, size }
     }
-    certificate.residual = if unit == 0.0 {
-        0.0
-    } else {
-        // 0/0 comes of tractions that are no numbers
-        let residual = (defect / size).sqrt();
-        if residual.is_nan() { f64::INFINITY } else { residual }
-    };
 
-    let area = problem.grid.element_area();
-    let unit = problem.scale.traction() * problem.scale.length * problem.scale.length * area;
-    let magnitude = magnitude * unit;
-    let c = claimed;
-    let claims = [c.load, c.force_x, c.force_y, c.moment_x, c.moment_y, c.moment_z];
-    // of forces below the range of doubles no digit is certain
-    if peak > 0.0 && !magnitude.is_normal() {
-        certificate.force_imbalance = f64::INFINITY;
+    /// Returns the natural map of an element's tractions, written as a nearest point of the
+    /// truncated cone's section rather than as G.
+    fn image(&self, [pressure, px, py]: [f64; 3], [gap, slip_x, slip_y]: [f64; 3]) -> [f64; 3] {
+        let Self { problem, diagonals: Diagonals { normal, tangential }, .. } = self;
+        let (mu, ceiling) = (problem.mu, problem.ceiling);
+        let (press, pull) =
+            (1.0 / (normal + problem.epsilon), 1.0 / (tangential + problem.epsilon));
+        let trial = (pressure - press * gap, px - pull * slip_x, py - pull * slip_y);
+        let allowed = if trial.0 <= 0.0 {
+            0.0
+        } else if trial.0 >= ceiling {
+            ceiling
+        } else {
+            trial.0
+        };
+        let radius = mu * allowed;
+        let trial_traction = trial.1.hypot(trial.2);
+        let shrink = if trial_traction > radius { radius / trial_traction } else { 1.0 };
+        [allowed, trial.1 * shrink, trial.2 * shrink]
     }
-    for (which, (sum, claim)) in force.iter().zip(claims).enumerate() {
-        let arm = if which < 3 { 1.0 } else { problem.scale.length };
-        // `max` would pass over what is no number
-        let off = |from: f64| relative((from - sum * unit * arm).abs(), magnitude * arm);
-        let asked = if let Control::Force(asked) = asked[which] { off(asked) } else { 0.0 };
-        for off in [off(claim), asked] {
-            certificate.force_imbalance =
-                if off.is_nan() { f64::INFINITY } else { certificate.force_imbalance.max(off) };
+
+    /// Raises the figures of `certificate` to those of an element.
+    fn measure(
+        &self,
+        certificate: &mut Certificate,
+        Sizes { peak, deepest, slip: largest_slip }: &Sizes,
+        [pressure, px, py]: [f64; 3],
+        [gap, slip_x, slip_y]: [f64; 3],
+    ) {
+        let mu = self.problem.mu;
+        let traction = px.hypot(py);
+        certificate.tension = certificate.tension.max(relative((-pressure).max(0.0), *peak));
+        // At the ceiling the law (3) lets the bodies overlap.
+        if pressure < self.problem.ceiling {
+            certificate.penetration =
+                certificate.penetration.max(relative((-gap).max(0.0), *deepest));
+        }
+        certificate.gap_under_pressure =
+            certificate.gap_under_pressure.max(relative((gap * pressure).max(0.0), peak * deepest));
+        certificate.cone_violation =
+            certificate.cone_violation.max(relative((traction - mu * pressure).max(0.0), *peak));
+        let slip = slip_x.hypot(slip_y);
+        if pressure > 0.0 && slip > 1e-3 * largest_slip && traction > 1e-6 * mu * peak {
+            let against = -(slip_x * px + slip_y * py);
+            let across = slip_x * py - slip_y * px;
+            // Sticking elements do not slip beyond the residual; where slip is real, traction must
+            // oppose it.
+            if traction >= mu * pressure * (1.0 - 1e-6) {
+                certificate.slip_angle = certificate.slip_angle.max(across.abs().atan2(against));
+            }
         }
     }
-    certificate
+}
+
+impl Sums {
+    /// Adds up the bands, in order.
+    fn over(bands: Vec<Sums>) -> Self {
+        let mut total = Self {
+            certificate: Certificate::default(),
+            force: PerDof::all(0.0),
+            magnitude: 0.0,
+            unit: largest(bands.iter().map(|band| band.unit)),
+            defect: 0.0,
+            size: 0.0,
+        };
+        for band in bands {
+            let (most, figures) = (&mut total.certificate, band.certificate);
+            most.tension = most.tension.max(figures.tension);
+            most.penetration = most.penetration.max(figures.penetration);
+            most.gap_under_pressure = most.gap_under_pressure.max(figures.gap_under_pressure);
+            most.cone_violation = most.cone_violation.max(figures.cone_violation);
+            most.slip_angle = most.slip_angle.max(figures.slip_angle);
+            total.force.iter_mut().zip(band.force).for_each(|(total, force)| *total += force);
+            total.magnitude += band.magnitude;
+            let ratio = if band.unit == 0.0 { 0.0 } else { (band.unit / total.unit).powi(2) };
+            total.defect += band.defect * ratio;
+            total.size += band.size * ratio;
+        }
+        total
+    }
+
+    /// Returns the relative residual of the natural map.
+    fn residual(&self) -> f64 {
+        if self.unit == 0.0 {
+            return 0.0;
+        }
+        // A quotient 0/0 comes of tractions that are no numbers.
+        let residual = (self.defect / self.size).sqrt();
+        if residual.is_nan() { f64::INFINITY } else { residual }
+    }
+}
+
+/// Returns the largest difference between the forces and moments that the tractions sum up to and
+/// those that are claimed or prescribed, over the sum of their magnitudes.
+fn force_imbalance(
+    problem: &Problem,
+    peak: f64,
+    sums: &Sums,
+    claimed: &Observables,
+    target: &PerDof<Control>,
+) -> f64 {
+    let area = problem.grid.element_area();
+    let unit = problem.scale.traction() * problem.scale.length * problem.scale.length * area;
+    let magnitude = sums.magnitude * unit;
+    let c = claimed;
+    let claims = PerDof::new([c.load, c.force_x, c.force_y, c.moment_x, c.moment_y, c.moment_z]);
+    // No digit is certain of forces below the range of doubles.
+    let mut imbalance: f64 = if peak > 0.0 && !magnitude.is_normal() { f64::INFINITY } else { 0.0 };
+    for dof in Dof::ALL {
+        let arm = if dof.is_rotation() { problem.scale.length } else { 1.0 };
+        // The function `max` would pass over what is not a number.
+        let difference =
+            |force: f64| relative((force - sums.force[dof] * unit * arm).abs(), magnitude * arm);
+        let missed = if let Control::Force(force) = target[dof] { difference(force) } else { 0.0 };
+        for difference in [difference(claims[dof]), missed] {
+            imbalance = if difference.is_nan() { f64::INFINITY } else { imbalance.max(difference) };
+        }
+    }
+    imbalance
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Which scenes have an exact answer in closed form, and what it is.
+//! The scenes that have an exact answer in closed form, and that answer.
 //!
 //! The answer is that of the continuous problem, equation (1), on homogeneous half-spaces: mesh,
 //! projection, ε, the ceiling and the method are ways to approximate it and do not enter. A scene
@@ -8,92 +8,93 @@ use std::f64::consts::PI;
 
 use super::quadrature::Kinks;
 use crate::foundation::{HalfSpace, relative_bodies};
-use crate::model::{Control, Motion, Scene, Shape};
+use crate::model::{Control, Dof, Leg, Motion, PerDof, Scene, Shape};
 use crate::punch::{Surfaces, domain};
 use crate::theory::{cone, flat_disk, hertz_ellipse, shifted_disk, tilted_disk, twisted_disk};
 
 /// The exact answer at the end of a scene's path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClosedForm {
-    /// The theory.
+    /// The name of the theory.
     pub name: &'static str,
-    /// Where it is found.
+    /// The source where it is found.
     pub source: &'static str,
-    /// What the last step prescribes, in the order of [`Step::NAMES`](crate::model::Step::NAMES).
-    pub controls: [Control; 6],
-    /// Where the punch is; 0 for a motion that is not determined (sideways, without friction or
-    /// load).
+    /// The controls that the last step prescribes.
+    pub(crate) controls: PerDof<Control>,
+    /// The motion of the punch; 0 for a motion that is not determined (sideways, without friction
+    /// or load).
     pub motion: Motion,
-    /// Forces and moments of the punch on the foundation \[N, N m\], in the same order.
-    pub resultants: [f64; 6],
-    /// Semi-axes of the contact along x and y \[m\], an ellipse around the origin.
-    pub semi_axes: [f64; 2],
-    /// Semi-axes of the part of it that sticks \[m\]; 0 where nothing does, as without friction.
-    pub stick_semi_axes: [f64; 2],
-    /// Largest pressure \[Pa\]; `None` where it is unbounded: at the edge of a flat sole, at the
-    /// tip of a cone.
-    pub peak_pressure: Option<f64>,
-    /// p₁.
-    pub pressure: Pressure,
-    /// (p₂, p₃).
-    pub traction: Traction,
+    /// The forces and moments of the punch on the foundation \[N, N m\].
+    pub(crate) resultants: PerDof<f64>,
+    /// The semi-axes of the contact along x and y \[m\], an ellipse around the origin.
+    pub(crate) semi_axes: [f64; 2],
+    /// The semi-axes of the part of it that sticks \[m\]; 0 where nothing does, as without
+    /// friction.
+    pub(crate) stick_semi_axes: [f64; 2],
+    /// The largest pressure \[Pa\]; `None` where it is unbounded: at the edge of a flat sole, at
+    /// the tip of a cone.
+    pub(crate) peak_pressure: Option<f64>,
+    /// The pressure p₁.
+    pub(crate) pressure: Pressure,
+    /// The tangential traction (p₂, p₃).
+    pub(crate) traction: Traction,
 }
 
 /// A pressure on an ellipse around the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Pressure {
-    /// p₀ √(1 − x²/a² − y²/b²).
+pub(crate) enum Pressure {
+    /// Hertz's pressure p₀ √(1 − x²/a² − y²/b²).
     Hertz {
-        /// p₀ \[Pa\].
+        /// The pressure p₀ in the middle \[Pa\].
         peak: f64,
-        /// a and b \[m\].
+        /// The semi-axes a and b \[m\].
         semi_axes: [f64; 2],
     },
-    /// p₀ acosh(a/r): unbounded at the tip, and in L₂.
+    /// The pressure p₀ acosh(a/r) under a cone: unbounded at the tip, and in L₂.
     Cone {
-        /// p₀ \[Pa\].
+        /// The pressure p₀, the mean over the contact \[Pa\].
         scale: f64,
-        /// a \[m\].
+        /// The radius a of the contact \[m\].
         radius: f64,
     },
-    /// (p₀ + g·(x, y)) / √(1 − r²/a²): not in L₂.
+    /// The pressure (p₀ + g·(x, y)) / √(1 − r²/a²) under a disk: not in L₂.
     Disk {
-        /// p₀, the pressure in the middle \[Pa\].
+        /// The pressure p₀ in the middle \[Pa\].
         center: f64,
-        /// g \[Pa/m\].
+        /// The gradient g of the numerator along x and y \[Pa/m\].
         gradient: [f64; 2],
-        /// a \[m\].
+        /// The radius a of the contact \[m\].
         radius: f64,
     },
 }
 
 /// A tangential traction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Traction {
-    /// None.
+pub(crate) enum Traction {
+    /// No traction.
     Zero,
-    /// μ (p − p*) along a direction, with the contact's pressure p and that of a smaller approach
-    /// p*, which spreads over the part that sticks.
+    /// The traction μ (p − p*) along a direction, with the contact's pressure p and that of a
+    /// smaller approach p*, which spreads over the part that sticks.
     PartialSlip {
-        /// μ times the direction \[1\].
+        /// The friction coefficient μ times the direction \[1\].
         friction: [f64; 2],
-        /// p*; `None` where everything slides.
+        /// The pressure p*; `None` where everything slides.
         sticking: Option<Pressure>,
     },
-    /// (q + t·(−y, x)) / √(1 − r²/a²): not in L₂.
+    /// The traction (q + t·(−y, x)) / √(1 − r²/a²) under a disk: not in L₂.
     Disk {
-        /// q, the traction in the middle \[Pa\].
+        /// The traction q in the middle \[Pa\].
         center: [f64; 2],
-        /// t \[Pa/m\].
+        /// The gradient t of the turn \[Pa/m\].
         turn: f64,
-        /// a \[m\].
+        /// The radius a of the contact \[m\].
         radius: f64,
     },
 }
 
 impl Pressure {
-    /// The pressure at (x, y) \[m\], 0 outside the contact \[Pa\].
-    pub fn at(&self, x: f64, y: f64) -> f64 {
+    /// Returns the pressure at (x, y) \[m\], 0 outside the contact \[Pa\].
+    pub(crate) fn at(&self, x: f64, y: f64) -> f64 {
         match *self {
             Pressure::Hertz { peak, semi_axes: [a, b] } => {
                 let r = (x / a).hypot(y / b);
@@ -109,8 +110,8 @@ impl Pressure {
         }
     }
 
-    /// Semi-axes along x and y of where it acts \[m\].
-    pub fn semi_axes(&self) -> [f64; 2] {
+    /// Returns the semi-axes along x and y of the ellipse on which it acts \[m\].
+    pub(crate) fn semi_axes(&self) -> [f64; 2] {
         match *self {
             Pressure::Hertz { semi_axes, .. } => semi_axes,
             Pressure::Cone { radius, .. } | Pressure::Disk { radius, .. } => [radius; 2],
@@ -118,20 +119,21 @@ impl Pressure {
     }
 }
 
-/// 1/√(1 − r²/a²), 0 from the edge on.
+/// Returns 1/√(1 − r²/a²), 0 from the edge on.
 fn inverse_root(x: f64, y: f64, radius: f64) -> f64 {
     let r = x.hypot(y) / radius;
     if r < 1.0 { 1.0 / ((1.0 - r) * (1.0 + r)).sqrt() } else { 0.0 }
 }
 
 impl ClosedForm {
-    /// Tractions (p₁, p₂, p₃) at (x, y) \[m\], 0 outside the contact \[Pa\].
-    pub fn tractions_at(&self, x: f64, y: f64) -> [f64; 3] {
+    /// Returns the tractions (p₁, p₂, p₃) at (x, y) \[m\], 0 outside the contact \[Pa\].
+    pub(crate) fn tractions_at(&self, x: f64, y: f64) -> [f64; 3] {
         let pressure = self.pressure.at(x, y);
         let [along_x, along_y] = match self.traction {
             Traction::Zero => [0.0; 2],
-            Traction::PartialSlip { friction, sticking } => friction
-                .map(|friction| friction * (pressure - sticking.map_or(0.0, |part| part.at(x, y)))),
+            Traction::PartialSlip { friction, sticking } => friction.map(|friction| {
+                friction * (pressure - sticking.map_or(0.0, |inner| inner.at(x, y)))
+            }),
             Traction::Disk { center: [qx, qy], turn, radius } => {
                 [qx - turn * y, qy + turn * x].map(|traction| traction * inverse_root(x, y, radius))
             }
@@ -139,26 +141,26 @@ impl ClosedForm {
         [pressure, along_x, along_y]
     }
 
-    /// Whether the tractions lie in L₂. Where they do not, only resultants and local means can be
-    /// compared.
-    pub fn is_square_integrable(&self) -> bool {
+    /// Returns whether the tractions lie in L₂. If they do not, only resultants and local means can
+    /// be compared.
+    pub(crate) fn is_square_integrable(&self) -> bool {
         !matches!(self.pressure, Pressure::Disk { .. })
     }
 
-    /// Area of the contact \[m²\].
-    pub fn contact_area(&self) -> f64 {
+    /// Returns the area of the contact \[m²\].
+    pub(crate) fn contact_area(&self) -> f64 {
         PI * self.semi_axes[0] * self.semi_axes[1]
     }
 
-    /// Area of the part that sticks \[m²\].
-    pub fn stick_area(&self) -> f64 {
+    /// Returns the area of the part that sticks \[m²\].
+    pub(crate) fn stick_area(&self) -> f64 {
         PI * self.stick_semi_axes[0] * self.stick_semi_axes[1]
     }
 
-    /// Where the tractions are not smooth.
+    /// Returns the places where the tractions are not smooth.
     pub(super) fn kinks(&self) -> Kinks {
         let sticking = match self.traction {
-            Traction::PartialSlip { sticking, .. } => sticking.map(|part| part.semi_axes()),
+            Traction::PartialSlip { sticking, .. } => sticking.map(|inner| inner.semi_axes()),
             Traction::Zero | Traction::Disk { .. } => None,
         };
         Kinks {
@@ -168,12 +170,12 @@ impl ClosedForm {
     }
 }
 
-/// The exact answer of a scene, if there is one:
-/// - sphere, ellipsoid and cone without tangential tractions (no friction, or neither coupling nor
-///   tangential load), on any path;
-/// - the same with friction, moved or pulled in one direction, if there is neither coupling nor ν
-///   (Σν/G = 0): the load comes first and stays as it is, or both come in one increment;
-/// - a flat disk without coupling that nowhere lifts off and, with friction, nowhere slips:
+/// Returns the exact answer of a scene, if there is one:
+/// - for a sphere, ellipsoid or cone without tangential tractions (no friction, or neither coupling
+///   nor tangential load), on any path;
+/// - for the same with friction, moved or pulled in one direction, if there is neither coupling nor
+///   ν (Σν/G = 0): the load comes first and stays as it is, or both come in one increment;
+/// - for a flat disk without coupling that nowhere lifts off and, with friction, nowhere slips:
 ///   pressed, tilted, shifted and twisted.
 ///
 /// `None` for everything else, such as layers, height maps, a coupling with friction (Spence's
@@ -185,7 +187,8 @@ pub fn closed_form(scene: &Scene) -> Option<ClosedForm> {
     if relative.layers.is_some() {
         return None;
     }
-    // as the effects decide it: what cancels there is left out of the solution
+    // The effects decide it in the same way: a coupling that cancels there is left out of the
+    // solution.
     let coupled = relative.surface.coupling != 0.0;
     if coupled && scene.friction.mu > 0.0 {
         return None;
@@ -214,21 +217,23 @@ pub fn closed_form(scene: &Scene) -> Option<ClosedForm> {
         .zip(exact.semi_axes)
         .all(|(reach, semi_axis)| semi_axis <= reach * (1.0 + 1e-12));
     let figures = exact.resultants.iter().chain(&exact.semi_axes);
-    (holds && figures.copied().all(f64::is_finite) && exact.resultants[0] > 0.0).then_some(exact)
+    (holds && figures.copied().all(f64::is_finite) && exact.resultants[Dof::Approach] > 0.0)
+        .then_some(exact)
 }
 
-/// E* = 2/Σ((1−ν)/G).
+/// Returns E* = 2/Σ((1−ν)/G) \[Pa\].
 fn modulus(bodies: &HalfSpace) -> f64 {
     2.0 / bodies.direct
 }
 
+/// Returns whether a control prescribes no motion and no force.
 fn is_nothing(control: Control) -> bool {
     matches!(control, Control::Motion(0.0) | Control::Force(0.0))
 }
 
 /// A punch whose contacts under any approach are similar.
 enum Indenter {
-    /// δ = `approach`·(P/E*)^⅔.
+    /// A paraboloid, with δ = `approach`·(P/E*)^⅔.
     Paraboloid {
         modulus: f64,
         curvatures: [f64; 2],
@@ -240,7 +245,7 @@ enum Indenter {
     },
 }
 
-/// A frictionless contact.
+/// A frictionless contact: its load \[N\] and its pressure.
 struct Normal {
     load: f64,
     pressure: Pressure,
@@ -253,18 +258,18 @@ impl Indenter {
         Indenter::Paraboloid { modulus: modulus(bodies), curvatures, approach }
     }
 
-    /// The approach under a load.
+    /// Returns the approach under a load.
     fn approach(&self, load: f64) -> f64 {
         match *self {
             Indenter::Paraboloid { modulus, approach, .. } => {
                 approach * (load / modulus).cbrt().powi(2)
             }
-            // the load goes as the square of the approach
+            // The load goes as the square of the approach.
             Indenter::Cone { modulus, angle } => (load / cone(modulus, angle, 1.0).load).sqrt(),
         }
     }
 
-    /// The contact at an approach > 0.
+    /// Returns the contact at an approach > 0.
     fn pressed(&self, approach: f64) -> Normal {
         match *self {
             Indenter::Paraboloid { modulus, curvatures, approach: unit } => {
@@ -278,7 +283,7 @@ impl Indenter {
             }
             Indenter::Cone { modulus, angle } => {
                 let sneddon = cone(modulus, angle, approach);
-                // its mean over the contact is p₀
+                // The mean pressure over the contact is p₀.
                 let scale = sneddon.load / (PI * sneddon.radius * sneddon.radius);
                 Normal {
                     load: sneddon.load,
@@ -288,7 +293,7 @@ impl Indenter {
         }
     }
 
-    /// Name and source of the frictionless theory, and of that of partial slip.
+    /// Returns the name and source of the frictionless theory, and of that of partial slip.
     fn theories(&self) -> [[&'static str; 2]; 2] {
         let cattaneo = [
             "Cattaneo and Mindlin",
@@ -312,15 +317,15 @@ impl Indenter {
     }
 }
 
-/// A curved punch, whose contact grows with the load.
+/// Returns the answer for a curved punch, whose contact grows with the load.
 fn curved(scene: &Scene, indenter: &Indenter, bodies: &HalfSpace) -> Option<ClosedForm> {
     let legs = scene.loading.legs();
     let (last, before) = legs.split_last()?;
     let mu = scene.friction.mu;
-    if legs.iter().any(|leg| [3, 4].iter().any(|tilt| !is_nothing(leg.target[*tilt]))) {
+    if legs.iter().any(|leg| Dof::TILTS.iter().any(|tilt| !is_nothing(leg.target[*tilt]))) {
         return None;
     }
-    let approach = match last.target[0] {
+    let approach = match last.target[Dof::Approach] {
         Control::Motion(approach) => approach,
         Control::Force(load) => indenter.approach(load),
     };
@@ -335,7 +340,7 @@ fn curved(scene: &Scene, indenter: &Indenter, bodies: &HalfSpace) -> Option<Clos
         source: frictionless[1],
         controls: last.target,
         motion: Motion { approach, ..Motion::default() },
-        resultants: [normal.load, 0.0, 0.0, 0.0, 0.0, 0.0],
+        resultants: PerDof::new([normal.load, 0.0, 0.0, 0.0, 0.0, 0.0]),
         semi_axes,
         stick_semi_axes: if mu > 0.0 { semi_axes } else { [0.0; 2] },
         peak_pressure: match normal.pressure {
@@ -346,37 +351,38 @@ fn curved(scene: &Scene, indenter: &Indenter, bodies: &HalfSpace) -> Option<Clos
         traction: Traction::Zero,
     };
     let sideways = |control: &Control| !is_nothing(*control);
+    let shifts = |leg: &Leg| Dof::SHIFTS.iter().any(|dof| sideways(&leg.target[*dof]));
     if mu == 0.0 {
-        // without friction a motion sideways meets no force, and a force no equilibrium
+        // Without friction a motion sideways meets no force, and a force no equilibrium.
         let pulled = |control: &Control| matches!(control, Control::Force(force) if *force != 0.0);
-        if legs.iter().any(|leg| [1, 2, 5].iter().any(|which| pulled(&leg.target[*which]))) {
+        if legs.iter().any(|leg| Dof::TANGENTIAL.iter().any(|dof| pulled(&leg.target[*dof]))) {
             return None;
         }
         let moved =
-            |which: usize| if let Control::Motion(way) = last.target[which] { way } else { 0.0 };
+            |dof: Dof| if let Control::Motion(moved) = last.target[dof] { moved } else { 0.0 };
         (exact.motion.shift_x, exact.motion.shift_y, exact.motion.twist) =
-            (moved(1), moved(2), moved(5));
+            (moved(Dof::ShiftX), moved(Dof::ShiftY), moved(Dof::Twist));
         return Some(exact);
     }
-    if legs.iter().any(|leg| sideways(&leg.target[5]))
-        || before.iter().any(|leg| leg.target[1..3].iter().any(sideways))
-    {
+    if legs.iter().any(|leg| sideways(&leg.target[Dof::Twist])) || before.iter().any(shifts) {
         return None;
     }
-    if !last.target[1..3].iter().any(sideways) {
+    if !shifts(last) {
         return Some(exact);
     }
-    let load_stays =
-        before.last().map_or(last.increments == 1, |leg| leg.target[0] == last.target[0]);
+    let load_stays = before.last().map_or(last.increments == 1, |leg| {
+        leg.target[Dof::Approach] == last.target[Dof::Approach]
+    });
     if bodies.cross != 0.0 || !load_stays {
         return None;
     }
-    // with ν = 0 and no coupling each tangential direction has the operator of the normal one, so
+    // With ν = 0 and no coupling each tangential direction has the operator of the normal one, so
     // that μ times the change of pressure with approach moves the surface by μ times the change of
-    // approach wherever both contacts have been
-    let (amount, direction, given_force) = one_direction(last.target[1], last.target[2])?;
+    // approach wherever both contacts have been.
+    let Pull { amount, direction, is_force } =
+        pull(last.target[Dof::ShiftX], last.target[Dof::ShiftY])?;
     let limit = mu * normal.load;
-    let remaining = if given_force {
+    let remaining = if is_force {
         if amount >= limit {
             return None;
         }
@@ -385,24 +391,34 @@ fn curved(scene: &Scene, indenter: &Indenter, bodies: &HalfSpace) -> Option<Clos
         (approach - amount / mu).max(0.0)
     };
     let sticking = (remaining > 0.0).then(|| indenter.pressed(remaining));
-    let force = limit - mu * sticking.as_ref().map_or(0.0, |part| part.load);
-    let shift = if given_force { mu * (approach - remaining) } else { amount };
-    [exact.resultants[1], exact.resultants[2]] = direction.map(|along| along * force);
+    let force = limit - mu * sticking.as_ref().map_or(0.0, |inner| inner.load);
+    let shift = if is_force { mu * (approach - remaining) } else { amount };
+    [exact.resultants[Dof::ShiftX], exact.resultants[Dof::ShiftY]] =
+        direction.map(|along| along * force);
     [exact.motion.shift_x, exact.motion.shift_y] = direction.map(|along| along * shift);
-    exact.stick_semi_axes = sticking.as_ref().map_or([0.0; 2], |part| part.pressure.semi_axes());
+    exact.stick_semi_axes = sticking.as_ref().map_or([0.0; 2], |inner| inner.pressure.semi_axes());
     exact.traction = Traction::PartialSlip {
         friction: direction.map(|along| along * mu),
-        sticking: sticking.map(|part| part.pressure),
+        sticking: sticking.map(|inner| inner.pressure),
     };
     [exact.name, exact.source] = partial_slip;
     Some(exact)
 }
 
-/// How far or with which force two components go, their unit vector, and whether it is a force;
-/// `None` when one is given a motion and the other a force that together have no direction of their
-/// own.
-fn one_direction(x: Control, y: Control) -> Option<(f64, [f64; 2], bool)> {
-    let (along, given_force) = match (x, y) {
+/// A motion or a force sideways, in one direction.
+struct Pull {
+    /// The size of the motion \[m\] or force \[N\].
+    amount: f64,
+    /// The unit vector along it.
+    direction: [f64; 2],
+    /// True if it is a force.
+    is_force: bool,
+}
+
+/// Returns the pull of two components; `None` when one is given a motion and the other a force that
+/// together have no direction of their own.
+fn pull(x: Control, y: Control) -> Option<Pull> {
+    let (components, is_force) = match (x, y) {
         (Control::Motion(x), Control::Motion(y)) => ([x, y], false),
         (Control::Force(x), Control::Force(y)) => ([x, y], true),
         (Control::Motion(x), Control::Force(0.0)) => ([x, 0.0], false),
@@ -411,12 +427,21 @@ fn one_direction(x: Control, y: Control) -> Option<(f64, [f64; 2], bool)> {
         (Control::Motion(0.0), Control::Force(y)) => ([0.0, y], true),
         _ => return None,
     };
-    let amount = along[0].hypot(along[1]);
-    Some((amount, along.map(|part| part / amount), given_force))
+    let amount = components[0].hypot(components[1]);
+    Some(Pull { amount, direction: components.map(|component| component / amount), is_force })
 }
 
-/// A flat disk, whose contact is its sole: everything is proportional to the motions, whatever the
-/// path.
+/// The exact answer at the end of a leg under a flat disk.
+struct DiskEnd {
+    controls: PerDof<Control>,
+    motion: PerDof<f64>,
+    resultants: PerDof<f64>,
+    pressure: Pressure,
+    traction: Traction,
+}
+
+/// Returns the answer for a flat disk, whose contact is its sole: everything is proportional to the
+/// motions, whatever the path.
 fn disk(scene: &Scene, radius: f64, bodies: &HalfSpace) -> Option<ClosedForm> {
     let mu = scene.friction.mu;
     let e = modulus(bodies);
@@ -425,30 +450,28 @@ fn disk(scene: &Scene, radius: f64, bodies: &HalfSpace) -> Option<ClosedForm> {
         shifted_disk(2.0 * bodies.direct + bodies.cross, radius, 1.0),
     );
     let tangential = if mu > 0.0 { 1.0 } else { 0.0 };
-    let stiffness = [
+    let stiffness = PerDof::new([
         flat_disk(e, radius, 1.0).load,
         tangential * shear,
         tangential * shear,
         tilt,
         tilt,
         tangential * twisted_disk(bodies.direct + bodies.cross, radius, 1.0),
-    ];
+    ]);
     let legs = scene.loading.legs();
     let mut end = None;
     for leg in &legs {
-        let (mut motion, mut resultants) = ([0.0; 6], [0.0; 6]);
-        for which in 0..6 {
-            (motion[which], resultants[which]) = match leg.target[which] {
-                Control::Motion(way) => (way, way * stiffness[which]),
-                Control::Force(force) if stiffness[which] > 0.0 => {
-                    (force / stiffness[which], force)
-                }
+        let (mut motion, mut resultants) = (PerDof::all(0.0), PerDof::all(0.0));
+        for dof in Dof::ALL {
+            (motion[dof], resultants[dof]) = match leg.target[dof] {
+                Control::Motion(moved) => (moved, moved * stiffness[dof]),
+                Control::Force(force) if stiffness[dof] > 0.0 => (force / stiffness[dof], force),
                 Control::Force(0.0) => (0.0, 0.0),
                 Control::Force(_) => return None,
             };
         }
-        let [load, force_x, force_y, moment_x, moment_y, moment_z] = resultants;
-        // ∫ 1/√(1−r²/a²) = 2πa², ∫ x²/√(1−r²/a²) = ⅔πa⁴
+        let [load, force_x, force_y, moment_x, moment_y, moment_z] = resultants.to_array();
+        // The integrals over the disk are ∫ 1/√(1−r²/a²) = 2πa² and ∫ x²/√(1−r²/a²) = ⅔πa⁴.
         let (mean, first) = (2.0 * PI * radius * radius, 2.0 / 3.0 * PI * radius.powi(4));
         let pressure = Pressure::Disk {
             center: load / mean,
@@ -457,20 +480,20 @@ fn disk(scene: &Scene, radius: f64, bodies: &HalfSpace) -> Option<ClosedForm> {
         };
         let (center, turn) = ([force_x / mean, force_y / mean], 0.5 * moment_z / first);
         let least = load / mean - moment_x.hypot(moment_y) / first * radius;
-        // tractions and the pressure have the same root, so that what holds for the numerators at
-        // the edge holds everywhere; between the ends of two steps motions and forces are means of
-        // theirs
+        // Tractions and the pressure have the same root, so that what holds for the numerators at
+        // the edge holds everywhere. Between the ends of two steps motions and forces are means of
+        // theirs.
         let most = center[0].hypot(center[1]) + turn.abs() * radius;
         if least <= 0.0 || (mu > 0.0 && most >= mu * least) {
             return None;
         }
         let traction =
             if most > 0.0 { Traction::Disk { center, turn, radius } } else { Traction::Zero };
-        end = Some((leg.target, motion, resultants, pressure, traction));
+        end = Some(DiskEnd { controls: leg.target, motion, resultants, pressure, traction });
     }
-    let (controls, motion, resultants, pressure, traction) = end?;
-    let moves = |which: &[usize]| which.iter().any(|which| resultants[*which] != 0.0);
-    let (name, source) = match (moves(&[1, 2]), moves(&[5]), moves(&[3, 4])) {
+    let DiskEnd { controls, motion, resultants, pressure, traction } = end?;
+    let moves = |dofs: &[Dof]| dofs.iter().any(|dof| resultants[*dof] != 0.0);
+    let (name, source) = match (moves(&Dof::SHIFTS), moves(&[Dof::Twist]), moves(&Dof::TILTS)) {
         (true, true, _) => (
             "Mindlin's and Reissner and Sagoci's disk",
             "Mindlin 1949, doi:10.1115/1.4009973; Reissner and Sagoci 1944, doi:10.1063/1.1707489",
@@ -493,7 +516,7 @@ fn disk(scene: &Scene, radius: f64, bodies: &HalfSpace) -> Option<ClosedForm> {
         name,
         source,
         controls,
-        motion: Motion::from_array(motion),
+        motion: Motion::from_per_dof(motion),
         resultants,
         semi_axes: [radius; 2],
         stick_semi_axes: if mu > 0.0 { [radius; 2] } else { [0.0; 2] },
@@ -523,13 +546,14 @@ mod tests {
         }
     }
 
-    /// Resultants by integration over the box around the contact.
-    fn integrated(exact: &ClosedForm) -> [f64; 6] {
+    /// Returns the resultants by integration over the box around the contact.
+    fn integrated(exact: &ClosedForm) -> PerDof<f64> {
         let [a, b] = exact.semi_axes;
-        exact.kinks().integrate(Rectangle { x: [-a, a], y: [-b, b] }, &|x, y| {
+        let sums = exact.kinks().integrate(Rectangle { x: [-a, a], y: [-b, b] }, &|x, y| {
             let (tractions, modes) = (exact.tractions_at(x, y), rigid_modes(x, y));
-            std::array::from_fn(|which| (0..3).map(|c| modes[c][which] * tractions[c]).sum())
-        })
+            Dof::ALL.map(|dof| (0..3).map(|c| modes[c][dof] * tractions[c]).sum())
+        });
+        PerDof::new(sums)
     }
 
     #[test]
@@ -567,7 +591,7 @@ mod tests {
             let exact = closed_form(scene).unwrap_or_else(|| panic!("{scene:?}"));
             for (sum, resultant) in integrated(&exact).iter().zip(exact.resultants) {
                 assert!(
-                    (sum - resultant).abs() < 1e-6 * exact.resultants[0],
+                    (sum - resultant).abs() < 1e-6 * exact.resultants[Dof::Approach],
                     "{}: {sum} {resultant}",
                     exact.name
                 );
@@ -578,7 +602,8 @@ mod tests {
     #[test]
     fn partial_slip_of_a_sphere_is_that_of_cattaneo_and_mindlin() {
         let (approach, mu) = (0.01, 0.2);
-        let hertz = hertz_sphere(3.0, 0.7, approach); // two bodies with E* = 2G
+        // Together the two bodies have E* = 2G.
+        let hertz = hertz_sphere(3.0, 0.7, approach);
         let limit = mu * hertz.load;
         let press = Step { normal_force: Some(hertz.load), ..Step::default() };
         for part in [1e-3, 0.3, 0.9, 0.9999] {
@@ -590,17 +615,20 @@ mod tests {
             let stick = cattaneo_stick_ratio(part * limit, limit);
             assert!((exact.stick_semi_axes[0] / (stick * hertz.radius) - 1.0).abs() < 1e-10);
             assert!((exact.motion.approach / approach - 1.0).abs() < 1e-12);
-            // and back: the shift prescribed gives the force
+            // The shift, prescribed in turn, gives the force back.
             let move_it = Step { shift_y: Some(-shift), ..Step::default() };
             let back =
                 closed_form(&scene(Shape::Sphere { radius: 0.7 }, 0.0, mu, &[press, move_it]))
                     .unwrap();
-            assert!((back.resultants[2] / (-part * limit) - 1.0).abs() < 1e-10);
+            assert!((back.resultants[Dof::ShiftY] / (-part * limit) - 1.0).abs() < 1e-10);
         }
         let slide = Step { shift_x: Some(1.0), ..Step::default() };
         let sliding =
             closed_form(&scene(Shape::Sphere { radius: 0.7 }, 0.0, mu, &[press, slide])).unwrap();
-        assert!((sliding.resultants[1] / limit - 1.0).abs() < 1e-12 && sliding.stick_area() == 0.0);
+        assert!(
+            (sliding.resultants[Dof::ShiftX] / limit - 1.0).abs() < 1e-12
+                && sliding.stick_area() == 0.0
+        );
     }
 
     #[test]
@@ -612,7 +640,8 @@ mod tests {
         ] {
             let press = Step { approach: Some(0.01), ..Step::default() };
             let exact = closed_form(&scene(shape.clone(), 0.3, 0.0, &[press])).unwrap();
-            let load = Step { normal_force: Some(exact.resultants[0]), ..Step::default() };
+            let load =
+                Step { normal_force: Some(exact.resultants[Dof::Approach]), ..Step::default() };
             let back = closed_form(&scene(shape, 0.3, 0.0, &[load])).unwrap();
             assert!(
                 (back.motion.approach / 0.01 - 1.0).abs() < 1e-13

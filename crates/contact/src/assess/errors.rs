@@ -1,30 +1,31 @@
-//! How far a solution is from a closed form, or from a solution on a finer mesh.
+//! The errors of a solution against a closed form, or against a solution on a finer mesh.
 
 use super::closed_form::ClosedForm;
 use super::norms::{self, Norm, Relative};
 use super::quadrature::{Kinks, Rectangle};
 use crate::grid::Grid;
-use crate::model::{Control, Fields, FigureErrors, StepOutcome};
+use crate::model::{Control, Dof, Fields, FigureErrors, PerDof, StepOutcome};
 
-/// Relative errors of a solution \[1\]. `None` for what the scene prescribes, what the reference
-/// does not have (an unbounded peak, a traction outside L₂), and what is less than 1e-6 of its kind
-/// in the reference, of which a tolerance of 1e-8 leaves no more than two digits.
+/// Relative errors of a solution's figures \[1\]. `None` means that the error is not defined: the
+/// scene prescribes the figure; or the reference does not have it (an unbounded peak, a traction
+/// outside L₂); or it is less than 1e-6 of its kind in the reference, of which a tolerance of 1e-8
+/// leaves no more than two digits.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
-    /// Of the figures.
+    /// The errors of the figures.
     pub figures: FigureErrors,
-    /// Of the local means of the tractions on 8 × 8 parts, in L₂: a weak measure.
+    /// The errors of the local means of the tractions on 8 × 8 parts, in L₂: a weak measure.
     pub local: Relative,
 }
 
-/// Parts each way over which local means are taken.
+/// The number of parts each way over which local means are taken.
 const PARTS: usize = 8;
 
-/// Less than this of its kind is nothing.
+/// The share of its kind below which a figure is nothing.
 const NEGLIGIBLE: f64 = 1e-6;
 
 impl Errors {
-    /// With their names.
+    /// Returns the errors with their names.
     pub fn named(&self) -> impl Iterator<Item = (&'static str, Option<f64>)> {
         self.figures.named().into_iter().chain([
             ("local_pressure", self.local.pressure),
@@ -32,14 +33,14 @@ impl Errors {
         ])
     }
 
-    /// The one of this name.
+    /// Returns the error of this name; `None` also if there is no such name.
     pub fn get(&self, name: &str) -> Option<f64> {
-        self.named().find(|(own, _)| *own == name)?.1
+        self.named().find(|(figure, _)| *figure == name)?.1
     }
 
-    /// The end of a path against the closed form of its scene. Local means are taken on the box
-    /// around the contact and half as much again, on whatever mesh the solution is. `None` for
-    /// fields that have not one value for each element of a grid.
+    /// Compares the end of a path with the closed form of its scene. Local means are taken on the
+    /// box around the contact and half as much again, whatever the solution's mesh is. `None` if a
+    /// field does not have one value per element.
     pub fn against_closed_form(
         end: &StepOutcome,
         fields: &Fields,
@@ -48,7 +49,7 @@ impl Errors {
         norms::norm(fields)?;
         let areas = [exact.contact_area(), exact.stick_area()];
         let reference = Figures {
-            motion: exact.motion.to_array(),
+            motion: exact.motion.per_dof(),
             resultants: exact.resultants,
             peak: exact.peak_pressure,
             areas,
@@ -62,68 +63,71 @@ impl Errors {
         Some(Self::of(&Figures::of(end), &reference, &exact.controls, strong, local))
     }
 
-    /// The end of a path against that of the same path on another mesh or with other numerics,
-    /// taken for exact; `controls` is what the last step prescribes (the last of
-    /// [`Loading::legs`](crate::model::Loading::legs)). Local means are taken on 8 × 8 parts of
-    /// the reference's Ω. `None` for fields that have not one value for each element of a grid.
+    /// Compares the end of a path with that of the same path on another mesh or with other
+    /// numerics, taken for exact. `controls` are those that the last step prescribes (of the last
+    /// of [`Loading::legs`](crate::model::Loading::legs)). Local means are taken on 8 × 8 parts of
+    /// the reference's Ω. `None` if a field does not have one value per element.
     pub fn against_solution(
         end: &StepOutcome,
         fields: &Fields,
         reference: &StepOutcome,
         reference_fields: &Fields,
-        controls: &[Control; 6],
+        controls: &PerDof<Control>,
     ) -> Option<Self> {
         let strong = significant([
             norms::distance(fields, reference_fields)?,
             norms::norm(reference_fields)?,
         ]);
         let parts = norms::parts(reference_fields, [PARTS; 2])?;
-        let [own, means] =
+        let [means, exact_means] =
             [norms::local_means(fields, &parts)?, norms::local_means(reference_fields, &parts)?];
-        let local = significant([norms::distance(&own, &means)?, norms::norm(&means)?]);
+        let local =
+            significant([norms::distance(&means, &exact_means)?, norms::norm(&exact_means)?]);
         Some(Self::of(&Figures::of(end), &Figures::of(reference), controls, strong, local))
     }
 
     fn of(
-        own: &Figures,
+        computed: &Figures,
         reference: &Figures,
-        controls: &[Control; 6],
+        controls: &PerDof<Control>,
         strong: Relative,
         local: Relative,
     ) -> Self {
         let length = reference.areas[0].sqrt();
-        // moments are measured against the load at the size of the contact, rotations against the
-        // approach there
-        let (load, approach) = (reference.resultants[0].abs(), reference.motion[0].abs());
+        // Moments are measured against the load at the size of the contact, rotations against the
+        // approach there.
+        let (load, approach) =
+            (reference.resultants[Dof::Approach].abs(), reference.motion[Dof::Approach].abs());
         let is_given =
-            |which: usize, as_force: bool| matches!(controls[which], Control::Force(_)) == as_force;
-        let vector = |as_force: bool, range: std::ops::Range<usize>, kind: f64| {
+            |dof: Dof, as_force: bool| matches!(controls[dof], Control::Force(_)) == as_force;
+        let vector = |as_force: bool, dofs: &[Dof], kind: f64| {
             let values =
                 |figures: &Figures| if as_force { figures.resultants } else { figures.motion };
-            let (own, exact) = (values(own), values(reference));
+            let (computed, exact) = (values(computed), values(reference));
             let size = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::hypot);
-            let (all, off) = (
-                size(&mut range.clone().map(|i| exact[i])),
-                size(&mut range.clone().map(|i| own[i] - exact[i])),
+            let (all, difference) = (
+                size(&mut dofs.iter().map(|dof| exact[*dof])),
+                size(&mut dofs.iter().map(|dof| computed[*dof] - exact[*dof])),
             );
-            (all > NEGLIGIBLE * kind && !range.clone().all(|which| is_given(which, as_force)))
-                .then(|| off / all)
+            (all > NEGLIGIBLE * kind && !dofs.iter().all(|dof| is_given(*dof, as_force)))
+                .then(|| difference / all)
         };
-        let relative =
-            |own: f64, exact: f64, unit: f64| (unit > 0.0).then(|| (own - exact).abs() / unit);
+        let relative = |computed: f64, exact: f64, unit: f64| {
+            (unit > 0.0).then(|| (computed - exact).abs() / unit)
+        };
         let figures = FigureErrors {
-            load: vector(true, 0..1, 0.0),
-            approach: vector(false, 0..1, 0.0),
-            tangential_force: vector(true, 1..3, load),
-            shift: vector(false, 1..3, approach),
-            moment: vector(true, 3..6, load * length),
-            rotation: vector(false, 3..6, approach / length),
-            peak_pressure: own
+            load: vector(true, &[Dof::Approach], 0.0),
+            approach: vector(false, &[Dof::Approach], 0.0),
+            tangential_force: vector(true, &Dof::SHIFTS, load),
+            shift: vector(false, &Dof::SHIFTS, approach),
+            moment: vector(true, &Dof::ROTATIONS, load * length),
+            rotation: vector(false, &Dof::ROTATIONS, approach / length),
+            peak_pressure: computed
                 .peak
                 .zip(reference.peak)
-                .and_then(|(own, exact)| relative(own, exact, exact)),
-            contact_area: relative(own.areas[0], reference.areas[0], reference.areas[0]),
-            stick_area: relative(own.areas[1], reference.areas[1], reference.areas[0]),
+                .and_then(|(computed, exact)| relative(computed, exact, exact)),
+            contact_area: relative(computed.areas[0], reference.areas[0], reference.areas[0]),
+            stick_area: relative(computed.areas[1], reference.areas[1], reference.areas[0]),
             pressure: strong.pressure,
             traction: strong.traction,
         };
@@ -131,28 +135,30 @@ impl Errors {
     }
 }
 
-/// What is compared besides the fields.
+/// The figures that are compared besides the fields, in SI units.
 struct Figures {
-    motion: [f64; 6],
-    resultants: [f64; 6],
+    motion: PerDof<f64>,
+    resultants: PerDof<f64>,
+    /// The largest pressure.
     peak: Option<f64>,
-    /// In contact, and of that sticking.
+    /// The areas in contact, and of that sticking.
     areas: [f64; 2],
 }
 
 impl Figures {
     fn of(end: &StepOutcome) -> Self {
-        let o = &end.observables;
+        let observables = &end.observables;
         Self {
-            motion: end.motion.to_array(),
-            resultants: o.resultants(),
-            peak: Some(o.peak_pressure),
-            areas: [o.contact_area, o.stick_area],
+            motion: end.motion.per_dof(),
+            resultants: observables.resultants(),
+            peak: Some(observables.peak_pressure),
+            areas: [observables.contact_area, observables.stick_area],
         }
     }
 }
 
-/// Distances over norms, where the reference has a traction worth the name.
+/// Returns distances over norms. The one of the traction is defined where the reference has a
+/// traction worth the name.
 fn significant([distance, reference]: [Norm; 2]) -> Relative {
     let relative = distance.over(reference);
     Relative {
@@ -163,8 +169,8 @@ fn significant([distance, reference]: [Norm; 2]) -> Relative {
     }
 }
 
-/// The distance of fields from a closed form in L₂, and the closed form's norm. The relative error
-/// of the integrals is below 1e-9.
+/// Returns the distance of fields from a closed form in L₂, and the closed form's norm. The
+/// relative error of the integrals is below 1e-9.
 fn distance(fields: &Fields, exact: &ClosedForm) -> [Norm; 2] {
     let kinks = exact.kinks();
     let cells = [0, 1].map(|axis| cells(fields, axis, exact.semi_axes[axis]));
@@ -173,28 +179,32 @@ fn distance(fields: &Fields, exact: &ClosedForm) -> [Norm; 2] {
     for (y, j) in &cells[1] {
         for (x, i) in &cells[0] {
             let element = i.zip(*j).map(|(i, j)| j * fields.shape[0] as usize + i);
-            let own = element
+            let traction = element
                 .map_or([0.0; 3], |e| {
                     [fields.pressure[e], fields.traction_x[e], fields.traction_y[e]]
                 })
                 .map(|p| p / unit);
-            let over = Rectangle { x: *x, y: *y };
-            let parts = if is_outside(over, exact.semi_axes) {
+            let rectangle = Rectangle { x: *x, y: *y };
+            let integrals = if is_outside(rectangle, exact.semi_axes) {
                 let area = (x[1] - x[0]) * (y[1] - y[0]);
-                [own[0] * own[0] * area, (own[1] * own[1] + own[2] * own[2]) * area, 0.0, 0.0]
+                let densities = [
+                    traction[0] * traction[0],
+                    traction[1] * traction[1] + traction[2] * traction[2],
+                ];
+                [densities[0] * area, densities[1] * area, 0.0, 0.0]
             } else {
-                kinks.integrate(over, &|x, y| {
+                kinks.integrate(rectangle, &|x, y| {
                     let p = exact.tractions_at(x, y).map(|p| p / unit);
-                    let off = [0, 1, 2].map(|c| own[c] - p[c]);
+                    let difference = [0, 1, 2].map(|c| traction[c] - p[c]);
                     [
-                        off[0] * off[0],
-                        off[1] * off[1] + off[2] * off[2],
+                        difference[0] * difference[0],
+                        difference[1] * difference[1] + difference[2] * difference[2],
                         p[0] * p[0],
                         p[1] * p[1] + p[2] * p[2],
                     ]
                 })
             };
-            squares.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
+            squares.iter_mut().zip(integrals).for_each(|(sum, integral)| *sum += integral);
         }
     }
     let [pressure, traction, exact_pressure, exact_traction] =
@@ -202,20 +212,20 @@ fn distance(fields: &Fields, exact: &ClosedForm) -> [Norm; 2] {
     [Norm { pressure, traction }, Norm { pressure: exact_pressure, traction: exact_traction }]
 }
 
-/// A traction of the closed form's size, so that squares stay within the range of doubles: its mean
-/// pressure.
+/// Returns a traction of the closed form's size, so that squares stay within the range of doubles:
+/// its mean pressure.
 fn unit(exact: &ClosedForm) -> f64 {
-    exact.resultants[0] / exact.contact_area()
+    exact.resultants[Dof::Approach] / exact.contact_area()
 }
 
-/// Whether a rectangle lies outside an ellipse around the origin.
-fn is_outside(over: Rectangle, [a, b]: [f64; 2]) -> bool {
+/// Returns whether a rectangle lies outside an ellipse around the origin.
+fn is_outside(rectangle: Rectangle, [a, b]: [f64; 2]) -> bool {
     let nearest = |[low, high]: [f64; 2]| low.max(-high).max(0.0);
-    (nearest(over.x) / a).hypot(nearest(over.y) / b) >= 1.0
+    (nearest(rectangle.x) / a).hypot(nearest(rectangle.y) / b) >= 1.0
 }
 
-/// The columns or rows of elements as intervals with their indices, and what of ± `reach` lies
-/// beyond them.
+/// Returns the columns or rows of elements as intervals with their indices, and the parts of ±
+/// `reach` that lie beyond them.
 fn cells(fields: &Fields, axis: usize, reach: f64) -> Vec<([f64; 2], Option<usize>)> {
     let n = fields.shape[axis] as usize;
     let edge = |i: usize| fields.origin[axis] + (i as f64 - 0.5) * fields.element[axis];
@@ -232,28 +242,28 @@ fn cells(fields: &Fields, axis: usize, reach: f64) -> Vec<([f64; 2], Option<usiz
     cells
 }
 
-/// The distance of the local means of fields from those of a closed form, and the norm of those.
-/// The parts cover the box around the contact and half as much again. Their means' relative error
-/// is below 1e-9, below 1e-6 for a flat sole.
+/// Returns the distance of the local means of fields from those of a closed form, and the norm of
+/// those. The parts cover the box around the contact and half as much again. The relative error of
+/// their means is below 1e-9, and below 1e-6 for a flat sole.
 fn local_distance(fields: &Fields, exact: &ClosedForm) -> Option<[Norm; 2]> {
     let [hx, hy] = exact.semi_axes.map(|semi_axis| 3.0 * semi_axis / PARTS as f64);
     let first = 0.5 * (1.0 - PARTS as f64);
     let parts = Grid::new(PARTS, PARTS, hx, hy, [first * hx, first * hy]).ok()?;
     let means = means(exact, &exact.kinks(), &parts);
-    let own = norms::local_means(fields, &parts)?;
-    Some([norms::distance(&own, &means)?, norms::norm(&means)?])
+    let computed = norms::local_means(fields, &parts)?;
+    Some([norms::distance(&computed, &means)?, norms::norm(&means)?])
 }
 
-/// The means of a closed form's tractions over the elements of a grid.
+/// Returns the means of a closed form's tractions over the elements of a grid.
 fn means(exact: &ClosedForm, kinks: &Kinks, grid: &Grid) -> Fields {
     let half = [0.5 * grid.hx(), 0.5 * grid.hy()];
     let of_element = |e: usize| {
         let [x, y] = grid.center(e);
-        let over = Rectangle { x: [x - half[0], x + half[0]], y: [y - half[1], y + half[1]] };
-        if is_outside(over, exact.semi_axes) {
+        let rectangle = Rectangle { x: [x - half[0], x + half[0]], y: [y - half[1], y + half[1]] };
+        if is_outside(rectangle, exact.semi_axes) {
             [0.0; 3]
         } else {
-            kinks.integrate(over, &|x, y| exact.tractions_at(x, y))
+            kinks.integrate(rectangle, &|x, y| exact.tractions_at(x, y))
         }
     };
     let means: Vec<[f64; 3]> =
@@ -277,7 +287,7 @@ mod tests {
     use crate::assess::closed_form::closed_form;
     use crate::model::{Base, Foundation, Scene, Shape, sphere_on_half_space};
 
-    /// A field of this value of pressure on each of n × n elements around the origin.
+    /// Returns a field of this value of pressure on each of n × n elements around the origin.
     fn constant(pressure: f64, n: u32, width: f64) -> Fields {
         let (element, k) = (width / f64::from(n), (n * n) as usize);
         Fields {
@@ -291,8 +301,8 @@ mod tests {
         }
     }
 
-    /// ∫ (c − p)² over a square of width 3a is 9a²c² − 2cP + ½p₀²πa² for Hertz's pressure, however
-    /// the square is cut.
+    /// The integral ∫ (c − p)² over a square of width 3a is 9a²c² − 2cP + ½p₀²πa² for Hertz's
+    /// pressure, however the square is cut.
     #[test]
     fn distances_from_hertz_are_exact_on_every_grid() {
         let exact = closed_form(&Scene {
@@ -303,7 +313,7 @@ mod tests {
         let (a, peak) = (exact.semi_axes[0], exact.peak_pressure.unwrap());
         let c = 0.3 * peak;
         let norm = (0.5 * std::f64::consts::PI).sqrt() * a * peak;
-        let square = 9.0 * a * a * c * c - 2.0 * c * exact.resultants[0] + norm * norm;
+        let square = 9.0 * a * a * c * c - 2.0 * c * exact.resultants[Dof::Approach] + norm * norm;
         for n in [1, 2, 7, 10, 33, 64] {
             let [off, own] = distance(&constant(c, n, 3.0 * a), &exact);
             assert!(
@@ -312,7 +322,7 @@ mod tests {
                 "{n}: {off:?} {own:?}"
             );
         }
-        // what lies beyond the grid counts in full
+        // The part that lies beyond the grid counts in full.
         let [off, own] = distance(&constant(0.0, 5, 0.7 * a), &exact);
         assert!(
             (off.pressure / norm - 1.0).abs() < 1e-9 && (own.pressure / norm - 1.0).abs() < 1e-9

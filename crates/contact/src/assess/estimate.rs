@@ -1,64 +1,73 @@
-//! How far a solution is from what ever finer meshes would give.
+//! An estimate of a solution's distance from the limit of ever finer meshes.
 //!
-//! The same path is followed on a grid of half as many elements each way, and what the figures
-//! differ by tells what is left. With d the relative difference of a figure, D that of the
+//! The same path is followed on a grid of half as many elements each way, and the difference of the
+//! figures estimates the remaining error. With d the relative difference of a figure, D that of the
 //! pressures in L₂, T that of the tangential tractions, h the mean side of an element, a the radius
-//! of a disk as large as the contact and r ≈ 2 the ratio of both grids' h:
-//! - forces, moments and motions: the larger of 1.5 d/(r − 1) and ½ D² h/a, for those that
-//!   tangential tractions take part in of 0.3 T² h/a too; 2 d/(r − 1) where the contact reaches the
-//!   edge of its sole, with which they are of first order only and, with the staircase of a disk,
-//!   irregular;
-//! - largest pressure: the larger of d/(r − 1) and 0.2 D²;
-//! - areas: the larger of d/(r − 1) and 0.4 of the elements at the rim, for an area is counted in
-//!   whole elements; where all up to the edge of the sole sticks that is a rim, too, for a ring of
-//!   slip may be narrower than an element;
-//! - tractions in L₂: 1.1 D/(r − 1) and 1.1 T/(r − 1).
+//! of a disk as large as the contact and r ≈ 2 the ratio of both grids' h, the estimates are:
+//! - for forces, moments and motions, the larger of 1.5 d/(r − 1) and ½ D² h/a, and of 0.3 T² h/a
+//!   too for those that tangential tractions take part in. The factor 1.5 becomes 2 where the
+//!   contact reaches the edge of its sole: there they are of first order only and, with the
+//!   staircase of a disk, irregular;
+//! - for the largest pressure, the larger of d/(r − 1) and 0.2 D²;
+//! - for areas, the larger of d/(r − 1) and 0.4 of the elements at the rim, for an area is counted
+//!   in whole elements. Where all up to the edge of the sole sticks, that is a rim too, for a ring
+//!   of slip may be narrower than an element;
+//! - for tractions in L₂, 1.1 D/(r − 1) and 1.1 T/(r − 1).
 //!
 //! A difference alone tells too little, for a figure may come out the same on two grids by
 //! accident. Differences of fields do not: D is the error in L₂ times a factor between 1 and 2.3.
 //! The other bounds follow from it. The error of a Galerkin solution's energy is quadratic in that
-//! of its tractions, whose energy at the scale of elements is their square in L₂ times h; and where
-//! a pressure has a smooth peak, the mean over an element misses it by the square of what the
-//! pressure varies by on it. The factors are chosen such that the estimate is rarely below the
+//! of its tractions, whose energy at the scale of elements is their square in L₂ times h. Where a
+//! pressure has a smooth peak, the mean over an element misses it by the square of the pressure's
+//! variation on the element. The factors are chosen such that the estimate is rarely below the
 //! error; `tests/estimate.rs` prints how rarely, and how far above it lies otherwise. Extrapolation
 //! from three grids ([`richardson`](crate::theory::richardson)) was tried instead on the closed
-//! forms of that test: figures go up and down with where the edges of elements happen to lie, and
-//! it covers 82 of 100 errors of the load.
+//! forms of that test: figures go up and down with the places where the edges of elements happen to
+//! lie, and it covers 82 of 100 errors of the load.
 //!
-//! What it is an estimate of: the distance from the limit of ever finer meshes of the same Ω, with
-//! the same ε, ceiling and projection, along the same increments. It knows nothing of what ε, the
-//! ceiling, an Ω that is too small or increments that are too large change.
+//! The limit is that of ever finer meshes of the same Ω, with the same ε, ceiling and projection,
+//! along the same increments. The estimate knows nothing of the changes by ε, the ceiling, an Ω
+//! that is too small or increments that are too large.
 
 use super::errors::Errors;
 use crate::model::{Estimate, Fields, FigureErrors, Numerics, Scene, Shape, State, StepOutcome};
 
-/// Elements along a side with less than which there is no estimate.
+/// The number of elements along a side with less than which there is no estimate.
 pub(crate) const FEWEST: u32 = 4;
 
-/// Relative residual to which the coarser grid is solved: well below what the two grids differ by.
+/// The relative residual to which the coarser grid is solved: well below the difference of the two
+/// grids.
 pub(crate) const TOLERANCE: f64 = 1e-5;
 
-/// The grid to compare with.
+/// Returns the elements of the grid to compare with.
 pub(crate) fn coarser(elements: [u32; 2]) -> Option<[u32; 2]> {
     elements.iter().all(|n| *n >= FEWEST).then(|| elements.map(|n| n.div_ceil(2)))
 }
 
-/// The estimate for the end of a path, from that of the same path on a coarser grid; `None` where a
-/// path has no end that was solved, or no contact there.
+/// The solution of a path.
+pub(crate) struct PathSolution<'a> {
+    /// The outcomes of its increments.
+    pub(crate) steps: &'a [StepOutcome],
+    /// The fields of the last increment.
+    pub(crate) fields: &'a Fields,
+}
+
+/// Estimates the errors at the end of a path from that of the same path on a coarser grid; `None`
+/// if a path has no end that was solved, or no contact there.
 pub(crate) fn estimate(
     scene: &Scene,
     numerics: &Numerics,
-    (steps, fields): (&[StepOutcome], &Fields),
-    (coarse_steps, coarse_fields): (&[StepOutcome], &Fields),
+    PathSolution { steps, fields }: PathSolution<'_>,
+    coarse: PathSolution<'_>,
 ) -> Option<Estimate> {
-    let (end, coarse_end) = (steps.last()?, coarse_steps.last()?);
+    let (end, coarse_end) = (steps.last()?, coarse.steps.last()?);
     let controls = scene.loading.legs().last()?.target;
     let difference =
-        Errors::against_solution(coarse_end, coarse_fields, end, fields, &controls)?.figures;
+        Errors::against_solution(coarse_end, coarse.fields, end, fields, &controls)?.figures;
     let size = |fields: &Fields| (fields.element[0] * fields.element[1]).sqrt();
-    // the differences of first-order figures are errors times this
-    let gain = size(coarse_fields) / size(fields) - 1.0;
-    let of = |difference: Option<f64>, factor: f64, least: f64| {
+    // The differences of first-order figures are errors times this.
+    let gain = size(coarse.fields) / size(fields) - 1.0;
+    let bound = |difference: Option<f64>, factor: f64, least: f64| {
         difference.map(|d| (factor * d / gain).max(least))
     };
     let squares = |distance: Option<f64>| distance.map_or(0.0, |distance| distance * distance);
@@ -70,16 +79,16 @@ pub(crate) fn estimate(
     let energy = 0.5 * size(fields) / (contact / std::f64::consts::PI).sqrt();
     let is_at_edge = reaches_an_edge(fields);
     let order = if is_at_edge { 2.0 } else { 1.5 };
-    let along = |difference: Option<f64>| of(difference, order, energy * normal);
+    let along = |difference: Option<f64>| bound(difference, order, energy * normal);
     let across =
-        |difference: Option<f64>| of(difference, order, energy * normal.max(0.6 * tangential));
-    // a sole whose staircase has another area on another grid has an uncertain edge too
+        |difference: Option<f64>| bound(difference, order, energy * normal.max(0.6 * tangential));
+    // A sole whose staircase has another area on another grid has an uncertain edge too.
     let is_staircase =
         (end.observables.sole_area / coarse_end.observables.sole_area - 1.0).abs() > 1e-9;
-    let area = |difference: Option<f64>, of_it: &[State], with_sole: bool| {
-        let part =
-            0.4 * rim(fields, of_it, with_sole) as f64 * fields.element[0] * fields.element[1];
-        of(difference, 1.0, part / contact)
+    let area = |difference: Option<f64>, states: &[State], with_sole: bool| {
+        let uncertain =
+            0.4 * rim(fields, states, with_sole) as f64 * fields.element[0] * fields.element[1];
+        bound(difference, 1.0, uncertain / contact)
     };
     let is_limited = end.observables.ceiling_elements > 0 || resolves(numerics.epsilon, fields);
     let is_bounded = is_limited || !is_at_edge;
@@ -91,12 +100,12 @@ pub(crate) fn estimate(
         shift: across(difference.shift),
         moment: across(difference.moment),
         rotation: across(difference.rotation),
-        peak_pressure: of(difference.peak_pressure, 1.0, 0.2 * normal)
+        peak_pressure: bound(difference.peak_pressure, 1.0, 0.2 * normal)
             .filter(|_| is_bounded && has_peak),
         contact_area: area(difference.contact_area, &CONTACT, is_staircase),
         stick_area: area(difference.stick_area, &[State::Stick], true),
-        pressure: of(difference.pressure, 1.1, 0.0).filter(|_| is_bounded),
-        traction: of(difference.traction, 1.1, 0.0).filter(|_| is_bounded),
+        pressure: bound(difference.pressure, 1.1, 0.0).filter(|_| is_bounded),
+        traction: bound(difference.traction, 1.1, 0.0).filter(|_| is_bounded),
     };
     let solver = 4.0
         * steps
@@ -106,44 +115,48 @@ pub(crate) fn estimate(
     Some(Estimate { figures, solver })
 }
 
+/// The states of elements in contact.
 const CONTACT: [State; 2] = [State::Stick, State::Slip];
 
-/// Whether the grid is fine enough to see how ε smooths what is unbounded without it, over lengths
-/// of about ε times half the diameter of Ω.
+/// Returns whether the grid is fine enough to see the smoothing by ε of what is unbounded without
+/// it, over lengths of about ε times half the diameter of Ω.
 fn resolves(epsilon: f64, fields: &Fields) -> bool {
     let [width_x, width_y] =
         [0, 1].map(|axis| f64::from(fields.shape[axis]) * fields.element[axis]);
     epsilon * 0.5 * width_x.hypot(width_y) >= fields.element[0].max(fields.element[1])
 }
 
-/// Whether an element in contact lies at the edge of the sole or of Ω.
+/// Returns whether an element in contact lies at the edge of the sole or of Ω.
 fn reaches_an_edge(fields: &Fields) -> bool {
     let is_edge =
         |neighbour: Option<u8>| neighbour.is_none_or(|state| state == State::Outside as u8);
     elements_in(fields, &CONTACT).any(|neighbours| neighbours.into_iter().any(is_edge))
 }
 
-/// Elements in one of these states with a neighbour of Ω that is in none of them; with or without
-/// those at the edge of the sole.
+/// Counts the elements in one of the states `inside` with a neighbour of Ω that is in none of them;
+/// with or without those at the edge of the sole.
 fn rim(fields: &Fields, inside: &[State], with_sole: bool) -> usize {
     let is_beyond = |state: u8| {
-        inside.iter().all(|own| *own as u8 != state) && (with_sole || state != State::Outside as u8)
+        inside.iter().all(|inner| *inner as u8 != state)
+            && (with_sole || state != State::Outside as u8)
     };
     elements_in(fields, inside)
         .filter(|neighbours| neighbours.iter().flatten().any(|state| is_beyond(*state)))
         .count()
 }
 
-/// The states of the four neighbours of every element in one of these states, `None` beyond Ω.
+/// Returns the states of the four neighbours of every element in one of the states `inside`, `None`
+/// beyond Ω.
 fn elements_in(fields: &Fields, inside: &[State]) -> impl Iterator<Item = [Option<u8>; 4]> {
     let [nx, ny] = fields.shape.map(|n| n as usize);
     let state = move |i: usize, j: usize| {
         (i < nx && j < ny).then(|| fields.state.get(j * nx + i).copied()).flatten()
     };
-    let is_inside =
-        move |at: &usize| inside.iter().any(|own| fields.state.get(*at) == Some(&(*own as u8)));
-    (0..nx * ny).filter(is_inside).map(move |at| {
-        let (i, j) = (at % nx, at / nx);
+    let is_inside = move |element: &usize| {
+        inside.iter().any(|inner| fields.state.get(*element) == Some(&(*inner as u8)))
+    };
+    (0..nx * ny).filter(is_inside).map(move |element| {
+        let (i, j) = (element % nx, element / nx);
         [state(i.wrapping_sub(1), j), state(i + 1, j), state(i, j.wrapping_sub(1)), state(i, j + 1)]
     })
 }
@@ -152,8 +165,8 @@ fn elements_in(fields: &Fields, inside: &[State]) -> impl Iterator<Item = [Optio
 mod tests {
     use super::*;
 
-    /// A column that is left out, and three elements in contact of which the last two lie next to
-    /// open ones.
+    /// Returns fields with a column that is left out, and three elements in contact of which the
+    /// last two lie next to open ones.
     fn fields() -> Fields {
         let [outside, open, stick, slip] =
             [State::Outside, State::Open, State::Stick, State::Slip].map(|state| state as u8);

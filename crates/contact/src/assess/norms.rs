@@ -1,8 +1,8 @@
 //! Norms of tractions that are constant on the elements of uniform grids, and distances between
 //! those of different grids.
 //!
-//! Two grids have a common refinement: along x and along y the intervals between neighbouring edges
-//! of either. On it both fields are constant, so every integral here is a sum without a
+//! Two grids have a common refinement: along x and along y, the intervals between neighbouring
+//! edges of either. Both fields are constant on it, so every integral here is a sum without a
 //! discretisation error, at the cost of about the elements of both grids together. Outside its grid
 //! a field is zero. The grids may lie anywhere and cover different rectangles.
 //!
@@ -11,30 +11,30 @@
 
 use crate::common::parallel;
 use crate::grid::Grid;
-use crate::model::{Fields, rigid_modes};
+use crate::model::{Fields, PerDof, rigid_modes};
 
-/// L₂ norms of tractions, or of a difference of them \[Pa m\].
+/// The L₂ norms of tractions, or of a difference of them \[Pa m\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Norm {
-    /// (∫ p₁²)^½.
+    /// The norm of the pressure, (∫ p₁²)^½.
     pub pressure: f64,
-    /// (∫ p₂² + p₃²)^½.
+    /// The norm of the tangential traction, (∫ p₂² + p₃²)^½.
     pub traction: f64,
 }
 
 /// A [`Norm`] over another \[1\]; `None` where that is 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Relative {
-    /// Of the pressure.
+    /// The ratio of the pressures' norms.
     pub pressure: Option<f64>,
-    /// Of the tangential traction.
+    /// The ratio of the tangential tractions' norms.
     pub traction: Option<f64>,
 }
 
 impl Norm {
-    /// This one in units of `reference`.
-    pub fn over(self, reference: Norm) -> Relative {
-        let ratio = |own: f64, unit: f64| (unit > 0.0).then(|| own / unit);
+    /// Returns this norm in units of `reference`.
+    pub(crate) fn over(self, reference: Norm) -> Relative {
+        let ratio = |norm: f64, unit: f64| (unit > 0.0).then(|| norm / unit);
         Relative {
             pressure: ratio(self.pressure, reference.pressure),
             traction: ratio(self.traction, reference.traction),
@@ -42,14 +42,14 @@ impl Norm {
     }
 }
 
-/// The norms of a solution; `None` for fields that have not one value for each element of a grid.
+/// Returns the norms of a solution; `None` if a field does not have one value per element.
 pub fn norm(fields: &Fields) -> Option<Norm> {
     distance(fields, &Fields::default())
 }
 
-/// The norms of the difference of two solutions, each on its own grid; `None` for fields that have
-/// not one value for each element of a grid. A metric: symmetric, 0 for equal fields, and no longer
-/// than a way round.
+/// Returns the norms of the difference of two solutions, each on its own grid; `None` if a field
+/// does not have one value per element. A metric: symmetric, zero for equal fields, and the
+/// triangle inequality holds.
 pub fn distance(a: &Fields, b: &Fields) -> Option<Norm> {
     let intervals = Refinement::of(&Sides::of(a)?, &Sides::of(b)?);
     let largest = |fields: &Fields| {
@@ -72,12 +72,13 @@ pub fn distance(a: &Fields, b: &Fields) -> Option<Norm> {
         rows.iter_mut().zip(&intervals.y).collect(),
         |(row, y)| {
             for x in &intervals.x {
-                let own = at(x.first, y.first, a.shape);
-                let other = at(x.second, y.second, b.shape);
+                let first = element_index(x.first, y.first, a.shape);
+                let second = element_index(x.second, y.second, b.shape);
                 for (sum, (p, q)) in row.iter_mut().zip(values.iter().zip(&others)) {
-                    // squares of tractions in Pa leave the range of doubles before the tractions do
+                    // Squares of tractions in Pa leave the range of doubles before the tractions
+                    // do.
                     let difference =
-                        own.map_or(0.0, |e| p[e] / unit) - other.map_or(0.0, |e| q[e] / unit);
+                        first.map_or(0.0, |e| p[e] / unit) - second.map_or(0.0, |e| q[e] / unit);
                     *sum += difference * difference * x.length;
                 }
             }
@@ -91,14 +92,16 @@ pub fn distance(a: &Fields, b: &Fields) -> Option<Norm> {
     })
 }
 
-/// The distance of a solution from a reference, in the reference's norm.
+/// Returns the distance of a solution from a reference, in the reference's norm; `None` if a field
+/// does not have one value per element.
 pub fn relative_distance(fields: &Fields, reference: &Fields) -> Option<Relative> {
     Some(distance(fields, reference)?.over(norm(reference)?))
 }
 
-/// The local means of a solution's tractions over the elements of `onto`, on that grid and without
-/// gap, slip and states. What converges weakly converges in every local mean, and for as many of
-/// them as there are elements the distance goes to 0.
+/// Returns the local means of a solution's tractions over the elements of `onto`, on that grid and
+/// without gap, slip and states; `None` if a field does not have one value per element. A sequence
+/// that converges weakly converges in every local mean, so the distance of its means on `onto` goes
+/// to 0.
 pub fn local_means(fields: &Fields, onto: &Grid) -> Option<Fields> {
     let target = Fields {
         shape: [onto.nx() as u32, onto.ny() as u32],
@@ -114,9 +117,10 @@ pub fn local_means(fields: &Fields, onto: &Grid) -> Option<Fields> {
         let mut means = vec![0.0; onto.len()];
         for y in &intervals.y {
             for x in &intervals.x {
-                if let (Some(from), Some(to)) =
-                    (at(x.first, y.first, fields.shape), at(x.second, y.second, target.shape))
-                {
+                if let (Some(from), Some(to)) = (
+                    element_index(x.first, y.first, fields.shape),
+                    element_index(x.second, y.second, target.shape),
+                ) {
                     means[to] += values[from] * ((x.length / onto.hx()) * (y.length / onto.hy()));
                 }
             }
@@ -127,20 +131,7 @@ pub fn local_means(fields: &Fields, onto: &Grid) -> Option<Fields> {
     Some(Fields { pressure, traction_x, traction_y, ..target })
 }
 
-/// The distance of the local means of a solution from those of a reference, over nx × ny equal
-/// parts of the reference's grid, in the norm of the reference's means. A weak measure: for a fixed
-/// number of parts it goes to 0 whenever the solution converges weakly. `None` also where there are
-/// no parts.
-pub fn relative_local_distance(
-    fields: &Fields,
-    reference: &Fields,
-    count: [usize; 2],
-) -> Option<Relative> {
-    let parts = parts(reference, count)?;
-    relative_distance(&local_means(fields, &parts)?, &local_means(reference, &parts)?)
-}
-
-/// The rectangle that fields lie on, in nx × ny equal parts.
+/// Returns the rectangle that fields lie on, in nx × ny equal parts; `None` if there are none.
 pub fn parts(fields: &Fields, [nx, ny]: [usize; 2]) -> Option<Grid> {
     let [width_x, width_y] =
         [0, 1].map(|axis| f64::from(fields.shape[axis]) * fields.element[axis]);
@@ -149,14 +140,14 @@ pub fn parts(fields: &Fields, [nx, ny]: [usize; 2]) -> Option<Grid> {
     Grid::new(nx, ny, size[0], size[1], origin).ok()
 }
 
-/// Forces and moments of the punch on the foundation \[N, N m\], summed from the fields, in the
-/// order of [`Step::NAMES`](crate::model::Step::NAMES); `None` for fields that have not one value
-/// for each element of a grid. Continuous in the weak topology.
-pub fn resultants(fields: &Fields) -> Option<[f64; 6]> {
+/// Returns the forces and moments of the punch on the foundation \[N, N m\], summed from the
+/// fields; `None` if a field does not have one value per element. The sums are continuous in the
+/// weak topology.
+pub fn resultants(fields: &Fields) -> Option<PerDof<f64>> {
     Sides::of(fields)?;
     let [nx, area] = [fields.shape[0] as f64, fields.element[0] * fields.element[1]];
     let tractions = blocks(fields);
-    let mut sums = [0.0; 6];
+    let mut sums = PerDof::all(0.0);
     for e in 0..fields.pressure.len() {
         let (j, i) = ((e as f64 / nx).floor(), e % fields.shape[0] as usize);
         let modes = rigid_modes(
@@ -172,16 +163,17 @@ pub fn resultants(fields: &Fields) -> Option<[f64; 6]> {
     Some(sums)
 }
 
+/// Returns the three components of the tractions.
 fn blocks(fields: &Fields) -> [&[f64]; 3] {
     [&fields.pressure, &fields.traction_x, &fields.traction_y]
 }
 
-/// Index of element (i, j), if that is one.
-fn at(i: Option<usize>, j: Option<usize>, shape: [u32; 2]) -> Option<usize> {
+/// Returns the index of element (i, j), if there is one.
+fn element_index(i: Option<usize>, j: Option<usize>, shape: [u32; 2]) -> Option<usize> {
     Some(j? * shape[0] as usize + i?)
 }
 
-/// Where a grid lies.
+/// The place of a grid.
 struct Sides {
     shape: [u32; 2],
     origin: [f64; 2],
@@ -189,7 +181,7 @@ struct Sides {
 }
 
 impl Sides {
-    /// The grid of these fields, if they have a value for each of its elements.
+    /// Returns the grid of these fields, if they have a value for each of its elements.
     fn of(fields: &Fields) -> Option<Self> {
         let elements = fields.shape[0] as usize * fields.shape[1] as usize;
         let is_placed = fields.origin.iter().all(|x| x.is_finite())
@@ -203,6 +195,7 @@ impl Sides {
         Some(Self { shape, origin: fields.origin, element: fields.element })
     }
 
+    /// Returns the edges of the elements along an axis, ascending \[m\].
     fn edges(&self, axis: usize) -> Vec<f64> {
         let n = self.shape[axis];
         if n == 0 {
@@ -212,8 +205,8 @@ impl Sides {
     }
 }
 
-/// An interval between neighbouring edges of two grids, and the row or column of each that it lies
-/// in.
+/// An interval between neighbouring edges of two grids, and the row or column of each grid that it
+/// lies in.
 struct Interval {
     length: f64,
     first: Option<usize>,
@@ -227,16 +220,17 @@ struct Refinement {
 }
 
 impl Refinement {
+    /// Refines two grids.
     fn of(a: &Sides, b: &Sides) -> Self {
         let along = |axis: usize| refine(&a.edges(axis), &b.edges(axis));
         Self { x: along(0), y: along(1) }
     }
 }
 
-/// The intervals between ascending edges `a` and `b`.
+/// Returns the intervals between ascending edges `a` and `b`.
 fn refine(a: &[f64], b: &[f64]) -> Vec<Interval> {
     let farthest = a.iter().chain(b).fold(0.0, |most: f64, x| most.max(x.abs()));
-    // an edge is a sum of two products of rounded lengths in another unit
+    // An edge is a sum of two products of rounded lengths in another unit.
     let slack = 32.0 * f64::EPSILON * farthest;
     let inside =
         |passed: usize, edges: &[f64]| (1..edges.len()).contains(&passed).then(|| passed - 1);
@@ -261,8 +255,10 @@ fn refine(a: &[f64], b: &[f64]) -> Vec<Interval> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::Dof;
 
-    /// Fields of these pressures on a row of elements of size h × 1, the first one's centre at x.
+    /// Returns fields of these pressures on a row of elements of size h × 1, with the first one's
+    /// centre at x.
     fn row(x: f64, h: f64, pressure: &[f64]) -> Fields {
         Fields {
             shape: [pressure.len() as u32, 1],
@@ -277,9 +273,9 @@ mod tests {
 
     #[test]
     fn overlaps_are_exact() {
-        // [0, 2): 1, 3 in steps of 1 against [0.5, 3.5): 2, 5 in steps of 1.5
+        // On [0, 2) the values 1, 3 in steps of 1 meet 2, 5 in steps of 1.5 on [0.5, 3.5).
         let (a, b) = (row(0.5, 1.0, &[1.0, 3.0]), row(1.25, 1.5, &[2.0, 5.0]));
-        // ½·1² + ½·(−1)² + 1·1² + 1.5·5²
+        // The integral is ½·1² + ½·(−1)² + 1·1² + 1.5·5².
         let expected: f64 = 0.5 + 0.5 + 1.0 + 1.5 * 25.0;
         assert!((distance(&a, &b).unwrap().pressure - expected.sqrt()).abs() < 1e-15);
         assert!((norm(&b).unwrap().pressure - 43.5_f64.sqrt()).abs() < 1e-15);
@@ -311,12 +307,15 @@ mod tests {
         let onto = Grid::new(3, 3, 1.0, 0.4, [0.3, -0.4]).unwrap();
         let means = local_means(&fields, &onto).unwrap();
         let (exact, own) = (resultants(&fields).unwrap(), resultants(&means).unwrap());
-        assert!((exact[0] - 4.0).abs() < 1e-15 && (exact[2] + 0.125).abs() < 1e-15);
-        // −Σ x p₁ |e|, Σ x p₃ |e|
-        assert!((exact[4] + 0.5 * (0.25 + 1.5 + 5.0 + 1.75)).abs() < 1e-14);
-        assert!((exact[5] - 0.5 * (0.125 - 1.25 + 0.4375)).abs() < 1e-14);
-        for which in [0, 2] {
-            assert!((own[which] - exact[which]).abs() < 1e-14, "{own:?} {exact:?}");
+        assert!(
+            (exact[Dof::Approach] - 4.0).abs() < 1e-15
+                && (exact[Dof::ShiftY] + 0.125).abs() < 1e-15
+        );
+        // These are −Σ x p₁ |e| and Σ x p₃ |e|.
+        assert!((exact[Dof::TiltY] + 0.5 * (0.25 + 1.5 + 5.0 + 1.75)).abs() < 1e-14);
+        assert!((exact[Dof::Twist] - 0.5 * (0.125 - 1.25 + 0.4375)).abs() < 1e-14);
+        for dof in [Dof::Approach, Dof::ShiftY] {
+            assert!((own[dof] - exact[dof]).abs() < 1e-14, "{own:?} {exact:?}");
         }
     }
 
@@ -328,9 +327,5 @@ mod tests {
         assert_eq!(distance(&row(0.0, f64::NAN, &[1.0]), &Fields::default()), None);
         assert_eq!(resultants(&row(0.0, 0.0, &[1.0])), None);
         assert_eq!(norm(&Fields::default()), Some(Norm::default()));
-        assert_eq!(
-            relative_local_distance(&row(0.0, 1.0, &[1.0]), &row(0.0, 1.0, &[1.0]), [0, 1]),
-            None
-        );
     }
 }

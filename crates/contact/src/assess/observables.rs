@@ -1,15 +1,16 @@
-//! Load, areas, peaks and energies of a solution, and its fields, in SI units.
+//! The load, areas, peaks and energies of a solution, and its fields, in SI units.
 
 use std::ops::Range;
 
 use crate::common::parallel;
 use crate::influence::Diagonals;
-use crate::model::{Fields, Observables, State};
+use crate::model::{Fields, Observables, PerDof, State};
 use crate::problem::{Problem, h_u};
 
-/// The state of every element, read off the natural map x = p − E v: an element in contact sticks
-/// when the projection onto its friction disk leaves x_t as it is. `w` = A p − f, `diagonal` those
-/// of A. Without friction everything in contact slips.
+/// Reads the state of every element off the natural map x = p − E v: an element in contact sticks
+/// when the projection onto its friction disk leaves x_t as it is. `p` and `w` = A p − f are three
+/// blocks [n | x | y] in the problem's units, `diagonal` the diagonal entries of A. Without
+/// friction everything in contact slips.
 pub fn states(
     problem: &Problem,
     p: &[f64],
@@ -42,14 +43,15 @@ pub fn states(
     states
 }
 
-/// Integral quantities of the tractions `p` with w = A p − f, in SI units.
+/// Returns the integral quantities of the tractions `p` with w = A p − f, in SI units. `p` and `w`
+/// are three blocks [n | x | y] in the problem's units.
 pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) -> Observables {
     let grid = &problem.grid;
     let k = grid.len();
     let length = problem.scale.length;
     let traction = problem.scale.traction();
     let area = grid.element_area() * length * length;
-    let mut o = Observables {
+    let mut total = Observables {
         mesh_x: grid.nx() as u64,
         mesh_y: grid.ny() as u64,
         element_x: grid.hx() * length,
@@ -61,59 +63,60 @@ pub fn observables(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) ->
         sole_area: grid.active_len() as f64 * area,
         ..Observables::default()
     };
-    // in the problem's units
+    // A band's figures are in the problem's units.
     let of_band = |band: Range<usize>| {
-        let mut o = Observables::default();
+        let mut sums = Observables::default();
         for e in grid.active_in(band) {
             let [pn, px, py] = [p[e], p[k + e], p[2 * k + e]];
-            o.energy +=
+            sums.energy +=
                 (0..3).map(|c| p[c * k + e] * (w[c * k + e] + problem.f[c * k + e])).sum::<f64>();
             if states[e] == State::Slip {
-                o.dissipation -= px * (problem.epsilon * px + w[k + e])
+                sums.dissipation -= px * (problem.epsilon * px + w[k + e])
                     + py * (problem.epsilon * py + w[2 * k + e]);
             }
-            o.largest_gap = o.largest_gap.max(w[e]);
-            o.peak_pressure = o.peak_pressure.max(pn);
-            o.peak_traction = o.peak_traction.max(px.hypot(py));
-            o.ceiling_elements += u64::from(pn >= problem.ceiling);
-            o.contact_elements += u64::from(matches!(states[e], State::Stick | State::Slip));
-            o.stick_elements += u64::from(states[e] == State::Stick);
+            sums.largest_gap = sums.largest_gap.max(w[e]);
+            sums.peak_pressure = sums.peak_pressure.max(pn);
+            sums.peak_traction = sums.peak_traction.max(px.hypot(py));
+            sums.ceiling_elements += u64::from(pn >= problem.ceiling);
+            sums.contact_elements += u64::from(matches!(states[e], State::Stick | State::Slip));
+            sums.stick_elements += u64::from(states[e] == State::Stick);
             let (i, j) = grid.position(e);
             let at_edge = i == 0 || j == 0 || i + 1 == grid.nx() || j + 1 == grid.ny();
-            o.edge_elements += u64::from(problem.open_edge && at_edge && pn > 0.0);
+            sums.edge_elements += u64::from(problem.open_edge && at_edge && pn > 0.0);
         }
-        o
+        sums
     };
-    for part in parallel::bands(k, of_band) {
-        o.energy += part.energy;
-        o.dissipation += part.dissipation;
-        o.largest_gap = o.largest_gap.max(part.largest_gap);
-        o.peak_pressure = o.peak_pressure.max(part.peak_pressure);
-        o.peak_traction = o.peak_traction.max(part.peak_traction);
-        o.ceiling_elements += part.ceiling_elements;
-        o.contact_elements += part.contact_elements;
-        o.stick_elements += part.stick_elements;
-        o.edge_elements += part.edge_elements;
+    for band in parallel::bands(k, of_band) {
+        total.energy += band.energy;
+        total.dissipation += band.dissipation;
+        total.largest_gap = total.largest_gap.max(band.largest_gap);
+        total.peak_pressure = total.peak_pressure.max(band.peak_pressure);
+        total.peak_traction = total.peak_traction.max(band.peak_traction);
+        total.ceiling_elements += band.ceiling_elements;
+        total.contact_elements += band.contact_elements;
+        total.stick_elements += band.stick_elements;
+        total.edge_elements += band.edge_elements;
     }
-    o.slip_elements = o.contact_elements - o.stick_elements;
+    total.slip_elements = total.contact_elements - total.stick_elements;
     let force = traction * area;
     let units = problem.scale.forces();
     let resultants = problem.resultants(p);
-    [o.load, o.force_x, o.force_y, o.moment_x, o.moment_y, o.moment_z] =
-        std::array::from_fn(|which| resultants[which] * units[which]);
-    o.contact_area = o.contact_elements as f64 * area;
-    o.stick_area = o.stick_elements as f64 * area;
-    o.slip_area = o.slip_elements as f64 * area;
-    o.largest_gap *= length;
-    o.peak_pressure *= traction;
-    o.peak_traction *= traction;
-    o.energy = 0.5 * o.energy * force * length;
-    o.dissipation = o.dissipation * force * length;
-    o
+    [total.load, total.force_x, total.force_y, total.moment_x, total.moment_y, total.moment_z] =
+        PerDof::from_fn(|dof| resultants[dof] * units[dof]).to_array();
+    total.contact_area = total.contact_elements as f64 * area;
+    total.stick_area = total.stick_elements as f64 * area;
+    total.slip_area = total.slip_elements as f64 * area;
+    total.largest_gap *= length;
+    total.peak_pressure *= traction;
+    total.peak_traction *= traction;
+    total.energy = 0.5 * total.energy * force * length;
+    total.dissipation = total.dissipation * force * length;
+    total
 }
 
-/// The regions of nx × ny elements in contact that do not touch each other, not even at a corner:
-/// the elements of each, in order, those with the smallest element first.
+/// Returns the regions in contact of a grid of nx × ny elements that do not touch each other, not
+/// even at a corner. The elements of each are in order; the region with the smallest element comes
+/// first.
 pub fn patches([nx, ny]: [usize; 2], in_contact: impl Fn(usize) -> bool) -> Vec<Vec<usize>> {
     let mut seen = vec![false; nx * ny];
     let mut patches = Vec::new();
@@ -143,8 +146,8 @@ pub fn patches([nx, ny]: [usize; 2], in_contact: impl Fn(usize) -> bool) -> Vec<
     patches
 }
 
-/// The fields in SI units.
-pub fn fields(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) -> Fields {
+/// Returns the fields in SI units, from `p` and w = A p − f in the problem's units.
+pub(crate) fn fields(problem: &Problem, p: &[f64], w: &[f64], states: &[State]) -> Fields {
     let grid = &problem.grid;
     let k = grid.len();
     let (length, traction) = (problem.scale.length, problem.scale.traction());

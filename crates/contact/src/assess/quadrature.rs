@@ -5,56 +5,61 @@
 //! its inverse), at that of a stick zone the traction has such a root too, and under a cone's tip
 //! the pressure goes like a logarithm. Rectangles that an ellipse cuts are therefore swept along
 //! chords that end on it, in the variable t of 3t² − 2t³, whose square-root ends make those roots
-//! analytic; rectangles at the centre are halved towards it.
+//! analytic. Rectangles at the centre are halved towards it.
 
 use crate::common::gauss::{self, MAX_POINTS};
 
-/// What a function is not smooth at.
+/// The places where a function is not smooth.
 pub(super) struct Kinks {
-    /// Semi-axes along x and y of ellipses around the origin.
+    /// The semi-axes along x and y of ellipses around the origin.
     pub(super) ellipses: Vec<[f64; 2]>,
-    /// Whether the origin is one.
+    /// True if the origin is such a place.
     pub(super) center: bool,
 }
 
 /// A rectangle [x₀, x₁] × [y₀, y₁].
 #[derive(Clone, Copy)]
 pub(super) struct Rectangle {
+    /// The interval along x.
     pub(super) x: [f64; 2],
+    /// The interval along y.
     pub(super) y: [f64; 2],
 }
 
-/// Points of the rule along a chord, and along the way of the chords.
+/// The number of points of the rule along a chord, and across the chords.
 const EDGE_POINTS: usize = MAX_POINTS;
-/// Points each way for a rectangle at least its own size away from every kink.
+/// The number of points each way for a rectangle at least its own size away from every kink.
 const FAR_POINTS: usize = 6;
-/// How often a rectangle at the centre is halved: what is left over then holds 1e-12 of its area.
+/// The number of times that a rectangle at the centre is halved. The rest then holds 1e-12 of its
+/// area.
 const HALVINGS: u32 = 40;
 
 impl Kinks {
-    /// ∫ f over the rectangle. Relative error: below 1e-9 of roots at the ellipses, their squares
-    /// and logarithms at the centre; below 1e-6 of inverse roots, which lose digits in telling a
-    /// point next to the ellipse from one on it.
+    /// Integrates `f` over the rectangle. The relative error is below 1e-9 for roots at the
+    /// ellipses, for their squares and for logarithms at the centre. It is below 1e-6 for inverse
+    /// roots, which lose digits in telling a point next to the ellipse from one on it.
     pub(super) fn integrate<const N: usize>(
         &self,
-        over: Rectangle,
+        rectangle: Rectangle,
         f: &impl Fn(f64, f64) -> [f64; N],
     ) -> [f64; N] {
-        self.halved(over, f, HALVINGS)
+        self.halved(rectangle, f, HALVINGS)
     }
 
+    /// Integrates `f` over the rectangle, which is halved up to so many times towards the centre.
     fn halved<const N: usize>(
         &self,
-        over: Rectangle,
+        rectangle: Rectangle,
         f: &impl Fn(f64, f64) -> [f64; N],
-        left: u32,
+        halvings: u32,
     ) -> [f64; N] {
-        let size = [over.x[1] - over.x[0], over.y[1] - over.y[0]];
+        let Rectangle { x, y } = rectangle;
+        let size = [x[1] - x[0], y[1] - y[0]];
         let longest = size[0].max(size[1]);
         let distance = |[low, high]: [f64; 2]| low.max(-high).max(0.0);
-        // three quarters, for a part that lies its own size away is far enough
-        if left == 0 || !self.center || distance(over.x).max(distance(over.y)) >= 0.75 * longest {
-            return self.without_center(over, f);
+        // Three quarters are taken, for a part that lies its own size away is far enough.
+        if halvings == 0 || !self.center || distance(x).max(distance(y)) >= 0.75 * longest {
+            return self.without_center(rectangle, f);
         }
         let halves = |[low, high]: [f64; 2]| {
             let middle = if low < 0.0 && high > 0.0 { 0.0 } else { 0.5 * (low + high) };
@@ -62,73 +67,82 @@ impl Kinks {
         };
         let mut sum = [0.0; N];
         if size[0] == longest {
-            halves(over.x).into_iter().for_each(|x| {
-                add(&mut sum, self.halved(Rectangle { x, ..over }, f, left - 1), 1.0)
+            halves(x).into_iter().for_each(|x| {
+                add(&mut sum, self.halved(Rectangle { x, ..rectangle }, f, halvings - 1), 1.0)
             });
         } else {
-            halves(over.y).into_iter().for_each(|y| {
-                add(&mut sum, self.halved(Rectangle { y, ..over }, f, left - 1), 1.0)
+            halves(y).into_iter().for_each(|y| {
+                add(&mut sum, self.halved(Rectangle { y, ..rectangle }, f, halvings - 1), 1.0)
             });
         }
         sum
     }
 
+    /// Integrates `f` over a rectangle on which the centre is no kink.
     fn without_center<const N: usize>(
         &self,
-        over: Rectangle,
+        rectangle: Rectangle,
         f: &impl Fn(f64, f64) -> [f64; N],
     ) -> [f64; N] {
-        if self.ellipses.iter().all(|semi_axes| !is_near(over, *semi_axes)) {
-            let line = |y: f64| gauss_legendre(over.x, FAR_POINTS, &|x| f(x, y));
-            return gauss_legendre(over.y, FAR_POINTS, &line);
+        if self.ellipses.iter().all(|semi_axes| !is_near(rectangle, *semi_axes)) {
+            let line = |y: f64| gauss_legendre(rectangle.x, FAR_POINTS, &|x| f(x, y));
+            return gauss_legendre(rectangle.y, FAR_POINTS, &line);
         }
-        // where a chord's end jumps from an ellipse to a side of the rectangle or the chord ends
-        // altogether
+        // At these y a chord's end jumps from an ellipse to a side of the rectangle, or the chord
+        // ends altogether.
         let turns = self.ellipses.iter().flat_map(|&[a, b]| {
-            over.x.map(|x| (x / a).abs()).into_iter().chain([0.0]).map(move |x| b * cathetus(x))
+            rectangle
+                .x
+                .map(|x| (x / a).abs())
+                .into_iter()
+                .chain([0.0])
+                .map(move |x| b * cathetus(x))
         });
         let line = |y: f64| {
             let ends = self.ellipses.iter().map(|&[a, b]| a * cathetus((y / b).abs()));
-            pieces(over.x, ends, &|x| f(x, y))
+            pieces(rectangle.x, ends, &|x| f(x, y))
         };
-        pieces(over.y, turns, &line)
+        pieces(rectangle.y, turns, &line)
     }
 }
 
-/// √(1 − s²), 0 beyond s = 1.
+/// Returns √(1 − s²), 0 beyond s = 1.
 fn cathetus(s: f64) -> f64 {
     ((1.0 - s) * (1.0 + s)).max(0.0).sqrt()
 }
 
-/// Whether an ellipse passes through the rectangle or less than its size beside it.
-fn is_near(over: Rectangle, [a, b]: [f64; 2]) -> bool {
-    let (width, height) = (over.x[1] - over.x[0], over.y[1] - over.y[0]);
+/// Returns whether an ellipse passes through the rectangle or less than its size beside it.
+fn is_near(rectangle: Rectangle, [a, b]: [f64; 2]) -> bool {
+    let Rectangle { x, y } = rectangle;
+    let (width, height) = (x[1] - x[0], y[1] - y[0]);
     let range = |[low, high]: [f64; 2], margin: f64| {
         let (low, high) = (low - margin, high + margin);
         let nearest = if low < 0.0 && high > 0.0 { 0.0 } else { low.abs().min(high.abs()) };
         [nearest, low.abs().max(high.abs())]
     };
-    let (x, y) = (range(over.x, width), range(over.y, height));
+    let (x, y) = (range(x, width), range(y, height));
     (x[0] / a).hypot(y[0] / b) < 1.0 && (x[1] / a).hypot(y[1] / b) > 1.0
 }
 
-/// ∫ f over an interval, cut at ± each of `at`, by a rule for roots at the ends of each piece.
+/// Integrates `f` over an interval, cut at ± each of `points`, by a rule for roots at the ends of
+/// each piece.
 fn pieces<const N: usize>(
     [low, high]: [f64; 2],
-    at: impl Iterator<Item = f64>,
+    points: impl Iterator<Item = f64>,
     f: &impl Fn(f64) -> [f64; N],
 ) -> [f64; N] {
     let mut cuts: Vec<f64> =
-        at.flat_map(|x| [-x, x]).filter(|x| *x > low && *x < high).chain([low, high]).collect();
+        points.flat_map(|x| [-x, x]).filter(|x| *x > low && *x < high).chain([low, high]).collect();
     cuts.sort_unstable_by(f64::total_cmp);
     let mut sum = [0.0; N];
     for piece in cuts.windows(2) {
         let length = piece[1] - piece[0];
         let rooted = |t: f64| {
-            // from the nearer end, so that a root's argument keeps its digits
+            // The distance is taken from the nearer end, so that a root's argument keeps its
+            // digits.
             let s = t.min(1.0 - t);
-            let way = length * s * s * (3.0 - 2.0 * s);
-            let mut value = f(if t < 0.5 { piece[0] + way } else { piece[1] - way });
+            let distance = length * s * s * (3.0 - 2.0 * s);
+            let mut value = f(if t < 0.5 { piece[0] + distance } else { piece[1] - distance });
             value.iter_mut().for_each(|v| *v *= 6.0 * length * t * (1.0 - t));
             value
         };
@@ -137,6 +151,7 @@ fn pieces<const N: usize>(
     sum
 }
 
+/// Integrates `f` over an interval by Gauss and Legendre's rule of so many points.
 fn gauss_legendre<const N: usize>(
     [low, high]: [f64; 2],
     points: usize,
@@ -150,9 +165,10 @@ fn gauss_legendre<const N: usize>(
     sum
 }
 
-fn add<const N: usize>(sum: &mut [f64; N], part: [f64; N], weight: f64) {
-    for (sum, part) in sum.iter_mut().zip(part) {
-        *sum += weight * part;
+/// Adds `weight` times `term` to `sum`.
+fn add<const N: usize>(sum: &mut [f64; N], term: [f64; N], weight: f64) {
+    for (sum, term) in sum.iter_mut().zip(term) {
+        *sum += weight * term;
     }
 }
 
@@ -161,7 +177,7 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// Sums over the elements of an n × m grid on [−1.37, 1.31] × [−1.25, 1.2].
+    /// Returns sums over the elements of an n × m grid on [−1.37, 1.31] × [−1.25, 1.2].
     fn over_grid<const N: usize>(
         kinks: &Kinks,
         [n, m]: [usize; 2],
@@ -196,7 +212,7 @@ mod tests {
         };
         let kinks = Kinks { ellipses: vec![[a, b], [a * c, b * c]], center: true };
         let unit = PI * a * b;
-        // ∫ 2s acosh(1/s)² ds over (0, 1) = 2 ln 2
+        // The integral ∫ 2s acosh(1/s)² ds over (0, 1) is 2 ln 2.
         let exact = [2.0 / 3.0, 0.5, 2.0, 2.0 / 3.0 * (1.0 - c * c * c), 1.0, 2.0 * 2f64.ln()];
         for n in [[1, 1], [2, 3], [7, 7], [16, 5], [40, 31]] {
             let sums = over_grid(&kinks, n, &f);

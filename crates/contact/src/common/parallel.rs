@@ -1,23 +1,24 @@
-//! Work on many numbers, shared among the threads of the current rayon pool in pieces that do not
-//! depend on how many there are: a result has the same bytes on any number of threads.
+//! Work on many numbers, shared among the threads of the current rayon pool. The pieces do not
+//! depend on the number of threads, so a result has the same bytes on any number of them.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-/// Elements of a band, about: enough work to be worth a thread's while, and little enough to stay
-/// in its cache.
+/// The approximate number of elements of a band: enough work to be worth a thread's while, and
+/// little enough to stay in its cache.
 pub(crate) const BAND: usize = 8192;
 
-/// Numbers below which one thread is as fast as two: waking another takes some ten microseconds.
+/// The count of numbers below which one thread is as fast as two, because waking another takes some
+/// ten microseconds.
 pub(crate) const WORTH_SHARING: usize = 1 << 15;
 
-/// Whether work on so many numbers is worth sharing.
+/// Returns whether work on so many numbers is worth sharing.
 pub(crate) fn is_worth_sharing(numbers: usize) -> bool {
     numbers >= WORTH_SHARING && rayon::current_num_threads() > 1
 }
 
-/// Does every piece of work, of which there are `numbers` numbers in all.
+/// Does every piece of work; the pieces hold `numbers` numbers in all.
 pub(crate) fn each<T: Send>(numbers: usize, pieces: Vec<T>, work: impl Fn(T) + Sync + Send) {
     if is_worth_sharing(numbers) {
         pieces.into_par_iter().for_each(work)
@@ -26,9 +27,9 @@ pub(crate) fn each<T: Send>(numbers: usize, pieces: Vec<T>, work: impl Fn(T) + S
     }
 }
 
-/// What `work` makes of every band of `len` elements, in order.
+/// Calls `work` on every band of `len` elements and returns the results in order.
 pub(crate) fn bands<T: Send>(len: usize, work: impl Fn(Range<usize>) -> T + Sync + Send) -> Vec<T> {
-    let band = |at: usize| work(at * BAND..len.min((at + 1) * BAND));
+    let band = |index: usize| work(index * BAND..len.min((index + 1) * BAND));
     let count = len.div_ceil(BAND);
     if is_worth_sharing(len) {
         (0..count).into_par_iter().map(band).collect()
@@ -37,7 +38,7 @@ pub(crate) fn bands<T: Send>(len: usize, work: impl Fn(Range<usize>) -> T + Sync
     }
 }
 
-/// Writes the rows of a field, `width` long, each of which `work` gets with its number.
+/// Writes the rows of a field, each `width` long; `work` gets the index of a row and the row.
 pub(crate) fn rows<T: Send>(
     field: &mut [T],
     width: usize,
@@ -49,14 +50,14 @@ pub(crate) fn rows<T: Send>(
             .par_chunks_mut(width)
             .with_min_len(least)
             .enumerate()
-            .for_each(|(at, row)| work(at, row));
+            .for_each(|(index, row)| work(index, row));
     } else {
-        field.chunks_mut(width).enumerate().for_each(|(at, row)| work(at, row));
+        field.chunks_mut(width).enumerate().for_each(|(index, row)| work(index, row));
     }
 }
 
-/// `len` times the same value, written by all threads: most of the time that new memory takes is
-/// its first touch.
+/// Returns a vector of `len` equal values. All threads write it, because the first touch of new
+/// memory takes most of the time.
 pub(crate) fn filled<T: Copy + Send + Sync>(len: usize, value: T) -> Vec<T> {
     if is_worth_sharing(len) {
         rayon::iter::repeat_n(value, len).collect()
@@ -75,8 +76,8 @@ mod tests {
             let elements: Vec<usize> = bands(len, |band| band.collect::<Vec<_>>()).concat();
             assert_eq!(elements, (0..len).collect::<Vec<_>>());
             let mut field = vec![0; len];
-            rows(&mut field, 7, |at, row| {
-                row.iter_mut().enumerate().for_each(|(i, value)| *value = 7 * at + i)
+            rows(&mut field, 7, |index, row| {
+                row.iter_mut().enumerate().for_each(|(i, value)| *value = 7 * index + i)
             });
             assert_eq!(field, elements);
         }

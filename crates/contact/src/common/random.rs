@@ -1,11 +1,14 @@
-//! Random numbers for searches that must take the same way for ever, which no library promises.
+//! Random numbers for searches that must take the same path for ever, which no library promises.
 
 use crate::model::{SceneError, refuse};
 
-/// The most random starts that a search may ask for.
+/// The largest number of random starts that a search may have.
 pub(crate) const MOST_STARTS: u32 = 10_000;
 
 /// Refuses more random starts than [`MOST_STARTS`].
+///
+/// # Errors
+/// A [`SceneError`] at `search.starts` if there are more.
 pub(crate) fn validate_starts(starts: u32) -> Result<(), SceneError> {
     if starts <= MOST_STARTS {
         Ok(())
@@ -14,11 +17,12 @@ pub(crate) fn validate_starts(starts: u32) -> Result<(), SceneError> {
     }
 }
 
-/// SplitMix64 (Steele, Lea and Flood 2014, doi:10.1145/2714064.2660195).
+/// The generator SplitMix64 (Steele, Lea and Flood 2014, doi:10.1145/2714064.2660195); the field is
+/// its state.
 pub(crate) struct SplitMix64(pub(crate) u64);
 
 impl SplitMix64 {
-    /// 64 random bits.
+    /// Returns 64 random bits.
     pub(crate) fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -27,12 +31,12 @@ impl SplitMix64 {
         z ^ (z >> 31)
     }
 
-    /// Uniform in [0, 1).
+    /// Returns a number that is uniform in [0, 1).
     pub(crate) fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Uniform in [−1, 1).
+    /// Returns a number that is uniform in [−1, 1).
     pub(crate) fn signed(&mut self) -> f64 {
         2.0 * self.unit() - 1.0
     }
@@ -42,7 +46,7 @@ impl SplitMix64 {
 mod tests {
     use super::*;
 
-    /// The first numbers of seed 0, as the authors' own code gives them.
+    /// The expected values are the first numbers of seed 0 as the authors' code gives them.
     #[test]
     fn is_the_published_generator() {
         let mut random = SplitMix64(0);

@@ -11,8 +11,8 @@ use crate::model::{Base, Layer, Material, Projection, Scene};
 /// A foundation, layered or not, and the punch on it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bodies {
-    /// The material at the foundation's surface, as a half-space, and the punch: all there is
-    /// without layers, and what is felt close to a load with them.
+    /// The material at the foundation's surface, as a half-space, and the punch. Without layers
+    /// that is all there is; with layers it is what is felt close to a load.
     pub surface: HalfSpace,
     /// The foundation, unless it is a homogeneous half-space.
     pub layers: Option<Layered>,
@@ -31,9 +31,10 @@ impl From<&Self> for Bodies {
 }
 
 impl Bodies {
-    /// Layers from the surface down, what they rest on, and the punch (`None`: rigid). The layers'
-    /// thicknesses are in the unit of length of the grid that the bodies will be used with. Layers
-    /// of one material are one layer, and those of the base's material none.
+    /// Makes the bodies from the layers from the surface down, the base on which they rest, and the
+    /// punch (`None`: rigid). The layers' thicknesses are in the unit of length of the grid that
+    /// the bodies will be used with. Neighbouring layers of one material are one layer, and layers
+    /// of the base's material on the base belong to it.
     pub fn new(layers: &[Layer], base: &Base, punch: Option<&Material>) -> Self {
         let foundation = match (layers.first(), base) {
             (Some(layer), _) => Some(layer.material()),
@@ -50,21 +51,21 @@ impl Bodies {
         Self { surface, layers: Layered::new(layers, base) }
     }
 
-    /// The same bodies in another unit of compliance.
-    pub fn scaled(&self, factor: f64) -> Self {
+    /// Returns the same bodies in another unit of compliance: all compliances times `factor`.
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
         Self {
             surface: self.surface.scaled(factor),
             layers: self.layers.as_ref().map(|layers| layers.scaled(factor)),
         }
     }
 
-    /// c = Σ (1−ν)/G of the materials that touch.
+    /// Returns c = Σ (1−ν)/G of the materials that touch.
     pub fn reference_compliance(&self) -> f64 {
         self.surface.direct
     }
 
-    /// The surface kernels, prepared for distances up to `reach` between any point of the source
-    /// and any of the receiver.
+    /// Returns the surface kernels, prepared for distances up to `reach` between any point of the
+    /// source and any of the receiver.
     pub fn kernels(&self, reach: f64) -> Kernels {
         match &self.layers {
             None => Kernels(Form::Closed(self.surface)),
@@ -97,20 +98,22 @@ pub struct Kernels(Form);
 
 #[derive(Clone, Debug)]
 enum Form {
+    /// The closed form of a half-space.
     Closed(HalfSpace),
+    /// The tables of a layered foundation.
     Tabulated(Box<Radial>),
 }
 
 impl Kernels {
-    /// Displacement of an element of size hx × hy, `offset` (Δi, Δj) elements away from the loaded
-    /// one, receiver minus source, per unit traction; its unit is length × compliance.
+    /// Returns the displacement of an element of size hx × hy, `offset` (Δi, Δj) elements away from
+    /// the loaded one, receiver minus source, per unit traction; its unit is length × compliance.
     ///
-    /// A half-space's is as good as [`kernel::element`](super::kernel::element) says. A layered
-    /// foundation's is good to 1e-12 of the largest of nn, xx and yy, for layers of any thickness
-    /// against the element and Ω down to 1e-6 of them; measured: 1e-14, and 4e-13 at a contrast of
-    /// stiffness of 1e8. Where a thin layer on a rigid base makes the coupling much smaller than
-    /// those, it is no better than they are in absolute terms.
-    pub fn influence(
+    /// For a half-space it is as accurate as [`kernel::element`](super::kernel::element) says. For
+    /// a layered foundation it is good to 1e-12 of the largest of nn, xx and yy, for layers of any
+    /// thickness against the element and Ω down to 1e-6 of them; measured: 1e-14, and 4e-13 at a
+    /// contrast of stiffness of 1e8. If a thin layer on a rigid base makes the coupling much
+    /// smaller than those, the coupling is no better than they are in absolute terms.
+    pub(crate) fn influence(
         &self,
         offset: [i64; 2],
         hx: f64,
@@ -124,9 +127,10 @@ impl Kernels {
     }
 }
 
-/// The bodies with moduli in units of that of the foundation's surface and lengths in units of ℓ =
-/// `length`. Ratios to its modulus, like those of a layout to Ω's width, come first, so that jobs
-/// that differ only in a modulus or a size get the same operator to the last bit and can share it.
+/// Returns the bodies with moduli in units of that of the foundation's surface and lengths in units
+/// of ℓ = `length`. The ratios to the surface's modulus, like the ratios of lengths to the width of
+/// Ω in the layout of the mesh, are formed first, so that jobs that differ only in a modulus or a
+/// size get the same operator to the last bit and can share it.
 pub(crate) fn relative_bodies(scene: &Scene, length: f64) -> Bodies {
     let modulus = surface(scene).shear_modulus;
     let relative = |material: Material| Material {
@@ -150,12 +154,12 @@ pub(crate) fn relative_bodies(scene: &Scene, length: f64) -> Bodies {
     Bodies::new(&layers, &base, scene.punch.material.map(relative).as_ref())
 }
 
-/// The material at the foundation's surface, whose modulus is the unit of moduli.
+/// Returns the material at the foundation's surface, whose modulus is the unit of moduli.
 pub(crate) fn surface(scene: &Scene) -> Material {
     scene.foundation.surface().expect("Scene::validate refuses a rigid base without layers")
 }
 
-/// Σ(1−ν)/G of the materials that touch \[1/Pa\].
+/// Returns Σ(1−ν)/G of the materials that touch \[1/Pa\].
 pub(crate) fn surface_compliance(scene: &Scene) -> f64 {
     [scene.foundation.surface(), scene.punch.material]
         .iter()
@@ -164,17 +168,17 @@ pub(crate) fn surface_compliance(scene: &Scene) -> f64 {
         .sum()
 }
 
-/// Size of a contact that depends on the bodies' compliance Σ(1−ν)/G: with layers on that which is
-/// felt at this size, k C_NN(k) at k = 1/size, and a fifth more to be on the safe side of a rough
-/// guess.
+/// Returns the size of a contact whose dependence on the bodies' compliance Σ(1−ν)/G is `size`.
+/// With layers, the compliance is the one that is felt at this size, k C_NN(k) at k = 1/size, and
+/// the result is a fifth larger to be on the safe side of a rough guess.
 pub(crate) fn contact_size(scene: &Scene, size: impl Fn(f64) -> f64) -> f64 {
     let mut contact = size(surface_compliance(scene));
     let foundation = &scene.foundation;
     let Some(layered) = Layered::new(&foundation.layers, &foundation.base) else { return contact };
     let punch = scene.punch.material.map_or(0.0, |material| material.compliance());
     for _ in 0..60 {
-        let felt = layered.compliance(1.0 / contact).nn / contact + punch;
-        contact = (contact * size(felt)).sqrt();
+        let compliance = layered.compliance(1.0 / contact).nn / contact + punch;
+        contact = (contact * size(compliance)).sqrt();
     }
     1.2 * contact
 }

@@ -1,42 +1,42 @@
 //! The six different entries of a 3 × 3 block of surface kernels or of their integrals.
 
-/// Displacement of one element under unit traction on another: the six different entries of the 3 ×
-/// 3 block; xn = −nx, yn = −ny, yx = xy. The first letter is the displacement's direction, the
+/// The displacement of one element under unit traction on another: the six different entries of the
+/// 3 × 3 block; xn = −nx, yn = −ny, yx = xy. The first letter is the displacement's direction, the
 /// second the traction's.
 ///
-/// Also, with the same symmetries: a kernel at a point (x, y), receiver minus source, and its
-/// integrals.
+/// With the same symmetries, the type also holds a kernel at a point (x, y), receiver minus source,
+/// and the integrals of kernels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Coefficient {
-    /// Normal displacement under pressure.
+    /// The normal displacement under pressure.
     pub nn: f64,
-    /// Displacement along x under traction along x.
+    /// The displacement along x under traction along x.
     pub xx: f64,
-    /// Displacement along y under traction along y.
+    /// The displacement along y under traction along y.
     pub yy: f64,
-    /// Displacement along x under traction along y, and the reverse.
+    /// The displacement along x under traction along y, and the reverse.
     pub xy: f64,
-    /// Normal displacement (into the foundation) under traction along x.
+    /// The normal displacement (into the foundation) under traction along x.
     pub nx: f64,
-    /// Normal displacement under traction along y.
+    /// The normal displacement (into the foundation) under traction along y.
     pub ny: f64,
 }
 
 impl Coefficient {
-    /// As the block \[displacement\]\[traction\] in the order n, x, y.
-    pub fn block(&self) -> [[f64; 3]; 3] {
+    /// Returns the block \[displacement\]\[traction\] in the order n, x, y.
+    pub(crate) fn block(&self) -> [[f64; 3]; 3] {
         [[self.nn, self.nx, self.ny], [-self.nx, self.xx, self.xy], [-self.ny, self.xy, self.yy]]
     }
 
     /// Adds `factor` times `other`.
     #[inline]
     pub(super) fn add(&mut self, other: &Self, factor: f64) {
-        self.add_mirrored(other, factor, 1.0, 1.0);
+        self.add_mirrored(other, factor, [1.0; 2]);
     }
 
     /// Adds `factor` times `other`, each entry with its sign under x → sx·x, y → sy·y.
     #[inline]
-    pub(super) fn add_mirrored(&mut self, other: &Self, factor: f64, sx: f64, sy: f64) {
+    pub(super) fn add_mirrored(&mut self, other: &Self, factor: f64, [sx, sy]: [f64; 2]) {
         self.nn += factor * other.nn;
         self.xx += factor * other.xx;
         self.yy += factor * other.yy;
@@ -45,13 +45,14 @@ impl Coefficient {
         self.ny += factor * sy * other.ny;
     }
 
+    /// Returns `factor` times the entries.
     pub(super) fn scaled(self, factor: f64) -> Self {
         let mut out = Self::default();
         out.add(&self, factor);
         out
     }
 
-    /// With x and y exchanged.
+    /// Returns the entries with x and y exchanged.
     pub(super) fn transposed(self) -> Self {
         Self { xx: self.yy, yy: self.xx, nx: self.ny, ny: self.nx, ..self }
     }

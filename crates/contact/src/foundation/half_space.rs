@@ -8,29 +8,37 @@ use crate::model::{Material, Projection};
 /// compliances only. Their unit is 1/shear modulus, \[1/Pa\] in SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HalfSpace {
-    /// Σ (1−ν)/G > 0.
+    /// The sum Σ (1−ν)/G > 0.
     pub direct: f64,
-    /// Σ ν/G ≥ 0.
+    /// The sum Σ ν/G ≥ 0.
     pub cross: f64,
-    /// (1−2ν)/2G of the foundation minus that of the punch: normal–tangential coupling, of either
-    /// sign.
+    /// The normal–tangential coupling, (1−2ν)/2G of the foundation minus that of the punch; it has
+    /// either sign.
     pub coupling: f64,
 }
 
 impl HalfSpace {
-    /// A foundation and what presses on it; a rigid punch (`None`) adds nothing.
+    /// Sums a foundation and the punch on it; a rigid punch (`None`) adds nothing.
     pub fn new(foundation: &Material, punch: Option<&Material>) -> Self {
-        let compliance = |m: &Material| {
-            let (g, nu) = (m.shear_modulus, m.poisson);
-            (m.compliance(), nu / g, (1.0 - 2.0 * nu) / (2.0 * g))
+        let alone = |material: &Material| {
+            let (g, nu) = (material.shear_modulus, material.poisson);
+            Self {
+                direct: material.compliance(),
+                cross: nu / g,
+                coupling: (1.0 - 2.0 * nu) / (2.0 * g),
+            }
         };
-        let (direct, cross, coupling) = compliance(foundation);
-        let (d, c, k) = punch.map_or((0.0, 0.0, 0.0), compliance);
-        Self { direct: direct + d, cross: cross + c, coupling: coupling - k }
+        let below = alone(foundation);
+        let above = punch.map_or(Self { direct: 0.0, cross: 0.0, coupling: 0.0 }, alone);
+        Self {
+            direct: below.direct + above.direct,
+            cross: below.cross + above.cross,
+            coupling: below.coupling - above.coupling,
+        }
     }
 
-    /// The same bodies in another unit of compliance.
-    pub fn scaled(&self, factor: f64) -> Self {
+    /// Returns the same bodies in another unit of compliance: all compliances times `factor`.
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
         Self {
             direct: self.direct * factor,
             cross: self.cross * factor,
@@ -38,11 +46,11 @@ impl HalfSpace {
         }
     }
 
-    /// Displacement per unit traction for these integrals of [`kernel`]'s six (Boussinesq and
-    /// Cerruti; K. L. Johnson, Contact Mechanics, 1985, chapter 3): with r² = x² + y², nn:
-    /// direct/2π · 1/r, xx: 1/2π · (direct/r + cross x²/r³), xy: cross/2π · xy/r³, nx: coupling/2π
-    /// · x/r².
-    pub fn coefficient(&self, geometry: &Coefficient) -> Coefficient {
+    /// Returns the displacement per unit traction for integrals of [`kernel`]'s six functions,
+    /// after Boussinesq and Cerruti (K. L. Johnson, Contact Mechanics, 1985, chapter 3). With r² =
+    /// x² + y² the kernels are nn: direct/2π · 1/r, xx: 1/2π · (direct/r + cross x²/r³), xy:
+    /// cross/2π · xy/r³, nx: coupling/2π · x/r².
+    pub(crate) fn coefficient(&self, geometry: &Coefficient) -> Coefficient {
         let [direct, cross, coupling] =
             [self.direct, self.cross, self.coupling].map(|c| c / std::f64::consts::TAU);
         Coefficient {
@@ -55,9 +63,9 @@ impl HalfSpace {
         }
     }
 
-    /// Displacement of an element of size hx × hy, `offset` (Δi, Δj) elements away from the loaded
-    /// one, receiver minus source, per unit traction; its unit is length × compliance. See
-    /// [`kernel::element`] for its accuracy.
+    /// Returns the displacement of an element of size hx × hy, `offset` (Δi, Δj) elements away from
+    /// the loaded one, receiver minus source, per unit traction; its unit is length × compliance.
+    /// Its accuracy is that of `kernel::element`.
     pub fn influence(
         &self,
         offset: [i64; 2],
@@ -68,9 +76,11 @@ impl HalfSpace {
         self.coefficient(&kernel::element(offset, hx, hy, projection))
     }
 
-    /// Displacement at the point (x, y) under unit traction on the rectangle |x| ≤ a, |y| ≤ b.
-    pub fn influence_at(&self, x: f64, y: f64, a: f64, b: f64) -> Coefficient {
-        self.coefficient(&kernel::point(x, y, a, b))
+    /// Returns the displacement at the point `receiver` (x, y) under unit traction on the rectangle
+    /// |x| ≤ a, |y| ≤ b with the `half_sides` (a, b); its unit is length × compliance.
+    #[cfg(test)]
+    pub(crate) fn influence_at(&self, receiver: [f64; 2], half_sides: [f64; 2]) -> Coefficient {
+        self.coefficient(&kernel::point(receiver, half_sides))
     }
 }
 
@@ -89,7 +99,7 @@ mod tests {
         for line in reference.lines().skip(1) {
             let v: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
             let [x, y, a, b, nu, axx, ayy, azz, axy, azx, azy] = v[..] else { panic!("{line}") };
-            let got = HalfSpace::new(&material(1.0, nu), None).influence_at(x, y, a, b);
+            let got = HalfSpace::new(&material(1.0, nu), None).influence_at([x, y], [a, b]);
             for (got, exact) in [
                 (got.xx, axx),
                 (got.yy, ayy),

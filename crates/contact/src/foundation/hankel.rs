@@ -2,13 +2,13 @@
 //! smoothly at every scale.
 //!
 //! With k = e^u, r = e^v and a(u) = k^q f(k) the transform is a convolution, r^{1−q} g = ∫ a(u)
-//! w(u+v) du with w(s) = e^{(1−q)s} J_n(e^s), so a Fourier series of a(u) turns into one of r^{1−q}
+//! w(u+v) du with w(s) = e^{(1−q)s} J_n(e^s). So a Fourier series of a(u) turns into one of r^{1−q}
 //! g(r), term by term times the Mellin transform of J_n, which is known (Gradshteyn & Ryzhik
 //! 6.561.14; the method: Talman, J. Comput. Phys. 29, 1978, and Hamilton's FFTLog):
 //!   ∫ x^{μ−1} J_n(x) dx = 2^{μ−1} Γ((n+μ)/2) / Γ(1+(n−μ)/2).
-//! a(u) is analytic in a strip about the real axis, so that its spectrum falls exponentially and
-//! equally spaced samples are as good as exact. The rounding error of g is of the order of max|a|
-//! r^{q−1}, whence the choice of the weight q.
+//! The function a(u) is analytic in a strip about the real axis, so its spectrum falls
+//! exponentially and equally spaced samples are as good as exact. The rounding error of g is of the
+//! order of max|a| r^{q−1}, which determines the choice of the weight q.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,32 +20,32 @@ use realfft::num_complex::Complex;
 pub(super) struct LogGrid {
     middle: f64,
     step: f64,
-    /// Number of wavenumbers, even.
+    /// The number of wavenumbers, even.
     len: usize,
-    /// Index j of the largest.
+    /// The index j of the largest wavenumber.
     last: i64,
 }
 
 impl LogGrid {
-    /// From below `smallest` to above `largest`; phases are counted from `middle`, where they
-    /// should be most accurate.
-    pub(super) fn new(smallest: f64, middle: f64, largest: f64, step: f64) -> Self {
+    /// Makes a grid that reaches from below `smallest` to above `largest`. Phases are counted from
+    /// `middle`, and are most accurate there.
+    pub(super) fn new([smallest, largest]: [f64; 2], middle: f64, step: f64) -> Self {
         let last = ((largest / middle).ln() / step).ceil() as i64;
         let first = ((smallest / middle).ln() / step).floor() as i64;
         Self { middle, step, len: ((last - first + 2) as usize).next_multiple_of(8), last }
     }
 
-    /// Those of the half the step.
+    /// Returns the grid of the same range with half the step.
     pub(super) fn refined(&self) -> Self {
         Self { step: 0.5 * self.step, len: 2 * self.len, last: 2 * self.last, ..*self }
     }
 
-    /// All wavenumbers, in the cyclic order that begins with the middle one and continues after the
-    /// largest with the smallest.
+    /// Returns all wavenumbers, in the cyclic order that begins with the middle one and continues
+    /// after the largest with the smallest.
     pub(super) fn wavenumbers(&self) -> impl Iterator<Item = f64> + Clone + use<> {
         let Self { middle, step, len, last } = *self;
-        (0..len as i64).map(move |at| {
-            middle * (step * (if at <= last { at } else { at - len as i64 }) as f64).exp()
+        (0..len as i64).map(move |index| {
+            middle * (step * (if index <= last { index } else { index - len as i64 }) as f64).exp()
         })
     }
 }
@@ -53,19 +53,23 @@ impl LogGrid {
 /// The transform of one function, as a Fourier series in ln r.
 #[derive(Clone, Debug)]
 pub(super) struct Transform {
+    /// The weight q.
     weight: f64,
+    /// The wavenumber from which phases are counted.
     middle: f64,
+    /// The lowest frequency of the series in ln r.
     frequency: f64,
+    /// The coefficients of the series, from frequency 0 up.
     terms: Vec<Complex<f64>>,
     /// The largest |k^q f(k)|: the error of r·g(r) is a small multiple of ε times this times r^q.
     pub(super) size: f64,
-    /// How large the highest frequencies are, relative to the largest.
+    /// The size of the highest frequencies relative to the largest one.
     pub(super) unresolved: f64,
 }
 
 impl Transform {
-    /// Of the samples f(k) at the grid's wavenumbers, with J of the given order, for −½ ≤ weight q
-    /// < 1.
+    /// Transforms the samples f(k) at the grid's wavenumbers with J of the given order, for a
+    /// weight −½ ≤ q < 1.
     pub(super) fn new(
         grid: &LogGrid,
         samples: impl Iterator<Item = f64>,
@@ -95,7 +99,7 @@ impl Transform {
         Self { weight, middle: grid.middle, frequency, terms: terms.collect(), size, unresolved }
     }
 
-    /// r·g(r).
+    /// Returns r·g(r).
     pub(super) fn times_r(&self, r: f64) -> f64 {
         let v = (self.middle * r).ln();
         let turn = Complex::cis(-self.frequency * v);
@@ -104,23 +108,23 @@ impl Transform {
         (self.middle * r).powf(self.weight) * sum.re
     }
 
-    /// The order of magnitude of the rounding error of [`times_r`](Self::times_r), over ε.
+    /// Returns the order of magnitude of the rounding error of [`times_r`](Self::times_r), over ε.
     pub(super) fn noise(&self, r: f64) -> f64 {
         self.size * (self.middle * r).powf(self.weight)
     }
 }
 
-/// ∫ x^{μ−1} J_n(x) dx over x > 0, continued analytically.
+/// Returns ∫ x^{μ−1} J_n(x) dx over x > 0, continued analytically.
 fn mellin_bessel(order: f64, mu: Complex<f64>) -> Complex<f64> {
     let rising = (mu + order) * 0.5;
     let falling = (-mu + order) * 0.5 + 1.0;
     (ln_gamma(rising) - ln_gamma(falling) + (mu - 1.0) * 2.0_f64.ln()).exp()
 }
 
-/// ln Γ(z) for Re z > 0, up to a multiple of 2πi: Stirling's series, after moving z to where it
-/// converges.
+/// Returns ln Γ(z) for Re z > 0, up to a multiple of 2πi, by Stirling's series after moving z to
+/// where it converges.
 fn ln_gamma(mut z: Complex<f64>) -> Complex<f64> {
-    /// B_{2j}/(2j(2j−1))
+    /// The coefficients B_{2j}/(2j(2j−1)).
     const STIRLING: [f64; 7] = [
         1.0 / 12.0,
         -1.0 / 360.0,
@@ -147,7 +151,7 @@ mod tests {
 
     #[test]
     fn gamma_of_a_complex_number() {
-        // Γ(½) = √π; Γ(1+i) from mpmath
+        // Γ(½) is √π; Γ(1+i) comes from mpmath.
         let close = |z: Complex<f64>, exact: Complex<f64>| {
             let got = ln_gamma(z).exp();
             assert!((got - exact).norm() <= 1e-14 * exact.norm(), "{z}: {got} {exact}");
@@ -158,7 +162,7 @@ mod tests {
             Complex::new(1.0, 1.0),
             Complex::new(0.498_015_668_118_356, -0.154_949_828_301_810_68),
         );
-        // Γ(½+iy)Γ(½−iy) = π/cosh πy
+        // The reflection formula is Γ(½+iy)Γ(½−iy) = π/cosh πy.
         for y in [0.3, 4.0, 30.0] {
             let product = (ln_gamma(Complex::new(0.5, y)) + ln_gamma(Complex::new(0.5, -y))).exp();
             let exact = PI / (PI * y).cosh();
@@ -168,9 +172,9 @@ mod tests {
 
     #[test]
     fn transform_of_an_exponential_is_known_in_closed_form() {
-        let grid = LogGrid::new(1e-36, 1.0, 60.0, 0.08);
+        let grid = LogGrid::new([1e-36, 60.0], 1.0, 0.08);
         for weight in [0.5, -0.5] {
-            // f vanishes with k where the weight is negative
+            // The function f must vanish with k if the weight is negative.
             let f = |k: f64| if weight < 0.0 { k * (-k).exp() } else { (-k).exp() };
             for order in [0.0, 1.0, 2.0] {
                 let transform = Transform::new(&grid, grid.wavenumbers().map(f), order, weight);
@@ -179,7 +183,8 @@ mod tests {
                     let r = 10_f64.powf(0.1 * f64::from(exponent));
                     let s = r.hypot(1.0);
                     let tail = r / (s + 1.0); // (s−1)/r
-                    // ∫ e^{−kl} J_n(kr) dk at l = 1, and minus its derivative to l
+                    // The integral is ∫ e^{−kl} J_n(kr) dk at l = 1, or minus its derivative with
+                    // respect to l.
                     let exact = match (weight < 0.0, order as usize) {
                         (false, n) => tail.powi(n as i32) / s,
                         (true, n) => tail.powi(n as i32) * (1.0 + n as f64 * s) / (s * s * s),

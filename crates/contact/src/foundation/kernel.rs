@@ -1,6 +1,6 @@
-//! Integrals of surface kernels over loaded rectangles, (x, y) being receiver minus source: of any
-//! kernels with the symmetries of a [`Coefficient`], and of the half-space's six, which know
-//! geometry only ([`HalfSpace`](super::half_space::HalfSpace) adds the material):
+//! Integrals of surface kernels over loaded rectangles, (x, y) being receiver minus source. The
+//! kernels are any with the symmetries of a [`Coefficient`], in particular the half-space's six,
+//! which know geometry only ([`HalfSpace`](super::half_space::HalfSpace) adds the material):
 //!   nn: 1/r, xx: x²/r³, yy: y²/r³, xy: xy/r³, nx: x/r², ny: y/r².
 //!
 //! Everything is reduced to the quadrant x, y ≥ 0, where these are ≥ 0, so that nothing but the
@@ -11,37 +11,37 @@
 //!   Gauss rule;
 //! - the panel that touches the origin in closed form (`corner`).
 //!
-//! Second differences of antiderivatives, the textbook way, lose about d⁴ of 16 digits at d
+//! Second differences of antiderivatives, the textbook method, lose about d⁴ of 16 digits at d
 //! elements' distance, and as many again as the element's sides differ.
 
 use super::coefficient::Coefficient;
 use crate::common::gauss;
 use crate::model::Projection;
 
-/// Six functions of (x, y) with the symmetries of a [`Coefficient`], that behave like 1/r at the
+/// Six functions of (x, y) with the symmetries of a [`Coefficient`] that behave like 1/r at the
 /// origin.
 pub(super) trait Kernel: Copy {
-    /// Square of the distance of the nearest singularity in the complex plane of x or y, relative
-    /// to that of the origin.
+    /// The square of the distance of the nearest singularity in the complex plane of x or y,
+    /// relative to that of the origin.
     const CLEARANCE: f64;
 
-    /// As functions of coordinates that are counted in `unit`, times it.
+    /// Returns the functions of coordinates that are counted in `unit`, times `unit`.
     fn in_units_of(self, unit: f64) -> Self;
 
-    /// At (x, y) ≠ 0.
+    /// Returns the six values at (x, y) ≠ 0.
     fn at(&self, x: f64, y: f64) -> Coefficient;
 
-    /// Integrals over the product of two panels that both begin at the origin; `None` if it must be
-    /// cut up first.
+    /// Returns the integrals over the product of two panels that both begin at the origin; `None`
+    /// if it must be cut up first.
     fn corner(&self, px: Panel, py: Panel) -> Option<Coefficient>;
 }
 
-/// The half-space's six.
+/// The half-space's six kernels.
 #[derive(Clone, Copy, Debug)]
 struct Geometric;
 
 impl Kernel for Geometric {
-    /// They are singular where r = 0, x = ± i y.
+    /// The kernels are singular where r = 0, that is x = ± i y.
     const CLEARANCE: f64 = 1.0;
 
     fn in_units_of(self, _unit: f64) -> Self {
@@ -68,19 +68,19 @@ impl Kernel for Geometric {
     }
 }
 
-/// Integrals of the half-space's kernels for the receiver `offset` (Δi, Δj) elements of size hx ×
-/// hy away from the source, receiver minus source: the mean over the receiving element, or the
-/// value at its centre.
+/// Returns the integrals of the half-space's kernels for the receiver `offset` (Δi, Δj) elements of
+/// size hx × hy away from the source, receiver minus source: the mean over the receiving element,
+/// or the value at its centre. Their unit is length.
 ///
 /// Each is good to 1e-12 of itself (∫ x²/r³ and ∫ y²/r³, which only ever stand beside ∫ 1/r, to
 /// 1e-12 of that) up to 4096 elements away in either direction for 1e-3 ≤ hx/hy ≤ 1e3; measured:
-/// 1e-13. Exactly zero where symmetry says so, and exactly (anti)symmetric in Δi, in Δj, and under
-/// an exchange of x and y.
-pub fn element(offset: [i64; 2], hx: f64, hy: f64, projection: Projection) -> Coefficient {
+/// 1e-13. They are exactly zero where symmetry says so, and exactly (anti)symmetric in Δi, in Δj,
+/// and under an exchange of x and y.
+pub(crate) fn element(offset: [i64; 2], hx: f64, hy: f64, projection: Projection) -> Coefficient {
     element_of(Geometric, offset, hx, hy, projection)
 }
 
-/// The same for any kernel.
+/// Returns the integrals that [`element`] describes, for any kernel.
 pub(super) fn element_of<K: Kernel>(
     kernel: K,
     offset: [i64; 2],
@@ -92,29 +92,30 @@ pub(super) fn element_of<K: Kernel>(
     let (i, j) = (di.unsigned_abs(), dj.unsigned_abs());
     let quadrant = if hx == hy && i == j {
         let diagonal =
-            ordered_element(kernel.in_units_of(hx), i as f64, j as f64, 1.0, projection).scaled(hx);
-        // Equal but for the order of summation.
+            ordered_element(kernel.in_units_of(hx), [i as f64, j as f64], 1.0, projection)
+                .scaled(hx);
+        // Both are equal except for the order of summation.
         let (squares, linear) =
             (0.5 * (diagonal.xx + diagonal.yy), 0.5 * (diagonal.nx + diagonal.ny));
         Coefficient { xx: squares, yy: squares, nx: linear, ny: linear, ..diagonal }
     } else if (hx, i) >= (hy, j) {
-        ordered_element(kernel.in_units_of(hx), i as f64, j as f64, hy / hx, projection).scaled(hx)
+        ordered_element(kernel.in_units_of(hx), [i as f64, j as f64], hy / hx, projection)
+            .scaled(hx)
     } else {
-        ordered_element(kernel.in_units_of(hy), j as f64, i as f64, hx / hy, projection)
+        ordered_element(kernel.in_units_of(hy), [j as f64, i as f64], hx / hy, projection)
             .scaled(hy)
             .transposed()
     };
     let mut signed = Coefficient::default();
-    signed.add_mirrored(&quadrant, 1.0, di.signum() as f64, dj.signum() as f64);
+    signed.add_mirrored(&quadrant, 1.0, [di.signum() as f64, dj.signum() as f64]);
     signed
 }
 
-/// The same for offsets ≥ 0 and elements of size 1 × hy, hy ≤ 1. Kernels that are odd in a zero
-/// offset are not defined.
+/// Returns the integrals for offsets (i, j) ≥ 0 and elements of size 1 × hy, hy ≤ 1. Kernels that
+/// are odd in a zero offset are not defined.
 fn ordered_element<K: Kernel>(
     kernel: K,
-    i: f64,
-    j: f64,
+    [i, j]: [f64; 2],
     hy: f64,
     projection: Projection,
 ) -> Coefficient {
@@ -143,15 +144,17 @@ fn ordered_element<K: Kernel>(
     sum
 }
 
-/// Integrals for the receiver at (x, y) and a source rectangle with half-sides a, b > 0 centred at
-/// the origin: displacement at a point, without averaging. The receiver may lie anywhere.
-pub fn point(x: f64, y: f64, a: f64, b: f64) -> Coefficient {
+/// Returns the integrals for the receiver at (x, y) and a source rectangle with half-sides a, b > 0
+/// centred at the origin: displacement at a point, without averaging. The receiver may lie
+/// anywhere. The unit of the integrals is length.
+#[cfg(test)]
+pub(crate) fn point([x, y]: [f64; 2], [a, b]: [f64; 2]) -> Coefficient {
     let unit = a.max(b);
     let (x, y, a, b) = (x / unit, y / unit, a / unit, b / unit);
     let mut sum = Coefficient::default();
     for (py, sy) in folded(y, b).into_iter().flatten() {
         for (px, sx) in folded(x, a).into_iter().flatten() {
-            sum.add_mirrored(&panel(Geometric, px, py), 1.0, sx, sy);
+            sum.add_mirrored(&panel(Geometric, px, py), 1.0, [sx, sy]);
         }
     }
     sum.scaled(unit)
@@ -160,25 +163,28 @@ pub fn point(x: f64, y: f64, a: f64, b: f64) -> Coefficient {
 /// An interval of the positive half-axis with a linear density on it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Panel {
-    /// Middle, ≥ `half`; equal to it exactly when the panel begins at the origin.
+    /// The middle, ≥ `half`; equal to it exactly when the panel begins at the origin.
     middle: f64,
     /// Half the width.
     half: f64,
-    /// Density in the middle.
+    /// The density in the middle.
     density: f64,
-    /// Density at the far end minus density in the middle.
+    /// The density at the far end minus the density in the middle.
     slope: f64,
 }
 
 impl Panel {
+    /// Returns half the width.
     pub(super) fn half(&self) -> f64 {
         self.half
     }
 
+    /// Returns whether the panel begins at the origin.
     fn touches_origin(&self) -> bool {
         self.middle <= self.half
     }
 
+    /// Cuts the panel in the middle.
     fn halves(&self) -> [Self; 2] {
         let (half, slope) = (0.5 * self.half, 0.5 * self.slope);
         [-1.0, 1.0].map(|side| Self {
@@ -190,37 +196,38 @@ impl Panel {
     }
 }
 
-/// The density that a projection puts on receiver minus source, `offset` ≥ 0 elements of width h
-/// away, folded to x ≥ 0.
+/// Returns the density that a projection puts on receiver minus source, `offset` ≥ 0 elements of
+/// width h away, folded to x ≥ 0.
 fn panels(offset: f64, h: f64, projection: Projection) -> impl Iterator<Item = Panel> + Clone {
-    let at = |middle: f64, half: f64, density: f64, slope: f64| {
+    let piece = |middle: f64, half: f64, density: f64, slope: f64| {
         Some(Panel { middle: middle * h, half: half * h, density, slope })
     };
     let pair = match (projection, offset > 0.0) {
-        (Projection::Average, false) => [at(0.5, 0.5, 1.0, -1.0), None],
+        (Projection::Average, false) => [piece(0.5, 0.5, 1.0, -1.0), None],
         (Projection::Average, true) => {
-            [at(offset - 0.5, 0.5, 0.5, 0.5), at(offset + 0.5, 0.5, 0.5, -0.5)]
+            [piece(offset - 0.5, 0.5, 0.5, 0.5), piece(offset + 0.5, 0.5, 0.5, -0.5)]
         }
-        (Projection::Midpoint, false) => [at(0.25, 0.25, 2.0, 0.0), None],
-        (Projection::Midpoint, true) => [at(offset, 0.5, 1.0, 0.0), None],
+        (Projection::Midpoint, false) => [piece(0.25, 0.25, 2.0, 0.0), None],
+        (Projection::Midpoint, true) => [piece(offset, 0.5, 1.0, 0.0), None],
     };
     pair.into_iter().flatten()
 }
 
-/// The interval x − a … x + a, cut at the origin and folded to the positive half-axis; with each
-/// part its sign.
+/// Cuts the interval x − a … x + a at the origin and folds it to the positive half-axis; each piece
+/// comes with its sign.
+#[cfg(test)]
 fn folded(x: f64, a: f64) -> [Option<(Panel, f64)>; 2] {
-    let part = |middle: f64, half: f64, sign: f64| {
+    let piece = |middle: f64, half: f64, sign: f64| {
         Some((Panel { middle, half, density: 1.0, slope: 0.0 }, sign))
     };
     if x.abs() >= a {
-        return [part(x.abs(), a, x.signum()), None];
+        return [piece(x.abs(), a, x.signum()), None];
     }
     let (below, above) = (0.5 * (a - x), 0.5 * (a + x));
-    [part(below, below, -1.0), part(above, above, 1.0)]
+    [piece(below, below, -1.0), piece(above, above, 1.0)]
 }
 
-/// Integrals over the product of two panels.
+/// Integrates over the product of two panels.
 fn panel<K: Kernel>(kernel: K, px: Panel, py: Panel) -> Coefficient {
     if px.touches_origin() && py.touches_origin() {
         return kernel.corner(px, py).unwrap_or_else(|| {
@@ -245,14 +252,14 @@ fn panel<K: Kernel>(kernel: K, px: Panel, py: Panel) -> Coefficient {
         (Some(nx), Some(ny)) => {
             sum = panel_by_gauss(&px, &py, [nx, ny], |x, y| kernel.at(x, y));
         }
-        // One direction at a time: the other may already be smooth.
+        // One direction is halved at a time, because the other may already be smooth.
         (None, _) => px.halves().iter().for_each(|&p| sum.add(&panel(kernel, p, py), 1.0)),
         (_, None) => py.halves().iter().for_each(|&p| sum.add(&panel(kernel, px, p), 1.0)),
     }
     sum
 }
 
-/// Integrals over the product of two panels by Gauss rules of so many points.
+/// Integrates over the product of two panels by Gauss rules of `points` points along x and y.
 pub(super) fn panel_by_gauss(
     px: &Panel,
     py: &Panel,
@@ -270,11 +277,12 @@ pub(super) fn panel_by_gauss(
     sum.scaled(4.0 * px.half * py.half)
 }
 
-/// Integrals of the half-space's kernels over the product of two panels that both begin at the
+/// Integrates the half-space's kernels over the product of two panels that both begin at the
 /// origin.
 pub(super) fn weighted_corner(px: Panel, py: Panel) -> Coefficient {
     let [one, x, y, xy] = corner(2.0 * px.half, 2.0 * py.half);
-    // density = at the origin + per unit of length · distance from it
+    // The density is its value at the origin plus the slope per unit of length times the distance
+    // from it.
     let (x0, x1) = (px.density - px.slope, px.slope / px.half);
     let (y0, y1) = (py.density - py.slope, py.slope / py.half);
     let mut sum = Coefficient::default();
@@ -284,7 +292,7 @@ pub(super) fn weighted_corner(px: Panel, py: Panel) -> Coefficient {
     sum
 }
 
-/// Integrals of the kernels times 1, x, y, xy over 0 … X, 0 … Y, in closed form.
+/// Returns the integrals of the kernels times 1, x, y, xy over 0 … X, 0 … Y, in closed form.
 ///
 /// A function f that is homogeneous of degree m satisfies div(f·(x, y)) = (m + 2) f, so its
 /// integral over the rectangle is [X ∫ f(X, y) dy + Y ∫ f(x, Y) dx]/(m + 2): the singular corner
@@ -292,13 +300,13 @@ pub(super) fn weighted_corner(px: Panel, py: Panel) -> Coefficient {
 fn corner(xe: f64, ye: f64) -> [Coefficient; 4] {
     let r = xe.hypot(ye);
     let (tx, ty) = (xe / ye, ye / xe);
-    // r − X and r − Y without cancellation
+    // These are r − X and r − Y without cancellation.
     let (r_x, r_y) = (ye * ye / (r + xe), xe * xe / (r + ye));
     let (along_x, along_y) = (ye * tx.asinh(), xe * ty.asinh()); // ∫ x²/r³, ∫ y²/r³
     let (log_x, log_y) = ((tx * tx).ln_1p(), (ty * ty).ln_1p());
     let (x2, y2) = (xe * xe, ye * ye);
     let (x3, y3) = (x2 * xe, y2 * ye);
-    // ∫ x²y/r³ and ∫ xy²/r³
+    // These are ∫ x²y/r³ and ∫ xy²/r³.
     let xxy = 0.5 * (x2 * r_x / r + y2 * asinh_defect(tx));
     let xyy = 0.5 * (y2 * r_y / r + x2 * asinh_defect(ty));
     let x_by_r2 = 0.5 * (x2 * ty.atan() + y2 * atan_defect(tx)); // ∫ x²/r²
@@ -340,10 +348,11 @@ fn corner(xe: f64, ye: f64) -> [Coefficient; 4] {
     ]
 }
 
-/// Below this a defect is summed as a series; above, the difference costs at most two digits.
+/// The argument below which a defect is summed as a series; above, the difference costs at most two
+/// digits.
 const SERIES: f64 = 0.3;
 
-/// ∫₀ᵗ s²/(1+s²)^{3/2} ds = asinh t − t/√(1+t²), t ≥ 0.
+/// Returns ∫₀ᵗ s²/(1+s²)^{3/2} ds = asinh t − t/√(1+t²), t ≥ 0.
 fn asinh_defect(t: f64) -> f64 {
     if t > SERIES {
         return t.asinh() - t / t.hypot(1.0);
@@ -358,7 +367,7 @@ fn asinh_defect(t: f64) -> f64 {
     sum * t * t * t
 }
 
-/// ∫₀ᵗ s²/(1+s²) ds = t − atan t, t ≥ 0.
+/// Returns ∫₀ᵗ s²/(1+s²) ds = t − atan t, t ≥ 0.
 fn atan_defect(t: f64) -> f64 {
     if t > SERIES {
         return t - t.atan();
@@ -376,8 +385,9 @@ fn atan_defect(t: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Largest error of each kernel over rows of projection,hx,hy,di,dj,inv_r,xx,yy,xy,x,y,
-    /// relative to itself but for x²/r³ and y²/r³: relative to 1/r.
+    /// Returns the largest error of each kernel over rows of
+    /// projection,hx,hy,di,dj,inv_r,xx,yy,xy,x,y, relative to itself except for x²/r³ and y²/r³,
+    /// whose errors are relative to 1/r.
     fn worst(reference: &str) -> [(f64, String); 6] {
         let mut worst: [(f64, String); 6] = Default::default();
         for line in reference.lines().skip(1) {
@@ -423,18 +433,20 @@ mod tests {
                 for &(v, wy) in &gauss::uniform()[gauss::MAX_POINTS] {
                     for &(u, wx) in &gauss::uniform()[gauss::MAX_POINTS] {
                         let (x, y) = ((i as f64 + 0.5 * u) * hx, (j as f64 + 0.5 * v) * hy);
-                        mean.add_mirrored(&point(x, y, 0.5 * hx, 0.5 * hy), wx * wy, 1.0, 1.0);
+                        mean.add_mirrored(&point([x, y], [0.5 * hx, 0.5 * hy]), wx * wy, [1.0; 2]);
                     }
                 }
-                let off = |a: f64, b: f64| (a - b).abs() / average.nn;
-                assert!(off(average.nn, mean.nn) < 1e-12, "{i} {j}");
+                let difference = |a: f64, b: f64| (a - b).abs() / average.nn;
+                assert!(difference(average.nn, mean.nn) < 1e-12, "{i} {j}");
                 assert!(
-                    off(average.xx, mean.xx) < 1e-12 && off(average.yy, mean.yy) < 1e-12,
+                    difference(average.xx, mean.xx) < 1e-12
+                        && difference(average.yy, mean.yy) < 1e-12,
                     "{i} {j}"
                 );
-                assert!(off(average.xy, mean.xy) < 1e-12, "{i} {j}");
+                assert!(difference(average.xy, mean.xy) < 1e-12, "{i} {j}");
                 assert!(
-                    off(average.nx, mean.nx) < 1e-12 && off(average.ny, mean.ny) < 1e-12,
+                    difference(average.nx, mean.nx) < 1e-12
+                        && difference(average.ny, mean.ny) < 1e-12,
                     "{i} {j}"
                 );
             }
@@ -461,7 +473,7 @@ mod tests {
     fn a_midpoint_coefficient_is_the_displacement_at_a_point() {
         for (i, j) in [(0, 0), (1, 0), (3, 2), (-60, 4)] {
             let coefficient = element([i, j], 0.5, 2.0, Projection::Midpoint);
-            let at_point = point(i as f64 * 0.5, j as f64 * 2.0, 0.25, 1.0);
+            let at_point = point([i as f64 * 0.5, j as f64 * 2.0], [0.25, 1.0]);
             assert!((coefficient.nn / at_point.nn - 1.0).abs() < 1e-14);
             assert!((coefficient.xy - at_point.xy).abs() <= 1e-14 * coefficient.nn);
             assert!((coefficient.nx - at_point.nx).abs() <= 1e-14 * coefficient.nn);

@@ -14,30 +14,31 @@
 
 use crate::model::{Base, Layer, Material};
 
-/// Surface compliance at one wavenumber: displacement per unit traction, in the unit of
+/// The surface compliance at one wavenumber: displacement per unit traction, in the unit of
 /// length/modulus.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Compliance {
-    /// Normal displacement under pressure.
+pub(crate) struct Compliance {
+    /// The normal displacement under pressure.
     pub nn: f64,
-    /// Displacement along the wave vector under traction along it.
+    /// The displacement along the wave vector under traction along it.
     pub ll: f64,
-    /// Normal displacement under traction along the wave vector, a quarter of a wave apart; also
-    /// the reverse.
+    /// The normal displacement under traction along the wave vector, a quarter of a wave apart;
+    /// also the reverse.
     pub ln: f64,
-    /// Displacement across the wave vector under traction across it.
+    /// The displacement across the wave vector under traction across it.
     pub tt: f64,
 }
 
 impl Compliance {
-    /// Of a half-space, times the wavenumber: the same at all.
+    /// Returns the compliance of a half-space times the wavenumber, which is the same at all
+    /// wavenumbers.
     pub(crate) fn half_space(material: &Material) -> Self {
         let (g, nu) = (material.shear_modulus, material.poisson);
         let direct = (1.0 - nu) / g;
         Self { nn: direct, ll: direct, ln: (nu - 0.5) / g, tt: 1.0 / g }
     }
 
-    /// Each entry of both.
+    /// Combines each entry with that of `other`.
     pub(crate) fn zip(&self, other: &Self, f: impl Fn(f64, f64) -> f64) -> Self {
         Self {
             nn: f(self.nn, other.nn),
@@ -47,6 +48,7 @@ impl Compliance {
         }
     }
 
+    /// Maps each entry.
     pub(crate) fn map(&self, f: impl Fn(f64) -> f64) -> Self {
         self.zip(self, |c, _| f(c))
     }
@@ -55,7 +57,7 @@ impl Compliance {
 /// Layers of at least two different materials, or at least one on a rigid base.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layered {
-    /// From the surface down; neighbours differ, and the last differs from the base.
+    /// The layers from the surface down; neighbours differ, and the last differs from the base.
     layers: Vec<Layer>,
     base: Base,
 }
@@ -63,16 +65,17 @@ pub struct Layered {
 /// Compliances times the wavenumber, so that they stay between those of the materials.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Response {
-    /// At the surface.
+    /// The compliance at the surface.
     pub(crate) surface: Compliance,
-    /// At the surface, minus that of the base: its rounding error, too, vanishes with k.
+    /// The compliance at the surface minus that of the base; its rounding error, too, vanishes with
+    /// k.
     pub(crate) above_base: Compliance,
 }
 
 impl Layered {
-    /// These layers, from the surface down, on `base`. `None` if they are one homogeneous
+    /// Puts these layers, from the surface down, on `base`; `None` if they are one homogeneous
     /// half-space.
-    pub fn new(layers: &[Layer], base: &Base) -> Option<Self> {
+    pub(crate) fn new(layers: &[Layer], base: &Base) -> Option<Self> {
         let mut distinct: Vec<Layer> = Vec::with_capacity(layers.len());
         for layer in layers {
             match distinct.last_mut() {
@@ -88,18 +91,18 @@ impl Layered {
         (!distinct.is_empty()).then_some(Self { layers: distinct, base: *base })
     }
 
-    /// From the surface down, neighbours of the same material made one.
+    /// Returns the layers from the surface down; neighbours of the same material are one layer.
     pub fn layers(&self) -> &[Layer] {
         &self.layers
     }
 
-    /// What the layers rest on.
-    pub fn base(&self) -> Base {
+    /// Returns the base on which the layers rest.
+    pub(crate) fn base(&self) -> Base {
         self.base
     }
 
-    /// The same layers in another unit of compliance.
-    pub fn scaled(&self, factor: f64) -> Self {
+    /// Returns the same layers in another unit of compliance: all compliances times `factor`.
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
         let softer = |shear_modulus: f64| shear_modulus / factor;
         let layers = self
             .layers
@@ -115,13 +118,14 @@ impl Layered {
         Self { layers, base }
     }
 
-    /// Compliance at the wavenumber `k` > 0 (1/length, the length of the layers' thicknesses). Each
-    /// entry is good to 3e-15 of itself, the coupling to 3e-15 of √(C_NN C_LL).
-    pub fn compliance(&self, k: f64) -> Compliance {
+    /// Returns the compliance at the wavenumber `k` > 0 (1/length, in the unit of length of the
+    /// layers' thicknesses). Each entry is good to 3e-15 of itself, the coupling to 3e-15 of √(C_NN
+    /// C_LL).
+    pub(crate) fn compliance(&self, k: f64) -> Compliance {
         self.response(k).surface.map(|c| c / k)
     }
 
-    /// Of the base alone, times the wavenumber.
+    /// Returns the compliance of the base alone, times the wavenumber.
     pub(crate) fn base_times_k(&self) -> Compliance {
         match &self.base {
             Base::Rigid => Compliance::default(),
@@ -129,24 +133,25 @@ impl Layered {
         }
     }
 
+    /// Returns the compliances times the wavenumber `k` > 0.
     pub(crate) fn response(&self, k: f64) -> Response {
         let base = self.base_times_k();
-        // det C on its own: the difference of products would cancel where both columns are nearly
-        // parallel
+        // The determinant is carried along on its own, because the difference of products would
+        // cancel where both columns are nearly parallel.
         let det = match &self.base {
             Base::Rigid => 0.0,
             Base::Elastic(m) => (0.75 - m.poisson) / (m.shear_modulus * m.shear_modulus),
         };
-        let mut below = (base, det);
+        let mut below = Face { compliance: base, determinant: det };
         let mut above_base = Compliance::default();
         for layer in self.layers.iter().rev() {
-            let (top, gain) = upper_face(layer, k * layer.thickness, below);
-            below = top;
-            above_base = above_base.zip(&gain, |sum, gain| sum + gain);
+            let upper = upper_face(layer, k * layer.thickness, below);
+            below = upper.face;
+            above_base = above_base.zip(&upper.gain, |sum, gain| sum + gain);
         }
-        // Far from the base's compliance the plain difference is the better one: the gains of the
-        // layers may cancel.
-        let surface = below.0;
+        // Far from the base's compliance the plain difference is the better one, because the gains
+        // of the layers may cancel.
+        let surface = below.compliance;
         let far = surface.zip(&base, |top, base| {
             if (top - base).abs() > 0.5 * base.abs() { top - base } else { f64::NAN }
         });
@@ -155,19 +160,31 @@ impl Layered {
     }
 }
 
-/// Compliance times k of a layer's upper face, with its determinant, and by how much it exceeds
-/// that of the lower face.
-fn upper_face(
-    layer: &Layer,
-    x: f64,
-    (below, det): (Compliance, f64),
-) -> ((Compliance, f64), Compliance) {
+/// The upper or lower face of a layer.
+#[derive(Clone, Copy)]
+struct Face {
+    /// The compliance times k of all that lies below.
+    compliance: Compliance,
+    /// The determinant of the compliance times k.
+    determinant: f64,
+}
+
+/// The upper face of a layer.
+struct UpperFace {
+    /// The face.
+    face: Face,
+    /// The compliance times k in excess of that of the lower face.
+    gain: Compliance,
+}
+
+/// Returns the upper face of a layer with x = kh on the lower face `below`.
+fn upper_face(layer: &Layer, x: f64, below: Face) -> UpperFace {
     let (g, nu) = (layer.shear_modulus, layer.poisson);
-    let c = below.map(|c| c * g);
-    let det = det * g * g;
+    let c = below.compliance.map(|c| c * g);
+    let det = below.determinant * g * g;
     let f = Hyperbolic::new(x);
-    // m = 1−ν, w = 1−2ν, κ = 3−4ν; products with 1 ∓ … written so that ν = 0 and ν = ½ do not
-    // cancel
+    // Here m = 1−ν, w = 1−2ν, κ = 3−4ν; products with 1 ∓ … are written so that ν = 0 and ν = ½ do
+    // not cancel.
     let (m, w, kappa) = (1.0 - nu, 1.0 - 2.0 * nu, 3.0 - 4.0 * nu);
     let w_less = f.sinh_cosh_less_x - 2.0 * nu * f.sinh_cosh; // w sinh cosh − x
     let w_more = w * f.sinh_cosh + f.x;
@@ -204,7 +221,10 @@ fn upper_face(
         ..c.zip(&more, |c, more| (more - c * divisor_less) / divisor)
     };
     let top_det = (identity * det + det_more) / divisor;
-    ((top.map(|c| c / g), top_det / (g * g)), gain.map(|c| c / g))
+    UpperFace {
+        face: Face { compliance: top.map(|c| c / g), determinant: top_det / (g * g) },
+        gain: gain.map(|c| c / g),
+    }
 }
 
 /// Functions of x = kh, all times e^{−2x}.
@@ -214,13 +234,14 @@ struct Hyperbolic {
     x2: f64,
     sinh_cosh: f64,
     sinh2: f64,
-    /// sinh x cosh x − x
+    /// The difference sinh x cosh x − x.
     sinh_cosh_less_x: f64,
-    /// sinh² x − x²
+    /// The difference sinh² x − x².
     sinh2_less_x2: f64,
 }
 
 impl Hyperbolic {
+    /// Returns the functions of x ≥ 0.
     fn new(x: f64) -> Self {
         // Farther down nothing is felt; the bound keeps an infinite x from making 0 · ∞.
         let x = x.min(1e3);
@@ -228,13 +249,13 @@ impl Hyperbolic {
         let sinh_cosh = -0.25 * (-4.0 * x).exp_m1();
         let sinh2 = 0.25 * (-2.0 * x).exp_m1().powi(2);
         let (sinh_cosh_less_x, sinh2_less_x2) = if x < 1.0 {
-            // (sinh 2x − 2x)/2 and (cosh 2x − 1 − 2x²)/2
+            // The series sum (sinh 2x − 2x)/2 and (cosh 2x − 1 − 2x²)/2.
             let t = 4.0 * x * x;
-            let tail = |from: f64| {
+            let tail = |first: f64| {
                 let (mut term, mut sum) = (1.0, 0.0);
                 for n in 0..14 {
                     sum += term;
-                    let n = from + 2.0 * f64::from(n);
+                    let n = first + 2.0 * f64::from(n);
                     term *= t / ((n + 1.0) * (n + 2.0));
                 }
                 sum
@@ -251,7 +272,7 @@ impl Hyperbolic {
 pub(super) mod tests {
     use super::*;
 
-    /// Layers "G;ν;h G;ν;h …" and base "G;ν" or "rigid" of a reference table.
+    /// Reads the layers "G;ν;h G;ν;h …" and the base "G;ν" or "rigid" of a reference table.
     pub(crate) fn stack(layers: &str, base: &str) -> (Vec<Layer>, Base) {
         let numbers = |text: &str| -> Vec<f64> {
             text.split(';').map(|cell| cell.parse().unwrap()).collect()
@@ -274,7 +295,8 @@ pub(super) mod tests {
         let mut rows = 0;
         for line in reference.lines().skip(1) {
             let cells: Vec<&str> = line.split(',').collect();
-            let [k, ll, ln, nn, tt] = [3, 4, 5, 6, 7].map(|at| cells[at].parse::<f64>().unwrap());
+            let [k, ll, ln, nn, tt] =
+                [3, 4, 5, 6, 7].map(|column| cells[column].parse::<f64>().unwrap());
             let (layers, base) = stack(cells[1], cells[2]);
             let got = match Layered::new(&layers, &base) {
                 Some(layered) => layered.compliance(k),
@@ -303,8 +325,8 @@ pub(super) mod tests {
 
     #[test]
     fn compliance_meets_the_reference() {
-        // 7e-13 is what ν = 0.49999 loses by being read as a double; the random rows are for the
-        // doubles themselves.
+        // The rounding of ν = 0.49999 to a double costs 7e-13; the random rows are for the doubles
+        // themselves.
         assert_eq!(meets(include_str!("../../tests/reference/layer_compliance.csv"), 1e-12), 112);
         assert_eq!(
             meets(include_str!("../../tests/reference/layer_compliance_random.csv"), 3e-15),
@@ -318,38 +340,39 @@ pub(super) mod tests {
             Material { shear_modulus: 7.0, poisson: 0.2 },
             Material { shear_modulus: 0.3, poisson: 0.5 },
         );
-        let of = |m: Material, thickness| Layer {
+        let layer = |m: Material, thickness| Layer {
             shear_modulus: m.shear_modulus,
             poisson: m.poisson,
             thickness,
         };
-        assert_eq!(Layered::new(&[of(hard, 0.5), of(hard, 2.0)], &Base::Elastic(hard)), None);
+        assert_eq!(Layered::new(&[layer(hard, 0.5), layer(hard, 2.0)], &Base::Elastic(hard)), None);
         assert_eq!(Layered::new(&[], &Base::Rigid), None);
-        let whole = Layered::new(&[of(hard, 0.5), of(soft, 2.0)], &Base::Elastic(hard)).unwrap();
+        let whole =
+            Layered::new(&[layer(hard, 0.5), layer(soft, 2.0)], &Base::Elastic(hard)).unwrap();
         let cut = Layered::new(
-            &[of(hard, 0.25), of(hard, 0.25), of(soft, 2.0), of(hard, 3.0)],
+            &[layer(hard, 0.25), layer(hard, 0.25), layer(soft, 2.0), layer(hard, 3.0)],
             &Base::Elastic(hard),
         )
         .unwrap();
         assert_eq!(whole, cut);
-        // and without the shortcut, the arithmetic says the same
-        let uncut = Layered { layers: vec![of(hard, 0.5); 5], base: Base::Elastic(hard) };
-        let thick = Layered::new(&[of(hard, 2.5)], &Base::Rigid).unwrap();
-        let sliced = Layered { layers: vec![of(hard, 0.5); 5], base: Base::Rigid };
+        // The arithmetic without the shortcut says the same.
+        let uncut = Layered { layers: vec![layer(hard, 0.5); 5], base: Base::Elastic(hard) };
+        let thick = Layered::new(&[layer(hard, 2.5)], &Base::Rigid).unwrap();
+        let sliced = Layered { layers: vec![layer(hard, 0.5); 5], base: Base::Rigid };
         for k in [1e-9, 1e-3, 0.1, 1.0, 3.0, 1e3, 1e300] {
             let half_space = Compliance::half_space(&hard).map(|c| c / k);
             for (got, exact) in
                 [(uncut.compliance(k), half_space), (sliced.compliance(k), thick.compliance(k))]
             {
-                let off = got.zip(&exact, |a, b| (a - b).abs());
+                let difference = got.zip(&exact, |a, b| (a - b).abs());
                 assert!(
-                    off.nn <= 4e-15 * exact.nn
-                        && off.ll <= 4e-15 * exact.ll
-                        && off.tt <= 4e-15 * exact.tt,
+                    difference.nn <= 4e-15 * exact.nn
+                        && difference.ll <= 4e-15 * exact.ll
+                        && difference.tt <= 4e-15 * exact.tt,
                     "{k} {got:?} {exact:?}"
                 );
                 assert!(
-                    off.ln <= 4e-15 * exact.nn.sqrt() * exact.ll.sqrt(),
+                    difference.ln <= 4e-15 * exact.nn.sqrt() * exact.ll.sqrt(),
                     "{k} {got:?} {exact:?}"
                 );
             }
@@ -362,23 +385,29 @@ pub(super) mod tests {
         let layered = Layered::new(&layers, &base).unwrap();
         let slope = |k: f64| layered.response(k).above_base.map(|c| c / k);
         let limit = slope(1e-12);
-        // ll at k → 0: the reference table's 64999999.9199… − 65000000 at k = 1e-8
+        // The limit of ll at k → 0 is the reference table's 64999999.9199… − 65000000 at k = 1e-8.
         assert!((limit.tt - -0.105).abs() < 1e-11, "{limit:?}");
         for k in [1e-30, 1e-20, 1e-14, 1e-13] {
-            let off = slope(k).zip(&limit, |a, b| ((a - b) / b).abs());
+            let difference = slope(k).zip(&limit, |a, b| ((a - b) / b).abs());
             assert!(
-                off.nn < 1e-9 && off.ll < 1e-9 && off.ln < 1e-9 && off.tt < 1e-9,
-                "{k}: {off:?}"
+                difference.nn < 1e-9
+                    && difference.ll < 1e-9
+                    && difference.ln < 1e-9
+                    && difference.tt < 1e-9,
+                "{k}: {difference:?}"
             );
         }
         for k in [1e-6, 1e-3, 0.3, 30.0] {
             let Response { surface, above_base } = layered.response(k);
-            let off = surface
+            let difference = surface
                 .zip(&layered.base_times_k(), |a, b| a - b)
                 .zip(&above_base, |a, b| (a - b).abs());
             assert!(
-                off.nn < 1e-15 && off.ll < 1e-15 && off.ln < 1e-15 && off.tt < 1e-15,
-                "{k}: {off:?}"
+                difference.nn < 1e-15
+                    && difference.ll < 1e-15
+                    && difference.ln < 1e-15
+                    && difference.tt < 1e-15,
+                "{k}: {difference:?}"
             );
         }
     }

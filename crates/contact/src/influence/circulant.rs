@@ -1,9 +1,9 @@
 //! The circulant nearest to each diagonal block of A, and its inverse: the preconditioner of the
 //! Krylov iterations.
 //!
-//! T. Chan's optimal circulant of a Toeplitz matrix (SIAM J. Sci. Stat. Comput. 9 (1988) 766–771,
-//! doi:10.1137/0909051), in both directions: it lives on a torus of the grid's own size, and is
-//! positive definite where the block is.
+//! It is T. Chan's optimal circulant of a Toeplitz matrix (SIAM J. Sci. Stat. Comput. 9 (1988)
+//! 766–771, doi:10.1137/0909051), in both directions: it lives on a torus of the grid's own size,
+//! and is positive definite where the block is.
 
 use super::components::{Components, Direction, Entry};
 use super::mirror::Mirror;
@@ -12,22 +12,22 @@ use super::symbols::Symbols;
 use super::table::InfluenceTable;
 use super::torus::Torus;
 
-/// Inverse circulants of the diagonal blocks of A on some components, and on the part of the grid
-/// that mirror planes leave.
+/// The inverse circulants of the diagonal blocks of A on some components, and on the part of the
+/// grid that mirror planes leave.
 #[derive(Clone, Debug)]
 pub struct Circulant {
     torus: Torus,
-    /// Eigenvalues of the circulant of each component.
+    /// The eigenvalues of the circulant of each component.
     eigenvalues: Vec<Symbols>,
 }
 
 impl Circulant {
-    /// The circulants of all of the table's components.
-    pub fn new(table: &InfluenceTable) -> Self {
+    /// Computes the circulants of all of the table's components.
+    pub(crate) fn new(table: &InfluenceTable) -> Self {
         Self::of(table, table.components(), Mirror::NONE)
     }
 
-    /// The circulants of these components, for fields with these symmetries.
+    /// Computes the circulants of these components, for fields with these symmetries.
     ///
     /// # Panics
     /// If the table does not hold the coefficients, or a mirrored direction has an odd number of
@@ -45,8 +45,8 @@ impl Circulant {
         Self::on([table.grid().nx(), table.grid().ny()], table, components, mirror)
     }
 
-    /// The circulants for a window of so many elements of the part that mirror planes leave, which
-    /// begins at them.
+    /// Computes the circulants for a window of so many elements of the part that mirror planes
+    /// leave; the window begins at the planes.
     ///
     /// # Panics
     /// If the table does not hold the coefficients, or is smaller.
@@ -59,6 +59,7 @@ impl Circulant {
         Self::on(mirror.whole_size(size), table, components, mirror)
     }
 
+    /// Computes the circulants on a torus of `whole` elements, mirror images included.
     fn on(
         whole: [usize; 2],
         table: &InfluenceTable,
@@ -66,7 +67,7 @@ impl Circulant {
         mirror: Mirror,
     ) -> Self {
         let torus = Torus::new(whole, mirror, false);
-        // both ways round the torus, each with its share
+        // Both ways round the torus count, each with its share.
         let wraps = |i: usize, n: usize| {
             [(i, (n - i) as f64 / n as f64), (n - i, i as f64 / n as f64)]
                 .into_iter()
@@ -87,7 +88,7 @@ impl Circulant {
             .directions()
             .map(|direction: Direction| {
                 let mut eigenvalues = Symbols::new(&torus, &[direction], extent, value);
-                // collocation is not quite positive definite
+                // Collocation is not quite positive definite.
                 eigenvalues.raise_to(1e-6);
                 eigenvalues
             })
@@ -95,7 +96,7 @@ impl Circulant {
         Self { torus, eigenvalues }
     }
 
-    /// out = (C + `epsilon`)⁻¹ `field`, block by block (one per component).
+    /// Computes out = (C + `epsilon`)⁻¹ `field`, block by block (one per component).
     ///
     /// # Panics
     /// If a field has another length.
@@ -106,18 +107,18 @@ impl Circulant {
             (blocks * size, blocks * size),
             "fields on another grid"
         );
-        // the transforms there and back multiply by this
-        let count = self.torus.gain();
+        // The transforms there and back multiply a field by the gain.
+        let gain = self.torus.gain();
         for ((out, block), eigenvalues) in
             out.chunks_exact_mut(size).zip(field.chunks_exact(size)).zip(&self.eigenvalues)
         {
-            let inverse = |[c]: [f64; 1]| [1.0 / (count * (count * c + epsilon))];
+            let inverse = |[c]: [f64; 1]| [1.0 / (gain * (gain * c + epsilon))];
             self.torus.convolve::<1, 1>(eigenvalues, inverse, None, out, block, scratch);
         }
     }
 
-    /// Memory held, in bytes, the plans of the transforms left out.
-    pub fn bytes(&self) -> usize {
+    /// Returns the memory held, in bytes, the plans of the transforms left out.
+    pub(crate) fn bytes(&self) -> usize {
         self.eigenvalues.iter().map(Symbols::bytes).sum()
     }
 }
@@ -140,16 +141,16 @@ mod tests {
         let table = InfluenceTable::new(&grid, &bodies, Projection::Average);
         let circulant = Circulant::new(&table);
         let k = nx * ny;
-        let field: Vec<f64> = (0..3 * k).map(|at| (1.7 * at as f64).sin()).collect();
+        let field: Vec<f64> = (0..3 * k).map(|e| (1.7 * e as f64).sin()).collect();
         let epsilon = 0.01;
         let mut solved = vec![0.0; 3 * k];
         circulant.invert(&mut solved, &field, epsilon, &mut Scratch::for_elements(k));
         for (block, entry) in [Entry::Nn, Entry::Xx, Entry::Yy].into_iter().enumerate() {
-            for at in 0..k {
-                let (i, j) = (at % nx, at / nx);
-                let mut sum = epsilon * solved[block * k + at];
-                for other in 0..k {
-                    let (di, dj) = ((i + nx - other % nx) % nx, (j + ny - other / nx) % ny);
+            for e in 0..k {
+                let (i, j) = (e % nx, e / nx);
+                let mut sum = epsilon * solved[block * k + e];
+                for source in 0..k {
+                    let (di, dj) = ((i + nx - source % nx) % nx, (j + ny - source / nx) % ny);
                     let mut share = 0.0;
                     for (dj, wy) in
                         [(dj, ny - dj), (ny - dj, dj)].into_iter().filter(|(_, w)| *w > 0)
@@ -161,9 +162,9 @@ mod tests {
                                 * table.row(entry, dj as i64)[nx - 1 + di];
                         }
                     }
-                    sum += share * solved[block * k + other];
+                    sum += share * solved[block * k + source];
                 }
-                assert!((sum - field[block * k + at]).abs() < 1e-12, "{entry:?} {at}");
+                assert!((sum - field[block * k + e]).abs() < 1e-12, "{entry:?} {e}");
             }
         }
     }
@@ -181,7 +182,7 @@ mod tests {
                 {
                     let k = mirror.part(&grid).unwrap().len();
                     let field: Vec<f64> =
-                        (0..components.len() * k).map(|at| (1.7 * at as f64).sin()).collect();
+                        (0..components.len() * k).map(|e| (1.7 * e as f64).sin()).collect();
                     let whole = mirror.extend(&grid, components, &field);
                     let invert = |mirror, field: &[f64], threads| {
                         let mut out = vec![0.0; field.len()];

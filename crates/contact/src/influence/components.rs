@@ -1,87 +1,92 @@
-//! Which components of traction and displacement an operator acts on.
+//! The components of traction and displacement on which an operator acts.
 
 use crate::foundation::Coefficient;
 
 /// A component of a vector: the one normal to the plane of contact or one of the two in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Direction {
-    /// Normal, into the foundation.
+pub(crate) enum Direction {
+    /// The normal direction, into the foundation.
     N,
-    /// Along x.
+    /// The direction along x.
     X,
-    /// Along y.
+    /// The direction along y.
     Y,
 }
 
 impl Direction {
-    /// All three, in the order of the blocks of a field.
-    pub const ALL: [Self; 3] = [Self::N, Self::X, Self::Y];
+    /// All three directions, in the order of the blocks of a field.
+    pub(crate) const ALL: [Self; 3] = [Self::N, Self::X, Self::Y];
 }
 
 /// A set of directions, and whether the normal one couples with the tangential ones. A field of
 /// these components has one block for each, in the order n, x, y.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Components {
+    /// One flag for each of n, x, y.
     members: [bool; 3],
+    /// True if n couples with x or y.
     coupled: bool,
 }
 
 impl Components {
-    /// n, x and y, coupled: the full problem.
+    /// The directions n, x and y, coupled: the full problem.
     pub const ALL: Self = Self { members: [true; 3], coupled: true };
-    /// n alone.
+    /// The direction n alone.
     pub const NORMAL: Self = Self::of([true, false, false]);
-    /// x and y.
+    /// The directions x and y.
     pub const TANGENTIAL: Self = Self::of([false, true, true]);
-    /// x alone.
+    /// The direction x alone.
     pub const X: Self = Self::of([false, true, false]);
-    /// y alone.
-    pub const Y: Self = Self::of([false, false, true]);
+    /// The direction y alone.
+    #[cfg(test)]
+    pub(crate) const Y: Self = Self::of([false, false, true]);
 
-    /// Those of n, x, y that are true, n coupled with the others.
+    /// Makes the set of those of n, x, y that are true, with n coupled with the others.
     ///
     /// # Panics
-    /// If none is.
-    pub const fn of(members: [bool; 3]) -> Self {
+    /// If none is true.
+    pub(crate) const fn of(members: [bool; 3]) -> Self {
         let [n, x, y] = members;
         assert!(n || x || y, "an operator on no component");
         Self { members, coupled: n && (x || y) }
     }
 
-    /// The same without coupling of n with x and y.
-    pub const fn uncoupled(self) -> Self {
+    /// Returns the same set without coupling of n with x and y.
+    pub(crate) const fn uncoupled(self) -> Self {
         Self { coupled: false, ..self }
     }
 
-    /// Whether n couples with x or y; only where it is a member together with one of them.
-    pub fn coupled(self) -> bool {
+    /// Returns whether n couples with x or y; true only if n is a member together with one of them.
+    #[cfg(test)]
+    pub(crate) fn coupled(self) -> bool {
         self.coupled
     }
 
-    /// Whether a direction is a member.
-    pub fn contains(self, direction: Direction) -> bool {
+    /// Returns whether a direction is a member.
+    pub(crate) fn contains(self, direction: Direction) -> bool {
         self.members[direction as usize]
     }
 
-    /// Whether all that the other set asks for, coupling included, is in this one.
-    pub fn includes(self, other: Self) -> bool {
+    /// Returns whether this set holds all members of the other set, and couples if that one does.
+    pub(crate) fn includes(self, other: Self) -> bool {
         other.directions().all(|direction| self.contains(direction))
             && (self.coupled || !other.coupled)
     }
 
-    /// Number of directions, 1 to 3.
-    #[allow(clippy::len_without_is_empty)] // there is no empty set
+    /// Returns the number of directions, 1 to 3.
+    #[allow(clippy::len_without_is_empty)] // There is no empty set.
     pub fn len(self) -> usize {
         self.directions().count()
     }
 
-    /// The members in the order n, x, y.
-    pub fn directions(self) -> impl Iterator<Item = Direction> {
+    /// Returns the members in the order n, x, y.
+    pub(crate) fn directions(self) -> impl Iterator<Item = Direction> {
         Direction::ALL.into_iter().filter(move |&direction| self.contains(direction))
     }
 
-    /// The different entries of a coefficient that an operator on these components is made of.
-    pub fn entries(self) -> impl Iterator<Item = Entry> {
+    /// Returns the different entries of a coefficient that an operator on these components is made
+    /// of.
+    pub(crate) fn entries(self) -> impl Iterator<Item = Entry> {
         Entry::ALL.into_iter().filter(move |entry| {
             let [row, column] = entry.directions();
             let couples = row == Direction::N && column != Direction::N;
@@ -89,7 +94,7 @@ impl Components {
         })
     }
 
-    /// The groups of directions with no entry between them, in the order of the blocks.
+    /// Returns the groups of directions with no entry between them, in the order of the blocks.
     pub(crate) fn groups(self) -> impl Iterator<Item = Vec<Direction>> {
         let (normal, tangential): (Vec<_>, Vec<_>) =
             self.directions().partition(|&direction| !self.coupled && direction == Direction::N);
@@ -99,37 +104,37 @@ impl Components {
 
 /// One of the six different entries of a coefficient; xn = −nx, yn = −ny, yx = xy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Entry {
-    /// Normal displacement under pressure; even in Δi and in Δj.
+pub(crate) enum Entry {
+    /// The normal displacement under pressure; even in Δi and in Δj.
     Nn,
-    /// Displacement along x under traction along x; even in both.
+    /// The displacement along x under traction along x; even in both.
     Xx,
-    /// Displacement along y under traction along y; even in both.
+    /// The displacement along y under traction along y; even in both.
     Yy,
-    /// Displacement along x under traction along y; odd in both.
+    /// The displacement along x under traction along y; odd in both.
     Xy,
-    /// Normal displacement under traction along x; odd in Δi, even in Δj.
+    /// The normal displacement under traction along x; odd in Δi, even in Δj.
     Nx,
-    /// Normal displacement under traction along y; even in Δi, odd in Δj.
+    /// The normal displacement under traction along y; even in Δi, odd in Δj.
     Ny,
 }
 
 impl Entry {
-    /// All six, in the order of their declaration.
-    pub const ALL: [Self; 6] = [Self::Nn, Self::Xx, Self::Yy, Self::Xy, Self::Nx, Self::Ny];
+    /// All six entries, in the order of their declaration.
+    pub(crate) const ALL: [Self; 6] = [Self::Nn, Self::Xx, Self::Yy, Self::Xy, Self::Nx, Self::Ny];
 
-    /// Whether the entry changes sign with Δi.
-    pub fn odd_in_x(self) -> bool {
+    /// Returns whether the entry changes sign with Δi.
+    pub(crate) fn odd_in_x(self) -> bool {
         matches!(self, Self::Xy | Self::Nx)
     }
 
-    /// Whether the entry changes sign with Δj.
-    pub fn odd_in_y(self) -> bool {
+    /// Returns whether the entry changes sign with Δj.
+    pub(crate) fn odd_in_y(self) -> bool {
         matches!(self, Self::Xy | Self::Ny)
     }
 
-    /// Directions of displacement and traction, in the order n, x, y.
-    pub fn directions(self) -> [Direction; 2] {
+    /// Returns the directions of displacement and traction, in the order n, x, y.
+    pub(crate) fn directions(self) -> [Direction; 2] {
         use Direction::{N, X, Y};
         match self {
             Self::Nn => [N, N],
@@ -141,7 +146,7 @@ impl Entry {
         }
     }
 
-    /// What it is with x and y exchanged.
+    /// Returns the entry that this one becomes if x and y are exchanged.
     pub(super) fn exchanged(self) -> Self {
         match self {
             Self::Xx => Self::Yy,
@@ -152,7 +157,7 @@ impl Entry {
         }
     }
 
-    /// The one that relates two directions.
+    /// Returns the entry that relates two directions.
     pub(crate) fn between(a: Direction, b: Direction) -> Self {
         use Direction::{N, X, Y};
         match (a.min(b), a.max(b)) {
@@ -165,7 +170,8 @@ impl Entry {
         }
     }
 
-    pub(super) fn of(self, c: &Coefficient) -> f64 {
+    /// Returns the value of the entry in a coefficient.
+    pub(super) fn value(self, c: &Coefficient) -> f64 {
         match self {
             Self::Nn => c.nn,
             Self::Xx => c.xx,

@@ -1,8 +1,9 @@
 //! The product with real symbols in a torus's Fourier space.
 //!
-//! One convolution: real transforms of the rows that are not padding; then for each column of the
-//! spectrum a transform along y, the product, and back; then the rows back. Each step writes what
-//! only it owns, in parallel: the rows, then tiles of a few columns, then the rows of the result.
+//! A convolution consists of real transforms of the rows that are not padding; then, for each
+//! column of the spectrum, a transform along y, the product, and the transform back; then the
+//! transforms of the rows back. The steps run in parallel over pieces of which each is written by
+//! one thread only: the rows, then tiles of a few columns, then the rows of the result.
 
 use std::ops::Range;
 
@@ -16,6 +17,7 @@ use super::symbols::{Symbols, entry_at};
 use super::torus::{TILE, Torus};
 
 impl Torus {
+    /// Divides the memory for a convolution of `fields` fields.
     fn work<'a>(&self, fields: usize, scratch: &'a mut Scratch) -> Work<'a> {
         let rows = fields * self.y.elements;
         let [columns, transform] = self.slot_size(fields);
@@ -34,9 +36,9 @@ impl Torus {
         Work { spectrum, tiles, slots }
     }
 
-    /// out = the convolution of F = `symbols.directions` fields with the symbols. `entries` turns
-    /// the packed symbols of a wavenumber into those to multiply with. `masked`: only these
-    /// elements count.
+    /// Computes out = the convolution of F fields, one for each of `symbols.directions`, with the
+    /// symbols, of which there are S = F·(F+1)/2 for each wavenumber. `entries` turns the packed
+    /// symbols of a wavenumber into those to multiply with. With a `mask` only its elements count.
     pub(crate) fn convolve<const F: usize, const S: usize>(
         &self,
         symbols: &Symbols,
@@ -64,21 +66,21 @@ impl Torus {
     ) {
         let (nx, ny) = (self.x.elements, self.y.elements);
         assert_eq!(p.len(), directions.len() * self.field_len(), "fields on another grid");
-        share(work.spectrum, self.columns(), &mut work.slots, |at, waves, slot| {
-            let (block, j) = (at / ny, at % ny);
-            let from = &p[at * nx..(at + 1) * nx];
+        share(work.spectrum, self.columns(), &mut work.slots, |index, waves, slot| {
+            let (block, j) = (index / ny, index % ny);
+            let source = &p[index * nx..(index + 1) * nx];
             let inside = mask.map(|mask| &mask[j * nx..(j + 1) * nx]);
             let sign = self.x.sign(directions[block], Direction::X);
-            // rows without contact
-            if from.iter().all(|value| *value == 0.0) {
+            // Rows without contact have no waves.
+            if source.iter().all(|value| *value == 0.0) {
                 waves.fill(Complex::zero());
                 return;
             }
             slot.row[self.x.padding()].fill(0.0);
             if self.x.symmetry.is_none() {
-                slot.row[..nx].copy_from_slice(from);
+                slot.row[..nx].copy_from_slice(source);
             } else {
-                for (i, pair) in from.chunks(2).enumerate() {
+                for (i, pair) in source.chunks(2).enumerate() {
                     slot.row[i] = pair[0];
                     if let [_, odd] = pair {
                         slot.row[self.x.length - 1 - i] = sign * odd;
@@ -105,26 +107,26 @@ impl Torus {
         work: &mut Work<'_>,
     ) {
         let (spectrum, rows) = (&*work.spectrum, F * self.y.elements);
-        share(work.tiles, rows * TILE, &mut work.slots, |at, tile, slot| {
-            let columns = at * TILE..self.columns().min((at + 1) * TILE);
+        share(work.tiles, rows * TILE, &mut work.slots, |index, tile, slot| {
+            let columns = index * TILE..self.columns().min((index + 1) * TILE);
             let buffer = &mut slot.columns[..F * columns.len() * self.stride()];
             self.load(directions, columns.clone(), spectrum, buffer);
             for column in buffer.chunks_exact_mut(self.stride()) {
                 self.column_forward
                     .process_with_scratch(&mut column[..self.y.length], slot.transform);
             }
-            for (column, at) in buffer.chunks_exact_mut(F * self.stride()).zip(columns.clone()) {
+            for (column, wave) in buffer.chunks_exact_mut(F * self.stride()).zip(columns.clone()) {
                 match self.x.symmetry {
                     None => self.multiply_column(
                         directions,
                         column,
-                        symbols.column::<S, 1>(at),
+                        symbols.column::<S, 1>(wave),
                         &entries,
                     ),
                     Some(_) => self.multiply_column(
                         directions,
                         column,
-                        symbols.column::<S, 2>(at),
+                        symbols.column::<S, 2>(wave),
                         &entries,
                     ),
                 }
@@ -137,8 +139,8 @@ impl Torus {
         });
     }
 
-    /// Columns of the spectrum, which has a row for each row of each block, to the places where the
-    /// transform takes them from.
+    /// Copies columns of the spectrum, which has a row for each row of each block, to the places
+    /// from which the transform takes them.
     fn load(
         &self,
         directions: &[Direction],
@@ -153,16 +155,17 @@ impl Torus {
         for (block, &direction) in directions.iter().enumerate() {
             let odd = self.y.sign(direction, Direction::Y);
             for j in 0..ny {
-                let from = &spectrum[(block * ny + j) * self.columns()..][columns.clone()];
+                let row = &spectrum[(block * ny + j) * self.columns()..][columns.clone()];
                 let (place, sign) = (self.y.place(j), if j.is_multiple_of(2) { 1.0 } else { odd });
-                for (c, value) in from.iter().enumerate() {
+                for (c, value) in row.iter().enumerate() {
                     buffer[(c * directions.len() + block) * stride + place] = value * sign;
                 }
             }
         }
     }
 
-    /// The reverse of `load`: to a tile with TILE numbers for each row of each block.
+    /// Copies the columns in `buffer` back, the reverse of `load`, to a tile with TILE numbers for
+    /// each row of each block.
     fn store(
         &self,
         directions: &[Direction],
@@ -195,72 +198,73 @@ impl Torus {
         entries: &impl Fn([f64; S]) -> [f64; S],
     ) {
         let my = self.y.length;
-        let mut parts = column.chunks_exact_mut(self.stride());
+        let mut chunks = column.chunks_exact_mut(self.stride());
         let blocks: [&mut [Complex<f64>]; F] = std::array::from_fn(|_| {
-            parts.next().map_or(Default::default(), |part| &mut part[..my])
+            chunks.next().map_or(Default::default(), |chunk| &mut chunk[..my])
         });
         let along = |direction: Direction| directions.map(|d| d == direction);
         let (x, y) = (along(Direction::X), directions.map(|d| d == Direction::Y));
         for k in 0..=my / 2 {
             let m = if k == 0 { 0 } else { my - k };
-            let (mut one, mut two) = ([Complex::zero(); F], [Complex::zero(); F]);
+            let (mut low, mut high) = ([Complex::zero(); F], [Complex::zero(); F]);
             for c in 0..F {
-                (one[c], two[c]) = (blocks[c][k], blocks[c][m]);
+                (low[c], high[c]) = (blocks[c][k], blocks[c][m]);
                 if x[c] {
-                    (one[c], two[c]) = (turned(one[c]), turned(two[c]));
+                    (low[c], high[c]) = (turned(low[c]), turned(high[c]));
                 }
             }
             if self.y.symmetry.is_some() {
-                // cosine transforms at k and length − k; sine transforms at length − k and k
+                // These are cosine transforms at k and length − k, or sine transforms at length − k
+                // and k.
                 let turn = self.y.turns[k];
                 for c in 0..F {
-                    let (a, b) = (turn * one[c], turn.conj() * two[c]);
+                    let (a, b) = (turn * low[c], turn.conj() * high[c]);
                     let (u, w) = (0.5 * (a + b), 0.5 * turned(a - b));
-                    (one[c], two[c]) = if y[c] { (w, u) } else { (u, w) };
+                    (low[c], high[c]) = if y[c] { (w, u) } else { (u, w) };
                 }
-                one = product(&adapted(&symbols[k], entries), one);
-                two = product(&adapted(&symbols[my - k], entries), two);
+                low = product(&adapted(&symbols[k], entries), low);
+                high = product(&adapted(&symbols[my - k], entries), high);
                 for c in 0..F {
-                    let (u, w) = if y[c] { (two[c], one[c]) } else { (one[c], two[c]) };
+                    let (u, w) = if y[c] { (high[c], low[c]) } else { (low[c], high[c]) };
                     let w = turned(w);
-                    (one[c], two[c]) = (turn.conj() * (u - w), turn * (u + w));
+                    (low[c], high[c]) = (turn.conj() * (u - w), turn * (u + w));
                 }
             } else {
                 for c in 0..F {
                     if y[c] {
-                        (one[c], two[c]) = (turned(one[c]), turned_back(two[c]));
+                        (low[c], high[c]) = (turned(low[c]), turned_back(high[c]));
                     }
                 }
                 let symbol = adapted(&symbols[k], entries);
                 if LANES == 1 {
-                    (one, two) = (product(&symbol, one), product(&symbol, two));
+                    (low, high) = (product(&symbol, low), product(&symbol, high));
                 } else {
-                    // each number holds the spectra a, b of two real columns: a + ib at k, and at
-                    // −k their conjugates
-                    let two_conjugate = two.map(|z| z.conj());
+                    // Each number holds the spectra a, b of two real columns: a + ib at k, and at
+                    // −k their conjugates.
+                    let high_conjugate = high.map(|z| z.conj());
                     let a: [Complex<f64>; F] =
-                        std::array::from_fn(|c| 0.5 * (one[c] + two_conjugate[c]));
+                        std::array::from_fn(|c| 0.5 * (low[c] + high_conjugate[c]));
                     let ib: [Complex<f64>; F] =
-                        std::array::from_fn(|c| 0.5 * (one[c] - two_conjugate[c]));
+                        std::array::from_fn(|c| 0.5 * (low[c] - high_conjugate[c]));
                     let (a, ib) = (
                         product(&symbol.map(|s| [s[0]]), a),
                         product(&symbol.map(|s| [s[LANES - 1]]), ib),
                     );
                     for c in 0..F {
-                        (one[c], two[c]) = (a[c] + ib[c], (a[c] - ib[c]).conj());
+                        (low[c], high[c]) = (a[c] + ib[c], (a[c] - ib[c]).conj());
                     }
                 }
                 for c in 0..F {
                     if y[c] {
-                        (one[c], two[c]) = (turned_back(one[c]), turned(two[c]));
+                        (low[c], high[c]) = (turned_back(low[c]), turned(high[c]));
                     }
                 }
             }
             for c in 0..F {
                 if x[c] {
-                    (one[c], two[c]) = (turned_back(one[c]), turned_back(two[c]));
+                    (low[c], high[c]) = (turned_back(low[c]), turned_back(high[c]));
                 }
-                (blocks[c][k], blocks[c][m]) = (one[c], two[c]);
+                (blocks[c][k], blocks[c][m]) = (low[c], high[c]);
             }
         }
     }
@@ -276,14 +280,14 @@ impl Torus {
         let (nx, ny, columns) = (self.x.elements, self.y.elements, self.columns());
         assert_eq!(out.len(), directions.len() * self.field_len(), "fields on another grid");
         let (tiles, rows) = (&*work.tiles, directions.len() * ny);
-        share(out, nx, &mut work.slots, |at, row, slot| {
-            let (block, j) = (at / ny, at % ny);
+        share(out, nx, &mut work.slots, |index, row, slot| {
+            let (block, j) = (index / ny, index % ny);
             let waves = &mut slot.columns[..columns];
-            for (part, tile) in waves.chunks_mut(TILE).zip(tiles.chunks_exact(rows * TILE)) {
-                part.copy_from_slice(&tile[at * TILE..][..part.len()]);
+            for (chunk, tile) in waves.chunks_mut(TILE).zip(tiles.chunks_exact(rows * TILE)) {
+                chunk.copy_from_slice(&tile[index * TILE..][..chunk.len()]);
             }
             waves.iter_mut().zip(&self.x.turns).for_each(|(wave, turn)| *wave *= turn.conj());
-            // Zero but for rounding, as a real field's must be.
+            // The imaginary part is zero except for rounding, as a real field's must be.
             waves[0].im = 0.0;
             if self.x.length.is_multiple_of(2) {
                 waves[columns - 1].im = 0.0;
@@ -312,33 +316,33 @@ impl Torus {
     }
 }
 
-/// i z
+/// Returns i z.
 fn turned(z: Complex<f64>) -> Complex<f64> {
     Complex::new(-z.im, z.re)
 }
 
-/// −i z
+/// Returns −i z.
 fn turned_back(z: Complex<f64>) -> Complex<f64> {
     Complex::new(z.im, -z.re)
 }
 
-/// The symbols to multiply with, lane by lane.
+/// Returns the symbols to multiply with, lane by lane.
 fn adapted<const S: usize, const LANES: usize>(
     symbols: &[[f64; LANES]; S],
     entries: &impl Fn([f64; S]) -> [f64; S],
 ) -> [[f64; LANES]; S] {
     let mut out = [[0.0; LANES]; S];
     for lane in 0..LANES {
-        let of_lane = entries(symbols.map(|symbol| symbol[lane]));
-        for (to, from) in out.iter_mut().zip(of_lane) {
-            to[lane] = from;
+        let lane_entries = entries(symbols.map(|symbol| symbol[lane]));
+        for (value, entry) in out.iter_mut().zip(lane_entries) {
+            value[lane] = entry;
         }
     }
     out
 }
 
-/// A real symmetric matrix, packed, times a vector; the first lane for the real part, the last for
-/// the imaginary one.
+/// Multiplies a real symmetric matrix, packed, by a vector; the first lane is for the real part,
+/// the last for the imaginary one.
 fn product<const F: usize, const S: usize, const LANES: usize>(
     matrix: &[[f64; LANES]; S],
     v: [Complex<f64>; F],
@@ -353,38 +357,47 @@ fn product<const F: usize, const S: usize, const LANES: usize>(
     })
 }
 
-/// Memory of one convolution.
+/// The memory of one convolution.
 struct Work<'a> {
     /// A row of columns for each row of each field.
     spectrum: &'a mut [Complex<f64>],
-    /// The same in tiles of TILE columns.
+    /// The spectrum in tiles of TILE columns.
     tiles: &'a mut [Complex<f64>],
+    /// The memory of each thread.
     slots: Vec<Slot<'a>>,
 }
 
-/// What one thread works in.
+/// The memory in which one thread works.
 struct Slot<'a> {
+    /// One row of a field.
     row: &'a mut [f64],
+    /// The columns of a tile.
     columns: &'a mut [Complex<f64>],
+    /// The transforms' own memory.
     transform: &'a mut [Complex<f64>],
 }
 
-/// Works on every `unit` of `whole`, a slot's worth of neighbours each on its own thread. What a
-/// unit becomes depends on its number only.
+/// Calls `work` on every `unit` of `field`; each thread works through the neighbouring units of a
+/// slot. The result of a unit depends on its index only.
 fn share<T: Send>(
-    whole: &mut [T],
+    field: &mut [T],
     unit: usize,
     slots: &mut [Slot<'_>],
     work: impl Fn(usize, &mut [T], &mut Slot<'_>) + Sync,
 ) {
     if let [slot] = slots {
-        whole.chunks_exact_mut(unit).enumerate().for_each(|(at, part)| work(at, part, slot));
+        field
+            .chunks_exact_mut(unit)
+            .enumerate()
+            .for_each(|(index, values)| work(index, values, slot));
         return;
     }
-    let each = (whole.len() / unit).div_ceil(slots.len());
-    whole.par_chunks_mut(each * unit).zip(slots).enumerate().for_each(|(chunk, (parts, slot))| {
-        for (at, part) in parts.chunks_exact_mut(unit).enumerate() {
-            work(chunk * each + at, part, slot);
-        }
-    });
+    let per_slot = (field.len() / unit).div_ceil(slots.len());
+    field.par_chunks_mut(per_slot * unit).zip(slots).enumerate().for_each(
+        |(chunk, (units, slot))| {
+            for (place, values) in units.chunks_exact_mut(unit).enumerate() {
+                work(chunk * per_slot + place, values, slot);
+            }
+        },
+    );
 }

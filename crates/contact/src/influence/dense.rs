@@ -9,27 +9,29 @@ use super::operator::{Influence, Scratch, ScratchSize};
 use super::table::InfluenceTable;
 use crate::grid::Grid;
 
-/// A as one matrix over the elements of Ω; 8·(ck)² bytes for c components and k elements.
+/// The operator A as one matrix over the elements of Ω; 8·(ck)² bytes for c components and k
+/// elements.
 #[derive(Clone, Debug)]
 pub struct Dense {
     grid: Grid,
     components: Components,
+    /// The indices of the elements of Ω, ascending.
     active: Vec<usize>,
     matrix: Mat<f64>,
 }
 
 impl Dense {
-    /// The matrix of all of the table's components on Ω of its grid.
+    /// Makes the matrix of all of the table's components on Ω of its grid.
     pub fn new(table: &InfluenceTable) -> Self {
         Self::of(table, table.components(), Mirror::NONE)
     }
 
-    /// The matrix on these components of fields with these symmetries; it lives on the part of the
-    /// table's grid that [`Mirror::part`] gives.
+    /// Makes the matrix on these components of fields with these symmetries; it lives on the part
+    /// of the table's grid that [`Mirror::part`] gives.
     ///
     /// # Panics
     /// If the table does not hold the coefficients, or its grid is not symmetric.
-    pub fn of(table: &InfluenceTable, components: Components, mirror: Mirror) -> Self {
+    pub(crate) fn of(table: &InfluenceTable, components: Components, mirror: Mirror) -> Self {
         assert!(
             table.components().includes(components),
             "{components:?} of a table of {:?}",
@@ -47,19 +49,21 @@ impl Dense {
                 if (image_x && mirror.x.is_none()) || (image_y && mirror.y.is_none()) {
                     continue;
                 }
-                let place = |at: usize, image: bool| if image { -1 - at as i64 } else { at as i64 };
+                let place = |index: usize, image: bool| {
+                    if image { -1 - index as i64 } else { index as i64 }
+                };
                 let (si, sj) = (place(si, image_x), place(sj, image_y));
                 for (row, &receiver) in active.iter().enumerate() {
                     let (ri, rj) = grid.position(receiver);
                     let block = table.coefficient(ri as i64 - si, rj as i64 - sj).block();
-                    for (c, &to) in directions.iter().enumerate() {
-                        for (d, &from) in directions.iter().enumerate() {
-                            if entries.contains(&Entry::between(to, from)) {
-                                let [sign_x, sign_y] = mirror.parity(from);
+                    for (c, &displaced) in directions.iter().enumerate() {
+                        for (d, &loaded) in directions.iter().enumerate() {
+                            if entries.contains(&Entry::between(displaced, loaded)) {
+                                let [sign_x, sign_y] = mirror.parity(loaded);
                                 let sign = if image_x { sign_x } else { 1.0 }
                                     * if image_y { sign_y } else { 1.0 };
                                 matrix[(c * k + row, d * k + column)] +=
-                                    sign * block[to as usize][from as usize];
+                                    sign * block[displaced as usize][loaded as usize];
                             }
                         }
                     }
@@ -69,8 +73,8 @@ impl Dense {
         Self { grid, components, active, matrix }
     }
 
-    /// The matrix: blocks of the components over the elements of Ω in ascending order, masked ones
-    /// left out.
+    /// Returns the matrix: blocks of the components over the elements of Ω in ascending order,
+    /// masked ones left out.
     pub fn matrix(&self) -> MatRef<'_, f64> {
         self.matrix.as_ref()
     }
@@ -94,24 +98,24 @@ impl Influence for Dense {
         let blocks = self.components.len();
         assert_eq!((out.len(), p.len()), (blocks * n, blocks * n), "fields on another grid");
         let (real, _) = scratch.take(self.scratch_size(1));
-        let (from, to) = real.split_at_mut(size);
+        let (traction, displacement) = real.split_at_mut(size);
         for block in 0..blocks {
-            for (at, &e) in self.active.iter().enumerate() {
-                from[block * k + at] = p[block * n + e];
+            for (place, &e) in self.active.iter().enumerate() {
+                traction[block * k + place] = p[block * n + e];
             }
         }
         matmul(
-            MatMut::from_column_major_slice_mut(to, size, 1),
+            MatMut::from_column_major_slice_mut(displacement, size, 1),
             Accum::Replace,
             self.matrix.as_ref(),
-            MatRef::from_column_major_slice(from, size, 1),
+            MatRef::from_column_major_slice(traction, size, 1),
             1.0,
             Par::Seq,
         );
         out.fill(0.0);
         for block in 0..blocks {
-            for (at, &e) in self.active.iter().enumerate() {
-                out[block * n + e] = to[block * k + at];
+            for (place, &e) in self.active.iter().enumerate() {
+                out[block * n + e] = displacement[block * k + place];
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Laws that every [`Influence`] obeys, run by each implementation on the same cases.
+//! Laws that every [`Influence`] obeys; each implementation runs them on the same cases.
 
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
@@ -11,7 +11,7 @@ use crate::foundation::{Bodies, HalfSpace};
 use crate::grid::Grid;
 use crate::model::{Base, Layer, Material, Projection};
 
-/// Agreement demanded, relative to the largest displacement.
+/// The largest error relative to the largest displacement.
 const ROUNDING: f64 = 2e-13;
 
 /// A grid as numbers, so that a law can turn or mirror it, two bodies, and two fields.
@@ -95,7 +95,7 @@ fn cases() -> impl Strategy<Value = Case> {
                     ((components, mirror), p, q),
                 )| Case {
                     n: [nx, ny],
-                    h: [hx, hy.unwrap_or(hx)], // square elements half the time
+                    h: [hx, hy.unwrap_or(hx)], // Half the elements are square.
                     inside,
                     layers,
                     base,
@@ -110,10 +110,11 @@ fn cases() -> impl Strategy<Value = Case> {
     })
 }
 
-/// Implementation under test, made from a table.
+/// The implementation under test, made from a table.
 type Build = fn(&InfluenceTable, Components, Mirror) -> Box<dyn Influence>;
 
-/// Every set of components: each choice of directions, the normal one with and without coupling.
+/// Returns every set of components: each choice of directions, the normal one with and without
+/// coupling.
 fn component_sets() -> Vec<Components> {
     let members = (1..8).map(|bits| [bits & 1 != 0, bits & 2 != 0, bits & 4 != 0]);
     let mut sets: Vec<Components> = members
@@ -123,7 +124,7 @@ fn component_sets() -> Vec<Components> {
     sets
 }
 
-/// Every choice of planes and symmetries.
+/// Returns every choice of planes and symmetries.
 fn mirrors() -> Vec<Mirror> {
     let each = [None, Some(Symmetry::Symmetric), Some(Symmetry::Antisymmetric)];
     each.into_iter().flat_map(|x| each.map(|y| Mirror { x, y })).collect()
@@ -185,17 +186,17 @@ pub(crate) fn same_on_any_number_of_threads(build: Build) {
                 let p: Vec<f64> = (0..components.len() * operator.grid().len())
                     .map(|e| (e as f64 * 0.7).sin())
                     .collect();
-                let on = |threads| {
+                let displacement = |threads| {
                     let mut out = vec![f64::NAN; p.len()];
                     operator.apply(&mut out, &p, &mut Scratch::with_threads(&*operator, threads));
                     out
                 };
-                let one = on(1);
-                assert!(one.iter().all(|u| u.is_finite()));
+                let single = displacement(1);
+                assert!(single.iter().all(|u| u.is_finite()));
                 for threads in [2, 3, 7] {
                     assert_eq!(
-                        on(threads),
-                        one,
+                        displacement(threads),
+                        single,
                         "{n:?} on {threads} threads, {components:?}, {mirror:?}"
                     );
                 }
@@ -237,7 +238,7 @@ fn operator(
     build(&InfluenceTable::new(grid, bodies, projection), Components::ALL, Mirror::NONE)
 }
 
-/// A p in memory that held something else before.
+/// Returns A p, computed in memory that held something else before.
 pub(super) fn apply(a: &dyn Influence, p: &[f64]) -> Vec<f64> {
     let mut out = vec![f64::NAN; p.len()];
     let mut scratch = Scratch::new(a);
@@ -246,17 +247,17 @@ pub(super) fn apply(a: &dyn Influence, p: &[f64]) -> Vec<f64> {
     out
 }
 
-pub(super) fn close(what: &str, got: &[f64], expected: &[f64], size: f64) {
+pub(super) fn close(law: &str, got: &[f64], expected: &[f64], size: f64) {
     assert_eq!(got.len(), expected.len());
     for (e, (got, expected)) in got.iter().zip(expected).enumerate() {
         assert!(
             (got - expected).abs() <= ROUNDING * size,
-            "{what}: {got} instead of {expected} at {e}"
+            "{law}: {got} instead of {expected} at {e}"
         );
     }
 }
 
-/// The definition, with coefficients that have not been through a table.
+/// Compares with the definition, with coefficients that have not been through a table.
 fn is_the_sum_over_sources(case: &Case, ap: &[f64], size: f64) {
     let (grid, k) = (case.grid(), case.grid().len());
     let kernels =
@@ -307,7 +308,7 @@ fn is_linear(case: &Case, a: &dyn Influence, ap: &[f64], aq: &[f64], size: f64) 
     close("linearity", &apply(a, &combine(&case.p, &case.q)), &combine(ap, aq), 4.0 * size);
 }
 
-/// The blocks of some components.
+/// Returns the blocks of some components.
 fn blocks(field: &[f64], components: Components) -> Vec<f64> {
     let k = field.len() / 3;
     components
@@ -321,8 +322,8 @@ fn largest(field: &[f64]) -> f64 {
     field.iter().fold(0.0, |m, u| m.max(u.abs()))
 }
 
-/// An operator on some components is the block of the full one, and an uncoupled one that without n
-/// with x and y; made of a table of its own coefficients or of all.
+/// Checks that an operator on some components is the block of the full one, and an uncoupled one
+/// that without n with x and y, whether it is made of a table of its own coefficients or of all.
 fn keeps_to_its_components(build: Build, case: &Case) {
     let (grid, k, components) = (case.grid(), case.inside.len(), case.components);
     let all = InfluenceTable::new(&grid, case.bodies(), case.projection);
@@ -341,19 +342,19 @@ fn keeps_to_its_components(build: Build, case: &Case) {
         }
     }
     let p = blocks(&case.p, components);
-    let own = build(
+    let reduced = build(
         &InfluenceTable::of(&grid, case.bodies(), case.projection, components),
         components,
         Mirror::NONE,
     );
-    assert_eq!(own.components(), components);
-    let got = apply(&*own, &p);
+    assert_eq!(reduced.components(), components);
+    let got = apply(&*reduced, &p);
     close("components", &got, &blocks(&expected, components), largest(&expected));
     assert_eq!(apply(&*build(&all, components, Mirror::NONE), &p), got, "a larger table");
 }
 
-/// On the part that mirror planes leave of a grid: the operator of the whole grid on the field with
-/// its mirror images.
+/// Checks the operator on the part of a grid that mirror planes leave against the operator of the
+/// whole grid on the field with its mirror images.
 fn a_part_says_everything(build: Build, case: &Case) {
     let ([nx, ny], components, mirror) = (case.n, case.components, case.mirror);
     let twice = |n: usize, symmetry: Option<Symmetry>| if symmetry.is_some() { 2 * n } else { n };
@@ -370,32 +371,32 @@ fn a_part_says_everything(build: Build, case: &Case) {
     let p = blocks(&case.p, components);
     let full =
         apply(&*build(&table, components, Mirror::NONE), &mirror.extend(&whole, components, &p));
-    let part = build(&table, components, mirror);
-    assert_eq!(part.grid(), &mirror.part(&whole).unwrap());
-    let got = apply(&*part, &p);
-    // the images cancel each other in part
+    let reduced = build(&table, components, mirror);
+    assert_eq!(reduced.grid(), &mirror.part(&whole).unwrap());
+    let got = apply(&*reduced, &p);
+    // The images partly cancel each other.
     let size = largest(&full).max(largest(&p) * table.largest_diagonal());
     close("part", &got, &mirror.restrict(&whole, &full), size);
     close("images", &mirror.extend(&whole, components, &got), &full, size);
 }
 
-/// Moves values to the elements `to` and multiplies vectors by the signed permutation `turn`[new
-/// component] = (old, sign).
-fn moved(field: &[f64], to: &dyn Fn(usize) -> usize, turn: [(usize, f64); 3]) -> Vec<f64> {
+/// Moves values to the elements `target` and multiplies vectors by the signed permutation
+/// `turn`[new component] = (old, sign).
+fn moved(field: &[f64], target: &dyn Fn(usize) -> usize, turn: [(usize, f64); 3]) -> Vec<f64> {
     let k = field.len() / 3;
     let mut out = vec![0.0; 3 * k];
     for (new, (old, sign)) in turn.into_iter().enumerate() {
         for e in 0..k {
-            out[new * k + to(e)] = sign * field[old * k + e];
+            out[new * k + target(e)] = sign * field[old * k + e];
         }
     }
     out
 }
 
-fn moved_mask(inside: &[bool], to: &dyn Fn(usize) -> usize) -> Vec<bool> {
+fn moved_mask(inside: &[bool], target: &dyn Fn(usize) -> usize) -> Vec<bool> {
     let mut out = vec![false; inside.len()];
     for (e, &flag) in inside.iter().enumerate() {
-        out[to(e)] = flag;
+        out[target(e)] = flag;
     }
     out
 }
@@ -406,29 +407,34 @@ fn mirrored_loads_have_mirrored_displacements(build: Build, case: &Case, ap: &[f
     let in_y = |e: usize| (ny - 1 - e / nx) * nx + e % nx;
     let flips: [&dyn Fn(usize) -> usize; 2] = [&in_x, &in_y];
     let turns = [[(0, 1.0), (1, -1.0), (2, 1.0)], [(0, 1.0), (1, 1.0), (2, -1.0)]];
-    for (to, turn) in flips.into_iter().zip(turns) {
-        let other = Case { inside: moved_mask(&case.inside, to), ..case.clone() };
+    for (target, turn) in flips.into_iter().zip(turns) {
+        let other = Case { inside: moved_mask(&case.inside, target), ..case.clone() };
         let a = operator(build, &other.grid(), &case.bodies(), case.projection);
-        close("mirror", &apply(&*a, &moved(&case.p, to, turn)), &moved(ap, to, turn), size);
+        close("mirror", &apply(&*a, &moved(&case.p, target, turn)), &moved(ap, target, turn), size);
     }
 }
 
-/// By a right angle: (x, y) becomes (−y, x).
+/// Turns the case by a right angle: (x, y) becomes (−y, x).
 fn turns(build: Build, case: &Case, ap: &[f64], size: f64) {
     let [nx, ny] = case.n;
-    let to = |e: usize| (e % nx) * ny + (ny - 1 - e / nx);
+    let target = |e: usize| (e % nx) * ny + (ny - 1 - e / nx);
     let turn = [(0, 1.0), (2, -1.0), (1, 1.0)];
     let other = Case {
         n: [ny, nx],
         h: [case.h[1], case.h[0]],
-        inside: moved_mask(&case.inside, &to),
+        inside: moved_mask(&case.inside, &target),
         ..case.clone()
     };
     let a = operator(build, &other.grid(), &case.bodies(), case.projection);
-    close("right angle", &apply(&*a, &moved(&case.p, &to, turn)), &moved(ap, &to, turn), size);
+    close(
+        "right angle",
+        &apply(&*a, &moved(&case.p, &target, turn)),
+        &moved(ap, &target, turn),
+        size,
+    );
 }
 
-/// A load moved by one element moves its displacement.
+/// Checks that a load moved by one element moves its displacement.
 fn is_the_same_everywhere(build: Build, case: &Case, size: f64) {
     let [nx, ny] = case.n;
     if nx < 2 || ny < 2 {
@@ -450,8 +456,8 @@ fn is_the_same_everywhere(build: Build, case: &Case, size: f64) {
     close("translation", &there, &here, 4.0 * size.max(case.h[0].max(case.h[1])));
 }
 
-/// The foundation's displacement plus the punch's, seen from its own side: normal reversed, so the
-/// coupling is too.
+/// Checks that the displacement is the foundation's plus the punch's, seen from its own side:
+/// normal reversed, so the coupling is too.
 fn superposes_bodies(build: Build, case: &Case, ap: &[f64], size: f64) {
     let grid = case.grid();
     let below =
@@ -465,7 +471,7 @@ fn superposes_bodies(build: Build, case: &Case, ap: &[f64], size: f64) {
     close("superposition", ap, &sum, 4.0 * size);
 }
 
-/// Displacement is proportional to length and inversely to the moduli.
+/// Checks that displacement is proportional to length and inversely proportional to the moduli.
 fn scales(build: Build, case: &Case, ap: &[f64]) {
     let (length, modulus) = (1e-9, 1e12);
     let stiffer = |m: Material| Material { shear_modulus: m.shear_modulus * modulus, ..m };

@@ -1,4 +1,4 @@
-//! What an influence operator is, and the memory that applying it needs.
+//! The trait of an influence operator, and the memory that an application needs.
 
 use realfft::num_complex::Complex;
 
@@ -10,32 +10,33 @@ use crate::grid::Grid;
 /// projection.
 ///
 /// Fields have one block as long as the grid for each of the operator's components, in the order n,
-/// x, y. The operator is M A M, M the restriction to Ω: what is given on masked elements is
+/// x, y. The operator is M A M, where M is the restriction to Ω: tractions on masked elements are
 /// ignored, and the displacement there is set to zero. With mirror planes the mirror images act
-/// too. Same operator and input, same bytes, for any number of threads.
+/// too. The same operator and input give the same bytes for any number of threads.
 pub trait Influence: Send + Sync {
-    /// The grid that the fields live on.
+    /// Returns the grid on which the fields live.
     fn grid(&self) -> &Grid;
 
-    /// The components that it acts on.
+    /// Returns the components on which the operator acts.
     fn components(&self) -> Components;
 
-    /// Memory that an application on `threads` threads needs.
+    /// Returns the memory that an application on `threads` threads needs.
     fn scratch_size(&self, threads: usize) -> ScratchSize;
 
-    /// out = A p, both as many blocks as components.
+    /// Computes out = A p, both with as many blocks as components; the unit of `out` is that of `p`
+    /// times that of the coefficients.
     ///
     /// # Panics
     /// If a field has another length.
     fn apply(&self, out: &mut [f64], p: &[f64], scratch: &mut Scratch);
 }
 
-/// Numbers to set aside for an application.
+/// The memory to set aside for an application.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ScratchSize {
-    /// Real numbers.
+    /// The count of real numbers.
     pub real: usize,
-    /// Complex numbers.
+    /// The count of complex numbers.
     pub complex: usize,
 }
 
@@ -44,21 +45,22 @@ pub struct ScratchSize {
 /// needs more.
 #[derive(Clone, Debug)]
 pub struct Scratch {
+    /// The number of threads that an application uses.
     pub(super) threads: usize,
     real: Vec<f64>,
     complex: Vec<Complex<f64>>,
 }
 
 impl Scratch {
-    /// Enough for `operator` on as many threads as the current rayon pool has, or on one where that
-    /// is faster.
+    /// Allocates enough for `operator` on as many threads as the current rayon pool has, or on one
+    /// if that is faster.
     pub fn new<I: Influence + ?Sized>(operator: &I) -> Self {
         let mut scratch = Self::for_elements(operator.grid().len());
         scratch.take(operator.scratch_size(scratch.threads));
         scratch
     }
 
-    /// For operators on so many elements; grows with the first application.
+    /// Prepares memory for operators on so many elements; it grows with the first application.
     pub(crate) fn for_elements(elements: usize) -> Self {
         // Below this an application takes about as long as waking a second thread.
         const WORTH_A_THREAD: usize = 4096;
@@ -66,18 +68,19 @@ impl Scratch {
         Self::on_threads(threads)
     }
 
-    /// For so many threads; grows with the first application.
+    /// Prepares memory for so many threads (at least one); it grows with the first application.
     pub(crate) fn on_threads(threads: usize) -> Self {
         Self { threads: threads.max(1), real: Vec::new(), complex: Vec::new() }
     }
 
-    /// Enough for `operator` on `threads` threads (at least one).
+    /// Allocates enough for `operator` on `threads` threads (at least one).
     pub fn with_threads<I: Influence + ?Sized>(operator: &I, threads: usize) -> Self {
         let mut scratch = Self::on_threads(threads);
         scratch.take(operator.scratch_size(scratch.threads));
         scratch
     }
 
+    /// Returns the memory, which grows if it is too small; its content is arbitrary.
     pub(super) fn take(&mut self, size: ScratchSize) -> (&mut [f64], &mut [Complex<f64>]) {
         if self.real.len() < size.real {
             self.real = parallel::filled(size.real, 0.0);

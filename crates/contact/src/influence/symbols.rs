@@ -1,4 +1,4 @@
-//! The transform of a coefficient, as the factors that a spectrum on a torus is multiplied by.
+//! The transform of a coefficient, as the factors by which a spectrum on a torus is multiplied.
 
 use rayon::prelude::*;
 use realfft::RealFftPlanner;
@@ -8,38 +8,39 @@ use super::components::{Direction, Entry};
 use super::mirror::Symmetry;
 use super::torus::{Axis, Torus};
 
-/// Symbols of a group of directions on a torus, the transforms' normalisation included.
+/// The symbols of a group of directions on a torus, the transforms' normalisation included.
 ///
 /// A coefficient is even or odd in each offset, so its symbol is real or imaginary and one quadrant
-/// of it says all. With the component along x turned by i in the spectrum's x, and that along y in
-/// its y, as sines are against cosines, the matrix of symbols of a wavenumber is real and
+/// of it determines all. With the component along x turned by i in the spectrum's x, and that along
+/// y in its y, as sines are against cosines, the matrix of symbols of a wavenumber is real and
 /// symmetric.
 ///
 /// Along a mirrored x each column of the spectrum holds the wavenumbers k and length − k as real
 /// and imaginary part, so there are two lanes of symbols. An odd component has them the other way
-/// round, which the factor i sets right but for the sign of one of them: it goes into the odd
-/// entries. Antisymmetric fields have odd and even components exchanged, hence the wavenumbers in
-/// reverse and, as an odd entry turns a cosine into the negative of a sine, a sign on the odd
+/// round, which the factor i corrects except for the sign of one of them: that sign goes into the
+/// odd entries. Antisymmetric fields have odd and even components exchanged, hence the wavenumbers
+/// in reverse and, as an odd entry turns a cosine into the negative of a sine, a sign on the odd
 /// entries.
 #[derive(Clone, Debug)]
 pub(crate) struct Symbols {
+    /// The directions of the group.
     pub(super) directions: Vec<Direction>,
-    /// Numbers per column of the spectrum.
+    /// The count of numbers per column of the spectrum.
     stride: usize,
-    /// By column, then wavenumber along y from 0 to half the torus, then entry of the packed upper
-    /// triangle, then lane.
+    /// The symbols by column, then wavenumber along y from 0 to half the torus, then entry of the
+    /// packed upper triangle, then lane.
     numbers: Vec<f64>,
 }
 
-/// Place of an entry of a symmetric matrix of `size` rows in its packed upper triangle.
+/// Returns the place of an entry of a symmetric matrix of `size` rows in its packed upper triangle.
 pub(super) const fn entry_at(size: usize, row: usize, column: usize) -> usize {
     let (a, b) = if row < column { (row, column) } else { (column, row) };
     a * (2 * size - 1 - a) / 2 + b
 }
 
 impl Symbols {
-    /// Of the coefficients `value`(entry, Δi, Δj) for 0 ≤ Δ ≤ half the torus, zero from `extent`
-    /// on.
+    /// Transforms the coefficients `value`(entry, Δi, Δj) for 0 ≤ Δ ≤ half the torus; they are zero
+    /// from `extent` on.
     pub(crate) fn new(
         torus: &Torus,
         directions: &[Direction],
@@ -54,7 +55,7 @@ impl Symbols {
         for row in 0..size {
             for column in row..size {
                 let entry = Entry::between(directions[row], directions[column]);
-                let at = entry_at(size, row, column);
+                let packed = entry_at(size, row, column);
                 let quadrant = quadrant(torus, entry, extent, |i, j| value(entry, i, j));
                 numbers.par_chunks_mut(stride).enumerate().for_each(|(kx, numbers)| {
                     for lane in 0..lanes {
@@ -66,7 +67,7 @@ impl Symbols {
                                 }
                                 _ => (ky, 1.0),
                             };
-                            numbers[(ky * count + at) * lanes + lane] =
+                            numbers[(ky * count + packed) * lanes + lane] =
                                 sign_x * sign_y * quadrant[wave_x * waves_y + wave_y];
                         }
                     }
@@ -76,7 +77,7 @@ impl Symbols {
         Self { directions: directions.to_vec(), stride, numbers }
     }
 
-    /// Those of one column of the spectrum, by wavenumber along y.
+    /// Returns the symbols of one column of the spectrum, by wavenumber along y.
     pub(super) fn column<const S: usize, const LANES: usize>(
         &self,
         column: usize,
@@ -94,26 +95,26 @@ impl Symbols {
         self.numbers.iter_mut().for_each(|value| *value = value.max(least));
     }
 
-    /// Number of directions.
+    /// Returns the number of directions.
     pub(crate) fn fields(&self) -> usize {
         self.directions.len()
     }
 
-    /// Memory held, in bytes.
+    /// Returns the memory held, in bytes.
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(self.numbers.as_slice())
     }
 }
 
-/// Wavenumber along x of a lane of a column, and the sign of an entry there.
+/// Returns the wavenumber along x of a lane of a column, and the sign of an entry there.
 fn wave_along_x(x: &Axis, column: usize, lane: usize, odd: bool) -> (usize, f64) {
     let Some(symmetry) = x.symmetry else { return (column, 1.0) };
     let first = (lane == 0) == (symmetry == Symmetry::Symmetric);
     if first { (column, 1.0) } else { (x.length - column, if odd { -1.0 } else { 1.0 }) }
 }
 
-/// The entry's symbol by wavenumber along x, then y, 0 to half the torus, over the product of the
-/// transforms' lengths; the imaginary part where odd in one direction.
+/// Returns the entry's symbol by wavenumber along x, then y, 0 to half the torus, over the product
+/// of the transforms' lengths; it is the imaginary part if the entry is odd in one direction.
 fn quadrant(
     torus: &Torus,
     entry: Entry,
@@ -124,8 +125,8 @@ fn quadrant(
     let [waves_x, waves_y] = [mx / 2 + 1, my / 2 + 1];
     let mut planner = RealFftPlanner::new();
     let (along_x, along_y) = (planner.plan_fft_forward(mx), planner.plan_fft_forward(my));
-    // The transform of an even sequence is real, of an odd one imaginary.
-    let part = |odd: bool, z: Complex<f64>| if odd { z.im } else { z.re };
+    // The transform of an even sequence is real, that of an odd one imaginary.
+    let nonzero = |odd: bool, z: Complex<f64>| if odd { z.im } else { z.re };
     let sign = |odd: bool| if odd { -1.0 } else { 1.0 };
     let mut rows = vec![0.0; extent[1] * waves_x];
     rows.par_chunks_mut(waves_x).enumerate().for_each_init(
@@ -141,10 +142,10 @@ fn quadrant(
             debug_assert!(done.is_ok());
             row.iter_mut()
                 .zip(waves.iter())
-                .for_each(|(value, &wave)| *value = part(entry.odd_in_x(), wave));
+                .for_each(|(value, &wave)| *value = nonzero(entry.odd_in_x(), wave));
         },
     );
-    // i · i where the entry is odd in both.
+    // The sign is i · i if the entry is odd in both directions.
     let normalisation =
         sign(entry.odd_in_x() && entry.odd_in_y()) / (torus.x.length * torus.y.length) as f64;
     let mut quadrant = vec![0.0; waves_x * waves_y];
@@ -159,10 +160,9 @@ fn quadrant(
             }
             let done = along_y.process_with_scratch(line, waves, scratch);
             debug_assert!(done.is_ok());
-            symbols
-                .iter_mut()
-                .zip(waves.iter())
-                .for_each(|(symbol, &wave)| *symbol = normalisation * part(entry.odd_in_y(), wave));
+            symbols.iter_mut().zip(waves.iter()).for_each(|(symbol, &wave)| {
+                *symbol = normalisation * nonzero(entry.odd_in_y(), wave)
+            });
         },
     );
     quadrant

@@ -1,4 +1,4 @@
-//! Influence coefficients of a grid, one block per offset.
+//! The influence coefficients of a grid, one block per offset.
 
 use rayon::prelude::*;
 
@@ -7,7 +7,7 @@ use crate::foundation::{Bodies, Coefficient};
 use crate::grid::Grid;
 use crate::model::Projection;
 
-/// Influence coefficients of every offset that occurs on a grid, |Δi| < nx and |Δj| < ny:
+/// The influence coefficients of every offset that occurs on a grid, |Δi| < nx and |Δj| < ny:
 /// displacement of the receiver per unit traction on the source, Δ = receiver − source. Their unit
 /// is the grid's length times the bodies' compliance.
 ///
@@ -17,20 +17,21 @@ use crate::model::Projection;
 pub struct InfluenceTable {
     grid: Grid,
     components: Components,
-    /// By [`Entry`]: rows of 2nx − 1, from Δj = 0 or, where odd in Δj, from Δj = −(ny − 1). Empty
-    /// where not kept.
+    /// For each [`Entry`], rows of 2nx − 1 numbers, from Δj = 0 or, if odd in Δj, from Δj = −(ny −
+    /// 1); empty if not kept.
     rows: [Vec<f64>; 6],
 }
 
 impl InfluenceTable {
-    /// The coefficients of all components; see [`Self::of`].
+    /// Computes the coefficients of all components on the threads of the current rayon pool; the
+    /// numbers do not depend on how many there are.
     pub fn new(grid: &Grid, bodies: impl Into<Bodies>, projection: Projection) -> Self {
         Self::of(grid, bodies, projection, Components::ALL)
     }
 
     /// Computes the coefficients that an operator on these components needs, on the threads of the
     /// current rayon pool; the numbers do not depend on how many there are.
-    pub fn of(
+    pub(crate) fn of(
         grid: &Grid,
         bodies: impl Into<Bodies>,
         projection: Projection,
@@ -38,11 +39,12 @@ impl InfluenceTable {
     ) -> Self {
         let (nx, ny) = (grid.nx(), grid.ny());
         let kernels = bodies.into().kernels((nx as f64 * grid.hx()).hypot(ny as f64 * grid.hy()));
-        // with square elements what holds for (Δi, Δj) holds for (Δj, Δi), x and y exchanged
+        // With square elements the coefficient of (Δi, Δj) is that of (Δj, Δi) with x and y
+        // exchanged.
         let square = grid.hx() == grid.hy();
         let exchanged = |di: usize, dj: usize| square && di < dj && dj < nx;
-        let coefficient = |at: usize| {
-            let (di, dj) = (at % nx, at / nx);
+        let coefficient = |index: usize| {
+            let (di, dj) = (index % nx, index / nx);
             if exchanged(di, dj) {
                 return Coefficient::default();
             }
@@ -58,15 +60,15 @@ impl InfluenceTable {
             }
             let stored = if entry.odd_in_y() { 2 * ny - 1 } else { ny };
             let mut values = vec![0.0; stored * width];
-            values.par_chunks_exact_mut(width).enumerate().for_each(|(at, row)| {
-                let dj = (at + ny).abs_diff(stored);
-                let sign_y = if entry.odd_in_y() && at + ny < stored { -1.0 } else { 1.0 };
+            values.par_chunks_exact_mut(width).enumerate().for_each(|(index, row)| {
+                let dj = (index + ny).abs_diff(stored);
+                let sign_y = if entry.odd_in_y() && index + ny < stored { -1.0 } else { 1.0 };
                 let sign_x = if entry.odd_in_x() { -sign_y } else { sign_y };
                 for di in 0..nx {
                     let value = if exchanged(di, dj) {
-                        entry.exchanged().of(&quadrant[di * nx + dj])
+                        entry.exchanged().value(&quadrant[di * nx + dj])
                     } else {
-                        entry.of(&quadrant[dj * nx + di])
+                        entry.value(&quadrant[dj * nx + di])
                     };
                     row[nx - 1 - di] = sign_x * value;
                     row[nx - 1 + di] = sign_y * value;
@@ -77,35 +79,35 @@ impl InfluenceTable {
         Self { grid: grid.clone(), components, rows }
     }
 
-    /// The grid, with its mask; the coefficients do not depend on the mask.
-    pub fn grid(&self) -> &Grid {
+    /// Returns the grid, with its mask; the coefficients do not depend on the mask.
+    pub(crate) fn grid(&self) -> &Grid {
         &self.grid
     }
 
-    /// What the coefficients are kept for.
-    pub fn components(&self) -> Components {
+    /// Returns the components for which the coefficients are kept.
+    pub(crate) fn components(&self) -> Components {
         self.components
     }
 
-    /// One entry at offset Δj, contiguous over Δi = −(nx − 1) … nx − 1.
+    /// Returns one entry at offset Δj, contiguous over Δi = −(nx − 1) … nx − 1.
     ///
     /// # Panics
     /// Unless |Δj| < ny and the entry is kept.
-    pub fn row(&self, entry: Entry, dj: i64) -> &[f64] {
+    pub(crate) fn row(&self, entry: Entry, dj: i64) -> &[f64] {
         let (width, ny) = (2 * self.grid.nx() - 1, self.grid.ny() as i64);
         assert!(dj.abs() < ny, "offset {dj} on {ny} rows of elements");
-        let at = if entry.odd_in_y() { dj + ny - 1 } else { dj.abs() } as usize;
-        &self.rows[entry as usize][at * width..(at + 1) * width]
+        let index = if entry.odd_in_y() { dj + ny - 1 } else { dj.abs() } as usize;
+        &self.rows[entry as usize][index * width..(index + 1) * width]
     }
 
-    /// The coefficient of offset (Δi, Δj), zero in the entries that are not kept.
+    /// Returns the coefficient of offset (Δi, Δj), zero in the entries that are not kept.
     ///
     /// # Panics
     /// Unless |Δi| < nx and |Δj| < ny.
     pub fn coefficient(&self, di: i64, dj: i64) -> Coefficient {
-        let at = (di + self.grid.nx() as i64 - 1) as usize;
+        let column = (di + self.grid.nx() as i64 - 1) as usize;
         let value = |entry| {
-            if self.rows[entry as usize].is_empty() { 0.0 } else { self.row(entry, dj)[at] }
+            if self.rows[entry as usize].is_empty() { 0.0 } else { self.row(entry, dj)[column] }
         };
         Coefficient {
             nn: value(Entry::Nn),
@@ -117,26 +119,30 @@ impl InfluenceTable {
         }
     }
 
-    /// The diagonal entries by which a natural map divides.
-    pub fn diagonals(&self) -> Diagonals {
-        let own = self.coefficient(0, 0);
-        let tangential = own.xx.max(own.yy);
-        // a component that is not kept has no entry
-        let or = |own: f64, other: f64| if own > 0.0 { own } else { other };
-        Diagonals { normal: or(own.nn, tangential), tangential: or(tangential, own.nn) }
+    /// Returns the diagonal entries by which a natural map divides.
+    pub(crate) fn diagonals(&self) -> Diagonals {
+        let diagonal = self.coefficient(0, 0);
+        let tangential = diagonal.xx.max(diagonal.yy);
+        // A component that is not kept has no entry.
+        let kept = |entry: f64, other: f64| if entry > 0.0 { entry } else { other };
+        Diagonals {
+            normal: kept(diagonal.nn, tangential),
+            tangential: kept(tangential, diagonal.nn),
+        }
     }
 
-    /// The largest diagonal entry of the operator on the components that are kept.
+    /// Returns the largest diagonal entry of the operator on the components that are kept.
     pub fn largest_diagonal(&self) -> f64 {
-        let own = self.coefficient(0, 0);
-        own.nn.max(own.xx).max(own.yy)
+        let diagonal = self.coefficient(0, 0);
+        diagonal.nn.max(diagonal.xx).max(diagonal.yy)
     }
 
-    /// Adds to `displacement` (blocks n | x | y) that under the traction (n, x, y) on the element
-    /// `source`. Masked receivers get theirs too: the caller skips them when it reads.
+    /// Adds the displacement under the traction (n, x, y) on the element `source` to `displacement`
+    /// (blocks n | x | y). Masked receivers get theirs too: the caller skips them when it reads.
     ///
     /// # Panics
-    /// Unless `source` is an element, `displacement` 3·len of the grid, and every entry is kept.
+    /// Unless `source` is an element, `displacement` has the length 3·len of the grid, and every
+    /// entry is kept.
     pub fn add_column(&self, source: usize, traction: [f64; 3], displacement: &mut [f64]) {
         let (nx, k) = (self.grid.nx(), self.grid.len());
         assert!(source < k && displacement.len() == 3 * k);
@@ -144,13 +150,14 @@ impl InfluenceTable {
         let [tn, tx, ty] = traction;
         let (un, tangential) = displacement.split_at_mut(k);
         let (ux, uy) = tangential.split_at_mut(k);
-        for receiver in 0..self.grid.ny() {
-            let dj = receiver as i64 - j as i64;
-            let from = |entry| &self.row(entry, dj)[nx - 1 - i..][..nx];
-            let to = receiver * nx..(receiver + 1) * nx;
-            let (un, ux, uy) = (&mut un[to.clone()], &mut ux[to.clone()], &mut uy[to]);
-            let (nn, xx, yy) = (from(Entry::Nn), from(Entry::Xx), from(Entry::Yy));
-            let (xy, n_x, n_y) = (from(Entry::Xy), from(Entry::Nx), from(Entry::Ny));
+        for receiver_row in 0..self.grid.ny() {
+            let dj = receiver_row as i64 - j as i64;
+            let column = |entry| &self.row(entry, dj)[nx - 1 - i..][..nx];
+            let receivers = receiver_row * nx..(receiver_row + 1) * nx;
+            let (un, ux, uy) =
+                (&mut un[receivers.clone()], &mut ux[receivers.clone()], &mut uy[receivers]);
+            let (nn, xx, yy) = (column(Entry::Nn), column(Entry::Xx), column(Entry::Yy));
+            let (xy, n_x, n_y) = (column(Entry::Xy), column(Entry::Nx), column(Entry::Ny));
             for e in 0..nx {
                 un[e] += nn[e] * tn + n_x[e] * tx + n_y[e] * ty;
                 ux[e] += xx[e] * tx + xy[e] * ty - n_x[e] * tn;
@@ -159,54 +166,61 @@ impl InfluenceTable {
         }
     }
 
-    /// The displacement (n, x, y) of the element `receiver` under the tractions `p`, blocks of
-    /// `components`, added up element by element: what faster ways to apply the operator are held
-    /// against. Zero in the components that are left out.
+    /// Returns the displacement (n, x, y) of the element `receiver` under the tractions `p`, blocks
+    /// of `components`, added up element by element; faster implementations of the operator are
+    /// compared with it. It is zero in the components that are left out.
     ///
     /// # Panics
     /// Unless `receiver` is an element, `p` has a block of the grid's length for each component,
     /// and their entries are kept.
-    pub fn displacement_at(&self, receiver: usize, components: Components, p: &[f64]) -> [f64; 3] {
+    pub(crate) fn displacement_at(
+        &self,
+        receiver: usize,
+        components: Components,
+        p: &[f64],
+    ) -> [f64; 3] {
         let (nx, k) = (self.grid.nx(), self.grid.len());
         assert!(receiver < k && p.len() == components.len() * k);
         let (i, j) = self.grid.position(receiver);
         let mut displacement = [0.0; 3];
-        for to in components.directions() {
-            for (from, p) in components.directions().zip(p.chunks_exact(k)) {
-                let entry = Entry::between(to, from);
-                let rows = p.chunks_exact(nx).enumerate().map(|(source, p)| {
-                    // Δi falls as the source's column rises
-                    let row = &self.row(entry, j as i64 - source as i64)[i..i + nx];
+        for displaced in components.directions() {
+            for (loaded, p) in components.directions().zip(p.chunks_exact(k)) {
+                let entry = Entry::between(displaced, loaded);
+                let rows = p.chunks_exact(nx).enumerate().map(|(source_row, p)| {
+                    // Δi falls as the source's column rises.
+                    let row = &self.row(entry, j as i64 - source_row as i64)[i..i + nx];
                     row.iter().rev().zip(p).map(|(coefficient, p)| coefficient * p).sum::<f64>()
                 });
-                // what pressure does sideways is what traction does downwards, the other way
-                let sign = if from == Direction::N && to != Direction::N { -1.0 } else { 1.0 };
-                displacement[to as usize] += sign * rows.sum::<f64>();
+                // The displacement along x or y under pressure is the negative of the normal one
+                // under traction.
+                let sign =
+                    if loaded == Direction::N && displaced != Direction::N { -1.0 } else { 1.0 };
+                displacement[displaced as usize] += sign * rows.sum::<f64>();
             }
         }
         displacement
     }
 
-    /// Memory held, in bytes.
-    pub fn bytes(&self) -> usize {
+    /// Returns the memory held, in bytes.
+    pub(crate) fn bytes(&self) -> usize {
         self.rows.iter().map(|values| size_of_val(values.as_slice())).sum()
     }
 }
 
-/// Diagonal entries of A, by which residuals become tractions. On a thin incompressible layer the
-/// one is a millionth of the other, and in the units of the larger one the smaller one's residual
-/// would be nothing.
+/// The diagonal entries of A, by which residuals become tractions. On a thin incompressible layer
+/// one is a millionth of the other, and in the units of the larger one the residual of the smaller
+/// one would be nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Diagonals {
-    /// Normal displacement by the element's own pressure.
+    /// The normal displacement by the element's own pressure per unit pressure.
     pub normal: f64,
     /// The larger one of both tangential displacements by the element's own traction in their
-    /// direction.
+    /// direction, per unit traction.
     pub tangential: f64,
 }
 
 impl From<f64> for Diagonals {
-    /// One for all directions.
+    /// Takes one entry for all directions.
     fn from(diagonal: f64) -> Self {
         Self { normal: diagonal, tangential: diagonal }
     }
@@ -259,7 +273,7 @@ mod tests {
                     if kept.contains(&entry) {
                         assert_eq!(table.row(entry, dj), all.row(entry, dj));
                     } else {
-                        assert_eq!(entry.of(&table.coefficient(1, dj)), 0.0);
+                        assert_eq!(entry.value(&table.coefficient(1, dj)), 0.0);
                     }
                 }
             }

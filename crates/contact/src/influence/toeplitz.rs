@@ -12,25 +12,25 @@ use super::table::InfluenceTable;
 use super::torus::Torus;
 use crate::grid::Grid;
 
-/// A by FFT: memory O(k), an application O(k log k). With fewer components or with mirror planes
-/// both shrink in proportion.
+/// The operator A by FFT: it takes memory O(k), and an application takes O(k log k). With fewer
+/// components or with mirror planes both shrink in proportion.
 #[derive(Clone, Debug)]
 pub struct Toeplitz {
     grid: Grid,
     components: Components,
     torus: Torus,
-    /// One for each group of components that couple.
+    /// The symbols of each group of components that couple.
     symbols: Vec<Symbols>,
 }
 
 impl Toeplitz {
-    /// The operator of all of the table's components on Ω of its grid.
+    /// Makes the operator of all of the table's components on Ω of its grid.
     pub fn new(table: &InfluenceTable) -> Self {
         Self::of(table, table.components(), Mirror::NONE)
     }
 
-    /// The operator on these components of fields with these symmetries; it lives on the part of
-    /// the table's grid that [`Mirror::part`] gives.
+    /// Makes the operator on these components of fields with these symmetries; it lives on the part
+    /// of the table's grid on the positive sides of the mirror planes.
     ///
     /// # Panics
     /// If the table does not hold the coefficients, or its grid is not symmetric.
@@ -44,8 +44,8 @@ impl Toeplitz {
         Self::on(grid, table, components, mirror)
     }
 
-    /// The operator on a window of so many elements of such a part, which begins at the mirror
-    /// planes; without a mask.
+    /// Makes the operator on a window of so many elements of such a part, without a mask; the
+    /// window begins at the mirror planes.
     ///
     /// # Panics
     /// If the table does not hold the coefficients, or is smaller.
@@ -65,6 +65,7 @@ impl Toeplitz {
         Self::on(grid, table, components, mirror)
     }
 
+    /// Makes the operator on `grid`, which is a part of the table's grid or a window of it.
     fn on(grid: Grid, table: &InfluenceTable, components: Components, mirror: Mirror) -> Self {
         let extent = mirror.whole_size([grid.nx(), grid.ny()]);
         let torus = Torus::new(extent, mirror, true);
@@ -77,8 +78,8 @@ impl Toeplitz {
         Self { grid, components, torus, symbols }
     }
 
-    /// Memory held, in bytes, the plans of the transforms left out.
-    pub fn bytes(&self) -> usize {
+    /// Returns the memory held, in bytes, the plans of the transforms left out.
+    pub(crate) fn bytes(&self) -> usize {
         self.symbols.iter().map(Symbols::bytes).sum()
     }
 }
@@ -100,17 +101,17 @@ impl Influence for Toeplitz {
     fn apply(&self, out: &mut [f64], p: &[f64], scratch: &mut Scratch) {
         let size = self.components.len() * self.grid.len();
         assert_eq!((out.len(), p.len()), (size, size), "fields on another grid");
-        let (mut out, mut p) = (out, p);
+        let (mut out_left, mut p_left) = (out, p);
+        let mask = self.grid.mask();
         for symbols in &self.symbols {
-            let (to, out_left) =
-                std::mem::take(&mut out).split_at_mut(symbols.fields() * self.grid.len());
-            let (from, p_left) = p.split_at(to.len());
-            (out, p) = (out_left, p_left);
-            let mask = self.grid.mask();
+            let len = symbols.fields() * self.grid.len();
+            let (out, p);
+            (out, out_left) = std::mem::take(&mut out_left).split_at_mut(len);
+            (p, p_left) = p_left.split_at(len);
             match symbols.fields() {
-                1 => self.torus.convolve::<1, 1>(symbols, |s| s, mask, to, from, scratch),
-                2 => self.torus.convolve::<2, 3>(symbols, |s| s, mask, to, from, scratch),
-                _ => self.torus.convolve::<3, 6>(symbols, |s| s, mask, to, from, scratch),
+                1 => self.torus.convolve::<1, 1>(symbols, |s| s, mask, out, p, scratch),
+                2 => self.torus.convolve::<2, 3>(symbols, |s| s, mask, out, p, scratch),
+                _ => self.torus.convolve::<3, 6>(symbols, |s| s, mask, out, p, scratch),
             }
         }
     }

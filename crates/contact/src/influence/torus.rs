@@ -17,7 +17,8 @@ use super::components::Direction;
 use super::mirror::{Mirror, Symmetry};
 use super::operator::ScratchSize;
 
-/// Columns of the spectrum that are transformed together; four complex numbers fill a cache line.
+/// The number of columns of the spectrum that are transformed together; four complex numbers fill a
+/// cache line.
 pub(super) const TILE: usize = 4;
 
 /// A torus, the field on a part of it, and the transforms.
@@ -40,19 +41,20 @@ impl fmt::Debug for Torus {
 /// One direction of a torus.
 #[derive(Clone, Debug)]
 pub(super) struct Axis {
-    /// Elements of the field.
+    /// The number of elements of the field.
     pub(super) elements: usize,
-    /// Elements of the torus.
+    /// The number of elements of the torus.
     pub(super) torus: usize,
-    /// Length of the transform: the torus, or half of it where mirrored.
+    /// The length of the transform: the torus, or half of it if mirrored.
     pub(super) length: usize,
+    /// The symmetry, if mirrored.
     pub(super) symmetry: Option<Symmetry>,
-    /// e^(−iπk/2·length) up to the middle, where mirrored.
+    /// The numbers e^(−iπk/2·length) for k up to the middle, if mirrored.
     pub(super) turns: Vec<Complex<f64>>,
 }
 
 impl Axis {
-    /// Of `whole` elements, mirror images included.
+    /// Makes the direction for `whole` elements, mirror images included.
     fn new(whole: usize, symmetry: Option<Symmetry>, padded: bool) -> Self {
         let torus = if padded { torus_length(whole, symmetry.is_some()) } else { whole };
         if symmetry.is_none() {
@@ -64,8 +66,8 @@ impl Axis {
         Self { elements: whole / 2, torus, length, symmetry, turns }
     }
 
-    /// Where the transform takes the j-th element from. Mirrored: even ones in order, then odd ones
-    /// backwards.
+    /// Returns the place from which the transform takes the j-th element. If mirrored, the even
+    /// ones come in order, then the odd ones backwards.
     pub(super) fn place(&self, j: usize) -> usize {
         match self.symmetry {
             None => j,
@@ -74,7 +76,7 @@ impl Axis {
         }
     }
 
-    /// Places that no element goes to.
+    /// Returns the places to which no element goes.
     pub(super) fn padding(&self) -> Range<usize> {
         match self.symmetry {
             None => self.elements..self.length,
@@ -82,8 +84,8 @@ impl Axis {
         }
     }
 
-    /// Sign with which odd elements enter the transform: a sine transform is the cosine transform
-    /// of alternating signs, with the wavenumbers in reverse.
+    /// Returns the sign with which odd elements enter the transform: a sine transform is the cosine
+    /// transform of alternating signs, with the wavenumbers in reverse.
     pub(super) fn sign(&self, direction: Direction, across: Direction) -> f64 {
         let odd = self
             .symmetry
@@ -92,8 +94,8 @@ impl Axis {
     }
 }
 
-/// The smallest length ≥ 2n − 1 that has no prime factor above 5, even unless it is 1, and twice an
-/// even number if it is to be halved.
+/// Returns the smallest length ≥ 2n − 1 that has no prime factor above 5, is even unless it is 1,
+/// and is twice an even number if it is to be halved.
 fn torus_length(n: usize, halved: bool) -> usize {
     let smooth = |mut m: usize| {
         for factor in [2, 3, 5] {
@@ -113,17 +115,18 @@ fn torus_length(n: usize, halved: bool) -> usize {
     2 * half
 }
 
-/// The smallest number of elements, `n` or more, that fills such a torus; where mirrored, of one
-/// side of the mirror.
+/// Returns the smallest number of elements, `n` or more, that fills such a torus; if mirrored, the
+/// number on one side of the mirror.
 pub(crate) fn suitable_length(n: usize, mirrored: bool) -> usize {
     if mirrored { torus_length(2 * n, true) / 4 } else { torus_length(n, false).div_ceil(2) }
 }
 
 impl Torus {
-    /// For fields on `whole` elements, or on the part that `mirror` leaves of them: with room for
-    /// every offset between two of them, or else of that size.
+    /// Plans the transforms for fields on `whole` elements, or on the part that `mirror` leaves of
+    /// them. A padded torus has room for every offset between two of them; otherwise it is of their
+    /// size.
     pub(crate) fn new(whole: [usize; 2], mirror: Mirror, padded: bool) -> Self {
-        let [x, y] = [0, 1].map(|along| Axis::new(whole[along], mirror.axes()[along], padded));
+        let [x, y] = [0, 1].map(|axis| Axis::new(whole[axis], mirror.axes()[axis], padded));
         let (mut real, mut complex) = (RealFftPlanner::new(), FftPlanner::new());
         Self {
             row_forward: real.plan_fft_forward(x.length),
@@ -135,34 +138,35 @@ impl Torus {
         }
     }
 
-    /// Columns of the spectrum, complex numbers each: one wavenumber or, where x is mirrored, two,
-    /// k and length − k.
+    /// Returns the number of columns of the spectrum, complex numbers each: one wavenumber or, if x
+    /// is mirrored, two, k and length − k.
     pub(super) fn columns(&self) -> usize {
         self.x.length / 2 + 1
     }
 
-    /// From one column of a tile to the next: off powers of two, where they would all compete for
-    /// the same lines of the cache.
+    /// Returns the distance from one column of a tile to the next: off powers of two, where they
+    /// would all compete for the same lines of the cache.
     pub(super) fn stride(&self) -> usize {
         self.y.length + TILE
     }
 
+    /// Returns the number of tiles of the spectrum.
     pub(super) fn tiles(&self) -> usize {
         self.columns().div_ceil(TILE)
     }
 
-    /// Length of a scalar field.
+    /// Returns the length of a scalar field.
     pub(crate) fn field_len(&self) -> usize {
         self.x.elements * self.y.elements
     }
 
-    /// What transforms there and back multiply a field by.
+    /// Returns the factor by which the transforms there and back multiply a field.
     pub(crate) fn gain(&self) -> f64 {
         (self.x.length * self.y.length) as f64
     }
 
-    /// Complex numbers that one thread needs for `fields` fields: columns of a tile, and what the
-    /// transforms ask for.
+    /// Returns the counts of complex numbers that one thread needs for `fields` fields: for the
+    /// columns of a tile, and for the transforms' own use.
     pub(super) fn slot_size(&self, fields: usize) -> [usize; 2] {
         let transforms = [
             self.row_forward.get_scratch_len(),
@@ -174,7 +178,7 @@ impl Torus {
         [columns, transforms.into_iter().max().unwrap_or(0)]
     }
 
-    /// What a convolution of `fields` fields on `threads` threads needs.
+    /// Returns the memory that a convolution of `fields` fields on `threads` threads needs.
     pub(crate) fn scratch_size(&self, fields: usize, threads: usize) -> ScratchSize {
         let rows = fields * self.y.elements;
         let slot: usize = self.slot_size(fields).iter().sum();

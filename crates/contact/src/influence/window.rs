@@ -9,26 +9,27 @@ use crate::grid::Grid;
 /// A rectangle of elements of a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Window {
-    /// Column and row of its first element.
+    /// The column and row of its first element.
     pub(crate) first: [usize; 2],
-    /// Elements along x and y.
+    /// The numbers of elements along x and y.
     pub(crate) size: [usize; 2],
 }
 
 impl Window {
-    /// All of a grid.
+    /// Returns the window that is all of a grid.
     pub(crate) fn whole(grid: &Grid) -> Self {
         Self { first: [0; 2], size: [grid.nx(), grid.ny()] }
     }
 
-    /// Around the elements from `bounds[0]` to `bounds[1]`, of a size that suits the transforms;
-    /// all of the grid where there is little to save. It begins where a mirror plane lies.
+    /// Returns a window around the elements from `low` to `high`, of a size that suits the
+    /// transforms, or all of the grid if there is little to save. It begins at a mirror plane if
+    /// there is one.
     pub(crate) fn around([low, high]: [[usize; 2]; 2], grid: &Grid, mirror: &Mirror) -> Self {
         let whole = Self::whole(grid);
         let mut window = whole;
         for (axis, plane) in mirror.axes().into_iter().enumerate() {
             let first = if plane.is_some() { 0 } else { low[axis] };
-            // one element more on each side, for contacts grow
+            // There is one element more on each side, because contacts grow.
             let needed = high[axis] + 1 - first;
             let size =
                 suitable_length(needed + if plane.is_some() { 1 } else { 2 }, plane.is_some());
@@ -45,25 +46,25 @@ impl Window {
         }
     }
 
-    /// Whether the elements from `low` to `high` lie in it.
+    /// Returns whether the elements from `low` to `high` lie in the window.
     pub(crate) fn holds(&self, [low, high]: [[usize; 2]; 2]) -> bool {
         (0..2).all(|axis| {
             self.first[axis] <= low[axis] && high[axis] < self.first[axis] + self.size[axis]
         })
     }
 
-    /// Number of elements.
+    /// Returns the number of elements.
     pub(crate) fn len(&self) -> usize {
         self.size[0] * self.size[1]
     }
 
-    /// The grid's index of the element at a place of the window.
+    /// Returns the grid's index of the element at a place of the window.
     pub(crate) fn element(&self, place: usize, grid: &Grid) -> usize {
         grid.index(self.first[0] + place % self.size[0], self.first[1] + place / self.size[0])
     }
 
-    /// The places of each row of each of `blocks` blocks of a field on the window and of one on the
-    /// grid.
+    /// Calls `work` with the places of each row of each of `blocks` blocks, first in a field on the
+    /// window, then in a field on the grid.
     pub(crate) fn each_row(
         &self,
         grid: &Grid,
@@ -72,17 +73,16 @@ impl Window {
     ) {
         for block in 0..blocks {
             for row in 0..self.size[1] {
-                let (at, from) = (
-                    block * self.len() + row * self.size[0],
-                    block * grid.len() + grid.index(self.first[0], self.first[1] + row),
-                );
-                work(at..at + self.size[0], from..from + self.size[0]);
+                let width = self.size[0];
+                let in_window = block * self.len() + row * width;
+                let in_grid = block * grid.len() + grid.index(self.first[0], self.first[1] + row);
+                work(in_window..in_window + width, in_grid..in_grid + width);
             }
         }
     }
 }
 
-/// Elements of a grid below which the operator of a window costs more than it saves.
+/// The number of elements of a grid below which the operator of a window costs more than it saves.
 const WORTH_A_WINDOW: usize = 4096;
 
 #[cfg(test)]

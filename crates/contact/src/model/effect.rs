@@ -3,30 +3,30 @@
 use serde::{Deserialize, Serialize};
 
 /// An effect that a scene may call for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Effect {
-    /// Tangential tractions.
+    /// The tangential tractions.
     Friction,
-    /// Normal displacement by tangential tractions, and the reverse.
+    /// The normal displacement by tangential tractions, and the reverse.
     Coupling,
-    /// Tractions along x.
+    /// The tractions along x.
     TractionX,
-    /// Tractions along y.
+    /// The tractions along y.
     TractionY,
-    /// Halves x < 0 and x > 0 of Ω that are no mirror images.
+    /// The halves x < 0 and x > 0 of Ω, if they are no mirror images.
     AsymmetryX,
-    /// Halves y < 0 and y > 0 of Ω that are no mirror images.
+    /// The halves y < 0 and y > 0 of Ω, if they are no mirror images.
     AsymmetryY,
-    /// Layers under the surface.
+    /// The layers under the surface.
     Layers,
     /// The regularisation ε.
     Regularisation,
     /// The ceiling u on the pressure.
     Ceiling,
-    /// What earlier increments left behind.
+    /// The tractions and displacements that earlier increments left behind.
     History,
-    /// Motions governed by forces.
+    /// The motions that are governed by forces.
     LoadControl,
 }
 
@@ -46,8 +46,8 @@ impl Effect {
         Effect::LoadControl,
     ];
 
-    /// Those that can be simulated although a scene does not call for them; the others are there
-    /// when the scene's own keys ask for them.
+    /// The effects that can be simulated although a scene does not call for them. The others are
+    /// simulated when the scene's own keys ask for them.
     pub const OPTIONAL: [Effect; 6] = [
         Effect::Friction,
         Effect::Coupling,
@@ -57,7 +57,7 @@ impl Effect {
         Effect::AsymmetryY,
     ];
 
-    /// Its name in a study file.
+    /// Returns the name in a study file.
     pub fn name(self) -> &'static str {
         match self {
             Effect::Friction => "friction",

@@ -1,27 +1,28 @@
-//! The loading path: what is asked of each increment, and the punch's rigid motion on the grid.
+//! The loading path: the steps that a scene prescribes, and the controls of each increment.
 
 use serde::{Deserialize, Serialize};
 
 use super::error::{SceneError, finite, positive, refuse};
-use super::rigid::{Control, Motion};
+use super::rigid::{Control, Dof, Motion, PerDof};
 
-/// The loading path: steps one after the other, the last ones over and over if they make a cycle.
+/// The loading path: steps that follow one another. The last ones are repeated if they make a
+/// cycle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Loading {
-    /// Load steps, in order, from zero traction.
+    /// The load steps, in order, from zero traction.
     pub steps: Vec<Step>,
-    /// Index of the step with which a cycle begins; it ends with the last step. `None` is a path
-    /// without cycles.
+    /// The index of the step with which a cycle begins; the cycle ends with the last step. `None`
+    /// is a path without cycles.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cycle_from: Option<u32>,
-    /// How often the cycle is run through.
+    /// The number of times that the cycle is run through.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub cycles: u32,
 }
 
 impl Loading {
-    /// A path of these steps, without cycles.
+    /// Makes a path of these steps, without cycles.
     pub fn path(steps: Vec<Step>) -> Self {
         Self { steps, cycle_from: None, cycles: 1 }
     }
@@ -30,58 +31,60 @@ impl Loading {
 /// One load step. Each of the punch's six rigid degrees of freedom is either prescribed or governed
 /// by its force or moment; one that is not mentioned stays under the control, and at the value, of
 /// the step before. Before the first step the punch just touches at the origin, unshifted and
-/// untilted, and nothing is mentioned: the first step must give the approach or the normal force.
+/// untilted, and nothing is mentioned; so the first step must give the approach or the normal
+/// force.
 ///
 /// A rotation vector (tilt_x, tilt_y, twist) moves a point (x, y, 0) of the punch by (−twist·y,
-/// twist·x, tilt_x·y − tilt_y·x), z into the foundation. Forces and moments are those of the punch
-/// on the foundation, with the signs of [`Observables`](super::outcome::Observables).
+/// twist·x, tilt_x·y − tilt_y·x), with z into the foundation. Forces and moments are those of the
+/// punch on the foundation, with the signs of [`Observables`](super::outcome::Observables).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Step {
-    /// Approach δ, positive into the foundation \[m\].
+    /// The approach δ, positive into the foundation \[m\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub approach: Option<f64>,
-    /// Normal force P > 0 \[N\] instead of the approach.
+    /// The normal force P > 0 \[N\] instead of the approach.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal_force: Option<f64>,
-    /// Shift along x \[m\].
+    /// The shift along x \[m\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shift_x: Option<f64>,
-    /// Tangential force along x \[N\] instead of the shift.
+    /// The tangential force along x \[N\] instead of the shift.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_x: Option<f64>,
-    /// Shift along y \[m\].
+    /// The shift along y \[m\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shift_y: Option<f64>,
-    /// Tangential force along y \[N\] instead of the shift.
+    /// The tangential force along y \[N\] instead of the shift.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_y: Option<f64>,
-    /// Tilt about the x axis \[rad\].
+    /// The tilt about the x axis \[rad\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tilt_x: Option<f64>,
-    /// Moment about the x axis \[N m\] instead of the tilt.
+    /// The moment about the x axis \[N m\] instead of the tilt.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub moment_x: Option<f64>,
-    /// Tilt about the y axis \[rad\].
+    /// The tilt about the y axis \[rad\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tilt_y: Option<f64>,
-    /// Moment about the y axis \[N m\] instead of the tilt.
+    /// The moment about the y axis \[N m\] instead of the tilt.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub moment_y: Option<f64>,
-    /// Twist φ about the z axis \[rad\].
+    /// The twist φ about the z axis \[rad\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub twist: Option<f64>,
-    /// Moment about the z axis \[N m\] instead of the twist.
+    /// The moment about the z axis \[N m\] instead of the twist.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub moment_z: Option<f64>,
-    /// Equal parts in which the step is taken, each solved after the one before: what is prescribed
-    /// moves evenly from its value at the end of the step before to its value here.
+    /// The number of equal increments in which the step is taken, each solved after the one before.
+    /// A prescribed motion or force goes evenly from its value at the end of the step before to its
+    /// value here.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub increments: u32,
 }
 
 impl Default for Step {
-    /// A step that changes nothing.
+    /// Makes a step that changes nothing.
     fn default() -> Self {
         Self {
             approach: None,
@@ -102,62 +105,59 @@ impl Default for Step {
 }
 
 impl Step {
-    /// Names of the rigid degrees of freedom in the order approach, shift x, y, tilt x, y, twist:
-    /// as a motion and as the force that is its work-conjugate.
-    pub const NAMES: [[&'static str; 2]; 6] = [
+    /// The names of each rigid degree of freedom: as a motion, and as the force or moment that is
+    /// its work-conjugate.
+    pub const NAMES: PerDof<[&'static str; 2]> = PerDof::new([
         ["approach", "normal_force"],
         ["shift_x", "force_x"],
         ["shift_y", "force_y"],
         ["tilt_x", "moment_x"],
         ["tilt_y", "moment_y"],
         ["twist", "moment_z"],
-    ];
+    ]);
 
-    /// What the step says about each degree of freedom, as a motion and as a force, in the order of
-    /// [`Step::NAMES`].
-    pub fn given(&self) -> [[Option<f64>; 2]; 6] {
-        [
+    /// Returns the values that the step gives for each degree of freedom, as a motion and as a
+    /// force ([`Step::NAMES`]).
+    pub fn given(&self) -> PerDof<[Option<f64>; 2]> {
+        PerDof::new([
             [self.approach, self.normal_force],
             [self.shift_x, self.force_x],
             [self.shift_y, self.force_y],
             [self.tilt_x, self.moment_x],
             [self.tilt_y, self.moment_y],
             [self.twist, self.moment_z],
-        ]
+        ])
     }
 }
 
+/// Returns the count that a study file need not mention.
 fn one() -> u32 {
     1
 }
 
+/// Returns whether a count need not be mentioned.
 fn is_one(n: &u32) -> bool {
     *n == 1
 }
 
-/// One step of a path as it is run through, cycles unrolled.
+/// One step of a path whose cycles are unrolled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Leg {
-    /// Index of the step in the scene.
+    /// The index of the step in the scene.
     pub step: u32,
-    /// Which time the cycle is run through, counted from 1; 0 outside of one.
+    /// The number of the cycle, counted from 1; it is 0 outside of a cycle.
     pub cycle: u32,
-    /// Equal parts in which it is taken.
+    /// The number of equal increments in which the step is taken.
     pub increments: u32,
-    /// Where each degree of freedom goes, in the order of [`Step::NAMES`].
-    pub target: [Control; 6],
+    /// The control of each degree of freedom at the end of the step.
+    pub target: PerDof<Control>,
 }
 
 impl Loading {
-    /// The largest number of increments of a path, cycles counted as often as they are run through.
+    /// The largest number of increments of a path; cycles count as often as they are run through.
     pub const MAX_INCREMENTS: u32 = 1000;
 
-    /// Returns the number of increments of the path, cycles counted as often as they are run
-    /// through.
-    pub fn increments(&self) -> u32 {
-        self.legs().iter().map(|leg| leg.increments).sum()
-    }
-
+    /// Refuses a path that cannot be followed, with the first offence in the order of the steps.
     pub(crate) fn validate(&self) -> Result<(), SceneError> {
         let steps = &self.steps;
         let Some(first) = steps.first() else {
@@ -165,15 +165,15 @@ impl Loading {
         };
         for (i, step) in steps.iter().enumerate() {
             for (given, [motion, force]) in step.given().iter().zip(Step::NAMES) {
-                let at = |name: &str| format!("loading.steps[{i}].{name}");
+                let key = |name: &str| format!("loading.steps[{i}].{name}");
                 for (value, name) in given.iter().zip([motion, force]) {
                     if let Some(value) = value {
-                        finite(&at(name), *value)?;
+                        finite(&key(name), *value)?;
                     }
                 }
                 if let [Some(_), Some(value)] = given {
                     return Err(refuse(
-                        &at(force),
+                        &key(force),
                         value,
                         &format!("cannot stand beside `{motion}`: give one of the two"),
                     ));
@@ -218,11 +218,7 @@ impl Loading {
             }
             _ => {}
         }
-        let count =
-            |steps: &[Step]| steps.iter().map(|step| u64::from(step.increments)).sum::<u64>();
-        let (lead, cycle) =
-            steps.split_at(self.cycle_from.map_or(steps.len(), |from| from as usize));
-        let total = count(lead).saturating_add(count(cycle).saturating_mul(u64::from(self.cycles)));
+        let total = self.increments();
         if total > u64::from(Self::MAX_INCREMENTS) {
             return Err(refuse(
                 "loading.steps",
@@ -235,12 +231,25 @@ impl Loading {
 }
 
 impl Loading {
-    /// The path, with every degree of freedom that a step does not mention under the control of the
-    /// step before.
+    /// Returns the number of increments of the path; cycles count as often as they are run through.
+    pub fn increments(&self) -> u64 {
+        let count =
+            |steps: &[Step]| steps.iter().map(|step| u64::from(step.increments)).sum::<u64>();
+        let (lead, cycle) = self.steps.split_at(self.cycle_start());
+        count(lead).saturating_add(count(cycle).saturating_mul(u64::from(self.cycles)))
+    }
+
+    /// Returns the index of the step with which the cycle begins; without a cycle it is the number
+    /// of steps.
+    fn cycle_start(&self) -> usize {
+        self.cycle_from.map_or(self.steps.len(), |from| from as usize).min(self.steps.len())
+    }
+
+    /// Returns the path with its cycles unrolled. Every degree of freedom that a step does not
+    /// mention is under the control of the step before.
     pub fn legs(&self) -> Vec<Leg> {
-        let mut target = [Control::Motion(0.0); 6];
-        let from =
-            self.cycle_from.map_or(self.steps.len(), |from| from as usize).min(self.steps.len());
+        let mut target = PerDof::all(Control::Motion(0.0));
+        let from = self.cycle_start();
         let lead = (0..from).map(|step| (step, 0));
         let cycles = (1..=self.cycles)
             .flat_map(|cycle| (from..self.steps.len()).map(move |step| (step, cycle)));
@@ -253,23 +262,23 @@ impl Loading {
             .collect()
     }
 
-    /// The same path without what goes without saying: controls that repeat the step before, and
-    /// −0.
+    /// Returns a path with the same legs that omits the controls that repeat the step before, and
+    /// has 0 in place of −0.
     pub fn normalised(&self) -> Self {
-        let mut before = [Control::Motion(0.0); 6];
+        let mut before = PerDof::all(Control::Motion(0.0));
         let mut loading = self.clone();
         for (index, step) in loading.steps.iter_mut().enumerate() {
             let after = step.from(before);
-            // what a step of a cycle repeats the first time it may change the second time
+            // A control that a step of a cycle repeats the first time may be a change the second.
             let is_once =
                 self.cycles == 1 || self.cycle_from.is_none_or(|from| index < from as usize);
-            for (which, given) in step.given_mut().into_iter().enumerate() {
+            for (dof, given) in Dof::ALL.into_iter().zip(step.given_mut()) {
                 let says_nothing =
-                    is_once && after[which] == before[which] && !(index == 0 && which == 0);
+                    is_once && after[dof] == before[dof] && !(index == 0 && dof == Dof::Approach);
                 for value in given {
                     match value {
                         Some(_) if says_nothing => *value = None,
-                        Some(x) => *x += 0.0, // −0 becomes 0
+                        Some(x) => *x += 0.0, // This turns −0 into 0.
                         None => {}
                     }
                 }
@@ -281,8 +290,8 @@ impl Loading {
 }
 
 impl Step {
-    /// The controls after this step, given those before it.
-    fn from(&self, mut target: [Control; 6]) -> [Control; 6] {
+    /// Returns the controls after this step, given those before it.
+    fn from(&self, mut target: PerDof<Control>) -> PerDof<Control> {
         for (control, given) in target.iter_mut().zip(self.given()) {
             match given {
                 [Some(motion), _] => *control = Control::Motion(motion),
@@ -293,33 +302,40 @@ impl Step {
         target
     }
 
-    fn given_mut(&mut self) -> [[&mut Option<f64>; 2]; 6] {
-        [
+    /// Returns the values of [`given`](Self::given), to change them.
+    fn given_mut(&mut self) -> PerDof<[&mut Option<f64>; 2]> {
+        PerDof::new([
             [&mut self.approach, &mut self.normal_force],
             [&mut self.shift_x, &mut self.force_x],
             [&mut self.shift_y, &mut self.force_y],
             [&mut self.tilt_x, &mut self.moment_x],
             [&mut self.tilt_y, &mut self.moment_y],
             [&mut self.twist, &mut self.moment_z],
-        ]
+        ])
     }
 }
 
 impl Leg {
-    /// What is asked of the `part`-th of its increments, counted from 1, when the step before left
-    /// the punch at `motion` with these `resultants`: everything moves evenly from where it is.
-    pub fn increment(&self, part: u32, motion: &Motion, resultants: &[f64; 6]) -> [Control; 6] {
+    /// Returns the controls of increment `number`, counted from 1, if the step
+    /// before left the punch at `motion` \[m or rad\] with these `resultants` \[N or N m\]. Every
+    /// control goes evenly from there to its target.
+    pub(crate) fn increment(
+        &self,
+        number: u32,
+        motion: &Motion,
+        resultants: &PerDof<f64>,
+    ) -> PerDof<Control> {
         let mut controls = self.target;
-        if part >= self.increments {
-            return controls; // exactly, without rounding
+        if number >= self.increments {
+            return controls; // The last increment meets the target without rounding.
         }
-        let share = f64::from(part) / f64::from(self.increments);
-        let motion = motion.to_array();
-        for (which, control) in controls.iter_mut().enumerate() {
+        let share = f64::from(number) / f64::from(self.increments);
+        let motion = motion.per_dof();
+        for (dof, control) in Dof::ALL.into_iter().zip(controls.iter_mut()) {
             let between = |from: f64, to: f64| from + share * (to - from);
             *control = match *control {
-                Control::Motion(to) => Control::Motion(between(motion[which], to)),
-                Control::Force(to) => Control::Force(between(resultants[which], to)),
+                Control::Motion(to) => Control::Motion(between(motion[dof], to)),
+                Control::Force(to) => Control::Force(between(resultants[dof], to)),
             };
         }
         controls
@@ -339,17 +355,21 @@ mod tests {
             Loading { steps: vec![press, pull, hold], cycle_from: Some(1), cycles: 2 }.legs();
         let order: Vec<_> = legs.iter().map(|leg| (leg.step, leg.cycle)).collect();
         assert_eq!(order, [(0, 0), (1, 1), (2, 1), (1, 2), (2, 2)]);
-        assert_eq!(legs[1].target[..2], [Control::Force(10.0), Control::Force(2.0)]);
-        assert_eq!(legs[2].target[..2], [Control::Motion(1e-5), Control::Motion(1e-6)]);
+        assert_eq!(legs[1].target.to_array()[..2], [Control::Force(10.0), Control::Force(2.0)]);
+        assert_eq!(legs[2].target.to_array()[..2], [Control::Motion(1e-5), Control::Motion(1e-6)]);
         assert_eq!(
-            legs[3].target[..2],
+            legs[3].target.to_array()[..2],
             [Control::Motion(1e-5), Control::Force(2.0)],
             "the second cycle begins where the first ended"
         );
-        let halfway = legs[1].increment(2, &Motion::default(), &[8.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
-        assert_eq!(halfway[..3], [Control::Force(9.0), Control::Force(1.5), Control::Motion(0.0)]);
+        let halfway =
+            legs[1].increment(2, &Motion::default(), &PerDof::new([8.0, 1.0, 0.0, 0.0, 0.0, 0.0]));
         assert_eq!(
-            legs[1].increment(4, &Motion::default(), &[8.0, 0.3, 0.0, 0.0, 0.0, 0.0]),
+            halfway.to_array()[..3],
+            [Control::Force(9.0), Control::Force(1.5), Control::Motion(0.0)]
+        );
+        assert_eq!(
+            legs[1].increment(4, &Motion::default(), &PerDof::new([8.0, 0.3, 0.0, 0.0, 0.0, 0.0])),
             legs[1].target
         );
     }
@@ -377,5 +397,16 @@ mod tests {
         };
         assert_eq!(cycle.normalised(), cycle, "a step of a cycle comes after its last as well");
         assert_eq!(cycle.normalised().legs(), cycle.legs());
+    }
+
+    #[test]
+    fn increments_are_those_of_the_legs() {
+        let press = Step { normal_force: Some(10.0), increments: 3, ..Step::default() };
+        let pull = Step { force_x: Some(2.0), increments: 4, ..Step::default() };
+        for (cycle_from, cycles, count) in [(None, 1, 7), (Some(1), 5, 23), (Some(0), 2, 14)] {
+            let loading = Loading { steps: vec![press, pull], cycle_from, cycles };
+            let sum: u32 = loading.legs().iter().map(|leg| leg.increments).sum();
+            assert_eq!((loading.increments(), u64::from(sum)), (count, count));
+        }
     }
 }

@@ -1,5 +1,5 @@
-//! How a scene is discretised and solved. Nothing in here changes what is being asked, only how
-//! exactly it is answered.
+//! The discretisation of a scene and the way in which it is solved. Nothing in here changes the
+//! question, only the exactness of the answer.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,67 +8,71 @@ use super::error::{SceneError, is_zero, positive, refuse};
 use super::loading::Loading;
 use super::rigid::Control;
 
-/// How a scene is discretised and solved. Nothing in here changes what is being asked, only how
-/// exactly it is answered.
+/// The discretisation of a scene and the way in which it is solved. Nothing in here changes the
+/// question, only the exactness of the answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Numerics {
-    /// Elements of the grid.
+    /// The numbers of elements of the grid.
     pub mesh: Mesh,
-    /// How the continuous operator becomes a matrix.
+    /// The rule by which the continuous operator becomes a matrix.
     #[serde(default)]
     pub projection: Projection,
-    /// Regularisation ε ≥ 0 of equation (3), dimensionless: the operator gets ε·c·ℓ·I, with c the
+    /// The regularisation ε ≥ 0 of equation (3) \[1\]. The operator gets ε·c·ℓ·I, with c the
     /// bodies' summed (1−ν)/G and ℓ half the diameter of Ω.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub epsilon: f64,
-    /// A-priori ceiling u > 0 on the pressure \[Pa\] in equation (3); `None` is no ceiling,
-    /// equation (1).
+    /// The ceiling u > 0 on the pressure \[Pa\] in equation (3), which is known a priori; `None` is
+    /// no ceiling, equation (1).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ceiling: Option<f64>,
     /// The solver.
     #[serde(default)]
     pub method: Method,
-    /// Largest relative natural-map residual that counts as solved, 0 < tolerance < 1.
+    /// The largest relative natural-map residual that counts as solved, 0 < tolerance < 1 \[1\].
     #[serde(default = "Numerics::default_tolerance")]
     pub tolerance: f64,
-    /// Iterations of one increment, on the grid itself, after which the solver gives up.
+    /// The number of iterations of one increment, on the grid itself, after which the solver gives
+    /// up.
     #[serde(default = "Numerics::default_max_iterations")]
     pub max_iterations: u32,
-    /// Effects that are simulated although the scene does not call for them ([`Effect::OPTIONAL`]).
+    /// The effects that are simulated although the scene does not call for them
+    /// ([`Effect::OPTIONAL`]).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub simulate: Vec<Effect>,
 }
 
 impl Numerics {
-    /// The default relative residual, 1e-8.
+    /// Returns the default relative residual, 1e-8 \[1\].
     pub fn default_tolerance() -> f64 {
         1e-8
     }
-    /// The default limit on iterations.
+    /// Returns the default limit on iterations.
     pub fn default_max_iterations() -> u32 {
         20_000
     }
 }
 
-/// Numbers of elements along x and y.
+/// The numbers of elements along x and y.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Mesh {
-    /// So many elements along x, and along y as many as make them nearest to square.
+    /// The number of elements along x; along y there are as many as make them nearest to square.
     Across(u32),
-    /// So many elements along x and along y.
+    /// The numbers of elements along x and along y.
     Exact([u32; 2]),
 }
 
-/// How the continuous operator becomes a matrix.
+/// The rule by which the continuous operator becomes a matrix.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Projection {
-    /// Mean displacement over the receiving element (Alexandrov's averaging, equation 4; Galerkin).
+    /// The mean displacement over the receiving element (Alexandrov's averaging, equation 4;
+    /// Galerkin).
     #[default]
     Average,
-    /// Displacement at the receiving element's centre (collocation; CONTACT and most of the field).
+    /// The displacement at the receiving element's centre (collocation; CONTACT and most of the
+    /// field).
     Midpoint,
 }
 
@@ -76,7 +80,7 @@ pub enum Projection {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// What suits the scene ([`Method::chosen`]).
+    /// The method that suits the scene ([`Method::chosen`]).
     #[default]
     Auto,
     /// Alexandrov's nonlinear Seidel iteration, the reference.
@@ -86,17 +90,26 @@ pub enum Method {
     Newton,
 }
 
+/// The method that solves a problem, and the reason for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ChosenMethod {
+    /// The method, which is not [`Method::Auto`].
+    pub method: Method,
+    /// The reason, in words.
+    pub reason: &'static str,
+}
+
 impl Method {
-    /// The method that solves a problem of this many elements under these loads, and why: itself,
-    /// unless it is left to the scene.
-    pub fn chosen(self, loading: &Loading, elements: [usize; 2]) -> (Method, &'static str) {
+    /// Returns the method that solves a problem of `elements` elements along x and y under these
+    /// loads, and the reason. It is the method itself, unless the choice is left to the scene.
+    pub fn chosen(self, loading: &Loading, elements: [usize; 2]) -> ChosenMethod {
         let legs = loading.legs();
         let prescribed = || {
             legs.iter()
                 .flat_map(|leg| leg.target)
                 .all(|control| matches!(control, Control::Motion(_)))
         };
-        match self {
+        let (method, reason) = match self {
             Method::Auto if elements[0] * elements[1] <= 36 && prescribed() => (
                 Method::Seidel,
                 "so few elements are swept through faster than a linear system is set up",
@@ -106,7 +119,8 @@ impl Method {
             }
             Method::Auto => (Method::Newton, "it has the forces' motions among its unknowns"),
             Method::Seidel | Method::Newton => (self, "asked for"),
-        }
+        };
+        ChosenMethod { method, reason }
     }
 }
 
@@ -116,7 +130,10 @@ impl Mesh {
 }
 
 impl Numerics {
-    /// Refuses settings that cannot work; the first offence in the order of the fields.
+    /// Refuses settings that cannot work.
+    ///
+    /// # Errors
+    /// A [`SceneError`] reports the first offence in the order of the fields.
     pub fn validate(&self) -> Result<(), SceneError> {
         let (sides, shown) = match self.mesh {
             Mesh::Across(n) => ([n, n], n.to_string()),

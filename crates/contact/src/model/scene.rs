@@ -1,8 +1,9 @@
-//! A scene: two bodies, friction between them, and how they are moved. Plain data in SI units, no
-//! grid.
+//! A scene: two bodies, the friction between them, and the path along which they are moved. These
+//! are plain data in SI units, without a grid.
 //!
-//! Every `validate` refuses a scene that has no mechanical meaning and names the key, the value and
-//! what would be right; keys are spelled as in a study file (`foundation.base.poisson`).
+//! Every `validate` refuses data that have no mechanical meaning, and names the key, the value and
+//! the condition that a right value meets. Keys are spelled as in a study file
+//! (`foundation.base.poisson`).
 
 use serde::{Deserialize, Serialize};
 
@@ -17,13 +18,13 @@ pub struct Scene {
     pub foundation: Foundation,
     /// The body above it.
     pub punch: Punch,
-    /// Coulomb friction between the two.
+    /// The Coulomb friction between the two.
     pub friction: Friction,
     /// The rectangle Ω that is meshed; `None` lets the punch and its approach choose it
-    /// ([`Scene::domain`]).
+    /// ([`domain`](crate::punch::domain)).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub domain: Option<Domain>,
-    /// How the punch is moved.
+    /// The path along which the punch is moved.
     pub loading: Loading,
 }
 
@@ -31,10 +32,10 @@ pub struct Scene {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Foundation {
-    /// Layers from the surface down; none is a homogeneous half-space.
+    /// The layers from the surface down; without any, the foundation is a homogeneous half-space.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub layers: Vec<Layer>,
-    /// What they rest on.
+    /// The base on which the layers rest.
     pub base: Base,
 }
 
@@ -42,32 +43,32 @@ pub struct Foundation {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Layer {
-    /// Shear modulus G > 0 \[Pa\].
+    /// The shear modulus G > 0 \[Pa\].
     pub shear_modulus: f64,
     /// Poisson's ratio ν, 0 ≤ ν ≤ ½ \[1\].
     pub poisson: f64,
-    /// Thickness > 0 \[m\].
+    /// The thickness > 0 \[m\].
     pub thickness: f64,
 }
 
 impl Layer {
-    /// Its material.
-    pub fn material(&self) -> Material {
+    /// Returns the material of the layer.
+    pub(crate) fn material(&self) -> Material {
         Material { shear_modulus: self.shear_modulus, poisson: self.poisson }
     }
 }
 
-/// What a foundation's layers rest on; written `"rigid"` or as the material.
+/// The base on which a foundation's layers rest. It is written `"rigid"` or as the material.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "BaseText", into = "BaseText")]
 pub enum Base {
-    /// Nothing moves below the layers, which are bonded to it.
+    /// A rigid base, to which the layers are bonded.
     Rigid,
     /// An elastic half-space.
     Elastic(Material),
 }
 
-/// A [`Base`] as it is written.
+/// A [`Base`] in the form in which it is written.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
 enum BaseText {
@@ -75,6 +76,7 @@ enum BaseText {
     Elastic(Material),
 }
 
+/// The base that is written as a word.
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum BaseWord {
@@ -100,14 +102,14 @@ impl From<Base> for BaseText {
 }
 
 impl Foundation {
-    /// A homogeneous half-space.
+    /// Makes a homogeneous half-space.
     pub fn half_space(material: Material) -> Self {
         Self { layers: Vec::new(), base: Base::Elastic(material) }
     }
 
-    /// The material at the surface; `None` for a rigid base without layers, which
+    /// Returns the material at the surface, or `None` for a rigid base without layers, which
     /// [`Scene::validate`] refuses.
-    pub fn surface(&self) -> Option<Material> {
+    pub(crate) fn surface(&self) -> Option<Material> {
         match (self.layers.first(), self.base) {
             (Some(layer), _) => Some(layer.material()),
             (None, Base::Elastic(material)) => Some(material),
@@ -120,7 +122,7 @@ impl Foundation {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
-    /// Shear modulus G > 0 \[Pa\].
+    /// The shear modulus G > 0 \[Pa\].
     pub shear_modulus: f64,
     /// Poisson's ratio ν, 0 ≤ ν ≤ ½ \[1\]; ½ (incompressible) is an ordinary value.
     pub poisson: f64,
@@ -129,97 +131,99 @@ pub struct Material {
 /// The punch: its shape, and its material if it is elastic.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Punch {
-    /// Surface shape.
+    /// The shape of the surface.
     #[serde(flatten)]
     pub shape: Shape,
-    /// Elastic half-space material of the punch; `None` is a rigid punch.
+    /// The material of the punch, an elastic half-space; `None` is a rigid punch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material: Option<Material>,
 }
 
-/// The closed list of punch shapes. Each gives an initial gap g₀(x, y) ≥ 0 \[m\] and a sole (where
-/// it can touch).
+/// The closed list of punch shapes. Each gives an initial gap g₀(x, y) ≥ 0 \[m\] and a sole, on
+/// which alone it can touch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "shape", rename_all = "kebab-case")]
 pub enum Shape {
-    /// g₀ = (x² + y²)/2R, the paraboloid of Hertz's theory.
+    /// The paraboloid of Hertz's theory, g₀ = (x² + y²)/2R.
     Sphere {
-        /// Radius R > 0 \[m\].
+        /// The radius R > 0 \[m\].
         radius: f64,
     },
-    /// g₀ = x²/2Rx + y²/2Ry.
+    /// The elliptic paraboloid g₀ = x²/2Rx + y²/2Ry.
     Ellipsoid {
-        /// Principal radius of curvature in the x–z plane, Rx > 0 \[m\].
+        /// The principal radius of curvature in the x–z plane, Rx > 0 \[m\].
         radius_x: f64,
-        /// Principal radius of curvature in the y–z plane, Ry > 0 \[m\].
+        /// The principal radius of curvature in the y–z plane, Ry > 0 \[m\].
         radius_y: f64,
     },
-    /// g₀ = 0 on a rectangle, the only part of Ω that can touch.
+    /// The rectangle with g₀ = 0, the only part of Ω that can touch.
     FlatRectangle {
-        /// Extent along x > 0 \[m\].
+        /// The extent along x > 0 \[m\].
         width_x: f64,
-        /// Extent along y > 0 \[m\].
+        /// The extent along y > 0 \[m\].
         width_y: f64,
     },
-    /// g₀ = 0 on a disk, the only part of Ω that can touch.
+    /// The disk with g₀ = 0, the only part of Ω that can touch.
     FlatDisk {
-        /// Radius > 0 \[m\].
+        /// The radius > 0 \[m\].
         radius: f64,
     },
-    /// g₀ = r tan(angle).
+    /// The cone g₀ = r tan(angle).
     Cone {
-        /// Angle between the cone's surface and the plane of contact, 0 < angle < π/2 \[rad\].
+        /// The angle between the cone's surface and the plane of contact, 0 < angle < π/2 \[rad\].
         angle: f64,
     },
-    /// A sampled surface: g₀ = max(heights) − heights, heights positive towards the foundation.
+    /// A sampled surface, g₀ = max(heights) − heights; heights are positive towards the foundation.
     HeightMap {
-        /// Name of the surface in [`Surfaces`](crate::punch::Surfaces); in a stored job, the hash
-        /// of its heights.
+        /// The name of the surface in [`Surfaces`](crate::punch::Surfaces); in a stored job, the
+        /// hash of its heights.
         surface: String,
-        /// Extent of the map along x > 0 \[m\]; it is the sole.
+        /// The extent of the map along x > 0 \[m\]; the map is the sole.
         width_x: f64,
-        /// Extent of the map along y > 0 \[m\].
+        /// The extent of the map along y > 0 \[m\].
         width_y: f64,
     },
-    /// A wheel pressed onto a rail, seen from the plane that touches both where they first meet: x
-    /// along the track, y across. The rail is the foundation; the wheel's material is the punch's.
-    /// The approach is along the normal of that plane.
+    /// A wheel that is pressed onto a rail, seen from the plane that touches both where they first
+    /// meet, with x along the track and y across. The rail is the foundation; the wheel's material
+    /// is the punch's. The approach is along the normal of that plane.
     WheelOnRail(WheelRail),
 }
 
-/// Which profiles, how they lie in the track, and where the wheelset stands. Profiles are given as
-/// they are on the right-hand side. Track coordinates: x along the track, y to the right, z down.
+/// The profiles of a wheel and a rail, their positions in the track, and that of the wheelset.
+/// Profiles are given as they are on the right-hand side. In track coordinates x goes along the
+/// track, y to the right and z down.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WheelRail {
-    /// Name of the wheel's profile in [`Surfaces`](crate::punch::Surfaces); in a stored job, its
-    /// hash.
+    /// The name of the wheel's profile in [`Surfaces`](crate::punch::Surfaces); in a stored job,
+    /// the profile's hash.
     pub wheel: String,
-    /// Name of the rail's profile.
+    /// The name of the rail's profile; in a stored job, the profile's hash.
     pub rail: String,
-    /// Which of the two wheels of the wheelset.
+    /// The side of the wheelset on which the wheel sits.
     pub side: Side,
-    /// Radius of the wheel at its profile's z = 0 > 0 \[m\].
+    /// The radius of the wheel at its profile's z = 0, > 0 \[m\].
     pub rolling_radius: f64,
-    /// Distance between the rails' gauge faces > 0 \[m\].
+    /// The distance between the rails' gauge faces > 0 \[m\].
     pub gauge: f64,
-    /// Depth below the rails' tops down to which the gauge is measured ≥ 0 \[m\].
+    /// The depth below the rails' tops down to which the gauge is measured, ≥ 0 \[m\].
     pub gauge_depth: f64,
-    /// Distance between the backs of the flanges > 0 \[m\].
+    /// The distance between the backs of the flanges > 0 \[m\].
     pub flange_back_distance: f64,
-    /// From the back of a flange to its profile's y = 0 \[m\].
+    /// The distance from the back of a flange to its profile's y = 0 \[m\].
     pub flange_back_to_origin: f64,
-    /// Lateral displacement of the wheelset along y \[m\].
+    /// The lateral displacement of the wheelset along y \[m\].
     pub lateral: f64,
-    /// Yaw of the wheelset about z \[rad\]: positive turns x towards y.
+    /// The yaw of the wheelset about z \[rad\]; a positive one turns x towards y.
     pub yaw: f64,
-    /// Roll of the wheelset about x \[rad\], after the yaw: positive lowers the right wheel.
+    /// The roll of the wheelset about x after the yaw \[rad\]; a positive one lowers the right
+    /// wheel.
     pub roll: f64,
 }
 
 impl WheelRail {
     /// The standard gauge \[m\].
     pub const GAUGE: f64 = 1.435;
-    /// The depth at which it is measured \[m\].
+    /// The depth at which the gauge is measured \[m\].
     pub const GAUGE_DEPTH: f64 = 0.014;
     /// The usual distance between the backs of the flanges \[m\].
     pub const FLANGE_BACK_DISTANCE: f64 = 1.360;
@@ -231,7 +235,7 @@ impl WheelRail {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Friction {
-    /// Coefficient of friction μ ≥ 0 \[1\].
+    /// The coefficient of friction μ ≥ 0 \[1\].
     pub mu: f64,
 }
 
@@ -239,36 +243,40 @@ pub struct Friction {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Domain {
-    /// Extent along x > 0 \[m\].
+    /// The extent along x > 0 \[m\].
     pub width_x: f64,
-    /// Extent along y > 0 \[m\].
+    /// The extent along y > 0 \[m\].
     pub width_y: f64,
-    /// x of the centre \[m\].
+    /// The x of the centre \[m\].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub center_x: f64,
-    /// y of the centre \[m\].
+    /// The y of the centre \[m\].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub center_y: f64,
 }
 
 impl Material {
-    /// Compliance (1−ν)/G \[1/Pa\].
-    pub fn compliance(&self) -> f64 {
+    /// Returns the compliance (1−ν)/G \[1/Pa\].
+    pub(crate) fn compliance(&self) -> f64 {
         (1.0 - self.poisson) / self.shear_modulus
     }
 
-    fn validate(&self, at: &str) -> Result<(), SceneError> {
-        positive(&format!("{at}.shear_modulus"), self.shear_modulus)?;
+    /// Refuses constants that no material has; `key` is that of the material.
+    fn validate(&self, key: &str) -> Result<(), SceneError> {
+        positive(&format!("{key}.shear_modulus"), self.shear_modulus)?;
         if (0.0..=0.5).contains(&self.poisson) {
             Ok(())
         } else {
-            Err(refuse(&format!("{at}.poisson"), self.poisson, "must lie between 0 and 0.5"))
+            Err(refuse(&format!("{key}.poisson"), self.poisson, "must lie between 0 and 0.5"))
         }
     }
 }
 
 impl Scene {
-    /// Refuses what has no mechanical meaning; the first offence in the order of the fields.
+    /// Refuses a scene that has no mechanical meaning.
+    ///
+    /// # Errors
+    /// A [`SceneError`] reports the first offence in the order of the fields.
     pub fn validate(&self) -> Result<(), SceneError> {
         for (i, layer) in self.foundation.layers.iter().enumerate() {
             layer.material().validate(&format!("foundation.layers[{i}]"))?;
@@ -352,19 +360,19 @@ impl Foundation {
     pub const MAX_LAYERS: usize = 64;
 }
 
-/// On which side of the track, seen along x.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+/// The side of the track, seen along x.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Side {
-    /// y < 0.
+    /// The side y < 0.
     Left,
-    /// y > 0.
+    /// The side y > 0.
     Right,
 }
 
 impl Side {
-    /// −1 on the left, 1 on the right.
-    pub fn sign(self) -> f64 {
+    /// Returns −1 on the left and 1 on the right.
+    pub(crate) fn sign(self) -> f64 {
         match self {
             Self::Left => -1.0,
             Self::Right => 1.0,
@@ -377,7 +385,8 @@ pub(crate) mod tests {
     use super::*;
     use crate::model::loading::Step;
 
-    /// A steel sphere of 10 mm pressed 1 µm into a like half-space's rigid counterpart; μ = 0.3.
+    /// Makes a scene: a rigid sphere with a radius of 10 mm is pressed 1 µm into a half-space of
+    /// steel; μ = 0.3.
     pub(crate) fn sphere_on_half_space() -> Scene {
         Scene {
             foundation: Foundation::half_space(Material { shear_modulus: 80e9, poisson: 0.3 }),

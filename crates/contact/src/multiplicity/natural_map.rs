@@ -1,38 +1,38 @@
-//! The natural map F(p) = p − Gᵘ_μ(p − E(εp + Ap − f)) of a problem with prescribed motion, and its
-//! linearisation, as dense matrices over the elements of Ω.
+//! The natural map F(p) = p − Gᵘ_μ(p − E(εp + Ap − f)) of a problem with a prescribed motion, and
+//! its linearisation, as dense matrices over the elements of Ω.
 
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef};
 
 use crate::problem::{Problem, g_mu, h_u};
 
-/// What an element is taken to do.
+/// The state that an element is taken to have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum ElementState {
-    /// p = 0.
+    /// The element is open: p = 0.
     Open,
-    /// w = 0.
+    /// The element sticks: w = 0.
     Stick,
-    /// w₁ = 0 and p_t = μ p₁ n.
+    /// The element slips: w₁ = 0 and p_t = μ p₁ n, with n = (x, y).
     Slip([f64; 2]),
 }
 
 pub(super) struct NaturalMap<'a> {
     problem: &'a Problem,
-    /// A over the elements of Ω, blocks n, x, y.
+    /// The matrix A over the elements of Ω, in blocks n, x, y.
     matrix: MatRef<'a, f64>,
     active: Vec<usize>,
-    /// E⁻¹, the largest diagonal entry of A.
+    /// The inverse E⁻¹, which is the largest diagonal entry of A.
     diagonal: f64,
 }
 
-/// Steps of the deflated iteration.
+/// The largest number of steps of the deflated iteration.
 const STEPS: usize = 40;
 
-/// Pivots whose ratio to the largest is below this are rounding.
+/// The ratio to the largest pivot below which a pivot is rounding.
 const SINGULAR: f64 = 1e-13;
 
-/// Distance from a kink of G, over the largest |x|, that is rounding.
+/// The distance from a kink of G, over the largest |x|, that is rounding.
 const KINK: f64 = 1e-10;
 
 impl<'a> NaturalMap<'a> {
@@ -44,7 +44,7 @@ impl<'a> NaturalMap<'a> {
         self.matrix.nrows()
     }
 
-    /// A field on the grid, as a column over the elements of Ω.
+    /// Returns a field on the grid as a column over the elements of Ω.
     fn column(&self, field: &[f64]) -> Mat<f64> {
         let (m, k) = (self.active.len(), self.problem.grid.len());
         Mat::from_fn(self.size(), 1, |row, _| field[row / m * k + self.active[row % m]])
@@ -59,7 +59,7 @@ impl<'a> NaturalMap<'a> {
         field
     }
 
-    /// x = p − E(εp + Ap − f).
+    /// Computes x = p − E(εp + Ap − f).
     fn argument(&self, p: MatRef<'_, f64>) -> Mat<f64> {
         let f = self.column(&self.problem.f);
         let displacement = self.matrix * p;
@@ -70,16 +70,17 @@ impl<'a> NaturalMap<'a> {
         })
     }
 
-    /// F(p) and J = I − G′(x)(I − E(εI + A)), G′ an element of the generalised derivative.
+    /// Computes F(p) and J = I − G′(x)(I − E(εI + A)), where G′ is an element of the generalised
+    /// derivative.
     fn linearised(&self, p: MatRef<'_, f64>) -> (Mat<f64>, Mat<f64>) {
         let (m, size) = (self.active.len(), self.size());
         let x = self.argument(p);
         let mut value = p.to_owned();
         let mut jacobian = Mat::<f64>::identity(size, size);
         for a in 0..m {
-            let own = [0, 1, 2].map(|c| x[(c * m + a, 0)]);
-            let mapped = g_mu(own, self.problem.mu, self.problem.ceiling);
-            let derivative = self.derivative(own);
+            let argument = [0, 1, 2].map(|c| x[(c * m + a, 0)]);
+            let mapped = g_mu(argument, self.problem.mu, self.problem.ceiling);
+            let derivative = self.derivative(argument);
             for c in 0..3 {
                 value[(c * m + a, 0)] -= mapped[c];
             }
@@ -88,8 +89,9 @@ impl<'a> NaturalMap<'a> {
             }
             for column in 0..size {
                 let through = [0, 1, 2].map(|c| {
-                    let (row, own) = (c * m + a, if c * m + a == column { 1.0 } else { 0.0 });
-                    own - (self.problem.epsilon * own + self.matrix[(row, column)]) / self.diagonal
+                    let (row, unit) = (c * m + a, if c * m + a == column { 1.0 } else { 0.0 });
+                    unit - (self.problem.epsilon * unit + self.matrix[(row, column)])
+                        / self.diagonal
                 });
                 for c in 0..3 {
                     jacobian[(c * m + a, column)] -=
@@ -100,7 +102,7 @@ impl<'a> NaturalMap<'a> {
         (value, jacobian)
     }
 
-    /// G′ at one element.
+    /// Computes G′ at one element.
     fn derivative(&self, x: [f64; 3]) -> [[f64; 3]; 3] {
         if x[0] <= 0.0 {
             return [[0.0; 3]; 3];
@@ -123,8 +125,8 @@ impl<'a> NaturalMap<'a> {
         ]
     }
 
-    /// ‖J⁻¹F‖/‖p‖ and sign det J at a solution; infinite and 0 where J is singular to rounding, and
-    /// 0 on a kink of F, where J is not one.
+    /// Computes ‖J⁻¹F‖/‖p‖ and sign det J at a solution. They are infinite and 0 if J is singular
+    /// to rounding. The sign is also 0 on a kink of F, where J is not unique.
     pub(super) fn error_and_index(&self, p: &[f64]) -> (f64, i64) {
         let p = self.column(p);
         let (value, jacobian) = self.linearised(p.as_ref());
@@ -140,7 +142,7 @@ impl<'a> NaturalMap<'a> {
         )
     }
 
-    /// Whether an element is between two states: about to open, to reach the ceiling, or to slip.
+    /// Says if an element is between two states: about to open, to reach the ceiling, or to slip.
     fn is_on_kink(&self, p: MatRef<'_, f64>) -> bool {
         let m = self.active.len();
         let x = self.argument(p);
@@ -154,8 +156,9 @@ impl<'a> NaturalMap<'a> {
         })
     }
 
-    /// The tractions in equilibrium when every element does what `pattern` (one entry per element
-    /// of the grid) says, signs and bounds left out of account; zero where that is singular.
+    /// Returns the tractions in equilibrium if every element has the state in `pattern` (one entry
+    /// per element of the grid). Signs and bounds are left out of account. The tractions are zero
+    /// if the equations are singular.
     pub(super) fn equilibrium(&self, pattern: &[ElementState]) -> Vec<f64> {
         let (m, size) = (self.active.len(), self.size());
         let f = self.column(&self.problem.f);
@@ -179,9 +182,10 @@ impl<'a> NaturalMap<'a> {
         if solved.iter().all(|p| p.is_finite()) { solved } else { vec![0.0; solved.len()] }
     }
 
-    /// Newton's method from `start` on M F with M = Π (1/‖p − pᵢ‖² + 1) over the `known` solutions,
-    /// lengths in units of the largest of them or of what f makes; also gives the matrices
-    /// factored. J⁻¹F of F itself is scaled by 1/(1 − ∇M·J⁻¹F/M) (Sherman–Morrison).
+    /// Runs Newton's method from `start` on M F with M = Π (1/‖p − pᵢ‖² + 1) over the `known`
+    /// solutions. Lengths are in units of the largest of these, or of a tenth of the size that f
+    /// leads to. It returns the tractions and the number of matrices factored. The step J⁻¹F of F
+    /// itself is scaled by 1/(1 − ∇M·J⁻¹F/M) (Sherman–Morrison).
     pub(super) fn deflated<'s>(
         &self,
         start: &[f64],
@@ -199,7 +203,7 @@ impl<'a> NaturalMap<'a> {
             }
             let step = jacobian.partial_piv_lu().solve(&value);
             factored += 1;
-            // ∇ log M · step
+            // The slope is ∇ log M · step.
             let mut slope = 0.0;
             for other in &known {
                 let away = &p - other;
@@ -210,7 +214,7 @@ impl<'a> NaturalMap<'a> {
                 slope -= 2.0 * inner / (squared * (1.0 + squared));
             }
             let scale = 1.0 / (1.0 - slope);
-            // too long a step is of no use: it leaves what f can make
+            // Too long a step is of no use, for it leaves the range of tractions that f can cause.
             let longest = 10.0 * unit / step.norm_l2();
             let scale = scale.clamp(-longest, longest);
             if !scale.is_finite() {
@@ -230,7 +234,7 @@ fn sign_of_determinant(factors: &PartialPivLu<f64>) -> i64 {
         return 0;
     }
     let negative = pivots.iter().filter(|pivot| **pivot < 0.0).count();
-    // a permutation of n elements in c cycles takes n − c transpositions
+    // A permutation of n elements in c cycles takes n − c transpositions.
     let (forward, _) = factors.P().arrays();
     let mut seen = vec![false; forward.len()];
     let mut cycles = 0;
@@ -239,10 +243,10 @@ fn sign_of_determinant(factors: &PartialPivLu<f64>) -> i64 {
             continue;
         }
         cycles += 1;
-        let mut at = from;
-        while !seen[at] {
-            seen[at] = true;
-            at = forward[at];
+        let mut index = from;
+        while !seen[index] {
+            seen[index] = true;
+            index = forward[index];
         }
     }
     if (negative + forward.len() - cycles).is_multiple_of(2) { 1 } else { -1 }
@@ -252,7 +256,7 @@ fn sign_of_determinant(factors: &PartialPivLu<f64>) -> i64 {
 mod tests {
     use super::*;
     use crate::influence::{Dense, InfluenceTable};
-    use crate::model::{Mesh, Method, Numerics, Projection, sphere_on_half_space};
+    use crate::model::{Mesh, Method, Numerics, PerDof, Projection, sphere_on_half_space};
     use crate::punch::Surfaces;
 
     #[test]
@@ -283,18 +287,18 @@ mod tests {
                 simulate: Vec::new(),
             };
             let mut problem = Problem::new(&scene, &numerics, &Surfaces::new()).unwrap();
-            problem.place(&[0.05, 0.02, -0.01, 0.0, 0.0, 0.01]);
+            problem.place(&PerDof::new([0.05, 0.02, -0.01, 0.0, 0.0, 0.01]));
             let table = InfluenceTable::new(&problem.grid, &problem.elasticity, problem.projection);
             let dense = Dense::new(&table);
             let map = NaturalMap::new(&problem, dense.matrix(), table.largest_diagonal());
             let k = problem.grid.len();
-            // open, sticking, slipping and, under the ceiling, bounded elements
+            // The elements are open, sticking, slipping and, under the ceiling, bounded.
             let p: Vec<f64> = (0..3 * k)
-                .map(|at| {
-                    if at < k {
-                        0.03 * ((at * 7) % 5) as f64
+                .map(|row| {
+                    if row < k {
+                        0.03 * ((row * 7) % 5) as f64
                     } else {
-                        0.02 * (((at * 5) % 7) as f64 - 3.0)
+                        0.02 * (((row * 5) % 7) as f64 - 3.0)
                     }
                 })
                 .collect();
@@ -313,7 +317,7 @@ mod tests {
             let p = map.equilibrium(&pattern);
             let x = map.argument(map.column(&p).as_ref());
             for e in 0..k {
-                // x = p where w = 0
+                // The argument x is p where w = 0.
                 match pattern[e] {
                     ElementState::Open => assert_eq!([p[e], p[k + e], p[2 * k + e]], [0.0; 3]),
                     ElementState::Stick => {

@@ -1,4 +1,4 @@
-//! The search: what it starts from, in which order, and what it makes of where a start leads.
+//! The search: the starts and their order, and the solutions that they lead to.
 
 use std::sync::Arc;
 
@@ -7,35 +7,37 @@ use super::natural_map::{ElementState, NaturalMap};
 use super::start::{self, generator};
 use crate::influence::{Components, Dense, Mirror};
 use crate::model::{
-    Control, Method, Numerics, Projection, Scene, SceneError, Status, WorkDone, refuse,
+    Control, Method, Numerics, PerDof, Projection, Scene, SceneError, Status, WorkDone, refuse,
 };
 use crate::path::{Departure, Increment, certify_increment, in_units};
 use crate::problem::{Operator, Operators, Problem, Stage};
-use crate::solver::{self, Iterate, Start, Stop, StopRule, newton};
+use crate::solver::{self, Conditions, Iterate, Start, Stop, StopRule, newton};
 
-/// Relative residual to which a candidate is polished, if rounding lets it.
+/// The relative residual to which a candidate is polished, if rounding lets it.
 const POLISHED: f64 = 1e-12;
 
-/// Relative residual at which a method hands over to the polishing.
+/// The relative residual at which a method hands over to the polishing.
 const HANDED_OVER: f64 = 1e-6;
 
 /// The loosest tolerance of a certificate.
 const LOOSEST: f64 = 1e-10;
 
-/// Relative distance below which two candidates are one solution.
+/// The relative distance below which two candidates are one solution.
 const SAME: f64 = 1e-5;
 
-/// Newton steps after which a method without globalisation is given up, for it goes in circles.
+/// The number of Newton steps after which a method without globalisation is given up, for it goes
+/// in circles.
 const NEWTON_STEPS: u32 = 60;
 
-/// How many times the random starts that were asked for are tried while the indices do not add up.
+/// The multiple of the random starts asked for that are tried while the indices do not add up.
 const PATIENCE: u32 = 4;
 
-/// Earlier solutions between which and a new one starts are placed.
+/// The largest number of earlier solutions that a new one is mixed with.
 const NEIGHBOURS: usize = 8;
 
-/// Factors of μ on the way down to it and up to it.
+/// The factors of μ on the way down to it.
 const FROM_ABOVE: [f64; 9] = [64.0, 16.0, 6.0, 3.0, 2.0, 1.5, 1.2, 1.08, 1.0];
+/// The factors of μ on the way up to it.
 const FROM_BELOW: [f64; 9] = [0.0, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 0.95, 1.0];
 
 /// A search under way.
@@ -45,17 +47,18 @@ pub(super) struct Seeker<'a> {
     operator: Operator,
     certifying: Operator,
     dense: Arc<Dense>,
-    /// What governs the punch, in the problem's units and in SI units.
-    pub(super) controls: [Control; 6],
-    pub(super) asked: [Control; 6],
+    /// The controls of the punch in the problem's units.
+    pub(super) controls: PerDof<Control>,
+    /// The controls of the punch in SI units.
+    pub(super) target: PerDof<Control>,
     departure: Departure,
     numerics: &'a Numerics,
-    /// Tractions and motions of the solutions.
+    /// The tractions and motions of the solutions.
     found: Vec<Start>,
     pub(super) result: Multiplicity,
 }
 
-/// All components, all elements.
+/// The only stage: all components and all elements.
 const WHOLE: [Stage; 1] = [Stage { components: Components::ALL, mirror: Mirror::NONE }];
 
 impl<'a> Seeker<'a> {
@@ -74,7 +77,8 @@ impl<'a> Seeker<'a> {
         }
         let operator = operators.of(&problem);
         let dense = Arc::new(Dense::new(&operator.table));
-        // the solvers' transforms and the certificate's matrix share the coefficients only
+        // The transforms of the solvers and the matrix of the certificate share the coefficients
+        // only.
         let mut certifying = operator.clone();
         certifying.influence = Arc::clone(&dense) as _;
         Ok(Self {
@@ -83,8 +87,8 @@ impl<'a> Seeker<'a> {
             operators,
             operator,
             dense,
-            controls: [Control::Motion(0.0); 6],
-            asked: [Control::Motion(0.0); 6],
+            controls: PerDof::all(Control::Motion(0.0)),
+            target: PerDof::all(Control::Motion(0.0)),
             departure: Departure::default(),
             numerics,
             found: Vec::new(),
@@ -102,25 +106,27 @@ impl<'a> Seeker<'a> {
         })
     }
 
-    /// Follows the path up to its last increment; gives where that one starts, or why it cannot be
-    /// reached.
+    /// Follows the path up to its last increment. Returns the start of that one, or the reason why
+    /// it cannot be reached.
     pub(super) fn follow(&mut self, scene: &Scene) -> Result<Start, String> {
-        let (method, _) = self
+        let method = self
             .numerics
             .method
-            .chosen(&scene.loading, [self.problem.grid.nx(), self.problem.grid.ny()]);
+            .chosen(&scene.loading, [self.problem.grid.nx(), self.problem.grid.ny()])
+            .method;
         let rule = StopRule {
             tolerance: self.numerics.tolerance,
             max_iterations: self.numerics.max_iterations,
         };
-        let mut start = Start { p: vec![0.0; self.problem.f.len()], motion: [0.0; 6] };
+        let mut start = Start { p: vec![0.0; self.problem.f.len()], motion: PerDof::all(0.0) };
         let legs = scene.loading.legs();
-        for (at, leg) in legs.iter().enumerate() {
+        for (number, leg) in legs.iter().enumerate() {
             let leg_departure = self.departure;
-            for part in 1..=leg.increments {
-                self.asked = leg.increment(part, &leg_departure.motion, &leg_departure.resultants);
-                self.controls = in_units(&self.asked, &self.problem);
-                if at + 1 == legs.len() && part == leg.increments {
+            for increment in 1..=leg.increments {
+                self.target =
+                    leg.increment(increment, &leg_departure.motion, &leg_departure.resultants);
+                self.controls = in_units(&self.target, &self.problem);
+                if number + 1 == legs.len() && increment == leg.increments {
                     return Ok(start);
                 }
                 let iterate = solver::solve(
@@ -128,16 +134,14 @@ impl<'a> Seeker<'a> {
                     &mut self.problem,
                     self.operators,
                     &WHOLE,
-                    &self.controls,
-                    &start,
-                    &rule,
+                    &Conditions { controls: &self.controls, start: &start, rule: &rule },
                 );
                 self.count(&iterate);
                 let Increment { status, mut outcome, slip, .. } = certify_increment(
                     &self.problem,
                     &self.certifying,
                     &iterate,
-                    &self.asked,
+                    &self.target,
                     &self.departure,
                     self.numerics.tolerance,
                 );
@@ -149,7 +153,7 @@ impl<'a> Seeker<'a> {
                 self.result.before.push(outcome);
                 if let Status::Failed { reason } = status {
                     return Err(format!(
-                        "loading.steps[{}], increment {part} of {}: {reason}",
+                        "loading.steps[{}], increment {increment} of {}: {reason}",
                         leg.step, leg.increments
                     ));
                 }
@@ -162,16 +166,14 @@ impl<'a> Seeker<'a> {
 
     /// Tries every start.
     pub(super) fn seek(&mut self, before: &Start, search: &Search) {
-        // what an ordinary solve finds also says where a motion that a force governs will be
+        // An ordinary solve also says where a motion that a force governs will be.
         let rule = self.rule();
         let iterate = solver::solve(
             Method::Newton,
             &mut self.problem,
             self.operators,
             &WHOLE,
-            &self.controls,
-            before,
-            &rule,
+            &Conditions { controls: &self.controls, start: before, rule: &rule },
         );
         let motion = if iterate.motion.iter().all(|q| q.is_finite()) {
             iterate.motion
@@ -214,9 +216,9 @@ impl<'a> Seeker<'a> {
         }
     }
 
-    /// Starts from the solutions found since there were `known`, and from those that this finds;
-    /// gives how many there are then.
-    fn spread(&mut self, mut known: usize, search: &Search, motion: [f64; 6]) -> usize {
+    /// Starts from the solutions with numbers from `known` on, and from those that this finds.
+    /// Returns the number of solutions that there are then.
+    fn spread(&mut self, mut known: usize, search: &Search, motion: PerDof<f64>) -> usize {
         while let Some(solution) = self.found.get(known).cloned() {
             let number = known as u32;
             let mut generator = generator(search.seed ^ 0x5eed, u64::from(number));
@@ -258,9 +260,8 @@ impl<'a> Seeker<'a> {
                 for share in [0.1, 0.3, 0.5, 0.7, 0.9] {
                     let mix = |a: f64, b: f64| (1.0 - share) * a + share * b;
                     let p = solution.p.iter().zip(&earlier.p).map(|(a, b)| mix(*a, *b)).collect();
-                    let motion = std::array::from_fn(|which| {
-                        mix(solution.motion[which], earlier.motion[which])
-                    });
+                    let motion =
+                        PerDof::from_fn(|dof| mix(solution.motion[dof], earlier.motion[dof]));
                     self.one(
                         Origin::Between([other as u32, number]),
                         Method::Newton,
@@ -273,7 +274,7 @@ impl<'a> Seeker<'a> {
         known
     }
 
-    /// The last solutions before the one that is `known`, with their numbers.
+    /// Returns the last solutions before the one with the number `known`, with their numbers.
     fn earlier(&self, known: usize) -> Vec<(usize, Start)> {
         self.found[..known].iter().cloned().enumerate().rev().take(NEIGHBOURS).collect()
     }
@@ -297,8 +298,8 @@ impl<'a> Seeker<'a> {
         self.one(origin, Method::Seidel, start);
     }
 
-    /// Starts both methods where the linear equations of a pattern of states lead.
-    fn pattern(&mut self, origin: Origin, pattern: &[ElementState], motion: [f64; 6]) {
+    /// Starts both methods from the solution of the linear equations of a pattern of states.
+    fn pattern(&mut self, origin: Origin, pattern: &[ElementState], motion: PerDof<f64>) {
         self.problem.place(&motion);
         let p = self.map().equilibrium(pattern);
         self.result.factorisations += 1;
@@ -314,29 +315,28 @@ impl<'a> Seeker<'a> {
                 &mut self.problem,
                 self.operators,
                 &WHOLE,
-                &self.controls,
-                start,
-                &rule,
+                &Conditions { controls: &self.controls, start, rule: &rule },
             ),
             Method::Newton | Method::Auto => {
                 let rule =
                     StopRule { max_iterations: rule.max_iterations.min(NEWTON_STEPS), ..rule };
-                newton::solve(&mut self.problem, &self.operator, &self.controls, start, &rule)
+                let conditions = Conditions { controls: &self.controls, start, rule: &rule };
+                newton::solve(&mut self.problem, &self.operator, &conditions)
             }
         };
         self.settle(origin, method, iterate);
     }
 
-    /// Follows μ times `factors` by Newton's method, with Seidel sweeps where it fails, from a
-    /// start; the last factor is 1.
+    /// Follows μ times `factors` from a start by Newton's method, with Seidel sweeps where it
+    /// fails. The last factor must be 1.
     fn along(&mut self, origin: Origin, factors: &[f64], mut start: Start) {
         let mu = self.problem.mu;
         let rule = self.rule();
         for factor in factors {
             self.problem.mu = mu * factor;
             let steps = StopRule { max_iterations: rule.max_iterations.min(NEWTON_STEPS), ..rule };
-            let mut iterate =
-                newton::solve(&mut self.problem, &self.operator, &self.controls, &start, &steps);
+            let conditions = Conditions { controls: &self.controls, start: &start, rule: &steps };
+            let mut iterate = newton::solve(&mut self.problem, &self.operator, &conditions);
             self.count(&iterate);
             if iterate.stop != Stop::Converged {
                 iterate = solver::solve(
@@ -344,9 +344,7 @@ impl<'a> Seeker<'a> {
                     &mut self.problem,
                     self.operators,
                     &WHOLE,
-                    &self.controls,
-                    &start,
-                    &rule,
+                    &Conditions { controls: &self.controls, start: &start, rule: &rule },
                 );
                 self.count(&iterate);
             }
@@ -358,7 +356,7 @@ impl<'a> Seeker<'a> {
         self.one(origin, Method::Newton, &start);
     }
 
-    /// Polishes and certifies what a method left, and enters it among the solutions.
+    /// Polishes and certifies the iterate of a method, and enters it among the solutions.
     fn settle(&mut self, origin: Origin, method: Method, iterate: Iterate) {
         self.result.starts += 1;
         self.count(&iterate);
@@ -379,15 +377,15 @@ impl<'a> Seeker<'a> {
         }
         let rule = StopRule { tolerance: POLISHED, max_iterations: NEWTON_STEPS };
         let start = Start { p: iterate.p, motion: iterate.motion };
-        let polished =
-            newton::solve(&mut self.problem, &self.operator, &self.controls, &start, &rule);
+        let conditions = Conditions { controls: &self.controls, start: &start, rule: &rule };
+        let polished = newton::solve(&mut self.problem, &self.operator, &conditions);
         self.count(&polished);
         let tolerance = self.numerics.tolerance.min(LOOSEST);
         let Increment { status, outcome, fields, .. } = certify_increment(
             &self.problem,
             &self.certifying,
             &polished,
-            &self.asked,
+            &self.target,
             &self.departure,
             tolerance,
         );
@@ -433,7 +431,8 @@ impl<'a> Seeker<'a> {
         });
     }
 
-    /// Sum of the indices so far; `None` where one is missing or zero, or there are no solutions.
+    /// Returns the sum of the indices so far. It is `None` if one is missing or zero, or if there
+    /// are no solutions.
     fn index_sum(&self) -> Option<i64> {
         let solutions = &self.result.solutions;
         solutions
@@ -443,7 +442,7 @@ impl<'a> Seeker<'a> {
             .filter(|_| !solutions.is_empty())
     }
 
-    /// The result, complete.
+    /// Completes the result and returns it.
     pub(super) fn conclude(mut self) -> Multiplicity {
         for (solution, found) in self.result.solutions.iter_mut().zip(&self.found) {
             solution.distances =
@@ -459,7 +458,7 @@ impl<'a> Seeker<'a> {
     }
 }
 
-/// ‖a − b‖ over the larger of the norms; 0 between zeros.
+/// Returns ‖a − b‖ over the larger of the norms, and 0 between zeros.
 fn distance(a: &[f64], b: &[f64]) -> f64 {
     let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|x| x * x).sum::<f64>().sqrt();
     let size = norm(&mut a.iter().copied()).max(norm(&mut b.iter().copied()));

@@ -7,7 +7,7 @@ use crate::common::random::SplitMix64;
 use crate::grid::Grid;
 use crate::problem::{Problem, g_mu};
 
-/// The `stream`-th generator of a seed.
+/// Returns the `stream`-th generator of a seed.
 pub(super) fn generator(seed: u64, stream: u64) -> SplitMix64 {
     SplitMix64(SplitMix64(seed).next() ^ stream.wrapping_mul(0x9e37_79b9_7f4a_7c15))
 }
@@ -17,8 +17,8 @@ fn direction(generator: &mut SplitMix64) -> [f64; 2] {
     [x, y]
 }
 
-/// The traction that f makes, roughly: its largest value, the displacement by unit traction on Ω
-/// taken for 1.
+/// Estimates the traction that f leads to: the largest value of f, with the displacement by unit
+/// traction on Ω taken for 1.
 fn size(problem: &Problem) -> f64 {
     problem
         .grid
@@ -27,14 +27,14 @@ fn size(problem: &Problem) -> f64 {
         .fold(0.0, |a: f64, f| a.max(f.abs()))
 }
 
-/// Half-widths and centre of the grid.
+/// Returns the half-widths and the centre of the grid.
 fn extent(grid: &Grid) -> ([f64; 2], [f64; 2]) {
     let [first, last] = [grid.center(0), grid.center(grid.len() - 1)];
     let center = [0.5 * (first[0] + last[0]), 0.5 * (first[1] + last[1])];
     ([0.5 * grid.nx() as f64 * grid.hx(), 0.5 * grid.ny() as f64 * grid.hy()], center)
 }
 
-/// A half ellipsoid of pressure over the grid, without tangential tractions.
+/// Returns a half ellipsoid of pressure over the grid, without tangential tractions.
 pub(super) fn hertz(problem: &Problem) -> Vec<f64> {
     let ([a, b], [x0, y0]) = extent(&problem.grid);
     let size = size(problem);
@@ -46,8 +46,8 @@ pub(super) fn hertz(problem: &Problem) -> Vec<f64> {
     p
 }
 
-/// Random tractions inside the friction cone, of a random size and with a random share of elements
-/// open.
+/// Draws random tractions inside the friction cone, of a random size and with a random share of
+/// elements open.
 pub(super) fn tractions(problem: &Problem, generator: &mut SplitMix64) -> Vec<f64> {
     let k = problem.grid.len();
     let size = size(problem) * 10_f64.powf(generator.signed());
@@ -71,8 +71,8 @@ pub(super) fn tractions(problem: &Problem, generator: &mut SplitMix64) -> Vec<f6
     p
 }
 
-/// A random pattern: every element by itself, or by the regions between two random lines; slip then
-/// goes one way in a region, or towards or away from a point.
+/// Draws a random pattern: every element by itself, or by the regions between two random lines. In
+/// a region, slip then has one direction, or goes towards or away from a point.
 pub(super) fn pattern(
     grid: &Grid,
     is_independent: bool,
@@ -119,8 +119,8 @@ pub(super) fn pattern(
         .collect()
 }
 
-/// A solution with every component disturbed by up to `size` times the largest traction, or what f
-/// makes of it, put back into the cone.
+/// Disturbs every component of a solution by up to `size` times its largest traction, or the size
+/// that f leads to if it has none, and puts it back into the cone.
 pub(super) fn disturbed(
     problem: &Problem,
     p: &[f64],
@@ -132,21 +132,21 @@ pub(super) fn disturbed(
     let unit = size * if largest > 0.0 { largest } else { self::size(problem) };
     let mut disturbed = vec![0.0; p.len()];
     for e in problem.grid.active() {
-        let own = [p[e], p[k + e], p[2 * k + e]].map(|p| p + unit * generator.signed());
+        let traction = [p[e], p[k + e], p[2 * k + e]].map(|p| p + unit * generator.signed());
         [disturbed[e], disturbed[k + e], disturbed[2 * k + e]] =
-            g_mu(own, problem.mu, problem.ceiling);
+            g_mu(traction, problem.mu, problem.ceiling);
     }
     disturbed
 }
 
-/// The images of tractions under the symmetries of the grid: mirrored in x, in y, in both, and on a
-/// square grid of square elements with x and y exchanged as well.
+/// Returns the images of tractions under the symmetries of the grid: mirrored in x, in y, in both,
+/// and on a square grid of square elements with x and y exchanged as well.
 pub(super) fn images(grid: &Grid, p: &[f64]) -> Vec<Vec<f64>> {
     let k = grid.len();
     let is_square = grid.nx() == grid.ny() && (grid.hx() / grid.hy() - 1.0).abs() < 1e-12;
     (1..if is_square { 8 } else { 4 })
-        .map(|which| {
-            let (mirror_x, mirror_y, exchange) = (which & 1 != 0, which & 2 != 0, which & 4 != 0);
+        .map(|symmetry| {
+            let [mirror_x, mirror_y, exchange] = [1, 2, 4].map(|bit| symmetry & bit != 0);
             let mut image = vec![0.0; p.len()];
             for e in grid.active() {
                 let mut traction = [p[k + e], p[2 * k + e]];

@@ -1,32 +1,37 @@
-//! From a scene to a certified outcome, along its loading path.
+//! The way from a scene to a certified outcome, along the scene's loading path.
 
 use super::increment::{Departure, Increment, certify_increment, in_units};
-use crate::assess::estimate;
+use crate::assess::estimate::{self, PathSolution};
 use crate::foundation::surface_compliance;
 use crate::influence::{Components, Mirror};
 use crate::model::{
-    Effect, Estimate, Fields, Hertz, Leg, Level, Mesh, Method, Numerics, Outcome, RailContact,
-    Scene, SceneError, Status, StepOutcome, WorkDone,
+    Effect, Estimate, Fields, Hertz, Leg, Level, Mesh, Method, Numerics, Outcome, PerDof,
+    RailContact, Scene, SceneError, Status, StepOutcome, WorkDone,
 };
 use crate::problem::{Effects, Operator, Operators, Problem, Stage};
 use crate::punch::{Gap, Surfaces};
-use crate::solver::{self, Start, StopRule};
+use crate::solver::{self, Conditions, Start, StopRule};
 use crate::theory::hertz_ellipse;
 
-/// Solves a scene: binds it to its grid, follows its loading path with the method, certifies each
-/// increment with code that the method does not use (the operator without mirror planes, its
-/// transform held against plain sums on some elements), and derives the observables; the fields are
-/// those of the last increment. What cannot mean anything is an error; a path that cannot be
-/// followed, or not to the tolerance, is an [`Outcome`] with [`Status::Failed`] that keeps what
-/// came before.
+/// Solves a scene: binds it to its grid, follows its loading path and derives the observables. The
+/// fields are those of the last increment, in SI units.
+///
+/// Every increment is certified by code that shares nothing with the solver: the operator acts on
+/// the full grid, and its transform is compared with direct sums on a few elements. A path that
+/// cannot be followed, or not to the tolerance, is an [`Outcome`] with [`Status::Failed`], which
+/// keeps the increments before.
+///
+/// # Errors
+///
+/// A scene, numerics or surfaces without a meaning are a [`SceneError`].
 pub fn solve(
     scene: &Scene,
     numerics: &Numerics,
     surfaces: &Surfaces,
     operators: &mut Operators,
 ) -> Result<(Outcome, Fields), SceneError> {
-    // on a thread of the pool from the start: from outside, each of the many loops would be handed
-    // over and waited for
+    // The work is on a thread of the pool from the start: from outside, each of the many loops
+    // would be handed over and waited for.
     rayon::scope(|_| follow(scene, numerics, surfaces, operators))
 }
 
@@ -48,7 +53,7 @@ fn follow(
         certified: certified(&effects),
         increments: increments(scene),
     };
-    let (method, _) = numerics.method.chosen(&scene.loading, elements);
+    let method = numerics.method.chosen(&scene.loading, elements).method;
     let mut ladder = Vec::new();
     let start = match method {
         Method::Newton => {
@@ -59,12 +64,11 @@ fn follow(
     let rule = StopRule { tolerance: numerics.tolerance, max_iterations: numerics.max_iterations };
     let mut path = Path::new(&setup, problem, start, operators);
     let mut status = Status::Certified;
-    for (leg, part) in &setup.increments {
-        status = path.advance(&setup, method, leg, *part, &rule, operators);
+    for increment in &setup.increments {
+        status = path.advance(&setup, method, increment, &rule, operators);
         if let Status::Failed { reason } = &status {
-            status = Status::Failed {
-                reason: place(reason, scene, path.steps.last(), *part, leg.increments),
-            };
+            status =
+                Status::Failed { reason: with_place(reason, scene, path.steps.last(), increment) };
             break;
         }
     }
@@ -83,43 +87,55 @@ fn follow(
     Ok((Outcome { status, levels, steps: path.steps, hertz, rail, estimate }, path.fields))
 }
 
-/// What the solutions on all grids have in common.
+/// The data that the solutions on all grids have in common.
 struct PathSetup<'a> {
     scene: &'a Scene,
     numerics: &'a Numerics,
     surfaces: &'a Surfaces,
+    /// The stages of Newton's method.
     stages: Vec<Stage>,
-    /// Components of the operator that certifies.
+    /// The components of the operator that certifies.
     certified: Components,
-    /// Every increment of the path: its leg, and which part of that it is.
-    increments: Vec<(Leg, u32)>,
+    /// The increments of the path, in order.
+    increments: Vec<LegIncrement>,
 }
 
+/// One increment of a leg.
+struct LegIncrement {
+    leg: Leg,
+    /// The number of the increment in the leg, counted from 1.
+    number: u32,
+}
+
+/// Returns the components of the operator that certifies.
 fn certified(effects: &Effects) -> Components {
     if effects.has(Effect::Friction) { Components::ALL } else { Components::NORMAL }
 }
 
-fn increments(scene: &Scene) -> Vec<(Leg, u32)> {
+/// Returns every increment of the path, in order.
+fn increments(scene: &Scene) -> Vec<LegIncrement> {
     scene
         .loading
         .legs()
         .into_iter()
-        .flat_map(|leg| (1..=leg.increments).map(move |part| (leg, part)))
+        .flat_map(|leg| (1..=leg.increments).map(move |number| LegIncrement { leg, number }))
         .collect()
 }
 
 /// The path on one grid, as far as it has been followed.
 struct Path {
     problem: Problem,
-    /// Certifies; it knows no mirror planes.
+    /// The operator that certifies. It knows no mirror planes.
     operator: Operator,
-    /// The end so far, from which the next increment begins.
+    /// The end of the path so far, from which the next increment begins, in the problem's units.
     start: Start,
+    /// The end of the path so far, in SI units.
     departure: Departure,
-    /// The end of the leg before.
+    /// The end of the leg before, in SI units.
     leg_departure: Departure,
+    /// The outcomes of the increments so far.
     steps: Vec<StepOutcome>,
-    /// Of the last increment.
+    /// The fields of the last increment.
     fields: Fields,
 }
 
@@ -146,35 +162,33 @@ impl Path {
         }
     }
 
-    /// Solves the next increment, the `part`-th of `leg`.
+    /// Solves and certifies the next increment, and remembers its end.
     fn advance(
         &mut self,
         setup: &PathSetup<'_>,
         method: Method,
-        leg: &Leg,
-        part: u32,
+        LegIncrement { leg, number }: &LegIncrement,
         rule: &StopRule,
         operators: &mut Operators,
     ) -> Status {
-        if part == 1 {
+        if *number == 1 {
             self.leg_departure = self.departure;
         }
-        let asked = leg.increment(part, &self.leg_departure.motion, &self.leg_departure.resultants);
-        let controls = in_units(&asked, &self.problem);
+        let target =
+            leg.increment(*number, &self.leg_departure.motion, &self.leg_departure.resultants);
+        let controls = in_units(&target, &self.problem);
         let iterate = solver::solve(
             method,
             &mut self.problem,
             operators,
             &setup.stages,
-            &controls,
-            &self.start,
-            rule,
+            &Conditions { controls: &controls, start: &self.start, rule },
         );
         let Increment { status, mut outcome, fields, slip } = certify_increment(
             &self.problem,
             &self.operator,
             &iterate,
-            &asked,
+            &target,
             &self.departure,
             rule.tolerance,
         );
@@ -188,12 +202,20 @@ impl Path {
         status
     }
 
+    /// Returns the outcomes and the last fields.
+    fn solution(&self) -> PathSolution<'_> {
+        PathSolution { steps: &self.steps, fields: &self.fields }
+    }
+
+    /// Returns the numbers of elements along x and y.
     fn elements(&self) -> [u32; 2] {
         [self.problem.grid.nx(), self.problem.grid.ny()].map(|n| n as u32)
     }
 
+    /// Returns the path's grid and the work that it took.
     fn level(&self) -> Level {
-        let sum = |part: fn(&WorkDone) -> u64| self.steps.iter().map(|step| part(&step.work)).sum();
+        let sum =
+            |figure: fn(&WorkDone) -> u64| self.steps.iter().map(|step| figure(&step.work)).sum();
         let work = WorkDone {
             iterations: sum(|work| work.iterations),
             operator_applications: sum(|work| work.operator_applications),
@@ -202,17 +224,18 @@ impl Path {
     }
 }
 
-/// Elements along a side below which a grid is coarse enough to begin from nothing.
+/// The number of elements along a side below which a grid is coarse enough to begin from nothing.
 const COARSEST: u32 = 12;
 
+/// Returns a start without tractions and motions.
 fn nothing(problem: &Problem) -> Start {
-    Start { p: vec![0.0; problem.f.len()], motion: [0.0; 6] }
+    Start { p: vec![0.0; problem.f.len()], motion: PerDof::all(0.0) }
 }
 
-/// A start for the first increment, found on grids of half as many elements each way, from the
-/// coarsest up: Newton's method from nothing finds its way on few elements, and on many it does
-/// not. The paths on these grids, as far as the first increment, go to `ladder`; on the finest of
-/// them it is solved to this tolerance.
+/// Returns a start for the first increment, found on grids of half as many elements each way, from
+/// the coarsest up. Newton's method from nothing finds its way on few elements; on many it does
+/// not. The paths on these grids, as far as the first increment, are added to `ladder`; on the
+/// finest of them the increment is solved to `tolerance`.
 fn coarse_start(
     setup: &PathSetup<'_>,
     operators: &mut Operators,
@@ -237,7 +260,7 @@ fn coarse_start(
     if usable { start } else { nothing(fine) }
 }
 
-/// The first increment on a grid of so many elements to this tolerance, by way of coarser ones.
+/// Solves the first increment on a grid of so many elements to `tolerance`, by way of coarser ones.
 fn first_increment(
     setup: &PathSetup<'_>,
     operators: &mut Operators,
@@ -247,19 +270,19 @@ fn first_increment(
 ) -> Option<Path> {
     let numerics = Numerics { mesh: Mesh::Exact(elements), ..setup.numerics.clone() };
     let problem = Problem::new(setup.scene, &numerics, setup.surfaces).ok()?;
-    let (leg, part) = setup.increments.first()?;
+    let increment = setup.increments.first()?;
     let start = coarse_start(setup, operators, &problem, START_TOLERANCE, ladder);
     let mut path = Path::new(setup, problem, start, operators);
     let rule = StopRule { tolerance, max_iterations: setup.numerics.max_iterations };
-    path.advance(setup, Method::Newton, leg, *part, &rule, operators);
+    path.advance(setup, Method::Newton, increment, &rule, operators);
     Some(path)
 }
 
-/// Relative residual at which a coarse solution is good enough to begin from.
+/// The relative residual at which a coarse solution is good enough to begin from.
 const START_TOLERANCE: f64 = 1e-3;
 
-/// The estimate for the end of `path`, from the same path on a grid of half as many elements each
-/// way: the one of `ladder`, or where that has none, one that is added to it.
+/// Estimates the errors at the end of `path` from the same path on a grid of half as many elements
+/// each way. That path is the one of `ladder`; if there is none, it is added.
 fn estimate(
     setup: &PathSetup<'_>,
     path: &Path,
@@ -267,35 +290,31 @@ fn estimate(
     operators: &mut Operators,
 ) -> Option<Estimate> {
     let elements = estimate::coarser(path.elements())?;
-    let at = match ladder.iter().position(|coarse| coarse.elements() == elements) {
-        Some(at) => at,
+    let position = match ladder.iter().position(|coarse| coarse.elements() == elements) {
+        Some(position) => position,
         None => {
             let coarse = first_increment(setup, operators, elements, estimate::TOLERANCE, ladder)?;
             ladder.push(coarse);
             ladder.len() - 1
         }
     };
-    let coarse = &mut ladder[at];
+    let coarse = &mut ladder[position];
     if !coarse.steps.iter().all(|step| step.certificate.meets(estimate::TOLERANCE)) {
         return None;
     }
     let rule =
         StopRule { tolerance: estimate::TOLERANCE, max_iterations: setup.numerics.max_iterations };
-    for (leg, part) in &setup.increments[coarse.steps.len()..] {
-        if coarse.advance(setup, Method::Newton, leg, *part, &rule, operators) != Status::Certified
-        {
+    for increment in &setup.increments[coarse.steps.len()..] {
+        let status = coarse.advance(setup, Method::Newton, increment, &rule, operators);
+        if status != Status::Certified {
             return None;
         }
     }
-    estimate::estimate(
-        setup.scene,
-        setup.numerics,
-        (&path.steps, &path.fields),
-        (&coarse.steps, &coarse.fields),
-    )
+    estimate::estimate(setup.scene, setup.numerics, path.solution(), coarse.solution())
 }
 
-/// What Hertz's theory makes of an increment's load; it knows no layers, no tilt and no moment.
+/// Returns the figures of Hertz's theory for an increment's load. The theory knows no layers, no
+/// tilt and no moment.
 fn hertz(scene: &Scene, gap: &Gap<'_>, step: &StepOutcome) -> Option<Hertz> {
     let load = step.observables.load;
     let curvatures =
@@ -312,16 +331,17 @@ fn hertz(scene: &Scene, gap: &Gap<'_>, step: &StepOutcome) -> Option<Hertz> {
     })
 }
 
-/// Where a wheel meets its rail after an increment.
+/// Returns the place where a wheel meets its rail after an increment.
 fn rail_contact(gap: &Gap<'_>, step: &StepOutcome) -> Option<RailContact> {
     let (pair, plane) = gap.wheel_on_rail()?;
-    let o = &step.observables;
+    let observables = &step.observables;
     let frame = plane.frame();
     let depth = step.motion.approach / frame.angle.cos();
     let reference = pair.overlap_frame(depth.max(0.0));
-    let center = [-o.moment_y / o.load, o.moment_x / o.load];
-    // the point of the rail's surface, which the plane of contact only touches
-    let pressure_center = if o.load > 0.0 {
+    let load = observables.load;
+    let center = [-observables.moment_y / load, observables.moment_x / load];
+    // The point lies on the rail's surface, which the plane of contact only touches.
+    let pressure_center = if load > 0.0 {
         pair.onto_rail(frame.to_track([center[0], center[1], 0.0]))
     } else {
         reference.origin
@@ -335,21 +355,21 @@ fn rail_contact(gap: &Gap<'_>, step: &StepOutcome) -> Option<RailContact> {
     })
 }
 
-/// A reason with the place on the path where it holds, if the path has more than one increment.
-fn place(
+/// Returns a reason with the place on the path where it holds, if the path has more than one
+/// increment.
+fn with_place(
     reason: &str,
     scene: &Scene,
     last: Option<&StepOutcome>,
-    part: u32,
-    increments: u32,
+    LegIncrement { leg, number }: &LegIncrement,
 ) -> String {
     let Some(last) = last else { return reason.to_owned() };
-    if scene.loading.steps.len() == 1 && increments == 1 {
+    if scene.loading.steps.len() == 1 && leg.increments == 1 {
         return reason.to_owned();
     }
     let mut place = format!("loading.steps[{}]", last.step);
-    if increments > 1 {
-        place += &format!(", increment {part} of {increments}");
+    if leg.increments > 1 {
+        place += &format!(", increment {number} of {}", leg.increments);
     }
     if last.cycle > 0 {
         place += &format!(", cycle {}", last.cycle);

@@ -1,10 +1,11 @@
-//! One increment of a path: from what is asked, by way of a solver's iterate, to a certified
+//! One increment of a path: from the controls, by way of a solver's iterate, to a certified
 //! outcome.
 
 use crate::assess::{certify, fields, observables, states, transform_error};
 use crate::common::parallel;
 use crate::model::{
-    Certificate, Control, Fields, Motion, Observables, Status, Step, StepOutcome, WorkDone,
+    Certificate, Control, Dof, Fields, Motion, Observables, PerDof, Status, Step, StepOutcome,
+    WorkDone,
 };
 use crate::problem::{Operator, Problem};
 use crate::solver::{Iterate, Stop};
@@ -12,43 +13,46 @@ use crate::solver::{Iterate, Stop};
 /// The state that an increment starts from, in SI units.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Departure {
+    /// The motion of the punch.
     pub(crate) motion: Motion,
-    pub(crate) resultants: [f64; 6],
+    /// The forces \[N\] and moments \[N m\] of the punch on the foundation.
+    pub(crate) resultants: PerDof<f64>,
 }
 
 /// A certified increment.
 pub(crate) struct Increment {
-    /// Whether it counts as solved.
+    /// Says whether the increment counts as solved.
     pub(crate) status: Status,
-    /// Its figures.
+    /// The figures of the increment, in SI units.
     pub(crate) outcome: StepOutcome,
+    /// The fields at its end, in SI units.
     pub(crate) fields: Fields,
-    /// w = A p − f, the gap and the slip, in the problem's units.
+    /// The gap and the slip w = A p − f, in the problem's units, three blocks [n | x | y].
     pub(crate) slip: Vec<f64>,
 }
 
-/// The controls in the problem's units.
-pub(crate) fn in_units(asked: &[Control; 6], problem: &Problem) -> [Control; 6] {
+/// Converts controls from SI units to the problem's units.
+pub(crate) fn in_units(target: &PerDof<Control>, problem: &Problem) -> PerDof<Control> {
     let (motions, forces) = (problem.scale.motions(), problem.scale.forces());
-    std::array::from_fn(|which| match asked[which] {
-        Control::Motion(value) => Control::Motion(value / motions[which]),
-        Control::Force(value) => Control::Force(value / forces[which]),
+    PerDof::from_fn(|dof| match target[dof] {
+        Control::Motion(value) => Control::Motion(value / motions[dof]),
+        Control::Force(value) => Control::Force(value / forces[dof]),
     })
 }
 
-/// Certifies an iterate with `operator`, which has no mirror planes, against `asked` \[SI\] too,
-/// and derives what goes out: whether it counts as solved, its figures, its fields and w = A p − f.
+/// Certifies an iterate with `operator`, which has no mirror planes, also against `target` \[SI\],
+/// and derives the results: the status, the figures, the fields and w = A p − f.
 pub(crate) fn certify_increment(
     problem: &Problem,
     operator: &Operator,
     iterate: &Iterate,
-    asked: &[Control; 6],
+    target: &PerDof<Control>,
     departure: &Departure,
     tolerance: f64,
 ) -> Increment {
     let p = &iterate.p;
     let diagonal = operator.table.diagonals();
-    // what the operator has no components for does not move against the punch
+    // A component that the operator does not have does not move against the punch.
     let mut displacement = problem.f.clone();
     let acting = operator.influence.components().len() * problem.grid.len();
     operator.apply(&mut displacement[..acting], &p[..acting], &mut operator.scratch());
@@ -64,28 +68,28 @@ pub(crate) fn certify_increment(
     let states = states(problem, p, &w, diagonal);
     let mut observables = observables(problem, p, &w, &states);
     let units = problem.scale.motions();
-    let motion =
-        Motion::from_array(std::array::from_fn(|which| iterate.motion[which] * units[which]));
-    let (now, was) = (motion.to_array(), departure.motion.to_array());
+    let motion = Motion::from_per_dof(PerDof::from_fn(|dof| iterate.motion[dof] * units[dof]));
+    let (motions, motions_before) = (motion.per_dof(), departure.motion.per_dof());
     let (forces, forces_before) = (observables.resultants(), departure.resultants);
-    observables.external_work = (0..6)
-        .map(|which| 0.5 * (forces[which] + forces_before[which]) * (now[which] - was[which]))
+    observables.external_work = Dof::ALL
+        .into_iter()
+        .map(|dof| 0.5 * (forces[dof] + forces_before[dof]) * (motions[dof] - motions_before[dof]))
         .sum();
-    let mut certificate = certify(problem, p, &displacement, diagonal, &observables, asked);
+    let mut certificate = certify(problem, p, &displacement, diagonal, &observables, target);
     let components = operator.influence.components();
-    let unsure = transform_error(
+    let transform = transform_error(
         &operator.table,
         &problem.grid,
         components,
         &p[..acting],
         &displacement[..acting],
     );
-    certificate.residual = certificate.residual.max(unsure);
+    certificate.residual = certificate.residual.max(transform);
     let status = if iterate.stop.is_solution() && certificate.meets(tolerance) {
         Status::Certified
     } else {
         Status::Failed {
-            reason: failure(problem.mu, iterate, asked, &observables, &certificate, tolerance),
+            reason: failure(problem.mu, iterate, target, &observables, &certificate, tolerance),
         }
     };
     let outcome = StepOutcome {
@@ -93,24 +97,24 @@ pub(crate) fn certify_increment(
         observables,
         certificate,
         work: work(iterate),
-        way: iterate.way,
+        route: iterate.route,
         ..StepOutcome::default()
     };
     Increment { status, outcome, fields: fields(problem, p, &w, &states), slip: w }
 }
 
-/// Why an iterate is no solution, in words with figures.
+/// Says why an iterate is no solution, in words with figures.
 fn failure(
     mu: f64,
     iterate: &Iterate,
-    asked: &[Control; 6],
+    target: &PerDof<Control>,
     observables: &Observables,
     certificate: &Certificate,
     tolerance: f64,
 ) -> String {
     let iterations = iterate.iterations;
-    let unit = |which: usize| if which < 3 { "N" } else { "N m" };
-    let name = |which: usize| Step::NAMES[which][1];
+    let unit = |dof: Dof| if dof.is_rotation() { "N m" } else { "N" };
+    let name = |dof: Dof| Step::NAMES[dof][1];
     let stop = match iterate.stop {
         Stop::Converged => "the solver took it for converged".to_owned(),
         Stop::OutOfIterations { residual } => {
@@ -120,61 +124,67 @@ fn failure(
             format!("stalled after {iterations} iterations (smallest residual {residual:.1e})")
         }
         Stop::Diverged => format!("diverged after {iterations} iterations"),
-        Stop::Slides { which } => {
-            let (Control::Force(asked) | Control::Motion(asked)) = asked[which];
+        Stop::Slides { dof } => {
+            let (Control::Force(value) | Control::Motion(value)) = target[dof];
             let Observables { load, force_x, force_y, .. } = observables;
             return format!(
-                "gross sliding: the contact cannot carry {} = {asked:.6e}; friction carries at most μP = {:.6e} N (where it was given up: P = {load:.6e}, Qx = {force_x:.6e}, Qy = {force_y:.6e} N)",
-                name(which),
+                "gross sliding: the contact cannot carry {} = {value:.6e}; friction carries at \
+                 most μP = {:.6e} N (where it was given up: P = {load:.6e}, Qx = {force_x:.6e}, \
+                 Qy = {force_y:.6e} N)",
+                name(dof),
                 mu * load
             );
         }
-        Stop::Unbalanced { which } => {
-            let (Control::Force(asked) | Control::Motion(asked)) = asked[which];
+        Stop::Unbalanced { dof } => {
+            let (Control::Force(value) | Control::Motion(value)) = target[dof];
             return format!(
-                "no pressure under the sole has {} = {asked:.6e} N m: its line of action passes the sole by",
-                name(which)
+                "no pressure under the sole has {} = {value:.6e} N m: its line of action passes \
+                 the sole by",
+                name(dof)
             );
         }
-        Stop::OneRow { which } => {
-            let (Control::Force(asked) | Control::Motion(asked)) = asked[which];
-            let [tilt, moment] = Step::NAMES[which];
+        Stop::OneRow { dof } => {
+            let (Control::Force(value) | Control::Motion(value)) = target[dof];
+            let [tilt, moment] = Step::NAMES[dof];
             return format!(
-                "{moment} = {asked:.6e} N m governs {tilt}, which moves nothing in the middle of a single row of elements: prescribe {tilt}, or take at least two rows"
+                "{moment} = {value:.6e} N m governs {tilt}, which moves nothing in the middle of a \
+                 single row of elements: prescribe {tilt}, or take at least two rows"
             );
         }
     };
-    // what the contact does not carry, most of all, where everything else is right
+    // Where everything else is right, the difficulty is the force that the contact misses most.
     let solved = [certificate.residual, certificate.tension, certificate.cone_violation]
         .iter()
         .all(|figure| *figure <= tolerance);
     let reached = observables.resultants();
-    let missed = (0..6).filter_map(|which| match asked[which] {
-        Control::Force(asked) if asked != reached[which] => Some((
-            which,
-            asked,
-            (asked - reached[which]).abs() / asked.abs().max(reached[which].abs()),
-        )),
+    let missed = Dof::ALL.into_iter().filter_map(|dof| match target[dof] {
+        Control::Force(force) if force != reached[dof] => {
+            let miss = (force - reached[dof]).abs() / force.abs().max(reached[dof].abs());
+            Some((dof, force, miss))
+        }
         _ => None,
     });
     let difficulty = match missed.max_by(|a, b| a.2.total_cmp(&b.2)).filter(|_| solved) {
-        Some((which, asked, _)) if observables.contact_elements == 0 => {
+        Some((dof, force, _)) if observables.contact_elements == 0 => {
             format!(
-                ": where the punch was moved to nothing touches, and nothing carries {} = {asked:.6e} {}",
-                name(which),
-                unit(which)
+                ": where the punch was moved to nothing touches, and nothing carries {} = \
+                 {force:.6e} {}",
+                name(dof),
+                unit(dof)
             )
         }
-        Some((which, asked, _)) => format!(
-            ": no motion of the punch was found at which the contact carries {} = {asked:.6e} {}; at the nearest it carries {:.6e}",
-            name(which),
-            unit(which),
-            reached[which]
+        Some((dof, force, _)) => format!(
+            ": no motion of the punch was found at which the contact carries {} = {force:.6e} {}; \
+             at the nearest it carries {:.6e}",
+            name(dof),
+            unit(dof),
+            reached[dof]
         ),
         None => String::new(),
     };
     format!(
-        "{stop}{difficulty}; the certificate has residual {:.1e}, tension {:.1e}, cone violation {:.1e}, force imbalance {:.1e} where {tolerance:.1e} was asked",
+        "{stop}{difficulty}; the certificate has residual {:.1e}, tension {:.1e}, cone violation \
+         {:.1e}, force imbalance {:.1e} where {tolerance:.1e} was asked",
         certificate.residual,
         certificate.tension,
         certificate.cone_violation,
@@ -182,7 +192,8 @@ fn failure(
     )
 }
 
-pub(super) fn work(iterate: &Iterate) -> WorkDone {
+/// Returns the work of an iterate.
+fn work(iterate: &Iterate) -> WorkDone {
     WorkDone {
         iterations: iterate.iterations,
         operator_applications: iterate.operator_applications,
@@ -198,14 +209,14 @@ mod tests {
     fn a_failure_names_the_force_that_is_not_carried() {
         let iterate = Iterate {
             p: Vec::new(),
-            motion: [0.0; 6],
+            motion: PerDof::all(0.0),
             stop: Stop::Stalled { residual: 0.2 },
             iterations: 17,
             operator_applications: 0,
-            way: Way::Newton,
+            route: Way::Newton,
         };
-        let mut asked = [Control::Motion(0.0); 6];
-        (asked[0], asked[1], asked[4]) =
+        let mut asked = PerDof::all(Control::Motion(0.0));
+        (asked[Dof::Approach], asked[Dof::ShiftX], asked[Dof::TiltY]) =
             (Control::Force(2.0), Control::Force(0.5), Control::Force(-0.25));
         let observables = Observables {
             load: 2.0,
@@ -229,7 +240,7 @@ mod tests {
             apart.contains("nothing touches, and nothing carries moment_y = -2.500000e-1 N m;"),
             "{apart}"
         );
-        // where more is wrong than that, it is not the difficulty
+        // Where more is wrong than that, it is not the difficulty.
         let unsolved = say(&observables, &Certificate { residual: 1e-3, ..unbalanced });
         assert!(
             unsolved.starts_with(

@@ -1,14 +1,14 @@
-//! A scene bound to a grid: equation (3), p = Gᵘ_μ(p − E(εp + Ap − f)), for one increment of the
-//! loading path.
+//! A scene that is bound to a grid: equation (3), p = Gᵘ_μ(p − E(εp + Ap − f)), for one increment
+//! of the loading path.
 //!
-//! A problem is dimensionless: lengths in units of ℓ (half the diameter of Ω), tractions in units
-//! of 1/c (c = Σ(1−ν)/G), so that neither the unit of length nor the moduli can be felt by a
-//! solver. Jobs that differ only in moduli of equal ratio, loads or sizes therefore share their
+//! A problem is dimensionless: lengths are in units of ℓ (half the diameter of Ω) and tractions in
+//! units of 1/c (c = Σ(1−ν)/G), so that a solver can feel neither the unit of length nor the
+//! moduli. Jobs that differ only in moduli of equal ratio, loads or sizes therefore share their
 //! operator.
 //!
 //! Along a path f₁ = δ + tilt terms − g₀ and f_t = (rigid motion since the increment before) +
-//! (εp + Ap)_t of that increment, so that w_t is the slip increment: what is held still stays as it
-//! is, for ε > 0 as well.
+//! (εp + Ap)_t of that increment, so that w_t is the slip increment. A punch that is held still
+//! therefore keeps its tractions, for ε > 0 as well.
 
 use std::ops::Range;
 
@@ -21,50 +21,52 @@ use crate::common::parallel;
 use crate::foundation::{Bodies, relative_bodies};
 use crate::grid::{Grid, GridError};
 use crate::influence::{Components, Diagonals, Direction, Mirror, MirrorError, weighted_images};
-use crate::model::{Numerics, Projection, Scene, SceneError, rigid_modes};
+use crate::model::{
+    Dof, Numerics, PerDof, Projection, Scene, SceneError, rigid_displacement, rigid_modes,
+};
 use crate::punch::{Gap, Surfaces, domain};
 
-/// Equation (3) on a grid, dimensionless. Fields are blocks of [components](Problem::components)
-/// \[n | x | y\], each as long as the grid.
+/// Equation (3) on a grid, dimensionless. The fields of a problem are blocks of
+/// [components](Problem::components) \[n | x | y\], each as long as the grid.
 #[derive(Clone, Debug)]
 pub struct Problem {
-    /// The components that there are; all three unless the problem is [reduced](Problem::reduced).
+    /// The components of the problem: all three, unless it is a reduced one.
     pub components: Components,
-    /// p₁ where n is not among them.
+    /// The given p₁ of every element in units of 1/c, if n is not among the components.
     pub pressure: Option<Vec<f64>>,
-    /// The planes to one side of which the grid lies.
+    /// The mirror planes, to the positive sides of which the grid lies.
     pub mirror: Mirror,
-    /// The grid with its other sides, where there are any.
+    /// The grid with the other sides of the mirror planes, if there are any.
     whole: Option<Grid>,
-    /// Elements, in units of ℓ; masked where the punch has no sole.
+    /// The elements, in units of ℓ; those without a sole above them are masked.
     pub grid: Grid,
     /// The bodies' summed compliances, in units of c.
     pub elasticity: Bodies,
-    /// How A is discretised.
+    /// The rule by which A is discretised.
     pub projection: Projection,
-    /// μ.
+    /// The friction coefficient μ \[1\].
     pub mu: f64,
-    /// ε; the operator of equation (3) is εI + A.
+    /// The regularisation ε \[1\]; the operator of equation (3) is εI + A.
     pub epsilon: f64,
-    /// The ceiling u, infinite for none.
+    /// The ceiling u in units of 1/c; it is infinite if there is none.
     pub ceiling: f64,
-    /// f, in units of ℓ, for the motion last [placed](Problem::place).
+    /// The right-hand side f, in units of ℓ, for the motion last [placed](Problem::place).
     pub f: Vec<f64>,
-    /// f without rigid motion: −g₀, and tangentially what the increment before left behind.
+    /// The part of f without rigid motion: −g₀, and tangentially the displacement that the
+    /// increment before left behind.
     rest: Vec<f64>,
-    /// Elements at whose side away from the grid's middle the punch goes on beyond Ω.
+    /// The fact that the punch goes on beyond Ω, so that contact at its edge is cut off.
     pub open_edge: bool,
-    /// Units.
+    /// The units of the problem.
     pub scale: Scale,
 }
 
-/// Sums of squares that no square has left for being too large or too small.
+/// The range in which a sum of squares is free of overflow and underflow.
 const SQUARES: std::ops::Range<f64> = 1e-250..1e250;
 
-/// The operator that a problem needs, up to everything that does not change it; equal keys share an
-/// operator.
+/// The data that determine a problem's operator. Problems with equal keys share an operator.
 #[derive(Clone, Debug, PartialEq)]
-pub struct OperatorKey {
+pub(crate) struct OperatorKey {
     elements: [usize; 2],
     element: [f64; 2],
     mask: Option<Vec<bool>>,
@@ -75,15 +77,19 @@ pub struct OperatorKey {
 }
 
 impl OperatorKey {
-    /// Whether operators of both can be made of one table, as far as it has the components.
+    /// Returns whether operators of both can be made of one table, if it has their components.
     pub(crate) fn shares_table(&self, other: &Self) -> bool {
         Self { components: other.components, mirror: other.mirror, ..self.clone() } == *other
     }
 }
 
 impl Problem {
-    /// Binds a scene to a grid. Refuses what [`Scene::validate`] and [`Numerics::validate`] refuse,
-    /// a domain that cannot be derived, and a grid on which the punch has no sole.
+    /// Binds a scene to a grid.
+    ///
+    /// # Errors
+    /// A [`SceneError`] reports a scene or settings that [`Scene::validate`] or
+    /// [`Numerics::validate`] refuses, a domain that cannot be derived, a grid on which the punch
+    /// has no sole, and sizes, moduli or loads beyond the range of double precision.
     pub fn new(
         scene: &Scene,
         numerics: &Numerics,
@@ -150,7 +156,7 @@ impl Problem {
         }
         scale::check_operator(&bodies, &grid, numerics.projection)?;
         scale::check_loads(scene, numerics, &scale, &grid, &rest)?;
-        // a clone would touch the zeros too
+        // A clone would touch the zeros too.
         let mut f = vec![0.0; 3 * k];
         f[..k].copy_from_slice(&rest[..k]);
         Ok(Self {
@@ -171,11 +177,14 @@ impl Problem {
         })
     }
 
-    /// The same problem for some of its components, on the positive sides of mirror planes, under a
-    /// given pressure where n is left out. Whether that is the same problem is for the caller to
-    /// know ([`Effects`](super::reduction::Effects)); it has the motion last placed and the same
-    /// past. Fails where the grid has no such planes.
-    pub fn reduced(
+    /// Returns this problem for some of its components, on the positive sides of mirror planes,
+    /// under a given `pressure` (of the whole grid, in units of 1/c) if n is left out. It has the
+    /// motion last placed and the same past. The caller has to know that the reduced problem has
+    /// the same solution ([`Effects`](super::Effects)).
+    ///
+    /// # Errors
+    /// A [`MirrorError`] reports that the grid has no such planes.
+    pub(crate) fn reduced(
         &self,
         components: Components,
         mirror: Mirror,
@@ -200,8 +209,8 @@ impl Problem {
         })
     }
 
-    /// What a field of all three components is of these, on the positive sides of mirror planes.
-    pub fn part(&self, components: Components, mirror: Mirror, field: &[f64]) -> Vec<f64> {
+    /// Returns some components of a field of all three, on the positive sides of mirror planes.
+    pub(crate) fn part(&self, components: Components, mirror: Mirror, field: &[f64]) -> Vec<f64> {
         let k = self.grid.len();
         if components == Components::ALL {
             return mirror.restrict(&self.grid, field);
@@ -212,9 +221,9 @@ impl Problem {
         blocks.collect::<Vec<_>>().concat()
     }
 
-    /// Writes a field of a problem [reduced](Problem::reduced) from this one into one of all three
-    /// components.
-    pub fn extend(&self, reduced: &Problem, field: &[f64], into: &mut [f64]) {
+    /// Writes a field of a problem that is [reduced](Problem::reduced) from this one into a field
+    /// of all three components.
+    pub(crate) fn extend(&self, reduced: &Problem, field: &[f64], into: &mut [f64]) {
         let k = self.grid.len();
         let all = reduced.mirror.extend(&self.grid, reduced.components, field);
         for (block, direction) in all.chunks_exact(k).zip(reduced.components.directions()) {
@@ -222,29 +231,29 @@ impl Problem {
         }
     }
 
-    /// The grid with its images.
-    pub fn whole_grid(&self) -> &Grid {
+    /// Returns the grid with its images.
+    pub(crate) fn whole_grid(&self) -> &Grid {
         self.whole.as_ref().unwrap_or(&self.grid)
     }
 
-    /// Blocks of a field and the components they hold, n = 0, x = 1, y = 2.
+    /// Lists the blocks of a field with the components that they hold, n = 0, x = 1, y = 2.
     pub(crate) fn blocks(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
         self.components.directions().map(|direction| direction as usize).enumerate()
     }
 
-    /// Whether a rigid degree of freedom has a resultant among the problem's components, and
-    /// symmetric ones.
-    pub(crate) fn moves(&self, which: usize) -> bool {
+    /// Returns whether a rigid degree of freedom has a resultant among the problem's components
+    /// that the mirror planes do not cancel.
+    pub(crate) fn moves(&self, dof: Dof) -> bool {
         let modes = rigid_modes(1.0, 1.0);
         let has = |direction: Direction| {
-            modes[direction as usize][which] != 0.0
-                && weighted_images(&self.mirror, direction)[which] != 0.0
+            modes[direction as usize][dof] != 0.0
+                && weighted_images(&self.mirror, direction)[dof] != 0.0
         };
         self.components.directions().any(has)
     }
 
-    /// Moves the punch: f for the rigid motion `motion`, in the problem's units.
-    pub fn place(&mut self, motion: &[f64; 6]) {
+    /// Moves the punch: sets f to that of the rigid motion `motion`, in the problem's units.
+    pub fn place(&mut self, motion: &PerDof<f64>) {
         let (k, nx) = (self.grid.len(), self.grid.nx());
         for (block, c) in
             self.components.directions().map(|direction| direction as usize).enumerate()
@@ -254,26 +263,21 @@ impl Problem {
                 for (i, (f, rest)) in f.iter_mut().zip(&rest[j * nx..]).enumerate() {
                     if self.grid.is_active(j * nx + i) {
                         let [x, y] = self.grid.center_of(i, j);
-                        *f = rest
-                            + rigid_modes(x, y)[c]
-                                .iter()
-                                .zip(motion)
-                                .map(|(mode, q)| mode * q)
-                                .sum::<f64>();
+                        *f = rest + rigid_displacement(x, y, motion)[c];
                     }
                 }
             });
         }
     }
 
-    /// f₁ of an element without rigid motion, −g₀.
+    /// Returns f₁ of an element without rigid motion, −g₀, in units of ℓ.
     pub(crate) fn unmoved(&self, element: usize) -> f64 {
         self.rest[element]
     }
 
     /// Makes the tractions `p` at `motion`, with `w` = A p − f, the state from which the next
-    /// increment starts. Leaves f as it is.
-    pub fn remember(&mut self, p: &[f64], w: &[f64], motion: &[f64; 6]) {
+    /// increment starts. The function leaves f as it is.
+    pub fn remember(&mut self, p: &[f64], w: &[f64], motion: &PerDof<f64>) {
         let (k, nx, grid) = (self.grid.len(), self.grid.nx(), &self.grid);
         for (block, c) in self
             .components
@@ -286,24 +290,22 @@ impl Problem {
                 for (i, rest) in
                     rest.iter_mut().enumerate().filter(|(i, _)| grid.is_active(j * nx + i))
                 {
-                    let at = block * k + j * nx + i;
+                    let row = block * k + j * nx + i;
                     let [x, y] = grid.center_of(i, j);
-                    let moved: f64 =
-                        rigid_modes(x, y)[c].iter().zip(motion).map(|(mode, q)| mode * q).sum();
-                    *rest = self.epsilon * p[at] + w[at] + self.f[at] - moved;
+                    let moved = rigid_displacement(x, y, motion)[c];
+                    *rest = self.epsilon * p[row] + w[row] + self.f[row] - moved;
                 }
             });
         }
     }
 
-    /// Forces and moments of the punch on the foundation, in the problem's units and the order of
-    /// [`Step::NAMES`](crate::model::Step::NAMES); of a reduced problem those of its components,
-    /// with their images.
-    pub fn resultants(&self, p: &[f64]) -> [f64; 6] {
+    /// Returns the forces and moments of the punch on the foundation, in the problem's units. Those
+    /// of a reduced problem are the ones of its components, with their images.
+    pub(crate) fn resultants(&self, p: &[f64]) -> PerDof<f64> {
         let (k, nx) = (self.grid.len(), self.grid.nx());
-        let mut sums = [0.0; 6];
+        let mut sums = PerDof::all(0.0);
         for (block, direction) in self.components.directions().enumerate() {
-            // of p, x p and y p, row by row
+            // The sums of p, x p and y p, row by row.
             let mut moments = vec![[0.0; 3]; self.grid.ny()];
             let p = &p[block * k..][..k];
             parallel::each(
@@ -321,42 +323,43 @@ impl Problem {
                     *moments = [all, x0 * all + self.grid.hx() * by_column, y * all];
                 },
             );
-            let [all, of_x, of_y] =
-                [0, 1, 2].map(|which| moments.iter().map(|row| row[which]).sum::<f64>());
-            // each mode is 1, x or y of the place, up to a sign
-            let [constant, at_x, at_y] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
+            let [total, first_x, first_y] =
+                [0, 1, 2].map(|moment| moments.iter().map(|row| row[moment]).sum::<f64>());
+            // Each mode is 1, x or y of the place, up to a sign.
+            let [constant, unit_x, unit_y] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
                 .map(|[x, y]| rigid_modes(x, y)[direction as usize]);
-            for (which, images) in weighted_images(&self.mirror, direction).into_iter().enumerate()
-            {
+            let images = weighted_images(&self.mirror, direction);
+            for dof in Dof::ALL {
                 let [one, x, y] =
-                    [constant[which], at_x[which] - constant[which], at_y[which] - constant[which]];
-                sums[which] += images * (one * all + x * of_x + y * of_y);
+                    [constant[dof], unit_x[dof] - constant[dof], unit_y[dof] - constant[dof]];
+                sums[dof] += images[dof] * (one * total + x * first_x + y * first_y);
             }
         }
         sums.map(|sum| sum * self.grid.element_area())
     }
 
-    /// The tractions of an element, with zeros for the components that the problem has not and the
-    /// given pressure.
+    /// Returns the tractions (n, x, y) of an element: those of `p`, the given pressure if there is
+    /// one, and zeros for other components that the problem does not have.
     pub(crate) fn traction(&self, p: &[f64], element: usize) -> [f64; 3] {
-        let mut own = self.gather(p, element);
+        let mut traction = self.gather(p, element);
         if let Some(pressure) = &self.pressure {
-            own[0] = pressure[element];
+            traction[0] = pressure[element];
         }
-        own
+        traction
     }
 
-    /// The components of a field at an element, with zeros for those that the problem has not.
+    /// Returns the components (n, x, y) of a field at an element, with zeros for those that the
+    /// problem does not have.
     pub(crate) fn gather(&self, field: &[f64], element: usize) -> [f64; 3] {
-        let mut own = [0.0; 3];
+        let mut vector = [0.0; 3];
         for (block, c) in self.blocks() {
-            own[c] = field[block * self.grid.len() + element];
+            vector[c] = field[block * self.grid.len() + element];
         }
-        own
+        vector
     }
 
-    /// What its operator depends on.
-    pub fn operator_key(&self) -> OperatorKey {
+    /// Returns the data on which the problem's operator depends.
+    pub(crate) fn operator_key(&self) -> OperatorKey {
         OperatorKey {
             elements: [self.whole_grid().nx(), self.whole_grid().ny()],
             element: [self.grid.hx(), self.grid.hy()],
@@ -368,31 +371,31 @@ impl Problem {
         }
     }
 
-    /// Relative natural-map residual ‖p − Gᵘ_μ(p − E v)‖ / ‖p‖ with v = εp + w, E = 1/(ε +
-    /// `diagonal`), for each direction its own; 0 when p = 0 solves the problem, infinite when p =
-    /// 0 does not. `w` = A p − f. Masked elements do not count.
-    pub fn residual(&self, p: &[f64], w: &[f64], diagonal: impl Into<Diagonals>) -> f64 {
+    /// Returns the relative natural-map residual ‖p − Gᵘ_μ(p − E v)‖ / ‖p‖ \[1\] with v = εp + w
+    /// and E = 1/(ε + `diagonal`), one for each direction; `w` = A p − f. It is 0 if p = 0 solves
+    /// the problem, and infinite if p = 0 does not. Masked elements do not count.
+    pub(crate) fn residual(&self, p: &[f64], w: &[f64], diagonal: impl Into<Diagonals>) -> f64 {
         let diagonal = diagonal.into();
-        // p and its image at each element
+        // The pairs are p and its image at each element.
         let pairs = |band: Range<usize>| {
             self.grid.active_in(band).map(|e| {
-                let (own, w) = (self.traction(p, e), self.gather(w, e));
-                let mut x = self.trial(own, w, diagonal);
+                let (traction, w) = (self.traction(p, e), self.gather(w, e));
+                let mut x = self.trial(traction, w, diagonal);
                 if self.pressure.is_some() {
-                    x[0] = own[0]; // solved before
+                    x[0] = traction[0]; // The pressure was solved before.
                 } else if self.components == Components::NORMAL {
                     [x[1], x[2]] = [0.0; 2];
                 }
-                (own, g_mu(x, self.mu, self.ceiling))
+                (traction, g_mu(x, self.mu, self.ceiling))
             })
         };
         let sums = |unit: f64| {
             let bands = parallel::bands(self.grid.len(), |band| {
                 let (mut defect, mut size) = (0.0, 0.0);
-                for (own, mapped) in pairs(band) {
+                for (traction, mapped) in pairs(band) {
                     for c in 0..3 {
-                        defect += ((own[c] - mapped[c]) / unit).powi(2);
-                        size += (own[c] / unit).powi(2);
+                        defect += ((traction[c] - mapped[c]) / unit).powi(2);
+                        size += (traction[c] / unit).powi(2);
                     }
                 }
                 (defect, size)
@@ -400,10 +403,10 @@ impl Problem {
             bands.into_iter().fold((0.0, 0.0), |sum, band| (sum.0 + band.0, sum.1 + band.1))
         };
         let (mut defect, mut size) = sums(1.0);
-        // squares that may have left the range of doubles say nothing
+        // Squares that may have left the range of doubles say nothing.
         if !(SQUARES.contains(&defect) && SQUARES.contains(&size)) {
             let largest = pairs(0..self.grid.len())
-                .flat_map(|(own, mapped)| [own, mapped])
+                .flat_map(|(traction, mapped)| [traction, mapped])
                 .flatten()
                 .fold(0.0, |a: f64, b| a.max(b.abs()));
             if largest > 0.0 && largest.is_finite() {
@@ -413,18 +416,20 @@ impl Problem {
         if defect == 0.0 { 0.0 } else { (defect / size).sqrt() }
     }
 
-    /// x = p − E v of an element, with v = εp + w and E = 1/(ε + `diagonal`).
-    pub(crate) fn trial(&self, own: [f64; 3], w: [f64; 3], diagonal: Diagonals) -> [f64; 3] {
+    /// Returns x = p − E v of an element with the `traction` p, with v = εp + w and E = 1/(ε +
+    /// `diagonal`); vectors are in the order (n, x, y).
+    pub(crate) fn trial(&self, traction: [f64; 3], w: [f64; 3], diagonal: Diagonals) -> [f64; 3] {
         let [normal, tangential] =
             [diagonal.normal, diagonal.tangential].map(|entry| entry + self.epsilon);
-        let moved = |c: usize, entry: f64| own[c] - (self.epsilon * own[c] + w[c]) / entry;
+        let moved =
+            |c: usize, entry: f64| traction[c] - (self.epsilon * traction[c] + w[c]) / entry;
         [moved(0, normal), moved(1, tangential), moved(2, tangential)]
     }
 
-    /// The largest tension (−p₁)₊ or excess of traction (|p_t| − μp₁)₊, over the largest pressure:
-    /// the conditions that hold element by element, which the residual as a mean over all elements
-    /// does not bound well.
-    pub fn violation(&self, p: &[f64]) -> f64 {
+    /// Returns the largest tension (−p₁)₊ or excess of traction (|p_t| − μp₁)₊, over the largest
+    /// pressure \[1\]. These conditions hold element by element, and the residual as a mean over
+    /// all elements does not bound them well.
+    pub(crate) fn violation(&self, p: &[f64]) -> f64 {
         let bands = parallel::bands(self.grid.len(), |band| {
             let (mut worst, mut peak) = (0.0_f64, 0.0_f64);
             for [normal, x, y] in self.grid.active_in(band).map(|e| self.traction(p, e)) {

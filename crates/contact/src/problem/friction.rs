@@ -1,25 +1,26 @@
 //! Coulomb friction as a projection: the pointwise maps of Alexandrov's equation (1) and its
 //! regularisation (3).
 
-/// h(t) = max(t, 0).
-pub fn h(t: f64) -> f64 {
+/// Returns h(t) = max(t, 0).
+pub(crate) fn h(t: f64) -> f64 {
     t.max(0.0)
 }
 
-/// h_u(t) = t clamped to \[0, u\], with u ≥ 0 the ceiling on the pressure (infinite for none).
-pub fn h_u(t: f64, u: f64) -> f64 {
-    t.max(0.0).min(u)
+/// Returns h_u(t), which is t clamped to \[0, u\], with u ≥ 0 the ceiling on the pressure (infinite
+/// for none).
+pub(crate) fn h_u(t: f64, u: f64) -> f64 {
+    h(t).min(u)
 }
 
-/// q(x, y, z): the projection of (x, y) onto the disk of radius z ≥ 0.
-pub fn q(x: f64, y: f64, z: f64) -> [f64; 2] {
+/// Returns q(x, y, z), the projection of (x, y) onto the disk of radius z ≥ 0.
+pub(crate) fn q(x: f64, y: f64, z: f64) -> [f64; 2] {
     let length = x.hypot(y);
     if length <= z { [x, y] } else { [z * (x / length), z * (y / length)] }
 }
 
-/// Gᵘ_μ(x): y₁ = h_u(x₁), (y₂, y₃) = (x₂, x₃) projected onto the disk of radius μ y₁.
-/// With u infinite this is the G_μ of equation (1). Components in the order (n, x, y).
-pub fn g_mu(x: [f64; 3], mu: f64, u: f64) -> [f64; 3] {
+/// Returns y = Gᵘ_μ(x): y₁ = h_u(x₁), and (y₂, y₃) is (x₂, x₃) projected onto the disk of radius
+/// μ y₁. With u infinite this is the G_μ of equation (1). Components are in the order (n, x, y).
+pub(crate) fn g_mu(x: [f64; 3], mu: f64, u: f64) -> [f64; 3] {
     let pressure = h_u(x[0], u);
     let [traction_x, traction_y] = q(x[1], x[2], mu * pressure);
     [pressure, traction_x, traction_y]
@@ -66,7 +67,7 @@ mod tests {
             for c in 0..3 {
                 prop_assert!((z[c] - y[c]).abs() <= 1e-12 * (1.0 + y[c].abs()));
             }
-            // what the disk cuts off keeps its direction
+            // A vector that the disk cuts off keeps its direction.
             prop_assert!((y[1] * x[2] - y[2] * x[1]).abs() <= 1e-9);
             prop_assert!(y[1] * x[1] + y[2] * x[2] >= 0.0);
         }

@@ -1,24 +1,28 @@
-//! How Ω is cut into elements, and in which units.
+//! The cut of Ω into elements, and the unit of length that goes with it.
 
 use super::scale::{self, Scale};
 use crate::foundation::{Bodies, surface};
 use crate::model::{Domain, Mesh, Numerics, Scene, SceneError, Shape};
 
-/// How Ω is cut into elements.
+/// The cut of Ω into elements.
 pub(crate) struct Layout {
+    /// The number of elements along x.
     pub(crate) nx: usize,
+    /// The number of elements along y.
     pub(crate) ny: usize,
-    /// Element size in units of ℓ.
+    /// The size of an element along x and y, in units of ℓ.
     pub(crate) element: [f64; 2],
-    /// ℓ \[m\].
+    /// The unit of length ℓ, half the diameter of Ω \[m\].
     pub(crate) half_diameter: f64,
-    /// Whether the punch goes on beyond Ω.
+    /// The fact that the punch goes on beyond Ω.
     pub(super) open_edge: bool,
-    /// For a disk under its own Ω: the radius that decides what is sole, in elements.
+    /// The radius that decides which elements belong to the sole, in elements, for a disk that
+    /// chooses Ω.
     pub(super) disk: Option<f64>,
 }
 
 impl Layout {
+    /// Cuts a domain as the numerics ask for. Refuses a mesh with too many elements along y.
     pub(crate) fn new(
         scene: &Scene,
         numerics: &Numerics,
@@ -56,10 +60,10 @@ impl Layout {
         };
         Ok(match scene.punch.shape {
             Shape::FlatDisk { radius } if scene.domain.is_none() && nx == ny => {
-                // The staircase of elements whose centre lies inside the disk has not the disk's
-                // area, and load and stiffness follow the area: elements sized so that the areas
-                // agree make the error smaller and its decrease smooth (tests/closed_forms.rs holds
-                // it to first order).
+                // The staircase of elements whose centre lies inside the disk does not have the
+                // disk's area, and load and stiffness follow the area. Elements that are sized so
+                // that the areas agree make the error smaller and its decrease smooth (the tests
+                // `closed_forms` hold it to first order).
                 let reach = 0.5 * nx as f64;
                 let along = |i: usize| i as f64 + 0.5 - reach;
                 let count =
@@ -84,7 +88,8 @@ impl Layout {
         })
     }
 
-    /// The units of the problem. Refuses what leads beyond the range of doubles.
+    /// Returns the units of the problem. Refuses sizes and moduli that lead beyond the range of
+    /// doubles.
     pub(crate) fn scale(&self, scene: &Scene, bodies: &Bodies) -> Result<Scale, SceneError> {
         let modulus = surface(scene).shear_modulus;
         let scale = Scale {

@@ -1,5 +1,5 @@
-//! Operators kept between solves: jobs of a sweep that share a grid and elastic ratios share their
-//! coefficients.
+//! The operators that are kept between solves: jobs of a sweep that share a grid and elastic ratios
+//! share their coefficients.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,25 +8,25 @@ use super::equation::{OperatorKey, Problem};
 use crate::influence::{Circulant, Influence, InfluenceTable, Mirror, Scratch, Toeplitz};
 
 /// The operator of a problem, for its components and on its side of mirror planes, with the
-/// coefficients it is made of.
+/// coefficients of which it is made.
 #[derive(Clone)]
 pub struct Operator {
-    /// Influence coefficients of every offset of the whole grid.
+    /// The influence coefficients of every offset of the whole grid.
     pub table: Arc<InfluenceTable>,
-    /// The operator.
+    /// The operator as a product with a field.
     pub influence: Arc<dyn Influence>,
-    /// Circulants near its diagonal blocks, for preconditioning.
+    /// The circulants near the operator's diagonal blocks, for preconditioning.
     pub circulant: Arc<Circulant>,
 }
 
 impl Operator {
-    /// out = A p.
-    pub fn apply(&self, out: &mut [f64], p: &[f64], scratch: &mut Scratch) {
+    /// Computes out = A p.
+    pub(crate) fn apply(&self, out: &mut [f64], p: &[f64], scratch: &mut Scratch) {
         self.influence.apply(out, p, scratch);
     }
 
-    /// The same operator on a window of so many elements, on which it knows no mask. Where there
-    /// are mirror planes the window must begin at them.
+    /// Returns this operator on a window of `size` elements along x and y, on which it knows no
+    /// mask. If there are mirror planes, the window must begin at them.
     pub(crate) fn within(&self, size: [usize; 2], mirror: Mirror) -> Self {
         let components = self.influence.components();
         Self {
@@ -36,42 +36,45 @@ impl Operator {
         }
     }
 
-    /// Memory for applications.
-    pub fn scratch(&self) -> Scratch {
+    /// Makes the memory for applications.
+    pub(crate) fn scratch(&self) -> Scratch {
         Scratch::new(&*self.influence)
     }
 }
 
-/// The last operators used, within a budget of memory.
+/// The operators that were used last, within a budget of memory.
 pub struct Operators {
-    kept: Vec<Kept>,
+    /// The operators, the one used last at the end.
+    kept: Vec<KeptOperator>,
+    /// The budget \[bytes\].
     budget: usize,
 }
 
-struct Kept {
+/// An operator that is kept, with its key.
+struct KeptOperator {
     key: OperatorKey,
     operator: Operator,
-    /// Of what is its own; others may share its table.
+    /// The memory without the table, which others may share \[bytes\].
     bytes: usize,
 }
 
 impl Operators {
-    /// Keeps operators of up to `budget` bytes in all; the one in use is kept whatever its size.
-    pub fn new(budget: usize) -> Self {
+    /// Keeps operators of up to `budget` bytes in all. The one in use is kept whatever its size.
+    pub(crate) fn new(budget: usize) -> Self {
         Self { kept: Vec::new(), budget }
     }
 
-    /// The operator of `problem`, kept or made.
+    /// Returns the operator of `problem`, which is made if it is not kept.
     pub fn of(&mut self, problem: &Problem) -> Operator {
         let key = problem.operator_key();
-        if let Some(at) = self.kept.iter().position(|kept| kept.key == key) {
-            let kept = self.kept.remove(at);
+        if let Some(index) = self.kept.iter().position(|kept| kept.key == key) {
+            let kept = self.kept.remove(index);
             let operator = kept.operator.clone();
             self.kept.push(kept);
             return operator;
         }
         let (components, mirror) = (problem.components, problem.mirror);
-        let has = |kept: &&Kept| {
+        let has = |kept: &&KeptOperator| {
             kept.key.shares_table(&key) && kept.operator.table.components().includes(components)
         };
         let table = match self.kept.iter().find(has) {
@@ -88,14 +91,14 @@ impl Operators {
         let bytes = toeplitz.bytes() + circulant.bytes();
         let operator =
             Operator { table, influence: Arc::new(toeplitz), circulant: Arc::new(circulant) };
-        self.kept.push(Kept { key, operator: operator.clone(), bytes });
+        self.kept.push(KeptOperator { key, operator: operator.clone(), bytes });
         while self.bytes() > self.budget && self.kept.len() > 1 {
             self.kept.remove(0);
         }
         operator
     }
 
-    /// Memory of all that is kept, each table counted once.
+    /// Returns the memory of all operators that are kept; each table counts once \[bytes\].
     fn bytes(&self) -> usize {
         let tables: BTreeMap<_, usize> = self
             .kept
@@ -107,7 +110,7 @@ impl Operators {
 }
 
 impl Default for Operators {
-    /// A budget of 512 MiB.
+    /// Keeps up to 512 MiB.
     fn default() -> Self {
         Self::new(512 << 20)
     }
@@ -121,7 +124,7 @@ mod tests {
     use crate::influence::{Components, Symmetry, Window};
     use crate::model::{Material, Projection};
 
-    /// On a window, which is wherever the tractions are, the operator is what it is on the grid.
+    /// On a window around the tractions the operator has the products that it has on the grid.
     #[test]
     fn within_a_window_it_is_the_same() {
         let bodies = HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.3 }, None);

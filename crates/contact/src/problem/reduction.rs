@@ -1,45 +1,69 @@
-//! Which effects a scene calls for and why, and the stages of a solve that follow from them. What a
-//! scene does not call for is not simulated, and leaving it out is exact: the solution has none of
-//! it.
+//! The effects that a scene calls for, the reasons, and the stages of a solve that follow from
+//! them. An effect that a scene does not call for is not simulated, and leaving it out is exact:
+//! the solution has none of it.
 //!
 //! Every decision is made from the scene before it is solved, and can be overruled
-//! ([`Numerics::simulate`]): a test holds the solution with an effect left out against the one with
+//! ([`Numerics::simulate`]). A test holds the solution with an effect left out against the one with
 //! it.
 
 use serde::Serialize;
 
 use crate::foundation::relative_bodies;
 use crate::influence::{Components, Mirror, Symmetry};
-use crate::model::{Control, Effect, Numerics, Scene, SceneError, Shape};
+use crate::model::{Control, Dof, Effect, Numerics, Scene, SceneError, Shape};
 use crate::punch::{Surfaces, domain};
 
-/// Whether an effect is simulated, and why.
+/// The decision whether an effect is simulated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Decision {
     /// The effect.
     pub effect: Effect,
-    /// Whether it is simulated.
+    /// The decision: true if the effect is simulated.
     pub on: bool,
-    /// Why, in words.
+    /// The reason, in words.
     pub reason: String,
 }
 
-/// Which effects a scene calls for.
+/// The need that a scene has of an effect, before settings overrule it.
+struct Ruling {
+    /// The need: true if the solution without the effect would be another one.
+    on: bool,
+    /// The reason, in words.
+    reason: String,
+}
+
+impl Ruling {
+    /// Rules that the effect is needed.
+    fn on(reason: impl Into<String>) -> Self {
+        Self { on: true, reason: reason.into() }
+    }
+
+    /// Rules that the effect is not needed.
+    fn off(reason: impl Into<String>) -> Self {
+        Self { on: false, reason: reason.into() }
+    }
+}
+
+/// The effects that a scene calls for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Effects(Vec<Decision>);
 
 impl Effects {
-    /// The decision on every effect, in the order of [`Effect::ALL`].
+    /// Returns the decision on every effect, in the order of [`Effect::ALL`].
     pub fn decisions(&self) -> &[Decision] {
         &self.0
     }
 
-    /// Whether an effect is simulated.
+    /// Returns whether an effect is simulated.
     pub fn has(&self, effect: Effect) -> bool {
         self.0.iter().any(|decision| decision.effect == effect && decision.on)
     }
 
-    /// Decides for a scene. Refuses what [`super::equation::Problem::new`] would.
+    /// Decides for a scene on a grid with so many `elements` along x and y.
+    ///
+    /// # Errors
+    /// A [`SceneError`] reports a domain that cannot be derived, as
+    /// [`Problem::new`](super::Problem::new) would.
     pub fn of(
         scene: &Scene,
         numerics: &Numerics,
@@ -48,7 +72,7 @@ impl Effects {
     ) -> Result<Self, SceneError> {
         let mut effects = Effects(Vec::with_capacity(Effect::ALL.len()));
         for effect in Effect::ALL {
-            let (on, reason) = match effect {
+            let Ruling { on, reason } = match effect {
                 Effect::Friction => friction(scene),
                 Effect::Coupling => coupling(scene, &effects),
                 Effect::TractionX | Effect::TractionY => direction(scene, &effects, effect),
@@ -56,12 +80,12 @@ impl Effects {
                 Effect::AsymmetryY => asymmetry(scene, &effects, 1, elements, surfaces)?,
                 Effect::Layers => layers(scene),
                 Effect::Regularisation if numerics.epsilon > 0.0 => {
-                    (true, format!("epsilon = {:e}", numerics.epsilon))
+                    Ruling::on(format!("epsilon = {:e}", numerics.epsilon))
                 }
-                Effect::Regularisation => (false, "epsilon = 0".to_owned()),
+                Effect::Regularisation => Ruling::off("epsilon = 0"),
                 Effect::Ceiling => match numerics.ceiling {
-                    Some(ceiling) => (true, format!("ceiling = {ceiling:e} Pa")),
-                    None => (false, "no ceiling is given".to_owned()),
+                    Some(ceiling) => Ruling::on(format!("ceiling = {ceiling:e} Pa")),
+                    None => Ruling::off("no ceiling is given"),
                 },
                 Effect::History => history(scene),
                 Effect::LoadControl => load_control(scene),
@@ -75,118 +99,113 @@ impl Effects {
     }
 }
 
-/// Tangential loads that a path has: along x, along y, and turning about z.
+/// Returns whether a path has tangential loads along x, along y, and about z.
 fn tangential_loads(scene: &Scene) -> [bool; 3] {
-    [1, 2, 5].map(|which| scene.loading.legs().iter().any(|leg| !is_nothing(leg.target[which])))
+    Dof::TANGENTIAL.map(|dof| scene.loading.legs().iter().any(|leg| !is_nothing(leg.target[dof])))
 }
 
-/// Whether a degree of freedom is left where a symmetric solution leaves it by itself.
+/// Returns whether a control leaves a degree of freedom where a symmetric solution leaves it
+/// anyway.
 fn is_nothing(control: Control) -> bool {
     matches!(control, Control::Motion(0.0) | Control::Force(0.0))
 }
 
-/// Whether the surfaces' normal and tangential displacements are independent, and why.
-fn uncoupled(scene: &Scene) -> (bool, &'static str) {
+/// Rules whether the surfaces' normal and tangential displacements depend on each other.
+fn coupled_surfaces(scene: &Scene) -> Ruling {
     let bodies = relative_bodies(scene, 1.0);
     if bodies.layers.is_some() {
-        (false, "layers couple normal and tangential displacements")
-    } else if bodies.surface.coupling == 0.0 {
-        (
-            true,
-            if scene.punch.material.is_some() {
-                "the bodies' couplings cancel"
-            } else {
-                "the foundation is incompressible"
-            },
-        )
+        Ruling::on("layers couple normal and tangential displacements")
+    } else if bodies.surface.coupling != 0.0 {
+        Ruling::on("normal and tangential displacements depend on each other")
+    } else if scene.punch.material.is_some() {
+        Ruling::off("the bodies' couplings cancel")
     } else {
-        (false, "normal and tangential displacements depend on each other")
+        Ruling::off("the foundation is incompressible")
     }
 }
 
-fn friction(scene: &Scene) -> (bool, String) {
-    let (uncoupled, why) = uncoupled(scene);
+/// Rules on the tangential tractions.
+fn friction(scene: &Scene) -> Ruling {
+    let coupled = coupled_surfaces(scene);
     let loads = tangential_loads(scene);
     if scene.friction.mu == 0.0 {
-        (false, "friction.mu = 0".to_owned())
-    } else if uncoupled && loads == [false; 3] {
-        (false, format!("{why} and nothing moves the punch sideways"))
+        Ruling::off("friction.mu = 0")
+    } else if !coupled.on && loads == [false; 3] {
+        Ruling::off(format!("{} and nothing moves the punch sideways", coupled.reason))
     } else if loads == [false; 3] {
-        (true, format!("friction.mu > 0 and {why}"))
+        Ruling::on(format!("friction.mu > 0 and {}", coupled.reason))
     } else {
-        (true, "friction.mu > 0 and the punch is moved or pulled sideways".to_owned())
+        Ruling::on("friction.mu > 0 and the punch is moved or pulled sideways")
     }
 }
 
-fn coupling(scene: &Scene, effects: &Effects) -> (bool, String) {
-    let (uncoupled, why) = uncoupled(scene);
-    if !effects.has(Effect::Friction) {
-        (false, "no tangential tractions".to_owned())
+/// Rules on the coupling of normal and tangential displacements.
+fn coupling(scene: &Scene, effects: &Effects) -> Ruling {
+    if effects.has(Effect::Friction) {
+        coupled_surfaces(scene)
     } else {
-        (!uncoupled, why.to_owned())
+        Ruling::off("no tangential tractions")
     }
 }
 
-/// Without coupling and without ν/G the two directions know nothing of each other, and only the
-/// loaded one has tractions.
-fn direction(scene: &Scene, effects: &Effects, effect: Effect) -> (bool, String) {
-    let own = if effect == Effect::TractionX { 0 } else { 1 };
+/// Rules on the tractions along x or y. Without coupling and without ν/G the two directions are
+/// independent, and only the loaded one has tractions.
+fn direction(scene: &Scene, effects: &Effects, effect: Effect) -> Ruling {
+    let axis = if effect == Effect::TractionX { 0 } else { 1 };
     let loads = tangential_loads(scene);
     let bodies = relative_bodies(scene, 1.0);
     if !effects.has(Effect::Friction) {
-        (false, "no tangential tractions".to_owned())
+        Ruling::off("no tangential tractions")
     } else if effects.has(Effect::Coupling) {
-        (true, "the coupling moves the surface in every direction".to_owned())
+        Ruling::on("the coupling moves the surface in every direction")
     } else if bodies.layers.is_some() || bodies.surface.cross != 0.0 {
-        (
-            true,
-            "tractions along one direction move the surface along the other too (ν > 0)".to_owned(),
-        )
+        Ruling::on("tractions along one direction move the surface along the other too (ν > 0)")
     } else if loads[2] {
-        (true, "the punch is twisted".to_owned())
-    } else if loads[own] {
-        (true, "the punch is moved or pulled this way".to_owned())
+        Ruling::on("the punch is twisted")
+    } else if loads[axis] {
+        Ruling::on("the punch is moved or pulled this way")
     } else if loads == [false; 3] {
-        (true, "tangential tractions are asked for by `simulate`".to_owned())
+        Ruling::on("tangential tractions are asked for by `simulate`")
     } else {
-        (false, "ν = 0, no coupling, and nothing moves the punch this way".to_owned())
+        Ruling::off("ν = 0, no coupling, and nothing moves the punch this way")
     }
 }
 
-fn layers(scene: &Scene) -> (bool, String) {
+/// Rules on the layers.
+fn layers(scene: &Scene) -> Ruling {
     match relative_bodies(scene, 1.0).layers {
-        Some(layered) => (true, format!("{} of different materials", layered.layers().len())),
-        None if scene.foundation.layers.is_empty() => {
-            (false, "a homogeneous half-space".to_owned())
-        }
-        None => (false, "all layers are of the base's material".to_owned()),
+        Some(layered) => Ruling::on(format!("{} of different materials", layered.layers().len())),
+        None if scene.foundation.layers.is_empty() => Ruling::off("a homogeneous half-space"),
+        None => Ruling::off("all layers are of the base's material"),
     }
 }
 
-fn history(scene: &Scene) -> (bool, String) {
-    let increments: u32 = scene.loading.legs().iter().map(|leg| leg.increments).sum();
+/// Rules on the history of the path.
+fn history(scene: &Scene) -> Ruling {
+    let increments = scene.loading.increments();
     if increments > 1 {
-        (true, format!("{increments} increments"))
+        Ruling::on(format!("{increments} increments"))
     } else {
-        (false, "a single increment from zero traction".to_owned())
+        Ruling::off("a single increment from zero traction")
     }
 }
 
-fn load_control(scene: &Scene) -> (bool, String) {
+/// Rules on motions that are governed by forces.
+fn load_control(scene: &Scene) -> Ruling {
     let governed = scene
         .loading
         .legs()
         .iter()
         .any(|leg| leg.target.iter().any(|control| matches!(control, Control::Force(_))));
-    (
-        governed,
-        if governed { "a force or a moment is prescribed" } else { "all motion is prescribed" }
-            .to_owned(),
-    )
+    if governed {
+        Ruling::on("a force or a moment is prescribed")
+    } else {
+        Ruling::off("all motion is prescribed")
+    }
 }
 
-/// What is solved at once: some components, on the positive sides of mirror planes. Without
-/// coupling the pressure comes first and the tangential tractions after it.
+/// The unknowns that are solved at once: some components, on the positive sides of mirror planes.
+/// Without coupling the pressure comes first and the tangential tractions after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stage {
     /// The components.
@@ -196,16 +215,16 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// Unknowns of a problem on this many elements.
-    pub fn unknowns(&self, elements: [usize; 2]) -> usize {
+    /// Returns the number of unknowns of a problem on so many `elements` along x and y.
+    pub(crate) fn unknowns(&self, elements: [usize; 2]) -> usize {
         let half = |n: usize, plane: Option<Symmetry>| if plane.is_some() { n / 2 } else { n };
         self.components.len() * half(elements[0], self.mirror.x) * half(elements[1], self.mirror.y)
     }
 }
 
 impl Effects {
-    /// The stages in which the scene is solved.
-    pub fn stages(&self, scene: &Scene) -> Vec<Stage> {
+    /// Returns the stages in which the scene is solved.
+    pub(crate) fn stages(&self, scene: &Scene) -> Vec<Stage> {
         let plane = |axis: usize, effect: Effect, tangential: bool| {
             let behaviour =
                 if tangential { image(scene, self, axis) } else { Some(Symmetry::Symmetric) };
@@ -235,9 +254,10 @@ impl Effects {
     }
 }
 
-/// How the tangential tractions of a scene that is mirror-symmetric in direction `axis` (0: x, 1:
-/// y) behave: under coupling like the surface displacements of a symmetric pressure, without it as
-/// the tangential load has it. `None` when they do neither.
+/// Returns the symmetry of the tangential tractions of a scene that is mirror-symmetric in
+/// direction `axis` (0: x, 1: y). Under coupling they behave like the surface displacements of a
+/// symmetric pressure, and without it like the tangential load. The result is `None` if they do
+/// neither.
 fn image(scene: &Scene, effects: &Effects, axis: usize) -> Option<Symmetry> {
     let [x, y, twist] = tangential_loads(scene);
     let (along, across) = if axis == 0 { (x, y) } else { (y, x) };
@@ -248,35 +268,36 @@ fn image(scene: &Scene, effects: &Effects, axis: usize) -> Option<Symmetry> {
     }
 }
 
+/// Rules whether the two sides of Ω in direction `axis` (0: x, 1: y) are no mirror images.
 fn asymmetry(
     scene: &Scene,
     effects: &Effects,
     axis: usize,
     elements: [usize; 2],
     surfaces: &Surfaces,
-) -> Result<(bool, String), SceneError> {
+) -> Result<Ruling, SceneError> {
     let name = ["x", "y"][axis];
     let domain = domain(scene, surfaces)?;
     let center = [domain.center_x, domain.center_y][axis];
-    // tilting about y lifts one side in x
-    let tilt = [4, 3][axis];
+    // A tilt about y lifts one side in x.
+    let tilt = Dof::tilt_about(1 - axis);
     let legs = scene.loading.legs();
     Ok(if !has_mirror(&scene.punch.shape, axis, surfaces) {
-        (true, format!("the punch's shape is not known to be its own image in {name}"))
+        Ruling::on(format!("the punch's shape is not known to be its own image in {name}"))
     } else if center != 0.0 {
-        (true, format!("Ω is not centred in {name}"))
+        Ruling::on(format!("Ω is not centred in {name}"))
     } else if !elements[axis].is_multiple_of(2) {
-        (true, format!("the number of elements along {name} is odd"))
+        Ruling::on(format!("the number of elements along {name} is odd"))
     } else if legs.iter().any(|leg| !is_nothing(leg.target[tilt])) {
-        (true, format!("the punch is tilted or loaded eccentrically in {name}"))
+        Ruling::on(format!("the punch is tilted or loaded eccentrically in {name}"))
     } else if effects.has(Effect::Friction) && image(scene, effects, axis).is_none() {
-        (true, format!("the tangential load has no image in {name}"))
+        Ruling::on(format!("the tangential load has no image in {name}"))
     } else {
-        (false, format!("shape, load and Ω are their own images in {name}"))
+        Ruling::off(format!("shape, load and Ω are their own images in {name}"))
     })
 }
 
-/// Whether a shape is its own mirror image in x (0) or y (1), exactly.
+/// Returns whether a shape is its own mirror image in x (0) or y (1), exactly.
 fn has_mirror(shape: &Shape, axis: usize, surfaces: &Surfaces) -> bool {
     match shape {
         Shape::Sphere { .. }
@@ -286,11 +307,11 @@ fn has_mirror(shape: &Shape, axis: usize, surfaces: &Surfaces) -> bool {
         | Shape::Cone { .. } => true,
         Shape::HeightMap { surface, .. } => surfaces.get(surface).is_some_and(|map| {
             let (columns, rows, heights) = (map.columns(), map.rows(), map.heights());
-            let image = |at: usize| match (axis, at % columns, at / columns) {
+            let image = |node: usize| match (axis, node % columns, node / columns) {
                 (0, i, j) => j * columns + columns - 1 - i,
                 (_, i, j) => (rows - 1 - j) * columns + i,
             };
-            (0..heights.len()).all(|at| heights[at] == heights[image(at)])
+            (0..heights.len()).all(|node| heights[node] == heights[image(node)])
         }),
         Shape::WheelOnRail(_) => false,
     }

@@ -1,41 +1,40 @@
-//! The units that make a problem dimensionless, and how far double precision reaches in them: what
-//! lies beyond is refused, in words, before anything is solved.
+//! The units that make a problem dimensionless, and the range of double precision in them. Sizes,
+//! moduli and loads beyond that range are refused, in words, before anything is solved.
 
 use crate::foundation::Bodies;
 use crate::grid::Grid;
-use crate::model::{Base, Numerics, Projection, Scene, SceneError, Step};
+use crate::model::{Base, Dof, Numerics, PerDof, Projection, Scene, SceneError, Step};
 
-/// Units in which a [`Problem`](super::equation::Problem) is written.
+/// The units in which a [`Problem`](super::Problem) is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
-    /// ℓ \[m\].
+    /// The unit of length ℓ \[m\].
     pub length: f64,
-    /// c = Σ(1−ν)/G \[1/Pa\].
+    /// The unit of compliance c = Σ(1−ν)/G \[1/Pa\].
     pub compliance: f64,
 }
 
 impl Scale {
-    /// The unit of traction, 1/c \[Pa\].
+    /// Returns the unit of traction, 1/c \[Pa\].
     pub fn traction(&self) -> f64 {
         1.0 / self.compliance
     }
 
-    /// The units of the six rigid degrees of freedom, in the order of
-    /// [`Step::NAMES`](crate::model::Step::NAMES) \[m or rad\].
-    pub fn motions(&self) -> [f64; 6] {
+    /// Returns the units of the six rigid degrees of freedom \[m or rad\].
+    pub fn motions(&self) -> PerDof<f64> {
         let l = self.length;
-        [l, l, l, 1.0, 1.0, 1.0]
+        PerDof::new([l, l, l, 1.0, 1.0, 1.0])
     }
 
-    /// The units of their forces and moments \[N or N m\].
-    pub fn forces(&self) -> [f64; 6] {
+    /// Returns the units of their forces and moments \[N or N m\].
+    pub(crate) fn forces(&self) -> PerDof<f64> {
         let force = self.traction() * self.length * self.length;
         let moment = force * self.length;
-        [force, force, force, moment, moment, moment]
+        PerDof::new([force, force, force, moment, moment, moment])
     }
 }
 
-/// Sizes or moduli that double precision cannot hold once they are put in relation.
+/// Refuses sizes or moduli that double precision cannot hold once they are put in relation.
 pub(crate) fn out_of_range(key: &str, value: f64) -> SceneError {
     SceneError {
         key: key.to_owned(),
@@ -44,15 +43,16 @@ pub(crate) fn out_of_range(key: &str, value: f64) -> SceneError {
     }
 }
 
-/// What a problem's numbers may be of its units, so that their squares and the squares of what they
-/// cause are doubles.
+/// The range of a problem's numbers in its units, in which their squares and the squares of their
+/// results are doubles.
 const SQUARABLE: std::ops::RangeInclusive<f64> = 1e-120..=1e120;
 
-/// Moduli below the surface in units of that at the surface. The coefficients are good to some
-/// 1e-14 of the largest of them, and on a stiff plate the normal ones grow as the contrast to the
-/// power of ⅔ against the others; a base stiffer than that is rigid.
+/// The range of the moduli below the surface in units of that at the surface. The coefficients are
+/// good to some 1e-14 of the largest of them, and on a stiff plate the normal ones grow as the
+/// contrast to the power of ⅔ against the others. A base that is stiffer than the range is rigid.
 const CONTRAST: std::ops::RangeInclusive<f64> = 1e-15..=1e15;
 
+/// Refuses a modulus outside of [`CONTRAST`].
 fn too_unlike(key: &str, contrast: f64) -> SceneError {
     SceneError {
         key: key.to_owned(),
@@ -63,9 +63,9 @@ fn too_unlike(key: &str, contrast: f64) -> SceneError {
     }
 }
 
-/// Refuses moduli and sizes whose units are no doubles, and layers or a base that differ from what
-/// is above by more than can be squared. `bodies` have moduli in units of `modulus`, that of the
-/// surface, and lengths in units of ℓ; so has `element`.
+/// Refuses moduli and sizes whose units are no doubles, and layers or a base that differ from the
+/// surface by more than can be squared. `bodies` have moduli in units of `modulus`, that of the
+/// surface \[Pa\], and lengths in units of ℓ, in which `element` is given too.
 pub(crate) fn check_units(
     modulus: f64,
     bodies: &Bodies,
@@ -98,14 +98,14 @@ pub(crate) fn check_units(
     Ok(())
 }
 
-/// The smallest normal coefficient of an element in units of its tangential ones that is more than
-/// the rounding of these.
+/// The smallest normal coefficient of an element, in units of its tangential ones, that is more
+/// than their rounding.
 const NORMAL: f64 = 1e-9;
 
-/// Refuses layers that pressure cannot move: a nearly incompressible one on a rigid base, much
-/// thinner than the elements, gives way at the edges of a loaded element only. Its own mean there
-/// is a small part of what the coefficients are computed from, and at its centre there is nothing.
-/// `bodies` have lengths in the grid's unit.
+/// Refuses layers that pressure cannot move. A nearly incompressible layer on a rigid base that is
+/// much thinner than the elements gives way at the edges of a loaded element only. The element's
+/// mean displacement is then a small part of the numbers from which the coefficients are computed,
+/// and at its centre there is none. `bodies` have lengths in the grid's unit.
 pub(crate) fn check_operator(
     bodies: &Bodies,
     grid: &Grid,
@@ -115,18 +115,18 @@ pub(crate) fn check_operator(
     let Some(layered) = &bodies.layers else { return Ok(()) };
     let long = layered.compliance(1.0 / hx.max(hy));
     if long.nn > 1e-3 * long.ll {
-        return Ok(()); // far from it
+        return Ok(()); // The layers are far from this case.
     }
-    let own = bodies.kernels(hx.hypot(hy)).influence([0, 0], hx, hy, projection);
-    let tangential = own.xx.max(own.yy);
-    if own.nn > NORMAL * tangential {
+    let diagonal = bodies.kernels(hx.hypot(hy)).influence([0, 0], hx, hy, projection);
+    let tangential = diagonal.xx.max(diagonal.yy);
+    if diagonal.nn > NORMAL * tangential {
         return Ok(());
     }
     Err(SceneError {
         key: "foundation.layers".to_owned(),
         value: format!(
             "a pressed element goes down by {:.1e} of what it gives sideways",
-            (own.nn / tangential).max(0.0)
+            (diagonal.nn / tangential).max(0.0)
         ),
         expected: format!(
             "must be at least {NORMAL:e}: double precision knows no less; take a thicker or more compressible layer, smaller elements, or \
@@ -135,9 +135,9 @@ pub(crate) fn check_operator(
     })
 }
 
-/// Refuses loads that no double can answer for: of a size that cannot be squared, beyond what the
-/// ceiling carries, or so small that an approach rounded to a double is too coarse for them. `rest`
-/// is −g₀.
+/// Refuses loads that no double can answer for: loads whose size cannot be squared, loads beyond
+/// those that the ceiling carries, and loads so small that an approach rounded to a double is too
+/// coarse for them. `rest` is −g₀ in units of ℓ.
 pub(crate) fn check_loads(
     scene: &Scene,
     numerics: &Numerics,
@@ -174,18 +174,20 @@ pub(crate) fn check_loads(
     let area = grid.element_area();
     let top = grid.active().map(|e| rest[e]).fold(f64::NEG_INFINITY, f64::max);
     for (i, step) in scene.loading.steps.iter().enumerate() {
-        for (which, (given, names)) in step.given().into_iter().zip(Step::NAMES).enumerate() {
+        for dof in Dof::ALL {
+            let ([motion, force], [motion_name, force_name]) =
+                (step.given()[dof], Step::NAMES[dof]);
             for (value, name, unit) in
-                [(given[0], names[0], motions[which]), (given[1], names[1], forces[which])]
+                [(motion, motion_name, motions[dof]), (force, force_name, forces[dof])]
             {
                 let value = value.unwrap_or(0.0);
                 let relative = (value / unit).abs();
-                // the last unit is that of energy too
+                // The last unit is that of energy too.
                 if value != 0.0
                     && !(SQUARABLE.contains(&relative)
-                        && (relative * relative * forces[5]).is_finite())
+                        && (relative * relative * forces[Dof::Twist]).is_finite())
                 {
-                    let most = SQUARABLE.end().min((f64::MAX / forces[5]).sqrt());
+                    let most = SQUARABLE.end().min((f64::MAX / forces[Dof::Twist]).sqrt());
                     let [low, high] = [*SQUARABLE.start(), most].map(|end| end * unit);
                     let expected = format!(
                         "cannot be squared in double precision next to sizes and moduli; 0, or between {low:e} and {high:e}"
@@ -205,12 +207,12 @@ pub(crate) fn check_loads(
             );
             return refuse(&key, force, expected);
         }
-        // one element alone, taken for a disk, is pressed so deep; the approach is that and its
-        // gap, which its last digit belongs to
+        // The stiffness is that of one element alone, taken for a disk. The approach is the sum of
+        // its indentation and its gap, and the gap decides the approach's last digit.
         let stiffness = 4.0 * (area / std::f64::consts::PI).sqrt();
         let coarse = 0.5 * f64::EPSILON * top.abs() * stiffness;
-        if numerics.tolerance * force / forces[0] < coarse {
-            let least = coarse * forces[0] / numerics.tolerance;
+        if numerics.tolerance * force / forces[Dof::Approach] < coarse {
+            let least = coarse * forces[Dof::Approach] / numerics.tolerance;
             let expected = format!(
                 "is too small to be met to the tolerance: one element gets about {least:e} N from the last digit of an approach that the gap of \
                  {:e} m is part of; make Ω or the elements smaller",

@@ -7,41 +7,52 @@ use super::wheel_rail::WheelOnRail;
 /// A rectangle of the plane of contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
-    /// From where to where along x \[m\].
+    /// The ends of the range along x, lower one first \[m\].
     pub x: [f64; 2],
-    /// From where to where along s \[m\].
+    /// The ends of the range along s, lower one first \[m\].
     pub s: [f64; 2],
 }
 
-/// A wheel and a rail seen along the normal of their plane of contact: the gap between the two as
-/// they just touch.
+/// A wheel and a rail seen along the normal of their plane of contact. It gives the gap between the
+/// two as they just touch.
 #[derive(Clone, Debug)]
 pub struct ContactPlane {
     frame: Frame,
     wheel: Curve,
     radius: f64,
-    /// The frame's origin and axes x, s, n in coordinates of the wheel: origin on the axle at the
-    /// profile's y = 0.
+    /// The origin of the frame, in the coordinates of the wheel \[m\]. These have their origin on
+    /// the axle at the profile's y = 0; `axes` are the frame's axes x, s, n in them.
     origin: [f64; 3],
     axes: [[f64; 3]; 3],
     rail: Graph,
-    /// The wheel's silhouette where it is a graph over s, s rising.
+    /// The wheel's silhouette where it is a graph over s, in the order of rising s.
     silhouette: Vec<Outline>,
-    /// s of the points with a locally smallest gap.
+    /// The coordinates s \[m\] of the points with a locally smallest gap.
     touches: Vec<f64>,
 }
 
-/// A point of the silhouette in contact coordinates.
+/// A point of the silhouette in contact coordinates \[m\].
 #[derive(Clone, Copy, Debug)]
 struct Outline {
     x: f64,
     s: f64,
     n: f64,
-    /// Parameter of the wheel's curve.
+    /// The parameter of the wheel's curve \[m\].
     parameter: f64,
 }
 
-/// Three-point Gauss rule on (−½, ½).
+/// The deepest point of the overlap of the undeformed bodies on a line s = const.
+#[derive(Clone, Copy, Debug)]
+struct Deepest {
+    /// The coordinate x \[m\].
+    x: f64,
+    /// The coordinate s \[m\].
+    s: f64,
+    /// The depth of the overlap \[m\], above 0.
+    depth: f64,
+}
+
+/// The three-point Gauss rule on (−½, ½): abscissas and weights.
 const GAUSS: [(f64, f64); 3] = [
     (-0.387_298_334_620_741_7, 5.0 / 18.0),
     (0.0, 8.0 / 18.0),
@@ -49,10 +60,10 @@ const GAUSS: [(f64, f64); 3] = [
 ];
 
 impl ContactPlane {
-    /// The plane of `frame` between the two bodies of `pair`.
+    /// Creates the plane of `frame` between the two bodies of `pair`.
     pub fn new(pair: &WheelOnRail, frame: Frame) -> Self {
         let (sin, cos) = frame.angle.sin_cos();
-        // from the track to the wheel, by the transpose of the rotation
+        // The transpose of the rotation leads from the track to the wheel.
         let back = |v: [f64; 3]| {
             [0, 1, 2].map(|c| {
                 pair.rotation[0][c] * v[0] + pair.rotation[1][c] * v[1] + pair.rotation[2][c] * v[2]
@@ -91,23 +102,23 @@ impl ContactPlane {
         }
     }
 
-    /// Its frame.
-    pub fn frame(&self) -> Frame {
+    /// Returns the frame of the plane.
+    pub(crate) fn frame(&self) -> Frame {
         self.frame
     }
 
-    /// Gap \[m\] along n at (x, s) \[m\], 0 where the two just touch; `None` where one body is not
-    /// above the other.
+    /// Returns the gap \[m\] along n at (x, s) \[m\]. It is 0 where the two bodies just touch, and
+    /// `None` where one body is not above the other.
     pub fn gap(&self, x: f64, s: f64) -> Option<f64> {
         let (sin, cos) = self.frame.angle.sin_cos();
         let [y, z] = self.rail.at(s)?.position;
-        // what rounding leaves at the touching point is no penetration
+        // A negative gap is rounding at the touching point and no penetration.
         Some((cos * z - sin * y - self.wheel_height(x, s)?).max(0.0))
     }
 
-    /// Mean gap \[m\] over the element hx × hs \[m\] centred at (x, s) \[m\]; `None` where one body
-    /// is not above the other in all of it.
-    pub fn mean_gap(&self, x: f64, s: f64, hx: f64, hs: f64) -> Option<f64> {
+    /// Returns the mean gap \[m\] over the element hx × hs \[m\] centred at (x, s) \[m\], or `None`
+    /// if one body is not above the other in all of the element.
+    pub(crate) fn mean_gap(&self, x: f64, s: f64, hx: f64, hs: f64) -> Option<f64> {
         let mut mean = 0.0;
         for (along, weight) in GAUSS {
             for (across, other) in GAUSS {
@@ -117,13 +128,14 @@ impl ContactPlane {
         Some(mean)
     }
 
-    /// The rectangle around all regions in which the undeformed bodies would overlap after an
-    /// approach \[m\], with a margin of a twentieth of its widths at each side; `None` when nothing
-    /// would overlap.
+    /// Returns the rectangle around all regions in which the undeformed bodies would overlap after
+    /// an `approach` \[m\], with a margin of a twentieth of its widths at each side. It is `None`
+    /// if nothing would overlap.
     pub fn overlap(&self, approach: f64) -> Option<Extent> {
-        let depth = |s: f64| -> Option<(f64, f64)> {
+        let deepest = |s: f64| -> Option<Deepest> {
             let x = self.outline_at(s)?.x;
-            Some((approach - self.gap(x, s)?, x)).filter(|(depth, _)| *depth > 0.0)
+            let depth = approach - self.gap(x, s)?;
+            (depth > 0.0).then_some(Deepest { x, s, depth })
         };
         let mut stations: Vec<f64> = self
             .silhouette
@@ -139,21 +151,21 @@ impl ContactPlane {
             extent.s = [extent.s[0].min(s), extent.s[1].max(s)];
         };
         for (i, &s) in stations.iter().enumerate() {
-            let Some((deep, x)) = depth(s) else { continue };
+            let Some(point) = deepest(s) else { continue };
             for direction in [-1.0, 1.0] {
-                take(x + direction * self.half_length(x, s, direction, approach, deep), s);
+                take(point.x + direction * self.half_length(&point, direction, approach), s);
             }
             for neighbour in [i.checked_sub(1), Some(i + 1)]
                 .into_iter()
                 .flatten()
-                .filter_map(|at| stations.get(at))
+                .filter_map(|index| stations.get(index))
             {
                 let (mut inside, mut outside) = (s, *neighbour);
                 for _ in 0..40 {
                     let half = 0.5 * (inside + outside);
-                    if depth(half).is_some() { inside = half } else { outside = half }
+                    if deepest(half).is_some() { inside = half } else { outside = half }
                 }
-                take(x, inside);
+                take(point.x, inside);
             }
         }
         extent.map(|Extent { x, s }| {
@@ -163,8 +175,10 @@ impl ContactPlane {
         })
     }
 
-    /// How far the overlap reaches from its deepest point x on a line s = const, along ±x.
-    fn half_length(&self, x: f64, s: f64, direction: f64, approach: f64, depth: f64) -> f64 {
+    /// Returns the length \[m\] by which the overlap after an `approach` \[m\] reaches from its
+    /// `deepest` point on a line s = const, along x in the `direction` ±1.
+    fn half_length(&self, deepest: &Deepest, direction: f64, approach: f64) -> f64 {
+        let &Deepest { x, s, depth } = deepest;
         let overlaps =
             |reach: f64| self.gap(x + direction * reach, s).is_some_and(|gap| gap < approach);
         let (mut inside, mut outside) = (0.0, (2.0 * self.radius * depth).sqrt());
@@ -178,15 +192,15 @@ impl ContactPlane {
         inside
     }
 
-    /// The silhouette at s, between its samples.
+    /// Returns the silhouette at s, interpolated between its samples.
     fn outline_at(&self, s: f64) -> Option<Outline> {
         let right = self.silhouette.partition_point(|outline| outline.s < s);
         let end = self.silhouette.get(right)?;
         let Some(start) = right.checked_sub(1).map(|left| self.silhouette[left]) else {
             return (end.s == s).then_some(*end);
         };
-        let part = (s - start.s) / (end.s - start.s);
-        let mix = |a: f64, b: f64| a + part * (b - a);
+        let fraction = (s - start.s) / (end.s - start.s);
+        let mix = |a: f64, b: f64| a + fraction * (b - a);
         Some(Outline {
             x: mix(start.x, end.x),
             s,
@@ -195,8 +209,9 @@ impl ContactPlane {
         })
     }
 
-    /// n of the wheel's surface on the line (x, s): Newton's method for n and the parameter of the
-    /// wheel's curve, from the silhouette at s and a circle of the wheel's radius along x.
+    /// Returns n of the wheel's surface on the line (x, s). Newton's method for n and the parameter
+    /// of the wheel's curve starts from the silhouette at s and a circle of the wheel's radius
+    /// along x.
     fn wheel_height(&self, x: f64, s: f64) -> Option<f64> {
         let start = self.outline_at(s)?;
         let [low, high] = [self.silhouette.first()?.parameter, self.silhouette.last()?.parameter];
@@ -212,8 +227,8 @@ impl ContactPlane {
                 (q[1] - point.position[0], distance - self.radius - point.position[1]);
             let outward = (q[0] * normal[0] + q[2] * normal[2]) / distance;
             let [dy, dz] = point.tangent;
-            // |outward·dy − normal_y·dz| is the cosine between the two normals; negative where the
-            // surface turns away
+            // The cosine between the two normals is |outward·dy − normal_y·dz|. The expression is
+            // negative where the surface turns away.
             let facing = outward * dy - normal[1] * dz;
             if facing.is_nan() || facing <= 0.0 {
                 return None;
@@ -226,12 +241,13 @@ impl ContactPlane {
             let next = (t + step_t).clamp(low, high);
             let settled = step_n.abs() <= 1e-15 && (next - t).abs() <= 1e-12;
             if settled {
-                // held at an end, the step would go on: the line passes the wheel
+                // The parameter is held at an end although the step would go on: the line passes
+                // the wheel.
                 return (step_t.abs() <= 1e-9).then_some(n);
             }
             t = next;
         }
-        // the last steps only shuffle rounding
+        // The last steps only shuffle the rounding.
         let q = [0, 1, 2].map(|c| foot[c] + n * normal[c]);
         let point = self.wheel.at(t);
         let off =
@@ -240,26 +256,26 @@ impl ContactPlane {
     }
 }
 
-/// The silhouette in contact coordinates, around the parameter `around` of the wheel's curve as far
-/// as s rises.
+/// Samples the silhouette in contact coordinates, around the parameter `around` of the wheel's
+/// curve as far as s rises.
 fn outline(pair: &WheelOnRail, frame: &Frame, around: f64) -> Vec<Outline> {
-    let at = |t: f64| {
+    let point_at = |t: f64| {
         let [x, s, n] = frame.from_track(pair.silhouette(t)?.position);
         Some(Outline { x, s, n, parameter: t })
     };
-    let Some(start) = at(around) else { return Vec::new() };
+    let Some(start) = point_at(around) else { return Vec::new() };
     let mut samples = pair.wheel.samples(4);
     let above = samples.split_off(samples.partition_point(|&t| t < around));
     let mut outline = vec![start];
     for t in samples.into_iter().rev() {
-        match at(t) {
+        match point_at(t) {
             Some(point) if point.s < outline[outline.len() - 1].s => outline.push(point),
             _ => break,
         }
     }
     outline.reverse();
     for t in above.into_iter().filter(|&t| t > around) {
-        match at(t) {
+        match point_at(t) {
             Some(point) if point.s > outline[outline.len() - 1].s => outline.push(point),
             _ => break,
         }
@@ -316,7 +332,7 @@ mod tests {
                     "{side:?} {frame:?}: {:?}",
                     plane.gap(x, s)
                 );
-                // without the clamp: the surfaces themselves must not cross
+                // This check is made without the clamp, for the surfaces themselves must not cross.
                 let (sin, cos) = frame.angle.sin_cos();
                 for i in -60..=60 {
                     for j in -60..=60 {
@@ -334,8 +350,8 @@ mod tests {
 
     #[test]
     fn the_wheels_height_lies_on_its_surface() {
-        // independently: the point found, turned back to the wheelset, has the profile's radius at
-        // its y
+        // The check is independent: the point found, turned back to the wheelset, has the profile's
+        // radius at its y.
         let pair = benchmark(Side::Left, &YAWED);
         let frame = pair.tangent_frame();
         let plane = ContactPlane::new(&pair, frame);
@@ -344,9 +360,9 @@ mod tests {
             let n = plane.wheel_height(x, s).unwrap();
             let track = frame.to_track([x, s, n]);
             let v = [0, 1, 2].map(|c| track[c] - pair.center[c]);
-            let own = [0, 1, 2].map(|c| (0..3).map(|r| pair.rotation[r][c] * v[r]).sum::<f64>());
-            let z = profile.at(own[1] - pair.wheel_origin).unwrap().position[1];
-            assert!((own[0].hypot(own[2]) - 0.46 - z).abs() < 1e-13, "{x} {s}");
+            let point = [0, 1, 2].map(|c| (0..3).map(|r| pair.rotation[r][c] * v[r]).sum::<f64>());
+            let z = profile.at(point[1] - pair.wheel_origin).unwrap().position[1];
+            assert!((point[0].hypot(point[2]) - 0.46 - z).abs() < 1e-13, "{x} {s}");
         }
     }
 
@@ -378,15 +394,16 @@ mod tests {
             (1e-3, 6e-3, 2e-4, 4e-4),
         ] {
             let count = 60;
-            let at = |i: usize, h: f64| ((i as f64 + 0.5) / count as f64 - 0.5) * h;
+            let offset = |i: usize, h: f64| ((i as f64 + 0.5) / count as f64 - 0.5) * h;
             let fine: f64 = (0..count * count)
-                .map(|e| plane.gap(x + at(e % count, hx), s + at(e / count, hs)).unwrap())
+                .map(|e| plane.gap(x + offset(e % count, hx), s + offset(e / count, hs)).unwrap())
                 .sum();
             let fine = fine / (count * count) as f64;
-            // the midpoint rule's own error, h²/24 of the second derivative over its steps
-            let own = (hx * hx * 2.2 + hs * hs * 5.0) / 24.0 / (count * count) as f64;
+            // The error of the midpoint rule itself is h²/24 of the second derivative over its
+            // steps.
+            let midpoint = (hx * hx * 2.2 + hs * hs * 5.0) / 24.0 / (count * count) as f64;
             let mean = plane.mean_gap(x, s, hx, hs).unwrap();
-            assert!((mean - fine).abs() < 1e-6 * fine + own, "{x} {s}: {mean:e} {fine:e}");
+            assert!((mean - fine).abs() < 1e-6 * fine + midpoint, "{x} {s}: {mean:e} {fine:e}");
         }
     }
 
@@ -402,8 +419,8 @@ mod tests {
             let plane = ContactPlane::new(&pair, pair.tangent_frame());
             let Extent { x, s } = plane.overlap(approach).unwrap();
             let (wx, ws) = (x[1] - x[0], s[1] - s[0]);
-            // a grid beyond the rectangle: nothing overlaps outside of it, and something in the
-            // outer tenth at each side
+            // The grid reaches beyond the rectangle: nothing overlaps outside of it, and something
+            // does in the outer tenth at each side.
             let mut reached = [false; 4];
             for i in -20..=120 {
                 for j in -20..=120 {
@@ -437,7 +454,7 @@ mod tests {
         let reach = plane.gap(0.0, s).unwrap() + 1e-6;
         let [one, both] = [0.5e-5, reach].map(|approach| plane.overlap(approach).unwrap().s);
         assert!(one[0] > s && both[0] < s, "{one:?} {both:?} {s}");
-        // somewhere between the two nothing overlaps
+        // Nothing overlaps somewhere between the two.
         assert!((1..20).any(|i| plane.gap(0.0, s * f64::from(i) / 20.0).unwrap() > reach));
     }
 
@@ -459,7 +476,7 @@ mod tests {
             let left = placed(Side::Left, &Position { lateral, yaw, roll }).unwrap();
             let right = placed(Side::Right, &Position { lateral: -lateral, yaw: -yaw, roll: -roll }).unwrap();
             prop_assert!((left.height() - right.height()).abs() < 1e-13);
-            // with two nearly equal gaps either may be the smallest
+            // With two nearly equal gaps either may be the smallest.
             prop_assume!((left.touches()[0].position[1] + right.touches()[0].position[1]).abs() < 1e-6);
             let (a, b) = (left.curvatures(), right.curvatures());
             prop_assert!((a.xx - b.xx).abs() < 1e-3 && (a.xs + b.xs).abs() < 1e-3);

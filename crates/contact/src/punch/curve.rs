@@ -1,44 +1,45 @@
-//! A smooth plane curve through points: the natural cubic spline over chord length.
+//! Smooth plane curves through points: the natural cubic spline over the chord length.
 
 /// A curve that passes through given points with continuous curvature. Its parameter is the length
-/// of the polygon through the points \[m\], the arc length up to the polygon's own error, so it may
-/// turn back over either axis.
+/// of the polygon through the points \[m\], which is the arc length up to the error of the polygon.
+/// So the curve may turn back over either axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
     parameters: Vec<f64>,
     points: Vec<[f64; 2]>,
-    /// Second derivatives at the points.
+    /// The second derivatives at the points \[1/m\].
     bends: Vec<[f64; 2]>,
 }
 
-/// A point of a [`Curve`] with its derivatives over the parameter.
+/// A point of a [`Curve`] with its derivatives with respect to the parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CurvePoint {
-    /// (y, z) \[m\].
+pub(crate) struct CurvePoint {
+    /// The position (y, z) \[m\].
     pub position: [f64; 2],
-    /// Tangent, of length 1 up to the difference between chord and arc.
+    /// The tangent (y, z), whose length is 1 up to the difference between chord and arc.
     pub tangent: [f64; 2],
-    /// Second derivative \[1/m\].
+    /// The second derivative (y, z) \[1/m\].
     pub bend: [f64; 2],
 }
 
 impl CurvePoint {
-    /// Signed curvature \[1/m\], positive where the curve turns from y towards z.
-    pub fn curvature(&self) -> f64 {
+    /// Returns the signed curvature \[1/m\], which is positive where the curve turns from y towards
+    /// z.
+    pub(crate) fn curvature(&self) -> f64 {
         let [y, z] = self.tangent;
         (y * self.bend[1] - z * self.bend[0]) / y.hypot(z).powi(3)
     }
 
-    /// Inclination of the tangent \[rad\], from y towards z.
-    pub fn angle(&self) -> f64 {
+    /// Returns the inclination of the tangent \[rad\], from y towards z.
+    pub(crate) fn angle(&self) -> f64 {
         self.tangent[1].atan2(self.tangent[0])
     }
 }
 
 impl Curve {
-    /// The curve through `points` \[m\] in their order. `None` when they are fewer than three, or
-    /// not finite, or when neighbours coincide.
-    pub fn through(points: Vec<[f64; 2]>) -> Option<Self> {
+    /// Creates the curve through `points` (y, z) \[m\] in their order. It is `None` if there are
+    /// fewer than three points, if one is not finite, or if neighbours coincide.
+    pub(crate) fn through(points: Vec<[f64; 2]>) -> Option<Self> {
         let count = points.len();
         if count < 3 || !points.iter().flatten().all(|v| v.is_finite()) {
             return None;
@@ -55,23 +56,24 @@ impl Curve {
         bends.iter().flatten().all(|v| v.is_finite()).then_some(Self { parameters, points, bends })
     }
 
-    /// The points that it passes through.
+    /// Returns the points (y, z) \[m\] that the curve passes through.
     pub fn points(&self) -> &[[f64; 2]] {
         &self.points
     }
 
-    /// Its parameters at the points, ascending from 0.
-    pub fn parameters(&self) -> &[f64] {
+    /// Returns the parameters \[m\] of the points, ascending from 0.
+    #[cfg(test)]
+    pub(crate) fn parameters(&self) -> &[f64] {
         &self.parameters
     }
 
-    /// The largest parameter \[m\].
-    pub fn length(&self) -> f64 {
+    /// Returns the largest parameter \[m\].
+    pub(crate) fn length(&self) -> f64 {
         self.parameters[self.parameters.len() - 1]
     }
 
-    /// The point at a parameter, which is taken into the range of the curve.
-    pub fn at(&self, parameter: f64) -> CurvePoint {
+    /// Returns the point at a parameter \[m\], which is clamped to the range of the curve.
+    pub(crate) fn at(&self, parameter: f64) -> CurvePoint {
         let t = parameter.clamp(0.0, self.length());
         let right = self.parameters.partition_point(|&p| p <= t).clamp(1, self.points.len() - 1);
         let left = right - 1;
@@ -92,8 +94,8 @@ impl Curve {
         }
     }
 
-    /// The curve with y turned round, followed from its other end.
-    pub fn mirrored(&self) -> Self {
+    /// Returns the curve with the sign of y changed, followed from its other end.
+    pub(crate) fn mirrored(&self) -> Self {
         let length = self.length();
         let turned = |values: &[[f64; 2]]| values.iter().rev().map(|v| [-v[0], v[1]]).collect();
         Self {
@@ -103,15 +105,15 @@ impl Curve {
         }
     }
 
-    /// The curve moved by (y, z) \[m\].
-    pub fn shifted(mut self, by: [f64; 2]) -> Self {
+    /// Returns the curve moved by (y, z) \[m\].
+    pub(crate) fn shifted(mut self, by: [f64; 2]) -> Self {
         self.points.iter_mut().for_each(|p| *p = [p[0] + by[0], p[1] + by[1]]);
         self
     }
 
-    /// The points of the curve with `pieces` equal steps between neighbouring given points, as
-    /// parameters.
-    pub fn samples(&self, pieces: usize) -> Vec<f64> {
+    /// Returns parameters \[m\] that cut the curve into `pieces` equal steps between neighbouring
+    /// given points, both ends included.
+    pub(crate) fn samples(&self, pieces: usize) -> Vec<f64> {
         let mut samples: Vec<f64> = self
             .parameters
             .windows(2)
@@ -124,8 +126,8 @@ impl Curve {
     }
 }
 
-/// Second derivatives of the natural cubic spline, by elimination in the tridiagonal system
-/// (diagonally dominant: no pivots).
+/// Computes the second derivatives of the natural cubic spline by elimination in the tridiagonal
+/// system, which is diagonally dominant and needs no pivots.
 fn second_derivatives(parameters: &[f64], points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let count = points.len();
     let step = |i: usize| parameters[i + 1] - parameters[i];
@@ -145,18 +147,18 @@ fn second_derivatives(parameters: &[f64], points: &[[f64; 2]]) -> Vec<[f64; 2]> 
     bends
 }
 
-/// The part of a curve that advances along a direction, and so is a graph over it.
+/// The section of a curve that advances along a direction, and so is a graph over it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Graph {
     curve: Curve,
     direction: [f64; 2],
-    /// Distance along the direction and parameter, both ascending.
+    /// Pairs of the distance along the direction and the parameter \[m\], both ascending.
     samples: Vec<[f64; 2]>,
 }
 
 impl Graph {
-    /// The part of `curve` around its parameter `around` that advances along the unit vector
-    /// `direction`; empty when it does not advance there.
+    /// Creates the section of `curve` around its parameter `around` that advances along the unit
+    /// vector `direction`. It is empty if the curve does not advance there.
     pub(crate) fn new(curve: &Curve, direction: [f64; 2], around: f64) -> Self {
         let along = |v: [f64; 2]| v[0] * direction[0] + v[1] * direction[1];
         let advances = |t: &f64| along(curve.at(*t).tangent) > 0.0;
@@ -167,33 +169,33 @@ impl Graph {
             all[middle..].iter().position(|t| !advances(t)).map_or(all.len(), |i| middle + i);
         let mut samples: Vec<[f64; 2]> = Vec::with_capacity(last.saturating_sub(first));
         for &t in &all[first..last.max(first)] {
-            let at = along(curve.at(t).position);
-            if samples.last().is_none_or(|[before, _]| at > *before) {
-                samples.push([at, t]);
+            let distance = along(curve.at(t).position);
+            if samples.last().is_none_or(|[before, _]| distance > *before) {
+                samples.push([distance, t]);
             }
         }
         Self { curve: curve.clone(), direction, samples }
     }
 
-    /// From where to where it goes along the direction.
+    /// Returns the smallest and the largest distance along the direction \[m\].
     pub(crate) fn range(&self) -> Option<[f64; 2]> {
         Some([self.samples.first()?[0], self.samples.last()?[0]])
     }
 
-    /// The parameter at the distance `at` along the direction; `None` beyond its ends.
-    pub(crate) fn parameter(&self, at: f64) -> Option<f64> {
-        let right = self.samples.partition_point(|[distance, _]| *distance < at);
+    /// Returns the parameter at a `distance` along the direction \[m\], or `None` beyond the ends.
+    pub(crate) fn parameter(&self, distance: f64) -> Option<f64> {
+        let right = self.samples.partition_point(|sample| sample[0] < distance);
         let end = self.samples.get(right)?;
         if right == 0 {
-            return (end[0] == at).then_some(end[1]);
+            return (end[0] == distance).then_some(end[1]);
         }
         let start = self.samples[right - 1];
-        // Newton between two samples, halving where it leaves them
+        // Newton's method runs between two samples and halves the interval where it would leave it.
         let (mut low, mut high) = (start[1], end[1]);
-        let mut t = low + (high - low) * (at - start[0]) / (end[0] - start[0]);
+        let mut t = low + (high - low) * (distance - start[0]) / (end[0] - start[0]);
         for _ in 0..60 {
             let point = self.curve.at(t);
-            let excess = self.along(point.position) - at;
+            let excess = self.along(point.position) - distance;
             if excess > 0.0 {
                 high = t;
             } else {
@@ -209,9 +211,9 @@ impl Graph {
         Some(t)
     }
 
-    /// The point at the distance `at` along the direction; `None` beyond its ends.
-    pub(crate) fn at(&self, at: f64) -> Option<CurvePoint> {
-        self.parameter(at).map(|t| self.curve.at(t))
+    /// Returns the point at a `distance` along the direction \[m\], or `None` beyond the ends.
+    pub(crate) fn at(&self, distance: f64) -> Option<CurvePoint> {
+        self.parameter(distance).map(|t| self.curve.at(t))
     }
 
     fn along(&self, v: [f64; 2]) -> f64 {
@@ -223,7 +225,7 @@ impl Graph {
 mod tests {
     use super::*;
 
-    /// Points of an arc of radius `radius` around (0, 0).
+    /// Returns points of an arc of radius `radius` around (0, 0).
     fn arc(radius: f64, from: f64, to: f64, count: usize) -> Vec<[f64; 2]> {
         let angle = |i: usize| from + (to - from) * i as f64 / (count - 1) as f64;
         (0..count).map(|i| [radius * angle(i).cos(), radius * angle(i).sin()]).collect()
@@ -235,7 +237,7 @@ mod tests {
         let errors: Vec<[f64; 2]> = [40, 80, 160]
             .map(|count| {
                 let curve = Curve::through(arc(radius, 0.2, 4.0, count)).unwrap();
-                // away from the ends, where the natural spline is straight
+                // The ends are left out, for the natural spline is straight there.
                 let middle: Vec<CurvePoint> = (0..101)
                     .map(|i| curve.at(curve.length() * (0.3 + 0.004 * f64::from(i))))
                     .collect();
@@ -298,7 +300,7 @@ mod tests {
 
     #[test]
     fn a_graph_is_the_part_that_advances() {
-        // from 0.2 to 4.0 around a circle, −x advances between 0 and π
+        // On the way from 0.2 to 4.0 around a circle, −x advances between 0 and π.
         let curve = Curve::through(arc(1.0, 0.2, 4.0, 200)).unwrap();
         let graph = Graph::new(&curve, [-1.0, 0.0], 1.0);
         let [low, high] = graph.range().unwrap();

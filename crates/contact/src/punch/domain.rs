@@ -1,19 +1,25 @@
-//! The Ω that a shape calls for.
+//! The Ω that a shape calls for, if a scene gives none.
 
 use std::f64::consts::PI;
 
 use super::gap::{Gap, wheel_approach};
 use super::surface::Surfaces;
 use crate::foundation::contact_size;
-use crate::model::{Control, Domain, Scene, SceneError, Shape};
+use crate::model::{Control, Dof, Domain, PerDof, Scene, SceneError, Shape};
 
-/// The Ω of a scene: the one it gives, else the one its punch and its path call for.
+/// Returns the Ω of a scene: the one that the scene gives, or else the one that its punch and its
+/// path call for.
 ///
-/// Under a smooth punch the contact lies inside the region where the rigid shapes would overlap
-/// (for a normal compliance that is nowhere negative); Ω is that region with a margin, which for a
-/// sphere is 3a × 3a with a Hertz's contact radius, over all steps of the path. Where the normal
-/// force is prescribed the approach is Hertz's for the compliance that is felt at the size of the
-/// contact. Under a flat sole or a height map Ω is the sole's bounding box.
+/// Under a smooth punch the contact lies inside the region where the rigid shapes would overlap,
+/// provided that the normal compliance is nowhere negative. Ω is that region with a margin, over
+/// all steps of the path; for a sphere it is 3a × 3a, where a is Hertz's contact radius. Where the
+/// normal force is prescribed, the approach is Hertz's for the compliance that is felt at the size
+/// of the contact. Under a flat sole or a height map Ω is the bounding box of the sole.
+///
+/// # Errors
+/// A [`SceneError`] says that Ω must be given, because the tilt is as steep as the cone, wheel and
+/// rail do not touch in a point with curvatures, or the wheel does not reach the rail. It may also
+/// say that a surface or a profile is missing.
 pub fn domain(scene: &Scene, surfaces: &Surfaces) -> Result<Domain, SceneError> {
     if let Some(domain) = scene.domain {
         return Ok(domain);
@@ -22,7 +28,7 @@ pub fn domain(scene: &Scene, surfaces: &Surfaces) -> Result<Domain, SceneError> 
     let paraboloid =
         |radius_x: f64, radius_y: f64| {
             let radius = (radius_x * radius_y).sqrt();
-            // Hertz with E* = 2/c: a³ = 3PRc/8, δ = a²/R
+            // Hertz's formulas with E* = 2/c are a³ = 3PRc/8 and δ = a²/R.
             let pressed = |force: f64| {
                 let contact =
                     contact_size(scene, |compliance| (0.375 * force * radius * compliance).cbrt());
@@ -43,7 +49,7 @@ pub fn domain(scene: &Scene, surfaces: &Surfaces) -> Result<Domain, SceneError> 
         Shape::FlatDisk { radius } => centred(2.0 * radius, 2.0 * radius),
         Shape::WheelOnRail(_) => wheel_domain(scene, &Gap::new(scene, surfaces)?)?,
         Shape::Cone { angle } => {
-            // Sneddon: P = 2E*δ²/(π tan β)
+            // Sneddon's formula is P = 2E*δ²/(π tan β).
             let pressed = |force: f64| {
                 contact_size(scene, |compliance| {
                     (0.25 * PI * force * angle.tan() * compliance).sqrt()
@@ -60,7 +66,8 @@ pub fn domain(scene: &Scene, surfaces: &Surfaces) -> Result<Domain, SceneError> 
                         expected: "must be given when the tilt is as steep as the cone".to_owned(),
                     });
                 }
-                // overlap radius δ/slope; a punch that does not reach has an empty contact on any Ω
+                // The overlap has the radius δ/slope. A punch that does not reach the foundation
+                // has an empty contact on any Ω.
                 width = width.max(
                     2.0 * if pose.approach == 0.0 { 1e-3 } else { pose.approach.abs() } / slope,
                 );
@@ -70,7 +77,8 @@ pub fn domain(scene: &Scene, surfaces: &Surfaces) -> Result<Domain, SceneError> 
     })
 }
 
-/// All regions in which wheel and rail would overlap after the deepest approach of the path.
+/// Returns the rectangle around all regions in which wheel and rail would overlap after the deepest
+/// approach of the path.
 fn wheel_domain(scene: &Scene, gap: &Gap<'_>) -> Result<Domain, SceneError> {
     let not_given = |expected: &str| SceneError {
         key: "domain".to_owned(),
@@ -91,36 +99,46 @@ fn wheel_domain(scene: &Scene, gap: &Gap<'_>) -> Result<Domain, SceneError> {
     Ok(Domain { width_x, width_y, center_x, center_y })
 }
 
-/// What a step says about where the punch is.
+/// The position of the punch, as far as a step determines it.
 struct Pose {
+    /// The approach \[m\].
     approach: f64,
-    /// ∂f₁/∂x and ∂f₁/∂y.
+    /// The slope ∂f₁/∂x \[1\].
     slope_x: f64,
+    /// The slope ∂f₁/∂y \[1\].
     slope_y: f64,
-    /// Centre of pressure that a prescribed force and moment ask for, 0 where they do not.
+    /// The centre of pressure (x, y) \[m\] that a prescribed force and moment ask for, 0 where they
+    /// do not.
     center: [f64; 2],
 }
 
 impl Pose {
-    /// The pose of these controls, with the approach that `pressed` makes of a normal force.
-    fn of(target: &[Control; 6], pressed: impl Fn(f64) -> f64) -> Self {
-        let motion = |which: usize| match target[which] {
+    /// Creates the pose of these controls. `pressed` gives the approach \[m\] for a normal force
+    /// \[N\].
+    fn of(target: &PerDof<Control>, pressed: impl Fn(f64) -> f64) -> Self {
+        let motion = |dof: Dof| match target[dof] {
             Control::Motion(value) => value,
             Control::Force(_) => 0.0,
         };
-        let center = |which: usize| match (target[0], target[which]) {
+        let center = |dof: Dof| match (target[Dof::Approach], target[dof]) {
             (Control::Force(force), Control::Force(moment)) => moment / force,
             _ => 0.0,
         };
-        let approach = match target[0] {
+        let approach = match target[Dof::Approach] {
             Control::Motion(approach) => approach,
             Control::Force(force) => pressed(force),
         };
-        Self { approach, slope_x: -motion(4), slope_y: motion(3), center: [-center(4), center(3)] }
+        Self {
+            approach,
+            slope_x: -motion(Dof::TiltY),
+            slope_y: motion(Dof::TiltX),
+            center: [-center(Dof::TiltY), center(Dof::TiltX)],
+        }
     }
 }
 
-/// The smallest rectangle that holds them all; of the same shape as one of them alone.
+/// Returns the smallest rectangle that holds all `domains`. Of equal ones it is their common value
+/// to the last bit.
 fn cover(domains: impl Iterator<Item = Domain>) -> Domain {
     let mut all: Option<Domain> = None;
     for next in domains {
@@ -144,8 +162,8 @@ fn cover(domains: impl Iterator<Item = Domain>) -> Domain {
     all.unwrap_or(Domain { width_x: 1.0, width_y: 1.0, center_x: 0.0, center_y: 0.0 })
 }
 
-/// A tilted paraboloid is the same paraboloid moved to its new lowest point, with a larger
-/// approach.
+/// Returns the Ω of a tilted paraboloid. Such a paraboloid is the same paraboloid moved to its new
+/// lowest point, with a larger approach.
 fn paraboloid_domain(radius_x: f64, radius_y: f64, pose: &Pose) -> Domain {
     let (slope_x, slope_y) = (pose.slope_x, pose.slope_y);
     let approach =
@@ -169,7 +187,7 @@ mod tests {
         scene.loading.steps[0].tilt_x = Some(0.01);
         let Shape::Sphere { radius } = scene.punch.shape else { panic!() };
         let domain = domain(&scene, &Surfaces::new()).unwrap();
-        // f₁ = δ + tilt_x y − y²/2R has its maximum at y = R tilt_x
+        // The function f₁ = δ + tilt_x y − y²/2R has its maximum at y = R tilt_x.
         assert!((domain.center_y / (0.01 * radius) - 1.0).abs() < 1e-14);
         assert_eq!(domain.center_x, 0.0);
     }

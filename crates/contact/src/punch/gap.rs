@@ -5,11 +5,12 @@ use super::surface::{Surface, Surfaces};
 use super::track::{Position, Track, Wheelset};
 use super::wheel_rail::WheelOnRail;
 use crate::foundation::{contact_size, surface_compliance};
-use crate::model::{Control, Scene, SceneError, Shape};
+use crate::model::{Control, Dof, Scene, SceneError, Shape};
 use crate::theory::{HertzEllipse, hertz_ellipse};
 
-/// A shape ready to be sampled: the scene's, with the height map or the profiles it names.
-pub struct Gap<'a> {
+/// A shape that is ready to be sampled: the shape of a scene with the height map or the profiles
+/// that it names.
+pub(crate) struct Gap<'a> {
     shape: &'a Shape,
     sampled: Sampled<'a>,
 }
@@ -21,9 +22,12 @@ enum Sampled<'a> {
 }
 
 impl<'a> Gap<'a> {
-    /// The gap under `scene`'s punch. Fails when the scene names a surface that `surfaces` has not,
-    /// or a wheel does not meet its rail.
-    pub fn new(scene: &'a Scene, surfaces: &'a Surfaces) -> Result<Self, SceneError> {
+    /// Prepares the gap under the punch of `scene`.
+    ///
+    /// # Errors
+    /// A [`SceneError`] names a surface of the scene that `surfaces` does not hold, or says why a
+    /// wheel does not meet its rail.
+    pub(crate) fn new(scene: &'a Scene, surfaces: &'a Surfaces) -> Result<Self, SceneError> {
         let shape = &scene.punch.shape;
         let missing = |key: &str, name: &str, what: &str| SceneError {
             key: key.to_owned(),
@@ -74,9 +78,9 @@ impl<'a> Gap<'a> {
         Ok(Self { shape, sampled })
     }
 
-    /// Initial gap g₀ ≥ 0 \[m\] at (x, y) \[m\]; `None` where the punch has no sole, that is,
-    /// cannot touch at all.
-    pub fn at(&self, x: f64, y: f64) -> Option<f64> {
+    /// Returns the initial gap g₀ ≥ 0 \[m\] at (x, y) \[m\]. It is `None` where the punch has no
+    /// sole, that is, where it cannot touch at all.
+    pub(crate) fn at(&self, x: f64, y: f64) -> Option<f64> {
         if !self.has_sole(x, y) {
             return None;
         }
@@ -97,14 +101,14 @@ impl<'a> Gap<'a> {
         }
     }
 
-    /// Mean of g₀ \[m\] over the element hx × hy \[m\] centred at (x, y) \[m\]; `None` where the
-    /// punch has no sole.
-    pub fn mean(&self, x: f64, y: f64, hx: f64, hy: f64) -> Option<f64> {
+    /// Returns the mean of g₀ \[m\] over the element hx × hy \[m\] centred at (x, y) \[m\], or
+    /// `None` where the punch has no sole.
+    pub(crate) fn mean(&self, x: f64, y: f64, hx: f64, hy: f64) -> Option<f64> {
         if !self.has_sole(x, y) {
             return None;
         }
         match (self.shape, &self.sampled) {
-            // ⟨x²⟩ over an element is x² + hx²/12
+            // The mean ⟨x²⟩ over an element is x² + hx²/12.
             (Shape::Sphere { radius }, _) => {
                 Some((x * x + y * y + (hx * hx + hy * hy) / 12.0) / (2.0 * radius))
             }
@@ -128,10 +132,11 @@ impl<'a> Gap<'a> {
     }
 
     fn has_sole(&self, x: f64, y: f64) -> bool {
-        // an element's centre lies on a sole's edge only by rounding; such an element belongs to it
+        // Only rounding decides if the centre of an element lies on the edge of a sole. Such an
+        // element belongs to the sole.
         let slack = 1.0 + 1e-12;
         match self.shape {
-            // where a wheel is not above its rail the gap itself says so
+            // The gap itself is `None` where a wheel is not above its rail.
             Shape::Sphere { .. }
             | Shape::Ellipsoid { .. }
             | Shape::Cone { .. }
@@ -144,17 +149,17 @@ impl<'a> Gap<'a> {
         }
     }
 
-    /// The wheel on its rail and the plane of contact, if that is what the punch is.
-    pub fn wheel_on_rail(&self) -> Option<(&WheelOnRail, &ContactPlane)> {
+    /// Returns the wheel on its rail and the plane of contact, if the punch is a wheel.
+    pub(crate) fn wheel_on_rail(&self) -> Option<(&WheelOnRail, &ContactPlane)> {
         match &self.sampled {
             Sampled::Plane(pair, plane) => Some((pair, plane)),
             Sampled::Not | Sampled::Map(_) => None,
         }
     }
 
-    /// Principal curvatures \[1/m\] of a smooth gap where it is smallest, the smaller one first;
-    /// `None` where Hertz's theory has nothing to say.
-    pub fn curvatures(&self) -> Option<[f64; 2]> {
+    /// Returns the principal curvatures \[1/m\] of a smooth gap where it is smallest, the smaller
+    /// one first. It is `None` where Hertz's theory does not apply.
+    pub(crate) fn curvatures(&self) -> Option<[f64; 2]> {
         let curvatures = match (self.shape, &self.sampled) {
             (Shape::Sphere { radius }, _) => [1.0 / radius; 2],
             (Shape::Ellipsoid { radius_x, radius_y }, _) => {
@@ -167,13 +172,14 @@ impl<'a> Gap<'a> {
     }
 }
 
-/// Mean distance from the origin over the rectangle hx × hy centred at (x, y): the second
-/// difference of an F with F_xy = r, F = x y r/3 + (x³ asinh(y/|x|) + y³ asinh(x/|y|))/6, where
-/// cancellation leaves it exact, else a fourth-order Taylor expansion about the centre.
+/// Returns the mean distance from the origin over the rectangle hx × hy centred at (x, y). Where
+/// cancellation leaves it exact, it is the second difference of an F with F_xy = r, F = x y r/3 +
+/// (x³ asinh(y/|x|) + y³ asinh(x/|y|))/6; elsewhere it is a fourth-order Taylor expansion about the
+/// centre.
 fn mean_distance(x: f64, y: f64, hx: f64, hy: f64) -> f64 {
     let r = x.hypot(y);
     if r > 200.0 * hx.max(hy) {
-        // r + (hx² r_xx + hy² r_yy)/24; the next term is below (h/r)⁴/500
+        // The expansion is r + (hx² r_xx + hy² r_yy)/24; the next term is below (h/r)⁴/500.
         return r + (hx * hx * y * y + hy * hy * x * x) / (24.0 * r * r * r);
     }
     let cube_asinh =
@@ -183,12 +189,13 @@ fn mean_distance(x: f64, y: f64, hx: f64, hy: f64) -> f64 {
     (f(x1, y1) - f(x0, y1) - f(x1, y0) + f(x0, y0)) / (hx * hy)
 }
 
-/// The deepest approach of a wheel's path \[m\]; where the load is prescribed, that of Hertz's
-/// ellipse with these principal curvatures of the gap. `None` without them.
+/// Returns the deepest approach of a wheel's path \[m\]. Where the load is prescribed, the approach
+/// is that of Hertz's ellipse for the principal `curvatures` \[1/m\] of the gap; it is `None` if
+/// they are missing.
 pub(super) fn wheel_approach(scene: &Scene, curvatures: Option<[f64; 2]>) -> Option<f64> {
     let mut deepest = f64::NEG_INFINITY;
     for leg in scene.loading.legs() {
-        deepest = deepest.max(match leg.target[0] {
+        deepest = deepest.max(match leg.target[Dof::Approach] {
             Control::Motion(approach) => approach,
             Control::Force(force) => {
                 let [a, b] = curvatures?;
@@ -196,10 +203,10 @@ pub(super) fn wheel_approach(scene: &Scene, curvatures: Option<[f64; 2]>) -> Opt
                     |compliance: f64| hertz_ellipse(2.0 / compliance, 0.5 * a, 0.5 * b, force);
                 let size =
                     |ellipse: HertzEllipse| (ellipse.semi_axis_x * ellipse.semi_axis_y).sqrt();
-                // the approach of an ellipse goes as the square of its size
-                let own = pressed(surface_compliance(scene));
-                own.approach
-                    * (contact_size(scene, |compliance| size(pressed(compliance))) / size(own))
+                // The approach of an ellipse is proportional to the square of its size.
+                let surface = pressed(surface_compliance(scene));
+                surface.approach
+                    * (contact_size(scene, |compliance| size(pressed(compliance))) / size(surface))
                         .powi(2)
             }
         });
@@ -213,11 +220,13 @@ mod tests {
 
     #[test]
     fn mean_distance_matches_quadrature_and_its_own_far_form() {
-        // 400 × 400 midpoint rule; away from the kink it is good to 1e-7
+        // The reference is a midpoint rule with 400 × 400 points, which is good to 1e-7 away from
+        // the kink.
         let numeric = |x: f64, y: f64, hx: f64, hy: f64| {
             let n = 400;
-            let at = |i: usize, h: f64| ((i as f64 + 0.5) / n as f64 - 0.5) * h;
-            let sum: f64 = (0..n * n).map(|s| (x + at(s % n, hx)).hypot(y + at(s / n, hy))).sum();
+            let offset = |i: usize, h: f64| ((i as f64 + 0.5) / n as f64 - 0.5) * h;
+            let sum: f64 =
+                (0..n * n).map(|s| (x + offset(s % n, hx)).hypot(y + offset(s / n, hy))).sum();
             sum / (n * n) as f64
         };
         for (x, y, hx, hy) in [
@@ -250,7 +259,7 @@ mod tests {
         {
             scene.punch.shape = shape;
             let gap = Gap::new(&scene, &surfaces).unwrap();
-            // two-point Gauss is exact for a quadratic
+            // The two-point Gauss rule is exact for a quadratic.
             let g = 0.5 / 3f64.sqrt();
             let (x, y, hx, hy) = (0.3, -0.8, 0.2, 0.5);
             let gauss: f64 = [(-g, -g), (g, -g), (-g, g), (g, g)]

@@ -1,79 +1,84 @@
-//! Profiles of rails and wheels, and the text format in which SIMPACK keeps them (.prr, .prw).
+//! Profiles of rails and wheels, and the text format of SIMPACK for them (.prr, .prw).
 //!
 //! In a profile's own coordinates y points to the field side and z down, as for a rail and a wheel
-//! on the right of a track: the gauge face of a rail and the flange of a wheel lie at negative y.
+//! on the right of a track. The gauge face of a rail and the flange of a wheel lie at negative y.
 
 use super::curve::Curve;
 
-/// Whose profile it is.
+/// The body that a profile belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProfileKind {
-    /// A rail's cross-section.
+    /// The cross-section of a rail.
     Rail,
-    /// A wheel's, in a plane through its axis.
+    /// The cross-section of a wheel in a plane through its axis.
     Wheel,
 }
 
-/// A cross-section of a rail or a wheel. Its curve runs with the body below it (a rail) or above it
-/// (a wheel) in the order of rising y along the running surface.
+/// A cross-section of a rail or a wheel. Its curve runs in the order of rising y along the running
+/// surface, with the body below it (a rail) or above it (a wheel).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
     kind: ProfileKind,
     curve: Curve,
 }
 
-/// Why a text is no profile.
+/// The reason why a text or a list of points is no profile.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ProfileError {
-    /// A line that cannot be read as the format wants.
+    /// A line cannot be read in this format.
     #[error("line {line}: `{found}`: {expected}")]
     Line {
-        /// Line, counted from 1.
+        /// The number of the line, counted from 1.
         line: usize,
-        /// What stands there.
+        /// The text of the line.
         found: String,
-        /// What would be right.
+        /// The text that would be right.
         expected: String,
     },
-    /// Something that must be there is not.
+    /// Something that must be there is missing.
     #[error("there is no {missing}; {expected}")]
     Missing {
-        /// What is missing.
+        /// The name of what is missing.
         missing: &'static str,
-        /// What would be right.
+        /// The text that would be right.
         expected: &'static str,
     },
     /// The points make no curve.
     #[error("{count} different points are left; a profile needs at least 3, of which {expected}")]
     Points {
-        /// Points in use.
+        /// The number of points in use.
         count: usize,
-        /// What would be right.
+        /// The condition that the points must meet.
         expected: &'static str,
     },
-    /// A point that lies nowhere near a wheel or a rail.
+    /// A point lies nowhere near a wheel or a rail.
     #[error(
         "point {index} (counted from 1) lies at ({y:e} m, {z:e} m); a profile lies within 10 m of its origin, check the unit of length"
     )]
     Far {
-        /// Number of the point, counted from 1, in the order in use.
+        /// The number of the point, counted from 1, in the order in use.
         index: usize,
-        /// y \[m\].
+        /// The coordinate y \[m\].
         y: f64,
-        /// z \[m\].
+        /// The coordinate z \[m\].
         z: f64,
     },
 }
 
-/// Points nearer than this \[m\] are one point: below what any file resolves, and a spline cannot
-/// turn on it.
+/// The distance \[m\] below which two points are one. It is below what any file resolves, and a
+/// spline cannot turn on it.
 const SAME_POINT: f64 = 1e-12;
 
 impl Profile {
-    /// A profile through `points` (y, z) \[m\], given along the curve in either order.
+    /// Creates a profile through `points` (y, z) \[m\], given along the curve in either order.
+    ///
+    /// # Errors
+    /// A [`ProfileError`] reports a point that is not finite or more than 10 m from the origin, or
+    /// points that make no curve.
     pub fn from_points(kind: ProfileKind, mut points: Vec<[f64; 2]>) -> Result<Self, ProfileError> {
-        if let Some(at) = points.iter().position(|p| !p.iter().all(|v| v.abs() <= 10.0)) {
-            return Err(ProfileError::Far { index: at + 1, y: points[at][0], z: points[at][1] });
+        if let Some(first) = points.iter().position(|p| !p.iter().all(|v| v.abs() <= 10.0)) {
+            let [y, z] = points[first];
+            return Err(ProfileError::Far { index: first + 1, y, z });
         }
         points.dedup_by(|next, kept| (next[0] - kept[0]).hypot(next[1] - kept[1]) <= SAME_POINT);
         let count = points.len();
@@ -87,10 +92,14 @@ impl Profile {
         Ok(Self { kind, curve })
     }
 
-    /// Reads SIMPACK's profile text. What the processing data ask for is done, in their order:
-    /// minimum distance of points, shift, rotation, bounds, mirroring, inversion, unit. Smoothing
-    /// is refused: the curve passes through the points, whose weights, which only smoothing would
-    /// use, have no effect.
+    /// Reads the profile text of SIMPACK. The steps that the processing data ask for are carried
+    /// out in their order: minimum distance of points, shift, rotation, bounds, mirroring,
+    /// inversion, unit. Smoothing is refused, for the curve passes through the points. Their
+    /// weights have no effect, since only smoothing would use them.
+    ///
+    /// # Errors
+    /// A [`ProfileError`] reports a line that cannot be read, an assignment that is missing, or
+    /// points that are refused by [`from_points`](Self::from_points).
     pub fn from_simpack(text: &str) -> Result<Self, ProfileError> {
         let simpack = Simpack::read(text)?;
         let kind = simpack.kind.ok_or(ProfileError::Missing {
@@ -100,33 +109,34 @@ impl Profile {
         Self::from_points(kind, simpack.processed()?)
     }
 
-    /// Whose profile it is.
+    /// Returns the body that the profile belongs to.
     pub fn kind(&self) -> ProfileKind {
         self.kind
     }
 
-    /// The curve, y and z in metres.
+    /// Returns the curve, with y and z in metres.
     pub fn curve(&self) -> &Curve {
         &self.curve
     }
 }
 
-/// A SIMPACK profile as it stands in the file.
+/// A SIMPACK profile as it stands in the file, in the user's units.
 struct Simpack {
     kind: Option<ProfileKind>,
-    /// User's lengths and angles per metre and radian.
+    /// The numbers of the user's units of length per metre and of angle per radian.
     units: Option<[f64; 2]>,
     least_distance: f64,
     shift: [f64; 2],
     rotation: f64,
-    /// Lower and upper bound of y and z; none where the lower is not below the upper.
+    /// The lower and upper bounds of y and of z. There is no bound where the lower one is not below
+    /// the upper one.
     bounds: [[f64; 2]; 2],
     mirrored: [bool; 2],
     inverted: bool,
     points: Vec<[f64; 2]>,
 }
 
-/// Where in the file a line stands.
+/// The block of the file that a line stands in.
 #[derive(Clone, Copy, PartialEq)]
 enum Section {
     Outside,
@@ -223,7 +233,7 @@ impl Simpack {
         units: &mut [Option<f64>; 2],
     ) -> Result<(), ProfileError> {
         match assignment.key {
-            // where the data came from
+            // These keys say where the data came from.
             "file" | "file.mtime" | "comment" | "type" => {}
             "approx.smooth" => {
                 if assignment.number()? != 0.0 {
@@ -244,7 +254,7 @@ impl Simpack {
             "inversion" => self.inverted = assignment.flag()?,
             "units.len.f" => units[0] = Some(assignment.unit()?),
             "units.ang.f" => units[1] = Some(assignment.unit()?),
-            // names of the two
+            // These keys name the two units.
             "units.len" | "units.ang" => {}
             _ => {
                 return Err(assignment.wrong(
@@ -255,7 +265,7 @@ impl Simpack {
         Ok(())
     }
 
-    /// The points in use \[m\].
+    /// Returns the points in use (y, z) \[m\].
     fn processed(self) -> Result<Vec<[f64; 2]>, ProfileError> {
         let [length, angle] = self.units.ok_or(ProfileError::Missing {
             missing: "unit of length",
@@ -288,7 +298,7 @@ impl Simpack {
     }
 }
 
-/// `key = value` on a line.
+/// An assignment `key = value` with the number of its line.
 struct Assignment<'a> {
     line: usize,
     key: &'a str,
@@ -327,12 +337,12 @@ fn wrong(line: usize, found: &str, expected: &str) -> ProfileError {
     }
 }
 
-/// A number, Fortran's exponents included.
+/// Reads a finite number; an exponent of Fortran's is accepted.
 fn finite(text: &str) -> Option<f64> {
     text.replace(['d', 'D'], "e").parse().ok().filter(|v: &f64| v.is_finite())
 }
 
-/// y, z and perhaps a weight.
+/// Reads the coordinates y and z, and skips the weight that may follow.
 fn point(line: usize, body: &str) -> Result<[f64; 2], ProfileError> {
     let numbers: Option<Vec<f64>> = body.split_whitespace().map(finite).collect();
     match numbers.as_deref() {
@@ -341,13 +351,13 @@ fn point(line: usize, body: &str) -> Result<[f64; 2], ProfileError> {
     }
 }
 
-/// A line up to its comment, which `!` begins where it does not stand between quotes.
+/// Returns a line up to its comment, which a `!` outside of quotes begins.
 fn without_comment(line: &str) -> &str {
     let mut quoted = false;
-    for (at, c) in line.char_indices() {
+    for (index, c) in line.char_indices() {
         match c {
             '\'' => quoted = !quoted,
-            '!' if !quoted => return &line[..at],
+            '!' if !quoted => return &line[..index],
             _ => {}
         }
     }
@@ -366,13 +376,14 @@ mod tests {
     fn reads_the_benchmarks_wheel_and_rail() {
         let wheel = Profile::from_simpack(WHEEL).unwrap();
         assert_eq!((wheel.kind(), wheel.curve().points().len()), (ProfileKind::Wheel, 399));
-        // mirrored: the flange, the lowest part, lies at negative y; the field side ends the curve
+        // The profile is mirrored: the flange, its lowest part, lies at negative y, and the field
+        // side ends the curve.
         assert_eq!(wheel.curve().points()[0], [-6.9612628e1 / 1e3, 1.3485642e1 / 1e3]);
         assert_eq!(*wheel.curve().points().last().unwrap(), [6e1 / 1e3, -2.6356764 / 1e3]);
         let rail = Profile::from_simpack(RAIL).unwrap();
         assert_eq!((rail.kind(), rail.curve().points().len()), (ProfileKind::Rail, 495));
         assert_eq!(rail.curve().points()[0], [-4.3704898e1 / 1e3, 3.8510726e1 / 1e3]);
-        // its crown is an arc of 300 mm
+        // The crown of the rail is an arc of 300 mm.
         let crown = rail
             .curve()
             .samples(1)
@@ -402,7 +413,7 @@ mod tests {
         near(with("shift.z", "-2.5D0"), plain.iter().map(|p| [p[0], p[1] - 2.5e-3]).collect());
         near(with("mirror.y", "1"), plain.iter().rev().map(|p| [-p[0], p[1]]).collect());
         near(with("mirror.z", "1"), plain.iter().map(|p| [p[0], -p[1]]).collect());
-        // the order of the points does not matter to a profile
+        // A profile does not depend on the order of the points.
         near(with("inversion", "1"), plain.clone());
         let (sin, cos) = 0.025f64.sin_cos();
         near(
@@ -426,7 +437,7 @@ mod tests {
         );
     }
 
-    /// The message of the refusal, which must name the line and what would be right.
+    /// Returns the message of the refusal, which must name the line and what would be right.
     fn refusal(found: Result<Profile, ProfileError>) -> String {
         found.unwrap_err().to_string()
     }
@@ -476,9 +487,9 @@ mod tests {
         #[test]
         fn no_damage_is_too_bad(edits in prop::collection::vec((0usize..17_000, prop_oneof![Just(' '), Just('e'), Just('9'), Just('-'), Just('\n'), Just('!'), any::<char>()]), 1..20)) {
             let mut text: Vec<char> = RAIL.chars().collect();
-            for (at, c) in edits {
+            for (index, c) in edits {
                 let last = text.len() - 1;
-                text[at.min(last)] = c;
+                text[index.min(last)] = c;
             }
             if let Ok(profile) = Profile::from_simpack(&text.into_iter().collect::<String>()) {
                 prop_assert!(profile.curve().points().len() >= 3);

@@ -15,7 +15,7 @@ pub struct Surface {
     highest: f64,
 }
 
-/// Why heights are no surface.
+/// The reason why heights are no surface.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SurfaceError {
     /// The number of heights does not fill the rectangle.
@@ -23,26 +23,26 @@ pub enum SurfaceError {
         "{count} heights do not fill {columns} columns × {rows} rows; it must be a full rectangle of at least 1 × 1"
     )]
     Shape {
-        /// Columns asked for.
+        /// The number of columns asked for.
         columns: usize,
-        /// Rows asked for.
+        /// The number of rows asked for.
         rows: usize,
-        /// Heights given.
+        /// The number of heights given.
         count: usize,
     },
     /// A height is NaN or infinite.
     #[error("height {value} in row {row}, column {column} (counted from 0) is not a finite number")]
     NotFinite {
-        /// Row, counted from 0.
+        /// The row, counted from 0.
         row: usize,
-        /// Column, counted from 0.
+        /// The column, counted from 0.
         column: usize,
-        /// The height.
+        /// The height \[m\].
         value: f64,
     },
 }
 
-/// Height maps and profiles by the name under which scenes mention them.
+/// Height maps and profiles, by the names under which scenes mention them.
 #[derive(Clone, Debug, Default)]
 pub struct Surfaces {
     maps: BTreeMap<String, Arc<Surface>>,
@@ -50,77 +50,76 @@ pub struct Surfaces {
 }
 
 impl Surfaces {
-    /// None.
+    /// Creates an empty collection.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a height map.
+    /// Adds a height map, or replaces the one of this name.
     pub fn insert(&mut self, name: String, map: Arc<Surface>) {
         self.maps.insert(name, map);
     }
 
-    /// The height map of this name.
+    /// Returns the height map of this name.
     pub fn get(&self, name: &str) -> Option<&Arc<Surface>> {
         self.maps.get(name)
     }
 
-    /// Adds a profile.
+    /// Adds a profile, or replaces the one of this name.
     pub fn insert_profile(&mut self, name: String, profile: Arc<Profile>) {
         self.profiles.insert(name, profile);
     }
 
-    /// The profile of this name.
+    /// Returns the profile of this name.
     pub fn profile(&self, name: &str) -> Option<&Arc<Profile>> {
         self.profiles.get(name)
-    }
-
-    /// Whether there is a height map or a profile of this name.
-    pub fn contains_key(&self, name: &str) -> bool {
-        self.maps.contains_key(name) || self.profiles.contains_key(name)
     }
 }
 
 impl Surface {
-    /// A surface of `columns` pixels along x by `rows` along y; `heights` \[m\] row by row, x
-    /// fastest, the first row at lowest y.
+    /// Creates a surface of `columns` pixels along x by `rows` along y. The `heights` \[m\] come
+    /// row by row, x fastest, the first row at the lowest y.
+    ///
+    /// # Errors
+    /// A [`SurfaceError`] reports heights that do not fill the rectangle, or the first one that is
+    /// not finite.
     pub fn new(columns: usize, rows: usize, heights: Vec<f64>) -> Result<Self, SurfaceError> {
         if columns == 0 || rows == 0 || columns.checked_mul(rows) != Some(heights.len()) {
             return Err(SurfaceError::Shape { columns, rows, count: heights.len() });
         }
-        if let Some(at) = heights.iter().position(|height| !height.is_finite()) {
+        if let Some(index) = heights.iter().position(|height| !height.is_finite()) {
             return Err(SurfaceError::NotFinite {
-                row: at / columns,
-                column: at % columns,
-                value: heights[at],
+                row: index / columns,
+                column: index % columns,
+                value: heights[index],
             });
         }
         let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         Ok(Self { columns, rows, heights, highest })
     }
 
-    /// Pixels along x.
+    /// Returns the number of pixels along x.
     pub fn columns(&self) -> usize {
         self.columns
     }
 
-    /// Pixels along y.
+    /// Returns the number of pixels along y.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
-    /// Heights \[m\], row by row, x fastest.
+    /// Returns the heights \[m\], row by row, x fastest.
     pub fn heights(&self) -> &[f64] {
         &self.heights
     }
 
-    /// Gap below the highest pixel \[m\] at fractions (s, t) of the map's widths, bilinear between
-    /// pixel centres and constant beyond the outermost ones.
-    pub fn gap_at(&self, s: f64, t: f64) -> f64 {
+    /// Returns the gap below the highest pixel \[m\] at the fractions (s, t) of the map's widths.
+    /// It is bilinear between the centres of pixels and constant beyond the outermost ones.
+    pub(crate) fn gap_at(&self, s: f64, t: f64) -> f64 {
         let locate = |fraction: f64, count: usize| {
-            let at = (fraction * count as f64 - 0.5).clamp(0.0, (count - 1) as f64);
-            let low = (at.floor() as usize).min(count - 1);
-            (low, (low + 1).min(count - 1), at - low as f64)
+            let place = (fraction * count as f64 - 0.5).clamp(0.0, (count - 1) as f64);
+            let low = (place.floor() as usize).min(count - 1);
+            (low, (low + 1).min(count - 1), place - low as f64)
         };
         let (i0, i1, a) = locate(s, self.columns);
         let (j0, j1, b) = locate(t, self.rows);
@@ -130,10 +129,10 @@ impl Surface {
         if b == 0.0 { along_x(j0) } else { along_x(j0) * (1.0 - b) + along_x(j1) * b }
     }
 
-    /// Mean gap below the highest pixel \[m\] over a rectangle in fractions of the map's widths,
-    /// each pixel weighted with its share; elements that coincide with pixels get the pixels' own
-    /// values.
-    pub fn mean_gap(&self, s: [f64; 2], t: [f64; 2]) -> f64 {
+    /// Returns the mean gap below the highest pixel \[m\] over a rectangle in fractions of the
+    /// map's widths, each pixel weighted with its share. An element that coincides with a pixel
+    /// gets the value of that pixel.
+    pub(crate) fn mean_gap(&self, s: [f64; 2], t: [f64; 2]) -> f64 {
         let (columns, rows) = (shares(s, self.columns), shares(t, self.rows));
         let mut sum = 0.0;
         for &(j, share_y) in &rows {
@@ -145,9 +144,9 @@ impl Surface {
     }
 }
 
-/// The pixels of a row that an interval covers, with their shares of it (they sum to 1). Overlaps
-/// of less than 1e-9 of a pixel are rounding and left out; beyond the map its outermost pixel goes
-/// on.
+/// Returns the pixels of a row that an interval covers, with their shares of it, which sum to 1.
+/// Overlaps of less than 1e-9 of a pixel are rounding and left out. Beyond the map its outermost
+/// pixel goes on.
 fn shares(interval: [f64; 2], count: usize) -> Vec<(usize, f64)> {
     let [low, high] = interval.map(|fraction| fraction * count as f64);
     let last = count as f64 - 1.0;

@@ -1,7 +1,7 @@
-//! How wheel and rail stand in the track, and what of that makes no sense.
+//! The positions of wheel and rail in the track, and the checks that they make sense.
 //!
-//! Track coordinates: x along the track, y to the right, z down, origin in the middle of the track
-//! at the height of the rails' tops.
+//! The track coordinates are x along the track, y to the right and z down. Their origin is in the
+//! middle of the track at the height of the rails' tops.
 
 use std::f64::consts::PI;
 
@@ -9,64 +9,65 @@ use super::curve::Curve;
 use super::profile::{Profile, ProfileKind};
 use crate::model::Side;
 
-/// How the rails lie.
+/// The position of the rails.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Track {
-    /// Distance between the rails' gauge faces \[m\].
+    /// The distance between the rails' gauge faces \[m\].
     pub gauge: f64,
-    /// Depth below the rails' tops down to which the gauge is measured \[m\].
+    /// The depth below the rails' tops down to which the gauge is measured \[m\].
     pub gauge_depth: f64,
 }
 
-/// How the wheels sit on their axle.
+/// The position of the wheels on their axle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wheelset {
-    /// Radius of the wheel at its profile's z = 0 \[m\].
+    /// The radius of the wheel at its profile's z = 0 \[m\].
     pub rolling_radius: f64,
-    /// Distance between the backs of the flanges \[m\].
+    /// The distance between the backs of the flanges \[m\].
     pub flange_back_distance: f64,
-    /// From the back of the flange to the profile's y = 0 \[m\].
+    /// The distance from the back of the flange to the profile's y = 0 \[m\].
     pub flange_back_to_origin: f64,
 }
 
-/// Where the wheelset stands; its height is where the wheel just touches.
+/// The position of the wheelset. Its height follows, for the wheel just touches.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Position {
-    /// Lateral displacement of the middle of the axle along y \[m\].
+    /// The lateral displacement of the middle of the axle along y \[m\].
     pub lateral: f64,
-    /// ψ \[rad\], about z: positive turns x towards y.
+    /// The yaw ψ about z \[rad\]: a positive one turns x towards y.
     pub yaw: f64,
-    /// φ \[rad\], about the track's x, after the yaw: positive lowers the right wheel.
+    /// The roll φ about the track's x \[rad\], after the yaw: a positive one lowers the right
+    /// wheel.
     pub roll: f64,
 }
 
-/// Why a wheel and a rail make no contact.
+/// The reason why a wheel and a rail make no contact.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum WheelRailError {
-    /// A profile of the other kind.
+    /// A profile is one of the other kind.
     #[error("the {role}'s profile is one of a {found}; give a {role}'s")]
     Kind {
-        /// What it was given for.
+        /// The body that it was given for.
         role: &'static str,
-        /// What it is.
+        /// The body that it is a profile of.
         found: &'static str,
     },
-    /// A length or an angle without meaning.
+    /// A length or an angle has no meaning.
     #[error("{name} = {value:e}: {expected}")]
     Value {
-        /// What it is.
+        /// The name of the quantity.
         name: &'static str,
-        /// Its value.
+        /// Its value \[m\] or \[rad\].
         value: f64,
-        /// What would be right.
+        /// The range that would be right.
         expected: &'static str,
     },
-    /// A profile that lies the wrong way round.
+    /// A profile lies the wrong way round.
     #[error(
         "the lowest point of the wheel's profile, at y = {y:e} m, is on the field side; the flange must lie at negative y, mirror the profile"
     )]
     Flange {
-        /// y of the lowest point \[m\].
+        /// The coordinate y of the lowest point \[m\].
         y: f64,
     },
     /// The gauge cannot be measured.
@@ -74,9 +75,9 @@ pub enum WheelRailError {
         "the rail's profile ends {depth:e} m below its top on the gauge side (negative y); it must reach down {gauge_depth:e} m, where the gauge is measured"
     )]
     Shallow {
-        /// Depth that it reaches \[m\].
+        /// The depth that the profile reaches \[m\].
         depth: f64,
-        /// Depth asked for \[m\].
+        /// The depth asked for \[m\].
         gauge_depth: f64,
     },
     /// The wheel passes the rail.
@@ -84,17 +85,17 @@ pub enum WheelRailError {
         "the wheel covers y = {wheel:?} m and the rail y = {rail:?} m: one does not stand over the other; the lateral position must bring them together"
     )]
     Beside {
-        /// From where to where the wheel lies \[m\].
+        /// The smallest and the largest y of the wheel \[m\].
         wheel: [f64; 2],
-        /// From where to where the rail lies \[m\].
+        /// The smallest and the largest y of the rail \[m\].
         rail: [f64; 2],
     },
-    /// The wheel stands on the end of a profile, where the body does not end.
+    /// The wheel stands on the end of a profile, although the body does not end there.
     #[error(
         "at y = {y:e} m the wheel first meets the rail where a profile ends; the profiles must go on there, or the lateral position must be less extreme"
     )]
     ProfileEnd {
-        /// y in track coordinates \[m\].
+        /// The coordinate y in the track \[m\].
         y: f64,
     },
 }
@@ -145,15 +146,15 @@ pub(super) fn check(
     let lowest = points.iter().max_by(|a, b| a[1].total_cmp(&b[1])).copied().unwrap_or_default();
     let gauge_side =
         points.iter().filter(|p| p[0] < 0.0).map(|p| p[1]).fold(f64::NEG_INFINITY, f64::max);
-    // a wheel without a flange may have its lowest point anywhere, but not by the height of a
-    // flange
+    // A wheel without a flange may have its lowest point anywhere, but not by the height of a
+    // flange.
     if lowest[0] > 0.0 && lowest[1] > gauge_side + 0.01 {
         return Err(WheelRailError::Flange { y: lowest[0] });
     }
     Ok(())
 }
 
-/// A right-hand profile's curve on its side of the track, y rising.
+/// Returns the curve of a right-hand profile on its side of the track, in the order of rising y.
 pub(super) fn towards(curve: &Curve, side: Side) -> Curve {
     match side {
         Side::Right => curve.clone(),
@@ -161,7 +162,8 @@ pub(super) fn towards(curve: &Curve, side: Side) -> Curve {
     }
 }
 
-/// The rail where the gauge puts it, its top at z = 0, with its origin's (y, z).
+/// Places the rail where the gauge puts it, with its top at z = 0. Returns its curve and the (y, z)
+/// of its origin \[m\].
 pub(super) fn placed(
     rail: &Curve,
     track: &Track,
@@ -173,7 +175,7 @@ pub(super) fn placed(
         .enumerate()
         .min_by(|a, b| a.1[1].total_cmp(&b.1[1]))
         .map_or((0, 0.0), |(i, p)| (i, p[1]));
-    // from the top to the gauge side
+    // The points go from the top to the gauge side.
     let descent: Vec<[f64; 2]> = match side {
         Side::Right => points[..=highest].iter().rev().copied().collect(),
         Side::Left => points[highest..].to_vec(),
@@ -196,30 +198,30 @@ pub(super) fn placed(
     Ok((rail.clone().shifted(origin), origin))
 }
 
-/// R_x(roll) R_z(yaw).
+/// Returns the rotation R_x(roll) R_z(yaw), row by row.
 pub(super) fn rotation(yaw: f64, roll: f64) -> [[f64; 3]; 3] {
     let ((sy, cy), (sr, cr)) = (yaw.sin_cos(), roll.sin_cos());
     [[cy, -sy, 0.0], [sy * cr, cy * cr, -sr], [sy * sr, cy * sr, cr]]
 }
 
-/// Contact coordinates (x, s, n): x along the track, s across in the plane of contact, n into the
-/// rail.
+/// The frame of the contact coordinates (x, s, n): x along the track, s across it in the plane of
+/// contact, n into the rail.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// Its origin in track coordinates \[m\].
+    /// The origin of the frame in track coordinates \[m\].
     pub origin: [f64; 3],
-    /// Angle by which s is turned out of y towards z \[rad\]: the contact angle.
+    /// The angle by which s is turned out of y towards z \[rad\], that is, the contact angle.
     pub angle: f64,
 }
 
 impl Frame {
-    /// Track coordinates of (x, s, n).
+    /// Converts (x, s, n) \[m\] to track coordinates \[m\].
     pub fn to_track(&self, [x, s, n]: [f64; 3]) -> [f64; 3] {
         let (sin, cos) = self.angle.sin_cos();
         [self.origin[0] + x, self.origin[1] + cos * s - sin * n, self.origin[2] + sin * s + cos * n]
     }
 
-    /// (x, s, n) of a point in track coordinates.
+    /// Converts a point in track coordinates \[m\] to (x, s, n) \[m\].
     pub fn from_track(&self, position: [f64; 3]) -> [f64; 3] {
         let (sin, cos) = self.angle.sin_cos();
         let [x, y, z] = [0, 1, 2].map(|c| position[c] - self.origin[c]);
@@ -239,7 +241,7 @@ mod tests {
             back.iter().zip([1.0, 2.0, 3.0]).all(|(a, b)| (a - b).abs() < 1e-15 * 10.0),
             "{back:?}"
         );
-        // s turned from y towards z: the plane falls to the right
+        // The axis s is turned from y towards z: the plane falls to the right.
         assert!(frame.to_track([0.0, 1.0, 0.0])[2] > 0.02);
     }
 }

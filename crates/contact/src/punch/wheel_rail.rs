@@ -1,11 +1,11 @@
-//! A wheel on a rail: where the two touch, and in which plane.
+//! A wheel on a rail: the points at which the two touch, and the plane of their contact.
 //!
 //! In the coordinates of the [track](super::track) the rail is a cylinder along x. The wheel is a
-//! surface of revolution about the axle, which first the wheelset's yaw ψ about z and then its roll
-//! φ about the track's x turn out of the y-axis: rotation R_x(φ) R_z(ψ). Seen along the rail, the
-//! wheel is bounded by its silhouette, the points whose normal has no x-component; of each point of
-//! its profile there is at most one, in closed form. The two bodies therefore touch where, in the
-//! plane (y, z), the silhouette touches the rail's profile.
+//! surface of revolution about the axle. First the wheelset's yaw ψ about z and then its roll φ
+//! about the track's x turn the axle out of the y-axis: the rotation is R_x(φ) R_z(ψ). Seen along
+//! the rail, the wheel is bounded by its silhouette, the points whose normal has no x-component.
+//! Each point of its profile has at most one of these, in closed form. The two bodies therefore
+//! touch where, in the plane (y, z), the silhouette touches the rail's profile.
 
 use super::curve::{Curve, CurvePoint, Graph};
 use super::profile::Profile;
@@ -14,37 +14,38 @@ use super::track::{
 };
 use crate::model::Side;
 
-/// A point at which the gap along z between wheel and rail is smallest around.
+/// A point at which the gap along z between wheel and rail has a local minimum.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touch {
-    /// Where on the rail, in track coordinates \[m\].
+pub(crate) struct Touch {
+    /// The position on the rail, in track coordinates \[m\].
     pub position: [f64; 3],
-    /// Inclination of the common tangent \[rad\], from y towards z.
+    /// The inclination of the common tangent \[rad\], from y towards z.
     pub angle: f64,
-    /// Gap along z \[m\]; 0 where the bodies touch.
+    /// The gap along z \[m\], which is 0 where the bodies touch.
     pub gap: f64,
-    /// Parameter on the wheel's curve.
+    /// The parameter of the wheel's curve \[m\].
     pub(crate) wheel: f64,
 }
 
-/// Curvatures of a gap where it is smallest: g₀ ≈ ½(xx x² + 2 xs x s + ss s²).
+/// The curvatures of a gap where it is smallest: g₀ ≈ ½(xx x² + 2 xs x s + ss s²).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Curvatures {
-    /// Along x \[1/m\].
+    /// The curvature along x \[1/m\].
     pub xx: f64,
-    /// Mixed \[1/m\].
+    /// The mixed curvature \[1/m\].
     pub xs: f64,
-    /// Along s \[1/m\].
+    /// The curvature along s \[1/m\].
     pub ss: f64,
 }
 
 impl Curvatures {
-    /// The smaller and the larger principal curvature \[1/m\], and the direction of the smaller
-    /// one, from x towards s \[rad\]. Hertz's theory applies where both are above 0.
+    /// Returns the smaller and the larger principal curvature \[1/m\], and the direction of the
+    /// smaller one, from x towards s \[rad\]. Hertz's theory applies where both curvatures are
+    /// above 0.
     pub fn principal(&self) -> ([f64; 2], f64) {
         let (mean, half) = (0.5 * (self.xx + self.ss), 0.5 * (self.xx - self.ss));
         let spread = half.hypot(self.xs);
-        // the larger one without cancellation, the smaller one from the determinant
+        // The larger one has no cancellation; the smaller one follows from the determinant.
         let larger = mean + spread;
         let smaller = if mean > 0.0 {
             (self.xx * self.ss - self.xs * self.xs) / larger
@@ -58,20 +59,21 @@ impl Curvatures {
 /// A wheel that just touches a rail.
 #[derive(Clone, Debug)]
 pub struct WheelOnRail {
-    /// The wheel's profile, turned to its side of the track, y rising along the tread.
+    /// The profile of the wheel, turned to its side of the track, in the order of rising y along
+    /// the tread.
     pub(crate) wheel: Curve,
-    /// y of the wheel profile's origin on the axle \[m\].
+    /// The coordinate y of the origin of the wheel's profile, along the axle \[m\].
     pub(crate) wheel_origin: f64,
     pub(crate) radius: f64,
-    /// From the wheelset to the track.
+    /// The rotation from the wheelset to the track.
     pub(crate) rotation: [[f64; 3]; 3],
     /// The middle of the axle, in track coordinates \[m\].
     pub(crate) center: [f64; 3],
-    /// The rail's profile, turned likewise, in track coordinates.
+    /// The profile of the rail, turned likewise, in track coordinates.
     pub(crate) rail: Curve,
-    /// y and z of the rail profile's origin \[m\].
+    /// The coordinates y and z of the origin of the rail's profile \[m\].
     rail_origin: [f64; 2],
-    /// The rail from above.
+    /// The section of the rail that is seen from above.
     top: Graph,
     touches: Vec<Touch>,
 }
@@ -79,15 +81,30 @@ pub struct WheelOnRail {
 /// A point of the silhouette.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Silhouette {
-    /// Track coordinates \[m\].
+    /// The position in track coordinates \[m\].
     pub(crate) position: [f64; 3],
-    /// Inclination in the plane (y, z) \[rad\].
+    /// The inclination in the plane (y, z) \[rad\].
     pub(crate) angle: f64,
 }
 
+/// The gap at a point of the silhouette.
+#[derive(Clone, Copy, Debug)]
+struct Clearance {
+    /// The gap along z \[m\].
+    gap: f64,
+    /// The point of the silhouette.
+    wheel: Silhouette,
+    /// The point of the rail below it.
+    rail: CurvePoint,
+}
+
 impl WheelOnRail {
-    /// Puts the wheel on the rail. Profiles are those of the right side; for the left they are
+    /// Puts the wheel on the rail. The profiles are those of the right side; for the left they are
     /// mirrored.
+    ///
+    /// # Errors
+    /// A [`WheelRailError`] names a profile, length or angle without meaning, or says why the two
+    /// make no contact.
     pub fn new(
         wheel: &Profile,
         rail: &Profile,
@@ -127,30 +144,33 @@ impl WheelOnRail {
         Ok(pair)
     }
 
-    /// Height of the axle's middle below the one at which the rolling radius reaches the rails'
-    /// tops \[m\].
+    /// Returns the height \[m\] of the middle of the axle, counted downwards from the one at which
+    /// the rolling radius reaches the rails' tops.
     pub fn height(&self) -> f64 {
         self.center[2] + self.radius
     }
 
-    /// All points with a locally smallest gap, the touching one first.
-    pub fn touches(&self) -> &[Touch] {
+    /// Returns all points with a locally smallest gap, the touching one first.
+    pub(crate) fn touches(&self) -> &[Touch] {
         &self.touches
     }
 
-    /// The frame whose origin is the touching point and whose plane is the common tangent plane.
+    /// Returns the frame whose origin is the touching point and whose plane is the common tangent
+    /// plane.
     pub fn tangent_frame(&self) -> Frame {
         Frame { origin: self.touches[0].position, angle: self.touches[0].angle }
     }
 
-    /// The frame at the centre of the overlap that appears around the touching point when the wheel
-    /// is lowered by `depth` \[m\], with the mean inclination of the rail there; both are weighted
-    /// with the square of the interpenetration, as CONTACT does it (E.A.H. Vollebregt, User guide
-    /// for CONTACT). For no depth it is the tangent frame.
+    /// Returns the frame at the centre of the overlap that appears around the touching point if the
+    /// wheel is lowered by `depth` \[m\]. Its angle is the mean inclination of the rail there. Both
+    /// are weighted with the square of the interpenetration, as CONTACT does it (E.A.H. Vollebregt,
+    /// User guide for CONTACT). For no depth it is the tangent frame.
     pub fn overlap_frame(&self, depth: f64) -> Frame {
         let touch = self.touches[0];
-        let overlap = |t: f64| self.gap_at(t).map_or(f64::NEG_INFINITY, |(gap, ..)| depth - gap);
-        // outwards to the first sample without overlap, then halving
+        let overlap =
+            |t: f64| self.gap_at(t).map_or(f64::NEG_INFINITY, |clearance| depth - clearance.gap);
+        // The search goes outwards to the first sample without overlap, and halves the interval
+        // then.
         let samples = self.wheel.samples(4);
         let middle = samples.partition_point(|&t| t < touch.wheel);
         let end = |outside: Option<&f64>, limit: f64| {
@@ -163,15 +183,15 @@ impl WheelOnRail {
         };
         let low = end(samples[..middle].iter().rev().find(|t| overlap(**t) <= 0.0), 0.0);
         let high = end(samples[middle..].iter().find(|t| overlap(**t) <= 0.0), self.wheel.length());
-        // along x the overlap is a parabola, and the integral of its square goes as the 5/2th power
-        // of its height
+        // The overlap is a parabola along x, and the integral of its square is proportional to the
+        // 5/2th power of its height.
         const STEPS: usize = 2000;
         let mut sums = [0.0; 4];
         for i in 0..STEPS {
             let t = low + (high - low) * (i as f64 + 0.5) / STEPS as f64;
-            if let Some((gap, silhouette, rail)) = self.gap_at(t) {
-                let weight = (depth - gap).max(0.0).powf(2.5) * silhouette.angle.cos();
-                let values = [1.0, silhouette.position[0], silhouette.position[1], rail.angle()];
+            if let Some(Clearance { gap, wheel, rail }) = self.gap_at(t) {
+                let weight = (depth - gap).max(0.0).powf(2.5) * wheel.angle.cos();
+                let values = [1.0, wheel.position[0], wheel.position[1], rail.angle()];
                 sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
             }
         }
@@ -185,14 +205,15 @@ impl WheelOnRail {
         }
     }
 
-    /// Curvatures of the gap at the touching point, in the tangent frame.
+    /// Returns the curvatures of the gap at the touching point, in the tangent frame.
     pub fn curvatures(&self) -> Curvatures {
         let touch = self.touches[0];
         let point = self.wheel.at(touch.wheel);
         let [dy, dz] = point.tangent.map(|v| v / point.tangent[0].hypot(point.tangent[1]));
         let position =
             self.silhouette(touch.wheel).map_or(touch.position, |silhouette| silhouette.position);
-        // the frame's axes in the wheelset's coordinates, by the transpose of the rotation
+        // The transpose of the rotation gives the axes of the frame in the coordinates of the
+        // wheelset.
         let back = |v: [f64; 3]| {
             [0, 1, 2].map(|c| {
                 self.rotation[0][c] * v[0] + self.rotation[1][c] * v[1] + self.rotation[2][c] * v[2]
@@ -207,7 +228,8 @@ impl WheelOnRail {
         let [mx, ms] = axes.map(|axis| dot(axis, [dz * sin, dy, dz * cos]));
         let [cx, cs] = axes.map(|axis| dot(axis, [cos, 0.0, -sin]));
         let rail = self.top.at(touch.position[1]).map_or(0.0, |point| point.curvature());
-        // towards n, the wheel's profile bends with its own curvature and its circle against it
+        // Towards n, the profile of the wheel bends with its own curvature, and its circle against
+        // it.
         let (meridian, circle) = (point.curvature(), dy / radius);
         Curvatures {
             xx: circle * cx * cx - meridian * mx * mx,
@@ -216,21 +238,21 @@ impl WheelOnRail {
         }
     }
 
-    /// The point of the rail straight below or above a point in track coordinates; the point itself
-    /// beside the rail.
-    pub fn onto_rail(&self, position: [f64; 3]) -> [f64; 3] {
+    /// Returns the point of the rail straight below or above a point in track coordinates \[m\], or
+    /// the point itself if it is beside the rail.
+    pub(crate) fn onto_rail(&self, position: [f64; 3]) -> [f64; 3] {
         let [x, y, z] = position;
         [x, y, self.top.at(y).map_or(z, |point| point.position[1])]
     }
 
-    /// (y, z) in the rail profile's coordinates, y towards the right as in the track, of a point in
-    /// track coordinates.
+    /// Converts a point in track coordinates \[m\] to (y, z) \[m\] in the coordinates of the rail's
+    /// profile, with y towards the right as in the track.
     pub fn to_rail(&self, position: [f64; 3]) -> [f64; 2] {
         [position[1] - self.rail_origin[0], position[2] - self.rail_origin[1]]
     }
 
-    /// The point of the silhouette that belongs to a parameter of the wheel's curve; `None` where
-    /// the curve goes back over y or is so steep that the yaw hides it.
+    /// Returns the point of the silhouette that belongs to a parameter \[m\] of the wheel's curve.
+    /// It is `None` where the curve goes back over y or is so steep that the yaw hides it.
     pub(crate) fn silhouette(&self, parameter: f64) -> Option<Silhouette> {
         let CurvePoint { position: [y, z], tangent: [dy, dz], .. } = self.wheel.at(parameter);
         let [rx, ry, rz] = self.rotation[0];
@@ -248,17 +270,19 @@ impl WheelOnRail {
         })
     }
 
-    /// Gap along z \[m\] at a point of the silhouette, with that point and the rail's below it.
-    fn gap_at(&self, parameter: f64) -> Option<(f64, Silhouette, CurvePoint)> {
-        let silhouette = self.silhouette(parameter)?;
-        let rail = self.top.at(silhouette.position[1])?;
-        Some((rail.position[1] - silhouette.position[2], silhouette, rail))
+    /// Returns the gap along z \[m\] at a point of the silhouette, with that point and the point of
+    /// the rail below it.
+    fn gap_at(&self, parameter: f64) -> Option<Clearance> {
+        let wheel = self.silhouette(parameter)?;
+        let rail = self.top.at(wheel.position[1])?;
+        Some(Clearance { gap: rail.position[1] - wheel.position[2], wheel, rail })
     }
 
-    /// All local minima of the gap along z.
+    /// Finds all local minima of the gap along z.
     fn smallest_gaps(&self) -> Result<Vec<Touch>, WheelRailError> {
-        // sign of the gap's derivative over y
-        let opening = |t: f64| self.gap_at(t).map(|(_, wheel, rail)| rail.angle() - wheel.angle);
+        // The sign is that of the gap's derivative with respect to y.
+        let opening =
+            |t: f64| self.gap_at(t).map(|Clearance { wheel, rail, .. }| rail.angle() - wheel.angle);
         let samples: Vec<(f64, Option<f64>)> =
             self.wheel.samples(8).into_iter().map(|t| (t, opening(t))).collect();
         let mut touches = Vec::new();
@@ -276,7 +300,7 @@ impl WheelOnRail {
                     _ => high = half,
                 }
             }
-            if let Some((gap, wheel, rail)) = self.gap_at(high) {
+            if let Some(Clearance { gap, wheel, rail }) = self.gap_at(high) {
                 touches.push(Touch {
                     position: [wheel.position[0], rail.position[0], rail.position[1]],
                     angle: rail.angle(),
@@ -289,11 +313,12 @@ impl WheelOnRail {
         let lowest = samples
             .iter()
             .filter_map(|(t, _)| self.gap_at(*t))
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(gap, silhouette, _)| (gap, silhouette.position[1]));
+            .min_by(|a, b| a.gap.total_cmp(&b.gap));
         match lowest {
-            // a sample beside a minimum may undercut it by rounding
-            Some((gap, y)) if gap < least - 1e-12 => Err(WheelRailError::ProfileEnd { y }),
+            // A sample beside a minimum may undercut it by rounding.
+            Some(Clearance { gap, wheel, .. }) if gap < least - 1e-12 => {
+                Err(WheelRailError::ProfileEnd { y: wheel.position[1] })
+            }
             Some(_) => Ok(touches),
             None => {
                 let ys: Vec<f64> = samples
@@ -342,8 +367,8 @@ pub(super) mod tests {
         WheelOnRail::new(&wheel, &rail, &WHEELSET, &TRACK, side, position)
     }
 
-    /// An arc of `radius` around (0, `center`), `half` of it at either side of its topmost (−1) or
-    /// lowest (1) point.
+    /// Returns an arc of `radius` around (0, `center`), with the length `half` at either side of
+    /// its topmost (−1) or lowest (1) point.
     fn arc(center: f64, radius: f64, direction: f64, half: f64) -> Vec<[f64; 2]> {
         (-400..=400)
             .map(|i| f64::from(i) / 400.0 * half / radius)
@@ -351,12 +376,12 @@ pub(super) mod tests {
             .collect()
     }
 
-    /// A wheel with an arc of 0.3 m radius for a profile on a rail with one of 0.08 m, crowns above
-    /// each other.
+    /// Returns a wheel with an arc of 0.3 m radius for a profile on a rail with one of 0.08 m, with
+    /// their crowns above each other.
     fn barrel(side: Side, position: &Position) -> WheelOnRail {
         let wheel = Profile::from_points(ProfileKind::Wheel, arc(-0.3, 0.3, 1.0, 0.03)).unwrap();
         let rail = Profile::from_points(ProfileKind::Rail, arc(0.08, 0.08, -1.0, 0.06)).unwrap();
-        // at a depth of 10 mm the arc is √(2·80·10 − 10²) mm wide to either side
+        // At a depth of 10 mm the arc is √(2·80·10 − 10²) mm wide to either side.
         let gauge = 1.5 - 2.0 * (2.0 * 0.08f64 * 0.01 - 1e-4).sqrt();
         let wheelset = Wheelset {
             rolling_radius: 0.5,
@@ -384,11 +409,11 @@ pub(super) mod tests {
         );
         assert_eq!(pair.touches().len(), 1);
         let curvatures = pair.curvatures();
-        // the spline's curvature errs by the square of its step
+        // The curvature of the spline errs by the square of its step.
         assert!((curvatures.xx * 0.5 - 1.0).abs() < 1e-9 && curvatures.xs.abs() < 1e-9);
         assert!((curvatures.ss / (1.0 / 0.3 + 1.0 / 0.08) - 1.0).abs() < 1e-5, "{}", curvatures.ss);
-        // moved aside by v, the arcs, of radii 0.3 and 0.08 around their centres, touch on the line
-        // between these
+        // If the wheel is moved aside by v, the arcs, of radii 0.3 and 0.08 around their centres,
+        // touch on the line between these.
         let moved = barrel(Side::Right, &Position { lateral: 0.01, ..Position::default() });
         let sine = 0.01 / (0.3 + 0.08);
         let touch = moved.touches()[0];
@@ -401,8 +426,8 @@ pub(super) mod tests {
 
     #[test]
     fn a_yawed_barrel_keeps_its_principal_curvatures() {
-        // a sphere's radius across: the wheel's surface has the principal curvatures 1/0.5 and
-        // 1/0.3, turned with the yaw
+        // The wheel has the radius of a sphere across: its surface has the principal curvatures
+        // 1/0.5 and 1/0.3, turned with the yaw.
         let yaw = 0.05f64;
         let pair = barrel(Side::Left, &Position { yaw, ..Position::default() });
         let curvatures = pair.curvatures();
@@ -447,15 +472,15 @@ pub(super) mod tests {
                 && b.position[0] == 0.0
                 && (left.height() - right.height()).abs() < 1e-15
         );
-        // the gauge faces stand 1435 mm apart, 14 mm below the tops
+        // The gauge faces stand 1435 mm apart, 14 mm below the tops.
         let [y, z] = right.to_rail([0.0, 0.7175, 0.014]);
         assert!((y + 43.0325e-3).abs() < 1e-7 && (z - 0.014).abs() < 1e-6, "{y} {z}");
     }
 
     #[test]
     fn the_benchmarks_flange_comes_into_contact() {
-        // at 6 mm with the benchmark's roll the left wheel runs on its tread and the right one
-        // towards its flange
+        // At 6 mm with the benchmark's roll, the left wheel runs on its tread and the right one
+        // towards its flange.
         let tread =
             placed(Side::Left, &Position { lateral: 6e-3, yaw: 1.44e-2, roll: -6.272e-4 }).unwrap();
         let flange =

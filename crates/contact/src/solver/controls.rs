@@ -1,61 +1,58 @@
-//! What governs the punch: what forces cannot be, how far an iterate is from them, and where to
-//! begin.
+//! The controls of the punch: the forces that cannot be, the distance of an iterate from the
+//! prescribed ones, and an approach to begin with.
 
 use super::iterate::{Iterate, Stop};
 use crate::influence::images;
-use crate::model::{Control, rigid_modes};
+use crate::model::{Control, Dof, PerDof, rigid_displacement};
 use crate::problem::Problem;
 
-/// Degrees of freedom that a force governs.
-pub(super) fn governed(controls: &[Control; 6]) -> Vec<usize> {
-    (0..6).filter(|which| matches!(controls[*which], Control::Force(_))).collect()
+/// Returns the degrees of freedom that a force governs.
+pub(super) fn governed(controls: &PerDof<Control>) -> Vec<Dof> {
+    Dof::ALL.into_iter().filter(|dof| matches!(controls[*dof], Control::Force(_))).collect()
 }
 
-/// What a control asks.
+/// Returns the value that a control prescribes.
 pub(super) fn target(control: Control) -> f64 {
     match control {
         Control::Force(value) | Control::Motion(value) => value,
     }
 }
 
-/// Forces that no contact can have, whatever its pressure: more than friction carries (|Q| ≥ μP,
-/// gross sliding), or a line of action that passes the sole by; and moments that determine no tilt,
-/// about a single row of elements.
-pub(super) fn impossible(problem: &Problem, controls: &[Control; 6]) -> Option<Stop> {
-    let force =
-        |which: usize| if let Control::Force(force) = controls[which] { force } else { 0.0 };
-    if let Some(which) =
-        [1, 2, 5].into_iter().find(|which| problem.mu == 0.0 && force(*which) != 0.0)
+/// Checks controls that no contact can satisfy: a tangential force beyond the friction limit (|Q| ≥
+/// μP, gross sliding), a resultant whose line of action passes the sole by, or a moment about a
+/// single row of elements, which leaves the tilt undetermined.
+pub(super) fn impossible(problem: &Problem, controls: &PerDof<Control>) -> Option<Stop> {
+    let force = |dof: Dof| if let Control::Force(force) = controls[dof] { force } else { 0.0 };
+    if let Some(dof) =
+        Dof::TANGENTIAL.into_iter().find(|dof| problem.mu == 0.0 && force(*dof) != 0.0)
     {
-        return Some(Stop::Slides { which });
+        return Some(Stop::Slides { dof });
     }
     let centers = || problem.grid.active().map(|e| problem.grid.center(e));
-    // where the centres lie along x or y, if all at the same place
+    // The coordinate along x or y that all centres have in common, if they do.
     let row = |axis: usize| {
         let first = centers().next()?[axis];
         centers().all(|center| center[axis] == first).then_some(first)
     };
-    let is_governed = |which: usize| matches!(controls[which], Control::Force(_));
-    let one_row = [(4, 0), (3, 1)]
+    let is_governed = |dof: Dof| matches!(controls[dof], Control::Force(_));
+    // Centres with the same x lie in a row along y, and a tilt about y moves none of them.
+    let one_row = [0, 1]
         .into_iter()
-        .find(|&(which, axis)| is_governed(which) && row(axis).is_some());
-    let one_row = one_row.map(|(which, _)| Stop::OneRow { which });
-    let Control::Force(normal) = controls[0] else { return one_row };
-    if let Some(which) = beyond_friction(problem.mu * normal, [force(1), force(2)]) {
-        return Some(Stop::Slides { which });
+        .map(|axis| (Dof::tilt_about(1 - axis), axis))
+        .find(|&(dof, axis)| is_governed(dof) && row(axis).is_some());
+    let one_row = one_row.map(|(dof, _)| Stop::OneRow { dof });
+    let Control::Force(normal) = controls[Dof::Approach] else { return one_row };
+    if let Some(dof) = beyond_friction(problem.mu * normal, Dof::SHIFTS.map(force)) {
+        return Some(Stop::Slides { dof });
     }
-    // Σ x p₁ and Σ y p₁ over Σ p₁ lie in the convex hull of the elements' centres
-    let arm = |which: usize, sign: f64| {
-        if let Control::Force(moment) = controls[which] {
-            Some(sign * moment / normal)
-        } else {
-            None
-        }
+    // The points Σ x p₁ and Σ y p₁ over Σ p₁ lie in the convex hull of the elements' centres.
+    let arm = |dof: Dof, sign: f64| {
+        if let Control::Force(moment) = controls[dof] { Some(sign * moment / normal) } else { None }
     };
-    let (x, y) = (arm(4, -1.0), arm(3, 1.0));
-    let beside = |at: Option<f64>, axis: usize| {
-        at.zip(row(axis)).is_some_and(|(at, row)| {
-            (at - row).abs() > 1e-9 * [problem.grid.hx(), problem.grid.hy()][axis]
+    let (x, y) = (arm(Dof::TiltY, -1.0), arm(Dof::TiltX, 1.0));
+    let beside = |place: Option<f64>, axis: usize| {
+        place.zip(row(axis)).is_some_and(|(place, row)| {
+            (place - row).abs() > 1e-9 * [problem.grid.hx(), problem.grid.hy()][axis]
         })
     };
     if let Some(stop) = one_row
@@ -77,37 +74,45 @@ pub(super) fn impossible(problem: &Problem, controls: &[Control; 6]) -> Option<S
     };
     let (x, y) = (x.unwrap_or(0.0), y.unwrap_or(0.0));
     let passes_by = directions.into_iter().any(|d| !reaches(d, x * d[0] + y * d[1]));
-    passes_by.then_some(Stop::Unbalanced { which: if x.abs() >= y.abs() { 4 } else { 3 } })
+    passes_by.then_some(Stop::Unbalanced {
+        dof: if x.abs() >= y.abs() { Dof::TiltY } else { Dof::TiltX },
+    })
 }
 
-fn beyond_friction(bound: f64, [x, y]: [f64; 2]) -> Option<usize> {
+/// Returns the larger component of a tangential force that is not below `bound`.
+fn beyond_friction(bound: f64, [x, y]: [f64; 2]) -> Option<Dof> {
     let size = x.hypot(y);
-    (size > 0.0 && size >= bound).then_some(if x.abs() >= y.abs() { 1 } else { 2 })
+    (size > 0.0 && size >= bound).then_some(if x.abs() >= y.abs() {
+        Dof::ShiftX
+    } else {
+        Dof::ShiftY
+    })
 }
 
-/// Why an iterate is no solution: sliding, when its own pressure shows that friction cannot carry
-/// what is asked, else what the solver said.
-pub(super) fn explain(problem: &Problem, controls: &[Control; 6], iterate: &Iterate) -> Stop {
-    let force =
-        |which: usize| if let Control::Force(force) = controls[which] { force } else { 0.0 };
-    let normal = problem.resultants(&iterate.p)[0];
+/// Says why an iterate is no solution. It is sliding if the iterate's pressure shows that friction
+/// cannot carry the prescribed force; otherwise it is what the solver said.
+pub(super) fn explain(problem: &Problem, controls: &PerDof<Control>, iterate: &Iterate) -> Stop {
+    let force = |dof: Dof| if let Control::Force(force) = controls[dof] { force } else { 0.0 };
+    let normal = problem.resultants(&iterate.p)[Dof::Approach];
     let touches = problem.grid.active().any(|e| iterate.p[e] > 0.0 || problem.f[e] > 0.0);
-    // a tilt that a moment governs could still bring them together
-    let settled = [0, 3, 4].iter().all(|which| matches!(controls[*which], Control::Motion(_)));
+    // A tilt that a moment governs could still bring them together.
+    let settled = [Dof::Approach, Dof::TiltX, Dof::TiltY]
+        .iter()
+        .all(|dof| matches!(controls[*dof], Control::Motion(_)));
     if !touches
         && settled
-        && let Some(which) = [1, 2, 5].into_iter().find(|which| force(*which) != 0.0)
+        && let Some(dof) = Dof::TANGENTIAL.into_iter().find(|dof| force(*dof) != 0.0)
     {
-        return Stop::Slides { which };
+        return Stop::Slides { dof };
     }
     if normal > 0.0 && normal.is_finite() {
-        if let Some(which) = beyond_friction(problem.mu * normal, [force(1), force(2)]) {
-            return Stop::Slides { which };
+        if let Some(dof) = beyond_friction(problem.mu * normal, Dof::SHIFTS.map(force)) {
+            return Stop::Slides { dof };
         }
-        // about any centre the tractions μp₁ across the radius have the moment Σ μ p₁ r; least
-        // about the centre of pressure, nearly
-        let [_, _, _, tipping_x, tipping_y, _] = problem.resultants(&iterate.p);
-        let center = [-tipping_y / normal, tipping_x / normal];
+        // About any centre the tractions μp₁ across the radius have the moment Σ μ p₁ r, which is
+        // least about the centre of pressure, nearly.
+        let resultants = problem.resultants(&iterate.p);
+        let center = [-resultants[Dof::TiltY] / normal, resultants[Dof::TiltX] / normal];
         let arm = |[x, y]: [f64; 2]| (x - center[0]).hypot(y - center[1]);
         let carried: f64 = problem
             .grid
@@ -116,19 +121,20 @@ pub(super) fn explain(problem: &Problem, controls: &[Control; 6], iterate: &Iter
             .sum::<f64>()
             * problem.grid.element_area()
             * problem.mu;
-        if force(5).abs() >= carried && force(5) != 0.0 {
-            return Stop::Slides { which: 5 };
+        if force(Dof::Twist).abs() >= carried && force(Dof::Twist) != 0.0 {
+            return Stop::Slides { dof: Dof::Twist };
         }
     }
     iterate.stop
 }
 
-/// Differences between the resultants asked and those of `p`, over Σ|p||e| (moments in units of ℓ).
+/// Returns the differences between the `targets` and the resultants of `p` for the `governed`
+/// degrees of freedom, over Σ|p||e| (moments in units of ℓ).
 pub(super) fn imbalances(
     problem: &Problem,
     p: &[f64],
-    asked: &[f64; 6],
-    governed: &[usize],
+    targets: &PerDof<f64>,
+    governed: &[Dof],
 ) -> Vec<f64> {
     if governed.is_empty() {
         return Vec::new();
@@ -139,23 +145,22 @@ pub(super) fn imbalances(
     let size = problem.grid.active().map(largest).sum::<f64>()
         * problem.grid.element_area()
         * images(&problem.mirror);
-    // nothing is in balance with nothing
-    let relative = |off: f64| if off == 0.0 { 0.0 } else { off / size };
-    governed.iter().map(|&which| relative((resultants[which] - asked[which]).abs())).collect()
+    // Nothing is in balance with nothing.
+    let relative = |difference: f64| if difference == 0.0 { 0.0 } else { difference / size };
+    governed.iter().map(|&dof| relative((resultants[dof] - targets[dof]).abs())).collect()
 }
 
-/// An approach at which springs under each element, as stiff together as a half-space under their
-/// area, carry the load.
-pub(super) fn first_approach(problem: &Problem, motion: &[f64; 6], load: f64) -> f64 {
+/// Returns an approach at which springs under each element, as stiff together as a half-space under
+/// their area, carry the load.
+pub(super) fn first_approach(problem: &Problem, motion: &PerDof<f64>, load: f64) -> f64 {
     let mut rigid = *motion;
-    rigid[0] = 0.0;
+    rigid[Dof::Approach] = 0.0;
     let heights: Vec<f64> = problem
         .grid
         .active()
         .map(|e| {
             let [x, y] = problem.grid.center(e);
-            problem.unmoved(e)
-                + rigid_modes(x, y)[0].iter().zip(&rigid).map(|(mode, q)| mode * q).sum::<f64>()
+            problem.unmoved(e) + rigid_displacement(x, y, &rigid)[0]
         })
         .collect();
     let area = problem.grid.element_area() * images(&problem.mirror);
@@ -165,7 +170,7 @@ pub(super) fn first_approach(problem: &Problem, motion: &[f64; 6], load: f64) ->
             sum += height + approach;
             count += 1.0;
         }
-        // a flat disk carries 2E*aδ on πa², E* = 2/c: a mean pressure of 4δ/πac
+        // A flat disk carries 2E*aδ on πa², with E* = 2/c: a mean pressure of 4δ/πac.
         if count == 0.0 {
             0.0
         } else {
@@ -173,7 +178,7 @@ pub(super) fn first_approach(problem: &Problem, motion: &[f64; 6], load: f64) ->
         }
     };
     let top = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    // what one element alone needs is nearly enough
+    // The approach that one element alone needs is nearly enough.
     let mut step = load * (std::f64::consts::PI * area).sqrt() / (4.0 * area);
     while carried(-top + step) < load && step < f64::MAX / 4.0 {
         step *= 2.0;

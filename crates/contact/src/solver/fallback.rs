@@ -1,64 +1,61 @@
-//! Newton's method with ways back. Where it does not converge, the motions that forces govern are
-//! found in an outer iteration; where it does not converge with all motion prescribed, it takes
-//! turns with Seidel sweeps, which always bring the iterate nearer, and in the end these are left
+//! Newton's method, and what is tried where it fails. If it does not converge, an outer iteration
+//! finds the motions that forces govern. If it does not converge with all motions prescribed, it
+//! takes turns with Seidel sweeps, which always bring the iterate nearer. In the end the sweeps run
 //! alone.
 
-use super::iterate::{Iterate, Start, Stop, StopRule};
+use super::iterate::{Conditions, Iterate, Start, Stop, StopRule};
 use super::{load_control, newton, seidel};
 use crate::influence::{Direction, Mirror};
-use crate::model::{Control, Way};
+use crate::model::{Control, Dof, Way};
 use crate::problem::{Operator, Operators, Problem, Stage};
 
-/// Rounds of Seidel sweeps that may bring a start within Newton's reach, and the sweeps of each.
+/// The number of rounds of Seidel sweeps that may bring a start within Newton's reach.
 const ROUNDS: u32 = 6;
+/// The number of sweeps of a round.
 const SWEEPS: u32 = 25;
 
-/// Solves `problem` under `controls` from `start`: stage by stage, and where a stage fails as a
-/// whole.
+/// Solves `problem` under the `conditions` stage by stage; where a stage fails, as a whole.
 pub(super) fn solve(
     problem: &mut Problem,
     operators: &mut Operators,
     stages: &[Stage],
-    controls: &[Control; 6],
-    start: &Start,
-    rule: &StopRule,
+    conditions: &Conditions<'_>,
 ) -> Iterate {
-    let direct = staged(problem, operators, stages, controls, start, rule);
+    let direct = staged(problem, operators, stages, conditions);
     if matches!(direct.stop, Stop::Converged | Stop::OutOfIterations { .. }) {
         return direct;
     }
     let operator = operators.of(problem);
-    let second = load_control::solve(problem, &operator, controls, start, rule, prescribed);
-    after(&direct, second)
+    let second = load_control::solve(problem, &operator, conditions, prescribed);
+    adding_work(&direct, second)
 }
 
-/// Newton's method on one stage after the other.
+/// Solves one stage after the other by Newton's method.
 fn staged(
     problem: &mut Problem,
     operators: &mut Operators,
     stages: &[Stage],
-    controls: &[Control; 6],
-    start: &Start,
-    rule: &StopRule,
+    conditions: &Conditions<'_>,
 ) -> Iterate {
-    let mut all = Iterate {
+    let Conditions { controls, start, rule } = *conditions;
+    let mut total = Iterate {
         p: vec![0.0; problem.f.len()],
         motion: start.motion,
         stop: Stop::Converged,
         iterations: 0,
         operator_applications: 0,
-        way: Way::Newton,
+        route: Way::Newton,
     };
-    for (motion, control) in all.motion.iter_mut().zip(controls) {
+    for (motion, control) in total.motion.iter_mut().zip(controls) {
         if let Control::Motion(value) = control {
             *motion = *value;
         }
     }
     let k = problem.grid.len();
     for stage in stages {
-        let given = (!stage.components.contains(Direction::N)).then(|| &all.p[..k]);
+        let given = (!stage.components.contains(Direction::N)).then(|| &total.p[..k]);
         let reduced = problem.reduced(stage.components, stage.mirror, given);
-        // a coarse grid may have no plane of elements' edges in its middle
+        // A coarse grid may have no plane of elements' edges in its middle.
         let whole = || {
             problem
                 .reduced(stage.components, Mirror::NONE, given)
@@ -66,32 +63,35 @@ fn staged(
         };
         let mut reduced = reduced.unwrap_or_else(|_| whole());
         let operator = operators.of(&reduced);
-        // what the stage has no components for, or what a mirror plane forbids, stays where it is
-        let mut own = *controls;
-        for (which, control) in own.iter_mut().enumerate() {
-            if !reduced.moves(which) {
-                *control = Control::Motion(all.motion[which]);
+        // A motion that the stage has no components for, or that a mirror plane forbids, stays as
+        // it is.
+        let mut stage_controls = *controls;
+        for dof in Dof::ALL {
+            if !reduced.moves(dof) {
+                stage_controls[dof] = Control::Motion(total.motion[dof]);
             }
         }
-        let from = Start {
+        let stage_start = Start {
             p: problem.part(reduced.components, reduced.mirror, &start.p),
-            motion: all.motion,
+            motion: total.motion,
         };
-        let solved = newton::solve(&mut reduced, &operator, &own, &from, rule);
-        all.iterations += solved.iterations;
-        all.operator_applications += solved.operator_applications;
-        problem.extend(&reduced, &solved.p, &mut all.p);
-        all.motion = solved.motion;
-        all.stop = solved.stop;
+        let conditions = Conditions { controls: &stage_controls, start: &stage_start, rule };
+        let solved = newton::solve(&mut reduced, &operator, &conditions);
+        total.iterations += solved.iterations;
+        total.operator_applications += solved.operator_applications;
+        problem.extend(&reduced, &solved.p, &mut total.p);
+        total.motion = solved.motion;
+        total.stop = solved.stop;
         if solved.stop != Stop::Converged {
             break;
         }
     }
-    problem.place(&all.motion);
-    all
+    problem.place(&total.motion);
+    total
 }
 
-/// All motion prescribed: Newton's method and Seidel sweeps in turn, in the end the latter alone.
+/// Solves `problem` at prescribed motions: Newton's method and Seidel sweeps take turns, and in the
+/// end the sweeps run alone.
 fn prescribed(
     problem: &mut Problem,
     operator: &Operator,
@@ -99,31 +99,28 @@ fn prescribed(
     rule: &StopRule,
 ) -> Iterate {
     let controls = start.motion.map(Control::Motion);
-    let mut iterate = newton::solve(problem, operator, &controls, start, rule);
+    let mut iterate =
+        newton::solve(problem, operator, &Conditions { controls: &controls, start, rule });
     for round in 0..=ROUNDS {
         if iterate.stop == Stop::Converged {
             break;
         }
-        let from = if round == 0 { start.p.clone() } else { iterate.p.clone() };
+        let tractions = if round == 0 { start.p.clone() } else { iterate.p.clone() };
         let sweeps = if round < ROUNDS { SWEEPS } else { rule.max_iterations };
         let swept = seidel::solve(
             problem,
             &operator.table,
-            from,
+            tractions,
             &StopRule { max_iterations: sweeps, ..*rule },
         );
-        let swept = after(&iterate, swept);
+        let swept = adding_work(&iterate, swept);
         if swept.stop == Stop::Converged {
-            return Iterate { motion: start.motion, way: Way::NewtonAndSeidel, ..swept };
+            return Iterate { motion: start.motion, route: Way::NewtonAndSeidel, ..swept };
         }
-        let tried = newton::solve(
-            problem,
-            operator,
-            &controls,
-            &Start { p: swept.p.clone(), motion: start.motion },
-            rule,
-        );
-        iterate = Iterate { way: Way::NewtonAndSeidel, ..after(&swept, tried) };
+        let swept_start = Start { p: swept.p.clone(), motion: start.motion };
+        let conditions = Conditions { controls: &controls, start: &swept_start, rule };
+        let tried = newton::solve(problem, operator, &conditions);
+        iterate = Iterate { route: Way::NewtonAndSeidel, ..adding_work(&swept, tried) };
         if iterate.stop != Stop::Converged {
             iterate.p = swept.p;
         }
@@ -131,12 +128,12 @@ fn prescribed(
     iterate
 }
 
-/// The second of two attempts, with the work of both.
-fn after(first: &Iterate, second: Iterate) -> Iterate {
+/// Returns the second of two attempts, with the work of both.
+fn adding_work(first: &Iterate, second: Iterate) -> Iterate {
     Iterate {
         iterations: first.iterations + second.iterations,
         operator_applications: first.operator_applications + second.operator_applications,
-        way: first.way.max(second.way),
+        route: first.route.max(second.route),
         ..second
     }
 }

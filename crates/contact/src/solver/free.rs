@@ -1,32 +1,34 @@
 //! The free components of a contact whose elements are known to be open, to stick or to slip: the
 //! unknowns of Newton's method.
 //!
-//! They are kept without gaps, element after element: p₁ where it is free, then both tangential
-//! components where an element sticks and the one across its traction where it slips. Fields to and
-//! from them live on a [`Window`], which holds the contact.
+//! They are kept without gaps, element after element: first p₁ if it is free, then both tangential
+//! components if the element sticks, or the one across its traction if it slips. The fields that
+//! they come from and go to live on a [`Window`], which holds the contact.
 
 use crate::common::parallel::{self, BAND};
 use crate::influence::Window;
 use crate::problem::Problem;
 
-/// What the tangential tractions of an element in contact do under the linearised map.
+/// The state of the tangential tractions of an element in contact under the linearised map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum ContactState {
-    /// Both are free.
+    /// Both components are free.
     Stick,
-    /// Only that across n, the direction of the traction, is, and not even this one where σ is
-    /// infinite.
+    /// Only the component across n, the direction of the traction, is free, and not even this one
+    /// if σ is infinite.
     Slip { n: [f64; 2], sigma: f64 },
 }
 
 /// An element in contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ContactElement {
-    /// Its column and row of the problem's grid.
+    /// The column of the problem's grid.
     pub(super) i: u32,
+    /// The row of the problem's grid.
     pub(super) j: u32,
-    /// Whether p₁ is free: below the ceiling.
+    /// True if p₁ is free, that is, below the ceiling.
     pub(super) pressed: bool,
+    /// The state of its tangential tractions.
     pub(super) state: ContactState,
 }
 
@@ -34,15 +36,16 @@ pub(super) struct ContactElement {
 #[derive(Debug)]
 pub(super) struct Free {
     window: Window,
-    /// Block of a field that holds each of the components n, x, y.
+    /// The block of a field that holds each of the components n, x, y.
     blocks: [Option<usize>; 3],
-    /// Bands of whole rows of the window, each with its elements and its unknowns.
+    /// The bands of whole rows of the window, each with its elements and its unknowns.
     bands: Vec<Band>,
-    /// Rows of a band.
+    /// The number of rows of a band.
     rows: usize,
     unknowns: usize,
 }
 
+/// A band of whole rows of the window: its elements in contact, and the number of their unknowns.
 #[derive(Debug)]
 struct Band {
     elements: Vec<ContactElement>,
@@ -50,7 +53,7 @@ struct Band {
 }
 
 impl Free {
-    /// Of elements in the order of their elements, all in the window.
+    /// Takes elements in the order of the grid, all of them in the window.
     pub(super) fn new(problem: &Problem, window: Window, elements: &[ContactElement]) -> Self {
         let mut blocks = [None; 3];
         problem.blocks().for_each(|(block, c)| blocks[c] = Some(block));
@@ -62,24 +65,25 @@ impl Free {
             let (elements, others) =
                 left.split_at(left.partition_point(|element| (element.j as usize) < end));
             left = others;
-            let unknowns = elements.iter().map(|element| free.count(element)).sum();
+            let unknowns = elements.iter().map(|element| free.unknowns_of(element)).sum();
             free.unknowns += unknowns;
             free.bands.push(Band { elements: elements.to_vec(), unknowns });
         }
         free
     }
 
-    /// Number of unknowns.
+    /// Returns the number of unknowns.
     pub(super) fn len(&self) -> usize {
         self.unknowns
     }
 
-    /// Values of a field on the window.
+    /// Returns the number of values of a field on the window.
     pub(super) fn field_len(&self) -> usize {
         self.blocks.iter().flatten().count() * self.window.len()
     }
 
-    fn count(&self, element: &ContactElement) -> usize {
+    /// Returns the number of unknowns of an element.
+    fn unknowns_of(&self, element: &ContactElement) -> usize {
         usize::from(element.pressed)
             + match element.state {
                 ContactState::Stick => self.blocks[1..].iter().flatten().count(),
@@ -87,16 +91,16 @@ impl Free {
             }
     }
 
-    /// Place of a spot in a block of the window.
+    /// Returns the place of an element in a block of the window.
     fn place(&self, element: &ContactElement) -> usize {
         (element.j as usize - self.window.first[1]) * self.window.size[0] + element.i as usize
             - self.window.first[0]
     }
 
-    /// Tractions of free components. On slipping elements p_t·n = `mu` p₁; `weight`(σ) goes to what
-    /// is across.
+    /// Writes the tractions of the free components `unknowns` into `field`. On slipping elements
+    /// p_t·n = `mu` p₁, and the transverse component is multiplied by `weight`(σ).
     ///
-    /// `field` is written where there are elements only.
+    /// The function writes `field` only where there are elements.
     pub(super) fn expand(
         &self,
         field: &mut [f64],
@@ -109,16 +113,17 @@ impl Free {
             .map(|block| block.chunks_mut(self.rows * self.window.size[0]))
             .collect();
         let mut left = unknowns;
-        let mut pieces = Vec::with_capacity(self.bands.len());
-        for (at, band) in self.bands.iter().enumerate() {
+        let mut bands = Vec::with_capacity(self.bands.len());
+        for (number, band) in self.bands.iter().enumerate() {
             let (unknowns, others) = left.split_at(band.unknowns);
             left = others;
-            let parts: [&mut [f64]; 3] = self
+            let components: [&mut [f64]; 3] = self
                 .blocks
                 .map(|block| block.and_then(|block| blocks[block].next()).unwrap_or_default());
-            pieces.push((at * self.rows * self.window.size[0], &band.elements, unknowns, parts));
+            let start = number * self.rows * self.window.size[0];
+            bands.push((start, &band.elements, unknowns, components));
         }
-        parallel::each(self.unknowns, pieces, |(start, elements, unknowns, mut parts)| {
+        parallel::each(self.unknowns, bands, |(start, elements, unknowns, mut components)| {
             let mut unknowns = unknowns.iter().copied();
             let mut next = || unknowns.next().unwrap_or(0.0);
             for element in elements {
@@ -134,16 +139,18 @@ impl Free {
                     }
                 };
                 let place = self.place(element) - start;
-                for (part, value) in parts.iter_mut().zip([normal, tangential[0], tangential[1]]) {
-                    if let Some(at) = part.get_mut(place) {
-                        *at = value;
+                let tractions = [normal, tangential[0], tangential[1]];
+                for (component, value) in components.iter_mut().zip(tractions) {
+                    if let Some(entry) = component.get_mut(place) {
+                        *entry = value;
                     }
                 }
             }
         });
     }
 
-    /// Writes tractions of the elements in contact into a field on the window, from their places.
+    /// Writes the tractions of the elements in contact into a field on the window. `values` gives
+    /// the (n, x, y) tractions of an element from its place in the window.
     pub(super) fn write(
         &self,
         field: &mut [f64],
@@ -152,27 +159,28 @@ impl Free {
         let size = self.window.size[0] * self.rows;
         let mut blocks: Vec<_> =
             field.chunks_exact_mut(self.window.len()).map(|block| block.chunks_mut(size)).collect();
-        let bands = self.bands.iter().enumerate().map(|(at, band)| {
-            let parts: [&mut [f64]; 3] = self
+        let bands = self.bands.iter().enumerate().map(|(number, band)| {
+            let components: [&mut [f64]; 3] = self
                 .blocks
                 .map(|block| block.and_then(|block| blocks[block].next()).unwrap_or_default());
-            (at * size, &band.elements, parts)
+            (number * size, &band.elements, components)
         });
-        parallel::each(self.unknowns, bands.collect(), |(start, elements, mut parts)| {
+        parallel::each(self.unknowns, bands.collect(), |(start, elements, mut components)| {
             for element in elements {
                 let place = self.place(element);
-                for (part, value) in parts.iter_mut().zip(values(element, place)) {
-                    if let Some(at) = part.get_mut(place - start) {
-                        *at = value;
+                for (component, value) in components.iter_mut().zip(values(element, place)) {
+                    if let Some(entry) = component.get_mut(place - start) {
+                        *entry = value;
                     }
                 }
             }
         });
     }
 
-    /// Rows of the free components, of the values that `values` gives for a place in the window, n,
-    /// x, y: with p₁ goes `mu` times what is along the traction of a slipping element; of what is
-    /// across it, `across`(σ, row, its number) makes the row.
+    /// Projects a vector per element onto the free components. `values` gives the (n, x, y) vector
+    /// of an element from its place in the window. On a slipping element the row of p₁ receives the
+    /// normal component plus `mu` times the component along the traction; the row of the transverse
+    /// traction is `across`(σ, transverse component, row index).
     pub(super) fn restrict(
         &self,
         rows: &mut [f64],
@@ -181,34 +189,35 @@ impl Free {
         across: impl Fn(f64, f64, usize) -> f64 + Sync,
     ) {
         let (mut left, mut first) = (rows, 0);
-        let mut pieces = Vec::with_capacity(self.bands.len());
+        let mut bands = Vec::with_capacity(self.bands.len());
         for band in &self.bands {
             let (rows, others) = left.split_at_mut(band.unknowns);
-            pieces.push((first, &band.elements, rows));
+            bands.push((first, &band.elements, rows));
             (left, first) = (others, first + band.unknowns);
         }
-        parallel::each(self.unknowns, pieces, |(first, elements, rows)| {
+        parallel::each(self.unknowns, bands, |(first, elements, rows)| {
             let mut next = 0;
             for element in elements {
-                let own = values(element, self.place(element));
+                let vector = values(element, self.place(element));
                 if element.pressed {
                     rows[next] = match element.state {
                         ContactState::Slip { n, .. } => {
-                            own[0] + mu * (own[1] * n[0] + own[2] * n[1])
+                            vector[0] + mu * (vector[1] * n[0] + vector[2] * n[1])
                         }
-                        ContactState::Stick => own[0],
+                        ContactState::Stick => vector[0],
                     };
                     next += 1;
                 }
                 match element.state {
                     ContactState::Stick => {
                         for c in [1, 2].into_iter().filter(|c| self.blocks[*c].is_some()) {
-                            rows[next] = own[c];
+                            rows[next] = vector[c];
                             next += 1;
                         }
                     }
                     ContactState::Slip { n, sigma } if sigma.is_finite() => {
-                        rows[next] = across(sigma, own[2] * n[0] - own[1] * n[1], first + next);
+                        let transverse = vector[2] * n[0] - vector[1] * n[1];
+                        rows[next] = across(sigma, transverse, first + next);
                         next += 1;
                     }
                     ContactState::Slip { .. } => {}
@@ -217,17 +226,18 @@ impl Free {
         });
     }
 
-    /// The same of a field on the window, as it is.
+    /// Projects a field on the window onto the free components, as it is.
     pub(super) fn rows_of(&self, rows: &mut [f64], field: &[f64]) {
         self.restrict(rows, 0.0, |_, place| self.at(field, place), |_, row, _| row);
     }
 
-    /// The components of a field on the window at a place, zero for those it has not.
+    /// Returns the components (n, x, y) of a field on the window at a place; those that the field
+    /// does not have are zero.
     pub(super) fn at(&self, field: &[f64], place: usize) -> [f64; 3] {
         self.blocks.map(|block| block.map_or(0.0, |block| field[block * self.window.len() + place]))
     }
 
-    /// The elements in contact with their places in the window.
+    /// Returns the elements in contact with their places in the window.
     pub(super) fn elements(&self) -> impl Iterator<Item = (&ContactElement, usize)> {
         self.bands
             .iter()
@@ -235,6 +245,7 @@ impl Free {
             .map(|element| (element, self.place(element)))
     }
 
+    /// Returns the window around the contact.
     pub(super) fn window(&self) -> &Window {
         &self.window
     }

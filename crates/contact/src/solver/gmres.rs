@@ -1,68 +1,77 @@
 //! GMRES with right preconditioning (Saad and Schultz 1986, doi:10.1137/0907058), restarted.
 //!
-//! New directions are made orthogonal to all others at once, which reads the memory they are in
-//! twice, and a second time where the first has cancelled much (Daniel, Gragg, Kaufman and Stewart
-//! 1976, doi:10.1090/S0025-5718-1976-0431641-8).
+//! A new direction is made orthogonal to all others at once, which reads their memory twice. It is
+//! done a second time where the first has cancelled much (Daniel, Gragg, Kaufman and Stewart 1976,
+//! doi:10.1090/S0025-5718-1976-0431641-8).
 
 use super::vector::{add, norm, products, scale};
 
-/// Largest number of directions kept before a restart.
+/// The largest number of directions kept before a restart.
 const RESTART: usize = 80;
 
-/// A direction that this share of is left of when made orthogonal has lost too many digits.
+/// The share of its length below which a direction, made orthogonal, has lost too many digits.
 const CANCELLED: f64 = 0.1;
 
 /// A linear system with an approximate inverse.
 pub(crate) trait LinearSystem {
-    /// `image` = A `x`.
+    /// Sets `image` to A `x`.
     fn apply(&mut self, image: &mut [f64], x: &[f64]);
 
-    /// `x` ≈ A⁻¹ `rows`.
+    /// Sets `x` to about A⁻¹ `rows`.
     fn precondition(&mut self, x: &mut [f64], rows: &[f64]);
 }
 
-/// Directions of the solves before, whose memory the next one uses again; no more than one solve
-/// has at once.
+/// The directions of earlier solves, whose memory the next one uses again. They are no more than
+/// one solve has at once.
 #[derive(Debug, Default)]
 pub(crate) struct Memory(Vec<Vec<f64>>);
 
 impl Memory {
-    /// A vector of this length, with whatever is in it.
+    /// Returns a vector of this length, with arbitrary contents.
     fn vector(&mut self, len: usize) -> Vec<f64> {
         match self.0.pop() {
             Some(mut vector) => {
                 vector.resize(len, 0.0);
                 vector
             }
-            // not touched before the threads that write it do
+            // The memory is not touched before the threads that write it do so.
             None => vec![0.0; len],
         }
     }
 }
 
-/// What an iteration came to.
+/// The figures of a linear solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct KrylovFigures {
-    /// Residual over the right-hand side.
+    /// The norm of the residual over that of the right-hand side.
     pub(crate) residual: f64,
-    /// Applications of the operator.
+    /// The number of applications of the operator.
     pub(crate) applications: u64,
 }
 
-/// Solves `system`·x = `rhs` from x = 0 to the relative residual `tolerance`. The result does not
-/// depend on the number of threads.
+/// The answer of a linear solve.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct KrylovSolution {
+    /// The unknowns.
+    pub(crate) x: Vec<f64>,
+    /// The residual that is left, and the work.
+    pub(crate) figures: KrylovFigures,
+}
+
+/// Solves `system`·x = `rhs` from x = 0 to the relative residual `tolerance`, or until
+/// `max_applications` are spent. The result does not depend on the number of threads.
 pub(crate) fn solve(
     rhs: &[f64],
     tolerance: f64,
     max_applications: u64,
     system: &mut impl LinearSystem,
     memory: &mut Memory,
-) -> (Vec<f64>, KrylovFigures) {
+) -> KrylovSolution {
     let size = norm(rhs);
     let mut x = vec![0.0; rhs.len()];
     let mut figures = KrylovFigures { residual: 0.0, applications: 0 };
     if size == 0.0 {
-        return (x, figures);
+        return KrylovSolution { x, figures };
     }
     let mut residual = rhs.to_vec();
     let mut prepared = vec![0.0; rhs.len()];
@@ -73,11 +82,11 @@ pub(crate) fn solve(
             || figures.applications >= max_applications
             || !start.is_finite()
         {
-            return (x, figures);
+            return KrylovSolution { x, figures };
         }
         scale(&mut residual, 1.0 / start);
         let mut basis = vec![residual];
-        // the triangular factor column by column, and the rotations that made it
+        // The triangular factor is kept column by column, with the rotations that made it.
         let (mut columns, mut rotations): (Vec<Vec<f64>>, Vec<(f64, f64)>) =
             (Vec::new(), Vec::new());
         let mut rest = vec![start];
@@ -115,20 +124,20 @@ pub(crate) fn solve(
             weights[i] = (rest[i] - known) / columns[i][i];
         }
         if columns.is_empty() {
-            return (x, figures);
+            return KrylovSolution { x, figures };
         }
-        // the preconditioner once more is cheaper than keeping every preconditioned direction
+        // Another use of the preconditioner is cheaper than keeping every preconditioned direction.
         let mut sum = vec![0.0; rhs.len()];
         add(&mut sum, &weights, &basis);
         memory.0.append(&mut basis);
-        // one of them did not come from here
+        // One of them did not come from the memory.
         memory.0.truncate(RESTART + 1);
         system.precondition(&mut prepared, &sum);
         x.iter_mut().zip(&prepared).for_each(|(x, z)| *x += z);
         if rest[columns.len()].abs() <= tolerance * size || figures.applications >= max_applications
         {
             figures.residual = rest[columns.len()].abs() / size;
-            return (x, figures);
+            return KrylovSolution { x, figures };
         }
         residual = sum;
         system.apply(&mut residual, &x);
@@ -137,8 +146,8 @@ pub(crate) fn solve(
     }
 }
 
-/// Takes from `v` what it has of the directions; gives how much that was, and what is left of its
-/// length.
+/// Subtracts from `v` its components along the directions; returns these components, and the length
+/// that is left.
 fn orthogonalise(v: &mut [f64], basis: &[Vec<f64>]) -> (Vec<f64>, f64) {
     let (mut along, square) = products(basis, v);
     let minus: Vec<f64> = along.iter().map(|a| -a).collect();
@@ -156,7 +165,7 @@ fn orthogonalise(v: &mut [f64], basis: &[Vec<f64>]) -> (Vec<f64>, f64) {
 mod tests {
     use super::*;
 
-    /// Three diagonals, and the middle one as preconditioner or nothing.
+    /// A matrix of three diagonals, with the middle one or nothing as preconditioner.
     struct Tridiagonal {
         preconditioned: bool,
     }
@@ -184,21 +193,21 @@ mod tests {
         let mut memory = Memory::default();
         for n in [3, 40, 200] {
             let rhs: Vec<f64> = (0..n).map(|i| (i as f64).cos()).collect();
-            let (x, figures) =
+            let KrylovSolution { x, figures } =
                 solve(&rhs, 1e-11, 2000, &mut Tridiagonal { preconditioned: false }, &mut memory);
             let mut back = vec![0.0; n];
             Tridiagonal { preconditioned: false }.apply(&mut back, &x);
             let defect =
                 norm(&back.iter().zip(&rhs).map(|(a, b)| a - b).collect::<Vec<_>>()) / norm(&rhs);
             assert!(defect <= 1.1e-11 && figures.residual <= 1e-11, "{n}: {defect:e} {figures:?}");
-            let (_, preconditioned) =
+            let KrylovSolution { figures: preconditioned, .. } =
                 solve(&rhs, 1e-11, 2000, &mut Tridiagonal { preconditioned: true }, &mut memory);
             assert!(preconditioned.applications <= figures.applications);
         }
-        // long enough to restart, again and again
+        // The system is large enough to restart again and again.
         let rhs: Vec<f64> = (0..2000).map(|i| (i as f64).cos()).collect();
         for _ in 0..3 {
-            let (_, figures) =
+            let KrylovSolution { figures, .. } =
                 solve(&rhs, 1e-13, 400, &mut Tridiagonal { preconditioned: false }, &mut memory);
             assert!(
                 figures.applications > 2 * RESTART as u64 && memory.0.len() <= RESTART + 1,
@@ -207,7 +216,7 @@ mod tests {
             );
         }
         assert_eq!(
-            solve(&[0.0; 4], 1e-8, 10, &mut Tridiagonal { preconditioned: false }, &mut memory).0,
+            solve(&[0.0; 4], 1e-8, 10, &mut Tridiagonal { preconditioned: false }, &mut memory).x,
             [0.0; 4]
         );
     }

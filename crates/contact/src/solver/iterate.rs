@@ -1,82 +1,93 @@
-//! Where a solver begins, what it hands over, and when it may stop.
+//! The start of a solver, the iterate that it hands over, and the rule by which it may stop.
 
-use crate::model::Way;
+use crate::model::{Control, Dof, PerDof, Way};
 
-/// Where a solver begins, in the problem's units.
+/// The place where a solver begins, in the problem's units.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Start {
-    /// Tractions, zero where masked.
-    pub p: Vec<f64>,
-    /// Rigid motion.
-    pub motion: [f64; 6],
+pub(crate) struct Start {
+    /// The tractions, zero where masked.
+    pub(crate) p: Vec<f64>,
+    /// The rigid motion.
+    pub(crate) motion: PerDof<f64>,
 }
 
-/// What a solver hands over. Whether it is a solution is for the certificate to say.
+/// The result of a solver. The certificate says whether it is a solution.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Iterate {
-    /// Tractions, three blocks [n | x | y], in the problem's units.
+    /// The tractions in three blocks [n | x | y], in the problem's units.
     pub p: Vec<f64>,
-    /// Rigid motion, in the problem's units and the order of
-    /// [`Step::NAMES`](crate::model::Step::NAMES).
-    pub motion: [f64; 6],
-    /// Why the solver stopped.
+    /// The rigid motion, in the problem's units.
+    pub motion: PerDof<f64>,
+    /// The reason why the solver stopped.
     pub stop: Stop,
-    /// Iterations of the method.
+    /// The number of the method's iterations.
     pub iterations: u64,
-    /// Operator applications (a Seidel sweep counts as one).
+    /// The number of operator applications; a Seidel sweep counts as one.
     pub operator_applications: u64,
-    /// How it was found.
-    pub way: Way,
+    /// The route by which it was found.
+    pub route: Way,
 }
 
-/// Why a solver stopped.
+/// The reason why a solver stopped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stop {
-    /// Its own measure of the residual met the tolerance.
+    /// The solver's own measure of the residual met the tolerance.
     Converged,
-    /// It used up its iterations with this residual.
+    /// The solver used up its iterations with this residual.
     OutOfIterations {
-        /// Relative natural-map residual of the iterate.
+        /// The relative natural-map residual of the iterate.
         residual: f64,
     },
-    /// The residual stopped falling: rounding, or iterates that go round in circles.
+    /// The residual stopped falling, because of rounding or because the iterates go round in
+    /// circles.
     Stalled {
-        /// Smallest relative natural-map residual seen.
+        /// The smallest relative natural-map residual seen.
         residual: f64,
     },
     /// The iterates left the range of doubles.
     Diverged,
-    /// A tangential force or twisting moment is asked that friction cannot carry: all that is in
-    /// contact slips.
+    /// The target is a tangential force or twisting moment that friction cannot carry: all elements
+    /// in contact slip.
     Slides {
-        /// Which resultant, in the order of [`Step::NAMES`](crate::model::Step::NAMES).
-        which: usize,
+        /// The degree of freedom of that force or moment.
+        dof: Dof,
     },
-    /// No rigid motion was found that gives a resultant that is asked.
+    /// No rigid motion was found that gives a resultant that is prescribed.
     Unbalanced {
-        /// Which resultant.
-        which: usize,
+        /// The degree of freedom of that force or moment.
+        dof: Dof,
     },
     /// A moment governs a tilt about a single row of elements, which moves none of them.
     OneRow {
-        /// Which resultant.
-        which: usize,
+        /// The degree of freedom of that tilt.
+        dof: Dof,
     },
 }
 
 impl Stop {
-    /// Whether the solver takes its iterate for a solution, or for something the certificate may
-    /// still accept.
-    pub fn is_solution(&self) -> bool {
+    /// Returns whether the solver takes its iterate for a solution, or for something that the
+    /// certificate may still accept.
+    pub(crate) fn is_solution(&self) -> bool {
         !matches!(self, Stop::Slides { .. } | Stop::Unbalanced { .. } | Stop::OneRow { .. })
     }
 }
 
-/// When a solver may stop.
+/// The rule by which a solver may stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StopRule {
-    /// Relative natural-map residual to reach.
+    /// The relative natural-map residual to reach.
     pub tolerance: f64,
-    /// Iterations after which to give up.
+    /// The number of iterations after which the solver gives up.
     pub max_iterations: u32,
+}
+
+/// The target of a solve, its start, and the rule by which it may stop.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Conditions<'a> {
+    /// The motions and forces that govern the punch, in the problem's units.
+    pub(crate) controls: &'a PerDof<Control>,
+    /// The place where the solver begins.
+    pub(crate) start: &'a Start,
+    /// The rule by which it may stop.
+    pub(crate) rule: &'a StopRule,
 }

@@ -1,37 +1,47 @@
-//! Load control for a method that only knows prescribed motions: an outer iteration.
+//! Load control for a method that only knows prescribed motions, as an outer iteration.
 
 use faer::linalg::solvers::Solve;
 
 use super::controls::{first_approach, governed, imbalances, target};
-use super::iterate::{Iterate, Start, Stop, StopRule};
+use super::iterate::{Conditions, Iterate, Start, Stop, StopRule};
 use super::newton;
-use crate::model::{Control, Way};
+use crate::model::{Dof, PerDof, Way};
 use crate::problem::{Operator, Problem};
 
-/// Outer iterations after which load control gives up.
+/// The number of outer iterations after which load control gives up.
 const MAX_ROUNDS: u64 = 40;
 
-/// A solver for prescribed motions: solves the problem as it is placed, from these tractions.
+/// A solver for prescribed motions. It solves the problem as it is placed, from the tractions of
+/// the start.
 pub(super) type Inner = fn(&mut Problem, &Operator, &Start, &StopRule) -> Iterate;
 
-/// The motions that a force governs by Newton's method on the resultants: their derivative is that
-/// of the linearised map, each evaluation a solve by `inner` from the last one's tractions.
+/// The outer step that led to a motion.
+struct OuterStep {
+    /// The motion before it.
+    motion: PerDof<f64>,
+    /// The changes of the motions that forces govern.
+    change: Vec<f64>,
+    /// The largest imbalance before it.
+    imbalance: f64,
+}
+
+/// Finds the motions that forces govern by Newton's method on the resultants. Their derivative is
+/// that of the linearised map; each evaluation is a solve by `inner` from the last one's tractions.
+/// Afterwards `problem` is at the motion found.
 pub(super) fn solve(
     problem: &mut Problem,
     operator: &Operator,
-    controls: &[Control; 6],
-    start: &Start,
-    rule: &StopRule,
+    conditions: &Conditions<'_>,
     inner: Inner,
 ) -> Iterate {
+    let Conditions { controls, start, rule } = *conditions;
     let governed = governed(controls);
-    let asked = controls.map(target);
-    let mut motion: [f64; 6] = std::array::from_fn(|which| {
-        if governed.contains(&which) { start.motion[which] } else { asked[which] }
-    });
+    let targets = controls.map(target);
+    let initial = |dof: Dof| if governed.contains(&dof) { start.motion[dof] } else { targets[dof] };
+    let mut motion = PerDof::from_fn(initial);
     let mut p = start.p.clone();
-    if governed.contains(&0) && p.iter().all(|p| *p == 0.0) {
-        motion[0] = first_approach(problem, &motion, asked[0]);
+    if governed.contains(&Dof::Approach) && p.iter().all(|p| *p == 0.0) {
+        motion[Dof::Approach] = first_approach(problem, &motion, targets[Dof::Approach]);
     }
     let mut total = Iterate {
         p: Vec::new(),
@@ -39,11 +49,10 @@ pub(super) fn solve(
         stop: Stop::Diverged,
         iterations: 0,
         operator_applications: 0,
-        way: if governed.is_empty() { Way::Newton } else { Way::NewtonWithinForces },
+        route: if governed.is_empty() { Way::Newton } else { Way::NewtonWithinForces },
     };
     let mut scratch = operator.scratch();
-    // the step that led here, and the imbalance before it
-    let mut last: Option<([f64; 6], Vec<f64>, f64)> = None;
+    let mut last: Option<OuterStep> = None;
     for round in 0.. {
         problem.place(&motion);
         let solved = inner(problem, operator, &Start { p, motion }, rule);
@@ -51,8 +60,8 @@ pub(super) fn solve(
         total.operator_applications += solved.operator_applications;
         p = solved.p;
         total.stop = solved.stop;
-        total.way = total.way.max(solved.way);
-        let worst = imbalances(problem, &p, &asked, &governed).into_iter().fold(0.0, f64::max);
+        total.route = total.route.max(solved.route);
+        let worst = imbalances(problem, &p, &targets, &governed).into_iter().fold(0.0, f64::max);
         if solved.stop != Stop::Converged || worst <= 0.5 * rule.tolerance {
             break;
         }
@@ -60,13 +69,13 @@ pub(super) fn solve(
             total.stop = Stop::OutOfIterations { residual: worst };
             break;
         }
-        if let Some((before, step, was)) = &mut last
-            && worst >= *was
+        if let Some(last) = &mut last
+            && worst >= last.imbalance
         {
-            // too far: halfway back
-            step.iter_mut().for_each(|step| *step *= 0.5);
-            motion = *before;
-            governed.iter().zip(step.iter()).for_each(|(&which, step)| motion[which] += step);
+            // The step was too far, so it is taken halfway back.
+            last.change.iter_mut().for_each(|change| *change *= 0.5);
+            motion = last.motion;
+            governed.iter().zip(&last.change).for_each(|(&dof, change)| motion[dof] += change);
             continue;
         }
         let mut w = vec![0.0; p.len()];
@@ -75,13 +84,13 @@ pub(super) fn solve(
         let (stiffness, applications) = newton::stiffness(problem, operator, &p, &w, &governed);
         total.operator_applications += applications + 1;
         let resultants = problem.resultants(&p);
-        let mut step = faer::Mat::from_fn(governed.len(), 1, |i, _| {
-            asked[governed[i]] - resultants[governed[i]]
+        let mut change = faer::Mat::from_fn(governed.len(), 1, |i, _| {
+            targets[governed[i]] - resultants[governed[i]]
         });
-        stiffness.full_piv_lu().solve_in_place(step.as_mut());
-        let step: Vec<f64> = (0..governed.len()).map(|i| step[(i, 0)]).collect();
-        last = Some((motion, step.clone(), worst));
-        governed.iter().zip(&step).for_each(|(&which, step)| motion[which] += step);
+        stiffness.full_piv_lu().solve_in_place(change.as_mut());
+        let change: Vec<f64> = (0..governed.len()).map(|i| change[(i, 0)]).collect();
+        last = Some(OuterStep { motion, change: change.clone(), imbalance: worst });
+        governed.iter().zip(&change).for_each(|(&dof, change)| motion[dof] += change);
         if motion.iter().any(|q| !q.is_finite()) {
             total.stop = Stop::Diverged;
             motion = total.motion;

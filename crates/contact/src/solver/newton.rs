@@ -1,91 +1,90 @@
-//! Semismooth Newton on the natural map p − Gᵘ_μ(p − E v), v = εp + Ap − f, with the rigid motions
-//! that a force governs among the unknowns.
+//! A semismooth Newton method on the natural map p − Gᵘ_μ(p − E v), v = εp + Ap − f, with the rigid
+//! motions that forces govern among the unknowns.
 //!
-//! With x = p − E v an element is open where x₁ ≤ 0 and then p = 0; in contact v₁ = 0, or p₁ = u
-//! where x₁ ≥ u. It sticks where |x_t| ≤ μ h_u(x₁) and then v_t = 0. It slips elsewhere: along n =
+//! With x = p − E v an element is open where x₁ ≤ 0, and then p = 0; in contact v₁ = 0, or p₁ = u
+//! where x₁ ≥ u. It sticks where |x_t| ≤ μ h_u(x₁), and then v_t = 0. It slips elsewhere: along n =
 //! x_t/|x_t| the traction follows the pressure, p_t·n = μ p₁, and across it the linearised
-//! projection asks σ (p + δp)_⊥ + (v + δv)_⊥ = 0 with κ = μ h_u(x₁)/|x_t| and σ = (1 − κ)/κE, which
-//! is |w_t|/μp₁ at a solution. What is left is a linear system for the free components, solved by
-//! GMRES with the inverse circulants of A's diagonal blocks as preconditioner, W C⁻¹ W with W =
-//! 1/√(1 + σ/2a) on p_⊥ and a the diagonal entry (Christensen, Klarbring, Pang and Strömberg 1998,
-//! doi:10.1002/(SICI)1097-0207(19980515)42:1<145::AID-NME358>3.0.CO;2-L, for the map; the reduction
-//! and the preconditioner are this project's).
+//! projection demands σ (p + δp)_⊥ + (v + δv)_⊥ = 0 with κ = μ h_u(x₁)/|x_t| and σ = (1 − κ)/κE,
+//! which is |w_t|/μp₁ at a solution. This leaves a linear system for the free components. GMRES
+//! solves it with the inverse circulants of A's diagonal blocks as preconditioner, W C⁻¹ W with W =
+//! 1/√(1 + σ/2a) on p_⊥ and a the diagonal entry. The map is that of Christensen, Klarbring, Pang
+//! and Strömberg 1998, doi:10.1002/(SICI)1097-0207(19980515)42:1<145::AID-NME358>3.0.CO;2-L; the
+//! reduction and the preconditioner are this project's.
 
 use std::ops::Range;
 
 use faer::linalg::solvers::Solve;
 
 use super::free::{ContactElement, ContactState, Free};
-use super::gmres::{self, LinearSystem, Memory};
-use super::iterate::{Iterate, Start, Stop, StopRule};
+use super::gmres::{self, KrylovSolution, LinearSystem, Memory};
+use super::iterate::{Conditions, Iterate, Stop};
 use super::{controls, vector};
 use crate::common::parallel;
 use crate::influence::{Components, Diagonals, Direction, Scratch, Window, weighted_images};
-use crate::model::{Control, Way, rigid_modes};
+use crate::model::{Dof, PerDof, Way, rigid_modes};
 use crate::problem::{Operator, Problem, h_u};
 
-/// Newton steps without a new smallest residual after which the iteration counts as stalled. Close
-/// to a solution every step but the first few at least halves it.
+/// The number of Newton steps without a new smallest residual after which the iteration counts as
+/// stalled. Close to a solution every step but the first few at least halves the residual.
 const PATIENCE: u64 = 12;
 
-/// Applications after which the answer of a linear solve is taken as it is.
+/// The number of applications after which the answer of a linear solve is taken as it is.
 const MOST_APPLICATIONS: u64 = 400;
 
-/// Relative residual to which a linear system is solved at least. Looser, Newton's method under a
-/// flat disk of 200 or more elements across goes round in circles: with 0.1 it took 411
-/// applications under a pull at 200², or found nothing at 224², with 0.01 92 and 45. Under spheres
-/// both take about as many, 0.01 in fewer steps.
+/// The relative residual to which a linear system is solved at least. With a looser one, Newton's
+/// method under a flat disk of 200 or more elements across goes round in circles: with 0.1 it took
+/// 411 applications under a pull at 200², and found nothing at 224²; with 0.01 it took 92 and 45.
+/// Under spheres both take about as many, 0.01 in fewer steps.
 const LOOSEST: f64 = 0.01;
 
-/// Newton steps without a new smallest residual after which all that is in contact is taken to
-/// stick, once: a contact that begins to be pulled can go in circles between slip everywhere to one
-/// side and to the other, and slip eats in from the edges of what sticks.
+/// The number of Newton steps without a new smallest residual after which all that is in contact is
+/// taken to stick, once. A contact that begins to be pulled can go in circles between slip
+/// everywhere to one side and to the other; slip then eats in from the edges of what sticks.
 const CIRCLING: u64 = 3;
 
-/// Solves `problem` under `controls` (in the problem's units) from `start`; leaves the problem
-/// placed at the motion found.
-pub fn solve(
+/// Solves `problem` under the `conditions`; leaves it placed at the motion found. If no solution is
+/// found, the result is the iterate nearest to one.
+pub(crate) fn solve(
     problem: &mut Problem,
     operator: &Operator,
-    controls: &[Control; 6],
-    start: &Start,
-    rule: &StopRule,
+    conditions: &Conditions<'_>,
 ) -> Iterate {
+    let Conditions { controls, start, rule } = *conditions;
     let governed = controls::governed(controls);
-    let asked = controls.map(controls::target);
-    let mut motion: [f64; 6] = std::array::from_fn(|which| {
-        if governed.contains(&which) { start.motion[which] } else { asked[which] }
-    });
+    let targets = controls.map(controls::target);
+    let initial = |dof: Dof| if governed.contains(&dof) { start.motion[dof] } else { targets[dof] };
+    let mut motion = PerDof::from_fn(initial);
     let mut p = start.p.clone();
     let diagonals = operator.table.diagonals();
-    let target = 0.5 * rule.tolerance; // the certificate measures along another path of rounding
+    // The certificate measures along another path of rounding.
+    let target = 0.5 * rule.tolerance;
     let mut iterate = Iterate {
         p: Vec::new(),
         motion,
         stop: Stop::Diverged,
         iterations: 0,
         operator_applications: 0,
-        way: Way::Newton,
+        route: Way::Newton,
     };
-    if governed.contains(&0) && p.iter().all(|p| *p == 0.0) {
-        motion[0] = controls::first_approach(problem, &motion, asked[0]);
+    if governed.contains(&Dof::Approach) && p.iter().all(|p| *p == 0.0) {
+        motion[Dof::Approach] = controls::first_approach(problem, &motion, targets[Dof::Approach]);
     }
 
     let mut scratch = operator.scratch();
     let mut w = vec![0.0; p.len()];
     let mut memory = Memory::default();
-    // the operator of the linear systems, on the part of the grid that the contact needs
-    let mut part: Option<(Window, Operator)> = None;
-    // the iterate nearest to a solution, its figure and when it was: what goes out if no solution
-    // is found
-    let (mut best, mut best_at, mut best_iterate) = (f64::INFINITY, 0, (p.clone(), motion));
+    // The operator of the linear systems acts on the window of the grid that the contact needs.
+    let mut local: Option<(Window, Operator)> = None;
+    // The iterate nearest to a solution is kept with its figure and its iteration. It goes out if
+    // no solution is found.
+    let (mut best, mut best_iteration, mut best_iterate) = (f64::INFINITY, 0, (p.clone(), motion));
     iterate.stop = loop {
         problem.place(&motion);
         operator.apply(&mut w, &p, &mut scratch);
         iterate.operator_applications += 1;
         w.iter_mut().zip(&problem.f).for_each(|(w, f)| *w -= f);
         let residual = problem.residual(&p, &w, diagonals);
-        let imbalance = controls::imbalances(problem, &p, &asked, &governed);
+        let imbalance = controls::imbalances(problem, &p, &targets, &governed);
         let mut worst = imbalance.iter().copied().fold(residual, f64::max);
         if residual <= target && worst <= target {
             worst = problem.violation(&p).max(worst);
@@ -97,27 +96,27 @@ pub fn solve(
             break Stop::Diverged;
         }
         if worst < best {
-            (best, best_at) = (worst, iterate.iterations);
+            (best, best_iteration) = (worst, iterate.iterations);
             best_iterate.0.copy_from_slice(&p);
             best_iterate.1 = motion;
-        } else if iterate.iterations - best_at > PATIENCE {
+        } else if iterate.iterations - best_iteration > PATIENCE {
             break Stop::Stalled { residual: best };
         }
         if iterate.iterations >= u64::from(rule.max_iterations) {
             break Stop::OutOfIterations { residual: worst };
         }
         let mut contact = Contact::of(problem, &p, &w, diagonals);
-        if iterate.iterations - best_at == CIRCLING {
+        if iterate.iterations - best_iteration == CIRCLING {
             contact.stick(problem.mu);
         }
-        let (window, inner) = contact.part(problem, operator, &mut part);
+        let (window, inner) = contact.surroundings(problem, operator, &mut local);
         let mut linear = Linear::new(problem, inner, window, &contact, scratch);
         let forcing = (0.5 * worst.min(1.0).sqrt()).clamp(1e-6, LOOSEST).max(0.1 * target / worst);
-        let moved = linear.step(&mut p, &w, &asked, &governed, forcing, &mut memory);
+        let changes = linear.step(&mut p, &w, &targets, &governed, forcing, &mut memory);
         iterate.operator_applications += linear.applications;
         scratch = linear.scratch;
-        for (which, moved) in governed.iter().zip(moved) {
-            motion[*which] += moved;
+        for (dof, change) in governed.iter().zip(changes) {
+            motion[*dof] += change;
         }
         iterate.iterations += 1;
     };
@@ -128,45 +127,46 @@ pub fn solve(
     Iterate { p, motion, ..iterate }
 }
 
-/// How the resultants of the motions `governed` change with these motions at the solution `p`, w =
-/// A p − f, with everything else in equilibrium; with the applications spent.
+/// Returns the derivative of the resultants of the motions `governed` with respect to these motions
+/// at the solution `p`, w = A p − f, with everything else in equilibrium; and the number of
+/// applications spent.
 pub(super) fn stiffness(
     problem: &Problem,
     operator: &Operator,
     p: &[f64],
     w: &[f64],
-    governed: &[usize],
+    governed: &[Dof],
 ) -> (faer::Mat<f64>, u64) {
     let contact = Contact::of(problem, p, w, operator.table.diagonals());
-    let mut part = None;
-    let (window, inner) = contact.part(problem, operator, &mut part);
+    let mut local = None;
+    let (window, inner) = contact.surroundings(problem, operator, &mut local);
     let mut linear = Linear::new(problem, inner, window, &contact, operator.scratch());
-    let resultants: Vec<Vec<f64>> = governed.iter().map(|&which| linear.resultant(which)).collect();
+    let resultants: Vec<Vec<f64>> = governed.iter().map(|&dof| linear.resultant(dof)).collect();
     let mut memory = Memory::default();
     let mut stiffness = faer::Mat::zeros(governed.len(), governed.len());
-    for (j, &which) in governed.iter().enumerate() {
-        let rows = linear.rigid(which);
-        let (answer, figures) =
+    for (j, &dof) in governed.iter().enumerate() {
+        let rows = linear.rigid(dof);
+        let KrylovSolution { x, figures } =
             gmres::solve(&rows, 1e-4, MOST_APPLICATIONS, &mut linear, &mut memory);
         linear.applications += figures.applications;
         for (i, resultant) in resultants.iter().enumerate() {
-            stiffness[(i, j)] = vector::dot(resultant, &answer);
+            stiffness[(i, j)] = vector::dot(resultant, &x);
         }
     }
     (stiffness, linear.applications)
 }
 
-/// The transverse tractions of a slipping element and its neighbours give way to each other as if
-/// the element's own compliance were this many times what it is alone: what takes the fewest
-/// applications, of ½, 1, 2, 3 and 4.
+/// The factor by which the preconditioner enlarges the compliance of a slipping element alone,
+/// because the transverse tractions of the element and its neighbours give way to each other. The
+/// value took the fewest applications of ½, 1, 2, 3 and 4.
 const COMPLIANCE: f64 = 2.0;
 
-/// What the elements do under the map linearised about an iterate.
+/// The states of the elements under the map linearised about an iterate.
 struct Contact {
-    /// Those in contact, in order.
+    /// The elements in contact, in order.
     elements: Vec<ContactElement>,
-    /// First and last column and row of all that is in contact or has a traction to lose; `None`
-    /// where nothing is.
+    /// The first and last column and row of all that is in contact or has a traction to lose;
+    /// `None` where nothing is.
     bounds: Option<[[usize; 2]; 2]>,
 }
 
@@ -178,9 +178,10 @@ impl Contact {
         }
     }
 
+    /// Linearises the map about `p` with w = A p − f.
     fn of(problem: &Problem, p: &[f64], w: &[f64], diagonals: Diagonals) -> Self {
         let nx = problem.grid.nx();
-        // with one tangential direction there is no transverse component
+        // With one tangential direction there is no transverse component.
         let is_plane = problem.components.includes(Components::TANGENTIAL);
         let band = |band: Range<usize>| {
             let mut contact = Self { elements: Vec::new(), bounds: None };
@@ -190,30 +191,30 @@ impl Contact {
                 for (i, e) in
                     row.map(|e| (e - j * nx, e)).filter(|(_, e)| problem.grid.is_active(*e))
                 {
-                    let (own, w) = (problem.traction(p, e), problem.gather(w, e));
-                    let mut x = problem.trial(own, w, diagonals);
+                    let (tractions, w) = (problem.traction(p, e), problem.gather(w, e));
+                    let mut x = problem.trial(tractions, w, diagonals);
                     if problem.pressure.is_some() {
-                        x[0] = own[0];
+                        x[0] = tractions[0];
                     }
                     if x[0] <= 0.0 {
-                        if own != [0.0; 3] {
+                        if tractions != [0.0; 3] {
                             contact.reach([[i, j]; 2]);
                         }
                         continue;
                     }
                     let bound = problem.mu * h_u(x[0], problem.ceiling);
-                    let traction = x[1].hypot(x[2]);
-                    let state = if traction <= bound && problem.mu > 0.0 {
+                    let tangential = x[1].hypot(x[2]);
+                    let state = if tangential <= bound && problem.mu > 0.0 {
                         ContactState::Stick
                     } else {
-                        let n = if traction > 0.0 {
-                            [x[1] / traction, x[2] / traction]
+                        let n = if tangential > 0.0 {
+                            [x[1] / tangential, x[2] / tangential]
                         } else {
                             [1.0, 0.0]
                         };
-                        let kappa = bound / traction;
-                        // without friction the transverse component is not free, as with an
-                        // infinite σ
+                        let kappa = bound / tangential;
+                        // Without friction the transverse component is not free, as with an
+                        // infinite σ.
                         let sigma = if kappa > 0.0 && is_plane {
                             (1.0 - kappa) / kappa * (problem.epsilon + diagonals.tangential)
                         } else {
@@ -233,18 +234,19 @@ impl Contact {
             }
             contact
         };
-        let parts = parallel::bands(problem.grid.len(), band);
+        let bands = parallel::bands(problem.grid.len(), band);
         let mut whole = Self {
-            elements: Vec::with_capacity(parts.iter().map(|part| part.elements.len()).sum()),
+            elements: Vec::with_capacity(bands.iter().map(|band| band.elements.len()).sum()),
             bounds: None,
         };
-        for part in parts {
-            whole.elements.extend(part.elements);
-            part.bounds.into_iter().for_each(|bounds| whole.reach(bounds));
+        for band in bands {
+            whole.elements.extend(band.elements);
+            band.bounds.into_iter().for_each(|bounds| whole.reach(bounds));
         }
         whole
     }
 
+    /// Extends the bounds to the columns and rows from `low` to `high`.
     fn reach(&mut self, [low, high]: [[usize; 2]; 2]) {
         let [first, last] = self.bounds.get_or_insert([low, high]);
         for axis in 0..2 {
@@ -253,24 +255,25 @@ impl Contact {
         }
     }
 
-    /// The window that it fits in and the operator there, both kept in `part` as long as they do.
-    fn part<'a>(
+    /// Returns the window that holds the contact, and the operator there. Both are kept in `local`
+    /// as long as the contact fits.
+    fn surroundings<'a>(
         &self,
         problem: &Problem,
         whole: &'a Operator,
-        part: &'a mut Option<(Window, Operator)>,
+        local: &'a mut Option<(Window, Operator)>,
     ) -> (Window, &'a Operator) {
         let all = Window::whole(&problem.grid);
         let Some(bounds) = self.bounds else { return (all, whole) };
-        if part.as_ref().is_none_or(|(window, _)| !window.holds(bounds)) {
+        if local.as_ref().is_none_or(|(window, _)| !window.holds(bounds)) {
             let window = Window::around(bounds, &problem.grid, &problem.mirror);
-            *part = if window == all {
+            *local = if window == all {
                 None
             } else {
                 Some((window, whole.within(window.size, problem.mirror)))
             };
         }
-        part.as_ref().map_or((all, whole), |(window, operator)| (*window, operator))
+        local.as_ref().map_or((all, whole), |(window, operator)| (*window, operator))
     }
 }
 
@@ -279,28 +282,28 @@ struct Linear<'a> {
     problem: &'a Problem,
     operator: &'a Operator,
     free: Free,
-    /// Diagonal entry of the tangential blocks of εI + A.
+    /// The diagonal entry of the tangential blocks of εI + A.
     diagonal: f64,
-    /// For each rigid degree of freedom that a force governs.
+    /// The borders, one for each rigid degree of freedom that a force governs.
     borders: Borders,
-    /// Tractions on the window, zero where there is no contact.
+    /// The tractions on the window, zero where there is no contact.
     field: Vec<f64>,
-    /// Displacements on the window.
+    /// The displacements on the window.
     image: Vec<f64>,
     scratch: Scratch,
     applications: u64,
 }
 
-/// What the motions that forces govern add to the linear system.
+/// The rows and columns that the motions under forces add to the linear system.
 #[derive(Default)]
 struct Borders {
-    /// Displacements of the free components by the motions, by one unit each.
+    /// The displacements of the free components by the motions, by one unit each.
     rows: Vec<Vec<f64>>,
-    /// The resultants as products with the free components.
+    /// The vectors whose products with the free components are the resultants.
     resultants: Vec<Vec<f64>>,
-    /// What the preconditioner makes of the displacements, and the factored matrix of the
-    /// resultants of that.
+    /// The images of the displacements under the preconditioner.
     answers: Vec<Vec<f64>>,
+    /// The factored matrix of the resultants of the images.
     factors: Option<faer::linalg::solvers::FullPivLu<f64>>,
 }
 
@@ -313,13 +316,13 @@ impl<'a> Linear<'a> {
         scratch: Scratch,
     ) -> Self {
         let free = Free::new(problem, window, &contact.elements);
-        let own = operator.table.coefficient(0, 0);
+        let coefficient = operator.table.coefficient(0, 0);
         let len = free.field_len();
         Self {
             problem,
             operator,
             free,
-            diagonal: own.xx.max(own.yy) + problem.epsilon,
+            diagonal: coefficient.xx.max(coefficient.yy) + problem.epsilon,
             borders: Borders::default(),
             field: vec![0.0; len],
             image: vec![0.0; len],
@@ -328,70 +331,73 @@ impl<'a> Linear<'a> {
         }
     }
 
-    /// Rows of the displacement by a rigid motion.
-    fn rigid(&self, which: usize) -> Vec<f64> {
+    /// Returns the displacement by a rigid motion in the rows of the free components.
+    fn rigid(&self, dof: Dof) -> Vec<f64> {
         let mut rows = vec![0.0; self.free.len()];
         self.free.restrict(
             &mut rows,
             0.0,
-            |element, _| self.modes(element).map(|modes| modes[which]),
+            |element, _| self.modes(element).map(|modes| modes[dof]),
             |_, row, _| row,
         );
         rows
     }
 
-    fn modes(&self, element: &ContactElement) -> [[f64; 6]; 3] {
+    /// Returns the rigid modes at an element's centre, for the components (n, x, y).
+    fn modes(&self, element: &ContactElement) -> [PerDof<f64>; 3] {
         let [x, y] = self.problem.grid.center_of(element.i as usize, element.j as usize);
         rigid_modes(x, y)
     }
 
-    /// A resultant as the vector whose product with the free components it is.
-    fn resultant(&self, which: usize) -> Vec<f64> {
-        let weights = self.weights(which);
+    /// Returns the vector whose product with the free components is a resultant.
+    fn resultant(&self, dof: Dof) -> Vec<f64> {
+        let weights = self.weights(dof);
         let mut rows = vec![0.0; self.free.len()];
         let values = |element: &ContactElement, _| {
             let modes = self.modes(element);
-            [0, 1, 2].map(|c| modes[c][which] * weights[c])
+            [0, 1, 2].map(|c| modes[c][dof] * weights[c])
         };
         self.free.restrict(&mut rows, self.problem.mu, values, |_, row, _| row);
         rows
     }
 
-    /// Area of an element with its images, for each component in one resultant.
-    fn weights(&self, which: usize) -> [f64; 3] {
+    /// Returns the area of an element with its images, for each component in one resultant.
+    fn weights(&self, dof: Dof) -> [f64; 3] {
         Direction::ALL.map(|direction| {
-            weighted_images(&self.problem.mirror, direction)[which]
-                * self.problem.grid.element_area()
+            weighted_images(&self.problem.mirror, direction)[dof] * self.problem.grid.element_area()
         })
     }
 
-    /// Makes the Newton step in `p`, solved to the relative residual `forcing`; gives the change of
-    /// these motions.
+    /// Makes the Newton step in `p`, solved to the relative residual `forcing`; returns the changes
+    /// of the motions `governed`.
     fn step(
         &mut self,
         p: &mut [f64],
         w: &[f64],
-        asked: &[f64; 6],
-        motions: &[usize],
+        targets: &PerDof<f64>,
+        governed: &[Dof],
         forcing: f64,
         memory: &mut Memory,
     ) -> Vec<f64> {
         let (mu, epsilon) = (self.problem.mu, self.problem.epsilon);
         let (window, grid) = (*self.free.window(), &self.problem.grid);
-        // the tractions as far as they are known after the step, the unknown ones as they are
+        // The known tractions are those after the step, the unknown ones are as they are.
         let mut total = vec![0.0; self.free.field_len()];
         self.free.write(&mut total, |element, place| {
-            let own = self.problem.traction(p, window.element(place, grid));
+            let tractions = self.problem.traction(p, window.element(place, grid));
             let normal = if element.pressed || self.problem.pressure.is_some() {
-                own[0]
+                tractions[0]
             } else {
                 self.problem.ceiling
             };
             let tangential = match element.state {
-                ContactState::Stick => [own[1], own[2]],
+                ContactState::Stick => [tractions[1], tractions[2]],
                 ContactState::Slip { n, sigma } => {
-                    let across =
-                        if sigma.is_finite() { own[2] * n[0] - own[1] * n[1] } else { 0.0 };
+                    let across = if sigma.is_finite() {
+                        tractions[2] * n[0] - tractions[1] * n[1]
+                    } else {
+                        0.0
+                    };
                     [mu * normal * n[0] - across * n[1], mu * normal * n[1] + across * n[0]]
                 }
             };
@@ -415,46 +421,48 @@ impl<'a> Linear<'a> {
             );
             [0, 1, 2].map(|c| -(image[c] + epsilon * total[c] + w[c]))
         };
-        let mut own = vec![0.0; self.free.len()];
-        self.free.rows_of(&mut own, &total);
-        self.free.restrict(&mut rhs, 0.0, defect, |sigma, row, at| row - sigma * own[at]);
-        drop(own);
-        self.border(motions);
-        for &which in motions {
-            let weights = self.weights(which);
-            let part = |(element, place): (&ContactElement, usize)| {
+        let mut total_rows = vec![0.0; self.free.len()];
+        self.free.rows_of(&mut total_rows, &total);
+        let across = |sigma: f64, row: f64, index: usize| row - sigma * total_rows[index];
+        self.free.restrict(&mut rhs, 0.0, defect, across);
+        drop(total_rows);
+        self.border(governed);
+        for &dof in governed {
+            let weights = self.weights(dof);
+            let contribution = |(element, place): (&ContactElement, usize)| {
                 let (modes, total) = (self.modes(element), self.free.at(&total, place));
-                (0..3).map(|c| modes[c][which] * weights[c] * total[c]).sum::<f64>()
+                (0..3).map(|c| modes[c][dof] * weights[c] * total[c]).sum::<f64>()
             };
-            rhs.push(asked[which] - self.free.elements().map(part).sum::<f64>());
+            rhs.push(targets[dof] - self.free.elements().map(contribution).sum::<f64>());
         }
         drop(total);
-        let (solution, figures) = gmres::solve(&rhs, forcing, MOST_APPLICATIONS, self, memory);
+        let KrylovSolution { x, figures } =
+            gmres::solve(&rhs, forcing, MOST_APPLICATIONS, self, memory);
         self.applications += figures.applications;
-        let (unknowns, moved) = solution.split_at(self.free.len());
+        let (unknowns, changes) = x.split_at(self.free.len());
         self.free.expand(&mut self.field, unknowns, mu, |_| 1.0);
         window.each_row(grid, known.len() / window.len(), |of_window, of_grid| {
             let change = self.field[of_window.clone()].iter().zip(&known[of_window]);
             p[of_grid].iter_mut().zip(change).for_each(|(p, (field, known))| *p += field + known);
         });
-        moved.to_vec()
+        changes.to_vec()
     }
 
-    /// Prepares the linear system for these motions among the unknowns.
-    fn border(&mut self, motions: &[usize]) {
-        if motions.is_empty() {
+    /// Prepares the linear system for the motions among its unknowns.
+    fn border(&mut self, governed: &[Dof]) {
+        if governed.is_empty() {
             return;
         }
         let mut borders = Borders::default();
-        for &which in motions {
-            let rows = self.rigid(which);
+        for &dof in governed {
+            let rows = self.rigid(dof);
             let mut answer = vec![0.0; rows.len()];
             self.elastic_inverse(&mut answer, &rows);
             borders.rows.push(rows);
             borders.answers.push(answer);
-            borders.resultants.push(self.resultant(which));
+            borders.resultants.push(self.resultant(dof));
         }
-        let size = motions.len();
+        let size = governed.len();
         let matrix = faer::Mat::from_fn(size, size, |i, j| {
             vector::dot(&borders.resultants[i], &borders.answers[j])
         });
@@ -462,7 +470,7 @@ impl<'a> Linear<'a> {
         self.borders = borders;
     }
 
-    /// W C⁻¹ W on the free components alone.
+    /// Applies W C⁻¹ W to the free components alone.
     fn elastic_inverse(&mut self, unknowns: &mut [f64], rows: &[f64]) {
         let weight = |sigma: f64| 1.0 / (1.0 + sigma / (COMPLIANCE * self.diagonal)).sqrt();
         self.free.expand(&mut self.field, rows, 0.0, weight);
@@ -483,43 +491,43 @@ impl<'a> Linear<'a> {
 }
 
 impl LinearSystem for Linear<'_> {
-    /// Free components and free motions to rows and resultants.
+    /// Maps free components and free motions to rows and resultants.
     fn apply(&mut self, image: &mut [f64], x: &[f64]) {
-        let (unknowns, moved) = x.split_at(self.free.len());
+        let (unknowns, motions) = x.split_at(self.free.len());
         let (rows, resultants) = image.split_at_mut(self.free.len());
         self.free.expand(&mut self.field, unknowns, self.problem.mu, |_| 1.0);
         self.operator.apply(&mut self.image, &self.field, &mut self.scratch);
         let (free, field, image, epsilon) =
             (&self.free, &self.field, &self.image, self.problem.epsilon);
         let values = |_: &ContactElement, place: usize| {
-            let (image, own) = (
+            let (image, tractions) = (
                 free.at(image, place),
                 if epsilon > 0.0 { free.at(field, place) } else { [0.0; 3] },
             );
-            [0, 1, 2].map(|c| image[c] + epsilon * own[c])
+            [0, 1, 2].map(|c| image[c] + epsilon * tractions[c])
         };
-        free.restrict(rows, 0.0, values, |sigma, row, at| row + sigma * unknowns[at]);
-        if !moved.is_empty() {
-            let back: Vec<f64> = moved.iter().map(|moved| -moved).collect();
-            vector::add(rows, &back, &self.borders.rows);
+        free.restrict(rows, 0.0, values, |sigma, row, index| row + sigma * unknowns[index]);
+        if !motions.is_empty() {
+            let minus: Vec<f64> = motions.iter().map(|motion| -motion).collect();
+            vector::add(rows, &minus, &self.borders.rows);
             for (resultant, row) in resultants.iter_mut().zip(&self.borders.resultants) {
                 *resultant = vector::dot(row, unknowns);
             }
         }
     }
 
-    /// The elastic inverse, with the resultants exactly right.
+    /// Applies the elastic inverse, with the resultants exactly right.
     fn precondition(&mut self, x: &mut [f64], rows: &[f64]) {
-        let (rows, asked) = rows.split_at(self.free.len());
-        let (unknowns, moved) = x.split_at_mut(self.free.len());
+        let (rows, resultants) = rows.split_at(self.free.len());
+        let (unknowns, motions) = x.split_at_mut(self.free.len());
         self.elastic_inverse(unknowns, rows);
         if let Some(factors) = &self.borders.factors {
-            let mut missing = faer::Mat::from_fn(asked.len(), 1, |i, _| {
-                asked[i] - vector::dot(&self.borders.resultants[i], unknowns)
+            let mut missing = faer::Mat::from_fn(resultants.len(), 1, |i, _| {
+                resultants[i] - vector::dot(&self.borders.resultants[i], unknowns)
             });
             factors.solve_in_place(missing.as_mut());
-            moved.iter_mut().enumerate().for_each(|(i, moved)| *moved = missing[(i, 0)]);
-            vector::add(unknowns, moved, &self.borders.answers);
+            motions.iter_mut().enumerate().for_each(|(i, motion)| *motion = missing[(i, 0)]);
+            vector::add(unknowns, motions, &self.borders.answers);
         }
     }
 }

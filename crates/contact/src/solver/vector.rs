@@ -1,74 +1,74 @@
-//! Long vectors: sums in chunks of fixed length, the chunks in order, so that a result has the same
-//! bytes on any number of threads.
+//! Operations on long vectors. Sums are taken in chunks of fixed length, and the chunks are added
+//! in order, so that a result has the same bytes on any number of threads.
 
 use rayon::prelude::*;
 
 use crate::common::parallel::is_worth_sharing;
 
-/// Numbers of a chunk: with one chunk of another vector they fit in a core's first cache.
+/// The length of a chunk: with one chunk of another vector it fits in a core's first cache.
 const CHUNK: usize = 2048;
 
-/// v·v for every chunk and its products with every direction: in one pass over the vectors.
+/// Returns the products of `v` with every direction, and v·v, in one pass over the vectors.
 pub(super) fn products(basis: &[Vec<f64>], v: &[f64]) -> (Vec<f64>, f64) {
-    let each = basis.len() + 1;
-    let mut parts = vec![0.0; v.len().div_ceil(CHUNK) * each];
-    let work = |(at, (part, v)): (usize, (&mut [f64], &[f64]))| {
-        for (sum, direction) in part.iter_mut().zip(basis) {
-            *sum = chunk_dot(&direction[at * CHUNK..][..v.len()], v);
+    let count = basis.len() + 1;
+    let mut chunk_sums = vec![0.0; v.len().div_ceil(CHUNK) * count];
+    let work = |(chunk, (sums, v)): (usize, (&mut [f64], &[f64]))| {
+        for (sum, direction) in sums.iter_mut().zip(basis) {
+            *sum = chunk_dot(&direction[chunk * CHUNK..][..v.len()], v);
         }
-        part[basis.len()] = chunk_dot(v, v);
+        sums[basis.len()] = chunk_dot(v, v);
     };
-    if is_worth_sharing(v.len() * each) {
-        parts.par_chunks_mut(each).zip(v.par_chunks(CHUNK)).enumerate().for_each(work);
+    if is_worth_sharing(v.len() * count) {
+        chunk_sums.par_chunks_mut(count).zip(v.par_chunks(CHUNK)).enumerate().for_each(work);
     } else {
-        parts.chunks_mut(each).zip(v.chunks(CHUNK)).enumerate().for_each(work);
+        chunk_sums.chunks_mut(count).zip(v.chunks(CHUNK)).enumerate().for_each(work);
     }
-    let mut sums = vec![0.0; each];
-    for part in parts.chunks_exact(each) {
-        sums.iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
+    let mut sums = vec![0.0; count];
+    for chunk in chunk_sums.chunks_exact(count) {
+        sums.iter_mut().zip(chunk).for_each(|(sum, of_chunk)| *sum += of_chunk);
     }
     let square = sums.pop().unwrap_or(0.0);
     (sums, square)
 }
 
-/// v += Σ weight · direction; gives v·v.
+/// Adds Σ weight · direction to `v`; returns v·v of the sum.
 pub(super) fn add(v: &mut [f64], weights: &[f64], basis: &[Vec<f64>]) -> f64 {
-    let work = |(at, v): (usize, &mut [f64])| {
+    let work = |(chunk, v): (usize, &mut [f64])| {
         for (weight, direction) in weights.iter().zip(basis) {
-            v.iter_mut().zip(&direction[at * CHUNK..]).for_each(|(v, d)| *v += weight * d);
+            v.iter_mut().zip(&direction[chunk * CHUNK..]).for_each(|(v, d)| *v += weight * d);
         }
         chunk_dot(v, v)
     };
-    let parts: Vec<f64> = if is_worth_sharing(v.len() * (1 + weights.len())) {
+    let squares: Vec<f64> = if is_worth_sharing(v.len() * (1 + weights.len())) {
         v.par_chunks_mut(CHUNK).enumerate().map(work).collect()
     } else {
         v.chunks_mut(CHUNK).enumerate().map(work).collect()
     };
-    parts.iter().sum()
+    squares.iter().sum()
 }
 
-/// a·b
+/// Returns a·b.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let parts: Vec<f64> = if is_worth_sharing(a.len()) {
+    let products: Vec<f64> = if is_worth_sharing(a.len()) {
         a.par_chunks(CHUNK).zip(b.par_chunks(CHUNK)).map(|(a, b)| chunk_dot(a, b)).collect()
     } else {
         a.chunks(CHUNK).zip(b.chunks(CHUNK)).map(|(a, b)| chunk_dot(a, b)).collect()
     };
-    parts.iter().sum()
+    products.iter().sum()
 }
 
-/// √(a·a)
+/// Returns √(a·a).
 pub(super) fn norm(a: &[f64]) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// v · factor
+/// Multiplies `v` by `factor`.
 pub(super) fn scale(v: &mut [f64], factor: f64) {
     let work = |v: &mut [f64]| v.iter_mut().for_each(|v| *v *= factor);
     if is_worth_sharing(v.len()) { v.par_chunks_mut(CHUNK).for_each(work) } else { work(v) }
 }
 
-/// Eight sums side by side, as the processor has room for.
+/// Returns a·b of one chunk, in eight sums side by side, as the processor has room for.
 fn chunk_dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a, a_left), (b, b_left)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
     let mut sums = [0.0; 8];

@@ -1,81 +1,88 @@
-//! What a ladder of ever finer solutions tells: the limit of a figure by Richardson extrapolation
-//! with the uncertainty of that limit, and the order of an error, or the exponent of a cost, by a
-//! straight line in logarithms.
+//! Laws that a ladder of ever finer solutions follows: the limit of a figure by Richardson
+//! extrapolation with the uncertainty of that limit, and the order of an error, or the exponent of
+//! a cost, by a straight line in logarithms.
 
-/// A limit from a ladder of values.
+/// A limit that is extrapolated from a ladder of values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limit {
-    /// The limit.
+    /// The limit, in the unit of the values.
     pub value: f64,
-    /// The limit lies within ± this of it; a careful estimate, not a bound.
+    /// The half-width of the interval around `value` in which the limit lies; a careful estimate,
+    /// not a bound.
     pub uncertainty: f64,
-    /// p, where the values follow L + C hᵖ.
+    /// The order p, if the values follow L + C hᵖ.
     pub order: Option<f64>,
-    /// How the values behave.
+    /// The behaviour of the values.
     pub trend: Trend,
 }
 
-/// How the values of a ladder behave.
+/// The behaviour of the values of a ladder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trend {
-    /// The three finest values are the same to rounding.
+    /// The three finest values are equal up to rounding.
     Settled,
     /// Successive threes of values show the same order.
     Asymptotic,
-    /// The three finest values show an order; there are no others, or those before show another
-    /// one.
+    /// The three finest values show an order, and there are no others, or those before them show
+    /// another order.
     Converging,
     /// The three finest values or the three before them show no order: they go up and down, as
     /// counted areas do, or do not draw nearer to each other.
     Scattered,
 }
 
-/// Why a ladder tells nothing.
+/// The reason why a ladder yields no law.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum LadderError {
-    /// Too few rungs.
+    /// There are too few rungs.
     #[error("{found} rungs: at least 3 are needed")]
     Short {
-        /// Rungs given.
+        /// The number of rungs given.
         found: usize,
     },
-    /// A rung that has no place on the ladder.
+    /// A rung has no place on the ladder.
     #[error("rung {rung} = ({x:e}, {y:e}): {expected}")]
     Rung {
-        /// Its index.
+        /// The index of the rung.
         rung: usize,
-        /// Its first figure.
+        /// The first figure of the rung.
         x: f64,
-        /// Its second figure.
+        /// The second figure of the rung.
         y: f64,
-        /// What would be right.
+        /// The condition that the rung breaks.
         expected: &'static str,
     },
 }
 
-/// Orders outside of this are those of noise.
+/// The range of credible orders; orders outside are those of noise.
 const ORDERS: [f64; 2] = [0.25, 6.0];
 
-/// Orders of successive threes that differ by less than this part of the larger one are the same.
+/// The largest difference between the orders of successive threes that count as the same, relative
+/// to the larger of both.
 const SAME_ORDER: f64 = 0.25;
 
-/// The limit of a figure whose error goes like an unknown power of h, from rungs (h, value) in the
-/// order of falling h > 0.
+/// Returns the limit of a figure whose error goes like an unknown power of h, from rungs (h, value)
+/// in the order of falling h > 0.
 ///
 /// The three finest rungs determine value = L + C hᵖ. The uncertainty of L is, with the finest
 /// value v and the one before it u:
-/// - [`Trend::Asymptotic`]: the same extrapolation from the next coarser three gave L′; 1.25 |L −
-///   L′|/(r − 1) with the last step's ratio r ≤ 2 of mesh sizes, for the error of L falls at least
-///   like h, and at least a tenth of |L − v|;
+/// - [`Trend::Asymptotic`]: 1.25 |L − L′|/(r − 1), and at least a tenth of |L − v|. L′ is the same
+///   extrapolation from the next coarser three. The last step's ratio of mesh sizes r counts as at
+///   most 2, for the error of L falls at least like h;
 /// - [`Trend::Converging`]: 1.25 |L − v| from three rungs only, the grid convergence index; with a
 ///   fourth that shows another order the larger of 3 |L − v| and |v − u|;
 /// - [`Trend::Scattered`]: the limit is the mean of the last four values (of three on a ladder of
-///   three), its uncertainty one and a half times their range, on a ladder of three twice that.
+///   three), and its uncertainty is one and a half times their range, on a ladder of three twice
+///   their range.
 ///
 /// The factors 1.25 and 3 are Roache's (Annu. Rev. Fluid Mech. 29 (1997) 123–160,
 /// doi:10.1146/annurev.fluid.29.1.123), and so is their use for orders that can be trusted and
 /// orders that cannot; the range of scattered values is used as Eça and Hoekstra do (J. Comput.
 /// Phys. 262 (2014) 104–130, doi:10.1016/j.jcp.2014.01.006).
+///
+/// # Errors
+/// [`LadderError::Short`] with fewer than three rungs; [`LadderError::Rung`] if an h is not finite
+/// and above 0 or does not fall from rung to rung, or if a value is not finite.
 pub fn richardson(ladder: &[(f64, f64)]) -> Result<Limit, LadderError> {
     let rungs = ladder.len();
     if rungs < 3 {
@@ -103,7 +110,9 @@ pub fn richardson(ladder: &[(f64, f64)]) -> Result<Limit, LadderError> {
         return Ok(Limit { value: last, uncertainty: spread, order: None, trend: Trend::Settled });
     }
     let earlier = (rungs > 3).then(|| extrapolate(three(rungs - 1)));
-    let (Some((value, order)), None | Some(Some(_))) = (extrapolate(finest), earlier) else {
+    let (Some(Extrapolation { limit: value, order }), None | Some(Some(_))) =
+        (extrapolate(finest), earlier)
+    else {
         let tail = &ladder[rungs.saturating_sub(4)..];
         let mean = tail.iter().map(|rung| rung.1).sum::<f64>() / tail.len() as f64;
         let factor = if tail.len() > 3 { 1.5 } else { 2.0 };
@@ -114,33 +123,39 @@ pub fn richardson(ladder: &[(f64, f64)]) -> Result<Limit, LadderError> {
             trend: Trend::Scattered,
         });
     };
-    let left = (value - last).abs();
+    let distance = (value - last).abs();
     let (uncertainty, trend) = match earlier.flatten() {
-        None => (1.25 * left, Trend::Converging),
-        Some((other, other_order))
-            if (order - other_order).abs() <= SAME_ORDER * order.max(other_order) =>
-        {
-            (
-                (1.25 * (value - other).abs() / (finest[1].0 / finest[2].0 - 1.0).min(1.0))
-                    .max(0.1 * left),
-                Trend::Asymptotic,
-            )
-        }
-        Some(_) => ((3.0 * left).max((last - before).abs()), Trend::Converging),
+        None => (1.25 * distance, Trend::Converging),
+        Some(other) if (order - other.order).abs() <= SAME_ORDER * order.max(other.order) => (
+            (1.25 * (value - other.limit).abs() / (finest[1].0 / finest[2].0 - 1.0).min(1.0))
+                .max(0.1 * distance),
+            Trend::Asymptotic,
+        ),
+        Some(_) => ((3.0 * distance).max((last - before).abs()), Trend::Converging),
     };
     Ok(Limit { value, uncertainty, order: Some(order), trend })
 }
 
-/// L and p of the L + C hᵖ through three rungs of falling h, if there is one with a credible p.
-fn extrapolate([coarse, middle, fine]: [(f64, f64); 3]) -> Option<(f64, f64)> {
+/// The law L + C hᵖ through three rungs.
+#[derive(Clone, Copy)]
+struct Extrapolation {
+    /// The limit L.
+    limit: f64,
+    /// The order p.
+    order: f64,
+}
+
+/// Fits L + C hᵖ to three rungs (h, value) of falling h; `None` if there is no such law with a
+/// credible p.
+fn extrapolate([coarse, middle, fine]: [(f64, f64); 3]) -> Option<Extrapolation> {
     let (first, second) = (coarse.1 - middle.1, middle.1 - fine.1);
     let ratio = first / second;
-    // (h₁ᵖ − h₂ᵖ)/(h₂ᵖ − h₃ᵖ) rises with p
+    // The ratio (h₁ᵖ − h₂ᵖ)/(h₂ᵖ − h₃ᵖ) rises with p.
     let of_order = |p: f64| {
         ((p * (coarse.0 / middle.0).ln()).exp_m1()) / -(-p * (middle.0 / fine.0).ln()).exp_m1()
     };
     let [mut low, mut high] = ORDERS;
-    // also refuses NaN, which a second difference of 0 makes of a first one of 0
+    // The condition also refuses NaN, which a second difference of 0 makes of a first one of 0.
     if !(ratio >= of_order(low) && ratio <= of_order(high)) {
         return None;
     }
@@ -152,8 +167,9 @@ fn extrapolate([coarse, middle, fine]: [(f64, f64); 3]) -> Option<(f64, f64)> {
         if of_order(p) < ratio { low = p } else { high = p }
     }
     let order = 0.5 * (low + high);
-    // the finest value's error is its distance to the middle one over (h₂/h₃)ᵖ − 1
-    Some((fine.1 - second / (order * (middle.0 / fine.0).ln()).exp_m1(), order))
+    // The finest value's error is its distance to the middle one over (h₂/h₃)ᵖ − 1.
+    let limit = fine.1 - second / (order * (middle.0 / fine.0).ln()).exp_m1();
+    Some(Extrapolation { limit, order })
 }
 
 /// A straight line through the logarithms of a ladder's later rungs, y = e^intercept · x^slope.
@@ -161,38 +177,43 @@ fn extrapolate([coarse, middle, fine]: [(f64, f64); 3]) -> Option<(f64, f64)> {
 pub struct PowerLaw {
     /// The exponent.
     pub slope: f64,
-    /// Its standard error.
+    /// The standard error of the exponent.
     pub standard_error: f64,
-    /// ln y at x = 1.
+    /// The value of ln y at x = 1.
     pub intercept: f64,
-    /// Root mean square of the residuals of ln y, over the degrees of freedom left.
+    /// The root mean square of the residuals of ln y, over the degrees of freedom left.
     pub scatter: f64,
-    /// Index of the first rung on the line; those before it are left out.
+    /// The index of the first rung on the line; those before it are left out.
     pub first: usize,
-    /// x of the first and last rung on the line.
+    /// The x of the first and the last rung on the line.
     pub range: [f64; 2],
 }
 
 impl PowerLaw {
-    /// y at x.
+    /// Returns y at x.
     pub fn at(&self, x: f64) -> f64 {
         (self.intercept + self.slope * x.ln()).exp()
     }
 }
 
-/// A rung this much off the line of the later ones belongs to it whatever their scatter: a tenth.
+/// The relative distance, a tenth, up to which a rung belongs to the line of the later ones
+/// whatever their scatter.
 const CLOSE: f64 = 0.1;
 
-/// Student's t that 99 of 100 stay below, for 1, 2, … degrees of freedom.
+/// Student's t that 99 of 100 values stay below, for 1, 2, … degrees of freedom.
 const STUDENT: [f64; 10] = [63.66, 9.925, 5.841, 4.604, 4.032, 3.707, 3.499, 3.355, 3.250, 3.169];
 
-/// The power law that a ladder (x, y), x, y > 0, ends in, by least squares in logarithms.
+/// Returns the power law in which a ladder (x, y), x, y > 0, ends, by least squares in logarithms.
 ///
 /// Rungs are given in the order in which the law comes to hold: errors with falling mesh size or ε,
 /// costs with a rising number of elements. The line starts with the last three rungs and is
-/// extended backwards rung by rung, as long as the next one lies within a tenth of what the line
-/// predicts for it, or where its scatter lets 99 of 100 lie; the first that does not, and
-/// everything before it, is taken to be pre-asymptotic and left out.
+/// extended backwards rung by rung, as long as the next one lies within a tenth of the line's
+/// prediction, or within the range in which the line's scatter lets 99 of 100 points lie. The first
+/// rung that does not, and everything before it, is taken to be pre-asymptotic and left out.
+///
+/// # Errors
+/// [`LadderError::Short`] with fewer than three rungs; [`LadderError::Rung`] if a figure is not
+/// finite and above 0, or if an x comes twice.
 pub fn power_law(ladder: &[(f64, f64)]) -> Result<PowerLaw, LadderError> {
     if ladder.len() < 3 {
         return Err(LadderError::Short { found: ladder.len() });
@@ -229,18 +250,21 @@ pub fn power_law(ladder: &[(f64, f64)]) -> Result<PowerLaw, LadderError> {
     })
 }
 
-/// A least-squares line.
+/// A least-squares line y = ȳ + slope (x − x̄).
 struct Line {
     slope: f64,
+    /// The centre of gravity (x̄, ȳ) of the points.
     center: (f64, f64),
-    /// Σ (x − x̄)².
+    /// The sum Σ (x − x̄)².
     variation: f64,
+    /// The root mean square of the residuals, over the degrees of freedom left.
     scatter: f64,
+    /// The number of points.
     points: f64,
 }
 
 impl Line {
-    /// Through at least three points.
+    /// Fits the line to at least three points.
     fn through(points: &[(f64, f64)]) -> Self {
         let n = points.len() as f64;
         let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / n;
@@ -253,11 +277,12 @@ impl Line {
         Self { slope, center, variation, scatter: (residuals / (n - 2.0)).sqrt(), points: n }
     }
 
+    /// Returns y at x.
     fn at(&self, x: f64) -> f64 {
         self.center.1 + self.slope * (x - self.center.0)
     }
 
-    /// How far from the line 99 of 100 further points at x lie.
+    /// Returns the distance from the line within which 99 of 100 further points at x lie.
     fn reach_of_prediction(&self, x: f64) -> f64 {
         let student = STUDENT[(self.points as usize - 3).min(STUDENT.len() - 1)];
         student
@@ -293,9 +318,9 @@ mod tests {
         assert!((three.uncertainty / (1.25 / 32.0) - 1.0).abs() < 1e-9, "{three:?}");
     }
 
-    /// Two powers: the uncertainty covers the error whatever the second one's sign and size, but
-    /// for h^½ followed closely by the next power, which for opposite signs turns round only beyond
-    /// the ladder.
+    /// Two powers: the uncertainty covers the error whatever the sign and size of the second one,
+    /// except for h^½ followed closely by the next power, which for opposite signs turns round only
+    /// beyond the ladder.
     #[test]
     fn the_uncertainty_covers_what_a_second_power_does() {
         let (mut all, mut covered) = (0, 0);
@@ -321,15 +346,15 @@ mod tests {
         assert!(covered * 100 >= all * 93, "{covered} of {all}");
     }
 
-    /// Areas of disks counted in elements jump about π; the uncertainty must own up to that, and
-    /// must not be far too large.
+    /// Areas of disks that are counted in elements jump about π; the uncertainty must cover that
+    /// and must not be far too large.
     #[test]
     fn counted_areas_are_honest() {
         let area = |n: f64, radius: f64| {
             let h = 3.0 / n;
-            let at = |i: usize| (i as f64 + 0.5) * h - 1.5;
+            let center = |i: usize| (i as f64 + 0.5) * h - 1.5;
             let count = (0..(n * n) as usize)
-                .filter(|s| at(s % n as usize).hypot(at(s / n as usize)) < radius)
+                .filter(|s| center(s % n as usize).hypot(center(s / n as usize)) < radius)
                 .count();
             count as f64 * h * h
         };
@@ -358,7 +383,7 @@ mod tests {
         assert_eq!(swinging.trend, Trend::Scattered);
         let settled = richardson(&[(0.4, 0.0), (0.2, 0.0), (0.1, 0.0)]).unwrap();
         assert_eq!((settled.value, settled.uncertainty, settled.trend), (0.0, 0.0, Trend::Settled));
-        // two equal values at the end say nothing about an order
+        // Two equal values at the end say nothing about an order.
         assert_eq!(
             richardson(&[(0.4, 1.0), (0.2, 0.5), (0.1, 0.5)]).unwrap().trend,
             Trend::Scattered
@@ -387,7 +412,7 @@ mod tests {
 
     #[test]
     fn a_line_leaves_out_what_comes_before_the_law() {
-        // y = 2 x^1.5 from the third rung on, far above it before
+        // The values follow y = 2 x^1.5 from the third rung on and lie far above it before.
         let rungs: Vec<(f64, f64)> =
             (0..7).map(|k| 0.5_f64.powi(k)).map(|x| (x, 2.0 * x.powf(1.5))).collect();
         let mut bent = rungs.clone();
@@ -425,7 +450,7 @@ mod tests {
             whole += usize::from(law.first == 0);
         }
         eprintln!("{within} of {trials} within the 95 % interval, {whole} whole");
-        // 2.45: Student's t for 6 degrees of freedom
+        // Student's t for 6 degrees of freedom is 2.45.
         assert!(
             within * 100 >= trials * 88 && whole * 100 >= trials * 85,
             "{within}, {whole} of {trials}"

@@ -1,12 +1,12 @@
-//! The weights that make the lower bound of μ* largest.
+//! The weights that make the lower bound of μ* largest, by an interior-point method.
 //!
 //! With p = μβτ and q = μβ/τ the form F = sym(αΠ₁A) + sym(βΠ_tA) − ½(pΠ₁ + AᵀqΠ_tA) is linear in
 //! the weights, and μβ ≤ √(pq) is a cone. So for fixed μ the weights that serve are a convex set,
-//! and the largest μ is a quasi-convex program. It is solved by an interior-point method: at a
-//! given μ maximise t subject to F ≻ 0 and μβ ≤ √((p − tp₀)(q − tq₀)), with logarithmic barriers
-//! and Newton's method, follow the path a little, take what t has won into μ, and go on. The
-//! derivatives need no more than F⁻¹, F⁻¹A and AF⁻¹A. Nothing here is relied upon: the outcome is
-//! checked in [`super::lower`].
+//! and the largest μ is a quasi-convex program. The interior-point method maximises t at a given μ,
+//! subject to F ≻ 0 and μβ ≤ √((p − tp₀)(q − tq₀)), with logarithmic barriers and Newton's method.
+//! It follows the path a little, takes the gain of t into μ, and goes on. The derivatives need no
+//! more than F⁻¹, F⁻¹A and AF⁻¹A. No proof relies on this method, for [`super::lower`] checks the
+//! outcome.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use super::symmetry::Block;
 
-/// Weights, one number for each orbit of elements.
+/// Weights: one number for each orbit of elements, p = μβτ and q = μβ/τ.
 #[derive(Clone, Debug)]
 pub(super) struct Weights {
     pub(super) alpha: Vec<f64>,
@@ -26,7 +26,7 @@ pub(super) struct Weights {
 }
 
 impl Weights {
-    /// The same α and τ everywhere, β = 1.
+    /// Creates weights with the same α and τ everywhere, and β = 1.
     pub(super) fn uniform(orbits: usize, mu: f64, alpha: f64, tau: f64) -> Self {
         Self {
             alpha: vec![alpha; orbits],
@@ -36,7 +36,7 @@ impl Weights {
         }
     }
 
-    /// √(pq)/β, the μ that an orbit allows.
+    /// Returns √(pq)/β, the μ that an orbit allows.
     pub(super) fn mu(&self, orbit: usize) -> f64 {
         (self.p[orbit] * self.q[orbit]).sqrt() / self.beta[orbit]
     }
@@ -46,11 +46,11 @@ impl Weights {
     }
 }
 
-/// The form F of a block.
+/// Computes the form F of a block.
 pub(super) fn form(block: &Block, weights: &Weights) -> Mat<f64> {
     let size = block.len();
     let normals = block.normal.iter().filter(|&&normal| normal).count();
-    // basis vectors come normal ones first
+    // The basis vectors of pressures come first.
     let roots = Mat::from_fn(size - normals, size, |i, j| {
         weights.q[block.orbit[normals + i]].sqrt() * block.matrix[(normals + i, j)]
     });
@@ -73,8 +73,9 @@ pub(super) fn form(block: &Block, weights: &Weights) -> Mat<f64> {
     form
 }
 
-/// The lower triangular factor L with LLᵀ = `matrix`, `None` unless it is positive definite to
-/// rounding. On one thread, so that it is the same on any number.
+/// Returns the lower triangular factor L with LLᵀ = `matrix`, or `None` unless the matrix is
+/// positive definite to rounding. It uses one thread, so that the result is the same on any number
+/// of threads.
 pub(super) fn cholesky(mut matrix: Mat<f64>) -> Option<Mat<f64>> {
     let size = matrix.nrows();
     let mut memory = MemBuffer::new(llt::factor::cholesky_in_place_scratch::<f64>(
@@ -101,14 +102,21 @@ pub(super) fn cholesky(mut matrix: Mat<f64>) -> Option<Mat<f64>> {
     Some(matrix)
 }
 
-/// log det of LLᵀ.
+/// Returns log det of LLᵀ.
 fn log_det(lower: &Mat<f64>) -> f64 {
     (0..lower.nrows()).map(|i| 2.0 * lower[(i, i)].ln()).sum()
 }
 
-/// First and second derivatives of −log det F with respect to α, β, p, q of all orbits, 4m and 4m ×
-/// 4m.
-fn derivatives(block: &Block, lower: &Mat<f64>, orbits: usize) -> (Vec<f64>, Mat<f64>) {
+/// Derivatives of −log det F with respect to α, β, p, q of all m orbits, in this order.
+struct Derivatives {
+    /// The 4m first derivatives.
+    gradient: Vec<f64>,
+    /// The 4m × 4m second derivatives.
+    hessian: Mat<f64>,
+}
+
+/// Computes the derivatives of −log det F for a block with the factor `lower`.
+fn derivatives(block: &Block, lower: &Mat<f64>, orbits: usize) -> Derivatives {
     let size = block.len();
     let mut inverse = Mat::zeros(size, size);
     let mut memory = MemBuffer::new(llt::inverse::inverse_scratch::<f64>(size, Par::Seq));
@@ -125,7 +133,8 @@ fn derivatives(block: &Block, lower: &Mat<f64>, orbits: usize) -> (Vec<f64>, Mat
     };
     let once = product(&inverse, &block.matrix);
     let twice = product(&block.matrix, &once);
-    // dF of basis vector i: ½(eaᵀ + aeᵀ) for α or β, −½eeᵀ for p, −½aaᵀ for q, with a = Ae.
+    // The derivative dF for basis vector i is ½(eaᵀ + aeᵀ) for α or β, −½eeᵀ for p and −½aaᵀ for q,
+    // with a = Ae.
     let place = |i: usize| {
         let (linear, square) = if block.normal[i] { (0, 2) } else { (1, 3) };
         (linear * orbits + block.orbit[i], square * orbits + block.orbit[i])
@@ -152,24 +161,24 @@ fn derivatives(block: &Block, lower: &Mat<f64>, orbits: usize) -> (Vec<f64>, Mat
             hessian[(square_i, square_j)] += 0.25 * root * root;
         }
     }
-    (gradient, hessian)
+    Derivatives { gradient, hessian }
 }
 
-/// A problem of the largest μ: the blocks, and what the weights may be.
+/// A program for the largest μ: the blocks of the operator, and the orbits that share weights.
 pub(super) struct Program<'a> {
-    /// Blocks, whose orbits number the weights.
+    /// The blocks, whose orbits number the weights.
     pub(super) blocks: &'a [Block],
-    /// Number of elements in each orbit.
+    /// The number of elements in each orbit.
     pub(super) sizes: &'a [usize],
 }
 
-/// Where Newton's method is: the weights, of which p and q contain t p₀ and t q₀, and t.
+/// A point of Newton's method: the weights, of which p and q contain t p₀ and t q₀, and t.
 struct Point {
     weights: Weights,
     t: f64,
 }
 
-/// One problem along the path: what −t/κ + barriers is made of besides the weights.
+/// One problem along the path: the data of −t/κ + barriers besides the weights.
 struct BarrierStage<'a> {
     mu: f64,
     kappa: f64,
@@ -177,9 +186,25 @@ struct BarrierStage<'a> {
     q: &'a [f64],
 }
 
+/// The value of −t/κ + barriers at a point, with the factors of the blocks there.
+struct Evaluation {
+    /// The value.
+    value: f64,
+    /// The lower triangular factors of F, one for each block.
+    factors: Vec<Mat<f64>>,
+}
+
+/// A step of Newton's method.
+struct NewtonStep {
+    /// The direction in (α, β, p, q, t): m numbers for each of the weights and one for t.
+    direction: Vec<f64>,
+    /// The squared decrement, above 0.
+    decrement: f64,
+}
+
 impl Program<'_> {
-    /// Weights with a μ that no others exceed by much more than the relative `tolerance`, from
-    /// feasible ones; `None` when `start` is not.
+    /// Returns weights whose μ no others exceed by much more than the relative `tolerance`. The
+    /// `start` must be feasible, or else the result is `None`.
     pub(super) fn maximise(&self, start: Weights, tolerance: f64) -> Option<Weights> {
         let orbits = self.sizes.len();
         let degree = (self.blocks.iter().map(Block::len).sum::<usize>() + 6 * orbits + 1) as f64;
@@ -203,7 +228,7 @@ impl Program<'_> {
             if kappa * degree < tolerance || !next.is_finite() {
                 return Some(point.weights);
             }
-            // While κ is large the barriers may push back below the start.
+            // While κ is large, the barriers may push back below the start.
             mu = if next > mu { mu + 0.9 * (next - mu) } else { 0.9 * next };
             kappa *= 0.3;
         }
@@ -213,8 +238,9 @@ impl Program<'_> {
         self.blocks.par_iter().map(|block| cholesky(form(block, weights))).collect()
     }
 
-    /// −t/κ + barriers with the blocks' factors, `None` outside.
-    fn value(&self, stage: &BarrierStage, point: &Point) -> Option<(f64, Vec<Mat<f64>>)> {
+    /// Computes −t/κ + barriers and the factors of the blocks, or `None` outside of the feasible
+    /// set.
+    fn value(&self, stage: &BarrierStage, point: &Point) -> Option<Evaluation> {
         let Weights { alpha, beta, p, q } = &point.weights;
         let mut value = -point.t / stage.kappa;
         let mut left = self.budget();
@@ -238,26 +264,27 @@ impl Program<'_> {
         value -= left.ln();
         let factors = self.factors(&point.weights)?;
         value -= factors.iter().map(log_det).sum::<f64>();
-        value.is_finite().then_some((value, factors))
+        value.is_finite().then_some(Evaluation { value, factors })
     }
 
-    /// F is homogeneous in the weights: their scale is fixed by a bound on the sum of β over all
-    /// elements.
+    /// Returns the bound on the sum of β over all elements. F is homogeneous in the weights, and
+    /// this bound fixes their scale.
     fn budget(&self) -> f64 {
         2.0 * self.sizes.iter().sum::<usize>() as f64
     }
 
-    /// Newton's method for the minimum of [`Self::value`].
+    /// Finds the minimum of [`Self::value`] by Newton's method.
     fn center(&self, stage: &BarrierStage, point: &mut Point) {
         let m = self.sizes.len();
-        let Some((mut value, mut factors)) = self.value(stage, point) else { return };
+        let Some(mut here) = self.value(stage, point) else { return };
         for _ in 0..60 {
-            let Some(step) = self.step(stage, point, &factors) else { return };
-            let (direction, decrement) = step;
+            let Some(step) = self.step(stage, point, &here.factors) else { return };
+            let NewtonStep { direction, decrement } = step;
             let mut length = 1.0;
             let moved = loop {
-                let shift = |values: &[f64], at: usize| {
-                    values.iter().zip(&direction[at * m..]).map(|(v, d)| v + length * d).collect()
+                let shift = |values: &[f64], weight: usize| {
+                    let direction = &direction[weight * m..];
+                    values.iter().zip(direction).map(|(v, d)| v + length * d).collect()
                 };
                 let trial = Point {
                     weights: Weights {
@@ -268,11 +295,11 @@ impl Program<'_> {
                     },
                     t: point.t + length * direction[4 * m],
                 };
-                if let Some(found) = self.value(stage, &trial)
-                    && found.0 <= value - 0.1 * length * decrement
+                if let Some(there) = self.value(stage, &trial)
+                    && there.value <= here.value - 0.1 * length * decrement
                 {
                     *point = trial;
-                    break Some(found);
+                    break Some(there);
                 }
                 length *= 0.5;
                 if length < 1e-6 {
@@ -280,7 +307,7 @@ impl Program<'_> {
                 }
             };
             match moved {
-                Some(found) => (value, factors) = found,
+                Some(there) => here = there,
                 None => {
                     return;
                 }
@@ -292,15 +319,15 @@ impl Program<'_> {
         }
     }
 
-    /// Newton's direction (α, β, p, q, t) and the squared decrement.
+    /// Computes Newton's direction and its squared decrement.
     fn step(
         &self,
         stage: &BarrierStage,
         point: &Point,
         factors: &[Mat<f64>],
-    ) -> Option<(Vec<f64>, f64)> {
+    ) -> Option<NewtonStep> {
         let m = self.sizes.len();
-        let parts: Vec<(Vec<f64>, Mat<f64>)> = self
+        let blocks: Vec<Derivatives> = self
             .blocks
             .par_iter()
             .zip(factors)
@@ -308,11 +335,11 @@ impl Program<'_> {
             .collect();
         let mut gradient = vec![0.0; 4 * m + 1];
         let mut hessian = Mat::<f64>::zeros(4 * m + 1, 4 * m + 1);
-        for (part, second) in &parts {
+        for block in &blocks {
             for j in 0..4 * m {
-                gradient[j] += part[j];
+                gradient[j] += block.gradient[j];
                 for i in 0..4 * m {
-                    hessian[(i, j)] += second[(i, j)];
+                    hessian[(i, j)] += block.hessian[(i, j)];
                 }
             }
         }
@@ -321,16 +348,18 @@ impl Program<'_> {
         let left = self.budget()
             - self.sizes.iter().zip(beta).map(|(&size, beta)| size as f64 * beta).sum::<f64>();
         for o in 0..m {
-            for (at, value) in [alpha[o], beta[o], p[o], q[o]].into_iter().enumerate() {
-                gradient[at * m + o] -= 1.0 / value;
-                hessian[(at * m + o, at * m + o)] += value.powi(-2);
+            for (weight, value) in [alpha[o], beta[o], p[o], q[o]].into_iter().enumerate() {
+                let place = weight * m + o;
+                gradient[place] -= 1.0 / value;
+                hessian[(place, place)] += value.powi(-2);
             }
             gradient[m + o] += self.sizes[o] as f64 / left;
             for other in 0..m {
                 hessian[(m + o, m + other)] +=
                     (self.sizes[o] * self.sizes[other]) as f64 / (left * left);
             }
-            // −log(PQ − μ²β²), P = p − tp₀, Q = q − tq₀, in the places of β, p, q, t
+            // The term is −log(PQ − μ²β²) with P = p − tp₀ and Q = q − tq₀, and the places are
+            // those of β, p, q, t.
             let (p0, q0, mu2) = (stage.p[o], stage.q[o], stage.mu * stage.mu);
             let (p, q) = (p[o] - point.t * p0, q[o] - point.t * q0);
             let cone = p * q - mu2 * beta[o] * beta[o];
@@ -351,7 +380,7 @@ impl Program<'_> {
                 }
             }
         }
-        // Scaled to a unit diagonal: p and q differ by the square of a length.
+        // The matrix is scaled to a unit diagonal, for p and q differ by the square of a length.
         let scale: Vec<f64> = (0..4 * m + 1).map(|i| hessian[(i, i)].sqrt().recip()).collect();
         let lower = cholesky(Mat::from_fn(4 * m + 1, 4 * m + 1, |i, j| {
             scale[i] * hessian[(i, j)] * scale[j] + if i == j { 1e-13 } else { 0.0 }
@@ -369,6 +398,6 @@ impl Program<'_> {
         );
         let direction: Vec<f64> = (0..4 * m + 1).map(|i| scale[i] * direction[(i, 0)]).collect();
         let decrement = -direction.iter().zip(&gradient).map(|(d, g)| d * g).sum::<f64>();
-        (decrement.is_finite() && decrement > 0.0).then_some((direction, decrement))
+        (decrement.is_finite() && decrement > 0.0).then_some(NewtonStep { direction, decrement })
     }
 }

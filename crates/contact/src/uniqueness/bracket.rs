@@ -1,4 +1,4 @@
-//! Both sides of μ* at once.
+//! The bracket: both sides of μ* at once.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,41 +9,45 @@ use super::upper;
 use super::witness::Witness;
 use crate::model::{Mesh, SceneError};
 
-/// Where μ* is.
+/// The bracket of μ*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Bracket {
-    /// μ* = ∞, exactly: pressures move nothing sideways.
+    /// Pressures move nothing sideways, so μ* = ∞ exactly.
     Unbounded,
-    /// Between the two.
+    /// μ* is between two numbers.
     Bounded {
-        /// Below: US(A) holds its μ, if it is [verified](LowerBound::verified).
+        /// The lower bound: US(A) holds its μ, if it is [verified](LowerBound::verified).
         lower: LowerBound,
-        /// Above: US(A) does not hold its μ.
+        /// The upper bound: US(A) does not hold its μ.
         upper: Witness,
     },
 }
 
-/// Why there is no bracket.
+/// The reason why there is no bracket.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BracketError {
     /// The question has no meaning.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// No certificate.
+    /// There is no certificate.
     #[error("no lower bound: {0}")]
     Lower(#[from] lower::LowerError),
-    /// No witness.
+    /// There is no witness.
     #[error("no upper bound: {0}")]
     Upper(#[from] upper::UpperError),
 }
 
-/// The most elements of which every orbit gets weights of its own; beyond, they are carried over
-/// from a coarser mesh.
+/// The most elements for which every orbit gets weights of its own. Beyond, the weights are carried
+/// over from a coarser mesh.
 const DENSE_ELEMENTS: usize = 256;
 
-/// Brackets μ*: a certificate with weights below, and a witness above. Either side is checked on
-/// its own, by [`lower::verify`] and [`Witness::verify`]; a certificate with more than
-/// [`lower::FACTORED_ROWS`] rows to factor is not, and proves nothing ([`LowerBound::verified`]).
+/// Brackets μ* by a certificate with weights below and a witness above. Each side can be checked by
+/// itself, by [`lower::verify`] and [`Witness::verify`]. A certificate with more than
+/// [`lower::FACTORED_ROWS`] rows to factor is not checked, and proves nothing
+/// ([`LowerBound::verified`]).
+///
+/// # Errors
+/// A [`BracketError`] says that the question has no meaning, or that a side was not found.
 pub fn bracket(question: &Question, search: &WitnessSearch) -> Result<Bracket, BracketError> {
     let system = System::new(question)?;
     match (lower_side(question, &system)?, upper::upper(question, search)?) {

@@ -1,24 +1,24 @@
-//! Local minimisation of F: least μ under x₁y₁ ≤ 0 and x_t·y_t ≤ μ|x₁||y_t|, by an augmented
-//! Lagrangian (J. Nocedal, S. J. Wright, Numerical Optimization, 2nd ed., section 17.4) with a
-//! quasi-Newton method inside ([`lbfgs`]) or Newton's ([`newton`](super::newton)),
-//! which ends lower and needs a matrix.
+//! Local minimisation of F: the least μ under x₁y₁ ≤ 0 and x_t·y_t ≤ μ|x₁||y_t|, by an augmented
+//! Lagrangian (J. Nocedal, S. J. Wright, Numerical Optimization, 2nd ed., section 17.4). The inner
+//! method is a quasi-Newton method ([`lbfgs`]) or Newton's ([`newton`](super::newton)), which ends
+//! lower and needs a matrix.
 //!
-//! The constraints added up with equal weights say Σ αx₁y₁ + x_t·y_t ≤ μ Σ|x₁||y_t| with α = 1, or
-//! more for a weak coupling. So the ratio of the two sides is minimised first, a smooth problem but
-//! for kinks; where it ends, the equal weights are the first multipliers, and the penalty grows
-//! slowly from there. That passes many a poor local minimum that a start with zero multipliers or a
-//! strong penalty ends in.
+//! The sum of the constraints with equal weights is Σ αx₁y₁ + x_t·y_t ≤ μ Σ|x₁||y_t| with α = 1, or
+//! more for a weak coupling. So the ratio of the two sides is minimised first, which is a smooth
+//! problem but for kinks. Where that ends, the equal weights are the first multipliers, and the
+//! penalty grows slowly from there. This passes many a poor local minimum in which a start with
+//! zero multipliers or a strong penalty ends.
 //!
-//! Few elements, random starts and what is far from a stripe leave the ratio too little to say:
-//! there multipliers and penalty begin low, and the inner method is Newton's.
+//! With few elements, random starts or fields far from a stripe the ratio says too little. There
+//! multipliers and penalty begin low, and the inner method is Newton's.
 //!
-//! What the inverse of A's diagonal blocks makes of a gradient is the first guess of the Hessian's
-//! inverse: without it, or with another power of A, the same effort ends a tenth higher. The
-//! constraints are of second degree in x, whose length a penalty keeps at xᵀAx = k.
+//! The first guess of the Hessian's inverse is the inverse of A's diagonal blocks. Without it, or
+//! with another power of A, the same effort ends a tenth higher. The constraints are of second
+//! degree in x, whose length a penalty keeps at xᵀAx = k.
 //!
-//! With a weak coupling κ pressures are of order κ and μ of order 1/κ. So in here x₁ is in units of
-//! κ, y₁ in units of 1/κ (which leaves the operator symmetric), the normal constraint is x₁y₁/κ²
-//! and μ in units of 1/κ: all are of order one for every κ.
+//! With a weak coupling κ pressures are of order κ and μ is of order 1/κ. So in this module x₁ is
+//! in units of κ and y₁ in units of 1/κ (which leaves the operator symmetric), the normal
+//! constraint is x₁y₁/κ², and μ is in units of 1/κ. All of these are of order one for every κ.
 
 use faer::Mat;
 
@@ -26,28 +26,29 @@ use super::lbfgs::{self, Objective};
 use super::system::{System, dot};
 use crate::influence::{Circulant, Scratch};
 
-/// A coupling κ below this is weak.
+/// The coupling κ below which it is weak.
 const WEAK: f64 = 0.3;
-/// Weight of the penalty on the length of x.
+/// The weight of the penalty on the length of x.
 pub(super) const LENGTH: f64 = 10.0;
 
-/// Up to so many elements there is too little room for stripes to begin from their ratio.
+/// The number of elements up to which there is too little room for stripes to begin from their
+/// ratio.
 const FEW: usize = 16;
 
-/// μ κ to start from with few elements.
+/// The first value of μκ with few elements.
 const FIRST_MU: f64 = 5.0;
 
-/// How far a minimisation is taken.
+/// The limits of a minimisation.
 #[derive(Clone, Copy, Debug)]
 struct Limits {
-    /// Updates of the multipliers.
+    /// The number of updates of the multipliers.
     outer: usize,
-    /// Steps between two of them.
+    /// The number of steps between two updates.
     inner: usize,
-    /// What the penalty grows by where violations do not shrink. A slow growth passes many a poor
-    /// local minimum.
+    /// The factor by which the penalty grows where violations do not shrink. A slow growth passes
+    /// many a poor local minimum.
     growth: f64,
-    /// Largest violation, and relative change of μ, that end it.
+    /// The largest violation, and the relative change of μ, at which the minimisation ends.
     tolerance: f64,
 }
 
@@ -63,39 +64,48 @@ impl Limits {
     }
 }
 
-/// Signs of x₁ and a direction of y_t that a minimisation is led towards.
+/// A pattern that a minimisation is led towards: signs of x₁ and a direction of y_t.
 #[derive(Clone, Debug)]
 pub(super) struct Pattern {
-    /// ±1 for each element.
+    /// The sign ±1 of each element.
     pub(super) signs: Vec<f64>,
-    /// A unit vector.
+    /// The unit vector (x, y) of the direction.
     pub(super) direction: [f64; 2],
 }
 
-/// Minimisations on one system.
+/// The gradients of an element's two constraints in (x, y, μ).
+pub(super) struct Slopes {
+    /// The gradient of the normal constraint.
+    pub(super) normal: [f64; 7],
+    /// The gradient of the tangential constraint.
+    pub(super) tangential: [f64; 7],
+}
+
+/// A workspace for minimisations on one system.
 pub(super) struct Descent<'a> {
     system: &'a System,
     scratch: Scratch,
     circulant: Circulant,
     circulant_scratch: Scratch,
-    /// 1 over the largest diagonal entry.
+    /// The inverse of the largest diagonal entry of the operator.
     scale: f64,
-    /// κ.
+    /// The coupling κ.
     pub(super) coupling: f64,
     pub(super) k: usize,
-    /// How strictly the constraints are asked for.
+    /// The margin by which the constraints must hold.
     margin: f64,
-    /// What μ is measured in.
+    /// The unit of μ in the Lagrangian's first term, μ²/2 over this unit.
     pub(super) unit: f64,
     pub(super) penalty: f64,
-    /// Of the normal constraints, then of the tangential ones.
+    /// The multipliers of the normal constraints, then of the tangential ones.
     pub(super) multipliers: Vec<f64>,
     pub(super) y: Vec<f64>,
     pub(super) values: Vec<f64>,
 }
 
 impl<'a> Descent<'a> {
-    /// `coupling` is κ, `margin` how strictly the constraints are asked for.
+    /// Creates a workspace. The `coupling` is κ, and `margin` says how strictly the constraints
+    /// must hold.
     pub(super) fn new(system: &'a System, coupling: f64, margin: f64) -> Self {
         let k = system.elements();
         Self {
@@ -115,7 +125,7 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// out = A x in the units of this module and of the largest diagonal entry.
+    /// Computes out = A x in the units of this module and of the largest diagonal entry.
     fn apply(&mut self, out: &mut [f64], x: &[f64]) {
         let mut x = x.to_vec();
         x[..self.k].iter_mut().for_each(|x| *x *= self.coupling);
@@ -124,7 +134,7 @@ impl<'a> Descent<'a> {
         out[..self.k].iter_mut().for_each(|y| *y *= self.coupling);
     }
 
-    /// A in the units of this module.
+    /// Returns A as a 3k × 3k matrix in the units of this module.
     fn matrix(&self) -> Mat<f64> {
         let mut matrix = self.system.matrix();
         let unit = |i: usize| if i < self.k { self.coupling } else { 1.0 };
@@ -136,7 +146,7 @@ impl<'a> Descent<'a> {
         matrix
     }
 
-    /// y, and the values of the constraints, at a point: x and then μ.
+    /// Computes y and the values of the constraints at a point, which is x followed by μ.
     pub(super) fn constrain(&mut self, point: &[f64]) {
         let k = self.k;
         let (x, mu) = (&point[..3 * k], point[3 * k]);
@@ -151,13 +161,13 @@ impl<'a> Descent<'a> {
         self.y = y;
     }
 
-    /// The largest violation at the point last constrained.
+    /// Returns the largest violation at the point last constrained.
     fn violation(&self) -> f64 {
         self.values.iter().fold(0.0, |most: f64, &c| most.max(c))
     }
 
-    /// The gradients of an element's two constraints.
-    pub(super) fn slopes(&self, point: &[f64], e: usize) -> ([f64; 7], [f64; 7]) {
+    /// Computes the gradients of an element's two constraints.
+    pub(super) fn slopes(&self, point: &[f64], e: usize) -> Slopes {
         let (k, mu) = (self.k, point[3 * self.k]);
         let [x1, x2, x3] = [0, 1, 2].map(|c| point[c * k + e]);
         let [y1, y2, y3] = [0, 1, 2].map(|c| self.y[c * k + e]);
@@ -165,14 +175,22 @@ impl<'a> Descent<'a> {
         let n = if slip > 0.0 { [y2 / slip, y3 / slip] } else { [0.0; 2] };
         let (a, sign) = (x1.abs(), if x1 == 0.0 { 0.0 } else { x1.signum() });
         let unit = 1.0 / (self.coupling * self.coupling);
-        let normal = [unit * y1, 0.0, 0.0, unit * x1, 0.0, 0.0, 0.0];
-        (
-            normal,
-            [-mu * sign * slip, y2, y3, 0.0, x2 - mu * a * n[0], x3 - mu * a * n[1], -a * slip],
-        )
+        Slopes {
+            normal: [unit * y1, 0.0, 0.0, unit * x1, 0.0, 0.0, 0.0],
+            tangential: [
+                -mu * sign * slip,
+                y2,
+                y3,
+                0.0,
+                x2 - mu * a * n[0],
+                x3 - mu * a * n[1],
+                -a * slip,
+            ],
+        }
     }
 
-    /// (I A) v for numbers per element in (x, y, μ): what a derivative in those is in the point.
+    /// Computes (I A) v for numbers per element in (x, y, μ). It turns a derivative with respect to
+    /// these into one with respect to the point.
     pub(super) fn collect(&mut self, locals: impl Iterator<Item = [f64; 7]>, out: &mut [f64]) {
         let k = self.k;
         let mut by_y = vec![0.0; 3 * k];
@@ -189,7 +207,7 @@ impl<'a> Descent<'a> {
         out.iter_mut().zip(&by_x).for_each(|(out, x)| *out += x);
     }
 
-    /// A change of the point as changes in (x, y, μ) per element; `image` is A times its x.
+    /// Returns a change of the point as changes in (x, y, μ) per element; `image` is A times its x.
     fn spread<'b>(k: usize, step: &'b [f64], image: &'b [f64]) -> impl Fn(usize) -> [f64; 7] + 'b {
         move |e| {
             [
@@ -204,7 +222,7 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// x and μ as a point in the units of this module.
+    /// Converts x and μ to a point in the units of this module.
     fn enter(&self, x: &[f64], mu: f64) -> Vec<f64> {
         let mut point = x.to_vec();
         point[..self.k].iter_mut().for_each(|x| *x /= self.coupling);
@@ -212,15 +230,16 @@ impl<'a> Descent<'a> {
         point
     }
 
-    /// The reverse of [`enter`](Self::enter).
+    /// Reverses [`enter`](Self::enter): writes `x` and returns μ.
     fn leave(&self, point: &[f64], x: &mut [f64]) -> f64 {
         x.copy_from_slice(&point[..3 * self.k]);
         x[..self.k].iter_mut().for_each(|x| *x *= self.coupling);
         point[3 * self.k] / self.coupling
     }
 
-    /// Minimises from `x`, towards a pattern if there is one (without, 3k × 3k matrices are
-    /// factored); returns x with xᵀAx near k, and μ. The constraints hold up to a small violation.
+    /// Minimises from `x`, towards a pattern if there is one. Without a pattern, 3k × 3k matrices
+    /// are factored. It leaves x with xᵀAx near k and returns μ. The constraints hold up to a small
+    /// violation.
     pub(super) fn minimise(&mut self, x: &mut [f64], pattern: Option<&Pattern>) -> f64 {
         let k = self.k;
         let mut point = self.enter(x, 0.0);
@@ -228,8 +247,8 @@ impl<'a> Descent<'a> {
             self.begin(&mut point, pattern);
             self.approach(&mut point, Limits::of(k), None);
         } else {
-            // the first minimisation is free to pass poor local minima, the second one stays where
-            // the first one ended
+            // The first minimisation is free to pass poor local minima; the second one stays where
+            // the first one ended.
             let matrix = self.matrix();
             self.point_to_length(&mut point);
             (point[3 * k], self.unit) = (FIRST_MU, FIRST_MU * FIRST_MU);
@@ -243,7 +262,7 @@ impl<'a> Descent<'a> {
         self.leave(&point, x)
     }
 
-    /// Minimises the ratio, and takes multipliers and penalty from there.
+    /// Minimises the ratio, and takes multipliers and penalty from its minimum.
     fn begin(&mut self, point: &mut [f64], pattern: Option<&Pattern>) {
         let k = self.k;
         for pattern in pattern.into_iter().map(Some).chain([None]) {
@@ -268,7 +287,8 @@ impl<'a> Descent<'a> {
         self.penalty = first / (dot(&self.values, &self.values) / (2 * k) as f64).sqrt();
     }
 
-    /// The augmented Lagrangian's method, with Newton's inside where A is given as a matrix.
+    /// Runs the augmented Lagrangian's method, with Newton's method inside if A is given as a
+    /// matrix.
     fn approach(&mut self, point: &mut [f64], limits: Limits, matrix: Option<&Mat<f64>>) {
         let k = self.k;
         let mut shift = 1.0 / k as f64;
@@ -300,7 +320,7 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// Makes xᵀAx = k.
+    /// Scales the point so that xᵀAx = k.
     fn point_to_length(&mut self, point: &mut [f64]) {
         self.constrain(point);
         let x = &mut point[..3 * self.k];
@@ -308,19 +328,19 @@ impl<'a> Descent<'a> {
         x.iter_mut().for_each(|x| *x *= length);
     }
 
-    /// The root of the weight α of the normal constraints: 1, for a weak coupling in proportion to
-    /// 1/κ.
+    /// Returns the root of the weight α of the normal constraints. It is 1, and in proportion to
+    /// 1/κ for a weak coupling.
     fn normal_weight(&self) -> f64 {
         (WEAK / self.coupling).max(1.0)
     }
 
-    /// Weights a field's normal part.
+    /// Multiplies the normal block of a field by the weight.
     fn weight(&self, field: &mut [f64]) {
         let weight = self.normal_weight().powi(2);
         field[..self.k].iter_mut().for_each(|value| *value *= weight);
     }
 
-    /// The inverse circulants of A's diagonal blocks times a change of x.
+    /// Applies the inverse circulants of A's diagonal blocks to a gradient in x.
     fn precondition(&mut self, gradient: &[f64], out: &mut [f64]) {
         let (k, n) = (self.k, self.system.grid().len());
         let (mut from, mut to) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);
@@ -330,8 +350,8 @@ impl<'a> Descent<'a> {
         out.iter_mut().for_each(|x| *x /= self.scale);
     }
 
-    /// Gauss–Newton onto the active constraints, with the least change of the point. The μ reached,
-    /// if all of them hold with half of the margin.
+    /// Restores the active constraints by a Gauss–Newton method with the least change of the point.
+    /// Returns the μ reached, if all constraints hold with half of the margin.
     pub(super) fn restore(&mut self, x: &mut [f64], mu: f64) -> Option<f64> {
         let k = self.k;
         let mut point = self.enter(x, mu);
@@ -340,12 +360,11 @@ impl<'a> Descent<'a> {
             if self.violation() <= 0.5 * self.margin {
                 return Some(self.leave(&point, x));
             }
-            let slopes: Vec<([f64; 7], [f64; 7])> =
-                (0..k).map(|e| self.slopes(&point, e)).collect();
+            let slopes: Vec<Slopes> = (0..k).map(|e| self.slopes(&point, e)).collect();
             let active: Vec<bool> = self.values.iter().map(|&c| c > -10.0 * self.margin).collect();
             let mut residual: Vec<f64> =
                 self.values.iter().zip(&active).map(|(&c, &a)| if a { -c } else { 0.0 }).collect();
-            // conjugate gradients on J Jᵀ
+            // Conjugate gradients solve the system with J Jᵀ.
             let mut p = residual.clone();
             let mut total = vec![0.0; 3 * k + 1];
             let mut step = vec![0.0; 3 * k + 1];
@@ -353,10 +372,9 @@ impl<'a> Descent<'a> {
             let mut rr = dot(&residual, &residual);
             let target = rr * 1e-12;
             for _ in 0..400 {
-                let pulled = slopes
-                    .iter()
-                    .enumerate()
-                    .map(|(e, (g, h))| std::array::from_fn(|i| p[e] * g[i] + p[k + e] * h[i]));
+                let pulled = slopes.iter().enumerate().map(|(e, Slopes { normal, tangential })| {
+                    std::array::from_fn(|i| p[e] * normal[i] + p[k + e] * tangential[i])
+                });
                 let pulled: Vec<[f64; 7]> = pulled.collect();
                 self.collect(pulled.into_iter(), &mut step);
                 let norm = dot(&step, &step);
@@ -366,7 +384,7 @@ impl<'a> Descent<'a> {
                 let alpha = rr / norm;
                 self.apply(&mut image, &step[..3 * k]);
                 let of = Self::spread(k, &step, &image);
-                for (e, (normal, tangential)) in slopes.iter().enumerate() {
+                for (e, Slopes { normal, tangential }) in slopes.iter().enumerate() {
                     let v = of(e);
                     for (i, slope) in [(e, normal), (k + e, tangential)] {
                         if active[i] {
@@ -385,13 +403,13 @@ impl<'a> Descent<'a> {
     }
 }
 
-/// Steps of the minimisation of the ratio.
+/// The number of steps of the minimisation of the ratio.
 const RATIO_STEPS: usize = 600;
 
-/// Steps that win less than this share of the value end a minimisation.
+/// The share of the value below which the gain of a step ends a minimisation.
 const STALLED: f64 = 2e-9;
 
-/// Σ (αx₁y₁ + x_t·y_t) / Σ|x₁||y_t|, or with a pattern Σ ±x₁ (n·y_t) below.
+/// The ratio Σ (αx₁y₁ + x_t·y_t) / Σ|x₁||y_t|, or with a pattern the one with Σ ±x₁ (n·y_t) below.
 struct Ratio<'a, 'b> {
     descent: &'a mut Descent<'b>,
     pattern: Option<&'a Pattern>,
@@ -402,7 +420,7 @@ impl Objective for Ratio<'_, '_> {
         let k = self.descent.k;
         let mut y = vec![0.0; 3 * k];
         self.descent.apply(&mut y, x);
-        // the sum, and its derivatives in x₁ and in y_t
+        // These are the sum, and its derivatives with respect to x₁ and y_t.
         let (mut sum, mut by_x, mut by_y) = (0.0, vec![0.0; k], vec![0.0; 3 * k]);
         for e in 0..k {
             let slip = y[k + e].hypot(y[2 * k + e]);
@@ -441,7 +459,7 @@ impl Objective for Ratio<'_, '_> {
     }
 }
 
-/// The augmented Lagrangian of x and μ.
+/// The augmented Lagrangian as a function of x and μ.
 struct Lagrangian<'a, 'b> {
     descent: &'a mut Descent<'b>,
 }
@@ -458,14 +476,16 @@ impl Objective for Lagrangian<'_, '_> {
         let mut sum = 0.0;
         let forces: Vec<[f64; 7]> = (0..k)
             .map(|e| {
-                let (by_normal, by_tangential) = descent.slopes(point, e);
+                let slopes = descent.slopes(point, e);
                 let [normal, tangential] = [e, k + e].map(|i| {
                     let force =
                         (descent.multipliers[i] + descent.penalty * descent.values[i]).max(0.0);
                     sum += force * force - descent.multipliers[i] * descent.multipliers[i];
                     force
                 });
-                std::array::from_fn(|i| normal * by_normal[i] + tangential * by_tangential[i])
+                std::array::from_fn(|i| {
+                    normal * slopes.normal[i] + tangential * slopes.tangential[i]
+                })
             })
             .collect();
         descent.collect(forces.into_iter(), gradient);

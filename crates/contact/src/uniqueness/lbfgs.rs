@@ -1,35 +1,36 @@
-//! Minimisation of a smooth function of many variables with memory of a few steps: L-BFGS (J.
-//! Nocedal, S. J. Wright, Numerical Optimization, 2nd ed., section 7.2), with a preconditioner as
-//! its first guess of the inverse Hessian and a line search for Wolfe's weak conditions by
-//! bisection, which also serves at kinks (A. S. Lewis, M. L. Overton, Math. Program. 141, 2013).
+//! L-BFGS: minimisation of a smooth function of many variables with memory of a few steps (J.
+//! Nocedal, S. J. Wright, Numerical Optimization, 2nd ed., section 7.2). A preconditioner is its
+//! first guess of the inverse Hessian. The line search finds Wolfe's weak conditions by bisection,
+//! which also serves at kinks (A. S. Lewis, M. L. Overton, Math. Program. 141, 2013).
 
 use std::collections::VecDeque;
 
 use super::system::dot;
 
-/// What is minimised.
+/// A function to minimise.
 pub(super) trait Objective {
-    /// The value at a point, infinite or NaN where there is none, and its gradient.
+    /// Returns the value at a point, infinite or NaN where there is none, and writes its gradient.
     fn value(&mut self, point: &[f64], gradient: &mut [f64]) -> f64;
 
-    /// out = an approximate inverse of the Hessian, symmetric and positive definite, times
-    /// `gradient`; its scale does not matter.
+    /// Computes out = an approximate inverse of the Hessian, symmetric and positive definite, times
+    /// `gradient`. Its scale does not matter.
     fn precondition(&mut self, gradient: &[f64], out: &mut [f64]);
 }
 
-/// Steps remembered.
+/// The number of steps that are remembered.
 const MEMORY: usize = 20;
-/// Wolfe's conditions: the least decrease and the most of the slope that remains.
+/// The least decrease in Wolfe's conditions, as a share of the one that the slope predicts.
 const DECREASE: f64 = 1e-4;
+/// The largest share of the slope that may remain in Wolfe's conditions.
 const SLOPE: f64 = 0.9;
-/// Most evaluations along one direction.
+/// The most evaluations along one direction.
 const TRIALS: usize = 25;
 
-/// One step with the change of the gradient along it.
+/// A step with the change of the gradient along it.
 struct Pair {
     step: Vec<f64>,
     change: Vec<f64>,
-    /// 1 / step · change.
+    /// The inverse 1 / step · change.
     inverse: f64,
 }
 
@@ -50,8 +51,8 @@ impl Place {
     }
 }
 
-/// Minimises from `point`, which becomes the best one found, in at most so many `steps`, until one
-/// wins less than the relative `tolerance`. The value reached.
+/// Minimises from `point`, which becomes the best point found, in at most `steps` steps. It ends
+/// when a step wins less than the relative `tolerance`, and returns the value reached.
 pub(super) fn minimise(
     point: &mut [f64],
     objective: &mut impl Objective,
@@ -68,7 +69,7 @@ pub(super) fn minimise(
     while taken < steps {
         towards(&here.gradient, &pairs, objective, &mut direction);
         let slope = dot(&here.gradient, &direction);
-        // without memory the direction has no length to go by
+        // Without memory the length of the direction means nothing.
         let mut length = if pairs.is_empty() {
             dot(&direction, &direction).sqrt().recip().min(1.0)
         } else {
@@ -111,7 +112,7 @@ pub(super) fn minimise(
 }
 
 impl Pair {
-    /// `None` where the curvature along the step is not positive.
+    /// Creates the pair of a step, or `None` if the curvature along the step is not positive.
     fn between(from: &Place, to: &Place) -> Option<Self> {
         let difference =
             |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
@@ -123,7 +124,7 @@ impl Pair {
     }
 }
 
-/// Minus the approximate inverse of the Hessian times the gradient.
+/// Computes minus the approximate inverse of the Hessian times the gradient.
 fn towards(
     gradient: &[f64],
     pairs: &VecDeque<Pair>,
@@ -139,7 +140,7 @@ fn towards(
     }
     objective.precondition(&rest, direction);
     if let Some(last) = pairs.back() {
-        // the scale that the last step measured
+        // This is the scale that the last step measured.
         let mut image = vec![0.0; rest.len()];
         objective.precondition(&last.change, &mut image);
         let scale = 1.0 / (last.inverse * dot(&last.change, &image));

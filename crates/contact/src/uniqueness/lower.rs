@@ -1,13 +1,14 @@
-//! The lower side of μ*: weights that prove uniqueness, and the proof's check by one factorisation.
+//! The lower side of μ*: weights that prove uniqueness, and the check of their proof by one
+//! factorisation.
 //!
 //! # The certificate
-//! Weights α ≥ 0, β > 0, τ > 0 per element, and the symmetric matrix
+//! The certificate consists of weights α ≥ 0, β > 0, τ > 0 per element, and the symmetric matrix
 //!
 //! ```text
 //! F(μ) = S − μT,  S = sym(αΠ₁A) + sym(βΠ_tA),  T = ½(βτΠ₁ + AᵀΠ_t(β/τ)A).
 //! ```
 //!
-//! If F(μ) is positive definite then μ < μ*. For suppose μ ≥ μ*: then there is an x ≠ 0 with y =
+//! If F(μ) is positive definite, then μ < μ*. For suppose μ ≥ μ*: then there is an x ≠ 0 with y =
 //! Ax, x₁y₁ ≤ 0 and x_t·y_t ≤ μ|x₁||y_t| at every element ([`super`]), and as 2|x₁||y_t| ≤ τx₁² +
 //! |y_t|²/τ,
 //!
@@ -16,34 +17,35 @@
 //! ```
 //!
 //! As T is positive semidefinite, F(μ) ≻ 0 makes F ≻ 0 for every smaller μ too. Only ratios of α
-//! and β matter, τ is in units of cℓ. Where F is to be best is a convex question (`barrier`), so
+//! and β matter, and τ is in units of cℓ. The best weights solve a convex problem (`barrier`), so
 //! averaging over the symmetries of Ω loses nothing: the weights are constant on the orbits of
 //! elements under them, in whose adapted basis F falls into blocks.
 //!
-//! Without normal–tangential coupling there is nothing to bound: μ* = ∞, exactly
+//! Without normal–tangential coupling there is nothing to bound: μ* = ∞ exactly
 //! ([`Lower::Unbounded`]).
 //!
 //! # Rounding
 //! [`verify`] takes the coefficients of the table, as they are, for the operator, and shows F ≻ 0
-//! in exact arithmetic. With u = 2⁻⁵³ and γ = 4(m + 32)u for a block of size m (inner products of
-//! at most m + 32 terms, with room to spare):
-//! - What is computed differs from F by at most γB entrywise, B = |D||A| + |A||D| + P + |A|Q|A|
+//! in exact arithmetic. Let u = 2⁻⁵³ and γ = 4(m + 32)u for a block of size m (inner products of at
+//! most m + 32 terms, with room to spare):
+//! - The computed matrix differs from F by at most γB entrywise, B = |D||A| + |A||D| + P + |A|Q|A|
 //!   with D = (α, β), P = μβτ, Q = μβ/τ, hence in the 2-norm by at most γ‖B‖∞.
 //! - Cholesky's factor of a matrix C is the exact one of a C + E with |E| ≤ γ|L||Lᵀ|, hence ‖E‖₂ ≤
 //!   γ‖L‖²_F ≤ 2γ tr C (Higham, Accuracy and Stability of Numerical Algorithms, theorem 10.3), and
 //!   it exists only if C + E is positive definite.
-//! - The table is symmetric under x → −x and y → −y to the last bit, under x ↔ y to rounding, and
-//!   an entry of a block is a sum of up to eight coefficients of both signs, whose rounding goes by
-//!   Σ|coefficients| and not by |entry|. With d the ∞-norm of the first difference and 16u that of
-//!   the matrix of Σ|coefficients|, the blocks are those of an operator A' at most d away, and F's
-//!   is at most (max D + 2‖A‖∞ max Q) d away.
-//! - Only ratios of α and β matter, and they are divided by the largest β: what underflows then is
-//!   far below γ‖B‖∞. Where coupling is weak α is larger by many orders, so EFE stands for F, with
-//!   E a power of two near 1/√(max α) on pressures and 1 on tangential tractions, which rounds
-//!   nothing: EBE for B, and max E (max ED + 2 max E ‖A‖∞ max Q) d for what symmetry takes.
+//! - The table is symmetric under x → −x and y → −y to the last bit, and under x ↔ y to rounding.
+//!   An entry of a block is a sum of up to eight coefficients of both signs, whose rounding goes by
+//!   Σ|coefficients| and not by |entry|. Let d be the ∞-norm of the table's deviation from symmetry
+//!   plus 16u times that of the matrix of Σ|coefficients|. Then the blocks are those of an operator
+//!   A' at most d away, and their F is at most (max D + 2‖A‖∞ max Q) d away.
+//! - Only ratios of α and β matter, and they are divided by the largest β: a number that underflows
+//!   then is far below γ‖B‖∞. Where the coupling is weak, α is larger by many orders. So EFE stands
+//!   for F, with E a power of two near 1/√(max α) on pressures and 1 on tangential tractions, which
+//!   rounds nothing. EBE replaces B, and the share of the symmetry becomes max E (max ED + 2 max E
+//!   ‖A‖∞ max Q) d.
 //!
-//! So F is positive definite if EFE − sI factorises with s the sum of the three. It is the same on
-//! any number of threads.
+//! So F is positive definite if EFE − sI factorises, where s is the sum of the three. The outcome
+//! is the same on any number of threads.
 
 use faer::Mat;
 use rayon::prelude::*;
@@ -54,43 +56,43 @@ use super::ratio::{Parts, Smallest, smallest};
 use super::symmetry::{Block, Symmetries, asymmetry};
 use super::system::System;
 
-/// The lower side of μ*.
+/// The outcome of a search for a lower bound of μ*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Lower {
-    /// μ* = ∞, exactly: pressures move nothing sideways.
+    /// Pressures move nothing sideways, so μ* = ∞ exactly.
     Unbounded,
     /// μ* is above a number.
     Bound(LowerBound),
 }
 
-/// Weights with which F(μ) is positive definite: μ < μ*.
+/// Weights for which F(μ) is positive definite, so that μ < μ*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LowerBound {
-    /// μ.
+    /// The friction coefficient μ.
     pub mu: f64,
-    /// α ≥ 0 of each orbit of elements, see [`orbits`].
+    /// The weight α ≥ 0 of each orbit of elements, see [`orbits`].
     pub alpha: Vec<f64>,
-    /// β > 0 of each orbit.
+    /// The weight β > 0 of each orbit.
     pub beta: Vec<f64>,
-    /// τ > 0 of each orbit, in units of cℓ.
+    /// The weight τ > 0 of each orbit, in units of cℓ.
     pub tau: Vec<f64>,
-    /// Whether a factorisation has shown it, as [`verify`] does; without, it is no proof: μ is what
-    /// an iteration found, less its error estimate.
+    /// True if a factorisation has shown it, as [`verify`] does. Otherwise it is no proof: μ is the
+    /// result of an iteration, less its error estimate.
     pub verified: bool,
 }
 
-/// How the weights may vary.
+/// The freedom of the weights to vary.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Freedom {
-    /// One α and one τ for all elements, β = 1.
+    /// All elements have one α and one τ, and β = 1.
     Global,
-    /// Another one for each orbit of elements under the symmetries of Ω.
+    /// Each orbit of elements under the symmetries of Ω has its own weights.
     #[default]
     PerOrbit,
 }
 
-/// Why there is no lower bound.
+/// The reason why there is no lower bound.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LowerError {
     /// The operator is not positive definite.
@@ -99,56 +101,56 @@ pub enum LowerError {
          projection, or a larger epsilon"
     )]
     Indefinite {
-        /// Elements of Ω.
+        /// The number of elements of Ω.
         elements: usize,
     },
-    /// The weights found do not serve.
+    /// The weights found prove nothing.
     #[error(
         "no weights were found that prove uniqueness on {elements} elements for any friction: take fewer elements"
     )]
     Weights {
-        /// Elements of Ω.
+        /// The number of elements of Ω.
         elements: usize,
     },
 }
 
-/// Why weights prove nothing.
+/// The reason why weights prove nothing.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum VerifyError {
-    /// There are not as many weights as orbits.
+    /// The number of weights is not the number of orbits.
     #[error(
         "{found} weights {name}, but the elements of Ω have {orbits} orbits under its symmetries: there must be one for each"
     )]
     Length {
-        /// Which weights.
+        /// The name of the weights.
         name: &'static str,
-        /// How many there are.
+        /// The number of weights.
         found: usize,
-        /// How many there should be.
+        /// The number of orbits.
         orbits: usize,
     },
     /// A weight is out of range.
     #[error("{name} of orbit {orbit} is {value:e}: it must be finite and {}", if *name == "alpha" { "at least 0" } else { "above 0" })]
     Weight {
-        /// Which weights.
+        /// The name of the weight.
         name: &'static str,
-        /// Where.
+        /// The number of the orbit.
         orbit: usize,
-        /// The value.
+        /// The value of the weight.
         value: f64,
     },
-    /// There is too much to factor.
+    /// The matrix is too large to factor.
     #[error("too large to be checked here: there are {rows} rows to factor, at most {most} are")]
     TooLarge {
-        /// Rows of the largest block.
+        /// The rows of the largest block.
         rows: usize,
-        /// The most that are factored.
+        /// The most rows that are factored.
         most: usize,
     },
-    /// μ is no friction.
+    /// The friction coefficient μ has no meaning.
     #[error("mu = {mu:e}: it must be finite and above 0")]
     Mu {
-        /// The value.
+        /// The value of μ.
         mu: f64,
     },
     /// F(μ) is not positive definite, or not by more than rounding.
@@ -156,23 +158,27 @@ pub enum VerifyError {
         "F(μ) for mu = {mu:e} minus its rounding margin has no Cholesky factor: the weights do not prove uniqueness"
     )]
     Indefinite {
-        /// μ.
+        /// The friction coefficient μ.
         mu: f64,
     },
 }
 
-/// The orbits of the elements of Ω under its symmetries: for each element, ascending, the number of
-/// its orbit; orbits are numbered in the order of their first elements.
+/// Returns the orbits of the elements of Ω under its symmetries: the number of its orbit for each
+/// element, ascending. Orbits are numbered in the order of their first elements.
 pub fn orbits(system: &System) -> Vec<usize> {
     Symmetries::of(system, |_, _| true).orbits(system)
 }
 
-/// The most rows of a block that is factored: some 100 MB for each of a few matrices.
+/// The most rows of a block that is factored, which takes some 100 MB for each of a few matrices.
 pub const FACTORED_ROWS: usize = 3600;
 
 /// Shows in one factorisation (one for each block of symmetry) that F(μ) is positive definite,
-/// rounding included. Refuses blocks of more than `most` rows, which take a few times 8·rows² bytes
-/// each; [`FACTORED_ROWS`] is what a bracket is found with.
+/// rounding included. Blocks may have at most `most` rows, which take a few times 8·rows² bytes
+/// each. A search for a bracket uses [`FACTORED_ROWS`].
+///
+/// # Errors
+/// A [`VerifyError`] says that the weights or μ have no meaning, that a block is too large, or that
+/// the weights prove nothing.
 pub fn verify(system: &System, bound: &LowerBound, most: usize) -> Result<(), VerifyError> {
     let symmetries = Symmetries::of(system, |_, _| true);
     let orbits = symmetries.orbits(system).iter().max().map_or(0, |last| last + 1);
@@ -202,8 +208,13 @@ pub fn verify(system: &System, bound: &LowerBound, most: usize) -> Result<(), Ve
     }
 }
 
-/// The best lower bound that weights of this freedom give, by dense algebra: memory and time of a
-/// few matrices and their factors of 3k/4 to 3k rows, depending on the symmetry of Ω.
+/// Computes the best lower bound that weights of this freedom give, by dense algebra. It takes the
+/// memory and time of a few matrices and their factors of 3k/4 to 3k rows, depending on the
+/// symmetry of Ω.
+///
+/// # Errors
+/// A [`LowerError`] says that the operator is not positive definite, or that the weights found
+/// prove nothing.
 pub fn lower(system: &System, freedom: Freedom) -> Result<Lower, LowerError> {
     if !system.is_coupled() {
         return Ok(Lower::Unbounded);
@@ -218,7 +229,7 @@ pub fn lower(system: &System, freedom: Freedom) -> Result<Lower, LowerError> {
     let weights = match freedom {
         Freedom::PerOrbit => Program { blocks: &blocks, sizes: &sizes }.maximise(start, TOLERANCE),
         Freedom::Global => {
-            let own: Vec<Vec<usize>> = blocks
+            let orbits: Vec<Vec<usize>> = blocks
                 .iter_mut()
                 .map(|block| {
                     let zeros = vec![0; block.len()];
@@ -230,7 +241,7 @@ pub fn lower(system: &System, freedom: Freedom) -> Result<Lower, LowerError> {
             let [alpha, beta, p, q] = one;
             let found = Program { blocks: &blocks, sizes: &[system.elements()] }
                 .maximise(Weights { alpha, beta, p, q }, TOLERANCE);
-            blocks.iter_mut().zip(own).for_each(|(block, own)| block.orbit = own);
+            blocks.iter_mut().zip(orbits).for_each(|(block, orbit)| block.orbit = orbit);
             found
                 .map(|w| Weights::uniform(sizes.len(), w.mu(0), w.alpha[0] / w.beta[0], w.tau()[0]))
         }
@@ -248,14 +259,19 @@ pub fn lower(system: &System, freedom: Freedom) -> Result<Lower, LowerError> {
     Ok(Lower::Bound(bound))
 }
 
-/// A lower bound for a mesh too fine for [`lower`]: the weights of a coarser one of the same Ω,
-/// found there orbit by orbit, carried over by the number of elements to the edges, with one factor
-/// for all α and one for all τ fitted by iteration with the FFT operator (`ratio`).
+/// Computes a lower bound for a mesh that is too fine for [`lower`]. The weights `bound` of a
+/// coarser mesh of the same Ω, found there orbit by orbit, are carried over by the number of
+/// elements to the edges. One factor for all α and one for all τ are fitted by iteration with the
+/// FFT operator (`ratio`).
 ///
-/// Factorised where the blocks have at most `rows` rows (8·rows² bytes for each of a few matrices).
-/// Otherwise μ is the iteration's, less [`UNVERIFIED`] and ten times its residual, and not
-/// verified: the iteration can have missed a lower mode. Where the weights carried over prove
-/// nothing, the same ones everywhere are tried.
+/// The bound is factorised if the blocks have at most `rows` rows (8·rows² bytes for each of a few
+/// matrices). Otherwise μ is the one of the iteration, less [`UNVERIFIED`] and ten times its
+/// residual, and is not verified, for the iteration can have missed a lower mode. If the weights
+/// carried over prove nothing, uniform ones are tried.
+///
+/// # Errors
+/// A [`LowerError`] says that the operator is not positive definite, or that the weights found
+/// prove nothing.
 pub fn lower_from(
     system: &System,
     coarse: &System,
@@ -276,9 +292,9 @@ pub fn lower_from(
             q: of(&|o| weights.beta[o] / weights.tau[o]),
         }
     };
-    // Any vector with a part in every mode, the same one always. What has been found for other
-    // weights is a good start, but can lie in one class of symmetry altogether, and the lowest mode
-    // in another.
+    // This is a vector with a share of every mode, always the same one. The vector found for other
+    // weights is a good start, but it can lie in one class of symmetry altogether, and the lowest
+    // mode in another.
     let generic: Vec<f64> = (0..3 * system.elements())
         .map(|i| ((i + 1) as f64 * 0.618_033_988_749_895).fract() - 0.5)
         .collect();
@@ -291,7 +307,7 @@ pub fn lower_from(
             .unwrap_or(Smallest { ratio: 0.0, residual: 1.0 })
     };
     let mut fitted = |weights| {
-        let (weights, _) = fit(weights, |weights| ratio(weights, SEARCH_TOLERANCE));
+        let weights = fit(weights, |weights| ratio(weights, SEARCH_TOLERANCE));
         let found = ratio(&weights, ITERATION_TOLERANCE);
         (weights, found)
     };
@@ -305,7 +321,7 @@ pub fn lower_from(
     let rows = symmetries.rows(system);
     let matrices =
         (rows <= most).then(|| (symmetries.blocks(system), asymmetry_norm(system, symmetries)));
-    // Weights that vary can make S indefinite; with α = β it is a multiple of the operator.
+    // Weights that vary can make S indefinite. With α = β it is a multiple of the operator.
     for (last, weights) in [(false, carried), (true, uniform)] {
         let (weights, found) = fitted(weights);
         if found.ratio <= 0.0 {
@@ -331,33 +347,29 @@ pub fn lower_from(
     Err(LowerError::Weights { elements: system.elements() })
 }
 
-/// The same with one τ for all, their mean.
+/// Replaces τ of all orbits by their mean.
 fn mean_tau(weights: &LowerBound) -> LowerBound {
     let mean = weights.tau.iter().sum::<f64>() / weights.tau.len() as f64;
     LowerBound { tau: vec![mean; weights.tau.len()], ..weights.clone() }
 }
 
-/// The factors of α and of τ with the largest ratio.
-fn fit(
-    weights: LowerBound,
-    mut ratio: impl FnMut(&LowerBound) -> Smallest,
-) -> (LowerBound, Smallest) {
+/// Finds the factors of α and of τ with the largest ratio, and returns the weights with them.
+fn fit(weights: LowerBound, mut ratio: impl FnMut(&LowerBound) -> Smallest) -> LowerBound {
     let scaled = |weights: &LowerBound, [alpha, tau]: [f64; 2]| LowerBound {
         alpha: weights.alpha.iter().map(|a| a * alpha).collect(),
         tau: weights.tau.iter().map(|t| t * tau).collect(),
         ..weights.clone()
     };
-    // The weights that prove a given μ are a convex set in α, p and q, so the ratio has one top
-    // along log τ and, of those, one along log α.
-    let mut best = (weights.clone(), ratio(&weights));
+    // The weights that prove a given μ are a convex set in α, p and q. So the ratio has one top
+    // along log τ, and the tops have one along log α.
+    let (mut best, mut largest) = (weights.clone(), ratio(&weights).ratio);
     let start = weights;
     golden(|alpha| {
         golden(|tau| {
             let trial = scaled(&start, [alpha.exp(), tau.exp()]);
-            let found = ratio(&trial);
-            let value = found.ratio;
-            if value > best.1.ratio {
-                best = (trial, found);
+            let value = ratio(&trial).ratio;
+            if value > largest {
+                (best, largest) = (trial, value);
             }
             value
         })
@@ -365,8 +377,8 @@ fn fit(
     best
 }
 
-/// The largest value of a function with one top between −ln 4 and ln 4, by golden sections to about
-/// 2 %.
+/// Returns the largest value of a function with one top between −ln 4 and ln 4, found by golden
+/// sections to about 2 %.
 fn golden(mut value: impl FnMut(f64) -> f64) -> f64 {
     const SECTION: f64 = 0.618_033_988_749_895;
     let (mut low, mut high) = (-(4_f64.ln()), 4_f64.ln());
@@ -388,11 +400,11 @@ fn golden(mut value: impl FnMut(f64) -> f64) -> f64 {
     values[0].max(values[1])
 }
 
-/// Weights of a coarser mesh of the same Ω at the orbits of another: those at as many elements from
-/// the edges, in the middle those of the middle, τ in proportion to the operators' diagonals. They
-/// vary near the edges by the element: carried over by position instead they serve worse than
-/// constant ones (8 × 8 to 16 × 16 elements, ν = 0.3: 1.278 by position, 1.312 constant, 1.341 by
-/// elements).
+/// Carries the weights of a coarser mesh of the same Ω over to the orbits of another. They are the
+/// weights at as many elements from the edges, in the middle those of the middle, with τ in
+/// proportion to the operators' diagonals. Near the edges weights vary by the element: carried over
+/// by position instead they serve worse than constant ones (8 × 8 to 16 × 16 elements, ν = 0.3:
+/// 1.278 by position, 1.312 constant, 1.341 by elements).
 fn carry(system: &System, orbit: &[usize], coarse: &System, bound: &LowerBound) -> LowerBound {
     let (grid, from) = (system.grid(), coarse.grid());
     let of = orbits(coarse);
@@ -407,11 +419,12 @@ fn carry(system: &System, orbit: &[usize], coarse: &System, bound: &LowerBound) 
         verified: false,
     };
     let scale = system.largest_diagonal() / coarse.largest_diagonal();
-    for (at, e) in grid.active().enumerate() {
-        if carried.beta[orbit[at]] != 0.0 {
+    for (place, e) in grid.active().enumerate() {
+        let orbit = orbit[place];
+        if carried.beta[orbit] != 0.0 {
             continue;
         }
-        // place among the coarse elements, in elements
+        // The place among the coarse elements is counted in elements.
         let along = |i: usize, n: usize, m: usize| {
             let (last, middle) = ((m - 1) as f64, 0.5 * (m - 1) as f64);
             let from_middle = (last - (n - 1 - i) as f64).max(middle);
@@ -431,30 +444,32 @@ fn carry(system: &System, orbit: &[usize], coarse: &System, bound: &LowerBound) 
                 }
             }
         }
-        // at the edge of a mask there may be none beside it
+        // At the edge of a mask there may be no coarse element beside it.
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         let [alpha, beta, tau] = if total > 0.0 {
             sums.map(|sum| sum / total)
         } else {
             [&bound.alpha, &bound.beta, &bound.tau].map(|values| mean(values))
         };
-        (carried.alpha[orbit[at]], carried.beta[orbit[at]], carried.tau[orbit[at]]) =
+        (carried.alpha[orbit], carried.beta[orbit], carried.tau[orbit]) =
             (alpha, beta, scale * tau);
     }
     carried
 }
 
-/// Relative residual at which the iteration stops.
+/// The relative residual at which the iteration stops.
 const ITERATION_TOLERANCE: f64 = 1e-5;
 
-/// The same while weights are compared; the ratio's error is of the order of its square.
+/// The relative residual while weights are compared. The error of the ratio is of the order of its
+/// square.
 const SEARCH_TOLERANCE: f64 = 1e-3;
 
-/// Relative margin of a μ that no factorisation has checked.
+/// The relative margin of a μ that no factorisation has checked.
 pub const UNVERIFIED: f64 = 1e-3;
 
-/// Weights to start from, the same for all orbits and well inside: α and τ by doubling and halving
-/// until F(μ) stays positive definite up to the largest μ. `None` where no μ > 0 has it.
+/// Finds weights to start from, the same for all orbits and well inside the feasible set. It
+/// doubles and halves α and τ until F(μ) stays positive definite up to the largest μ. It is `None`
+/// if no μ > 0 does.
 fn uniform_start(blocks: &[Block], orbits: usize, diagonal: f64) -> Option<Weights> {
     let of = |[alpha, tau]: [i32; 2], mu: f64| {
         Weights::uniform(orbits, mu, 2_f64.powi(alpha), diagonal * 2_f64.powi(tau))
@@ -462,9 +477,10 @@ fn uniform_start(blocks: &[Block], orbits: usize, diagonal: f64) -> Option<Weigh
     let proves = |place: [i32; 2], mu: f64| {
         blocks.iter().all(|block| cholesky(form(block, &of(place, mu))).is_some())
     };
-    let mut place = [0, 3]; // α = β makes S a multiple of A
+    // With α = β, S is a multiple of A.
+    let mut place = [0, 3];
     let mut mu = (0..60).map(|halvings| 0.5_f64.powi(halvings)).find(|&mu| proves(place, mu))?;
-    // a step counts if it allows a μ larger by a tenth
+    // A step counts if it allows a μ larger by a tenth.
     let climb = |place: [i32; 2], mut mu: f64| {
         let from = mu;
         while mu < MOST_MU && proves(place, 1.1 * mu) {
@@ -486,24 +502,26 @@ fn uniform_start(blocks: &[Block], orbits: usize, diagonal: f64) -> Option<Weigh
     Some(of(place, 0.7 * mu))
 }
 
-/// Relative accuracy to which weights are optimised.
+/// The relative accuracy to which weights are optimised.
 const TOLERANCE: f64 = 1e-5;
 
-/// The ∞-norm of A's deviation from symmetry under x ↔ y, zero where that is not used.
+/// Returns the ∞-norm of A's deviation from symmetry under x ↔ y, or zero where that symmetry is
+/// not used.
 fn asymmetry_norm(system: &System, symmetries: Symmetries) -> f64 {
     if symmetries.swap { asymmetry(system) * system.largest_diagonal() } else { 0.0 }
 }
 
-/// No larger μ is looked for.
+/// The largest μ that is searched for.
 const MOST_MU: f64 = 1e12;
 
-/// The largest μ, to 10⁻⁹, that the weights prove, by bisection of factorisations; `None` if they
-/// prove none. Weights and μ written with 15 digits prove it still.
+/// Finds the largest μ, to 10⁻⁹, that the weights prove, by bisection of factorisations. It is
+/// `None` if they prove none. Weights and μ written with 15 digits still prove it.
 fn largest_mu(blocks: &[Block], asymmetry: f64, weights: &LowerBound) -> Option<f64> {
     let proves = |mu: f64| is_positive(blocks, asymmetry, &LowerBound { mu, ..weights.clone() });
     let mut low = (0..200).map(|halvings| 0.5_f64.powi(halvings - 20)).find(|&mu| proves(mu))?;
     let mut high = 2.0 * low;
-    // the weaker the coupling the larger: above where the search has begun nothing is known yet
+    // The weaker the coupling, the larger μ is. Above the value where the search has begun nothing
+    // is known yet.
     while high < MOST_MU && proves(high) {
         (low, high) = (high, 2.0 * high);
     }
@@ -514,7 +532,7 @@ fn largest_mu(blocks: &[Block], asymmetry: f64, weights: &LowerBound) -> Option<
     Some(low * (1.0 - 1e-9))
 }
 
-/// Whether F(μ) minus the rounding margin factorises in every block.
+/// Says if F(μ) minus the rounding margin factorises in every block.
 fn is_positive(blocks: &[Block], asymmetry: f64, bound: &LowerBound) -> bool {
     let largest = bound.beta.iter().copied().fold(0.0, f64::max);
     let [alpha, beta] = [&bound.alpha, &bound.beta]
@@ -539,13 +557,13 @@ fn is_positive(blocks: &[Block], asymmetry: f64, bound: &LowerBound) -> bool {
     })
 }
 
-/// A power of two near 1/√α.
+/// Returns a power of two near 1/√α.
 fn root(alpha: f64) -> f64 {
     let exponent = ((alpha.to_bits() >> 52) & 0x7ff) as i32 - 1023;
     if alpha > 0.0 { 2_f64.powi(-exponent.div_euclid(2)) } else { 1.0 }
 }
 
-/// s of the module's text, for the scaled `form`.
+/// Computes the margin s of the module's text, for the scaled `form`.
 fn margin(block: &Block, weights: &Weights, scale: &[f64], asymmetry: f64, form: &Mat<f64>) -> f64 {
     let size = block.len();
     let gamma = 4.0 * (size as f64 + 32.0) * 0.5 * f64::EPSILON;

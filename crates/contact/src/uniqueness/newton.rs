@@ -1,8 +1,8 @@
 //! Newton's method for the augmented Lagrangian of few elements, whose Hessian is a matrix.
 //!
-//! The Lagrangian is a sum of functions of seven numbers, x and y = Ax at one element and μ. With
-//! their 7 × 7 Hessians as blocks of M its Hessian is (I A) M (I A)ᵀ. It is not definite; as much
-//! of the identity is added as makes the step one of descent and the value fall as predicted
+//! The Lagrangian is a sum of functions of seven numbers: x and y = Ax at one element, and μ. With
+//! their 7 × 7 Hessians as blocks of M its Hessian is (I A) M (I A)ᵀ. It is not definite. So much
+//! of the identity is added that the step is one of descent and the value falls as predicted
 //! (Levenberg and Marquardt).
 
 use faer::linalg::matmul::matmul;
@@ -12,22 +12,22 @@ use super::barrier::cholesky;
 use super::descent::{Descent, LENGTH};
 use super::system::dot;
 
-/// Below this |y_t| counts as this in curvatures, which would be unbounded.
+/// The |y_t| that replaces a smaller one in curvatures, which would be unbounded.
 const STICK: f64 = 0.03;
 
-/// Value, gradient and Hessian of one element's part in (x, y, μ).
+/// The gradient and the Hessian of one element's term in (x, y, μ).
 struct ElementDerivatives {
     gradient: [f64; 7],
     hessian: [[f64; 7]; 7],
 }
 
 impl Descent<'_> {
-    /// An element's part of the Lagrangian, at the point last constrained.
+    /// Computes the term of an element in the Lagrangian, at the point last constrained.
     fn local(&self, point: &[f64], e: usize) -> ElementDerivatives {
         let (k, mu) = (self.k, point[3 * self.k]);
         let [normal, tangential] =
             [e, k + e].map(|i| (self.multipliers[i] + self.penalty * self.values[i]).max(0.0));
-        let (by_normal, by_tangential) = self.slopes(point, e);
+        let slopes = self.slopes(point, e);
         let mut local = ElementDerivatives { gradient: [0.0; 7], hessian: [[0.0; 7]; 7] };
         let mut add = |i: usize, j: usize, value: f64| {
             local.hessian[i][j] += value;
@@ -53,7 +53,7 @@ impl Descent<'_> {
             add(4, 5, bend * n[0] * n[1]);
             add(0, 6, -tangential * sign * slip);
         }
-        for (force, by) in [(normal, by_normal), (tangential, by_tangential)] {
+        for (force, by) in [(normal, slopes.normal), (tangential, slopes.tangential)] {
             if force > 0.0 {
                 for i in 0..7 {
                     local.gradient[i] += force * by[i];
@@ -66,7 +66,7 @@ impl Descent<'_> {
         local
     }
 
-    /// The augmented Lagrangian.
+    /// Computes the augmented Lagrangian.
     fn lagrangian(&mut self, point: &[f64]) -> f64 {
         self.constrain(point);
         let length = dot(&point[..3 * self.k], &self.y) / self.k as f64 - 1.0;
@@ -76,7 +76,8 @@ impl Descent<'_> {
         0.5 * (mu * mu / self.unit + sum / self.penalty) + 0.5 * LENGTH * length * length
     }
 
-    /// Newton's method with as much of the identity as it needs.
+    /// Runs at most `steps` steps of Newton's method from `point`. The `shift` is the multiple of
+    /// the identity that is added, kept from step to step.
     pub(super) fn descend(
         &mut self,
         a: &Mat<f64>,
@@ -102,7 +103,7 @@ impl Descent<'_> {
             let mut done = false;
             for _ in 0..12 {
                 let step = newton_step(&matrix, &gradient, *shift);
-                let Some((step, predicted)) = step else {
+                let Some(PredictedStep { step, predicted }) = step else {
                     *shift = (4.0 * *shift).max(1e-6);
                     continue;
                 };
@@ -134,7 +135,7 @@ impl Descent<'_> {
         }
     }
 
-    /// The Hessian as a matrix.
+    /// Computes the Hessian as a matrix.
     fn hessian(
         &self,
         a: &Mat<f64>,
@@ -143,7 +144,7 @@ impl Descent<'_> {
         length: f64,
     ) -> Mat<f64> {
         let k = self.k;
-        // M_yy A and M_xy A
+        // The matrix `left` collects M_yy A and M_xy A.
         let mut left = Mat::zeros(3 * k, 3 * k);
         let mut out = Mat::zeros(3 * k + 1, 3 * k + 1);
         for j in 0..3 * k {
@@ -151,7 +152,7 @@ impl Descent<'_> {
                 let column = [0, 1, 2].map(|c| a[(c * k + e, j)]);
                 let h = &locals[e].hessian;
                 for c in 0..3 {
-                    // half of M_yy, so that the sum with its transpose is the whole
+                    // Half of M_yy makes the sum with its transpose the whole.
                     left[(c * k + e, j)] = 0.5
                         * (0..3).map(|d| h[3 + c][3 + d] * column[d]).sum::<f64>()
                         + h[3 + c][j / k] * f64::from(u8::from(j % k == e));
@@ -165,10 +166,10 @@ impl Descent<'_> {
         };
         for j in 0..3 * k {
             for i in 0..=j {
-                let own = if i % k == j % k { locals[i % k].hessian[i / k][j / k] } else { 0.0 };
+                let local = if i % k == j % k { locals[i % k].hessian[i / k][j / k] } else { 0.0 };
                 let value = half[(i, j)]
                     + half[(j, i)]
-                    + own
+                    + local
                     + LENGTH * (along[i] * along[j] + length * 2.0 * a[(i, j)] / k as f64);
                 out[(i, j)] = value;
                 out[(j, i)] = value;
@@ -192,9 +193,17 @@ impl Descent<'_> {
     }
 }
 
-/// −(H + shift I)⁻¹ g and the decrease that the quadratic model predicts, if that matrix is
-/// positive definite.
-fn newton_step(matrix: &Mat<f64>, gradient: &[f64], shift: f64) -> Option<(Vec<f64>, f64)> {
+/// A step with the decrease that the quadratic model predicts for it.
+struct PredictedStep {
+    /// The change of the point.
+    step: Vec<f64>,
+    /// The predicted decrease of the Lagrangian.
+    predicted: f64,
+}
+
+/// Computes −(H + shift I)⁻¹ g and the decrease that the quadratic model predicts, if that matrix
+/// is positive definite.
+fn newton_step(matrix: &Mat<f64>, gradient: &[f64], shift: f64) -> Option<PredictedStep> {
     let n = gradient.len();
     let mut shifted = matrix.clone();
     for i in 0..n {
@@ -205,7 +214,7 @@ fn newton_step(matrix: &Mat<f64>, gradient: &[f64], shift: f64) -> Option<(Vec<f
     lower.solve_lower_triangular_in_place(step.as_mut());
     lower.transpose().solve_upper_triangular_in_place(step.as_mut());
     let step: Vec<f64> = (0..n).map(|i| step[(i, 0)]).collect();
-    // with H s = −g − shift s
+    // The prediction uses H s = −g − shift s.
     let predicted = -0.5 * dot(gradient, &step) + 0.5 * shift * dot(&step, &step);
-    Some((step, predicted))
+    Some(PredictedStep { step, predicted })
 }

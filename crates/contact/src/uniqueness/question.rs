@@ -1,4 +1,5 @@
-//! What μ* depends on, and how hard to look for it.
+//! The question of a bracket: the data that μ* depends on, and the effort of the search for a
+//! witness.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,36 +9,40 @@ use crate::model::{
     SceneError, Shape, Step,
 };
 
-/// What μ* depends on, in SI units.
+/// The data that μ* depends on, in SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Question {
     /// The body below the plane of contact.
     pub foundation: Foundation,
-    /// Elastic half-space material of the body above it; `None` is a rigid one.
+    /// The elastic half-space material of the body above it; `None` is a rigid body.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub punch: Option<Material>,
-    /// Ω, where the two can touch.
+    /// The region Ω in which the two can touch.
     pub sole: Sole,
-    /// Elements that Ω is cut into.
+    /// The mesh that cuts Ω into elements.
     pub mesh: Mesh,
-    /// How A becomes a matrix.
+    /// The projection that makes a matrix of A.
     #[serde(default)]
     pub projection: Projection,
-    /// Regularisation ε ≥ 0 \[1\]: the operator gets ε·c·ℓ·I.
+    /// The regularisation ε ≥ 0 \[1\]: the operator gets ε·c·ℓ·I.
     #[serde(default)]
     pub epsilon: f64,
 }
 
 impl Question {
-    /// Refuses what has no meaning.
+    /// Checks that the question has a meaning.
+    ///
+    /// # Errors
+    /// A [`SceneError`] names the key that has none.
     pub fn validate(&self) -> Result<(), SceneError> {
         let (scene, numerics) = self.flat_punch();
         scene.validate()?;
         numerics.validate()
     }
 
-    /// The contact problem of a flat punch with this sole, whose operator it is.
+    /// Returns the contact problem of a flat punch with this sole, whose operator is the one in
+    /// question.
     pub(crate) fn flat_punch(&self) -> (Scene, Numerics) {
         let shape = match self.sole {
             Sole::Rectangle { width_x, width_y } => Shape::FlatRectangle { width_x, width_y },
@@ -64,45 +69,49 @@ impl Question {
     }
 }
 
-/// Where the bodies can touch.
+/// The region in which the bodies can touch.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "shape", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Sole {
     /// A rectangle.
     Rectangle {
-        /// Extent along x > 0 \[m\].
+        /// The extent along x > 0 \[m\].
         width_x: f64,
-        /// Extent along y > 0 \[m\].
+        /// The extent along y > 0 \[m\].
         width_y: f64,
     },
-    /// A disk: the elements with their centre inside it, sized so that their areas add up to its
-    /// area where the mesh is square.
+    /// A disk. It consists of the elements with their centre inside it, sized so that their areas
+    /// add up to the area of the disk where the mesh is square.
     Disk {
-        /// Radius > 0 \[m\].
+        /// The radius > 0 \[m\].
         radius: f64,
     },
 }
 
-/// How long to search for a witness.
+/// The effort of a search for a witness.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WitnessSearch {
-    /// Random starts on meshes of up to 36 elements, at most [`MOST_STARTS`](Self::MOST_STARTS); on
-    /// finer ones fewer in inverse proportion to the elements, and none on more than 100.
+    /// The number of random starts on meshes of up to 36 elements, at most
+    /// [`MOST_STARTS`](Self::MOST_STARTS). Finer meshes have fewer in inverse proportion to the
+    /// elements, and meshes of more than 100 elements have none.
     pub starts: u32,
-    /// How many of the stripes that serve best on 8 × 8 elements a mesh of more than 100 starts
-    /// from, at least one.
+    /// The number of stripes that a mesh of more than 100 elements starts from, at least one. They
+    /// are those that serve best on 8 × 8 elements.
     pub kept: u32,
-    /// Seed of all random numbers.
+    /// The seed of all random numbers.
     pub seed: u64,
 }
 
 impl WitnessSearch {
-    /// The most random starts.
+    /// The largest number of random starts.
     pub const MOST_STARTS: u32 = random::MOST_STARTS;
 
-    /// Refuses more than these.
-    pub fn validate(&self) -> Result<(), SceneError> {
+    /// Checks the number of starts.
+    ///
+    /// # Errors
+    /// A [`SceneError`] says that there are more than [`MOST_STARTS`](Self::MOST_STARTS).
+    pub(crate) fn validate(&self) -> Result<(), SceneError> {
         random::validate_starts(self.starts)
     }
 }

@@ -1,16 +1,16 @@
-//! The smallest ratio xᵀSx / xᵀTx of the two parts of F(μ) = S − μT, the μ at which it ceases to be
-//! positive definite, by iteration with the operator as it is applied by FFT.
+//! The smallest ratio xᵀSx / xᵀTx of the two terms of F(μ) = S − μT. It is the μ at which F ceases
+//! to be positive definite, found by iteration with the operator as it is applied by FFT.
 //!
-//! The ratio is minimised by locally optimal conjugate gradients: each step takes the best
-//! combination of x, of the gradient and of the step before (Knyazev, SIAM J. Sci. Comput. 23,
-//! 2001). The ratio of any x is an *upper* bound of that μ, close to it by the square of what x
-//! lacks; the residual tells how close, as long as the iteration has not missed the lowest mode
-//! altogether. Only a factorisation can tell that.
+//! Locally optimal conjugate gradients minimise the ratio: each step takes the best combination of
+//! x, of the gradient and of the step before (Knyazev, SIAM J. Sci. Comput. 23, 2001). The ratio of
+//! any x is an *upper* bound of that μ, and is close to it by the square of what x lacks. The
+//! residual tells how close, as long as the iteration has not missed the lowest mode altogether.
+//! Only a factorisation can tell that.
 
 use super::system::{System, dot};
 use crate::influence::Scratch;
 
-/// Weights α, β, P = βτ and Q = β/τ per element of Ω.
+/// The weights α, β, P = βτ and Q = β/τ per element of Ω.
 pub(super) struct Parts {
     pub(super) alpha: Vec<f64>,
     pub(super) beta: Vec<f64>,
@@ -18,17 +18,24 @@ pub(super) struct Parts {
     pub(super) q: Vec<f64>,
 }
 
-/// What the iteration found.
+/// The result of the iteration.
 pub(super) struct Smallest {
-    /// xᵀSx / xᵀTx.
+    /// The ratio xᵀSx / xᵀTx.
     pub(super) ratio: f64,
-    /// ‖Sx − ratio·Tx‖ / ‖Sx‖.
+    /// The residual ‖Sx − ratio·Tx‖ / ‖Sx‖.
     pub(super) residual: f64,
 }
 
 /// A vector with its images under S and T.
 #[derive(Clone)]
-struct Mode([Vec<f64>; 3]);
+struct Mode {
+    /// The vector x.
+    x: Vec<f64>,
+    /// The image Sx.
+    s: Vec<f64>,
+    /// The image Tx.
+    t: Vec<f64>,
+}
 
 impl Mode {
     fn of(system: &System, parts: &Parts, x: Vec<f64>, scratch: &mut Scratch) -> Self {
@@ -51,22 +58,27 @@ impl Mode {
         let (square, twice) = (times(&parts.p, &none, &x), image(&times(&none, &parts.q, &y)));
         let mean = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect();
         let (s, t) = (mean(&left, &right), mean(&square, &twice));
-        Self([x, s, t])
+        Self { x, s, t }
     }
 
     fn add(&mut self, factor: f64, other: &Self) {
-        for (own, other) in self.0.iter_mut().zip(&other.0) {
-            own.iter_mut().zip(other).for_each(|(own, other)| *own += factor * other);
+        for (field, other) in
+            [(&mut self.x, &other.x), (&mut self.s, &other.s), (&mut self.t, &other.t)]
+        {
+            field.iter_mut().zip(other).for_each(|(value, other)| *value += factor * other);
         }
     }
 
     fn scale(&mut self, factor: f64) {
-        self.0.iter_mut().flatten().for_each(|value| *value *= factor);
+        for field in [&mut self.x, &mut self.s, &mut self.t] {
+            field.iter_mut().for_each(|value| *value *= factor);
+        }
     }
 }
 
-/// The smallest ratio, from `x`, which becomes the vector that has it; until the residual is below
-/// `tolerance` or for so many `steps`. `None` if S is found to be indefinite.
+/// Finds the smallest ratio, from `x`, which becomes the vector that has it. It ends when the
+/// residual is below `tolerance` or after `steps` steps. It is `None` if S turns out to be
+/// indefinite.
 pub(super) fn smallest(
     system: &System,
     parts: &Parts,
@@ -79,14 +91,14 @@ pub(super) fn smallest(
     let mut before: Option<Mode> = None;
     let mut found = Smallest { ratio: f64::INFINITY, residual: f64::INFINITY };
     for step in 0..=steps {
-        mode.scale(dot(&mode.0[0], &mode.0[0]).sqrt().recip());
-        let [_, s, t] = &mode.0;
-        let form = dot(&mode.0[0], s);
+        mode.scale(dot(&mode.x, &mode.x).sqrt().recip());
+        let (s, t) = (&mode.s, &mode.t);
+        let form = dot(&mode.x, s);
         if form.is_nan() || form <= 0.0 {
-            *x = std::mem::take(&mut mode.0[0]);
+            *x = std::mem::take(&mut mode.x);
             return None;
         }
-        let ratio = form / dot(&mode.0[0], t);
+        let ratio = form / dot(&mode.x, t);
         let gradient: Vec<f64> = s.iter().zip(t).map(|(s, t)| s - ratio * t).collect();
         found = Smallest { ratio, residual: (dot(&gradient, &gradient) / dot(s, s)).sqrt() };
         if found.residual <= tolerance || step == steps {
@@ -95,7 +107,7 @@ pub(super) fn smallest(
         let mut basis = vec![mode.clone(), Mode::of(system, parts, gradient, &mut scratch)];
         basis.extend(before.take());
         let Some(factors) = best(&mut basis) else {
-            *x = std::mem::take(&mut mode.0[0]);
+            *x = std::mem::take(&mut mode.x);
             return None;
         };
         let mut next = basis[0].clone();
@@ -109,42 +121,41 @@ pub(super) fn smallest(
         before = Some(moved);
         mode = next;
     }
-    *x = std::mem::take(&mut mode.0[0]);
+    *x = std::mem::take(&mut mode.x);
     Some(found)
 }
 
-/// Makes the vectors orthonormal, and gives the combination of them with the smallest ratio.
+/// Makes the vectors orthonormal, and returns the combination of them with the smallest ratio.
 fn best(basis: &mut Vec<Mode>) -> Option<Vec<f64>> {
-    let mut at = 0;
-    while at < basis.len() {
-        let before = dot(&basis[at].0[0], &basis[at].0[0]);
+    let mut next = 0;
+    while next < basis.len() {
+        let before = dot(&basis[next].x, &basis[next].x);
         for _ in 0..2 {
-            for other in 0..at {
-                let (done, rest) = basis.split_at_mut(at);
-                let along = dot(&done[other].0[0], &rest[0].0[0]);
+            for other in 0..next {
+                let (done, rest) = basis.split_at_mut(next);
+                let along = dot(&done[other].x, &rest[0].x);
                 rest[0].add(-along, &done[other]);
             }
         }
-        let size = dot(&basis[at].0[0], &basis[at].0[0]);
+        let size = dot(&basis[next].x, &basis[next].x);
         if size > 1e-24 * before {
-            basis[at].scale(size.sqrt().recip());
-            at += 1;
+            basis[next].scale(size.sqrt().recip());
+            next += 1;
         } else {
-            basis.remove(at);
+            basis.remove(next);
         }
     }
     let size = basis.len();
     if size < 2 {
         return Some(vec![1.0, 0.0][..size].to_vec());
     }
-    let gram = |which: usize| {
+    let gram = |image: fn(&Mode) -> &[f64]| {
         faer::Mat::from_fn(size, size, |i, j| {
-            0.5 * (dot(&basis[i].0[0], &basis[j].0[which])
-                + dot(&basis[j].0[0], &basis[i].0[which]))
+            0.5 * (dot(&basis[i].x, image(&basis[j])) + dot(&basis[j].x, image(&basis[i])))
         })
     };
-    // largest eigenvalue of L⁻¹TL⁻ᵀ, S = LLᵀ
-    let lower = super::barrier::cholesky(gram(1))?;
+    // The combination belongs to the largest eigenvalue of L⁻¹TL⁻ᵀ, where S = LLᵀ.
+    let lower = super::barrier::cholesky(gram(|mode| &mode.s))?;
     let solve = |mut right: faer::Mat<f64>| {
         faer::linalg::triangular_solve::solve_lower_triangular_in_place(
             lower.as_ref(),
@@ -153,7 +164,7 @@ fn best(basis: &mut Vec<Mode>) -> Option<Vec<f64>> {
         );
         right
     };
-    let half = solve(gram(2));
+    let half = solve(gram(|mode| &mode.t));
     let pencil = solve(half.transpose().to_owned());
     let eigen = pencil.self_adjoint_eigen(faer::Side::Lower).ok()?;
     let mut factors = faer::Mat::from_fn(size, 1, |i, _| eigen.U()[(i, size - 1)]);

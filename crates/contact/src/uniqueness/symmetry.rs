@@ -2,27 +2,27 @@
 //!
 //! The reflections x → −x, y → −y and, for squares of square elements, x ↔ y map the operator onto
 //! itself as far as they map Ω onto itself. A form with weights that are constant on their orbits
-//! then falls into blocks, one for each way of changing sign under them. With all three (the group
-//! D₄ of the square) there are four blocks of an eighth of the size, and one of a quarter that
-//! occurs twice.
+//! then falls into blocks, one for each combination of signs that a field can take under them. With
+//! all three (the group D₄ of the square) there are four blocks of an eighth of the size, and one
+//! of a quarter that occurs twice.
 
 use faer::Mat;
 
 use super::system::System;
 use crate::influence::Entry;
 
-/// Which of the three reflections map Ω and its mesh onto itself.
+/// The reflections, out of three, that map Ω and its mesh onto themselves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Symmetries {
-    /// x → −x.
+    /// The reflection x → −x.
     pub(super) x: bool,
-    /// y → −y.
+    /// The reflection y → −y.
     pub(super) y: bool,
-    /// x ↔ y.
+    /// The exchange x ↔ y.
     pub(super) swap: bool,
 }
 
-/// A product of reflections: the swap last.
+/// A product of reflections, of which the swap comes last.
 #[derive(Clone, Copy)]
 struct GridSymmetry {
     x: bool,
@@ -31,7 +31,8 @@ struct GridSymmetry {
 }
 
 impl Symmetries {
-    /// Those of the system for which a number per element of Ω has the same value on images.
+    /// Finds the symmetries of the system under which a number per element of Ω has the same value
+    /// on images. `same` compares the numbers of two elements.
     pub(super) fn of(system: &System, same: impl Fn(usize, usize) -> bool) -> Self {
         let grid = system.grid();
         let (nx, ny) = (grid.nx(), grid.ny());
@@ -67,14 +68,15 @@ impl Symmetries {
             })
     }
 
-    /// For each element of Ω its orbit, orbits numbered in the order of their first elements.
+    /// Returns for each element of Ω its orbit. Orbits are numbered in the order of their first
+    /// elements.
     pub(super) fn orbits(self, system: &System) -> Vec<usize> {
         let grid = system.grid();
         let number = numbers(system);
         let mut orbit = vec![usize::MAX; system.elements()];
         let mut count = 0;
-        for (at, e) in grid.active().enumerate() {
-            if orbit[at] == usize::MAX {
+        for (place, e) in grid.active().enumerate() {
+            if orbit[place] == usize::MAX {
                 for symmetry in self.members() {
                     if let Some(image) =
                         number[symmetry.element(grid.position(e), grid.nx(), grid.ny())]
@@ -88,14 +90,14 @@ impl Symmetries {
         orbit
     }
 
-    /// The ways of changing sign under the reflections that fields can be made of: the reflections
-    /// that matter and the signs.
+    /// Returns the combinations of signs that fields can take under the reflections: the
+    /// reflections that matter, and the signs under x → −x, y → −y and x ↔ y.
     fn characters(self) -> Vec<(Self, [f64; 3])> {
         let signs = [1.0, -1.0];
         if self.x && self.y && self.swap {
-            // x → −x and y → −y are conjugate. Fields that are even under one and odd under the
-            // other come in pairs, images of each other under x ↔ y: one of the two blocks stands
-            // for both.
+            // The reflections x → −x and y → −y are conjugate. Fields that are even under one and
+            // odd under the other come in pairs, images of each other under x ↔ y: one of the two
+            // blocks stands for both.
             let mut all: Vec<_> =
                 signs.iter().flat_map(|&s| signs.map(|t| (self, [s, s, t]))).collect();
             all.push((Self { swap: false, ..self }, [1.0, -1.0, 1.0]));
@@ -113,7 +115,7 @@ impl Symmetries {
         all
     }
 
-    /// The blocks of the operator, without the empty ones.
+    /// Returns the blocks of the operator, without the empty ones.
     pub(super) fn blocks(self, system: &System) -> Vec<Block> {
         let orbit = self.orbits(system);
         let characters = self.characters();
@@ -124,7 +126,7 @@ impl Symmetries {
             .collect()
     }
 
-    /// Rows of the largest block, without making it.
+    /// Returns the rows of the largest block, without making it.
     pub(super) fn rows(self, system: &System) -> usize {
         self.characters()
             .into_iter()
@@ -140,7 +142,7 @@ impl GridSymmetry {
         if self.swap { i * nx + j } else { j * nx + i }
     }
 
-    /// The image of a component n = 0, x = 1, y = 2, and its sign.
+    /// Returns the image of a component n = 0, x = 1, y = 2, and its sign.
     fn component(self, c: usize) -> (usize, f64) {
         let sign = if (self.x && c == 1) || (self.y && c == 2) { -1.0 } else { 1.0 };
         (if self.swap && c > 0 { 3 - c } else { c }, sign)
@@ -155,17 +157,17 @@ impl GridSymmetry {
     }
 }
 
-/// The place of each element of the grid among those of Ω.
+/// Returns the place of each element of the grid among those of Ω.
 fn numbers(system: &System) -> Vec<Option<usize>> {
     let mut numbers = vec![None; system.grid().len()];
-    for (at, e) in system.grid().active().enumerate() {
-        numbers[e] = Some(at);
+    for (place, e) in system.grid().active().enumerate() {
+        numbers[e] = Some(place);
     }
     numbers
 }
 
-/// How far the operator is from symmetric under x ↔ y: the sum of |difference| over all
-/// coefficients, in units of the largest diagonal entry. Infinite unless the grid is square.
+/// Measures how far the operator is from symmetric under x ↔ y: the sum of |difference| over all
+/// coefficients, in units of the largest diagonal entry. It is infinite unless the grid is square.
 pub(super) fn asymmetry(system: &System) -> f64 {
     let (table, n) = (system.table(), system.grid().nx());
     if n != system.grid().ny() {
@@ -181,7 +183,8 @@ pub(super) fn asymmetry(system: &System) -> f64 {
                 (Entry::Xy, Entry::Xy),
                 (Entry::Nx, Entry::Ny),
             ] {
-                // four quadrants, and each pair stands for at most four entries of the 3×3 block
+                // There are four quadrants, and each pair stands for at most four entries of the
+                // 3×3 block.
                 sum += 16.0 * (value(a, di, dj) - value(b, dj, di)).abs();
             }
         }
@@ -189,33 +192,43 @@ pub(super) fn asymmetry(system: &System) -> f64 {
     sum / system.largest_diagonal()
 }
 
-/// εI + A on the fields with one behaviour under the reflections, in an orthonormal basis of sums
-/// of images.
+/// The operator εI + A on the fields with one combination of signs under the reflections, in an
+/// orthonormal basis of sums of images.
 pub(super) struct Block {
     /// The matrix.
     pub(super) matrix: Mat<f64>,
-    /// For each basis vector its orbit of elements.
+    /// The orbit of elements of each basis vector.
     pub(super) orbit: Vec<usize>,
-    /// Whether it is of pressures, not of tangential tractions.
+    /// True for each basis vector of pressures, false for one of tangential tractions.
     pub(super) normal: Vec<bool>,
-    /// How far the matrix is at most from the exact one of the table's coefficients, in the ∞-norm:
-    /// an entry is a sum of up to eight of them of both signs, times the rounded root of a power of
-    /// two, so it may be smaller than what its rounding goes by.
+    /// The largest possible distance of the matrix from the exact one of the table's coefficients,
+    /// in the ∞-norm. An entry is a sum of up to eight of them of both signs, times the rounded
+    /// root of a power of two. So it may be smaller than the numbers that its rounding goes by.
     pub(super) rounding: f64,
 }
 
-/// Images (element of the grid, component, sign) of each basis vector, the first with sign 1.
-fn basis(system: &System, group: Symmetries, signs: [f64; 3]) -> Vec<Vec<(usize, usize, f64)>> {
+/// An image of an element's component under a symmetry.
+struct Image {
+    /// The element of the grid.
+    element: usize,
+    /// The component n = 0, x = 1, y = 2.
+    component: usize,
+    /// The sign with which it belongs to a sum of images.
+    sign: f64,
+}
+
+/// Returns the images that each basis vector is the sum of, the first with sign 1.
+fn basis(system: &System, group: Symmetries, signs: [f64; 3]) -> Vec<Vec<Image>> {
     let grid = system.grid();
     let number = numbers(system);
     let mut seen = vec![[false; 3]; system.elements()];
     let mut basis = Vec::new();
     for c in 0..3 {
-        for (at, e) in grid.active().enumerate() {
-            if seen[at][c] {
+        for (place, e) in grid.active().enumerate() {
+            if seen[place][c] {
                 continue;
             }
-            let mut images: Vec<(usize, usize, f64)> = Vec::with_capacity(8);
+            let mut images: Vec<Image> = Vec::with_capacity(8);
             for symmetry in group.members() {
                 let element = symmetry.element(grid.position(e), grid.nx(), grid.ny());
                 let (component, sign) = symmetry.component(c);
@@ -223,15 +236,19 @@ fn basis(system: &System, group: Symmetries, signs: [f64; 3]) -> Vec<Vec<(usize,
                 if let Some(number) = number[element] {
                     seen[number][component] = true;
                 }
-                match images.iter_mut().find(|image| (image.0, image.1) == (element, component)) {
-                    Some(image) => image.2 += sign,
-                    None => images.push((element, component, sign)),
+                match images
+                    .iter_mut()
+                    .find(|image| (image.element, image.component) == (element, component))
+                {
+                    Some(image) => image.sign += sign,
+                    None => images.push(Image { element, component, sign }),
                 }
             }
             // A field that a reflection maps onto itself with the other sign vanishes.
-            if images[0].2 != 0.0 {
-                let times = images[0].2;
-                basis.push(images.into_iter().map(|(e, c, sign)| (e, c, sign / times)).collect());
+            let times = images[0].sign;
+            if times != 0.0 {
+                let scaled = |image: Image| Image { sign: image.sign / times, ..image };
+                basis.push(images.into_iter().map(scaled).collect());
             }
         }
     }
@@ -245,10 +262,10 @@ impl Block {
         let basis = basis(system, group, signs);
         let table = system.table();
         let entry = |row: usize, column: usize| {
-            let (e, c, _) = basis[row][0];
+            let Image { element: e, component: c, .. } = basis[row][0];
             let (ei, ej) = grid.position(e);
             let (mut sum, mut sizes) = (0.0, 0.0);
-            for &(f, d, sign) in &basis[column] {
+            for &Image { element: f, component: d, sign } in &basis[column] {
                 let (fi, fj) = grid.position(f);
                 let block = table.coefficient(ei as i64 - fi as i64, ej as i64 - fj as i64).block();
                 let regular = if (e, c) == (f, d) { system.epsilon() } else { 0.0 };
@@ -272,16 +289,18 @@ impl Block {
                 }
             }
         }
-        // a sum of two for each of up to eight images, a root and a product: at most eleven
-        // roundings
+        // Each of up to eight images takes a sum of two; a root and a product follow. These are at
+        // most eleven roundings.
         let rounding = 16.0 * 0.5 * f64::EPSILON * sums.into_iter().fold(0.0, f64::max);
-        let first = |images: &Vec<(usize, usize, f64)>| (number[images[0].0], images[0].1);
-        let orbit = basis.iter().filter_map(|images| first(images).0.map(|at| orbit[at])).collect();
-        let normal = basis.iter().map(|images| first(images).1 == 0).collect();
+        let orbit = basis
+            .iter()
+            .filter_map(|images| number[images[0].element].map(|place| orbit[place]))
+            .collect();
+        let normal = basis.iter().map(|images| images[0].component == 0).collect();
         Self { matrix, orbit, normal, rounding }
     }
 
-    /// Number of unknowns.
+    /// Returns the number of unknowns.
     pub(super) fn len(&self) -> usize {
         self.matrix.nrows()
     }

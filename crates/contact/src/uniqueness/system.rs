@@ -18,9 +18,13 @@ pub struct System {
 }
 
 impl System {
-    /// The operator of a question: that of the contact problem of a flat punch with this sole.
-    /// Refuses what [`Scene::validate`](crate::model::Scene::validate) and
-    /// [`Numerics::validate`](crate::model::Numerics::validate) refuse.
+    /// Creates the operator of a question: that of the contact problem of a flat punch with this
+    /// sole.
+    ///
+    /// # Errors
+    /// A [`SceneError`] is one of [`Scene::validate`](crate::model::Scene::validate) or
+    /// [`Numerics::validate`](crate::model::Numerics::validate), or says that the problem cannot be
+    /// made.
     pub fn new(question: &Question) -> Result<Self, SceneError> {
         let (scene, numerics) = question.flat_punch();
         let problem = Problem::new(&scene, &numerics, &Surfaces::default())?;
@@ -29,32 +33,32 @@ impl System {
         Ok(Self { table, toeplitz, epsilon: problem.epsilon })
     }
 
-    /// The elements, in units of ℓ.
-    pub fn grid(&self) -> &Grid {
+    /// Returns the grid of the elements, in units of ℓ.
+    pub(crate) fn grid(&self) -> &Grid {
         self.table.grid()
     }
 
-    /// The influence coefficients of A, without ε.
-    pub fn table(&self) -> &InfluenceTable {
+    /// Returns the influence coefficients of A, without ε.
+    pub(crate) fn table(&self) -> &InfluenceTable {
         &self.table
     }
 
-    /// ε.
-    pub fn epsilon(&self) -> f64 {
+    /// Returns ε.
+    pub(crate) fn epsilon(&self) -> f64 {
         self.epsilon
     }
 
-    /// k, the number of elements of Ω; a field has 3k numbers.
+    /// Returns k, the number of elements of Ω. A field has 3k numbers.
     pub fn elements(&self) -> usize {
         self.grid().active_len()
     }
 
-    /// The largest diagonal entry of εI + A.
+    /// Returns the largest diagonal entry of εI + A.
     pub fn largest_diagonal(&self) -> f64 {
         self.epsilon + self.table.largest_diagonal()
     }
 
-    /// Whether pressures move any element sideways, to the last bit: without that μ* = ∞.
+    /// Says if pressures move any element sideways, to the last bit. If not, μ* = ∞.
     pub fn is_coupled(&self) -> bool {
         let (nx, ny) = (self.grid().nx() as i64, self.grid().ny() as i64);
         let some =
@@ -64,25 +68,25 @@ impl System {
             && (1 - ny..ny).any(|dj| some(Entry::Nx, dj) || some(Entry::Ny, dj))
     }
 
-    /// εI + A as a 3k × 3k matrix; 72 k² bytes.
+    /// Returns εI + A as a 3k × 3k matrix, which takes 72 k² bytes.
     pub fn matrix(&self) -> Mat<f64> {
         let mut matrix = Dense::new(&self.table).matrix().to_owned();
-        for at in 0..matrix.nrows() {
-            matrix[(at, at)] += self.epsilon;
+        for row in 0..matrix.nrows() {
+            matrix[(row, row)] += self.epsilon;
         }
         matrix
     }
 
-    /// Memory for applications.
-    pub fn scratch(&self) -> Scratch {
+    /// Allocates the memory for applications.
+    pub(crate) fn scratch(&self) -> Scratch {
         Scratch::new(&self.toeplitz)
     }
 
-    /// y = (εI + A) x by FFT.
+    /// Computes y = (εI + A) x by FFT.
     ///
     /// # Panics
-    /// Unless both have 3k numbers.
-    pub fn apply(&self, y: &mut [f64], x: &[f64], scratch: &mut Scratch) {
+    /// It panics unless both have 3k numbers.
+    pub(crate) fn apply(&self, y: &mut [f64], x: &[f64], scratch: &mut Scratch) {
         let (k, n) = (self.elements(), self.grid().len());
         assert_eq!((y.len(), x.len()), (3 * k, 3 * k), "fields on another grid");
         if k == n {
@@ -98,28 +102,28 @@ impl System {
         }
     }
 
-    /// A field on Ω as one on the whole grid, whose other elements keep what they have.
+    /// Writes a field on Ω into one on the whole grid, whose other elements keep their values.
     pub(super) fn onto_grid(&self, whole: &mut [f64], field: &[f64]) {
         let (k, n) = (self.elements(), self.grid().len());
         for block in 0..3 {
-            for (at, e) in self.grid().active().enumerate() {
-                whole[block * n + e] = field[block * k + at];
+            for (place, e) in self.grid().active().enumerate() {
+                whole[block * n + e] = field[block * k + place];
             }
         }
     }
 
-    /// The reverse of [`onto_grid`](Self::onto_grid).
+    /// Reverses [`onto_grid`](Self::onto_grid).
     pub(super) fn off_grid(&self, field: &mut [f64], whole: &[f64]) {
         let (k, n) = (self.elements(), self.grid().len());
         for block in 0..3 {
-            for (at, e) in self.grid().active().enumerate() {
-                field[block * k + at] = whole[block * n + e];
+            for (place, e) in self.grid().active().enumerate() {
+                field[block * k + place] = whole[block * n + e];
             }
         }
     }
 }
 
-/// Σ aᵢbᵢ.
+/// Returns Σ aᵢbᵢ.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

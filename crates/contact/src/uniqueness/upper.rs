@@ -4,20 +4,21 @@
 //! On fine meshes the tangential displacements y_t of the best fields known are one smooth field
 //! along some direction n, with ripples. The pressures are stripes of alternating sign some two
 //! elements wide, with y₁ = 0 nearly everywhere, and all elements need the same μ. Such an x has
-//! x_t = u + p, u along n and the same at all elements, p across n and alternating. With Y ~ u
-//! times the elements across, what u displaces, and |x₁| in proportion to p, what an element needs
-//! is about (uY + p²)/(|x₁|Y): least where p² ~ uY, and then falling like 1/√Y.
+//! x_t = u + p, where u is along n and the same at all elements, and p is across n and alternating.
+//! Let Y ~ u times the elements across be the displacement by u, and |x₁| in proportion to p. Then
+//! an element needs about (uY + p²)/(|x₁|Y), which is least where p² ~ uY, and falls like 1/√Y
+//! there.
 //!
 //! So minimisations start from stripes of several wavelengths and directions; diagonal ones with a
-//! period of four elements lead to the best fields on half-spaces. Which stripes serve depends on
-//! what elements do to their neighbours: where elements are many, all stripes are tried on a part
-//! of Ω with at most 8 × 8 elements of the same size, and the best ones on the whole of it. Few
-//! elements have too little room for stripes, and a large ε or a thin layer makes others best; so
-//! up to 100 elements minimisations start from random fields too. The problem is not convex and has
-//! many local minima, most of them with few elements.
+//! period of four elements lead to the best fields on half-spaces. The stripes that serve depend on
+//! what elements do to their neighbours. So where elements are many, all stripes are tried on a
+//! section of Ω with at most 8 × 8 elements of the same size, and the best ones on the whole of it.
+//! Few elements have too little room for stripes, and a large ε or a thin layer makes others best.
+//! So up to 100 elements minimisations start from random fields too. The problem is not convex and
+//! has many local minima, most of them with few elements.
 //!
 //! Every start has its own random numbers, so the result depends on the seed and the effort alone,
-//! not on the number of threads.
+//! and not on the number of threads.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -30,16 +31,16 @@ use crate::common::random::SplitMix64;
 use crate::influence::Entry;
 use crate::model::{Mesh, SceneError};
 
-/// The upper side of μ*.
+/// The outcome of a search for an upper bound of μ*.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Upper {
-    /// μ* = ∞, exactly: pressures move nothing sideways, and no x ≠ 0 is admissible.
+    /// Pressures move nothing sideways, and no x ≠ 0 is admissible, so μ* = ∞ exactly.
     Unbounded,
-    /// μ* is at most a witness's μ.
+    /// μ* is at most the μ of a witness.
     Bound(Witness),
 }
 
-/// Why there is no upper bound.
+/// The reason why there is no upper bound.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum UpperError {
     /// The question has no meaning.
@@ -50,20 +51,20 @@ pub enum UpperError {
         "no witness found from {starts} starts with {elements} elements: try more starts or another seed"
     )]
     NotFound {
-        /// Starts on the question's own mesh.
+        /// The number of starts on the question's own mesh.
         starts: usize,
-        /// Elements of Ω.
+        /// The number of elements of Ω.
         elements: usize,
     },
 }
 
-/// The `stream`-th generator of a seed.
+/// Returns the `stream`-th generator of a seed.
 fn generator(seed: u64, stream: u64) -> SplitMix64 {
     SplitMix64(SplitMix64(seed).next() ^ SplitMix64(stream).next().rotate_left(17))
 }
 
-/// A random field, smoothed by the operator up to twice, and with or without symmetry, which
-/// minimisations keep.
+/// Draws a random field, smoothed by the operator up to twice, and with or without a symmetry,
+/// which minimisations keep.
 fn start(system: &System, random: &mut SplitMix64) -> Vec<f64> {
     let k = system.elements();
     let kind = random.next();
@@ -73,16 +74,17 @@ fn start(system: &System, random: &mut SplitMix64) -> Vec<f64> {
         system.apply(&mut y, &x, &mut system.scratch());
         x = y;
     }
-    let bit = |at: u32| (kind >> at) & 1 == 1;
-    for (axis, at) in [(0, 8), (1, 16)] {
-        if bit(at) {
-            x = reflected(system, &x, axis, if bit(at + 1) { -1.0 } else { 1.0 });
+    let bit = |number: u32| (kind >> number) & 1 == 1;
+    for (axis, first) in [(0, 8), (1, 16)] {
+        if bit(first) {
+            x = reflected(system, &x, axis, if bit(first + 1) { -1.0 } else { 1.0 });
         }
     }
     x
 }
 
-/// The part of a field that changes by `sign` under the reflection of x (axis 0) or y (axis 1).
+/// Returns the component of a field that changes by `sign` under the reflection of x (axis 0) or y
+/// (axis 1).
 fn reflected(system: &System, x: &[f64], axis: usize, sign: f64) -> Vec<f64> {
     let (grid, n) = (system.grid(), system.grid().len());
     let mut whole = vec![0.0; 3 * n];
@@ -100,12 +102,12 @@ fn reflected(system: &System, x: &[f64], axis: usize, sign: f64) -> Vec<f64> {
             sum[block * n + e] += sign * whole[block * n + image];
         }
     }
-    let mut part = vec![0.0; x.len()];
-    system.off_grid(&mut part, &sum);
-    part
+    let mut field = vec![0.0; x.len()];
+    system.off_grid(&mut field, &sum);
+    field
 }
 
-/// Waves along x and y per element, and a phase, in turns.
+/// The waves along x and y per element, and a phase, in units of full turns.
 const STRIPES: [[f64; 3]; 12] = [
     [0.25, 0.25, 0.125],
     [0.25, 0.25, 0.375],
@@ -121,8 +123,8 @@ const STRIPES: [[f64; 3]; 12] = [
     [0.33, 0.0, 0.375],
 ];
 
-/// The waves to try, and where squares of elements do not make x and y alike the same with the two
-/// exchanged.
+/// Returns the waves to try. Unless x and y are alike, on a square of square elements, they include
+/// the same waves with the two exchanged.
 fn waves(system: &System) -> Vec<[f64; 3]> {
     let grid = system.grid();
     let alike = grid.nx() == grid.ny() && grid.hx() == grid.hy();
@@ -131,7 +133,7 @@ fn waves(system: &System) -> Vec<[f64; 3]> {
     STRIPES.into_iter().chain(exchanged).collect()
 }
 
-/// The stripes of a wave, with displacements along them.
+/// Returns the stripes of a wave, with displacements along them.
 fn stripes(system: &System, [along_x, along_y, phase]: [f64; 3]) -> Pattern {
     let grid = system.grid();
     let wave = |e: usize| {
@@ -150,15 +152,16 @@ struct Found {
     x: Vec<f64>,
 }
 
-/// How strictly a witness meets its conditions, in units of those of a typical element: far above
-/// the rounding of an application.
+/// The margin by which a witness meets its conditions, in units of those of a typical element. It
+/// is far above the rounding of an application.
 const MARGIN: f64 = 1e-9;
 
-/// Up to so many elements random starts are worth their time, and all stripes are tried.
+/// The number of elements up to which random starts are worth their time, and all stripes are
+/// tried.
 const FEW: usize = 100;
 
-/// Elements across of the part of Ω that stripes are tried on.
-const PART: usize = 8;
+/// The number of elements across the section of Ω on which stripes are tried.
+const SECTION: usize = 8;
 
 /// Minimises from a start and makes the result strict.
 fn improve(system: &System, mut x: Vec<f64>, pattern: Option<&Pattern>) -> Option<Found> {
@@ -168,11 +171,11 @@ fn improve(system: &System, mut x: Vec<f64>, pattern: Option<&Pattern>) -> Optio
     needed(system, x)
 }
 
-/// What μ is multiplied by, in turns, until a field can be made strict: where a minimisation is cut
-/// short it takes a little more friction.
+/// The factors of μ, in turn, until a field can be made strict. A minimisation that is cut short
+/// needs a little more friction.
 const MORE: [f64; 4] = [1.0, 1.003, 1.01, 1.03];
 
-/// A field with the μ that it needs, if it is a witness for any.
+/// Returns a field with the μ that it needs, if it is a witness for any μ.
 fn needed(system: &System, x: Vec<f64>) -> Option<Found> {
     let mut y = vec![0.0; x.len()];
     system.apply(&mut y, &x, &mut system.scratch());
@@ -180,8 +183,8 @@ fn needed(system: &System, x: Vec<f64>) -> Option<Found> {
     (mu > 0.0 && mu.is_finite()).then_some(Found { mu, x })
 }
 
-/// How weak the coupling is: κ = 1 about where the bodies are compressible and only one of them
-/// deforms, 0 without coupling.
+/// Returns the coupling κ. It is 1 about where the bodies are compressible and only one of them
+/// deforms, and 0 without coupling.
 fn coupling(system: &System) -> f64 {
     let table = system.table();
     let ny = system.grid().ny() as i64;
@@ -192,7 +195,7 @@ fn coupling(system: &System) -> f64 {
     (10.0 * most / system.largest_diagonal()).min(1.0)
 }
 
-/// What a pattern leads to.
+/// Minimises from a pattern.
 fn from_pattern(system: &System, pattern: &Pattern) -> Option<Found> {
     let coupling = coupling(system);
     let pressures = pattern.signs.iter().map(|sign| coupling * sign);
@@ -201,7 +204,7 @@ fn from_pattern(system: &System, pattern: &Pattern) -> Option<Found> {
     improve(system, pressures.chain(along).collect(), Some(pattern))
 }
 
-/// What the `stream`-th random start leads to.
+/// Minimises from the `stream`-th random start.
 fn from_random(system: &System, search: &WitnessSearch, stream: u64) -> Option<Found> {
     let mut x = start(system, &mut generator(search.seed, stream));
     let coupling = coupling(system);
@@ -209,14 +212,14 @@ fn from_random(system: &System, search: &WitnessSearch, stream: u64) -> Option<F
     improve(system, x, None)
 }
 
-/// A part of Ω with at most so many elements across, of the same size.
-fn part(question: &Question, system: &System) -> Result<System, SceneError> {
+/// Returns a section of Ω with at most [`SECTION`] elements across, of the same size.
+fn section(question: &Question, system: &System) -> Result<System, SceneError> {
     let [nx, ny] = [system.grid().nx(), system.grid().ny()];
     let [width_x, width_y] = match question.sole {
         Sole::Rectangle { width_x, width_y } => [width_x, width_y],
         Sole::Disk { radius } => [2.0 * radius; 2],
     };
-    let [mx, my] = [nx, ny].map(|n| n.min(PART));
+    let [mx, my] = [nx, ny].map(|n| n.min(SECTION));
     let sole = Sole::Rectangle {
         width_x: width_x * mx as f64 / nx as f64,
         width_y: width_y * my as f64 / ny as f64,
@@ -224,7 +227,7 @@ fn part(question: &Question, system: &System) -> Result<System, SceneError> {
     System::new(&Question { sole, mesh: Mesh::Exact([mx as u32, my as u32]), ..question.clone() })
 }
 
-/// The stripes to start from.
+/// Chooses the stripes to start from.
 fn chosen(
     question: &Question,
     system: &System,
@@ -234,9 +237,9 @@ fn chosen(
     if system.elements() <= FEW {
         return Ok(waves.into_iter().map(|wave| stripes(system, wave)).collect());
     }
-    let part = part(question, system)?;
+    let section = section(question, system)?;
     let needed = |wave: [f64; 3]| {
-        from_pattern(&part, &stripes(&part, wave)).map_or(f64::INFINITY, |found| found.mu)
+        from_pattern(&section, &stripes(&section, wave)).map_or(f64::INFINITY, |found| found.mu)
     };
     let mut ranked: Vec<(f64, [f64; 3])> =
         waves.into_par_iter().map(|wave| (needed(wave), wave)).collect();
@@ -250,6 +253,10 @@ fn chosen(
 
 /// Searches for a witness. The result is a valid witness but need not be the best one that there
 /// is.
+///
+/// # Errors
+/// An [`UpperError`] says that the question or the search has no meaning, or that no start led to a
+/// witness.
 pub fn upper(question: &Question, search: &WitnessSearch) -> Result<Upper, UpperError> {
     search.validate()?;
     let system = System::new(question)?;
@@ -269,13 +276,14 @@ pub fn upper(question: &Question, search: &WitnessSearch) -> Result<Upper, Upper
     let Found { mu, x } = best.ok_or(UpperError::NotFound { starts, elements })?;
     let largest = x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let x = x.into_iter().map(|x| x / largest).collect();
-    // room for the rounding of that division and of other ways to apply the operator
+    // The factor leaves room for the rounding of that division and of other ways to apply the
+    // operator.
     let mu = mu * (1.0 + 1e-12);
     Ok(Upper::Bound(Witness { mu, stiffness: STIFFNESS / system.largest_diagonal(), x }))
 }
 
-/// E of a witness's operator, over the largest diagonal entry of A: large enough for √(a² + b²) to
-/// come near μ.
+/// The stiffness E of a witness's operator, over the largest diagonal entry of A. It is large
+/// enough for √(a² + b²) to come near μ.
 const STIFFNESS: f64 = 100.0;
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! Every method gives the same solution, under prescribed motion and under prescribed forces, and a
-//! path of forces gives the motion that, prescribed, gives these forces back.
+//! Every method gives the same solution, under prescribed motions and under prescribed forces. A
+//! path of forces gives a motion that, prescribed in its turn, gives these forces back.
 
 use crate::common::*;
 use contact::model::*;
@@ -7,7 +7,7 @@ use contact::punch::Surfaces;
 use contact::{Operators, solve};
 use proptest::prelude::*;
 
-fn by(method: Method, scene: &Scene, mesh: Mesh) -> (StepOutcome, Fields) {
+fn solved_by(method: Method, scene: &Scene, mesh: Mesh) -> (StepOutcome, Fields) {
     certified(scene, &Numerics { method, ..numerics(mesh, Projection::Average, 1e-10) })
 }
 
@@ -116,13 +116,13 @@ fn scenes() -> Vec<(&'static str, Scene)> {
 fn the_methods_agree() {
     for (name, scene) in scenes() {
         for n in [9, 20] {
-            let (seidel, one) = by(Method::Seidel, &scene, Mesh::Across(n));
-            let (newton, other) = by(Method::Newton, &scene, Mesh::Across(n));
+            let (seidel, one) = solved_by(Method::Seidel, &scene, Mesh::Across(n));
+            let (newton, other) = solved_by(Method::Newton, &scene, Mesh::Across(n));
             let off = difference(&one, &other);
             assert!(off < 1e-7, "{name}, {n}: {off:.1e}");
             assert_eq!(one.state, other.state, "{name}, {n}");
             let scale = seidel.motion.approach;
-            for (a, b) in seidel.motion.to_array().iter().zip(newton.motion.to_array()) {
+            for (a, b) in seidel.motion.per_dof().iter().zip(newton.motion.per_dof()) {
                 assert!(
                     (a - b).abs() < 1e-7 * scale,
                     "{name}, {n}: {:?} {:?}",
@@ -137,10 +137,10 @@ fn the_methods_agree() {
 #[test]
 fn forces_give_the_motion_that_gives_the_forces() {
     for (name, scene) in scenes() {
-        let (by_motion, fields) = by(Method::Newton, &scene, Mesh::Across(16));
+        let (by_motion, fields) = solved_by(Method::Newton, &scene, Mesh::Across(16));
         let o = by_motion.observables;
         let mut forced = scene.clone();
-        // the moments about the tilting axes are as a rule no one's to give
+        // As a rule the moments about the tilting axes cannot be prescribed, so they are left out.
         forced.loading.steps[0] = Step {
             normal_force: Some(o.load),
             force_x: Some(o.force_x),
@@ -155,7 +155,7 @@ fn forces_give_the_motion_that_gives_the_forces() {
                 (scene.loading.steps[0].shift_x, scene.loading.steps[0].shift_y);
         }
         forced.domain = Some(contact::punch::domain(&scene, &Surfaces::new()).unwrap());
-        let (by_force, back) = by(Method::Newton, &forced, Mesh::Across(16));
+        let (by_force, back) = solved_by(Method::Newton, &forced, Mesh::Across(16));
         if !matches!(scene.punch.shape, Shape::FlatDisk { .. }) {
             let off = difference(&fields, &back);
             assert!(off < 1e-6, "{name}: {off:.1e}");
@@ -167,7 +167,7 @@ fn forces_give_the_motion_that_gives_the_forces() {
 #[test]
 fn fine_grids_are_solved_by_way_of_coarse_ones() {
     for (name, scene) in scenes() {
-        let (outcome, _) = by(Method::Newton, &scene, Mesh::Exact([75, 70]));
+        let (outcome, _) = solved_by(Method::Newton, &scene, Mesh::Exact([75, 70]));
         assert!(outcome.work.operator_applications < 3000, "{name}: {:?}", outcome.work);
     }
 }
@@ -175,10 +175,11 @@ fn fine_grids_are_solved_by_way_of_coarse_ones() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 40, ..ProptestConfig::default() })]
 
-    /// Whatever the scene, Newton's method certifies what Seidel's does, and the same.
+    /// On any scene Newton's method certifies every case that Seidel's does, with the same
+    /// solution.
     #[test]
     fn on_any_scene(
-        which in 0usize..4,
+        shape in 0usize..4,
         poisson in 0.0..=0.5,
         mu in 0.0..2.0f64,
         approach in 0.05..1.0f64,
@@ -188,17 +189,38 @@ proptest! {
         epsilon in prop_oneof![Just(0.0), 1e-6..1e-2f64],
         ceiling in prop_oneof![Just(None), (0.1..2.0f64).prop_map(Some)],
     ) {
-        let shape = match which {
+        let shape = match shape {
             0 => Shape::Sphere { radius: 1.0 },
             1 => Shape::Ellipsoid { radius_x: 1.0, radius_y: 0.3 },
             2 => Shape::FlatRectangle { width_x: 2.0, width_y: 1.0 },
             _ => Shape::Cone { angle: 0.4 },
         };
         let [tilt_x, tilt_y, twist] = rotation.map(Some);
-        let step = Step { approach: Some(approach), shift_x: Some(shift[0]), shift_y: Some(shift[1]), tilt_x, tilt_y, twist, ..Step::default() };
+        let step = Step {
+            approach: Some(approach),
+            shift_x: Some(shift[0]),
+            shift_y: Some(shift[1]),
+            tilt_x,
+            tilt_y,
+            twist,
+            ..Step::default()
+        };
         let scene = scene(shape, 1.0, poisson, mu, step);
-        let numerics = Numerics { epsilon, ceiling, max_iterations: 5000, ..numerics(Mesh::Exact(mesh), Projection::Average, 1e-10) };
-        let run = |method| solve(&scene, &Numerics { method, ..numerics.clone() }, &Surfaces::new(), &mut Operators::default()).unwrap();
+        let numerics = Numerics {
+            epsilon,
+            ceiling,
+            max_iterations: 5000,
+            ..numerics(Mesh::Exact(mesh), Projection::Average, 1e-10)
+        };
+        let run = |method| {
+            solve(
+                &scene,
+                &Numerics { method, ..numerics.clone() },
+                &Surfaces::new(),
+                &mut Operators::default(),
+            )
+            .unwrap()
+        };
         let ((seidel, one), (newton, other)) = (run(Method::Seidel), run(Method::Newton));
         if seidel.status == Status::Certified {
             prop_assert_eq!(&newton.status, &Status::Certified);
@@ -209,9 +231,9 @@ proptest! {
     }
 }
 
-/// Pulled lightly, most of a contact sticks. From slip everywhere to one side a step leads to slip
-/// everywhere to the other, for ever; Newton's method has to find out of that by itself, whether
-/// there is a transverse direction (ν > 0) or not.
+/// When a contact is pulled lightly, most of it sticks. From slip of all elements to one side, a
+/// Newton step leads to slip of all elements to the other side, for ever. The method has to find
+/// out of that cycle by itself, whether there is a transverse direction (ν > 0) or not.
 #[test]
 fn a_light_pull_needs_no_other_method() {
     for poisson in [0.0, 0.3, 0.5] {
@@ -247,8 +269,8 @@ fn a_light_pull_needs_no_other_method() {
     }
 }
 
-/// Linear systems that are solved too loosely sent it round in circles, and into Seidel sweeps that
-/// take minutes.
+/// Linear systems that were solved too loosely sent Newton's method round in circles, and into
+/// Seidel sweeps that take minutes.
 #[test]
 fn many_elements_under_a_flat_disk_take_few_steps() {
     let pressed = Step { approach: Some(0.01), ..Step::default() };
@@ -271,26 +293,26 @@ fn many_elements_under_a_flat_disk_take_few_steps() {
     }
 }
 
-/// On a mesh large enough for every loop to be shared.
+/// The mesh is large enough that every loop is shared between threads.
 #[test]
 fn a_solution_has_the_same_bytes_on_any_number_of_threads() {
     let force =
         Step { normal_force: Some(3.8), force_x: Some(0.5), force_y: Some(0.1), ..Step::default() };
     let scene = scene(Shape::Sphere { radius: 1.0 }, 1.0, 0.3, 0.3, force);
     let numerics = numerics(Mesh::Across(190), Projection::Midpoint, 1e-8);
-    let on = |threads| {
+    let solved_on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             solve(&scene, &numerics, &Surfaces::default(), &mut Operators::default()).unwrap()
         })
     };
-    let (outcome, fields) = on(1);
+    let (outcome, fields) = solved_on(1);
     assert_eq!(outcome.status, Status::Certified);
     assert!(outcome.estimate.is_some());
     for threads in [2, 3] {
-        // every digit of a double goes into its debug text
+        // Every digit of a double goes into its debug text.
         assert_eq!(
-            format!("{:?}", on(threads)),
+            format!("{:?}", solved_on(threads)),
             format!("{:?}", (&outcome, &fields)),
             "{threads} threads"
         );

@@ -1,6 +1,6 @@
-//! Friction far beyond what uniqueness is known for: a solve ends with a solution or says with
-//! figures that it has none, within the limits that were set; what it calls certified is a solution
-//! by these tests' own count as well.
+//! These scenes have friction far beyond the range in which uniqueness is known. A solve ends with
+//! a solution, or says with figures that it has none, within the limits that were set. A certified
+//! outcome is a solution by the count of these tests as well.
 
 use crate::common::*;
 use contact::model::*;
@@ -55,9 +55,10 @@ fn ends_certified_or_says_why_not() {
                 for n in [6, 13, 24] {
                     for method in [Method::Auto, Method::Seidel] {
                         if method == Method::Seidel && n == 24 {
-                            continue; // slow, and no other than on 13
+                            // Sweeps on 24² are slow, and show nothing that 13² does not.
+                            continue;
                         }
-                        let what = format!("{name}, ν = {poisson}, μ = {mu}, {n}², {method:?}");
+                        let case = format!("{name}, ν = {poisson}, μ = {mu}, {n}², {method:?}");
                         let numerics = Numerics {
                             method,
                             max_iterations: LIMIT,
@@ -68,11 +69,11 @@ fn ends_certified_or_says_why_not() {
                                 .unwrap();
                         let last = outcome.last().unwrap();
                         let c = last.certificate;
-                        // Newton, its outer iteration for forces and rounds of sweeps each have the
-                        // limit
+                        // Newton's method, its outer iteration for forces and the rounds of sweeps
+                        // each have the limit.
                         assert!(
                             last.work.iterations <= 100 * u64::from(LIMIT),
-                            "{what}: {:?}",
+                            "{case}: {:?}",
                             last.work
                         );
                         match &outcome.status {
@@ -82,33 +83,33 @@ fn ends_certified_or_says_why_not() {
                                     [c.residual, c.tension, c.cone_violation, c.force_imbalance];
                                 assert!(
                                     figures.iter().all(|figure| *figure <= 1e-9),
-                                    "{what}: {c:?}"
+                                    "{case}: {c:?}"
                                 );
                                 assert!(
                                     c.penetration <= 1e-7 && c.gap_under_pressure <= 1e-7,
-                                    "{what}: {c:?}"
+                                    "{case}: {c:?}"
                                 );
                                 let peak = fields.pressure.iter().copied().fold(0.0, f64::max);
-                                assert!(peak > 0.0, "{what}: no contact");
+                                assert!(peak > 0.0, "{case}: no contact");
                                 for (e, p) in fields.pressure.iter().enumerate() {
                                     let traction = fields.traction_x[e].hypot(fields.traction_y[e]);
                                     assert!(
                                         *p >= -1e-9 * peak && traction <= mu * p + 1e-8 * peak,
-                                        "{what}: {p} {traction}"
+                                        "{case}: {p} {traction}"
                                     );
                                 }
                             }
                             Status::Failed { reason } => {
                                 failed += 1;
-                                println!("{what}: {reason}");
+                                println!("{case}: {reason}");
                                 assert!(
                                     reason.contains("e-") || reason.contains("e0"),
-                                    "{what}: no figures: {reason}"
+                                    "{case}: no figures: {reason}"
                                 );
                                 assert!(
                                     !c.meets(numerics.tolerance)
                                         || reason.contains("gross sliding"),
-                                    "{what}: {c:?}"
+                                    "{case}: {c:?}"
                                 );
                             }
                         }

@@ -1,9 +1,9 @@
-//! Closed forms and tabulated solutions of the continuous problem: value and observed order of
-//! convergence.
+//! Solutions meet the closed forms and tabulated solutions of the continuous problem, in value and
+//! in the observed order of convergence.
 //!
-//! Areas are counted in whole elements, so the error of a counted radius jumps about; what falls in
-//! order is its bound, a fraction of an element. Where a smooth measure of the same radius exists
-//! (a moment of the pressure), its order is asserted.
+//! Areas are counted in whole elements, so the error of a counted radius jumps about; only its
+//! bound, a fraction of an element, falls in order. Where a smooth measure of the same radius
+//! exists (a moment of the pressure), its order is asserted.
 
 use std::f64::consts::PI;
 
@@ -11,13 +11,13 @@ use crate::common::*;
 use contact::model::*;
 use contact::theory;
 
-/// Composite modulus E* of a rigid punch on G = 1.
+/// Returns the composite modulus E* of a rigid punch on a half-space with G = 1.
 fn modulus(poisson: f64) -> f64 {
     2.0 / (1.0 - poisson)
 }
 
-/// Least-squares slope of log error against log mesh, sign changed: the order over the whole
-/// ladder.
+/// Returns the least-squares slope of the log of the error against the log of the mesh, with its
+/// sign changed: the order over the whole ladder.
 fn order(meshes: &[u32], errors: &[f64]) -> f64 {
     let points: Vec<(f64, f64)> =
         meshes.iter().zip(errors).map(|(&n, e)| (f64::from(n).ln(), e.ln())).collect();
@@ -28,35 +28,37 @@ fn order(meshes: &[u32], errors: &[f64]) -> f64 {
         / points.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>()
 }
 
-/// Errors of one figure over a ladder of meshes.
+/// The errors of one figure over a ladder of meshes.
 struct Ladder {
-    what: String,
+    name: String,
     meshes: Vec<u32>,
     errors: Vec<f64>,
 }
 
 impl Ladder {
-    /// The order over the whole ladder is at least `least`, and the finest error at most `finest`.
+    /// Asserts that the order over the whole ladder is at least `least`, and that the finest error
+    /// is at most `finest`.
     fn assert(&self, least: f64, finest: f64) {
         let order = order(&self.meshes, &self.errors);
         let shown: Vec<String> = self.errors.iter().map(|e| format!("{e:.1e}")).collect();
-        eprintln!("{}: {shown:?}, order {order:.2}", self.what);
-        assert!(order >= least, "{}: order {order:.2} below {least} ({shown:?})", self.what);
+        eprintln!("{}: {shown:?}, order {order:.2}", self.name);
+        assert!(order >= least, "{}: order {order:.2} below {least} ({shown:?})", self.name);
         assert!(
             *self.errors.last().unwrap() <= finest,
             "{}: {shown:?} does not reach {finest:e}",
-            self.what
+            self.name
         );
     }
 
-    /// Every error is at most `fraction` of an element of Ω = 2·`half_width` across.
+    /// Asserts that every error is at most `fraction` of an element, where Ω is 2·`half_width`
+    /// across.
     fn assert_within_elements(&self, fraction: f64, half_width: f64) {
         for (&n, error) in self.meshes.iter().zip(&self.errors) {
             let element = 2.0 * half_width / f64::from(n);
             assert!(
                 *error <= fraction * element,
                 "{} at {n}: {:.2} elements",
-                self.what,
+                self.name,
                 error / element
             );
         }
@@ -66,7 +68,7 @@ impl Ladder {
 /// A figure of a solution, less its exact value.
 type Measure<'a> = &'a dyn Fn(&Observables, &Fields) -> f64;
 
-/// Solves on every mesh and measures.
+/// Solves the scene on every mesh and measures the errors.
 fn ladders(
     name: &str,
     scene: &Scene,
@@ -76,8 +78,8 @@ fn ladders(
 ) -> Vec<Ladder> {
     let mut ladders: Vec<Ladder> = measures
         .iter()
-        .map(|(what, _)| Ladder {
-            what: format!("{name}: {what}"),
+        .map(|(figure, _)| Ladder {
+            name: format!("{name}: {figure}"),
             meshes: meshes.to_vec(),
             errors: Vec::new(),
         })
@@ -91,7 +93,7 @@ fn ladders(
     ladders
 }
 
-/// Contact radius of a Hertzian pressure from its second moment, ⟨r²⟩ = 2a²/5.
+/// Returns the contact radius of a Hertzian pressure from its second moment, ⟨r²⟩ = 2a²/5.
 fn radius_by_moment(fields: &Fields) -> f64 {
     let [nx, _] = fields.shape;
     let (mut moment, mut load) = (0.0, 0.0);
@@ -149,8 +151,8 @@ fn hertz_converges_by_collocation() {
 
 #[test]
 fn elliptic_hertz_meets_its_table() {
-    // first column A/B of the gap A x² + B y² with B = ½; E* = 1, F = 1: semi-axes, peak and
-    // approach
+    // The first column is A/B of the gap A x² + B y² with B = ½. The others are the semi-axes, the
+    // peak and the approach for E* = 1 and F = 1.
     let table = reference("hertz_elliptic.csv");
     let row: Vec<f64> = table
         .lines()
@@ -160,7 +162,7 @@ fn elliptic_hertz_meets_its_table() {
         .map(|x| x.parse().unwrap())
         .collect();
     let [ratio, a, b, _, peak, approach] = row[..] else { panic!() };
-    // G = (1−ν)E*/2
+    // The shear modulus is G = (1−ν)E*/2.
     let mut scene = scene(
         Shape::Ellipsoid { radius_x: 1.0 / ratio, radius_y: 1.0 },
         0.35,
@@ -170,28 +172,24 @@ fn elliptic_hertz_meets_its_table() {
     );
     scene.domain =
         Some(Domain { width_x: 3.0 * a, width_y: 3.0 * b, center_x: 0.0, center_y: 0.0 });
-    let mut errors = [vec![], vec![], vec![]];
     let meshes = [12, 24, 48];
+    let mut ladders = ["load", "peak", "area"].map(|figure| Ladder {
+        name: format!("elliptic Hertz: {figure}"),
+        meshes: meshes.to_vec(),
+        errors: Vec::new(),
+    });
     for n in meshes {
         let (outcome, _) =
             certified(&scene, &numerics(Mesh::Exact([n, n]), Projection::Average, 1e-8));
         let o = outcome.observables;
-        errors[0].push((o.load - 1.0).abs());
-        errors[1].push((o.peak_pressure / peak - 1.0).abs());
-        errors[2].push((o.contact_area / (PI * a * b) - 1.0).abs());
+        ladders[0].errors.push((o.load - 1.0).abs());
+        ladders[1].errors.push((o.peak_pressure / peak - 1.0).abs());
+        ladders[2].errors.push((o.contact_area / (PI * a * b) - 1.0).abs());
     }
-    for (what, errors, least, finest) in [
-        ("load", &errors[0], 1.5, 1e-3),
-        ("peak", &errors[1], 1.5, 3e-3),
-        ("area", &errors[2], 0.5, 3e-2),
-    ] {
-        Ladder {
-            what: format!("elliptic Hertz: {what}"),
-            meshes: meshes.to_vec(),
-            errors: errors.clone(),
-        }
-        .assert(least, finest);
-    }
+    let [load, peak, area] = ladders;
+    load.assert(1.5, 1e-3);
+    peak.assert(1.5, 3e-3);
+    area.assert(0.5, 3e-2);
 }
 
 #[test]
@@ -219,7 +217,7 @@ fn cone_meets_sneddon() {
     measured[1].assert_within_elements(0.5, PI / 2.0);
 }
 
-/// A row of a reference table whose first two columns are ν and μ.
+/// Returns a row of a reference table whose first two columns are ν and μ.
 fn row(file: &str, poisson: f64, mu: f64) -> Vec<f64> {
     let text = reference(file);
     let parse = |line: &str| -> Vec<f64> {
@@ -253,7 +251,7 @@ fn spence_flat(poisson: f64, mu: f64) {
             ("stick radius", &|o, _| counted_radius(o.stick_area) - stick),
         ],
     );
-    // the square-root singularity at the edge limits piecewise constants to first order
+    // The square-root singularity at the edge limits piecewise constants to first order.
     measured[0].assert(0.85, 2.5e-3);
     measured[1].assert_within_elements(0.5, 1.0);
 }
@@ -273,15 +271,15 @@ fn flat_disk_meets_spence_small_stick() {
     spence_flat(0.25, 0.2);
 }
 
-/// Every row of the table, at one mesh: the load within the first-order error that the ladders
-/// above show at it, the stick radius within an element.
+/// Every row of the table is held on one mesh: the load within the first-order error that the
+/// ladders above show on that mesh, the stick radius within an element.
 #[test]
 fn flat_disk_meets_every_row_of_spence() {
     let mut rows = 0;
     for line in reference("spence_incremental.csv").lines().skip(1) {
         let row: Vec<f64> = line.split(',').map(|x| x.parse().unwrap_or(f64::NAN)).collect();
         let (poisson, mu, stick, ratio) = (row[0], row[1], row[4], row[5]);
-        // rows of full stick to all digits have no numbers
+        // The rows of full stick to all digits have no numbers.
         if ratio.is_nan() {
             continue;
         }
@@ -329,7 +327,7 @@ fn flat_disk_in_full_stick_meets_mossakovskii() {
 }
 
 fn sphere_one_step(poisson: f64, mu: f64) {
-    // δ = χ a²/R with a = R = 1; Φ = 3F(1−ν)R/(8Ga³)
+    // The table is normalised by δ = χ a²/R with a = R = 1, and Φ = 3F(1−ν)R/(8Ga³).
     let row = row("sphere_one_step.csv", poisson, mu);
     let (stick, chi, phi) = (row[2], row[3], row[4]);
     let scene = scene(
@@ -397,13 +395,13 @@ fn every_sphere_in_one_step_has_its_test() {
     assert_eq!(reference("sphere_one_step.csv").lines().skip(1).count(), 7);
 }
 
-/// Two like elastic bodies: the coupling cancels, so normal contact is Hertz's and a shift gives
-/// Cattaneo's and Mindlin's annulus of slip. Exact for ν = 0.
+/// The coupling of two like elastic bodies cancels, so normal contact is Hertz's and a shift gives
+/// Cattaneo's and Mindlin's annulus of slip. The theory is exact for ν = 0.
 #[test]
 fn like_bodies_under_a_shift_meet_cattaneo_and_mindlin() {
     let material = Material { shear_modulus: 2.0, poisson: 0.0 };
     let mu = 0.4;
-    // E* of the pair is 1/(2·(1−ν)/2G)
+    // E* of the pair is 1/(2·(1−ν)/2G).
     let hertz = theory::hertz_sphere(2.0, 1.0, 1.0);
     let limit = mu * hertz.load;
     for fraction in [0.3, 0.7] {
@@ -441,8 +439,8 @@ fn like_bodies_under_a_shift_meet_cattaneo_and_mindlin() {
     }
 }
 
-/// Unlike elastic bodies: sums and differences of compliances. A rigid punch on a foundation is the
-/// limit of a stiff one.
+/// Unlike elastic bodies have sums and differences of compliances. A rigid punch on a foundation is
+/// the limit of a stiff one.
 #[test]
 fn a_stiff_punch_is_a_rigid_punch() {
     let step = Step { approach: Some(1.0), shift_x: Some(0.05), ..Step::default() };

@@ -1,10 +1,10 @@
-//! Scenes and files that the reference tests share.
+//! Scenes and files that several modules share.
 
 use contact::model::*;
 use contact::punch::Surfaces;
 use contact::{Operators, solve};
 
-/// A scene of one step with a rigid punch on a homogeneous half-space.
+/// Returns a scene of one step with a rigid punch on a homogeneous half-space.
 pub(crate) fn scene(shape: Shape, shear_modulus: f64, poisson: f64, mu: f64, step: Step) -> Scene {
     Scene {
         foundation: Foundation::half_space(Material { shear_modulus, poisson }),
@@ -15,7 +15,7 @@ pub(crate) fn scene(shape: Shape, shear_modulus: f64, poisson: f64, mu: f64, ste
     }
 }
 
-/// A square Ω of side `width` around the origin.
+/// Returns a square Ω of side `width` around the origin.
 pub(crate) fn square(width: f64) -> Option<Domain> {
     Some(Domain { width_x: width, width_y: width, center_x: 0.0, center_y: 0.0 })
 }
@@ -33,7 +33,7 @@ pub(crate) fn numerics(mesh: Mesh, projection: Projection, tolerance: f64) -> Nu
     }
 }
 
-/// Solves, insists on a certificate and gives the end of the path.
+/// Solves the scene, insists on a certificate and returns the end of the path.
 pub(crate) fn certified(scene: &Scene, numerics: &Numerics) -> (StepOutcome, Fields) {
     certified_with(scene, numerics, &Surfaces::new())
 }
@@ -49,7 +49,7 @@ pub(crate) fn certified_with(
     (*outcome.last().expect("a certified path has steps"), fields)
 }
 
-/// Solves, insists on a certificate and gives every increment of the path.
+/// Solves the scene, insists on a certificate and returns every increment of the path.
 pub(crate) fn certified_path(scene: &Scene, numerics: &Numerics) -> (Vec<StepOutcome>, Fields) {
     let (Outcome { status, steps, .. }, fields) =
         solve(scene, numerics, &Surfaces::new(), &mut Operators::default())
@@ -58,8 +58,8 @@ pub(crate) fn certified_path(scene: &Scene, numerics: &Numerics) -> (Vec<StepOut
     (steps, fields)
 }
 
-/// Largest difference of the tractions over the peak pressure; none between contacts without
-/// pressure.
+/// Returns the largest difference of the tractions over the peak pressure; 0 between contacts
+/// without pressure.
 pub(crate) fn difference(a: &Fields, b: &Fields) -> f64 {
     let is_empty = |fields: &Fields| fields.pressure.iter().all(|p| *p == 0.0);
     if is_empty(a) && is_empty(b) {
@@ -69,7 +69,7 @@ pub(crate) fn difference(a: &Fields, b: &Fields) -> f64 {
     }
 }
 
-/// The text of a file of tests/reference.
+/// Returns the text of a file of tests/reference.
 pub(crate) fn reference(name: &str) -> String {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(name);
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))

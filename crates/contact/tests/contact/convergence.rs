@@ -1,5 +1,5 @@
-//! Convergence of the fields: distances between grids, orders in L₂ against closed forms, and ε →
-//! 0.
+//! The fields converge: the distance between grids is a metric, errors in L₂ against closed forms
+//! fall in order, and ε → 0 leads to the solution without regularisation.
 
 use crate::common::*;
 use contact::assess::{Errors, closed_form, norms};
@@ -11,7 +11,8 @@ fn newton(mesh: u32, projection: Projection) -> Numerics {
     numerics(Mesh::Across(mesh), projection, 1e-8)
 }
 
-/// Fields with these values, blocks of pressure and both tractions one after the other.
+/// Builds fields from `values`, which holds the blocks of the pressure and of both tractions one
+/// after the other.
 fn fields(shape: [u32; 2], origin: [f64; 2], element: [f64; 2], values: &[f64]) -> Fields {
     let k = (shape[0] * shape[1]) as usize;
     let block = |c: usize| values[c * k..][..k].to_vec();
@@ -35,7 +36,7 @@ fn any_fields() -> impl Strategy<Value = Fields> {
         .prop_map(|(shape, origin, element, values)| fields(shape, origin, element, &values))
 }
 
-/// The same fields on a grid of `parts` times as many elements each way.
+/// Returns the same fields on a grid of `parts` times as many elements along each axis.
 fn split(whole: &Fields, parts: [u32; 2]) -> Fields {
     let shape = [whole.shape[0] * parts[0], whole.shape[1] * parts[1]];
     let element = [0, 1].map(|axis| whole.element[axis] / f64::from(parts[axis]));
@@ -50,65 +51,84 @@ fn split(whole: &Fields, parts: [u32; 2]) -> Fields {
     fields(shape, origin, element, &values)
 }
 
-fn both(a: &Fields, b: &Fields) -> [f64; 2] {
+fn distances(a: &Fields, b: &Fields) -> [f64; 2] {
     let norm = norms::distance(a, b).unwrap();
     [norm.pressure, norm.traction]
 }
 
 proptest! {
     #[test]
-    fn the_distance_between_grids_is_a_metric(a in any_fields(), b in any_fields(), c in any_fields()) {
-        let (ab, ba, bc, ac) = (both(&a, &b), both(&b, &a), both(&b, &c), both(&a, &c));
+    fn the_distance_between_grids_is_a_metric(
+        a in any_fields(),
+        b in any_fields(),
+        c in any_fields(),
+    ) {
+        let (ab, ba, bc, ac) =
+            (distances(&a, &b), distances(&b, &a), distances(&b, &c), distances(&a, &c));
         prop_assert_eq!(ab, ba);
-        prop_assert_eq!(both(&a, &a), [0.0; 2]);
+        prop_assert_eq!(distances(&a, &a), [0.0; 2]);
         for k in 0..2 {
             prop_assert!(ac[k] <= (ab[k] + bc[k]) * (1.0 + 1e-14));
             prop_assert!(ab[k] > 0.0);
         }
-        let direct: f64 = a.pressure.iter().map(|p| p * p).sum::<f64>() * a.element[0] * a.element[1];
+        let direct: f64 =
+            a.pressure.iter().map(|p| p * p).sum::<f64>() * a.element[0] * a.element[1];
         prop_assert!((norms::norm(&a).unwrap().pressure / direct.sqrt() - 1.0).abs() < 1e-13);
     }
 
     #[test]
-    fn splitting_elements_changes_nothing(a in any_fields(), b in any_fields(), parts in [1..5u32, 1..5u32]) {
+    fn splitting_elements_changes_nothing(
+        a in any_fields(),
+        b in any_fields(),
+        parts in [1..5u32, 1..5u32],
+    ) {
         let finer = split(&a, parts);
-        prop_assert_eq!(both(&a, &finer), [0.0; 2]);
-        for (whole, parted) in both(&a, &b).iter().zip(both(&finer, &b)) {
+        prop_assert_eq!(distances(&a, &finer), [0.0; 2]);
+        for (whole, parted) in distances(&a, &b).iter().zip(distances(&finer, &b)) {
             prop_assert!((whole / parted - 1.0).abs() < 1e-12, "{whole} {parted}");
         }
-        for (whole, parted) in norms::resultants(&a).unwrap().iter().zip(norms::resultants(&finer).unwrap()) {
+        for (whole, parted) in
+            norms::resultants(&a).unwrap().iter().zip(norms::resultants(&finer).unwrap())
+        {
             prop_assert!((whole - parted).abs() < 1e-13);
         }
     }
 
-    /// Local means are a projection: they shorten distances and keep what is already constant on
-    /// the parts.
+    /// Local means are a projection: they shorten distances and keep a field that is already
+    /// constant on the parts.
     #[test]
-    fn local_means_are_a_projection(a in any_fields(), b in any_fields(), nx in 1..6usize, ny in 1..6usize) {
+    fn local_means_are_a_projection(
+        a in any_fields(),
+        b in any_fields(),
+        nx in 1..6usize,
+        ny in 1..6usize,
+    ) {
         let onto = norms::parts(&b, [nx, ny]).unwrap();
-        let (p, q) = (norms::local_means(&a, &onto).unwrap(), norms::local_means(&b, &onto).unwrap());
-        for (means, whole) in both(&p, &q).iter().zip(both(&a, &b)) {
+        let (p, q) =
+            (norms::local_means(&a, &onto).unwrap(), norms::local_means(&b, &onto).unwrap());
+        for (means, whole) in distances(&p, &q).iter().zip(distances(&a, &b)) {
             prop_assert!(*means <= whole * (1.0 + 1e-12));
         }
         let again = norms::local_means(&p, &onto).unwrap();
-        prop_assert!(both(&p, &again).iter().all(|distance| *distance < 1e-14));
+        prop_assert!(distances(&p, &again).iter().all(|distance| *distance < 1e-14));
     }
 }
 
-/// A figure of the errors over a ladder of meshes, and the power of the mesh size that it follows.
-fn order(errors: &[(f64, Errors)], which: &str) -> PowerLaw {
+/// Fits the power of the mesh size that a figure of the errors follows over a ladder of meshes.
+fn order(errors: &[(f64, Errors)], figure: &str) -> PowerLaw {
     let ladder: Vec<(f64, f64)> =
-        errors.iter().map(|(h, errors)| (*h, errors.get(which).unwrap())).collect();
+        errors.iter().map(|(h, errors)| (*h, errors.get(figure).unwrap())).collect();
     let law = power_law(&ladder).unwrap();
     let shown: Vec<String> = ladder.iter().map(|(_, error)| format!("{error:.2e}")).collect();
     eprintln!(
-        "{which}: {shown:?}, order {:.3} ± {:.3} from rung {}",
+        "{figure}: {shown:?}, order {:.3} ± {:.3} from rung {}",
         law.slope, law.standard_error, law.first
     );
     law
 }
 
-/// Errors against the closed form of the scene on every mesh.
+/// Returns the errors against the closed form of the scene, with the size of an element, on every
+/// mesh.
 fn against_closed_form(
     scene: &Scene,
     projection: Projection,
@@ -116,14 +136,14 @@ fn against_closed_form(
 ) -> Vec<(f64, Errors)> {
     let exact = closed_form(scene).expect("a scene with a closed form");
     eprintln!("{} ({}), {projection:?}", exact.name, exact.source);
-    let of_mesh = |n: &u32| {
+    let on_mesh = |n: &u32| {
         let (path, fields) = certified_path(scene, &newton(*n, projection));
         (
             fields.element[0],
             Errors::against_closed_form(path.last().unwrap(), &fields, &exact).unwrap(),
         )
     };
-    meshes.iter().map(of_mesh).collect()
+    meshes.iter().map(on_mesh).collect()
 }
 
 const MESHES: [u32; 5] = [12, 24, 48, 96, 192];
@@ -133,8 +153,8 @@ fn pressed(shape: Shape) -> Scene {
 }
 
 /// No piecewise constants do better than h (∫ |∇p|²)^½, and since p goes like the root of the
-/// distance s from the edge, that integral of 1/s over s > h is a logarithm: the order is that of h
-/// √ln(1/h), a tenth below 1 on these meshes and rising.
+/// distance s from the edge, that integral of 1/s over s > h is a logarithm. The order is therefore
+/// that of h √ln(1/h), a tenth below 1 on these meshes and rising.
 #[test]
 fn the_pressure_of_a_sphere_converges_with_first_order() {
     for projection in [Projection::Average, Projection::Midpoint] {
@@ -155,8 +175,8 @@ fn the_pressure_of_a_sphere_converges_with_first_order() {
         assert!((0.95..1.1).contains(&law.slope), "{law:?}");
         let local = order(&errors, "local_pressure");
         assert!(local.slope > 1.2, "{local:?}");
-        for which in ["load", "peak_pressure", "contact_area"] {
-            order(&errors, which);
+        for figure in ["load", "peak_pressure", "contact_area"] {
+            order(&errors, figure);
         }
     }
 }
@@ -171,7 +191,7 @@ fn the_pressures_of_ellipsoid_and_cone_converge() {
     }
 }
 
-/// Like spheres, ν = 0, pressed and then pulled.
+/// Returns a scene of like spheres with ν = 0, pressed and then pulled.
 fn like_spheres(pull: Step) -> Scene {
     let mut scene = scene(Shape::Sphere { radius: 1.0 }, 2.0, 0.0, 0.4, Step::default());
     scene.punch.material = Some(Material { shear_modulus: 2.0, poisson: 0.0 });
@@ -218,9 +238,9 @@ fn a_flat_punch_converges_in_the_mean() {
     assert!(
         errors.iter().all(|(_, errors)| unbounded.iter().all(|name| errors.get(name).is_none()))
     );
-    for which in ["load", "tangential_force", "moment", "local_pressure", "local_traction"] {
-        let law = order(&errors, which);
-        assert!(law.slope > 0.8 && errors[3].1.local.pressure.unwrap() < 2e-2, "{which}: {law:?}");
+    for figure in ["load", "tangential_force", "moment", "local_pressure", "local_traction"] {
+        let law = order(&errors, figure);
+        assert!(law.slope > 0.8 && errors[3].1.local.pressure.unwrap() < 2e-2, "{figure}: {law:?}");
     }
 }
 
@@ -245,12 +265,16 @@ fn errors_against_a_finer_mesh_follow_those_against_the_closed_form() {
             }
         }
     }
-    let own = Errors::against_solution(&finest, &finest_fields, &finest, &finest_fields, &controls)
-        .unwrap();
-    assert!(own.named().filter_map(|(_, error)| error).all(|error| error == 0.0), "{own:?}");
+    let self_errors =
+        Errors::against_solution(&finest, &finest_fields, &finest, &finest_fields, &controls)
+            .unwrap();
+    assert!(
+        self_errors.named().filter_map(|(_, error)| error).all(|error| error == 0.0),
+        "{self_errors:?}"
+    );
 }
 
-/// Solutions of equation (3) for falling ε against that of equation (1), on one mesh.
+/// Returns the solutions of equation (3) for falling ε, and that of equation (1), on one mesh.
 fn regularised(
     scene: &Scene,
     mesh: u32,
@@ -261,7 +285,7 @@ fn regularised(
     (epsilons.iter().map(|epsilon| solve(*epsilon)).collect(), solve(0.0))
 }
 
-/// ε → 0 under a sphere: p* is in L₂ and the convergence is strong.
+/// For ε → 0 under a sphere p* is in L₂, and the convergence is strong.
 #[test]
 fn the_regularised_pressure_of_a_sphere_converges_strongly() {
     let scene = scene(
@@ -277,14 +301,14 @@ fn the_regularised_pressure_of_a_sphere_converges_strongly() {
         .iter()
         .map(|(_, fields)| norms::relative_distance(fields, &limit).unwrap())
         .collect();
-    for which in [
+    for component in [
         |relative: &norms::Relative| relative.pressure,
         |relative: &norms::Relative| relative.traction,
     ] {
         let ladder: Vec<(f64, f64)> = epsilons
             .iter()
             .copied()
-            .zip(distances.iter().map(|distance| which(distance).unwrap()))
+            .zip(distances.iter().map(|distance| component(distance).unwrap()))
             .collect();
         let law = power_law(&ladder).unwrap();
         eprintln!(
@@ -296,9 +320,9 @@ fn the_regularised_pressure_of_a_sphere_converges_strongly() {
     }
 }
 
-/// ε → 0 under a flat punch: p* is not in L₂, so the norm grows beyond all bounds and only local
-/// means and the load converge. The mesh is fine against the layer at the edge into which ε smears
-/// the singularity.
+/// For ε → 0 under a flat punch p* is not in L₂, so the norm grows beyond all bounds and only the
+/// local means and the load converge. The mesh is fine against the layer at the edge into which ε
+/// smears the singularity.
 #[test]
 fn the_regularised_pressure_of_a_flat_punch_converges_weakly() {
     let scene = scene(
@@ -318,20 +342,20 @@ fn the_regularised_pressure_of_a_flat_punch_converges_weakly() {
             (*epsilon, Errors::against_closed_form(end, fields, &exact).unwrap())
         })
         .collect();
-    for which in ["load", "local_pressure"] {
-        let law = order(&errors, which);
-        assert!(law.slope > 0.5, "{which}: {law:?}");
+    for figure in ["load", "local_pressure"] {
+        let law = order(&errors, figure);
+        assert!(law.slope > 0.5, "{figure}: {law:?}");
     }
     let squares: Vec<f64> =
         solutions.iter().map(|(_, fields)| norms::norm(fields).unwrap().pressure.powi(2)).collect();
     let steps: Vec<f64> = squares.windows(2).map(|pair| pair[1] - pair[0]).collect();
     eprintln!("‖p‖² {squares:.3?}, steps {steps:.3?}");
-    // ∫ p² over all but a layer of width ε at the edge: a constant more for each halving, not less
-    // and less
+    // The integral ∫ p² over all but a layer of width ε at the edge gains a constant for each
+    // halving, and not less and less.
     assert!(steps.iter().all(|step| *step > 0.0) && steps[4] > 0.7 * steps[3], "{squares:?}");
 }
 
-/// What has no closed form says so.
+/// A scene without a closed form says so.
 #[test]
 fn closed_forms_are_refused_where_a_condition_fails() {
     let step = Step { approach: Some(1.0), ..Step::default() };

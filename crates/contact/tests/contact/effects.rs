@@ -1,5 +1,5 @@
-//! Leaving out what a scene does not call for changes nothing, and what it does call for is not
-//! left out.
+//! Leaving out an effect that a scene does not call for changes nothing, and an effect that it does
+//! call for is not left out.
 
 use std::sync::Arc;
 
@@ -15,33 +15,41 @@ fn effects(scene: &Scene, numerics: &Numerics, surfaces: &Surfaces) -> Effects {
     Effects::of(scene, numerics, [nx as usize, ny as usize], surfaces).unwrap()
 }
 
-fn off(effects: &Effects) -> Vec<Effect> {
+fn left_out(effects: &Effects) -> Vec<Effect> {
     Effect::OPTIONAL.into_iter().filter(|effect| !effects.has(*effect)).collect()
 }
 
-/// Solves with what the scene calls for and with every effect, and compares. Gives what was left
-/// out.
+struct Solved {
+    steps: Vec<StepOutcome>,
+    fields: Fields,
+    status: Status,
+}
+
+/// Solves the scene with the effects that it calls for and with every effect, and compares. Returns
+/// the effects that were left out.
 fn agree(scene: &Scene, mesh: [u32; 2]) -> Vec<Effect> {
-    let lean = Numerics {
+    let lean_numerics = Numerics {
         simulate: Vec::new(),
         ..numerics(Mesh::Exact(mesh), Projection::Average, 1e-10)
     };
-    let full = Numerics { simulate: Effect::OPTIONAL.to_vec(), ..lean.clone() };
-    let run = |numerics: &Numerics| -> (Vec<StepOutcome>, Fields, Status) {
+    let full_numerics = Numerics { simulate: Effect::OPTIONAL.to_vec(), ..lean_numerics.clone() };
+    let run = |numerics: &Numerics| {
         let (outcome, fields) =
             solve(scene, numerics, &Surfaces::new(), &mut Operators::default()).unwrap();
-        (outcome.steps, fields, outcome.status)
+        Solved { steps: outcome.steps, fields, status: outcome.status }
     };
-    let ((steps, fields, status), (all_steps, all_fields, all_status)) = (run(&lean), run(&full));
+    let (lean, full) = (run(&lean_numerics), run(&full_numerics));
     assert_eq!(
-        matches!(status, Status::Certified),
-        matches!(all_status, Status::Certified),
-        "{status:?} {all_status:?} {scene:?}"
+        matches!(lean.status, Status::Certified),
+        matches!(full.status, Status::Certified),
+        "{:?} {:?} {scene:?}",
+        lean.status,
+        full.status
     );
-    if status == Status::Certified {
-        let apart = difference(&fields, &all_fields);
+    if lean.status == Status::Certified {
+        let apart = difference(&lean.fields, &full.fields);
         assert!(apart < 1e-7, "{apart:.1e}: {scene:?}");
-        for (step, all) in steps.iter().zip(&all_steps) {
+        for (step, all) in lean.steps.iter().zip(&full.steps) {
             for (a, b) in step.observables.resultants().iter().zip(all.observables.resultants()) {
                 assert!(
                     (a - b).abs() <= 1e-7 * all.observables.load.max(1e-3),
@@ -56,7 +64,7 @@ fn agree(scene: &Scene, mesh: [u32; 2]) -> Vec<Effect> {
             );
         }
     }
-    off(&effects(scene, &lean, &Surfaces::new()))
+    left_out(&effects(scene, &lean_numerics, &Surfaces::new()))
 }
 
 const STEEL: Material = Material { shear_modulus: 1.0, poisson: 0.3 };
@@ -125,7 +133,7 @@ fn each_reduction_is_taken_where_it_is_exact_and_changes_nothing() {
         agree(&sphere(0.0, like, 0.3, &[press, twist]), even),
         [Coupling, AsymmetryX, AsymmetryY]
     );
-    // loads instead of motions, and moments that are nothing
+    // Loads replace motions, and the moments are zero.
     let loaded = Step {
         normal_force: Some(2.0),
         moment_x: Some(0.0),
@@ -186,7 +194,7 @@ fn a_slightly_broken_symmetry_is_no_symmetry() {
     assert_eq!(with(&heights), [false, true]);
     heights[0] = 1e-300;
     assert_eq!(with(&heights), [true, true]);
-    // coupling that nearly cancels is there
+    // A coupling that nearly cancels is there.
     let nearly = Material { shear_modulus: 1.0, poisson: 0.3 + 1e-16 };
     let like = sphere(0.3, Some(nearly), 0.3, &[press]);
     let decided = effects(&like, &numerics(Mesh::Exact([8, 8]), Projection::Average, 1e-9), &none);
@@ -210,25 +218,25 @@ fn every_decision_has_its_reason() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
 
-    /// Whatever the scene.
+    /// On any scene the reduced problem has the solution of the full one.
     #[test]
     fn reduced_is_full(
-        which in 0usize..4,
+        shape in 0usize..4,
         bodies in 0usize..5,
         mu in prop_oneof![Just(0.0), 0.05..1.0f64],
         loads in prop::collection::vec((0usize..7, 0.02..0.3f64), 0..3),
         mesh in prop::array::uniform2(4u32..13),
         center in prop_oneof![3 => Just([0.0, 0.0]), 1 => Just([0.1, 0.0]), 1 => Just([0.0, -0.1])],
     ) {
-        let shape = match which {
+        let shape = match shape {
             0 => Shape::Sphere { radius: 1.0 },
             1 => Shape::Ellipsoid { radius_x: 1.0, radius_y: 0.4 },
             2 => Shape::FlatRectangle { width_x: 2.0, width_y: 1.4 },
             _ => Shape::Cone { angle: 0.4 },
         };
         let mut steps = vec![Step { approach: Some(0.6), ..Step::default() }];
-        for (which, value) in loads {
-            steps.push(match which {
+        for (kind, value) in loads {
+            steps.push(match kind {
                 0 => Step { shift_x: Some(value), ..Step::default() },
                 1 => Step { shift_y: Some(-value), ..Step::default() },
                 2 => Step { twist: Some(value), ..Step::default() },
@@ -240,15 +248,23 @@ proptest! {
         }
         let mut scene = scene(shape, 1.0, 0.3, mu, Step::default());
         scene.loading = Loading::path(steps);
-        scene.domain = Some(Domain { width_x: 2.6, width_y: 2.0, center_x: center[0], center_y: center[1] });
+        scene.domain =
+            Some(Domain { width_x: 2.6, width_y: 2.0, center_x: center[0], center_y: center[1] });
         match bodies {
             0 => scene.punch.material = Some(STEEL),
-            1 => scene.foundation = Foundation::half_space(Material { shear_modulus: 1.0, poisson: 0.5 }),
+            1 => {
+                scene.foundation =
+                    Foundation::half_space(Material { shear_modulus: 1.0, poisson: 0.5 })
+            }
             2 => {
                 let cork = Material { shear_modulus: 1.0, poisson: 0.0 };
-                (scene.foundation, scene.punch.material) = (Foundation::half_space(cork), Some(cork));
+                (scene.foundation, scene.punch.material) =
+                    (Foundation::half_space(cork), Some(cork));
             }
-            3 => scene.foundation.layers = vec![Layer { shear_modulus: 3.0, poisson: 0.2, thickness: 0.4 }],
+            3 => {
+                scene.foundation.layers =
+                    vec![Layer { shear_modulus: 3.0, poisson: 0.2, thickness: 0.4 }]
+            }
             _ => {}
         }
         agree(&scene, mesh);

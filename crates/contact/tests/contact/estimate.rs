@@ -1,4 +1,4 @@
-//! How far the estimates of the discretisation error are from the true errors.
+//! The estimates of the discretisation error are compared with the true errors.
 
 use std::f64::consts::PI;
 
@@ -10,7 +10,8 @@ use contact::punch::Surfaces;
 use contact::theory::flat_disk;
 use contact::{Operators, solve};
 
-/// Two like spheres, ν = 0, for which Cattaneo's and Mindlin's theory is exact.
+/// Returns a scene of two like spheres with ν = 0, for which Cattaneo's and Mindlin's theory is
+/// exact.
 fn like_spheres(steps: Vec<Step>) -> Scene {
     let mut scene = scene(Shape::Sphere { radius: 1.0 }, 2.0, 0.0, 0.4, Step::default());
     scene.punch.material = Some(Material { shear_modulus: 2.0, poisson: 0.0 });
@@ -93,10 +94,18 @@ fn with_closed_forms() -> Vec<(&'static str, Scene)> {
 
 const MESHES: [u32; 11] = [12, 13, 15, 19, 24, 31, 32, 45, 64, 77, 96];
 
-/// Layered and frictional scenes with the load (over E* of the surface alone) and, where the source
-/// has them, the areas in contact and sticking; lengths in units of the contact radius, G of the
-/// surface 1.
-fn with_tables() -> Vec<(String, Scene, [Option<f64>; 3])> {
+/// A layered or frictional scene with its load (over E* of the surface alone) and, where the source
+/// has them, its areas in contact and sticking. Lengths are in units of the contact radius, and G
+/// of the surface is 1.
+struct Tabulated {
+    name: String,
+    scene: Scene,
+    load: Option<f64>,
+    contact_area: Option<f64>,
+    stick_area: Option<f64>,
+}
+
+fn with_tables() -> Vec<Tabulated> {
     let rows = |file: &str| -> Vec<Vec<String>> {
         reference(file)
             .lines()
@@ -104,10 +113,10 @@ fn with_tables() -> Vec<(String, Scene, [Option<f64>; 3])> {
             .map(|line| line.split(',').map(str::to_owned).collect())
             .collect()
     };
-    let number = |row: &[String], at: usize| row[at].parse::<f64>().unwrap();
+    let number = |row: &[String], column: usize| row[column].parse::<f64>().unwrap();
     let mut scenes = Vec::new();
     for row in rows("sphere_one_step.csv") {
-        let [poisson, mu, stick, chi, phi] = [0, 1, 2, 3, 4].map(|at| number(&row, at));
+        let [poisson, mu, stick, chi, phi] = [0, 1, 2, 3, 4].map(|column| number(&row, column));
         let scene = scene(
             Shape::Sphere { radius: 1.0 },
             1.0,
@@ -115,16 +124,20 @@ fn with_tables() -> Vec<(String, Scene, [Option<f64>; 3])> {
             mu,
             Step { approach: Some(chi), ..Step::default() },
         );
-        let figures =
-            [Some(phi * 8.0 / (3.0 * (1.0 - poisson))), Some(PI), Some(PI * stick * stick)];
-        scenes.push((format!("sphere in one step, ν {poisson}, μ {mu}"), scene, figures));
+        scenes.push(Tabulated {
+            name: format!("sphere in one step, ν {poisson}, μ {mu}"),
+            scene,
+            load: Some(phi * 8.0 / (3.0 * (1.0 - poisson))),
+            contact_area: Some(PI),
+            stick_area: Some(PI * stick * stick),
+        });
     }
     for row in rows("spence_incremental.csv")
         .iter()
         .filter(|row| row[5].parse::<f64>().is_ok_and(f64::is_finite))
         .step_by(13)
     {
-        let [poisson, mu, stick, ratio] = [0, 1, 4, 5].map(|at| number(row, at));
+        let [poisson, mu, stick, ratio] = [0, 1, 4, 5].map(|column| number(row, column));
         let scene = scene(
             Shape::FlatDisk { radius: 1.0 },
             1.0,
@@ -133,14 +146,16 @@ fn with_tables() -> Vec<(String, Scene, [Option<f64>; 3])> {
             Step { approach: Some(1.0), ..Step::default() },
         );
         let load = flat_disk(2.0 / (1.0 - poisson), 1.0, 1.0).load * ratio;
-        scenes.push((
-            format!("flat disk with friction, ν {poisson}, μ {mu}"),
+        scenes.push(Tabulated {
+            name: format!("flat disk with friction, ν {poisson}, μ {mu}"),
             scene,
-            [Some(load), None, Some(PI * stick * stick)],
-        ));
+            load: Some(load),
+            contact_area: None,
+            stick_area: Some(PI * stick * stick),
+        });
     }
     for row in rows("rigid_base_layer.csv").iter().filter(|row| row[2] == "bonded").step_by(9) {
-        let [poisson, size, kappa, chi, phi] = [0, 1, 3, 4, 5].map(|at| number(row, at));
+        let [poisson, size, kappa, chi, phi] = [0, 1, 3, 4, 5].map(|column| number(row, column));
         let layers = vec![Layer { shear_modulus: 1.0, poisson, thickness: 1.0 / size }];
         for (shape, approach, load, area) in [
             (Shape::Sphere { radius: 1.0 }, chi, phi * 8.0 / (3.0 * (1.0 - poisson)), Some(PI)),
@@ -158,9 +173,15 @@ fn with_tables() -> Vec<(String, Scene, [Option<f64>; 3])> {
                 Step { approach: Some(approach), ..Step::default() },
             );
             scene.foundation = Foundation { layers: layers.clone(), base: Base::Rigid };
-            // Ω follows Hertz's approach without the layer
+            // Ω follows Hertz's approach without the layer.
             scene.domain = if area.is_some() { square(3.0) } else { None };
-            scenes.push((name, scene, [Some(load), area, None]));
+            scenes.push(Tabulated {
+                name,
+                scene,
+                load: Some(load),
+                contact_area: area,
+                stick_area: None,
+            });
         }
     }
     scenes
@@ -173,6 +194,15 @@ struct Case {
     figure: &'static str,
     estimate: f64,
     error: f64,
+}
+
+/// A figure of a solution that its table knows, and the unit of its error.
+struct Known {
+    figure: &'static str,
+    estimate: Option<f64>,
+    found: f64,
+    exact: Option<f64>,
+    unit: Option<f64>,
 }
 
 fn solved(scene: &Scene, numerics: &Numerics) -> (Outcome, Fields) {
@@ -195,7 +225,7 @@ fn cases() -> Vec<Case> {
             for ((figure, estimate), (_, error)) in
                 estimate.figures.named().into_iter().zip(errors.figures.named())
             {
-                // what is 0 in truth is wrong by all that it is
+                // A figure that is 0 in truth is wrong by all of its value.
                 let vanishes = |figure: &str| {
                     matches!(figure, "tangential_force" | "shift" | "moment" | "rotation")
                 };
@@ -212,20 +242,38 @@ fn cases() -> Vec<Case> {
             }
         }
     }
-    for (name, scene, [load, area, stick]) in with_tables() {
+    for Tabulated { name, scene, load, contact_area: area, stick_area: stick } in with_tables() {
         for mesh in [12, 15, 24, 45, 64] {
             let (outcome, _) =
                 solved(&scene, &numerics(Mesh::Across(mesh), Projection::Average, 1e-8));
             let (o, estimate) =
                 (outcome.last().unwrap().observables, outcome.estimate.expect(&name).figures);
             let area_unit = area.unwrap_or(o.contact_area);
-            for (figure, estimate, own, exact, unit) in [
-                ("load", estimate.load, o.load, load, load),
-                ("contact_area", estimate.contact_area, o.contact_area, area, area),
-                ("stick_area", estimate.stick_area, o.stick_area, stick, Some(area_unit)),
+            for Known { figure, estimate, found, exact, unit } in [
+                Known {
+                    figure: "load",
+                    estimate: estimate.load,
+                    found: o.load,
+                    exact: load,
+                    unit: load,
+                },
+                Known {
+                    figure: "contact_area",
+                    estimate: estimate.contact_area,
+                    found: o.contact_area,
+                    exact: area,
+                    unit: area,
+                },
+                Known {
+                    figure: "stick_area",
+                    estimate: estimate.stick_area,
+                    found: o.stick_area,
+                    exact: stick,
+                    unit: Some(area_unit),
+                },
             ] {
                 if let (Some(exact), Some(unit)) = (exact, unit) {
-                    let error = (own - exact).abs() / unit;
+                    let error = (found - exact).abs() / unit;
                     cases.push(Case {
                         scene: name.clone(),
                         mesh,
@@ -240,26 +288,40 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-/// What a table of cases is summed up by: how many, how many of a hundred are covered, median and
-/// ninth decile of estimate over error.
-fn summary(cases: &[&Case]) -> (usize, f64, f64, f64) {
-    // an area that is exact has no ratio
+/// The summary of a table of cases: their number, the per cent that are covered, and the median and
+/// the ninth decile of estimate over error.
+#[derive(Clone, Copy, Debug)]
+struct Summary {
+    count: usize,
+    covered: f64,
+    median: f64,
+    decile: f64,
+}
+
+fn summary(cases: &[&Case]) -> Summary {
+    // An area that is exact has no ratio.
     let mut ratios: Vec<f64> = cases
         .iter()
         .filter(|case| case.error > 1e-9)
         .map(|case| case.estimate / case.error)
         .collect();
     ratios.sort_by(f64::total_cmp);
-    let quantile =
-        |part: f64| ratios.get((part * ratios.len() as f64) as usize).copied().unwrap_or(f64::NAN);
+    let quantile = |share: f64| {
+        ratios.get((share * ratios.len() as f64) as usize).copied().unwrap_or(f64::NAN)
+    };
     let covered = cases
         .iter()
         .filter(|case| case.estimate >= case.error * (1.0 - 1e-9) || case.error <= 1e-9)
         .count();
-    (cases.len(), 100.0 * covered as f64 / cases.len() as f64, quantile(0.5), quantile(0.9))
+    Summary {
+        count: cases.len(),
+        covered: 100.0 * covered as f64 / cases.len() as f64,
+        median: quantile(0.5),
+        decile: quantile(0.9),
+    }
 }
 
-/// In nearly all cases the estimate is above the true error, and not far.
+/// In nearly all cases the estimate is above the true error, and not far above it.
 #[test]
 fn estimates_cover_the_true_errors() {
     let cases = cases();
@@ -272,7 +334,7 @@ fn estimates_cover_the_true_errors() {
     let mut scenes: Vec<&str> = cases.iter().map(|case| case.scene.as_str()).collect();
     scenes.dedup();
     println!("{:45} {:>6} {:>8} {:>7} {:>7}", "", "cases", "covered", "median", "9/10");
-    let print = |name: &str, (count, covered, median, decile): (usize, f64, f64, f64)| {
+    let print = |name: &str, Summary { count, covered, median, decile }: Summary| {
         println!("{name:45} {count:6} {covered:7.1}% {median:7.1} {decile:7.1}");
     };
     for scene in &scenes {
@@ -285,22 +347,23 @@ fn estimates_cover_the_true_errors() {
         let of_figure =
             summary(&cases.iter().filter(|case| case.figure == figure).collect::<Vec<_>>());
         print(figure, of_figure);
-        let (count, covered, median, _) = of_figure;
+        let Summary { count, covered, median, .. } = of_figure;
         assert!(count >= 11, "{figure}: {count} cases");
         assert!(covered >= 90.0 && median < 10.0, "{figure}: {covered} % covered, median {median}");
     }
     let all = summary(&cases.iter().collect::<Vec<_>>());
     print("all", all);
-    assert!(scenes.len() >= 20 && all.1 >= 95.0 && all.2 < 5.0, "{all:?}");
+    assert!(scenes.len() >= 20 && all.covered >= 95.0 && all.median < 5.0, "{all:?}");
 }
 
-/// The part of the solver: what a solution at a loose tolerance differs by from one at a tight one.
+/// The solver's part of the estimate covers the difference between a solution at a loose tolerance
+/// and one at a tight tolerance.
 #[test]
 fn the_solvers_part_covers_what_is_left_of_its_residual() {
     let mut ratios = Vec::new();
     for (name, scene) in with_closed_forms() {
         for mesh in [12, 32, 64] {
-            let at = |tolerance: f64, method: Method| {
+            let solved_to = |tolerance: f64, method: Method| {
                 solved(
                     &scene,
                     &Numerics {
@@ -309,21 +372,22 @@ fn the_solvers_part_covers_what_is_left_of_its_residual() {
                     },
                 )
             };
-            let (_, exact) = at(1e-11, Method::Newton);
+            let (_, exact) = solved_to(1e-11, Method::Newton);
             for (tolerance, method) in
                 [(1e-2, Method::Newton), (1e-4, Method::Newton), (1e-3, Method::Seidel)]
             {
                 if method == Method::Seidel && mesh > 32 {
                     continue;
                 }
-                let (outcome, fields) = at(tolerance, method);
+                let (outcome, fields) = solved_to(tolerance, method);
                 let (off, size) = (distance(&fields, &exact).unwrap(), norm(&exact).unwrap());
                 let error = off.pressure.hypot(off.traction) / size.pressure.hypot(size.traction);
                 let estimate = outcome.estimate.expect(name).solver;
                 if error > 1e-9 {
                     if estimate < error {
                         println!(
-                            "missed: {name}, {mesh}, {tolerance:e} {method:?}: {estimate:.2e} for {error:.2e}"
+                            "missed: {name}, {mesh}, {tolerance:e} {method:?}: \
+                             {estimate:.2e} for {error:.2e}"
                         );
                     }
                     ratios.push(estimate / error);
@@ -385,7 +449,7 @@ fn without_a_coarser_grid_or_a_contact_there_is_no_estimate() {
     assert_eq!(estimate(&pressed(1.0), Mesh::Exact([3, 40])), None);
     assert!(estimate(&pressed(1.0), Mesh::Exact([4, 40])).is_some());
     assert_eq!(estimate(&pressed(-1.0), Mesh::Across(12)), None);
-    // more than friction carries
+    // The force is more than friction carries.
     let mut sliding = pressed(1.0);
     sliding.loading.steps[0].force_x = Some(100.0);
     let numerics = numerics(Mesh::Across(16), Projection::Average, 1e-8);
@@ -394,8 +458,8 @@ fn without_a_coarser_grid_or_a_contact_there_is_no_estimate() {
     assert!(outcome.status != Status::Certified && outcome.estimate.is_none());
 }
 
-/// A large ε makes the pressure at the edge of a sole square integrable, and a ceiling bounded; a
-/// small ε does not as far as a grid can see.
+/// A large ε makes the pressure at the edge of a sole square integrable, and a ceiling makes it
+/// bounded; a small ε does not, as far as a grid can see.
 #[test]
 fn what_is_unbounded_has_no_estimate() {
     let disk = scene(
@@ -405,7 +469,7 @@ fn what_is_unbounded_has_no_estimate() {
         0.0,
         Step { approach: Some(1.0), ..Step::default() },
     );
-    let of = |epsilon: f64, ceiling: Option<f64>| {
+    let figures = |epsilon: f64, ceiling: Option<f64>| {
         let numerics =
             Numerics { epsilon, ceiling, ..numerics(Mesh::Across(32), Projection::Average, 1e-8) };
         solved(&disk, &numerics).0.estimate.unwrap().figures
@@ -413,7 +477,7 @@ fn what_is_unbounded_has_no_estimate() {
     for (epsilon, ceiling, is_bounded) in
         [(0.0, None, false), (1e-6, None, false), (0.3, None, true), (0.0, Some(1.0), true)]
     {
-        let estimate = of(epsilon, ceiling);
+        let estimate = figures(epsilon, ceiling);
         assert!(estimate.load.is_some_and(|load| load < 0.1), "{epsilon}: {estimate:?}");
         assert_eq!(
             [estimate.peak_pressure, estimate.pressure].map(|figure| figure.is_some()),

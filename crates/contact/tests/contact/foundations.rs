@@ -1,11 +1,11 @@
-//! Layered foundations against reference solutions that use no boundary elements (tests/reference),
-//! and the laws that a layered foundation must obey as a scene.
+//! Layered foundations meet reference solutions that use no boundary elements (tests/reference),
+//! and obey the laws of a layered foundation as a scene.
 
 use crate::common::*;
 use contact::model::*;
 use std::f64::consts::PI;
 
-/// A layer given by E₁/E₀ over a half-space with E₀ = 1, or on a rigid base.
+/// Returns a layer given by E₁/E₀ over a half-space with E₀ = 1, or on a rigid base.
 fn foundation(ratio: Option<f64>, nu: [f64; 2], thickness: f64) -> Foundation {
     let shear = |young: f64, poisson: f64| young / (2.0 * (1.0 + poisson));
     Foundation {
@@ -31,18 +31,18 @@ fn solved(scene: &Scene, mesh: u32) -> Observables {
     certified(scene, &numerics(Mesh::Across(mesh), Projection::Average, 1e-7)).0.observables
 }
 
-/// Approach of the flat disks, whose radius is 1; nothing but scale depends on it.
+/// The approach of the flat disks, whose radius is 1; nothing but scale depends on it.
 const APPROACH: f64 = 1e-3;
 
-/// κ = F(1−ν₁)/4G₁aδ of a flat disk.
+/// Returns κ = F(1−ν₁)/4G₁aδ of a flat disk, with its observables.
 fn kappa(foundation: &Foundation, mu: f64, mesh: u32) -> (f64, Observables) {
     let layer = foundation.layers[0];
     let o = solved(&pressed(Shape::FlatDisk { radius: 1.0 }, foundation, mu, APPROACH), mesh);
     (0.25 * o.load * (1.0 - layer.poisson) / (layer.shear_modulus * APPROACH), o)
 }
 
-/// Φ = 3F(1−ν₁)R/8G₁a³ of a sphere, R = 1, at the approach χ at which a = 1; and the contact radius
-/// found.
+/// Returns Φ = 3F(1−ν₁)R/8G₁a³ of a sphere with R = 1, at the approach χ at which a = 1, and the
+/// contact radius found.
 fn phi(foundation: &Foundation, chi: f64, mesh: u32) -> (f64, f64) {
     let layer = foundation.layers[0];
     let mut scene = pressed(Shape::Sphere { radius: 1.0 }, foundation, 0.0, chi);
@@ -53,17 +53,17 @@ fn phi(foundation: &Foundation, chi: f64, mesh: u32) -> (f64, f64) {
 
 const MESHES: [u32; 3] = [12, 24, 48];
 
-/// Order over two refinements by 2.
+/// Returns the order over two refinements by 2.
 fn order(errors: &[f64]) -> f64 {
     (errors[0] / errors[2]).abs().log2() / 2.0
 }
 
-/// A row: flat disk and sphere. The flat disk's load converges at first order, as its edge
-/// singularity has it.
+/// Asserts a row of a table for the flat disk and the sphere. The flat disk's load converges at
+/// first order, as its edge singularity has it.
 fn meets(name: &str, foundation: &Foundation, flat: Option<f64>, chi: f64, sphere: f64) {
     if let Some(flat) = flat {
         let errors = MESHES.map(|n| kappa(foundation, 0.0, n).0 / flat - 1.0);
-        // the thinnest layers are half as thick as the coarsest mesh's elements
+        // The thinnest layers are half as thick as the elements of the coarsest mesh.
         assert!(
             order(&errors) > 0.75 && errors[2].abs() < 6e-3,
             "{name}: flat {errors:?}, order {:.2}",
@@ -80,16 +80,22 @@ fn a_layer_on_a_rigid_base() {
     let mut rows = 0;
     for line in reference("rigid_base_layer.csv").lines().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
-        let v = |at: usize| cells[at].parse::<f64>().unwrap();
+        let number = |column: usize| cells[column].parse::<f64>().unwrap();
         assert_eq!(cells[2], "bonded");
-        meets(line, &foundation(None, [v(0), 0.0], 1.0 / v(1)), Some(v(3)), v(4), v(5));
+        meets(
+            line,
+            &foundation(None, [number(0), 0.0], 1.0 / number(1)),
+            Some(number(3)),
+            number(4),
+            number(5),
+        );
         rows += 1;
     }
     assert_eq!(rows, 84);
 }
 
-/// E₁/E₀ and the Poisson's ratios in a case's name: `E1/E0=0.1 nu1=nu0=0.3`, `E1/E0=2 nu1=0.25
-/// nu0=0.35`, `E1/E0=10 nu=.3/.3`.
+/// Reads E₁/E₀ and the Poisson's ratios from a case's name: `E1/E0=0.1 nu1=nu0=0.3`, `E1/E0=2
+/// nu1=0.25 nu0=0.35`, `E1/E0=10 nu=.3/.3`.
 fn named(case: &str) -> (f64, [f64; 2]) {
     let after = |key: &str| {
         case.split(key)
@@ -106,34 +112,37 @@ fn a_coating_on_a_half_space() {
     let mut rows = 0;
     for line in reference("layered_frictionless.csv").lines().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
-        let v = |at: usize| cells[at].parse::<f64>().unwrap();
+        let number = |column: usize| cells[column].parse::<f64>().unwrap();
         let (ratio, nu) = named(cells[0]);
-        // the table's flat punch may pull; on a stiff and thin layer a real one lifts off instead
-        // (below)
-        let flat = (ratio < 10.0 || v(1) < 1.0).then(|| v(2));
-        meets(line, &foundation(Some(ratio), nu, 1.0 / v(1)), flat, v(3), v(4));
+        // The table's flat punch may pull; on a stiff and thin layer a real one lifts off instead,
+        // as the next test shows.
+        let flat = (ratio < 10.0 || number(1) < 1.0).then(|| number(2));
+        meets(line, &foundation(Some(ratio), nu, 1.0 / number(1)), flat, number(3), number(4));
         rows += 1;
     }
     assert_eq!(rows, 29);
 }
 
-/// The source's finding: the sole of a flat punch lifts off a stiff layer within a disk around its
+/// The source finds that the sole of a flat punch lifts off a stiff layer within a disk around its
 /// middle.
 #[test]
 fn a_flat_sole_separates_from_a_stiff_layer() {
     for line in reference("flat_punch_separation.csv").lines().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
-        let v = |at: usize| cells[at].parse::<f64>().unwrap();
+        let number = |column: usize| cells[column].parse::<f64>().unwrap();
         let (ratio, nu) = named(cells[0]);
-        let foundation = foundation(Some(ratio), nu, 1.0 / v(1));
+        let foundation = foundation(Some(ratio), nu, 1.0 / number(1));
         let (mut errors, mut shown) = (Vec::new(), Vec::new());
         for n in [24, 48, 96] {
             let (kappa, o) = kappa(&foundation, 0.0, n);
-            errors.push(kappa / v(2) - 1.0);
+            errors.push(kappa / number(2) - 1.0);
             let radius = ((o.sole_area - o.contact_area) / PI).sqrt();
-            shown.push(((radius - v(3)) / o.element_x, o.largest_gap / APPROACH / v(4) - 1.0));
+            shown.push((
+                (radius - number(3)) / o.element_x,
+                o.largest_gap / APPROACH / number(4) - 1.0,
+            ));
             assert!(
-                (radius - v(3)).abs() < 0.75 * o.element_x,
+                (radius - number(3)).abs() < 0.75 * o.element_x,
                 "{line}, {n}: separated within {radius}"
             );
         }
@@ -147,19 +156,19 @@ fn a_flat_sole_separates_from_a_stiff_layer() {
 fn a_flat_punch_with_friction_on_a_layer() {
     for line in reference("flat_punch_friction_layered.csv").lines().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
-        let v = |at: usize| cells[at].parse::<f64>().unwrap();
+        let number = |column: usize| cells[column].parse::<f64>().unwrap();
         let after = |key: &str| {
             cells[0]
                 .split(key)
                 .nth(1)
                 .map(|rest| rest.split(' ').next().unwrap().parse::<f64>().unwrap())
         };
-        let foundation = foundation(after("E1/E0="), [after("nu=").unwrap(); 2], 1.0 / v(1));
+        let foundation = foundation(after("E1/E0="), [after("nu=").unwrap(); 2], 1.0 / number(1));
         let mut errors = Vec::new();
         for n in MESHES {
-            let (kappa, o) = kappa(&foundation, v(2), n);
-            errors.push(kappa / v(4) - 1.0);
-            let off = ((o.stick_area / PI).sqrt() - v(3)) / o.element_x;
+            let (kappa, o) = kappa(&foundation, number(2), n);
+            errors.push(kappa / number(4) - 1.0);
+            let off = ((o.stick_area / PI).sqrt() - number(3)) / o.element_x;
             assert!(off.abs() < 0.75, "{line}, {n}: stick radius off by {off:.2} elements");
         }
         eprintln!("{line}: {errors:?}, order {:.2}", order(&errors));
@@ -167,7 +176,7 @@ fn a_flat_punch_with_friction_on_a_layer() {
     }
 }
 
-/// A sphere with every effect: friction, coupling, shifts, a tilt, a twist.
+/// Returns a scene of a sphere with every effect: friction, coupling, shifts, a tilt, a twist.
 fn everything(foundation: &Foundation) -> Scene {
     let step = Step {
         approach: Some(0.5),
@@ -198,7 +207,7 @@ fn layers_of_the_bases_material_are_the_half_space() {
     let five: Vec<Layer> = [0.1, 0.02, 0.5, 1.0, 0.3].map(|h| layer(1.0, 0.3, h)).into();
     let equal = Foundation { layers: five.clone(), base: Base::Elastic(BASE) };
     assert!(difference(&half_space, &fields(&everything(&equal))) < 1e-12);
-    // nearly equal ones go the whole way through the layers' machinery
+    // Nearly equal layers go through all of the layers' machinery.
     let jitter = [1e-9, -1e-9, 2e-9, 0.0, 1e-9];
     let nearly = five
         .iter()
@@ -226,7 +235,8 @@ fn a_layer_cut_into_five_is_the_layer() {
     }
 }
 
-/// What is far below is felt as the inverse of its depth, a thin coating as its thickness.
+/// A base far below is felt as the inverse of its depth, and a thin coating in proportion to its
+/// thickness.
 #[test]
 fn thick_layers_hide_the_base_and_thin_ones_vanish() {
     let base = Base::Elastic(BASE);
@@ -295,12 +305,12 @@ fn a_layered_foundation_looks_the_same_from_every_side() {
     }
 }
 
-/// A punch that sticks all over and lifts off nowhere makes a linear problem: the answers to
+/// A punch that sticks all over and lifts off nowhere makes a linear problem, so the answers to
 /// motions add.
 #[test]
 fn motions_of_a_sticking_sole_superpose() {
     let foundation = Foundation { layers: vec![layer(0.3, 0.4, 0.5)], base: Base::Elastic(BASE) };
-    let at = |step: Step| {
+    let tractions = |step: Step| {
         let mut scene = scene(Shape::FlatDisk { radius: 1.0 }, 1.0, 0.3, 1e3, step);
         scene.foundation = foundation.clone();
         let (end, fields) =
@@ -315,17 +325,17 @@ fn motions_of_a_sticking_sole_superpose() {
         Step { twist: Some(5e-4), ..press },
         Step { tilt_x: Some(2e-4), ..press },
     ];
-    let together = at(Step {
+    let together = tractions(Step {
         shift_x: Some(1e-3),
         shift_y: Some(-5e-4),
         twist: Some(5e-4),
         tilt_x: Some(2e-4),
         ..press
     });
-    let alone = at(press);
+    let alone = tractions(press);
     let mut sum = alone.clone();
     for motion in motions {
-        let moved = at(motion);
+        let moved = tractions(motion);
         for (sum, moved, alone) in [
             (&mut sum.pressure, &moved.pressure, &alone.pressure),
             (&mut sum.traction_x, &moved.traction_x, &alone.traction_x),

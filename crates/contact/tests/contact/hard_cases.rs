@@ -1,6 +1,6 @@
-//! Scenes at the limits: each ends certified, or says in words what is difficult.
+//! Scenes at the limits end certified, or say in words what is difficult about them.
 //! `sweeps/hard-cases.toml` has such a list for the program. Here is the table; `limits` compares
-//! known answers, `random` looks for more.
+//! known answers, and `random` looks for more cases.
 
 mod limits;
 mod random;
@@ -13,7 +13,7 @@ use contact::problem::Problem;
 use contact::punch::{Surface, Surfaces};
 use contact::{Operators, solve};
 
-/// What a case comes to.
+/// The end that a case comes to.
 #[derive(Clone, Copy)]
 enum End {
     /// A solution with a good certificate.
@@ -33,8 +33,8 @@ struct Case {
     end: End,
 }
 
-/// A sphere of radius 1 on a half-space with G = 1, ν = 0.3, μ = 0.3, pressed by 0.01: contact
-/// radius 0.1.
+/// Returns a scene of a sphere of radius 1 on a half-space with G = 1, ν = 0.3, μ = 0.3, pressed by
+/// 0.01; its contact radius is 0.1.
 fn sphere() -> Scene {
     scene(Shape::Sphere { radius: 1.0 }, 1.0, 0.3, 0.3, pressed(0.01))
 }
@@ -67,7 +67,7 @@ fn rectangle(width_x: f64, width_y: f64) -> Shape {
     Shape::FlatRectangle { width_x, width_y }
 }
 
-/// The sphere with a change.
+/// Builds a case of the sphere with a change.
 fn case(name: impl Into<String>, end: End, change: impl FnOnce(&mut Scene, &mut Numerics)) -> Case {
     let (mut scene, mut numerics) = (sphere(), settings());
     change(&mut scene, &mut numerics);
@@ -236,21 +236,21 @@ fn friction() -> Vec<Case> {
             s.loading.steps = vec![Step { moment_y: Some(1e-3), ..pressed(-0.01) }];
         },
     ));
-    for (way, end) in
+    for (motion, end) in
         [(1.0, Certified), (1e6, Certified), (1e300, Refused("squared in double precision"))]
     {
-        all.push(case(format!("shifted by {way:e} m"), end, |s, _| {
-            s.loading.steps[0].shift_x = Some(way)
+        all.push(case(format!("shifted by {motion:e} m"), end, |s, _| {
+            s.loading.steps[0].shift_x = Some(motion)
         }));
-        all.push(case(format!("twisted by {way:e} rad"), end, |s, _| {
-            s.loading.steps[0].twist = Some(way)
+        all.push(case(format!("twisted by {motion:e} rad"), end, |s, _| {
+            s.loading.steps[0].twist = Some(motion)
         }));
     }
     all.push(case("cycle of 200 steps", Certified, |s, _| s.loading = two_hundred_steps()));
     all
 }
 
-/// Pressed once, then pulled to and fro a hundred times.
+/// Returns a path that presses once and then pulls to and fro a hundred times.
 fn two_hundred_steps() -> Loading {
     Loading {
         steps: vec![loaded(0.003), pulled(0.0006), pulled(-0.0006)],
@@ -271,12 +271,17 @@ fn regularisation_and_ceiling() -> Vec<Case> {
     }
     let too_small = Refused("squared in double precision");
     let too_low = Refused("ceiling lets the whole sole carry");
-    for (ceiling, by_motion, by_load) in [
-        (1e-300, too_small, too_small),
-        (1e-12, Certified, too_low),
-        (0.01, Certified, too_low),
-        (1e3, Certified, Certified),
-        (1e300, Certified, Certified),
+    struct Ends {
+        ceiling: f64,
+        by_motion: End,
+        by_load: End,
+    }
+    for Ends { ceiling, by_motion, by_load } in [
+        Ends { ceiling: 1e-300, by_motion: too_small, by_load: too_small },
+        Ends { ceiling: 1e-12, by_motion: Certified, by_load: too_low },
+        Ends { ceiling: 0.01, by_motion: Certified, by_load: too_low },
+        Ends { ceiling: 1e3, by_motion: Certified, by_load: Certified },
+        Ends { ceiling: 1e300, by_motion: Certified, by_load: Certified },
     ] {
         all.push(case(format!("ceiling {ceiling:e} Pa"), by_motion, |_, n| {
             n.ceiling = Some(ceiling)
@@ -303,14 +308,14 @@ fn regularisation_and_ceiling() -> Vec<Case> {
 fn loads() -> Vec<Case> {
     let mut all = Vec::new();
     for n in [15, 16] {
-        for (what, approach) in [
+        for (contact, approach) in [
             ("never touches", -0.01),
             ("just touches", 0.0),
             ("full contact", 1.0),
             ("full contact", 1e6),
         ] {
             all.push(case(
-                format!("{what}, approach {approach} m, {n} elements"),
+                format!("{contact}, approach {approach} m, {n} elements"),
                 Certified,
                 |s, numerics| {
                     numerics.mesh = Mesh::Across(n);
@@ -372,10 +377,15 @@ fn loads() -> Vec<Case> {
         s.loading.steps =
             vec![Step { moment_x: Some(0.0043), moment_y: Some(0.009), ..loaded(0.01) }];
     }));
-    for (name, approach, tilt) in [
-        ("one corner", -0.028, [0.03, -0.03]),
-        ("one edge", -0.012, [0.03, 0.0]),
-        ("a half", 0.0, [0.02, 0.01]),
+    struct Tilted {
+        name: &'static str,
+        approach: f64,
+        tilt: [f64; 2],
+    }
+    for Tilted { name, approach, tilt } in [
+        Tilted { name: "one corner", approach: -0.028, tilt: [0.03, -0.03] },
+        Tilted { name: "one edge", approach: -0.012, tilt: [0.03, 0.0] },
+        Tilted { name: "a half", approach: 0.0, tilt: [0.02, 0.01] },
     ] {
         all.push(case(format!("tilt that leaves {name}"), Certified, |s, _| {
             s.punch.shape = rectangle(2.0, 1.0);
@@ -486,7 +496,7 @@ fn shapes() -> Vec<Case> {
     all
 }
 
-/// A square flat but for this map, pressed by a fifth of a millimetre.
+/// Builds a case of a square that is flat but for this map, pressed by a fifth of a millimetre.
 fn with_map(name: &str, end: End, pixels: usize, heights: Vec<f64>) -> Case {
     let mut surfaces = Surfaces::new();
     surfaces.insert("map".to_owned(), Arc::new(Surface::new(pixels, pixels, heights).unwrap()));
@@ -498,15 +508,15 @@ fn with_map(name: &str, end: End, pixels: usize, heights: Vec<f64>) -> Case {
     Case { surfaces, ..rough }
 }
 
-/// 7 × 7 bumps, each of its own height.
+/// Builds a case of 7 × 7 bumps that differ in height.
 fn spots() -> Case {
     let n = 84;
     let bump =
-        |at: usize| ((at as f64 + 0.5) / n as f64 * 7.0 * std::f64::consts::PI).sin().powi(2);
+        |pixel: usize| ((pixel as f64 + 0.5) / n as f64 * 7.0 * std::f64::consts::PI).sin().powi(2);
     let height = |e: usize| {
         let (i, j) = (e % n, e / n);
-        let own = ((i / 12 * 7 + j / 12) * 29 % 49) as f64 / 49.0;
-        1e-3 * (bump(i) * bump(j) + 0.05 * own)
+        let level = ((i / 12 * 7 + j / 12) * 29 % 49) as f64 / 49.0;
+        1e-3 * (bump(i) * bump(j) + 0.05 * level)
     };
     with_map("49 separate spots", Certified, n, (0..n * n).map(height).collect())
 }
@@ -516,7 +526,7 @@ fn run(case: &Case, method: Method) -> Result<(Outcome, Fields), SceneError> {
     solve(&case.scene, &numerics, &case.surfaces, &mut Operators::default())
 }
 
-/// The end of a case's path, which must be certified.
+/// Returns the end of a case's path, which must be certified.
 fn solved(case: &Case) -> (StepOutcome, Fields) {
     let (outcome, fields) =
         run(case, Method::Auto).unwrap_or_else(|error| panic!("{}: {error}", case.name));
@@ -524,10 +534,10 @@ fn solved(case: &Case) -> (StepOutcome, Fields) {
     (*outcome.last().unwrap(), fields)
 }
 
-/// That all figures of a solution are numbers.
+/// Checks that all figures of a solution are finite numbers.
 fn all_finite(outcome: &Outcome, fields: &Fields) -> Result<(), String> {
     let text = format!("{:?} {:?} {:?}", outcome.steps, outcome.hertz, outcome.rail);
-    // Debug writes numbers that are none by these words, and no field has them in its name
+    // Debug writes infinities and NaN by these words, and no field has them in its name.
     if text.contains("NaN") || text.contains(": inf") || text.contains("-inf") {
         return Err(text);
     }
@@ -546,15 +556,15 @@ fn all_finite(outcome: &Outcome, fields: &Fields) -> Result<(), String> {
     }
 }
 
-/// The residual of a solution of one increment, from its fields alone: displacements summed column
-/// by column, the conditions of contact spelled out once more. Also what of it may be rounding: of
-/// the largest coefficient, and of the motion, which has been turned into SI units, in units of the
-/// smallest diagonal.
+/// Computes the residual of a solution of one increment anew from its fields alone: displacements
+/// are summed column by column, and the conditions of contact are spelled out once more. The second
+/// entry is the share of it that may be rounding: of the largest coefficient, and of the motion,
+/// which has been turned into SI units, in units of the smallest diagonal.
 fn residual_anew(case: &Case, end: &StepOutcome, fields: &Fields) -> [f64; 2] {
     let mut problem = Problem::new(&case.scene, &case.numerics, &case.surfaces).unwrap();
     let units = problem.scale.motions();
-    let motion = end.motion.to_array();
-    problem.place(&std::array::from_fn(|which| motion[which] / units[which]));
+    let motion = end.motion.per_dof();
+    problem.place(&PerDof::from_fn(|dof| motion[dof] / units[dof]));
     let table = Operators::default().of(&problem).table;
     let k = problem.grid.len();
     let p: Vec<f64> = [&fields.pressure, &fields.traction_x, &fields.traction_y]
@@ -566,32 +576,33 @@ fn residual_anew(case: &Case, end: &StepOutcome, fields: &Fields) -> [f64; 2] {
         table.add_column(e, [p[e], p[k + e], p[2 * k + e]], &mut w);
     }
     let peak = p.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-    let own = table.coefficient(0, 0);
-    let stiff =
-        [own.nn, own.xx.max(own.yy), own.xx.max(own.yy)].map(|entry| problem.epsilon + entry);
+    let diagonal = table.coefficient(0, 0);
+    let stiff = [diagonal.nn, diagonal.xx.max(diagonal.yy), diagonal.xx.max(diagonal.yy)]
+        .map(|entry| problem.epsilon + entry);
     let frictionless = case.scene.friction.mu == 0.0;
     let (mut defect, mut size) = (0.0, 0.0);
     for e in problem.grid.active() {
-        let own = [p[e], p[k + e], p[2 * k + e]];
-        let x = [0, 1, 2].map(|c| own[c] - (problem.epsilon * own[c] + w[c * k + e]) / stiff[c]);
+        let traction = [p[e], p[k + e], p[2 * k + e]];
+        let x = [0, 1, 2]
+            .map(|c| traction[c] - (problem.epsilon * traction[c] + w[c * k + e]) / stiff[c]);
         let normal = x[0].clamp(0.0, problem.ceiling);
         let share = (problem.mu * normal / x[1].hypot(x[2])).min(1.0);
         let tangential =
             if frictionless || share.is_nan() { [0.0; 2] } else { [share * x[1], share * x[2]] };
-        for (own, image) in own.into_iter().zip([normal, tangential[0], tangential[1]]) {
-            defect += if own == image { 0.0 } else { ((own - image) / peak).powi(2) };
-            size += if own == 0.0 { 0.0 } else { (own / peak).powi(2) };
+        for (value, image) in traction.into_iter().zip([normal, tangential[0], tangential[1]]) {
+            defect += if value == image { 0.0 } else { ((value - image) / peak).powi(2) };
+            size += if value == 0.0 { 0.0 } else { (value / peak).powi(2) };
         }
     }
     let smallest = stiff.iter().fold(f64::INFINITY, |a, b| a.min(*b));
-    let way: f64 = motion.iter().zip(units).map(|(motion, unit)| (motion / unit).abs()).sum();
+    let travel: f64 = motion.iter().zip(units).map(|(motion, unit)| (motion / unit).abs()).sum();
     let rounding = 1e-14 * stiff.iter().fold(0.0, |a: f64, b| a.max(*b)) / smallest;
-    let rounding =
-        rounding + if way == 0.0 { 0.0 } else { 16.0 * f64::EPSILON * way / (smallest * peak) };
+    let rounding = rounding
+        + if travel == 0.0 { 0.0 } else { 16.0 * f64::EPSILON * travel / (smallest * peak) };
     [if defect == 0.0 { 0.0 } else { (defect / size).sqrt() }, rounding]
 }
 
-/// What is wrong with a certified outcome.
+/// Finds a flaw of a certified outcome, if it has one.
 fn flaw(case: &Case, outcome: &Outcome, fields: &Fields) -> Option<String> {
     if let Err(text) = all_finite(outcome, fields) {
         return Some(text);
@@ -606,10 +617,10 @@ fn flaw(case: &Case, outcome: &Outcome, fields: &Fields) -> Option<String> {
     }
     let increments: u32 = case.scene.loading.legs().iter().map(|leg| leg.increments).sum();
     let end = outcome.last()?;
-    // column by column a million elements would take hours
+    // Column by column, a million elements would take hours.
     if increments == 1 && fields.pressure.len() < 100_000 {
         let [residual, rounding] = residual_anew(case, end, fields);
-        // from motions and tractions in SI units, which have been rounded once more
+        // The motions and tractions are in SI units, and so have been rounded once more.
         if residual.is_nan() || residual > 2.0 * case.numerics.tolerance + rounding {
             return Some(format!("residual {residual:e}"));
         }
@@ -644,7 +655,7 @@ fn check(cases: Vec<Case>) {
     }
 }
 
-/// Seidel's iteration comes to the same, or says that it does not converge.
+/// Checks that Seidel's iteration comes to the same solution, or says that it does not converge.
 fn by_the_reference(case: &Case, fields: &Fields) {
     let short = Numerics { max_iterations: 1000, ..case.numerics.clone() };
     if fields.pressure.len() > 400 || case.scene.loading.steps.len() > 1 {
@@ -661,7 +672,7 @@ fn by_the_reference(case: &Case, fields: &Fields) {
     match outcome.status {
         Status::Certified => {
             assert_eq!(flaw(&case, &outcome, &other), None, "{}", case.name);
-            // where friction is large there may be more than one solution
+            // With large friction there may be more than one solution.
             if case.scene.friction.mu < 1.0 {
                 assert!(
                     difference(&other, fields) < 1e-4,
@@ -706,7 +717,7 @@ fn shapes_and_meshes() {
     check(shapes());
 }
 
-/// More than a million elements.
+/// The mesh has more than a million elements.
 #[test]
 #[ignore = "some seconds on all cores, and gigabytes"]
 fn a_million_elements() {

@@ -1,6 +1,6 @@
-//! What must hold of every solution, whatever the scene: Coulomb's law on elongated elements,
-//! scaling, mirrors and rotations, regularisation and ceiling, and a certificate that notices every
-//! kind of wrong answer.
+//! These laws hold of every solution on any scene: Coulomb's law on elongated elements, scaling,
+//! mirrors and rotations, regularisation and ceiling. A certificate notices every kind of wrong
+//! answer.
 
 use crate::common::*;
 use contact::assess::{certify, observables, states};
@@ -34,7 +34,7 @@ fn on_elements_three_times_as_long_as_wide_slip_opposes_traction() {
                 "{mesh:?}: {:e} rad",
                 outcome.certificate.slip_angle
             );
-            // and once more, directly: every element that slips
+            // The angle is checked once more, directly, on every element that slips.
             let largest = fields
                 .slip_x
                 .iter()
@@ -59,7 +59,7 @@ fn on_elements_three_times_as_long_as_wide_slip_opposes_traction() {
     }
 }
 
-/// Dimensionless figures that no unit may change.
+/// Returns the dimensionless figures, which no unit may change.
 fn figures(o: &Observables, modulus: f64, length: f64) -> Vec<f64> {
     let force = modulus * length * length;
     let counts = [o.contact_elements, o.stick_elements, o.slip_elements].map(|count| count as f64);
@@ -140,7 +140,7 @@ fn a_mirror_and_a_quarter_turn_move_the_solution_and_change_nothing_else() {
     };
     let s = base.loading.steps[0];
     let plain = with(s);
-    // x ↦ −x: shifts along x and rotations about y and z change sign
+    // Under x ↦ −x, shifts along x and rotations about y and z change sign.
     let minus = |x: Option<f64>| x.map(|x| -x);
     let mirrored = with(Step {
         shift_x: minus(s.shift_x),
@@ -148,7 +148,7 @@ fn a_mirror_and_a_quarter_turn_move_the_solution_and_change_nothing_else() {
         twist: minus(s.twist),
         ..s
     });
-    // a quarter turn about z: (x, y) ↦ (−y, x)
+    // A quarter turn about z maps (x, y) ↦ (−y, x).
     let turned = with(Step {
         shift_x: minus(s.shift_y),
         shift_y: s.shift_x,
@@ -202,7 +202,7 @@ fn regularisation_softens_and_vanishes_with_epsilon() {
     let drop: Vec<f64> =
         [1e-2, 1e-3, 1e-4].iter().map(|&epsilon| 1.0 - load(epsilon) / limit).collect();
     assert!(drop.iter().all(|d| *d > 0.0), "{drop:?}");
-    // to first order the drop is proportional to ε
+    // To first order the drop is proportional to ε.
     assert!((drop[1] / drop[2] - 10.0).abs() < 1.0, "{drop:?}");
 }
 
@@ -266,13 +266,13 @@ fn a_tolerance_below_rounding_stalls_and_says_so() {
     }
 }
 
-/// A solved problem and what it takes to certify it anew.
+/// A solved problem, and all that is needed to certify it anew.
 struct Solved {
     problem: Problem,
     operator: Dense,
     diagonal: f64,
     p: Vec<f64>,
-    asked: [Control; 6],
+    controls: PerDof<Control>,
 }
 
 impl Solved {
@@ -284,10 +284,10 @@ impl Solved {
             &Surfaces::new(),
         )
         .unwrap();
-        let asked = scene.loading.legs()[0].target;
+        let controls = scene.loading.legs()[0].target;
         let units = problem.scale.motions();
-        problem.place(&std::array::from_fn(|which| match asked[which] {
-            Control::Motion(value) => value / units[which],
+        problem.place(&PerDof::from_fn(|dof| match controls[dof] {
+            Control::Motion(value) => value / units[dof],
             Control::Force(_) => unreachable!("all of the punch's motion is prescribed"),
         }));
         let table = InfluenceTable::new(&problem.grid, &problem.elasticity, problem.projection);
@@ -304,7 +304,7 @@ impl Solved {
             diagonal: table.largest_diagonal(),
             problem,
             p: iterate.p,
-            asked,
+            controls,
         }
     }
 
@@ -315,7 +315,7 @@ impl Solved {
         let states = states(&self.problem, p, &w, self.diagonal);
         let mut claimed = observables(&self.problem, p, &w, &states);
         tamper(&mut claimed);
-        certify(&self.problem, p, &displacement, self.diagonal, &claimed, &self.asked)
+        certify(&self.problem, p, &displacement, self.diagonal, &claimed, &self.controls)
     }
 }
 
@@ -331,7 +331,8 @@ fn the_certificate_notices_every_kind_of_wrong_answer() {
         "{right:?}"
     );
 
-    // pressed hard; in contact and slipping; just outside the contact
+    // The three elements are the one pressed hardest, one that is in contact and slips, and one
+    // outside the contact.
     let inside = (0..k).max_by(|a, b| solved.p[*a].total_cmp(&solved.p[*b])).unwrap();
     let slipping = (0..k)
         .filter(|&e| {
@@ -353,14 +354,14 @@ fn the_certificate_notices_every_kind_of_wrong_answer() {
     assert!(wrong(&|p| p[inside] = 0.0).penetration > 1e-3);
     assert!(wrong(&|p| p[outside] = 0.05 * peak).gap_under_pressure > 1e-3);
     assert!(wrong(&|p| p[k + inside] += 0.5 * peak).cone_violation > 1e-2);
-    // the traction of a slipping element turned by a right angle, still on the cone
+    // The traction of a slipping element is turned by a right angle, still on the cone.
     assert!(
         wrong(&|p| (p[k + slipping], p[2 * k + slipping]) = (-p[2 * k + slipping], p[k + slipping]))
             .slip_angle > 0.5
     );
-    // everything scaled: the law holds, the equation does not
+    // Everything is scaled: the law holds, the equation does not.
     assert!(wrong(&|p| p.iter_mut().for_each(|x| *x *= 1.01)).residual > 1e-3);
-    // nothing at all where there should be contact
+    // There is no pressure at all where there should be contact.
     assert_eq!(wrong(&|p| p.fill(0.0)).residual, f64::INFINITY);
     assert_eq!(wrong(&|p| p[inside] = f64::NAN).residual, f64::INFINITY);
 
@@ -381,7 +382,7 @@ fn the_certificate_notices_every_kind_of_wrong_answer() {
 fn operators_are_shared_between_jobs_that_differ_in_scale_only() {
     let mut operators = Operators::default();
     let numerics = numerics(Mesh::Across(8), Projection::Average, 1e-8);
-    let mut of = |radius: f64, shear_modulus: f64, mu: f64| {
+    let mut operator = |radius: f64, shear_modulus: f64, mu: f64| {
         let scene = scene(
             Shape::FlatDisk { radius },
             shear_modulus,
@@ -391,20 +392,26 @@ fn operators_are_shared_between_jobs_that_differ_in_scale_only() {
         );
         operators.of(&Problem::new(&scene, &numerics, &Surfaces::new()).unwrap())
     };
-    let first = of(1.0, 1.0, 0.3);
-    assert!(std::sync::Arc::ptr_eq(&first.table, &of(0.37, 77e9, 0.9).table));
+    let first = operator(1.0, 1.0, 0.3);
+    assert!(std::sync::Arc::ptr_eq(&first.table, &operator(0.37, 77e9, 0.9).table));
 }
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
 
-    /// Any scene ends certified or as a failure that says why; none panics, and none is stored as a
-    /// solution that is not.
+    /// Any scene ends certified or as a failure that says why. None panics, and none is stored as a
+    /// solution that is not one.
     #[test]
     fn every_scene_ends_honestly(
-        poisson in 0.0..=0.5f64, mu in prop_oneof![Just(0.0), 0.0..2.0f64], approach in -0.1..1.0f64,
-        shift in prop::array::uniform2(-0.3..0.3f64), rotation in prop::array::uniform3(-0.2..0.2f64),
-        shape in 0usize..5, mesh in prop::array::uniform2(1u32..12), epsilon in prop_oneof![Just(0.0), 1e-6..1.0f64], midpoint: bool,
+        poisson in 0.0..=0.5f64,
+        mu in prop_oneof![Just(0.0), 0.0..2.0f64],
+        approach in -0.1..1.0f64,
+        shift in prop::array::uniform2(-0.3..0.3f64),
+        rotation in prop::array::uniform3(-0.2..0.2f64),
+        shape in 0usize..5,
+        mesh in prop::array::uniform2(1u32..12),
+        epsilon in prop_oneof![Just(0.0), 1e-6..1.0f64],
+        midpoint: bool,
     ) {
         let shape = match shape {
             0 => Shape::Sphere { radius: 1.0 },
@@ -413,13 +420,22 @@ proptest! {
             3 => Shape::FlatDisk { radius: 1.0 },
             _ => Shape::Cone { angle: 0.4 },
         };
-        let step = Step { approach: Some(approach), shift_x: Some(shift[0]), shift_y: Some(shift[1]), tilt_x: Some(rotation[0]), tilt_y: Some(rotation[1]), twist: Some(rotation[2]), ..Step::default() };
+        let step = Step {
+            approach: Some(approach),
+            shift_x: Some(shift[0]),
+            shift_y: Some(shift[1]),
+            tilt_x: Some(rotation[0]),
+            tilt_y: Some(rotation[1]),
+            twist: Some(rotation[2]),
+            ..Step::default()
+        };
         let scene = scene(shape, 1.0, poisson, mu, step);
         let projection = if midpoint { Projection::Midpoint } else { Projection::Average };
         let mut numerics = numerics(Mesh::Exact(mesh), projection, 1e-9);
         numerics.epsilon = epsilon;
         numerics.max_iterations = 3000;
-        let (outcome, fields) = solve(&scene, &numerics, &Surfaces::new(), &mut Operators::default()).unwrap();
+        let (outcome, fields) =
+            solve(&scene, &numerics, &Surfaces::new(), &mut Operators::default()).unwrap();
         match outcome.status {
             Status::Certified => {
                 let end = outcome.last().unwrap();

@@ -1,4 +1,5 @@
-//! Influence coefficients of layered foundations, against reference values and in their limits.
+//! The influence coefficients of layered foundations meet reference values, and have the right
+//! limits.
 
 use contact::foundation::{Bodies, Coefficient, HalfSpace};
 use contact::grid::Grid;
@@ -23,7 +24,7 @@ fn entries(c: &Coefficient) -> [f64; 6] {
     [c.nn, c.xx, c.yy, c.xy, c.nx, c.ny]
 }
 
-/// The largest of each kind, nn | xx, yy | xy | nx, ny, spread over the six entries.
+/// Returns the largest entry of each kind, nn | xx, yy | xy | nx, ny, spread over the six entries.
 fn largest_of_kind<'a>(all: impl Iterator<Item = &'a Coefficient>) -> [f64; 6] {
     let mut most = [0.0_f64; 6];
     for c in all {
@@ -40,8 +41,8 @@ fn largest_of_kind<'a>(all: impl Iterator<Item = &'a Coefficient>) -> [f64; 6] {
     [most[0], most[1], most[1], most[3], most[4], most[4]]
 }
 
-/// Largest difference, relative to the largest of its kind in `exact`.
-fn off(got: &[Coefficient], exact: &[Coefficient]) -> f64 {
+/// Returns the largest difference, relative to the largest entry of its kind in `exact`.
+fn deviation(got: &[Coefficient], exact: &[Coefficient]) -> f64 {
     assert_eq!(got.len(), exact.len());
     let unit = largest_of_kind(exact.iter());
     let mut worst = 0.0_f64;
@@ -56,7 +57,7 @@ fn off(got: &[Coefficient], exact: &[Coefficient]) -> f64 {
     worst
 }
 
-/// Coefficients of the quadrant Δi, Δj ≥ 0.
+/// Returns the coefficients of the quadrant Δi, Δj ≥ 0.
 fn quadrant(bodies: &Bodies, grid: &Grid, projection: Projection) -> Vec<Coefficient> {
     let table = InfluenceTable::new(grid, bodies, projection);
     let offsets =
@@ -66,7 +67,12 @@ fn quadrant(bodies: &Bodies, grid: &Grid, projection: Projection) -> Vec<Coeffic
 
 #[test]
 fn coefficients_meet_the_reference() {
-    let mut cases: Vec<(String, Vec<Coefficient>, Vec<Coefficient>)> = Vec::new();
+    struct Case {
+        name: String,
+        got: Vec<Coefficient>,
+        exact: Vec<Coefficient>,
+    }
+    let mut cases: Vec<Case> = Vec::new();
     for line in include_str!("../reference/layer_influence.csv").lines().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
         let numbers = |text: &str| -> Vec<f64> {
@@ -91,16 +97,16 @@ fn coefficients_meet_the_reference() {
             Bodies::new(&layers, &base, None),
             Projection::Average,
         );
-        if cases.last().is_none_or(|case| case.0 != cells[0]) {
-            cases.push((cells[0].to_owned(), Vec::new(), Vec::new()));
+        if cases.last().is_none_or(|case| case.name != cells[0]) {
+            cases.push(Case { name: cells[0].to_owned(), got: Vec::new(), exact: Vec::new() });
         }
         let case = cases.last_mut().unwrap();
-        case.1.push(table.coefficient(di as i64, dj as i64));
-        case.2.push(Coefficient { nn, xx, yy, xy, nx, ny });
+        case.got.push(table.coefficient(di as i64, dj as i64));
+        case.exact.push(Coefficient { nn, xx, yy, xy, nx, ny });
     }
-    assert_eq!(cases.iter().map(|case| case.1.len()).sum::<usize>(), 27);
-    for (name, got, exact) in cases {
-        assert!(off(&got, &exact) < 1e-10, "{name}: {:e}", off(&got, &exact));
+    assert_eq!(cases.iter().map(|case| case.got.len()).sum::<usize>(), 27);
+    for Case { name, got, exact } in cases {
+        assert!(deviation(&got, &exact) < 1e-10, "{name}: {:e}", deviation(&got, &exact));
     }
 }
 
@@ -115,15 +121,17 @@ fn equal_layers_are_a_half_space_exactly() {
         Bodies::new(&[equal, layer(3.0, 0.2, 4.0)], &Base::Elastic(material), Some(&punch));
     assert_eq!(layered, Bodies::from(&HalfSpace::new(&material, Some(&punch))));
     assert_eq!(layered.reference_compliance(), 0.8 / 3.0 + 0.6 / 0.5);
-    // Nearly equal: through the layers' transforms
+    // Nearly equal layers go through the layers' transforms.
     let nearly =
         Bodies::new(&[layer(3.0, 0.2 + 1e-13, 0.7)], &Base::Elastic(material), Some(&punch));
     assert!(nearly.layers.is_some());
     for projection in PROJECTIONS {
         let grid = grid(12, 9, 0.3, 0.2);
         assert!(
-            off(&quadrant(&nearly, &grid, projection), &quadrant(&layered, &grid, projection))
-                < 1e-12
+            deviation(
+                &quadrant(&nearly, &grid, projection),
+                &quadrant(&layered, &grid, projection)
+            ) < 1e-12
         );
     }
 }
@@ -133,15 +141,15 @@ fn a_layer_cut_into_five_is_the_layer() {
     for base in [Base::Rigid, half_space(0.01, 0.5)] {
         let whole = Bodies::new(&[layer(2.0, 0.3, 0.5)], &base, None);
         let same = Bodies::new(&[layer(2.0, 0.3, 0.1); 5], &base, None);
-        // Too nearly equal to matter, too different to be merged
+        // The slices are too nearly equal to matter, and too different to be merged.
         let slice = |n: u8| layer(2.0 * (1.0 + 1e-14 * f64::from(n % 2)), 0.3, 0.1);
         let cut = Bodies::new(&[0, 1, 2, 3, 4].map(slice), &base, None);
         assert_eq!(cut.layers.as_ref().unwrap().layers().len(), 5);
         let grid = grid(12, 9, 0.3, 0.2);
         for projection in PROJECTIONS {
             let whole = quadrant(&whole, &grid, projection);
-            assert!(off(&quadrant(&same, &grid, projection), &whole) < 1e-14);
-            let cut = off(&quadrant(&cut, &grid, projection), &whole);
+            assert!(deviation(&quadrant(&same, &grid, projection), &whole) < 1e-14);
+            let cut = deviation(&quadrant(&cut, &grid, projection), &whole);
             assert!(cut < 1e-12, "{base:?} {cut:e}");
         }
     }
@@ -161,7 +169,7 @@ fn far_below_nothing_is_felt() {
                 projection,
             );
             let felt = |thickness| {
-                off(
+                deviation(
                     &quadrant(
                         &Bodies::new(&[layer(2.0, 0.3, thickness)], &base, None),
                         &grid,
@@ -170,7 +178,8 @@ fn far_below_nothing_is_felt() {
                     &alone,
                 )
             };
-            // One over the depth, times the softer of the two where that is the base
+            // The base is felt as one over the depth, times the softer of the two where that is the
+            // base.
             let (near, far) = (felt(1e8), felt(1e10));
             assert!(far > 0.0 && (near / far - 100.0).abs() < 1.0, "{base:?}: {near:e} {far:e}");
             assert!(felt(1e18) < 1e-14);
@@ -186,7 +195,7 @@ fn a_film_is_felt_in_proportion_to_its_thickness() {
         for (shear_modulus, poisson) in [(0.2, 0.45), (30.0, 0.1)] {
             let felt = |thickness| {
                 let film = layer(shear_modulus, poisson, thickness);
-                off(&quadrant(&Bodies::new(&[film], &base, None), &grid, projection), &alone)
+                deviation(&quadrant(&Bodies::new(&[film], &base, None), &grid, projection), &alone)
             };
             let (thin, thinner) = (felt(1e-6), felt(1e-8));
             assert!(thin < 1e-2 && (thin / thinner - 100.0).abs() < 1.0, "{thin:e} {thinner:e}");
@@ -194,7 +203,7 @@ fn a_film_is_felt_in_proportion_to_its_thickness() {
     }
 }
 
-/// Elements cover the plane, so coefficients sum to the compliance at k = 0, which a rigid base
+/// Elements cover the plane, so the coefficients sum to the compliance at k = 0, which a rigid base
 /// makes finite: h(1−2ν)/2(1−ν)G and h/G. Thin layers would lose it to the difference with the
 /// half-space.
 #[test]
@@ -231,8 +240,8 @@ fn coefficients_on_a_rigid_base_sum_to_uniform_compression_and_shear() {
 
 #[test]
 fn averages_are_means_of_what_points_feel() {
-    // Simpson's rule over receivers: midpoints of a finer grid of the same source are not
-    // available, so sources are summed instead: the average over an element of size 3h is the mean
+    // Simpson's rule over receivers is no choice: midpoints of a finer grid of the same source are
+    // not available. Sources are summed instead: the average over an element of size 3h is the mean
     // over its nine parts of the averages over sources of nine parts.
     let bodies = [
         Bodies::new(&[layer(5.0, 0.2, 0.1), layer(0.5, 0.4, 0.3)], &half_space(1.0, 0.35), None),
@@ -252,7 +261,8 @@ fn averages_are_means_of_what_points_feel() {
             .map(|(di, dj)| {
                 let mut sum = [0.0; 6];
                 for (i, j) in (-2_i64..=2).flat_map(|i| (-2_i64..=2).map(move |j| (i, j))) {
-                    // pairs of parts at this offset, per receiving part
+                    // The weight is the number of pairs of parts at this offset, per receiving
+                    // part.
                     let weight = ((3 - i.abs()) * (3 - j.abs())) as f64 / 9.0;
                     let c = entries(&table.coefficient(3 * di + i, 3 * dj + j));
                     sum = std::array::from_fn(|n| sum[n] + weight * c[n]);
@@ -263,11 +273,11 @@ fn averages_are_means_of_what_points_feel() {
             .collect();
         // A part farther than the last offset of the fine table does not occur: 3·4 + 2 = 14.
         assert!(
-            off(&summed, &coarse_coefficients) < 1e-12,
+            deviation(&summed, &coarse_coefficients) < 1e-12,
             "{:e}",
-            off(&summed, &coarse_coefficients)
+            deviation(&summed, &coarse_coefficients)
         );
-        // And a midpoint coefficient is the same but for the receiver's extent.
+        // A midpoint coefficient is the same but for the receiver's extent.
         let rows = |n: usize| {
             quadrant(&bodies, &grid(n, n, 1.0 / n as f64, 1.0 / n as f64), Projection::Midpoint)
         };

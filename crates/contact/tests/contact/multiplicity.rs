@@ -1,5 +1,5 @@
-//! How many solutions a contact has: one below the end μ* of the uniqueness set, several above it
-//! where the right-hand side allows.
+//! A contact has one solution below the end μ* of the uniqueness set, and several above it where
+//! the right-hand side allows.
 
 use std::sync::Arc;
 
@@ -12,40 +12,47 @@ use contact::problem::Problem;
 use contact::punch::{Surface, Surfaces};
 use proptest::prelude::*;
 
-/// Units of length and of modulus.
-type Units = (f64, f64);
+/// The units in which a scene is written.
+#[derive(Clone, Copy)]
+struct Units {
+    length: f64,
+    modulus: f64,
+}
 
-/// A flat sole of 2 × 2 whose left half touches first, is shifted by `shift` and then, with the
-/// right half in touch as well, shifted back to `share` of that; in the end the punch is at
+/// A flat sole of 2 × 2 whose left half touches first and is shifted by `shift`. Then the right
+/// half touches as well, the punch is shifted back to `share` of that, and in the end it is at the
 /// approach `end`. That leaves the two halves pulled towards each other (shift > 0) or apart (shift
 /// < 0).
-fn walk(
+struct Walk {
     poisson: f64,
     mu: f64,
     shift: f64,
     share: f64,
     end: f64,
-    (length, modulus): Units,
-) -> Scene {
-    let mut scene = scene(
-        Shape::FlatRectangle { width_x: 2.0 * length, width_y: 2.0 * length },
-        modulus,
-        poisson,
-        mu,
-        Step::default(),
-    );
-    let at = |x: f64| Some(x * length);
-    scene.loading = Loading::path(vec![
-        Step { approach: at(0.0), tilt_y: Some(2.0), ..Step::default() },
-        Step { shift_x: at(shift), ..Step::default() },
-        Step { approach: at(1.0), tilt_y: Some(0.0), ..Step::default() },
-        Step { shift_x: at(share * shift), ..Step::default() },
-        Step { approach: at(end), ..Step::default() },
-    ]);
-    scene
 }
 
-const ONE: Units = (1.0, 1.0);
+impl Walk {
+    fn scene(&self, units: Units) -> Scene {
+        let mut scene = scene(
+            Shape::FlatRectangle { width_x: 2.0 * units.length, width_y: 2.0 * units.length },
+            units.modulus,
+            self.poisson,
+            self.mu,
+            Step::default(),
+        );
+        let scaled = |x: f64| Some(x * units.length);
+        scene.loading = Loading::path(vec![
+            Step { approach: scaled(0.0), tilt_y: Some(2.0), ..Step::default() },
+            Step { shift_x: scaled(self.shift), ..Step::default() },
+            Step { approach: scaled(1.0), tilt_y: Some(0.0), ..Step::default() },
+            Step { shift_x: scaled(self.share * self.shift), ..Step::default() },
+            Step { approach: scaled(self.end), ..Step::default() },
+        ]);
+        scene
+    }
+}
+
+const ONE: Units = Units { length: 1.0, modulus: 1.0 };
 
 fn exactly(n: [u32; 2]) -> Numerics {
     numerics(Mesh::Exact(n), Projection::Average, 1e-10)
@@ -62,15 +69,15 @@ fn searched(scene: &Scene, numerics: &Numerics, starts: u32) -> Multiplicity {
     .unwrap()
 }
 
-/// A flat sole on n × n elements, pressed so that `p` = (1, μ n) with slip w_t = −σ μ n solves the
-/// problem whatever its index: the height map makes f₁ = (A p)₁ and the past f_t = (A p − w)_t.
-/// Also the motion of the punch.
+/// Returns a flat sole on n × n elements, pressed so that `p` = (1, μ n) with slip w_t = −σ μ n
+/// solves the problem whatever its index: the height map makes f₁ = (A p)₁ and the past f_t = (A p
+/// − w)_t. The second value is the motion of the punch.
 fn slipping_along(
     directions: &[[f64; 2]],
     poisson: f64,
     mu: f64,
     sigma: f64,
-) -> (Problem, [Control; 6]) {
+) -> (Problem, PerDof<Control>) {
     let n = directions.len().isqrt();
     let sole = |surface: &str| Shape::HeightMap {
         surface: surface.to_owned(),
@@ -93,25 +100,25 @@ fn slipping_along(
     let k = flat.grid.len();
     let table = InfluenceTable::new(&flat.grid, &flat.elasticity, flat.projection);
     let p: Vec<f64> = (0..3 * k)
-        .map(|at| if at < k { 1.0 } else { mu * directions[at % k][at / k - 1] })
+        .map(|entry| if entry < k { 1.0 } else { mu * directions[entry % k][entry / k - 1] })
         .collect();
     let dense = Dense::new(&table);
     let mut f = vec![0.0; 3 * k];
     dense.apply(&mut f, &p, &mut Scratch::new(&dense));
-    for at in k..3 * k {
-        f[at] += sigma * p[at];
+    for entry in k..3 * k {
+        f[entry] += sigma * p[entry];
     }
     let heights: Vec<f64> = f[..k].iter().map(|f| f * flat.scale.length).collect();
     let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let mut problem = bound(heights, highest);
-    problem.place(&[0.0; 6]);
+    problem.place(&PerDof::all(0.0));
     let w: Vec<f64> = f.iter().zip(&problem.f).map(|(f, rest)| f - rest).collect();
-    problem.remember(&vec![0.0; 3 * k], &w, &[0.0; 6]);
-    (problem, [highest, 0.0, 0.0, 0.0, 0.0, 0.0].map(Control::Motion))
+    problem.remember(&vec![0.0; 3 * k], &w, &PerDof::all(0.0));
+    (problem, PerDof::new([highest, 0.0, 0.0, 0.0, 0.0, 0.0]).map(Control::Motion))
 }
 
-/// The directions in which a square of 2 × 2 elements is nearest to losing uniqueness: the halves
-/// pulled together along x, and a little apart along y.
+/// Returns the directions in which a square of 2 × 2 elements is nearest to losing uniqueness: the
+/// halves are pulled together along x, and a little apart along y.
 fn nearest_to_multiple(degrees: f64) -> [[f64; 2]; 4] {
     let (y, x) = degrees.to_radians().sin_cos();
     [[x, -y], [-x, -y], [x, y], [-x, y]]
@@ -119,14 +126,27 @@ fn nearest_to_multiple(degrees: f64) -> [[f64; 2]; 4] {
 
 #[test]
 fn at_the_end_of_the_uniqueness_set_one_solution_becomes_three() {
-    for (poisson, end, degrees) in [(0.3, 4.702062, 8.8), (0.0, 2.700273, 9.1)] {
+    struct Case {
+        poisson: f64,
+        end: f64,
+        degrees: f64,
+    }
+    for Case { poisson, end, degrees } in [
+        Case { poisson: 0.3, end: 4.702062, degrees: 8.8 },
+        Case { poisson: 0.0, end: 2.700273, degrees: 9.1 },
+    ] {
         for (share, expected) in [(0.995, vec![1]), (1.005, vec![-1, 1, 1])] {
-            let (problem, asked) =
+            let (problem, controls) =
                 slipping_along(&nearest_to_multiple(degrees), poisson, share * end, 1e-4);
             let search = Search { starts: 40, seed: 3 };
-            let found =
-                search_from(problem, &asked, &exactly([2, 2]), &mut Operators::default(), &search)
-                    .unwrap();
+            let found = search_from(
+                problem,
+                &controls,
+                &exactly([2, 2]),
+                &mut Operators::default(),
+                &search,
+            )
+            .unwrap();
             let mut indices: Vec<i64> =
                 found.solutions.iter().filter_map(|solution| solution.index).collect();
             indices.sort_unstable();
@@ -139,8 +159,8 @@ fn at_the_end_of_the_uniqueness_set_one_solution_becomes_three() {
 
 #[test]
 fn on_four_by_four_elements_there_are_several_solutions_just_above_the_witness() {
-    // degrees from x; found by minimising the μ at which the linearised problem turns singular,
-    // 2.0426 at ν = 0
+    // The directions are in degrees from x. They were found by minimising the μ at which the
+    // linearised problem turns singular, 2.0426 at ν = 0.
     let degrees = [
         74.5, 30.0, 200.9, 235.6, 254.6, 76.9, 16.6, 187.7, 205.8, 257.8, 75.9, 44.6, 23.0, 213.6,
         252.2, 251.5,
@@ -148,10 +168,10 @@ fn on_four_by_four_elements_there_are_several_solutions_just_above_the_witness()
     let directions =
         degrees.map(|degrees: f64| [degrees.to_radians().cos(), degrees.to_radians().sin()]);
     let found = |mu: f64| {
-        let (problem, asked) = slipping_along(&directions, 0.0, mu, 1e-4);
+        let (problem, controls) = slipping_along(&directions, 0.0, mu, 1e-4);
         search_from(
             problem,
-            &asked,
+            &controls,
             &exactly([4, 4]),
             &mut Operators::default(),
             &Search { starts: 20, seed: 3 },
@@ -165,7 +185,7 @@ fn on_four_by_four_elements_there_are_several_solutions_just_above_the_witness()
     certified(&above);
 }
 
-/// Every solution stands by itself, within its tolerance and away from all others.
+/// Asserts that every solution stands by itself, within its tolerance and away from all others.
 fn certified(found: &Multiplicity) {
     for (i, solution) in found.solutions.iter().enumerate() {
         assert!(solution.certificate.meets(1e-10), "{:?}", solution.certificate);
@@ -181,10 +201,9 @@ fn certified(found: &Multiplicity) {
 
 #[test]
 fn a_walked_punch_has_three_solutions_and_with_less_friction_one() {
-    for (n, poisson, mu, share, end) in
-        [(2, 0.0, 4.0, 0.4, 0.01), (2, 0.3, 8.0, 0.4, 0.01), (4, 0.0, 14.0, 0.4, 0.01)]
-    {
-        let several = searched(&walk(poisson, mu, 1.0, share, end, ONE), &exactly([n, n]), 10);
+    for (n, poisson, mu) in [(2, 0.0, 4.0), (2, 0.3, 8.0), (4, 0.0, 14.0)] {
+        let walk = Walk { poisson, mu, shift: 1.0, share: 0.4, end: 0.01 };
+        let several = searched(&walk.scene(ONE), &exactly([n, n]), 10);
         assert_eq!(
             (several.status.clone(), several.solutions.len(), several.index_sum),
             (Status::Certified, 3, Some(1))
@@ -193,15 +212,16 @@ fn a_walked_punch_has_three_solutions_and_with_less_friction_one() {
         assert!(several.before.len() == 4 && several.furthest().is_some());
         let [i, j] = several.furthest().unwrap();
         assert!(several.solutions[i].distances[j] > 0.1);
-        let one = searched(&walk(poisson, 0.2 * mu, 1.0, share, end, ONE), &exactly([n, n]), 10);
+        let slippery = Walk { mu: 0.2 * mu, ..walk };
+        let one = searched(&slippery.scene(ONE), &exactly([n, n]), 10);
         assert_eq!((one.status, one.solutions.len()), (Status::Certified, 1));
     }
 }
 
 #[test]
 fn a_punch_lifted_off_may_be_jammed() {
-    // one row of two elements pulled apart: friction holds what nothing presses
-    let mut scene = walk(0.0, 12.0, -1.0, 0.3, -0.01, ONE);
+    // One row of two elements is pulled apart: friction holds it although nothing presses.
+    let mut scene = Walk { poisson: 0.0, mu: 12.0, shift: -1.0, share: 0.3, end: -0.01 }.scene(ONE);
     scene.punch.shape = Shape::FlatRectangle { width_x: 2.0, width_y: 1.0 };
     let found = searched(&scene, &exactly([2, 1]), 20);
     assert_eq!((found.solutions.len(), found.index_sum), (3, Some(1)));
@@ -214,8 +234,12 @@ fn a_punch_lifted_off_may_be_jammed() {
 
 #[test]
 fn images_of_solutions_are_solutions() {
-    // the scene is its own image in y
-    let found = searched(&walk(0.0, 8.0, 1.0, 0.5, 0.02, ONE), &exactly([2, 2]), 20);
+    // The scene is its own image in y.
+    let found = searched(
+        &Walk { poisson: 0.0, mu: 8.0, shift: 1.0, share: 0.5, end: 0.02 }.scene(ONE),
+        &exactly([2, 2]),
+        20,
+    );
     assert_eq!((found.solutions.len(), found.index_sum), (5, Some(1)));
     let unsymmetric = |fields: &Fields| {
         (fields.pressure[0] - fields.pressure[2]).abs()
@@ -241,32 +265,31 @@ fn images_of_solutions_are_solutions() {
 
 #[test]
 fn the_same_search_gives_the_same_bytes_on_any_number_of_threads() {
-    let scene = walk(0.3, 8.0, 1.0, 0.4, 0.01, ONE);
-    let on = |threads: usize, seed: u64| {
+    let scene = Walk { poisson: 0.3, mu: 8.0, shift: 1.0, share: 0.4, end: 0.01 }.scene(ONE);
+    let found_with = |threads: usize, seed: u64| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let search_for = Search { starts: 10, seed };
+        let settings = Search { starts: 10, seed };
         let found = pool.install(|| {
-            search(
-                &scene,
-                &exactly([4, 4]),
-                &Surfaces::new(),
-                &mut Operators::default(),
-                &search_for,
-            )
-            .unwrap()
+            search(&scene, &exactly([4, 4]), &Surfaces::new(), &mut Operators::default(), &settings)
+                .unwrap()
         });
         serde_json::to_string(&found).unwrap()
     };
-    let first = on(1, 5);
-    assert_eq!(first, on(3, 5));
-    assert_ne!(first, on(1, 6), "the seed counts");
+    let first = found_with(1, 5);
+    assert_eq!(first, found_with(3, 5));
+    assert_ne!(first, found_with(1, 6), "the seed counts");
 }
 
 #[test]
 fn units_do_not_count() {
-    let found =
-        |units: Units| searched(&walk(0.0, 8.0, 1.0, 0.5, 0.02, units), &exactly([2, 2]), 10);
-    let (one, other) = (found(ONE), found((1e-9, 1e12)));
+    let found = |units: Units| {
+        searched(
+            &Walk { poisson: 0.0, mu: 8.0, shift: 1.0, share: 0.5, end: 0.02 }.scene(units),
+            &exactly([2, 2]),
+            10,
+        )
+    };
+    let (one, other) = (found(ONE), found(Units { length: 1e-9, modulus: 1e12 }));
     assert_eq!(one.solutions.len(), other.solutions.len());
     for (a, b) in one.solutions.iter().zip(&other.solutions) {
         assert!((b.observables.load / (a.observables.load * 1e12 * 1e-18) - 1.0).abs() < 1e-9);
@@ -276,14 +299,14 @@ fn units_do_not_count() {
 
 #[test]
 fn a_path_that_cannot_be_followed_and_a_mesh_too_fine_say_so() {
-    let mut scene = walk(0.3, 0.1, 1.0, 0.4, 0.01, ONE);
+    let mut scene = Walk { poisson: 0.3, mu: 0.1, shift: 1.0, share: 0.4, end: 0.01 }.scene(ONE);
     scene.loading.steps[1] = Step { shift_x: None, force_x: Some(100.0), ..Step::default() };
     let failed = searched(&scene, &exactly([4, 4]), 5);
     let Status::Failed { reason } = &failed.status else { panic!("{failed:?}") };
     assert!(reason.starts_with("loading.steps[1], increment 1 of 1: gross sliding"), "{reason}");
     assert!(failed.solutions.is_empty() && failed.before.len() == 2 && failed.starts == 0);
 
-    let scene = walk(0.3, 0.1, 1.0, 0.4, 0.01, ONE);
+    let scene = Walk { poisson: 0.3, mu: 0.1, shift: 1.0, share: 0.4, end: 0.01 }.scene(ONE);
     let refused = search(
         &scene,
         &exactly([33, 33]),
@@ -307,6 +330,20 @@ fn under_a_force_the_motion_is_found_and_there_is_no_index() {
     assert!(solution.reached > found.starts / 2, "{} of {}", solution.reached, found.starts);
 }
 
+/// A square of n × n elements and the lower end of its bracket of μ*.
+struct Ground {
+    n: u32,
+    poisson: f64,
+    low: f64,
+}
+
+const GROUNDS: [Ground; 4] = [
+    Ground { n: 2, poisson: 0.3, low: 4.70 },
+    Ground { n: 4, poisson: 0.3, low: 2.59 },
+    Ground { n: 2, poisson: 0.0, low: 2.70 },
+    Ground { n: 4, poisson: 0.0, low: 1.51 },
+];
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
 
@@ -314,19 +351,46 @@ proptest! {
     /// one solution.
     #[test]
     fn below_the_end_of_the_uniqueness_set_there_is_one_solution(
-        ground in 0usize..4, share in 0.3..1.0f64, is_sphere: bool, seed: u64,
-        motions in prop::collection::vec((-0.2..1.0f64, prop::array::uniform2(-1.5..1.5f64), prop::array::uniform3(-1.0..1.0f64)), 1..5),
+        ground in 0usize..4,
+        share in 0.3..1.0f64,
+        is_sphere: bool,
+        seed: u64,
+        motions in prop::collection::vec(
+            (
+                -0.2..1.0f64,
+                prop::array::uniform2(-1.5..1.5f64),
+                prop::array::uniform3(-1.0..1.0f64),
+            ),
+            1..5,
+        ),
     ) {
-        let (n, poisson, low) = [(2, 0.3, 4.70), (4, 0.3, 2.59), (2, 0.0, 2.70), (4, 0.0, 1.51)][ground];
-        let shape = if is_sphere { Shape::Sphere { radius: 1.0 } } else { Shape::FlatRectangle { width_x: 2.0, width_y: 2.0 } };
+        let Ground { n, poisson, low } = GROUNDS[ground];
+        let shape = if is_sphere {
+            Shape::Sphere { radius: 1.0 }
+        } else {
+            Shape::FlatRectangle { width_x: 2.0, width_y: 2.0 }
+        };
         let mut scene = scene(shape, 1.0, poisson, share * low, Step::default());
         scene.domain = square(2.0);
         let steps = motions.into_iter().map(|(approach, [x, y], [tilt_x, tilt_y, twist])| Step {
-            approach: Some(approach), shift_x: Some(x), shift_y: Some(y), tilt_x: Some(tilt_x), tilt_y: Some(tilt_y), twist: Some(twist), ..Step::default()
+            approach: Some(approach),
+            shift_x: Some(x),
+            shift_y: Some(y),
+            tilt_x: Some(tilt_x),
+            tilt_y: Some(tilt_y),
+            twist: Some(twist),
+            ..Step::default()
         });
         scene.loading = Loading::path(steps.collect());
-        let search_for = Search { starts: 6, seed };
-        let found = search(&scene, &exactly([n, n]), &Surfaces::new(), &mut Operators::default(), &search_for).unwrap();
+        let settings = Search { starts: 6, seed };
+        let found = search(
+            &scene,
+            &exactly([n, n]),
+            &Surfaces::new(),
+            &mut Operators::default(),
+            &settings,
+        )
+        .unwrap();
         prop_assert_eq!(&found.status, &Status::Certified);
         prop_assert_eq!(found.solutions.len(), 1);
         prop_assert!(found.solutions[0].index.is_none_or(|index| index >= 0));

@@ -1,5 +1,5 @@
-//! Loading paths against theory: many small steps, given forces, loops, torsion, and what cannot be
-//! followed.
+//! Loading paths meet theory: many small steps, given forces, loops, torsion, and paths that cannot
+//! be followed.
 
 use crate::common::*;
 use contact::model::*;
@@ -15,7 +15,7 @@ fn newton(mesh: u32) -> Numerics {
     numerics(Mesh::Across(mesh), Projection::Average, 1e-8)
 }
 
-/// Least-squares slope of −ln error over ln n.
+/// Returns the least-squares slope of −ln error over ln n.
 fn order(counts: &[u32], errors: &[f64]) -> f64 {
     let (x, y): (Vec<f64>, Vec<f64>) =
         counts.iter().zip(errors).map(|(n, e)| (f64::from(*n).ln(), -e.ln())).unzip();
@@ -27,8 +27,8 @@ fn order(counts: &[u32], errors: &[f64]) -> f64 {
     xy / xx
 }
 
-/// A sphere pressed in more and more steps on finer and finer grids: load and stick radius go to
-/// those of Spence's problem.
+/// A sphere is pressed in more and more steps on finer and finer grids: the load and the stick
+/// radius go to those of Spence's problem.
 #[test]
 fn many_small_steps_lead_to_spence() {
     for (poisson, mu) in
@@ -66,9 +66,9 @@ fn many_small_steps_lead_to_spence() {
     }
 }
 
-/// Pressure and traction of the same sphere along a radius, μ = 0.3, ν = 0. The root mean square
-/// difference falls with the elements and the steps; that of the traction is most of all at its
-/// kink, where stick ends.
+/// The pressure and the traction of the same sphere along a radius meet Spence's, for μ = 0.3 and ν
+/// = 0. The root mean square difference falls with the elements and the steps; that of the traction
+/// is largest at its kink, where stick ends.
 #[test]
 fn many_small_steps_give_spences_profiles() {
     let row = |name: &str, start: &str| -> Vec<Vec<f64>> {
@@ -78,10 +78,11 @@ fn many_small_steps_give_spences_profiles() {
             .map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect())
             .collect()
     };
-    // loads over Hertz's at the same a and at the same δ give a³ over δ^{3/2}
+    // The loads over Hertz's at the same a and at the same δ give a³ over δ^{3/2}.
     let loads = &row("spence_incremental.csv", "0.0,0.3,")[0];
     let contact = (loads[7] / loads[6]).cbrt();
-    let peak = 2.0 / PI * 2.0 * contact; // Hertz at the same a: 2E*a/πR, E* = 2G/(1−ν)
+    // Hertz's peak at the same a is 2E*a/πR, with E* = 2G/(1−ν).
+    let peak = 2.0 / PI * 2.0 * contact;
     let profile = row("spence_sphere_profiles.csv", "0.0,0.3,");
     assert_eq!(profile.len(), 12);
     let meshes = [24, 48, 96];
@@ -96,22 +97,22 @@ fn many_small_steps_give_spences_profiles() {
             .map(|i| {
                 let (e, x, y) =
                     ((n / 2 * n + i) as usize, (f64::from(i - n / 2) + 0.5) * h, 0.5 * h);
-                // the surface is drawn inwards, and the punch holds it back
+                // The surface is drawn inwards, and the punch holds it back.
                 let outwards = (fields.traction_x[e] * x + fields.traction_y[e] * y) / x.hypot(y);
                 [x.hypot(y), fields.pressure[e], outwards]
             })
             .collect();
-        let at = |r: f64, c: usize| {
+        let interpolated = |r: f64, c: usize| {
             let next = along.iter().position(|point| point[0] > r).unwrap().max(1);
             let (a, b) = (along[next - 1], along[next]);
             a[c] + (r - a[0]) / (b[0] - a[0]) * (b[c] - a[c])
         };
-        // the last point lies within an element of the edge
+        // The last point lies within an element of the edge.
         let points = &profile[..11];
         errors.push([1, 2].map(|c| {
             let off = points
                 .iter()
-                .map(|point| (at(point[3] * contact, c) / peak - point[3 + c]).powi(2));
+                .map(|point| (interpolated(point[3] * contact, c) / peak - point[3 + c]).powi(2));
             (off.sum::<f64>() / points.len() as f64).sqrt()
         }));
     }
@@ -125,7 +126,7 @@ fn many_small_steps_give_spences_profiles() {
 }
 
 /// One step is not many: the stick zone of the same sphere pressed at once is far smaller, and that
-/// of a flat punch the same.
+/// of a flat punch is the same.
 #[test]
 fn the_path_matters_to_a_sphere_and_not_to_a_flat_punch() {
     let end = |shape: Shape, approach: f64, increments: u32| {
@@ -143,7 +144,8 @@ fn the_path_matters_to_a_sphere_and_not_to_a_flat_punch() {
     assert!((once.observables.load / often.observables.load - 1.0).abs() < 1e-7);
 }
 
-/// Like spheres, ν = 0, where Cattaneo's and Mindlin's theory is exact; μ = 0.4, a = δ = R = 1.
+/// Returns a scene of like spheres with ν = 0, where Cattaneo's and Mindlin's theory is exact; μ =
+/// 0.4 and a = δ = R = 1.
 fn like_spheres(steps: Vec<Step>) -> Scene {
     let mut scene = scene(Shape::Sphere { radius: 1.0 }, 2.0, 0.0, 0.4, Step::default());
     scene.punch.material = Some(Material { shear_modulus: 2.0, poisson: 0.0 });
@@ -152,7 +154,7 @@ fn like_spheres(steps: Vec<Step>) -> Scene {
     scene
 }
 
-/// S = Σ(2−ν)/G of these.
+/// The shear compliance S = Σ(2−ν)/G of these spheres.
 const SHEAR_COMPLIANCE: f64 = 2.0;
 
 #[test]
@@ -192,23 +194,23 @@ fn a_prescribed_tangential_force_meets_cattaneo_and_mindlin() {
     }
 }
 
-/// The hysteresis loop under ±Q*. Its loss per cycle needs no small steps, since tractions stay
-/// where they slip one way; the work of the force, the mean of the forces before and after times
-/// the way, does.
+/// The hysteresis loop under ±Q* has the loss of theory. The loss per cycle needs no small steps,
+/// since tractions stay as they are where an element slips to one side only. The work of the force,
+/// the mean of the forces before and after times the displacement, does need them.
 #[test]
 fn a_loop_of_the_tangential_force_meets_mindlin_and_deresiewicz() {
     let hertz = theory::hertz_sphere(2.0, 1.0, 1.0);
     let limit = 0.4 * hertz.load;
     let amplitude = 0.7 * limit;
     let expected = theory::mindlin_deresiewicz_loss(amplitude, limit, 1.0, SHEAR_COMPLIANCE);
-    let to =
+    let pulled_to =
         |force: f64, increments: u32| Step { force_x: Some(force), increments, ..Step::default() };
-    let cycles = |mesh: u32, parts: u32| {
+    let cycled = |mesh: u32, increments: u32| {
         let mut scene = like_spheres(vec![
             Step { normal_force: Some(hertz.load), ..Step::default() },
-            to(amplitude, 1),
-            to(-amplitude, parts),
-            to(amplitude, parts),
+            pulled_to(amplitude, 1),
+            pulled_to(-amplitude, increments),
+            pulled_to(amplitude, increments),
         ]);
         (scene.loading.cycle_from, scene.loading.cycles) = (Some(2), 2);
         let (outcome, _) =
@@ -219,7 +221,7 @@ fn a_loop_of_the_tangential_force_meets_mindlin_and_deresiewicz() {
     let meshes = [12, 24, 48];
     let mut errors = Vec::new();
     for mesh in meshes {
-        let outcome = cycles(mesh, 2);
+        let outcome = cycled(mesh, 2);
         let lost = outcome.cycle_dissipation().unwrap();
         let first: f64 = outcome
             .steps
@@ -234,10 +236,10 @@ fn a_loop_of_the_tangential_force_meets_mindlin_and_deresiewicz() {
         errors.push((lost / expected - 1.0).abs());
     }
     let counts = [4, 8, 16];
-    let balances = counts.map(|parts| {
-        // the elastic energy comes back after a cycle, so what the force puts in is what friction
-        // takes
-        let outcome = cycles(24, parts);
+    let balances = counts.map(|increments| {
+        // The elastic energy comes back after a cycle, so friction takes all that the force puts
+        // in.
+        let outcome = cycled(24, increments);
         let work: f64 = outcome
             .steps
             .iter()
@@ -252,11 +254,12 @@ fn a_loop_of_the_tangential_force_meets_mindlin_and_deresiewicz() {
     assert!(orders[1] > 1.5 && balances[2] < 1e-2, "{balances:?}");
 }
 
-/// Torsion of a sphere: sticking it is Reissner's and Sagoci's disk, and as the twist grows the
-/// moment goes to that of sliding, (3π/16) μPa (Lubkin, J. Appl. Mech. 18 (1951) 183–187).
+/// A sphere under torsion is Reissner's and Sagoci's disk while it sticks, and as the twist grows
+/// the moment goes to that of sliding, (3π/16) μPa (Lubkin, J. Appl. Mech. 18 (1951) 183–187).
 #[test]
 fn torsion_from_stick_to_sliding() {
-    let hertz = theory::hertz_sphere(4.0, 1.0, 1.0); // ν = ½, G = 1: uncoupled
+    // With ν = ½ and G = 1 normal and tangential contact are uncoupled.
+    let hertz = theory::hertz_sphere(4.0, 1.0, 1.0);
     let twisted = |mu: f64, twist: f64, mesh: u32| {
         let steps = vec![
             Step { approach: Some(1.0), ..Step::default() },
@@ -294,8 +297,8 @@ fn torsion_from_stick_to_sliding() {
     );
 }
 
-/// A flat sole that sticks: stiffness against each motion, by prescribing the forces; no coupling
-/// at ν = ½.
+/// A flat sole that sticks has the stiffness of theory against each motion, when the forces are
+/// prescribed. There is no coupling at ν = ½.
 #[test]
 fn a_sticking_disk_is_as_stiff_as_theory_says() {
     let meshes = [12, 24, 48];
@@ -317,16 +320,16 @@ fn a_sticking_disk_is_as_stiff_as_theory_says() {
         let end = certified_path(&scene, &newton(mesh)).0[0];
         assert_eq!(end.observables.stick_area, end.observables.sole_area);
         let motion = [end.motion.approach, end.motion.shift_x, end.motion.tilt_y, end.motion.twist];
-        [0, 1, 2, 3].map(|which| (motion[which] / expected[which] - 1.0).abs())
+        [0, 1, 2, 3].map(|dof| (motion[dof] / expected[dof] - 1.0).abs())
     });
-    for which in 0..4 {
-        let errors = errors.map(|errors| errors[which]);
-        assert!(order(&meshes, &errors) > 0.8 && errors[2] < 0.02, "{which}: {errors:?}");
+    for dof in 0..4 {
+        let errors = errors.map(|errors| errors[dof]);
+        assert!(order(&meshes, &errors) > 0.8 && errors[2] < 0.02, "{dof}: {errors:?}");
     }
 }
 
-/// What governs the punch may change from step to step: prescribing what is there already changes
-/// nothing.
+/// The controls that govern the punch may change from step to step: prescribing a value that is
+/// there already changes nothing.
 #[test]
 fn changing_what_governs_the_punch_changes_nothing() {
     let mut scene = scene(Shape::Sphere { radius: 1.0 }, 1.0, 0.3, 0.3, Step::default());
@@ -338,24 +341,23 @@ fn changing_what_governs_the_punch_changes_nothing() {
     scene.loading = Loading::path(start.to_vec());
     let (path, _) = certified_path(&scene, &numerics(Mesh::Across(20), Projection::Average, 1e-10));
     let (o, motion) = (path.last().unwrap().observables, path.last().unwrap().motion);
-    let m = |x: f64| Some(x);
     let by_motion = Step {
-        approach: m(motion.approach),
-        shift_y: m(motion.shift_y),
-        twist: m(motion.twist),
+        approach: Some(motion.approach),
+        shift_y: Some(motion.shift_y),
+        twist: Some(motion.twist),
         ..Step::default()
     };
     let by_force = Step {
-        force_x: m(o.force_x),
-        moment_x: m(o.moment_x),
-        moment_y: m(o.moment_y),
-        normal_force: m(o.load),
+        force_x: Some(o.force_x),
+        moment_x: Some(o.moment_x),
+        moment_y: Some(o.moment_y),
+        normal_force: Some(o.load),
         ..Step::default()
     };
     scene.loading.steps.extend([
         by_motion,
         by_force,
-        Step { approach: m(motion.approach), ..Step::default() },
+        Step { approach: Some(motion.approach), ..Step::default() },
     ]);
     let (path, _) = certified_path(&scene, &numerics(Mesh::Across(20), Projection::Average, 1e-10));
     assert_eq!(path.len(), 8);
@@ -363,7 +365,7 @@ fn changing_what_governs_the_punch_changes_nothing() {
         for (a, b) in later.observables.resultants().iter().zip(o.resultants()) {
             assert!((a - b).abs() < 1e-8 * o.load, "{:?} {:?}", later.observables, o);
         }
-        for (a, b) in later.motion.to_array().iter().zip(motion.to_array()) {
+        for (a, b) in later.motion.per_dof().iter().zip(motion.per_dof()) {
             assert!((a - b).abs() < 1e-8, "{:?} {motion:?}", later.motion);
         }
         assert_eq!(
@@ -374,8 +376,8 @@ fn changing_what_governs_the_punch_changes_nothing() {
     }
 }
 
-/// More than friction carries, or a load beside the sole: an outcome that says so and where, with
-/// everything before it kept.
+/// A force that is more than friction carries, or a load beside the sole, is an outcome that says
+/// so and names the step. Everything before it is kept.
 #[test]
 fn a_path_that_cannot_be_followed_says_where_it_ends() {
     let press = Step { normal_force: Some(1.0), ..Step::default() };
@@ -393,12 +395,15 @@ fn a_path_that_cannot_be_followed_says_where_it_ends() {
         Step { force_x: Some(0.66), increments: 3, ..Step::default() },
     ]);
     assert!(
-        reason.starts_with("loading.steps[2], increment 1 of 3: gross sliding: the contact cannot carry force_x = 4.200000e-1"),
+        reason.starts_with(
+            "loading.steps[2], increment 1 of 3: gross sliding: \
+             the contact cannot carry force_x = 4.200000e-1"
+        ),
         "{reason}"
     );
     assert_eq!(outcome.steps.len(), 3);
     assert!((outcome.steps[1].observables.force_x - 0.3).abs() < 1e-7);
-    // exactly μP is sliding, a little less is not
+    // A force of exactly μP is sliding, one that is a little less is not.
     assert!(
         fails(vec![Step { force_y: Some(0.4), ..press }])
             .1
@@ -409,7 +414,7 @@ fn a_path_that_cannot_be_followed_says_where_it_ends() {
         &newton(16),
     );
     assert!(path[0].observables.slip_elements > 0);
-    // the load follows from the approach; the sliding shows only in solving
+    // The load follows from the approach; the sliding shows only when the step is solved.
     let hertz = theory::hertz_sphere(2.0, 1.0, 1.0);
     let given = Step { approach: Some(1.0), ..Step::default() };
     let (outcome, reason) =
@@ -426,16 +431,17 @@ fn a_path_that_cannot_be_followed_says_where_it_ends() {
     (flat.punch.shape, flat.domain) = (Shape::FlatDisk { radius: 1.0 }, None);
     let outcome = solve(&flat, &newton(16), &Surfaces::new(), &mut Operators::default()).unwrap().0;
     assert!(
-        matches!(&outcome.status, Status::Failed { reason } if reason.starts_with("no pressure under the sole has moment_y = 1.1")),
+        matches!(&outcome.status, Status::Failed { reason }
+            if reason.starts_with("no pressure under the sole has moment_y = 1.1")),
         "{outcome:?}"
     );
 }
 
-/// A closed cycle of the motion in both directions: what the forces put in over a cycle is lost to
-/// friction, the better the smaller the steps; each increment loses energy or none.
+/// In a closed cycle of the motion in both directions, friction takes all that the forces put in
+/// over a cycle, the more exactly the smaller the steps. Each increment loses energy or none.
 #[test]
 fn a_closed_cycle_loses_what_is_put_in() {
-    let at = |x: f64, y: f64, increments: u32| Step {
+    let corner = |x: f64, y: f64, increments: u32| Step {
         shift_x: Some(x),
         shift_y: Some(y),
         increments,
@@ -443,14 +449,14 @@ fn a_closed_cycle_loses_what_is_put_in() {
     };
     let counts = [2, 4, 8];
     let mut balances = Vec::new();
-    for parts in counts {
+    for increments in counts {
         let mut scene = scene(Shape::Sphere { radius: 1.0 }, 1.0, 0.3, 0.3, Step::default());
         let lead = Step { approach: Some(1.0), ..Step::default() };
         let corners = [
-            at(0.15, 0.0, parts),
-            at(0.15, 0.15, parts),
-            at(0.0, 0.15, parts),
-            at(0.0, 0.0, parts),
+            corner(0.15, 0.0, increments),
+            corner(0.15, 0.15, increments),
+            corner(0.0, 0.15, increments),
+            corner(0.0, 0.0, increments),
         ];
         scene.loading = Loading {
             steps: [vec![lead], corners.to_vec()].concat(),

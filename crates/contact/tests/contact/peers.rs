@@ -1,7 +1,7 @@
-//! Cases that other programs solved on the same discrete problem (midpoint projection). CONTACT's
-//! half-space cases of one step: resultants, peaks, energy and sampled tractions to 1e-6 relative,
-//! numbers of elements in contact, sticking and slipping exactly; its loading paths: the same
-//! figures after every step.
+//! Other programs solved these cases on the same discrete problem (midpoint projection). CONTACT's
+//! half-space cases of one step meet resultants, peaks, energy and sampled tractions to 1e-6
+//! relative, and numbers of elements in contact, sticking and slipping exactly. Its loading paths
+//! meet the same figures after every step.
 
 use std::sync::Arc;
 
@@ -22,23 +22,25 @@ fn case(id: &str) {
     let (n, width) = (number("n") as usize, number("L"));
 
     let mut surfaces = Surfaces::new();
-    // a height map counts its gap from its highest pixel, the case from the spheres' own lowest
-    // point
+    // A height map counts its gap from its highest pixel, the case from the spheres' own lowest
+    // point.
     let mut lowest = 0.0;
     let shape = match case["shape"]["type"].as_str().unwrap() {
-        // gap b1 x² + b3 y²
+        // The gap is b1 x² + b3 y².
         "quadratic" => Shape::Ellipsoid {
             radius_x: 0.5 / case["shape"]["b1"].as_f64().unwrap(),
             radius_y: 0.5 / case["shape"]["b3"].as_f64().unwrap(),
         },
         "flat" => Shape::FlatRectangle { width_x: width, width_y: width },
-        // the lower envelope of two paraboloids, as a height map whose pixels are the elements
+        // The shape is the lower envelope of two paraboloids, as a height map whose pixels are the
+        // elements.
         "two_spheres" => {
             let (d, radius) =
                 (case["shape"]["d"].as_f64().unwrap(), case["shape"]["R"].as_f64().unwrap());
-            let at = |i: usize| ((i as f64 + 0.5) / n as f64 - 0.5) * width;
+            let coordinate = |i: usize| ((i as f64 + 0.5) / n as f64 - 0.5) * width;
             let gap = |x: f64, y: f64| ((x.abs() - d).powi(2) + y * y) / (2.0 * radius);
-            let heights: Vec<f64> = (0..n * n).map(|s| -gap(at(s % n), at(s / n))).collect();
+            let heights: Vec<f64> =
+                (0..n * n).map(|s| -gap(coordinate(s % n), coordinate(s / n))).collect();
             lowest = -heights.iter().copied().fold(f64::MIN, f64::max);
             surfaces
                 .insert("two spheres".to_owned(), Arc::new(Surface::new(n, n, heights).unwrap()));
@@ -46,7 +48,7 @@ fn case(id: &str) {
         }
         other => panic!("unknown shape {other}"),
     };
-    // load-controlled cases come with the approach that their solution has
+    // Load-controlled cases come with the approach that their solution has.
     let approach = case["expected"]["delta"].as_f64().unwrap();
     let step = Step {
         approach: Some(approach - lowest),
@@ -139,8 +141,8 @@ fn every_one_step_case_has_its_test() {
     assert_eq!(file["one_step_cases"].as_array().unwrap().len(), 12);
 }
 
-/// A path of a sphere, both by given motion; the names of the resultants are those of the one-step
-/// cases.
+/// Checks a path of a sphere, with approach and shift given as motions. The names of the resultants
+/// are those of the one-step cases.
 fn history(id: &str) {
     let file: Value = serde_json::from_str(&reference("peer_cases.json")).unwrap();
     let case = file["history_cases"]
@@ -198,7 +200,7 @@ fn pressed_in_eight_steps() {
     history("history_load_8_steps");
 }
 
-/// A layered foundation, solved by others with their own influence coefficients.
+/// Checks a layered foundation, which others solved with influence coefficients of their own.
 fn layered(id: &str) {
     let file: Value = serde_json::from_str(&reference("peer_cases.json")).unwrap();
     let case = file["layered_cases"]
@@ -209,11 +211,11 @@ fn layered(id: &str) {
         .expect("a case of that id");
     let params = &case["params"];
     let number = |key: &str| params[key].as_f64().unwrap();
-    let of = |value: &Value, key: &str| value[key].as_f64().unwrap();
+    let entry = |value: &Value, key: &str| value[key].as_f64().unwrap();
     let layer = |l: &Value| Layer {
-        shear_modulus: of(l, "G"),
-        poisson: of(l, "nu"),
-        thickness: of(l, "h"),
+        shear_modulus: entry(l, "G"),
+        poisson: entry(l, "nu"),
+        thickness: entry(l, "h"),
     };
     let base = &params["base"];
     let step =
@@ -223,7 +225,10 @@ fn layered(id: &str) {
         layers: params["layers"].as_array().unwrap().iter().map(layer).collect(),
         base: match base.as_str() {
             Some("rigid") => Base::Rigid,
-            _ => Base::Elastic(Material { shear_modulus: of(base, "G"), poisson: of(base, "nu") }),
+            _ => Base::Elastic(Material {
+                shear_modulus: entry(base, "G"),
+                poisson: entry(base, "nu"),
+            }),
         },
     };
     scene.domain = square(number("L"));
@@ -242,11 +247,12 @@ fn layered(id: &str) {
             problem.projection,
         );
         let unit = problem.scale.length * problem.scale.compliance;
-        let (own, next) = (table.coefficient(0, 0), table.coefficient(1, 0));
-        for (name, value) in [("A0zz", own.nn), ("A0xx", own.xx), ("A1xz", -next.nx)] {
-            let expected = of(expected, name);
+        let (diagonal, neighbour) = (table.coefficient(0, 0), table.coefficient(1, 0));
+        for (name, value) in [("A0zz", diagonal.nn), ("A0xx", diagonal.xx), ("A1xz", -neighbour.nx)]
+        {
+            let expected = entry(expected, name);
             assert!(
-                (value * unit - expected).abs() < 1e-9 * own.nn * unit,
+                (value * unit - expected).abs() < 1e-9 * diagonal.nn * unit,
                 "{id}: {name} {:e} {expected:e}",
                 value * unit
             );

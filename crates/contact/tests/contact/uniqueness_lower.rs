@@ -1,4 +1,4 @@
-//! The lower side of μ*: against a prototype's figures, and as a certificate.
+//! The lower side of μ* meets a prototype's figures, and holds as a certificate.
 
 use contact::model::{Base, Foundation, Material, Mesh, Projection};
 use contact::uniqueness::lower::{
@@ -31,23 +31,31 @@ fn bound(system: &System, freedom: Freedom) -> LowerBound {
     bound
 }
 
-/// Figures of an independent prototype (Python, scipy): square Ω, rigid punch, averages over
-/// elements.
+/// The figures come from an independent prototype (Python, scipy) for a square Ω, a rigid punch and
+/// averages over elements.
 #[test]
 fn reproduces_the_prototype() {
-    for (n, poisson, freedom, expected, digits) in [
-        (2, 0.3, Freedom::Global, 4.702062, 1e-6),
-        (2, 0.0, Freedom::Global, 2.700273, 1e-6),
-        (3, 0.3, Freedom::Global, 3.146, 5e-4),
-        (3, 0.0, Freedom::Global, 1.831, 5e-4),
-        (4, 0.3, Freedom::Global, 2.596, 5e-4),
-        (4, 0.0, Freedom::Global, 1.518, 5e-4),
-        (8, 0.3, Freedom::Global, 1.835, 5e-4),
-        (8, 0.0, Freedom::Global, 1.080, 5e-4),
-        (3, 0.3, Freedom::PerOrbit, 3.272, 5e-4),
-        (3, 0.0, Freedom::PerOrbit, 1.904, 5e-4),
-        (4, 0.3, Freedom::PerOrbit, 2.722, 5e-4),
-        (4, 0.0, Freedom::PerOrbit, 1.584, 5e-4),
+    struct Case {
+        n: u32,
+        poisson: f64,
+        freedom: Freedom,
+        mu: f64,
+        digits: f64,
+    }
+    use Freedom::{Global, PerOrbit};
+    for Case { n, poisson, freedom, mu: expected, digits } in [
+        Case { n: 2, poisson: 0.3, freedom: Global, mu: 4.702062, digits: 1e-6 },
+        Case { n: 2, poisson: 0.0, freedom: Global, mu: 2.700273, digits: 1e-6 },
+        Case { n: 3, poisson: 0.3, freedom: Global, mu: 3.146, digits: 5e-4 },
+        Case { n: 3, poisson: 0.0, freedom: Global, mu: 1.831, digits: 5e-4 },
+        Case { n: 4, poisson: 0.3, freedom: Global, mu: 2.596, digits: 5e-4 },
+        Case { n: 4, poisson: 0.0, freedom: Global, mu: 1.518, digits: 5e-4 },
+        Case { n: 8, poisson: 0.3, freedom: Global, mu: 1.835, digits: 5e-4 },
+        Case { n: 8, poisson: 0.0, freedom: Global, mu: 1.080, digits: 5e-4 },
+        Case { n: 3, poisson: 0.3, freedom: PerOrbit, mu: 3.272, digits: 5e-4 },
+        Case { n: 3, poisson: 0.0, freedom: PerOrbit, mu: 1.904, digits: 5e-4 },
+        Case { n: 4, poisson: 0.3, freedom: PerOrbit, mu: 2.722, digits: 5e-4 },
+        Case { n: 4, poisson: 0.0, freedom: PerOrbit, mu: 1.584, digits: 5e-4 },
     ] {
         let system = System::new(&question([n, n], poisson)).unwrap();
         let found = bound(&system, freedom);
@@ -59,8 +67,8 @@ fn reproduces_the_prototype() {
     }
 }
 
-/// Figures of an independent prototype for displacements at midpoints; it was run with two weights
-/// to four digits.
+/// The figures come from an independent prototype for displacements at midpoints; it was run with
+/// two weights to four digits.
 #[test]
 fn reproduces_the_prototype_at_midpoints() {
     for (n, expected) in [(4, 3.262), (8, 2.330), (16, 1.690)] {
@@ -96,17 +104,21 @@ fn without_coupling_there_is_no_bound() {
     }
 }
 
-/// F(μ) of the whole in the order of the fields, without symmetry: what the blocks stand for.
+/// Returns the smallest eigenvalue of the whole F(μ) in the order of the fields, without symmetry,
+/// which the blocks stand for.
 fn smallest_eigenvalue(system: &System, bound: &LowerBound, mu: f64) -> f64 {
     let (matrix, k, orbit) = (system.matrix(), system.elements(), orbits(system));
     let size = 3 * k;
-    let of = |values: &[f64], i: usize| values[orbit[i % k]];
-    let linear = |i: usize| if i < k { of(&bound.alpha, i) } else { of(&bound.beta, i) };
+    let weight = |values: &[f64], i: usize| values[orbit[i % k]];
+    let linear = |i: usize| if i < k { weight(&bound.alpha, i) } else { weight(&bound.beta, i) };
     let form = faer::Mat::from_fn(size, size, |i, j| {
         let twice: f64 = (k..size)
-            .map(|t| matrix[(t, i)] * of(&bound.beta, t) / of(&bound.tau, t) * matrix[(t, j)])
+            .map(|t| {
+                matrix[(t, i)] * weight(&bound.beta, t) / weight(&bound.tau, t) * matrix[(t, j)]
+            })
             .sum();
-        let square = if i == j && i < k { of(&bound.beta, i) * of(&bound.tau, i) } else { 0.0 };
+        let square =
+            if i == j && i < k { weight(&bound.beta, i) * weight(&bound.tau, i) } else { 0.0 };
         0.5 * ((linear(i) + linear(j)) * matrix[(i, j)] - mu * (square + twice))
     });
     form.self_adjoint_eigenvalues(faer::Side::Lower).unwrap()[0]
@@ -154,7 +166,7 @@ fn refuses_what_proves_nothing() {
     }
     assert_eq!(verify_up_to(&system, &good, 6), Err(VerifyError::TooLarge { rows: 7, most: 6 }));
     assert_eq!(verify_up_to(&system, &good, 7), Ok(()));
-    // weights of another body
+    // The weights are those of another body.
     let other = System::new(&question([3, 3], 0.0)).unwrap();
     assert!(verify(&other, &good).is_err());
 }
@@ -184,8 +196,8 @@ fn same_bytes_on_any_number_of_threads() {
     assert_eq!(one, three);
 }
 
-/// Carried over from a coarse mesh the weights lose little against those found on the fine one, and
-/// are proven just as well.
+/// Carried over from a coarse mesh, the weights lose little against those found on the fine one,
+/// and are proven just as well.
 #[test]
 fn weights_of_a_coarse_mesh_serve_a_fine_one() {
     let [coarse, fine] = [8, 16].map(|n| System::new(&question([n, n], 0.3)).unwrap());
@@ -197,7 +209,7 @@ fn weights_of_a_coarse_mesh_serve_a_fine_one() {
     verify(&fine, &carried).unwrap();
     let (two, all) = (bound(&fine, Freedom::Global).mu, bound(&fine, Freedom::PerOrbit).mu);
     assert!(carried.mu > two && carried.mu <= all * (1.0 + 1e-4), "{two} < {} < {all}", carried.mu);
-    // without a factorisation: less, and it says so
+    // Without a factorisation the bound is lower, and says so.
     let Lower::Bound(guessed) = lower_from(&fine, &coarse, &weights, 0).unwrap() else {
         panic!("unbounded")
     };
@@ -205,8 +217,8 @@ fn weights_of_a_coarse_mesh_serve_a_fine_one() {
     verify(&fine, &guessed).unwrap();
 }
 
-/// Nothing but the ratios of α and β matters, not even below the normal numbers, where there is no
-/// rounding to allow for.
+/// Only the ratios of α and β matter, even below the normal numbers, where there is no rounding to
+/// allow for.
 #[test]
 fn scale_proves_nothing() {
     let system = System::new(&question([3, 3], 0.3)).unwrap();
@@ -231,16 +243,16 @@ fn scale_proves_nothing() {
     }
 }
 
-/// The weaker the coupling the larger both ends, and with two by two elements they meet.
+/// The weaker the coupling, the larger both ends are; with two by two elements they meet.
 #[test]
 fn weak_coupling_has_a_large_bound() {
     let system = System::new(&question([2, 2], 0.499_999_9)).unwrap();
     let found = bound(&system, Freedom::PerOrbit);
-    // like 1/(1 − 2ν), 4.702 for ν = 0.3
+    // The bound goes like 1/(1 − 2ν), and is 4.702 for ν = 0.3.
     assert!(found.mu > 4e6, "{}", found.mu);
 }
 
-/// Weights that make S indefinite are given up for the same ones everywhere.
+/// Weights that make S indefinite are replaced by equal weights everywhere.
 #[test]
 fn weights_that_do_not_serve_are_replaced() {
     let [coarse, fine] = [4, 8].map(|n| System::new(&question([n, n], 0.3)).unwrap());
@@ -262,7 +274,7 @@ fn weights_that_do_not_serve_are_replaced() {
     );
 }
 
-/// 48 × 48 elements, 6912 unknowns.
+/// The mesh has 48 × 48 elements, and the problem 6912 unknowns.
 #[test]
 #[ignore = "minutes without optimisation"]
 fn forty_eight_elements_across() {

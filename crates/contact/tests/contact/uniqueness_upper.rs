@@ -1,12 +1,12 @@
-//! The upper side of μ*: the figures known, what they may not depend on, and that a witness which
-//! shows nothing is refused.
+//! The upper side of μ* meets the figures known and does not depend on units, turns and threads; a
+//! witness that shows nothing is refused.
 
 use contact::model::{Base, Foundation, Layer, Material, Mesh, Projection};
 use contact::uniqueness::upper::{Upper, upper};
 use contact::uniqueness::witness::{Witness, WitnessError};
 use contact::uniqueness::{Bracket, Question, Sole, System, WitnessSearch, bracket, lower};
 
-/// A rigid square on a half-space.
+/// Returns the question for a rigid square on a half-space.
 fn square(n: u32, poisson: f64) -> Question {
     Question {
         foundation: Foundation::half_space(Material { shear_modulus: 80e9, poisson }),
@@ -29,12 +29,17 @@ const BRIEF: WitnessSearch = WitnessSearch { starts: 6, kept: 2, seed: 1 };
 
 #[test]
 fn reaches_the_figures_known() {
-    for (n, poisson, known) in [
-        (2, 0.3, 4.702_062),
-        (2, 0.0, 2.700_273),
-        (3, 0.3, 3.774_01),
-        (3, 0.0, 2.187_33),
-        (4, 0.3, 3.374_58),
+    struct Known {
+        n: u32,
+        poisson: f64,
+        mu: f64,
+    }
+    for Known { n, poisson, mu: known } in [
+        Known { n: 2, poisson: 0.3, mu: 4.702_062 },
+        Known { n: 2, poisson: 0.0, mu: 2.700_273 },
+        Known { n: 3, poisson: 0.3, mu: 3.774_01 },
+        Known { n: 3, poisson: 0.0, mu: 2.187_33 },
+        Known { n: 4, poisson: 0.3, mu: 3.374_58 },
     ] {
         let question = square(n, poisson);
         let witness = witness(&question, BRIEF);
@@ -73,20 +78,20 @@ fn refuses_what_shows_nothing() {
     let system = System::new(&question).unwrap();
     let found = witness(&question, BRIEF);
     assert!(found.verify(&system).is_ok());
-    for at in 0..found.x.len() {
-        // against x₁ the pressure of an element makes its x₁y₁ positive; a tangential traction
-        // moves all y₁
+    for entry in 0..found.x.len() {
+        // Against x₁, the pressure of an element makes its x₁y₁ positive; a tangential traction
+        // moves all y₁.
         let mut changed = found.clone();
-        changed.x[at] *= 1.0 + 1e-3;
+        changed.x[entry] *= 1.0 + 1e-3;
         let mut other = found.clone();
-        other.x[at] *= 1.0 - 1e-3;
+        other.x[entry] *= 1.0 - 1e-3;
         let refused = [changed, other].map(|w| w.verify(&system));
         assert!(
             refused.iter().all(|r| matches!(
                 r,
                 Err(WitnessError::Normal { .. } | WitnessError::Tangential { .. })
             )),
-            "{at}: {refused:?}"
+            "{entry}: {refused:?}"
         );
     }
     let lower = Witness { mu: 0.999 * found.mu, ..found.clone() };
@@ -106,7 +111,8 @@ fn refuses_what_shows_nothing() {
     assert!(found.verify(&elsewhere).is_err());
 }
 
-/// Numbers whose products are none show no more than others, and those of a witness no less.
+/// Numbers whose products underflow to zero show no more than others, and those of a witness show
+/// no less.
 #[test]
 fn the_length_of_x_has_no_influence() {
     for n in [2, 11] {
@@ -131,7 +137,7 @@ fn the_length_of_x_has_no_influence() {
             Witness { x: found.x.iter().map(|x| x * 2_f64.powi(power)).collect(), ..found.clone() };
         assert_eq!(scaled.verify(&system), found.verify(&system), "{power}");
     }
-    // small beside the others alone
+    // One number alone is small beside the others.
     let mut uneven = found.clone();
     uneven.x[0] *= -1e-200;
     assert!(uneven.verify(&system).is_err());
@@ -155,13 +161,14 @@ fn a_quarter_turn_changes_nothing() {
     tall.mesh = Mesh::Exact([2, 3]);
     tall.sole = Sole::Rectangle { width_x: 0.02, width_y: 0.03 };
     let found = witness(&long, BRIEF);
-    // turned: (x, y) → (−y, x)
+    // The turn maps (x, y) → (−y, x).
     let mut turned = found.clone();
-    for (at, e) in (0..6).map(|at| (at, (at % 3, at / 3))) {
-        let to = e.0 * 2 + (1 - e.1);
-        turned.x[to] = found.x[at];
-        turned.x[6 + to] = -found.x[12 + at];
-        turned.x[12 + to] = found.x[6 + at];
+    for element in 0..6 {
+        let (column, row) = (element % 3, element / 3);
+        let image = column * 2 + (1 - row);
+        turned.x[image] = found.x[element];
+        turned.x[6 + image] = -found.x[12 + element];
+        turned.x[12 + image] = found.x[6 + element];
     }
     assert!(turned.verify(&System::new(&tall).unwrap()).is_ok());
     let other = witness(&tall, BRIEF);
@@ -196,11 +203,12 @@ fn disks_layers_and_midpoints_have_witnesses() {
         let found = witness(question, BRIEF);
         assert!(found.verify(&System::new(question).unwrap()).is_ok());
     }
-    // ε takes from the share of the coupling
+    // A positive ε takes from the share of the coupling.
     assert!(witness(&regular, BRIEF).mu > witness(&square(2, 0.3), BRIEF).mu);
 }
 
-/// What couples is weak beside ε there: random starts have to find what stripes do not lead to.
+/// The coupling is weak beside ε there: random starts have to find a witness that stripes do not
+/// lead to.
 #[test]
 fn a_large_epsilon_has_witnesses_on_more_elements() {
     let question = Question { epsilon: 0.3, ..square(5, 0.3) };
@@ -211,11 +219,11 @@ fn a_large_epsilon_has_witnesses_on_more_elements() {
 
 #[test]
 fn the_same_on_any_number_of_threads() {
-    let on = |threads| {
+    let found_on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| witness(&square(2, 0.3), BRIEF))
     };
-    assert_eq!(on(1), on(3));
+    assert_eq!(found_on(1), found_on(3));
 }
 
 #[test]

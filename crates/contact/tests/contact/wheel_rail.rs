@@ -1,4 +1,4 @@
-//! A wheel on a rail against CONTACT: tests/reference/wheel_rail.csv, and against Hertz where he is
+//! A wheel on a rail meets CONTACT (tests/reference/wheel_rail.csv), and Hertz where his theory is
 //! exact.
 
 use crate::common::*;
@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 const STEEL: Material = Material { shear_modulus: 82e9, poisson: 0.28 };
 
-/// The benchmark's elements \[m\].
+/// The side of the benchmark's elements \[m\].
 const ELEMENT: f64 = 0.2e-3;
 
 fn benchmark(side: Side, position: &Position) -> WheelOnRail {
@@ -34,8 +34,8 @@ fn benchmark(side: Side, position: &Position) -> WheelOnRail {
     .expect("a contact")
 }
 
-/// The gap above a plane of contact, on elements of which one has its centre in the frame's origin,
-/// as a height map.
+/// The gap above a plane of contact, as a height map on elements of which one has its centre in the
+/// frame's origin.
 struct Pressed {
     scene: Scene,
     surfaces: Surfaces,
@@ -44,7 +44,7 @@ struct Pressed {
 }
 
 impl Pressed {
-    /// With room for what overlaps up to an approach of `reach` \[m\].
+    /// Builds the height map with room for all that overlaps up to an approach of `reach` \[m\].
     fn new(plane: &ContactPlane, reach: f64, element: f64) -> Self {
         let Extent { x, s } = plane.overlap(reach).expect("an overlap");
         let cells = |[low, high]: [f64; 2]| {
@@ -78,10 +78,10 @@ impl Pressed {
         Self { scene, surfaces, elements: [columns as u32, rows as u32], least }
     }
 
-    /// The bodies approached by `approach` \[m\] from where they touch.
-    fn at(&self, approach: f64) -> StepOutcome {
+    /// Solves the contact with the bodies approached by `approach` \[m\] from where they touch.
+    fn approached(&self, approach: f64) -> StepOutcome {
         let mut scene = self.scene.clone();
-        // a height map touches with its highest pixel, which need not be the point of contact
+        // A height map touches with its highest pixel, which need not be the point of contact.
         scene.loading =
             Loading::path(vec![Step { approach: Some(approach - self.least), ..Step::default() }]);
         certified_with(
@@ -92,12 +92,12 @@ impl Pressed {
         .0
     }
 
-    /// The approach \[m\] with the load `force` \[N\], sought from `guess`; the load goes nearly as
-    /// its 3/2th power.
-    fn under(&self, force: f64, guess: f64) -> (f64, StepOutcome) {
+    /// Finds the approach \[m\] with the load `force` \[N\], starting from `guess`; the load goes
+    /// nearly as the approach to the power of 3/2.
+    fn loaded(&self, force: f64, guess: f64) -> (f64, StepOutcome) {
         let mut approach = guess;
         for _ in 0..6 {
-            let outcome = self.at(approach);
+            let outcome = self.approached(approach);
             let ratio = force / outcome.observables.load;
             if (ratio - 1.0).abs() < 2e-4 {
                 return (approach, outcome);
@@ -154,15 +154,16 @@ fn rows() -> Vec<Row> {
 
 /// CONTACT prints the location to 0.05 µm, angles to 0.05 mrad, approach and load to 0.05 %, and
 /// the roll to 5e-8 below a milliradian and 5e-6 above, which lowers the wheel by 750 mm times as
-/// much. Beyond these digits: in the middle of the track (case 1) the flat gap leaves the weighted
-/// centre 1 µm uncertain; peak pressures part by up to 0.3 % as yaw and roll grow, probably because
-/// CONTACT interpolates the turned wheel on a grid of the elements' size: Hertz's theory with the
-/// analytic curvatures sides with ours to 0.1 %. Areas are counted in elements and differ by at
-/// most two of them.
+/// much. Two differences are beyond these digits. In the middle of the track (case 1) the flat gap
+/// leaves the weighted centre 1 µm uncertain. Peak pressures part by up to 0.3 % as yaw and roll
+/// grow, probably because CONTACT interpolates the turned wheel on a grid of the elements' size:
+/// Hertz's theory with the analytic curvatures sides with ours to 0.1 %. Areas are counted in
+/// elements and differ by at most two of them.
 #[test]
 fn the_benchmarks_positions_meet_contact() {
     println!(
-        "own minus CONTACT's: location and height in µm, angle in mrad, the rest in %; then Hertz's ellipse minus our own in %"
+        "own minus CONTACT's: location and height in µm, angle in mrad, the rest in %; \
+         then Hertz's ellipse minus our own in %"
     );
     println!(
         "case      x      y      z  angle  height  approach   peak   area elements |  peak   area"
@@ -175,12 +176,12 @@ fn the_benchmarks_positions_meet_contact() {
         let frame = pair.overlap_frame(row.approach / row.angle.cos());
         let plane = ContactPlane::new(&pair, frame);
         let (approach, outcome) =
-            Pressed::new(&plane, 1.03 * row.approach, ELEMENT).under(row.force, row.approach);
+            Pressed::new(&plane, 1.03 * row.approach, ELEMENT).loaded(row.force, row.approach);
         let found = outcome.observables;
         let [x, y, z] = [0, 1, 2].map(|c| (frame.origin[c] - row.reference[c]) * 1e6);
         let angle = (frame.angle - row.angle) * 1e3;
         let height = (pair.height() + approach / frame.angle.cos() - row.height) * 1e6;
-        let percent = |own: f64, other: f64| (own / other - 1.0) * 100.0;
+        let percent = |value: f64, reference: f64| (value / reference - 1.0) * 100.0;
         let (approach, peak) =
             (percent(approach, row.approach), percent(found.peak_pressure, row.peak));
         let area = percent(found.contact_area, row.elements * ELEMENT * ELEMENT);
@@ -190,7 +191,8 @@ fn the_benchmarks_positions_meet_contact() {
         let hertz_peak = percent(hertz.peak_pressure, found.peak_pressure);
         let hertz_area = percent(PI * hertz.semi_axis_x * hertz.semi_axis_y, found.contact_area);
         println!(
-            "{:>4} {x:6.2} {y:6.2} {z:6.2} {angle:6.3} {height:7.2} {approach:9.2} {peak:6.2} {area:6.2} {elements:8} | {hertz_peak:5.1} {hertz_area:6.1}",
+            "{:>4} {x:6.2} {y:6.2} {z:6.2} {angle:6.3} {height:7.2} {approach:9.2} \
+             {peak:6.2} {area:6.2} {elements:8} | {hertz_peak:5.1} {hertz_area:6.1}",
             row.name
         );
         let case = &row.name;
@@ -210,9 +212,9 @@ fn the_benchmarks_positions_meet_contact() {
             approach.abs() < 0.1 && peak.abs() < 0.3 && elements.abs() <= 2.0,
             "case {case}: {approach} % {peak} % {elements}"
         );
-        // where the wheelset stands in the middle, the wheel's and the rail's profiles nearly
-        // follow each other, and Hertz's paraboloid is no picture of the gap; elements counted
-        // whole exceed the area by a part of the outermost
+        // If the wheelset stands in the middle, the wheel's and the rail's profiles nearly follow
+        // each other, and Hertz's paraboloid is no picture of the gap. Elements counted whole
+        // exceed the area by a fraction of the outermost ones.
         if case == "1" {
             assert!(hertz_peak > 4.0 && hertz_area < -15.0);
         } else {
@@ -224,9 +226,9 @@ fn the_benchmarks_positions_meet_contact() {
     }
 }
 
-/// The same as a user has it: a scene with a wheel on a rail, the load given, plane of contact, Ω
-/// and its elements chosen by the program before the approach is known. The limits are those of the
-/// use: 0.05 mm, peak pressure 1 %, area 3 %.
+/// A user has the benchmark as a scene with a wheel on a rail and the load given: the program
+/// chooses the plane of contact, Ω and its elements before the approach is known. The limits are
+/// those of use: 0.05 mm, peak pressure 1 %, area 3 %.
 #[test]
 fn scenes_of_a_wheel_on_a_rail_meet_contact() {
     let mut surfaces = Surfaces::new();
@@ -240,7 +242,8 @@ fn scenes_of_a_wheel_on_a_rail_meet_contact() {
         profile(include_str!("../../../../sweeps/profiles/MBench_UIC60_v3.prr")),
     );
     println!(
-        "case     x      y      z in µm  angle in mrad  approach  peak  area in %  Hertz's peak and area over ours"
+        "case     x      y      z in µm  angle in mrad  approach  peak  area in %  \
+         Hertz's peak and area over ours"
     );
     for row in rows() {
         let Position { lateral, yaw, roll } = row.position;
@@ -267,7 +270,7 @@ fn scenes_of_a_wheel_on_a_rail_meet_contact() {
         assert_eq!(outcome.status, Status::Certified);
         let (end, rail, hertz) =
             (outcome.last().unwrap(), outcome.rail.unwrap(), outcome.hertz.unwrap());
-        let percent = |own: f64, other: f64| (own / other - 1.0) * 100.0;
+        let percent = |value: f64, reference: f64| (value / reference - 1.0) * 100.0;
         let off = [0, 1, 2].map(|c| (rail.track[c] - row.reference[c]) * 1e6);
         let area = percent(end.observables.contact_area, row.elements * ELEMENT * ELEMENT);
         let peak = percent(end.observables.peak_pressure, row.peak);
@@ -302,8 +305,8 @@ fn scenes_of_a_wheel_on_a_rail_meet_contact() {
     }
 }
 
-/// Points of an arc of `radius` around (0, `center`), upwards (−1) or downwards (1), `half` to
-/// either side.
+/// Returns points of an arc of `radius` around (0, `center`), upwards (−1) or downwards (1), `half`
+/// to either side.
 fn arc(center: f64, radius: f64, direction: f64, half: f64) -> Vec<[f64; 2]> {
     (-400..=400)
         .map(|i| f64::from(i) / 400.0 * half / radius)
@@ -312,7 +315,7 @@ fn arc(center: f64, radius: f64, direction: f64, half: f64) -> Vec<[f64; 2]> {
 }
 
 /// A wheel whose profile is an arc around a point of the axle is a part of a sphere: no yaw and no
-/// roll can be felt, and on a rail with a round top the gap and Hertz's contact are known.
+/// roll can be felt. On a rail with a round top the gap and Hertz's contact are known.
 #[test]
 fn a_spherical_wheel_on_a_round_rail_is_hertzs() {
     let (radius, crown) = (0.46, 0.3);
@@ -338,10 +341,10 @@ fn a_spherical_wheel_on_a_round_rail_is_hertzs() {
             for i in -20..=20 {
                 for j in -20..=20 {
                     let (x, s) = (3e-4 * f64::from(i), 3e-4 * f64::from(j));
-                    // radius − √(radius² − r²) without cancellation
+                    // The formula is radius − √(radius² − r²) without cancellation.
                     let drop = |radius: f64, r2: f64| r2 / (radius + (radius * radius - r2).sqrt());
                     let exact = drop(radius, x * x + s * s) + drop(crown, s * s);
-                    // the splines' error: fourth power of a step of 0.1 mm
+                    // The splines' error is of the fourth power of a step of 0.1 mm.
                     assert!((plane.gap(x, s).expect("a gap") - exact).abs() < 1e-11, "{x} {s}");
                 }
             }
@@ -364,7 +367,7 @@ fn a_spherical_wheel_on_a_round_rail_is_hertzs() {
     let mut errors = Vec::new();
     for element in [0.4e-3, 0.2e-3] {
         let (approach, outcome) =
-            Pressed::new(&plane, 1.1 * hertz.approach, element).under(force, hertz.approach);
+            Pressed::new(&plane, 1.1 * hertz.approach, element).loaded(force, hertz.approach);
         errors.push((approach / hertz.approach - 1.0).abs());
         assert!((approach / hertz.approach - 1.0).abs() < 1e-3, "{approach} {}", hertz.approach);
         assert!(

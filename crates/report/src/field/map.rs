@@ -3,27 +3,29 @@
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 
-use super::{Field, Grid, Shade, Values, colors, state_color};
-use crate::axis::{self, Drawn, INK, LABEL_SIZE, TICK_SIZE, TITLE_SIZE};
-use crate::scale::Scale;
-use crate::si::Unit;
-use crate::svg::{Anchor, Drawing, Rect, n, shorten, text_width, wrap};
+use super::color::{Shade, colors};
+use super::key::ColorKey;
+use super::quantity::{Field, FieldGrid, Values};
+use crate::axis::{self, AxisScale, DrawnAxis, INK, TICK_SIZE, TITLE_SIZE};
+use crate::font::wrap;
+use crate::svg::{Anchor, Drawing, Rect, n};
+use crate::unit::PrefixedUnit;
 
+/// The margin around the picture, in pixels as all lengths here.
 const MARGIN: f64 = 10.0;
-/// The longer side of the map.
+/// The length of the longer side of the map.
 const SIDE: f64 = 300.0;
-/// The shorter side is never drawn shorter; the map is then out of proportion and says so.
+/// The least length of the shorter side. A map that needs it is out of proportion and says so.
 const SHORTEST: f64 = 20.0;
-const BAR: f64 = 14.0;
-/// The picture inside has about so many pixels a side, so that viewers that smooth pictures keep
-/// elements sharp.
+/// The number of pixels that a side of the picture inside has about, so that viewers that smooth
+/// pictures keep elements sharp.
 const PICTURE: usize = 1024;
-/// No element is repeated more often than this along a side.
+/// The largest number of pixels that an element has along a side.
 const MOST_TIMES: usize = 64;
 
 impl Field {
-    /// The field as SVG, in pixels of 1/96 inch: a map of equal scale in x and y with a colour bar
-    /// or a legend.
+    /// Draws the field as SVG, in pixels of 1/96 inch: a map of equal scale in x and y with a
+    /// colour bar or a legend.
     ///
     /// Numbers of one sign are coloured by viridis, numbers of both signs from blue through white
     /// to red with zero in the middle; elements without a value are white.
@@ -36,20 +38,20 @@ impl Field {
         let unit = {
             let ends = (0..2)
                 .flat_map(|k| [self.grid.origin[k], self.grid.origin[k] + self.grid.lengths()[k]]);
-            Unit::fitting("m", ends.map(f64::abs).fold(0.0, f64::max))
+            PrefixedUnit::fitting("m", ends.map(f64::abs).fold(0.0, f64::max))
         };
         let scale = |k: usize| {
             let ends = [self.grid.origin[k], self.grid.origin[k] + self.grid.lengths()[k]]
                 .map(|x| unit.of_si(x));
-            Scale { low: ends[0], high: ends[1], log: false }
+            AxisScale { low: ends[0], high: ends[1], log: false }
         };
-        let x = Drawn::across(scale(0), width, "x", &unit.name);
-        let y = Drawn::new(scale(1), scale(1).ticks((height / 45.0) as usize), "y", &unit.name);
+        let x = DrawnAxis::across(scale(0), width, "x", &unit.name);
+        let y = DrawnAxis::new(scale(1), scale(1).ticks((height / 45.0) as usize), "y", &unit.name);
 
         let beside = y.room_beside(height);
         let key = match &self.values {
-            Values::Number(values) => Key::bar(Shade::of(values), self, height),
-            Values::Category { of, names } => Key::states(of, names),
+            Values::Number(values) => ColorKey::bar(Shade::for_values(values), self, height),
+            Values::Category { states, names } => ColorKey::states(states, names),
         };
         let left = MARGIN + beside;
         let total = left + width + 18.0 + key.width() + MARGIN;
@@ -86,9 +88,9 @@ impl Field {
     }
 }
 
-/// The elements as a picture inside the SVG: one file of a few kilobytes, whatever the number of
-/// elements.
-fn picture(frame: Rect, grid: &Grid, colors: &[[u8; 3]]) -> String {
+/// Returns the elements as a picture inside the SVG: a file of a few kilobytes, however many
+/// elements there are.
+fn picture(frame: Rect, grid: &FieldGrid, colors: &[[u8; 3]]) -> String {
     let (across, down) =
         (PICTURE.div_ceil(grid.nx).min(MOST_TIMES), PICTURE.div_ceil(grid.ny).min(MOST_TIMES));
     let mut pixels = Vec::with_capacity(grid.nx * across * grid.ny * down * 3);
@@ -112,106 +114,12 @@ fn picture(frame: Rect, grid: &Grid, colors: &[[u8; 3]]) -> String {
         return String::new();
     };
     format!(
-        "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" image-rendering=\"optimizeSpeed\" \
-         xlink:href=\"data:image/png;base64,{}\"/>",
+        "<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" \
+         image-rendering=\"optimizeSpeed\" xlink:href=\"data:image/png;base64,{}\"/>",
         n(frame.x),
         n(frame.y),
         n(frame.width),
         n(frame.height),
         BASE64_STANDARD.encode(png)
     )
-}
-
-/// What the colours mean, to the right of the map.
-enum Key {
-    Bar { shade: Shade, axis: Drawn, height: f64 },
-    States(Vec<(usize, String)>),
-}
-
-impl Key {
-    fn bar(shade: Shade, field: &Field, height: f64) -> Key {
-        let unit = Unit::fitting(&field.unit, shade.low.abs().max(shade.high.abs()));
-        let scale = Scale { low: unit.of_si(shade.low), high: unit.of_si(shade.high), log: false };
-        let height = height.max(120.0);
-        let axis = Drawn::new(scale, scale.ticks(6), &field.title(), &unit.name);
-        Key::Bar { shade, axis, height }
-    }
-
-    /// Every state that occurs, in their order.
-    fn states(of: &[u8], names: &[String]) -> Key {
-        let occurs = |state: usize| of.iter().any(|&s| usize::from(s) == state);
-        let present = names.iter().enumerate().filter(|(state, _)| occurs(*state));
-        Key::States(present.map(|(state, name)| (state, shorten(name, 160.0, TICK_SIZE))).collect())
-    }
-
-    fn width(&self) -> f64 {
-        match self {
-            Key::Bar { axis, height, .. } => BAR + axis.room_beside(*height) + 4.0,
-            Key::States(states) => {
-                20.0 + states
-                    .iter()
-                    .map(|(_, name)| text_width(name, TICK_SIZE))
-                    .fold(0.0, f64::max)
-            }
-        }
-    }
-
-    fn height(&self) -> f64 {
-        match self {
-            Key::Bar { height, .. } => *height,
-            Key::States(states) => states.len() as f64 * 18.0,
-        }
-    }
-
-    fn draw(&self, drawing: &mut Drawing, left: f64, frame: Rect) {
-        match self {
-            Key::Bar { shade, axis, height } => {
-                let bar = Rect { x: left, y: frame.y, width: BAR, height: *height };
-                drawing.push(
-                    "<defs><linearGradient id=\"shade\" x1=\"0\" y1=\"1\" x2=\"0\" y2=\"0\">",
-                );
-                for i in 0..=32 {
-                    let [r, g, b] = shade.color(f64::from(i) / 32.0);
-                    drawing.push(&format!(
-                        "<stop offset=\"{}\" stop-color=\"#{r:02x}{g:02x}{b:02x}\"/>",
-                        f64::from(i) / 32.0
-                    ));
-                }
-                drawing.push("</linearGradient></defs>");
-                drawing.rect(bar, "url(#shade)", INK, 0.9);
-                let mut widest: f64 = 0.0;
-                for (value, label) in &axis.ticks.major {
-                    let y = bar.bottom() - axis.scale.at(*value) * bar.height;
-                    drawing.line((bar.right(), y), (bar.right() + 4.0, y), INK, 0.8);
-                    drawing.text(
-                        (bar.right() + 7.0, y + TICK_SIZE * 0.36),
-                        TICK_SIZE,
-                        Anchor::Start,
-                        label,
-                    );
-                    widest = widest.max(text_width(label, TICK_SIZE));
-                }
-                for (i, line) in
-                    wrap(&axis.label, bar.height * 1.1, LABEL_SIZE, 3).iter().enumerate()
-                {
-                    let x = bar.right()
-                        + 7.0
-                        + widest
-                        + LABEL_SIZE
-                        + 4.0
-                        + i as f64 * (LABEL_SIZE + 3.0);
-                    drawing.text_upwards((x, bar.y + bar.height / 2.0), LABEL_SIZE, line);
-                }
-            }
-            Key::States(states) => {
-                for (i, (state, name)) in states.iter().enumerate() {
-                    let y = frame.y + i as f64 * 18.0;
-                    let [r, g, b] = state_color(*state);
-                    let swatch = Rect { x: left, y, width: 13.0, height: 13.0 };
-                    drawing.rect(swatch, &format!("#{r:02x}{g:02x}{b:02x}"), INK, 0.7);
-                    drawing.text((left + 20.0, y + 10.5), TICK_SIZE, Anchor::Start, name);
-                }
-            }
-        }
-    }
 }

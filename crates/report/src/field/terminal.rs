@@ -1,36 +1,43 @@
-//! A field drawn with characters.
+//! A field that is drawn with characters.
 
 use std::fmt::Write;
 
-use super::{Field, Shade, Values, colors, state_color};
-use crate::si::{Unit, significant};
+use super::color::{NOTHING, Shade, colors, state_color};
+use super::quantity::{Field, Values};
+use crate::axis::drawable;
+use crate::number::significant;
+use crate::text::printable;
+use crate::unit::PrefixedUnit;
 
-/// What a field is drawn with in [`Field::terminal`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The means to draw a field in [`Field::terminal`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TerminalInk {
-    /// Two coloured pixels per character, by 24-bit ANSI escape sequences: for a terminal.
+    /// Two coloured pixels per character, by 24-bit ANSI escape sequences. For a terminal.
     Color,
-    /// Characters of growing weight: for a file, a pipe, or a terminal without colours.
+    /// Characters of growing weight. For a file, a pipe, or a terminal without colours.
     Ascii,
 }
 
+/// The characters of numbers, from the lowest to the highest.
 const RAMP: &[u8] = b".:-=+*#%@";
-/// Letters of states: the first (ground) is blank.
+/// The characters of states; the first state, the ground, is blank.
 const STATES: &[u8] = b" .#o+x*%&=";
+/// The escape sequence that ends all colours.
 const RESET: &str = "\u{1b}[0m";
 
 impl Field {
-    /// The field as text at most `width` characters wide, y upwards, followed by lines that give
-    /// the scale.
+    /// Draws the field as text at most `width` characters wide, y upwards, followed by lines that
+    /// give the scale.
     ///
-    /// A pixel averages the elements it covers, or shows the most frequent state. Without colours,
-    /// numbers are drawn with `.:-=+*#%@` from the lowest to the highest, a blank where there is no
-    /// value.
+    /// A pixel averages the elements that it covers, or shows their most frequent state. Without
+    /// colours, numbers are drawn with `.:-=+*#%@` from the lowest to the highest, and an element
+    /// without a value is blank.
     pub fn terminal(&self, width: usize, ink: TerminalInk) -> String {
         let width = width.clamp(8, 400);
         let [length, breadth] = self.grid.lengths();
-        // A character is about twice as high as wide, so a pixel is half a character high; never
-        // smaller than an element, never so many that the drawing leaves a screen.
+        // A character is about twice as high as wide, so a pixel is half a character high. It is
+        // never smaller than an element, and there are never so many pixels that the drawing leaves
+        // a screen.
         let most_rows = 2 * width.min(60);
         let pixel = (length / width as f64)
             .max(breadth / most_rows as f64)
@@ -65,13 +72,14 @@ impl Field {
             TerminalInk::Ascii => {
                 let marks: Vec<u8> = match &self.values {
                     Values::Number(values) => {
-                        let shade = Shade::of(values);
-                        let mark = |x: &Option<f64>| x.map_or(b' ', |x| RAMP[step(shade.at(x))]);
+                        let shade = Shade::for_values(values);
+                        let mark =
+                            |x: &Option<f64>| x.map_or(b' ', |x| RAMP[step(shade.fraction(x))]);
                         self.averaged(across, rows, values).iter().map(mark).collect()
                     }
-                    Values::Category { of, .. } => {
-                        let states = self.most_frequent(across, rows, of);
-                        states.iter().map(|&s| STATES[usize::from(s) % STATES.len()]).collect()
+                    Values::Category { states, .. } => {
+                        let pixels = self.most_frequent(across, rows, states);
+                        pixels.iter().map(|&s| STATES[usize::from(s) % STATES.len()]).collect()
                     }
                 };
                 for row in marks.chunks_exact(across).rev() {
@@ -84,25 +92,25 @@ impl Field {
         out
     }
 
-    /// Colours by pixel, from the average of the values or the most frequent state.
+    /// Returns the colour of each pixel, from the average of the values or the most frequent state.
     fn sampled(&self, across: usize, down: usize, colors: &[[u8; 3]]) -> Vec<[u8; 3]> {
         match &self.values {
             _ if across == self.grid.nx && down == self.grid.ny => colors.to_vec(),
             Values::Number(values) => {
-                let shade = Shade::of(values);
-                let color =
-                    |x: &Option<f64>| x.map_or(super::NOTHING, |x| shade.color(shade.at(x)));
+                let shade = Shade::for_values(values);
+                let color = |x: &Option<f64>| x.map_or(NOTHING, |x| shade.color(shade.fraction(x)));
                 self.averaged(across, down, values).iter().map(color).collect()
             }
-            Values::Category { of, .. } => self
-                .most_frequent(across, down, of)
+            Values::Category { states, .. } => self
+                .most_frequent(across, down, states)
                 .iter()
                 .map(|&s| state_color(usize::from(s)))
                 .collect(),
         }
     }
 
-    /// The elements that each pixel covers, from the lowest row of pixels.
+    /// Iterates over the pixels, from the lowest row upwards, and for each over the elements that
+    /// it covers.
     fn covered(
         &self,
         across: usize,
@@ -121,37 +129,42 @@ impl Field {
         })
     }
 
+    /// Returns the average value in each pixel, `None` for a pixel without values.
     fn averaged(&self, across: usize, down: usize, values: &[f64]) -> Vec<Option<f64>> {
         let average = |elements: &mut dyn Iterator<Item = usize>| {
             let (sum, count) = elements
                 .map(|e| values[e])
-                .filter(|x| crate::scale::drawable(*x, false))
+                .filter(|x| drawable(*x, false))
                 .fold((0.0, 0usize), |(sum, count), x| (sum + x, count + 1));
             (count > 0).then(|| sum / count as f64)
         };
         self.covered(across, down).map(|mut elements| average(&mut elements)).collect()
     }
 
-    fn most_frequent(&self, across: usize, down: usize, of: &[u8]) -> Vec<u8> {
+    /// Returns the most frequent state in each pixel.
+    fn most_frequent(&self, across: usize, down: usize, states: &[u8]) -> Vec<u8> {
         let winner = |elements: &mut dyn Iterator<Item = usize>| {
             let mut votes = [0usize; 256];
-            elements.for_each(|e| votes[usize::from(of[e])] += 1);
+            elements.for_each(|e| votes[usize::from(states[e])] += 1);
             let most = votes.iter().copied().max().unwrap_or(0);
             votes.iter().position(|&v| v == most).and_then(|s| u8::try_from(s).ok()).unwrap_or(0)
         };
         self.covered(across, down).map(|mut elements| winner(&mut elements)).collect()
     }
 
+    /// Returns the lines below the drawing: the range of the values or the names of the states, and
+    /// the size of the grid.
     fn scale_lines(&self, ink: TerminalInk) -> String {
         let mut line = String::new();
         match &self.values {
             Values::Number(values) => {
-                let drawn = || values.iter().filter(|x| crate::scale::drawable(**x, false));
-                let shade = Shade::of(values);
+                let drawn = || values.iter().filter(|x| drawable(**x, false));
+                let shade = Shade::for_values(values);
                 if drawn().next().is_none() {
                     line += "no values";
                 } else {
-                    let unit = Unit::fitting(&self.unit, shade.low.abs().max(shade.high.abs()));
+                    let unit =
+                        PrefixedUnit::fitting(&self.unit, shade.low.abs().max(shade.high.abs()));
                     line += &significant(unit.of_si(shade.low), 4);
                     line.push(' ');
                     for i in 0..27 {
@@ -175,11 +188,11 @@ impl Field {
                     );
                 }
             }
-            Values::Category { of, names } => {
+            Values::Category { states, names } => {
                 let present = names
                     .iter()
                     .enumerate()
-                    .filter(|(s, _)| of.iter().any(|&o| usize::from(o) == *s));
+                    .filter(|(s, _)| states.iter().any(|&drawn| usize::from(drawn) == *s));
                 for (state, name) in present {
                     match ink {
                         TerminalInk::Color => {
@@ -203,16 +216,13 @@ impl Field {
             }
         }
         let [length, breadth] = self.grid.lengths();
-        let unit = Unit::fitting("m", length.max(breadth));
+        let unit = PrefixedUnit::fitting("m", length.max(breadth));
         let extent = |x: f64| significant(unit.of_si(x), 4);
         format!("{}\n{} × {} {}\n", line.trim_end(), extent(length), extent(breadth), unit.name)
     }
 }
 
+/// Returns the index in [`RAMP`] of a position between the limits.
 fn step(fraction: f64) -> usize {
     ((fraction * RAMP.len() as f64) as usize).min(RAMP.len() - 1)
-}
-
-fn printable(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }

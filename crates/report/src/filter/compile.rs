@@ -1,136 +1,39 @@
-//! From the text of an expression to a tree whose names are resolved and whose kinds of values fit.
+//! The way from the text of an expression to a tree whose names are resolved and whose kinds of
+//! values fit.
 
 use std::borrow::Cow;
 
 use cel::common::ast::{CallExpr, Expr, LiteralValue, operators};
 
-use super::FilterError;
+use super::error::{FilterError, LONGEST};
 use super::syntax::syntax_error;
-use crate::table::{Cell, Table};
+use super::tree::{
+    Arithmetic, Expression, ExpressionNode, FilterValue, Relation, TextTest, ValueKind,
+};
+use crate::table::{Cell, DataTable};
 
-/// The longest expression, in bytes.
-pub(super) const LONGEST: usize = 4096;
+type Compiled = Result<Expression, FilterError>;
+/// An operand of a node that is not yet built.
+type CompiledOperand = Result<Box<Expression>, FilterError>;
 
-/// What kind of value a part of the expression has; `Unknown` for a column that mixes kinds or has
-/// no values at all.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    Number,
-    Text,
-    Truth,
-    Unknown,
-}
-
-impl Kind {
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Kind::Number => "a number",
-            Kind::Text => "text",
-            Kind::Truth => "a condition",
-            Kind::Unknown => "nothing known",
-        }
-    }
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Value<'a> {
-    Integer(i64),
-    Number(f64),
-    Text(Cow<'a, str>),
-    Truth(bool),
-    Missing,
-}
-
-impl Value<'_> {
-    pub(super) fn kind(&self) -> Kind {
-        match self {
-            Value::Integer(_) | Value::Number(_) => Kind::Number,
-            Value::Text(_) => Kind::Text,
-            Value::Truth(_) => Kind::Truth,
-            Value::Missing => Kind::Unknown,
-        }
-    }
-}
-
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Relation {
-    Equal,
-    NotEqual,
-    Less,
-    LessOrEqual,
-    Greater,
-    GreaterOrEqual,
-}
-
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Arithmetic {
-    Plus,
-    Minus,
-    Times,
-    Over,
-    Modulo,
-}
-
-#[derive(Debug, Clone, Copy)]
-pub(super) enum TextTest {
-    Contains,
-    StartsWith,
-    EndsWith,
-}
-
-/// A compiled expression, with its column names resolved. `String`s are how the part was written,
-/// for messages.
-#[derive(Debug)]
-pub(super) enum Node {
-    Constant(Value<'static>),
-    Column(usize),
-    Not(Box<Part>),
-    And(Box<Part>, Box<Part>),
-    Or(Box<Part>, Box<Part>),
-    Compare(Relation, Box<Part>, Box<Part>),
-    IsMissing(Box<Part>),
-    Arithmetic(Arithmetic, Box<Part>, Box<Part>),
-    Absolute(Box<Part>),
-    In(Box<Part>, Vec<Part>),
-    Choose(Box<Part>, Box<Part>, Box<Part>),
-    Text(TextTest, Box<Part>, Box<Part>),
-}
-
-#[derive(Debug)]
-pub(super) struct Part {
-    pub(super) node: Node,
-    kind: Kind,
-    /// How a message calls it: `column `mu`` or `"text"`.
-    pub(super) label: String,
-}
-
-impl Part {
-    fn described(&self) -> String {
-        format!("{} is {}", self.label, self.kind.name())
-    }
-}
-
-type Compiled = Result<Part, FilterError>;
-
-/// The condition that an expression is of a table's rows.
-pub(super) fn compile(expression: &str, table: &Table) -> Compiled {
-    if expression.trim().is_empty() {
+/// Compiles the condition that an expression states about the rows of a table.
+pub(super) fn compile(text: &str, table: &DataTable) -> Compiled {
+    if text.trim().is_empty() {
         return Err(FilterError::Empty);
     }
-    if expression.len() > LONGEST {
-        return Err(FilterError::TooLong { length: expression.len() });
+    if text.len() > LONGEST {
+        return Err(FilterError::TooLong { length: text.len() });
     }
-    let tree = cel::parser::Parser::new()
-        .parse(expression)
-        .map_err(|errors| syntax_error(expression, &errors))?;
-    let condition = part(&tree.expr, table)?;
-    expect(&condition, Kind::Truth, "a filter must be a condition such as `mu > 0.3`")?;
+    let tree =
+        cel::parser::Parser::new().parse(text).map_err(|errors| syntax_error(text, &errors))?;
+    let condition = expression(&tree.expr, table)?;
+    expect(&condition, ValueKind::Truth, "a filter must be a condition such as `mu > 0.3`")?;
     Ok(condition)
 }
 
-/// The name that an expression spells: `mu`, `friction.mu`, `layers[0].poisson`.
-fn spelled(expression: &Expr) -> Option<String> {
-    match expression {
+/// Returns the name that an expression spells: `mu`, `friction.mu`, `layers[0].poisson`.
+fn spelled(tree: &Expr) -> Option<String> {
+    match tree {
         Expr::Ident(name) => Some(name.clone()),
         Expr::Select(select) if !select.test => {
             Some(format!("{}.{}", spelled(&select.operand.expr)?, select.field))
@@ -150,18 +53,19 @@ fn spelled(expression: &Expr) -> Option<String> {
     }
 }
 
-fn part(expression: &Expr, table: &Table) -> Compiled {
-    if let Some(name) = spelled(expression) {
+/// Compiles an expression or one of its operands.
+fn expression(tree: &Expr, table: &DataTable) -> Compiled {
+    if let Some(name) = spelled(tree) {
         let index = table.column(&name)?;
-        return Ok(Part {
-            node: Node::Column(index),
+        return Ok(Expression {
+            node: ExpressionNode::Column(index),
             kind: column_kind(table, index),
             label: format!("column `{name}`"),
         });
     }
-    match expression {
+    match tree {
         Expr::Literal(literal) => constant(literal),
-        Expr::Call(call) => self::call(call, table),
+        Expr::Call(call) => Call { call, table }.compiled(),
         Expr::List(_) => Err(FilterError::Unsupported("a list other than after `in`".to_owned())),
         Expr::Map(_) | Expr::Struct(_) => Err(FilterError::Unsupported("`{…}`".to_owned())),
         Expr::Select(select) => {
@@ -174,78 +78,140 @@ fn part(expression: &Expr, table: &Table) -> Compiled {
     }
 }
 
-fn column_kind(table: &Table, index: usize) -> Kind {
+/// Returns the kind that all values of a column have.
+fn column_kind(table: &DataTable, index: usize) -> ValueKind {
     let mut kinds = table.cells(index).filter_map(|cell| match cell {
-        Cell::Number(_) | Cell::Integer(_) => Some(Kind::Number),
-        Cell::Text(_) => Some(Kind::Text),
+        Cell::Number(_) | Cell::Integer(_) => Some(ValueKind::Number),
+        Cell::Text(_) => Some(ValueKind::Text),
         Cell::Missing => None,
     });
     match kinds.next() {
         Some(first) if kinds.all(|kind| kind == first) => first,
-        _ => Kind::Unknown,
+        _ => ValueKind::Unknown,
     }
 }
 
 fn constant(literal: &LiteralValue) -> Compiled {
     let (value, label) = match literal {
-        LiteralValue::Boolean(b) => (Value::Truth(*b.inner()), b.inner().to_string()),
-        LiteralValue::Int(i) => (Value::Integer(*i.inner()), i.inner().to_string()),
+        LiteralValue::Boolean(b) => (FilterValue::Truth(*b.inner()), b.inner().to_string()),
+        LiteralValue::Int(i) => (FilterValue::Integer(*i.inner()), i.inner().to_string()),
         LiteralValue::UInt(u) => match i64::try_from(*u.inner()) {
-            Ok(i) => (Value::Integer(i), i.to_string()),
-            Err(_) => (Value::Number(*u.inner() as f64), u.inner().to_string()),
+            Ok(i) => (FilterValue::Integer(i), i.to_string()),
+            Err(_) => (FilterValue::Number(*u.inner() as f64), u.inner().to_string()),
         },
-        LiteralValue::Double(x) => (Value::Number(*x.inner()), x.inner().to_string()),
+        LiteralValue::Double(x) => (FilterValue::Number(*x.inner()), x.inner().to_string()),
         LiteralValue::String(s) => {
-            (Value::Text(Cow::Owned(s.inner().to_owned())), format!("{:?}", s.inner()))
+            (FilterValue::Text(Cow::Owned(s.inner().to_owned())), format!("{:?}", s.inner()))
         }
-        LiteralValue::Null => (Value::Missing, "null".to_owned()),
+        LiteralValue::Null => (FilterValue::Missing, "null".to_owned()),
         LiteralValue::Bytes(_) => return Err(FilterError::Unsupported("b\"…\"".to_owned())),
     };
-    Ok(Part { kind: value.kind(), node: Node::Constant(value), label })
+    Ok(Expression { kind: value.kind(), node: ExpressionNode::Constant(value), label })
 }
 
-fn call(call: &CallExpr, table: &Table) -> Compiled {
-    let argument = |i: usize| -> Result<Box<Part>, FilterError> {
-        match call.args.get(i) {
-            Some(argument) => Ok(Box::new(part(&argument.expr, table)?)),
-            None => Err(FilterError::Mismatch(format!("`{}` lacks an argument", call.func_name))),
-        }
-    };
-    let condition = |node| Ok(Part { node, kind: Kind::Truth, label: "a comparison".to_owned() });
-    let number = |node| {
-        Ok(Part { node, kind: Kind::Number, label: "the result of a calculation".to_owned() })
-    };
+/// Completes a node that is a condition.
+fn condition(node: ExpressionNode) -> Expression {
+    Expression { node, kind: ValueKind::Truth, label: "a comparison".to_owned() }
+}
 
-    if let Some(target) = &call.target {
-        let test = match call.func_name.as_str() {
+/// Completes a node that is a number.
+fn number(node: ExpressionNode) -> Expression {
+    Expression { node, kind: ValueKind::Number, label: "the result of a calculation".to_owned() }
+}
+
+/// An operator or a function with its arguments, which are compiled one after the other: the first
+/// that is wrong is the one that the message names.
+struct Call<'a> {
+    call: &'a CallExpr,
+    table: &'a DataTable,
+}
+
+impl Call<'_> {
+    fn compiled(&self) -> Compiled {
+        if let Some(target) = &self.call.target {
+            return self.text_test(&target.expr);
+        }
+        match self.call.func_name.as_str() {
+            operators::LOGICAL_AND => self.logical(ExpressionNode::And, "&&"),
+            operators::LOGICAL_OR => self.logical(ExpressionNode::Or, "||"),
+            operators::LOGICAL_NOT => {
+                let operand = self.argument_of_kind(0, ValueKind::Truth, "! needs a condition")?;
+                Ok(condition(ExpressionNode::Not(operand)))
+            }
+            operators::EQUALS => self.comparison(Relation::Equal),
+            operators::NOT_EQUALS => self.comparison(Relation::NotEqual),
+            operators::LESS => self.comparison(Relation::Less),
+            operators::LESS_EQUALS => self.comparison(Relation::LessOrEqual),
+            operators::GREATER => self.comparison(Relation::Greater),
+            operators::GREATER_EQUALS => self.comparison(Relation::GreaterOrEqual),
+            operators::ADD => self.calculation(Arithmetic::Plus),
+            operators::SUBSTRACT => self.calculation(Arithmetic::Minus),
+            operators::MULTIPLY => self.calculation(Arithmetic::Times),
+            operators::DIVIDE => self.calculation(Arithmetic::Over),
+            operators::MODULO => self.calculation(Arithmetic::Modulo),
+            operators::NEGATE => self.negation(),
+            "abs" => self.absolute(),
+            operators::CONDITIONAL => self.choice(),
+            operators::IN => self.membership(),
+            operators::INDEX => Err(FilterError::Unsupported(
+                "`[…]` with anything but a number of an entry".to_owned(),
+            )),
+            other => Err(FilterError::Unsupported(format!("`{other}()`"))),
+        }
+    }
+
+    fn argument(&self, index: usize) -> CompiledOperand {
+        match self.call.args.get(index) {
+            Some(argument) => Ok(Box::new(expression(&argument.expr, self.table)?)),
+            None => {
+                Err(FilterError::Mismatch(format!("`{}` lacks an argument", self.call.func_name)))
+            }
+        }
+    }
+
+    /// Compiles an argument that must be of a kind; `need` begins the message if it is not.
+    fn argument_of_kind(&self, index: usize, kind: ValueKind, need: &str) -> CompiledOperand {
+        let argument = self.argument(index)?;
+        expect(&argument, kind, need)?;
+        Ok(argument)
+    }
+
+    /// Compiles `text.contains("…")` and the like, where `target` is the text.
+    fn text_test(&self, target: &Expr) -> Compiled {
+        let test = match self.call.func_name.as_str() {
             "contains" => TextTest::Contains,
             "startsWith" => TextTest::StartsWith,
             "endsWith" => TextTest::EndsWith,
             other => return Err(FilterError::Unsupported(format!("`.{other}()`"))),
         };
-        if call.args.len() != 1 {
-            return Err(FilterError::Mismatch(format!("`.{}` takes one text", call.func_name)));
+        if self.call.args.len() != 1 {
+            let message = format!("`.{}` takes one text", self.call.func_name);
+            return Err(FilterError::Mismatch(message));
         }
-        let (text, pattern) = (Box::new(part(&target.expr, table)?), argument(0)?);
-        let needs = format!("`.{}` needs text", call.func_name);
-        expect(&text, Kind::Text, &needs)?;
-        expect(&pattern, Kind::Text, &needs)?;
-        return condition(Node::Text(test, text, pattern));
+        let text = Box::new(expression(target, self.table)?);
+        let pattern = self.argument(0)?;
+        let need = format!("`.{}` needs text", self.call.func_name);
+        expect(&text, ValueKind::Text, &need)?;
+        expect(&pattern, ValueKind::Text, &need)?;
+        Ok(condition(ExpressionNode::Text(test, text, pattern)))
     }
 
-    let compare = |relation| {
-        let (a, b) = (argument(0)?, argument(1)?);
-        let is_null = |p: &Part| matches!(p.node, Node::Constant(Value::Missing));
+    /// Compiles a comparison; one with `null` asks for missing values.
+    fn comparison(&self, relation: Relation) -> Compiled {
+        let (a, b) = (self.argument(0)?, self.argument(1)?);
+        let is_null = |operand: &Expression| {
+            matches!(operand.node, ExpressionNode::Constant(FilterValue::Missing))
+        };
         let node = match (relation, is_null(&a), is_null(&b)) {
-            (Relation::Equal, _, true) => Node::IsMissing(a),
-            (Relation::Equal, true, _) => Node::IsMissing(b),
+            (Relation::Equal, _, true) => ExpressionNode::IsMissing(a),
+            (Relation::Equal, true, _) => ExpressionNode::IsMissing(b),
             (Relation::NotEqual, true, _) | (Relation::NotEqual, _, true) => {
                 let operand = if is_null(&b) { a } else { b };
-                Node::Not(Box::new(condition(Node::IsMissing(operand))?))
+                ExpressionNode::Not(Box::new(condition(ExpressionNode::IsMissing(operand))))
             }
             (_, false, false) => {
-                comparable(relation, &a, &b).map_err(FilterError::Mismatch)?;
-                Node::Compare(relation, a, b)
+                check_comparable(relation, &a, &b)?;
+                ExpressionNode::Compare(relation, a, b)
             }
             _ => {
                 return Err(FilterError::Mismatch(
@@ -253,119 +219,108 @@ fn call(call: &CallExpr, table: &Table) -> Compiled {
                 ));
             }
         };
-        condition(node)
-    };
-    let calculate = |operation| {
-        let (a, b) = (argument(0)?, argument(1)?);
+        Ok(condition(node))
+    }
+
+    fn calculation(&self, operation: Arithmetic) -> Compiled {
+        let (a, b) = (self.argument(0)?, self.argument(1)?);
         for operand in [&a, &b] {
-            expect(operand, Kind::Number, "arithmetic needs numbers")?;
+            expect(operand, ValueKind::Number, "arithmetic needs numbers")?;
         }
-        number(Node::Arithmetic(operation, a, b))
-    };
-    let logical = |join: fn(Box<Part>, Box<Part>) -> Node, symbol: &str| {
-        let (a, b) = (argument(0)?, argument(1)?);
+        Ok(number(ExpressionNode::Arithmetic(operation, a, b)))
+    }
+
+    fn logical(
+        &self,
+        join: fn(Box<Expression>, Box<Expression>) -> ExpressionNode,
+        symbol: &str,
+    ) -> Compiled {
+        let (a, b) = (self.argument(0)?, self.argument(1)?);
         for operand in [&a, &b] {
-            expect(operand, Kind::Truth, &format!("{symbol} joins conditions"))?;
+            expect(operand, ValueKind::Truth, &format!("{symbol} joins conditions"))?;
         }
-        condition(join(a, b))
-    };
-    match call.func_name.as_str() {
-        operators::LOGICAL_AND => logical(Node::And, "&&"),
-        operators::LOGICAL_OR => logical(Node::Or, "||"),
-        operators::LOGICAL_NOT => {
-            let operand = argument(0)?;
-            expect(&operand, Kind::Truth, "! needs a condition")?;
-            condition(Node::Not(operand))
+        Ok(condition(join(a, b)))
+    }
+
+    /// Compiles `-x` as `0 - x`.
+    fn negation(&self) -> Compiled {
+        let operand = self.argument_of_kind(0, ValueKind::Number, "- needs a number")?;
+        let zero = Expression {
+            node: ExpressionNode::Constant(FilterValue::Integer(0)),
+            kind: ValueKind::Number,
+            label: "0".to_owned(),
+        };
+        Ok(number(ExpressionNode::Arithmetic(Arithmetic::Minus, Box::new(zero), operand)))
+    }
+
+    fn absolute(&self) -> Compiled {
+        if self.call.args.len() != 1 {
+            return Err(FilterError::Mismatch("`abs` takes one number".to_owned()));
         }
-        operators::EQUALS => compare(Relation::Equal),
-        operators::NOT_EQUALS => compare(Relation::NotEqual),
-        operators::LESS => compare(Relation::Less),
-        operators::LESS_EQUALS => compare(Relation::LessOrEqual),
-        operators::GREATER => compare(Relation::Greater),
-        operators::GREATER_EQUALS => compare(Relation::GreaterOrEqual),
-        operators::ADD => calculate(Arithmetic::Plus),
-        operators::SUBSTRACT => calculate(Arithmetic::Minus),
-        operators::MULTIPLY => calculate(Arithmetic::Times),
-        operators::DIVIDE => calculate(Arithmetic::Over),
-        operators::MODULO => calculate(Arithmetic::Modulo),
-        operators::NEGATE => {
-            let operand = argument(0)?;
-            expect(&operand, Kind::Number, "- needs a number")?;
-            let zero = Part {
-                node: Node::Constant(Value::Integer(0)),
-                kind: Kind::Number,
-                label: "0".to_owned(),
-            };
-            number(Node::Arithmetic(Arithmetic::Minus, Box::new(zero), operand))
-        }
-        "abs" if call.args.len() != 1 => {
-            Err(FilterError::Mismatch("`abs` takes one number".to_owned()))
-        }
-        "abs" => {
-            let operand = argument(0)?;
-            expect(&operand, Kind::Number, "abs() needs a number")?;
-            number(Node::Absolute(operand))
-        }
-        operators::CONDITIONAL => {
-            let (condition, yes, no) = (argument(0)?, argument(1)?, argument(2)?);
-            expect(&condition, Kind::Truth, "?: needs a condition")?;
-            let kind = match (yes.kind, no.kind) {
-                (a, b) if a == b => a,
-                (Kind::Unknown, other) | (other, Kind::Unknown) => other,
-                _ => {
-                    let message = format!(
-                        "both sides of `:` must be alike: {}, {}",
-                        yes.described(),
-                        no.described()
-                    );
-                    return Err(FilterError::Mismatch(message));
-                }
-            };
-            Ok(Part {
-                node: Node::Choose(condition, yes, no),
-                kind,
-                label: "the result of ?:".to_owned(),
-            })
-        }
-        operators::IN => {
-            let value = argument(0)?;
-            let Some(Expr::List(list)) = call.args.get(1).map(|a| &a.expr) else {
-                return Err(FilterError::Mismatch(
-                    "`in` needs a list such as `mesh in [32, 64]`".to_owned(),
-                ));
-            };
-            let mut members = Vec::new();
-            for element in &list.elements {
-                let member = part(&element.expr, table)?;
-                comparable(Relation::Equal, &value, &member).map_err(FilterError::Mismatch)?;
-                members.push(member);
+        let operand = self.argument_of_kind(0, ValueKind::Number, "abs() needs a number")?;
+        Ok(number(ExpressionNode::Absolute(operand)))
+    }
+
+    /// Compiles `condition ? yes : no`.
+    fn choice(&self) -> Compiled {
+        let (condition, yes, no) = (self.argument(0)?, self.argument(1)?, self.argument(2)?);
+        expect(&condition, ValueKind::Truth, "?: needs a condition")?;
+        let kind = match (yes.kind, no.kind) {
+            (a, b) if a == b => a,
+            (ValueKind::Unknown, other) | (other, ValueKind::Unknown) => other,
+            _ => {
+                let message = format!(
+                    "both sides of `:` must be alike: {}, {}",
+                    yes.described(),
+                    no.described()
+                );
+                return Err(FilterError::Mismatch(message));
             }
-            condition(Node::In(value, members))
+        };
+        Ok(Expression {
+            node: ExpressionNode::Choose(condition, yes, no),
+            kind,
+            label: "the result of ?:".to_owned(),
+        })
+    }
+
+    /// Compiles `value in [a, b]`.
+    fn membership(&self) -> Compiled {
+        let value = self.argument(0)?;
+        let Some(Expr::List(list)) = self.call.args.get(1).map(|argument| &argument.expr) else {
+            return Err(FilterError::Mismatch(
+                "`in` needs a list such as `mesh in [32, 64]`".to_owned(),
+            ));
+        };
+        let mut members = Vec::new();
+        for element in &list.elements {
+            let member = expression(&element.expr, self.table)?;
+            check_comparable(Relation::Equal, &value, &member)?;
+            members.push(member);
         }
-        operators::INDEX => {
-            Err(FilterError::Unsupported("`[…]` with anything but a number of an entry".to_owned()))
-        }
-        other => Err(FilterError::Unsupported(format!("`{other}()`"))),
+        Ok(condition(ExpressionNode::In(value, members)))
     }
 }
 
-fn expect(part: &Part, kind: Kind, need: &str) -> Result<(), FilterError> {
-    if part.kind == kind || part.kind == Kind::Unknown {
+/// Checks that an expression is of a kind; `need` begins the message if it is not.
+fn expect(expression: &Expression, kind: ValueKind, need: &str) -> Result<(), FilterError> {
+    if expression.kind == kind || expression.kind == ValueKind::Unknown {
         Ok(())
     } else {
-        Err(FilterError::Mismatch(format!("{need}, but {}", part.described())))
+        Err(FilterError::Mismatch(format!("{need}, but {}", expression.described())))
     }
 }
 
-/// Whether two kinds can be compared at all.
-fn comparable(relation: Relation, a: &Part, b: &Part) -> Result<(), String> {
+/// Checks that two expressions are of kinds that a relation can compare.
+fn check_comparable(relation: Relation, a: &Expression, b: &Expression) -> Result<(), FilterError> {
     let ordered = !matches!(relation, Relation::Equal | Relation::NotEqual);
-    match (a.kind, b.kind) {
-        (Kind::Truth, _) | (_, Kind::Truth) if ordered => {
-            Err("a condition cannot be ordered; `a < x < b` is written `a < x && x < b`".to_owned())
+    let message = match (a.kind, b.kind) {
+        (ValueKind::Truth, _) | (_, ValueKind::Truth) if ordered => {
+            "a condition cannot be ordered; `a < x < b` is written `a < x && x < b`".to_owned()
         }
-        (Kind::Unknown, _) | (_, Kind::Unknown) => Ok(()),
-        (a, b) if a == b => Ok(()),
-        _ => Err(format!("{} and {}; they cannot be compared", a.described(), b.described())),
-    }
+        (ValueKind::Unknown, _) | (_, ValueKind::Unknown) => return Ok(()),
+        (a, b) if a == b => return Ok(()),
+        _ => format!("{} and {}; they cannot be compared", a.described(), b.described()),
+    };
+    Err(FilterError::Mismatch(message))
 }

@@ -1,53 +1,52 @@
-//! What an expression is for a row.
+//! The value of an expression for a row.
 
 use std::borrow::Cow;
 use std::cmp::Ordering;
 
-use super::compile::{Arithmetic, Node, Part, Relation, TextTest, Value};
+use super::tree::{Arithmetic, Expression, ExpressionNode, FilterValue, Relation, TextTest};
 use crate::table::{Cell, compare_exactly};
 
-/// The value of a part of the expression for a row; an error where kinds that only the row tells do
-/// not fit.
-pub(super) fn evaluate<'a>(part: &'a Part, row: &'a [Cell]) -> Result<Value<'a>, String> {
-    let logical = |value: Option<bool>| Ok(value.map_or(Value::Missing, Value::Truth));
-    match &part.node {
-        Node::Constant(value) => Ok(match value {
-            Value::Text(text) => Value::Text(Cow::Borrowed(text)),
+/// Returns the value of an expression for a row.
+///
+/// # Errors
+/// A message if the expression meets values of kinds that do not fit, which only the row tells: a
+/// column may mix kinds.
+fn evaluate<'a>(expression: &'a Expression, row: &'a [Cell]) -> Result<FilterValue<'a>, String> {
+    let logical = |value: Option<bool>| Ok(value.map_or(FilterValue::Missing, FilterValue::Truth));
+    match &expression.node {
+        ExpressionNode::Constant(value) => Ok(match value {
+            FilterValue::Text(text) => FilterValue::Text(Cow::Borrowed(text)),
             other => other.clone(),
         }),
-        Node::Column(index) => Ok(match &row[*index] {
-            Cell::Number(x) if x.is_nan() => Value::Missing,
-            Cell::Number(x) => Value::Number(*x),
-            Cell::Integer(i) => Value::Integer(*i),
-            Cell::Text(text) => Value::Text(Cow::Borrowed(text)),
-            Cell::Missing => Value::Missing,
-        }),
-        Node::Not(a) => logical(truth(a, &evaluate(a, row)?)?.map(|t| !t)),
-        Node::And(a, b) => logical(match truth(a, &evaluate(a, row)?)? {
+        ExpressionNode::Column(index) => Ok(cell_value(&row[*index])),
+        ExpressionNode::Not(a) => logical(Operand::new(a, row)?.truth()?.map(|t| !t)),
+        ExpressionNode::And(a, b) => logical(match Operand::new(a, row)?.truth()? {
             Some(false) => Some(false),
-            left => match truth(b, &evaluate(b, row)?)? {
+            left => match Operand::new(b, row)?.truth()? {
                 Some(true) => left,
                 Some(false) => Some(false),
                 None => None,
             },
         }),
-        Node::Or(a, b) => logical(match truth(a, &evaluate(a, row)?)? {
+        ExpressionNode::Or(a, b) => logical(match Operand::new(a, row)?.truth()? {
             Some(true) => Some(true),
-            left => match truth(b, &evaluate(b, row)?)? {
+            left => match Operand::new(b, row)?.truth()? {
                 Some(false) => left,
                 Some(true) => Some(true),
                 None => None,
             },
         }),
-        Node::Compare(relation, a, b) => {
-            logical(holds(*relation, a, &evaluate(a, row)?, b, &evaluate(b, row)?)?)
+        ExpressionNode::Compare(relation, a, b) => {
+            logical(holds(*relation, &Operand::new(a, row)?, &Operand::new(b, row)?)?)
         }
-        Node::IsMissing(a) => Ok(Value::Truth(evaluate(a, row)? == Value::Missing)),
-        Node::Arithmetic(operation, a, b) => {
+        ExpressionNode::IsMissing(a) => {
+            Ok(FilterValue::Truth(evaluate(a, row)? == FilterValue::Missing))
+        }
+        ExpressionNode::Arithmetic(operation, a, b) => {
             let (Some(x), Some(y)) =
-                (number(a, &evaluate(a, row)?)?, number(b, &evaluate(b, row)?)?)
+                (Operand::new(a, row)?.number()?, Operand::new(b, row)?.number()?)
             else {
-                return Ok(Value::Missing);
+                return Ok(FilterValue::Missing);
             };
             let result = match operation {
                 Arithmetic::Plus => x + y,
@@ -56,87 +55,133 @@ pub(super) fn evaluate<'a>(part: &'a Part, row: &'a [Cell]) -> Result<Value<'a>,
                 Arithmetic::Over => x / y,
                 Arithmetic::Modulo => x % y,
             };
-            Ok(if result.is_nan() { Value::Missing } else { Value::Number(result) })
+            Ok(if result.is_nan() { FilterValue::Missing } else { FilterValue::Number(result) })
         }
-        Node::Absolute(a) => {
-            Ok(number(a, &evaluate(a, row)?)?.map_or(Value::Missing, |x| Value::Number(x.abs())))
-        }
-        Node::In(a, members) => {
-            let value = evaluate(a, row)?;
+        ExpressionNode::Absolute(a) => Ok(Operand::new(a, row)?
+            .number()?
+            .map_or(FilterValue::Missing, |x| FilterValue::Number(x.abs()))),
+        ExpressionNode::In(a, members) => {
+            let value = Operand::new(a, row)?;
             let mut found = Some(false);
             for member in members {
-                match holds(Relation::Equal, a, &value, member, &evaluate(member, row)?)? {
-                    Some(true) => return Ok(Value::Truth(true)),
+                match holds(Relation::Equal, &value, &Operand::new(member, row)?)? {
+                    Some(true) => return Ok(FilterValue::Truth(true)),
                     Some(false) => {}
                     None => found = None,
                 }
             }
             logical(found)
         }
-        Node::Choose(condition, yes, no) => match truth(condition, &evaluate(condition, row)?)? {
-            Some(true) => evaluate(yes, row),
-            Some(false) => evaluate(no, row),
-            None => Ok(Value::Missing),
-        },
-        Node::Text(test, text, pattern) => match (evaluate(text, row)?, evaluate(pattern, row)?) {
-            (Value::Missing, _) | (_, Value::Missing) => Ok(Value::Missing),
-            (Value::Text(text), Value::Text(pattern)) => Ok(Value::Truth(match test {
-                TextTest::Contains => text.contains(&*pattern),
-                TextTest::StartsWith => text.starts_with(&*pattern),
-                TextTest::EndsWith => text.ends_with(&*pattern),
-            })),
-            (a, b) => Err(format!(
-                "text was needed, but there are {} and {}",
-                a.kind().name(),
-                b.kind().name()
-            )),
-        },
-    }
-}
-
-/// A condition, `None` where it is unknown.
-pub(super) fn truth(part: &Part, value: &Value<'_>) -> Result<Option<bool>, String> {
-    match value {
-        Value::Truth(t) => Ok(Some(*t)),
-        Value::Missing => Ok(None),
-        other => {
-            Err(format!("a condition was needed, but {} is {}", part.label, other.kind().name()))
+        ExpressionNode::Choose(condition, yes, no) => {
+            match Operand::new(condition, row)?.truth()? {
+                Some(true) => evaluate(yes, row),
+                Some(false) => evaluate(no, row),
+                None => Ok(FilterValue::Missing),
+            }
+        }
+        ExpressionNode::Text(test, text, pattern) => {
+            text_test(*test, evaluate(text, row)?, evaluate(pattern, row)?)
         }
     }
 }
 
-fn number(part: &Part, value: &Value<'_>) -> Result<Option<f64>, String> {
-    match value {
-        Value::Integer(i) => Ok(Some(*i as f64)),
-        Value::Number(x) => Ok(Some(*x)),
-        Value::Missing => Ok(None),
-        other => Err(format!("a number was needed, but {} is {}", part.label, other.kind().name())),
+/// Returns the truth of a condition for a row, or `None` if it is unknown.
+///
+/// # Errors
+/// A message if the expression meets values of kinds that do not fit.
+pub(super) fn truth(condition: &Expression, row: &[Cell]) -> Result<Option<bool>, String> {
+    Operand::new(condition, row)?.truth()
+}
+
+fn cell_value(cell: &Cell) -> FilterValue<'_> {
+    match cell {
+        Cell::Number(x) if x.is_nan() => FilterValue::Missing,
+        Cell::Number(x) => FilterValue::Number(*x),
+        Cell::Integer(i) => FilterValue::Integer(*i),
+        Cell::Text(text) => FilterValue::Text(Cow::Borrowed(text)),
+        Cell::Missing => FilterValue::Missing,
     }
 }
 
-fn holds(
-    relation: Relation,
-    a: &Part,
-    x: &Value<'_>,
-    b: &Part,
-    y: &Value<'_>,
-) -> Result<Option<bool>, String> {
-    let order = match (x, y) {
-        (Value::Missing, _) | (_, Value::Missing) => return Ok(None),
-        (Value::Integer(x), Value::Integer(y)) => x.cmp(y),
-        (Value::Integer(x), Value::Number(y)) => compare_exactly(*x, *y),
-        (Value::Number(x), Value::Integer(y)) => compare_exactly(*y, *x).reverse(),
-        (Value::Number(x), Value::Number(y)) => match x.partial_cmp(y) {
+fn text_test<'a>(
+    test: TextTest,
+    text: FilterValue<'_>,
+    pattern: FilterValue<'_>,
+) -> Result<FilterValue<'a>, String> {
+    match (text, pattern) {
+        (FilterValue::Missing, _) | (_, FilterValue::Missing) => Ok(FilterValue::Missing),
+        (FilterValue::Text(text), FilterValue::Text(pattern)) => {
+            Ok(FilterValue::Truth(match test {
+                TextTest::Contains => text.contains(&*pattern),
+                TextTest::StartsWith => text.starts_with(&*pattern),
+                TextTest::EndsWith => text.ends_with(&*pattern),
+            }))
+        }
+        (a, b) => Err(format!(
+            "text was needed, but there are {} and {}",
+            a.kind().name(),
+            b.kind().name()
+        )),
+    }
+}
+
+/// An expression with its value for a row.
+struct Operand<'a> {
+    expression: &'a Expression,
+    value: FilterValue<'a>,
+}
+
+impl<'a> Operand<'a> {
+    fn new(expression: &'a Expression, row: &'a [Cell]) -> Result<Operand<'a>, String> {
+        Ok(Operand { expression, value: evaluate(expression, row)? })
+    }
+
+    /// Returns the truth of a condition, or `None` if it is unknown.
+    fn truth(&self) -> Result<Option<bool>, String> {
+        match &self.value {
+            FilterValue::Truth(t) => Ok(Some(*t)),
+            FilterValue::Missing => Ok(None),
+            other => Err(format!(
+                "a condition was needed, but {} is {}",
+                self.expression.label,
+                other.kind().name()
+            )),
+        }
+    }
+
+    /// Returns the number, or `None` if it is missing.
+    fn number(&self) -> Result<Option<f64>, String> {
+        match &self.value {
+            FilterValue::Integer(i) => Ok(Some(*i as f64)),
+            FilterValue::Number(x) => Ok(Some(*x)),
+            FilterValue::Missing => Ok(None),
+            other => Err(format!(
+                "a number was needed, but {} is {}",
+                self.expression.label,
+                other.kind().name()
+            )),
+        }
+    }
+}
+
+/// Says whether a relation holds between two values, or `None` if one of them is missing.
+fn holds(relation: Relation, a: &Operand<'_>, b: &Operand<'_>) -> Result<Option<bool>, String> {
+    let order = match (&a.value, &b.value) {
+        (FilterValue::Missing, _) | (_, FilterValue::Missing) => return Ok(None),
+        (FilterValue::Integer(x), FilterValue::Integer(y)) => x.cmp(y),
+        (FilterValue::Integer(x), FilterValue::Number(y)) => compare_exactly(*x, *y),
+        (FilterValue::Number(x), FilterValue::Integer(y)) => compare_exactly(*y, *x).reverse(),
+        (FilterValue::Number(x), FilterValue::Number(y)) => match x.partial_cmp(y) {
             Some(order) => order,
             None => return Ok(None),
         },
-        (Value::Text(x), Value::Text(y)) => x.cmp(y),
-        (Value::Truth(x), Value::Truth(y)) => x.cmp(y),
+        (FilterValue::Text(x), FilterValue::Text(y)) => x.cmp(y),
+        (FilterValue::Truth(x), FilterValue::Truth(y)) => x.cmp(y),
         (x, y) => {
             let (x, y) = (x.kind().name(), y.kind().name());
             return Err(format!(
                 "{} is {x} and {} is {y}; they cannot be compared",
-                a.label, b.label
+                a.expression.label, b.expression.label
             ));
         }
     };

@@ -1,8 +1,8 @@
-//! What is said of an expression that does not follow the grammar.
+//! The message about an expression that does not follow the grammar.
 
-use super::FilterError;
+use super::error::FilterError;
 
-/// The first of the parser's errors, in words of our own and with its place.
+/// Reports the first of the parser's errors in words of our own, with its place.
 pub(super) fn syntax_error(expression: &str, errors: &cel::ParseErrors) -> FilterError {
     let flat: String = expression.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     let first = errors.errors.first();
@@ -30,7 +30,7 @@ pub(super) fn syntax_error(expression: &str, errors: &cel::ParseErrors) -> Filte
     ] {
         message = message.replace(theirs, ours);
     }
-    // two of its errors have texts for its programmers
+    // Two errors of the parser have texts for its programmers.
     if message.contains("Recursion limit") {
         message = "too many brackets inside each other".to_owned();
     } else if message.starts_with("Incomplete") {
@@ -39,7 +39,7 @@ pub(super) fn syntax_error(expression: &str, errors: &cel::ParseErrors) -> Filte
     FilterError::Syntax { message, position, hint: hint(&flat), expression: flat }
 }
 
-/// What people write who know another language.
+/// Guesses what people mean who know another language; empty if nothing comes to mind.
 fn hint(expression: &str) -> String {
     let padded = format!(" {} ", expression.to_lowercase());
     let single_equals = expression.char_indices().any(|(i, c)| {

@@ -2,33 +2,36 @@
 
 use std::fmt::Write;
 
-use super::Band;
-use super::draw::{Canvas, MARKED};
-use crate::axis::INK;
+use super::canvas::{Canvas, PlotPoint, marker_step};
+use super::figure::{BandPoint, PlotBand};
+use crate::axis::{INK, LARGEST};
 use crate::palette::Look;
-use crate::scale::LARGEST;
 use crate::svg::{Drawing, Rect, n};
 
+/// The opacity of the area.
 const SHADE: f64 = 0.2;
-/// Of a bar that stands alone.
+/// The width in pixels of a bar that stands alone.
 const BAR: f64 = 6.0;
 
-/// Whether an upper end is no number that an axis reaches.
+/// Says whether an upper end is no number that an axis reaches.
 fn is_open(high: f64) -> bool {
     high.is_nan() || high > LARGEST
 }
 
-/// What an axis has to show of a band: its ends, and room above for those that are open.
-pub(super) fn corners(band: &Band, log_y: bool) -> Vec<(f64, f64)> {
-    let closed = band
-        .points
-        .iter()
-        .flat_map(|&(x, low, high)| [(x, low), (x, if is_open(high) { low } else { high })]);
-    let mut corners: Vec<(f64, f64)> =
-        closed.filter(|(_, y)| y.abs() <= LARGEST && (!log_y || *y > 1.0 / LARGEST)).collect();
-    if let Some(open) =
-        band.points.iter().find(|p| p.0.is_finite() && p.1.is_finite() && is_open(p.2))
-    {
+/// Says whether a point is drawn with an arrow upwards.
+fn is_open_point(point: &BandPoint) -> bool {
+    point.x.is_finite() && point.low.is_finite() && is_open(point.high)
+}
+
+/// Lists the points that an axis has to show for a band: its ends, and room above those that are
+/// open.
+pub(super) fn corners(band: &PlotBand, log_y: bool) -> Vec<PlotPoint> {
+    let ends = band.points.iter().flat_map(|&BandPoint { x, low, high }| {
+        [(x, low), (x, if is_open(high) { low } else { high })]
+    });
+    let mut corners: Vec<PlotPoint> =
+        ends.filter(|(_, y)| y.abs() <= LARGEST && (!log_y || *y > 1.0 / LARGEST)).collect();
+    if let Some(open) = band.points.iter().find(|point| is_open_point(point)) {
         let (low, high) =
             corners.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (_, y)| {
                 (low.min(*y), high.max(*y))
@@ -39,32 +42,46 @@ pub(super) fn corners(band: &Band, log_y: bool) -> Vec<(f64, f64)> {
             (false, true) => high + 0.15 * (high - low),
             (false, false) => high + 0.3 * high.abs(),
         };
-        corners.push((open.0, above));
+        corners.push((open.x, above));
     }
     corners
 }
 
-/// Whether any end that is drawn is open.
-pub(super) fn any_open(band: &Band) -> bool {
-    band.points.iter().any(|&(x, low, high)| x.is_finite() && low.is_finite() && is_open(high))
+/// Says whether any end that is drawn is open.
+pub(super) fn any_open(band: &PlotBand) -> bool {
+    band.points.iter().any(is_open_point)
+}
+
+/// The two ends of a band at one x, in pixels; the upper end is `None` if it is open.
+#[derive(Clone, Copy)]
+struct BandPlace {
+    x: f64,
+    low: f64,
+    high: Option<f64>,
 }
 
 /// A band in its place.
-pub(super) struct Placed<'a> {
-    pub(super) band: &'a Band,
+pub(super) struct PlacedBand<'a> {
+    pub(super) band: &'a PlotBand,
     pub(super) look: Look,
-    /// Neighbours that are joined: x, lower end and, unless it is open, upper end of each.
-    runs: Vec<Vec<(f64, f64, Option<f64>)>>,
+    /// The runs of neighbouring points that are joined.
+    runs: Vec<Vec<BandPlace>>,
+    /// The upper edge of the panel's frame, in pixels.
     top: f64,
-    /// Points that have values but no place.
+    /// The number of points that have values but no place.
     pub(super) left_out: usize,
 }
 
-impl<'a> Placed<'a> {
-    /// The band, `aside` pixels to the right of its place if it is made of bars.
-    pub(super) fn new(canvas: &Canvas<'_>, band: &'a Band, look: Look, aside: f64) -> Placed<'a> {
+impl<'a> PlacedBand<'a> {
+    /// Places a band, moved `aside` pixels to the right if it is made of bars.
+    pub(super) fn new(
+        canvas: &Canvas<'_>,
+        band: &'a PlotBand,
+        look: Look,
+        aside: f64,
+    ) -> PlacedBand<'a> {
         let (mut runs, mut left_out) = (vec![Vec::new()], 0);
-        for &(x, low, high) in &band.points {
+        for &BandPoint { x, low, high } in &band.points {
             let upper = if is_open(high) {
                 Some(None)
             } else {
@@ -75,7 +92,7 @@ impl<'a> Placed<'a> {
                     let x = x + if band.joined { 0.0 } else { aside };
                     runs.last_mut()
                         .into_iter()
-                        .for_each(|run: &mut Vec<_>| run.push((x, low, high)));
+                        .for_each(|run: &mut Vec<_>| run.push(BandPlace { x, low, high }));
                 }
                 _ => {
                     left_out += usize::from(!(x.is_nan() || low.is_nan()));
@@ -87,42 +104,44 @@ impl<'a> Placed<'a> {
             }
         }
         runs.retain(|run| !run.is_empty());
-        Placed { band, look, runs, top: canvas.frame.y, left_out }
+        PlacedBand { band, look, runs, top: canvas.frame.y, left_out }
     }
 
     pub(super) fn is_empty(&self) -> bool {
         self.runs.is_empty()
     }
 
-    /// The ends, which no name may cover.
-    pub(super) fn ends(&self) -> impl Iterator<Item = (f64, f64)> {
-        self.runs.iter().flatten().flat_map(|&(x, low, high)| [(x, low), (x, high.unwrap_or(low))])
+    /// Iterates over the ends, which no name may cover.
+    pub(super) fn ends(&self) -> impl Iterator<Item = PlotPoint> {
+        self.runs
+            .iter()
+            .flatten()
+            .flat_map(|place| [(place.x, place.low), (place.x, place.high.unwrap_or(place.low))])
     }
 
-    /// The shade between the ends, below all curves; between an end that is open and one that is
-    /// not there is nothing to shade.
+    /// Draws the shade between the ends, below all curves. Between an open end and a closed one
+    /// there is nothing to shade.
     pub(super) fn shade(&self, drawing: &mut Drawing) {
-        for part in
-            self.runs.iter().flat_map(|run| run.chunk_by(|a, b| a.2.is_some() == b.2.is_some()))
-        {
-            if let [(x, low, high)] = part[..] {
+        let stretches = self
+            .runs
+            .iter()
+            .flat_map(|run| run.chunk_by(|a, b| a.high.is_some() == b.high.is_some()));
+        for stretch in stretches {
+            if let [BandPlace { x, low, high }] = stretch[..] {
                 if high.is_some() || !self.band.joined {
                     let top = high.unwrap_or(self.top);
-                    shaded(
-                        drawing,
-                        Rect {
-                            x: x - BAR / 2.0,
-                            y: top.min(low),
-                            width: BAR,
-                            height: (low - top).abs(),
-                        },
-                        self.look,
-                    );
+                    let bar = Rect {
+                        x: x - BAR / 2.0,
+                        y: top.min(low),
+                        width: BAR,
+                        height: (low - top).abs(),
+                    };
+                    shaded(drawing, bar, self.look);
                 }
                 continue;
             }
-            let lower = part.iter().map(|&(x, low, _)| (x, low));
-            let upper = part.iter().rev().map(|&(x, _, high)| (x, high.unwrap_or(self.top)));
+            let lower = stretch.iter().map(|place| (place.x, place.low));
+            let upper = stretch.iter().rev().map(|place| (place.x, place.high.unwrap_or(self.top)));
             let outline: Vec<String> =
                 lower.chain(upper).map(|(x, y)| format!("{},{}", n(x), n(y))).collect();
             drawing.push(&format!(
@@ -133,25 +152,24 @@ impl<'a> Placed<'a> {
         }
     }
 
-    /// Both edges, with a marker at each end and an arrow where there is none.
+    /// Draws both edges, with a marker at each closed end and an arrow at each open one.
     pub(super) fn edges(&self, drawing: &mut Drawing) {
         let width = if self.band.fits.iter().any(Option::is_some) { 0.6 } else { 1.3 };
         let mut path = String::new();
-        let mut polyline = |points: &[(f64, f64)]| {
+        let mut polyline = |points: &[PlotPoint]| {
             for (i, &(x, y)) in points.iter().enumerate().filter(|_| points.len() > 1) {
                 // Writing to a string does not fail.
                 let _ = write!(path, "{}{} {}", if i == 0 { "M" } else { "L" }, n(x), n(y));
             }
         };
         for run in &self.runs {
-            if let [(x, low, Some(high))] = run[..] {
+            if let [BandPlace { x, low, high: Some(high) }] = run[..] {
                 polyline(&[(x, low), (x, high)]);
             }
-            polyline(&run.iter().map(|&(x, low, _)| (x, low)).collect::<Vec<_>>());
-            for closed in run.split(|(.., high)| high.is_none()) {
-                polyline(
-                    &closed.iter().filter_map(|&(x, _, high)| Some((x, high?))).collect::<Vec<_>>(),
-                );
+            polyline(&run.iter().map(|place| (place.x, place.low)).collect::<Vec<_>>());
+            for closed in run.split(|place| place.high.is_none()) {
+                let upper = closed.iter().filter_map(|place| Some((place.x, place.high?)));
+                polyline(&upper.collect::<Vec<_>>());
             }
         }
         if !path.is_empty() {
@@ -160,15 +178,12 @@ impl<'a> Placed<'a> {
                 self.look.color
             ));
         }
-        let count: usize = self.runs.iter().map(Vec::len).sum();
-        let every = if count <= MARKED { 1 } else { count.div_ceil(15) };
-        for (i, &(x, low, high)) in self.runs.iter().flatten().enumerate() {
-            if i.is_multiple_of(every) {
-                drawing.push(&self.look.marker(x, low));
-                match high {
-                    Some(high) => drawing.push(&self.look.marker(x, high)),
-                    None => arrow(drawing, x, low, self.top + 2.0, self.look.color),
-                }
+        let every = marker_step(self.runs.iter().map(Vec::len).sum());
+        for &BandPlace { x, low, high } in self.runs.iter().flatten().step_by(every) {
+            drawing.push(&self.look.marker(x, low));
+            match high {
+                Some(high) => drawing.push(&self.look.marker(x, high)),
+                None => arrow(drawing, (x, low), self.top + 2.0, self.look.color),
             }
         }
     }
@@ -185,8 +200,8 @@ fn shaded(drawing: &mut Drawing, rect: Rect, look: Look) {
     ));
 }
 
-/// An arrow upwards from `from` to `to`.
-fn arrow(drawing: &mut Drawing, x: f64, from: f64, to: f64, color: &str) {
+/// Draws an arrow upwards from a place to the height `to`.
+fn arrow(drawing: &mut Drawing, (x, from): PlotPoint, to: f64, color: &str) {
     let head = (from - to).clamp(0.0, 5.0);
     drawing.push(&format!(
         r#"<path d="M{0} {1}V{2}m-{3} {4}l{3} -{4}l{3} {4}" fill="none" stroke="{color}" stroke-width="1.1"/>"#,
@@ -198,28 +213,31 @@ fn arrow(drawing: &mut Drawing, x: f64, from: f64, to: f64, color: &str) {
     ));
 }
 
-/// A piece of a band for the legend, `x` at the left and `y` in the middle; a bar if its points are
-/// not joined.
-pub(super) fn sample(drawing: &mut Drawing, x: f64, y: f64, width: f64, look: Look, joined: bool) {
+/// Draws a piece of a band for the legend, with its left end and its middle at `(x, y)`; a bar if
+/// the points of the band are not joined.
+pub(super) fn sample(
+    drawing: &mut Drawing,
+    (x, y): PlotPoint,
+    width: f64,
+    look: Look,
+    joined: bool,
+) {
     if joined {
         shaded(drawing, Rect { x, y: y - 5.0, width, height: 10.0 }, look);
         for edge in [y - 5.0, y + 5.0] {
             drawing.line((x, edge), (x + width, edge), look.color, 1.3);
         }
     } else {
-        // lying, so that the ends of entries one below the other do not mix
-        shaded(
-            drawing,
-            Rect { x: x + 4.0, y: y - BAR / 2.0, width: width - 8.0, height: BAR },
-            look,
-        );
+        // The bar lies, so that the ends of entries one below the other do not mix.
+        let bar = Rect { x: x + 4.0, y: y - BAR / 2.0, width: width - 8.0, height: BAR };
+        shaded(drawing, bar, look);
         drawing.line((x + 4.0, y), (x + width - 4.0, y), look.color, 1.3);
         drawing.push(&look.marker(x + 4.0, y));
         drawing.push(&look.marker(x + width - 4.0, y));
     }
 }
 
-/// The arrow of an open end for the legend.
-pub(super) fn sample_of_open(drawing: &mut Drawing, x: f64, y: f64, width: f64) {
-    arrow(drawing, x + width / 2.0, y + 6.0, y - 6.0, INK);
+/// Draws the arrow of an open end for the legend, with its left end and its middle at `(x, y)`.
+pub(super) fn sample_of_open(drawing: &mut Drawing, (x, y): PlotPoint, width: f64) {
+    arrow(drawing, (x + width / 2.0, y + 6.0), y - 6.0, INK);
 }

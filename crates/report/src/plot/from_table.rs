@@ -1,250 +1,16 @@
 //! Figures of the columns of a table.
 
-use thiserror::Error;
+use std::collections::HashMap;
 
-use super::written::Written;
-use super::{Axis, Band, Figure, Panel, Series, Style};
-use crate::fit::straight;
-use crate::table::{Cell, Table, UnknownColumn};
+use super::error::{FigureError, MOST_PANELS, MOST_SERIES};
+use super::figure::{BandPoint, PlotAxis, PlotBand, PlotFigure, PlotPanel, Series, Style};
+use super::spec::FigureSpec;
+use super::value_text::ValueFormat;
+use crate::fit::{Fit, straight};
+use crate::table::{Cell, DataTable, UnknownColumn};
 
-/// Which columns of a table a figure shows, for [`Figure::from_table`].
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct FigureSpec<'a> {
-    /// The column along the horizontal axis; a column of text makes an axis of categories.
-    pub x: &'a str,
-    /// The columns of numbers along the vertical axis, all in one unit; a curve for each of them.
-    /// The points of the first are marked, the others are lines alone, so that curves which agree
-    /// do not hide each other.
-    pub y: &'a [&'a str],
-    /// What several columns of `y` measure, for their axis; with nothing here it lists them.
-    pub y_label: &'a str,
-    /// Columns whose values tell the series apart; none for a single series.
-    pub series: &'a [&'a str],
-    /// The column with a panel for each of its values.
-    pub panels: Option<&'a str>,
-    /// The column that counts along a path: points are then joined in the order of the rows and not
-    /// by x, and where it does not grow another path begins.
-    pub along: Option<&'a str>,
-    /// What columns are called in the picture, by their names; one that is not here is called by
-    /// the words of its name.
-    pub labels: &'a [(&'a str, &'a str)],
-    /// Above the figure.
-    pub title: &'a str,
-    /// Whether x is logarithmic.
-    pub log_x: bool,
-    /// Whether y is logarithmic.
-    pub log_y: bool,
-    /// Two columns of numbers in the unit of `y`, a lower and an upper end: a band between them for
-    /// every series. Where there is a lower end and no upper one, or an infinite one, the band is
-    /// open upwards. With a band, `y` may be empty.
-    pub band: Option<(&'a str, &'a str)>,
-    /// Whether a straight line is fitted to each curve and each end of a band, by the rule of
-    /// [`straight`]: a power law on logarithmic axes. What it is fitted to is drawn as points that
-    /// are not joined.
-    pub fit: bool,
-    /// Whether the points of all curves of a panel are marked for which no other has both a smaller
-    /// x and a smaller y.
-    pub front: bool,
-    /// The column whose value is written beside each point of the front, without a front beside
-    /// each point, where there is room.
-    pub names: Option<&'a str>,
-}
-
-/// Why a table could not be drawn.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum FigureError {
-    /// A column was asked for that is not there.
-    #[error(transparent)]
-    UnknownColumn(#[from] UnknownColumn),
-    /// No column is drawn along the vertical axis.
-    #[error("the figure has no column along y; name at least one column of numbers")]
-    NoY,
-    /// The vertical axis has columns of different units.
-    #[error(
-        "columns `{a}` [{a_unit}] and `{b}` [{b_unit}] cannot share an axis; choose columns of one unit"
-    )]
-    DifferentUnits {
-        /// The first column.
-        a: String,
-        /// Its unit, `1` for a pure number.
-        a_unit: String,
-        /// The first column with another unit.
-        b: String,
-        /// Its unit.
-        b_unit: String,
-    },
-    /// There is nothing to draw.
-    #[error(
-        "no row has a value in both `{x}` and `{y}`, so there is nothing to draw ({rows} rows)"
-    )]
-    NothingToDraw {
-        /// The column along x.
-        x: String,
-        /// The columns along y, separated by commas.
-        y: String,
-        /// The number of rows looked at.
-        rows: usize,
-    },
-    /// The vertical axis has text.
-    #[error(
-        "column `{column}` has text, such as {example:?}, and cannot be drawn along y; choose a column of numbers"
-    )]
-    TextOnY {
-        /// The column.
-        column: String,
-        /// One of its values.
-        example: String,
-    },
-    /// Text has no logarithm.
-    #[error(
-        "column `{column}` has text, such as {example:?}, so that its axis cannot be logarithmic"
-    )]
-    TextOnLog {
-        /// The column.
-        column: String,
-        /// One of its values.
-        example: String,
-    },
-    /// What needs points with numbers along x, in any order, was asked for without them.
-    #[error(
-        "{what} cannot be shown along `{x}`, {why}; leave it out or choose another column for x"
-    )]
-    NotAlong {
-        /// What was asked for.
-        what: &'static str,
-        /// The column along x.
-        x: String,
-        /// Why not.
-        why: String,
-    },
-    /// Every value is zero or negative on a logarithmic axis.
-    #[error("column `{column}` has no positive value, so that its axis cannot be logarithmic")]
-    NothingPositive {
-        /// The column.
-        column: String,
-    },
-    /// More panels than can be read.
-    #[error(
-        "column `{column}` has {count} values, too many for a panel each; at most {MOST_PANELS} are drawn: filter the rows or make it a series"
-    )]
-    TooManyPanels {
-        /// The column.
-        column: String,
-        /// Its number of distinct values.
-        count: usize,
-    },
-    /// More series than can be told apart.
-    #[error(
-        "{columns} would make {count} series, too many to tell apart; at most {MOST_SERIES} are drawn: filter the rows or leave a column out"
-    )]
-    TooManySeries {
-        /// The columns that tell the series apart.
-        columns: String,
-        /// Their number of distinct combinations.
-        count: usize,
-    },
-}
-
-const MOST_PANELS: usize = 16;
-const MOST_SERIES: usize = 56;
-
-/// The distinct combinations of the values of some columns, sorted, and which of them each row has.
-fn groups(table: &Table, columns: &[usize]) -> (Vec<String>, Vec<usize>) {
-    let names: Vec<String> = columns.iter().map(|&i| table.columns()[i].name.clone()).collect();
-    let written: Vec<(usize, Written)> =
-        columns.iter().map(|&i| (i, Written::of(table, i))).collect();
-    // Sorted by value and not as text: 8 comes before 16.
-    let sorted = table.sort(&names).unwrap_or_else(|_| table.clone());
-    let label = |row: &[Cell]| {
-        written.iter().map(|(i, written)| written.text(&row[*i])).collect::<Vec<_>>().join(", ")
-    };
-    let mut labels: Vec<String> = Vec::new();
-    let mut index = std::collections::HashMap::new();
-    for row in sorted.rows() {
-        let label = label(row);
-        index.entry(label.clone()).or_insert_with(|| {
-            labels.push(label);
-            labels.len() - 1
-        });
-    }
-    let of_row =
-        table.rows().iter().map(|row| index.get(&label(row)).copied().unwrap_or(0)).collect();
-    (labels, of_row)
-}
-
-impl FigureSpec<'_> {
-    /// What a column is called.
-    fn label(&self, name: &str) -> String {
-        let own = self.labels.iter().find(|(column, _)| *column == name);
-        own.map_or_else(|| name.replace('_', " "), |(_, label)| (*label).to_owned())
-    }
-
-    /// What the vertical axis is called.
-    fn axis_of_y(&self) -> String {
-        let all: Vec<&str> = self.y.iter().copied().chain(self.ends()).collect();
-        match &all[..] {
-            [_, _, ..] if !self.y_label.is_empty() => self.y_label.to_owned(),
-            all => all.iter().map(|name| self.label(name)).collect::<Vec<_>>().join(", "),
-        }
-    }
-
-    /// The columns of the band.
-    fn ends(&self) -> impl Iterator<Item = &str> {
-        self.band.into_iter().flat_map(|(low, high)| [low, high])
-    }
-
-    /// What a band is called: the values that tell it apart, its columns if there is nothing else
-    /// or if there are curves too.
-    fn band(&self, values: &str, (low, high): (&str, &str)) -> String {
-        let (low, high) = (self.label(low), self.label(high));
-        // of "lower end" and "upper end" it is enough to say "lower to upper end"
-        let same =
-            low.split(' ').rev().zip(high.split(' ').rev()).take_while(|(a, b)| a == b).count();
-        let own: Vec<&str> = low.split(' ').collect();
-        let ends = format!("{} to {high}", own[..own.len().saturating_sub(same).max(1)].join(" "));
-        match (self.y.len(), values) {
-            (_, "") => ends,
-            (0, values) => values.to_owned(),
-            (_, values) => format!("{values}, {ends}"),
-        }
-    }
-
-    /// What only points with numbers along x can have.
-    fn check_marks(&self, text_on_x: Option<&str>) -> Result<(), FigureError> {
-        let ordered = [
-            (self.fit, "a fitted line"),
-            (self.front, "a front"),
-            (self.band.is_some(), "a band"),
-            (self.names.is_some(), "names"),
-        ];
-        let refuse = |what, why| Err(FigureError::NotAlong { what, x: self.x.to_owned(), why });
-        match (self.along, ordered.iter().find(|(asked, _)| *asked), text_on_x) {
-            (Some(along), Some((_, what)), _) => {
-                refuse(what, format!("whose points are joined in the order of `{along}`"))
-            }
-            (None, Some(_), Some(example)) if self.fit || self.front => refuse(
-                if self.fit { ordered[0].1 } else { ordered[1].1 },
-                format!("which has text, such as {example:?}"),
-            ),
-            // a front and names are of points, which a band has not
-            _ if self.y.is_empty() && (self.front || self.names.is_some()) => Err(FigureError::NoY),
-            _ => Ok(()),
-        }
-    }
-
-    /// What a curve is called: the values that tell it apart, then its column if there are several
-    /// or a band.
-    fn curve(&self, values: &str, y: &str) -> String {
-        match (self.y.len() + usize::from(self.band.is_some()), values) {
-            (0 | 1, values) => values.to_owned(),
-            (_, "") => self.label(y),
-            (_, values) => format!("{values}, {}", self.label(y)),
-        }
-    }
-}
-
-impl Figure {
-    /// A figure of columns of a table.
+impl PlotFigure {
+    /// Makes a figure of columns of a table.
     ///
     /// Rows are grouped into panels and series by value, to at most six significant digits; within
     /// a series the points are sorted by x, unless they lie along a path. A row without y is a gap
@@ -254,163 +20,318 @@ impl Figure {
     /// joined as curves are, or else drawn as a bar at each x.
     ///
     /// # Errors
-    /// [`FigureError`].
-    pub fn from_table(table: &Table, spec: &FigureSpec<'_>) -> Result<Figure, FigureError> {
-        let x = table.column(spec.x)?;
-        let ys = spec.y.iter().map(|name| table.column(name)).collect::<Result<Vec<_>, _>>()?;
-        let series =
-            spec.series.iter().map(|name| table.column(name)).collect::<Result<Vec<_>, _>>()?;
-        let panels = spec.panels.map(|name| table.column(name)).transpose()?;
-        let along = spec.along.map(|name| table.column(name)).transpose()?;
+    /// [`FigureError`], which says what cannot be drawn and what to choose instead.
+    pub fn from_table(table: &DataTable, spec: &FigureSpec<'_>) -> Result<PlotFigure, FigureError> {
+        let columns = Columns::find(table, spec)?;
+        let y_unit = columns.unit_along_y(table)?;
+        let coordinates = Coordinates::read(table, spec, &columns)?;
+        let panels = Groups::new(table, columns.panels.as_slice());
+        if let (Some(column), true) = (spec.panels, panels.labels.len() > MOST_PANELS) {
+            return Err(FigureError::TooManyPanels {
+                column: column.to_owned(),
+                count: panels.labels.len(),
+            });
+        }
+        let series = Groups::new(table, &columns.series);
+        let count = series.labels.len() * (columns.y.len() + usize::from(spec.band.is_some()));
+        if count > MOST_SERIES {
+            let columns =
+                if spec.series.is_empty() { names_along_y(spec) } else { spec.series.join(", ") };
+            return Err(FigureError::TooManySeries { columns, count });
+        }
+        let x = PlotAxis {
+            label: spec.label(spec.x),
+            unit: table.columns()[columns.x].unit.clone(),
+            log: spec.log_x,
+            categories: coordinates.categories.clone(),
+        };
+        let y = PlotAxis {
+            label: spec.axis_of_y(),
+            unit: y_unit,
+            log: spec.log_y,
+            categories: Vec::new(),
+        };
+        let name_format =
+            columns.names.map(|column| (column, ValueFormat::for_column(table, column)));
+        let source =
+            FigureSource { table, spec, columns, coordinates, panels, series, name_format };
+        let panels = (0..source.panels.labels.len())
+            .map(|panel| source.panel(panel, x.clone(), y.clone()))
+            .collect();
+        let legend = spec.series.iter().map(|name| spec.label(name)).collect::<Vec<_>>().join(", ");
+        Ok(PlotFigure { title: spec.title.to_owned(), legend, panels })
+    }
+}
 
-        let ends = spec.ends().map(|name| table.column(name)).collect::<Result<Vec<_>, _>>()?;
-        let names = spec.names.map(|name| table.column(name)).transpose()?;
+/// Returns the names of all columns along y, separated by commas.
+fn names_along_y(spec: &FigureSpec<'_>) -> String {
+    spec.y.iter().copied().chain(spec.ends()).collect::<Vec<_>>().join(", ")
+}
 
-        let upright = [&ys[..], &ends].concat();
-        if let Some((y, example)) = upright.iter().find_map(|&y| Some((y, text_in(table, y)?))) {
+/// The indices of the columns that a figure shows.
+struct Columns {
+    x: usize,
+    y: Vec<usize>,
+    series: Vec<usize>,
+    panels: Option<usize>,
+    along: Option<usize>,
+    /// The lower and the upper end of the band; empty without a band.
+    ends: Vec<usize>,
+    names: Option<usize>,
+}
+
+impl Columns {
+    fn find(table: &DataTable, spec: &FigureSpec<'_>) -> Result<Columns, UnknownColumn> {
+        let all = |names: &[&str]| {
+            names.iter().map(|name| table.column(name)).collect::<Result<Vec<_>, _>>()
+        };
+        let one = |name: Option<&str>| name.map(|name| table.column(name)).transpose();
+        Ok(Columns {
+            x: table.column(spec.x)?,
+            y: all(spec.y)?,
+            series: all(spec.series)?,
+            panels: one(spec.panels)?,
+            along: one(spec.along)?,
+            ends: all(&spec.ends().collect::<Vec<_>>())?,
+            names: one(spec.names)?,
+        })
+    }
+
+    /// Returns the unit that all columns along y share, after checking that none of them has text.
+    fn unit_along_y(&self, table: &DataTable) -> Result<String, FigureError> {
+        let all = [&self.y[..], &self.ends].concat();
+        if let Some((y, example)) = all.iter().find_map(|&y| Some((y, text_in(table, y)?))) {
             return Err(FigureError::TextOnY { column: table.columns()[y].name.clone(), example });
         }
-        let y_unit = common_unit(table, &upright)?;
-        let x_text = text_in(table, x);
-        spec.check_marks(x_text.as_deref())?;
-        if let (Some(example), true) = (&x_text, spec.log_x) {
+        common_unit(table, &all)
+    }
+}
+
+/// The values that a figure shows, by row of the table; NaN where there is none.
+struct Coordinates {
+    /// The words along x, in order of appearance; empty if x is a number.
+    categories: Vec<String>,
+    /// The numbers along x, or the indices of the categories.
+    x: Vec<f64>,
+    /// The numbers of each column along y.
+    y: Vec<Vec<f64>>,
+    /// The numbers of the lower and the upper end of the band; empty without a band.
+    ends: Vec<Vec<f64>>,
+}
+
+impl Coordinates {
+    /// Reads the values, after checking that the axes and the marks can show them.
+    fn read(
+        table: &DataTable,
+        spec: &FigureSpec<'_>,
+        columns: &Columns,
+    ) -> Result<Coordinates, FigureError> {
+        let text_on_x = text_in(table, columns.x);
+        spec.check_marks(text_on_x.as_deref())?;
+        if let (Some(example), true) = (&text_on_x, spec.log_x) {
             return Err(FigureError::TextOnLog {
                 column: spec.x.to_owned(),
                 example: example.clone(),
             });
         }
-        let (categories, places) =
-            if x_text.is_some() { categories(table, x) } else { (Vec::new(), numbers(table, x)) };
-        let values: Vec<Vec<f64>> = ys.iter().map(|&y| numbers(table, y)).collect();
-        let ends: Vec<Vec<f64>> = ends.iter().map(|&end| numbers(table, end)).collect();
-        let both = || {
-            // of a band the lower end says whether there is anything
-            let all = values.iter().chain(ends.first());
-            all.flat_map(|y| places.iter().zip(y)).filter(|(x, y)| x.is_finite() && y.is_finite())
+        let all = |columns: &[usize]| columns.iter().map(|&y| numbers(table, y)).collect();
+        let (categories, x) = if text_on_x.is_some() {
+            categories(table, columns.x)
+        } else {
+            (Vec::new(), numbers(table, columns.x))
         };
-        let all_y = spec.y.iter().copied().chain(spec.ends()).collect::<Vec<_>>().join(", ");
-        if both().next().is_none() {
+        let coordinates =
+            Coordinates { categories, x, y: all(&columns.y), ends: all(&columns.ends) };
+        coordinates.check(spec)?;
+        Ok(coordinates)
+    }
+
+    /// Refuses a figure without points, or without positive ones on a logarithmic axis.
+    fn check(&self, spec: &FigureSpec<'_>) -> Result<(), FigureError> {
+        let points = || {
+            // A band has something to show if its lower end has.
+            let along_y = self.y.iter().chain(self.ends.first());
+            along_y
+                .flat_map(|y| self.x.iter().zip(y))
+                .filter(|(x, y)| x.is_finite() && y.is_finite())
+        };
+        if points().next().is_none() {
             return Err(FigureError::NothingToDraw {
                 x: spec.x.to_owned(),
-                y: all_y,
-                rows: places.len(),
+                y: names_along_y(spec),
+                rows: self.x.len(),
             });
         }
-        if spec.log_x && both().all(|(x, _)| *x <= 0.0) {
+        if spec.log_x && points().all(|(x, _)| *x <= 0.0) {
             return Err(FigureError::NothingPositive { column: spec.x.to_owned() });
         }
-        if spec.log_y && both().all(|(_, y)| *y <= 0.0) {
-            return Err(FigureError::NothingPositive { column: all_y });
+        if spec.log_y && points().all(|(_, y)| *y <= 0.0) {
+            return Err(FigureError::NothingPositive { column: names_along_y(spec) });
         }
+        Ok(())
+    }
 
-        let (panel_labels, panel_of_row) = groups(table, &panels.into_iter().collect::<Vec<_>>());
-        if let (Some(column), true) = (spec.panels, panel_labels.len() > MOST_PANELS) {
-            return Err(FigureError::TooManyPanels {
-                column: column.to_owned(),
-                count: panel_labels.len(),
-            });
-        }
-        let (series_labels, series_of_row) = groups(table, &series);
-        let count = series_labels.len() * (ys.len() + usize::from(spec.band.is_some()));
-        if count > MOST_SERIES {
-            let columns = if spec.series.is_empty() { all_y } else { spec.series.join(", ") };
-            return Err(FigureError::TooManySeries { columns, count });
-        }
+    fn has_categories(&self) -> bool {
+        !self.categories.is_empty()
+    }
 
-        let x_axis = Axis {
-            label: spec.label(spec.x),
-            unit: table.columns()[x].unit.clone(),
-            log: spec.log_x,
-            categories,
-        };
-        let y_axis =
-            Axis { label: spec.axis_of_y(), unit: y_unit, log: spec.log_y, categories: Vec::new() };
-        let fit = |points: &[(f64, f64)]| {
-            spec.fit.then(|| straight(points, spec.log_x, spec.log_y)).flatten()
-        };
-        let written = names.map(|column| (column, Written::of(table, column)));
-        let name = |row: usize| {
-            written.as_ref().map(|(column, written)| written.text(&table.rows()[row][*column]))
-        };
-        // `rows` are in order of x, unless they lie along a path
-        let curve =
-            |rows: &[usize], which: usize, y: &[f64], label: String, kin: usize| -> Series {
-                let points = rows.iter().map(|&row| (places[row], y[row]));
-                let (points, style) = if let Some(along) = along {
-                    let count = |row: usize| table.rows()[row][along].number();
-                    (
-                        paths(rows.iter().map(|&row| count(row)).zip(points)),
-                        if x_text.is_some() { Style::Markers } else { Style::Path },
-                    )
-                } else {
-                    let style = match which {
-                        _ if repeated(rows, &places) || x_text.is_some() => Style::Markers,
-                        _ if which == 0 || spec.fit => Style::LineAndMarkers,
-                        _ => Style::Line,
-                    };
-                    (points.collect(), style)
-                };
-                let fit = fit(&points);
-                let style = if fit.is_some() { Style::Markers } else { style };
-                // of several columns for several values, a colour tells the value and a line the
-                // column
-                let kin = (ys.len() > 1
-                    && series_labels.len() > 1
-                    && style != Style::Markers
-                    && !spec.fit)
-                    .then_some(kin);
-                Series {
-                    label,
-                    points,
-                    style,
-                    kin,
-                    fit,
-                    names: rows.iter().filter_map(|&row| name(row)).collect(),
-                }
-            };
-        let band = |rows: &[usize], label: String| -> Option<Band> {
-            let [low, high] = &ends[..] else { return None };
-            let points = rows.iter().map(|&row| (places[row], low[row], high[row])).collect();
-            let fits = [low, high].map(|end| {
-                fit(&rows.iter().map(|&row| (places[row], end[row])).collect::<Vec<_>>())
-            });
-            Some(Band { label, points, joined: !repeated(rows, &places) && x_text.is_none(), fits })
-        };
-        let panel = |(panel, value): (usize, &String)| {
-            let (mut series, mut bands) = (Vec::new(), Vec::new());
-            for (index, values_label) in series_labels.iter().enumerate() {
-                let mine = |row: &usize| {
-                    panel_of_row[*row] == panel
-                        && series_of_row[*row] == index
-                        && places[*row].is_finite()
-                };
-                let mut rows: Vec<usize> = (0..places.len()).filter(mine).collect();
-                if rows.is_empty() {
-                    continue;
-                }
-                if along.is_none() {
-                    rows.sort_by(|a, b| places[*a].total_cmp(&places[*b]));
-                }
-                for (which, (name, y)) in spec.y.iter().zip(&values).enumerate() {
-                    series.push(curve(&rows, which, y, spec.curve(values_label, name), index));
-                }
-                bands.extend(spec.band.and_then(|ends| band(&rows, spec.band(values_label, ends))));
-            }
-            let title = match (spec.panels, panels.and_then(|column| text_in(table, column))) {
-                (None, _) => String::new(),
-                (Some(name), None) => format!("{} = {value}", spec.label(name)),
-                (Some(name), Some(_)) => format!("{}: {value}", spec.label(name)),
-            };
-            Panel { title, x: x_axis.clone(), y: y_axis.clone(), series, bands, front: spec.front }
-        };
-        let panels = panel_labels.iter().enumerate().map(panel).collect();
-        let legend = spec.series.iter().map(|name| spec.label(name)).collect::<Vec<_>>().join(", ");
-        Ok(Figure { title: spec.title.to_owned(), legend, panels })
+    /// Says whether several of some rows, which are in order of x, have the same x.
+    fn repeats(&self, rows: &[usize]) -> bool {
+        rows.windows(2).any(|pair| self.x[pair[0]] == self.x[pair[1]])
     }
 }
 
-/// The unit of columns that share an axis.
-fn common_unit(table: &Table, columns: &[usize]) -> Result<String, FigureError> {
+/// The distinct combinations of the values of some columns.
+struct Groups {
+    /// The combinations as text, sorted by value.
+    labels: Vec<String>,
+    /// The index of the combination that each row has.
+    of_row: Vec<usize>,
+}
+
+impl Groups {
+    fn new(table: &DataTable, columns: &[usize]) -> Groups {
+        let names: Vec<String> = columns.iter().map(|&i| table.columns()[i].name.clone()).collect();
+        let formats: Vec<(usize, ValueFormat)> =
+            columns.iter().map(|&i| (i, ValueFormat::for_column(table, i))).collect();
+        // Sorted by value and not as text: 8 comes before 16.
+        let sorted = table.sort(&names).unwrap_or_else(|_| table.clone());
+        let label = |row: &[Cell]| {
+            formats.iter().map(|(i, format)| format.text(&row[*i])).collect::<Vec<_>>().join(", ")
+        };
+        let mut labels: Vec<String> = Vec::new();
+        let mut index = HashMap::new();
+        for row in sorted.rows() {
+            let label = label(row);
+            index.entry(label.clone()).or_insert_with(|| {
+                labels.push(label);
+                labels.len() - 1
+            });
+        }
+        let of_row =
+            table.rows().iter().map(|row| index.get(&label(row)).copied().unwrap_or(0)).collect();
+        Groups { labels, of_row }
+    }
+}
+
+/// The data of a figure, which can be drawn.
+struct FigureSource<'a> {
+    table: &'a DataTable,
+    spec: &'a FigureSpec<'a>,
+    columns: Columns,
+    coordinates: Coordinates,
+    panels: Groups,
+    series: Groups,
+    /// The column of the names beside points, and how they are written.
+    name_format: Option<(usize, ValueFormat)>,
+}
+
+impl FigureSource<'_> {
+    /// Makes the panel of an index.
+    fn panel(&self, panel: usize, x: PlotAxis, y: PlotAxis) -> PlotPanel {
+        let (mut series, mut bands) = (Vec::new(), Vec::new());
+        for (group, values) in self.series.labels.iter().enumerate() {
+            let rows = self.rows(panel, group);
+            if rows.is_empty() {
+                continue;
+            }
+            for (y, name) in self.spec.y.iter().enumerate() {
+                series.push(self.curve(&rows, group, y, self.spec.curve(values, name)));
+            }
+            bands.extend(
+                self.spec.band.and_then(|ends| self.band(&rows, self.spec.band(values, ends))),
+            );
+        }
+        PlotPanel { title: self.panel_title(panel), x, y, series, bands, front: self.spec.front }
+    }
+
+    fn panel_title(&self, panel: usize) -> String {
+        let value = &self.panels.labels[panel];
+        let text = self.columns.panels.and_then(|column| text_in(self.table, column));
+        match (self.spec.panels, text) {
+            (None, _) => String::new(),
+            (Some(name), None) => format!("{} = {value}", self.spec.label(name)),
+            (Some(name), Some(_)) => format!("{}: {value}", self.spec.label(name)),
+        }
+    }
+
+    /// Returns the rows of a series in a panel, in order of x unless they lie along a path.
+    fn rows(&self, panel: usize, group: usize) -> Vec<usize> {
+        let x = &self.coordinates.x;
+        let belongs = |row: &usize| {
+            self.panels.of_row[*row] == panel
+                && self.series.of_row[*row] == group
+                && x[*row].is_finite()
+        };
+        let mut rows: Vec<usize> = (0..x.len()).filter(belongs).collect();
+        if self.columns.along.is_none() {
+            rows.sort_by(|a, b| x[*a].total_cmp(&x[*b]));
+        }
+        rows
+    }
+
+    /// Makes the curve of the column with index `y` among those along y.
+    fn curve(&self, rows: &[usize], group: usize, y: usize, label: String) -> Series {
+        let values = &self.coordinates.y[y];
+        let points = rows.iter().map(|&row| (self.coordinates.x[row], values[row]));
+        let points: Vec<(f64, f64)> = match self.columns.along {
+            Some(along) => {
+                let count = |row: usize| self.table.rows()[row][along].number();
+                paths(rows.iter().map(|&row| count(row)).zip(points))
+            }
+            None => points.collect(),
+        };
+        let fit = self.fit(&points);
+        let style = if fit.is_some() { Style::Markers } else { self.style(rows, y) };
+        // With several columns for several values, the colour tells the value and the line the
+        // column.
+        let related = self.columns.y.len() > 1
+            && self.series.labels.len() > 1
+            && style != Style::Markers
+            && !self.spec.fit;
+        let name = |(column, format): &(usize, ValueFormat)| {
+            rows.iter().map(|&row| format.text(&self.table.rows()[row][*column])).collect()
+        };
+        Series {
+            label,
+            points,
+            style,
+            kin: related.then_some(group),
+            fit,
+            names: self.name_format.as_ref().map(name).unwrap_or_default(),
+        }
+    }
+
+    /// Returns the style of the curve of the column with index `y`, if no line is fitted to it.
+    fn style(&self, rows: &[usize], y: usize) -> Style {
+        match (self.columns.along, self.coordinates.has_categories()) {
+            (Some(_), true) => Style::Markers,
+            (Some(_), false) => Style::Path,
+            (None, categories) if categories || self.coordinates.repeats(rows) => Style::Markers,
+            (None, _) if y == 0 || self.spec.fit => Style::LineAndMarkers,
+            (None, _) => Style::Line,
+        }
+    }
+
+    fn band(&self, rows: &[usize], label: String) -> Option<PlotBand> {
+        let [low, high] = &self.coordinates.ends[..] else { return None };
+        let x = &self.coordinates.x;
+        let points =
+            rows.iter().map(|&row| BandPoint { x: x[row], low: low[row], high: high[row] });
+        let fits = [low, high]
+            .map(|end| self.fit(&rows.iter().map(|&row| (x[row], end[row])).collect::<Vec<_>>()));
+        let joined = !self.coordinates.repeats(rows) && !self.coordinates.has_categories();
+        Some(PlotBand { label, points: points.collect(), joined, fits })
+    }
+
+    /// Fits a line to points, if the figure has fitted lines.
+    fn fit(&self, points: &[(f64, f64)]) -> Option<Fit> {
+        self.spec.fit.then(|| straight(points, self.spec.log_x, self.spec.log_y)).flatten()
+    }
+}
+
+/// Returns the unit of columns that share an axis.
+fn common_unit(table: &DataTable, columns: &[usize]) -> Result<String, FigureError> {
     let mut columns = columns.iter().map(|&i| &table.columns()[i]);
     let first = columns.next().ok_or(FigureError::NoY)?;
     let written = |unit: &str| if unit.is_empty() { "1".to_owned() } else { unit.to_owned() };
@@ -425,12 +346,7 @@ fn common_unit(table: &Table, columns: &[usize]) -> Result<String, FigureError> 
     }
 }
 
-/// Whether several of some rows, which are in order of x, have the same x.
-fn repeated(rows: &[usize], x: &[f64]) -> bool {
-    rows.windows(2).any(|pair| x[pair[0]] == x[pair[1]])
-}
-
-/// Points with what counts along their paths; a gap between two paths.
+/// Joins points, each with its count along a path, and leaves a gap between two paths.
 fn paths(points: impl Iterator<Item = (Option<f64>, (f64, f64))>) -> Vec<(f64, f64)> {
     let mut joined = Vec::new();
     let mut before = None;
@@ -444,21 +360,21 @@ fn paths(points: impl Iterator<Item = (Option<f64>, (f64, f64))>) -> Vec<(f64, f
     joined
 }
 
-/// The numbers of a column; NaN where there is none.
-fn numbers(table: &Table, column: usize) -> Vec<f64> {
+/// Returns the numbers of a column, NaN where there is none.
+fn numbers(table: &DataTable, column: usize) -> Vec<f64> {
     table.cells(column).map(|cell| cell.number().unwrap_or(f64::NAN)).collect()
 }
 
-/// The distinct values of a column in order of appearance, and which of them each row has; NaN
-/// where there is none.
-fn categories(table: &Table, column: usize) -> (Vec<String>, Vec<f64>) {
-    let written = Written::of(table, column);
+/// Returns the distinct values of a column in order of appearance, and the index of the value that
+/// each row has, NaN where there is none.
+fn categories(table: &DataTable, column: usize) -> (Vec<String>, Vec<f64>) {
+    let format = ValueFormat::for_column(table, column);
     let mut seen = Vec::new();
     let mut place = |cell: &Cell| {
         if cell.is_missing() {
             return f64::NAN;
         }
-        let text = written.text(cell);
+        let text = format.text(cell);
         let known = seen.iter().position(|other| *other == text);
         known.unwrap_or_else(|| {
             seen.push(text);
@@ -469,7 +385,8 @@ fn categories(table: &Table, column: usize) -> (Vec<String>, Vec<f64>) {
     (seen, places)
 }
 
-fn text_in(table: &Table, column: usize) -> Option<String> {
+/// Returns the first text in a column, if it has any.
+fn text_in(table: &DataTable, column: usize) -> Option<String> {
     table.cells(column).find_map(|cell| match cell {
         Cell::Text(text) => Some(text.clone()),
         _ => None,

@@ -1,31 +1,41 @@
-//! Names beside points, where there is room for them.
+//! Names beside points, as far as there is room for them.
 
-use super::draw::{Point, Segment};
+use super::canvas::{PlotPoint, Segment};
 use crate::axis::INK;
-use crate::svg::{Drawing, Rect, escape, n, text_width};
+use crate::font::text_width;
+use crate::svg::{Drawing, Rect, n};
+use crate::text::escape;
 
+/// The font size, in pixels as all lengths here.
 const NAME_SIZE: f64 = 10.0;
-/// Of a digit above the baseline, and of what hangs below it, as parts of the size of the text.
+/// The height of a digit above the baseline, as a fraction of the font size.
 const ASCENT: f64 = 0.74;
+/// The depth of a letter below the baseline, as a fraction of the font size.
 const DESCENT: f64 = 0.2;
-/// More names than these are not tried: no figure has room for them.
+/// The largest number of names that are tried: no figure has room for more.
 const MOST: usize = 80;
 
-/// What names must not cover.
-pub(super) struct Taken {
+/// The shapes that names must not cover.
+pub(super) struct Obstacles {
+    /// The frame that names must not leave.
     pub(super) frame: Rect,
     /// The middles of markers with their radii.
-    pub(super) markers: Vec<(Point, f64)>,
-    /// Pieces of curves; a name may stand on one where there is no other room.
+    pub(super) markers: Vec<(PlotPoint, f64)>,
+    /// The pieces of curves. A name may stand on one if there is no other room.
     pub(super) lines: Vec<Segment>,
     /// The stairs of a front, whose dashes would read as a minus.
     pub(super) stairs: Vec<Segment>,
 }
 
 /// Writes each name beside its point, `clear` pixels from it: on a side where it covers no curve if
-/// there is one, else on one where it covers neither marker nor stair nor other name, else not at
-/// all.
-pub(super) fn draw(drawing: &mut Drawing, wanted: &[(Point, &str)], clear: f64, taken: &Taken) {
+/// there is one, otherwise on a side where it covers neither marker nor stair nor other name,
+/// otherwise not at all.
+pub(super) fn draw(
+    drawing: &mut Drawing,
+    wanted: &[(PlotPoint, &str)],
+    clear: f64,
+    taken: &Obstacles,
+) {
     let every = wanted.len().div_ceil(MOST).max(1);
     let mut names: Vec<Rect> = Vec::new();
     for &(point, name) in wanted.iter().step_by(every).filter(|(_, name)| !name.is_empty()) {
@@ -50,26 +60,27 @@ pub(super) fn draw(drawing: &mut Drawing, wanted: &[(Point, &str)], clear: f64, 
     }
 }
 
-/// The places for a name, in the order they are tried: right and left above, right and left below,
-/// beside, above, below.
-fn sides((x, y): Point, width: f64, clear: f64) -> [Rect; 8] {
+/// Returns the places for a name, in the order in which they are tried: right and left above, right
+/// and left below, beside, above, below.
+fn sides((x, y): PlotPoint, width: f64, clear: f64) -> [Rect; 8] {
     let height = (ASCENT + DESCENT) * NAME_SIZE;
-    // at a corner the distance is along a diagonal
+    // At a corner the distance is along a diagonal.
     let corner = 0.8 * clear;
     let [right, left, middle] = [x + clear, x - clear - width, x - width / 2.0];
-    let at = |x: f64, y: f64| Rect { x, y, width, height };
+    let rect = |x: f64, y: f64| Rect { x, y, width, height };
     [
-        at(x + corner, y - corner - height),
-        at(x - corner - width, y - corner - height),
-        at(x + corner, y + corner),
-        at(x - corner - width, y + corner),
-        at(right, y - height / 2.0),
-        at(left, y - height / 2.0),
-        at(middle, y - clear - height),
-        at(middle, y + clear),
+        rect(x + corner, y - corner - height),
+        rect(x - corner - width, y - corner - height),
+        rect(x + corner, y + corner),
+        rect(x - corner - width, y + corner),
+        rect(right, y - height / 2.0),
+        rect(left, y - height / 2.0),
+        rect(middle, y - clear - height),
+        rect(middle, y + clear),
     ]
 }
 
+/// Says whether two names come too close to each other.
 fn overlap(a: &Rect, b: &Rect) -> bool {
     const APART: f64 = 1.5;
     a.x < b.right() + APART
@@ -78,15 +89,15 @@ fn overlap(a: &Rect, b: &Rect) -> bool {
         && b.y < a.bottom() + APART
 }
 
-impl Taken {
-    /// Whether a rectangle is within the frame and covers no marker and no stair.
+impl Obstacles {
+    /// Says whether a rectangle is within the frame and covers no marker and no stair.
     fn has_room(&self, rect: &Rect) -> bool {
         let frame = &self.frame;
         let inside = rect.x > frame.x + 2.0
             && rect.right() < frame.right() - 2.0
             && rect.y > frame.y + 2.0
             && rect.bottom() < frame.bottom() - 2.0;
-        let covers = |&((x, y), radius): &(Point, f64)| {
+        let covers = |&((x, y), radius): &(PlotPoint, f64)| {
             (rect.x - radius..rect.right() + radius).contains(&x)
                 && (rect.y - radius..rect.bottom() + radius).contains(&y)
         };
@@ -95,12 +106,14 @@ impl Taken {
             && !self.stairs.iter().any(|&line| crosses(rect, line))
     }
 
+    /// Says whether a curve runs through a rectangle.
     fn crosses(&self, rect: &Rect) -> bool {
         self.lines.iter().any(|&line| crosses(rect, line))
     }
 }
 
-/// Whether a piece of a line runs through a rectangle: what is left of it between the four sides.
+/// Says whether a piece of a line runs through a rectangle: whether anything is left of it between
+/// the four sides.
 fn crosses(rect: &Rect, ((x1, y1), (x2, y2)): Segment) -> bool {
     let (mut from, mut to) = (0.0f64, 1.0f64);
     for (start, step, low, high) in
@@ -125,10 +138,10 @@ mod tests {
 
     const FRAME: Rect = Rect { x: 0.0, y: 0.0, width: 200.0, height: 100.0 };
 
-    /// The lower left corners of the names that were written.
+    /// Returns x, baseline and text of each name that was written.
     fn written(
-        wanted: &[(Point, &str)],
-        markers: &[Point],
+        wanted: &[(PlotPoint, &str)],
+        markers: &[PlotPoint],
         lines: &[Segment],
     ) -> Vec<(String, String, String)> {
         let mut drawing = Drawing::default();
@@ -136,7 +149,7 @@ mod tests {
             &mut drawing,
             wanted,
             6.0,
-            &Taken {
+            &Obstacles {
                 frame: FRAME,
                 markers: markers.iter().map(|&marker| (marker, 3.5)).collect(),
                 lines: lines.to_vec(),
@@ -145,12 +158,14 @@ mod tests {
         );
         let svg = drawing.finish(1.0, 1.0, "");
         let texts = svg.lines().filter(|line| line.starts_with("<text"));
-        let part = |line: &str, before: &str, after: char| {
+        let piece = |line: &str, before: &str, after: char| {
             let rest = &line[line.find(before).unwrap() + before.len()..];
             rest[..rest.find(after).unwrap()].to_owned()
         };
         texts
-            .map(|line| (part(line, "x=\"", '"'), part(line, "y=\"", '"'), part(line, "\">", '<')))
+            .map(|line| {
+                (piece(line, "x=\"", '"'), piece(line, "y=\"", '"'), piece(line, "\">", '<'))
+            })
             .collect()
     }
 
@@ -170,11 +185,11 @@ mod tests {
 
     #[test]
     fn names_without_room_are_left_out() {
-        let crowd: Vec<Point> = (0..40)
+        let crowd: Vec<PlotPoint> = (0..40)
             .flat_map(|i| (0..20).map(move |j| (5.0 * f64::from(i), 5.0 * f64::from(j))))
             .collect();
         assert_eq!(written(&[((100.0, 50.0), "64")], &crowd, &[]), []);
-        let same: Vec<(Point, &str)> = vec![((100.0, 50.0), "a long name"); 20];
+        let same: Vec<(PlotPoint, &str)> = vec![((100.0, 50.0), "a long name"); 20];
         assert!(
             (1..8).contains(&written(&same, &[(100.0, 50.0)], &[]).len()),
             "names do not cover each other"

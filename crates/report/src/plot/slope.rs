@@ -1,12 +1,46 @@
-//! Fitted lines and what is written of them.
+//! Fitted lines and the text of their slopes.
 
-use super::draw::Canvas;
+use super::canvas::{Canvas, PlotPoint};
+use super::figure::PlotPanel;
+use crate::axis::TICK_SIZE;
 use crate::fit::Fit;
-use crate::si::{Unit, decade, power_of_ten};
-use crate::svg::{Drawing, n};
+use crate::font::shorten;
+use crate::number::{decade, power_of_ten};
+use crate::palette::Look;
+use crate::svg::{Anchor, Drawing, n};
+use crate::unit::PrefixedUnit;
 
-/// The ends of a fitted line, as values.
-pub(super) fn ends(fit: &Fit) -> [(f64, f64); 2] {
+/// The dashes of a line fitted to the ends of a band, which tell it from the band's edge.
+pub(super) const FIT_OF_BAND: &str = r#" stroke-dasharray="5 3""#;
+
+/// A fitted line of a panel.
+pub(super) struct FittedLine<'a> {
+    /// True if the line belongs to a band and not to a series.
+    pub(super) of_band: bool,
+    /// The label of the band or the series.
+    pub(super) label: &'a str,
+    /// The words that tell the two lines of a band apart; empty for a series.
+    pub(super) end: &'static str,
+    pub(super) fit: &'a Fit,
+}
+
+/// Iterates over the fitted lines of a panel: those of its series, then those of its bands.
+pub(super) fn fitted_lines(panel: &PlotPanel) -> impl Iterator<Item = FittedLine<'_>> {
+    let curves = panel.series.iter().filter_map(|series| {
+        let fit = series.fit.as_ref()?;
+        Some(FittedLine { of_band: false, label: &series.label, end: "", fit })
+    });
+    let bands = panel.bands.iter().flat_map(|band| {
+        let [low, high] = &band.fits;
+        [(high, "upper end: "), (low, "lower end: ")].into_iter().filter_map(|(fit, end)| {
+            Some(FittedLine { of_band: true, label: &band.label, end, fit: fit.as_ref()? })
+        })
+    });
+    curves.chain(bands)
+}
+
+/// Returns the ends of a fitted line, as values.
+pub(super) fn ends(fit: &Fit) -> [PlotPoint; 2] {
     [fit.from, fit.to].map(|x| (x, fit.at(x)))
 }
 
@@ -23,13 +57,41 @@ pub(super) fn draw(drawing: &mut Drawing, canvas: &Canvas<'_>, fit: &Fit, color:
     }
 }
 
-/// `slope −0.97 ± 0.02`, in the units of the axes: a power on logarithmic ones, else with the unit
-/// it has.
-pub(super) fn text(fit: &Fit, x: &Unit, y: &Unit) -> String {
-    // on a logarithmic axis a prefix moves the line and does not turn it
-    let over = |unit: &Unit, log: bool| if log { 1.0 } else { unit.of_si(1.0) };
+/// A fitted line and the text of its slope, above one of several panels.
+#[derive(Clone)]
+pub(super) struct SlopeKey {
+    pub(super) look: Look,
+    pub(super) of_band: bool,
+    pub(super) text: String,
+}
+
+impl SlopeKey {
+    /// Draws the key with its left end at `x` and its baseline at `baseline`, `width` pixels wide.
+    pub(super) fn draw(&self, drawing: &mut Drawing, (x, baseline): PlotPoint, width: f64) {
+        const LINE: f64 = 17.0;
+        const TEXT: f64 = 22.0;
+        let middle = baseline - 0.36 * TICK_SIZE;
+        let dash = if self.of_band { FIT_OF_BAND } else { "" };
+        let color = self.look.color;
+        drawing.push(&format!(
+            r#"<path d="M{} {}h{LINE}" fill="none" stroke="{color}" stroke-width="1"{dash}/>"#,
+            n(x),
+            n(middle)
+        ));
+        drawing.push(&self.look.marker(x + LINE / 2.0, middle));
+        let text = shorten(&self.text, width - TEXT, TICK_SIZE);
+        drawing.text((x + TEXT, baseline), TICK_SIZE, Anchor::Start, &text);
+    }
+}
+
+/// Writes a slope as `slope −0.97 ± 0.02`, in the units of the axes: a power on logarithmic axes,
+/// otherwise a number with a unit.
+pub(super) fn text(fit: &Fit, x: &PrefixedUnit, y: &PrefixedUnit) -> String {
+    // On a logarithmic axis a prefix moves the line and does not turn it.
+    let over = |unit: &PrefixedUnit, log: bool| if log { 1.0 } else { unit.of_si(1.0) };
     let scale = over(y, fit.log_y) / over(x, fit.log_x);
-    let pure = |unit: &Unit| if unit.name == "1" { String::new() } else { unit.name.clone() };
+    let pure =
+        |unit: &PrefixedUnit| if unit.name == "1" { String::new() } else { unit.name.clone() };
     let unit = match (fit.log_x, fit.log_y) {
         (true, true) => String::new(),
         (true, false) => format!("{} per decade", pure(y)),
@@ -46,9 +108,9 @@ pub(super) fn text(fit: &Fit, x: &Unit, y: &Unit) -> String {
         .to_owned()
 }
 
-/// A number with its error, to the first digit that is uncertain and to four digits at most.
+/// Writes a number with its error, to the first digit that is uncertain and to four digits at most.
 fn with_error(x: f64, error: f64) -> String {
-    // what is as small as this is a rounding error, and its power of ten has no inverse
+    // A number as small as this is a rounding error, and its power of ten has no inverse.
     let [x, error] = [x, error].map(|x| if x.abs() < 1e-290 { 0.0 } else { x });
     let largest = x.abs().max(error);
     let leading = if largest > 0.0 { decade(largest, 4) } else { 0 };
@@ -104,8 +166,11 @@ mod tests {
             log_y,
         };
         let power = Fit { slope: -2.0, standard_error: 0.1, ..fit(true, true) };
-        let (length, pressure, none) =
-            (Unit::fitting("m", 1e-3), Unit::fitting("Pa", 1e9), Unit::plain("1"));
+        let (length, pressure, none) = (
+            PrefixedUnit::fitting("m", 1e-3),
+            PrefixedUnit::fitting("Pa", 1e9),
+            PrefixedUnit::plain("1"),
+        );
         assert_eq!(text(&power, &length, &pressure), "slope −2.0 ± 0.1");
         assert_eq!(text(&fit(false, false), &length, &pressure), "slope −2.0 ± 0.1 GPa per mm");
         assert_eq!(

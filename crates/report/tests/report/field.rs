@@ -1,13 +1,13 @@
 //! Fields: maps, drawings in a terminal, files.
 
 use proptest::prelude::*;
-use report::{Field, FieldError, Grid, TerminalInk, Values, VtiError, field_csv, png, vti};
+use report::{Field, FieldError, FieldGrid, TerminalInk, Values, VtiError, field_csv, png, vti};
 
-fn grid(nx: usize, ny: usize) -> Grid {
-    Grid { nx, ny, origin: [-1e-3, 0.0], element: [2e-3 / nx as f64, 1e-3 / ny as f64] }
+fn grid(nx: usize, ny: usize) -> FieldGrid {
+    FieldGrid { nx, ny, origin: [-1e-3, 0.0], element: [2e-3 / nx as f64, 1e-3 / ny as f64] }
 }
 
-/// Grows in x, and at the lowest y there is none.
+/// Returns a pressure that grows in x; at the lowest y there is none.
 fn pressure() -> Field {
     let values = (0..8).map(|e| if e < 4 { f64::NAN } else { 1e9 * (e - 3) as f64 }).collect();
     Field::new("contact_pressure", "Pa", grid(4, 2), Values::Number(values)).unwrap()
@@ -19,7 +19,7 @@ fn state() -> Field {
         "state",
         "",
         grid(4, 2),
-        Values::Category { of: vec![0, 1, 1, 0, 3, 2, 2, 3], names },
+        Values::Category { states: vec![0, 1, 1, 0, 3, 2, 2, 3], names },
     )
     .unwrap()
 }
@@ -31,7 +31,7 @@ fn decode(bytes: &[u8]) -> (usize, usize, Vec<u8>) {
     (info.width as usize, info.height as usize, pixels)
 }
 
-/// The number of pixels of a colour, and the mean of their places.
+/// Returns the number of pixels of a colour, and the mean of their places.
 fn find(svg: &str, color: [u8; 3]) -> (usize, f64, f64) {
     let (width, _, pixels) = decode(&png(svg, 96.0).unwrap());
     let places: Vec<usize> =
@@ -49,7 +49,7 @@ fn a_map_shows_each_element_at_its_place() {
     let stick = find(&svg, [0x00, 0x72, 0xb2]);
     let slip = find(&svg, [0xd5, 0x5e, 0x00]);
     let open = find(&svg, [0xd9, 0xd9, 0xd9]);
-    // Two elements of 75 by 75 pixels each and a swatch.
+    // A state has two elements of 75 by 75 pixels each and a swatch.
     for (count, ..) in [stick, slip, open] {
         assert!((10_500..11_800).contains(&count), "{count}");
     }
@@ -66,7 +66,7 @@ fn a_map_has_a_bar_with_unit_and_equal_scales() {
         assert!(svg.contains(text), "{text}");
     }
     assert!(svg.contains(r#"width="300" height="150" preserveAspectRatio="none""#), "2 mm by 1 mm");
-    // The end of viridis: the upper right element and next to nothing of the bar.
+    // The end of viridis colours the upper right element and next to nothing of the bar.
     let (count, ..) = find(&svg, [0xfd, 0xe7, 0x25]);
     assert!((5_000..7_000).contains(&count), "{count}");
 }
@@ -131,9 +131,12 @@ fn fields_that_cannot_be() {
         field(grid(3, 2), numbers(5)),
         FieldError::Length { found: 5, expected: 6, .. }
     ));
-    assert!(matches!(field(Grid { nx: 0, ..grid(1, 1) }, numbers(0)), FieldError::Grid { .. }));
     assert!(matches!(
-        field(Grid { nx: usize::MAX, ..grid(1, 2) }, numbers(1)),
+        field(FieldGrid { nx: 0, ..grid(1, 1) }, numbers(0)),
+        FieldError::Grid { .. }
+    ));
+    assert!(matches!(
+        field(FieldGrid { nx: usize::MAX, ..grid(1, 2) }, numbers(1)),
         FieldError::Grid { .. }
     ));
     for (origin, element) in [
@@ -145,13 +148,13 @@ fn fields_that_cannot_be() {
         (0.0, 1e300),
         (1.0, 1e-30),
     ] {
-        let grid = Grid { nx: 1, ny: 1, origin: [origin, 0.0], element: [element, 1.0] };
+        let grid = FieldGrid { nx: 1, ny: 1, origin: [origin, 0.0], element: [element, 1.0] };
         assert!(
             matches!(field(grid, numbers(1)), FieldError::Geometry { .. }),
             "{origin} {element}"
         );
     }
-    let states = Values::Category { of: vec![0, 4], names: vec!["a".into(); 4] };
+    let states = Values::Category { states: vec![0, 4], names: vec!["a".into(); 4] };
     assert!(matches!(
         field(grid(2, 1), states),
         FieldError::UnknownState { state: 4, element: 1, names: 4, .. }
@@ -173,8 +176,8 @@ proptest! {
     ) {
         let states = values.iter().map(|x| if *x > 0.5 { 2 } else { u8::from(*x > 0.0) }).collect();
         let names = vec![name.clone(), "b".into(), "c".into()];
-        let grid = Grid { nx, ny, origin, element };
-        for values in [Values::Number(values), Values::Category { of: states, names }] {
+        let grid = FieldGrid { nx, ny, origin, element };
+        for values in [Values::Number(values), Values::Category { states, names }] {
             let field = Field::new(name.clone(), "Pa", grid, values).unwrap();
             let svg = field.svg();
             prop_assert!(!svg.contains("\"NaN\""));

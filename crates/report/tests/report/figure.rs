@@ -1,31 +1,32 @@
-//! Figures: what is drawn, what is refused, and that nothing panics.
+//! Figures: their content, the refusals, and that nothing panics.
 
 use proptest::prelude::*;
 use report::{
-    Axis, Band, Cell, Column, Figure, FigureError, FigureSpec, Panel, Series, Style, Table, png,
+    BandPoint, Cell, DataTable, FigureError, FigureSpec, PlotAxis, PlotBand, PlotFigure, PlotPanel,
+    Series, Style, TableColumn, png,
 };
 
-fn axis(label: &str, unit: &str, log: bool) -> Axis {
-    Axis { label: label.into(), unit: unit.into(), log, categories: Vec::new() }
+fn axis(label: &str, unit: &str, log: bool) -> PlotAxis {
+    PlotAxis { label: label.into(), unit: unit.into(), log, categories: Vec::new() }
 }
 
 fn series(label: &str, points: &[(f64, f64)]) -> Series {
     Series { label: label.into(), points: points.to_vec(), ..Series::default() }
 }
 
-fn figure(points: &[(f64, f64)], log: bool) -> Figure {
+fn figure(points: &[(f64, f64)], log: bool) -> PlotFigure {
     let (x, y) = (axis("approach", "m", log), axis("load", "N", log));
-    let panels = vec![Panel {
+    let panels = vec![PlotPanel {
         title: String::new(),
         x,
         y,
         series: vec![series("", points)],
-        ..Panel::default()
+        ..PlotPanel::default()
     }];
-    Figure { title: String::new(), legend: String::new(), panels }
+    PlotFigure { title: String::new(), legend: String::new(), panels }
 }
 
-fn table() -> Table {
+fn table() -> DataTable {
     let columns =
         [("mu", "1"), ("mesh", ""), ("poisson", "1"), ("peak_pressure", "Pa"), ("status", "")];
     let mut rows = Vec::new();
@@ -41,7 +42,7 @@ fn table() -> Table {
             }
         }
     }
-    Table::new(columns.map(|(name, unit)| Column::new(name, unit)).to_vec(), rows).unwrap()
+    DataTable::new(columns.map(|(name, unit)| TableColumn::new(name, unit)).to_vec(), rows).unwrap()
 }
 
 #[test]
@@ -62,7 +63,7 @@ fn a_figure_from_a_table() {
         title: "Peak",
         ..Default::default()
     };
-    let figure = Figure::from_table(&table(), &spec).unwrap();
+    let figure = PlotFigure::from_table(&table(), &spec).unwrap();
     assert_eq!(figure.legend, "mesh");
     assert_eq!(
         figure.panels.iter().map(|p| p.title.as_str()).collect::<Vec<_>>(),
@@ -87,21 +88,21 @@ fn a_figure_from_a_table() {
 #[test]
 fn points_with_the_same_x_are_not_joined() {
     let spec = FigureSpec { x: "mu", y: &["peak_pressure"], ..Default::default() };
-    let figure = Figure::from_table(&table(), &spec).unwrap();
+    let figure = PlotFigure::from_table(&table(), &spec).unwrap();
     assert_eq!(figure.panels[0].series[0].style, Style::Markers);
     let spec =
         FigureSpec { x: "status", y: &["peak_pressure"], series: &["mesh"], ..Default::default() };
-    let figure = Figure::from_table(&table(), &spec).unwrap();
+    let figure = PlotFigure::from_table(&table(), &spec).unwrap();
     assert_eq!(figure.panels[0].x.categories, ["certified"]);
     assert!(figure.svg().contains(">certified</text>"));
 }
 
-/// Two loops one after the other: each is joined in its own order, though x comes back, and they
-/// are not joined to each other.
+/// There are two loops one after the other: each is joined in its own order, though x comes back,
+/// and they are not joined to each other.
 #[test]
 fn paths_are_joined_in_their_own_order() {
     let columns = [("shift", "m"), ("force", "N"), ("increment", "")]
-        .map(|(name, unit)| Column::new(name, unit));
+        .map(|(name, unit)| TableColumn::new(name, unit));
     let path = [(0.0, 0.0), (2.0, 1.0), (0.0, -1.0), (-2.0, -3.0)];
     let row =
         |(i, (x, y)): (usize, &(f64, f64))| vec![(*x).into(), (*y).into(), (i as i64 + 1).into()];
@@ -109,10 +110,10 @@ fn paths_are_joined_in_their_own_order() {
         .into_iter()
         .flat_map(|path| path.iter().enumerate().map(row))
         .collect();
-    let table = Table::new(columns.to_vec(), rows).unwrap();
+    let table = DataTable::new(columns.to_vec(), rows).unwrap();
     let spec =
         FigureSpec { x: "shift", y: &["force"], along: Some("increment"), ..Default::default() };
-    let figure = Figure::from_table(&table, &spec).unwrap();
+    let figure = PlotFigure::from_table(&table, &spec).unwrap();
     let series = &figure.panels[0].series[0];
     assert_eq!(series.style, Style::Path);
     assert_eq!(series.points[..4], path);
@@ -120,7 +121,7 @@ fn paths_are_joined_in_their_own_order() {
     assert_eq!(series.points[5..], path[..2]);
     assert!(!figure.svg().contains("not drawn"));
     assert_eq!(figure.svg().matches("<circle").count(), 2, "each path is marked where it ends");
-    assert!(Figure::from_table(&table, &FigureSpec { along: Some("time"), ..spec }).is_err());
+    assert!(PlotFigure::from_table(&table, &FigureSpec { along: Some("time"), ..spec }).is_err());
 }
 
 /// In black and white, lines without markers differ in their dashes, and markers in the legend
@@ -151,16 +152,18 @@ fn several_columns_share_an_axis() {
     };
     let rows =
         [(0.1, 80e9), (0.2, 80e9), (0.1, 8e9), (0.2, 8e9)].map(|(mu, modulus)| row(mu, modulus));
-    let table =
-        Table::new(columns.map(|(name, unit)| Column::new(name, unit)).to_vec(), rows.to_vec())
-            .unwrap();
+    let table = DataTable::new(
+        columns.map(|(name, unit)| TableColumn::new(name, unit)).to_vec(),
+        rows.to_vec(),
+    )
+    .unwrap();
     let labels =
         [("hertz_peak_pressure", "Hertz's"), ("modulus", "shear modulus"), ("mu", "friction")];
     let y = ["peak_pressure", "hertz_peak_pressure"];
     let spec =
         FigureSpec { x: "mu", y: &y, y_label: "pressure", labels: &labels, ..Default::default() };
-    let labelled = |spec: &FigureSpec<'_>| -> (Figure, Vec<String>) {
-        let figure = Figure::from_table(&table, spec).unwrap();
+    let labelled = |spec: &FigureSpec<'_>| -> (PlotFigure, Vec<String>) {
+        let figure = PlotFigure::from_table(&table, spec).unwrap();
         let labels = figure.panels[0].series.iter().map(|series| series.label.clone()).collect();
         (figure, labels)
     };
@@ -198,8 +201,8 @@ fn several_columns_share_an_axis() {
     let marked = FigureSpec { x: "peak_pressure", series: &["mu"], y: &y, ..Default::default() };
     assert!(labelled(&marked).0.panels[0].series.iter().all(|series| series.kin.is_some()));
     let twice =
-        Table::new(table.columns().to_vec(), [table.rows(), table.rows()].concat()).unwrap();
-    let figure_of_markers = Figure::from_table(&twice, &marked).unwrap();
+        DataTable::new(table.columns().to_vec(), [table.rows(), table.rows()].concat()).unwrap();
+    let figure_of_markers = PlotFigure::from_table(&twice, &marked).unwrap();
     let marks = &figure_of_markers.panels[0].series;
     assert!(
         marks.iter().all(|series| series.style == Style::Markers && series.kin.is_none()),
@@ -249,7 +252,8 @@ fn points_that_have_no_place_are_counted_in_the_figure() {
 #[test]
 fn what_cannot_be_drawn_is_refused() {
     let spec = |x, y: &'static [&'static str]| FigureSpec { x, y, ..Default::default() };
-    let error = |spec: FigureSpec<'_>| Figure::from_table(&table(), &spec).unwrap_err().to_string();
+    let error =
+        |spec: FigureSpec<'_>| PlotFigure::from_table(&table(), &spec).unwrap_err().to_string();
     let mut all = vec![
         error(spec("mue", &["peak_pressure"])),
         error(spec("mu", &["status"])),
@@ -259,27 +263,27 @@ fn what_cannot_be_drawn_is_refused() {
         error(spec("mesh", &["mu", "poisson", "peak_pressure"])),
         error(spec("mu", &["peak_pressure", "status"])),
     ];
-    let negative = Table::new(
-        vec![Column::new("x", ""), Column::new("y", "")],
+    let negative = DataTable::new(
+        vec![TableColumn::new("x", ""), TableColumn::new("y", "")],
         (0..60).map(|i| vec![i64::from(i).into(), Cell::Integer(-1)]).collect(),
     )
     .unwrap();
-    let error = |table: &Table, spec: FigureSpec<'_>| {
-        Figure::from_table(table, &spec).unwrap_err().to_string()
+    let error = |table: &DataTable, spec: FigureSpec<'_>| {
+        PlotFigure::from_table(table, &spec).unwrap_err().to_string()
     };
     all.push(error(&negative, FigureSpec { log_y: true, ..spec("x", &["y"]) }));
     all.push(error(&negative, FigureSpec { panels: Some("x"), ..spec("x", &["y"]) }));
     all.push(error(&negative, FigureSpec { series: &["x"], ..spec("x", &["y"]) }));
     let empty =
-        Table::new(negative.columns().to_vec(), vec![vec![Cell::Missing, 1.0.into()]]).unwrap();
+        DataTable::new(negative.columns().to_vec(), vec![vec![Cell::Missing, 1.0.into()]]).unwrap();
     all.push(error(&empty, spec("x", &["y"])));
     insta::assert_snapshot!(all.join("\n"));
-    let none = Table::new(negative.columns().to_vec(), vec![]).unwrap();
-    let error = Figure::from_table(&none, &spec("x", &["y"])).unwrap_err();
+    let none = DataTable::new(negative.columns().to_vec(), vec![]).unwrap();
+    let error = PlotFigure::from_table(&none, &spec("x", &["y"])).unwrap_err();
     assert!(matches!(error, FigureError::NothingToDraw { rows: 0, .. }));
 }
 
-/// The pixels of a PNG.
+/// Returns the width, the height and the pixels of a PNG.
 pub(crate) fn decode(bytes: &[u8]) -> (u32, u32, Vec<u8>) {
     let mut reader = ::png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
     let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
@@ -345,7 +349,7 @@ fn coordinate() -> impl Strategy<Value = f64> {
     ]
 }
 
-fn figures() -> impl Strategy<Value = Figure> {
+fn figures() -> impl Strategy<Value = PlotFigure> {
     let style = prop_oneof![
         Just(Style::LineAndMarkers),
         Just(Style::Line),
@@ -367,11 +371,16 @@ fn figures() -> impl Strategy<Value = Figure> {
                 (0..points.len() * usize::from(log_x)).map(|i| format!("{name}{i}")).collect();
             Series { label, points, style, kin, fit, names }
         });
-    let ends = proptest::collection::vec((coordinate(), coordinate(), coordinate()), 0..60);
+    let end = (coordinate(), coordinate(), coordinate()).prop_map(|(x, low, high)| BandPoint {
+        x,
+        low,
+        high,
+    });
+    let ends = proptest::collection::vec(end, 0..60);
     let band = (any::<String>(), ends, any::<bool>(), points()).prop_map(
         |(label, points, joined, fitted)| {
             let fits = [report::fit::power_law(&fitted), None];
-            Band { label, points, joined, fits }
+            PlotBand { label, points, joined, fits }
         },
     );
     let axis = (
@@ -380,7 +389,7 @@ fn figures() -> impl Strategy<Value = Figure> {
         any::<bool>(),
         0usize..4,
     )
-        .prop_map(|(label, unit, log, n)| Axis {
+        .prop_map(|(label, unit, log, n)| PlotAxis {
             label,
             unit: unit.into(),
             log,
@@ -392,10 +401,10 @@ fn figures() -> impl Strategy<Value = Figure> {
         any::<bool>(),
     );
     let panel = (any::<String>(), axis.clone(), axis, drawn).prop_map(
-        |(title, x, y, (series, bands, front))| Panel { title, x, y, series, bands, front },
+        |(title, x, y, (series, bands, front))| PlotPanel { title, x, y, series, bands, front },
     );
     (any::<String>(), any::<String>(), proptest::collection::vec(panel, 0..6))
-        .prop_map(|(title, legend, panels)| Figure { title, legend, panels })
+        .prop_map(|(title, legend, panels)| PlotFigure { title, legend, panels })
 }
 
 proptest! {
@@ -413,11 +422,11 @@ proptest! {
         [log_x, log_y, fit, front, with_band] in any::<[bool; 5]>(),
     ) {
         let cells = |(x, y, s): (f64, Option<f64>, i64)| vec![x.into(), y.map_or(Cell::Missing, Cell::Number), s.into()];
-        let columns = ["x", "y", "s"].map(|name| Column::new(name, "Pa")).to_vec();
+        let columns = ["x", "y", "s"].map(|name| TableColumn::new(name, "Pa")).to_vec();
         let band = with_band.then_some(("s", "y"));
-        let table = Table::new(columns, rows.into_iter().map(cells).collect()).unwrap();
+        let table = DataTable::new(columns, rows.into_iter().map(cells).collect()).unwrap();
         let spec = FigureSpec { x: "x", y: &["y"], series: &["s"], panels: Some("s"), log_x, log_y, band, fit, front, names: Some("s"), ..Default::default() };
-        if let Ok(figure) = Figure::from_table(&table, &spec) {
+        if let Ok(figure) = PlotFigure::from_table(&table, &spec) {
             let svg = figure.svg();
             prop_assert!(!svg.contains("NaN"));
         }

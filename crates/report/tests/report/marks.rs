@@ -1,14 +1,17 @@
-//! What figures show beyond curves: fitted lines, bands between two ends, the front of what is
-//! cheapest.
+//! The marks of figures beyond curves: fitted lines, bands between two ends, the front of the
+//! cheapest points.
 
-use report::{Cell, Column, Figure, FigureError, FigureSpec, Style, Table};
+use report::{BandPoint, Cell, DataTable, FigureError, FigureSpec, PlotFigure, Style, TableColumn};
 
-fn table(columns: &[(&str, &str)], rows: Vec<Vec<Cell>>) -> Table {
-    Table::new(columns.iter().map(|(name, unit)| Column::new(*name, *unit)).collect(), rows)
-        .unwrap()
+fn table(columns: &[(&str, &str)], rows: Vec<Vec<Cell>>) -> DataTable {
+    DataTable::new(
+        columns.iter().map(|(name, unit)| TableColumn::new(*name, *unit)).collect(),
+        rows,
+    )
+    .unwrap()
 }
 
-/// What is drawn within the frames of the panels and in the legend, without grids and axes.
+/// Returns the elements within the frames of the panels and in the legend, without grids and axes.
 fn inside(svg: &str) -> String {
     let axes = |line: &&str| {
         line.starts_with("<rect") && line.contains("#ffffff")
@@ -21,8 +24,8 @@ fn inside(svg: &str) -> String {
     svg.lines().filter(|line| !axes(line)).collect::<Vec<_>>().join("\n")
 }
 
-/// Errors of the orders 1 (with a second order that dies out) and 2 on two scenes.
-fn errors() -> Table {
+/// Returns errors of the orders 1 (with a second order that dies out) and 2 for two scenes.
+fn errors() -> DataTable {
     let mut rows = Vec::new();
     for (scene, scale) in [("sphere", 1.0), ("punch", 0.3)] {
         for mesh in [8_i64, 16, 32, 64, 128, 256] {
@@ -51,7 +54,7 @@ fn fitted_lines_have_their_slopes_in_the_legend() {
         ..Default::default()
     };
     let sphere = errors().filter("scene == 'sphere'").unwrap();
-    let figure = Figure::from_table(&sphere, &spec).unwrap();
+    let figure = PlotFigure::from_table(&sphere, &spec).unwrap();
     let fits: Vec<_> = figure.panels[0].series.iter().map(|series| series.fit.unwrap()).collect();
     assert!((fits[1].slope + 2.0).abs() < 1e-12 && fits[1].points == 6, "{fits:?}");
     assert!(
@@ -70,11 +73,13 @@ fn fitted_lines_have_their_slopes_in_the_legend() {
         "lines are fits and nothing else"
     );
     insta::assert_snapshot!(inside(&svg));
-    let plain = Figure::from_table(&sphere, &FigureSpec { fit: false, ..spec.clone() }).unwrap();
+    let plain =
+        PlotFigure::from_table(&sphere, &FigureSpec { fit: false, ..spec.clone() }).unwrap();
     assert!(!plain.svg().contains("slope") && !plain.svg().contains("standard error"));
 
-    let panels =
-        Figure::from_table(&errors(), &FigureSpec { panels: Some("scene"), ..spec }).unwrap().svg();
+    let panels = PlotFigure::from_table(&errors(), &FigureSpec { panels: Some("scene"), ..spec })
+        .unwrap()
+        .svg();
     assert!(panels.contains(">error load</text>"), "of several panels, the legend has names alone");
     assert_eq!(
         panels.matches(">slope −2.000 ± &lt; 0.001</text>").count(),
@@ -94,15 +99,16 @@ fn two_points_have_no_slope() {
         fit: true,
         ..Default::default()
     };
-    let figure = Figure::from_table(&two, &spec).unwrap();
+    let figure = PlotFigure::from_table(&two, &spec).unwrap();
     assert_eq!(
         (figure.panels[0].series[0].fit, figure.panels[0].series[0].style),
         (None, Style::LineAndMarkers)
     );
 }
 
-/// Brackets for two values of ν: closed ones, one without an upper end, and one that failed.
-fn brackets() -> Table {
+/// Returns brackets for two values of ν: closed ones, one without an upper end, and one that
+/// failed.
+fn brackets() -> DataTable {
     let rows = [
         (2, 0.3, Some(4.70), Some(4.70)),
         (3, 0.3, Some(3.27), Some(3.77)),
@@ -132,31 +138,33 @@ fn bands_lie_between_two_columns() {
         y_label: "end of uniqueness",
         ..Default::default()
     };
-    let figure = Figure::from_table(&brackets(), &spec).unwrap();
+    let figure = PlotFigure::from_table(&brackets(), &spec).unwrap();
     let panel = &figure.panels[0];
     assert!(panel.series.is_empty());
     assert_eq!(
         panel.bands.iter().map(|band| (band.label.as_str(), band.joined)).collect::<Vec<_>>(),
         [("0", true), ("0.3", true)]
     );
-    assert_eq!(panel.bands[1].points[1], (3.0, 3.27, 3.77));
+    assert_eq!(panel.bands[1].points[1], BandPoint { x: 3.0, low: 3.27, high: 3.77 });
     let svg = figure.svg();
     insta::assert_snapshot!(inside(&svg));
     assert_eq!(svg.matches("no upper end known").count(), 1);
     assert!(svg.contains(">end of uniqueness [1]</text>") && !svg.contains("not drawn"));
-    let closed = Figure::from_table(&brackets().filter("mesh < 8").unwrap(), &spec).unwrap();
+    let closed = PlotFigure::from_table(&brackets().filter("mesh < 8").unwrap(), &spec).unwrap();
     assert!(!closed.svg().contains("no upper end known"));
 
     let alone = FigureSpec { series: &[], y_label: "", ..spec.clone() };
-    let alone = Figure::from_table(&brackets().filter("poisson == 0.3").unwrap(), &alone).unwrap();
+    let alone =
+        PlotFigure::from_table(&brackets().filter("poisson == 0.3").unwrap(), &alone).unwrap();
     assert_eq!(
         (alone.panels[0].bands[0].label.as_str(), alone.panels[0].y.label.as_str()),
         ("mu low to mu high", "mu low, mu high")
     );
     let words =
-        Figure::from_table(&brackets(), &FigureSpec { x: "status", ..spec.clone() }).unwrap();
+        PlotFigure::from_table(&brackets(), &FigureSpec { x: "status", ..spec.clone() }).unwrap();
     assert!(words.panels[0].bands.iter().all(|band| !band.joined), "words are not joined");
-    let curve = Figure::from_table(&brackets(), &FigureSpec { y: &["mu_low"], ..spec }).unwrap();
+    let curve =
+        PlotFigure::from_table(&brackets(), &FigureSpec { y: &["mu_low"], ..spec }).unwrap();
     let labels =
         (curve.panels[0].series[0].label.as_str(), curve.panels[0].bands[0].label.as_str());
     assert_eq!(
@@ -180,7 +188,7 @@ fn the_ends_of_a_band_are_fitted() {
         fit: true,
         ..Default::default()
     };
-    let figure = Figure::from_table(&table, &spec).unwrap();
+    let figure = PlotFigure::from_table(&table, &spec).unwrap();
     assert!(
         figure.panels[0].bands[0].fits.iter().all(|fit| (fit.unwrap().slope + 0.5).abs() < 1e-12)
     );
@@ -192,8 +200,8 @@ fn the_ends_of_a_band_are_fitted() {
     );
 }
 
-/// Errors against seconds of two methods on some meshes.
-fn costs() -> Table {
+/// Returns errors against seconds of two methods on some meshes.
+fn costs() -> DataTable {
     let mut rows = Vec::new();
     for (method, seconds, order) in [("newton", 2e-4, 1.0), ("gradient", 5e-5, 1.3)] {
         for mesh in [16_i64, 32, 64, 128, 256] {
@@ -221,22 +229,23 @@ fn the_front_is_marked_and_named() {
         ..Default::default()
     };
     let named = FigureSpec { names: Some("mesh"), ..spec.clone() };
-    let svg = Figure::from_table(&costs(), &named).unwrap().svg();
+    let svg = PlotFigure::from_table(&costs(), &named).unwrap().svg();
     insta::assert_snapshot!(inside(&svg));
     // On equal meshes both err alike, so that the cheaper of the two is on the front.
     assert_eq!(svg.matches("r=\"6\"").count(), 5 + 1, "five rings and the legend's");
     assert_eq!(svg.matches("cheapest for its accuracy").count(), 1);
     let names = |svg: &str| svg.lines().filter(|line| line.contains("paint-order")).count();
     assert_eq!(names(&svg), 5, "each mesh has room for its name");
-    assert_eq!(names(&Figure::from_table(&costs(), &spec).unwrap().svg()), 0);
-    let all = Figure::from_table(&costs(), &FigureSpec { front: false, ..named }).unwrap().svg();
+    assert_eq!(names(&PlotFigure::from_table(&costs(), &spec).unwrap().svg()), 0);
+    let all =
+        PlotFigure::from_table(&costs(), &FigureSpec { front: false, ..named }).unwrap().svg();
     assert!(names(&all) > 5 && !all.contains("cheapest"), "without a front every point has a name");
 }
 
 #[test]
 fn what_has_no_points_in_order_of_x_is_refused() {
     let spec = FigureSpec { x: "mesh", y: &["mu_low"], ..Default::default() };
-    let error = |spec: FigureSpec<'_>| Figure::from_table(&brackets(), &spec).unwrap_err();
+    let error = |spec: FigureSpec<'_>| PlotFigure::from_table(&brackets(), &spec).unwrap_err();
     let band = Some(("mu_low", "mu_high"));
     let all = [
         error(FigureSpec { x: "status", fit: true, ..spec.clone() }),

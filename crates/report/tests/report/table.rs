@@ -1,9 +1,9 @@
 //! Tables: text, CSV, JSON, selection, order and filters.
 
 use proptest::prelude::*;
-use report::{Cell, Column, FilterError, Table, TableError, TerminalLayout};
+use report::{Cell, DataTable, FilterError, TableColumn, TableError, TerminalLayout};
 
-fn sample() -> Table {
+fn sample() -> DataTable {
     let columns = [
         ("mu", "1"),
         ("mesh", ""),
@@ -12,11 +12,11 @@ fn sample() -> Table {
         ("layers[0].poisson", "1"),
         ("status", ""),
     ];
-    let columns = columns.map(|(name, unit)| Column::new(name, unit)).to_vec();
+    let columns = columns.map(|(name, unit)| TableColumn::new(name, unit)).to_vec();
     let row = |mu: f64, mesh: i64, peak: Cell, cap: f64, poisson: f64, status: Cell| {
         vec![mu.into(), mesh.into(), peak, cap.into(), poisson.into(), status]
     };
-    Table::new(
+    DataTable::new(
         columns,
         vec![
             row(0.1, 64, 2.5e9.into(), 1e8, 0.3, "certified".into()),
@@ -50,7 +50,8 @@ fn narrow_terminals_get_several_blocks() {
 #[test]
 fn escape_sequences_do_not_reach_the_terminal() {
     let table =
-        Table::new(vec![Column::new("a\u{7}", "")], vec![vec!["\u{1b}[31mred\n".into()]]).unwrap();
+        DataTable::new(vec![TableColumn::new("a\u{7}", "")], vec![vec!["\u{1b}[31mred\n".into()]])
+            .unwrap();
     let text = table.terminal(&TerminalLayout::default());
     assert!(!text.chars().any(|c| c.is_control() && c != '\n'), "{text:?}");
     assert_eq!(text.lines().count(), 5);
@@ -68,17 +69,18 @@ fn json_text() {
 
 #[test]
 fn tables_that_cannot_be() {
-    let columns = || vec![Column::new("a", ""), Column::new("b", "")];
-    let error = Table::new(columns(), vec![vec![1.0.into()]]).unwrap_err();
+    let columns = || vec![TableColumn::new("a", ""), TableColumn::new("b", "")];
+    let error = DataTable::new(columns(), vec![vec![1.0.into()]]).unwrap_err();
     assert_eq!(error, TableError::RowLength { row: 0, found: 1, expected: 2 });
-    let error = Table::new(vec![Column::new("a", ""), Column::new("a", "m")], vec![]).unwrap_err();
+    let error = DataTable::new(vec![TableColumn::new("a", ""), TableColumn::new("a", "m")], vec![])
+        .unwrap_err();
     assert_eq!(error, TableError::Duplicate("a".into()));
     assert_eq!(sample().select(&["mu", "mu"]).unwrap_err(), TableError::Duplicate("mu".into()));
     insta::assert_snapshot!(sample().select(&["peak_presure"]).unwrap_err());
     insta::assert_snapshot!(sample().sort(&["-nothing like it"]).unwrap_err());
 }
 
-fn column(table: &Table, name: &str) -> Vec<Cell> {
+fn column(table: &DataTable, name: &str) -> Vec<Cell> {
     let i = table.column(name).unwrap();
     table.rows().iter().map(|row| row[i].clone()).collect()
 }
@@ -119,12 +121,12 @@ fn integers_and_numbers_are_compared_without_rounding() {
         vec![9.3e18.into()],
         vec!["a".into()],
     ];
-    let table = Table::new(vec![Column::new("n", "")], rows).unwrap();
+    let table = DataTable::new(vec![TableColumn::new("n", "")], rows).unwrap();
     let sorted = table.sort(&["n"]).unwrap();
     let expected = [(big as f64).into(), big.into(), (big + 1).into(), 9.3e18.into(), "a".into()];
     assert_eq!(column(&sorted, "n"), expected);
     let numbers = sorted.rows()[..4].to_vec();
-    let numbers = Table::new(vec![Column::new("n", "")], numbers).unwrap();
+    let numbers = DataTable::new(vec![TableColumn::new("n", "")], numbers).unwrap();
     assert_eq!(numbers.filter("n == 9007199254740993").unwrap().rows(), [[Cell::Integer(big + 1)]]);
     assert_eq!(numbers.filter("n <= 9007199254740992.0").unwrap().rows().len(), 2);
 }
@@ -143,7 +145,7 @@ fn filters_mean_what_an_engineer_expects() {
         ("mu > 0.3 && mesh == 64", &[1]),
         ("mu > 0.3 && mesh == 64 && status == \"certified\"", &[]),
         ("status == 'certified'", &[0, 3]),
-        // integers and numbers mix
+        // Integers and numbers mix.
         ("mesh == 64.0", &[0, 1]),
         ("mesh >= 63.5 && mesh < 1e2", &[0, 1]),
         ("mu * mesh > 20", &[1, 2]),
@@ -158,7 +160,7 @@ fn filters_mean_what_an_engineer_expects() {
         ("mu > .35 || mesh == 8", &[2, 3]),
         ("true", &[0, 1, 2, 3]),
         ("1 > 2", &[]),
-        // missing values and NaN are unknown
+        // Missing values and NaN are unknown.
         ("peak_pressure > 3e9", &[2]),
         ("!(peak_pressure > 3e9)", &[0]),
         ("peak_pressure != 2.5e9", &[2]),
@@ -171,15 +173,15 @@ fn filters_mean_what_an_engineer_expects() {
         ("status != 'certified'", &[2]),
         ("mu / 0 > 1", &[0, 1, 2, 3]),
         ("(mu - mu) / 0 > 1 || (mu - mu) / 0 <= 1", &[]),
-        // text
+        // Text is compared and searched.
         ("status.startsWith('cert')", &[0, 3]),
         ("status.contains('\"ε\"')", &[2]),
         ("!status.endsWith('small')", &[0, 3]),
         ("status < 'd'", &[0, 3]),
-        // dotted names
+        // Names may have dots and indices.
         ("friction.cap < 0", &[3]),
         ("layers[0].poisson >= 0.3", &[0, 1, 3]),
-        // several lines
+        // An expression may have several lines.
         ("mu > 0.3\n  && mesh == 8", &[3]),
     ] {
         assert_eq!(selected(expression), rows, "{expression}");
@@ -245,14 +247,14 @@ fn filters_that_are_refused() {
 #[test]
 fn a_column_that_mixes_text_and_numbers_says_which_row_does_not_fit() {
     let rows = vec![vec![1.into()], vec!["a".into()]];
-    let table = Table::new(vec![Column::new("n", "")], rows).unwrap();
+    let table = DataTable::new(vec![TableColumn::new("n", "")], rows).unwrap();
     insta::assert_snapshot!(table.filter("n > 0").unwrap_err());
     insta::assert_snapshot!(table.filter("n").unwrap_err());
 }
 
 #[test]
 fn a_column_without_values_fits_any_comparison() {
-    let table = Table::new(vec![Column::new("n", "")], vec![vec![Cell::Missing]]).unwrap();
+    let table = DataTable::new(vec![TableColumn::new("n", "")], vec![vec![Cell::Missing]]).unwrap();
     assert_eq!(table.filter("n > 0 || n == 'a'").unwrap().rows().len(), 0);
 }
 
@@ -294,20 +296,21 @@ fn cells() -> impl Strategy<Value = Cell> {
     ]
 }
 
-fn tables() -> impl Strategy<Value = Table> {
+fn tables() -> impl Strategy<Value = DataTable> {
     (1usize..5).prop_flat_map(|columns| {
         proptest::collection::vec(proptest::collection::vec(cells(), columns), 0..8).prop_map(
             move |rows| {
                 let names = ["mu", "mesh", "p, \"q\"", "ünits"];
-                let columns =
-                    (0..columns).map(|i| Column::new(names[i], ["1", "", "Pa", "m²"][i])).collect();
-                Table::new(columns, rows).unwrap()
+                let columns = (0..columns)
+                    .map(|i| TableColumn::new(names[i], ["1", "", "Pa", "m²"][i]))
+                    .collect();
+                DataTable::new(columns, rows).unwrap()
             },
         )
     })
 }
 
-/// Pieces of expressions, right and wrong.
+/// The pieces of expressions, right and wrong.
 const PIECES: &[&str] = &[
     "mu",
     "mesh",

@@ -1,31 +1,18 @@
-//! How much work a worker that asks is given.
+//! This file decides how much work a worker gets when it asks.
 
-use super::{Action, Coordinator, Job, Phase, State, What, Worker};
+use super::messages::Action;
+use super::state::{Coordinator, JobState, Phase, TrackedJob};
+use crate::event::EventKind;
 use crate::lease::WorkerId;
 
-/// Seconds of predicted work that a worker may hold beyond the job it is running.
+/// The predicted work that a worker may hold beyond the job that it is running \[s\].
 const AHEAD: f64 = 0.1;
-/// Jobs that one worker may hold.
+/// The largest number of jobs that one worker may hold.
 const MOST_JOBS: usize = 512;
-/// Payload bytes in one reply.
+/// The largest size of the payloads in one reply \[bytes\].
 const MOST_BYTES: usize = 512 << 10;
 
 impl Coordinator {
-    /// What jobs take over what was predicted, once something is known.
-    pub(super) fn calibration(&self) -> Option<f64> {
-        (self.predicted > 0.0).then(|| self.took / self.predicted)
-    }
-
-    /// The jobs that a worker holds.
-    pub(super) fn held<'a>(&'a self, worker: &'a Worker) -> impl Iterator<Item = &'a Job> {
-        worker.leases.iter().filter_map(|&lease| Some(&self.jobs[self.leases.get(lease)?.job]))
-    }
-
-    /// A worker runs its jobs one after another, so it needs what the largest needs.
-    pub(super) fn memory(&self, worker: &Worker) -> u64 {
-        self.held(worker).map(|job| job.memory).max().unwrap_or(0)
-    }
-
     /// Answers a worker that asks, if there is something to say.
     pub(super) fn answer(&mut self, id: WorkerId) {
         let jobs = if self.stopping() { Vec::new() } else { self.choose(id) };
@@ -33,9 +20,11 @@ impl Coordinator {
         let Some(worker) = self.workers.get_mut(&id) else { return };
         let idle = worker.leases.is_empty();
         if jobs.is_empty() && idle {
-            // A job of another worker may yet come back; so stay, unless nothing is out.
+            // A job of another worker may still come back, so the worker stays unless nothing is
+            // out.
             if nothing_left {
-                (worker.phase, worker.asks, worker.heard) = (Phase::Leaving, false, self.now);
+                (worker.phase, worker.awaits_reply, worker.heard) =
+                    (Phase::Leaving, false, self.now);
                 self.actions.push(Action::Dismiss(id));
             }
             return;
@@ -43,19 +32,19 @@ impl Coordinator {
         if idle {
             (worker.heard, worker.progress) = (self.now, self.now);
         }
-        worker.asks = false;
+        worker.awaits_reply = false;
         let mut assigned = Vec::with_capacity(jobs.len());
         for &job in &jobs {
             let lease = self.leases.grant(job, id);
             worker.leases.push_back(lease);
-            self.jobs[job].state = State::Leased(lease);
+            self.jobs[job].state = JobState::Leased(lease);
             assigned.push((lease, job));
         }
         self.actions.push(Action::Assign(id, assigned));
         for job in jobs {
             self.counts.waiting -= 1;
             self.counts.running += 1;
-            self.emit(What::Leased {
+            self.emit(EventKind::Leased {
                 key: self.jobs[job].key,
                 worker: id,
                 attempt: self.jobs[job].failures + 1,
@@ -74,7 +63,7 @@ impl Coordinator {
             .sum();
         let mut memory = self.memory(worker);
         let calibration = self.calibration();
-        let seconds = |job: &Job| job.cost * calibration.unwrap_or(f64::INFINITY);
+        let seconds = |job: &TrackedJob| job.cost * calibration.unwrap_or(f64::INFINITY);
         let mut ahead: f64 = self.held(worker).map(seconds).sum();
         let (held, mut group, mut bytes) = (worker.leases.len(), worker.group, 0);
         // The last jobs are dealt out in ever smaller portions, so that all workers end together.

@@ -1,9 +1,11 @@
-//! What must be true between any two steps.
+//! These rules must hold between any two steps.
 
-use super::{Coordinator, Counts, Phase, State};
+use super::state::{Coordinator, JobState, Phase};
+use crate::event::Counts;
 
 impl Coordinator {
-    /// Every rule that must hold between two steps; the first one broken, in words.
+    /// Checks every rule that must hold between two steps and returns the first broken one in
+    /// words.
     pub(crate) fn check(&self) -> Result<(), String> {
         let mut tally = Counts {
             failures: self.counts.failures,
@@ -13,30 +15,30 @@ impl Coordinator {
         for (number, job) in self.jobs.iter().enumerate() {
             let queued = self.queue.contains(number);
             let saved = self.unsaved.iter().map(|(saving, _)| saving).chain(&self.committing);
-            // Quadratic, so only for studies of the size that tests have.
+            // The check is quadratic, so it is made only for studies of the size that tests have.
             if self.jobs.len() <= 100
                 && saved.filter(|saving| saving.job == number).count()
-                    != usize::from(job.state == State::Saving)
+                    != usize::from(job.state == JobState::Saving)
             {
                 return Err(format!(
                     "job {number} is {:?} but that is not what is being saved",
                     job.state
                 ));
             }
-            if queued != (job.state == State::Waiting) {
+            if queued != (job.state == JobState::Waiting) {
                 return Err(format!("job {number} is {:?}, in the queue: {queued}", job.state));
             }
-            if matches!(job.state, State::Waiting | State::Leased(_))
+            if matches!(job.state, JobState::Waiting | JobState::Leased(_))
                 && job.failures >= self.options.attempts
             {
                 return Err(format!("job {number} is tried again after {} failures", job.failures));
             }
             match job.state {
-                State::Waiting => tally.waiting += 1,
-                State::Saving => tally.saving += 1,
-                State::Done => tally.done += 1,
-                State::Quarantined => tally.quarantined += 1,
-                State::Leased(lease) => {
+                JobState::Waiting => tally.waiting += 1,
+                JobState::Saving => tally.saving += 1,
+                JobState::Done => tally.done += 1,
+                JobState::Quarantined => tally.quarantined += 1,
+                JobState::Leased(lease) => {
                     tally.running += 1;
                     let holder = self
                         .leases
@@ -88,7 +90,7 @@ impl Coordinator {
             ));
         }
         for (id, worker) in &self.workers {
-            if worker.asks && worker.phase != Phase::Ready {
+            if worker.awaits_reply && worker.phase != Phase::Ready {
                 return Err(format!("worker {id} asks and is {:?}", worker.phase));
             }
             if worker.phase == Phase::Leaving && !worker.leases.is_empty() {
@@ -98,11 +100,11 @@ impl Coordinator {
         Ok(())
     }
 
-    /// The jobs that are durable.
+    /// Returns the jobs that are durable.
     #[cfg(test)]
     pub(super) fn durable(&self) -> Vec<usize> {
         (0..self.jobs.len())
-            .filter(|&job| matches!(self.jobs[job].state, State::Done | State::Quarantined))
+            .filter(|&job| matches!(self.jobs[job].state, JobState::Done | JobState::Quarantined))
             .collect()
     }
 }

@@ -1,8 +1,19 @@
-//! Faults, played to the pure step.
+//! Faults are played to the pure step.
 
-use super::*;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::time::Duration;
+
 use proptest::prelude::*;
-use std::collections::BTreeSet;
+
+use identity::JobKey;
+
+use super::messages::{Action, Input};
+use super::state::Coordinator;
+use crate::lease::{LeaseId, WorkerId};
+use crate::ledger::{Done, Verdict};
+use crate::options::Options;
+use crate::protocol::{AttemptOutcome, Report};
+use crate::task::Task;
 
 fn tasks(count: usize) -> Vec<Task> {
     let task = |number: usize| Task {
@@ -19,10 +30,10 @@ fn options(workers: usize) -> Options {
     Options { workers, ..Options::new(vec!["unused".into()], 100) }
 }
 
-/// Anything that could be heard, sensible or not.
+/// Generates any input, sensible or not.
 fn input() -> impl Strategy<Value = Input> {
     let worker = 0..8u32;
-    let outcome = prop_oneof![3 => Just(Outcome::Completed(vec![1])), 1 => Just(Outcome::Failed("no".to_string()))];
+    let outcome = prop_oneof![3 => Just(AttemptOutcome::Completed(vec![1])), 1 => Just(AttemptOutcome::Failed("no".to_string()))];
     let seconds =
         prop_oneof![Just(0.0), Just(0.01), Just(f64::NAN), Just(f64::INFINITY), Just(-1.0)];
     let report = (0..40u64, seconds, outcome).prop_map(|(lease, seconds, outcome)| Report {
@@ -94,11 +105,11 @@ proptest! {
     }
 }
 
-/// Simulated workers that keep to the protocol until they fail.
+/// The simulated workers, which keep to the protocol until they fail.
 struct World {
     coordinator: Coordinator,
     workers: BTreeMap<WorkerId, Simulated>,
-    /// Requests still on their way when their worker died.
+    /// The requests that were still on their way when their worker died.
     late: Vec<Input>,
     committed: BTreeMap<JobKey, Done>,
     given_up: bool,
@@ -188,14 +199,14 @@ impl World {
 
     fn end(&mut self, worker: WorkerId, inbox: &mut VecDeque<Input>) {
         if let Some(Simulated { leases, reports, .. }) = self.workers.remove(&worker) {
-            // What it had computed may still arrive, after its death.
+            // Its computed results may still arrive after its death.
             self.late.push(Input::Request { worker, idle: false, reports });
             let running = leases.front().copied().filter(|_| self.random(2) == 0);
             inbox.push_back(Input::Exited { worker, how: "gone".into(), running });
         }
     }
 
-    /// One worker does something, or time passes.
+    /// Lets one worker do something, or lets time pass.
     fn advance(&mut self, inbox: &mut VecDeque<Input>) {
         let later = 1 + self.random(50);
         self.now += Duration::from_millis(later);
@@ -225,8 +236,11 @@ impl World {
             return inbox.push_back(Input::Clock);
         }
         if let Some(lease) = leases.pop_front() {
-            let outcome =
-                if fails { Outcome::Failed("no".into()) } else { Outcome::Completed(vec![7]) };
+            let outcome = if fails {
+                AttemptOutcome::Failed("no".into())
+            } else {
+                AttemptOutcome::Completed(vec![7])
+            };
             reports.push(Report { lease, seconds: 0.01, outcome });
         }
         if !*awaits {
@@ -248,7 +262,7 @@ fn requests(worker: WorkerId, leases: &[LeaseId]) -> Input {
     let reports = leases.iter().map(|&lease| Report {
         lease,
         seconds: 1e-6,
-        outcome: Outcome::Completed(vec![7]),
+        outcome: AttemptOutcome::Completed(vec![7]),
     });
     Input::Request { worker, idle: true, reports: reports.collect() }
 }
@@ -274,7 +288,7 @@ fn alike(count: usize, cost: f64, memory: u64) -> Vec<Task> {
     (0..count).map(task).collect()
 }
 
-/// A coordinator whose workers are up.
+/// Returns a coordinator whose workers are up.
 fn started(tasks: &[Task], workers: usize) -> Coordinator {
     let mut coordinator = Coordinator::new(tasks, &options(workers));
     coordinator.step(Input::Begin, Duration::ZERO);
@@ -314,7 +328,7 @@ fn a_long_job_is_not_held_behind_another() {
     let now = Duration::from_secs(1);
     coordinator.step(requests(1, &[]), now);
     assert_eq!(assigned(&coordinator.step(Input::Settled, now)), [(1, vec![1])]);
-    let report = Report { lease: 1, seconds: 0.5, outcome: Outcome::Completed(Vec::new()) };
+    let report = Report { lease: 1, seconds: 0.5, outcome: AttemptOutcome::Completed(Vec::new()) };
     coordinator.step(Input::Request { worker: 1, idle: true, reports: vec![report] }, now);
     coordinator.step(Input::Settled, now);
     coordinator.step(Input::Committed, now);

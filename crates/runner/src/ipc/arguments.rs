@@ -1,11 +1,12 @@
-//! What a worker process is told when it is started.
+//! A worker process gets these arguments when it is started.
 
-use crate::transport::TransportError;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// What the coordinator tells a worker process on its command line: one argument of the form
-/// `root,prefix,coordinator,address-space,heartbeat`.
+use crate::error::TransportError;
+
+/// The arguments that the coordinator gives a worker process: one word of its command line of the
+/// form `prefix,coordinator,address-space,heartbeat,root`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorkerArguments {
     pub(super) prefix: String,
@@ -15,7 +16,7 @@ pub struct WorkerArguments {
     pub(super) root: PathBuf,
 }
 
-/// Why a worker ended without being told to.
+/// The reason why a worker ended without being told to.
 #[derive(Debug, thiserror::Error)]
 pub enum WorkerError {
     /// The command line is not one that the runner made.
@@ -31,6 +32,9 @@ pub enum WorkerError {
 
 impl WorkerArguments {
     /// Reads the argument that the runner appended to the worker command.
+    ///
+    /// # Errors
+    /// [`WorkerError::Arguments`] if the argument is not one that the runner made.
     pub fn parse(argument: &str) -> Result<WorkerArguments, WorkerError> {
         let read = || {
             let mut parts = argument.splitn(5, ',');

@@ -1,17 +1,9 @@
-//! The coordinator's end: worker processes, and a channel to each.
+//! The coordinator's end holds the worker processes and a channel to each.
 
-use super::arguments::WorkerArguments;
-use super::{
-    DOWN, Grown, HEARTBEAT, INITIAL, JOBS, Names, RESERVE, Shm, UP, backpressure, pack, service,
-};
-use crate::coordinator::Input;
-use crate::interrupt::Interrupt;
-use crate::lease::{LeaseId, WorkerId};
-use crate::protocol::{Assignment, Body, Outcome, Reply, Report, Request, decode};
-use crate::root::{Root, SHARED_MEMORY, free_shared_memory};
-use crate::supervise::Process;
-use crate::transport::{Transport, TransportError};
-use crate::{Options, RunError, spill};
+use std::collections::BTreeMap;
+use std::os::fd::BorrowedFd;
+use std::time::Duration;
+
 use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
@@ -19,16 +11,31 @@ use iceoryx2::port::server::Server;
 use iceoryx2::prelude::*;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
-use std::collections::BTreeMap;
-use std::os::fd::BorrowedFd;
-use std::time::Duration;
 
-/// Shared memory that one channel takes from the start, with room to spare (measured: 0.1 MiB).
+use super::arguments::WorkerArguments;
+use super::channel::{
+    ChannelNames, DOWN, HEARTBEAT, INITIAL, JOBS, PortMemory, RESERVE, Shm, UP, backpressure, pack,
+    service,
+};
+use crate::coordinator::Input;
+use crate::error::{RunError, TransportError};
+use crate::interrupt::Interrupt;
+use crate::lease::{LeaseId, WorkerId};
+use crate::options::Options;
+use crate::protocol::{Assignment, AttemptOutcome, Body, Reply, Report, Request, decode};
+use crate::root::{Root, SHARED_MEMORY, free_shared_memory};
+use crate::spill;
+use crate::supervise::Process;
+use crate::transport::Transport;
+
+/// The shared memory that one channel takes from the start \[bytes\], with room to spare (measured:
+/// 0.1 MiB).
 const CHANNEL: u64 = 1 << 20;
 
 type Received = ActiveRequest<Shm, [u8], (), [u8], ()>;
 
-/// The coordinator's end of a channel, and the worker process. Fields are dropped in this order.
+/// The coordinator's end of a channel, and the worker process. The fields are dropped in this
+/// order.
 #[derive(Debug)]
 struct Channel {
     process: Process,
@@ -36,9 +43,68 @@ struct Channel {
     server: Server<Shm, [u8], (), [u8], ()>,
     up: Listener<Shm>,
     down: Notifier<Shm>,
-    grown: Grown,
-    names: Names,
+    memory: PortMemory,
+    names: ChannelNames,
     _node: Node<Shm>,
+}
+
+/// The services of a new channel.
+struct Services {
+    node: Node<Shm>,
+    server: Server<Shm, [u8], (), [u8], ()>,
+    up: Listener<Shm>,
+    down: Notifier<Shm>,
+}
+
+impl Services {
+    fn create(names: &ChannelNames) -> Result<Services, TransportError> {
+        if free_shared_memory().is_some_and(|free| free < CHANNEL + RESERVE) {
+            return Err(TransportError {
+                doing: "cannot make a channel",
+                why: format!("{SHARED_MEMORY} is nearly full"),
+            });
+        }
+        let node = names.node()?;
+        let jobs = node.service_builder(&service(JOBS)?).request_response::<[u8], [u8]>();
+        let jobs =
+            jobs.enable_safe_overflow_for_requests(false).enable_safe_overflow_for_responses(false);
+        let jobs = jobs
+            .max_servers(1)
+            .max_clients(1)
+            .max_nodes(2)
+            .max_active_requests_per_client(1)
+            .max_loaned_requests(1);
+        let jobs = jobs.max_response_buffer_size(1).max_borrowed_responses_per_pending_response(1);
+        let jobs = jobs.create().map_err(TransportError::when("cannot create a channel"))?;
+        let server = jobs
+            .server_builder()
+            .initial_max_slice_len(INITIAL)
+            .allocation_strategy(AllocationStrategy::PowerOfTwo);
+        let server =
+            server.max_loaned_responses_per_request(1).set_backpressure_handler(backpressure);
+        let server = server.create().map_err(TransportError::when("cannot create a server"))?;
+        let event = |name| {
+            let event = node
+                .service_builder(&service(name)?)
+                .event()
+                .max_listeners(1)
+                .max_notifiers(1)
+                .max_nodes(2);
+            event
+                .event_id_max_value(HEARTBEAT.as_value())
+                .create()
+                .map_err(TransportError::when("cannot create an event"))
+        };
+        let up = event(UP)?
+            .listener_builder()
+            .create()
+            .map_err(TransportError::when("cannot create a listener"))?;
+        let down = event(DOWN)?
+            .notifier_builder()
+            .create()
+            .map_err(TransportError::when("cannot create a notifier"))?;
+        Ok(Services { node, server, up, down })
+    }
 }
 
 /// All workers of a run.
@@ -47,7 +113,7 @@ pub(crate) struct Processes {
     channels: BTreeMap<WorkerId, Channel>,
     options: Options,
     interrupt: Interrupt,
-    /// Last, so that it is removed after everything that lives in it.
+    /// The directory is the last field, so that it is removed after everything that lives in it.
     root: Root,
 }
 
@@ -66,59 +132,10 @@ impl Processes {
     }
 
     fn open(&self, worker: WorkerId) -> Result<Channel, String> {
-        let names = Names { root: self.root.path().into(), prefix: self.root.prefix(worker) };
-        let create = || {
-            if free_shared_memory().is_some_and(|free| free < CHANNEL + RESERVE) {
-                return Err(TransportError {
-                    doing: "cannot make a channel",
-                    why: format!("{SHARED_MEMORY} is nearly full"),
-                });
-            }
-            let node = names.node()?;
-            let jobs = node.service_builder(&service(JOBS)?).request_response::<[u8], [u8]>();
-            let jobs = jobs
-                .enable_safe_overflow_for_requests(false)
-                .enable_safe_overflow_for_responses(false);
-            let jobs = jobs
-                .max_servers(1)
-                .max_clients(1)
-                .max_nodes(2)
-                .max_active_requests_per_client(1)
-                .max_loaned_requests(1);
-            let jobs =
-                jobs.max_response_buffer_size(1).max_borrowed_responses_per_pending_response(1);
-            let jobs = jobs.create().map_err(TransportError::when("cannot create a channel"))?;
-            let server = jobs
-                .server_builder()
-                .initial_max_slice_len(INITIAL)
-                .allocation_strategy(AllocationStrategy::PowerOfTwo);
-            let server =
-                server.max_loaned_responses_per_request(1).set_backpressure_handler(backpressure);
-            let server = server.create().map_err(TransportError::when("cannot create a server"))?;
-            let event = |name| {
-                let event = node
-                    .service_builder(&service(name)?)
-                    .event()
-                    .max_listeners(1)
-                    .max_notifiers(1)
-                    .max_nodes(2);
-                event
-                    .event_id_max_value(HEARTBEAT.as_value())
-                    .create()
-                    .map_err(TransportError::when("cannot create an event"))
-            };
-            let up = event(UP)?
-                .listener_builder()
-                .create()
-                .map_err(TransportError::when("cannot create a listener"))?;
-            let down = event(DOWN)?
-                .notifier_builder()
-                .create()
-                .map_err(TransportError::when("cannot create a notifier"))?;
-            Ok((node, server, up, down))
-        };
-        let (node, server, up, down) =
-            create().map_err(|error: TransportError| error.to_string())?;
+        let names =
+            ChannelNames { root: self.root.path().into(), prefix: self.root.prefix(worker) };
+        let Services { node, server, up, down } =
+            Services::create(&names).map_err(|error| error.to_string())?;
         let arguments = WorkerArguments {
             prefix: names.prefix.clone(),
             coordinator: std::process::id(),
@@ -136,7 +153,7 @@ impl Processes {
             server,
             up,
             down,
-            grown: Grown(INITIAL),
+            memory: PortMemory(INITIAL),
             names,
             _node: node,
         })
@@ -179,14 +196,14 @@ impl Transport for Processes {
                 Ok(Reply::Jobs(jobs.iter().map(pack).collect::<Result<_, _>>()?))
             }
         };
-        let message = channel.grown.encode(free_shared_memory, packed)?;
+        let message = channel.memory.encode(free_shared_memory, packed)?;
         let sent = request.loan_slice_uninit(message.len()).map_err(|error| error.to_string());
         let sent = sent.and_then(|loan| {
             loan.write_from_slice(&message).send().map_err(|error| error.to_string())
         });
         let sent = sent.and_then(|()| channel.down.notify().map_err(|error| error.to_string()));
         if sent.is_err() {
-            // It does not listen, so it is dead or as good as dead.
+            // The worker does not listen, so it is dead or as good as dead.
             channel.process.kill();
         }
         Ok(())
@@ -234,7 +251,7 @@ impl Transport for Processes {
     }
 }
 
-/// The descriptor on which a listener is woken.
+/// Returns the descriptor on which a listener is woken.
 #[allow(unsafe_code)]
 fn descriptor(listener: &Listener<Shm>) -> BorrowedFd<'_> {
     // SAFETY: the descriptor is open as long as the listener lives, and the result borrows the
@@ -244,11 +261,11 @@ fn descriptor(listener: &Listener<Shm>) -> BorrowedFd<'_> {
 }
 
 impl Channel {
-    /// Takes in all that the worker said.
+    /// Takes in everything that the worker said.
     fn hear(&mut self, worker: WorkerId, inputs: &mut Vec<Input>) {
         let nonsense = |reason| Input::Nonsense { worker, reason };
         let mut beat = false;
-        // Every event must be consumed, or poll returns at once forever.
+        // Every event must be consumed. Otherwise poll returns at once for ever.
         if let Err(error) = self.up.try_wait(|event| beat |= event.id == HEARTBEAT) {
             inputs.push(nonsense(format!("its events cannot be read: {error:?}")));
         }
@@ -275,16 +292,18 @@ impl Channel {
             decode::<Request<Body>>(message).map_err(|error| error.to_string())?;
         let unpack = |Report { lease, seconds, outcome }| {
             let outcome = match outcome {
-                Outcome::Completed(body) => spill::load(&self.names.body(lease, "result"), body)
-                    .map_or_else(Outcome::Failed, Outcome::Completed),
-                Outcome::Failed(reason) => Outcome::Failed(reason),
+                AttemptOutcome::Completed(body) => {
+                    spill::load(&self.names.body(lease, "result"), body)
+                        .map_or_else(AttemptOutcome::Failed, AttemptOutcome::Completed)
+                }
+                AttemptOutcome::Failed(reason) => AttemptOutcome::Failed(reason),
             };
             Report { lease, seconds, outcome }
         };
         Ok(Input::Request { worker, idle, reports: reports.into_iter().map(unpack).collect() })
     }
 
-    /// The lease that the worker began last.
+    /// Returns the lease that the worker began last.
     fn begun(&self) -> Option<LeaseId> {
         let bytes = std::fs::read(self.names.marker()).ok()?;
         Some(LeaseId::from_le_bytes(bytes.try_into().ok()?))

@@ -1,12 +1,14 @@
-//! The heartbeat.
+//! This file holds the heartbeat of a worker.
 
-use super::{HEARTBEAT, Shm};
-use crate::transport::TransportError;
-use iceoryx2::port::notifier::Notifier;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
-/// Signs of life from a thread of its own, while the worker is busy and only then.
+use iceoryx2::port::notifier::Notifier;
+
+use super::channel::{HEARTBEAT, Shm};
+use crate::error::TransportError;
+
+/// A thread that gives signs of life while the worker is busy, and only then.
 #[derive(Debug)]
 pub(super) struct Pulse(Arc<(Mutex<Beat>, Condvar)>);
 
@@ -29,7 +31,7 @@ impl Pulse {
                     Beat::End => return,
                     Beat::Rest => changed.wait(now).unwrap_or_else(PoisonError::into_inner),
                     Beat::Busy => {
-                        // A failure shows as silence, which is what it is.
+                        // A failure shows as silence, and silence it is.
                         let _ = up.notify_with_custom_event_id(HEARTBEAT);
                         changed
                             .wait_timeout_while(now, interval, |beat| *beat == Beat::Busy)

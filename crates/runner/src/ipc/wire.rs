@@ -1,39 +1,48 @@
-//! The worker's end.
+//! This file holds the worker's end of a channel.
 
-use super::arguments::{WorkerArguments, WorkerError};
-use super::pulse::Pulse;
-use super::{DOWN, Grown, INITIAL, JOBS, Names, Shm, TALK, UP, backpressure, pack, service};
-use crate::lease::LeaseId;
-use crate::protocol::{Assignment, Body, Outcome, Reply, Report, Request, decode};
-use crate::root::free_shared_memory;
-use crate::spill;
-use crate::supervise::{die_with, is_parent, limit_address_space};
-use crate::transport::{Bytes, Link, TransportError};
-use crate::worker::{Work, report_panics, serve};
-use iceoryx2::pending_response::PendingResponse;
-use iceoryx2::port::client::Client;
-use iceoryx2::port::listener::Listener;
-use iceoryx2::port::notifier::Notifier;
-use iceoryx2::prelude::*;
 use std::fs::File;
 use std::os::unix::fs::FileExt;
 use std::sync::Arc;
 use std::time::Duration;
 
+use iceoryx2::pending_response::PendingResponse;
+use iceoryx2::port::client::Client;
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::prelude::*;
+
+use super::arguments::{WorkerArguments, WorkerError};
+use super::channel::{
+    ChannelNames, DOWN, INITIAL, JOBS, PortMemory, Shm, TALK, UP, backpressure, pack, service,
+};
+use super::pulse::Pulse;
+use crate::error::TransportError;
+use crate::lease::LeaseId;
+use crate::protocol::{Assignment, AttemptOutcome, Body, Reply, Report, Request, decode};
+use crate::root::free_shared_memory;
+use crate::spill;
+use crate::supervise::{die_with, is_parent, limit_address_space};
+use crate::transport::{Bytes, Link};
+use crate::worker::{Executor, report_panics, serve};
+
 type Awaited = PendingResponse<Shm, [u8], (), [u8], ()>;
 
-/// How often a waiting worker looks whether it still has a parent, should the signal of its death
-/// have been missed.
+/// The interval at which a waiting worker checks that its parent still lives, in case the signal of
+/// its death was missed.
 const DOUBT: Duration = Duration::from_secs(30);
 
-/// Runs jobs for the coordinator that started this process, until told to stop. `fresh` makes the
-/// work, once at the start and again after a panic.
+/// Runs jobs for the coordinator that started this process until it is told to stop. `fresh` makes
+/// the executor, once at the start and again after a panic.
 ///
 /// From here on the process dies when the coordinator does, its address space is limited, and
 /// panics of jobs are reported instead of printed.
-pub fn work<W: Work>(
+///
+/// # Errors
+/// [`WorkerError::Setup`] if the process cannot be set up, [`WorkerError::Transport`] if the
+/// coordinator cannot be reached any more.
+pub fn work<E: Executor>(
     arguments: &WorkerArguments,
-    fresh: impl Fn() -> W,
+    fresh: impl Fn() -> E,
 ) -> Result<(), WorkerError> {
     die_with(arguments.coordinator).map_err(WorkerError::Setup)?;
     limit_address_space(arguments.address_space).map_err(WorkerError::Setup)?;
@@ -42,7 +51,7 @@ pub fn work<W: Work>(
     Ok(serve(&mut wire, fresh)?)
 }
 
-/// The worker's end of a channel. Fields are dropped in this order.
+/// The worker's end of a channel. The fields are dropped in this order.
 #[derive(Debug)]
 struct Wire {
     pulse: Pulse,
@@ -51,15 +60,15 @@ struct Wire {
     down: Listener<Shm>,
     up: Arc<Notifier<Shm>>,
     marker: File,
-    grown: Grown,
-    names: Names,
+    memory: PortMemory,
+    names: ChannelNames,
     coordinator: u32,
     _node: Node<Shm>,
 }
 
 impl Wire {
     fn open(arguments: &WorkerArguments) -> Result<Wire, TransportError> {
-        let names = Names { root: arguments.root.clone(), prefix: arguments.prefix.clone() };
+        let names = ChannelNames { root: arguments.root.clone(), prefix: arguments.prefix.clone() };
         let node = names.node()?;
         let jobs = node.service_builder(&service(JOBS)?).request_response::<[u8], [u8]>();
         let jobs = jobs.open().map_err(TransportError::when("cannot open the channel"))?;
@@ -90,7 +99,7 @@ impl Wire {
         let marker = File::create(names.marker())
             .map_err(TransportError::when("cannot create the marker"))?;
         let pulse = Pulse::new(arguments.heartbeat, up.clone())?;
-        let (grown, coordinator) = (Grown(INITIAL), arguments.coordinator);
+        let (memory, coordinator) = (PortMemory(INITIAL), arguments.coordinator);
         Ok(Wire {
             pulse,
             response: None,
@@ -98,7 +107,7 @@ impl Wire {
             down,
             up,
             marker,
-            grown,
+            memory,
             names,
             coordinator,
             _node: node,
@@ -125,24 +134,25 @@ impl Link for Wire {
         let packed = |largest| {
             let pack = |report: &Report<Bytes>| {
                 let outcome = match &report.outcome {
-                    Outcome::Failed(reason) => Outcome::Failed(reason.clone()),
-                    // A result that cannot be handed over is a failed attempt, not a broken worker.
-                    Outcome::Completed(bytes) => {
+                    AttemptOutcome::Failed(reason) => AttemptOutcome::Failed(reason.clone()),
+                    // A result that cannot be handed over is a failed attempt and not a broken
+                    // worker.
+                    AttemptOutcome::Completed(bytes) => {
                         pack(bytes, largest, || names.body(report.lease, "result"))
-                            .map_or_else(Outcome::Failed, Outcome::Completed)
+                            .map_or_else(AttemptOutcome::Failed, AttemptOutcome::Completed)
                     }
                 };
                 Report { lease: report.lease, seconds: report.seconds, outcome }
             };
             Ok(Request { idle: request.idle, reports: request.reports.iter().map(pack).collect() })
         };
-        let message = self.grown.encode(free_shared_memory, packed)?;
+        let message = self.memory.encode(free_shared_memory, packed)?;
         let doing = "cannot send a request";
         let loan =
             self.client.loan_slice_uninit(message.len()).map_err(TransportError::when(doing))?;
         let response =
             loan.write_from_slice(&message).send().map_err(TransportError::when(doing))?;
-        // Delivery to nobody is no error to iceoryx2.
+        // iceoryx2 does not report a delivery to nobody as an error.
         if response.number_of_server_connections() == 0 {
             return Err(TransportError { doing, why: "nobody receives it".into() });
         }

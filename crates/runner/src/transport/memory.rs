@@ -1,23 +1,25 @@
-//! Workers that are threads and messages that are channels: the whole runner without a process.
+//! Workers are threads and messages are channels here, so the whole runner works without a process.
 
-use super::{Bytes, Link, Transport, TransportError};
-use crate::coordinator::Input;
-use crate::lease::{LeaseId, WorkerId};
-use crate::protocol::{Assignment, Reply, Request};
-use crate::worker::{Work, serve};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::time::Duration;
 
-type Answer = Reply<Result<Bytes, String>>;
+use super::{Bytes, Link, Transport};
+use crate::coordinator::Input;
+use crate::error::TransportError;
+use crate::lease::{LeaseId, WorkerId};
+use crate::protocol::{Assignment, Reply, Request};
+use crate::worker::{Executor, serve};
 
-/// Workers as threads. `dies` says at which lease a worker ends without a word.
+type WorkerReply = Reply<Result<Bytes, String>>;
+
+/// The workers as threads. `dies` tells at which lease a worker ends without a word.
 pub(crate) struct Threads<F> {
     fresh: F,
     dies: fn(LeaseId) -> bool,
-    live: BTreeMap<WorkerId, (Sender<Answer>, Arc<AtomicU64>)>,
+    live: BTreeMap<WorkerId, (Sender<WorkerReply>, Arc<AtomicU64>)>,
     to_us: Sender<Input>,
     heard: Receiver<Input>,
 }
@@ -35,11 +37,11 @@ impl<F> Threads<F> {
     }
 }
 
-impl<W: Work, F: Fn() -> W + Clone + Send + 'static> Transport for Threads<F> {
+impl<E: Executor, F: Fn() -> E + Clone + Send + 'static> Transport for Threads<F> {
     fn start(&mut self, worker: WorkerId) -> Result<u32, String> {
         let (to_worker, replies) = channel();
         let begun = Arc::new(AtomicU64::new(0));
-        let mut end = End {
+        let mut end = ThreadLink {
             worker,
             replies,
             to_us: self.to_us.clone(),
@@ -59,8 +61,8 @@ impl<W: Work, F: Fn() -> W + Clone + Send + 'static> Transport for Threads<F> {
         Ok(worker)
     }
 
-    /// The thread goes on until it talks again, like a process whose last message is still on its
-    /// way.
+    /// Ends a worker. The thread goes on until it talks again, like a process whose last message is
+    /// still on its way.
     fn kill(&mut self, worker: WorkerId) {
         if let Some(exit) = self.exit(worker, "killed") {
             let _ = self.to_us.send(exit);
@@ -89,7 +91,7 @@ impl<W: Work, F: Fn() -> W + Clone + Send + 'static> Transport for Threads<F> {
         let mut next = first;
         while let Some(input) = next {
             match input {
-                // A thread that was killed reports its end as well; the exit was told already.
+                // A thread that was killed reports its end as well, but the exit was told already.
                 Input::Exited { worker, how, running: None } => {
                     inputs.extend(self.exit(worker, &how))
                 }
@@ -101,9 +103,9 @@ impl<W: Work, F: Fn() -> W + Clone + Send + 'static> Transport for Threads<F> {
     }
 }
 
-struct End {
+struct ThreadLink {
     worker: WorkerId,
-    replies: Receiver<Answer>,
+    replies: Receiver<WorkerReply>,
     to_us: Sender<Input>,
     begun: Arc<AtomicU64>,
     dies: fn(LeaseId) -> bool,
@@ -113,12 +115,12 @@ fn broken() -> TransportError {
     TransportError { doing: "talking", why: "nobody is there".into() }
 }
 
-impl Link for End {
+impl Link for ThreadLink {
     fn send(&mut self, Request { reports, idle }: Request<Bytes>) -> Result<(), TransportError> {
         self.to_us.send(Input::Request { worker: self.worker, idle, reports }).map_err(|_| broken())
     }
 
-    fn receive(&mut self, block: bool) -> Result<Option<Answer>, TransportError> {
+    fn receive(&mut self, block: bool) -> Result<Option<WorkerReply>, TransportError> {
         if block {
             return self.replies.recv().map(Some).map_err(|_| broken());
         }
@@ -136,15 +138,20 @@ impl Link for End {
 }
 
 mod tests {
-    use super::*;
-    use crate::run::drive;
-    use crate::{Done, Interrupt, Ledger, Options, Task, Verdict};
-    use identity::JobKey;
     use std::error::Error;
+
+    use identity::JobKey;
+
+    use super::*;
+    use crate::drive::{Summary, drive};
+    use crate::interrupt::Interrupt;
+    use crate::ledger::{Done, Ledger, Verdict};
+    use crate::options::Options;
+    use crate::task::Task;
 
     struct Reverse;
 
-    impl Work for Reverse {
+    impl Executor for Reverse {
         fn run(&mut self, payload: &[u8]) -> Vec<u8> {
             if payload == b"panic" {
                 std::panic::resume_unwind(Box::new("no such punch"));
@@ -154,9 +161,9 @@ mod tests {
     }
 
     #[derive(Default)]
-    struct Kept(BTreeMap<JobKey, Done>);
+    struct KeptResults(BTreeMap<JobKey, Done>);
 
-    impl Ledger for Kept {
+    impl Ledger for KeptResults {
         fn commit(&mut self, results: Vec<Done>) -> Result<(), Box<dyn Error + Send + Sync>> {
             for done in results {
                 assert!(self.0.insert(done.key, done).is_none(), "committed twice");
@@ -185,9 +192,9 @@ mod tests {
         workers: usize,
         attempts: u32,
         dies: fn(LeaseId) -> bool,
-    ) -> (crate::Summary, Kept) {
+    ) -> (Summary, KeptResults) {
         let options = Options { workers, attempts, ..Options::new(vec!["unused".into()], 1 << 30) };
-        let mut kept = Kept::default();
+        let mut kept = KeptResults::default();
         let mut threads = Threads::new(|| Reverse, dies);
         let summary = drive(
             tasks,
@@ -204,7 +211,7 @@ mod tests {
     #[test]
     fn results_are_the_same_for_any_number_of_workers_and_any_deaths() {
         let tasks = tasks(100);
-        let results = |kept: Kept| {
+        let results = |kept: KeptResults| {
             kept.0.into_iter().map(|(key, done)| (key, done.verdict)).collect::<Vec<_>>()
         };
         let one = results(run(&tasks, 1, 3, |_| false).1);

@@ -1,23 +1,25 @@
-//! Other processes: this test binary again, playing one of a few parts.
+//! Other processes run this test binary again and play one of a few parts.
 
-use super::{key, record, records};
 use std::io::{BufRead, BufReader, Lines, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
+
 use store::Store;
+
+use super::{key, record, records};
 
 const PART: &str = "TRIBOSWEEP_STORE_PART";
 const DIRECTORY: &str = "TRIBOSWEEP_STORE_DIRECTORY";
 const FIRST: &str = "TRIBOSWEEP_STORE_FIRST";
 
-/// A process that plays a part; killed when dropped.
+/// A process that plays a part. It is killed when it is dropped.
 pub(crate) struct Player {
     pub(crate) process: Child,
     lines: Lines<BufReader<ChildStdout>>,
 }
 
-/// The command that makes this binary play `part` on the store in `directory`.
+/// Returns the command that makes this binary play `part` on the store in `directory`.
 pub(crate) fn command(part: &str, directory: &Path, first: u64) -> Command {
     let mut command = Command::new(std::env::current_exe().unwrap());
     command.args(["--exact", "child::plays_its_part", "--ignored", "--nocapture"]);
@@ -33,7 +35,7 @@ impl Player {
         Player { process, lines }
     }
 
-    /// The next thing it says; `None` when it has ended.
+    /// Returns the next line that the process says, or `None` once it has ended.
     pub(crate) fn line(&mut self) -> Option<String> {
         // The test harness talks too.
         self.lines
@@ -42,19 +44,19 @@ impl Player {
             .find_map(|line| line.strip_prefix("says ").map(str::to_owned))
     }
 
-    /// Ends its part; it leaves the store in order.
+    /// Ends the part. The process leaves the store in order.
     pub(crate) fn dismiss(mut self) {
         drop(self.process.stdin.take());
         assert!(self.process.wait().unwrap().success());
     }
 
-    /// SIGKILL.
+    /// Kills the process with SIGKILL.
     pub(crate) fn kill(&mut self) {
         self.process.kill().unwrap();
         self.process.wait().unwrap();
     }
 
-    /// What it says until it ends, which it must do within a minute.
+    /// Returns the lines that the process says until it ends, which it must do within a minute.
     pub(crate) fn transcript(mut self) -> Vec<String> {
         let pid = rustix::process::Pid::from_child(&self.process);
         let (ended, watch) = std::sync::mpsc::channel::<()>();
@@ -83,7 +85,7 @@ impl Drop for Player {
 }
 
 fn say(what: impl std::fmt::Display) {
-    // On a line of its own: the harness leaves its own unfinished.
+    // The text gets a line of its own, because the harness leaves its own line unfinished.
     let mut out = std::io::stdout().lock();
     writeln!(out, "\nsays {what}").and_then(|()| out.flush()).unwrap();
 }
@@ -125,8 +127,8 @@ fn plays_its_part() {
     }
 }
 
-/// Commits and removes groups without end, saying which are done. Group g has jobs first + 100 g …,
-/// of which a later group removes a few.
+/// Commits and removes groups without end and says which are done. Group g has the jobs from first
+/// + 100 g on, of which a later group removes a few.
 fn write(directory: &Path, first: u64) {
     let store = Store::open(directory).unwrap();
     for group in 0.. {
@@ -141,7 +143,7 @@ fn write(directory: &Path, first: u64) {
     }
 }
 
-/// Number of records in a group, and of those removed from the group before.
+/// Returns the number of records in a group.
 pub(crate) fn size(group: u64) -> u64 {
     1 + group * 7 % 40
 }
@@ -182,8 +184,8 @@ fn inspect(directory: &Path, count: u64) {
     });
 }
 
-/// Commits groups of large records until it fails, then says why it fails again, and whether a blob
-/// fits.
+/// Commits groups of large records until it fails. Then it says why a commit fails again, and
+/// whether a blob fits.
 fn fill(directory: &Path, first: u64) {
     let store = Store::open(directory).unwrap();
     let start = Instant::now();

@@ -1,18 +1,21 @@
-//! Files cut short, bits flipped, garbage: said, never a panic, never a silent loss.
+//! Files are cut short, bits are flipped, garbage is written. All of it is reported: there is never
+//! a panic and never a silent loss.
 
-use super::child::{Player, command};
-use super::{key, record, records};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+
 use store::{OpenError, Store};
+
+use super::child::{Player, command};
+use super::{key, record, records};
 
 const COUNT: u64 = 1500;
 
-/// A store in good order with enough records for several of sled's segments.
+/// Makes a store in good order with enough records for several of sled's segments.
 fn make(directory: &Path) {
     for group in 0..3 {
-        // Reopened, so that there is a snapshot of sled's to be damaged.
+        // The store is reopened, so that sled has a snapshot that can be damaged.
         let store = Store::open(directory).unwrap();
         store.commit(&records(group * COUNT / 3..(group + 1) * COUNT / 3)).unwrap();
         store.put_study("sweep", b"mu = [0.1, 0.3]").unwrap();
@@ -57,8 +60,8 @@ fn acceptable(said: &str) -> bool {
         || said.starts_with("study: ")
 }
 
-/// Every file of the store, damaged in every way, each time from a sound copy and in a process of
-/// its own: sled may take its threads, and would take the process if it could.
+/// Every file of the store is damaged in every way, each time from a sound copy and in a process of
+/// its own: sled may take down its threads, and would take down the process if it could.
 #[test]
 fn damage_to_any_file_is_survived_and_said() {
     let original = tempfile::tempdir().unwrap();
@@ -80,17 +83,17 @@ fn damage_to_any_file_is_survived_and_said() {
             ("replaced by garbage".into(), Some((0..size).map(|_| draw(256) as u8).collect())),
         ];
         for _ in 0..if name.ends_with("db") { 25 } else { 4 } {
-            let at = draw(size);
-            damages.push((format!("cut to {at}"), Some(sound[..at].to_vec())));
+            let offset = draw(size);
+            damages.push((format!("cut to {offset}"), Some(sound[..offset].to_vec())));
             let mut flipped = sound.clone();
-            if let Some(byte) = flipped.get_mut(at) {
+            if let Some(byte) = flipped.get_mut(offset) {
                 *byte ^= 1 << draw(8);
             }
-            damages.push((format!("flipped at {at}"), Some(flipped)));
+            damages.push((format!("flipped at {offset}"), Some(flipped)));
             let mut blotted = sound.clone();
-            let end = size.min(at + 1 + draw(20_000));
-            blotted[at..end].iter_mut().for_each(|byte| *byte = draw(256) as u8);
-            damages.push((format!("blotted from {at} to {end}"), Some(blotted)));
+            let end = size.min(offset + 1 + draw(20_000));
+            blotted[offset..end].iter_mut().for_each(|byte| *byte = draw(256) as u8);
+            damages.push((format!("blotted from {offset} to {end}"), Some(blotted)));
         }
         for (what, content) in damages {
             let copied = tempfile::tempdir().unwrap();
@@ -220,7 +223,8 @@ fn a_salvage_that_is_refused_a_file_leaves_all_as_it_is() {
     let conf = copied.path().join("records/conf");
     let content = fs::read(&conf).unwrap();
     fs::remove_file(&conf).unwrap();
-    std::os::unix::fs::symlink("conf", &conf).unwrap(); // to itself: opening it is refused with ELOOP, also to root
+    // The link points to itself: opening it is refused with ELOOP, also to root.
+    std::os::unix::fs::symlink("conf", &conf).unwrap();
     let before = files(&copied.path().join("records"));
     let error = Store::salvage(copied.path()).err().unwrap();
     assert!(matches!(&error, OpenError::Io { path, .. } if path.ends_with("records")), "{error}");

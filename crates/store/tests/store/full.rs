@@ -1,12 +1,14 @@
-//! A disk that is full.
+//! The disk is full.
+
+use std::path::Path;
+use std::process::Command;
+
+use store::{OpenError, Store, WriteError};
 
 use super::child::{Player, command};
 use super::key;
-use std::path::Path;
-use std::process::Command;
-use store::{OpenError, Store, WriteError};
 
-/// What was acknowledged by a "fill" part is there.
+/// Checks that everything is there that a "fill" part has acknowledged.
 fn check(directory: &Path, transcript: &[String]) {
     let groups = transcript.iter().filter(|line| line.starts_with("committed")).count() as u64;
     assert!(groups > 3, "{transcript:?}");
@@ -26,8 +28,7 @@ fn a_write_that_is_refused_is_said_and_loses_nothing_acknowledged() {
         let directory = tempfile::tempdir().unwrap();
         let inner = command("fill", directory.path(), 0);
         let mut outer = Command::new("bash");
-        // Ignored, SIGXFSZ stays ignored in the program, which then sees EFBIG, as it would see
-        // ENOSPC.
+        // SIGXFSZ stays ignored in the program, which then sees EFBIG, as it would see ENOSPC.
         outer
             .arg("-c")
             .arg(format!("trap '' XFSZ; ulimit -f {}; exec \"$0\" \"$@\"", mebibytes * 1024));
@@ -47,7 +48,7 @@ fn a_write_that_is_refused_is_said_and_loses_nothing_acknowledged() {
     }
 }
 
-/// On a file system that is really full.
+/// The file system is really full.
 #[test]
 fn a_disk_nearly_full_is_not_written_to() {
     let directory = tempfile::tempdir().unwrap();
@@ -69,7 +70,7 @@ fn a_disk_nearly_full_is_not_written_to() {
             failures.iter().all(|line| line.contains("the disk of") && line.contains("is full")),
             "{failures:?}"
         );
-        // nor is it salvaged there
+        // The store is not salvaged there either.
         let store = volume.join("store");
         assert!(matches!(
             Store::salvage(&store),

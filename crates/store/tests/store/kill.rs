@@ -1,21 +1,24 @@
-//! SIGKILL at any moment.
+//! Writers are killed with SIGKILL at any moment.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use store::Store;
 
 use super::child::{Player, command, removed, size};
 use super::{key, record};
-use std::collections::BTreeMap;
-use std::time::Duration;
-use store::Store;
 
-/// Removes what is being removed, adds what is being added, and knows which jobs may be either way.
+/// The expectation follows what is removed and added, and knows which jobs may be either way.
 #[test]
 fn what_was_acknowledged_survives_every_kill() {
     let directory = tempfile::tempdir().unwrap();
-    let mut expected: BTreeMap<u64, bool> = BTreeMap::new(); // job → present
+    let mut expected: BTreeMap<u64, bool> = BTreeMap::new(); // This maps a job to its presence.
     let mut random = 1u64;
     for round in 0..40 {
         let first = 1_000_000 * round;
         random = random.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        let acknowledgements = random >> 59; // 0 … 31; none at all: killed while opening
+        // The number is 0 … 31; with none at all the writer is killed while it opens the store.
+        let acknowledgements = random >> 59;
         let delay = Duration::from_micros((random >> 40) % 4000);
         let mut writer = Player::start(command("write", directory.path(), first));
         let mut seen = Vec::new();
@@ -28,7 +31,7 @@ fn what_was_acknowledged_survives_every_kill() {
             seen.push(line);
         }
 
-        let mut next = (0, "committed"); // what it was doing when it was killed
+        let mut next = (0, "committed"); // This is what it was doing when it was killed.
         for line in &seen {
             let (what, group) = line.split_once(' ').unwrap();
             let group: u64 = group.parse().unwrap();

@@ -1,5 +1,5 @@
-//! The store as its users meet it: whole directories, several processes, kills, damage, a full
-//! disk.
+//! These tests use the store as its users do: whole directories, several processes, kills, damage
+//! and a full disk.
 
 mod child;
 mod damage;
@@ -11,12 +11,12 @@ mod speed;
 
 use identity::JobKey;
 
-/// The key of the `i`-th made-up job.
+/// Returns the key of the `i`-th made-up job.
 fn key(i: u64) -> JobKey {
     JobKey(*blake3::hash(&i.to_le_bytes()).as_bytes())
 }
 
-/// Its record: 0 to 2000 bytes that tell it from every other.
+/// Returns its record: 0 to 2000 bytes that tell it from every other.
 fn record(i: u64) -> Vec<u8> {
     let seed = blake3::hash(&(!i).to_le_bytes());
     let mut bytes = vec![0; i as usize * 37 % 2000];

@@ -1,11 +1,14 @@
-//! The store against a map, with reopening in between; and what it says of itself.
+//! The store is compared with a map, with reopening in between, and its own reports are checked.
 
-use super::{key, record, records};
-use identity::JobKey;
-use proptest::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use store::{Digest, RECORD_LIMIT, ReadError, Store, WriteError};
+
+use proptest::prelude::*;
+
+use identity::{JobKey, STORED_LIMIT};
+use store::{Digest, ReadError, Store, WriteError};
+
+use super::{key, record, records};
 
 #[derive(Clone, Debug)]
 enum Step {
@@ -104,13 +107,13 @@ fn a_store_that_was_killed_while_it_was_made_is_made_anew() {
 fn a_record_too_large_stops_its_whole_group() {
     let directory = tempfile::tempdir().unwrap();
     let store = Store::open(directory.path()).unwrap();
-    let largest = vec![1; RECORD_LIMIT];
+    let largest = vec![1; STORED_LIMIT];
     store.commit(&[(key(1), &largest)]).unwrap();
     assert_eq!(store.get(&key(1)).unwrap(), Some(largest));
     let error =
-        store.commit(&[(key(2), vec![1]), (key(3), vec![1; RECORD_LIMIT + 1])]).unwrap_err();
+        store.commit(&[(key(2), vec![1]), (key(3), vec![1; STORED_LIMIT + 1])]).unwrap_err();
     assert!(
-        matches!(error, WriteError::TooLarge { key: k, bytes } if k == key(3) && bytes == RECORD_LIMIT + 1)
+        matches!(error, WriteError::TooLarge { key: k, bytes } if k == key(3) && bytes == STORED_LIMIT + 1)
     );
     assert!(error.to_string().contains("blobs"), "{error}");
     assert_eq!(store.keys(), [key(1)]);

@@ -1,9 +1,12 @@
-//! Several processes and one store.
+//! Several processes use one store.
+
+use std::time::{Duration, Instant};
+
+use identity::STORED_LIMIT;
+use store::{OpenError, ReadError, RecordOrigin, Store};
 
 use super::child::{Player, command};
 use super::{key, record, records};
-use std::time::{Duration, Instant};
-use store::{OpenError, Origin, RECORD_LIMIT, ReadError, Store};
 
 #[test]
 fn the_second_writer_is_told_who_has_it() {
@@ -44,9 +47,11 @@ fn this_process_cannot_open_it_twice_but_can_read_it() {
     let digest = store.blobs().put(b"pressure").unwrap();
 
     let reader = Store::read(directory.path()).unwrap();
-    assert!(matches!(reader.origin(), Origin::Process { pid, .. } if pid == std::process::id()));
+    assert!(
+        matches!(reader.origin(), RecordOrigin::Process { pid, .. } if pid == std::process::id())
+    );
     assert!(reader.origin().to_string().starts_with("served by the running process"));
-    let check = |reader: &store::Reader, count: u64| {
+    let check = |reader: &store::StoreReader, count: u64| {
         assert_eq!(reader.keys().unwrap(), store_keys(count));
         let found: Vec<_> =
             reader.records().unwrap().map(|(key, record)| (key, record.unwrap())).collect();
@@ -67,7 +72,7 @@ fn this_process_cannot_open_it_twice_but_can_read_it() {
     };
     check(&reader, 700);
     store.commit(&records(700..10_000)).unwrap();
-    check(&reader, 10_000); // the same reader sees what has come
+    check(&reader, 10_000); // The same reader sees the new records.
 
     drop(store);
     assert!(matches!(reader.keys(), Err(ReadError::Unanswered { .. })));
@@ -85,12 +90,12 @@ fn large_records_are_served_in_parts() {
     let directory = tempfile::tempdir().unwrap();
     let store = Store::open(directory.path()).unwrap();
     for i in 0..COUNT {
-        store.commit(&[(key(i), vec![i as u8; RECORD_LIMIT])]).unwrap();
+        store.commit(&[(key(i), vec![i as u8; STORED_LIMIT])]).unwrap();
     }
     store.commit(&records(COUNT..COUNT + 300)).unwrap();
-    let check = |reader: &store::Reader| {
+    let check = |reader: &store::StoreReader| {
         let mut keys = store_keys(COUNT + 300);
-        keys.insert(20, key(u64::MAX)); // has none
+        keys.insert(20, key(u64::MAX)); // This key has no record.
         let mut found = reader.select(keys);
         for i in store_keys(COUNT + 300) {
             let (key, record) = found.next().unwrap();
@@ -98,15 +103,15 @@ fn large_records_are_served_in_parts() {
         }
         assert!(found.next().is_none());
         for i in 0..COUNT {
-            assert!(reader.get(&key(i)).unwrap() == Some(vec![i as u8; RECORD_LIMIT]));
+            assert!(reader.get(&key(i)).unwrap() == Some(vec![i as u8; STORED_LIMIT]));
         }
     };
     let reader = Store::read(directory.path()).unwrap();
-    assert!(matches!(reader.origin(), Origin::Process { .. }));
+    assert!(matches!(reader.origin(), RecordOrigin::Process { .. }));
     check(&reader);
     drop((reader, store));
     let reader = Store::read(directory.path()).unwrap();
-    assert_eq!(reader.origin(), Origin::Disk);
+    assert_eq!(reader.origin(), RecordOrigin::Disk);
     check(&reader);
 }
 
@@ -124,7 +129,9 @@ fn a_reader_is_served_while_another_process_writes() {
         writer.line().unwrap();
     }
     let reader = Store::read(directory.path()).unwrap();
-    assert!(matches!(reader.origin(), Origin::Process { pid, .. } if pid == writer.process.id()));
+    assert!(
+        matches!(reader.origin(), RecordOrigin::Process { pid, .. } if pid == writer.process.id())
+    );
     let before = reader.keys().unwrap().len();
     for _ in 0..20 {
         writer.line().unwrap();
@@ -135,7 +142,7 @@ fn a_reader_is_served_while_another_process_writes() {
     assert!(reader.keys().unwrap().len() > before);
     writer.kill();
     assert!(matches!(reader.keys(), Err(ReadError::Unanswered { .. })));
-    assert_eq!(Store::read(directory.path()).unwrap().origin(), Origin::Disk);
+    assert_eq!(Store::read(directory.path()).unwrap().origin(), RecordOrigin::Disk);
 }
 
 #[test]

@@ -1,9 +1,11 @@
-//! Figures, printed and not asserted: `cargo test --release -p store -- --ignored --nocapture
-//! figures`.
+//! The figures are printed and not asserted: `cargo test --release -p store -- --ignored
+//! --nocapture figures`.
+
+use std::time::Instant;
+
+use store::Store;
 
 use super::{key, records};
-use std::time::Instant;
-use store::Store;
 
 fn resident() -> String {
     let status = std::fs::read_to_string("/proc/self/status").unwrap();

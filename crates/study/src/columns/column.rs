@@ -1,4 +1,4 @@
-//! A column: its name, what it measures, and how its value is read from a row.
+//! A column: its name, what it measures, and the way in which its value is read from a row.
 
 use std::borrow::Cow;
 
@@ -12,65 +12,65 @@ use crate::settings;
 use crate::units::Dimension;
 use crate::value::Value;
 
-/// Where a column's values come from, which is also how tables group them.
+/// The origin of a column's values, by which tables group their columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Role {
     /// An axis of the study.
     Axis,
     /// A key of the scene or the numerics that the study does not vary.
     Key,
-    /// Whether and how the job ended.
+    /// The way in which the job ended.
     Status,
-    /// Where on its loading path an increment stands; only tables of increments have it.
+    /// The place of an increment on its loading path; only tables of increments have it.
     Place,
     /// A quantity of the solution.
     Observable,
     /// A residual of the solution.
     Certificate,
-    /// How far it is from what it is compared with.
+    /// The distance of the result from what it is compared with.
     Error,
-    /// What solving took, in deterministic counts.
+    /// The work that solving took, in deterministic counts.
     Work,
-    /// Who computed it, when and how fast; differs from run to run.
+    /// The worker, the time and the speed of the computation, which differ from run to run.
     Provenance,
 }
 
 /// A column.
 #[derive(Clone, Debug)]
 pub struct Column {
-    /// Its name, an identifier.
+    /// The name, an identifier.
     pub name: Cow<'static, str>,
-    /// What it measures; the values are in [`Dimension::unit`].
+    /// The dimension; the values are in [`Dimension::unit`].
     pub dimension: Dimension,
-    /// Where its values come from.
+    /// The origin of the values.
     pub role: Role,
-    /// What it means, in words.
+    /// The meaning, in words.
     pub meaning: &'static str,
-    /// What it is called in pictures, if that is not the words of its name.
+    /// The name in pictures, if that is not made of the words of `name`.
     pub(crate) label: Option<&'static str>,
     pub(crate) is_numeric: bool,
     pub(crate) source: ColumnSource,
 }
 
-/// What a row of a table is made of.
+/// The input from which a row of a table is made.
 #[derive(Clone, Copy, Debug)]
 pub struct Row<'a> {
     /// The point.
     pub point: &'a StudyPoint,
-    /// What its job left, if it left something yet.
+    /// The record that the point's job left, if it left one yet.
     pub record: Option<&'a Record>,
-    /// How far that is from what it is compared with.
+    /// The comparison of the record, if there is one.
     pub compared: Option<&'a Compared>,
 }
 
-/// How far a solution is from what it is compared with.
+/// The distance of a solution from what it is compared with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compared {
-    /// Relative errors.
+    /// The relative errors.
     pub errors: Errors,
-    /// What they are measured against, in words.
+    /// The reference of the errors, in words.
     pub reference: String,
-    /// Of a study of cost, the relative error that can be relied on.
+    /// The relative error that can be relied on, in a study of cost.
     pub claim: Option<f64>,
 }
 
@@ -87,17 +87,17 @@ pub(crate) enum ColumnSource {
 }
 
 impl Column {
-    /// Symbol of the SI unit of its values; empty for pure numbers and texts.
+    /// Returns the symbol of the SI unit of its values; empty for pure numbers and texts.
     pub fn unit(&self) -> &'static str {
         self.dimension.unit()
     }
 
-    /// Its value for a point and the record that the point's job left, if it left one yet.
+    /// Returns its value for a point and the record that the point's job left, if it left one yet.
     pub fn value(&self, point: &StudyPoint, record: Option<&Record>) -> Value {
         self.value_of(&Row { point, record, compared: None })
     }
 
-    /// Its value for a row.
+    /// Returns its value for a row.
     pub fn value_of(&self, Row { point, record, compared }: &Row<'_>) -> Value {
         let record = *record;
         let end = || record.and_then(Record::outcome).and_then(Outcome::last);
@@ -118,7 +118,7 @@ impl Column {
         }
     }
 
-    /// Why it has no values while a study still chooses its points; `None` if it has.
+    /// Tells why it has no values while a study still chooses its points; `None` if it has.
     pub fn unknown_in_choosing(&self) -> Option<String> {
         matches!(self.source, ColumnSource::Compared(_)).then(|| {
             format!(
@@ -129,7 +129,7 @@ impl Column {
         })
     }
 
-    /// Whether its values are numbers, apart from missing ones.
+    /// Returns whether its values are numbers, apart from missing ones.
     pub fn is_numeric(&self) -> bool {
         self.is_numeric
     }

@@ -1,4 +1,4 @@
-//! The columns that every record has, and those that say where on a path an increment stands.
+//! The columns that every record has, and those that give the place of an increment on its path.
 
 use std::time::{Duration, SystemTime};
 
@@ -12,34 +12,45 @@ use crate::value::Value;
 /// The columns that only tables of increments have.
 pub(crate) const PLACE: &[Column] = result_columns! {
     Place "step" ("load step") Pure "index of the load step" integer!(step);
-    Place "cycle" Pure "which time the cycle is run through, counted from 1; 0 outside of one" integer!(cycle);
-    Place "increment" Pure "number of the increment along the path, counted from 1" ColumnSource::Outcome(increments);
+    Place "cycle" Pure "which time the cycle is run through, counted from 1; 0 outside of one"
+        integer!(cycle);
+    Place "increment" Pure "number of the increment along the path, counted from 1"
+        ColumnSource::Outcome(increments);
 };
 
-/// The columns that every record has, first.
+/// The columns with which the results of every record begin.
 pub(crate) const ENDING: &[Column] = result_columns! {
     Status "key" Text "identity of the job" ColumnSource::JobKey;
-    Status "status" Text "certified, failed or quarantined" ColumnSource::Record(|record| Value::Text(record.standing().to_string()));
+    Status "status" Text "certified, failed or quarantined"
+        ColumnSource::Record(|record| Value::Text(record.standing().to_string()));
     Status "reason" Text "why it failed" ColumnSource::Record(reason);
 };
 
-/// The columns that every record has, last.
+/// The columns with which the results of every record end.
 pub(crate) const PROVENANCE: &[Column] = result_columns! {
-    Provenance "seconds" ("solving time") Time "time that solving took; of several times, the median" ColumnSource::Record(|record| Value::Number(record.provenance.seconds));
-    Provenance "spread" Pure "of a job that is solved several times, the range of its times over their median" ColumnSource::Record(spread);
-    Provenance "attempt" Pure "attempt that succeeded, counted from 1" ColumnSource::Record(|record| of_run(record, record.provenance.attempt));
-    Provenance "worker" Pure "worker that computed it" ColumnSource::Record(|record| of_run(record, record.provenance.worker));
-    Provenance "finished" ("time of finishing") Text "when it was finished, UTC" ColumnSource::Record(finished);
-    Provenance "program" Text "version of the program" ColumnSource::Record(|record| Value::Text(record.provenance.program.clone()));
+    Provenance "seconds" ("solving time") Time
+        "time that solving took; of several times, the median"
+        ColumnSource::Record(|record| Value::Number(record.provenance.seconds));
+    Provenance "spread" Pure
+        "of a job that is solved several times, the range of its times over their median"
+        ColumnSource::Record(spread);
+    Provenance "attempt" Pure "attempt that succeeded, counted from 1"
+        ColumnSource::Record(|record| of_run(record, record.provenance.attempt));
+    Provenance "worker" Pure "worker that computed it"
+        ColumnSource::Record(|record| of_run(record, record.provenance.worker));
+    Provenance "finished" ("time of finishing") Text "when it was finished, UTC"
+        ColumnSource::Record(finished);
+    Provenance "program" Text "version of the program"
+        ColumnSource::Record(|record| Value::Text(record.provenance.program.clone()));
 };
 
-/// A count that only jobs of a run have.
+/// Returns a count that only jobs of a run have.
 fn of_run(record: &Record, count: u32) -> Value {
     if record.provenance.attempt == 0 { Value::Missing } else { Value::Integer(u64::from(count)) }
 }
 
 fn finished(record: &Record) -> Value {
-    // the last second of the year 9999 is the last that can be written
+    // The last second of the year 9999 is the last that can be written.
     let seconds = record.provenance.finished.min(253_402_300_799);
     let time =
         SystemTime::UNIX_EPOCH.checked_add(Duration::from_secs(seconds)).filter(|_| seconds > 0);

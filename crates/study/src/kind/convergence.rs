@@ -1,16 +1,18 @@
-//! Convergence studies, which solve every point and compare it with the limit of a ladder: the axis along which its points come closer to what they are
-//! compared with.
+//! Convergence studies, which solve every point and compare it with the limit of a ladder. The
+//! ladder is the axis along which the points come closer to that limit.
 //!
 //! ```toml
 //! kind = "convergence"
 //!
 //! [convergence]               # may be left out
 //! along = "mesh"              # or "epsilon"; the mesh if it is an axis
-//! reference = "closed-form"   # or "finest"; the closed form along meshes, where every scene has one
+//! reference = "closed-form"   # or "finest"; the closed form along meshes, if every scene has one
 //! ```
-//! Along meshes, solutions for ε = 0 converge to the closed form and those for ε > 0 to a limit of
-//! their own, which is not known: the finest mesh stands for it. Along ε, the solution for the
-//! smallest ε on the same mesh stands for the limit, that for ε = 0 if it is there.
+//!
+//! Along meshes, solutions for ε = 0 converge to the closed form. Those for ε > 0 converge to a
+//! limit of their own, which is not known: the finest mesh stands for it. Along ε, the solution for
+//! the smallest ε on the same mesh stands for the limit; that is the solution for ε = 0 if it is
+//! there.
 
 use super::solve::{self, SOLUTION};
 use super::spec::{KindSpec, KindTable, TableSpec, TableValue};
@@ -22,7 +24,7 @@ use crate::figure::{self, Figure};
 use crate::key::Key;
 use crate::value::Value;
 
-/// The kind.
+/// The description of the kind.
 pub(crate) const SPEC: KindSpec = KindSpec {
     name: "convergence",
     table: Some(TableSpec {
@@ -41,18 +43,18 @@ pub(crate) const SPEC: KindSpec = KindSpec {
 /// The ladder of a convergence study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ladder {
-    /// Index of the group of axes that makes its rungs.
+    /// The index of the group of axes that makes its rungs.
     pub group: usize,
-    /// [`Key::Mesh`] or [`Key::Epsilon`], an axis of that group.
+    /// The axis of that group along which the rungs converge: [`Key::Mesh`] or [`Key::Epsilon`].
     pub along: Key,
-    /// What its rungs are compared with; `None` leaves it to the scene.
+    /// The reference of its rungs; `None` leaves the choice to the scene.
     pub reference: Option<Reference>,
 }
 
-/// What the rungs of a ladder are compared with.
+/// The reference with which the rungs of a ladder are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reference {
-    /// The closed form of their scene.
+    /// The closed form of the rung's scene.
     ClosedForm,
     /// The finest rung.
     Finest,
@@ -62,8 +64,9 @@ const ALONG: [&str; 2] = ["mesh", "epsilon"];
 const REFERENCES: [&str; 2] = ["closed-form", "finest"];
 
 impl Ladder {
-    /// Returns the ladder that `[convergence]` and the axes make: without the table it is the axis
-    /// of meshes, else that of ε. `None` if there is no such axis, or if it has a single value.
+    /// Returns the ladder that `[convergence]` and the axes make. Without the table it is the axis
+    /// of meshes, else that of ε. Returns `None` if there is no such axis, or if it has a single
+    /// value.
     pub(crate) fn of(table: &KindTable, groups: &[Group]) -> Option<Ladder> {
         let group_of = |key: Key| {
             groups.iter().position(|group| group.axes().iter().any(|axis| axis.key() == Some(key)))
@@ -77,7 +80,7 @@ impl Ladder {
     }
 }
 
-/// The keys whose axis may be the ladder, the first one before the second.
+/// Returns the keys whose axis may be the ladder, the preferred one first.
 fn wanted(table: &KindTable) -> &'static [Key] {
     match table.word("along") {
         Some("mesh") => &[Key::Mesh],
@@ -92,7 +95,8 @@ fn check(table: &KindTable, span: &Span, groups: &[Group], mistakes: &mut Vec<Mi
         Some(Ladder { along: Key::Epsilon, reference: Some(Reference::ClosedForm), .. }) => {
             let mistake = Mistake::new(
                 span.clone(),
-                "along ε the closed form is no reference: the mesh keeps the solutions away from it",
+                "along ε the closed form is no reference: the mesh keeps the solutions away from \
+                 it",
                 "",
             );
             mistakes.push(mistake.help("leave `reference` out, or converge along the mesh"));
@@ -114,7 +118,8 @@ fn check(table: &KindTable, span: &Span, groups: &[Group], mistakes: &mut Vec<Mi
     }
 }
 
-/// Makes the figure of the errors along the ladder, with a curve for each value of the other axes.
+/// Makes the figure of the errors along the ladder, with a curve for each combination of the other
+/// axes.
 fn figure(table: &KindTable, groups: &[Group]) -> Option<Figure> {
     let Ladder { group, along, .. } = Ladder::of(table, groups)?;
     let others = figure::firsts(groups).filter(|axis| !groups[group].axes().contains(axis));
@@ -133,20 +138,30 @@ macro_rules! error {
     };
 }
 
-/// The columns of errors, and what they are measured against.
+/// The columns of errors, and of what they are measured against.
 pub(crate) const ERRORS: &[Column] = result_columns! {
     Error "error_load" Pure "relative error of the normal force" error!(figures.load);
     Error "error_approach" Pure "relative error of the approach" error!(figures.approach);
-    Error "error_tangential_force" Pure "relative error of the tangential force" error!(figures.tangential_force);
+    Error "error_tangential_force" Pure "relative error of the tangential force"
+        error!(figures.tangential_force);
     Error "error_shift" Pure "relative error of the shift" error!(figures.shift);
     Error "error_moment" Pure "relative error of the moments" error!(figures.moment);
     Error "error_rotation" Pure "relative error of the rotations" error!(figures.rotation);
-    Error "error_peak_pressure" Pure "relative error of the largest pressure" error!(figures.peak_pressure);
-    Error "error_contact_area" Pure "relative error of the area in contact" error!(figures.contact_area);
-    Error "error_stick_area" Pure "error of the area that sticks over the area in contact" error!(figures.stick_area);
+    Error "error_peak_pressure" Pure "relative error of the largest pressure"
+        error!(figures.peak_pressure);
+    Error "error_contact_area" Pure "relative error of the area in contact"
+        error!(figures.contact_area);
+    Error "error_stick_area" Pure "error of the area that sticks over the area in contact"
+        error!(figures.stick_area);
     Error "error_pressure" Pure "relative error of the pressure in L2" error!(figures.pressure);
-    Error "error_traction" Pure "relative error of the tangential traction in L2" error!(figures.traction);
-    Error "error_local_pressure" Pure "relative error of the local means of the pressure, a weak measure" error!(local.pressure);
-    Error "error_local_traction" Pure "relative error of the local means of the traction, a weak measure" error!(local.traction);
-    Error "reference" Text "what the errors are measured against" ColumnSource::Compared(|compared| Value::Text(compared.reference.clone()));
+    Error "error_traction" Pure "relative error of the tangential traction in L2"
+        error!(figures.traction);
+    Error "error_local_pressure" Pure
+        "relative error of the local means of the pressure, a weak measure"
+        error!(local.pressure);
+    Error "error_local_traction" Pure
+        "relative error of the local means of the traction, a weak measure"
+        error!(local.traction);
+    Error "reference" Text "what the errors are measured against"
+        ColumnSource::Compared(|compared| Value::Text(compared.reference.clone()));
 };

@@ -1,12 +1,15 @@
-//! Studies of what accuracy costs, which solve every point several times over and hold its error
-//! against its time.
+//! Studies of what accuracy costs, which solve every point several times over and compare its error
+//! with its time.
 //!
 //! ```toml
-//! kind = "cost"               # every point is solved alone on the machine, by one worker, several times over
+//! kind = "cost"               # every point is solved alone on the machine, by one worker, several
+//!                             # times over
 //!
 //! [cost]                      # may be left out
-//! on = "load"                 # the error that counts: load, approach, peak_pressure, contact_area, stick_area, and where the scene
-//!                             # has a closed form pressure or traction, in L2; the load or the approach, whichever is not given
+//! on = "load"                 # the error that counts: load, approach, peak_pressure,
+//!                             # contact_area, stick_area, and where the scene has a closed form
+//!                             # pressure or traction, in L2; the load or the approach, whichever
+//!                             # is not given
 //! repeat = 5                  # times
 //! threads = 1                 # threads of the worker
 //!
@@ -14,8 +17,9 @@
 //! mesh = [8, 16, 32, 64]
 //! tolerance = [1e-3, 1e-8]
 //! ```
+//!
 //! Axes of the scene make ladders of their own. Errors are measured against the scene's closed
-//! form, else against the limit that the meshes with the tightest other settings extrapolate to.
+//! form, else against the limit to which the meshes with the tightest other settings extrapolate.
 
 use super::convergence::ERRORS;
 use super::solve::{self, SOLUTION};
@@ -29,7 +33,7 @@ use crate::job::Job;
 use crate::key::Key;
 use crate::value::Value;
 
-/// The kind.
+/// The description of the kind.
 pub(crate) const SPEC: KindSpec = KindSpec {
     name: "cost",
     table: Some(TableSpec {
@@ -54,25 +58,27 @@ pub(crate) const SPEC: KindSpec = KindSpec {
     ..solve::SPEC
 };
 
-/// What is measured.
+/// The measurement that a study of cost makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cost {
-    /// The error that counts, one of [`ON`]; `None` is the load or the approach.
+    /// The error that counts, by the name that `[cost]` has for it; `None` stands for the load or
+    /// the approach.
     pub on: Option<&'static str>,
-    /// How often every point is solved.
+    /// The number of times that every point is solved.
     pub repeat: u32,
-    /// Threads of the worker.
+    /// The number of threads of the worker.
     pub threads: u32,
 }
 
 /// The errors that can count.
-pub const ON: [&str; 7] =
+pub(crate) const ON: [&str; 7] =
     ["load", "approach", "peak_pressure", "contact_area", "stick_area", "pressure", "traction"];
 
-/// Repetitions without being asked.
+/// The number of repetitions if the study does not say.
 const REPEAT: u32 = 5;
 
-/// Whether a group of axes makes rungs: one of its axes is of the numerics.
+/// Returns whether a group of axes makes rungs, which it does if one of its axes is a key of the
+/// numerics.
 pub fn is_rung(group: &Group) -> bool {
     group
         .axes()
@@ -107,7 +113,7 @@ fn check(_: &KindTable, span: &Span, groups: &[Group], mistakes: &mut Vec<Mistak
     }
 }
 
-/// Writes how often and on how many threads a job is solved.
+/// Writes the number of repetitions and of threads of a job.
 fn to_toml(job: &Job) -> String {
     match job {
         Job::Cost { repeat, threads, .. } => {
@@ -131,5 +137,7 @@ fn figure(_: &KindTable, groups: &[Group]) -> Option<Figure> {
 
 /// The column that only studies of cost have.
 pub(crate) const CLAIM: &[Column] = result_columns! {
-    Error "claimed_error" ("error that finer rungs confirm") Pure "the error that counts, as rungs as fine or finer confirm it, with the reference's uncertainty" ColumnSource::Compared(|compared| compared.claim.map_or(Value::Missing, Value::Number));
+    Error "claimed_error" ("error that finer rungs confirm") Pure
+        "the error that counts, as rungs as fine or finer confirm it, with the reference's uncertainty"
+        ColumnSource::Compared(|compared| compared.claim.map_or(Value::Missing, Value::Number));
 };

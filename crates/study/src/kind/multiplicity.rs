@@ -14,7 +14,7 @@ use crate::job::Job;
 use crate::key::Key;
 use crate::value::Value;
 
-/// The kind.
+/// The description of the kind.
 pub(crate) const SPEC: KindSpec = KindSpec {
     name: "multiplicity",
     has_accuracy: false,
@@ -38,7 +38,7 @@ fn refuses(key: Key) -> Option<&'static str> {
     }
 }
 
-/// Returns how a scene is searched.
+/// Returns the extent of the search.
 fn search(assembler: &Assembler<'_>) -> Search {
     let default = Search::default();
     Search {
@@ -52,7 +52,7 @@ fn figure(_: &KindTable, groups: &[Group]) -> Option<Figure> {
     Some(Figure { y: vec!["solutions".to_owned()], ..Figure::over_longest_axis(groups)? })
 }
 
-/// Reads what a search found.
+/// Reads a value from the result of a search.
 macro_rules! searched {
     (|$found:ident| $value:expr) => {
         ColumnSource::Record(|record| record.multiplicity().map_or(Value::Missing, |$found| $value))
@@ -61,24 +61,43 @@ macro_rules! searched {
 
 /// The columns of searches for every solution.
 pub(crate) const SEARCH: &[Column] = result_columns! {
-    Observable "solutions" Pure "distinct certified solutions that were found" searched!(|found| Value::Integer(found.solutions.len() as u64));
-    Observable "index_sum" Pure "sum of the solutions' indices; anything but 1 says that one was missed" searched!(|found| found.index_sum.map_or(Value::Missing, |sum| Value::Number(sum as f64)));
-    Observable "largest_distance" Pure "largest relative L2 distance between two solutions" searched!(|found| found.furthest().map_or(Value::Missing, |[i, j]| Value::Number(found.solutions[i].distances[j])));
-    Observable "smallest_load" Force "smallest normal force among the solutions" searched!(|found| extreme(found, |o| o.load, f64::min));
-    Observable "largest_load" Force "largest normal force among the solutions" searched!(|found| extreme(found, |o| o.load, f64::max));
-    Observable "smallest_stick_area" Area "smallest stick area among the solutions" searched!(|found| extreme(found, |o| o.stick_area, f64::min));
-    Observable "largest_stick_area" Area "largest stick area among the solutions" searched!(|found| extreme(found, |o| o.stick_area, f64::max));
-    Certificate "residual" Pure "largest relative natural-map residual of a solution" searched!(|found| largest(found, |solution| solution.certificate.residual));
-    Certificate "error" Pure "largest distance of a solution from the exact one, relative, to first order" searched!(|found| largest(found, |solution| solution.error));
-    Work "tried" Pure "starts tried, one for each method" searched!(|found| Value::Integer(found.starts));
-    Work "failed_starts" Pure "starts that led to no certified solution" searched!(|found| Value::Integer(found.failed));
-    Work "beyond" Pure "starts that led to solutions beyond the ones kept" searched!(|found| Value::Integer(found.beyond));
-    Work "iterations" Pure "iterations of all solvers" searched!(|found| Value::Integer(found.work.iterations));
-    Work "operator_applications" Pure "applications of the operator by all solvers" searched!(|found| Value::Integer(found.work.operator_applications));
-    Work "factorisations" Pure "dense matrices factored" searched!(|found| Value::Integer(found.factorisations));
+    Observable "solutions" Pure "distinct certified solutions that were found"
+        searched!(|found| Value::Integer(found.solutions.len() as u64));
+    Observable "index_sum" Pure
+        "sum of the solutions' indices; anything but 1 says that one was missed"
+        searched!(|found| found.index_sum.map_or(Value::Missing, |sum| Value::Number(sum as f64)));
+    Observable "largest_distance" Pure "largest relative L2 distance between two solutions"
+        searched!(|found| found.furthest().map_or(Value::Missing, |[i, j]| {
+            Value::Number(found.solutions[i].distances[j])
+        }));
+    Observable "smallest_load" Force "smallest normal force among the solutions"
+        searched!(|found| extreme(found, |o| o.load, f64::min));
+    Observable "largest_load" Force "largest normal force among the solutions"
+        searched!(|found| extreme(found, |o| o.load, f64::max));
+    Observable "smallest_stick_area" Area "smallest stick area among the solutions"
+        searched!(|found| extreme(found, |o| o.stick_area, f64::min));
+    Observable "largest_stick_area" Area "largest stick area among the solutions"
+        searched!(|found| extreme(found, |o| o.stick_area, f64::max));
+    Certificate "residual" Pure "largest relative natural-map residual of a solution"
+        searched!(|found| largest(found, |solution| solution.certificate.residual));
+    Certificate "error" Pure
+        "largest distance of a solution from the exact one, relative, to first order"
+        searched!(|found| largest(found, |solution| solution.error));
+    Work "tried" Pure "starts tried, one for each method"
+        searched!(|found| Value::Integer(found.starts));
+    Work "failed_starts" Pure "starts that led to no certified solution"
+        searched!(|found| Value::Integer(found.failed));
+    Work "beyond" Pure "starts that led to solutions beyond the ones kept"
+        searched!(|found| Value::Integer(found.beyond));
+    Work "iterations" Pure "iterations of all solvers"
+        searched!(|found| Value::Integer(found.work.iterations));
+    Work "operator_applications" Pure "applications of the operator by all solvers"
+        searched!(|found| Value::Integer(found.work.operator_applications));
+    Work "factorisations" Pure "dense matrices factored"
+        searched!(|found| Value::Integer(found.factorisations));
 };
 
-/// The smallest or largest of a quantity of the solutions.
+/// Returns the smallest or the largest value of a quantity among the solutions.
 fn extreme(found: &Multiplicity, read: fn(&Observables) -> f64, of: fn(f64, f64) -> f64) -> Value {
     found
         .solutions

@@ -1,7 +1,8 @@
-//! What a kind of study is, and the table that a study file may have for it.
+//! The description of a kind of study, and of the table that a study file may have for it.
+
+use toml::de::DeValue;
 
 use contact::model::SceneError;
-use toml::de::DeValue;
 
 use crate::assemble::Assembler;
 use crate::axis::Group;
@@ -13,16 +14,16 @@ use crate::key::{Key, one_of};
 use crate::read;
 use crate::read::{Node, entries};
 
-/// Everything that the crate knows of one kind of study. A kind that shares most of this with the
-/// solving of scenes takes it from there.
+/// Everything that the crate knows of one kind of study. A kind that has much in common with the
+/// solving of scenes takes that from there.
 pub(crate) struct KindSpec {
-    /// The name by which a study file calls it.
+    /// The name by which a study file calls the kind.
     pub(crate) name: &'static str,
     /// The table at the top of a study file that no other kind has.
     pub(crate) table: Option<TableSpec>,
-    /// Whether meshes may be chosen by the accuracy of the results.
+    /// True if meshes may be chosen by the accuracy of the results.
     pub(crate) has_accuracy: bool,
-    /// Tells why its jobs have no use for a key; `None` if they have.
+    /// Tells why the jobs have no use for a key; `None` if they have.
     pub(crate) refuses: fn(Key) -> Option<&'static str>,
     /// Makes the job of a point.
     pub(crate) assemble: fn(&mut Assembler<'_>, &KindTable) -> Job,
@@ -30,7 +31,7 @@ pub(crate) struct KindSpec {
     pub(crate) check: fn(&Job) -> Result<(), SceneError>,
     /// Writes the keys that only this kind has, as a study file gives them.
     pub(crate) to_toml: fn(&Job) -> String,
-    /// The columns of its results, list after list.
+    /// The columns of the results, list after list.
     pub(crate) columns: &'static [&'static [Column]],
     /// The columns of results that a query shows if none are named.
     pub(crate) usual_columns: &'static [&'static str],
@@ -38,19 +39,21 @@ pub(crate) struct KindSpec {
     pub(crate) figure: fn(&KindTable, &[Group]) -> Option<Figure>,
 }
 
-/// What may stand in the table of a kind.
+/// The table of a kind.
 pub(crate) struct TableSpec {
     /// The name of the table.
     pub(crate) name: &'static str,
-    /// The names of its keys, and what may stand behind each; every key may be left out.
+    /// The names of the keys, with the values that may stand behind each; every key may be left
+    /// out.
     pub(crate) keys: &'static [(&'static str, TableValue)],
-    /// Refuses a table, at a place, that does not fit the axes; called without a table as well.
+    /// Refuses a table, at a place, that does not fit the axes. It is called without a table as
+    /// well.
     pub(crate) check: fn(&KindTable, &Span, &[Group], &mut Vec<Mistake>),
-    /// Advice for a study of another kind that has the table.
+    /// The advice for a study of another kind that has the table.
     pub(crate) advice: &'static str,
 }
 
-/// What may stand behind a key of such a table.
+/// The values that may stand behind a key of such a table.
 #[derive(Clone, Copy)]
 pub(crate) enum TableValue {
     /// One of these words.
@@ -59,7 +62,7 @@ pub(crate) enum TableValue {
     Count(u32),
 }
 
-/// What a study says in the table of its kind.
+/// The content of a kind's table in a study file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct KindTable {
     words: Vec<(&'static str, &'static str)>,
@@ -79,7 +82,7 @@ impl KindTable {
 }
 
 impl TableSpec {
-    /// Reads the table, or what a study without it says.
+    /// Reads the table, or the content that a study without it has.
     pub(crate) fn read(
         &self,
         node: Option<&Node<'_>>,

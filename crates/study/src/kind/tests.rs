@@ -1,4 +1,4 @@
-//! The columns of every kind of study.
+//! Tests of the columns of every kind of study.
 
 use std::collections::HashSet;
 
@@ -29,7 +29,7 @@ fn names_are_identifiers_and_unique() {
                 column.name
             );
         }
-        // an axis over a table hides no other column
+        // An axis over a table hides no other column.
         for table in crate::key::Table::ALL {
             let key = Key::find(&table.path());
             assert!(

@@ -20,7 +20,7 @@ use crate::key::Key;
 use crate::record::Bracketed;
 use crate::value::Value;
 
-/// The kind.
+/// The description of the kind.
 pub(crate) const SPEC: KindSpec = KindSpec {
     name: "uniqueness",
     has_accuracy: false,
@@ -54,7 +54,7 @@ fn refuses(key: Key) -> Option<&'static str> {
     }
 }
 
-/// Returns what is asked about the uniqueness set.
+/// Returns the question about the uniqueness set.
 fn question(assembler: &mut Assembler<'_>) -> Question {
     let foundation = assembler.foundation();
     let shape = assembler.shape();
@@ -66,7 +66,8 @@ fn question(assembler: &mut Assembler<'_>) -> Question {
                 (assembler.sheet().get(Key::Shape), assembler.sheet().word(Key::Shape))
             {
                 let message = format!(
-                    "the uniqueness set of {} is not known beforehand: where it touches depends on the load",
+                    "the uniqueness set of {} is not known beforehand: where it touches depends \
+                     on the load",
                     with_article(word)
                 );
                 let expected = "must be \"flat-rectangle\" or \"flat-disk\", whose sole is Ω";
@@ -85,7 +86,7 @@ fn question(assembler: &mut Assembler<'_>) -> Question {
     }
 }
 
-/// Returns how long the end of the set is looked for.
+/// Returns the extent of the search for a witness.
 fn witness_search(assembler: &Assembler<'_>) -> WitnessSearch {
     let default = WitnessSearch::default();
     let starts = assembler.sheet().count(Key::Starts).unwrap_or(default.starts);
@@ -96,10 +97,10 @@ fn witness_search(assembler: &Assembler<'_>) -> WitnessSearch {
     }
 }
 
-/// Refuses a uniqueness set on so many elements that no record can hold what shows its end.
+/// Refuses a uniqueness set on so many elements that no record can hold the proof of its end.
 fn refuse_too_fine(job: &Job) -> Result<(), SceneError> {
     let Job::Uniqueness { question, search } = job else { return Ok(()) };
-    // without coupling of pressures and tangential displacements there is no end to show
+    // If pressures and tangential displacements are not coupled, there is no end to prove.
     let mismatch = |material: Material| (1.0 - 2.0 * material.poisson) / material.shear_modulus;
     let of_punch = question.punch.map_or(0.0, mismatch);
     let is_uncoupled = match question.foundation.base {
@@ -108,12 +109,12 @@ fn refuse_too_fine(job: &Job) -> Result<(), SceneError> {
         }
         Base::Rigid => false,
     };
-    // what cannot be laid out is refused with its reason by whoever lays it out
+    // The layout itself says why a set cannot be laid out.
     let Ok(Forecast { elements: [nx, ny], .. }) = forecast_bracket(question, search) else {
         return Ok(());
     };
-    // of each element the witness has three numbers; of those that are images of each other, the
-    // certificate has three
+    // The witness has three numbers for each element. The certificate has three numbers for each
+    // class of elements that are images of each other.
     let bytes = |[nx, ny]: [usize; 2]| {
         let (x, y) = (nx.div_ceil(2), ny.div_ceil(2));
         let numbers = 3 * nx * ny + 3 * if nx == ny { x * (x + 1) / 2 } else { x * y };
@@ -134,7 +135,8 @@ fn refuse_too_fine(job: &Job) -> Result<(), SceneError> {
         key: "numerics.mesh".to_owned(),
         value: format!("{nx} x {ny}"),
         expected: format!(
-            "must give no more than {} x {} elements, for a record of {STORED_LIMIT} bytes to hold the witness",
+            "must give no more than {} x {} elements, for a record of {STORED_LIMIT} bytes to \
+             hold the witness",
             most[0], most[1]
         ),
     })
@@ -146,7 +148,7 @@ fn figure(_: &KindTable, groups: &[Group]) -> Option<Figure> {
     Some(Figure { band, ..Figure::over_longest_axis(groups)? })
 }
 
-/// Reads what came of looking for the end.
+/// Reads a value from the result of a bracketing.
 macro_rules! bracketed {
     (|$found:ident| $value:expr) => {
         ColumnSource::Record(|record| record.bracketed().map_or(Value::Missing, |$found| $value))
@@ -155,21 +157,35 @@ macro_rules! bracketed {
 
 /// The columns of brackets of uniqueness sets.
 pub(crate) const BRACKET: &[Column] = result_columns! {
-    Observable "mu_low" ("lower end of μ*") Pure "below this, every load has one solution at most: lower end of the bracket of μ*" bracketed!(|found| side(found, |low, _| low.mu));
-    Observable "mu_high" ("upper end of μ*") Pure "from this on, the condition for uniqueness fails: upper end of the bracket of μ*" bracketed!(|found| side(found, |_, high| high.mu));
-    Observable "bracket_width" Pure "length of the bracket over its upper end" bracketed!(|found| side(found, |low, high| (high.mu - low.mu) / high.mu));
-    Observable "unbounded" Text "yes, if there is one solution at most whatever the friction" bracketed!(|found| match &found.bracket {
+    Observable "mu_low" ("lower end of μ*") Pure
+        "below this, every load has one solution at most: lower end of the bracket of μ*"
+        bracketed!(|found| side(found, |low, _| low.mu));
+    Observable "mu_high" ("upper end of μ*") Pure
+        "from this on, the condition for uniqueness fails: upper end of the bracket of μ*"
+        bracketed!(|found| side(found, |_, high| high.mu));
+    Observable "bracket_width" Pure "length of the bracket over its upper end"
+        bracketed!(|found| side(found, |low, high| (high.mu - low.mu) / high.mu));
+    Observable "unbounded" Text "yes, if there is one solution at most whatever the friction"
+        bracketed!(|found| match &found.bracket {
         Some(Bracket::Unbounded) => Value::Text("yes".to_owned()),
         Some(Bracket::Bounded { .. }) => Value::Text("no".to_owned()),
         None => Value::Missing,
     });
-    Certificate "witness_residual" Pure "|B(I - EA)x - x| / |x| of the witness above" bracketed!(|found| found.shown.map_or(Value::Missing, |shown| Value::Number(shown.residual)));
-    Certificate "singular_value" Pure "smallest singular value of B(I - EA) - I over its norm, for few elements" bracketed!(|found| {
-        found.shown.and_then(|shown| Some(shown.singular_value? / shown.norm)).map_or(Value::Missing, Value::Number)
-    });
+    Certificate "witness_residual" Pure "|B(I - EA)x - x| / |x| of the witness above"
+        bracketed!(|found| {
+            found.shown.map_or(Value::Missing, |shown| Value::Number(shown.residual))
+        });
+    Certificate "singular_value" Pure
+        "smallest singular value of B(I - EA) - I over its norm, for few elements"
+        bracketed!(|found| {
+            found
+                .shown
+                .and_then(|shown| Some(shown.singular_value? / shown.norm))
+                .map_or(Value::Missing, Value::Number)
+        });
 };
 
-/// A figure of both sides of a bracket.
+/// Returns a figure of both sides of a bracket.
 fn side(found: &Bracketed, read: fn(&LowerBound, &Witness) -> f64) -> Value {
     match &found.bracket {
         Some(Bracket::Bounded { lower, upper }) => Value::Number(read(lower, upper)),

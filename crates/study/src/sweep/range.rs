@@ -1,7 +1,8 @@
-//! Ranges of values: equal steps, or equal ratios.
+//! Ranges of values with equal steps or equal ratios.
+
+use toml::de::{DeTable, DeValue};
 
 use contact::model::Mesh;
-use toml::de::{DeTable, DeValue};
 
 use crate::axis::{Choice, MAX_POINTS};
 use crate::error::Mistake;
@@ -10,27 +11,35 @@ use crate::read::{self, Node, entries};
 use crate::sheet::Setting;
 use crate::units::Dimension;
 
-/// Whether a table is a range.
+/// Returns whether a table is a range.
 pub(super) fn is_range(node: &Node<'_>) -> bool {
-    matches!(node.get_ref(), DeValue::Table(table) if RANGE.iter().any(|key| table.contains_key(*key)))
+    let DeValue::Table(table) = node.get_ref() else { return false };
+    RANGE.iter().any(|key| table.contains_key(*key))
+}
+
+/// The values of an axis, and whether they were given as a range of equal ratios.
+#[derive(Default)]
+pub(super) struct AxisValues {
+    pub(super) choices: Vec<Choice>,
+    pub(super) is_log: bool,
 }
 
 const RANGE: &[&str] = &["from", "to", "count", "log"];
 
-/// The values of a range, and whether they have equal ratios; `node` is the whole of `table`.
+/// Reads the values of a range; `node` is the whole of `table`.
 pub(super) fn read_range(
     key: Key,
     table: &DeTable<'_>,
     node: &Node<'_>,
     mistakes: &mut Vec<Mistake>,
-) -> Result<(Vec<Choice>, bool), Mistake> {
-    let what = key.short();
+) -> Result<AxisValues, Mistake> {
+    let path = key.short();
     let dimension = match key.quantity() {
         Quantity::Number(dimension) => dimension,
         Quantity::Count | Quantity::Mesh => Dimension::Pure,
         _ => {
             let expected = format!("must be a list, each {}", key.quantity().expected());
-            return Err(Mistake::new(node.span(), format!("`{what}` has no ranges"), expected));
+            return Err(Mistake::new(node.span(), format!("`{path}` has no ranges"), expected));
         }
     };
     for (name, _) in
@@ -39,13 +48,13 @@ pub(super) fn read_range(
         mistakes.push(read::unknown(
             name.get_ref(),
             name.span(),
-            &format!("the range of `{what}`"),
+            &format!("the range of `{path}`"),
             RANGE,
         ));
     }
-    let part = |name: &str| {
+    let required = |name: &str| {
         table.get(name).ok_or_else(|| {
-            let message = format!("the range of `{what}` has no `{name}`");
+            let message = format!("the range of `{path}` has no `{name}`");
             Mistake::new(
                 node.span(),
                 message,
@@ -53,9 +62,9 @@ pub(super) fn read_range(
             )
         })
     };
-    let (from_node, to_node, count_node) = (part("from")?, part("to")?, part("count")?);
-    let from = read::number(&format!("{what}: from"), dimension, from_node)?;
-    let to = read::number(&format!("{what}: to"), dimension, to_node)?;
+    let (from_node, to_node, count_node) = (required("from")?, required("to")?, required("count")?);
+    let from = read::number(&format!("{path}: from"), dimension, from_node)?;
+    let to = read::number(&format!("{path}: to"), dimension, to_node)?;
     let count = match count_node.get_ref() {
         DeValue::Integer(n) => read::whole("count", n, count_node.span())? as usize,
         _ => {
@@ -80,11 +89,11 @@ pub(super) fn read_range(
     }
     if log && !(from > 0.0 && to > 0.0) {
         let bad = if from > 0.0 { to_node } else { from_node };
-        let message = format!("the range of `{what}` has equal ratios but does not stay above 0");
+        let message = format!("the range of `{path}` has equal ratios but does not stay above 0");
         return Err(Mistake::new(bad.span(), message, "must be above 0 when log = true"));
     }
     if from == to {
-        let message = format!("the range of `{what}` begins where it ends");
+        let message = format!("the range of `{path}` begins where it ends");
         return Err(Mistake::new(to_node.span(), message, "must differ from `from`"));
     }
     let mut choices = Vec::with_capacity(count);
@@ -95,14 +104,14 @@ pub(super) fn read_range(
             quantity => {
                 if !(x.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&x)) {
                     let message =
-                        format!("value {} of the range of `{what}` would be {x}", index + 1);
+                        format!("value {} of the range of `{path}` would be {x}", index + 1);
                     return Err(Mistake::new(
                         node.span(),
                         message,
                         "every value must be a whole number, 0 or above",
                     ));
                 }
-                // exact: a whole number in the range of u32
+                // This is exact, for it is a whole number in the range of u32.
                 let n = x as u32;
                 if quantity == Quantity::Mesh {
                     Setting::Mesh(Mesh::Across(n))
@@ -113,11 +122,11 @@ pub(super) fn read_range(
         };
         choices.push(Choice::of_key(key, setting, node.span(), Some(index + 1)));
     }
-    Ok((choices, log))
+    Ok(AxisValues { choices, is_log: log })
 }
 
-/// The `index`-th of `count` values from `from` to `to`: the ends exact, the others to 15
-/// significant digits, 13 with equal ratios.
+/// Returns the `index`-th of `count` values from `from` to `to`. The ends are exact, the others are
+/// rounded to 15 significant digits, to 13 with equal ratios.
 fn between(from: f64, to: f64, index: usize, count: usize, log: bool) -> f64 {
     let last = count - 1;
     if index == 0 {
@@ -128,12 +137,13 @@ fn between(from: f64, to: f64, index: usize, count: usize, log: bool) -> f64 {
     }
     let t = index as f64 / last as f64;
     if log {
-        // ln and exp lose a few digits, and differ from one mathematical library to the next
+        // The logarithm and the exponential lose a few digits, and differ from one mathematical
+        // library to the next.
         let x = (from.ln() * (1.0 - t) + to.ln() * t).exp();
         return format!("{x:.12e}").parse().unwrap_or(x);
     }
     let x = from * (1.0 - t) + to * t;
-    // what cancellation leaves of a 0 is not a value
+    // The remainder that cancellation leaves of a 0 is not a value.
     if x.abs() < 1e-14 * from.abs().max(to.abs()) {
         0.0
     } else {

@@ -1,27 +1,19 @@
-//! Studies that are right: what they expand to, and that nothing a job can say is lost on the way
+//! Studies that are right: the points to which they expand, and the way of every part of a job
 //! through a file.
 
 use std::collections::HashSet;
 use std::sync::OnceLock;
 
+use proptest::prelude::*;
+
 use contact::model::{
     Base, Domain, Effect, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics,
     Projection, Punch, Scene, Shape, Side, Step, WheelRail,
 };
-use proptest::prelude::*;
 use study::key::Key;
 use study::{Case, Figure, Job, Study, Value, columns};
 
-const BASE: &str = r#"
-name = "base"
-[scene]
-foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
-punch = { shape = "sphere", radius = "10 mm" }
-friction.mu = 0.3
-loading.steps = [{ approach = "1 um" }]
-[numerics]
-mesh = 16
-"#;
+use crate::sphere::SPHERE;
 
 fn no_files(name: &str) -> Result<Vec<u8>, String> {
     Err(format!("{name}: no such file"))
@@ -31,7 +23,7 @@ fn read(text: &str) -> Study {
     Study::parse(text, "study.toml", &mut no_files).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The values of a column at every point, as shown.
+/// Returns the values of a column at every point, as shown.
 fn shown(study: &Study, name: &str) -> Vec<String> {
     let columns = study.columns();
     let column = columns::find(&columns, name).unwrap_or_else(|| panic!("no column {name}"));
@@ -40,14 +32,14 @@ fn shown(study: &Study, name: &str) -> Vec<String> {
 
 #[test]
 fn a_study_without_axes_is_one_point() {
-    let study = read(BASE);
+    let study = read(SPHERE);
     assert_eq!((study.len(), study.points().len(), study.figures()), (1, 1, &[][..]));
     assert!(study.point(1).is_none());
 }
 
 #[test]
 fn units_spelling_and_order_leave_no_trace() {
-    let plain = read(BASE).points()[0].key;
+    let plain = read(SPHERE).points()[0].key;
     let other = r#"
         name = "other"
         question = "?"
@@ -64,13 +56,13 @@ fn units_spelling_and_order_leave_no_trace() {
         shear_modulus = 80_000_000_000
     "#;
     assert_eq!(read(other).points()[0].key, plain);
-    assert_ne!(read(&BASE.replace("10 mm", "11 mm")).points()[0].key, plain);
+    assert_ne!(read(&SPHERE.replace("10 mm", "11 mm")).points()[0].key, plain);
 }
 
 #[test]
 fn the_last_axis_is_the_fastest() {
     let study = read(&format!(
-        "{BASE}[sweep]\n\"numerics.mesh\" = [32, [8, 4]]\nfriction.mu = [0.1, 0.2, 0.3]\n"
+        "{SPHERE}[sweep]\n\"numerics.mesh\" = [32, [8, 4]]\nfriction.mu = [0.1, 0.2, 0.3]\n"
     ));
     assert_eq!(shown(&study, "mesh"), ["32", "32", "32", "8x4", "8x4", "8x4"]);
     assert_eq!(shown(&study, "mu"), ["0.1", "0.2", "0.3", "0.1", "0.2", "0.3"]);
@@ -87,7 +79,7 @@ fn the_last_axis_is_the_fastest() {
 #[test]
 fn axes_with_one_table_in_common_keep_their_places() {
     let sweep = "[sweep]\nfoundation.base.poisson = [0, 0.3]\nmesh = [8, 16]\nfoundation.base.shear_modulus = [\"8 GPa\", \"80 GPa\"]\n";
-    let study = read(&format!("{BASE}{sweep}"));
+    let study = read(&format!("{SPHERE}{sweep}"));
     assert_eq!(
         study.axes().map(|axis| axis.column()).collect::<Vec<_>>(),
         ["poisson", "mesh", "shear_modulus"]
@@ -96,25 +88,26 @@ fn axes_with_one_table_in_common_keep_their_places() {
 
 #[test]
 fn ranges_hold_their_ends_and_round_numbers_between() {
-    let study = read(&format!("{BASE}[sweep]\nfriction.mu = {{ from = 0, to = 1, count = 11 }}\n"));
+    let study =
+        read(&format!("{SPHERE}[sweep]\nfriction.mu = {{ from = 0, to = 1, count = 11 }}\n"));
     assert_eq!(
         shown(&study, "mu"),
         ["0", "0.1", "0.2", "0.3", "0.4", "0.5", "0.6", "0.7", "0.8", "0.9", "1"]
     );
     let study = read(&format!(
-        "{BASE}[sweep]\n\"loading.steps[0].shift_x\" = {{ from = \"-0.1 mm\", to = \"0.3 mm\", count = 5 }}\n"
+        "{SPHERE}[sweep]\n\"loading.steps[0].shift_x\" = {{ from = \"-0.1 mm\", to = \"0.3 mm\", count = 5 }}\n"
     ));
     assert_eq!(shown(&study, "shift_x"), ["-0.0001", "0", "0.0001", "0.0002", "0.0003"]);
     let study = read(&format!(
-        "{BASE}[sweep]\npunch.radius = {{ log = true, from = \"1 um\", to = \"100 mm\", count = 6 }}\n"
+        "{SPHERE}[sweep]\npunch.radius = {{ log = true, from = \"1 um\", to = \"100 mm\", count = 6 }}\n"
     ));
     assert_eq!(shown(&study, "radius"), ["1e-6", "1e-5", "0.0001", "0.001", "0.01", "0.1"]);
     assert!(study.figures().iter().any(|figure| figure.log_x && figure.x == "radius"));
     let study =
-        read(&format!("{BASE}[sweep]\nmesh = {{ log = true, from = 8, to = 64, count = 4 }}\n"));
+        read(&format!("{SPHERE}[sweep]\nmesh = {{ log = true, from = 8, to = 64, count = 4 }}\n"));
     assert_eq!(shown(&study, "mesh"), ["8", "16", "32", "64"]);
     let study = read(&format!(
-        "{BASE}[sweep]\n\"loading.steps[0].tilt_x\" = {{ from = \"5 deg\", to = \"-5 deg\", count = 3 }}\n"
+        "{SPHERE}[sweep]\n\"loading.steps[0].tilt_x\" = {{ from = \"5 deg\", to = \"-5 deg\", count = 3 }}\n"
     ));
     assert_eq!(shown(&study, "tilt_x")[1..], ["0", "-0.08726646259971647"]);
 }
@@ -122,7 +115,7 @@ fn ranges_hold_their_ends_and_round_numbers_between() {
 #[test]
 fn zipped_axes_advance_together() {
     let sweep = "[sweep]\nmesh = [8, 16]\n[[sweep.zip]]\nfriction.mu = [0.1, 0.2]\npunch.radius = [\"1 mm\", \"2 mm\"]\n";
-    let study = read(&format!("{BASE}{sweep}"));
+    let study = read(&format!("{SPHERE}{sweep}"));
     assert_eq!(shown(&study, "mesh"), ["8", "8", "16", "16"]);
     assert_eq!(shown(&study, "mu"), ["0.1", "0.2", "0.1", "0.2"]);
     assert_eq!(shown(&study, "radius"), ["0.001", "0.002", "0.001", "0.002"]);
@@ -138,7 +131,7 @@ fn a_table_replaces_a_table() {
         ]
         loading = [{ label = "shifted", steps = [{ approach = "1 um", shift_x = "1 um" }] }]
     "#;
-    let study = read(&format!("{BASE}{punches}"));
+    let study = read(&format!("{SPHERE}{punches}"));
     let jobs = study.points();
     assert_eq!(shown(&study, "punch"), ["cone", "steel ball"]);
     assert_eq!(shown(&study, "loading"), ["shifted", "shifted"]);
@@ -149,8 +142,8 @@ fn a_table_replaces_a_table() {
     ));
     assert!(jobs[1].job.case().unwrap().scene.punch.material.is_some());
     assert_eq!(jobs[0].job.case().unwrap().scene.loading.steps[0].shift_x, Some(1e-6));
-    // a table may supply what the base leaves out
-    let bare = BASE.replace("punch = { shape = \"sphere\", radius = \"10 mm\" }\n", "");
+    // A table may supply what the base leaves out.
+    let bare = SPHERE.replace("punch = { shape = \"sphere\", radius = \"10 mm\" }\n", "");
     assert_eq!(read(&format!("{bare}{punches}")).len(), 2);
 }
 
@@ -262,7 +255,7 @@ fn axes_over_whole_lists_and_the_base() {
 
 #[test]
 fn a_list_that_the_scene_leaves_out_is_made_of_the_axes() {
-    let bare = BASE.replace("loading.steps = [{ approach = \"1 um\" }]\n", "");
+    let bare = SPHERE.replace("loading.steps = [{ approach = \"1 um\" }]\n", "");
     let sweep = "[sweep]\n\"loading.steps[0].approach\" = [1e-6, 2e-6]\n\"loading.steps[1].shift_x\" = [0, 1e-6]\n";
     let study = read(&format!("{bare}{sweep}"));
     assert_eq!(study.points()[3].job.case().unwrap().scene.loading.steps[1].shift_x, Some(1e-6));
@@ -279,7 +272,7 @@ fn a_figure_of_increments_may_name_them() {
 #[test]
 fn points_that_coincide_share_their_key() {
     let sweep = "[sweep]\npunch = [{ label = \"a\", shape = \"sphere\", radius = 1 }, { label = \"b\", shape = \"sphere\", radius = \"1 m\" }]\n";
-    let study = read(&format!("{BASE}{sweep}"));
+    let study = read(&format!("{SPHERE}{sweep}"));
     let points = study.points();
     assert_eq!(points[0].key, points[1].key);
     assert_ne!(points[0].values, points[1].values);
@@ -288,7 +281,7 @@ fn points_that_coincide_share_their_key() {
 #[test]
 fn height_maps_come_from_files_in_any_unit() {
     let map = r#"punch = { shape = "height-map", file = "rough.csv", unit = "um", width_x = "1 mm", width_y = "2 mm" }"#;
-    let text = BASE.replace("punch = { shape = \"sphere\", radius = \"10 mm\" }", map);
+    let text = SPHERE.replace("punch = { shape = \"sphere\", radius = \"10 mm\" }", map);
     let mut asked = Vec::new();
     let mut files = |name: &str| {
         asked.push(name.to_owned());
@@ -310,10 +303,10 @@ fn height_maps_come_from_files_in_any_unit() {
     );
     assert_eq!(shown(&study, "file")[..2], ["rough.csv", "rougher.csv"]);
     assert_eq!(points[0].key, points[1].key, "the content counts, not the name");
-    // the definition needs no files any more
+    // The definition needs no files any more.
     let again = Study::from_definition(&study.definition()).unwrap();
     assert_eq!(again.points(), points);
-    // and a job's own text finds its surface under its hash
+    // A job's own text finds its surface under its hash.
     let stored = study::surface::encode_surface(study.surfaces().get(surface).unwrap());
     let job = format!("name = \"job\"\n{}", points[0].job.to_toml());
     let alone = Study::parse(&job, "job.toml", &mut |name| {
@@ -330,7 +323,7 @@ fn height_maps_come_from_files_in_any_unit() {
 #[test]
 fn a_wheel_and_its_rail_come_from_files() {
     let punch = r#"punch = { shape = "wheel-on-rail", wheel = "w.prw", rail = "r.prr", side = "left", rolling_radius = "460 mm" }"#;
-    let text = BASE.replace("punch = { shape = \"sphere\", radius = \"10 mm\" }", punch);
+    let text = SPHERE.replace("punch = { shape = \"sphere\", radius = \"10 mm\" }", punch);
     let mut files = |name: &str| match name {
         "w.prw" => Ok(WHEEL.to_vec()),
         "r.prr" => Ok(RAIL.to_vec()),
@@ -369,8 +362,8 @@ fn a_wheel_and_its_rail_come_from_files() {
 
 #[test]
 fn a_damaged_definition_is_an_error() {
-    let bytes = read(BASE).definition();
-    assert_eq!(Study::from_definition(&bytes).unwrap().text(), BASE);
+    let bytes = read(SPHERE).definition();
+    assert_eq!(Study::from_definition(&bytes).unwrap().text(), SPHERE);
     for length in 0..bytes.len() {
         assert!(Study::from_definition(&bytes[..length]).is_err());
     }
@@ -379,7 +372,7 @@ fn a_damaged_definition_is_an_error() {
 #[test]
 fn figures() {
     let axes = "[sweep]\nfriction.mu = [0.1, 0.2, 0.3]\nmesh = [8, 16]\nprojection = [\"average\", \"midpoint\"]\n";
-    let study = read(&format!("{BASE}{axes}"));
+    let study = read(&format!("{SPHERE}{axes}"));
     let figure = |x: &str, y: &str, series: &[&str], log_y| Figure {
         name: "1".to_owned(),
         title: None,
@@ -397,7 +390,7 @@ fn figures() {
     };
     assert_eq!(study.figures(), [figure("mu", "stick_fraction", &["mesh"], false)]);
     let own = "[figure]\nx = \"numerics.mesh\"\ny = \"residual\"\nlog_y = true\npanels = \"projection\"\n";
-    let study = read(&format!("{BASE}{axes}{own}"));
+    let study = read(&format!("{SPHERE}{axes}{own}"));
     assert_eq!(study.figures(), [figure("mesh", "residual", &["mu"], true)]);
 
     let several = r#"
@@ -416,7 +409,7 @@ fn figures() {
         x = "mu"
         y = "load"
     "#;
-    let study = read(&format!("{BASE}{axes}{several}"));
+    let study = read(&format!("{SPHERE}{axes}{several}"));
     let [two, reach, load] = study.figures() else { panic!("{:?}", study.figures()) };
     assert_eq!(
         *two,
@@ -430,7 +423,7 @@ fn figures() {
     let stems = [two, reach, load].map(|figure| figure.stem(study.name()));
     assert_eq!(stems, ["base", "base-reach", "base-3"]);
     assert!(
-        read(&format!("figure = []\n{BASE}{axes}")).figures().is_empty(),
+        read(&format!("figure = []\n{SPHERE}{axes}")).figures().is_empty(),
         "an empty list is none"
     );
 }
@@ -495,7 +488,7 @@ prop_compose! {
 const WHEEL: &[u8] = include_bytes!("../../../../sweeps/profiles/MBench_S1002_v3.prw");
 const RAIL: &[u8] = include_bytes!("../../../../sweeps/profiles/MBench_UIC60_v3.prr");
 
-/// The names and the bytes of a wheel's and a rail's profile.
+/// Returns the names and the bytes of a wheel's and a rail's profile.
 fn profiles() -> &'static [(String, Vec<u8>); 2] {
     static PROFILES: OnceLock<[(String, Vec<u8>); 2]> = OnceLock::new();
     PROFILES.get_or_init(|| {
@@ -512,7 +505,7 @@ fn from_store(name: &str) -> Result<Vec<u8>, String> {
     found.map(|(_, bytes)| bytes).ok_or_else(|| format!("{name}: no such file"))
 }
 
-/// The name and the bytes of a surface.
+/// Returns the name and the bytes of a surface.
 fn stored() -> (String, Vec<u8>) {
     let surface = study::surface::read(b"0 1\n2 3", "nm").unwrap();
     (study::surface::name(&surface), study::surface::encode_surface(&surface))
@@ -531,7 +524,7 @@ prop_compose! {
     }
 }
 
-/// A degree of freedom of a step: left alone, moved, or governed by its force.
+/// Makes a degree of freedom of a step: left alone, moved, or governed by its force.
 fn control() -> impl Strategy<Value = [Option<f64>; 2]> {
     prop_oneof![
         2 => Just([None, None]),
@@ -612,7 +605,7 @@ fn read_job(text: &str) -> Job {
 }
 
 proptest! {
-    /// serde's names are the file's names: what serde writes as TOML is read as the same job.
+    /// Serde's names are the file's names: what serde writes as TOML is read as the same job.
     #[test]
     fn what_serde_writes_is_read(job in job()) {
         let written = toml::to_string(&job).unwrap();
@@ -656,7 +649,7 @@ proptest! {
                     prop_assert_eq!(value(&name).and_then(|value| value.as_f64()), Some(expected), "{}", name);
                 }
             } else if given.is_none() && !matches!(key, Key::Layers | Key::Cycles | Key::Increments(_) | Key::Epsilon | Key::DomainCenterX | Key::DomainCenterY) {
-                // what has no default is missing, if there is a column for it at all
+                // A key without a default is missing, if there is a column for it at all.
                 prop_assert_eq!(value(&key.column()).unwrap_or(Value::Missing), Value::Missing, "{}", key.column());
             }
         }
@@ -665,7 +658,7 @@ proptest! {
     #[test]
     fn any_text_is_a_study_or_an_error(text in "\\PC*", at in any::<prop::sample::Index>()) {
         let _ = Study::parse(&text, "x.toml", &mut no_files).map_err(|error| error.to_string());
-        // and any text inside a good study
+        // The same is true of any text inside a good study.
         let good = include_str!("../../../../sweeps/stick-zone.toml");
         let at = (0..=at.index(good.len())).rev().find(|at| good.is_char_boundary(*at)).unwrap();
         let (before, after) = good.split_at(at);

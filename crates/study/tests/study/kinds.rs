@@ -5,25 +5,16 @@ use contact::model::Mesh;
 use contact::uniqueness::Sole;
 use study::{Adaptive, Job, Kind, Study, columns};
 
+use crate::sphere::sphere;
+
 fn read(text: &str) -> Study {
     Study::parse(text, "kinds.toml", &mut |file| Err(format!("no file {file}")))
         .unwrap_or_else(|error| panic!("{text}\n{error}"))
 }
 
-/// A study of a kind, with what belongs before its tables and after them.
+/// Returns the study of a sphere of a kind, with lines after its tables.
 fn of_kind(kind: &str, more: &str) -> Study {
-    read(&format!(
-        r#"name = "x"
-kind = "{kind}"
-[scene]
-foundation.base = {{ shear_modulus = "80 GPa", poisson = 0.3 }}
-punch = {{ shape = "sphere", radius = "10 mm" }}
-friction.mu = 0.3
-loading.steps = [{{ approach = "1 um" }}]
-[numerics]
-mesh = 16
-{more}"#
-    ))
+    read(&sphere(&format!("kind = \"{kind}\"\n"), more))
 }
 
 const UNIQUENESS: &str = r#"
@@ -105,7 +96,7 @@ fn jobs_of_every_kind_are_written_and_read() {
     for study in &studies {
         let job = study.point(study.len() - 1).unwrap().job;
         assert_eq!(Job::parse(&job.canonical()).unwrap(), job, "{}", study.kind().name());
-        // what is timed stands among other meshes
+        // A job that is timed stands among other meshes.
         let sweep =
             if matches!(job, Job::Cost { .. }) { "[sweep]\nmesh = [32, 64, 128]\n" } else { "" };
         let back = read(&format!("name = \"y\"\n{}{sweep}", job.to_toml()));
@@ -183,14 +174,14 @@ fn an_accuracy_stands_for_mesh_and_tolerance() {
         (numerics.mesh, numerics.tolerance)
     };
     assert_eq!(exact(&study), (Mesh::Across(24), 1e-5));
-    // what the study gives stays
+    // What the study gives stays.
     assert_eq!(
         exact(&with("0.001", &format!("{steps}[numerics]\ntolerance = 1e-9\n"))),
         (Mesh::Across(24), 1e-9)
     );
 
-    // of a load that is given the approach is left; a path of many increments must be solved to
-    // less in each
+    // If the load is given, the approach is left. A path of many increments must be solved to less
+    // in each.
     let path = "loading.steps = [{ normal_force = \"10 N\", increments = 50 }, { shift_x = \"10 nm\", increments = 50 }]\n";
     let study = with("{ is = 0.01, at_most = 64 }", path);
     let Some(Adaptive::Accuracy(accuracy)) = study.adaptive() else { panic!("chooses no mesh") };

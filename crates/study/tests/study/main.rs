@@ -1,7 +1,8 @@
-//! What is a study and what is none: files that are accepted, and files that are refused in clear
-//! words.
+//! Tests of studies: files that are accepted, and files that are refused in clear words.
 
 mod accepted;
+mod edited;
 mod kinds;
 mod refused;
 mod simulate;
+mod sphere;

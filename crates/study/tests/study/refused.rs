@@ -1,4 +1,4 @@
-//! Malformed and absurd studies, each with what the reader says about it.
+//! Malformed and absurd studies, each with the message of the reader.
 
 use study::Study;
 
@@ -23,7 +23,7 @@ mesh = 16
 "friction.mu" = [0.1, 0.2]
 "#;
 
-/// Name, what is replaced, and by what.
+/// The name of each case, the text that is replaced, and its replacement.
 const CASES: &[(&str, &str, &str)] = &[
     ("not TOML", "mesh = 16", "mesh = = 16"),
     ("unclosed text", "\"good\"", "\"good"),

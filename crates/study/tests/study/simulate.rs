@@ -1,21 +1,14 @@
 //! Effects that are asked for by name: `numerics.simulate`.
 
-use contact::model::Effect;
 use proptest::prelude::*;
+
+use contact::model::Effect;
 use study::{Job, Study, Value, columns};
 
-const BASE: &str = r#"name = "asked"
-[scene]
-foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
-punch = { shape = "sphere", radius = "10 mm" }
-friction.mu = 0.3
-loading.steps = [{ approach = "1 um" }]
-[numerics]
-mesh = 16
-"#;
+use crate::sphere::sphere;
 
 fn read(more: &str) -> Result<Study, study::StudyError> {
-    Study::parse(&format!("{BASE}{more}\n"), "study.toml", &mut |name| {
+    Study::parse(&sphere("", &format!("{more}\n")), "study.toml", &mut |name| {
         Err(format!("no file {name}"))
     })
 }

@@ -1,4 +1,4 @@
-//! Answers that are known: closed forms, statics, limits and scaling.
+//! Scenes at the limits meet the answers that are known: closed forms, statics, limits and scaling.
 
 use super::*;
 use contact::model::StepOutcome;
@@ -23,7 +23,7 @@ fn layers_tend_to_what_is_known() {
             (s.foundation, s.domain) = (half_space(modulus, 0.3), square(0.32))
         }))
     };
-    let on = |g: f64, thickness: f64, base: Base| {
+    let layered = |g: f64, thickness: f64, base: Base| {
         case("layer", Certified, |s, _| {
             (s.foundation, s.domain) =
                 (Foundation { layers: vec![layer(g, thickness)], base }, square(0.32))
@@ -31,13 +31,23 @@ fn layers_tend_to_what_is_known() {
     };
     let elastic = Base::Elastic(Material { shear_modulus: 1.0, poisson: 0.3 });
     for g in [0.1, 10.0] {
-        near("a layer of 1e-6 elements is not felt", load(&on(g, 2e-8, elastic)), plain(1.0), 1e-5);
-        near("a layer of 1e6 elements is a half-space", load(&on(g, 2e4, elastic)), plain(g), 5e-5);
+        near(
+            "a layer of 1e-6 elements is not felt",
+            load(&layered(g, 2e-8, elastic)),
+            plain(1.0),
+            1e-5,
+        );
+        near(
+            "a layer of 1e6 elements is a half-space",
+            load(&layered(g, 2e4, elastic)),
+            plain(g),
+            5e-5,
+        );
     }
     near(
         "a base 1e12 times as stiff is rigid",
-        load(&on(1e-12, 0.1, elastic)),
-        load(&on(1e-12, 0.1, Base::Rigid)),
+        load(&layered(1e-12, 0.1, elastic)),
+        load(&layered(1e-12, 0.1, Base::Rigid)),
         1e-9,
     );
     let stiff = case("punch", Certified, |s, _| {
@@ -50,9 +60,9 @@ fn layers_tend_to_what_is_known() {
         1e-9,
     );
 
-    // Hogg's plate: P l²/(3√3 D) under a point load, l³ = D/K, D = Gh³/6(1−ν), Kk the pressure of
-    // the half-space, whose surface the plate keeps from moving sideways, under a wave of unit
-    // height
+    // Hogg's plate sinks by P l²/(3√3 D) under a point load, with l³ = D/K and D = Gh³/6(1−ν). Kk
+    // is the pressure of the half-space, whose surface the plate keeps from moving sideways, under
+    // a wave of unit height.
     let (p, nu, h) = (1e-3, 0.3, 0.1_f64);
     let (stiff, _) = solved(&case("plate", Certified, |s, _| {
         s.foundation.layers = vec![layer(1e12, h)];
@@ -76,7 +86,7 @@ fn thin_layers_on_rigid_bases_are_springs() {
             };
         })
     };
-    // each element for itself: p h / M = δ − g, M = 2G(1−ν)/(1−2ν)
+    // Each element stands for itself: p h / M = δ − g, with M = 2G(1−ν)/(1−2ν).
     let (case, h) = (thin(0.3, 2e-8), 0.02);
     let springs: f64 = (0..256)
         .map(|e| {
@@ -89,9 +99,9 @@ fn thin_layers_on_rigid_bases_are_springs() {
         .map(|gap| (0.01 - gap).max(0.0) * h * h * 2.0 * 0.7 / 0.4 / 2e-8)
         .sum();
     near("springs", load(&case), springs, 1e-5);
-    // once the layer is thin against the elements, what an incompressible one carries goes as 1/h²
-    // for elements of constant pressure; tangential displacements are a million times as large as
-    // normal ones, and a residual in their units left 1 % of the load open
+    // Once the layer is thin against the elements, the load that an incompressible one carries goes
+    // as 1/h² for elements of constant pressure. Tangential displacements are a million times as
+    // large as normal ones, and a residual in their units left 1 % of the load open.
     near("incompressible", load(&thin(0.5, 2e-8)), 100.0 * load(&thin(0.5, 2e-7)), 1e-3);
 }
 
@@ -107,7 +117,7 @@ fn materials_friction_and_regularisation_tend_to_what_is_known() {
     let plain = load(&case("ε = 0", Certified, |_, _| {}));
     let epsilon = |epsilon: f64| case("ε", Certified, |_, n| n.epsilon = epsilon);
     near("ε → 0", load(&epsilon(1e-16)), plain, 1e-8);
-    // then p₁ = (δ − g)/ε, in units of cℓ
+    // For ε → ∞ the pressure is p₁ = (δ − g)/ε, in units of cℓ.
     let stiff = epsilon(1e9);
     let problem = Problem::new(&stiff.scene, &stiff.numerics, &stiff.surfaces).unwrap();
     let (end, fields) = solved(&stiff);
@@ -146,7 +156,7 @@ fn sizes_and_moduli_do_not_matter() {
         });
         near("size", load(&sized) / unit / unit, plain, 1e-12);
     }
-    // loads on their own Ω: P goes as δ^(3/2)
+    // Under a load with an Ω that follows from it, P goes as δ^(3/2).
     let approach = |force: f64| {
         solved(&case("load", Certified, |s, _| s.loading.steps = vec![loaded(force)]))
             .0
@@ -160,7 +170,7 @@ fn sizes_and_moduli_do_not_matter() {
 
 #[test]
 fn few_elements_and_all_of_them() {
-    // of one element in contact: P = (δ − g) h²/A, g = h²/12R
+    // One element in contact carries P = (δ − g) h²/A, with g = h²/12R.
     let one = |mesh: u32, width: f64, step: Step| {
         solved(&case("one", Certified, |s, n| {
             n.mesh = Mesh::Across(mesh);
@@ -170,16 +180,16 @@ fn few_elements_and_all_of_them() {
         .0
     };
     let h = 0.02;
-    let own =
+    let diagonal =
         contact::foundation::HalfSpace::new(&Material { shear_modulus: 1.0, poisson: 0.3 }, None)
             .influence([0, 0], h, h, Projection::Average)
             .nn;
     let far = one(15, 15.0 * h, loaded(1e-10));
     assert_eq!(far.observables.contact_elements, 1);
-    near("one of many", far.motion.approach - h * h / 12.0, 1e-10 * own / (h * h), 1e-7);
+    near("one of many", far.motion.approach - h * h / 12.0, 1e-10 * diagonal / (h * h), 1e-7);
     let single = one(1, h, pressed(0.01));
-    near("the only one", single.observables.load, (0.01 - h * h / 12.0) * h * h / own, 1e-7);
-    // one row is one row, whichever way it lies
+    near("the only one", single.observables.load, (0.01 - h * h / 12.0) * h * h / diagonal, 1e-7);
+    // A row of elements gives the same along x and along y.
     let row = |mesh: [u32; 2], step: Step| {
         load(&case("row", Certified, |s, n| {
             n.mesh = Mesh::Exact(mesh);
@@ -194,7 +204,7 @@ fn few_elements_and_all_of_them() {
     };
     let along_x = row([20, 1], Step { shift_x: Some(0.002), ..pressed(0.01) });
     near("a row", row([1, 20], Step { shift_y: Some(0.002), ..pressed(0.01) }), along_x, 1e-9);
-    // and elements 1000 times as long as wide, whichever way
+    // Elements 1000 times as long as wide give the same along x and along y.
     let strip = |width: [f64; 2], step: Step| {
         load(&case("strip", Certified, |s, n| {
             n.mesh = Mesh::Exact([16, 16]);
@@ -209,8 +219,8 @@ fn few_elements_and_all_of_them() {
         upright,
         1e-7,
     );
-    // where all is in contact the punch's curvature is only an offset, and with none of it a sphere
-    // is flat
+    // If all elements are in contact, the punch's curvature is only an offset; a sphere without
+    // curvature is flat.
     let flat = load(&case("flat", Certified, |s, _| s.punch.shape = rectangle(0.3, 0.3)));
     let round = load(&case("round", Certified, |s, _| {
         (s.domain, s.punch.shape) = (square(0.3), Shape::Sphere { radius: 1e100 })
@@ -284,16 +294,16 @@ fn two_hundred_steps_do_not_drift() {
             near("force", step.observables.force_x, pulled, 1e-7);
         }
     }
-    // once it has shaken down the same state comes back, cycle after cycle
-    let at = |cycle: usize| &outcome.steps[2 * cycle];
-    for (name, of) in [
+    // Once the contact has shaken down, the same state comes back cycle after cycle.
+    let end_of = |cycle: usize| &outcome.steps[2 * cycle];
+    for (name, figure) in [
         ("energy", (|step: &StepOutcome| step.observables.energy) as fn(&StepOutcome) -> f64),
         ("dissipation", |step| step.observables.dissipation),
         ("approach", |step| step.motion.approach),
         ("shift", |step| step.motion.shift_x),
     ] {
-        let (early, late) = (of(at(50)), of(at(100)));
-        println!("{name}: {:e} {early:e} {late:e}", of(at(2)));
+        let (early, late) = (figure(end_of(50)), figure(end_of(100)));
+        println!("{name}: {:e} {early:e} {late:e}", figure(end_of(2)));
         near(name, late, early, 1e-5);
     }
 }

@@ -1,21 +1,26 @@
-//! Scenes of all kinds with sizes, stiffnesses and loads over many decades: whatever is asked,
-//! there is an end, and what counts as solved is.
+//! Scenes of all kinds have sizes, stiffnesses and loads over many decades. Every one of them has
+//! an end, and every one that counts as solved is solved.
 
 use super::*;
 use proptest::prelude::*;
 
-/// 10^exponent.
+/// Generates 10^exponent for exponents from `low` to `high`.
 fn decades(low: f64, high: f64) -> impl Strategy<Value = f64> {
     (low..high).prop_map(|exponent| 10f64.powf(exponent))
 }
 
-/// In units of one modulus: ordinary most of the time, else far from it.
+/// Generates a modulus in units of one modulus: ordinary most of the time, else far from it.
 fn modulus() -> impl Strategy<Value = f64> {
     prop_oneof![3 => Just(1.0), 3 => decades(-3.0, 3.0), 1 => decades(-7.5, 7.5)]
 }
 
 fn poisson() -> impl Strategy<Value = f64> {
-    prop_oneof![4 => 0.0..=0.5, 1 => Just(0.0), 1 => Just(0.5), 1 => decades(-12.0, -1.0).prop_map(|d| 0.5 - d)]
+    prop_oneof![
+        4 => 0.0..=0.5,
+        1 => Just(0.0),
+        1 => Just(0.5),
+        1 => decades(-12.0, -1.0).prop_map(|d| 0.5 - d),
+    ]
 }
 
 fn material() -> impl Strategy<Value = Material> {
@@ -55,20 +60,20 @@ fn shape() -> impl Strategy<Value = Shape> {
     ]
 }
 
-/// Nothing, or any size and sign.
+/// Generates no value, or a value of any size and sign.
 fn either() -> impl Strategy<Value = Option<f64>> {
     let any = (decades(-8.0, 3.0), any::<bool>())
         .prop_map(|(size, positive)| if positive { size } else { -size });
     prop_oneof![3 => Just(None), 1 => Just(Some(0.0)), 2 => any.prop_map(Some)]
 }
 
-/// What a step asks of one degree of freedom: nothing, a motion, or a force.
+/// Generates the control of one degree of freedom in a step: none, a motion, or a force.
 fn control() -> impl Strategy<Value = [Option<f64>; 2]> {
     (either(), any::<bool>())
         .prop_map(|(value, motion)| if motion { [value, None] } else { [None, value] })
 }
 
-/// Forces are in units of the foundation's modulus.
+/// Generates a step; its forces are in units of the foundation's modulus.
 fn step() -> impl Strategy<Value = Step> {
     let pressing = prop_oneof![
         3 => decades(-8.0, 1.0).prop_map(|approach| [Some(approach), None]),
@@ -166,14 +171,21 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 250, ..ProptestConfig::default() })]
 
     #[test]
-    fn any_scene_ends_and_what_counts_as_solved_is(scene in scenes(), numerics in any_numerics(), seed in 0usize..1000) {
+    fn any_scene_ends_and_what_counts_as_solved_is(
+        scene in scenes(),
+        numerics in any_numerics(),
+        seed in 0usize..1000,
+    ) {
         let mut surfaces = Surfaces::new();
-        let heights = (0..35).map(|at| ((at * 7919 + seed * 104_729) % 101) as f64 * 1e-4).collect();
+        let heights =
+            (0..35).map(|pixel| ((pixel * 7919 + seed * 104_729) % 101) as f64 * 1e-4).collect();
         surfaces.insert("map".to_owned(), Arc::new(Surface::new(5, 7, heights).unwrap()));
         let case = Case { name: String::new(), scene, numerics, surfaces, end: Certified };
         match solve(&case.scene, &case.numerics, &case.surfaces, &mut Operators::default()) {
             Err(error) => prop_assert!(!error.expected.is_empty()),
-            Ok((Outcome { status: Status::Failed { reason }, .. }, _)) => prop_assert!(!reason.is_empty()),
+            Ok((Outcome { status: Status::Failed { reason }, .. }, _)) => {
+                prop_assert!(!reason.is_empty())
+            }
             Ok((outcome, fields)) => prop_assert_eq!(flaw(&case, &outcome, &fields), None),
         }
     }

@@ -1,4 +1,4 @@
-//! Fields as files for other programs.
+//! Fields as files for other programs: NPY, VTK and CSV.
 
 use std::fmt::Write;
 
@@ -7,12 +7,13 @@ use base64::prelude::BASE64_STANDARD;
 use npyz::WriterBuilder;
 use thiserror::Error;
 
-use super::{Field, Grid, Values};
-use crate::delimited::exact;
-use crate::svg::escape;
+use super::quantity::{Field, FieldGrid, Values};
+use crate::delimited::write;
+use crate::number::exact;
+use crate::text::escape;
 
-/// Fields that cannot stand in one file.
-#[derive(Debug, Clone, PartialEq, Error)]
+/// A reason why fields cannot be written to one file.
+#[derive(Clone, Debug, PartialEq, Error)]
 pub enum VtiError {
     /// There is no field.
     #[error("there is no field to write")]
@@ -30,8 +31,11 @@ pub enum VtiError {
     Duplicate(String),
 }
 
-/// The grid that all fields share.
-fn shared_grid<'a>(fields: &[&'a Field]) -> Result<&'a Grid, VtiError> {
+/// Returns the grid that all fields share.
+///
+/// # Errors
+/// [`VtiError`], if there is none or if two fields share a name.
+fn shared_grid<'a>(fields: &[&'a Field]) -> Result<&'a FieldGrid, VtiError> {
     let Some(first) = fields.first() else { return Err(VtiError::Empty) };
     for (i, field) in fields.iter().enumerate() {
         if field.grid != first.grid {
@@ -45,13 +49,13 @@ fn shared_grid<'a>(fields: &[&'a Field]) -> Result<&'a Grid, VtiError> {
 }
 
 impl Field {
-    /// The values as NPY (NumPy), version 1: shape (ny, nx), C order, little-endian `f8`, or `u1`
-    /// for states.
+    /// Writes the values as NPY (NumPy), version 1: shape (ny, nx), C order, little-endian `f8`, or
+    /// `u1` for states.
     ///
     /// `numpy.load(f)[j, i]` is element (i, j).
     ///
     /// # Errors
-    /// Only those of memory; writing to it does not fail.
+    /// The errors of writing to memory, which does not fail.
     pub fn npy(&self) -> std::io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         let shape = [self.grid.ny as u64, self.grid.nx as u64];
@@ -66,14 +70,14 @@ impl Field {
                 writer.extend(values.iter().copied())?;
                 writer.finish()?;
             }
-            Values::Category { of, .. } => {
+            Values::Category { states, .. } => {
                 let kind = npyz::DType::Plain("|u1".parse().map_err(std::io::Error::other)?);
                 let mut writer = npyz::WriteOptions::new()
                     .dtype(kind)
                     .shape(&shape)
                     .writer(&mut bytes)
                     .begin_nd()?;
-                writer.extend(of.iter().copied())?;
+                writer.extend(states.iter().copied())?;
                 writer.finish()?;
             }
         }
@@ -81,13 +85,14 @@ impl Field {
     }
 }
 
-/// Fields on one grid as a VTK image (`.vti`), for ParaView and PyVista.
+/// Writes fields on one grid as a VTK image (`.vti`), for ParaView and PyVista.
 ///
-/// Every field is cell data on a flat image in the plane z = 0; binary, little-endian, not
-/// compressed. States are bytes. Units stand in VTK's own `UNITS_LABEL`.
+/// Every field is cell data on a flat image in the plane z = 0; the data are binary, little-endian
+/// and not compressed. States are bytes. Units stand in VTK's own `UNITS_LABEL`.
 ///
 /// # Errors
-/// [`VtiError`].
+/// [`VtiError`], if there is no field, if two fields lie on different grids, or if they share a
+/// name.
 ///
 /// Source: VTK file formats, <https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html>.
 pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
@@ -95,7 +100,8 @@ pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
     let (nx, ny) = (grid.nx, grid.ny);
     let mut out = String::from(
         "<?xml version=\"1.0\"?>\n\
-         <VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n",
+         <VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" \
+         header_type=\"UInt64\">\n",
     );
     // Writing to a string does not fail.
     let _ = writeln!(
@@ -116,9 +122,9 @@ pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
             Values::Number(values) => {
                 ("Float64", values.iter().flat_map(|x| x.to_le_bytes()).collect())
             }
-            Values::Category { of, .. } => ("UInt8", of.clone()),
+            Values::Category { states, .. } => ("UInt8", states.clone()),
         };
-        // The length in bytes and the values are encoded as one.
+        // The length in bytes and the values are encoded as one block.
         let mut block = (values.len() as u64).to_le_bytes().to_vec();
         block.extend_from_slice(&values);
         let _ = writeln!(
@@ -140,14 +146,15 @@ pub fn vti(fields: &[&Field]) -> Result<String, VtiError> {
     Ok(out)
 }
 
-/// Fields on one grid as CSV: `x,y` of the centre of each element in metres, then a column per
-/// field.
+/// Writes fields on one grid as CSV: the columns `x,y` of the centre of each element in metres,
+/// then a column for each field.
 ///
-/// Numbers as in [`Table::csv`](crate::Table::csv), an empty field where there is no value; states
-/// by name.
+/// Numbers are written as in [`DataTable::csv`](crate::DataTable::csv). A missing value is an empty
+/// field, and states are written by name.
 ///
 /// # Errors
-/// [`VtiError`].
+/// [`VtiError`], if there is no field, if two fields lie on different grids, or if they share a
+/// name.
 pub fn field_csv(fields: &[&Field]) -> Result<String, VtiError> {
     let grid = shared_grid(fields)?;
     let header = ["x", "y"]
@@ -155,17 +162,17 @@ pub fn field_csv(fields: &[&Field]) -> Result<String, VtiError> {
         .chain(fields.iter().map(|f| f.name.as_str()))
         .map(str::to_owned)
         .collect();
-    let rows = (0..grid.len()).map(|e| {
+    let rows = (0..grid.elements()).map(|e| {
         let mut row: Vec<String> =
             grid.centre(e % grid.nx, e / grid.nx).into_iter().map(exact).collect();
         row.extend(fields.iter().map(|field| match &field.values {
             Values::Number(values) if values[e].is_nan() => String::new(),
             Values::Number(values) => exact(values[e]),
-            Values::Category { of, names } => {
-                names.get(usize::from(of[e])).cloned().unwrap_or_default()
+            Values::Category { states, names } => {
+                names.get(usize::from(states[e])).cloned().unwrap_or_default()
             }
         }));
         row
     });
-    Ok(crate::delimited::write(std::iter::once(header).chain(rows)))
+    Ok(write(std::iter::once(header).chain(rows)))
 }

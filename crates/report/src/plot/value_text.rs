@@ -1,29 +1,30 @@
-//! Values that tell curves and panels apart, as a reader wants them: `8 GPa`, `0.1 mm`.
+//! The text of values that tell curves and panels apart: `8 GPa`, `0.1 mm`.
 
 use std::collections::HashSet;
 
-use crate::si::{Unit, decade, power_of_ten, trim_zeros};
-use crate::table::{Cell, Table};
+use crate::number::{decade, exact, power_of_ten, trim_zeros};
+use crate::table::{Cell, DataTable};
+use crate::unit::PrefixedUnit;
 
-/// Digits that are written, and those that may be needed so that no two values look alike.
+/// The significant digits that are written at least, and at most so that no two values look alike.
 const DIGITS: [usize; 2] = [4, 6];
 
-/// How the values of one column are written: all in one unit, and as short as tells them apart.
-pub(super) struct Written {
-    unit: Unit,
+/// The way to write the values of one column: all in one unit, and as short as tells them apart.
+pub(super) struct ValueFormat {
+    unit: PrefixedUnit,
     digits: usize,
 }
 
-impl Written {
-    /// Fits unit and digits to the values of a column.
-    pub(super) fn of(table: &Table, column: usize) -> Written {
+impl ValueFormat {
+    /// Fits the unit and the digits to the values of a column.
+    pub(super) fn for_column(table: &DataTable, column: usize) -> ValueFormat {
         let numbers = || table.cells(column).filter_map(Cell::number).filter(|x| x.is_finite());
         let texts = table.cells(column).any(|cell| matches!(cell, Cell::Text(_)));
         let largest = numbers().map(f64::abs).fold(0.0, f64::max);
         let unit = if texts {
-            Unit::plain("")
+            PrefixedUnit::plain("")
         } else {
-            Unit::fitting(&table.columns()[column].unit, largest)
+            PrefixedUnit::fitting(&table.columns()[column].unit, largest)
         };
         let distinct = |digits: usize| {
             numbers().map(|x| short(unit.of_si(x), digits)).collect::<HashSet<_>>().len()
@@ -31,10 +32,10 @@ impl Written {
         let [least, most] = DIGITS;
         let all = distinct(most);
         let digits = (least..most).find(|digits| distinct(*digits) == all).unwrap_or(most);
-        Written { unit, digits }
+        ValueFormat { unit, digits }
     }
 
-    /// A value of the column with its unit.
+    /// Writes a value of the column with its unit.
     pub(super) fn text(&self, cell: &Cell) -> String {
         let number = match cell {
             Cell::Text(text) => return text.clone(),
@@ -50,10 +51,10 @@ impl Written {
     }
 }
 
-/// A number rounded to so many significant digits: `25.3`, `0.0001`, `2.5·10⁻⁷`.
+/// Rounds a number to so many significant digits: `25.3`, `0.0001`, `2.5·10⁻⁷`.
 fn short(x: f64, digits: usize) -> String {
     if x == 0.0 || !x.is_finite() {
-        return if x == 0.0 { "0".to_owned() } else { crate::delimited::exact(x) };
+        return if x == 0.0 { "0".to_owned() } else { exact(x) };
     }
     let leading = decade(x, digits);
     let number = if (-4..6).contains(&leading) {
@@ -75,12 +76,12 @@ fn short(x: f64, digits: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::table::Column;
+    use crate::table::TableColumn;
 
     fn written(unit: &str, cells: &[Cell]) -> Vec<String> {
         let rows = cells.iter().map(|cell| vec![cell.clone()]).collect();
-        let table = Table::new(vec![Column::new("a", unit)], rows).unwrap();
-        let written = Written::of(&table, 0);
+        let table = DataTable::new(vec![TableColumn::new("a", unit)], rows).unwrap();
+        let written = ValueFormat::for_column(&table, 0);
         cells.iter().map(|cell| written.text(cell)).collect()
     }
 

@@ -1,25 +1,28 @@
-//! A table for a terminal.
+//! A table as text for a terminal.
 
 use comfy_table::{
     CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, TableStyle, Width,
 };
 use unicode_width::UnicodeWidthStr;
 
-use crate::si::{Unit, decade, exponent, trim_zeros};
-use crate::table::{Cell, Table};
+use super::cell::Cell;
+use super::rows::DataTable;
+use crate::number::{decade, exact, exponent, significant, trim_zeros};
+use crate::text::printable;
+use crate::unit::PrefixedUnit;
 
-/// How [`Table::terminal`] lays a table out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The layout of a table in [`DataTable::terminal`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TerminalLayout {
-    /// Characters per line. Text is wrapped and the columns are set in several blocks to keep
-    /// within it. `None` sets every row on one line.
+    /// The number of characters per line. Text is wrapped and the columns are set in several blocks
+    /// to keep within it. `None` sets every row on one line.
     pub width: Option<usize>,
-    /// Significant digits of numbers, at least 1.
+    /// The number of significant digits of numbers, at least 1.
     pub digits: usize,
-    /// Whether a column with a unit is shown with an SI prefix, one for the whole column:
+    /// True if a column with a unit is shown with an SI prefix, one for the whole column:
     /// `peak_pressure [GPa]`.
     pub prefixes: bool,
-    /// Whether lines and the dash for a missing value may be other than ASCII.
+    /// True if lines and the dash for a missing value may be other than ASCII.
     pub unicode: bool,
 }
 
@@ -29,31 +32,33 @@ impl Default for TerminalLayout {
     }
 }
 
-/// Blanks on both sides of a cell.
+/// The number of blanks on both sides of a cell together.
 const PADDING: usize = 2;
-/// Between two columns.
+/// The number of blanks between two columns.
 const SEPARATOR: usize = 1;
-/// Text columns are not wrapped to less than this.
+/// The least width to which a column of text is wrapped.
 const NARROWEST_TEXT: usize = 20;
 
-/// A column ready to be set.
-struct Set {
+/// A column that is ready to be set.
+struct TypesetColumn {
+    /// The lines of the header: the name and, if there is one, the unit.
     header: Vec<String>,
     cells: Vec<String>,
     numeric: bool,
-    /// The width below which the column is not squeezed.
+    /// The width below which the column is not squeezed, in characters.
     least: usize,
 }
 
-impl Table {
-    /// The table as text: a header with units, numbers aligned at the decimal point, a final
-    /// newline.
+impl DataTable {
+    /// Writes the table as text: a header with units, numbers aligned at the decimal point, a
+    /// newline at the end.
     ///
-    /// When the columns do not fit into the width, they are set in several blocks, each beginning
-    /// with the first column. Control characters in text are shown as `�`, so that nothing in a
-    /// record can reach the terminal.
+    /// When the columns do not fit into the width, they are set in several blocks, each of which
+    /// begins with the first column. Control characters in text are shown as `�`, so that nothing
+    /// in a record can reach the terminal.
     pub fn terminal(&self, layout: &TerminalLayout) -> String {
-        let columns: Vec<Set> = (0..self.columns().len()).map(|i| self.set(i, layout)).collect();
+        let columns: Vec<TypesetColumn> =
+            (0..self.columns().len()).map(|i| self.set(i, layout)).collect();
         let mut out = String::new();
         for block in blocks(&columns, layout.width) {
             if !out.is_empty() {
@@ -64,14 +69,15 @@ impl Table {
         out
     }
 
-    fn set(&self, index: usize, layout: &TerminalLayout) -> Set {
+    /// Sets the header and the cells of the column with an index.
+    fn set(&self, index: usize, layout: &TerminalLayout) -> TypesetColumn {
         let column = &self.columns()[index];
         let numeric = self.cells(index).all(|cell| !matches!(cell, Cell::Text(_)));
         let largest = self.cells(index).filter_map(Cell::number).map(f64::abs).fold(0.0, f64::max);
         let unit = if numeric && layout.prefixes {
-            Unit::fitting(&column.unit, largest)
+            PrefixedUnit::fitting(&column.unit, largest)
         } else {
-            Unit::plain(&column.unit)
+            PrefixedUnit::plain(&column.unit)
         };
         let mut header = vec![printable(&column.name)];
         if !unit.name.is_empty() {
@@ -79,7 +85,7 @@ impl Table {
         }
         let missing = if layout.unicode { "–" } else { "-" };
         let whole = self.cells(index).all(|cell| matches!(cell, Cell::Integer(_) | Cell::Missing));
-        let cells = if numeric && !(whole && unit == Unit::plain(&column.unit)) {
+        let cells = if numeric && !(whole && unit == PrefixedUnit::plain(&column.unit)) {
             let values: Vec<Option<f64>> = self
                 .cells(index)
                 .map(|cell| match cell {
@@ -91,7 +97,7 @@ impl Table {
             align(&values, layout.digits.clamp(1, 17), missing)
         } else {
             let text = |cell: &Cell| match cell {
-                Cell::Number(x) => crate::si::significant(*x, layout.digits.clamp(1, 17)),
+                Cell::Number(x) => significant(*x, layout.digits.clamp(1, 17)),
                 Cell::Integer(i) => i.to_string(),
                 Cell::Text(text) => printable(text),
                 Cell::Missing => missing.to_owned(),
@@ -102,56 +108,64 @@ impl Table {
         let content = widest(&cells);
         let least =
             widest(&header).max(if numeric { content } else { content.min(NARROWEST_TEXT) });
-        Set { header, cells, numeric, least }
+        TypesetColumn { header, cells, numeric, least }
     }
 }
 
-/// Text with control characters (escape sequences, line ends) made visible.
-fn printable(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
+/// A number as text in the pieces that are aligned: the piece before the point is set flush right,
+/// the rest flush left.
+#[derive(Default)]
+struct NumberText {
+    whole: String,
+    /// The point and the decimals; empty for an integer.
+    fraction: String,
+    /// The power of ten; empty for a plain number.
+    exponent: String,
 }
 
-/// Numbers as text of equal width, aligned at the decimal point; with exponents if a plain number
-/// of one of them would need more than six leading or trailing zeros.
+impl NumberText {
+    /// Writes a value with so many significant digits.
+    fn new(value: Option<f64>, digits: usize, plain: bool, missing: &str) -> NumberText {
+        let word = |whole: String| NumberText { whole, ..NumberText::default() };
+        let x = match value {
+            None => return word(missing.to_owned()),
+            Some(x) if !x.is_finite() => return word(exact(x)),
+            Some(x) => x,
+        };
+        let (number, exponent) = if x == 0.0 {
+            ("0".to_owned(), String::new())
+        } else if plain {
+            let decimals = (digits as i32 - 1 - decade(x, digits)).max(0) as usize;
+            (format!("{x:.decimals$}"), String::new())
+        } else {
+            let text = format!("{x:.*e}", digits - 1);
+            let mantissa = text.split_once('e').map_or(text.as_str(), |(mantissa, _)| mantissa);
+            (mantissa.to_owned(), exponent(decade(x, digits)))
+        };
+        let number = trim_zeros(&number);
+        let point = number.find('.').unwrap_or(number.len());
+        let (whole, fraction) = number.split_at(point);
+        NumberText { whole: whole.to_owned(), fraction: fraction.to_owned(), exponent }
+    }
+}
+
+/// Writes numbers as text of equal width, aligned at the decimal point; with exponents if a plain
+/// number of one of them would need more than six leading or trailing zeros.
 fn align(values: &[Option<f64>], digits: usize, missing: &str) -> Vec<String> {
-    let decades = || {
-        values.iter().flatten().filter(|x| x.is_finite() && **x != 0.0).map(|x| decade(*x, digits))
+    let mut decades =
+        values.iter().flatten().filter(|x| x.is_finite() && **x != 0.0).map(|x| decade(*x, digits));
+    let plain = decades.all(|d| (-5..digits.max(6) as i32).contains(&d));
+    let texts: Vec<NumberText> =
+        values.iter().map(|value| NumberText::new(*value, digits, plain, missing)).collect();
+    let widest = |piece: fn(&NumberText) -> &str| {
+        texts.iter().map(|text| piece(text).width()).max().unwrap_or(0)
     };
-    let plain = decades().all(|d| (-5..digits.max(6) as i32).contains(&d));
-    // The part before and including the point is set flush right, the rest flush left.
-    let parts: Vec<(String, String, String)> = values
+    let before = widest(|text| &text.whole);
+    let after = widest(|text| &text.fraction);
+    let power = widest(|text| &text.exponent);
+    texts
         .iter()
-        .map(|value| match value {
-            None => (missing.to_owned(), String::new(), String::new()),
-            Some(x) if !x.is_finite() => {
-                (crate::delimited::exact(*x), String::new(), String::new())
-            }
-            Some(x) => {
-                let (number, power) = if *x == 0.0 {
-                    ("0".to_owned(), String::new())
-                } else if plain {
-                    let decimals = (digits as i32 - 1 - decade(*x, digits)).max(0) as usize;
-                    (format!("{x:.decimals$}"), String::new())
-                } else {
-                    let text = format!("{x:.*e}", digits - 1);
-                    (
-                        text.split_once('e').map_or(text.clone(), |(m, _)| m.to_owned()),
-                        exponent(decade(*x, digits)),
-                    )
-                };
-                let number = trim_zeros(&number);
-                let point = number.find('.').unwrap_or(number.len());
-                (number[..point].to_owned(), number[point..].to_owned(), power)
-            }
-        })
-        .collect();
-    let widest = |part: fn(&(String, String, String)) -> &str| {
-        parts.iter().map(|p| part(p).width()).max().unwrap_or(0)
-    };
-    let (before, after, power) = (widest(|p| &p.0), widest(|p| &p.1), widest(|p| &p.2));
-    parts
-        .iter()
-        .map(|(whole, fraction, exponent)| {
+        .map(|NumberText { whole, fraction, exponent }| {
             let blanks = " ".repeat(before - whole.width());
             if exponent.is_empty() {
                 format!("{blanks}{whole}{fraction:<0$}", after + power)
@@ -164,8 +178,8 @@ fn align(values: &[Option<f64>], digits: usize, missing: &str) -> Vec<String> {
         .collect()
 }
 
-/// The columns of each block, as few blocks as fit into the width.
-fn blocks(columns: &[Set], width: Option<usize>) -> Vec<Vec<usize>> {
+/// Divides the columns into as few blocks as fit into the width, as indices of columns.
+fn blocks(columns: &[TypesetColumn], width: Option<usize>) -> Vec<Vec<usize>> {
     let Some(width) = width else { return vec![(0..columns.len()).collect()] };
     let space = |i: usize| columns[i].least + PADDING;
     let mut blocks: Vec<Vec<usize>> = Vec::new();
@@ -177,8 +191,8 @@ fn blocks(columns: &[Set], width: Option<usize>) -> Vec<Vec<usize>> {
                 used += SEPARATOR + space(i);
             }
             Some(block) if block.len() == 1 => {
-                // Nothing fits beside the key column: overflow rather than repeat it alone for
-                // ever.
+                // Nothing fits beside the key column: the block overflows rather than repeat the
+                // key column alone for ever.
                 block.push(i);
                 used = width;
             }
@@ -195,9 +209,15 @@ fn blocks(columns: &[Set], width: Option<usize>) -> Vec<Vec<usize>> {
     blocks
 }
 
-fn draw(columns: &[Set], block: &[usize], rows: usize, layout: &TerminalLayout) -> String {
+/// Writes one block of columns.
+fn draw(
+    columns: &[TypesetColumn],
+    block: &[usize],
+    rows: usize,
+    layout: &TerminalLayout,
+) -> String {
     let mut table = comfy_table::Table::new();
-    // Rules above, below the header and at the end, as in a printed table.
+    // There are rules above, below the header and at the end, as in a printed table.
     let rule = if layout.unicode { '─' } else { '-' };
     let line = LineStyle::none().fill(rule).junction(rule);
     table.load_style(TableStyle::new().top_border(line).header_separator(line).bottom_border(line));

@@ -1,0 +1,99 @@
+//! The font and the measure of text. Lengths are pixels of 1/96 inch.
+
+use std::sync::LazyLock;
+
+use skrifa::instance::{LocationRef, Size};
+use skrifa::{FontRef, MetadataProvider};
+
+/// Arimo, which has the metrics of Arial and Helvetica, so that the measures taken here hold with
+/// each of them.
+pub(crate) const FONT: &[u8] = include_bytes!("../font/Arimo-Regular.ttf");
+/// The font families of a figure; a viewer takes the first that it has.
+pub(crate) const FAMILIES: &str = "Arimo, 'Liberation Sans', Arial, Helvetica, sans-serif";
+
+/// The advance of every character of the font, as a fraction of the font size, in order of
+/// characters.
+static ADVANCES: LazyLock<Vec<(u32, f32)>> = LazyLock::new(|| {
+    let Ok(font) = FontRef::new(FONT) else { return Vec::new() };
+    let metrics = font.glyph_metrics(Size::new(1.0), LocationRef::default());
+    let mut advances: Vec<(u32, f32)> = font
+        .charmap()
+        .mappings()
+        .map(|(c, glyph)| (c, metrics.advance_width(glyph).unwrap_or(0.6)))
+        .collect();
+    advances.sort_by_key(|&(c, _)| c);
+    advances
+});
+
+/// Returns the width of a line of text. Characters that the font lacks count as one em, which no
+/// font exceeds by much.
+pub(crate) fn text_width(text: &str, size: f64) -> f64 {
+    let advance = |c: char| match ADVANCES.binary_search_by_key(&u32::from(c), |&(c, _)| c) {
+        Ok(i) => f64::from(ADVANCES[i].1),
+        Err(_) => 1.0,
+    };
+    text.chars().map(advance).sum::<f64>() * size
+}
+
+/// Cuts a text to a width, with an ellipsis if anything is lost.
+pub(crate) fn shorten(text: &str, width: f64, size: f64) -> String {
+    if text_width(text, size) <= width {
+        return text.to_owned();
+    }
+    let mut kept = String::new();
+    for c in text.chars() {
+        kept.push(c);
+        if text_width(&kept, size) + size > width {
+            kept.pop();
+            break;
+        }
+    }
+    format!("{}…", kept.trim_end())
+}
+
+/// Breaks a text between words into at most `lines` lines of a width, and cuts the rest.
+pub(crate) fn wrap(text: &str, width: f64, size: f64, lines: usize) -> Vec<String> {
+    let mut wrapped: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match wrapped.last_mut() {
+            Some(line) if wrapped_fits(line, word, width, size) => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => wrapped.push(word.to_owned()),
+        }
+    }
+    if wrapped.len() > lines {
+        let rest = wrapped.split_off(lines - 1).join(" ");
+        wrapped.push(rest);
+    }
+    wrapped.iter().map(|line| shorten(line, width, size)).collect()
+}
+
+/// Says whether another word fits at the end of a line.
+fn wrapped_fits(line: &str, word: &str, width: f64, size: f64) -> bool {
+    text_width(line, size) + text_width(" ", size) + text_width(word, size) <= width
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_is_measured_as_arial() {
+        // Widths of Arial in units of 1/2048 em: A 1366, digits 1139, blank 569.
+        assert!((text_width("A0 ", 2048.0) - (1366.0 + 1139.0 + 569.0)).abs() < 1.0);
+    }
+
+    #[test]
+    fn long_text_is_broken_and_cut() {
+        let width = text_width("stick fraction", 12.0) + 0.1;
+        assert_eq!(
+            wrap("stick fraction of the punch", width, 12.0, 9),
+            ["stick fraction", "of the punch"]
+        );
+        let cut = wrap("stick fraction of the punch", width, 12.0, 1);
+        assert!(cut[0].ends_with('…') && text_width(&cut[0], 12.0) <= width, "{cut:?}");
+        assert!(wrap("", width, 12.0, 1).is_empty());
+    }
+}

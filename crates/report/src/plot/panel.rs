@@ -1,0 +1,162 @@
+//! The inside of a panel's frame.
+
+use super::band::PlacedBand;
+use super::canvas::{Canvas, PlotPoint, Segment};
+use super::figure::{Series, Style};
+use super::legend::LegendEntry;
+use super::names::{self, Obstacles};
+use super::slope::FIT_OF_BAND;
+use super::{curve, front, slope};
+use crate::axis::LABEL_SIZE;
+use crate::palette::Look;
+use crate::pareto::pareto_front;
+use crate::svg::{Anchor, Drawing};
+
+/// A series with the places of its points.
+struct PlacedSeries<'a> {
+    series: &'a Series,
+    /// The place of each point, in pixels; `None` for a point that has none.
+    places: Vec<Option<PlotPoint>>,
+    look: Look,
+}
+
+impl PlacedSeries<'_> {
+    /// Counts the points that have values but no place. NaN asks for a gap; anything else that is
+    /// not drawn is worth saying.
+    fn left_out(&self) -> usize {
+        let is_gap = |point: &PlotPoint| point.0.is_nan() || point.1.is_nan();
+        let points = self.series.points.iter().zip(&self.places);
+        points.filter(|(point, place)| place.is_none() && !is_gap(point)).count()
+    }
+
+    /// Iterates over the points that have a place.
+    fn drawn_points(&self) -> impl Iterator<Item = DrawnPoint<'_>> {
+        self.places.iter().enumerate().filter_map(|(i, place)| {
+            let name = self.series.names.get(i).map_or("", String::as_str);
+            Some(DrawnPoint { values: self.series.points[i], place: (*place)?, name })
+        })
+    }
+
+    /// Lists the pieces of the curve and of its fitted line.
+    fn segments(&self, canvas: &Canvas<'_>) -> Vec<Segment> {
+        let mut segments = Vec::new();
+        if self.series.style != Style::Markers {
+            let pairs = self.places.windows(2);
+            segments.extend(pairs.filter_map(|pair| Some((pair[0]?, pair[1]?))));
+        }
+        let fit = self.series.fit.as_ref();
+        if let Some([Some(from), Some(to)]) =
+            fit.map(|fit| slope::ends(fit).map(|end| canvas.place(end)))
+        {
+            segments.push((from, to));
+        }
+        segments
+    }
+}
+
+/// A point of a series that has a place.
+#[derive(Clone, Copy)]
+struct DrawnPoint<'a> {
+    /// The values in SI units.
+    values: PlotPoint,
+    /// The place in pixels.
+    place: PlotPoint,
+    /// The name beside the point; empty for none.
+    name: &'a str,
+}
+
+/// Draws the inside of a panel's frame and returns the number of points that have values but no
+/// place.
+pub(super) fn draw(
+    drawing: &mut Drawing,
+    canvas: &Canvas<'_>,
+    entries: &[LegendEntry<'_>],
+) -> usize {
+    let Canvas { frame, panel, .. } = *canvas;
+    let look = |is_band: bool, label: &str| {
+        entries.iter().find(|entry| entry.is(is_band, label)).map_or(Look::new(0), |e| e.look)
+    };
+    let curves: Vec<PlacedSeries<'_>> = panel
+        .series
+        .iter()
+        .map(|series| PlacedSeries {
+            series,
+            places: series.points.iter().map(|&point| canvas.place(point)).collect(),
+            look: look(false, &series.label),
+        })
+        .collect();
+    // Bars at one place stand side by side.
+    let aside = |i: usize| (i as f64 - (panel.bands.len() as f64 - 1.0) / 2.0) * 9.0;
+    let bands: Vec<PlacedBand<'_>> = panel
+        .bands
+        .iter()
+        .enumerate()
+        .map(|(i, band)| PlacedBand::new(canvas, band, look(true, &band.label), aside(i)))
+        .collect();
+
+    bands.iter().for_each(|band| band.shade(drawing));
+    for band in &bands {
+        band.edges(drawing);
+        for fit in band.band.fits.iter().flatten() {
+            slope::draw(drawing, canvas, fit, band.look.color, FIT_OF_BAND);
+        }
+    }
+    for curve in &curves {
+        if let Some(fit) = &curve.series.fit {
+            slope::draw(drawing, canvas, fit, curve.look.color, "");
+        }
+    }
+    for curve in &curves {
+        curve::draw(drawing, curve.series, &curve.places, curve.look);
+    }
+    draw_marks(drawing, canvas, &curves, &bands);
+
+    if bands.iter().all(PlacedBand::is_empty)
+        && curves.iter().all(|curve| curve.places.iter().all(Option::is_none))
+    {
+        let middle = (frame.x + frame.width / 2.0, frame.y + frame.height / 2.0);
+        drawing.text(middle, LABEL_SIZE, Anchor::Middle, "nothing to draw");
+    }
+    curves.iter().map(PlacedSeries::left_out).sum::<usize>()
+        + bands.iter().map(|band| band.left_out).sum::<usize>()
+}
+
+/// Marks the front, if the panel has one, and writes names beside its points, or else beside all
+/// points.
+fn draw_marks(
+    drawing: &mut Drawing,
+    canvas: &Canvas<'_>,
+    curves: &[PlacedSeries<'_>],
+    bands: &[PlacedBand<'_>],
+) {
+    let drawn: Vec<DrawnPoint<'_>> = curves.iter().flat_map(PlacedSeries::drawn_points).collect();
+    let on_front: Vec<DrawnPoint<'_>> = if canvas.panel.front {
+        let values: Vec<PlotPoint> = drawn.iter().map(|point| point.values).collect();
+        pareto_front(&values).into_iter().map(|i| drawn[i]).collect()
+    } else {
+        Vec::new()
+    };
+    let values: Vec<PlotPoint> = on_front.iter().map(|point| point.values).collect();
+    let places: Vec<PlotPoint> = on_front.iter().map(|point| point.place).collect();
+    let stairs = front::stairs(canvas, &values);
+    front::draw(drawing, &stairs, &places);
+
+    let named = if canvas.panel.front { &on_front } else { &drawn };
+    if named.iter().all(|point| point.name.is_empty()) {
+        return;
+    }
+    const MARKER: f64 = 3.5;
+    let of_curves = drawn.iter().map(|point| (point.place, MARKER));
+    let of_bands = bands.iter().flat_map(PlacedBand::ends).map(|place| (place, MARKER));
+    let rings = places.iter().map(|place| (*place, front::RING));
+    let obstacles = Obstacles {
+        frame: canvas.frame,
+        markers: of_curves.chain(of_bands).chain(rings).collect(),
+        lines: curves.iter().flat_map(|curve| curve.segments(canvas)).collect(),
+        stairs,
+    };
+    let clear = if canvas.panel.front { front::RING } else { 4.0 };
+    let wanted: Vec<(PlotPoint, &str)> =
+        named.iter().map(|point| (point.place, point.name)).collect();
+    names::draw(drawing, &wanted, clear + 1.5, &obstacles);
+}

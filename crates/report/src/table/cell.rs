@@ -1,0 +1,83 @@
+//! One value of a table, and the order of values.
+
+use std::cmp::Ordering;
+
+/// One value of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cell {
+    /// A measured or computed quantity, in the unit of its column. NaN counts as missing when rows
+    /// are sorted, filtered or drawn; exports keep it.
+    Number(f64),
+    /// A count or an identifier.
+    Integer(i64),
+    /// A text.
+    Text(String),
+    /// No value, e.g. because the job failed.
+    Missing,
+}
+
+impl Cell {
+    /// Returns the cell as a number, if it is one. NaN is none.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Cell::Number(x) if !x.is_nan() => Some(*x),
+            Cell::Integer(i) => Some(*i as f64),
+            _ => None,
+        }
+    }
+
+    /// Says whether there is no value to compare: [`Cell::Missing`] or NaN.
+    pub fn is_missing(&self) -> bool {
+        match self {
+            Cell::Missing => true,
+            Cell::Number(x) => x.is_nan(),
+            Cell::Integer(_) | Cell::Text(_) => false,
+        }
+    }
+}
+
+impl From<f64> for Cell {
+    fn from(x: f64) -> Self {
+        Cell::Number(x)
+    }
+}
+
+impl From<i64> for Cell {
+    fn from(i: i64) -> Self {
+        Cell::Integer(i)
+    }
+}
+
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        Cell::Text(text.to_owned())
+    }
+}
+
+/// Returns the numerical order of an integer and a number that is not NaN, without rounding the
+/// integer.
+pub(crate) fn compare_exactly(i: i64, x: f64) -> Ordering {
+    // 2⁶³ is a number, i64::MAX is not.
+    if x >= 9_223_372_036_854_775_808.0 {
+        Ordering::Less
+    } else if x < -9_223_372_036_854_775_808.0 {
+        Ordering::Greater
+    } else {
+        let whole = x.trunc();
+        i.cmp(&(whole as i64)).then(whole.partial_cmp(&x).unwrap_or(Ordering::Equal))
+    }
+}
+
+/// Returns the ascending order of two cells that are not missing: numbers by value, then text.
+pub(super) fn compare(a: &Cell, b: &Cell) -> Ordering {
+    match (a, b) {
+        (Cell::Integer(a), Cell::Integer(b)) => a.cmp(b),
+        (Cell::Number(a), Cell::Number(b)) => a.partial_cmp(b).unwrap_or(Ordering::Equal),
+        (Cell::Integer(a), Cell::Number(b)) => compare_exactly(*a, *b),
+        (Cell::Number(a), Cell::Integer(b)) => compare_exactly(*b, *a).reverse(),
+        (Cell::Text(a), Cell::Text(b)) => a.cmp(b),
+        (Cell::Text(_), _) => Ordering::Greater,
+        (_, Cell::Text(_)) => Ordering::Less,
+        (Cell::Missing, _) | (_, Cell::Missing) => Ordering::Equal,
+    }
+}

@@ -1,0 +1,191 @@
+//! This file holds everything that the coordinator knows.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+
+use identity::JobKey;
+
+use super::messages::Action;
+use crate::event::{Counts, Event, EventKind};
+use crate::lease::{LeaseId, Leases, WorkerId};
+use crate::ledger::Done;
+use crate::options::Options;
+use crate::queue::{GroupIndex, Queue};
+use crate::task::Task;
+
+#[derive(Debug)]
+pub(super) struct TrackedJob {
+    pub(super) key: JobKey,
+    pub(super) cost: f64,
+    pub(super) memory: u64,
+    pub(super) bytes: usize,
+    pub(super) failures: u32,
+    pub(super) state: JobState,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum JobState {
+    Waiting,
+    Leased(LeaseId),
+    Saving,
+    Done,
+    Quarantined,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Phase {
+    /// The process was asked for and has not yet asked for a job.
+    Starting,
+    /// The worker works or waits for work.
+    Ready,
+    /// The worker was told to leave.
+    Leaving,
+    /// The coordinator killed the worker for this reason, and it has not yet exited.
+    Killed(String),
+}
+
+#[derive(Debug)]
+pub(super) struct Worker {
+    pub(super) phase: Phase,
+    pub(super) pid: Option<u32>,
+    /// It is true once the worker has asked for a job.
+    pub(super) has_asked: bool,
+    /// It is true while the request of the worker is not answered.
+    pub(super) awaits_reply: bool,
+    /// The leases in the order in which the worker works on them.
+    pub(super) leases: VecDeque<LeaseId>,
+    /// The number of its results that are not durable.
+    pub(super) unsaved: usize,
+    pub(super) group: Option<GroupIndex>,
+    /// The time of the last sign of life.
+    pub(super) heard: Duration,
+    /// The time of the last request, or of the last grant to an idle worker.
+    pub(super) progress: Duration,
+}
+
+/// A result on its way to the ledger.
+#[derive(Clone, Debug)]
+pub(super) struct Saving {
+    pub(super) job: usize,
+    pub(super) worker: Option<WorkerId>,
+    pub(super) seconds: f64,
+    pub(super) attempts: u32,
+    pub(super) quarantine: Option<String>,
+}
+
+/// Everything that the coordinator knows.
+#[derive(Debug)]
+pub(crate) struct Coordinator {
+    pub(super) options: Options,
+    pub(super) jobs: Vec<TrackedJob>,
+    pub(super) queue: Queue,
+    pub(super) leases: Leases,
+    pub(super) workers: BTreeMap<WorkerId, Worker>,
+    pub(super) hired: WorkerId,
+    /// The lost workers that were not yet replaced.
+    pub(super) vacancies: VecDeque<WorkerId>,
+    /// The number of workers in a row that ended before they asked for a job.
+    pub(super) failed_starts: u32,
+    /// The reason why the last of them ended.
+    pub(super) last_failure: String,
+    /// The finished results that were not yet given to the ledger.
+    pub(super) unsaved: Vec<(Saving, Done)>,
+    /// The results that were given to the ledger.
+    pub(super) committing: Vec<Saving>,
+    /// The decaying sum of the times that jobs took \[s\].
+    pub(super) took: f64,
+    /// The decaying sum of the times that were predicted for them \[s\].
+    pub(super) predicted: f64,
+    pub(super) interrupts: u32,
+    pub(super) given_up: bool,
+    pub(super) counts: Counts,
+    /// The sums over everything that finished, including on workers lost since.
+    pub(crate) tally: Tally,
+    pub(super) actions: Vec<Action>,
+    pub(super) now: Duration,
+}
+
+/// The sums of a run beside its counts.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Tally {
+    pub(crate) lost: usize,
+    pub(crate) stale: usize,
+    pub(crate) busy: f64,
+}
+
+impl Coordinator {
+    /// Makes a coordinator that knows the tasks and has done nothing.
+    pub(crate) fn new(tasks: &[Task], options: &Options) -> Coordinator {
+        let job = |task: &Task| TrackedJob {
+            key: task.key,
+            cost: sane(task.cost),
+            memory: task.memory,
+            bytes: task.payload.len(),
+            failures: 0,
+            state: JobState::Waiting,
+        };
+        Coordinator {
+            options: options.clone(),
+            jobs: tasks.iter().map(job).collect(),
+            queue: Queue::new(tasks.iter().map(|task| (task.group, sane(task.cost)))),
+            leases: Leases::default(),
+            workers: BTreeMap::new(),
+            hired: 0,
+            vacancies: VecDeque::new(),
+            failed_starts: 0,
+            last_failure: String::new(),
+            unsaved: Vec::new(),
+            committing: Vec::new(),
+            took: 0.0,
+            predicted: 0.0,
+            interrupts: 0,
+            given_up: false,
+            counts: Counts { waiting: tasks.len(), ..Counts::default() },
+            tally: Tally::default(),
+            actions: Vec::new(),
+            now: Duration::ZERO,
+        }
+    }
+
+    /// Returns the number of jobs in every state.
+    pub(crate) fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// Returns true if nothing is left to do or to wait for.
+    pub(crate) fn finished(&self) -> bool {
+        let idle = self.workers.is_empty() && self.unsaved.is_empty() && self.committing.is_empty();
+        idle && (self.stopping() || self.counts.waiting + self.counts.running == 0)
+    }
+
+    pub(super) fn stopping(&self) -> bool {
+        self.interrupts > 0 || self.given_up
+    }
+
+    pub(super) fn emit(&mut self, kind: EventKind) {
+        let event = Event { seconds: self.now.as_secs_f64(), kind, counts: self.counts };
+        self.actions.push(Action::Emit(event));
+    }
+
+    /// Returns the ratio of the times that jobs took to the predicted ones, once something is
+    /// known.
+    pub(super) fn calibration(&self) -> Option<f64> {
+        (self.predicted > 0.0).then(|| self.took / self.predicted)
+    }
+
+    /// Iterates over the jobs that a worker holds.
+    pub(super) fn held<'a>(&'a self, worker: &'a Worker) -> impl Iterator<Item = &'a TrackedJob> {
+        worker.leases.iter().filter_map(|&lease| Some(&self.jobs[self.leases.get(lease)?.job]))
+    }
+
+    /// Returns the memory that a worker needs \[bytes\]. It runs its jobs one after another, so it
+    /// needs as much as the largest.
+    pub(super) fn memory(&self, worker: &Worker) -> u64 {
+        self.held(worker).map(|job| job.memory).max().unwrap_or(0)
+    }
+}
+
+/// Returns a predicted time that can be added up and ordered: a positive and finite one.
+fn sane(cost: f64) -> f64 {
+    if cost.is_finite() { cost.max(1e-6) } else { 1.0 }
+}

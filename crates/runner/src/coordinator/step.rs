@@ -1,0 +1,368 @@
+//! The step hears one input and decides what to do.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use super::messages::{Action, Input};
+use super::state::{Coordinator, JobState, Phase, Saving, Worker};
+use crate::event::EventKind;
+use crate::lease::{Lease, LeaseId, WorkerId};
+use crate::ledger::{Done, Verdict};
+use crate::options::Options;
+use crate::protocol::{AttemptOutcome, Report};
+
+/// The number of workers in a row that die before asking for a job after which starting more is
+/// hopeless.
+const MOST_FAILED_STARTS: u32 = 10;
+/// The time that a worker may take to leave once it was told to.
+const LEAVING: Duration = Duration::from_secs(10);
+
+/// The time until which the coordinator waits for a worker.
+struct Deadline {
+    /// The time since the start of the run.
+    time: Duration,
+    /// The fault of a worker that lets the time pass.
+    reason: String,
+}
+
+impl Coordinator {
+    /// Returns the time at which [`Input::Clock`] would change something if nothing else happens.
+    pub(crate) fn alarm(&self) -> Option<Duration> {
+        self.workers.values().filter_map(|worker| Some(self.deadline(worker)?.time)).min()
+    }
+
+    /// Hears `input` at the time `now` since the start of the run and returns the actions to carry
+    /// out.
+    pub(crate) fn step(&mut self, input: Input, now: Duration) -> Vec<Action> {
+        self.now = self.now.max(now);
+        match input {
+            Input::Begin => self.begin(),
+            Input::Spawned { worker, pid } => {
+                if let Some(worker) = self.workers.get_mut(&worker) {
+                    worker.pid = Some(pid);
+                }
+            }
+            Input::SpawnFailed { worker, reason } => {
+                if self.workers.remove(&worker).is_some() {
+                    self.counts.workers -= 1;
+                    self.not_started(reason);
+                }
+            }
+            Input::Request { worker, idle, reports } => self.request(worker, idle, reports),
+            Input::Nonsense { worker, reason } => self.kill(worker, reason),
+            Input::Heartbeat { worker } => {
+                if let Some(worker) = self.workers.get_mut(&worker) {
+                    worker.heard = self.now;
+                }
+            }
+            Input::Exited { worker, how, running } => self.exited(worker, how, running),
+            Input::Committed => self.committed(),
+            Input::Interrupt => self.interrupt(),
+            Input::Clock => self.look_at_the_clock(),
+            Input::Settled => self.settle(),
+        }
+        std::mem::take(&mut self.actions)
+    }
+
+    fn begin(&mut self) {
+        self.emit(EventKind::RunStarted);
+        for job in 0..self.jobs.len() {
+            let (needed, limit) = (self.jobs[job].memory, self.options.memory_limit);
+            if needed > limit && self.queue.take_this(job) {
+                self.counts.waiting -= 1;
+                let reason =
+                    format!("needs {needed} bytes of memory by prediction, the limit is {limit}");
+                self.save(job, None, 0.0, Err(reason));
+            }
+        }
+    }
+
+    fn request(&mut self, id: WorkerId, idle: bool, reports: Vec<Report<Vec<u8>>>) {
+        let Some(worker) = self.workers.get_mut(&id) else {
+            self.tally.stale += reports.len();
+            return;
+        };
+        (worker.heard, worker.progress, worker.has_asked) = (self.now, self.now, true);
+        let starts = worker.phase == Phase::Starting;
+        if starts {
+            worker.phase = Phase::Ready;
+        }
+        worker.awaits_reply = worker.phase == Phase::Ready;
+        if starts {
+            let pid = worker.pid.unwrap_or(0);
+            self.failed_starts = 0;
+            self.emit(EventKind::WorkerStarted { worker: id, pid });
+        }
+        for report in reports {
+            self.report(id, report);
+        }
+        if idle && self.workers.get(&id).is_some_and(|worker| !worker.leases.is_empty()) {
+            self.kill(id, "lost track of the jobs it was given".into());
+        }
+    }
+
+    fn report(&mut self, id: WorkerId, report: Report<Vec<u8>>) {
+        let Some(lease) = self.leases.end(report.lease, id) else {
+            self.tally.stale += 1;
+            return;
+        };
+        if let Some(worker) = self.workers.get_mut(&id) {
+            worker.leases.retain(|&held| held != report.lease);
+        }
+        self.counts.running -= 1;
+        let seconds = report.seconds.max(0.0);
+        self.tally.busy += seconds;
+        match report.outcome {
+            AttemptOutcome::Completed(bytes) => {
+                const MEMORY: f64 = 0.95;
+                self.took = MEMORY * self.took + seconds;
+                self.predicted = MEMORY * self.predicted + self.jobs[lease.job].cost;
+                self.save(lease.job, Some(id), seconds, Ok(bytes));
+            }
+            AttemptOutcome::Failed(reason) => self.failed(lease.job, Some(id), seconds, reason),
+        }
+    }
+
+    /// Notes that one attempt failed. The job is held by nobody.
+    fn failed(&mut self, job: usize, worker: Option<WorkerId>, seconds: f64, reason: String) {
+        self.jobs[job].failures += 1;
+        self.counts.failures += 1;
+        let (key, attempt) = (self.jobs[job].key, self.jobs[job].failures);
+        if attempt < self.options.attempts {
+            self.put_back(job);
+            self.emit(EventKind::Retried { key, attempt, reason });
+        } else {
+            self.save(job, worker, seconds, Err(reason));
+        }
+    }
+
+    fn put_back(&mut self, job: usize) {
+        self.jobs[job].state = JobState::Waiting;
+        self.queue.put(job);
+        self.counts.waiting += 1;
+    }
+
+    /// Notes that the job has its final result, which must be made durable.
+    fn save(
+        &mut self,
+        job: usize,
+        worker: Option<WorkerId>,
+        seconds: f64,
+        result: Result<Vec<u8>, String>,
+    ) {
+        let entry = &mut self.jobs[job];
+        entry.state = JobState::Saving;
+        let attempts = entry.failures + u32::from(result.is_ok());
+        let saving =
+            Saving { job, worker, seconds, attempts, quarantine: result.as_ref().err().cloned() };
+        let verdict = match result {
+            Ok(bytes) => Verdict::Completed(bytes),
+            Err(reason) => Verdict::Quarantined { reason },
+        };
+        self.unsaved.push((saving, Done { key: entry.key, verdict, worker, seconds, attempts }));
+        self.counts.saving += 1;
+        if let Some(worker) = worker.and_then(|id| self.workers.get_mut(&id)) {
+            worker.unsaved += 1;
+        }
+    }
+
+    fn committed(&mut self) {
+        let saved = std::mem::take(&mut self.committing);
+        let jobs = saved.len();
+        for Saving { job, worker, seconds, attempts, quarantine } in saved {
+            if let Some(worker) = worker.and_then(|id| self.workers.get_mut(&id)) {
+                worker.unsaved -= 1;
+            }
+            self.counts.saving -= 1;
+            let key = self.jobs[job].key;
+            match quarantine {
+                None => {
+                    self.jobs[job].state = JobState::Done;
+                    self.counts.done += 1;
+                    self.emit(EventKind::Done {
+                        key,
+                        worker: worker.unwrap_or(0),
+                        seconds,
+                        attempts,
+                    });
+                }
+                Some(reason) => {
+                    self.jobs[job].state = JobState::Quarantined;
+                    self.counts.quarantined += 1;
+                    self.emit(EventKind::Quarantined { key, reason, attempts });
+                }
+            }
+        }
+        if jobs > 0 {
+            self.emit(EventKind::Committed { jobs });
+        }
+    }
+
+    fn exited(&mut self, id: WorkerId, how: String, running: Option<LeaseId>) {
+        let Some(worker) = self.workers.remove(&id) else { return };
+        self.queue.hold(worker.group, None);
+        self.counts.workers -= 1;
+        let expected = matches!(worker.phase, Phase::Leaving) && worker.leases.is_empty();
+        let how = match &worker.phase {
+            Phase::Killed(reason) => format!("{reason} ({how})"),
+            _ => how,
+        };
+        // The marker may name a lease that was reported since. Then the next one was about to
+        // begin.
+        let culprit = running
+            .filter(|lease| worker.leases.contains(lease))
+            .or(worker.leases.front().copied());
+        for lease in worker.leases {
+            let Some(Lease { job, .. }) = self.leases.end(lease, id) else { continue };
+            self.counts.running -= 1;
+            if Some(lease) == culprit && self.interrupts < 2 {
+                self.failed(job, None, 0.0, format!("its worker was lost: {how}"));
+            } else {
+                self.put_back(job);
+            }
+        }
+        if expected || self.interrupts >= 2 {
+            return;
+        }
+        self.tally.lost += 1;
+        self.emit(EventKind::WorkerLost { worker: id, pid: worker.pid, how: how.clone() });
+        self.vacancies.push_back(id);
+        if !worker.has_asked {
+            self.not_started(how);
+        }
+    }
+
+    fn not_started(&mut self, reason: String) {
+        self.failed_starts += 1;
+        self.last_failure = reason;
+    }
+
+    fn interrupt(&mut self) {
+        self.interrupts += 1;
+        if self.interrupts <= 2 {
+            self.emit(EventKind::Interrupted { now: self.interrupts == 2 });
+        }
+        if self.interrupts >= 2 {
+            for id in self.workers.keys().copied().collect::<Vec<_>>() {
+                self.kill(id, "the run was interrupted".into());
+            }
+        }
+    }
+
+    fn kill(&mut self, id: WorkerId, reason: String) {
+        let Some(worker) = self.workers.get_mut(&id) else { return };
+        if !matches!(worker.phase, Phase::Killed(_)) {
+            worker.phase = Phase::Killed(reason);
+            worker.awaits_reply = false;
+            self.actions.push(Action::Kill(id));
+        }
+    }
+
+    fn look_at_the_clock(&mut self) {
+        let late = |(&id, worker): (&WorkerId, &Worker)| {
+            let Deadline { time, reason } = self.deadline(worker)?;
+            (time <= self.now).then_some((id, reason))
+        };
+        for (id, reason) in self.workers.iter().filter_map(late).collect::<Vec<_>>() {
+            self.kill(id, reason);
+        }
+    }
+
+    /// Returns the time until which this worker is waited for and the reason for killing it
+    /// afterwards.
+    fn deadline(&self, worker: &Worker) -> Option<Deadline> {
+        let Options { start_timeout, silence, grace, patience, .. } = self.options;
+        match worker.phase {
+            Phase::Killed(_) => None,
+            Phase::Starting => Some(Deadline {
+                time: worker.heard.saturating_add(start_timeout),
+                reason: format!("asked for no job within {start_timeout:?} of its start"),
+            }),
+            Phase::Leaving => Some(Deadline {
+                time: worker.heard + LEAVING,
+                reason: "did not leave when told to".into(),
+            }),
+            Phase::Ready if worker.leases.is_empty() => None,
+            Phase::Ready => {
+                let predicted = self.held(worker).map(|job| job.cost).sum::<f64>()
+                    * self.calibration().unwrap_or(1.0).max(1.0);
+                let allowed = grace.saturating_add(
+                    Duration::try_from_secs_f64(predicted * patience).unwrap_or(Duration::MAX),
+                );
+                let (silent, late) =
+                    (worker.heard.saturating_add(silence), worker.progress.saturating_add(allowed));
+                Some(if silent < late {
+                    Deadline {
+                        time: silent,
+                        reason: format!("gave no sign of life for {silence:?}"),
+                    }
+                } else {
+                    let seconds = allowed.as_secs_f64();
+                    Deadline {
+                        time: late,
+                        reason: format!("finished nothing within its deadline of {seconds:.1} s"),
+                    }
+                })
+            }
+        }
+    }
+
+    fn settle(&mut self) {
+        if self.committing.is_empty() && !self.unsaved.is_empty() {
+            let (saving, done) = std::mem::take(&mut self.unsaved).into_iter().unzip();
+            self.committing = saving;
+            self.actions.push(Action::Commit(done));
+        }
+        if self.interrupts >= 2 {
+            return;
+        }
+        let asking = self
+            .workers
+            .iter()
+            .filter(|(_, worker)| worker.awaits_reply && worker.unsaved == 0)
+            .map(|(&id, _)| id);
+        for id in asking.collect::<Vec<_>>() {
+            self.answer(id);
+        }
+        self.recruit();
+    }
+
+    fn recruit(&mut self) {
+        let usable = |worker: &&Worker| matches!(worker.phase, Phase::Starting | Phase::Ready);
+        let mut present = self.workers.values().filter(usable).count();
+        let wanted = self.options.workers.min(self.counts.waiting + self.counts.running);
+        if self.failed_starts >= MOST_FAILED_STARTS {
+            // The workers that did start go on. Without any, there is no hope.
+            if present == 0 && wanted > 0 && !self.stopping() {
+                self.given_up = true;
+                let last = &self.last_failure;
+                self.actions.push(Action::GiveUp(format!(
+                    "{MOST_FAILED_STARTS} in a row ended before asking for a job, the last: {last}"
+                )));
+            }
+            return;
+        }
+        while !self.stopping() && present < wanted {
+            self.hired += 1;
+            present += 1;
+            let id = self.hired;
+            let worker = Worker {
+                phase: Phase::Starting,
+                pid: None,
+                has_asked: false,
+                awaits_reply: false,
+                leases: VecDeque::new(),
+                unsaved: 0,
+                group: None,
+                heard: self.now,
+                progress: self.now,
+            };
+            self.workers.insert(id, worker);
+            self.counts.workers += 1;
+            self.actions.push(Action::Start(id));
+            if let Some(lost) = self.vacancies.pop_front() {
+                self.emit(EventKind::WorkerReplaced { lost, by: id });
+            }
+        }
+    }
+}

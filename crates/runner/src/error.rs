@@ -1,0 +1,72 @@
+//! These are the errors of a run and of its connections.
+
+use std::error::Error;
+
+use identity::JobKey;
+
+use crate::root::{RootError, SHARED_MEMORY};
+
+/// The reason why a run could not go on. Everything committed before stays committed.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// An option makes no sense.
+    #[error("cannot run with these options: {what}")]
+    Options {
+        /// The name of the option and its sensible values.
+        what: &'static str,
+    },
+    /// Two tasks have the same key.
+    #[error("job {0} is given twice, but a key stands for one job")]
+    Duplicate(JobKey),
+    /// There is no place for the files of the run.
+    #[error("no directory for the run's files")]
+    Root(#[from] RootError),
+    /// Shared memory is nearly full, and going on would end in SIGBUS.
+    #[error(
+        "{path} has {free} bytes free, but {workers} workers need {needed}: free some, or use \
+         fewer workers",
+        path = SHARED_MEMORY
+    )]
+    SharedMemory {
+        /// The free shared memory \[bytes\].
+        free: u64,
+        /// The needed shared memory \[bytes\].
+        needed: u64,
+        /// The number of workers that need it.
+        workers: usize,
+    },
+    /// Workers do not start.
+    #[error("workers cannot be started with `{command}`: {reason}")]
+    Start {
+        /// The command that starts a worker.
+        command: String,
+        /// The failure of the last worker that was tried.
+        reason: String,
+    },
+    /// The ledger did not take results.
+    #[error("results could not be kept")]
+    Ledger(#[source] Box<dyn Error + Send + Sync>),
+    /// The coordinator cannot hear the workers any more.
+    #[error("communication with the workers failed")]
+    Transport(#[from] TransportError),
+    /// A rule of the coordinator is broken. This is checked only in debug builds.
+    #[error("the coordinator contradicts itself: {0}")]
+    Inconsistent(String),
+}
+
+/// A failure of the connection between the coordinator and a worker.
+#[derive(Debug, thiserror::Error)]
+#[error("{doing}: {why}")]
+pub struct TransportError {
+    /// The attempted action.
+    pub(crate) doing: &'static str,
+    /// The reason in words.
+    pub(crate) why: String,
+}
+
+impl TransportError {
+    /// Returns a function for `map_err` that adds the attempted action to an error.
+    pub(crate) fn when<E: std::fmt::Display>(doing: &'static str) -> impl Fn(E) -> TransportError {
+        move |error| TransportError { doing, why: error.to_string() }
+    }
+}

@@ -1,0 +1,20 @@
+//! This file holds a job as the caller gives it.
+
+use identity::JobKey;
+
+/// One job to run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Task {
+    /// The key of the job. No two tasks of a run share one.
+    pub key: JobKey,
+    /// The bytes that [`Executor::run`](crate::Executor::run) receives.
+    pub payload: Vec<u8>,
+    /// The number of its group. Tasks of one group share something costly and go to one worker one
+    /// after another.
+    pub group: u64,
+    /// The predicted time \[s\]. It orders jobs within a group and stretches deadlines, and it is
+    /// corrected by the real times of the jobs.
+    pub cost: f64,
+    /// The predicted memory while it runs, on top of what every worker needs \[bytes\].
+    pub memory: u64,
+}
