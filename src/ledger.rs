@@ -11,7 +11,7 @@ use store::Store;
 use study::job::PHYSICS_VERSION;
 use study::{Ending, Provenance, Record};
 
-use crate::wire::{Reply, decode_reply};
+use crate::wire::{WorkerReply, decode_reply};
 
 /// Keeps results in a store: fields first, as blobs, then the records that refer to them.
 pub(crate) struct StoreLedger<'a> {
@@ -31,11 +31,11 @@ impl<'a> StoreLedger<'a> {
         let mut job_times = Vec::new();
         let (ending, fields) = match done.verdict {
             Verdict::Completed(bytes) => match decode_reply(&bytes)? {
-                Reply::Ended { ending, fields, times } => {
+                WorkerReply::Ended { ending, fields, times } => {
                     job_times = times;
                     (*ending, fields.map(|fields| self.store.blobs().keep(&fields)).transpose()?)
                 }
-                Reply::Refused(reason) => (Ending::Quarantined { reason, attempts }, None),
+                WorkerReply::Refused(reason) => (Ending::Quarantined { reason, attempts }, None),
             },
             Verdict::Quarantined { reason } => (Ending::Quarantined { reason, attempts }, None),
         };
@@ -153,8 +153,11 @@ mod tests {
             (0..).zip(&endings).map(|(number, _)| JobKey([number; 32])).collect();
         let texts = keys.iter().map(|key| (*key, key.to_string())).collect();
         let done = keys.iter().zip(&endings).map(|(key, ending)| {
-            let reply =
-                Reply::Ended { ending: Box::new(ending.clone()), fields: None, times: Vec::new() };
+            let reply = WorkerReply::Ended {
+                ending: Box::new(ending.clone()),
+                fields: None,
+                times: Vec::new(),
+            };
             let bytes = bincode::serde::encode_to_vec(&reply, bincode::config::standard()).unwrap();
             Done {
                 key: *key,

@@ -124,23 +124,23 @@ fn effect_words(point: &StudyPoint, surfaces: &Surfaces) -> Result<String> {
 }
 
 /// The columns of a role under a title.
-struct Section {
+struct RoleSection {
     role: Role,
     title: &'static str,
     /// Numbers are shown with two digits.
     is_rounded: bool,
 }
 
-const SECTIONS: [Section; 6] = [
-    Section { role: Role::Status, title: "result", is_rounded: false },
-    Section { role: Role::Observable, title: "observables", is_rounded: false },
-    Section { role: Role::Error, title: "estimated errors", is_rounded: true },
-    Section { role: Role::Certificate, title: "certificate (0 is exact)", is_rounded: true },
-    Section { role: Role::Work, title: "work", is_rounded: false },
-    Section { role: Role::Provenance, title: "provenance", is_rounded: false },
+const SECTIONS: [RoleSection; 6] = [
+    RoleSection { role: Role::Status, title: "result", is_rounded: false },
+    RoleSection { role: Role::Observable, title: "observables", is_rounded: false },
+    RoleSection { role: Role::Error, title: "estimated errors", is_rounded: true },
+    RoleSection { role: Role::Certificate, title: "certificate (0 is exact)", is_rounded: true },
+    RoleSection { role: Role::Work, title: "work", is_rounded: false },
+    RoleSection { role: Role::Provenance, title: "provenance", is_rounded: false },
 ];
 
-impl Section {
+impl RoleSection {
     fn words(&self, columns: &[Column], point: &StudyPoint, record: &Record) -> String {
         let shown = columns.iter().filter(|column| column.role == self.role).filter_map(|column| {
             let value = match column.value(point, Some(record)) {

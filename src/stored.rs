@@ -22,11 +22,11 @@ pub(crate) enum StoreSource<'a> {
 }
 
 /// A record as a store gives it.
-type Fetched = (JobKey, Result<Vec<u8>, ReadError>);
+type FetchedRecord = (JobKey, Result<Vec<u8>, ReadError>);
 
 impl StoreSource<'_> {
     /// The records of those of `keys` that have one.
-    fn fetch(self, keys: &[JobKey]) -> Vec<Fetched> {
+    fn fetch(self, keys: &[JobKey]) -> Vec<FetchedRecord> {
         match self {
             StoreSource::Store(store) => keys
                 .iter()
@@ -37,7 +37,7 @@ impl StoreSource<'_> {
     }
 
     /// Every record.
-    fn all(&self) -> Result<Box<dyn Iterator<Item = Fetched> + '_>, ReadError> {
+    fn all(&self) -> Result<Box<dyn Iterator<Item = FetchedRecord> + '_>, ReadError> {
         Ok(match self {
             StoreSource::Store(store) => Box::new(store.records()),
             StoreSource::Reader(reader) => Box::new(reader.records()?),
@@ -54,7 +54,7 @@ impl StoreSource<'_> {
 
 impl Records for StoreSource<'_> {
     fn select(&self, keys: &[JobKey]) -> Result<RecordMap, RecordsError> {
-        let decoded = |(key, bytes): Fetched| -> Result<(JobKey, Record)> {
+        let decoded = |(key, bytes): FetchedRecord| -> Result<(JobKey, Record)> {
             let bytes = bytes.context("run `tribosweep store verify` to see the whole damage")?;
             let record =
                 Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?;
@@ -64,7 +64,7 @@ impl Records for StoreSource<'_> {
     }
 
     fn matching(&self, is_wanted: &dyn Fn(&str) -> bool) -> Result<RecordMap, RecordsError> {
-        let wanted = |(key, bytes): Fetched| {
+        let wanted = |(key, bytes): FetchedRecord| {
             let bytes = bytes.ok().filter(|bytes| job_text(bytes).is_some_and(is_wanted))?;
             Some((key, Record::decode(&bytes).ok()?))
         };

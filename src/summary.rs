@@ -60,7 +60,7 @@ pub(crate) fn summarise(
 ) -> Result<Finish> {
     let progress = results.progress();
     let figures = if progress.done > 0 { draw_figures(results, directory) } else { Vec::new() };
-    let summary = Summary { results, store_option: store_option(directory), tally, figures };
+    let summary = RunSummary { results, store_option: store_option(directory), tally, figures };
     if json {
         output::print(&format!("{}\n", summary.json()?))?;
     } else {
@@ -74,7 +74,7 @@ pub(crate) fn summarise(
 }
 
 /// Everything that a summary tells.
-struct Summary<'r> {
+struct RunSummary<'r> {
     results: &'r Results<'r>,
     /// The option that names the store.
     store_option: String,
@@ -82,7 +82,7 @@ struct Summary<'r> {
     figures: Vec<DrawnFigure>,
 }
 
-impl Summary<'_> {
+impl RunSummary<'_> {
     fn json(&self) -> Result<serde_json::Value> {
         let files: Vec<&PathBuf> = self.figures.iter().flatten().flatten().collect();
         Ok(serde_json::json!({
@@ -113,7 +113,7 @@ impl Summary<'_> {
         text += &self.missed_accuracy();
         text += &self.listed_failures();
         if self.tally.interrupted {
-            let Summary { results, store_option, .. } = self;
+            let RunSummary { results, store_option, .. } = self;
             let command = resume(results.study(), store_option);
             text += &format!("interrupted; continue with: {command}\n");
         }
@@ -122,7 +122,7 @@ impl Summary<'_> {
 
     /// Returns the first rows of the results.
     fn rows(&self) -> Result<String> {
-        let Summary { results, store_option, .. } = self;
+        let RunSummary { results, store_option, .. } = self;
         let table = results.usual_table()?;
         let rows = table.rows();
         let Some(rest) = rows.len().checked_sub(SUMMARY_ROWS).filter(|rest| *rest > 0) else {
@@ -138,7 +138,7 @@ impl Summary<'_> {
     }
 
     fn counts(&self) -> String {
-        let Summary { results, tally, .. } = self;
+        let RunSummary { results, tally, .. } = self;
         let progress = results.progress();
         format!(
             "\n{}: {}, {} certified, {} failed, {} left; {} of {} computed in {}, {} from the store\n",

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::io::IsTerminal;
 
-use answers::choice::{self, Choice};
+use answers::choice::{self, PointChoice};
 use answers::effects::{EffectGroup, Overview};
 use answers::{RecordMap, increments_of};
 use anyhow::{Result, bail};
@@ -56,7 +56,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     };
     let mut found = None;
     if study.adaptive().is_some() {
-        let Choice { points, findings } = choice_so_far(&study, reader.as_ref())?;
+        let PointChoice { points, findings } = choice_so_far(&study, reader.as_ref())?;
         jobs = JobList::of_points(&study, points)?;
         found = Some(choice::table(&study, &findings)?);
     }
@@ -90,7 +90,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
 }
 
 /// Chooses the points of a study by the results of a store, if there is one.
-fn choice_so_far(study: &Study, reader: Option<&StoreReader>) -> Result<Choice> {
+fn choice_so_far(study: &Study, reader: Option<&StoreReader>) -> Result<PointChoice> {
     Ok(match reader {
         Some(reader) => choice::gather(study, &StoreSource::Reader(reader))?.choice,
         None => choice::choose(study, &RecordMap::new())?,

@@ -48,7 +48,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
 }
 
 /// What solving has left.
-struct Solution {
+struct SolvedScene {
     record: Record,
     fields: Option<Fields>,
     /// How far the choice of a mesh has come, if the study leaves it to an accuracy.
@@ -77,7 +77,7 @@ fn single_scene(args: &SolveArgs) -> Result<Study> {
     Ok(study)
 }
 
-fn solve_job(job: &Job, surfaces: &Surfaces, operators: &mut Operators) -> Result<Solution> {
+fn solve_job(job: &Job, surfaces: &Surfaces, operators: &mut Operators) -> Result<SolvedScene> {
     let start = Instant::now();
     let Performed { ending, fields, times } = perform(job, surfaces, operators)?;
     let provenance =
@@ -85,12 +85,12 @@ fn solve_job(job: &Job, surfaces: &Surfaces, operators: &mut Operators) -> Resul
     let (physics, job) = (PHYSICS_VERSION, job.canonical());
     // Nothing is stored, so the record refers to no fields.
     let record = Record { physics, job, ending, fields: None, provenance };
-    Ok(Solution { record, fields, discovery: None })
+    Ok(SolvedScene { record, fields, discovery: None })
 }
 
 /// Solves the only scene of a study on one mesh after the other until it is accurate enough, or no
 /// mesh is left.
-fn solve_accurately(study: &Study, operators: &mut Operators) -> Result<Solution> {
+fn solve_accurately(study: &Study, operators: &mut Operators) -> Result<SolvedScene> {
     let (mut records, mut last) = (RecordMap::new(), None);
     loop {
         let choice = choose(study, &records)?;
@@ -109,13 +109,13 @@ fn solve_accurately(study: &Study, operators: &mut Operators) -> Result<Solution
             _ => solve_job(&point.job, study.surfaces(), operators)?.fields,
         };
         let record = records.remove(&point.key).context("a result was lost")?;
-        return Ok(Solution { record, fields, discovery });
+        return Ok(SolvedScene { record, fields, discovery });
     }
 }
 
 /// Shows the result in the form that the arguments ask for.
-fn show(args: &SolveArgs, study: &Study, solution: &Solution) -> Result<()> {
-    let Solution { record, fields, .. } = solution;
+fn show(args: &SolveArgs, study: &Study, solution: &SolvedScene) -> Result<()> {
+    let SolvedScene { record, fields, .. } = solution;
     if let Some(name) = &args.field {
         let of_search = record
             .multiplicity()
@@ -136,7 +136,7 @@ fn show(args: &SolveArgs, study: &Study, solution: &Solution) -> Result<()> {
 }
 
 /// Says on standard error what is to be doubted in the result.
-fn say_doubts(study: &Study, Solution { record, discovery, .. }: &Solution) {
+fn say_doubts(study: &Study, SolvedScene { record, discovery, .. }: &SolvedScene) {
     for warning in WARNINGS.iter().filter(|warning| warning.concerns(record)) {
         output::say(&format!("warning: elements {}", warning.words));
     }

@@ -19,21 +19,22 @@ use crate::error::AnswerError;
 use crate::records::{RecordMap, Records};
 
 use bisect::Bisection;
-use refine::Refinement;
+use refine::MeshRefinement;
 
 pub use condition::check;
-pub use found::{Choice, Discovery, Finding, table};
+pub use found::{Discovery, Finding, PointChoice, table};
 
 /// Chooses a study's points by the records that there are.
 ///
 /// # Errors
 /// A condition cannot be evaluated on some result.
-pub fn choose(study: &Study, records: &RecordMap) -> Result<Choice, AnswerError> {
+pub fn choose(study: &Study, records: &RecordMap) -> Result<PointChoice, AnswerError> {
     match study.adaptive() {
-        None => Ok(Choice { points: study.points(), findings: Vec::new() }),
+        None => Ok(PointChoice { points: study.points(), findings: Vec::new() }),
         Some(Adaptive::Refine { on, until, at_most }) => {
-            let refinement = Refinement { study, records, on, until: *until, at_most: *at_most };
-            let mut choice = Choice::default();
+            let refinement =
+                MeshRefinement { study, records, on, until: *until, at_most: *at_most };
+            let mut choice = PointChoice::default();
             for index in 0..study.len() {
                 choice.extend(refinement.choose(index)?);
             }
@@ -49,7 +50,7 @@ pub fn choose(study: &Study, records: &RecordMap) -> Result<Choice, AnswerError>
 /// The points of a study as far as its results determine them, with these results.
 pub struct Gathered {
     /// The points, and what was found in choosing them.
-    pub choice: Choice,
+    pub choice: PointChoice,
     /// The records that the points have, and those that the choice has learnt from.
     pub records: RecordMap,
 }

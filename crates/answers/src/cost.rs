@@ -20,7 +20,7 @@ use study::{Study, StudyPoint};
 use crate::comparison::{AnswerTable, Comparison};
 use crate::error::AnswerError;
 use crate::evidence::Evidence;
-use crate::place::{Place, PointGroup, group_points};
+use crate::place::{PointGroup, StudyPlace, group_points};
 use crate::rows::digits;
 
 use reference::{CostReference, SCALARS};
@@ -61,7 +61,7 @@ pub(crate) fn compare(evidence: &Evidence<'_>, cost: &Cost) -> Result<Comparison
 
 /// The rungs of one scene, with their errors and what these may claim.
 struct CostLadder<'a> {
-    place: Place,
+    place: StudyPlace,
     /// The error that counts.
     on: &'static str,
     rungs: Vec<CostRung<'a>>,
@@ -122,7 +122,7 @@ impl<'a> CostLadder<'a> {
 #[derive(Default)]
 struct CostTables {
     /// The place of some ladder, which has the same axes as all others.
-    place: Place,
+    place: StudyPlace,
     fronts: Vec<Vec<Cell>>,
     laws: Vec<Vec<Cell>>,
     sentences: Vec<Vec<Cell>>,

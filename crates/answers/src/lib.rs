@@ -44,7 +44,7 @@ pub use kind::{
 };
 pub use path::{increments_of, path_columns};
 pub use perform::Performed;
-pub use place::Place;
+pub use place::StudyPlace;
 pub use records::{RecordMap, Records, RecordsError};
 pub use results::{Progress, Results};
 pub use warnings::{WARNINGS, Warning};

@@ -9,12 +9,12 @@ use crate::rows::cell;
 
 /// A combination of values of some axes.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Place {
+pub struct StudyPlace {
     /// The column of each axis, with its value in SI units.
     pub values: Vec<(String, Value)>,
 }
 
-impl Place {
+impl StudyPlace {
     /// Returns the place of a point, by those axes for whose index `is_meant` holds.
     pub(crate) fn of(study: &Study, point: &StudyPoint, is_meant: impl Fn(usize) -> bool) -> Self {
         let axes = study.axes().zip(&point.values).enumerate().filter(|(axis, _)| is_meant(*axis));
@@ -74,7 +74,7 @@ impl<'v> From<&'v Value> for ValueKey<'v> {
 /// Points that share a place.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PointGroup {
-    pub(crate) place: Place,
+    pub(crate) place: StudyPlace,
     /// The indices of the points, in order.
     pub(crate) members: Vec<usize>,
 }
@@ -102,7 +102,7 @@ pub(crate) fn group_points(
         match groups.get_mut(group) {
             Some(group) => group.members.push(index),
             None => {
-                let place = Place::of(study, point, is_of_place);
+                let place = StudyPlace::of(study, point, is_of_place);
                 groups.push(PointGroup { place, members: vec![index] });
             }
         }

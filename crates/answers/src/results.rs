@@ -7,7 +7,7 @@ use serde::Serialize;
 use study::columns::{Role, Row, along_path};
 use study::{Figure, Record, Standing, Study, StudyPoint};
 
-use crate::choice::{self, Choice, Discovery, Finding, Gathered, gather};
+use crate::choice::{self, Discovery, Finding, Gathered, PointChoice, gather};
 use crate::comparison::{AnswerTable, Comparison};
 use crate::error::AnswerError;
 use crate::evidence::Evidence;
@@ -70,7 +70,8 @@ impl<'r> Results<'r> {
     /// # Errors
     /// A record cannot be read, or a condition cannot be evaluated.
     pub fn read(study: Study, source: &'r dyn Records) -> Result<Self, AnswerError> {
-        let Gathered { choice: Choice { points, findings }, records } = gather(&study, source)?;
+        let Gathered { choice: PointChoice { points, findings }, records } =
+            gather(&study, source)?;
         Ok(Self { study, points, records, findings, source, comparison: OnceCell::new() })
     }
 

@@ -14,10 +14,10 @@ use study::accuracy::FIRST;
 use study::columns::find;
 use study::{Accuracy, Case, Column, Job, Record, Study, StudyPoint};
 
-use super::found::{Choice, Discovery, Finding};
+use super::found::{Discovery, Finding, PointChoice};
 use crate::error::AnswerError;
 use crate::evidence::end_of;
-use crate::place::Place;
+use crate::place::StudyPlace;
 use crate::records::RecordMap;
 
 /// Returns the scenes of a study, as their jobs' canonical texts have them.
@@ -35,7 +35,7 @@ pub(super) fn choose(
     study: &Study,
     accuracy: &Accuracy,
     records: &RecordMap,
-) -> Result<Choice, AnswerError> {
+) -> Result<PointChoice, AnswerError> {
     let columns = study.columns();
     let mut known: HashMap<&str, Vec<&Record>> = HashMap::new();
     for record in records.values() {
@@ -43,12 +43,12 @@ pub(super) fn choose(
             known.entry(scene).or_default().push(record);
         }
     }
-    let mut choice = Choice::default();
+    let mut choice = PointChoice::default();
     for index in 0..study.len() {
         let chosen = MeshSearch::new(study, accuracy, &columns, index)
             .and_then(|search| search.choose(&known))
             .ok_or(AnswerError::Inconsistent("a point of the study cannot be made"))?;
-        let place = Place::of(study, &chosen.point, |_| true);
+        let place = StudyPlace::of(study, &chosen.point, |_| true);
         choice.findings.push(Finding { place, discovery: chosen.discovery });
         choice.points.push(chosen.point);
     }

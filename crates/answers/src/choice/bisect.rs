@@ -3,9 +3,9 @@
 use study::axis::{Group, SweepAxis};
 use study::{Column, Study, StudyPoint, Value};
 
-use super::found::{Choice, Discovery, Finding};
+use super::found::{Discovery, Finding, PointChoice};
 use crate::error::AnswerError;
-use crate::place::Place;
+use crate::place::StudyPlace;
 use crate::records::RecordMap;
 use crate::rows::single;
 
@@ -29,7 +29,7 @@ pub(super) struct Bisection<'a> {
 /// The points of one line along the axis, and whether the condition holds at each, if that is
 /// known.
 #[derive(Default)]
-struct Line {
+struct AxisLine {
     points: Vec<StudyPoint>,
     holds: Vec<Option<bool>>,
 }
@@ -55,8 +55,8 @@ impl<'a> Bisection<'a> {
     }
 
     /// Returns the points of every line as far as the records determine them.
-    pub(super) fn choose(&self) -> Result<Choice, AnswerError> {
-        let mut choice = Choice::default();
+    pub(super) fn choose(&self) -> Result<PointChoice, AnswerError> {
+        let mut choice = PointChoice::default();
         let is_first = |index: &usize| (index / self.stride).is_multiple_of(self.length);
         for index in (0..self.study.len()).filter(is_first) {
             choice.extend(self.choose_line(index)?);
@@ -64,14 +64,15 @@ impl<'a> Bisection<'a> {
         Ok(choice)
     }
 
-    fn choose_line(&self, first: usize) -> Result<Choice, AnswerError> {
+    fn choose_line(&self, first: usize) -> Result<PointChoice, AnswerError> {
         let points: Vec<StudyPoint> = (0..self.length)
             .filter_map(|step| self.study.point(first + step * self.stride))
             .collect();
         let holds = points.iter().map(|point| self.holds(point)).collect::<Result<_, _>>()?;
-        let mut line = Line { points, holds };
+        let mut line = AxisLine { points, holds };
         let is_other_axis = |axis: usize| axis != self.axis_index;
-        let place = line.points.first().map(|point| Place::of(self.study, point, is_other_axis));
+        let place =
+            line.points.first().map(|point| StudyPlace::of(self.study, point, is_other_axis));
         let place = place.unwrap_or_default();
         let changes = self.halve(first, &mut line)?;
         let is_pending = line.points.iter().any(|point| !self.records.contains_key(&point.key));
@@ -85,12 +86,15 @@ impl<'a> Bisection<'a> {
             _ => changes,
         };
         let finding = |discovery: Discovery| Finding { place: place.clone(), discovery };
-        Ok(Choice { points: line.points, findings: discoveries.into_iter().map(finding).collect() })
+        Ok(PointChoice {
+            points: line.points,
+            findings: discoveries.into_iter().map(finding).collect(),
+        })
     }
 
     /// Halves the intervals of a line in which the condition changes, and returns those that are
     /// short enough.
-    fn halve(&self, first: usize, line: &mut Line) -> Result<Vec<Discovery>, AnswerError> {
+    fn halve(&self, first: usize, line: &mut AxisLine) -> Result<Vec<Discovery>, AnswerError> {
         let mut changes = Vec::new();
         let mut from = 0;
         while from + 1 < line.points.len() {

@@ -4,21 +4,21 @@ use report::{Cell, DataTable, TableColumn};
 use study::{Adaptive, Study, StudyPoint};
 
 use crate::error::AnswerError;
-use crate::place::{Place, unit_of};
+use crate::place::{StudyPlace, unit_of};
 use crate::rows::rounded;
 
 /// The points of a study, as far as they are determined.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Choice {
+pub struct PointChoice {
     /// The points, in order; a point without a record is wanted.
     pub points: Vec<StudyPoint>,
     /// What a study that chooses points has found so far at each combination of its axes.
     pub findings: Vec<Finding>,
 }
 
-impl Choice {
+impl PointChoice {
     /// Adds the points and the findings of another part of the study.
-    pub(super) fn extend(&mut self, other: Choice) {
+    pub(super) fn extend(&mut self, other: PointChoice) {
         self.points.extend(other.points);
         self.findings.extend(other.findings);
     }
@@ -28,7 +28,7 @@ impl Choice {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     /// The values of the axes, without the one that is halved.
-    pub place: Place,
+    pub place: StudyPlace,
     /// How far the choice has come there.
     pub discovery: Discovery,
 }

@@ -4,13 +4,13 @@ use contact::model::Mesh;
 use study::columns::find;
 use study::{Column, Record, Study, StudyPoint};
 
-use super::found::{Choice, Discovery, Finding};
+use super::found::{Discovery, Finding, PointChoice};
 use crate::error::AnswerError;
-use crate::place::Place;
+use crate::place::StudyPlace;
 use crate::records::RecordMap;
 
 /// The rule of a study with `[refine]`.
-pub(super) struct Refinement<'a> {
+pub(super) struct MeshRefinement<'a> {
     pub(super) study: &'a Study,
     pub(super) records: &'a RecordMap,
     /// The column that is to hold still.
@@ -21,9 +21,9 @@ pub(super) struct Refinement<'a> {
     pub(super) at_most: u32,
 }
 
-impl Refinement<'_> {
+impl MeshRefinement<'_> {
     /// Returns the meshes of the point with an index, as far as the records determine them.
-    pub(super) fn choose(&self, index: usize) -> Result<Choice, AnswerError> {
+    pub(super) fn choose(&self, index: usize) -> Result<PointChoice, AnswerError> {
         let columns = self.study.columns();
         let column = find(&columns, self.on)
             .ok_or(AnswerError::Inconsistent("the column of [refine] is gone"))?;
@@ -31,10 +31,10 @@ impl Refinement<'_> {
             .study
             .point(index)
             .ok_or(AnswerError::Inconsistent("a point of the study cannot be made"))?;
-        let place = Place::of(self.study, &first, |_| true);
+        let place = StudyPlace::of(self.study, &first, |_| true);
         let mut points = Vec::new();
         let discovery = self.follow(index, column, first, &mut points);
-        Ok(Choice { points, findings: vec![Finding { place, discovery }] })
+        Ok(PointChoice { points, findings: vec![Finding { place, discovery }] })
     }
 
     /// Follows the meshes from the `first` point on and adds each to `points`.

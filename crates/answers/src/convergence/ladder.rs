@@ -10,12 +10,12 @@ use study::{Case, Job, Record};
 use super::exact;
 use crate::error::AnswerError;
 use crate::evidence::{Evidence, end_of};
-use crate::place::{Place, PointGroup};
+use crate::place::{PointGroup, StudyPlace};
 
 /// The rungs of one ladder.
 pub(super) struct LadderRungs<'a> {
     /// The values of the other axes.
-    pub(super) place: Place,
+    pub(super) place: StudyPlace,
     /// The name of what the rungs are compared with.
     pub(super) reference: String,
     /// The relative error below which errors are the solver's.
@@ -37,7 +37,7 @@ pub(super) struct LadderRung<'a> {
 }
 
 /// What the rungs of a ladder are compared with.
-enum Limit<'a> {
+enum LadderLimit<'a> {
     Exact(ClosedForm),
     /// The finest rung, which has no error against itself.
     Finest {
@@ -53,21 +53,21 @@ impl LadderRung<'_> {
     fn errors(
         &self,
         evidence: &Evidence<'_>,
-        limit: &Limit<'_>,
+        limit: &LadderLimit<'_>,
     ) -> Result<Option<Errors>, AnswerError> {
         let Some(end) = end_of(self.record) else { return Ok(None) };
         Ok(match limit {
-            Limit::Exact(exact) => {
+            LadderLimit::Exact(exact) => {
                 Errors::against_closed_form(end, &evidence.fields(self.record)?, exact)
             }
-            Limit::Finest { point, end: finest, fields } if *point != self.point => {
+            LadderLimit::Finest { point, end: finest, fields } if *point != self.point => {
                 let target = self.case.scene.loading.legs().last().map(|leg| leg.target);
                 let rung_fields = evidence.fields(self.record)?;
                 target.and_then(|target| {
                     Errors::against_solution(end, &rung_fields, finest, fields, &target)
                 })
             }
-            Limit::Finest { .. } | Limit::Nothing => None,
+            LadderLimit::Finest { .. } | LadderLimit::Nothing => None,
         })
     }
 }
@@ -89,15 +89,15 @@ pub(super) fn compare<'a>(
     let (limit, name, source) = match limit {
         Some(exact) => {
             let (name, source) = (exact.name.to_owned(), format!(" ({})", exact.source));
-            (Limit::Exact(exact), name, source)
+            (LadderLimit::Exact(exact), name, source)
         }
         None => {
             let limit = match end_of(finest.record) {
                 Some(end) => {
                     let fields = evidence.fields(finest.record)?;
-                    Limit::Finest { point: finest.point, end, fields }
+                    LadderLimit::Finest { point: finest.point, end, fields }
                 }
-                None => Limit::Nothing,
+                None => LadderLimit::Nothing,
             };
             (limit, finest.name(ladder.along), String::new())
         }

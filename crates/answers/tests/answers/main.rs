@@ -5,7 +5,7 @@ mod shelf;
 use answers::choice::Discovery;
 use answers::effects::{overview, variants};
 use answers::{AnswerError, AnswerTable, Progress, Proof, Results, check, is_timed, proof};
-use report::{Cell, Table};
+use report::{Cell, DataTable};
 use study::{Kind, Record, Study};
 
 use shelf::Shelf;
@@ -31,14 +31,14 @@ fn convergence() -> Study {
     ))
 }
 
-fn answer<'r>(results: &'r Results<'_>, title: &str) -> &'r Table {
+fn answer<'r>(results: &'r Results<'_>, title: &str) -> &'r DataTable {
     let answers = results.answers().unwrap();
     let found = answers.iter().find(|answer| answer.title == title);
     &found.unwrap_or_else(|| panic!("no answer `{title}`")).table
 }
 
 /// Returns the cell of a column in the row in which another column has a text.
-fn cell_beside<'t>(table: &'t Table, text: &str, column: &str) -> &'t Cell {
+fn cell_beside<'t>(table: &'t DataTable, text: &str, column: &str) -> &'t Cell {
     let is_meant = |row: &&Vec<Cell>| row.contains(&Cell::Text(text.to_owned()));
     let row = table.rows().iter().find(is_meant).unwrap_or_else(|| panic!("no row of {text}"));
     &row[table.column(column).unwrap()]

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::collections::HashMap;
 
-use answers::choice::{Choice, gather};
+use answers::choice::{PointChoice, gather};
 use answers::{Performed, RecordMap, Records, RecordsError, perform};
 use contact::Operators;
 use contact::model::Fields;
@@ -20,7 +20,7 @@ pub(crate) struct Shelf {
 
 impl Shelf {
     /// Does the jobs of a study until its results determine no further point.
-    pub(crate) fn run(&mut self, study: &Study) -> Choice {
+    pub(crate) fn run(&mut self, study: &Study) -> PointChoice {
         loop {
             let choice = gather(study, self).unwrap().choice;
             let left = choice.points.iter().filter(|point| !self.results.contains_key(&point.key));
