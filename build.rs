@@ -1,6 +1,7 @@
 //! Links the program at a fixed address where the linker is known to take the option. A program
-//! that can be loaded anywhere has 42 000 addresses to correct before it starts: 2.1 ms from start
-//! to end of `tribosweep --version`, without them 1.4 ms, when a small solve takes 5 ms.
+//! that can be loaded anywhere has 42 000 addresses to correct before it starts. This takes 0.7 ms:
+//! `tribosweep --version` takes 2.1 ms with them and 1.4 ms without, where a small solve takes 5
+//! ms.
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");

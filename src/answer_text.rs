@@ -1,4 +1,4 @@
-//! What a study says beyond its rows, to be read and as JSON.
+//! The answers of a study beyond its rows, to be read and as JSON.
 
 use answers::AnswerTable;
 use anyhow::Result;
@@ -6,17 +6,17 @@ use report::Cell;
 
 use crate::output::layout;
 
-/// The answers to be read, each table under its title.
+/// Returns the answers to be read, each table under its title.
 pub(crate) fn answers_words(answers: &[AnswerTable]) -> String {
     let words = |AnswerTable { title, table }: &AnswerTable| match (table.columns(), table.rows()) {
-        // a sentence
+        // A table of one cell is a sentence.
         ([_], [row]) => format!("\n{}\n", row.iter().map(words_of).collect::<String>()),
         _ => format!("\n{title}\n{}", table.terminal(&layout())),
     };
     answers.iter().map(words).collect()
 }
 
-/// The same as rows by column, by title.
+/// Returns the answers by title, as rows by column.
 pub(crate) fn answers_json(answers: &[AnswerTable]) -> Result<serde_json::Value> {
     let rows = answers.iter().map(|AnswerTable { title, table }| {
         Ok(((*title).to_owned(), serde_json::from_str(&table.json())?))

@@ -1,4 +1,4 @@
-//! The command line: what can be asked, with examples.
+//! The arguments of the command line, with examples.
 
 use std::path::PathBuf;
 
@@ -203,7 +203,7 @@ pub(crate) struct AnswerArgs {
     pub(crate) store: StoreArgs,
 }
 
-/// Formats of a table.
+/// The formats of a table.
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum TableFormat {
     /// For reading
@@ -369,7 +369,8 @@ pub(crate) enum StoreCommand {
     },
 }
 
-/// A size in bytes: a number with an optional unit k, M, G (binary, with or without iB or B).
+/// Parses a size in bytes: a number with an optional unit k, M, G (binary, with or without iB or
+/// B).
 fn memory_size(text: &str) -> Result<u64, String> {
     let split = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
     let number: f64 = text[..split]

@@ -1,5 +1,6 @@
-//! The commands, a file each under its own name. They may use every other file of the program, and
-//! no command uses another.
+//! The commands, a file each under its own name.
+//!
+//! They may use every other file of the program; no command uses another.
 
 mod answer;
 mod completions;

@@ -48,7 +48,8 @@ fn open_for(study: &Study, directory: &Path) -> Result<Store> {
     Ok(store)
 }
 
-/// Computes the jobs that are left; a study that chooses points by its results takes several rounds.
+/// Computes the jobs that are left; a study that chooses points by its results takes several
+/// rounds.
 fn compute(
     study: &Study,
     store: &Store,

@@ -1,4 +1,4 @@
-//! The fields of a result, drawn or as files.
+//! The fields of a result, drawn on the terminal or written to files.
 
 use std::ffi::OsStr;
 use std::io::IsTerminal;
@@ -13,15 +13,14 @@ use crate::figures::{RESOLUTION, write};
 use crate::output;
 use crate::output::Finish;
 
-/// The fields by name.
+/// The names of the fields.
 const FIELDS: [&str; 8] =
     ["pressure", "traction_x", "traction_y", "traction", "gap", "slip_x", "slip_y", "state"];
 
 /// The endings of files that a field is written to.
 const ENDINGS: [&str; 5] = ["png", "svg", "npy", "vti", "csv"];
 
-/// Refuses a field that there is not, or a file of which nobody can tell what it is to be; before
-/// it is computed.
+/// Checks the field's name and the file's extension before anything is computed.
 pub(crate) fn check_field(name: &str, file: Option<&Path>) -> Result<()> {
     if !FIELDS.contains(&name) {
         bail!("there is no field `{name}`; there are {}", FIELDS.join(", "));
@@ -39,10 +38,10 @@ pub(crate) fn check_field(name: &str, file: Option<&Path>) -> Result<()> {
     }
 }
 
-/// One of the fields of a result; masked elements have no value.
-pub(crate) fn field(fields: &Fields, name: &str) -> Result<Field> {
+/// Returns one of the fields of a result; masked elements have no value.
+fn field(fields: &Fields, name: &str) -> Result<Field> {
     let [nx, ny] = fields.shape.map(|n| n as usize);
-    let corner = [0, 1].map(|c| fields.origin[c] - 0.5 * fields.element[c]);
+    let corner = [0, 1].map(|axis| fields.origin[axis] - 0.5 * fields.element[axis]);
     let grid = FieldGrid { nx, ny, origin: corner, element: fields.element };
     let on_sole = |values: &[f64]| -> Values {
         Values::Number(
@@ -103,7 +102,7 @@ pub(crate) fn show_field(fields: &Fields, name: &str, file: Option<&Path>) -> Re
     output::print(&format!("{}\n", file.display()))
 }
 
-/// The fields of the solution with this index, the first without one.
+/// Returns the fields of the solution with this index, of the first one by default.
 pub(crate) fn solution_fields(found: &Multiplicity, index: Option<usize>) -> Result<Fields> {
     let index = index.unwrap_or(0);
     match found.solutions.get(index) {
@@ -115,7 +114,7 @@ pub(crate) fn solution_fields(found: &Multiplicity, index: Option<usize>) -> Res
     }
 }
 
-/// Refuses an index of a solution where nothing was searched for.
+/// Refuses an index of a solution for a job that does not search for several.
 pub(crate) fn only_of_a_search(index: Option<usize>) -> Result<()> {
     match index {
         Some(index) => {

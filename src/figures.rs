@@ -1,4 +1,4 @@
-//! Figures as files.
+//! The figures of a study as files.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -11,10 +11,10 @@ use study::columns::{Role, along_path, find};
 use study::label::{label, quantity_name};
 use study::units::Dimension;
 
-/// Dots per inch of PNG files.
+/// The resolution of PNG files, in dots per inch.
 pub(crate) const RESOLUTION: f64 = 300.0;
 
-/// The two files of a figure, by their name without ending.
+/// Returns the two files of a figure, given their name without ending.
 pub(crate) fn figure_files(stem: &Path) -> Vec<PathBuf> {
     ["svg", "png"].map(|ending| PathBuf::from(format!("{}.{ending}", stem.display()))).to_vec()
 }
@@ -42,6 +42,7 @@ pub(crate) fn draw(
     }
 }
 
+/// Returns the figure of a table, with labels and units for its columns.
 fn picture(study: &Study, table: &DataTable, figure: &study::Figure) -> Result<PlotFigure> {
     let columns = if figure.steps { along_path(study.columns()) } else { study.columns() };
     let labels: Vec<(&str, String)> =
@@ -50,7 +51,7 @@ fn picture(study: &Study, table: &DataTable, figure: &study::Figure) -> Result<P
         labels.iter().map(|(name, label)| (*name, label.as_str())).collect();
     let [y, series] = [&figure.y, &figure.series]
         .map(|names| names.iter().map(String::as_str).collect::<Vec<_>>());
-    // a pair of ends is one quantity
+    // The two ends of a band are one quantity.
     let is_end = |names: &[String; 2]| names.iter().map(String::as_str).eq(["mu_low", "mu_high"]);
     let quantity =
         figure.y.first().and_then(|name| find(&columns, name)).map(|column| column.dimension);
@@ -84,6 +85,7 @@ fn picture(study: &Study, table: &DataTable, figure: &study::Figure) -> Result<P
     Ok(PlotFigure::from_table(table, &spec)?)
 }
 
+/// Writes a file whole.
 pub(crate) fn write(file: &Path, bytes: &[u8]) -> Result<()> {
     std::fs::write(file, bytes).with_context(|| format!("cannot write {}", file.display()))
 }

@@ -11,7 +11,7 @@ use store::Store;
 use study::job::PHYSICS_VERSION;
 use study::{Ending, Provenance, Record};
 
-use crate::wire::{WorkerReply, decode_reply};
+use crate::wire::{JobReply, decode_reply};
 
 /// Keeps results in a store: fields first, as blobs, then the records that refer to them.
 pub(crate) struct StoreLedger<'a> {
@@ -31,11 +31,11 @@ impl<'a> StoreLedger<'a> {
         let mut job_times = Vec::new();
         let (ending, fields) = match done.verdict {
             Verdict::Completed(bytes) => match decode_reply(&bytes)? {
-                WorkerReply::Ended { ending, fields, times } => {
+                JobReply::Ended { ending, fields, times } => {
                     job_times = times;
                     (*ending, fields.map(|fields| self.store.blobs().keep(&fields)).transpose()?)
                 }
-                WorkerReply::Refused(reason) => (Ending::Quarantined { reason, attempts }, None),
+                JobReply::Refused(reason) => (Ending::Quarantined { reason, attempts }, None),
             },
             Verdict::Quarantined { reason } => (Ending::Quarantined { reason, attempts }, None),
         };
@@ -143,7 +143,7 @@ mod tests {
         })
     }
 
-    /// Else it would stop the run when all the work is done, and every run after it.
+    /// Otherwise it would stop the run when all the work is done, and every run after it.
     #[test]
     fn a_result_that_no_record_holds_fails_by_itself() {
         let place = tempfile::tempdir().unwrap();
@@ -153,7 +153,7 @@ mod tests {
             (0..).zip(&endings).map(|(number, _)| JobKey([number; 32])).collect();
         let texts = keys.iter().map(|key| (*key, key.to_string())).collect();
         let done = keys.iter().zip(&endings).map(|(key, ending)| {
-            let reply = WorkerReply::Ended {
+            let reply = JobReply::Ended {
                 ending: Box::new(ending.clone()),
                 fields: None,
                 times: Vec::new(),

@@ -1,4 +1,7 @@
-//! The `tribosweep` command: wires studies, runner, store and report together.
+//! The `tribosweep` command: wires studies, answers, runner, store and report together.
+//!
+//! Each command stands in [`commands`] under its own name. The other files are what several
+//! commands share: arguments, output, and the way from a study to its stored results.
 #![forbid(unsafe_code)]
 
 mod answer_text;
@@ -31,7 +34,7 @@ fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
-            // a closed pipe is nobody's mistake
+            // A closed pipe is nobody's mistake.
             let _ = error.print();
             return if error.use_stderr() {
                 Finish::Mistake.into()

@@ -8,16 +8,16 @@ use anyhow::{Context, Result};
 use report::TerminalLayout;
 use study::StudyError;
 
-/// How a command ended, short of an error; an error is the user's mistake, or the machine's.
+/// The end of a command. An error is a mistake of the user or of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Finish {
     /// Everything asked for was done.
     AllDone,
-    /// Something asked for cannot be.
+    /// Something that was asked for is not possible.
     Mistake,
-    /// Finished, but some jobs failed.
+    /// The command finished, but some jobs failed.
     SomeFailed,
-    /// Interrupted.
+    /// The command was interrupted.
     Interrupted,
 }
 
@@ -32,8 +32,7 @@ impl From<Finish> for ExitCode {
     }
 }
 
-/// Prints to standard output. That its reader went away, as `head` does, is no error and changes
-/// nothing.
+/// Prints to standard output. A reader that has gone away, as `head` does, is no error.
 pub(crate) fn print(text: &str) -> Result<Finish> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
@@ -44,7 +43,7 @@ pub(crate) fn print(text: &str) -> Result<Finish> {
     }
 }
 
-/// Says something beside the results, on standard error; that nobody listens is no error.
+/// Says something beside the results, on standard error. A closed standard error is no error.
 pub(crate) fn say(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
 }
@@ -56,7 +55,7 @@ pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<Finish> {
 
 /// Prints an error with its causes to standard error.
 pub(crate) fn complain(error: &anyhow::Error) {
-    // a study's errors are whole pictures of the file and begin with `error:` themselves
+    // The errors of a study are whole pictures of the file and begin with `error:` themselves.
     let text = match study_error(error) {
         Some(study) => study
             .render(io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none())
@@ -65,7 +64,7 @@ pub(crate) fn complain(error: &anyhow::Error) {
         None => {
             let mut said = String::new();
             for cause in error.chain().map(ToString::to_string) {
-                // a cause that its effect already quotes is not said twice
+                // A cause that its effect already quotes is not said twice.
                 if !said.contains(&cause) {
                     said = if said.is_empty() { cause } else { format!("{said}: {cause}") };
                 }
@@ -76,7 +75,7 @@ pub(crate) fn complain(error: &anyhow::Error) {
     say(&text);
 }
 
-/// The error in a study's file, if it is one.
+/// Returns the error as one in a study's file, if it is one.
 fn study_error(error: &anyhow::Error) -> Option<&StudyError> {
     match error.downcast_ref::<AnswerError>() {
         Some(AnswerError::Study(error)) => Some(error),
@@ -84,7 +83,7 @@ fn study_error(error: &anyhow::Error) -> Option<&StudyError> {
     }
 }
 
-/// Columns of the terminal behind standard output, `None` if there is none.
+/// Returns the columns of the terminal behind standard output; `None` if there is none.
 pub(crate) fn terminal_width() -> Option<usize> {
     if !io::stdout().is_terminal() {
         return None;
@@ -92,7 +91,7 @@ pub(crate) fn terminal_width() -> Option<usize> {
     terminal_size::terminal_size().map(|(width, _)| usize::from(width.0))
 }
 
-/// How tables are laid out on standard output.
+/// Returns the layout of tables on standard output.
 pub(crate) fn layout() -> TerminalLayout {
     TerminalLayout { width: terminal_width(), digits: 6, prefixes: true, unicode: true }
 }

@@ -1,4 +1,4 @@
-//! What a run shows while it runs: a bar on a terminal, JSON lines on request, else only what needs
+//! The display of a run: a bar on a terminal, JSON lines on request, else only what needs
 //! attention.
 
 use std::collections::HashMap;
@@ -12,10 +12,11 @@ use runner::{Event, EventKind, Task};
 use crate::output;
 use crate::words::{count, duration};
 
-/// A reader of the runner's events.
+/// A display of the runner's events.
 pub(crate) struct ProgressDisplay {
     bar: ProgressBar,
     json: bool,
+    /// The predicted cost of each job \[s\].
     costs: HashMap<JobKey, f64>,
     cached: usize,
     cost_done: f64,
@@ -24,6 +25,7 @@ pub(crate) struct ProgressDisplay {
 }
 
 impl ProgressDisplay {
+    /// Returns the display of a run of some tasks, beside `cached` results.
     pub(crate) fn new(tasks: &[Task], cached: usize, json: bool) -> Self {
         let costs: HashMap<JobKey, f64> = tasks.iter().map(|task| (task.key, task.cost)).collect();
         let bar = ProgressBar::new(tasks.len() as u64);
@@ -35,7 +37,7 @@ impl ProgressDisplay {
         if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len}  {msg}") {
             bar.set_style(style);
         }
-        // in the order of the tasks: a sum over a hash map would differ in its last digits
+        // The sum is in the order of the tasks: over a hash map its last digits would differ.
         Self {
             bar,
             json,
@@ -47,7 +49,7 @@ impl ProgressDisplay {
         }
     }
 
-    /// How many jobs there are.
+    /// Returns the number of jobs.
     pub(crate) fn jobs(&self) -> usize {
         self.costs.len()
     }
@@ -56,7 +58,7 @@ impl ProgressDisplay {
     pub(crate) fn show(&mut self, event: &Event) {
         if self.json {
             if let Ok(line) = serde_json::to_string(event) {
-                // who stopped listening does not stop the run
+                // A reader that stops listening does not stop the run.
                 let _ = writeln!(std::io::stdout(), "{line}");
             }
             return;
@@ -106,7 +108,8 @@ impl ProgressDisplay {
         self.cost_left = (self.cost_left - cost).max(0.0);
     }
 
-    /// Time left, by predicted cost rather than by count: jobs differ by orders of magnitude.
+    /// Returns the rate and the time left, by predicted cost rather than by count: jobs differ by
+    /// orders of magnitude.
     fn left(&self) -> String {
         if self.cost_done <= 0.0 {
             return String::new();
@@ -127,7 +130,7 @@ impl ProgressDisplay {
     }
 }
 
-/// The first characters of a key, enough to name it.
-pub(crate) fn short(key: &JobKey) -> String {
+/// Returns the first characters of a key, enough to name it.
+fn short(key: &JobKey) -> String {
     key.to_string()[..12].to_owned()
 }

@@ -1,4 +1,4 @@
-//! What a store has: studies by name, and records.
+//! The contents of a store: studies by name, and records.
 
 use std::path::Path;
 
@@ -12,12 +12,12 @@ use study::{Record, Study};
 
 use crate::output;
 
-/// Where records come from.
+/// A store as the place that keeps records.
 #[derive(Clone, Copy)]
 pub(crate) enum StoreSource<'a> {
     /// The store that this process writes.
     Store(&'a Store),
-    /// One that it reads.
+    /// A store that this process reads.
     Reader(&'a StoreReader),
 }
 
@@ -25,7 +25,7 @@ pub(crate) enum StoreSource<'a> {
 type FetchedRecord = (JobKey, Result<Vec<u8>, ReadError>);
 
 impl StoreSource<'_> {
-    /// The records of those of `keys` that have one.
+    /// Returns the records of those of `keys` that have one.
     fn fetch(self, keys: &[JobKey]) -> Vec<FetchedRecord> {
         match self {
             StoreSource::Store(store) => keys
@@ -36,7 +36,7 @@ impl StoreSource<'_> {
         }
     }
 
-    /// Every record.
+    /// Returns every record.
     fn all(&self) -> Result<Box<dyn Iterator<Item = FetchedRecord> + '_>, ReadError> {
         Ok(match self {
             StoreSource::Store(store) => Box::new(store.records()),
@@ -76,7 +76,7 @@ impl Records for StoreSource<'_> {
     }
 }
 
-/// The fields that a record left.
+/// Reads the fields of a record.
 pub(crate) fn fields(blobs: &Blobs, record: &Record) -> Result<Fields> {
     let kept = record.fields.as_ref().with_context(|| {
         format!("job {} left no fields: it is {}", record.key(), record.standing())
@@ -87,11 +87,13 @@ pub(crate) fn fields(blobs: &Blobs, record: &Record) -> Result<Fields> {
     Ok(decode_fields(&blob)?)
 }
 
-/// The study of this name in a store; if there is none, says which there are.
+/// Reads the study with a name from a store; if there is none, the error names those that are
+/// there.
 pub(crate) fn stored_study(reader: &StoreReader, name: &str) -> Result<Study> {
     let damaged = || {
         format!(
-            "the definition of the study `{name}` is damaged; `tribosweep run` of its file writes it anew"
+            "the definition of the study `{name}` is damaged; `tribosweep run` of its file \
+             writes it anew"
         )
     };
     if let Some(definition) = reader.study(name).with_context(damaged)? {
@@ -101,7 +103,8 @@ pub(crate) fn stored_study(reader: &StoreReader, name: &str) -> Result<Study> {
     let names = reader.study_names()?;
     if std::path::Path::new(name).is_file() {
         bail!(
-            "`{name}` is a file; name a study in the store instead ({}), or start it with `tribosweep run {name}`",
+            "`{name}` is a file; name a study in the store instead ({}), or start it with \
+             `tribosweep run {name}`",
             list(&names)
         );
     }
@@ -112,14 +115,14 @@ fn list(names: &[String]) -> String {
     if names.is_empty() { "none so far".to_owned() } else { names.join(", ") }
 }
 
-/// Says where numbers come from when a run is still adding to them.
+/// Says that numbers come from a running process, if one is still adding to the store.
 pub(crate) fn tell_origin(reader: &StoreReader) {
     if let origin @ RecordOrigin::Process { .. } = reader.origin() {
         output::say(&origin.to_string());
     }
 }
 
-/// The option that names the store, unless it is where every command looks.
+/// Returns the option that names the store; nothing for the store where every command looks.
 pub(crate) fn store_option(directory: &Path) -> String {
     if directory == Path::new(".tribosweep") {
         String::new()

@@ -1,4 +1,4 @@
-//! Study files, and the files that they name.
+//! Study files and the files that they name.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use study::edit::EditError;
 use study::{ReadFile, Study};
 
-/// Reads a study file; files that it names are looked for beside it.
+/// Reads a study file. Files that it names are looked for beside it.
 pub(crate) fn read_study(path: &Path) -> Result<Study> {
     let text = std::fs::read_to_string(path)
         .with_context(|| format!("cannot read the study file {}", path.display()))?;
@@ -18,7 +18,8 @@ pub(crate) fn parse_study(text: &str, path: &Path) -> Result<Study, study::Study
     Study::parse(text, &path.display().to_string(), &mut files_beside(path))
 }
 
-/// A way to edit a study's text: its path, the settings and the files that it names follow.
+/// An edit of a study's text, given with its path, the settings and a reader of the files that it
+/// names.
 type Edit = fn(&str, &str, &[String], &mut ReadFile<'_>) -> Result<String, EditError>;
 
 /// Edits the text of a study file that stands at `path`.
@@ -30,13 +31,13 @@ pub(crate) fn edit_study(
 ) -> Result<String> {
     let edited = edit(text, &path.display().to_string(), settings, &mut files_beside(path));
     edited.map_err(|error| match error {
-        // it is shown as a picture of the file
+        // The error is shown as a picture of the file.
         EditError::Study(error) => error.into(),
         error => error.into(),
     })
 }
 
-/// Reads the files that a study at `path` names.
+/// Returns a reader of the files that a study at `path` names.
 fn files_beside(path: &Path) -> impl FnMut(&str) -> Result<Vec<u8>, String> {
     let beside = path.parent().unwrap_or(Path::new("."));
     move |name| std::fs::read(beside.join(name)).map_err(|error| error.to_string())

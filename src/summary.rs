@@ -141,7 +141,8 @@ impl RunSummary<'_> {
         let RunSummary { results, tally, .. } = self;
         let progress = results.progress();
         format!(
-            "\n{}: {}, {} certified, {} failed, {} left; {} of {} computed in {}, {} from the store\n",
+            "\n{}: {}, {} certified, {} failed, {} left; {} of {} computed in {}, {} from the \
+             store\n",
             results.study().name(),
             count(progress.points, "point", "points"),
             progress.done,
@@ -174,8 +175,8 @@ impl RunSummary<'_> {
             |record: &&Record| record.outcome().is_some_and(|outcome| outcome.steps.len() > 1);
         let steps = if concerned.iter().any(has_steps) { " --steps" } else { "" };
         format!(
-            "warning: elements of {points} {words}: tribosweep query {name}{steps} --where '{column} \
-             > 0'{store_option}\n"
+            "warning: elements of {points} {words}: tribosweep query {name}{steps} --where \
+             '{column} > 0'{store_option}\n"
         )
     }
 
@@ -221,8 +222,8 @@ impl RunSummary<'_> {
     }
 }
 
-/// Draws each of the study's figures to files in the store's folder of figures. A figure that cannot
-/// be drawn hinders no other.
+/// Draws each of the study's figures to files in the store's folder of figures. A figure that
+/// cannot be drawn hinders no other.
 fn draw_figures(results: &Results<'_>, directory: &Path) -> Vec<DrawnFigure> {
     let folder = directory.join("figures");
     let draw = |figure: &study::Figure| {

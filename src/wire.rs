@@ -26,7 +26,7 @@ pub(crate) struct OrderedJob {
 
 /// The reply of a worker.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) enum WorkerReply {
+pub(crate) enum JobReply {
     /// The job has ended.
     Ended {
         /// The ending.
@@ -82,7 +82,7 @@ pub(crate) fn decode_order(payload: &[u8]) -> Result<OrderedJob> {
 }
 
 /// Decodes the reply of a worker.
-pub(crate) fn decode_reply(bytes: &[u8]) -> Result<WorkerReply> {
+pub(crate) fn decode_reply(bytes: &[u8]) -> Result<JobReply> {
     let (reply, _) = bincode::serde::decode_from_slice(bytes, bincode::config::standard())
         .context("a worker's answer does not decode")?;
     Ok(reply)

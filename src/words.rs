@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-/// A count with its noun.
+/// Returns a count with its noun.
 pub(crate) fn count(n: usize, one: &str, many: &str) -> String {
     format!("{n} {}", if n == 1 { one } else { many })
 }
 
-/// Seconds in words.
+/// Returns a time in words, given in seconds.
 pub(crate) fn duration(seconds: f64) -> String {
     if seconds < 0.9995 {
         return format!("{:.0} ms", seconds.max(0.0) * 1e3);

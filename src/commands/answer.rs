@@ -1,4 +1,4 @@
-//! `answer`: what a study says beyond its rows.
+//! `answer`: the answers of a study beyond its rows.
 
 use answers::Results;
 use anyhow::Result;
@@ -9,6 +9,7 @@ use crate::cli::AnswerArgs;
 use crate::output::{self, Finish, layout};
 use crate::stored::{StoreSource, stored_study, tell_origin};
 
+/// Prints the answers of a study.
 pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
     tell_origin(&reader);
@@ -18,11 +19,14 @@ pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
         let progress = results.progress();
         let study = results.study();
         return output::print_json(&serde_json::json!({
-            "study": study.name(), "question": study.question(), "progress": progress, "answers": answers_json(results.answers()?)?,
+            "study": study.name(),
+            "question": study.question(),
+            "progress": progress,
+            "answers": answers_json(results.answers()?)?,
         }));
     }
     if results.answers()?.is_empty() {
-        // its rows are the answer
+        // The rows of the study are its answer.
         let rows = results.usual_table()?;
         return output::print(
             format!("{}\n\n{}", results.study().question(), rows.terminal(&layout())).trim_start(),

@@ -8,6 +8,7 @@ use crate::execution::execute;
 use crate::output::Finish;
 use crate::study_file::{edit_study, parse_study};
 
+/// Runs a study of cost, or the one that is made for the scene of another study.
 pub(crate) fn cost(args: &CostArgs) -> Result<Finish> {
     let path = &args.study;
     let text = std::fs::read_to_string(path)

@@ -12,6 +12,7 @@ use crate::figures::{draw, figure_files};
 use crate::output::{self, Finish};
 use crate::stored::{StoreSource, stored_study, tell_origin};
 
+/// Draws figures of a study to files.
 pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
     tell_origin(&reader);
@@ -33,7 +34,7 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
             args.output.clone().map_or_else(|| figure_files(Path::new(&stem)), |file| vec![file]);
         match draw(&results, figure, args.filter.as_deref(), &files) {
             Ok(()) => written.extend(files),
-            // one that cannot be drawn hinders no other
+            // A figure that cannot be drawn hinders no other.
             Err(error) => failed.replace(error).iter().for_each(output::complain),
         }
     }
@@ -47,57 +48,39 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
     failed.map_or(Ok(Finish::AllDone), Err)
 }
 
-/// The study's figures, or the one of a name; changed as asked, in which case it is one.
+/// Returns the study's figures or the one that is named, as they are or, with columns or axes
+/// given, the first of them changed.
 fn chosen(args: &PlotArgs, study: &Study) -> Result<Vec<study::Figure>> {
-    let own = match &args.figure {
-        None => study.figures().to_vec(),
-        Some(name) => {
-            let names = || {
-                study
-                    .figures()
-                    .iter()
-                    .map(|figure| format!("`{}`", figure.name))
-                    .collect::<Vec<_>>()
-                    .join(", ")
-            };
-            match study.figures().iter().find(|figure| figure.name == *name) {
-                Some(figure) => vec![figure.clone()],
-                None if study.figures().is_empty() => {
-                    bail!("the study has no figure `{name}`; it has none")
-                }
-                None => bail!("the study has no figure `{name}`; it has {}", names()),
-            }
-        }
-    };
+    let figures = named_figures(args, study)?;
     let PlotArgs { x, y, series, panels, steps, log_x, log_y, .. } = args;
-    let as_it_is = x.is_none()
+    let is_unchanged = x.is_none()
         && y.is_empty()
         && series.is_none()
         && panels.is_none()
         && !(*steps || *log_x || *log_y);
-    if as_it_is && !own.is_empty() {
-        return Ok(own);
+    if is_unchanged && !figures.is_empty() {
+        return Ok(figures);
     }
-    let own = own.into_iter().next();
-    let other_columns = x.is_some() || !y.is_empty();
-    let mut figure = match (own, x, y.is_empty()) {
+    let has_other_columns = x.is_some() || !y.is_empty();
+    let mut figure = match (figures.into_iter().next(), x, y.is_empty()) {
         (Some(figure), ..) => figure,
         (None, Some(x), false) => study::Figure::new(x.clone(), y.clone()),
         _ => {
             bail!(
-                "the study suggests no figure; name its columns with --x and --y (`tribosweep query {} --columns` lists them)",
+                "the study suggests no figure; name its columns with --x and --y (`tribosweep \
+                 query {} --columns` lists them)",
                 args.name
             )
         }
     };
     if let Some(x) = x {
-        // who asks for another abscissa asks for another figure
+        // A figure over another abscissa is another figure.
         (figure.x, figure.steps) = (x.clone(), false);
     }
     if !y.is_empty() {
         figure.y.clone_from(y);
     }
-    if other_columns {
+    if has_other_columns {
         figure.title = Some(study.name().to_owned());
     }
     if let Some(series) = series {
@@ -109,8 +92,22 @@ fn chosen(args: &PlotArgs, study: &Study) -> Result<Vec<study::Figure>> {
     figure.steps |= steps;
     figure.log_x |= log_x;
     figure.log_y |= log_y;
-    // a column cannot be drawn along x and tell the curves apart at once
+    // A column cannot be drawn along x and tell the curves apart at once.
     figure.series.retain(|name| *name != figure.x);
     figure.panels = figure.panels.filter(|name| *name != figure.x);
     Ok(vec![figure])
+}
+
+/// Returns the study's figures, or the one with the name that the arguments give.
+fn named_figures(args: &PlotArgs, study: &Study) -> Result<Vec<study::Figure>> {
+    let figures = study.figures();
+    let Some(name) = &args.figure else { return Ok(figures.to_vec()) };
+    if let Some(figure) = figures.iter().find(|figure| figure.name == *name) {
+        return Ok(vec![figure.clone()]);
+    }
+    if figures.is_empty() {
+        bail!("the study has no figure `{name}`; it has none");
+    }
+    let names: Vec<String> = figures.iter().map(|figure| format!("`{}`", figure.name)).collect();
+    bail!("the study has no figure `{name}`; it has {}", names.join(", "))
 }

@@ -11,6 +11,7 @@ use crate::cli::{QueryArgs, TableFormat};
 use crate::output::{self, Finish, layout};
 use crate::stored::{StoreSource, stored_study, tell_origin};
 
+/// Prints the results of a study as a table.
 pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
     tell_origin(&reader);
@@ -49,7 +50,7 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
     })
 }
 
-/// What can be selected, as a table itself.
+/// Returns the columns that can be selected, as a table.
 fn columns(study: &Study, steps: bool) -> Result<DataTable> {
     let role = |role: Role| match role {
         Role::Axis => "axis",
@@ -65,8 +66,10 @@ fn columns(study: &Study, steps: bool) -> Result<DataTable> {
     let columns = if steps { along_path(study.columns()) } else { study.columns() };
     let rows = columns
         .iter()
-        .map(|c| {
-            [&c.name, c.unit(), role(c.role), c.meaning].map(|t| Cell::Text(t.to_owned())).to_vec()
+        .map(|column| {
+            [&column.name, column.unit(), role(column.role), column.meaning]
+                .map(|text| Cell::Text(text.to_owned()))
+                .to_vec()
         })
         .collect();
     Ok(DataTable::new(

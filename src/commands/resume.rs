@@ -8,8 +8,9 @@ use crate::execution::execute;
 use crate::output::Finish;
 use crate::stored::stored_study;
 
+/// Continues a study whose file need not exist any more.
 pub(crate) fn resume(args: &ResumeArgs) -> Result<Finish> {
-    // a resume that finds no study must not leave an empty store behind
+    // A resume that finds no study must not leave an empty store behind.
     let study = stored_study(&Store::read(&args.store.store)?, &args.name)?;
     execute(study, &args.store.store, &args.execution)
 }

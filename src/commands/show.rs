@@ -14,24 +14,11 @@ use crate::output::{Finish, layout};
 use crate::stored::{stored_study, tell_origin};
 use crate::{fields, output, stored};
 
+/// Shows one result, its path or one of its fields.
 pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
     tell_origin(&reader);
-    let prefix = args.key.to_ascii_lowercase();
-    let matching: Vec<JobKey> =
-        reader.keys()?.into_iter().filter(|key| key.to_string().starts_with(&prefix)).collect();
-    let key = match matching[..] {
-        [key] => key,
-        [] => bail!(
-            "no result has a key that begins with `{}`; `tribosweep query STUDY --select key` lists keys",
-            args.key
-        ),
-        _ => bail!(
-            "{} results have keys that begin with `{}`; give more of it",
-            matching.len(),
-            args.key
-        ),
-    };
+    let key = find_key(&reader, &args.key)?;
     let bytes = reader.get(&key)?.context("the record was removed while it was looked up")?;
     let record = Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?;
 
@@ -51,7 +38,7 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
         return fields::show_field(&fields, name, args.output.as_deref());
     }
     let patches = record.outcome().and_then(Outcome::last).map_or(0, |end| end.observables.patches);
-    // the numbers are there without them
+    // The numbers can be shown without the fields.
     let fields = (patches > 1)
         .then(|| {
             stored::fields(reader.blobs(), &record).map_err(|error| output::complain(&error)).ok()
@@ -64,7 +51,25 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
     output::print(&words(&record, fields.as_ref(), &surfaces)?)
 }
 
-/// The height map or the profiles that a result's scene names, as far as some study of the store
+/// Returns the only key of a store that begins with some characters.
+fn find_key(reader: &StoreReader, beginning: &str) -> Result<JobKey> {
+    let prefix = beginning.to_ascii_lowercase();
+    let matching: Vec<JobKey> =
+        reader.keys()?.into_iter().filter(|key| key.to_string().starts_with(&prefix)).collect();
+    match matching[..] {
+        [key] => Ok(key),
+        [] => bail!(
+            "no result has a key that begins with `{beginning}`; `tribosweep query STUDY --select \
+             key` lists keys"
+        ),
+        _ => bail!(
+            "{} results have keys that begin with `{beginning}`; give more of it",
+            matching.len()
+        ),
+    }
+}
+
+/// Returns the height map or the profiles that a result's scene names, if some study of the store
 /// holds them.
 fn stored_surfaces(reader: &StoreReader, record: &Record) -> Result<Surfaces> {
     let job = record.parse_job()?;
@@ -72,7 +77,7 @@ fn stored_surfaces(reader: &StoreReader, record: &Record) -> Result<Surfaces> {
         return Ok(Surfaces::new());
     }
     for name in reader.study_names()? {
-        // a damaged study is no reason to show nothing
+        // A damaged study is no reason to show nothing.
         let Ok(study) = stored_study(reader, &name) else { continue };
         if effects::missing_surface(&job, study.surfaces()).is_none() {
             return Ok(study.surfaces().clone());

@@ -41,8 +41,8 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     let is_good = solution.record.is_certified() && !is_missed;
     show(args, &study, &solution)?;
     say_doubts(&study, &solution);
-    // The process ends, and with it its memory: to hand back a gigabyte first would take a hundredth
-    // of the time to solve for it.
+    // The process ends, and with it its memory: to hand back a gigabyte first would take a
+    // hundredth of the time to solve for it.
     std::mem::forget(operators);
     Ok(if is_good { Finish::AllDone } else { Finish::SomeFailed })
 }

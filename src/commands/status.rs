@@ -9,12 +9,13 @@ use crate::cli::StatusArgs;
 use crate::output::{self, Finish, layout};
 use crate::stored::{StoreSource, stored_study, tell_origin};
 
+/// Lists studies with their numbers of points.
 pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
     let reader = Store::read(&args.store.store)?;
     tell_origin(&reader);
     let studies = match &args.name {
         Some(name) => vec![stored_study(&reader, name)?],
-        // one damaged study must not hide the others
+        // One damaged study must not hide the others.
         None => {
             let found = reader.study_names()?.into_iter().map(|name| stored_study(&reader, &name));
             found.filter_map(|study| study.map_err(|error| output::complain(&error)).ok()).collect()
@@ -32,7 +33,9 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
             }
             Err(error) => return Err(error.into()),
         };
-        listed.push(serde_json::json!({ "study": study.name(), "question": study.question(), "progress": progress }));
+        listed.push(serde_json::json!({
+            "study": study.name(), "question": study.question(), "progress": progress,
+        }));
         let mut row = vec![Cell::Text(study.name().to_owned())];
         row.extend(
             [progress.points, progress.done, progress.failed, progress.left]

@@ -14,6 +14,7 @@ use crate::cli::StoreCommand;
 use crate::output::{self, Finish};
 use crate::words::count;
 
+/// Checks or tidies a store.
 pub(crate) fn store(command: &StoreCommand) -> Result<Finish> {
     match command {
         StoreCommand::Verify { deep, json, store } => verify(&open(&store.store)?, *deep, *json),
@@ -22,12 +23,13 @@ pub(crate) fn store(command: &StoreCommand) -> Result<Finish> {
     }
 }
 
-/// Opens a store that is there; tidying does not make one.
+/// Opens a store that is there. Tidying does not make one.
 fn open(directory: &std::path::Path) -> Result<Store> {
     drop(Store::read(directory)?);
     Ok(Store::open(directory)?)
 }
 
+/// Returns the files that a record refers to.
 fn references(record: &Record) -> Vec<Digest> {
     match record.fields {
         Some(KeptFields::Blob(digest)) => vec![Digest(digest)],
@@ -53,7 +55,7 @@ fn verify(store: &Store, deep: bool, json: bool) -> Result<Finish> {
             undecodable.push((*key, "it is the record of another job".to_owned()));
             Vec::new()
         }
-        // sound, for the version of the program that wrote it
+        // The record is sound for the version of the program that wrote it.
         Err(DecodeError::Version { .. }) => {
             foreign += 1;
             Vec::new()
@@ -80,8 +82,17 @@ fn verify(store: &Store, deep: bool, json: bool) -> Result<Finish> {
         .extend(found.lost_studies.iter().map(|(name, reason)| format!("study {name}: {reason}")));
     if json {
         output::print_json(&serde_json::json!({
-            "sound": sound, "records": found.records, "files": found.blobs, "file_bytes": found.blob_bytes, "studies": found.studies, "brackets_proved": deep.then_some(proved), "brackets_too_large": deep.then_some(too_large.len()), "records_of_other_versions": foreign,
-            "unreferenced_files": found.unreferenced_blobs, "stray_files": found.stray_files, "faults": faults,
+            "sound": sound,
+            "records": found.records,
+            "files": found.blobs,
+            "file_bytes": found.blob_bytes,
+            "studies": found.studies,
+            "brackets_proved": deep.then_some(proved),
+            "brackets_too_large": deep.then_some(too_large.len()),
+            "records_of_other_versions": foreign,
+            "unreferenced_files": found.unreferenced_blobs,
+            "stray_files": found.stray_files,
+            "faults": faults,
         }))?;
     } else {
         let mut text = format!(
@@ -127,7 +138,10 @@ fn salvage(directory: &std::path::Path, json: bool) -> Result<Finish> {
     let salvaged = Store::salvage(directory)?;
     if json {
         return output::print_json(&serde_json::json!({
-            "kept": salvaged.kept, "promised": salvaged.promised, "studies": salvaged.studies, "lost_studies": salvaged.lost_studies,
+            "kept": salvaged.kept,
+            "promised": salvaged.promised,
+            "studies": salvaged.studies,
+            "lost_studies": salvaged.lost_studies,
             "former_database": salvaged.damaged,
         }));
     }
@@ -146,7 +160,8 @@ fn salvage(directory: &std::path::Path, json: bool) -> Result<Finish> {
     }
     for name in &salvaged.lost_studies {
         text += &format!(
-            "the definition of the study `{name}` was damaged; `tribosweep run` of its file brings it back\n"
+            "the definition of the study `{name}` was damaged; `tribosweep run` of its file brings \
+             it back\n"
         );
     }
     output::print(&text)
@@ -155,7 +170,7 @@ fn salvage(directory: &std::path::Path, json: bool) -> Result<Finish> {
 fn compact(store: &Store, json: bool) -> Result<Finish> {
     let mut referenced = BTreeSet::new();
     for (key, bytes) in store.records() {
-        // what cannot be read might refer to anything, so nothing is removed then
+        // A record that cannot be read might refer to any file, so nothing is removed then.
         let bytes = bytes.context("nothing was removed")?;
         let record = Record::decode(&bytes)
             .with_context(|| format!("the record of job {key}; nothing was removed"))?;
@@ -163,9 +178,9 @@ fn compact(store: &Store, json: bool) -> Result<Finish> {
     }
     let done = store.compact(&referenced)?;
     if json {
-        return output::print_json(
-            &serde_json::json!({ "files": done.blobs, "unfinished_files": done.unfinished, "bytes": done.bytes }),
-        );
+        return output::print_json(&serde_json::json!({
+            "files": done.blobs, "unfinished_files": done.unfinished, "bytes": done.bytes,
+        }));
     }
     let (files, unfinished) = (
         count(done.blobs, "file", "files"),

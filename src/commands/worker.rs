@@ -8,7 +8,7 @@ use study::record_format::encode_fields;
 
 use crate::output::Finish;
 use crate::threads::share_among;
-use crate::wire::{OrderedJob, WorkerReply, decode_order, encode};
+use crate::wire::{JobReply, OrderedJob, decode_order, encode};
 
 /// A worker that keeps operators between its jobs.
 #[derive(Default)]
@@ -17,10 +17,10 @@ struct JobWorker {
 }
 
 impl JobWorker {
-    fn reply(&mut self, payload: &[u8]) -> Result<WorkerReply> {
+    fn reply(&mut self, payload: &[u8]) -> Result<JobReply> {
         let OrderedJob { job, surfaces } = decode_order(payload)?;
         let Performed { ending, fields, times } = perform(&job, &surfaces, &mut self.operators)?;
-        Ok(WorkerReply::Ended {
+        Ok(JobReply::Ended {
             ending: Box::new(ending),
             fields: fields.map(|fields| encode_fields(&fields)),
             times,
@@ -31,7 +31,7 @@ impl JobWorker {
 impl runner::Executor for JobWorker {
     fn run(&mut self, payload: &[u8]) -> Vec<u8> {
         let reply =
-            self.reply(payload).unwrap_or_else(|error| WorkerReply::Refused(format!("{error:#}")));
+            self.reply(payload).unwrap_or_else(|error| JobReply::Refused(format!("{error:#}")));
         encode(&reply).expect("a reply is plain data")
     }
 }

@@ -1,5 +1,5 @@
-//! `accuracy` in place of a mesh: what is picked, from what was learnt or by trying, and what is
-//! said of it.
+//! `accuracy` in place of a mesh: the settings that are chosen, from earlier results or by trying,
+//! and the words for them.
 
 use std::path::Path;
 use std::process::Command;
@@ -19,7 +19,7 @@ friction.mu = 0
 loading.steps = [{ approach = "1 um" }]
 "#;
 
-/// Load of a rigid sphere without friction on that half-space (Hertz) \[N\].
+/// The load of a rigid sphere without friction on that half-space (Hertz) \[N\].
 fn hertz() -> f64 {
     let modulus = 2.0 * 80e9 / (1.0 - 0.3);
     4.0 / 3.0 * modulus * 0.01_f64.sqrt() * 1e-6_f64.powf(1.5)
@@ -87,7 +87,7 @@ fn the_mesh_that_an_accuracy_takes_is_found_once() {
     }
     assert!((rows[0]["load"].as_f64().unwrap() / hertz() - 1.0).abs() < 0.005, "{rows}");
 
-    // what was learnt serves again, other studies too
+    // Results serve again, those of other studies too.
     assert_eq!(summary(&place, "run fine.toml --json").1["run"]["computing"], 0);
     let plan = place.json("plan fine.toml --json");
     assert_eq!(
@@ -96,7 +96,7 @@ fn the_mesh_that_an_accuracy_takes_is_found_once() {
     );
     place.write("again.toml", study("again", "{ is = \"0.5%\", of = \"load\" }", FRICTION));
     assert_eq!(summary(&place, "run again.toml --json").1["run"]["computing"], 0);
-    // one digit more begins where that ended
+    // A digit more begins where the first study ended.
     place.write("finer.toml", study("finer", "0.0005", FRICTION));
     let (code, finer) = summary(&place, "run finer.toml --json");
     assert!(code == 0 && finer["run"]["computing"].as_u64().unwrap() <= computed, "{finer}");
@@ -124,11 +124,11 @@ fn results_of_other_studies_teach() {
         (&0.into(), &"40".into()),
         "{ran}"
     );
-    // not for a scene that differs in anything, nor for other numerics
+    // They do not serve a scene that differs in anything, nor other numerics.
     place.write("other.toml", study("other", "\"0.5%\"", "[numerics]\nepsilon = 1e-9\n"));
     assert!(summary(&place, "run other.toml --json").1["run"]["computing"].as_u64().unwrap() > 1);
 
-    // what a rung costs was measured: only the one that was picked is solved as a result
+    // The rungs were measured for their cost: only the one that is chosen is solved as a result.
     let cost = format!(
         "name = \"price\"\nkind = \"cost\"\n{SCENE}[numerics]\nmesh = 8\n[sweep]\nmesh = [8, 16, 32]\ntolerance = [1e-4]\n[cost]\nrepeat = 1\n"
     );
@@ -160,11 +160,11 @@ fn an_accuracy_out_of_reach_is_said_to_be() {
     );
     assert!(row["estimated error"].as_f64().unwrap() > 1e-5, "{row}");
     assert_eq!(place.call("run far.toml").code, 2, "nor when it is asked again");
-    // what the user says of the tolerance is kept, although it is in the way
+    // A tolerance that the user gives is kept, although it is in the way.
     let place = Place::with("loose.toml", study("loose", "1e-4", "[numerics]\ntolerance = 0.5\n"));
     assert_eq!(place.call("run loose.toml").code, 2);
     assert_eq!(found(&place, "loose")[0]["found"], "the solver leaves more than that");
-    // under a flat punch the pressure has no limit
+    // Under a flat punch the pressure has no limit.
     let flat = study("flat", "{ is = 0.01, of = \"peak_pressure\" }", "")
         .replace("\"sphere\", radius = \"10 mm\"", "\"flat-disk\", radius = \"1 mm\"");
     let place = Place::with("flat.toml", flat);
@@ -223,7 +223,7 @@ fn one_scene_is_solved_to_an_accuracy_without_a_store() {
     assert_eq!(place.files().len(), 1);
 }
 
-/// A script that holds the program against a page of the documentation, and leaves nothing behind.
+/// A script compares the program with a page of the documentation and leaves nothing behind.
 fn check(script: &str) {
     let temporary = TempDir::new().unwrap();
     let mut check =

@@ -1,4 +1,4 @@
-//! Studies that choose points: what they end with, and what is refused before they begin.
+//! Studies that choose points: their ends, and refusals before they begin.
 
 use crate::place::{Place, SMALL};
 
@@ -26,7 +26,7 @@ fn halved(name: &str, values: &str, condition: &str) -> String {
         .replace("CONDITION", condition)
 }
 
-/// From 0 on no interval is a tenth of its upper end.
+/// No interval that begins at 0 is as short as a tenth of its upper end.
 #[test]
 fn halving_ends_at_zero_and_below() {
     let cases = [
@@ -70,7 +70,8 @@ fn halving_ends_at_zero_and_below() {
     }
 }
 
-/// Else they fail when jobs have run, and what reads the study fails with them.
+/// Otherwise conditions would fail after jobs have run, and every command that reads the study with
+/// them.
 #[test]
 fn conditions_that_no_result_could_meet_are_refused_at_their_place() {
     let cases = [
@@ -98,7 +99,7 @@ fn conditions_that_no_result_could_meet_are_refused_at_their_place() {
         }
         assert_eq!(place.files().len(), 1, "{condition}: nothing is left");
     }
-    // a mesh is a number of elements or a pair of them
+    // A mesh is a number of elements or a pair of them.
     let pair = halved("friction.mu", "[0.1, 0.5]\nmesh = [4, [4, 6]]", "mesh > 1")
         .replace("mesh = 4\n[sweep]", "[sweep]");
     let said = Place::with("halved.toml", pair).call("plan halved.toml");
@@ -127,13 +128,13 @@ fn what_is_only_compared_at_the_end_chooses_nothing() {
         said.err
     );
     assert_eq!(place.files().len(), 1);
-    // what a job says by itself does
+    // A column that a single job determines is accepted.
     place.write("halved.toml", text.replace("error_load", "residual"));
     let said = place.call("plan halved.toml");
     assert_eq!(said.code, 0, "{}", said.err);
 }
 
-/// One mesh alone would tell of no change.
+/// A single mesh would show no change.
 #[test]
 fn a_mesh_is_doubled_at_least_once_or_not_at_all() {
     let refine = |most: &str| {

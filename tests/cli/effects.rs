@@ -1,11 +1,11 @@
-//! Which effects scenes call for, as `plan`, `show` and `solve` say it, and what leaving them out
-//! saves, as `effects` measures it.
+//! The effects that scenes call for, in the words of `plan`, `show` and `solve`, and the savings of
+//! leaving them out, measured by `effects`.
 
 use serde_json::Value;
 
 use crate::place::{ONE, Place, redacted};
 
-/// A shifted sphere; every test spoils or sweeps one thing.
+/// A shifted sphere, in which every test spoils or sweeps one thing.
 const SPHERE: &str = r#"name = "sphere"
 
 [scene]
@@ -31,7 +31,7 @@ const INCOMPRESSIBLE: (&str, &str) = ("poisson = 0.3", "poisson = 0.5");
 const FRICTIONLESS: (&str, &str) = ("mu = 0.3", "mu = 0");
 const UNSHIFTED: (&str, &str) = (", shift_x = \"2 um\"", "");
 
-/// The part of a plan about effects.
+/// Returns the section of a plan about effects.
 fn planned(changes: &[(&str, &str)]) -> String {
     let said = sphere(changes).call("plan sphere.toml");
     assert_eq!(said.code, 0, "{}", said.err);
@@ -117,7 +117,8 @@ fn a_plan_lists_effects_as_json() {
     );
     let unknowns = |of: &Value| of["unknowns"].as_u64().unwrap();
     let seconds = |of: &Value| of["seconds"].as_f64().unwrap();
-    // a quarter of the normal component alone; with tractions a shifted sphere has one mirror plane
+    // The normal component alone takes a quarter; with tractions a shifted sphere has one mirror
+    // plane.
     assert_eq!((unknowns(&groups[0]["cost"]), unknowns(&friction["with"])), (16, 3 * 32));
     assert!(seconds(&friction["with"]) > seconds(&groups[0]["cost"]));
     assert_eq!(unknowns(&groups[1]["cost"]), 2 * 3 * 32);
@@ -163,7 +164,7 @@ fn effects_are_not_guessed_without_the_height_map() {
         .to_owned();
     let shown = place.call(&format!("show {key}")).out;
     assert!(shown.contains("the punch's shape is not known to be its own image in x"), "{shown}");
-    // the study is now about another map
+    // The study is now about another map.
     place.write("rough.csv", "0,1,2,1\n1,2,4,2\n0,1,2,1\n");
     assert_eq!(place.call("run one.toml --workers 1").code, 0);
     let shown = place.call(&format!("show {key}")).out;

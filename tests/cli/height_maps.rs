@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::place::{ONE, Place};
 
-/// A matrix of heights as an NPY file.
+/// Returns a matrix of heights as the bytes of an NPY file.
 fn npy(rows: usize, columns: usize, heights: &[f64]) -> Vec<u8> {
     let mut header =
         format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({rows}, {columns}), }}");
@@ -34,7 +34,7 @@ fn height_maps_stand_beside_the_study_and_are_kept() {
 
     place.write("studies/rough.csv", &text);
     assert_eq!(place.call("run studies/one.toml").code, 2, "one iteration is not enough");
-    // the same heights under another name and in another format are the same job
+    // The same heights under another name and in another format are the same job.
     place.write(
         "studies/other.toml",
         ONE.replace("rough.csv", "rough.npy").replace("\"one\"", "\"other\""),
@@ -44,8 +44,8 @@ fn height_maps_stand_beside_the_study_and_are_kept() {
     assert_eq!(place.call("run studies/other.toml").code, 0);
     assert_eq!(place.json("plan studies/one.toml --json")["to_run"], 0);
 
-    // `one` in the store is still the study of one iteration; without any file it is computed again
-    // from its kept heights
+    // The study `one` in the store is still that of one iteration; without any file it is computed
+    // again from the heights that the store keeps.
     fs::remove_dir_all(place.path("studies")).unwrap();
     let resumed = place.call("resume one --retry-failed --json");
     let summary: Value = serde_json::from_str(resumed.out.lines().last().unwrap()).unwrap();
@@ -57,7 +57,7 @@ fn height_maps_stand_beside_the_study_and_are_kept() {
     insta::assert_snapshot!(gone.err + "\n" + &ragged.err);
 }
 
-/// Two bumps that are far apart: each is a patch, and together they carry the load.
+/// Two bumps that are far apart are a patch each, and carry the load together.
 #[test]
 fn separate_patches_are_listed() {
     let place = Place::with("one.toml", ONE);
@@ -68,7 +68,7 @@ fn separate_patches_are_listed() {
     assert_eq!(place.call("run one.toml --workers 1").code, 0);
     let key =
         place.call("query one --select key --format csv").out.lines().nth(1).unwrap().to_owned();
-    // only the higher bump is reached by 1 µm
+    // An approach of 1 µm reaches only the higher bump.
     assert_eq!(place.json(&format!("show {key} --json"))["result"]["patches"], 1);
     assert!(!place.call(&format!("show {key}")).out.contains("\npatches\n"));
     let deeper = ["solve", "one.toml", "--set", "approach=2 um"];
@@ -86,8 +86,8 @@ fn separate_patches_are_listed() {
     );
 }
 
-/// Profiles go the whole way: from files beside the study through a worker and the store, without
-/// the files in the end.
+/// Profiles go the whole way, from files beside the study through a worker to the store; in the end
+/// the files are no longer needed.
 #[test]
 fn a_wheel_on_a_rail_is_run_and_resumed() {
     let punch = r#"punch = { shape = "wheel-on-rail", wheel = "w.prw", rail = "r.prr", side = "left", rolling_radius = "460 mm" }"#;

@@ -1,5 +1,5 @@
-//! Studies that choose points, compare, time, search and bracket: what they answer, and that being
-//! killed changes none of it.
+//! Studies that choose points, compare, time, search and bracket: their answers, which do not
+//! change when a run is killed.
 
 use std::thread::sleep;
 use std::time::Duration;
@@ -8,8 +8,8 @@ use serde_json::Value;
 
 use crate::place::Place;
 
-/// Two like spheres: all slips from 0.3, 0.364 and 0.45 times the approach on (Cattaneo 1938,
-/// Mindlin 1949).
+/// Two like spheres. All of the contact slips from a shift of 0.3, 0.364 and 0.45 times the
+/// approach on (Cattaneo 1938, Mindlin 1949).
 const SLIDING: &str = r#"name = "sliding"
 [scene]
 foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
@@ -29,10 +29,10 @@ on = "stick_area > 0"
 to = "1%"
 "#;
 
-/// A punch walked to where it has three solutions, and with less friction to where it has one.
+/// A punch on a path to a state with three solutions, and with less friction to a state with one.
 const SEVERAL: &str = include_str!("studies/several.toml");
 
-/// Rows that no run leaves its mark on.
+/// Returns rows without columns that differ from run to run.
 fn rows(place: &Place) -> String {
     let said = place.call("query sliding --select key,step1_shift_x,poisson,load,stick_area,residual,iterations --format csv");
     assert_eq!(said.code, 0, "{}", said.err);
@@ -51,7 +51,7 @@ fn a_threshold_is_found_by_halving_whatever_is_killed() {
         let [from, to] = ["step1_shift_x_from", "step1_shift_x_to"]
             .map(|name| row[name].as_f64().unwrap() * 1e6);
         assert!(to - from <= 0.01 * to && row["found"] == "ceases to hold", "{row}");
-        // one element of some ninety in contact is the last to slip
+        // One element of some ninety in contact is the last to slip.
         assert!((0.5 * (from + to) / exact - 1.0).abs() < 0.03, "{from} … {to} against {exact}");
     }
 
@@ -139,7 +139,7 @@ fn convergence_is_measured_against_the_closed_form() {
     assert!(
         answers["limits"]["rows"].as_array().unwrap().iter().any(|row| row["quantity"] == "load")
     );
-    // against its finest mesh it is measured too, and that one has no error
+    // It can be measured against its finest mesh as well, which then has no error.
     let text = HERTZ.replace("KIND", "convergence") + "[convergence]\nreference = \"finest\"\n";
     let place = Place::with("hertz.toml", text);
     assert_eq!(place.call("run hertz.toml").code, 0);
@@ -166,7 +166,7 @@ fn what_accuracy_costs_is_said_in_a_sentence() {
     assert!(rows.as_array().unwrap().iter().all(
         |row| row["seconds"].as_f64().unwrap() > 0.0 && row["spread"].as_f64().unwrap() >= 0.0
     ));
-    // any scene can be priced
+    // Any scene can be priced.
     let place = Place::with(
         "scene.toml",
         HERTZ

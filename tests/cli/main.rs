@@ -1,4 +1,4 @@
-//! The command as a user meets it: what it prints, what it leaves behind, with which code it ends.
+//! The command as a user meets it: its output, the files that it leaves and its exit codes.
 
 mod accuracy;
 mod adaptive;
@@ -31,7 +31,7 @@ fn help_says_what_can_be_asked() {
     assert!(place.files().is_empty());
 }
 
-/// Files that the examples of the help name are in the repository.
+/// The files that the examples of the help name are in the repository.
 #[test]
 fn examples_in_the_help_exist() {
     let place = Place::empty();
@@ -151,7 +151,7 @@ fn show_finds_a_result_by_the_beginning_of_its_key() {
     }
     let shown = place.words(&["show", &keys[0]]);
     assert_eq!(shown.code, 0);
-    // values that are rounding noise or provenance differ between machines; their names do not
+    // Values that are rounding noise or provenance differ between machines; their names do not.
     let from = shown.out.find("\nresult").unwrap();
     let name = |line: &str| match line.strip_prefix("  ") {
         Some(entry) => format!("  {}\n", entry.split(' ').next().unwrap_or_default()),
@@ -201,7 +201,7 @@ fn fields_are_drawn_and_written() {
             assert!(bytes.starts_with(begin), "{file} begins with {:?}", &bytes[..begin.len()]);
         }
     }
-    // six by six elements, twelve of them pressed
+    // The mesh has six by six elements, of which twelve are pressed.
     let csv = fs::read_to_string(place.path("pressure.csv")).unwrap();
     assert_eq!(csv.lines().count(), 37, "{csv}");
     let npy = fs::read(place.path("pressure.npy")).unwrap();
@@ -340,7 +340,7 @@ fn solve_takes_one_point_and_settings() {
         &with(&["--set", "loading.steps[1].approach=1 um"]),
         &with(&["--set", "method=krylov"]),
     ]));
-    // settings are not written back, and nothing is stored
+    // Settings are not written back, and nothing is stored.
     assert_eq!(place.files().len(), 1);
     assert_eq!(fs::read_to_string(place.path("small.toml")).unwrap(), SMALL);
 
@@ -424,7 +424,7 @@ fn failed_jobs_are_listed_and_can_be_tried_again() {
         .collect();
     insta::assert_snapshot!(redacted(&listed));
 
-    // the mended study has other jobs under the same name
+    // The mended study has other jobs under the same name.
     place.write("small.toml", SMALL);
     let (code, mended) = summary("run small.toml --json --retry-failed");
     assert_eq!(
@@ -433,8 +433,8 @@ fn failed_jobs_are_listed_and_can_be_tried_again() {
     );
 }
 
-/// Same job, same bytes, whatever the number of workers and of threads in each (two threads share
-/// an operator from 64² on).
+/// The same job gives the same bytes on any number of workers and of threads in each; two threads
+/// share an operator from 64² elements on.
 #[test]
 fn the_number_of_workers_and_threads_changes_no_byte() {
     let study = SMALL.replace("mesh = 6", "mesh = 72\nmax_iterations = 3");
@@ -480,7 +480,7 @@ fn the_number_of_workers_and_threads_changes_no_byte() {
     assert!(results("1") == results("3"));
 }
 
-/// A name with a dot is no ending: both files of the figure are written beside each other.
+/// A dot in a name begins no ending: both files of the figure are written beside each other.
 #[test]
 fn a_study_named_with_a_dot_gets_its_figure() {
     let place = Place::with("dotted.toml", SMALL.replace("\"small\"", "\"small-v1.2\""));

@@ -1,4 +1,4 @@
-//! Studies of loading paths: increments as rows, in figures, and in what is said about one result.
+//! Studies of loading paths: increments as rows, in figures, and in the words about one result.
 
 use std::fs;
 
@@ -67,7 +67,8 @@ fn increments_are_rows() {
     assert!(!ends.iter().any(|name| name == "step1_shift_y"), "what no job has is not listed");
 }
 
-/// The end of the path in one table is the last row of the other, and what adds up along it does.
+/// The end of a path in the table of points is its last row in the table of increments, and sums
+/// along the path agree.
 #[test]
 fn the_two_tables_agree() {
     let place = ran();
@@ -145,7 +146,7 @@ fn figures_of_increments_follow_the_path() {
         let said = place.words(words);
         assert_eq!(said.code, 0, "{}", said.err);
         let svg = fs::read_to_string(place.path("f.svg")).unwrap();
-        // the longest curve: so many points are joined
+        // The number of points that the longest curve joins.
         svg.split("<path d=\"")
             .skip(1)
             .map(|path| path.split('"').next().unwrap().matches('L').count())

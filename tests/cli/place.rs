@@ -1,4 +1,4 @@
-//! A directory to run the command in, and what it said there.
+//! A directory to run the command in, and the output of a run.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,13 +13,13 @@ pub(crate) const SMALL: &str = include_str!("studies/small.toml");
 /// One point whose punch is a height map in a file.
 pub(crate) const ONE: &str = include_str!("studies/one.toml");
 
-/// Two jobs of 13 increments each: pressed, and shifted to and fro twice.
+/// Two jobs of 13 increments each: a sphere is pressed, and shifted to and fro twice.
 pub(crate) const PATH: &str = include_str!("studies/path.toml");
 
-/// A directory to stand in, with a study file or none.
+/// A directory for the command, with a study file or none.
 pub(crate) struct Place(TempDir);
 
-/// How a command ended.
+/// The end of a command.
 pub(crate) struct Said {
     pub(crate) code: i32,
     pub(crate) out: String,
@@ -37,7 +37,7 @@ impl Place {
         place
     }
 
-    /// The small study, run.
+    /// Returns a directory in which the small study has run.
     pub(crate) fn run() -> Self {
         let place = Self::with("small.toml", SMALL);
         assert_eq!(place.call("run small.toml --workers 2").code, 0);
@@ -88,7 +88,7 @@ impl Place {
             .unwrap_or_else(|error| panic!("{line}: {error}\n{}{}", said.out, said.err))
     }
 
-    /// All of several commands as a transcript.
+    /// Returns the output of several commands as a transcript.
     pub(crate) fn transcript(&self, lines: &[&[&str]]) -> String {
         lines
             .iter()
@@ -98,7 +98,7 @@ impl Place {
             .collect()
     }
 
-    /// The small study's keys in the order of its points.
+    /// Returns the keys of the small study in the order of its points.
     pub(crate) fn keys(&self) -> Vec<String> {
         self.call("query small --select key --format csv")
             .out
@@ -108,7 +108,7 @@ impl Place {
             .collect()
     }
 
-    /// Every file below the directory with its bytes.
+    /// Returns every file below the directory with its bytes.
     pub(crate) fn files(&self) -> Vec<(PathBuf, Vec<u8>)> {
         fn walk(directory: &Path, files: &mut Vec<(PathBuf, Vec<u8>)>) {
             for entry in fs::read_dir(directory).unwrap() {
@@ -126,7 +126,7 @@ impl Place {
         files
     }
 
-    /// The files with the fields of results, and the file with the study's definition.
+    /// Returns the files with the fields of results and with the study's definition.
     pub(crate) fn blobs(&self) -> (Vec<PathBuf>, PathBuf) {
         let manifest = fs::read_to_string(self.path(".tribosweep/manifest.json")).unwrap();
         let digest = |path: &Path| {
@@ -152,8 +152,8 @@ impl Said {
     }
 }
 
-/// A text without what differs from run to run: times and parts of times, processes, hashes of
-/// floating-point fields, the version.
+/// Returns a text without everything that differs from run to run: times and shares of times,
+/// processes, hashes of floating-point fields, the version.
 pub(crate) fn redacted(text: &str) -> String {
     let mut lines = Vec::new();
     for line in text.lines() {
@@ -179,7 +179,7 @@ pub(crate) fn redacted(text: &str) -> String {
             };
             words[at] = words[at].replace(&word, new);
             if new == "[time]" {
-                // the unit goes too, what follows it stays
+                // The unit goes too; the text after it stays.
                 let rest = words[at + 1].replacen(&next, "", 1);
                 words[at] += &rest;
                 words[at + 1].clear();
@@ -198,7 +198,8 @@ pub(crate) fn redacted(text: &str) -> String {
     lines.concat()
 }
 
-/// The text without hashes of floating-point fields, and without the folder that begins one.
+/// Returns the text without hashes of floating-point fields, and without the folder that begins
+/// with one.
 pub(crate) fn without_hashes(text: &str) -> String {
     let is_hash = |word: &str| {
         [62, 64].contains(&word.len()) && word.bytes().all(|byte| byte.is_ascii_hexdigit())

@@ -1,10 +1,10 @@
-//! Studies that are refused, and what is left then: nothing.
+//! Studies that are refused, which leave nothing behind.
 
 use std::fs;
 
 use crate::place::{Place, SMALL};
 
-/// Name, what is replaced in the small study, and by what.
+/// The name of a case, a text in the small study, and its replacement.
 const REFUSED: &[(&str, &str, &str)] = &[
     ("empty file", SMALL, ""),
     ("not TOML", "mesh = 6", "mesh = = 6"),
@@ -129,7 +129,7 @@ fn files_that_are_no_study_at_all() {
     assert_eq!(place.files(), files);
 }
 
-/// What only shows when a scene is bound to its grid is refused before anything runs, too.
+/// Mistakes that show only when a scene is bound to its grid are refused before anything runs, too.
 #[test]
 fn scenes_that_fit_no_grid_are_refused_at_their_place() {
     let flat = SMALL.replace(
@@ -161,7 +161,7 @@ fn scenes_that_fit_no_grid_are_refused_at_their_place() {
             );
         }
         assert_eq!(place.files().len(), 1, "nothing is left");
-        // nor does a store that is there change
+        // A store that is there does not change either.
         let place = Place::run();
         place.write("bad.toml", text.replace("\"small\"", "\"bad\""));
         assert_eq!(place.call("run bad.toml").code, 1);

@@ -1,11 +1,11 @@
-//! What is said, and where: closed pipes, parameters that have nothing to change, what cannot work
-//! said before anything is solved.
+//! Messages and their place: closed pipes, parameters that change nothing, and refusals before
+//! anything is solved.
 
 use std::process::Stdio;
 
 use crate::place::{Place, SMALL};
 
-/// A scene without a closed form on three meshes; `kind` and more follow.
+/// A scene without a closed form on three meshes, without its `kind`.
 const COUPLED: &str = r#"
 [scene]
 foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
@@ -21,7 +21,7 @@ fn coupled(name: &str, more: &str) -> String {
     format!("name = \"{name}\"\n{more}\n{COUPLED}")
 }
 
-/// Exit code with standard output or standard error closed by its reader.
+/// Returns the exit code with standard output or standard error closed by its reader.
 fn with_closed_pipe(place: &Place, line: &str, standard_error: bool) -> Option<i32> {
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
@@ -39,7 +39,7 @@ fn nobody_listening_changes_no_exit_code() {
     let place = Place::run();
     assert_eq!(with_closed_pipe(&place, "query small", false), Some(0));
     assert_eq!(with_closed_pipe(&place, "query small --where load<0", true), Some(0));
-    // pulled by more than friction holds: every job fails
+    // The punch is pulled by more than friction holds, so that every job fails.
     place.write(
         "failing.toml",
         SMALL.replace("small", "failing").replace("\"20 um\"", "\"20 um\", force_x = 1e9"),
@@ -106,7 +106,7 @@ fn a_reference_that_does_not_exist_is_refused_before_anything_is_solved() {
         }
         assert!(!place.path(".tribosweep").exists());
     }
-    // what can be extrapolated serves
+    // A quantity that can be extrapolated is accepted.
     place.write(
         "x.toml",
         coupled("cost", "kind = \"cost\"\n[cost]\non = \"stick_area\"\nrepeat = 1"),
@@ -131,7 +131,7 @@ fn effects_of_a_study_that_leaves_none_out_are_refused() {
     );
 }
 
-/// The mesh of the points that were chosen is none of the axes' values.
+/// The meshes of points that were chosen are no values of the axes.
 #[test]
 fn a_plan_names_the_points_that_a_study_chose() {
     let study = "name = \"finer\"\n[refine]\non = \"load\"\nuntil = \"10%\"\n".to_owned()

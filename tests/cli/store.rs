@@ -1,4 +1,4 @@
-//! The store through the command: damage, tidying, and a run that has it.
+//! The store through the command: damage, tidying, and a run that holds it.
 
 use std::fs;
 use std::io::Read;
@@ -9,8 +9,8 @@ use serde_json::Value;
 
 use crate::place::{Place, SMALL, Said, without_hashes};
 
-/// A store in which an earlier version left a result: it opens, the result is named for what it is,
-/// and nothing is taken for damage.
+/// A store with a result of an earlier version opens; the result is reported as such, and nothing
+/// is taken for damage.
 #[test]
 fn records_of_another_version_are_refused_by_name_and_hurt_nobody() {
     let place = Place::run();
@@ -31,7 +31,7 @@ fn records_of_another_version_are_refused_by_name_and_hurt_nobody() {
 
 #[test]
 fn damage_to_a_file_of_fields_is_found() {
-    // larger fields than a record keeps itself
+    // These fields are larger than those that a record keeps itself.
     let place = Place::with("small.toml", SMALL.replace("mesh = 6", "mesh = 40"));
     assert_eq!(place.call("run small.toml --workers 2").code, 0);
     assert_eq!(place.call("store verify").code, 0);
@@ -51,13 +51,13 @@ fn damage_to_a_file_of_fields_is_found() {
         .iter()
         .map(|fault| without_hashes(fault.as_str().unwrap()))
         .collect();
-    // how a changed byte shows depends on where it fell
+    // The effect of a changed byte depends on its place.
     assert!(
         faults[0].starts_with("file [hash]: ") && faults[0].len() > "file [hash]: ".len(),
         "{faults:?}"
     );
     assert_eq!(faults[1..], ["file [hash] is missing, job [hash] refers to it"]);
-    // exactly the two results concerned have no field to show any more, and say so
+    // Exactly the two results concerned have no field to show any more, and say so.
     let shown: Vec<Said> =
         place.keys().iter().map(|key| place.words(&["show", key, "--field", "gap"])).collect();
     let errors: Vec<&str> =
@@ -73,7 +73,7 @@ fn damage_to_a_file_of_fields_is_found() {
         "{errors:?}"
     );
     assert_eq!(shown.iter().filter(|said| said.code == 0).count(), 4);
-    // the numbers are whole
+    // The numbers are whole.
     assert_eq!(place.call("query small").code, 0);
 }
 
@@ -91,7 +91,7 @@ fn a_damaged_study_is_found() {
         verified.transcript(),
         queried.transcript()
     )));
-    // the study file is still there and the results are too
+    // The study file is still there, and so are the results.
     let again = place.call("run small.toml --json");
     assert_eq!(again.code, 0, "{}", again.err);
     assert_eq!(serde_json::from_str::<Value>(&again.out).unwrap()["run"]["cached"], 6);
@@ -136,7 +136,7 @@ fn compact_removes_what_nothing_refers_to() {
     let place = Place::run();
     let before = place.call("query small --format csv").out;
     assert_eq!(place.call("run small.toml --workers 1").code, 0);
-    // an edited study leaves its former definition behind
+    // An edited study leaves its former definition behind.
     place.write("small.toml", SMALL.replace("Does it slip?", "Does it stick?"));
     assert_eq!(place.call("run small.toml").code, 0);
     insta::assert_snapshot!(place.transcript(&[
@@ -190,7 +190,7 @@ impl Drop for Running {
 
 #[test]
 fn a_store_in_use_is_read_through_the_run() {
-    // far more work than the test waits for: it is the test that ends the run
+    // There is far more work than the test waits for: the test ends the run.
     let many = SMALL
         .replace("mesh = 6", "mesh = 32")
         .replace("[0.05, 0.2, 0.6]", "{ from = 0.05, to = 0.6, count = 2000 }");
@@ -259,7 +259,7 @@ fn a_store_in_use_is_read_through_the_run() {
         (&summary["event"], &summary["run"]["interrupted"]),
         (&"summary".into(), &true.into())
     );
-    // what was reported done is there, and the store is free again
+    // Every result that was reported done is there, and the store is free again.
     let done = text.lines().filter(|line| line.contains("\"event\":\"done\"")).count();
     assert_eq!(place.json("status --json")[0]["progress"]["done"], done);
     assert_eq!(place.json("plan many.toml --json")["cached"], done);

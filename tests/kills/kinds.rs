@@ -1,5 +1,5 @@
-//! The same for studies that bracket, search and compare: in the middle of each the coordinator is
-//! killed, then a worker.
+//! Studies that bracket, search and compare: in the middle of each the coordinator is killed, then
+//! a worker.
 
 use std::collections::BTreeSet;
 use std::os::unix::process::ExitStatusExt;
@@ -39,8 +39,8 @@ mesh = [8, 16, 24, 32, 48, 64]
 projection = ["average", "midpoint"]
 "#;
 
-/// Waits until some jobs are durable and some are not; `false` if the study was over before that
-/// was seen.
+/// Waits until some jobs are durable and some are not; returns `false` if the study was over before
+/// that was seen.
 fn is_in_its_middle(running: &mut Running) -> bool {
     while keys(&running.events(), "done").is_empty() {
         if running.has_ended() {
@@ -51,7 +51,7 @@ fn is_in_its_middle(running: &mut Running) -> bool {
     !running.has_ended()
 }
 
-/// A run that ends well, of which no job was done twice.
+/// Checks that a run ends well and that no job was done twice.
 fn finished(place: &Place, mut running: Running) -> BTreeSet<String> {
     let status = running.wait();
     assert_eq!(status.code(), Some(0), "{status}\n{}", running.said());

@@ -1,8 +1,8 @@
 //! Studies whose processes are killed and interrupted, against the same study left in peace.
 //!
-//! Processes are found and judged by what is ours alone: a variable in their environment, their
-//! parents, the names that their coordinator gives to shared memory. Other runs on the same machine
-//! are neither touched nor counted.
+//! Processes are found and judged by marks that only these tests leave: a variable in their
+//! environment, their parents, the names that their coordinator gives to shared memory. Other runs
+//! on the same machine are neither touched nor counted.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
@@ -21,7 +21,7 @@ use study::{Record, Standing};
 
 mod kinds;
 
-/// Two shapes, 64 jobs; those on the finest mesh take most of the time.
+/// A study of two shapes and 64 jobs; those on the finest mesh take most of the time.
 const STUDY: &str = r#"
 name = "kills"
 question = "Does anything that happens to the processes change a result?"
@@ -53,11 +53,12 @@ panels = "punch"
 const NAME: &str = "kills";
 const JOBS: usize = 64;
 
-/// In the environment of every process that these tests start, and so of their descendants.
+/// A variable in the environment of every process that these tests start, and so of its
+/// descendants.
 const MARK: &str = "TRIBOSWEEP_TEST_PLACE";
-/// SIGKILLs that must have met a live process.
+/// The number of SIGKILLs that must have met a live process.
 const KILLS: usize = 50;
-/// How long anything may take on the slowest machine before it counts as hanging.
+/// The time that anything may take on the slowest machine before it counts as hanging.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// A directory with the study and a store.
@@ -106,7 +107,7 @@ impl Place {
         self.start(&[&["run", "study.toml", "--workers", "2"], more].concat())
     }
 
-    /// Runs a command that must succeed; returns its standard output.
+    /// Runs a command that must succeed, and returns its standard output.
     fn succeed(&self, arguments: &[&str]) -> String {
         let mut running = self.start(arguments);
         let status = running.wait();
@@ -114,7 +115,7 @@ impl Place {
         fs::read_to_string(&running.out).unwrap()
     }
 
-    /// Every record with its key, whole; none if there is no store yet.
+    /// Returns every record with its key, whole; none if there is no store yet.
     fn records(&self) -> BTreeMap<String, Vec<u8>> {
         match Store::read(&self.store()) {
             Ok(reader) => reader
@@ -148,7 +149,7 @@ impl Place {
         }
     }
 
-    /// Live processes that descend from this test through this place.
+    /// Returns the live processes that descend from this test through this place.
     fn processes(&self) -> Vec<u32> {
         let mark = format!("{MARK}={}", self.directory.path().display());
         let marked = |pid: &u32| {
@@ -158,7 +159,7 @@ impl Place {
         pids().filter(marked).filter(|pid| stat(*pid).is_some_and(|stat| stat.lives)).collect()
     }
 
-    /// Waits for the end of all processes here: a killed one takes a moment to die.
+    /// Waits for the end of all processes here; a killed one takes a moment to die.
     fn assert_quiet(&self) {
         let end = Instant::now() + PATIENCE;
         while !self.processes().is_empty() {
@@ -167,7 +168,7 @@ impl Place {
         }
     }
 
-    /// A finished study that nothing can be said against.
+    /// Checks that the study is finished and nothing is wrong with it.
     fn assert_undisturbed(&self) {
         let (found, expected) = (self.results(NAME), reference());
         assert!(found.results.keys().eq(expected.results.keys()), "other jobs");
@@ -180,7 +181,7 @@ impl Place {
     }
 }
 
-/// What is the same whenever the study is run.
+/// The results that are the same whenever the study is run.
 #[derive(Debug, PartialEq)]
 struct Results {
     /// The deterministic part of every record.
@@ -189,7 +190,7 @@ struct Results {
     table: String,
 }
 
-/// An undisturbed run.
+/// Returns the results of an undisturbed run.
 fn reference() -> &'static Results {
     static REFERENCE: OnceLock<Results> = OnceLock::new();
     REFERENCE.get_or_init(|| {
@@ -208,10 +209,10 @@ fn reference() -> &'static Results {
     })
 }
 
-/// A process of ours, killed and reaped when dropped.
+/// A process of these tests, killed and reaped when dropped.
 struct Running {
     child: Child,
-    /// What the names of its shared memory and its directory have in common.
+    /// The beginning that the names of its shared memory and of its directory share.
     tag: String,
     out: PathBuf,
     err: PathBuf,
@@ -231,7 +232,7 @@ impl Running {
         self.child.wait().unwrap()
     }
 
-    /// Its live children.
+    /// Returns the live children.
     fn workers(&self) -> Vec<u32> {
         let parent = self.child.id();
         pids()
@@ -239,12 +240,12 @@ impl Running {
             .collect()
     }
 
-    /// Whether a signal was sent to a live child of this process.
+    /// Kills a live child of this process; returns `false` if it is gone.
     fn kill_worker(&self, pid: u32) -> bool {
         let Ok(fd) = pidfd_open(Pid::from_raw(pid as i32).unwrap(), PidfdFlags::empty()) else {
             return false;
         };
-        // Asked again now that the number cannot pass to another process.
+        // The child is looked up again, now that its number cannot pass to another process.
         let ours = stat(pid).is_some_and(|stat| stat.lives && stat.parent == self.child.id());
         ours && pidfd_send_signal(fd, Signal::KILL).is_ok()
     }
@@ -258,7 +259,7 @@ impl Running {
         rustix::process::kill_process(Pid::from_child(&self.child), signal).unwrap();
     }
 
-    /// The events that it printed; the last line of a killed process may be cut off.
+    /// Returns the events that it has printed; the last line of a killed process may be cut off.
     fn events(&self) -> Vec<Value> {
         let text = fs::read_to_string(&self.out).unwrap();
         text.split_inclusive('\n')
@@ -280,7 +281,7 @@ impl Drop for Running {
     }
 }
 
-/// The keys in events of one kind.
+/// Returns the keys in events of one kind.
 fn keys(events: &[Value], kind: &str) -> Vec<String> {
     events
         .iter()
@@ -296,7 +297,7 @@ fn last_line(text: &str) -> Value {
 struct Stat {
     lives: bool,
     parent: u32,
-    /// Clock ticks between boot and its start.
+    /// The clock ticks between boot and its start.
     start: u64,
 }
 
@@ -317,8 +318,8 @@ fn pids() -> impl Iterator<Item = u32> {
         .filter_map(|entry| entry.file_name().to_str()?.parse().ok())
 }
 
-/// How the runner names what belongs to a coordinator: process-id namespace, process id and start
-/// in base 36.
+/// Returns the name that the runner gives to everything of a coordinator: process-id namespace,
+/// process id and start in base 36.
 fn tag(pid: u32, start: u64) -> String {
     let namespace = fs::metadata("/proc/self/ns/pid").unwrap().ino() % (36 * 36);
     let base36 = |mut number: u64, width: u32| {
@@ -332,7 +333,7 @@ fn tag(pid: u32, start: u64) -> String {
     base36(namespace, 2) + &base36(pid.into(), 5) + &base36(start, 7)
 }
 
-/// What a coordinator has in shared memory and in the directories of runs.
+/// Returns the files that a coordinator has in shared memory and in the directories of runs.
 fn belongings(tag: &str) -> Vec<PathBuf> {
     let entries = |path: &Path| {
         fs::read_dir(path)
@@ -356,7 +357,7 @@ fn belongings(tag: &str) -> Vec<PathBuf> {
     found
 }
 
-/// SplitMix64.
+/// A generator of random numbers (SplitMix64).
 struct Random(u64);
 
 impl Random {
@@ -373,7 +374,7 @@ impl Random {
     }
 }
 
-/// Who is killed.
+/// The processes that are killed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Blow {
     Worker,
@@ -382,7 +383,7 @@ enum Blow {
     All,
 }
 
-/// What happens to one launch, in the order of the moments.
+/// The blows that meet one launch, in the order of their moments.
 ///
 /// A job that loses three workers in one launch is to blame for it and set aside, so at most two
 /// are killed before the coordinator is.
@@ -405,8 +406,8 @@ fn blows(random: &mut Random, window: Duration) -> Vec<(Duration, Blow)> {
     blows
 }
 
-/// Deals a blow. Returns how many workers were killed before their coordinator, and how many at
-/// all: those that are killed after it die of its death as well.
+/// Deals a blow. Returns the number of workers that were killed before their coordinator, and of
+/// all that were killed: those that are killed after it die of its death as well.
 fn strike(running: &mut Running, blow: Blow, random: &mut Random) -> (usize, usize) {
     let mut workers = running.workers();
     match blow {
@@ -427,12 +428,12 @@ fn strike(running: &mut Running, blow: Blow, random: &mut Random) -> (usize, usi
     (if blow != Blow::Worker && coordinator_first { 0 } else { met }, met)
 }
 
-/// SIGKILLs that met a live process.
+/// The numbers of SIGKILLs that met a live process.
 #[derive(Debug, Default)]
 struct Hits {
     workers: usize,
     coordinators: usize,
-    /// Launches that lost the coordinator and a worker in one blow.
+    /// The launches that lost the coordinator and a worker in one blow.
     both: usize,
 }
 
@@ -455,7 +456,7 @@ fn killed_at_random_moments_a_study_completes_with_the_same_results() {
     let mut random = Random(seed);
     reference();
 
-    // Follows the pace of the machine: blows that come too late make it shorter.
+    // The delay follows the pace of the machine: blows that come too late make it shorter.
     let mut window = Duration::from_secs(1);
     let (mut hits, mut launches, mut studies, mut noticed, mut owned) =
         (Hits::default(), 0, 0, 0, 0);
@@ -510,8 +511,8 @@ fn killed_at_random_moments_a_study_completes_with_the_same_results() {
                 break;
             }
             assert_eq!(status.signal(), Some(9), "{status}\n{}", running.said());
-            // Half of the time the next launch follows at once, with nobody having opened the store
-            // in between.
+            // Half of the time the next launch follows at once, and nobody opens the store in
+            // between.
             if random.below(2) == 0 {
                 place.assert_quiet();
                 let records = place.records();
@@ -551,13 +552,13 @@ fn killed_at_random_moments_a_study_completes_with_the_same_results() {
     );
 }
 
-/// Interrupts a run in its middle: what it kept, and the place.
+/// Interrupts a run in its middle, and returns the results that it kept and the place.
 fn interrupted(signal: Signal) -> (Place, BTreeMap<String, Vec<u8>>) {
     // On a busy machine the study may be over before it is seen to have begun.
     for _ in 0..10 {
         let place = Place::new();
         let mut running = place.start_run(&[]);
-        // A run that has workers has its store open and answers who asks for records.
+        // A run that has workers has its store open and answers requests for records.
         while !running.has_ended() && running.workers().is_empty() {
             sleep(Duration::from_millis(2));
         }
@@ -639,8 +640,8 @@ fn a_finished_study_computes_nothing() {
     place.assert_undisturbed();
 }
 
-/// A run that finds everything in the store starts no worker, but still clears away what a killed
-/// one left.
+/// A run that finds everything in the store starts no worker, but still clears away the leftovers
+/// of a killed one.
 #[test]
 fn the_next_run_removes_what_a_killed_one_left_even_if_it_computes_nothing() {
     let finished = Place::new();

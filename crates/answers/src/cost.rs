@@ -1,8 +1,8 @@
 //! Says what accuracy costs: the error of every rung of a ladder against the time that it takes.
 //!
 //! The files below gather the rungs, find what their errors are measured against, and put the
-//! outcome into words. They know [`comparison`](crate::comparison), places, rows and records, and no
-//! kind of study.
+//! outcome into words. They know [`comparison`](crate::comparison), places, rows and records, and
+//! no kind of study.
 
 mod reference;
 mod rung;
@@ -35,8 +35,8 @@ pub(crate) fn check(study: &Study, cost: &Cost, points: &[StudyPoint]) -> Result
     let mut cases = points.iter().filter_map(|point| point.job.case());
     if cases.any(|case| closed_form(&case.scene).is_none()) {
         return Err(AnswerError::Refused(format!(
-            "{}: [cost] on = \"{on}\" needs a scene with a closed form, and this one has none; what \
-             is extrapolated instead is {}",
+            "{}: [cost] on = \"{on}\" needs a scene with a closed form, and this one has none; \
+             what is extrapolated instead is {}",
             study.path(),
             SCALARS.each_ref().map(|scalar| scalar.name).join(", ")
         )));

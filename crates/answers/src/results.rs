@@ -112,8 +112,8 @@ impl<'r> Results<'r> {
     /// Returns every column of every point.
     ///
     /// Columns that come from comparing points have values only if the name of such a column occurs
-    /// in one of `mentions`, which are names of columns, filters and the like; otherwise they may be
-    /// empty, for comparing takes the fields of many records.
+    /// in one of `mentions`, which are names of columns, filters and the like; otherwise they may
+    /// be empty, for comparing takes the fields of many records.
     ///
     /// # Errors
     /// The fields of a record that is compared cannot be read.
@@ -151,7 +151,8 @@ impl<'r> Results<'r> {
     }
 
     /// Returns the rows that a figure is drawn from, those for which `filter` holds: the points, or
-    /// their increments. The increment at which a path has failed is no solution and not among them.
+    /// their increments. The increment at which a path has failed is no solution and not among
+    /// them.
     ///
     /// # Errors
     /// The filter cannot be evaluated, or the fields of a record that is compared cannot be read.

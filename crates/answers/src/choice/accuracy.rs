@@ -1,5 +1,5 @@
-//! Chooses a mesh for an accuracy: the cheapest settings that reach it, by what is known of the same
-//! scene on any mesh.
+//! Chooses a mesh for an accuracy: the cheapest settings that reach it, by what is known of the
+//! same scene on any mesh.
 //!
 //! Among the meshes that were solved, the coarsest one counts whose estimates are within the
 //! accuracy, and on it the loosest tolerance. Where there is none yet, meshes are tried: 8 and 16

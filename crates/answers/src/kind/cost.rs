@@ -37,8 +37,8 @@ pub(super) fn forecast(
     Ok(Forecast { seconds: once.seconds * f64::from(repeat), ..once })
 }
 
-/// Solves a scene `repeat` times on so many threads, each time from the scene to the result: nothing
-/// is kept from one time to the next.
+/// Solves a scene `repeat` times on so many threads, each time from the scene to the result:
+/// nothing is kept from one time to the next.
 pub(super) fn perform(
     Case { scene, numerics }: &Case,
     repeat: u32,

@@ -18,8 +18,8 @@ impl RecordSize {
         let most = elements * limit / bytes.max(1);
         Status::Failed {
             reason: format!(
-                "{content}: a record of {bytes} bytes, where the store keeps at most {limit}; needs a \
-                 mesh of at most about {most} elements"
+                "{content}: a record of {bytes} bytes, where the store keeps at most {limit}; \
+                 needs a mesh of at most about {most} elements"
             ),
         }
     }

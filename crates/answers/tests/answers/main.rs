@@ -14,7 +14,9 @@ use shelf::Shelf;
 const SPHERES: &str = r#"
 [scene]
 foundation.base = { shear_modulus = "80 GPa", poisson = 0.3 }
-punch = { shape = "sphere", radius = "10 mm", material = { shear_modulus = "80 GPa", poisson = 0.3 } }
+punch.shape = "sphere"
+punch.radius = "10 mm"
+punch.material = { shear_modulus = "80 GPa", poisson = 0.3 }
 friction.mu = 0.3
 "#;
 
@@ -201,7 +203,8 @@ fn a_uniqueness_set_without_coupling_has_no_end_and_that_is_proved() {
     let study = parse(
         "name = \"test\"\nkind = \"uniqueness\"
          [scene]\nfoundation.base = { shear_modulus = \"80 GPa\", poisson = 0.5 }
-         punch = { shape = \"flat-rectangle\", width_x = \"2 mm\", width_y = \"2 mm\" }\n[numerics]\nmesh = 3\n",
+         punch = { shape = \"flat-rectangle\", width_x = \"2 mm\", width_y = \"2 mm\" }
+         [numerics]\nmesh = 3\n",
     );
     let mut shelf = Shelf::default();
     let choice = shelf.run(&study);
