@@ -1,4 +1,4 @@
-//! `cost`: what accuracy costs in time.
+//! `cost`: the time that accuracy costs.
 
 use anyhow::{Context, Result};
 use study::edit::with_cost_ladder;

@@ -1,4 +1,4 @@
-//! `effects`: what leaving effects out saves, measured.
+//! `effects`: measures the savings of leaving effects out.
 
 use std::io::Write;
 use std::process::{Command, Stdio};

@@ -1,4 +1,4 @@
-//! `plan`: what a study would run.
+//! `plan`: the jobs that a study would run.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::io::IsTerminal;
@@ -40,7 +40,7 @@ struct Plan<'a> {
     workers: usize,
     largest_job_bytes: u64,
     effects: &'a [EffectGroup],
-    /// What a study that chooses points has found so far.
+    /// The findings so far of a study that chooses points.
     #[serde(skip_serializing_if = "Option::is_none")]
     chosen: Option<serde_json::Value>,
 }

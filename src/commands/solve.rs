@@ -47,11 +47,11 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     Ok(if is_good { Finish::AllDone } else { Finish::SomeFailed })
 }
 
-/// What solving has left.
+/// The result of solving.
 struct SolvedScene {
     record: Record,
     fields: Option<Fields>,
-    /// How far the choice of a mesh has come, if the study leaves it to an accuracy.
+    /// The state of the choice of a mesh, if the study leaves it to an accuracy.
     discovery: Option<Discovery>,
 }
 

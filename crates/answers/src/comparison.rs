@@ -1,18 +1,18 @@
-//! What the points of a study say when they are compared.
+//! The comparison of the points of a study.
 
 use report::DataTable;
 use study::columns::Compared;
 
-/// What the points of a study say when they are compared.
+/// The comparison of the points of a study.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Comparison {
-    /// How far each point is from what it is compared with, an entry for each point.
+    /// The distance of each point from its reference, an entry for each point.
     pub(crate) compared: Vec<Option<Compared>>,
-    /// What the study says beyond its rows.
+    /// The answers of the study beyond its rows.
     pub(crate) answers: Vec<AnswerTable>,
 }
 
-/// A table of what a study says beyond its rows.
+/// An answer of a study beyond its rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnswerTable {
     /// The title.

@@ -1,4 +1,4 @@
-//! The kinds of studies and of jobs: what is done with a job, and what a study says.
+//! The kinds of studies and of jobs: the doing of a job and the answers of a study.
 //!
 //! Each kind is a file below this one that says everything that this crate knows of it. This face
 //! holds the one registration of each kind of study ([`answers_of`]) and the matches on the closed

@@ -1,4 +1,4 @@
-//! What the results of a study say together.
+//! The answers of studies, from the results of their jobs.
 //!
 //! A [`Study`](study::Study) and the [`Records`] that its jobs have left give [`Results`]: the rows
 //! of a table, and the answers that no single row holds. Nothing here opens a store, starts a

@@ -74,7 +74,7 @@ fn patch(fields: &Fields, region: &[usize]) -> Patch {
 /// Returns the patches as a table, in order, counted from 1.
 ///
 /// # Errors
-/// None that patches could cause; a table checks that its rows fit its columns.
+/// None is possible with patches: the error is of the table, which checks its rows.
 pub fn table(patches: &[Patch]) -> Result<DataTable, AnswerError> {
     let heads =
         [("patch", "")].into_iter().chain([("area", "m²"), ("load", "N"), ("peak_pressure", "Pa")]);

@@ -1,9 +1,9 @@
-//! What doing a job gives.
+//! The result of doing a job.
 
 use contact::model::{Fields, SceneError};
 use study::Ending;
 
-/// What a job has left.
+/// The result of doing a job.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Performed {
     /// The ending of the job.

@@ -1,4 +1,4 @@
-//! Where results come from.
+//! The source of results.
 
 use std::collections::HashMap;
 use std::error::Error;

@@ -28,7 +28,7 @@ pub struct Results<'r> {
     comparison: OnceCell<Comparison>,
 }
 
-/// How far a study is, in numbers of points.
+/// The progress of a study, in numbers of points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Progress {
     /// The points that the study has so far.

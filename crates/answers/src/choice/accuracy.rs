@@ -219,7 +219,7 @@ impl<'a> MeshSearch<'a> {
     }
 }
 
-/// What has been tried for a point with a mesh across Ω, the coarsest first.
+/// The meshes across Ω that have been tried for a point, the coarsest first.
 struct Trials<'s, 'a> {
     /// Results to the tolerance that the accuracy takes.
     tight: Vec<&'s SolvedSettings<'a>>,

@@ -1,4 +1,4 @@
-//! What the choice of points has found, and its table.
+//! The findings of a study that chooses points, and their table.
 
 use report::{Cell, DataTable, TableColumn};
 use study::{Adaptive, Study, StudyPoint};
@@ -12,7 +12,7 @@ use crate::rows::rounded;
 pub struct PointChoice {
     /// The points, in order; a point without a record is wanted.
     pub points: Vec<StudyPoint>,
-    /// What a study that chooses points has found so far at each combination of its axes.
+    /// The findings so far at each combination of the axes, for a study that chooses points.
     pub findings: Vec<Finding>,
 }
 
@@ -24,16 +24,16 @@ impl PointChoice {
     }
 }
 
-/// What a study that chooses points has found at one combination of its axes.
+/// The finding of a study that chooses points at one combination of its axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     /// The values of the axes, without the one that is halved.
     pub place: StudyPlace,
-    /// How far the choice has come there.
+    /// The state of the choice there.
     pub discovery: Discovery,
 }
 
-/// How far the choice of points has come.
+/// The state of a choice of points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Discovery {
     /// Jobs are left.

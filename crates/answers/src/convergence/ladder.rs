@@ -36,7 +36,7 @@ pub(super) struct LadderRung<'a> {
     case: &'a Case,
 }
 
-/// What the rungs of a ladder are compared with.
+/// The reference that the rungs of a ladder are compared with.
 enum LadderLimit<'a> {
     Exact(ClosedForm),
     /// The finest rung, which has no error against itself.

@@ -1,4 +1,4 @@
-//! What the errors of a scene's rungs are measured against.
+//! The reference for the errors of a scene's rungs.
 
 use contact::assess::{ClosedForm, Errors, closed_form};
 use contact::model::{Control, Dof, FigureErrors, PerDof, Scene, StepOutcome};
@@ -23,21 +23,21 @@ pub(super) const SCALARS: [Scalar; 5] = [
     Scalar { name: "stick_area", read: |end| end.observables.stick_area },
 ];
 
-/// What a scalar extrapolates to.
+/// The extrapolated value of a scalar.
 #[derive(Clone, Copy)]
 struct ScalarLimit {
     value: f64,
     uncertainty: f64,
 }
 
-/// What each of [`SCALARS`] extrapolates to; `None` where it does not.
+/// The limit of each of [`SCALARS`]; `None` for a scalar without one.
 pub(super) struct ScalarLimits([Option<ScalarLimit>; 5]);
 
-/// What the errors of a scene's rungs are measured against.
+/// The reference for the errors of a scene's rungs.
 pub(super) enum CostReference {
     /// The closed form of the scene.
     Exact(Box<ClosedForm>),
-    /// What the tightest rungs extrapolate to.
+    /// The limits of the tightest rungs.
     Limit {
         limits: ScalarLimits,
         /// The relative uncertainty of the figure that counts.

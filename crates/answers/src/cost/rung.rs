@@ -31,7 +31,8 @@ pub(super) struct CostRung<'a> {
     pub(super) claim: f64,
 }
 
-/// How the error and the time of a family of rungs go with the mesh, at the tightest tolerance.
+/// The laws by which the error and the time of a family of rungs go with the mesh, at the tightest
+/// tolerance.
 #[derive(Default)]
 pub(super) struct Laws {
     /// The error over the diagonal of an element.

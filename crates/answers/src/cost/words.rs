@@ -1,4 +1,4 @@
-//! What accuracy costs, in words.
+//! The cost of accuracy, in words.
 
 use study::Value;
 use study::key::Key;
@@ -48,7 +48,7 @@ fn priced_targets<'r, 'a>(rungs: &'r [CostRung<'a>]) -> Vec<PricedTarget<'r, 'a>
     for target in TARGETS {
         let reaching = rungs.iter().filter(|rung| rung.claim <= target);
         let Some(rung) = reaching.min_by(|a, b| a.seconds.total_cmp(&b.seconds)) else { break };
-        // The same rung gives one more digit for nothing.
+        // A rung that reaches the next target gives one more digit for nothing.
         priced.retain(|other| other.rung.point != rung.point);
         priced.push(PricedTarget { target, rung });
     }

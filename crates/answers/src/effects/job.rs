@@ -45,7 +45,7 @@ pub struct EffectLine {
     pub reason: String,
     /// The number of different reasons.
     pub reasons: usize,
-    /// What solving would take with the effect, if it is left out and could be asked for.
+    /// The prediction with the effect, if it is left out and could be asked for.
     pub with: Option<Prediction>,
 }
 

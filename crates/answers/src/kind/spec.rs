@@ -1,4 +1,4 @@
-//! What this crate knows of a kind of study.
+//! The description of a kind of study.
 
 use study::{Study, StudyPoint};
 
@@ -14,7 +14,7 @@ pub(crate) struct KindAnswers {
     pub(crate) check: fn(&Study, &[StudyPoint]) -> Result<(), AnswerError>,
     /// Compares the points, and answers.
     pub(crate) compare: fn(&Evidence<'_>) -> Result<Comparison, AnswerError>,
-    /// What was found in choosing the points stands before the answers.
+    /// The table of findings, if points were chosen, stands before the answers.
     pub(crate) tells_choice: bool,
     /// The jobs are timed, so that nothing else may run beside them.
     pub(crate) is_timed: bool,

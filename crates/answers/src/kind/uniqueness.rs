@@ -37,7 +37,7 @@ fn bracketed(question: &Question, search: &WitnessSearch) -> Result<Bracketed, S
     Ok(Bracketed { status, bracket: Some(bracket), shown })
 }
 
-/// What verifying a bracket gives; reasons are in words.
+/// The result of verifying a bracket; reasons are in words.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Proof {
     /// The bracket holds; with what its witness shows, if it has one.

@@ -1,4 +1,4 @@
-//! What studies answer, with their results in memory.
+//! The answers of studies whose results are in memory.
 
 mod shelf;
 
