@@ -60,41 +60,7 @@ impl ColorKey {
         match self {
             ColorKey::Bar { shade, axis, height } => {
                 let bar = Rect { x: left, y: frame.y, width: BAR, height: *height };
-                drawing.push(
-                    "<defs><linearGradient id=\"shade\" x1=\"0\" y1=\"1\" x2=\"0\" y2=\"0\">",
-                );
-                for i in 0..=32 {
-                    let [r, g, b] = shade.color(f64::from(i) / 32.0);
-                    drawing.push(&format!(
-                        "<stop offset=\"{}\" stop-color=\"#{r:02x}{g:02x}{b:02x}\"/>",
-                        f64::from(i) / 32.0
-                    ));
-                }
-                drawing.push("</linearGradient></defs>");
-                drawing.rect(bar, "url(#shade)", INK, 0.9);
-                let mut widest: f64 = 0.0;
-                for (value, label) in &axis.ticks.major {
-                    let y = bar.bottom() - axis.scale.fraction(*value) * bar.height;
-                    drawing.line((bar.right(), y), (bar.right() + 4.0, y), INK, 0.8);
-                    drawing.text(
-                        (bar.right() + 7.0, y + TICK_SIZE * 0.36),
-                        TICK_SIZE,
-                        Anchor::Start,
-                        label,
-                    );
-                    widest = widest.max(text_width(label, TICK_SIZE));
-                }
-                for (i, line) in
-                    wrap(&axis.label, bar.height * 1.1, LABEL_SIZE, 3).iter().enumerate()
-                {
-                    let x = bar.right()
-                        + 7.0
-                        + widest
-                        + LABEL_SIZE
-                        + 4.0
-                        + i as f64 * (LABEL_SIZE + 3.0);
-                    drawing.text_upwards((x, bar.y + bar.height / 2.0), LABEL_SIZE, line);
-                }
+                draw_bar(drawing, bar, shade, axis);
             }
             ColorKey::States(states) => {
                 for (i, (state, name)) in states.iter().enumerate() {
@@ -106,5 +72,31 @@ impl ColorKey {
                 }
             }
         }
+    }
+}
+
+/// Draws the colour bar with its axis to the right.
+fn draw_bar(drawing: &mut Drawing, bar: Rect, shade: &Shade, axis: &DrawnAxis) {
+    drawing.push("<defs><linearGradient id=\"shade\" x1=\"0\" y1=\"1\" x2=\"0\" y2=\"0\">");
+    for i in 0..=32 {
+        let [r, g, b] = shade.color(f64::from(i) / 32.0);
+        drawing.push(&format!(
+            "<stop offset=\"{}\" stop-color=\"#{r:02x}{g:02x}{b:02x}\"/>",
+            f64::from(i) / 32.0
+        ));
+    }
+    drawing.push("</linearGradient></defs>");
+    drawing.rect(bar, "url(#shade)", INK, 0.9);
+    let mut widest: f64 = 0.0;
+    for (value, label) in &axis.ticks.major {
+        let y = bar.bottom() - axis.scale.fraction(*value) * bar.height;
+        drawing.line((bar.right(), y), (bar.right() + 4.0, y), INK, 0.8);
+        let beside = (bar.right() + 7.0, y + TICK_SIZE * 0.36);
+        drawing.text(beside, TICK_SIZE, Anchor::Start, label);
+        widest = widest.max(text_width(label, TICK_SIZE));
+    }
+    for (i, line) in wrap(&axis.label, bar.height * 1.1, LABEL_SIZE, 3).iter().enumerate() {
+        let x = bar.right() + 7.0 + widest + LABEL_SIZE + 4.0 + i as f64 * (LABEL_SIZE + 3.0);
+        drawing.text_upwards((x, bar.y + bar.height / 2.0), LABEL_SIZE, line);
     }
 }

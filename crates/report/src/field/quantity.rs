@@ -56,8 +56,8 @@ pub enum Values {
 pub enum FieldError {
     /// The grid has no elements, or more than can be counted.
     #[error(
-        "field `{name}` has a grid of {nx}×{ny} elements; both numbers must be at least 1 and their \
-         product a size in memory"
+        "field `{name}` has a grid of {nx}×{ny} elements; both numbers must be at least 1 and \
+         their product a size in memory"
     )]
     Grid {
         /// The name of the field.

@@ -35,9 +35,9 @@ impl Field {
     pub fn terminal(&self, width: usize, ink: TerminalInk) -> String {
         let width = width.clamp(8, 400);
         let [length, breadth] = self.grid.lengths();
-        // A character is about twice as high as wide, so a pixel is half a character high. It is
-        // never smaller than an element, and there are never so many pixels that the drawing leaves
-        // a screen.
+        // A character is about twice as high as wide, so a pixel is half a character high. Its side
+        // is at least a quarter of the shorter side of an element, and there are never so many
+        // pixels that the drawing leaves a screen.
         let most_rows = 2 * width.min(60);
         let pixel = (length / width as f64)
             .max(breadth / most_rows as f64)
@@ -46,49 +46,56 @@ impl Field {
             |extent: f64, most: usize| ((extent / pixel).round().clamp(1.0, most as f64)) as usize;
         let across = count(length, width);
         let rows = count(breadth, most_rows).div_ceil(2);
-        let mut out = String::new();
-        let _ = writeln!(out, "{}", printable(&self.title()));
-        match ink {
-            TerminalInk::Color => {
-                let picture = self.sampled(across, 2 * rows, &colors(&self.values));
-                for row in (0..rows).rev() {
-                    let mut before = None;
-                    for column in 0..across {
-                        let pair = (
-                            picture[(2 * row + 1) * across + column],
-                            picture[2 * row * across + column],
-                        );
-                        if before != Some(pair) {
-                            let ([r, g, b], [s, h, c]) = pair;
-                            let _ = write!(out, "\u{1b}[38;2;{r};{g};{b};48;2;{s};{h};{c}m");
-                            before = Some(pair);
-                        }
-                        out.push('▀');
-                    }
-                    out += RESET;
-                    out.push('\n');
-                }
-            }
-            TerminalInk::Ascii => {
-                let marks: Vec<u8> = match &self.values {
-                    Values::Number(values) => {
-                        let shade = Shade::for_values(values);
-                        let mark =
-                            |x: &Option<f64>| x.map_or(b' ', |x| RAMP[step(shade.fraction(x))]);
-                        self.averaged(across, rows, values).iter().map(mark).collect()
-                    }
-                    Values::Category { states, .. } => {
-                        let pixels = self.most_frequent(across, rows, states);
-                        pixels.iter().map(|&s| STATES[usize::from(s) % STATES.len()]).collect()
-                    }
-                };
-                for row in marks.chunks_exact(across).rev() {
-                    let line: String = row.iter().map(|&c| char::from(c)).collect();
-                    let _ = writeln!(out, "{}", line.trim_end());
-                }
-            }
-        }
+        let mut out = format!("{}\n", printable(&self.title()));
+        out += &match ink {
+            TerminalInk::Color => self.in_color(across, rows),
+            TerminalInk::Ascii => self.in_ascii(across, rows),
+        };
         out += &self.scale_lines(ink);
+        out
+    }
+
+    /// Draws the field with two coloured pixels per character.
+    fn in_color(&self, across: usize, rows: usize) -> String {
+        let mut out = String::new();
+        let picture = self.sampled(across, 2 * rows, &colors(&self.values));
+        for row in (0..rows).rev() {
+            let mut before = None;
+            for column in 0..across {
+                let pair =
+                    (picture[(2 * row + 1) * across + column], picture[2 * row * across + column]);
+                if before != Some(pair) {
+                    let ([r, g, b], [s, h, c]) = pair;
+                    // Writing to a string does not fail.
+                    let _ = write!(out, "\u{1b}[38;2;{r};{g};{b};48;2;{s};{h};{c}m");
+                    before = Some(pair);
+                }
+                out.push('▀');
+            }
+            out += RESET;
+            out.push('\n');
+        }
+        out
+    }
+
+    /// Draws the field with characters alone.
+    fn in_ascii(&self, across: usize, rows: usize) -> String {
+        let marks: Vec<u8> = match &self.values {
+            Values::Number(values) => {
+                let shade = Shade::for_values(values);
+                let mark = |x: &Option<f64>| x.map_or(b' ', |x| RAMP[step(shade.fraction(x))]);
+                self.averaged(across, rows, values).iter().map(mark).collect()
+            }
+            Values::Category { states, .. } => {
+                let pixels = self.most_frequent(across, rows, states);
+                pixels.iter().map(|&s| STATES[usize::from(s) % STATES.len()]).collect()
+            }
+        };
+        let mut out = String::new();
+        for row in marks.chunks_exact(across).rev() {
+            let line: String = row.iter().map(|&c| char::from(c)).collect();
+            let _ = writeln!(out, "{}", line.trim_end());
+        }
         out
     }
 
@@ -155,71 +162,62 @@ impl Field {
     /// Returns the lines below the drawing: the range of the values or the names of the states, and
     /// the size of the grid.
     fn scale_lines(&self, ink: TerminalInk) -> String {
-        let mut line = String::new();
-        match &self.values {
-            Values::Number(values) => {
-                let drawn = || values.iter().filter(|x| drawable(**x, false));
-                let shade = Shade::for_values(values);
-                if drawn().next().is_none() {
-                    line += "no values";
-                } else {
-                    let unit =
-                        PrefixedUnit::fitting(&self.unit, shade.low.abs().max(shade.high.abs()));
-                    line += &significant(unit.of_si(shade.low), 4);
-                    line.push(' ');
-                    for i in 0..27 {
-                        let fraction = f64::from(i) / 26.0;
-                        match ink {
-                            TerminalInk::Color => {
-                                let [r, g, b] = shade.color(fraction);
-                                let _ = write!(line, "\u{1b}[48;2;{r};{g};{b}m ");
-                            }
-                            TerminalInk::Ascii => line.push(char::from(RAMP[step(fraction)])),
-                        }
-                    }
-                    if ink == TerminalInk::Color {
-                        line += RESET;
-                    }
-                    let _ = write!(
-                        line,
-                        " {} {}",
-                        significant(unit.of_si(shade.high), 4),
-                        printable(&unit.name)
-                    );
-                }
-            }
-            Values::Category { states, names } => {
-                let present = names
-                    .iter()
-                    .enumerate()
-                    .filter(|(s, _)| states.iter().any(|&drawn| usize::from(drawn) == *s));
-                for (state, name) in present {
-                    match ink {
-                        TerminalInk::Color => {
-                            let [r, g, b] = state_color(state);
-                            let _ = write!(
-                                line,
-                                "\u{1b}[48;2;{r};{g};{b}m  {RESET} {}  ",
-                                printable(name)
-                            );
-                        }
-                        TerminalInk::Ascii => {
-                            let _ = write!(
-                                line,
-                                "[{}] {}  ",
-                                char::from(STATES[state % STATES.len()]),
-                                printable(name)
-                            );
-                        }
-                    }
-                }
-            }
-        }
+        let line = match &self.values {
+            Values::Number(values) => self.range_line(values, ink),
+            Values::Category { states, names } => states_line(states, names, ink),
+        };
         let [length, breadth] = self.grid.lengths();
         let unit = PrefixedUnit::fitting("m", length.max(breadth));
         let extent = |x: f64| significant(unit.of_si(x), 4);
         format!("{}\n{} × {} {}\n", line.trim_end(), extent(length), extent(breadth), unit.name)
     }
+
+    /// Returns the range of the values with its colours or characters.
+    fn range_line(&self, values: &[f64], ink: TerminalInk) -> String {
+        if !values.iter().any(|x| drawable(*x, false)) {
+            return "no values".to_owned();
+        }
+        let shade = Shade::for_values(values);
+        let unit = PrefixedUnit::fitting(&self.unit, shade.low.abs().max(shade.high.abs()));
+        let mut line = significant(unit.of_si(shade.low), 4);
+        line.push(' ');
+        for i in 0..27 {
+            let fraction = f64::from(i) / 26.0;
+            match ink {
+                TerminalInk::Color => {
+                    let [r, g, b] = shade.color(fraction);
+                    // Writing to a string does not fail.
+                    let _ = write!(line, "\u{1b}[48;2;{r};{g};{b}m ");
+                }
+                TerminalInk::Ascii => line.push(char::from(RAMP[step(fraction)])),
+            }
+        }
+        if ink == TerminalInk::Color {
+            line += RESET;
+        }
+        let high = significant(unit.of_si(shade.high), 4);
+        let _ = write!(line, " {high} {}", printable(&unit.name));
+        line
+    }
+}
+
+/// Returns the states that occur, each with its colour or character.
+fn states_line(states: &[u8], names: &[String], ink: TerminalInk) -> String {
+    let mut line = String::new();
+    let occurs = |state: usize| states.iter().any(|&drawn| usize::from(drawn) == state);
+    for (state, name) in names.iter().enumerate().filter(|(state, _)| occurs(*state)) {
+        let name = printable(name);
+        let _ = match ink {
+            TerminalInk::Color => {
+                let [r, g, b] = state_color(state);
+                write!(line, "\u{1b}[48;2;{r};{g};{b}m  {RESET} {name}  ")
+            }
+            TerminalInk::Ascii => {
+                write!(line, "[{}] {name}  ", char::from(STATES[state % STATES.len()]))
+            }
+        };
+    }
+    line
 }
 
 /// Returns the index in [`RAMP`] of a position between the limits.

@@ -86,8 +86,8 @@ pub enum FigureError {
     },
     /// There are more panels than can be read.
     #[error(
-        "column `{column}` has {count} values, too many for a panel each; at most {MOST_PANELS} are \
-         drawn: filter the rows or make it a series"
+        "column `{column}` has {count} values, too many for a panel each; at most {MOST_PANELS} \
+         are drawn: filter the rows or make it a series"
     )]
     TooManyPanels {
         /// The name of the column.
