@@ -7,17 +7,15 @@ mod ladder;
 mod limits;
 mod orders;
 
-use contact::assess::{ClosedForm, closed_form};
-use study::key::Key;
 use study::kind::convergence::{Ladder, Reference};
-use study::{Case, Study, StudyPoint};
+use study::{Study, StudyPoint};
 
 use crate::comparison::{AnswerTable, Comparison};
 use crate::error::AnswerError;
 use crate::evidence::Evidence;
 use crate::place::{PointGroup, group_points};
 
-use ladder::LadderRungs;
+use ladder::{LadderRungs, exact};
 
 /// Refuses a study that asks for a closed form if some scene has none, before anything is solved.
 pub(crate) fn check(
@@ -62,13 +60,4 @@ pub(crate) fn compare(evidence: &Evidence<'_>, ladder: &Ladder) -> Result<Compar
 /// Returns the points of each ladder: those that differ in their rung only.
 fn ladders(study: &Study, ladder: &Ladder, points: &[StudyPoint]) -> Vec<PointGroup> {
     group_points(study, points, |group| group == ladder.group)
-}
-
-/// Returns the closed form that the rungs of a ladder tend to. Closed forms hold for ε = 0.
-fn exact(ladder: &Ladder, case: &Case) -> Option<ClosedForm> {
-    if ladder.along == Key::Epsilon || case.numerics.epsilon != 0.0 {
-        None
-    } else {
-        closed_form(&case.scene)
-    }
 }

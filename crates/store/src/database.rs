@@ -28,7 +28,7 @@ const CLOSING: Duration = Duration::from_secs(10);
 pub(crate) enum Fault {
     /// The operating system refused.
     Io(io::Error),
-    /// sled found its file inconsistent, or it panicked.
+    /// The database found its file inconsistent, or it panicked.
     Damaged(String),
 }
 
@@ -90,7 +90,7 @@ fn message(payload: &(dyn Any + Send)) -> &str {
 }
 
 pub(crate) struct Database {
-    /// sled's handle, which is `None` only during the drop.
+    /// The handle of sled, which is `None` only during the drop.
     sled: Option<sled::Db>,
     /// The log of sled, opened once more for an fsync that sled does not offer.
     log: File,

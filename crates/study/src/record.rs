@@ -54,7 +54,7 @@ impl Ending {
     }
 }
 
-/// What came of a job, in a word.
+/// The standing of a job: its end in a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Standing {
     /// The job was computed, and the result is certified.

@@ -180,7 +180,7 @@ impl Simpack {
                     let (key, value) = body
                         .split_once('=')
                         .ok_or_else(|| wrong(line, body, "must be `key = value`"))?;
-                    let assignment = Assignment { line, key: key.trim(), value: value.trim() };
+                    let assignment = ProfileSetting { line, key: key.trim(), value: value.trim() };
                     if section == Section::Header {
                         profile.header(&assignment)?
                     } else {
@@ -209,7 +209,7 @@ impl Simpack {
         Ok(profile)
     }
 
-    fn header(&mut self, assignment: &Assignment) -> Result<(), ProfileError> {
+    fn header(&mut self, assignment: &ProfileSetting) -> Result<(), ProfileError> {
         match assignment.key {
             "version" if assignment.value == "1" => {}
             "version" => {
@@ -229,7 +229,7 @@ impl Simpack {
 
     fn processing(
         &mut self,
-        assignment: &Assignment,
+        assignment: &ProfileSetting,
         units: &mut [Option<f64>; 2],
     ) -> Result<(), ProfileError> {
         match assignment.key {
@@ -298,14 +298,14 @@ impl Simpack {
     }
 }
 
-/// An assignment `key = value` with the number of its line.
-struct Assignment<'a> {
+/// A setting `key = value` with the number of its line.
+struct ProfileSetting<'a> {
     line: usize,
     key: &'a str,
     value: &'a str,
 }
 
-impl Assignment<'_> {
+impl ProfileSetting<'_> {
     fn wrong(&self, expected: &str) -> ProfileError {
         wrong(self.line, &format!("{} = {}", self.key, self.value), expected)
     }

@@ -1,4 +1,4 @@
-//! What a figure of a table shows, and what its curves and bands are called.
+//! The columns that a figure of a table shows, and the names of its curves and bands.
 
 use super::error::FigureError;
 
