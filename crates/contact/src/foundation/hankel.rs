@@ -12,7 +12,6 @@
 
 use std::f64::consts::{PI, TAU};
 
-use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 /// Wavenumbers in geometric progression, k_j = middle · e^{j·step}.
@@ -81,7 +80,7 @@ impl Transform {
             .map(|(f, k)| f * (k / grid.middle).powf(weight))
             .collect();
         let size = weighted.iter().fold(0.0_f64, |m, a| m.max(a.abs()));
-        let forward = RealFftPlanner::new().plan_fft_forward(weighted.len());
+        let forward = primitives::real_transform(weighted.len());
         let mut spectrum = forward.make_output_vec();
         let done = forward.process(&mut weighted, &mut spectrum);
         debug_assert!(done.is_ok());

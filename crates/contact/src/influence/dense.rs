@@ -1,7 +1,7 @@
 //! The operator as a matrix: the oracle for small grids.
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use faer::{Accum, Mat, MatMut, MatRef};
+use primitives::multiply;
 
 use super::components::{Components, Direction, Entry};
 use super::mirror::Mirror;
@@ -104,13 +104,12 @@ impl Influence for Dense {
                 traction[block * k + place] = p[block * n + e];
             }
         }
-        matmul(
+        multiply(
             MatMut::from_column_major_slice_mut(displacement, size, 1),
             Accum::Replace,
             self.matrix.as_ref(),
             MatRef::from_column_major_slice(traction, size, 1),
             1.0,
-            Par::Seq,
         );
         out.fill(0.0);
         for block in 0..blocks {

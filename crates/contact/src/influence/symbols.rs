@@ -1,7 +1,6 @@
 //! The transform of a coefficient, as the factors by which a spectrum on a torus is multiplied.
 
 use rayon::prelude::*;
-use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 
 use super::components::{Direction, Entry};
@@ -123,8 +122,7 @@ fn quadrant(
 ) -> Vec<f64> {
     let [mx, my] = [torus.x.torus, torus.y.torus];
     let [waves_x, waves_y] = [mx / 2 + 1, my / 2 + 1];
-    let mut planner = RealFftPlanner::new();
-    let (along_x, along_y) = (planner.plan_fft_forward(mx), planner.plan_fft_forward(my));
+    let [along_x, along_y] = [mx, my].map(primitives::real_transform);
     // The transform of an even sequence is real, that of an odd one imaginary.
     let nonzero = |odd: bool, z: Complex<f64>| if odd { z.im } else { z.re };
     let sign = |odd: bool| if odd { -1.0 } else { 1.0 };

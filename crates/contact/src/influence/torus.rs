@@ -10,8 +10,8 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use realfft::num_complex::Complex;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
-use rustfft::{Fft, FftPlanner};
+use realfft::{ComplexToReal, RealToComplex};
+use rustfft::Fft;
 
 use super::components::Direction;
 use super::mirror::{Mirror, Symmetry};
@@ -127,12 +127,11 @@ impl Torus {
     /// size.
     pub(crate) fn new(whole: [usize; 2], mirror: Mirror, padded: bool) -> Self {
         let [x, y] = [0, 1].map(|axis| Axis::new(whole[axis], mirror.axes()[axis], padded));
-        let (mut real, mut complex) = (RealFftPlanner::new(), FftPlanner::new());
         Self {
-            row_forward: real.plan_fft_forward(x.length),
-            row_backward: real.plan_fft_inverse(x.length),
-            column_forward: complex.plan_fft_forward(y.length),
-            column_backward: complex.plan_fft_inverse(y.length),
+            row_forward: primitives::real_transform(x.length),
+            row_backward: primitives::real_inverse_transform(x.length),
+            column_forward: primitives::complex_transform(y.length),
+            column_backward: primitives::complex_inverse_transform(y.length),
             x,
             y,
         }

@@ -1,8 +1,8 @@
 //! The natural map F(p) = p − Gᵘ_μ(p − E(εp + Ap − f)) of a problem with a prescribed motion, and
 //! its linearisation, as dense matrices over the elements of Ω.
 
-use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatRef};
+use primitives::ColumnPivotLu;
 
 use crate::problem::{Problem, g_mu, h_u};
 
@@ -130,7 +130,7 @@ impl<'a> NaturalMap<'a> {
     pub(super) fn error_and_index(&self, p: &[f64]) -> (f64, i64) {
         let p = self.column(p);
         let (value, jacobian) = self.linearised(p.as_ref());
-        let factors = jacobian.partial_piv_lu();
+        let factors = ColumnPivotLu::new(&jacobian);
         let sign = sign_of_determinant(&factors);
         if sign == 0 {
             return (f64::INFINITY, 0);
@@ -178,7 +178,7 @@ impl<'a> NaturalMap<'a> {
             (ElementState::Stick, _) | (ElementState::Slip(_), 0) => f[(row, 0)],
             _ => 0.0,
         });
-        let solved = self.field(system.partial_piv_lu().solve(&right).as_ref());
+        let solved = self.field(ColumnPivotLu::new(&system).solve(&right).as_ref());
         if solved.iter().all(|p| p.is_finite()) { solved } else { vec![0.0; solved.len()] }
     }
 
@@ -201,7 +201,7 @@ impl<'a> NaturalMap<'a> {
             if value.norm_l2() <= 1e-8 * p.norm_l2() {
                 break;
             }
-            let step = jacobian.partial_piv_lu().solve(&value);
+            let step = ColumnPivotLu::new(&jacobian).solve(&value);
             factored += 1;
             // The slope is ∇ log M · step.
             let mut slope = 0.0;
@@ -226,16 +226,15 @@ impl<'a> NaturalMap<'a> {
     }
 }
 
-fn sign_of_determinant(factors: &PartialPivLu<f64>) -> i64 {
-    let upper = factors.U();
-    let pivots: Vec<f64> = (0..upper.nrows()).map(|i| upper[(i, i)]).collect();
+fn sign_of_determinant(factors: &ColumnPivotLu) -> i64 {
+    let pivots = factors.pivots();
     let largest = pivots.iter().map(|pivot| pivot.abs()).fold(0.0, f64::max);
     if pivots.iter().any(|pivot| pivot.is_nan() || pivot.abs() <= SINGULAR * largest) {
         return 0;
     }
     let negative = pivots.iter().filter(|pivot| **pivot < 0.0).count();
     // A permutation of n elements in c cycles takes n − c transpositions.
-    let (forward, _) = factors.P().arrays();
+    let forward = factors.permutation();
     let mut seen = vec![false; forward.len()];
     let mut cycles = 0;
     for from in 0..forward.len() {
@@ -262,7 +261,7 @@ mod tests {
     #[test]
     fn signs_of_determinants_are_those_of_their_permutations() {
         let sign = |rows: [[f64; 3]; 3]| {
-            sign_of_determinant(&Mat::from_fn(3, 3, |i, j| rows[i][j]).partial_piv_lu())
+            sign_of_determinant(&ColumnPivotLu::new(&Mat::from_fn(3, 3, |i, j| rows[i][j])))
         };
         assert_eq!(sign([[2.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 1.0]]), 1);
         assert_eq!(sign([[0.0, 2.0, 0.0], [3.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), -1);

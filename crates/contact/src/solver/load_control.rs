@@ -1,6 +1,6 @@
 //! Load control for a method that only knows prescribed motions, as an outer iteration.
 
-use faer::linalg::solvers::Solve;
+use primitives::FullPivotLu;
 
 use super::controls::{first_approach, governed, imbalances, target};
 use super::iterate::{Conditions, Iterate, Start, Stop, StopRule};
@@ -87,7 +87,7 @@ pub(super) fn solve(
         let mut change = faer::Mat::from_fn(governed.len(), 1, |i, _| {
             targets[governed[i]] - resultants[governed[i]]
         });
-        stiffness.full_piv_lu().solve_in_place(change.as_mut());
+        FullPivotLu::new(&stiffness).solve(&mut change);
         let change: Vec<f64> = (0..governed.len()).map(|i| change[(i, 0)]).collect();
         last = Some(OuterStep { motion, change: change.clone(), imbalance: worst });
         governed.iter().zip(&change).for_each(|(&dof, change)| motion[dof] += change);

@@ -13,7 +13,7 @@
 
 use std::ops::Range;
 
-use faer::linalg::solvers::Solve;
+use primitives::FullPivotLu;
 
 use super::free::{ContactElement, ContactState, Free};
 use super::gmres::{self, KrylovSolution, LinearSystem, Memory};
@@ -304,7 +304,7 @@ struct Borders {
     /// The images of the displacements under the preconditioner.
     answers: Vec<Vec<f64>>,
     /// The factored matrix of the resultants of the images.
-    factors: Option<faer::linalg::solvers::FullPivLu<f64>>,
+    factors: Option<FullPivotLu>,
 }
 
 impl<'a> Linear<'a> {
@@ -466,7 +466,7 @@ impl<'a> Linear<'a> {
         let matrix = faer::Mat::from_fn(size, size, |i, j| {
             vector::dot(&borders.resultants[i], &borders.answers[j])
         });
-        borders.factors = Some(matrix.full_piv_lu());
+        borders.factors = Some(FullPivotLu::new(&matrix));
         self.borders = borders;
     }
 
@@ -525,7 +525,7 @@ impl LinearSystem for Linear<'_> {
             let mut missing = faer::Mat::from_fn(resultants.len(), 1, |i, _| {
                 resultants[i] - vector::dot(&self.borders.resultants[i], unknowns)
             });
-            factors.solve_in_place(missing.as_mut());
+            factors.solve(&mut missing);
             motions.iter_mut().enumerate().for_each(|(i, motion)| *motion = missing[(i, 0)]);
             vector::add(unknowns, motions, &self.borders.answers);
         }

@@ -8,10 +8,8 @@
 //! more than F⁻¹, F⁻¹A and AF⁻¹A. No proof relies on this method, for [`super::lower`] checks the
 //! outcome.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt;
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, Par};
+use faer::{Accum, Mat};
+use primitives::{cholesky, cholesky_inverse, cholesky_solve, multiply};
 use rayon::prelude::*;
 
 use super::symmetry::Block;
@@ -69,37 +67,8 @@ pub(super) fn form(block: &Block, weights: &Weights) -> Mat<f64> {
     for i in 0..normals {
         form[(i, i)] -= 0.5 * weights.p[block.orbit[i]];
     }
-    matmul(form.as_mut(), Accum::Add, roots.transpose(), roots.as_ref(), -0.5, Par::Seq);
+    multiply(form.as_mut(), Accum::Add, roots.transpose(), roots.as_ref(), -0.5);
     form
-}
-
-/// Returns the lower triangular factor L with LLᵀ = `matrix`, or `None` unless the matrix is
-/// positive definite to rounding. It uses one thread, so that the result is the same on any number
-/// of threads.
-pub(super) fn cholesky(mut matrix: Mat<f64>) -> Option<Mat<f64>> {
-    let size = matrix.nrows();
-    let mut memory = MemBuffer::new(llt::factor::cholesky_in_place_scratch::<f64>(
-        size,
-        Par::Seq,
-        Default::default(),
-    ));
-    llt::factor::cholesky_in_place(
-        matrix.as_mut(),
-        Default::default(),
-        Par::Seq,
-        MemStack::new(&mut memory),
-        Default::default(),
-    )
-    .ok()?;
-    for j in 0..size {
-        if !(matrix[(j, j)].is_finite() && matrix[(j, j)] > 0.0) {
-            return None;
-        }
-        for i in 0..j {
-            matrix[(i, j)] = 0.0;
-        }
-    }
-    Some(matrix)
 }
 
 /// Returns log det of LLᵀ.
@@ -118,17 +87,10 @@ struct Derivatives {
 /// Computes the derivatives of −log det F for a block with the factor `lower`.
 fn derivatives(block: &Block, lower: &Mat<f64>, orbits: usize) -> Derivatives {
     let size = block.len();
-    let mut inverse = Mat::zeros(size, size);
-    let mut memory = MemBuffer::new(llt::inverse::inverse_scratch::<f64>(size, Par::Seq));
-    llt::inverse::inverse(inverse.as_mut(), lower.as_ref(), Par::Seq, MemStack::new(&mut memory));
-    for j in 0..size {
-        for i in 0..j {
-            inverse[(i, j)] = inverse[(j, i)];
-        }
-    }
+    let inverse = cholesky_inverse(lower);
     let product = |a: &Mat<f64>, b: &Mat<f64>| {
         let mut out = Mat::zeros(size, size);
-        matmul(out.as_mut(), Accum::Replace, a.as_ref(), b.as_ref(), 1.0, Par::Seq);
+        multiply(out.as_mut(), Accum::Replace, a.as_ref(), b.as_ref(), 1.0);
         out
     };
     let once = product(&inverse, &block.matrix);
@@ -386,16 +348,7 @@ impl Program<'_> {
             scale[i] * hessian[(i, j)] * scale[j] + if i == j { 1e-13 } else { 0.0 }
         }))?;
         let mut direction = Mat::from_fn(4 * m + 1, 1, |i, _| -scale[i] * gradient[i]);
-        llt::solve::solve_in_place(
-            lower.as_ref(),
-            direction.as_mut(),
-            Par::Seq,
-            MemStack::new(&mut MemBuffer::new(llt::solve::solve_in_place_scratch::<f64>(
-                4 * m + 1,
-                1,
-                Par::Seq,
-            ))),
-        );
+        cholesky_solve(&lower, &mut direction);
         let direction: Vec<f64> = (0..4 * m + 1).map(|i| scale[i] * direction[(i, 0)]).collect();
         let decrement = -direction.iter().zip(&gradient).map(|(d, g)| d * g).sum::<f64>();
         (decrement.is_finite() && decrement > 0.0).then_some(NewtonStep { direction, decrement })

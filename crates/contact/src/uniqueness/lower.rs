@@ -48,10 +48,11 @@
 //! is the same on any number of threads.
 
 use faer::Mat;
+use primitives::cholesky;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::barrier::{Program, Weights, cholesky, form};
+use super::barrier::{Program, Weights, form};
 use super::ratio::{Parts, Smallest, smallest};
 use super::symmetry::{Block, Symmetries, asymmetry};
 use super::system::System;

@@ -5,10 +5,9 @@
 //! of the identity is added that the step is one of descent and the value falls as predicted
 //! (Levenberg and Marquardt).
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, Par};
+use faer::{Accum, Mat};
+use primitives::{cholesky, multiply, solve_lower, solve_upper};
 
-use super::barrier::cholesky;
 use super::descent::{Descent, LENGTH};
 use super::system::dot;
 
@@ -161,7 +160,7 @@ impl Descent<'_> {
         }
         let half = {
             let mut half = Mat::zeros(3 * k, 3 * k);
-            matmul(half.as_mut(), Accum::Replace, a.as_ref(), left.as_ref(), 1.0, Par::Seq);
+            multiply(half.as_mut(), Accum::Replace, a.as_ref(), left.as_ref(), 1.0);
             half
         };
         for j in 0..3 * k {
@@ -211,8 +210,8 @@ fn newton_step(matrix: &Mat<f64>, gradient: &[f64], shift: f64) -> Option<Predic
     }
     let lower = cholesky(shifted)?;
     let mut step = Mat::from_fn(n, 1, |i, _| -gradient[i]);
-    lower.solve_lower_triangular_in_place(step.as_mut());
-    lower.transpose().solve_upper_triangular_in_place(step.as_mut());
+    solve_lower(lower.as_ref(), &mut step);
+    solve_upper(lower.transpose(), &mut step);
     let step: Vec<f64> = (0..n).map(|i| step[(i, 0)]).collect();
     // The prediction uses H s = −g − shift s.
     let predicted = -0.5 * dot(gradient, &step) + 0.5 * shift * dot(&step, &step);

@@ -155,23 +155,15 @@ fn best(basis: &mut Vec<Mode>) -> Option<Vec<f64>> {
         })
     };
     // The combination belongs to the largest eigenvalue of L⁻¹TL⁻ᵀ, where S = LLᵀ.
-    let lower = super::barrier::cholesky(gram(|mode| &mode.s))?;
+    let lower = primitives::cholesky(gram(|mode| &mode.s))?;
     let solve = |mut right: faer::Mat<f64>| {
-        faer::linalg::triangular_solve::solve_lower_triangular_in_place(
-            lower.as_ref(),
-            right.as_mut(),
-            faer::Par::Seq,
-        );
+        primitives::solve_lower(lower.as_ref(), &mut right);
         right
     };
     let half = solve(gram(|mode| &mode.t));
     let pencil = solve(half.transpose().to_owned());
-    let eigen = pencil.self_adjoint_eigen(faer::Side::Lower).ok()?;
-    let mut factors = faer::Mat::from_fn(size, 1, |i, _| eigen.U()[(i, size - 1)]);
-    faer::linalg::triangular_solve::solve_upper_triangular_in_place(
-        lower.transpose(),
-        factors.as_mut(),
-        faer::Par::Seq,
-    );
+    let vectors = primitives::eigenvectors(&pencil)?;
+    let mut factors = faer::Mat::from_fn(size, 1, |i, _| vectors[(i, size - 1)]);
+    primitives::solve_upper(lower.transpose(), &mut factors);
     Some((0..size).map(|i| factors[(i, 0)]).collect())
 }

@@ -5,10 +5,7 @@
 //! d)/x₁; c₃ = 0. If rounding takes c₁ or c₂ out of \[0, 1\] or √(a² + b²) above μ, the excess is
 //! cut off. So B is in 𝔅_μ exactly, and the rounding shows in B(I − EA)x − x.
 
-use faer::diag::Diag;
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::svd;
-use faer::{Mat, Par};
+use faer::Mat;
 use serde::{Deserialize, Serialize};
 
 use super::system::System;
@@ -330,27 +327,6 @@ fn singular_values(system: &System, operator: &[Local], stiffness: f64) -> Optio
         (0..3).map(|c| row[c] * inner[(c * k + i % k, j)]).sum::<f64>()
             - f64::from(u8::from(i == j))
     });
-    // The decomposition runs on one thread, so that it is the same on any number of threads.
-    let none = svd::ComputeSvdVectors::No;
-    let mut memory = MemBuffer::new(svd::svd_scratch::<f64>(
-        3 * k,
-        3 * k,
-        none,
-        none,
-        Par::Seq,
-        Default::default(),
-    ));
-    let mut values = Diag::zeros(3 * k);
-    svd::svd(
-        matrix.as_ref(),
-        values.as_mut(),
-        None,
-        None,
-        Par::Seq,
-        MemStack::new(&mut memory),
-        Default::default(),
-    )
-    .ok()?;
-    let values = values.column_vector();
+    let values = primitives::singular_values(&matrix)?;
     Some(SingularValues { smallest: values[3 * k - 1], largest: values[0] })
 }
