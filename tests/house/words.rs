@@ -41,6 +41,13 @@ fn public_functions_say_what_their_errors_mean() {
 }
 
 #[test]
+fn functions_are_documented_by_a_verb_in_the_third_person() {
+    let mut findings = Vec::new();
+    each_module(|module| Verbs { module, findings: &mut findings }.visit_file(&module.syntax));
+    assert_none("the documentation of a function begins with a verb such as Returns", &findings);
+}
+
+#[test]
 fn comments_end_before_column_100() {
     let mut findings = Vec::new();
     each_module(|module| {
@@ -117,6 +124,39 @@ impl<'ast> Visit<'ast> for Sentences {
             let is_inner = matches!(attribute.style, AttrStyle::Inner(_));
             self.lines.push(DocLine { number, is_inner, text });
         }
+    }
+}
+
+struct Verbs<'m> {
+    module: &'m Module,
+    findings: &'m mut Vec<String>,
+}
+
+impl Verbs<'_> {
+    fn check(&mut self, attributes: &[Attribute], signature: &syn::Signature) {
+        let Some((line, text)) = attributes.iter().find_map(documentation) else { return };
+        let word = text.split_whitespace().next().unwrap_or_default();
+        let is_verb = word.ends_with('s') && word.starts_with(|first: char| first.is_uppercase());
+        if !is_verb {
+            self.findings.push(format!("{}:{line}: `{}`", self.module.file, signature.ident));
+        }
+    }
+}
+
+impl<'ast> Visit<'ast> for Verbs<'_> {
+    fn visit_item_mod(&mut self, module: &'ast syn::ItemMod) {
+        if !is_test(&module.attrs) {
+            visit::visit_item_mod(self, module);
+        }
+    }
+    fn visit_item_fn(&mut self, function: &'ast syn::ItemFn) {
+        self.check(&function.attrs, &function.sig);
+    }
+    fn visit_impl_item_fn(&mut self, function: &'ast syn::ImplItemFn) {
+        self.check(&function.attrs, &function.sig);
+    }
+    fn visit_trait_item_fn(&mut self, function: &'ast syn::TraitItemFn) {
+        self.check(&function.attrs, &function.sig);
     }
 }
 
