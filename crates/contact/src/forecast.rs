@@ -38,7 +38,7 @@ pub fn forecast(
     numerics: &Numerics,
     surfaces: &Surfaces,
 ) -> Result<Forecast, SceneError> {
-    let layout = Layout::new(scene, numerics, &domain(scene, surfaces)?)?;
+    let layout = Layout::new(scene, numerics, &domain(scene, surfaces)?);
     let bodies = relative_bodies(scene, layout.half_diameter);
     layout.scale(scene, &bodies)?;
     let elements = layout.nx as f64 * layout.ny as f64;

@@ -299,11 +299,7 @@ impl<'s, 'a> Trials<'s, 'a> {
 }
 
 fn next(mesh: Mesh, tolerance: f64) -> Discovery {
-    let mesh = match mesh {
-        Mesh::Across(n) => [n, n],
-        Mesh::Exact(sides) => sides,
-    };
-    Discovery::Next { mesh, tolerance }
+    Discovery::Next { mesh: mesh.sides(), tolerance }
 }
 
 /// Returns the elements across Ω to try after the `finest`, by the estimates on meshes so far,

@@ -1,4 +1,8 @@
 //! Doubles the mesh until a result holds still.
+//!
+//! Two meshes that are both too coarse may agree. No mesh is compared with one of fewer than four
+//! elements along a side; warnings tell where the error that is estimated on the last one is larger
+//! than the change.
 
 use contact::model::Mesh;
 use study::columns::find;
@@ -8,6 +12,9 @@ use super::found::{Discovery, Finding, PointChoice};
 use crate::error::AnswerError;
 use crate::place::StudyPlace;
 use crate::records::RecordMap;
+
+/// The least number of elements along each side of a mesh that another one is compared with.
+const LEAST_SIDE: u32 = 4;
 
 /// The rule of a study with `[refine]`.
 pub(super) struct MeshRefinement<'a> {
@@ -45,10 +52,7 @@ impl MeshRefinement<'_> {
         first: StudyPoint,
         points: &mut Vec<StudyPoint>,
     ) -> Discovery {
-        let mut sides = match first.job.mesh() {
-            Mesh::Across(n) => [n, n],
-            Mesh::Exact(sides) => sides,
-        };
+        let mut sides = first.job.mesh().sides();
         let mut point = first;
         let mut before: Option<f64> = None;
         loop {
@@ -70,7 +74,10 @@ impl MeshRefinement<'_> {
             let is_allowed = doubled.iter().all(|n| *n <= self.at_most);
             // A mesh that some jobs can have is too fine for others.
             match self.study.point_on_mesh(index, finer).filter(|_| is_allowed) {
-                Some(next) => (before, sides, point) = (Some(value), doubled, next),
+                Some(next) => {
+                    before = sides.iter().all(|n| *n >= LEAST_SIDE).then_some(value);
+                    (sides, point) = (doubled, next);
+                }
                 None => return Discovery::NotStill { mesh: sides, value, change },
             }
         }

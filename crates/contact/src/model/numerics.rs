@@ -57,7 +57,9 @@ impl Numerics {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Mesh {
-    /// The number of elements along x; along y there are as many as make them nearest to square.
+    /// The number of elements along x and along y alike: an element is as long as Ω is. Per
+    /// unknown this has the smallest error of what was measured, on domains of any aspect
+    /// (docs/accuracy.md), and x and y play the same part.
     Across(u32),
     /// The numbers of elements along x and along y.
     Exact([u32; 2]),
@@ -127,6 +129,14 @@ impl Method {
 impl Mesh {
     /// The largest number of elements along one side.
     pub const MAX_SIDE: u32 = 4096;
+
+    /// Returns the numbers of elements along x and y.
+    pub fn sides(self) -> [u32; 2] {
+        match self {
+            Mesh::Across(n) => [n, n],
+            Mesh::Exact(sides) => sides,
+        }
+    }
 }
 
 impl Numerics {
@@ -135,11 +145,11 @@ impl Numerics {
     /// # Errors
     /// A [`SceneError`] reports the first offence in the order of the fields.
     pub fn validate(&self) -> Result<(), SceneError> {
-        let (sides, shown) = match self.mesh {
-            Mesh::Across(n) => ([n, n], n.to_string()),
-            Mesh::Exact(n) => (n, format!("[{}, {}]", n[0], n[1])),
+        let shown = match self.mesh {
+            Mesh::Across(n) => n.to_string(),
+            Mesh::Exact([nx, ny]) => format!("[{nx}, {ny}]"),
         };
-        if sides.iter().any(|n| !(1..=Mesh::MAX_SIDE).contains(n)) {
+        if self.mesh.sides().iter().any(|n| !(1..=Mesh::MAX_SIDE).contains(n)) {
             return Err(refuse("mesh", shown, "must be 1 to 4096 elements along each side"));
         }
         if !(self.epsilon.is_finite() && self.epsilon >= 0.0) {

@@ -99,7 +99,7 @@ impl Problem {
         numerics.validate()?;
         let gap = Gap::new(scene, surfaces)?;
         let domain = domain(scene, surfaces)?;
-        let layout = Layout::new(scene, numerics, &domain)?;
+        let layout = Layout::new(scene, numerics, &domain);
         let (nx, ny) = (layout.nx, layout.ny);
 
         let bodies = relative_bodies(scene, layout.half_diameter);

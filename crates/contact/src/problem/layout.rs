@@ -2,7 +2,7 @@
 
 use super::scale::{self, Scale};
 use crate::foundation::{Bodies, surface};
-use crate::model::{Domain, Mesh, Numerics, Scene, SceneError, Shape};
+use crate::model::{Domain, Numerics, Scene, SceneError, Shape};
 
 /// The cut of Ω into elements.
 pub(crate) struct Layout {
@@ -22,30 +22,10 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    /// Cuts a domain as the numerics ask for. Refuses a mesh with too many elements along y.
-    pub(crate) fn new(
-        scene: &Scene,
-        numerics: &Numerics,
-        domain: &Domain,
-    ) -> Result<Self, SceneError> {
+    /// Cuts a domain as the numerics ask for.
+    pub(crate) fn new(scene: &Scene, numerics: &Numerics, domain: &Domain) -> Self {
         let aspect = domain.width_y / domain.width_x;
-        let (nx, ny) = match numerics.mesh {
-            Mesh::Exact([nx, ny]) => (nx as usize, ny as usize),
-            Mesh::Across(nx) => {
-                let ny = (f64::from(nx) * aspect).round().max(1.0);
-                if ny > f64::from(Mesh::MAX_SIDE) {
-                    return Err(SceneError {
-                        key: "mesh".to_owned(),
-                        value: nx.to_string(),
-                        expected: format!(
-                            "makes {ny} square elements along y, above {}; give both counts, [nx, ny]",
-                            Mesh::MAX_SIDE
-                        ),
-                    });
-                }
-                (nx as usize, ny as usize)
-            }
-        };
+        let [nx, ny] = numerics.mesh.sides().map(|n| n as usize);
         let element = [
             2.0 / (nx as f64 * 1f64.hypot(aspect)),
             2.0 * aspect / (ny as f64 * 1f64.hypot(aspect)),
@@ -58,7 +38,7 @@ impl Layout {
             open_edge: false,
             disk: None,
         };
-        Ok(match scene.punch.shape {
+        match scene.punch.shape {
             Shape::FlatDisk { radius } if scene.domain.is_none() && nx == ny => {
                 // The staircase of elements whose centre lies inside the disk does not have the
                 // disk's area, and load and stiffness follow the area. Elements that are sized so
@@ -85,7 +65,7 @@ impl Layout {
             | Shape::Ellipsoid { .. }
             | Shape::Cone { .. }
             | Shape::WheelOnRail(_) => Self { open_edge: true, ..layout },
-        })
+        }
     }
 
     /// Returns the units of the problem. Refuses sizes and moduli that lead beyond the range of

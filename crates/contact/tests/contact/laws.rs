@@ -9,6 +9,7 @@ use contact::model::*;
 use contact::problem::Problem;
 use contact::punch::Surfaces;
 use contact::solver::{Stop, StopRule, seidel};
+use contact::theory::hertz_ellipse;
 use contact::{Operators, solve};
 use proptest::prelude::*;
 
@@ -112,6 +113,28 @@ fn neither_moduli_nor_lengths_change_the_dimensionless_result() {
             );
         }
     }
+}
+
+#[test]
+fn which_side_is_the_long_one_makes_no_difference() {
+    let pressed = Step { approach: Some(0.01), ..Step::default() };
+    let loaded = Step { normal_force: Some(0.01), ..Step::default() };
+    let turned = |shape: [Shape; 2], step: &Step| {
+        shape.map(|shape| {
+            let scene = scene(shape, 1.0, 0.3, 0.0, step.clone());
+            let numerics = numerics(Mesh::Across(16), Projection::Average, 1e-9);
+            certified(&scene, &numerics).0.observables
+        })
+    };
+    let rectangle = |width_x, width_y| Shape::FlatRectangle { width_x, width_y };
+    let [wide, tall] = turned([rectangle(40.0, 1.0), rectangle(1.0, 40.0)], &pressed);
+    assert!((wide.load / tall.load - 1.0).abs() < 1e-7, "{} and {}", wide.load, tall.load);
+    let ellipsoid = |radius_x, radius_y| Shape::Ellipsoid { radius_x, radius_y };
+    let [wide, tall] = turned([ellipsoid(100.0, 1.0), ellipsoid(1.0, 100.0)], &loaded);
+    assert!((wide.peak_pressure / tall.peak_pressure - 1.0).abs() < 1e-7);
+    // By theory the same peak is known: hertz_ellipse, after Johnson 1985.
+    let hertz = hertz_ellipse(2.0 / 0.7, 0.005, 0.5, 0.01).peak_pressure;
+    assert!((wide.peak_pressure / hertz - 1.0).abs() < 0.02, "{} for {hertz}", wide.peak_pressure);
 }
 
 #[test]
