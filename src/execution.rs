@@ -16,6 +16,7 @@ use crate::output::{self, Finish};
 use crate::progress::ProgressDisplay;
 use crate::stored::StoreSource;
 use crate::summary::{RunTally, resume_command, summarise};
+use crate::time_left::{Calibration, TimeLeft};
 
 /// Runs the jobs of a study that a store has no results of, and says what came of them.
 pub(crate) fn execute(study: Study, directory: &Path, args: &ExecutionArgs) -> Result<Finish> {
@@ -58,6 +59,7 @@ fn compute(
     interrupt: &Interrupt,
 ) -> Result<RunTally> {
     let mut tally = RunTally::default();
+    let mut calibration = Calibration::default();
     let (mut requested, mut computed) = (HashSet::new(), HashSet::new());
     loop {
         let points = match study.adaptive() {
@@ -73,15 +75,18 @@ fn compute(
         if tasks.is_empty() {
             return Ok(tally);
         }
-        let mut progress = ProgressDisplay::new(&tasks, tally.cached, args.json);
+        let options = options(args, study, tasks.len())?;
+        let left = TimeLeft::new(&tasks, options.workers, calibration);
+        let mut progress = ProgressDisplay::new(&tasks, tally.cached, args.json, left);
         let outcome = runner::run(
             tasks,
             &mut StoreLedger::new(store, texts),
-            &options(args, study, progress.jobs())?,
+            &options,
             interrupt,
             &mut |event| progress.show(event),
         );
         progress.finish();
+        calibration = progress.calibration();
         let summary = outcome.map_err(|error| {
             anyhow::Error::new(error).context(format!(
                 "the run stopped; what is done is kept: {}",

@@ -3,9 +3,9 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use answers::Results;
-use anyhow::{Context, Result, bail};
-use report::{DataTable, FigureSpec, PlotFigure};
+use answers::{FigureRows, Results};
+use anyhow::{Context, Result, anyhow, bail};
+use report::{DataTable, FigureError, FigureSpec, PlotFigure};
 use study::Study;
 use study::columns::{Role, along_path, find};
 use study::label::{label, quantity_name};
@@ -20,21 +20,30 @@ pub(crate) fn figure_files(stem: &Path) -> Vec<PathBuf> {
 }
 
 /// Draws a study's figure to files that end in .svg or .png, from the rows for which `filter`
-/// holds.
+/// holds, and says how many points are missing, if some are.
 pub(crate) fn draw(
     results: &Results,
     figure: &study::Figure,
     filter: Option<&str>,
     files: &[PathBuf],
-) -> Result<()> {
-    let drawn = || -> Result<()> {
-        let table = results.figure_table(figure, filter)?;
-        let svg = picture(results.study(), &table, figure)?.svg();
+) -> Result<Option<String>> {
+    let drawn = || -> Result<Option<String>> {
+        let FigureRows { table, undrawn } = results.figure_rows(figure, filter)?;
+        let missing = undrawn.words();
+        let picture = match (picture(results.study(), &table, figure, missing.as_deref()), &missing)
+        {
+            (Err(error @ FigureError::NothingToDraw { .. }), Some(missing)) => {
+                return Err(anyhow!(error).context(missing.clone()));
+            }
+            (picture, _) => picture?,
+        };
+        let svg = picture.svg();
         files.iter().try_for_each(|file| match file.extension().and_then(OsStr::to_str) {
             Some("svg") => write(file, svg.as_bytes()),
             Some("png") => write(file, &report::png(&svg, RESOLUTION)?),
             _ => bail!("{}: a figure is written as .svg or .png", file.display()),
-        })
+        })?;
+        Ok(missing)
     };
     match results.study().figures() {
         [_, _, ..] => drawn().with_context(|| format!("figure `{}`", figure.name)),
@@ -42,8 +51,14 @@ pub(crate) fn draw(
     }
 }
 
-/// Returns the figure of a table, with labels and units for its columns.
-fn picture(study: &Study, table: &DataTable, figure: &study::Figure) -> Result<PlotFigure> {
+/// Returns the figure of a table, with labels and units for its columns, and a note of what is
+/// `missing` in it.
+fn picture(
+    study: &Study,
+    table: &DataTable,
+    figure: &study::Figure,
+    missing: Option<&str>,
+) -> Result<PlotFigure, FigureError> {
     let columns = if figure.steps { along_path(study.columns()) } else { study.columns() };
     let labels: Vec<(&str, String)> =
         columns.iter().map(|column| (column.name.as_ref(), label(column, &columns))).collect();
@@ -62,8 +77,14 @@ fn picture(study: &Study, table: &DataTable, figure: &study::Figure) -> Result<P
         None if figure.y.iter().all(is_error) => "relative error",
         None => "",
     };
+    // Times are ranked as far as their noise tells them apart.
+    let is_of_times = figure.front && figure.x == "seconds";
+    let noise = find(&columns, "noise").filter(|_| is_of_times).map(|column| column.name.as_ref());
+    let note = missing.map(|missing| format!("{missing}."));
+    let notes: Vec<&str> = note.iter().map(String::as_str).collect();
     let spec = FigureSpec {
         x: &figure.x,
+        notes: &notes,
         y: &y,
         y_label: if figure.band.as_ref().is_some_and(is_end) {
             "end μ* of the uniqueness set"
@@ -80,9 +101,21 @@ fn picture(study: &Study, table: &DataTable, figure: &study::Figure) -> Result<P
         fit: figure.fit,
         band: figure.band.as_ref().map(|[low, high]| (low.as_str(), high.as_str())),
         front: figure.front,
+        noise,
         names: figure.names.as_deref(),
     };
-    Ok(PlotFigure::from_table(table, &spec)?)
+    PlotFigure::from_table(table, &spec)
+}
+
+/// Says why there is no figure of a study whose axes suggest some.
+pub(crate) fn nothing_varies(study: &Study) -> String {
+    let mut axes: Vec<&str> = Vec::new();
+    for figure in study.suggestions() {
+        if !axes.contains(&figure.x.as_str()) {
+            axes.push(&figure.x);
+        }
+    }
+    format!("nothing that the scenes leave free varies along {}", axes.join(" or "))
 }
 
 /// Writes a file whole.

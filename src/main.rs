@@ -20,6 +20,7 @@ mod stored;
 mod study_file;
 mod summary;
 mod threads;
+mod time_left;
 mod wire;
 mod words;
 

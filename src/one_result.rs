@@ -2,7 +2,7 @@
 
 use answers::effects::{effects, missing_surface, reducible_case};
 use answers::patches::{self, Patch, patches};
-use answers::{AnswerTable, increments_of, path_columns, rows, tables_of};
+use answers::{AnswerTable, increments_of, path_columns, rows, tables_of, warnings};
 use anyhow::Result;
 use contact::model::Fields;
 use contact::punch::Surfaces;
@@ -36,25 +36,43 @@ pub(crate) fn json(
     surfaces: &Surfaces,
 ) -> Result<serde_json::Value> {
     let point = StudyPoint::of_record(record)?;
-    let mut values = serde_json::Map::new();
     let columns = point.job.kind().columns([], []);
-    for column in columns.iter().filter(|column| column.role != Role::Key) {
-        let value = match column.value(&point, Some(record)) {
-            Value::Number(x) => serde_json::json!(x),
-            Value::Integer(n) => serde_json::json!(n),
-            Value::Text(text) => serde_json::json!(text),
-            Value::Missing => continue,
-        };
-        values.insert(column.name.to_string(), value);
-    }
+    let values = |is_meant: fn(Role) -> bool, value: &dyn Fn(&Column) -> Value| {
+        let meant = columns.iter().filter(|column| is_meant(column.role));
+        let given = meant.filter_map(|column| {
+            let value = match value(column) {
+                Value::Number(x) => serde_json::json!(x),
+                Value::Integer(n) => serde_json::json!(n),
+                Value::Text(text) => serde_json::json!(text),
+                Value::Missing => return None,
+            };
+            Some((column.name.to_string(), value))
+        });
+        given.collect::<serde_json::Map<_, _>>()
+    };
+    let result = values(|role| role != Role::Key, &|column| column.value(&point, Some(record)));
     let job: serde_json::Value = serde_json::from_str(&record.job)?;
-    let mut said = serde_json::json!({ "job": job, "result": values });
+    let mut said = serde_json::json!({ "job": job, "result": result });
+    if !record.is_certified() {
+        // What a failed path came through is no result at the end that was asked for.
+        if let Some(before) = record.before_failure() {
+            let reached =
+                values(Role::is_of_solutions, &|column| column.value(&point, Some(&before)));
+            said["reached"] = serde_json::json!(reached);
+        }
+        let left = values(Role::is_of_solutions, &|column| column.value_left(&point, record));
+        said["uncertified"] = serde_json::json!(left);
+    }
     if let (Some(case), None) = (reducible_case(&point.job), missing_surface(&point.job, surfaces))
     {
         let listed = effects(case, surfaces)?;
         said["effects"] = serde_json::json!(listed.lines);
         said["method"] = serde_json::json!(listed.solver);
         said["predicted"] = serde_json::json!(listed.cost);
+    }
+    let doubts: Vec<String> = warnings(record).into_iter().map(|doubt| doubt.words).collect();
+    if !doubts.is_empty() {
+        said["warnings"] = serde_json::json!(doubts);
     }
     for AnswerTable { title, table } in tables_of(record)? {
         said[title] = serde_json::from_str(&table.json())?;
@@ -78,7 +96,21 @@ pub(crate) fn words(
     text += &effect_words(&point, surfaces)?;
     let columns = point.job.kind().columns([], []);
     for section in SECTIONS {
-        text += &section.words(&columns, &point, record);
+        if record.is_certified() || !section.role.is_of_solutions() {
+            let value = |column: &Column| column.value(&point, Some(record));
+            text += &section.words("", &columns, value);
+            continue;
+        }
+        if let Some(before) = record.before_failure() {
+            let value = |column: &Column| column.value(&point, Some(&before));
+            text += &section.words(" at the last increment that was solved", &columns, value);
+        }
+        let value = |column: &Column| column.value_left(&point, record);
+        let of = match record.outcome() {
+            Some(_) => " of the last iterate, which is no solution",
+            None => ", not certified",
+        };
+        text += &section.words(of, &columns, value);
     }
     for AnswerTable { title, table } in tables_of(record)? {
         text += &format!("{title}\n{}", table.terminal(&layout()));
@@ -97,8 +129,8 @@ fn path_words(point: &StudyPoint, record: &Record) -> String {
     };
     let loading = &scene.loading;
     let mut text = match record.outcome().map(|outcome| outcome.steps.len() as u64) {
-        Some(solved) if solved < all => {
-            format!("the path ended at its increment {solved} of {all}")
+        Some(followed) if followed < all || !record.is_certified() => {
+            format!("the path ended at its increment {followed} of {all}")
         }
         _ => format!("a path of {all} increments"),
     };
@@ -141,9 +173,11 @@ const SECTIONS: [RoleSection; 6] = [
 ];
 
 impl RoleSection {
-    fn words(&self, columns: &[Column], point: &StudyPoint, record: &Record) -> String {
+    /// Lists the values of the columns of the role; `of` follows the title and says where they
+    /// hold.
+    fn words(&self, of: &str, columns: &[Column], value: impl Fn(&Column) -> Value) -> String {
         let shown = columns.iter().filter(|column| column.role == self.role).filter_map(|column| {
-            let value = match column.value(point, Some(record)) {
+            let value = match value(column) {
                 Value::Missing => return None,
                 Value::Number(x) if self.is_rounded => format!("{x:.1e}"),
                 value => value.to_string(),
@@ -158,6 +192,6 @@ impl RoleSection {
         let line = |(name, value): &(&str, String)| {
             format!("  {name:<width$} {value}").trim_end().to_owned() + "\n"
         };
-        format!("{}\n{}", self.title, shown.iter().map(line).collect::<String>())
+        format!("{}{of}\n{}", self.title, shown.iter().map(line).collect::<String>())
     }
 }

@@ -1,72 +1,107 @@
 //! The display of a run: a bar on a terminal, JSON lines on request, else only what needs
 //! attention.
 
-use std::collections::HashMap;
+use std::fmt;
 use std::io::Write;
-use std::time::Instant;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
+use answers::rows::digits;
 use identity::JobKey;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use runner::{Event, EventKind, Task};
+use serde::Serialize;
 
 use crate::output;
+use crate::time_left::{Calibration, TimeLeft};
 use crate::words::{count, duration};
 
 /// A display of the runner's events.
 pub(crate) struct ProgressDisplay {
     bar: ProgressBar,
     json: bool,
-    /// The predicted cost of each job \[s\].
-    costs: HashMap<JobKey, f64>,
     cached: usize,
-    cost_done: f64,
-    cost_left: f64,
-    started: Instant,
+    /// The estimate of the time left, which the bar asks whenever it is drawn.
+    clock: Arc<Mutex<RunClock>>,
 }
 
+/// The time of a run, and the estimate of what is left of it.
+struct RunClock {
+    left: TimeLeft,
+    /// The time of the last event since the start of the run \[s\], and when that was.
+    heard: Option<HeardEvent>,
+}
+
+/// The time of an event.
+#[derive(Clone, Copy)]
+struct HeardEvent {
+    /// The time since the start of the run \[s\].
+    seconds: f64,
+    instant: Instant,
+}
+
+/// An event as a line of JSON, with what it tells of the time left.
+#[derive(Serialize)]
+struct EventLine<'a> {
+    #[serde(flatten)]
+    event: &'a Event,
+    /// The estimate of the time that is left of the run \[s\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seconds_left: Option<f64>,
+}
+
+/// The time between two drawings of the bar, so that the time left goes down between two events.
+const TICK: Duration = Duration::from_secs(1);
+
 impl ProgressDisplay {
-    /// Returns the display of a run of some tasks, beside `cached` results.
-    pub(crate) fn new(tasks: &[Task], cached: usize, json: bool) -> Self {
-        let costs: HashMap<JobKey, f64> = tasks.iter().map(|task| (task.key, task.cost)).collect();
+    /// Returns the display of a run of some tasks, beside `cached` results, with the estimate of
+    /// the time left.
+    pub(crate) fn new(tasks: &[Task], cached: usize, json: bool, left: TimeLeft) -> Self {
+        let clock = Arc::new(Mutex::new(RunClock { left, heard: None }));
         let bar = ProgressBar::new(tasks.len() as u64);
         bar.set_draw_target(if json {
             ProgressDrawTarget::hidden()
         } else {
             ProgressDrawTarget::stderr()
         });
-        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len}  {msg}") {
-            bar.set_style(style);
+        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len}  {msg}{left}") {
+            let clock = Arc::clone(&clock);
+            let left = move |_: &ProgressState, writer: &mut dyn fmt::Write| {
+                if let Some(seconds) = locked(&clock).seconds() {
+                    // Writing to a line of text does not fail.
+                    let _ = write!(writer, ", about {} left", duration(seconds));
+                }
+            };
+            bar.set_style(style.with_key("left", left));
         }
-        // The sum is in the order of the tasks: over a hash map its last digits would differ.
-        Self {
-            bar,
-            json,
-            cached,
-            cost_done: 0.0,
-            cost_left: tasks.iter().map(|task| task.cost).sum(),
-            costs,
-            started: Instant::now(),
+        if !json {
+            bar.enable_steady_tick(TICK);
         }
+        Self { bar, json, cached, clock }
     }
 
-    /// Returns the number of jobs.
-    pub(crate) fn jobs(&self) -> usize {
-        self.costs.len()
+    /// Returns what the run has told of the times that jobs take.
+    pub(crate) fn calibration(&self) -> Calibration {
+        locked(&self.clock).left.calibration().clone()
     }
 
     /// Takes note of an event and shows it.
     pub(crate) fn show(&mut self, event: &Event) {
+        {
+            let mut clock = locked(&self.clock);
+            clock.left.hear(event);
+            clock.heard = Some(HeardEvent { seconds: event.seconds, instant: Instant::now() });
+        }
         if self.json {
-            if let Ok(line) = serde_json::to_string(event) {
+            let seconds_left = locked(&self.clock).seconds().map(|seconds| digits(seconds, 2));
+            if let Ok(line) = serde_json::to_string(&EventLine { event, seconds_left }) {
                 // A reader that stops listening does not stop the run.
                 let _ = writeln!(std::io::stdout(), "{line}");
             }
             return;
         }
         match &event.kind {
-            EventKind::Done { key, .. } => self.ended(key),
             EventKind::Quarantined { key, reason, attempts } => {
-                self.ended(key);
                 let tried = if *attempts == 0 {
                     String::new()
                 } else {
@@ -89,11 +124,8 @@ impl ProgressDisplay {
         let counts = &event.counts;
         self.bar.set_position((counts.done + counts.quarantined) as u64);
         self.bar.set_message(format!(
-            "{} cached, {} failed, {} workers{}",
-            self.cached,
-            counts.quarantined,
-            counts.workers,
-            self.left()
+            "{} cached, {} failed, {} workers",
+            self.cached, counts.quarantined, counts.workers
         ));
     }
 
@@ -102,32 +134,24 @@ impl ProgressDisplay {
         self.bar.finish_and_clear();
     }
 
-    fn ended(&mut self, key: &JobKey) {
-        let cost = self.costs.get(key).copied().unwrap_or(0.0);
-        self.cost_done += cost;
-        self.cost_left = (self.cost_left - cost).max(0.0);
-    }
-
-    /// Returns the rate and the time left, by predicted cost rather than by count: jobs differ by
-    /// orders of magnitude.
-    fn left(&self) -> String {
-        if self.cost_done <= 0.0 {
-            return String::new();
-        }
-        let elapsed = self.started.elapsed().as_secs_f64();
-        let pace = elapsed / self.cost_done;
-        format!(
-            ", {:.1}/s, about {} left",
-            self.bar.position() as f64 / elapsed.max(1e-9),
-            duration(self.cost_left * pace)
-        )
-    }
-
     fn notice(&self, text: &str) {
         self.bar.suspend(|| {
             output::say(text);
         });
     }
+}
+
+impl RunClock {
+    /// Returns the estimate of the time left now \[s\].
+    fn seconds(&self) -> Option<f64> {
+        let HeardEvent { seconds, instant } = self.heard?;
+        self.left.seconds(seconds + instant.elapsed().as_secs_f64())
+    }
+}
+
+/// Locks the clock. Whoever held it when it panicked has left nothing half done.
+fn locked(clock: &Mutex<RunClock>) -> MutexGuard<'_, RunClock> {
+    clock.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Returns the first characters of a key, enough to name it.

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use answers::{Results, WARNINGS, Warning};
-use anyhow::{Context, Result};
+use answers::{Results, Warning};
+use anyhow::{Context, Result, anyhow};
 use report::DataTable;
 use serde::Serialize;
 use study::{Record, Study};
@@ -48,8 +48,12 @@ struct FailedJob {
     show: String,
 }
 
-/// The files of a figure, or why it was not drawn.
-type DrawnFigure = Result<Vec<PathBuf>>;
+/// A figure that was drawn.
+struct DrawnFigure {
+    files: Vec<PathBuf>,
+    /// The sentence about points that are missing, if some are.
+    missing: Option<String>,
+}
 
 /// Draws the figures of a study and says what came of a run.
 pub(crate) fn summarise(
@@ -59,7 +63,7 @@ pub(crate) fn summarise(
     tally: RunTally,
 ) -> Result<Finish> {
     let progress = results.progress();
-    let figures = if progress.done > 0 { draw_figures(results, directory) } else { Vec::new() };
+    let figures = if progress.done > 0 { draw_figures(results, directory)? } else { Vec::new() };
     let summary = RunSummary { results, store_option: store_option(directory), tally, figures };
     if json {
         output::print(&format!("{}\n", summary.json()?))?;
@@ -79,12 +83,15 @@ struct RunSummary<'r> {
     /// The option that names the store.
     store_option: String,
     tally: RunTally,
-    figures: Vec<DrawnFigure>,
+    /// The figures, or why each was not drawn.
+    figures: Vec<Result<DrawnFigure>>,
 }
 
 impl RunSummary<'_> {
     fn json(&self) -> Result<serde_json::Value> {
-        let files: Vec<&PathBuf> = self.figures.iter().flatten().flatten().collect();
+        let drawn = || self.figures.iter().flatten();
+        let files: Vec<&PathBuf> = drawn().flat_map(|figure| &figure.files).collect();
+        let undrawn: Vec<&String> = drawn().filter_map(|figure| figure.missing.as_ref()).collect();
         Ok(serde_json::json!({
             "event": "summary",
             "study": self.results.study().name(),
@@ -92,7 +99,9 @@ impl RunSummary<'_> {
             "run": self.tally,
             "failures": self.failures(),
             "figures": files,
+            "undrawn": undrawn,
             "answers": answers_json(self.results.answers()?)?,
+            "warnings": warning_words(self.results),
             "inaccurate": self.results.inaccurate(),
         }))
     }
@@ -103,13 +112,19 @@ impl RunSummary<'_> {
         text += &self.counts();
         for figure in &self.figures {
             match figure {
-                Ok(files) => {
-                    files.iter().for_each(|file| text += &format!("figure: {}\n", file.display()))
+                Ok(DrawnFigure { files, missing }) => {
+                    let missing =
+                        missing.iter().map(|words| format!(" ({words})")).collect::<String>();
+                    for file in files {
+                        text += &format!("figure: {}{missing}\n", file.display());
+                    }
                 }
                 Err(error) => text += &format!("no figure: {error:#}\n"),
             }
         }
-        WARNINGS.iter().for_each(|warning| text += &self.warning(warning));
+        for line in warning_lines(self.results, &self.store_option) {
+            text += &line;
+        }
         text += &self.missed_accuracy();
         text += &self.listed_failures();
         if self.tally.interrupted {
@@ -160,26 +175,6 @@ impl RunSummary<'_> {
         self.results.points().iter().filter_map(|point| self.results.record(point))
     }
 
-    /// Warns of points that a warning concerns; says nothing if there are none.
-    fn warning(&self, warning: &Warning) -> String {
-        let concerned: Vec<&Record> =
-            self.records().filter(|record| warning.concerns(record)).collect();
-        if concerned.is_empty() {
-            return String::new();
-        }
-        let Warning { column, words, .. } = warning;
-        let (name, store_option) = (self.results.study().name(), &self.store_option);
-        let points = count(concerned.len(), "point", "points");
-        // A row of `query` without `--steps` is the end of a path.
-        let has_steps =
-            |record: &&Record| record.outcome().is_some_and(|outcome| outcome.steps.len() > 1);
-        let steps = if concerned.iter().any(has_steps) { " --steps" } else { "" };
-        format!(
-            "warning: elements of {points} {words}: tribosweep query {name}{steps} --where \
-             '{column} > 0'{store_option}\n"
-        )
-    }
-
     fn missed_accuracy(&self) -> String {
         let inaccurate = self.results.inaccurate();
         if inaccurate == 0 {
@@ -222,17 +217,41 @@ impl RunSummary<'_> {
     }
 }
 
+/// Returns a line for each doubt about a study's results, with the command that shows the rows.
+pub(crate) fn warning_lines(results: &Results<'_>, store_option: &str) -> Vec<String> {
+    let name = results.study().name();
+    let line = |warning: Warning| {
+        // A row of `query` without `--steps` is the end of a path.
+        let steps = if warning.steps { " --steps" } else { "" };
+        format!(
+            "warning: {}: tribosweep query {name}{steps} --where '{}'{store_option}\n",
+            warning.words, warning.filter
+        )
+    };
+    results.warnings().into_iter().map(line).collect()
+}
+
+/// Returns the doubts about a study's results.
+pub(crate) fn warning_words(results: &Results<'_>) -> Vec<String> {
+    results.warnings().into_iter().map(|warning| warning.words).collect()
+}
+
 /// Draws each of the study's figures to files in the store's folder of figures. A figure that
 /// cannot be drawn hinders no other.
-fn draw_figures(results: &Results<'_>, directory: &Path) -> Vec<DrawnFigure> {
+fn draw_figures(results: &Results<'_>, directory: &Path) -> Result<Vec<Result<DrawnFigure>>> {
     let folder = directory.join("figures");
     let draw = |figure: &study::Figure| {
         std::fs::create_dir_all(&folder)
             .with_context(|| format!("cannot make {}", folder.display()))?;
         let files = figures::figure_files(&folder.join(figure.stem(results.study().name())));
-        figures::draw(results, figure, None, &files).map(|()| files)
+        let missing = figures::draw(results, figure, None, &files)?;
+        Ok(DrawnFigure { files, missing })
     };
-    results.study().figures().iter().map(draw).collect()
+    let figures = results.figures()?;
+    if figures.is_empty() && !results.study().suggestions().is_empty() {
+        return Ok(vec![Err(anyhow!(figures::nothing_varies(results.study())))]);
+    }
+    Ok(figures.iter().map(draw).collect())
 }
 
 /// Returns the command that continues a run.

@@ -1,13 +1,15 @@
 //! `answer`: the answers of a study beyond its rows.
 
-use answers::Results;
+use answers::{Progress, Results};
 use anyhow::Result;
 use store::Store;
 
 use crate::answer_text::{answers_json, answers_words};
 use crate::cli::AnswerArgs;
 use crate::output::{self, Finish, layout};
-use crate::stored::{StoreSource, stored_study, tell_origin};
+use crate::stored::{StoreSource, store_option, stored_study, tell_origin};
+use crate::summary::{warning_lines, warning_words};
+use crate::words::count;
 
 /// Prints the answers of a study.
 pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
@@ -23,17 +25,34 @@ pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
             "question": study.question(),
             "progress": progress,
             "answers": answers_json(results.answers()?)?,
+            "inaccurate": results.inaccurate(),
+            "warnings": warning_words(&results),
         }));
     }
+    let mut text = format!("{}\n", results.study().question());
     if results.answers()?.is_empty() {
         // The rows of the study are its answer.
-        let rows = results.usual_table()?;
-        return output::print(
-            format!("{}\n\n{}", results.study().question(), rows.terminal(&layout())).trim_start(),
-        );
+        text += &format!("\n{}", results.usual_table()?.terminal(&layout()));
+    } else {
+        text += &answers_words(results.answers()?);
     }
-    output::print(
-        format!("{}\n{}", results.study().question(), answers_words(results.answers()?))
-            .trim_start(),
+    let store_option = store_option(&args.store.store);
+    text += &incomplete(&results, &store_option);
+    warning_lines(&results, &store_option).iter().for_each(|line| text += line);
+    output::print(text.trim_start())
+}
+
+/// Says how many points have no solution, and the command that lists them; nothing if all have.
+fn incomplete(results: &Results<'_>, store_option: &str) -> String {
+    let Progress { points, failed, left, .. } = results.progress();
+    if failed + left == 0 {
+        return String::new();
+    }
+    let of = count(points, "point", "points");
+    let filter = if failed > 0 { "status != \"certified\"" } else { "status == null" };
+    format!(
+        "\n{failed} of {of} failed, {left} left: tribosweep query {} --where \
+         '{filter}'{store_option}\n",
+        results.study().name()
     )
 }

@@ -107,14 +107,21 @@ fn runs(case: &Case, surfaces: &Surfaces, repeat: u32) -> Result<Vec<EffectRun>>
         let job = Job::Solve(Case { scene: case.scene.clone(), numerics });
         let measurement = measure(&order(&job, job.canonical(), surfaces)?, repeat)?;
         let fields = decode_fields(&measurement.fields)?;
+        let status = Standing::from(&measurement.outcome.status);
+        // Two iterates that are no solutions do not tell what an effect changes.
+        let is_solved = status == Standing::Certified
+            && runs.iter().all(|run: &EffectRun| run.status == Standing::Certified);
         runs.push(EffectRun {
             simulate,
             unknowns,
             seconds: median(measurement.seconds),
             bytes: measurement.bytes,
             iterations: measurement.outcome.work().iterations,
-            difference: first.as_ref().and_then(|first| first.difference(&fields)),
-            status: Standing::from(&measurement.outcome.status),
+            difference: first
+                .as_ref()
+                .filter(|_| is_solved)
+                .and_then(|first| first.difference(&fields)),
+            status,
         });
         first.get_or_insert(fields);
     }

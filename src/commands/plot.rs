@@ -5,10 +5,9 @@ use std::path::Path;
 use answers::Results;
 use anyhow::{Result, bail};
 use store::Store;
-use study::Study;
 
 use crate::cli::PlotArgs;
-use crate::figures::{draw, figure_files};
+use crate::figures::{draw, figure_files, nothing_varies};
 use crate::output::{self, Finish};
 use crate::stored::{StoreSource, stored_study, tell_origin};
 
@@ -18,7 +17,7 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
     tell_origin(&reader);
     let source = StoreSource::Reader(&reader);
     let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
-    let figures = chosen(args, results.study())?;
+    let figures = chosen(args, &results)?;
     if let (Some(file), [_, _, ..]) = (&args.output, &figures[..]) {
         let names =
             figures.iter().map(|figure| figure.name.as_str()).collect::<Vec<_>>().join(", ");
@@ -33,7 +32,12 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
         let files =
             args.output.clone().map_or_else(|| figure_files(Path::new(&stem)), |file| vec![file]);
         match draw(&results, figure, args.filter.as_deref(), &files) {
-            Ok(()) => written.extend(files),
+            Ok(missing) => {
+                for (file, missing) in files.iter().zip(missing.iter().cycle()) {
+                    output::say(&format!("{}: {missing}", file.display()));
+                }
+                written.extend(files);
+            }
             // A figure that cannot be drawn hinders no other.
             Err(error) => failed.replace(error).iter().for_each(output::complain),
         }
@@ -50,8 +54,9 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
 
 /// Returns the study's figures or the one that is named, as they are or, with columns or axes
 /// given, the first of them changed.
-fn chosen(args: &PlotArgs, study: &Study) -> Result<Vec<study::Figure>> {
-    let figures = named_figures(args, study)?;
+fn chosen(args: &PlotArgs, results: &Results<'_>) -> Result<Vec<study::Figure>> {
+    let study = results.study();
+    let figures = named_figures(args, results.figures()?)?;
     let PlotArgs { x, y, series, panels, steps, log_x, log_y, .. } = args;
     let is_unchanged = x.is_none()
         && y.is_empty()
@@ -66,9 +71,13 @@ fn chosen(args: &PlotArgs, study: &Study) -> Result<Vec<study::Figure>> {
         (Some(figure), ..) => figure,
         (None, Some(x), false) => study::Figure::new(x.clone(), y.clone()),
         _ => {
+            let why = match study.suggestions() {
+                [] => "the study suggests no figure".to_owned(),
+                _ => format!("the study suggests no figure: {}", nothing_varies(study)),
+            };
             bail!(
-                "the study suggests no figure; name its columns with --x and --y (`tribosweep \
-                 query {} --columns` lists them)",
+                "{why}; name its columns with --x and --y (`tribosweep query {} --columns` lists \
+                 them)",
                 args.name
             )
         }
@@ -99,8 +108,7 @@ fn chosen(args: &PlotArgs, study: &Study) -> Result<Vec<study::Figure>> {
 }
 
 /// Returns the study's figures, or the one with the name that the arguments give.
-fn named_figures(args: &PlotArgs, study: &Study) -> Result<Vec<study::Figure>> {
-    let figures = study.figures();
+fn named_figures(args: &PlotArgs, figures: &[study::Figure]) -> Result<Vec<study::Figure>> {
     let Some(name) = &args.figure else { return Ok(figures.to_vec()) };
     if let Some(figure) = figures.iter().find(|figure| figure.name == *name) {
         return Ok(vec![figure.clone()]);

@@ -22,7 +22,7 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
         columns(results.study(), args.steps)?
     } else {
         let selected = if args.select.is_empty() {
-            results.usual_columns(args.steps)
+            results.usual_columns(args.steps)?
         } else {
             args.select.clone()
         };

@@ -1,6 +1,6 @@
 //! `show`: one result whole.
 
-use answers::effects;
+use answers::{effects, warnings};
 use anyhow::{Context, Result, bail};
 use contact::model::Outcome;
 use contact::punch::Surfaces;
@@ -28,6 +28,11 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
     }
     if let Some(name) = &args.field {
         fields::check_field(name, args.output.as_deref())?;
+        if !record.is_certified() {
+            output::say(
+                "not certified: the field is that of the last iterate, which is no solution",
+            );
+        }
         let fields = match record.multiplicity() {
             Some(found) => fields::solution_fields(found, args.solution)?,
             None => {
@@ -37,7 +42,8 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
         };
         return fields::show_field(&fields, name, args.output.as_deref());
     }
-    let patches = record.outcome().and_then(Outcome::last).map_or(0, |end| end.observables.patches);
+    let end = record.outcome().filter(|_| record.is_certified()).and_then(Outcome::last);
+    let patches = end.map_or(0, |end| end.observables.patches);
     // The numbers can be shown without the fields.
     let fields = (patches > 1)
         .then(|| {
@@ -48,7 +54,9 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
     if args.json {
         return output::print_json(&json(&record, fields.as_ref(), &surfaces)?);
     }
-    output::print(&words(&record, fields.as_ref(), &surfaces)?)
+    let mut text = words(&record, fields.as_ref(), &surfaces)?;
+    warnings(&record).iter().for_each(|warning| text += &format!("warning: {}\n", warning.words));
+    output::print(&text)
 }
 
 /// Returns the only key of a store that begins with some characters.

@@ -4,7 +4,7 @@ use std::collections::hash_map::Entry;
 use std::time::Instant;
 
 use answers::choice::{Discovery, choose};
-use answers::{Performed, RecordMap, WARNINGS, perform};
+use answers::{Performed, RecordMap, perform, warnings};
 use anyhow::{Context, Result, bail};
 use contact::Operators;
 use contact::model::Fields;
@@ -137,8 +137,8 @@ fn show(args: &SolveArgs, study: &Study, solution: &SolvedScene) -> Result<()> {
 
 /// Says on standard error what is to be doubted in the result.
 fn say_doubts(study: &Study, SolvedScene { record, discovery, .. }: &SolvedScene) {
-    for warning in WARNINGS.iter().filter(|warning| warning.concerns(record)) {
-        output::say(&format!("warning: elements {}", warning.words));
+    for warning in warnings(record) {
+        output::say(&format!("warning: {}", warning.words));
     }
     if let (Some(Discovery::Beyond { error, reason, .. }), true) =
         (discovery, record.is_certified())

@@ -1,6 +1,6 @@
 //! `status`: how far the studies of a store are.
 
-use answers::Progress;
+use answers::Results;
 use anyhow::Result;
 use report::{Cell, DataTable, TableColumn};
 use store::Store;
@@ -24,24 +24,28 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
     let mut rows = Vec::new();
     let mut listed = Vec::new();
     for study in studies {
-        let progress = match Progress::read(&study, &StoreSource::Reader(&reader)) {
-            Ok(progress) => progress,
+        let name = study.name().to_owned();
+        let source = StoreSource::Reader(&reader);
+        let results = match Results::read(study, &source) {
+            Ok(results) => results,
             Err(error) if args.name.is_none() => {
                 let error = anyhow::Error::from(error);
-                output::complain(&error.context(format!("study `{}`", study.name())));
+                output::complain(&error.context(format!("study `{name}`")));
                 continue;
             }
             Err(error) => return Err(error.into()),
         };
+        let (progress, inaccurate) = (results.progress(), results.inaccurate());
+        let question = results.study().question();
         listed.push(serde_json::json!({
-            "study": study.name(), "question": study.question(), "progress": progress,
+            "study": name, "question": question, "progress": progress, "inaccurate": inaccurate,
         }));
-        let mut row = vec![Cell::Text(study.name().to_owned())];
+        let mut row = vec![Cell::Text(name)];
         row.extend(
-            [progress.points, progress.done, progress.failed, progress.left]
+            [progress.points, progress.done, progress.failed, progress.left, inaccurate]
                 .map(|count| Cell::Integer(count as i64)),
         );
-        row.push(Cell::Text(study.question().to_owned()));
+        row.push(Cell::Text(question.to_owned()));
         rows.push(row);
     }
     if args.json {
@@ -50,7 +54,7 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
     if rows.is_empty() && reader.study_names()?.is_empty() {
         return output::print("no studies so far\n");
     }
-    let heads = ["study", "points", "certified", "failed", "left", "question"]
+    let heads = ["study", "points", "certified", "failed", "left", "inaccurate", "question"]
         .map(|name| TableColumn::new(name, ""));
     output::print(&DataTable::new(heads.to_vec(), rows)?.terminal(&layout()))
 }

@@ -3,6 +3,7 @@
 mod accuracy;
 mod adaptive;
 mod effects;
+mod failed;
 mod height_maps;
 mod kinds;
 mod paths;

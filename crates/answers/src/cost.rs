@@ -6,12 +6,13 @@
 
 mod reference;
 mod rung;
+mod ties;
 mod words;
 
 use contact::assess::closed_form;
 use contact::model::{Control, Dof};
 use contact::theory::PowerLaw;
-use report::{Cell, DataTable, TableColumn, pareto_front};
+use report::{Cell, DataTable, TableColumn};
 use study::columns::Compared;
 use study::key::Key;
 use study::kind::cost::{Cost, is_rung};
@@ -25,7 +26,8 @@ use crate::rows::digits;
 
 use reference::{CostReference, SCALARS};
 use rung::{CostRung, Laws, claim, rungs_of};
-use words::{sentence, settings};
+use ties::{CheapestRung, cheapest_for_their_error};
+use words::{sentence, settings, several_settings};
 
 /// Refuses a study whose error has nothing to be measured against, before anything is solved.
 pub(crate) fn check(study: &Study, cost: &Cost, points: &[StudyPoint]) -> Result<(), AnswerError> {
@@ -101,7 +103,9 @@ impl<'a> CostLadder<'a> {
             let errors = reference.errors(evidence, rung, &target)?;
             rung.error = errors.as_ref().and_then(|errors| errors.get(on)).unwrap_or(f64::NAN);
             let reference = reference.full_name();
-            compared[rung.point] = errors.map(|errors| Compared { errors, reference, claim: None });
+            let noise = Some(rung.noise);
+            compared[rung.point] =
+                errors.map(|errors| Compared { errors, reference, claim: None, noise });
         }
         rungs.retain(|rung| rung.error.is_finite() && rung.seconds > 0.0);
         if rungs.is_empty() {
@@ -147,7 +151,13 @@ impl CostTables {
             let heads = self.place.heads(study).into_iter().chain(heads).collect();
             Ok::<_, AnswerError>(AnswerTable { title, table: DataTable::new(heads, rows)? })
         };
-        let front = [("error up to", ""), ("seconds", "s"), ("spread", ""), ("settings", "")];
+        let front = [
+            ("error up to", ""),
+            ("seconds", "s"),
+            ("spread", ""),
+            ("settings", ""),
+            ("as cheap within the noise", ""),
+        ];
         let laws = [
             ("with", ""),
             ("error of", ""),
@@ -167,12 +177,10 @@ impl CostTables {
     }
 }
 
-/// Returns a row for each rung that no other one beats in both error and time.
+/// Returns a row for each error that some rung has for a price that no other one clearly beats.
 fn front(evidence: &Evidence<'_>, ladder: &CostLadder<'_>) -> Vec<Vec<Cell>> {
-    let spots: Vec<(f64, f64)> =
-        ladder.rungs.iter().map(|rung| (rung.seconds, rung.claim)).collect();
-    let row = |index: usize| {
-        let rung = &ladder.rungs[index];
+    let row = |choice: CheapestRung<'_, '_>| {
+        let CheapestRung { rung, ties } = choice;
         let mut row = ladder.place.cells();
         row.extend([
             Cell::Number(rung.claim),
@@ -180,9 +188,13 @@ fn front(evidence: &Evidence<'_>, ladder: &CostLadder<'_>) -> Vec<Vec<Cell>> {
             Cell::Number(digits(rung.spread, 1)),
             Cell::Text(settings(evidence, rung, |_| true)),
         ]);
+        row.push(match &ties[..] {
+            [] => Cell::Missing,
+            ties => Cell::Text(several_settings(evidence, ties)),
+        });
         row
     };
-    pareto_front(&spots).into_iter().map(row).collect()
+    cheapest_for_their_error(&ladder.rungs).into_iter().map(row).collect()
 }
 
 /// Returns a row for each family of rungs that has some.

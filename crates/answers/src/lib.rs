@@ -35,6 +35,8 @@ pub mod rows;
 mod solutions;
 #[cfg(test)]
 mod testing;
+mod undrawn;
+mod variation;
 mod warnings;
 
 pub use comparison::AnswerTable;
@@ -46,5 +48,6 @@ pub use path::{increments_of, path_columns};
 pub use perform::Performed;
 pub use place::StudyPlace;
 pub use records::{RecordMap, Records, RecordsError};
-pub use results::{Progress, Results};
-pub use warnings::{WARNINGS, Warning};
+pub use results::{FigureRows, Progress, Results};
+pub use undrawn::Undrawn;
+pub use warnings::{Warning, warnings};

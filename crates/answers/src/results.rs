@@ -2,10 +2,10 @@
 
 use std::cell::OnceCell;
 
-use report::DataTable;
+use report::{Cell, DataTable, TableColumn};
 use serde::Serialize;
 use study::columns::{Role, Row, along_path};
-use study::{Figure, Record, Standing, Study, StudyPoint};
+use study::{Adaptive, Figure, Kind, Record, Standing, Study, StudyPoint};
 
 use crate::choice::{self, Discovery, Finding, Gathered, PointChoice, gather};
 use crate::comparison::{AnswerTable, Comparison};
@@ -15,6 +15,9 @@ use crate::kind::answers_of;
 use crate::path::path_columns;
 use crate::records::{RecordMap, Records};
 use crate::rows::{heads, increments, row};
+use crate::undrawn::{IS_CERTIFIED, Undrawn, only_certified};
+use crate::variation::{Variation, noise, variation};
+use crate::warnings::{AskedError, Subject, Warning, of_elements, of_estimates};
 
 /// The points of a study, with the records that their jobs have left.
 pub struct Results<'r> {
@@ -26,6 +29,16 @@ pub struct Results<'r> {
     /// The comparison of the points, made when it is first asked for: it reads the fields of many
     /// records.
     comparison: OnceCell<Comparison>,
+    /// The figures, chosen when they are first asked for.
+    figures: OnceCell<Vec<Figure>>,
+}
+
+/// The rows that a figure is drawn from, and the points that are missing among them.
+pub struct FigureRows {
+    /// The rows; where a point has no certified result, the columns along y are empty.
+    pub table: DataTable,
+    /// The points that are not drawn.
+    pub undrawn: Undrawn,
 }
 
 /// The progress of a study, in numbers of points.
@@ -72,7 +85,15 @@ impl<'r> Results<'r> {
     pub fn read(study: Study, source: &'r dyn Records) -> Result<Self, AnswerError> {
         let Gathered { choice: PointChoice { points, findings }, records } =
             gather(&study, source)?;
-        Ok(Self { study, points, records, findings, source, comparison: OnceCell::new() })
+        Ok(Self {
+            study,
+            points,
+            records,
+            findings,
+            source,
+            comparison: OnceCell::new(),
+            figures: OnceCell::new(),
+        })
     }
 
     /// Returns the study.
@@ -99,6 +120,39 @@ impl<'r> Results<'r> {
     pub fn inaccurate(&self) -> usize {
         let is_missed = |finding: &&Finding| matches!(finding.discovery, Discovery::Beyond { .. });
         self.findings.iter().filter(is_missed).count()
+    }
+
+    /// Returns the doubts about the certified results: counts of elements that should be 0, and
+    /// errors of the mesh that are not estimated or large beside what the study asks. Studies that
+    /// compare meshes have coarse ones on purpose, and their errors are in the answers.
+    pub fn warnings(&self) -> Vec<Warning> {
+        let of = |points: &[&StudyPoint]| {
+            points.iter().filter_map(|point| self.record(point)).collect::<Vec<&Record>>()
+        };
+        let all: Vec<&StudyPoint> = self.points.iter().collect();
+        let mut warnings = of_elements(&of(&all), Subject::Points);
+        if self.study.kind() != Kind::Solve {
+            return warnings;
+        }
+        // Coarser meshes of a scene are steps on the way to the last.
+        let is_last =
+            |pair: &[&StudyPoint]| pair.get(1).is_none_or(|next| next.values != pair[0].values);
+        let ends = match self.study.adaptive() {
+            Some(Adaptive::Refine { on, until, .. }) => {
+                let last = (0..all.len()).filter(|index| is_last(&all[*index..]));
+                let ends: Vec<&StudyPoint> = last.map(|index| all[index]).collect();
+                if let Some(limit) = AskedError::of_column(on, *until) {
+                    warnings.extend(of_estimates(&of(&ends), Subject::Points, &limit));
+                }
+                ends
+            }
+            Some(Adaptive::Accuracy(_) | Adaptive::Bisect { .. }) | None => all,
+        };
+        let others = of_estimates(&of(&ends), Subject::Points, &AskedError::LARGE);
+        warnings.extend(
+            others.into_iter().filter(|other| !warnings.contains(other)).collect::<Vec<_>>(),
+        );
+        warnings
     }
 
     /// Returns what the study says beyond its rows.
@@ -146,43 +200,113 @@ impl<'r> Results<'r> {
     /// # Errors
     /// The fields of a record that is compared cannot be read.
     pub fn usual_table(&self) -> Result<DataTable, AnswerError> {
-        let names = self.usual_columns(false);
+        let names = self.usual_columns(false)?;
         Ok(self.table(&names)?.select(&names)?)
     }
 
+    /// Returns the figures that answer the study's question: those of its file, else the first of
+    /// the suggested ones that shows something that varies along its abscissa. There is none if
+    /// nothing does.
+    ///
+    /// # Errors
+    /// The fields of a record that is compared cannot be read.
+    pub fn figures(&self) -> Result<&[Figure], AnswerError> {
+        if let Some(figures) = self.figures.get() {
+            return Ok(figures);
+        }
+        let figures = match self.study.suggestions() {
+            [] => self.study.figures().to_vec(),
+            suggestions => self.varying(suggestions)?.into_iter().collect(),
+        };
+        Ok(self.figures.get_or_init(|| figures))
+    }
+
+    /// Returns the first of some figures that shows something that varies, without columns that do
+    /// not; the first of all as long as no curve has two points.
+    fn varying(&self, suggestions: &[Figure]) -> Result<Option<Figure>, AnswerError> {
+        let mentions: Vec<&str> = suggestions
+            .iter()
+            .flat_map(|figure| figure.y.iter().chain(figure.band.iter().flatten()))
+            .map(String::as_str)
+            .collect();
+        let table = self.table(&mentions)?.filter(IS_CERTIFIED)?;
+        let noise = noise(&self.points);
+        let mut is_known = false;
+        for figure in suggestions {
+            match variation(&table, figure, noise)? {
+                Variation::Varies(figure) => return Ok(Some(figure)),
+                Variation::Constant => is_known = true,
+                Variation::Unknown => {}
+            }
+        }
+        Ok(suggestions.first().filter(|_| !is_known).cloned())
+    }
+
     /// Returns the rows that a figure is drawn from, those for which `filter` holds: the points, or
-    /// their increments. The increment at which a path has failed is no solution and not among
-    /// them.
+    /// their increments. A point without a certified result is no point of a curve: its columns
+    /// along y are empty. The increment at which a path has failed is not among the rows.
     ///
     /// # Errors
     /// The filter cannot be evaluated, or the fields of a record that is compared cannot be read.
-    pub fn figure_table(
+    pub fn figure_rows(
         &self,
         figure: &Figure,
         filter: Option<&str>,
-    ) -> Result<DataTable, AnswerError> {
+    ) -> Result<FigureRows, AnswerError> {
+        let undrawn = self.undrawn(figure, filter)?;
+        let Figure { x, y, series, panels, band, names, .. } = figure;
+        let drawn = y.iter().chain(band.iter().flatten());
         let table = if figure.steps {
-            self.increments()?.filter("status == \"certified\"")?
+            self.increments()?.filter(IS_CERTIFIED)?
         } else {
-            let Figure { x, y, series, panels, band, names, .. } = figure;
-            let columns = [x].into_iter().chain(y).chain(series).chain(panels).chain(names);
-            let columns = columns.chain(band.iter().flatten()).map(String::as_str);
+            let columns = [x].into_iter().chain(series).chain(panels).chain(names);
+            let columns = columns.chain(drawn.clone()).map(String::as_str);
             self.table(&columns.chain(filter).collect::<Vec<_>>())?
         };
-        Ok(match filter {
+        let table = match filter {
             Some(expression) => table.filter(expression)?,
             None => table,
+        };
+        Ok(FigureRows { table: only_certified(&table, drawn)?, undrawn })
+    }
+
+    /// Counts the points without a certified result that a figure of the rows for which `filter`
+    /// holds would show. Where the filter asks for a result, it may hold.
+    fn undrawn(&self, figure: &Figure, filter: Option<&str>) -> Result<Undrawn, AnswerError> {
+        let Some(expression) = filter else {
+            let Progress { points, failed, left, .. } = self.progress();
+            return Ok(Undrawn { points, failed, left, steps: figure.steps });
+        };
+        let mut columns = self.study.columns();
+        if figure.steps {
+            columns = along_path(columns);
+        }
+        let rows = self
+            .points
+            .iter()
+            .map(|point| row(&columns, &Row { point, record: self.record(point), compared: None }));
+        let table = DataTable::new(heads(&columns), rows.collect())?;
+        let table = table.filter_possible(expression)?;
+        let count = |condition: &str| Ok::<_, AnswerError>(table.filter(condition)?.rows().len());
+        Ok(Undrawn {
+            points: table.rows().len(),
+            failed: count("status == \"failed\" || status == \"quarantined\"")?,
+            left: count("status == null")?,
+            steps: figure.steps,
         })
     }
 
     /// Returns the columns that answer the question at a glance, of the points or of their
     /// increments (`steps`): the axes, those of the figures, the usual observables, and how it
     /// ended.
-    pub fn usual_columns(&self, steps: bool) -> Vec<String> {
+    ///
+    /// # Errors
+    /// The fields of a record that is compared cannot be read.
+    pub fn usual_columns(&self, steps: bool) -> Result<Vec<String>, AnswerError> {
         let columns = self.study.columns();
         let axes = columns.iter().filter(|column| column.role == Role::Axis);
         let mut names: Vec<String> = axes.map(|column| column.name.to_string()).collect();
-        let figures = self.study.figures().iter().filter(|figure| steps || !figure.steps);
+        let figures = self.figures()?.iter().filter(|figure| steps || !figure.steps);
         let of_figures: Vec<String> = figures
             .flat_map(|figure| {
                 [&figure.x].into_iter().chain(&figure.y).chain(figure.band.iter().flatten())
@@ -201,7 +325,7 @@ impl<'r> Results<'r> {
                 names.push(name);
             }
         }
-        names
+        Ok(names)
     }
 
     fn comparison(&self) -> Result<&Comparison, AnswerError> {
@@ -212,11 +336,28 @@ impl<'r> Results<'r> {
         Ok(self.comparison.get_or_init(|| comparison))
     }
 
+    /// Says how many points a comparison leaves out since they have no certified result; nothing
+    /// if all have, or if nothing is compared yet.
+    fn missing(&self, comparison: &Comparison) -> Result<Option<AnswerTable>, AnswerError> {
+        let Progress { points, failed, left, .. } = self.progress();
+        if comparison.answers.is_empty() || failed + left == 0 || left == points {
+            return Ok(None);
+        }
+        let sentence = format!(
+            "this leaves out {} of {points} points: {failed} failed, {left} have no result yet",
+            failed + left
+        );
+        let heads = vec![TableColumn::new("answer", "")];
+        let table = DataTable::new(heads, vec![vec![Cell::Text(sentence)]])?;
+        Ok(Some(AnswerTable { title: "missing", table }))
+    }
+
     fn compare(&self) -> Result<Comparison, AnswerError> {
         let Self { study, points, records, findings, source, .. } = self;
         let kind = answers_of(study.kind());
         let evidence = Evidence { study, points, records, source: *source };
         let mut comparison = (kind.compare)(&evidence)?;
+        comparison.answers.extend(self.missing(&comparison)?);
         if kind.tells_choice && !findings.is_empty() {
             let table = choice::table(study, findings)?;
             comparison.answers.insert(0, AnswerTable { title: "found", table });

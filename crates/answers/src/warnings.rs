@@ -1,37 +1,231 @@
-//! Counts of elements that should be 0.
+//! Doubts about results that are certified: counts of elements that should be 0, and errors of the
+//! mesh that are not estimated or large.
 
-use contact::model::Observables;
+use contact::model::{FigureErrors, Observables, StepOutcome};
 use study::Record;
 
-/// A count of elements that should be 0.
+use crate::evidence::end_of;
+use crate::rows::digits;
+
+/// A doubt about some results.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
-    /// The column of the count.
-    pub column: &'static str,
-    /// The meaning of another count, after the word "elements".
-    pub words: &'static str,
-    count: fn(&Observables) -> u64,
+    /// The doubt, in words.
+    pub words: String,
+    /// The filter that finds the rows that it concerns.
+    pub filter: String,
+    /// The rows are those of increments: the end of some path does not show it.
+    pub steps: bool,
 }
 
-/// Every warning.
-pub const WARNINGS: [Warning; 2] = [
-    Warning {
+/// The relative error above which an estimate is large if nobody has asked for less.
+const LARGE: f64 = 0.1;
+
+/// The estimated errors that are looked at if nobody has asked for one: those of scalars whose
+/// limit is a number.
+const FIGURES: [&str; 7] =
+    ["load", "approach", "tangential_force", "shift", "moment", "rotation", "peak_pressure"];
+
+/// The errors that an estimate is held against.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct AskedError {
+    /// The figure whose error counts; `None` for any scalar.
+    pub(crate) figure: Option<&'static str>,
+    /// The largest relative error.
+    pub(crate) is: f64,
+}
+
+impl AskedError {
+    /// The error that is large whatever the study asks.
+    pub(crate) const LARGE: AskedError = AskedError { figure: None, is: LARGE };
+
+    /// Returns the error of the figure that tells of a column, if it is to change by less than
+    /// `until`; `None` for a column whose error nothing estimates.
+    pub(crate) fn of_column(column: &str, until: f64) -> Option<Self> {
+        let figure = match column {
+            "load" => "load",
+            "at_approach" => "approach",
+            "peak_pressure" => "peak_pressure",
+            "contact_area" | "contact_radius" => "contact_area",
+            "stick_area" | "stick_fraction" => "stick_area",
+            _ => return None,
+        };
+        Some(Self { figure: Some(figure), is: until })
+    }
+
+    fn figures(&self) -> &[&'static str] {
+        self.figure.as_ref().map_or(&FIGURES, std::slice::from_ref)
+    }
+}
+
+/// A count of elements that should be 0.
+struct ElementCount {
+    /// The column of the count.
+    column: &'static str,
+    /// The meaning of another count, after the word "elements".
+    words: &'static str,
+    read: fn(&Observables) -> u64,
+}
+
+const COUNTS: [ElementCount; 2] = [
+    ElementCount {
         column: "edge_elements",
         words: "touch the edge of Ω although the punch goes on beyond it; give a larger `domain`",
-        count: |observables| observables.edge_elements,
+        read: |observables| observables.edge_elements,
     },
-    Warning {
+    ElementCount {
         column: "ceiling_elements",
         words: "reach the pressure ceiling and so solve the regularised equation only; \
                 raise `ceiling`",
-        count: |observables| observables.ceiling_elements,
+        read: |observables| observables.ceiling_elements,
     },
 ];
 
-impl Warning {
-    /// Tells whether some increment of a result has such elements.
-    pub fn concerns(&self, record: &Record) -> bool {
-        record.outcome().is_some_and(|outcome| {
-            outcome.steps.iter().any(|step| (self.count)(&step.observables) > 0)
+/// Returns the doubts about one result of a scene, whatever its study asks.
+pub fn warnings(record: &Record) -> Vec<Warning> {
+    let mut warnings = of_elements(&[record], Subject::OneResult);
+    warnings.extend(of_estimates(&[record], Subject::OneResult, &AskedError::LARGE));
+    warnings
+}
+
+/// Warns of counts of elements of some results.
+pub(crate) fn of_elements(records: &[&Record], subject: Subject) -> Vec<Warning> {
+    let warning = |ElementCount { column, words, read }: &ElementCount| {
+        let is_counted = |step: &StepOutcome| read(&step.observables) > 0;
+        let concerned: Vec<&&Record> =
+            records.iter().filter(|record| steps_of(record).iter().any(is_counted)).collect();
+        (!concerned.is_empty()).then(|| Warning {
+            words: format!("elements{} {words}", subject.of(concerned.len())),
+            filter: format!("{column} > 0"),
+            steps: concerned.iter().any(|record| steps_of(record).len() > 1),
         })
+    };
+    COUNTS.iter().filter_map(warning).collect()
+}
+
+fn steps_of(record: &Record) -> &[StepOutcome] {
+    record.outcome().map_or(&[], |outcome| &outcome.steps)
+}
+
+/// Warns of certified results in contact whose error is not estimated, or is larger than what is
+/// limit.
+pub(crate) fn of_estimates(
+    records: &[&Record],
+    subject: Subject,
+    limit: &AskedError,
+) -> Vec<Warning> {
+    let is_meant = |record: &&&Record| {
+        record.is_certified()
+            && end_of(record).is_some_and(|end| end.observables.contact_area > 0.0)
+    };
+    let meant: Vec<&&Record> = records.iter().filter(is_meant).collect();
+    let mut warnings = Vec::new();
+    warnings.extend(missing(&meant, subject, limit));
+    warnings.extend(large(&meant, subject, limit));
+    warnings
+}
+
+/// The results that a warning is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Subject {
+    /// The only result that there is.
+    OneResult,
+    /// The points of a study.
+    Points,
+}
+
+impl Subject {
+    /// Says how many of them are concerned, after a noun.
+    fn of(self, count: usize) -> String {
+        match (self, count) {
+            (Subject::OneResult, _) => String::new(),
+            (Subject::Points, 1) => " of 1 point".to_owned(),
+            (Subject::Points, count) => format!(" of {count} points"),
+        }
     }
+}
+
+fn missing(records: &[&&Record], subject: Subject, limit: &AskedError) -> Option<Warning> {
+    let has_none = |record: &&&&Record| match (estimates(record), limit.figure) {
+        (None, _) => true,
+        (Some(errors), Some(figure)) => error(&errors, figure).is_none(),
+        (Some(_), None) => false,
+    };
+    let concerned: Vec<&&&Record> = records.iter().filter(has_none).collect();
+    let first = concerned.first()?;
+    let is_coarse = |record: &&&&Record| {
+        let fewest = |end: &StepOutcome| end.observables.mesh_x.min(end.observables.mesh_y);
+        end_of(record).is_some_and(|end| fewest(end) < FEWEST)
+    };
+    let why = if concerned.iter().all(is_coarse) {
+        format!(": there are fewer than {FEWEST} elements along a side; give a finer `mesh`")
+    } else if estimates(first).is_some() {
+        "; its limit may not be a number".to_owned()
+    } else {
+        ": half as many elements along each side did not do".to_owned()
+    };
+    let what = limit.figure.map_or(String::new(), |figure| format!(" in the {}", noun(figure)));
+    let column = limit.figure.unwrap_or("solver");
+    Some(Warning {
+        words: format!("no error{what}{} is estimated{why}", subject.of(concerned.len())),
+        filter: format!("status == \"certified\" && estimate_{column} == null"),
+        steps: false,
+    })
+}
+
+/// The number of elements along a side below which there is no estimate.
+const FEWEST: u64 = 4;
+
+fn large(records: &[&&Record], subject: Subject, limit: &AskedError) -> Option<Warning> {
+    let above = |record: &Record, figure: &str| {
+        estimates(record).and_then(|errors| error(&errors, figure)).filter(|e| *e > limit.is)
+    };
+    let figures = limit.figures();
+    let concerned = records
+        .iter()
+        .filter(|record| figures.iter().any(|figure| above(record, figure).is_some()));
+    let count = concerned.count();
+    let worst = |figure: &&'static str| {
+        let largest = records.iter().filter_map(|record| above(record, figure)).reduce(f64::max)?;
+        Some((*figure, largest))
+    };
+    let worst: Vec<(&str, f64)> = figures.iter().filter_map(worst).collect();
+    if worst.is_empty() {
+        return None;
+    }
+    let listed: Vec<String> = worst
+        .iter()
+        .map(|(figure, error)| format!("{} up to {}", noun(figure), percent(*error)))
+        .collect();
+    let conditions: Vec<String> =
+        worst.iter().map(|(figure, _)| format!("estimate_{figure} > {}", limit.is)).collect();
+    let limit = match limit.figure {
+        Some(_) => format!("the {} asked for", percent(limit.is)),
+        None => percent(limit.is),
+    };
+    let words = format!(
+        "estimated errors{} are above {limit}: {}; give a finer `mesh`, or an `accuracy` in place \
+         of it",
+        subject.of(count),
+        listed.join(", ")
+    );
+    Some(Warning { words, filter: conditions.join(" || "), steps: false })
+}
+
+/// Returns the estimated errors of a result.
+fn estimates(record: &Record) -> Option<FigureErrors> {
+    Some(record.outcome()?.estimate?.figures)
+}
+
+fn error(errors: &FigureErrors, figure: &str) -> Option<f64> {
+    errors.named().into_iter().find(|(name, _)| *name == figure).and_then(|(_, error)| error)
+}
+
+fn noun(figure: &str) -> String {
+    figure.replace('_', " ")
+}
+
+/// Writes a relative error in percent, with two digits.
+fn percent(error: f64) -> String {
+    format!("{} %", digits(100.0 * error, 1))
 }

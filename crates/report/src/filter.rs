@@ -52,13 +52,32 @@ impl DataTable {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn filter(&self, expression: &str) -> Result<DataTable, FilterError> {
+        self.keep_by(expression, |truth| truth == Some(true))
+    }
+
+    /// Returns the rows for which an expression may hold, in their order: those for which it holds,
+    /// and those for which it is unknown because a value is missing.
+    ///
+    /// # Errors
+    /// Those of [`filter`](DataTable::filter).
+    pub fn filter_possible(&self, expression: &str) -> Result<DataTable, FilterError> {
+        self.keep_by(expression, |truth| truth != Some(false))
+    }
+
+    /// Returns the rows for which the truth of an expression, `None` where it is unknown, is
+    /// wanted.
+    fn keep_by(
+        &self,
+        expression: &str,
+        is_wanted: impl Fn(Option<bool>) -> bool,
+    ) -> Result<DataTable, FilterError> {
         let condition = compile(expression, self)?;
         let keep = self
             .rows()
             .iter()
             .enumerate()
             .map(|(i, row)| match truth(&condition, row) {
-                Ok(truth) => Ok(truth == Some(true)),
+                Ok(truth) => Ok(is_wanted(truth)),
                 Err(message) => Err(FilterError::Mismatch(format!("{message} (in row {})", i + 1))),
             })
             .collect::<Result<Vec<bool>, _>>()?;

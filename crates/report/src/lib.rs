@@ -50,7 +50,7 @@ mod unit;
 
 pub use field::{Field, FieldError, FieldGrid, TerminalInk, Values, VtiError, field_csv, vti};
 pub use filter::FilterError;
-pub use pareto::pareto_front;
+pub use pareto::{NoisyPoint, pareto_front, pareto_front_within};
 pub use plot::{
     BandPoint, FigureError, FigureSpec, PlotAxis, PlotBand, PlotFigure, PlotPanel, Series, Style,
 };

@@ -165,6 +165,9 @@ pub fn with_cost_ladder(
         set(document.as_item_mut(), &Key::Mesh.path(), LADDER_MESHES[0].into())?;
     }
     document["name"] = toml_edit::value(format!("{}-cost", study.name()));
+    // The ladder does not answer the question of the study that it is made from.
+    document["question"] =
+        toml_edit::value(format!("What does accuracy cost in the scene of {}?", study.name()));
     let is_rung = |setting: &&String| {
         let name = setting.split('=').next().unwrap_or_default().trim();
         matches!(key_of(name), Some(Key::Mesh | Key::Tolerance))

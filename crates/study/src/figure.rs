@@ -22,6 +22,9 @@
 //! y = "force_x"
 //! ```
 
+use std::cmp::Reverse;
+use std::collections::HashSet;
+
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -87,23 +90,26 @@ impl Figure {
         }
     }
 
-    /// Makes a figure without an ordinate over the longest numeric axis. It has a panel for each
-    /// value of the first axis of tables or words, and a curve for each combination of the others'.
-    /// Returns `None` without a numeric axis.
-    pub(crate) fn over_longest_axis(groups: &[Group]) -> Option<Self> {
-        // This keeps the first of the longest axes; `max_by_key` would return the last.
-        let x = firsts(groups)
-            .filter(|axis| axis.is_numeric())
-            .reduce(|a, b| if b.values().len() > a.values().len() { b } else { a })?;
-        let others = || firsts(groups).filter(|axis| axis.column() != x.column());
-        let panels =
-            others().find(|axis| !axis.is_numeric()).map(|axis| axis.column().into_owned());
-        let series = others()
-            .map(|axis| axis.column().into_owned())
-            .filter(|name| Some(name) != panels.as_ref())
-            .collect();
-        let figure = Figure::new(x.column().into_owned(), Vec::new());
-        Some(Figure { series, panels, log_x: x.is_log(), ..figure })
+    /// Makes a figure without an ordinate over each numeric axis, the longest axis first. It has a
+    /// panel for each value of the first axis of tables or words, and a curve for each combination
+    /// of the others'.
+    pub(crate) fn over_axes(groups: &[Group]) -> Vec<Self> {
+        let mut numeric: Vec<&SweepAxis> =
+            firsts(groups).filter(|axis| axis.is_numeric()).collect();
+        // The sort is stable: of axes of one length the first stays first.
+        numeric.sort_by_key(|axis| Reverse(axis.values().len()));
+        let over = |x: &SweepAxis| {
+            let others = || firsts(groups).filter(|axis| axis.column() != x.column());
+            let panels =
+                others().find(|axis| !axis.is_numeric()).map(|axis| axis.column().into_owned());
+            let series = others()
+                .map(|axis| axis.column().into_owned())
+                .filter(|name| Some(name) != panels.as_ref())
+                .collect();
+            let figure = Figure::new(x.column().into_owned(), Vec::new());
+            Figure { series, panels, log_x: x.is_log(), ..figure }
+        };
+        numeric.into_iter().map(over).collect()
     }
 
     /// Returns the name of its files without an ending: the name of the study, followed by that of
@@ -324,7 +330,20 @@ fn read_y(
     (!names.is_empty()).then(|| names.into_iter().map(|(name, _)| name).collect())
 }
 
-/// Returns one axis of each group that varies: those that advance with it say nothing more.
+/// Returns one axis of each group that varies: the first of those that take the most values, for
+/// those that advance with it say nothing more.
 pub(crate) fn firsts(groups: &[Group]) -> impl Iterator<Item = &SweepAxis> {
-    groups.iter().filter(|group| group.len() > 1).filter_map(|group| group.axes().first())
+    groups.iter().filter(|group| group.len() > 1).filter_map(fullest)
+}
+
+/// Returns the first of those axes of a group that take the most values.
+fn fullest(group: &Group) -> Option<&SweepAxis> {
+    let distinct = |axis: &&SweepAxis| {
+        axis.values().map(ToString::to_string).collect::<HashSet<String>>().len()
+    };
+    match group.axes() {
+        [only] => Some(only),
+        // The last one of equals would be returned, so that they are turned round.
+        axes => axes.iter().rev().max_by_key(distinct),
+    }
 }

@@ -6,6 +6,7 @@
 
 pub mod convergence;
 pub mod cost;
+mod freedom;
 mod multiplicity;
 mod solve;
 mod spec;
@@ -118,9 +119,15 @@ impl Kind {
         read
     }
 
-    /// Makes the figure of a study that asks for none; `None` without an axis to draw over.
-    pub(crate) fn figure(self, table: &KindTable, groups: &[Group]) -> Option<Figure> {
-        (self.spec().figure)(table, groups)
+    /// Makes the figures that may answer a study that asks for none, the preferred one first; none
+    /// without an axis to draw over. `jobs` are some of the study's, along each axis.
+    pub(crate) fn suggestions(
+        self,
+        table: &KindTable,
+        groups: &[Group],
+        jobs: &[Job],
+    ) -> Vec<Figure> {
+        (self.spec().suggestions)(table, groups, jobs)
     }
 
     /// Assembles the job that a sheet describes.

@@ -7,6 +7,7 @@ use crate::adaptive::{self, Adaptive};
 use crate::axis::{self, Group};
 use crate::error::{Mistake, StudyError};
 use crate::figure;
+use crate::job::Job;
 use crate::key::{Key, Table, nearest, one_of};
 use crate::kind::Kind;
 use crate::read::{self, Reader, entries};
@@ -55,6 +56,24 @@ impl Study {
             }
         }
         Vec::new()
+    }
+
+    /// Returns jobs along each axis with the others at their first value, some of each axis.
+    fn samples(&self) -> Vec<Job> {
+        /// Scenes that prescribe one thing here and another there are told by a few.
+        const PER_AXIS: usize = 64;
+        let mut jobs = Vec::new();
+        let mut steps = vec![0; self.groups.len()];
+        jobs.extend(self.job(&steps));
+        for (varied, group) in self.groups.iter().enumerate() {
+            let count = group.length.min(PER_AXIS);
+            for sample in 1..count {
+                steps[varied] = sample * (group.length - 1) / (count - 1);
+                jobs.extend(self.job(&steps));
+            }
+            steps[varied] = 0;
+        }
+        jobs
     }
 
     /// Assembles every point. First it goes along each axis with the others at their first value,
@@ -121,10 +140,8 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
         return Err(mistakes);
     }
     let columns = kind.columns(groups.iter().flat_map(Group::axes), axis::keys(&base, &groups));
-    let figures = match root.get("figure") {
-        Some(node) => figure::read_figures(node, &groups, &columns, &mut mistakes),
-        None => kind.figure(&kind_table, &groups).into_iter().collect(),
-    };
+    let figures =
+        root.get("figure").map(|node| figure::read_figures(node, &groups, &columns, &mut mistakes));
     let adaptive = adaptive::read(&root, &base, &groups, &columns, &mut mistakes);
     if !mistakes.is_empty() {
         return Err(mistakes);
@@ -135,7 +152,8 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
         name,
         question,
         kind,
-        figures,
+        figures: Vec::new(),
+        suggestions: Vec::new(),
         points: axis::count(&groups).unwrap_or(0),
         groups,
         base,
@@ -149,6 +167,12 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
         return Err(unreadable);
     }
     study.check()?;
+    study.suggestions = match &figures {
+        Some(_) => Vec::new(),
+        None => kind.suggestions(&study.kind_table, &study.groups, &study.samples()),
+    };
+    study.figures =
+        figures.unwrap_or_else(|| study.suggestions.first().cloned().into_iter().collect());
     Ok(study)
 }
 

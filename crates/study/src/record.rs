@@ -194,6 +194,21 @@ impl Record {
         }
     }
 
+    /// Returns the record that there would be if a path that failed had ended at the last increment
+    /// that was solved; `None` for a path that did not fail, or at its first increment.
+    pub fn before_failure(&self) -> Option<Record> {
+        let is_failed = self.standing() == Standing::Failed;
+        let steps = &self.outcome().filter(|_| is_failed)?.steps;
+        let (mut index, mut before) = (0, None);
+        self.along_path(|increment| {
+            index += 1;
+            if index + 1 == steps.len() {
+                before = Some(increment.clone());
+            }
+        });
+        before
+    }
+
     /// Returns whether the physics of this program computed it.
     pub fn is_current(&self) -> bool {
         self.physics == PHYSICS_VERSION

@@ -58,6 +58,7 @@ pub struct Study {
     pub(crate) question: String,
     pub(crate) kind: Kind,
     pub(crate) figures: Vec<Figure>,
+    pub(crate) suggestions: Vec<Figure>,
     pub(crate) groups: Vec<Group>,
     pub(crate) adaptive: Option<Adaptive>,
     pub(crate) kind_table: KindTable,
@@ -85,10 +86,16 @@ impl Study {
         self.kind
     }
 
-    /// Returns the figures that answer the question: those of the file, else one that the axes
-    /// suggest, if they do.
+    /// Returns the figures that answer the question: those of the file, else the first of those
+    /// that the axes suggest, if they do.
     pub fn figures(&self) -> &[Figure] {
         &self.figures
+    }
+
+    /// Returns the figures that the axes suggest for a study whose file has none, the preferred one
+    /// first: each shows something that the scenes leave free. Only results tell what varies.
+    pub fn suggestions(&self) -> &[Figure] {
+        &self.suggestions
     }
 
     /// Returns the groups of axes, the fastest one last.

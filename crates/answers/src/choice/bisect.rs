@@ -83,7 +83,9 @@ impl<'a> Bisection<'a> {
             (false, Some(all)) if changes.is_empty() => {
                 vec![Discovery::Everywhere { holds: all[0] }]
             }
-            _ => changes,
+            // There may be more changes beside the values that were not solved.
+            (false, None) => changes.into_iter().chain([Discovery::Unsolved]).collect(),
+            (false, Some(_)) => changes,
         };
         let finding = |discovery: Discovery| Finding { place: place.clone(), discovery };
         Ok(PointChoice {

@@ -1,7 +1,10 @@
 //! One ladder: its rungs, and how far each is from the reference.
 
+use std::collections::HashSet;
+
 use contact::assess::{ClosedForm, Errors, closed_form};
 use contact::model::{Fields, Outcome, StepOutcome};
+use identity::JobKey;
 use study::columns::Compared;
 use study::key::Key;
 use study::kind::convergence::{Ladder, Reference};
@@ -30,6 +33,8 @@ pub(super) struct LadderRungs<'a> {
     pub(super) noise: f64,
     /// The rungs, from the coarsest to the finest.
     pub(super) rungs: Vec<LadderRung<'a>>,
+    /// The number of rungs that the study has; those without a certified result are missing.
+    pub(super) wanted: usize,
 }
 
 /// A rung that was solved.
@@ -55,6 +60,13 @@ enum LadderLimit<'a> {
     },
     /// The finest rung, which has no increment.
     Nothing,
+}
+
+impl LadderRungs<'_> {
+    /// Says how many of the study's rungs were solved.
+    pub(super) fn solved(&self) -> String {
+        format!("{} of {}", self.rungs.len(), self.wanted)
+    }
 }
 
 impl LadderRung<'_> {
@@ -88,6 +100,8 @@ pub(super) fn compare<'a>(
     PointGroup { place, members }: PointGroup,
     compared: &mut [Option<Compared>],
 ) -> Result<Option<LadderRungs<'a>>, AnswerError> {
+    let keys: HashSet<JobKey> = members.iter().map(|point| evidence.points[*point].key).collect();
+    let wanted = keys.len();
     let rungs = solved_rungs(evidence, ladder, members);
     let Some(finest) = rungs.last() else { return Ok(None) };
     let limit = match ladder.reference {
@@ -107,7 +121,9 @@ pub(super) fn compare<'a>(
                 }
                 None => LadderLimit::Nothing,
             };
-            (limit, finest.name(ladder.along), String::new())
+            let name = finest.name(ladder.along);
+            let name = if rungs.len() < wanted { name + ", the finest solved" } else { name };
+            (limit, name, String::new())
         }
     };
     for rung in &rungs {
@@ -115,10 +131,11 @@ pub(super) fn compare<'a>(
             errors,
             reference: format!("{name}{source}"),
             claim: None,
+            noise: None,
         });
     }
     let noise = 10.0 * finest.case.numerics.tolerance;
-    Ok(Some(LadderRungs { place, reference: name, noise, rungs }))
+    Ok(Some(LadderRungs { place, reference: name, noise, rungs, wanted }))
 }
 
 /// Returns the certified rungs among some points, from the coarsest to the finest; points whose

@@ -42,7 +42,7 @@ pub(super) fn table(
     }
     let mut heads = ladders.first().map(|rungs| rungs.place.heads(study)).unwrap_or_default();
     heads.extend(
-        ["quantity", "unit", "finest", "limit", "± (estimated)", "order", "values"]
+        ["quantity", "unit", "finest", "limit", "± (estimated)", "order", "values", "rungs"]
             .map(|name| TableColumn::new(name, "")),
     );
     let rows = ladders
@@ -75,6 +75,7 @@ fn row(ladder: &LadderRungs<'_>, quantity: &LimitQuantity) -> Option<Vec<Cell>> 
         Cell::Number(digits(limit.uncertainty, 1)),
         rounded(limit.order, 2),
         Cell::Text(in_words(limit.trend).to_owned()),
+        Cell::Text(ladder.solved()),
     ]);
     Some(row)
 }

@@ -23,7 +23,7 @@ pub(super) fn table(
     let (along, unit) = if ladder.along == Key::Epsilon { ("epsilon", "") } else { ("h", "m") };
     heads.extend(["error", "order", "±"].map(|name| TableColumn::new(name, "")));
     heads.extend(["from", "to"].map(|end| TableColumn::new(format!("{along} {end}"), unit)));
-    heads.extend(["finest error", "reference"].map(|name| TableColumn::new(name, "")));
+    heads.extend(["finest error", "reference", "rungs"].map(|name| TableColumn::new(name, "")));
     let names: Vec<&str> = Errors::default().named().map(|(name, _)| name).collect();
     let rows = ladders
         .iter()
@@ -57,6 +57,10 @@ fn row(
         }
         Err(_) => [const { Cell::Missing }; 4],
     });
-    row.extend([Cell::Number(digits(finest, 1)), Cell::Text(ladder.reference.clone())]);
+    row.extend([
+        Cell::Number(digits(finest, 1)),
+        Cell::Text(ladder.reference.clone()),
+        Cell::Text(ladder.solved()),
+    ]);
     Some(row)
 }

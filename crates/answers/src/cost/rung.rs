@@ -25,6 +25,8 @@ pub(super) struct CostRung<'a> {
     pub(super) seconds: f64,
     /// The longest time less the shortest, over the median.
     pub(super) spread: f64,
+    /// The noise of the time on either side, relative to the time.
+    pub(super) noise: f64,
     /// The relative error as it is measured; NaN until it is.
     pub(super) error: f64,
     /// The relative error that can be relied on; NaN until it is known.
@@ -65,6 +67,7 @@ pub(super) fn rungs_of<'a>(evidence: &Evidence<'a>, points: &[usize]) -> Vec<Cos
             end,
             seconds: record.provenance.seconds,
             spread: spread(record),
+            noise: noise(record),
             error: f64::NAN,
             claim: f64::NAN,
         });
@@ -78,6 +81,22 @@ fn spread(record: &Record) -> f64 {
     let least = times.iter().copied().fold(f64::INFINITY, f64::min);
     let most = times.iter().copied().fold(0.0, f64::max);
     (most - least).max(0.0) / record.provenance.seconds
+}
+
+/// The least noise of a time, relative to it: jobs that do the same differ by so much, however
+/// little the repetitions of each do.
+const LEAST_NOISE: f64 = 0.05;
+
+/// The noise of a time that was measured once, relative to it.
+const NOISE_OF_ONE: f64 = 0.25;
+
+/// Returns the noise of a job's time on either side, relative to the time: half the range of its
+/// repetitions.
+fn noise(record: &Record) -> f64 {
+    match record.provenance.times[..] {
+        [_, _, ..] => (0.5 * spread(record)).max(LEAST_NOISE),
+        _ => NOISE_OF_ONE,
+    }
 }
 
 /// Returns the rungs that differ from the best in their mesh only: those of the smallest tolerance
@@ -180,6 +199,7 @@ mod tests {
                 end,
                 seconds: 1e-6 * elements,
                 spread: 0.0,
+                noise: 0.05,
                 error,
                 claim: f64::NAN,
             }

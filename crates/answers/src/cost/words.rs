@@ -4,6 +4,7 @@ use study::Value;
 use study::key::Key;
 
 use super::rung::CostRung;
+use super::ties::{CheapestRung, cheapest_within, is_tied};
 use crate::evidence::Evidence;
 use crate::rows::digits;
 
@@ -13,8 +14,11 @@ const TARGETS: [f64; 6] = [0.1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6];
 /// A target and the cheapest rung that reaches it.
 struct PricedTarget<'r, 'a> {
     target: f64,
-    rung: &'r CostRung<'a>,
+    cheapest: CheapestRung<'r, 'a>,
 }
+
+/// The most settings that are named one by one.
+const MOST_NAMED: usize = 3;
 
 /// Says what digits cost: "1 % of the load costs 0.02 s (mesh 24, tolerance 1e-4); the next digit 9
 /// times that."
@@ -25,18 +29,23 @@ pub(super) fn sentence(evidence: &Evidence<'_>, rungs: &[CostRung<'_>], on: &str
         return format!("no rung gives the {quantity} to {} %", TARGETS[0] * 100.0);
     };
     let mut said = Vec::new();
-    let mut before = first.rung.seconds;
-    for PricedTarget { target, rung } in &priced {
-        let (price, settings) = (price(rung.seconds), settings(evidence, rung, |_| true));
+    let mut before = first.cheapest.rung;
+    for PricedTarget { target, cheapest: CheapestRung { rung, ties } } in &priced {
+        let (price, mut settings) = (price(rung.seconds), settings(evidence, rung, |_| true));
+        if !ties.is_empty() {
+            settings += "; as cheap within the noise: ";
+            settings += &several_settings(evidence, ties);
+        }
         let percent = digits(target * 100.0, 3);
-        said.push(match said.len() {
-            0 => format!("{percent} % of the {quantity} costs {price} ({settings})"),
-            _ => format!(
-                "{percent} % costs {price}, {:.1} times that ({settings})",
-                rung.seconds / before
-            ),
+        said.push(if said.is_empty() {
+            format!("{percent} % of the {quantity} costs {price} ({settings})")
+        } else if is_tied(rung, before) {
+            format!("{percent} % costs {price}, the same within the noise ({settings})")
+        } else {
+            let times = rung.seconds / before.seconds;
+            format!("{percent} % costs {price}, {times:.1} times that ({settings})")
         });
-        before = rung.seconds;
+        before = rung;
     }
     said.join("; ")
 }
@@ -46,11 +55,10 @@ pub(super) fn sentence(evidence: &Evidence<'_>, rungs: &[CostRung<'_>], on: &str
 fn priced_targets<'r, 'a>(rungs: &'r [CostRung<'a>]) -> Vec<PricedTarget<'r, 'a>> {
     let mut priced: Vec<PricedTarget<'_, '_>> = Vec::new();
     for target in TARGETS {
-        let reaching = rungs.iter().filter(|rung| rung.claim <= target);
-        let Some(rung) = reaching.min_by(|a, b| a.seconds.total_cmp(&b.seconds)) else { break };
+        let Some(cheapest) = cheapest_within(rungs, target) else { break };
         // A rung that reaches the next target gives one more digit for nothing.
-        priced.retain(|other| other.rung.point != rung.point);
-        priced.push(PricedTarget { target, rung });
+        priced.retain(|other| other.cheapest.rung.point != cheapest.rung.point);
+        priced.push(PricedTarget { target, cheapest });
     }
     priced
 }
@@ -68,6 +76,16 @@ pub(super) fn settings(
         .map(|(axis, value)| format!("{} {}", axis.column(), shown(value)))
         .collect();
     said.join(", ")
+}
+
+/// Names the settings of several rungs, the first of them one by one.
+pub(super) fn several_settings(evidence: &Evidence<'_>, rungs: &[&CostRung<'_>]) -> String {
+    let named = rungs.iter().take(MOST_NAMED).map(|rung| settings(evidence, rung, |_| true));
+    let mut said = named.collect::<Vec<_>>().join("; ");
+    if let Some(more @ 1..) = rungs.len().checked_sub(MOST_NAMED) {
+        said += &format!("; and {more} more");
+    }
+    said
 }
 
 fn shown(value: &Value) -> String {

@@ -1,5 +1,6 @@
 //! The answers of studies whose results are in memory.
 
+mod figures;
 mod shelf;
 
 use answers::choice::Discovery;

@@ -6,10 +6,10 @@ use std::collections::HashMap;
 use answers::choice::{PointChoice, gather};
 use answers::{Performed, RecordMap, Records, RecordsError, perform};
 use contact::Operators;
-use contact::model::Fields;
+use contact::model::{Fields, Status};
 use identity::JobKey;
 use study::job::PHYSICS_VERSION;
-use study::{Job, Provenance, Record, Study};
+use study::{Ending, Job, Provenance, Record, Study};
 
 /// A place in memory that keeps results and counts how often fields are read.
 #[derive(Default)]
@@ -29,6 +29,32 @@ impl Shelf {
                 return choice;
             }
             left.iter().for_each(|job| self.perform(study, job));
+        }
+    }
+
+    /// Sets a job aside that has been done, as if it had killed its workers.
+    pub(crate) fn set_aside(&mut self, key: &JobKey) {
+        let (record, fields) = self.results.get_mut(key).unwrap();
+        record.ending = Ending::Quarantined { reason: "killed".to_owned(), attempts: 3 };
+        *fields = None;
+    }
+
+    /// Puts a record under the key of another physics, where nothing asks for it.
+    pub(crate) fn make_older(&mut self, key: &JobKey) {
+        let (mut record, fields) = self.results.remove(key).unwrap();
+        record.physics -= 1;
+        self.results.insert(record.key(), (record, fields));
+    }
+
+    /// Lets a result fail that has been certified.
+    pub(crate) fn fail(&mut self, key: &JobKey) {
+        let (record, _) = self.results.get_mut(key).unwrap();
+        let status = Status::Failed { reason: "not converged".to_owned() };
+        match &mut record.ending {
+            Ending::Finished(outcome) => outcome.status = status,
+            Ending::Searched(found) => found.status = status,
+            Ending::Bracketed(found) => found.status = status,
+            Ending::Quarantined { .. } => panic!("it was set aside"),
         }
     }
 

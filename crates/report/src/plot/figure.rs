@@ -10,6 +10,8 @@ pub struct PlotFigure {
     /// The heading of the legend, e.g. the name of the column that tells the series apart; empty
     /// for none.
     pub legend: String,
+    /// Sentences that stand below the panels, e.g. about points that are missing.
+    pub notes: Vec<String>,
     /// The panels from left to right. Axes that are equal in all panels get the same range, and the
     /// vertical one is written once.
     pub panels: Vec<PlotPanel>,
@@ -31,7 +33,8 @@ pub struct PlotPanel {
     /// legend, as series do.
     pub bands: Vec<PlotBand>,
     /// True if the Pareto front is marked: the points of all series for which no other point has
-    /// both a smaller x and a smaller y ([`pareto_front`](crate::pareto_front)).
+    /// both a smaller x and a smaller y
+    /// ([`pareto_front_within`](crate::pareto_front_within) their noise).
     pub front: bool,
 }
 
@@ -65,6 +68,8 @@ pub struct Series {
     /// A line fitted to the points, drawn over its range. Its slope stands in the legend, or above
     /// each of several panels.
     pub fit: Option<Fit>,
+    /// The noise of x on either side, relative to x, by the index of the point; empty for none.
+    pub noise: Vec<f64>,
     /// The names beside points, by their index, as far as there is room: beside those of the front,
     /// or beside every point if there is no front. Empty for no name.
     pub names: Vec<String>,

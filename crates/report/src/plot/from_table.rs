@@ -59,7 +59,8 @@ impl PlotFigure {
             .map(|panel| source.panel(panel, x.clone(), y.clone()))
             .collect();
         let legend = spec.series.iter().map(|name| spec.label(name)).collect::<Vec<_>>().join(", ");
-        Ok(PlotFigure { title: spec.title.to_owned(), legend, panels })
+        let notes = spec.notes.iter().map(|note| (*note).to_owned()).collect();
+        Ok(PlotFigure { title: spec.title.to_owned(), legend, notes, panels })
     }
 }
 
@@ -77,6 +78,7 @@ struct Columns {
     along: Option<usize>,
     /// The lower and the upper end of the band; empty without a band.
     ends: Vec<usize>,
+    noise: Option<usize>,
     names: Option<usize>,
 }
 
@@ -93,6 +95,7 @@ impl Columns {
             panels: one(spec.panels)?,
             along: one(spec.along)?,
             ends: all(&spec.ends().collect::<Vec<_>>())?,
+            noise: one(spec.noise)?,
             names: one(spec.names)?,
         })
     }
@@ -292,12 +295,17 @@ impl FigureSource<'_> {
         let name = |(column, format): &(usize, ValueFormat)| {
             rows.iter().map(|&row| format.text(&self.table.rows()[row][*column])).collect()
         };
+        let noise = |column: usize| {
+            let cells = rows.iter().map(|&row| self.table.rows()[row][column].number());
+            cells.map(|noise| noise.unwrap_or(0.0)).collect()
+        };
         Series {
             label,
             points,
             style,
             kin: related.then_some(group),
             fit,
+            noise: self.columns.noise.map(noise).unwrap_or_default(),
             names: self.name_format.as_ref().map(name).unwrap_or_default(),
         }
     }

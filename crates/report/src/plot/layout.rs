@@ -147,7 +147,7 @@ impl PlotFigure {
         mut bottom: f64,
         width: f64,
     ) -> f64 {
-        let mut notes = Vec::new();
+        let mut notes = self.notes.clone();
         if left_out > 0 {
             let points = if left_out == 1 { "point is" } else { "points are" };
             notes.push(format!(

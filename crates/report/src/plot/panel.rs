@@ -9,7 +9,7 @@ use super::slope::FIT_OF_BAND;
 use super::{curve, front, slope};
 use crate::axis::LABEL_SIZE;
 use crate::palette::Look;
-use crate::pareto::pareto_front;
+use crate::pareto::{NoisyPoint, pareto_front_within};
 use crate::svg::{Anchor, Drawing};
 
 /// A series with the places of its points.
@@ -33,7 +33,9 @@ impl PlacedSeries<'_> {
     fn drawn_points(&self) -> impl Iterator<Item = DrawnPoint<'_>> {
         self.places.iter().enumerate().filter_map(|(i, place)| {
             let name = self.series.names.get(i).map_or("", String::as_str);
-            Some(DrawnPoint { values: self.series.points[i], place: (*place)?, name })
+            let noise = self.series.noise.get(i).copied().filter(|noise| noise.is_finite());
+            let noise = noise.unwrap_or(0.0);
+            Some(DrawnPoint { values: self.series.points[i], noise, place: (*place)?, name })
         })
     }
 
@@ -59,6 +61,8 @@ impl PlacedSeries<'_> {
 struct DrawnPoint<'a> {
     /// The values in SI units.
     values: PlotPoint,
+    /// The noise of x on either side, relative to x.
+    noise: f64,
     /// The place in pixels.
     place: PlotPoint,
     /// The name beside the point; empty for none.
@@ -131,8 +135,12 @@ fn draw_marks(
 ) {
     let drawn: Vec<DrawnPoint<'_>> = curves.iter().flat_map(PlacedSeries::drawn_points).collect();
     let on_front: Vec<DrawnPoint<'_>> = if canvas.panel.front {
-        let values: Vec<PlotPoint> = drawn.iter().map(|point| point.values).collect();
-        pareto_front(&values).into_iter().map(|i| drawn[i]).collect()
+        let noisy = |point: &DrawnPoint<'_>| {
+            let (x, y) = point.values;
+            NoisyPoint { x, noise: point.noise, y }
+        };
+        let points: Vec<NoisyPoint> = drawn.iter().map(noisy).collect();
+        pareto_front_within(&points).into_iter().map(|i| drawn[i]).collect()
     } else {
         Vec::new()
     };

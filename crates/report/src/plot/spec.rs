@@ -27,6 +27,8 @@ pub struct FigureSpec<'a> {
     pub labels: &'a [(&'a str, &'a str)],
     /// The title above the figure.
     pub title: &'a str,
+    /// Sentences that stand below the figure.
+    pub notes: &'a [&'a str],
     /// True if the horizontal axis is logarithmic.
     pub log_x: bool,
     /// True if the vertical axis is logarithmic.
@@ -42,6 +44,9 @@ pub struct FigureSpec<'a> {
     /// True if the Pareto front of each panel is marked: the points of all its curves for which no
     /// other point has both a smaller x and a smaller y.
     pub front: bool,
+    /// The column of the noise of x on either side, relative to x: on a front, points whose x lie
+    /// within it are ties, of which none beats the other.
+    pub noise: Option<&'a str>,
     /// The column whose value is written beside each point of the front, or beside each point if
     /// there is no front, as far as there is room.
     pub names: Option<&'a str>,

@@ -23,7 +23,7 @@ fn figure(points: &[(f64, f64)], log: bool) -> PlotFigure {
         series: vec![series("", points)],
         ..PlotPanel::default()
     }];
-    PlotFigure { title: String::new(), legend: String::new(), panels }
+    PlotFigure { title: String::new(), legend: String::new(), notes: Vec::new(), panels }
 }
 
 fn table() -> DataTable {
@@ -369,7 +369,8 @@ fn figures() -> impl Strategy<Value = PlotFigure> {
             let fit = if fitted { report::fit::straight(&points, log_x, log_y) } else { None };
             let names =
                 (0..points.len() * usize::from(log_x)).map(|i| format!("{name}{i}")).collect();
-            Series { label, points, style, kin, fit, names }
+            let noise = points.iter().map(|point| point.1).collect();
+            Series { label, points, style, kin, fit, noise, names }
         });
     let end = (coordinate(), coordinate(), coordinate()).prop_map(|(x, low, high)| BandPoint {
         x,
@@ -403,8 +404,10 @@ fn figures() -> impl Strategy<Value = PlotFigure> {
     let panel = (any::<String>(), axis.clone(), axis, drawn).prop_map(
         |(title, x, y, (series, bands, front))| PlotPanel { title, x, y, series, bands, front },
     );
-    (any::<String>(), any::<String>(), proptest::collection::vec(panel, 0..6))
-        .prop_map(|(title, legend, panels)| PlotFigure { title, legend, panels })
+    let texts =
+        (any::<String>(), any::<String>(), proptest::collection::vec(any::<String>(), 0..3));
+    (texts, proptest::collection::vec(panel, 0..6))
+        .prop_map(|((title, legend, notes), panels)| PlotFigure { title, legend, notes, panels })
 }
 
 proptest! {

@@ -35,6 +35,18 @@ pub enum Role {
     Provenance,
 }
 
+impl Role {
+    /// Returns whether the column tells of a solution, so that it is empty where there is none.
+    pub fn is_of_solutions(self) -> bool {
+        match self {
+            Role::Observable | Role::Certificate | Role::Error => true,
+            Role::Axis | Role::Key | Role::Status | Role::Place | Role::Work | Role::Provenance => {
+                false
+            }
+        }
+    }
+}
+
 /// A column.
 #[derive(Clone, Debug)]
 pub struct Column {
@@ -72,6 +84,9 @@ pub struct Compared {
     pub reference: String,
     /// The relative error that can be relied on, in a study of cost.
     pub claim: Option<f64>,
+    /// The noise of the time on either side, relative to the time, in a study of cost: times that
+    /// lie within it are ties.
+    pub noise: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -97,8 +112,21 @@ impl Column {
         self.value_of(&Row { point, record, compared: None })
     }
 
-    /// Returns its value for a row.
-    pub fn value_of(&self, Row { point, record, compared }: &Row<'_>) -> Value {
+    /// Returns its value for a row. A column that tells of solutions is empty where the result is
+    /// not certified: the figures of the last iterate belong to no solution at the row's
+    /// parameters.
+    pub fn value_of(&self, row: &Row<'_>) -> Value {
+        let is_solved = row.record.is_some_and(Record::is_certified);
+        if self.role.is_of_solutions() && !is_solved { Value::Missing } else { self.left_in(row) }
+    }
+
+    /// Returns its value for a record as the job left it, solution or not: where a job has failed,
+    /// that of the last iterate.
+    pub fn value_left(&self, point: &StudyPoint, record: &Record) -> Value {
+        self.left_in(&Row { point, record: Some(record), compared: None })
+    }
+
+    fn left_in(&self, Row { point, record, compared }: &Row<'_>) -> Value {
         let record = *record;
         let end = || record.and_then(Record::outcome).and_then(Outcome::last);
         match self.source {

@@ -21,6 +21,7 @@ use crate::columns::column::{Column, ColumnSource};
 use crate::columns::result_columns::result_columns;
 use crate::error::{Mistake, Span};
 use crate::figure::{self, Figure};
+use crate::job::Job;
 use crate::key::Key;
 use crate::value::Value;
 
@@ -36,7 +37,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
     has_accuracy: false,
     columns: &[SOLUTION, ERRORS],
     usual_columns: &["load", "peak_pressure", "status"],
-    figure,
+    suggestions,
     ..solve::SPEC
 };
 
@@ -120,13 +121,13 @@ fn check(table: &KindTable, span: &Span, groups: &[Group], mistakes: &mut Vec<Mi
 
 /// Makes the figure of the errors along the ladder, with a curve for each combination of the other
 /// axes.
-fn figure(table: &KindTable, groups: &[Group]) -> Option<Figure> {
-    let Ladder { group, along, .. } = Ladder::of(table, groups)?;
+fn suggestions(table: &KindTable, groups: &[Group], _: &[Job]) -> Vec<Figure> {
+    let Some(Ladder { group, along, .. }) = Ladder::of(table, groups) else { return Vec::new() };
     let others = figure::firsts(groups).filter(|axis| !groups[group].axes().contains(axis));
     let series = others.map(|axis| axis.column().into_owned()).collect();
     let y = ["error_pressure", "error_peak_pressure", "error_contact_area"].map(str::to_owned);
     let figure = Figure::new(along.column().into_owned(), y.to_vec());
-    Some(Figure { series, fit: true, log_x: true, log_y: true, ..figure })
+    vec![Figure { series, fit: true, log_x: true, log_y: true, ..figure }]
 }
 
 /// Reads a relative error.

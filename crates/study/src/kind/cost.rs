@@ -54,7 +54,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
     to_toml,
     columns: &[SOLUTION, ERRORS, CLAIM],
     usual_columns: &["seconds", "spread", "iterations", "status"],
-    figure,
+    suggestions,
     ..solve::SPEC
 };
 
@@ -124,7 +124,7 @@ fn to_toml(job: &Job) -> String {
 }
 
 /// Makes the figure of the claimed error over the time, with its front.
-fn figure(_: &KindTable, groups: &[Group]) -> Option<Figure> {
+fn suggestions(_: &KindTable, groups: &[Group], _: &[Job]) -> Vec<Figure> {
     let is_mesh = |axis: &&SweepAxis| axis.key() == Some(Key::Mesh);
     let series = figure::firsts(groups)
         .filter(|axis| !is_mesh(axis))
@@ -132,12 +132,15 @@ fn figure(_: &KindTable, groups: &[Group]) -> Option<Figure> {
         .collect();
     let figure = Figure::new("seconds".to_owned(), vec!["claimed_error".to_owned()]);
     let names = Some("mesh".to_owned());
-    Some(Figure { series, front: true, names, log_x: true, log_y: true, ..figure })
+    vec![Figure { series, front: true, names, log_x: true, log_y: true, ..figure }]
 }
 
-/// The column that only studies of cost have.
+/// The columns that only studies of cost have.
 pub(crate) const CLAIM: &[Column] = result_columns! {
     Error "claimed_error" ("error that finer rungs confirm") Pure
         "the error that counts, as rungs as fine or finer confirm it, with the reference's uncertainty"
         ColumnSource::Compared(|compared| compared.claim.map_or(Value::Missing, Value::Number));
+    Error "noise" ("noise of the time") Pure
+        "noise of the time on either side, relative: times that lie within it are ties"
+        ColumnSource::Compared(|compared| compared.noise.map_or(Value::Missing, Value::Number));
 };

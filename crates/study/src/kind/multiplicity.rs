@@ -25,7 +25,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
     },
     columns: &[SEARCH],
     usual_columns: &["solutions", "index_sum", "largest_distance", "status"],
-    figure,
+    suggestions,
     ..solve::SPEC
 };
 
@@ -47,9 +47,10 @@ fn search(assembler: &Assembler<'_>) -> Search {
     }
 }
 
-/// Makes the figure of the number of solutions.
-fn figure(_: &KindTable, groups: &[Group]) -> Option<Figure> {
-    Some(Figure { y: vec!["solutions".to_owned()], ..Figure::over_longest_axis(groups)? })
+/// Makes a figure of the number of solutions over each axis.
+fn suggestions(_: &KindTable, groups: &[Group], _: &[Job]) -> Vec<Figure> {
+    let of_axis = |over: Figure| Figure { y: vec!["solutions".to_owned()], ..over };
+    Figure::over_axes(groups).into_iter().map(of_axis).collect()
 }
 
 /// Reads a value from the result of a search.

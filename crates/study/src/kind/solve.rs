@@ -2,6 +2,7 @@
 
 use contact::model::{Estimate, Hertz, Outcome, RailContact};
 
+use super::freedom::ScenesFreedom;
 use super::spec::{KindSpec, KindTable};
 use crate::axis::Group;
 use crate::columns::column::{Column, ColumnSource};
@@ -23,7 +24,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
     to_toml: |_| String::new(),
     columns: &[SOLUTION],
     usual_columns: &["load", "contact_radius", "stick_fraction", "peak_pressure", "status"],
-    figure,
+    suggestions,
 };
 
 /// Tells why a job that solves a scene has no use for a key; `None` if it has.
@@ -31,11 +32,14 @@ pub(crate) fn refuses(key: Key) -> Option<&'static str> {
     matches!(key, Key::Starts | Key::Seed).then_some("a scene is solved from one start")
 }
 
-/// Makes the figure of the stick fraction over friction, or of the load over any other axis.
-fn figure(_: &KindTable, groups: &[Group]) -> Option<Figure> {
-    let figure = Figure::over_longest_axis(groups)?;
-    let y = if figure.x == "mu" { "stick_fraction" } else { "load" };
-    Some(Figure { y: vec![y.to_owned()], ..figure })
+/// Makes a figure of each quantity that the scenes leave free over each axis.
+fn suggestions(_: &KindTable, groups: &[Group], jobs: &[Job]) -> Vec<Figure> {
+    let freedom = ScenesFreedom::of(jobs);
+    let of_axis = |over: Figure| {
+        let quantities = freedom.quantities(&over.x);
+        quantities.into_iter().map(move |y| Figure { y: vec![y.to_owned()], ..over.clone() })
+    };
+    Figure::over_axes(groups).into_iter().flat_map(of_axis).collect()
 }
 
 /// Reads a number from the outcome of the last increment.
@@ -47,7 +51,8 @@ macro_rules! number {
 
 /// The columns of solutions.
 pub(crate) const SOLUTION: &[Column] = result_columns! {
-    Status "increments" Pure "increments of the loading path that were solved"
+    Status "increments" Pure
+        "increments of the loading path that were followed; where it failed, it failed at the last"
         ColumnSource::Outcome(increments);
     Observable "at_approach" Length "approach that was reached" number!(motion.approach);
     Observable "at_shift_x" Length "shift along x that was reached" number!(motion.shift_x);
@@ -202,7 +207,7 @@ pub(crate) const SOLUTION: &[Column] = result_columns! {
         ColumnSource::Outcome(|outcome| Value::Integer(outcome.work().iterations));
     Work "operator_applications" Pure "applications of the operator along the whole path"
         ColumnSource::Outcome(|outcome| Value::Integer(outcome.work().operator_applications));
-    Work "way" Text "method that solved it, the last resort along the path"
+    Work "way" Text "method that solved it, or was tried last: the last resort along the path"
         ColumnSource::Outcome(|outcome| {
             outcome.way().map_or(Value::Missing, |way| Value::Text(way.words().to_owned()))
         });

@@ -35,8 +35,9 @@ pub(crate) struct KindSpec {
     pub(crate) columns: &'static [&'static [Column]],
     /// The columns of results that a query shows if none are named.
     pub(crate) usual_columns: &'static [&'static str],
-    /// Makes the figure of a study that asks for none; `None` without an axis to draw over.
-    pub(crate) figure: fn(&KindTable, &[Group]) -> Option<Figure>,
+    /// Makes the figures that may answer a study that asks for none, the preferred one first. Some
+    /// of the study's jobs tell what its scenes prescribe.
+    pub(crate) suggestions: fn(&KindTable, &[Group], &[Job]) -> Vec<Figure>,
 }
 
 /// The table of a kind.

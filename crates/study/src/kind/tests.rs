@@ -116,7 +116,7 @@ fn every_error_has_its_column() {
         figures,
         local: contact::assess::norms::Relative { pressure: Some(82.0), traction: Some(83.0) },
     };
-    let compared = Compared { errors, reference: String::new(), claim: None };
+    let compared = Compared { errors, reference: String::new(), claim: None, noise: None };
     let row = Row {
         point: &StudyPoint::of_record(&record).unwrap(),
         record: Some(&record),
@@ -155,10 +155,28 @@ fn an_increment_is_what_the_path_would_be_if_it_ended_there() {
                 .join(" "),
         );
     });
-    assert_eq!(rows, ["0 0 1 certified 0.5 0.25 0.25  7", "1 2 2 failed 1 15 15.25 15 29"]);
+    assert_eq!(rows, ["0 0 1 certified 0.5 0.25 0.25  7", "1 2 2 failed     29"]);
+    let before = record.before_failure().unwrap();
+    assert_eq!((before.outcome().unwrap().steps.len(), before.is_certified()), (1, true));
+    assert_eq!((solved().before_failure(), quarantined().before_failure()), (None, None));
     let mut increments = 0;
     quarantined().along_path(|_| increments += 1);
     assert_eq!(increments, 0);
+}
+
+#[test]
+fn a_result_that_is_not_certified_is_no_solution_in_any_column() {
+    let columns = Kind::ALL.iter().flat_map(|kind| kind.columns([], []));
+    for column in columns.filter(|column| column.role.is_of_solutions()) {
+        for record in [failed(), quarantined()] {
+            let point = StudyPoint::of_record(&record).unwrap();
+            assert_eq!(column.value(&point, Some(&record)), Value::Missing, "{}", column.name);
+        }
+    }
+    let (record, columns) = (failed(), Kind::Solve.columns([], []));
+    let point = StudyPoint::of_record(&record).unwrap();
+    let load = find(&columns, "load").unwrap().value_left(&point, &record);
+    assert_eq!(load, Value::Number(1.0), "it can be looked at all the same");
 }
 
 #[test]

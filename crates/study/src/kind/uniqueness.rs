@@ -32,7 +32,7 @@ pub(crate) const SPEC: KindSpec = KindSpec {
     check: refuse_too_fine,
     columns: &[BRACKET],
     usual_columns: &["mu_low", "mu_high", "bracket_width", "unbounded", "status"],
-    figure,
+    suggestions,
     ..solve::SPEC
 };
 
@@ -142,10 +142,11 @@ fn refuse_too_fine(job: &Job) -> Result<(), SceneError> {
     })
 }
 
-/// Makes the figure of the bracket as a band.
-fn figure(_: &KindTable, groups: &[Group]) -> Option<Figure> {
+/// Makes a figure of the bracket as a band over each axis.
+fn suggestions(_: &KindTable, groups: &[Group], _: &[Job]) -> Vec<Figure> {
     let band = Some(["mu_low", "mu_high"].map(str::to_owned));
-    Some(Figure { band, ..Figure::over_longest_axis(groups)? })
+    let of_axis = |over: Figure| Figure { band: band.clone(), ..over };
+    Figure::over_axes(groups).into_iter().map(of_axis).collect()
 }
 
 /// Reads a value from the result of a bracketing.

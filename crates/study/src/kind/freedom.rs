@@ -1,0 +1,114 @@
+//! The quantities that scenes leave free, in the order in which a figure is likely to want them.
+
+use std::collections::HashSet;
+
+use contact::model::{Control, Dof, Step};
+
+use crate::job::Job;
+
+/// Quantities of a solution that any scene may leave free, the most telling first. The motions and
+/// forces of the degrees of freedom stand before them.
+const QUANTITIES: [&str; 9] = [
+    "peak_pressure",
+    "contact_area",
+    "stick_fraction",
+    "separated_fraction",
+    "largest_gap",
+    "patches",
+    "total_dissipation",
+    "energy",
+    "peak_traction",
+];
+
+/// The columns that scenes prescribe at the ends of their paths, and the degrees of freedom that
+/// they move.
+#[derive(Default)]
+pub(super) struct ScenesFreedom {
+    prescribed: HashSet<String>,
+    moved: Vec<Dof>,
+}
+
+impl ScenesFreedom {
+    /// Returns the freedom that all of some jobs leave.
+    pub(super) fn of(jobs: &[Job]) -> Self {
+        let mut freedom = Self::default();
+        for loading in jobs.iter().filter_map(|job| Some(&job.case()?.scene.loading)) {
+            let Some(end) = loading.legs().last().map(|leg| leg.target) else { continue };
+            for dof in Dof::ALL {
+                let [motion, force] = columns(dof);
+                let prescribed = match end[dof] {
+                    Control::Motion(_) => motion,
+                    Control::Force(_) => force,
+                };
+                freedom.prescribed.insert(prescribed);
+                let is_moved = dof == Dof::Approach
+                    || loading.steps.iter().any(|step| step.given()[dof] != [None, None]);
+                if is_moved && !freedom.moved.contains(&dof) {
+                    freedom.moved.push(dof);
+                }
+            }
+        }
+        freedom
+    }
+
+    /// Returns the columns of the quantities that are left free, in the order in which they are
+    /// wanted over the column `x`.
+    pub(super) fn quantities(&self, x: &str) -> Vec<String> {
+        let answering = match without_step(x) {
+            "mu" => Some("stick_fraction".to_owned()),
+            key => answer_to(key),
+        };
+        let both = |dof: &Dof| {
+            let [motion, force] = columns(*dof);
+            [force, motion]
+        };
+        let named = |names: &'static [&'static str]| names.iter().map(|name| (*name).to_owned());
+        // Every scene moves the normal direction, which comes first.
+        let (normal, others) = self.moved.split_at(self.moved.len().min(1));
+        let (common, special) = QUANTITIES.split_at(3);
+        let listed = answering
+            .into_iter()
+            .chain(normal.iter().flat_map(both))
+            .chain(named(common))
+            .chain(others.iter().flat_map(both))
+            .chain(named(special));
+        let mut wanted: Vec<String> = Vec::new();
+        for name in listed.filter(|name| !self.prescribed.contains(name) && name != x) {
+            if !wanted.contains(&name) {
+                wanted.push(name);
+            }
+        }
+        wanted
+    }
+}
+
+/// Returns the columns of a degree of freedom: its motion, and the force that is its
+/// work-conjugate.
+fn columns(dof: Dof) -> [String; 2] {
+    let [motion, force] = Step::NAMES[dof];
+    let force = if dof == Dof::Approach { "load" } else { force };
+    [format!("at_{motion}"), force.to_owned()]
+}
+
+/// Returns the column that answers to a motion or a force that is prescribed: the other one of the
+/// two.
+fn answer_to(key: &str) -> Option<String> {
+    Dof::ALL.into_iter().find_map(|dof| {
+        let [motion_key, force_key] = Step::NAMES[dof];
+        let [motion, force] = columns(dof);
+        match key {
+            key if key == motion_key => Some(force),
+            key if key == force_key => Some(motion),
+            _ => None,
+        }
+    })
+}
+
+/// Returns the name of a column of a key of a load step without the step: `shift_x` for
+/// `step1_shift_x`.
+fn without_step(name: &str) -> &str {
+    let index_and_key = name.strip_prefix("step").and_then(|rest| rest.split_once('_'));
+    index_and_key
+        .filter(|(index, _)| index.bytes().all(|byte| byte.is_ascii_digit()))
+        .map_or(name, |(_, key)| key)
+}
