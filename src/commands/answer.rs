@@ -2,17 +2,15 @@
 
 use answers::Results;
 use anyhow::Result;
-use store::Store;
 
 use crate::answer_text::{answers_json, answers_words};
 use crate::cli::AnswerArgs;
 use crate::output::{self, Finish, layout};
-use crate::stored::{StoreSource, stored_study, tell_origin};
+use crate::stored::{StoreSource, read_store, stored_study};
 
 /// Prints the answers of a study.
 pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
-    let reader = Store::read(&args.store.store)?;
-    tell_origin(&reader);
+    let reader = read_store(&args.store.store)?;
     let source = StoreSource::Reader(&reader);
     let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
     if args.json {

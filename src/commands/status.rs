@@ -1,37 +1,35 @@
 //! `status`: how far the studies of a store are.
 
 use answers::Progress;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use report::{Cell, DataTable, TableColumn};
-use store::Store;
+use store::StoreReader;
+use study::Study;
 
 use crate::cli::StatusArgs;
 use crate::output::{self, Finish, layout};
-use crate::stored::{StoreSource, stored_study, tell_origin};
+use crate::stored::{StoreSource, read_store, stored_study};
 
 /// Lists studies with their numbers of points.
 pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
-    let reader = Store::read(&args.store.store)?;
-    tell_origin(&reader);
-    let studies = match &args.name {
-        Some(name) => vec![stored_study(&reader, name)?],
-        // One damaged study must not hide the others.
-        None => {
-            let found = reader.study_names()?.into_iter().map(|name| stored_study(&reader, &name));
-            found.filter_map(|study| study.map_err(|error| output::complain(&error)).ok()).collect()
-        }
+    let reader = read_store(&args.store.store)?;
+    let names = match &args.name {
+        Some(name) => vec![name.clone()],
+        None => reader.study_names()?,
     };
+    let mut finish = Finish::AllDone;
     let mut rows = Vec::new();
     let mut listed = Vec::new();
-    for study in studies {
-        let progress = match Progress::read(&study, &StoreSource::Reader(&reader)) {
-            Ok(progress) => progress,
+    for name in &names {
+        let StudyStatus { study, progress } = match read(&reader, name) {
+            Ok(read) => read,
+            // One damaged study must not hide the others, nor pass for one that is not there.
             Err(error) if args.name.is_none() => {
-                let error = anyhow::Error::from(error);
-                output::complain(&error.context(format!("study `{}`", study.name())));
+                output::complain(&error);
+                finish = Finish::Mistake;
                 continue;
             }
-            Err(error) => return Err(error.into()),
+            Err(error) => return Err(error),
         };
         listed.push(serde_json::json!({
             "study": study.name(), "question": study.question(), "progress": progress,
@@ -45,12 +43,31 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
         rows.push(row);
     }
     if args.json {
-        return output::print_json(&listed);
+        output::print_json(&listed)?;
+        return Ok(finish);
     }
-    if rows.is_empty() && reader.study_names()?.is_empty() {
+    if names.is_empty() {
         return output::print("no studies so far\n");
+    }
+    if rows.is_empty() {
+        return Ok(finish);
     }
     let heads = ["study", "points", "certified", "failed", "left", "question"]
         .map(|name| TableColumn::new(name, ""));
-    output::print(&DataTable::new(heads.to_vec(), rows)?.terminal(&layout()))
+    output::print(&DataTable::new(heads.to_vec(), rows)?.terminal(&layout()))?;
+    Ok(finish)
+}
+
+/// A study with the numbers of its points.
+struct StudyStatus {
+    study: Study,
+    progress: Progress,
+}
+
+/// Reads a study and its progress.
+fn read(reader: &StoreReader, name: &str) -> Result<StudyStatus> {
+    let study = stored_study(reader, name)?;
+    let progress = Progress::read(&study, &StoreSource::Reader(reader))
+        .with_context(|| format!("study `{name}`"))?;
+    Ok(StudyStatus { study, progress })
 }
