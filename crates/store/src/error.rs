@@ -31,7 +31,11 @@ pub enum OpenError {
         held_for: Duration,
     },
     /// Another process has the store open and did not say who it is.
-    #[error("the store {} is in use by another process", .directory.display())]
+    #[error(
+        "the store {} is in use by another process, which cannot be seen from here; it may run in \
+         another container",
+        .directory.display()
+    )]
     HeldByUnknown {
         /// The directory of the store.
         directory: PathBuf,

@@ -2,8 +2,8 @@
 //!
 //! The file `lock` is held with `flock`. The kernel releases it however its holder ends, so there
 //! is no stale lock. Only its owner may open it, so nobody else can hold it, and readers do not
-//! lock at all. Its content is believed only while the address that it names exists: the kernel
-//! removes that with its process too.
+//! lock at all. Its content is believed only while the process that it names is seen: the kernel
+//! removes its socket with it.
 
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, Write};
@@ -67,6 +67,17 @@ impl Holder {
         Duration::from_secs(now().saturating_sub(self.since))
     }
 
+    /// Returns true if the process is seen from here: by its socket, or by its number and command
+    /// where the network is another one.
+    fn is_seen(&self) -> bool {
+        self.connect().is_ok()
+            || fs::read(format!("/proc/{}/cmdline", self.pid)).is_ok_and(|line| {
+                let words = line.strip_suffix(b"\0").unwrap_or(&line).split(|byte| *byte == 0);
+                let words: Vec<_> = words.map(String::from_utf8_lossy).collect();
+                words.join(" ") == self.command
+            })
+    }
+
     /// Connects to the socket of the process. A socket of another user than that of the lock cannot
     /// be that of a process that has signed.
     pub(crate) fn connect(&self) -> io::Result<UnixStream> {
@@ -120,7 +131,7 @@ impl Lock {
                 }
                 Err(rustix::io::Errno::WOULDBLOCK) => {
                     // A dead process may have left its words.
-                    let holder = read(&file).filter(|holder| holder.connect().is_ok());
+                    let holder = read(&file).filter(Holder::is_seen);
                     return Ok(Acquired::Held(holder));
                 }
                 Err(error) => return Err(error.into()),
@@ -203,11 +214,17 @@ mod tests {
         let address = format!("tribosweep-test-{}-lock", std::process::id());
         let socket = SocketAddr::from_abstract_name(&address).unwrap();
         let listener = UnixListener::bind_addr(&socket).unwrap();
-        let signature = Holder::this_process(Some(address), true);
-        first.sign(&signature).unwrap();
-        assert_eq!(holder(directory.path()), Some(signature));
+        let this = Holder::this_process(Some(address), true);
+        // This process is seen without its socket too.
+        let other = Holder { command: "another program".to_owned(), ..this.clone() };
+        for signature in [&this, &other] {
+            first.sign(signature).unwrap();
+            assert_eq!(holder(directory.path()).as_ref(), Some(signature));
+        }
         drop(listener);
         assert_eq!(holder(directory.path()), None, "stale words are not repeated");
+        first.sign(&this).unwrap();
+        assert_eq!(holder(directory.path()), Some(this));
         drop(first);
         assert!(!is_held(directory.path()));
         lock(directory.path());

@@ -27,7 +27,7 @@ use crate::sealed::SealedRecords;
 const SETTLED: Duration = Duration::from_millis(20);
 
 /// The time for which a copy is sought during which nothing changed.
-const QUIET_PATIENCE: Duration = Duration::from_secs(2);
+const QUIET_PATIENCE: Duration = Duration::from_secs(1);
 
 /// The time after which a store counts as unreadable that is written to all the time.
 const PATIENCE: Duration = Duration::from_secs(8);

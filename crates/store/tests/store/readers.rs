@@ -1,5 +1,6 @@
 //! Several processes use one store.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -263,10 +264,63 @@ fn a_store_is_read_from_disk_while_its_holder_does_not_answer() {
     assert!(reader.origin().to_string().contains("may be missing"), "{}", reader.origin());
     assert!((0..500).all(|i| reader.get(&key(i)).unwrap() == Some(record(i))));
     assert!(reader.verify(|_, _| Vec::new()).unwrap().is_sound());
+    let error = Store::open(directory.path()).err().unwrap();
+    assert!(matches!(error, OpenError::Held { pid: p, .. } if p == pid), "{error}");
     // A writer that comes second does not repeat words that nobody stands behind.
+    std::fs::write(&lock, words.replace("tribosweep-store-", "x").replace("plays", "played"))
+        .unwrap();
     let error = Store::open(directory.path()).err().unwrap();
     assert!(matches!(error, OpenError::HeldByUnknown { .. }), "{error}");
     writer.kill();
+}
+
+/// The copy is taken while a process writes without a pause, and lacks nothing that was promised.
+#[test]
+fn a_copy_of_a_busy_store_has_all_that_was_promised() {
+    let rounds: u32 = std::env::var("TRIBOSWEEP_STORE_COPIES")
+        .map_or(1, |count| count.parse().expect("a number of copies"));
+    let directory = tempfile::tempdir().unwrap();
+    let mut writer = Player::start(command("write", directory.path(), 0));
+    writer.line().unwrap();
+    std::fs::write(directory.path().join("lock"), "").unwrap();
+    let pid = rustix::process::Pid::from_child(&writer.process);
+    let committed = std::sync::Mutex::new(vec![(Instant::now(), 0)]);
+    let groups = || committed.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            while let Some(line) = writer.line() {
+                if let Some(group) = line.strip_prefix("committed ") {
+                    groups().push((Instant::now(), group.parse::<u64>().unwrap()));
+                }
+            }
+        });
+        let outcome = std::panic::catch_unwind(|| {
+            for round in 0..rounds {
+                std::thread::sleep(Duration::from_millis(1200));
+                // The manifest promises a group half a second after it was committed at the latest.
+                let promised = Instant::now() - Duration::from_secs(1);
+                let reader = Store::read(directory.path()).unwrap();
+                assert!(!matches!(reader.origin(), RecordOrigin::Process { .. }));
+                let found: BTreeSet<_> = reader.keys().unwrap().into_iter().collect();
+                assert!(reader.verify(|_, _| Vec::new()).unwrap().is_sound());
+                let old: Vec<u64> = groups()
+                    .iter()
+                    .filter(|(time, group)| *time < promised && group % 3 != 1)
+                    .map(|(_, group)| *group)
+                    .collect();
+                assert!(!old.is_empty(), "the writer has only begun");
+                for group in &old {
+                    let start = 100 * group;
+                    let missing = (start..start + super::child::size(*group))
+                        .filter(|i| !found.contains(&key(*i)))
+                        .count();
+                    assert_eq!(missing, 0, "round {round}: group {group} of {}", old.len());
+                }
+            }
+        });
+        rustix::process::kill_process(pid, rustix::process::Signal::KILL).unwrap();
+        outcome.unwrap();
+    });
 }
 
 #[test]
