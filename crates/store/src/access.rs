@@ -78,8 +78,10 @@ pub(crate) fn open_private(path: &Path) -> io::Result<File> {
             Err(error) => return Err(error),
         }
     };
-    require_regular(&file)?;
     let found = file.metadata()?;
+    if !found.is_file() {
+        return Err(other("it is no regular file; remove it"));
+    }
     let user = geteuid();
     if found.uid() != user.as_raw() && !user.is_root() {
         return Err(other(format!("it belongs to {}", user_name(found.uid()))));

@@ -9,12 +9,11 @@ use std::cell::Cell;
 use std::fs::File;
 use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
-use std::sync::{Once, OnceLock};
+use std::sync::{Arc, Mutex, Once, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 use std::{fs, io, thread};
 
 use identity::JobKey;
-use rustix::io::Errno;
 
 use crate::access;
 
@@ -25,6 +24,9 @@ const CACHE_BYTES: u64 = 32 << 20;
 /// The longest time for which an opening waits until sled has released its own lock, which a
 /// background thread does some time after closing.
 const CLOSING: Duration = Duration::from_secs(10);
+
+/// The number of threads that sled starts for its writes. It waits for ever if it gets none.
+const THREADS: usize = 7;
 
 /// A failure inside sled.
 #[derive(Debug)]
@@ -127,6 +129,42 @@ pub(crate) fn own_files(directory: &Path) -> io::Result<Vec<String>> {
     Ok(names)
 }
 
+/// Starts as many threads at once as sled will, to find out whether the system allows it. They end
+/// before sled starts its own, which it keeps for the rest of the process.
+fn require_threads() -> io::Result<()> {
+    static ALLOWED: OnceLock<()> = OnceLock::new();
+    if ALLOWED.get().is_some() {
+        return Ok(());
+    }
+    // Every thread waits until this one lets go of the lock.
+    let gate = Arc::new(Mutex::new(()));
+    let closed = gate.lock().unwrap_or_else(PoisonError::into_inner);
+    let started: Vec<_> = (0..THREADS)
+        .map(|_| {
+            let gate = gate.clone();
+            thread::Builder::new().spawn(move || drop(gate.lock()))
+        })
+        .collect();
+    drop(closed);
+    let mut refused = None;
+    for thread in started {
+        match thread {
+            Ok(thread) => drop(thread.join()),
+            Err(error) => refused = Some(error),
+        }
+    }
+    match refused {
+        None => Ok(*ALLOWED.get_or_init(|| ())),
+        Some(error) => Err(io::Error::new(
+            io::ErrorKind::ResourceBusy,
+            format!(
+                "the database needs {THREADS} threads, and the system refuses them (see `ulimit \
+                 -u`): {error}"
+            ),
+        )),
+    }
+}
+
 /// Removes the snapshots that a killed process was writing. sled would take them for finished ones,
 /// and they only repeat the log.
 fn remove_unfinished_snapshots(directory: &Path) -> io::Result<()> {
@@ -160,12 +198,14 @@ impl Database {
     /// Opens the database in `directory` and creates it if it is absent. sled follows links and
     /// writes to whatever it opens, so its own files must not be links.
     pub(crate) fn open(directory: &Path) -> Result<Self, Fault> {
+        require_threads().map_err(Fault::Io)?;
         remove_unfinished_snapshots(directory).map_err(Fault::Io)?;
         for file in own_files(directory).map_err(Fault::Io)? {
             let path = directory.join(&file);
             let kind = fs::symlink_metadata(&path).map_err(Fault::Io)?.file_type();
             if kind.is_symlink() {
-                return Err(Fault::Io(Errno::LOOP.into()));
+                let reason = format!("{file} is a symbolic link, which is not followed");
+                return Err(Fault::Io(io::Error::new(io::ErrorKind::InvalidInput, reason)));
             }
             if !kind.is_file() {
                 return Err(Fault::Damaged(format!("{} is no regular file", path.display())));

@@ -47,18 +47,23 @@ fn wrapped(program: &str, words: &[String], inner: Command) -> Command {
     outer
 }
 
-/// Runs a part as another user. The test binary must be where that user can run it.
+/// Runs a part as another user.
 fn play(part: &str, store: &Path) -> Option<Vec<String>> {
-    let program = std::env::current_exe().unwrap();
+    let program = as_stranger(stranger_program(part, store))?;
+    Some(Player::start(program).transcript_of_dismissed())
+}
+
+/// Returns the command that plays a part, with this binary where every user can run it.
+fn stranger_program(part: &str, store: &Path) -> Command {
     let copy = store.parent().unwrap().join("program");
     if !copy.exists() {
-        fs::copy(program, &copy).unwrap();
+        fs::copy(std::env::current_exe().unwrap(), &copy).unwrap();
     }
     let inner = command(part, store, 300);
     let mut there = Command::new(copy);
     there.args(inner.get_args());
     there.envs(inner.get_envs().filter_map(|(name, value)| Some((name, value?))));
-    Some(Player::start(as_stranger(there)?).transcript_of_dismissed())
+    there
 }
 
 #[test]
@@ -129,6 +134,29 @@ fn an_owner_whose_lock_belongs_to_root_is_told_so_and_can_read() {
     assert!(said.contains("lock belongs to root; this user (user 54321) may not write"), "{said}");
     let said = play("read", &store).unwrap().concat();
     assert!(said.starts_with("300 records, "), "{said}");
+}
+
+/// sled waits for ever for threads that it does not get.
+#[test]
+fn too_few_threads_end_in_words() {
+    let directory = tempfile::tempdir().unwrap();
+    make(directory.path());
+    let store = directory.path().join("store");
+    let Some(_) = play("read", &store) else { return };
+    let mut refused = 0;
+    for processes in [1, 2, 4, 7, 8, 12] {
+        let limits = [format!("--nproc={processes}")];
+        let mut limited = wrapped("prlimit", &limits, stranger_program("read", &store));
+        limited.env("RUST_TEST_THREADS", "1");
+        let said = Player::start(as_stranger(limited).unwrap()).transcript_of_dismissed().concat();
+        eprintln!("{processes} processes: {said}");
+        if said.contains("the system refuses them") {
+            refused += 1;
+        } else {
+            assert!(said.starts_with("300 records, "), "{processes}: {said}");
+        }
+    }
+    assert!((1..6).contains(&refused), "{refused} were refused");
 }
 
 /// Mounts `place` as `options` say while `act` runs, or says that this user may not.
