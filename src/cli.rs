@@ -367,6 +367,17 @@ pub(crate) enum StoreCommand {
         #[command(flatten)]
         store: StoreArgs,
     },
+    /// Copy a store whole, also while a run is writing it
+    #[command(after_help = "Examples:\n  tribosweep store export backup")]
+    Export {
+        /// The new directory of the copy
+        destination: PathBuf,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        store: StoreArgs,
+    },
 }
 
 /// Parses a size in bytes: a number with an optional unit k, M, G (binary, with or without iB or

@@ -14,9 +14,10 @@ use crate::job_list::{JobList, JobsLeft};
 use crate::ledger::StoreLedger;
 use crate::output::{self, Finish};
 use crate::progress::ProgressDisplay;
-use crate::stored::StoreSource;
+use crate::stored::{StoreSource, WrittenStore};
 use crate::summary::{RunTally, resume_command, summarise};
 use crate::time_left::{Calibration, TimeLeft};
+use crate::words::count;
 
 /// Runs the jobs of a study that a store has no results of, and says what came of them.
 pub(crate) fn execute(study: Study, directory: &Path, args: &ExecutionArgs) -> Result<Finish> {
@@ -30,8 +31,9 @@ pub(crate) fn execute(study: Study, directory: &Path, args: &ExecutionArgs) -> R
     let interrupt = Interrupt::new().context("cannot prepare for Ctrl-C")?;
     let raised = interrupt.clone();
     ctrlc::set_handler(move || raised.raise()).context("cannot prepare for Ctrl-C")?;
-    let tally = compute(&study, &store, directory, args, &interrupt)?;
-    let source = StoreSource::Store(&store);
+    let written = WrittenStore::new(&store);
+    let tally = compute(&study, &written, directory, args, &interrupt)?;
+    let source = StoreSource::Store(&written);
     summarise(&Results::read(study, &source)?, directory, args.json, tally)
 }
 
@@ -53,7 +55,7 @@ fn open_for(study: &Study, directory: &Path) -> Result<Store> {
 /// rounds.
 fn compute(
     study: &Study,
-    store: &Store,
+    store: &WrittenStore,
     directory: &Path,
     args: &ExecutionArgs,
     interrupt: &Interrupt,
@@ -68,7 +70,14 @@ fn compute(
         };
         let jobs = JobList::of_points(study, points)?;
         requested.extend(jobs.keys());
-        let JobsLeft { tasks, texts } = jobs.left(study, store, args.retry_failed, &computed)?;
+        let JobsLeft { tasks, damaged, texts } =
+            jobs.left(study, store, args.retry_failed, &computed)?;
+        if damaged > 0 {
+            output::say(&format!(
+                "{} damaged or without its file of fields, and computed again",
+                count(damaged, "result is", "results are")
+            ));
+        }
         computed.extend(tasks.iter().map(|task| task.key));
         (tally.jobs, tally.computing) = (requested.len(), computed.len());
         tally.cached = tally.jobs.saturating_sub(tally.computing);
@@ -80,7 +89,7 @@ fn compute(
         let mut progress = ProgressDisplay::new(&tasks, tally.cached, args.json, left);
         let outcome = runner::run(
             tasks,
-            &mut StoreLedger::new(store, texts),
+            &mut StoreLedger::new(store.store, texts),
             &options,
             interrupt,
             &mut |event| progress.show(event),

@@ -11,9 +11,9 @@ use contact::problem::Problem;
 use identity::JobKey;
 use rayon::prelude::*;
 use runner::Task;
-use store::Store;
 use study::{Record, Study, StudyPoint};
 
+use crate::stored::{RecordState, WrittenStore};
 use crate::wire::order;
 
 /// The points of a study and their distinct jobs, in the order of their first points.
@@ -33,6 +33,8 @@ pub(crate) struct DistinctJob {
 /// The jobs that are left to run.
 pub(crate) struct JobsLeft {
     pub(crate) tasks: Vec<Task>,
+    /// The number of those whose result is there but damaged.
+    pub(crate) damaged: usize,
     /// The canonical text of each job.
     pub(crate) texts: HashMap<JobKey, String>,
 }
@@ -83,17 +85,21 @@ impl JobList {
     pub(crate) fn left(
         &self,
         study: &Study,
-        store: &Store,
+        store: &WrittenStore,
         retry_failed: bool,
         computed: &HashSet<JobKey>,
     ) -> Result<JobsLeft> {
-        let mut left = JobsLeft { tasks: Vec::new(), texts: HashMap::new() };
-        for DistinctJob { point, forecast } in &self.distinct {
+        let mut left = JobsLeft { tasks: Vec::new(), damaged: 0, texts: HashMap::new() };
+        for (DistinctJob { point, forecast }, state) in
+            self.distinct.iter().zip(store.states(&self.keys()))
+        {
             let StudyPoint { job, key, .. } = &self.points[*point];
-            let is_cached = || store.contains(key) && !(retry_failed && has_failed(store, key));
+            let is_cached =
+                || state == RecordState::Present && !(retry_failed && has_failed(store, key));
             if computed.contains(key) || is_cached() {
                 continue;
             }
+            left.damaged += usize::from(state == RecordState::Damaged);
             let text = job.canonical();
             left.tasks.push(Task {
                 key: *key,
@@ -120,7 +126,7 @@ impl JobList {
 }
 
 /// Tells whether the record of a job is not certified, or cannot be read.
-fn has_failed(store: &Store, key: &JobKey) -> bool {
+fn has_failed(store: &WrittenStore, key: &JobKey) -> bool {
     match store.get(key) {
         Ok(Some(bytes)) => Record::decode(&bytes).map_or(true, |record| !record.is_certified()),
         _ => true,

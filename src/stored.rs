@@ -1,12 +1,16 @@
 //! The contents of a store: studies by name, and records.
 
+use std::collections::HashSet;
 use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use answers::{RecordMap, Records, RecordsError};
 use anyhow::{Context, Result, bail};
 use contact::model::Fields;
-use identity::JobKey;
-use store::{Blobs, ReadError, RecordOrigin, Store, StoreReader};
+use identity::{JobKey, KeptFields};
+use rayon::prelude::*;
+use store::{Blobs, Digest, OpenError, ReadError, RecordOrigin, Store, StoreReader};
+use study::encoding::DecodeError;
 use study::record_format::{decode_fields, job_text};
 use study::{Record, Study};
 
@@ -16,9 +20,89 @@ use crate::output;
 #[derive(Clone, Copy)]
 pub(crate) enum StoreSource<'a> {
     /// The store that this process writes.
-    Store(&'a Store),
+    Store(&'a WrittenStore<'a>),
     /// A store that this process reads.
     Reader(&'a StoreReader),
+}
+
+/// A store that this process writes. A record that is damaged, or whose file of fields is damaged
+/// or gone, counts as absent, so a run computes its job again and so heals it.
+pub(crate) struct WrittenStore<'a> {
+    pub(crate) store: &'a Store,
+    /// The jobs whose files have been read and were sound.
+    sound: Mutex<HashSet<JobKey>>,
+}
+
+impl<'a> WrittenStore<'a> {
+    /// Returns the store as one of which nothing has been examined yet.
+    pub(crate) fn new(store: &'a Store) -> Self {
+        Self { store, sound: Mutex::default() }
+    }
+
+    /// Returns the record of a job if it is there and whole.
+    pub(crate) fn get(&self, key: &JobKey) -> Result<Option<Vec<u8>>, ReadError> {
+        match self.store.get(key) {
+            Ok(Some(bytes)) if self.is_whole(key, &bytes) => Ok(Some(bytes)),
+            Ok(_) | Err(ReadError::Corrupt { .. }) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Tells for each of `keys` in which state its record is.
+    pub(crate) fn states(&self, keys: &[JobKey]) -> Vec<RecordState> {
+        let state = |key: &JobKey| match self.get(key) {
+            Ok(None) if self.store.contains(key) => RecordState::Damaged,
+            Ok(None) => RecordState::Absent,
+            Ok(Some(_)) | Err(_) => RecordState::Present,
+        };
+        keys.par_iter().map(state).collect()
+    }
+
+    /// Returns true if a record can be decoded and its fields are there. They are read whole, which
+    /// takes a hundredth of what computing them took, but only once.
+    fn is_whole(&self, key: &JobKey, bytes: &[u8]) -> bool {
+        if self.sound().contains(key) {
+            return true;
+        }
+        let is_whole = match Record::decode(bytes) {
+            Ok(record) => {
+                record.key() == *key
+                    && record.fields.is_none_or(|kept| {
+                        self.store.blobs().is_kept(&kept).is_ok_and(|is_kept| is_kept)
+                    })
+            }
+            // It is whole for the version of the program that wrote it.
+            Err(DecodeError::Version { .. }) => true,
+            Err(_) => false,
+        };
+        if is_whole {
+            self.sound().insert(*key);
+        }
+        is_whole
+    }
+
+    fn sound(&self) -> MutexGuard<'_, HashSet<JobKey>> {
+        self.sound.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The state of a job's record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum RecordState {
+    /// There is none.
+    Absent,
+    /// It is there and whole.
+    Present,
+    /// It or its file of fields is damaged or lost.
+    Damaged,
+}
+
+/// Returns the files that a record refers to.
+pub(crate) fn references(record: &Record) -> Vec<Digest> {
+    match record.fields {
+        Some(KeptFields::Blob(digest)) => vec![Digest(digest)],
+        Some(KeptFields::Inside(_)) | None => Vec::new(),
+    }
 }
 
 /// A record as a store gives it.
@@ -28,9 +112,9 @@ impl StoreSource<'_> {
     /// Returns the records of those of `keys` that have one.
     fn fetch(self, keys: &[JobKey]) -> Vec<FetchedRecord> {
         match self {
-            StoreSource::Store(store) => keys
-                .iter()
-                .filter_map(|key| store.get(key).transpose().map(|record| (*key, record)))
+            StoreSource::Store(written) => keys
+                .par_iter()
+                .filter_map(|key| written.get(key).transpose().map(|record| (*key, record)))
                 .collect(),
             StoreSource::Reader(reader) => reader.select(keys.to_vec()).collect(),
         }
@@ -39,14 +123,22 @@ impl StoreSource<'_> {
     /// Returns every record.
     fn all(&self) -> Result<Box<dyn Iterator<Item = FetchedRecord> + '_>, ReadError> {
         Ok(match self {
-            StoreSource::Store(store) => Box::new(store.records()),
+            StoreSource::Store(written) => Box::new(written.store.records()),
             StoreSource::Reader(reader) => Box::new(reader.records()?),
         })
     }
 
+    /// Returns true if the record of a job that was read can be built upon.
+    fn is_usable(&self, key: &JobKey, bytes: &[u8]) -> bool {
+        match self {
+            StoreSource::Store(written) => written.is_whole(key, bytes),
+            StoreSource::Reader(_) => true,
+        }
+    }
+
     fn blobs(&self) -> &Blobs {
         match self {
-            StoreSource::Store(store) => store.blobs(),
+            StoreSource::Store(written) => written.store.blobs(),
             StoreSource::Reader(reader) => reader.blobs(),
         }
     }
@@ -55,7 +147,10 @@ impl StoreSource<'_> {
 impl Records for StoreSource<'_> {
     fn select(&self, keys: &[JobKey]) -> Result<RecordMap, RecordsError> {
         let decoded = |(key, bytes): FetchedRecord| -> Result<(JobKey, Record)> {
-            let bytes = bytes.context("run `tribosweep store verify` to see the whole damage")?;
+            let bytes = bytes.context(
+                "run `tribosweep store verify` to see the whole damage, and `tribosweep run` of the \
+                 study to heal it",
+            )?;
             let record =
                 Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?;
             Ok((key, record))
@@ -66,7 +161,8 @@ impl Records for StoreSource<'_> {
     fn matching(&self, is_wanted: &dyn Fn(&str) -> bool) -> Result<RecordMap, RecordsError> {
         let wanted = |(key, bytes): FetchedRecord| {
             let bytes = bytes.ok().filter(|bytes| job_text(bytes).is_some_and(is_wanted))?;
-            Some((key, Record::decode(&bytes).ok()?))
+            let record = Record::decode(&bytes).ok()?;
+            self.is_usable(&key, &bytes).then_some((key, record))
         };
         Ok(self.all()?.filter_map(wanted).collect())
     }
@@ -82,7 +178,8 @@ pub(crate) fn fields(blobs: &Blobs, record: &Record) -> Result<Fields> {
         format!("job {} left no fields: it is {}", record.key(), record.standing())
     })?;
     let blob = blobs.kept(kept)?.context(
-        "the file with its fields is missing; `tribosweep store verify` says what else is",
+        "the file with its fields is missing; `tribosweep store verify` says what else is, and \
+         `tribosweep run` of the study computes it again",
     )?;
     Ok(decode_fields(&blob)?)
 }
@@ -115,11 +212,15 @@ fn list(names: &[String]) -> String {
     if names.is_empty() { "none so far".to_owned() } else { names.join(", ") }
 }
 
-/// Says that numbers come from a running process, if one is still adding to the store.
-pub(crate) fn tell_origin(reader: &StoreReader) {
-    if let origin @ RecordOrigin::Process { .. } = reader.origin() {
-        output::say(&origin.to_string());
+/// Opens a store for reading. It says so if the numbers come from a running process, or if there
+/// may be more of them than this process can see.
+pub(crate) fn read_store(directory: &Path) -> Result<StoreReader, OpenError> {
+    let reader = Store::read(directory)?;
+    match reader.origin() {
+        RecordOrigin::Disk => {}
+        origin => output::say(&origin.to_string()),
     }
+    Ok(reader)
 }
 
 /// Returns the option that names the store; nothing for the store where every command looks.

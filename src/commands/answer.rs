@@ -2,19 +2,17 @@
 
 use answers::{Progress, Results};
 use anyhow::Result;
-use store::Store;
 
 use crate::answer_text::{answers_json, answers_words};
 use crate::cli::AnswerArgs;
 use crate::output::{self, Finish, layout};
-use crate::stored::{StoreSource, store_option, stored_study, tell_origin};
+use crate::stored::{StoreSource, read_store, store_option, stored_study};
 use crate::summary::{warning_lines, warning_words};
 use crate::words::count;
 
 /// Prints the answers of a study.
 pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
-    let reader = Store::read(&args.store.store)?;
-    tell_origin(&reader);
+    let reader = read_store(&args.store.store)?;
     let source = StoreSource::Reader(&reader);
     let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
     if args.json {

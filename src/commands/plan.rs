@@ -12,7 +12,7 @@ use identity::JobKey;
 use indicatif::BinaryBytes;
 use report::DataTable;
 use serde::Serialize;
-use store::{OpenError, Store, StoreReader};
+use store::{OpenError, StoreReader};
 use study::Study;
 
 use crate::cli::PlanArgs;
@@ -20,7 +20,7 @@ use crate::effect_text::overview_words;
 use crate::execution::workers;
 use crate::job_list::{DistinctJob, JobList};
 use crate::output::{self, Finish, layout};
-use crate::stored::{StoreSource, store_option};
+use crate::stored::{StoreSource, read_store, store_option};
 use crate::study_file::read_study;
 use crate::words::{count, duration};
 
@@ -49,7 +49,7 @@ struct Plan<'a> {
 pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     let study = read_study(&args.study)?;
     let mut jobs = JobList::of(&study)?;
-    let reader = match Store::read(&args.store.store) {
+    let reader = match read_store(&args.store.store) {
         Ok(reader) => Some(reader),
         Err(OpenError::Missing { .. }) => None,
         Err(error) => bail!(error),

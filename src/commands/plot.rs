@@ -4,17 +4,15 @@ use std::path::Path;
 
 use answers::Results;
 use anyhow::{Result, bail};
-use store::Store;
 
 use crate::cli::PlotArgs;
 use crate::figures::{draw, figure_files, nothing_varies};
 use crate::output::{self, Finish};
-use crate::stored::{StoreSource, stored_study, tell_origin};
+use crate::stored::{StoreSource, read_store, stored_study};
 
 /// Draws figures of a study to files.
 pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
-    let reader = Store::read(&args.store.store)?;
-    tell_origin(&reader);
+    let reader = read_store(&args.store.store)?;
     let source = StoreSource::Reader(&reader);
     let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
     let figures = chosen(args, &results)?;

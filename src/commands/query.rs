@@ -3,18 +3,16 @@
 use answers::Results;
 use anyhow::Result;
 use report::{Cell, DataTable, TableColumn};
-use store::Store;
 use study::Study;
 use study::columns::{Role, along_path};
 
 use crate::cli::{QueryArgs, TableFormat};
 use crate::output::{self, Finish, layout};
-use crate::stored::{StoreSource, stored_study, tell_origin};
+use crate::stored::{StoreSource, read_store, stored_study};
 
 /// Prints the results of a study as a table.
 pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
-    let reader = Store::read(&args.store.store)?;
-    tell_origin(&reader);
+    let reader = read_store(&args.store.store)?;
     let source = StoreSource::Reader(&reader);
     let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
     let format = if args.json { TableFormat::Json } else { args.format };

@@ -5,19 +5,18 @@ use anyhow::{Context, Result, bail};
 use contact::model::Outcome;
 use contact::punch::Surfaces;
 use identity::JobKey;
-use store::{Store, StoreReader};
+use store::StoreReader;
 use study::Record;
 
 use crate::cli::ShowArgs;
 use crate::one_result::{json, path, words};
 use crate::output::{Finish, layout};
-use crate::stored::{stored_study, tell_origin};
+use crate::stored::{read_store, stored_study};
 use crate::{fields, output, stored};
 
 /// Shows one result, its path or one of its fields.
 pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
-    let reader = Store::read(&args.store.store)?;
-    tell_origin(&reader);
+    let reader = read_store(&args.store.store)?;
     let key = find_key(&reader, &args.key)?;
     let bytes = reader.get(&key)?.context("the record was removed while it was looked up")?;
     let record = Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?;

@@ -1,46 +1,42 @@
 //! `status`: how far the studies of a store are.
 
 use answers::Results;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use report::{Cell, DataTable, TableColumn};
-use store::Store;
+use store::StoreReader;
 
 use crate::cli::StatusArgs;
 use crate::output::{self, Finish, layout};
-use crate::stored::{StoreSource, stored_study, tell_origin};
+use crate::stored::{StoreSource, read_store, stored_study};
 
 /// Lists studies with their numbers of points.
 pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
-    let reader = Store::read(&args.store.store)?;
-    tell_origin(&reader);
-    let studies = match &args.name {
-        Some(name) => vec![stored_study(&reader, name)?],
-        // One damaged study must not hide the others.
-        None => {
-            let found = reader.study_names()?.into_iter().map(|name| stored_study(&reader, &name));
-            found.filter_map(|study| study.map_err(|error| output::complain(&error)).ok()).collect()
-        }
+    let reader = read_store(&args.store.store)?;
+    let names = match &args.name {
+        Some(name) => vec![name.clone()],
+        None => reader.study_names()?,
     };
+    let mut finish = Finish::AllDone;
+    let source = StoreSource::Reader(&reader);
     let mut rows = Vec::new();
     let mut listed = Vec::new();
-    for study in studies {
-        let name = study.name().to_owned();
-        let source = StoreSource::Reader(&reader);
-        let results = match Results::read(study, &source) {
+    for name in &names {
+        let results = match read(&reader, name, &source) {
             Ok(results) => results,
+            // One damaged study must not hide the others, nor pass for one that is not there.
             Err(error) if args.name.is_none() => {
-                let error = anyhow::Error::from(error);
-                output::complain(&error.context(format!("study `{name}`")));
+                output::complain(&error);
+                finish = Finish::Mistake;
                 continue;
             }
-            Err(error) => return Err(error.into()),
+            Err(error) => return Err(error),
         };
         let (progress, inaccurate) = (results.progress(), results.inaccurate());
         let question = results.study().question();
         listed.push(serde_json::json!({
             "study": name, "question": question, "progress": progress, "inaccurate": inaccurate,
         }));
-        let mut row = vec![Cell::Text(name)];
+        let mut row = vec![Cell::Text(name.clone())];
         row.extend(
             [progress.points, progress.done, progress.failed, progress.left, inaccurate]
                 .map(|count| Cell::Integer(count as i64)),
@@ -49,12 +45,22 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
         rows.push(row);
     }
     if args.json {
-        return output::print_json(&listed);
+        output::print_json(&listed)?;
+        return Ok(finish);
     }
-    if rows.is_empty() && reader.study_names()?.is_empty() {
+    if names.is_empty() {
         return output::print("no studies so far\n");
+    }
+    if rows.is_empty() {
+        return Ok(finish);
     }
     let heads = ["study", "points", "certified", "failed", "left", "inaccurate", "question"]
         .map(|name| TableColumn::new(name, ""));
-    output::print(&DataTable::new(heads.to_vec(), rows)?.terminal(&layout()))
+    output::print(&DataTable::new(heads.to_vec(), rows)?.terminal(&layout()))?;
+    Ok(finish)
+}
+
+/// Reads the results of a study.
+fn read<'r>(reader: &StoreReader, name: &str, source: &'r StoreSource<'r>) -> Result<Results<'r>> {
+    Results::read(stored_study(reader, name)?, source).with_context(|| format!("study `{name}`"))
 }

@@ -1,43 +1,44 @@
-//! `store verify`, `store salvage` and `store compact`.
+//! `store verify`, `store salvage`, `store compact` and `store export`.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
 use answers::{Proof, proof};
 use anyhow::{Context, Result};
-use identity::{JobKey, KeptFields};
+use identity::JobKey;
 use indicatif::BinaryBytes;
-use store::{Digest, Store};
+use store::{Digest, Store, StoreReader};
 use study::Record;
 use study::encoding::DecodeError;
 
 use crate::cli::StoreCommand;
 use crate::output::{self, Finish};
+use crate::stored::{read_store, references};
 use crate::words::count;
 
-/// Checks or tidies a store.
+/// Checks a store, tidies it or copies it.
 pub(crate) fn store(command: &StoreCommand) -> Result<Finish> {
     match command {
-        StoreCommand::Verify { deep, json, store } => verify(&open(&store.store)?, *deep, *json),
+        StoreCommand::Verify { deep, json, store } => {
+            verify(&read_store(&store.store)?, *deep, *json)
+        }
         StoreCommand::Salvage { json, store } => salvage(&store.store, *json),
-        StoreCommand::Compact { json, store } => compact(&open(&store.store)?, *json),
+        StoreCommand::Compact { json, store } => {
+            compact(&Store::open_existing(&store.store)?, *json)
+        }
+        StoreCommand::Export { destination, json, store } => {
+            export(&read_store(&store.store)?, destination, *json)
+        }
     }
 }
 
-/// Opens a store that is there. Tidying does not make one.
-fn open(directory: &std::path::Path) -> Result<Store> {
-    drop(Store::read(directory)?);
-    Ok(Store::open(directory)?)
+/// Returns the files that an encoded record refers to. A record that cannot be decoded refers to
+/// none that are known.
+fn references_of(bytes: &[u8]) -> Vec<Digest> {
+    Record::decode(bytes).map_or_else(|_| Vec::new(), |record| references(&record))
 }
 
-/// Returns the files that a record refers to.
-fn references(record: &Record) -> Vec<Digest> {
-    match record.fields {
-        Some(KeptFields::Blob(digest)) => vec![Digest(digest)],
-        Some(KeptFields::Inside(_)) | None => Vec::new(),
-    }
-}
-
-fn verify(store: &Store, deep: bool, json: bool) -> Result<Finish> {
+fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
     let mut undecodable: Vec<(JobKey, String)> = Vec::new();
     let mut too_large: Vec<(JobKey, String)> = Vec::new();
     let (mut foreign, mut proved) = (0, 0);
@@ -113,6 +114,10 @@ fn verify(store: &Store, deep: bool, json: bool) -> Result<Finish> {
             });
         }
         faults.iter().for_each(|fault| text += &format!("damaged: {fault}\n"));
+        if !sound {
+            text += "`tribosweep run` of the studies concerned computes again what they need; \
+                     `tribosweep store salvage` gives up what no study needs any more\n";
+        }
         if foreign > 0 {
             text += &format!(
                 "{} of another version of this program, and not used\n",
@@ -134,12 +139,14 @@ fn verify(store: &Store, deep: bool, json: bool) -> Result<Finish> {
     Ok(if sound { Finish::AllDone } else { Finish::SomeFailed })
 }
 
-fn salvage(directory: &std::path::Path, json: bool) -> Result<Finish> {
-    let salvaged = Store::salvage(directory)?;
+fn salvage(directory: &Path, json: bool) -> Result<Finish> {
+    let salvaged = Store::salvage(directory, |_, bytes| references_of(bytes))?;
     if json {
         return output::print_json(&serde_json::json!({
             "kept": salvaged.kept,
             "promised": salvaged.promised,
+            "without_their_file": salvaged.incomplete,
+            "removed_files": salvaged.removed_blobs,
             "studies": salvaged.studies,
             "lost_studies": salvaged.lost_studies,
             "former_database": salvaged.damaged,
@@ -156,6 +163,16 @@ fn salvage(directory: &std::path::Path, json: bool) -> Result<Finish> {
         text += &format!(
             "the former database is in {}; delete it when nothing is missed\n",
             damaged.display()
+        );
+    }
+    if salvaged.removed_blobs > 0 {
+        let files = count(salvaged.removed_blobs, "damaged file", "damaged files");
+        text += &format!("removed {files}\n");
+    }
+    if salvaged.incomplete > 0 {
+        let records = count(salvaged.incomplete, "record", "records");
+        text += &format!(
+            "gave up {records} whose file of fields is lost; the next run computes them again\n"
         );
     }
     for name in &salvaged.lost_studies {
@@ -187,4 +204,25 @@ fn compact(store: &Store, json: bool) -> Result<Finish> {
         count(done.unfinished, "unfinished one", "unfinished ones"),
     );
     output::print(&format!("removed {files} and {unfinished}, {}\n", BinaryBytes(done.bytes)))
+}
+
+fn export(store: &StoreReader, destination: &Path, json: bool) -> Result<Finish> {
+    let done = store.export(destination, |_, bytes| references_of(bytes))?;
+    if json {
+        output::print_json(&serde_json::json!({
+            "records": done.records, "files": done.blobs, "studies": done.studies,
+            "faults": done.faults,
+        }))?;
+    } else {
+        let mut text = format!(
+            "copied {}, {} and {} to {}\n",
+            count(done.records, "record", "records"),
+            count(done.blobs, "file", "files"),
+            count(done.studies, "study", "studies"),
+            destination.display()
+        );
+        done.faults.iter().for_each(|fault| text += &format!("left out: {fault}\n"));
+        output::print(&text)?;
+    }
+    Ok(if done.faults.is_empty() { Finish::AllDone } else { Finish::SomeFailed })
 }

@@ -26,7 +26,9 @@ fn help_says_what_can_be_asked() {
         "run plan effects cost resume status answer query show plot solve store completions";
     let mut lines: Vec<Vec<&str>> = vec![vec!["--help"], vec!["--version"]];
     lines.extend(commands.split(' ').map(|command| vec![command, "--help"]));
-    lines.extend(["verify", "salvage", "compact"].map(|command| vec!["store", command, "--help"]));
+    lines.extend(
+        ["verify", "salvage", "compact", "export"].map(|command| vec!["store", command, "--help"]),
+    );
     let lines: Vec<&[&str]> = lines.iter().map(Vec::as_slice).collect();
     insta::assert_snapshot!(place.transcript(&lines));
     assert!(place.files().is_empty());

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::io::Read;
+use std::os::unix::fs::PermissionsExt;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -74,7 +75,136 @@ fn damage_to_a_file_of_fields_is_found() {
     );
     assert_eq!(shown.iter().filter(|said| said.code == 0).count(), 4);
     // The numbers are whole.
-    assert_eq!(place.call("query small").code, 0);
+    let before = place.call("query small --format csv --select mu,poisson,load,status");
+    assert_eq!(before.code, 0);
+
+    // A run computes again exactly what was damaged.
+    let again = place.call("run small.toml --workers 2 --json");
+    assert_eq!(again.code, 0, "{}", again.err);
+    assert!(again.err.contains("2 results are damaged or without"), "{}", again.err);
+    let summary: Value = serde_json::from_str(again.out.lines().last().unwrap()).unwrap();
+    assert_eq!((&summary["run"]["computing"], &summary["run"]["cached"]), (&2.into(), &4.into()));
+    assert_eq!(place.json("store verify --json")["sound"], true);
+    let after = place.call("query small --format csv --select mu,poisson,load,status");
+    assert_eq!(after.out, before.out);
+    assert_eq!(place.json("run small.toml --json")["run"]["cached"], 6);
+}
+
+/// A record that no study asks for any more is healed by nobody's run.
+#[test]
+fn salvage_gives_up_a_result_whose_file_is_lost() {
+    let place = Place::with("small.toml", SMALL.replace("mesh = 6", "mesh = 40"));
+    assert_eq!(place.call("run small.toml --workers 2").code, 0);
+    let (fields, _) = place.blobs();
+    fs::remove_file(&fields[0]).unwrap();
+    fs::write(&fields[1], b"rubbish").unwrap();
+    place.write("small.toml", SMALL);
+    assert_eq!(place.call("run small.toml --workers 2").code, 0);
+    assert_eq!(place.call("store verify").code, 2);
+    let salvaged = place.json("store salvage --json");
+    assert_eq!((&salvaged["kept"], &salvaged["without_their_file"]), (&10.into(), &2.into()));
+    assert_eq!(salvaged["removed_files"], 1);
+    assert_eq!(place.json("store verify --json")["sound"], true);
+}
+
+#[test]
+fn a_study_that_cannot_be_read_is_not_passed_over() {
+    let place = Place::run();
+    let (_, study) = place.blobs();
+    for damage in [Some(&b"rubbish"[..]), None] {
+        match damage {
+            Some(rubbish) => fs::write(&study, rubbish).unwrap(),
+            None => fs::remove_file(&study).unwrap(),
+        }
+        for line in ["status", "status --json", "status small"] {
+            let said = place.call(line);
+            assert_eq!(said.code, 1, "{line}: {}", said.out);
+            assert!(
+                said.err.contains("the definition of the study `small` is damaged"),
+                "{}",
+                said.err
+            );
+        }
+    }
+    place.write("large.toml", SMALL.replace("\"small\"", "\"large\""));
+    assert_eq!(place.call("run large.toml --workers 2").code, 0);
+    let said = place.call("status");
+    assert_eq!(said.code, 1);
+    assert!(said.out.contains("large"), "one damaged study hides no other: {}", said.out);
+}
+
+/// Every command that only looks leaves the store as it was, and the store of another user is read
+/// like one's own.
+#[test]
+fn commands_that_only_look_write_nothing() {
+    let place = Place::run();
+    let key = place.keys().remove(0);
+    let lines: &[&[&str]] = &[
+        &["query", "small"],
+        &["status"],
+        &["answer", "small"],
+        &["show", &key],
+        &["show", &key, "--field", "gap"],
+        &["plan", "small.toml"],
+        &["plot", "small", "--output", "figure.svg"],
+        &["store", "verify"],
+    ];
+    let stored = || -> Vec<_> {
+        let files = place.files().into_iter();
+        files.filter(|(path, _)| path.starts_with(place.path(".tribosweep"))).collect()
+    };
+    let before = stored();
+    let own: Vec<Said> = lines.iter().map(|words| place.words(words)).collect();
+    for (said, words) in own.iter().zip(lines) {
+        assert_eq!((said.code, said.err.as_str()), (0, ""), "{words:?}");
+    }
+    assert_eq!(stored(), before);
+
+    let stranger = |words: &[&str]| {
+        let inner = place.command(words);
+        let mut outer = Command::new("setpriv");
+        outer.args(["--reuid=54321", "--regid=54321", "--clear-groups"]);
+        outer.arg(inner.get_program()).args(inner.get_args()).current_dir(place.path(""));
+        outer.stdin(Stdio::null()).output()
+    };
+    let is_root = rustix::process::geteuid().is_root();
+    fs::set_permissions(place.path(""), fs::Permissions::from_mode(0o777)).unwrap();
+    if !is_root || !stranger(&["--version"]).is_ok_and(|said| said.status.success()) {
+        eprintln!("skipped: acting as another user takes privileges that this user lacks");
+        return;
+    }
+    fs::remove_file(place.path("figure.svg")).unwrap();
+    for (words, own) in lines.iter().zip(&own) {
+        let said = stranger(words).unwrap();
+        let err = String::from_utf8(said.stderr).unwrap();
+        assert!(said.status.success(), "{words:?}: {err}");
+        assert_eq!(String::from_utf8(said.stdout).unwrap(), own.out, "{words:?}");
+        assert!(
+            err.starts_with("read from a private copy of the records: the store belongs to root;")
+                && err.lines().count() == 1,
+            "{words:?}: {err}"
+        );
+    }
+    assert_eq!(stored(), before);
+    let refused = stranger(&["run", "small.toml"]).unwrap();
+    let err = String::from_utf8(refused.stderr).unwrap();
+    assert_eq!(refused.status.code(), Some(1), "{err}");
+    assert!(err.contains("belongs to root; this user (user 54321) may not write to it"), "{err}");
+}
+
+#[test]
+fn an_export_is_a_store() {
+    let place = Place::run();
+    insta::assert_snapshot!(place.transcript(&[
+        &["store", "export", "copy"],
+        &["store", "verify", "--store", "copy"],
+        &["status", "--store", "copy"],
+        &["store", "export", "copy"],
+        &["store", "export", "elsewhere", "--store", "nowhere"],
+    ]));
+    let query = |store: &str| place.call(&format!("query small --format csv --store {store}")).out;
+    assert_eq!(query("copy"), query(".tribosweep"));
+    assert!(!place.path("elsewhere").exists());
 }
 
 #[test]
@@ -217,7 +347,6 @@ fn a_store_in_use_is_read_through_the_run() {
     insta::assert_snapshot!(place.transcript(&[
         &["run", "small.toml"],
         &["resume", "many"],
-        &["store", "verify"],
         &["store", "salvage"]
     ]));
 
@@ -245,6 +374,12 @@ fn a_store_in_use_is_read_through_the_run() {
     let shown = place.words(&["show", &key, "--field", "pressure"]);
     assert_eq!((shown.code, shown.err.starts_with(&served)), (0, true), "{}", shown.err);
     assert_eq!(place.json("plan many.toml --json")["points"], 4000);
+    let verified = place.call("store verify --json");
+    assert_eq!((verified.code, verified.err.starts_with(&served)), (0, true), "{}", verified.err);
+    let exported = place.call("store export copy --json");
+    assert_eq!(exported.code, 0, "{}", exported.err);
+    let exported: Value = serde_json::from_str(&exported.out).unwrap();
+    assert_eq!(place.json("store verify --json --store copy")["records"], exported["records"]);
 
     let interrupted =
         Command::new("sh").args(["-c", &format!("kill -INT {}", run.0.id())]).status().unwrap();

@@ -4,12 +4,13 @@
 //! uncompressed content. Such names make writing idempotent and reading verifiable. No lock is
 //! needed: any process may write blobs at any time.
 
-use std::io::Read;
+use std::fs;
+use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
-use std::{fs, io};
 
 use identity::KeptFields;
 
+use crate::access;
 use crate::digest::Digest;
 use crate::durable;
 use crate::error::{ReadError, WriteError};
@@ -31,6 +32,9 @@ const INLINE_CONTENT_LIMIT: usize = 8 * INLINE_LIMIT;
 /// doubles for each element of the largest grid, and room to spare. A file of a megabyte may claim
 /// to be tens of gigabytes, and a reader must not find that out by running out of memory.
 const CONTENT_LIMIT: u64 = 2 << 30;
+
+/// The size of the pieces in which a blob is read \[bytes\].
+const PIECE: usize = 128 << 10;
 
 /// The blobs of one store. They need no open store and no lock.
 #[derive(Clone, Debug)]
@@ -60,6 +64,11 @@ impl Blobs {
         Blobs { directory: store.join("blobs") }
     }
 
+    /// Returns the directory of all blobs.
+    pub(crate) fn directory(&self) -> &Path {
+        &self.directory
+    }
+
     /// Returns the path of a blob, which need not exist.
     pub fn path(&self, digest: &Digest) -> PathBuf {
         let name = digest.to_string();
@@ -86,7 +95,7 @@ impl Blobs {
         }
         let digest = Digest::of(content);
         let path = self.path(&digest);
-        if let Ok(Some(_)) = self.get(&digest) {
+        if let Ok(true) = self.is_sound(&digest) {
             return Ok(digest);
         }
         let failed = |source| WriteError::io("write the blob", &path, source);
@@ -146,23 +155,54 @@ impl Blobs {
 
     /// Returns the content of a blob like [`get`](Blobs::get) if it has at most `limit` bytes.
     fn get_within(&self, digest: &Digest, limit: u64) -> Result<Option<Vec<u8>>, ReadError> {
+        let mut content = Vec::new();
+        Ok(self.read(digest, limit, &mut content)?.then_some(content))
+    }
+
+    /// Returns true if the blob is there and holds what its name says. It is read in pieces and not
+    /// kept.
+    ///
+    /// # Errors
+    /// Those of [`get`](Blobs::get).
+    pub fn is_sound(&self, digest: &Digest) -> Result<bool, ReadError> {
+        self.read(digest, CONTENT_LIMIT, &mut io::sink())
+    }
+
+    /// Returns true if what [`keep`](Blobs::keep) kept is there and can be read.
+    ///
+    /// # Errors
+    /// Those of [`kept`](Blobs::kept).
+    pub fn is_kept(&self, kept: &KeptFields) -> Result<bool, ReadError> {
+        match kept {
+            KeptFields::Blob(digest) => self.is_sound(&Digest(*digest)),
+            KeptFields::Inside(_) => self.kept(kept).map(|content| content.is_some()),
+        }
+    }
+
+    /// Reads a blob of at most `limit` bytes into `content` and verifies it. Returns false if there
+    /// is no such blob.
+    fn read(
+        &self,
+        digest: &Digest,
+        limit: u64,
+        content: &mut dyn io::Write,
+    ) -> Result<bool, ReadError> {
         let path = self.path(digest);
-        let compressed =
-            match read_within(&path, zstd::zstd_safe::compress_bound(limit as usize) as u64) {
-                Ok(compressed) => {
-                    compressed.ok_or("its file is longer than that of any blob".to_owned())
-                }
-                Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-                Err(source) => return Err(ReadError::Io { path, source }),
-            };
-        match compressed.and_then(|compressed| decompress(&compressed, limit)) {
-            Ok(content) if Digest::of(&content) == *digest => Ok(Some(content)),
-            Ok(_) => Err(ReadError::Blob {
-                digest: *digest,
-                path,
-                reason: "its content does not match its name".into(),
-            }),
-            Err(reason) => Err(ReadError::Blob { digest: *digest, path, reason }),
+        let failed = |path: PathBuf, error: io::Error| {
+            if access::is_damage(&error) || error.kind() == io::ErrorKind::Other {
+                ReadError::Blob { digest: *digest, path, reason: error.to_string() }
+            } else {
+                ReadError::Io { path, source: error }
+            }
+        };
+        let file = match access::open_to_read(&path) {
+            Ok(file) => file,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
+            Err(error) => return Err(failed(path, error)),
+        };
+        match verified(file, digest, limit, content) {
+            Ok(()) => Ok(true),
+            Err(error) => Err(failed(path, error)),
         }
     }
 
@@ -212,31 +252,42 @@ fn compress(content: &[u8]) -> io::Result<Vec<u8>> {
     zstd::bulk::compress(content, LEVEL)
 }
 
-/// Decompresses a blob, or returns the reason why there is no content of at most `limit` bytes.
-/// Longer content is not decompressed to its end.
-fn decompress(compressed: &[u8], limit: u64) -> Result<Vec<u8>, String> {
-    let mut content = Vec::new();
-    let decoder = zstd::Decoder::with_buffer(compressed).map_err(|error| error.to_string())?;
-    decoder
-        .take(limit.saturating_add(1))
-        .read_to_end(&mut content)
-        .map_err(|error| error.to_string())?;
-    if content.len() as u64 > limit {
-        return Err(format!("its content has more than {limit} bytes, as many as a blob may have"));
+/// Decompresses the file of a blob into `content`.
+///
+/// # Errors
+/// The content is not that of `digest` or has more than `limit` bytes; it is then not decompressed
+/// to its end.
+fn verified(
+    file: fs::File,
+    digest: &Digest,
+    limit: u64,
+    content: &mut dyn io::Write,
+) -> io::Result<()> {
+    let invalid = |reason: String| io::Error::new(io::ErrorKind::InvalidData, reason);
+    if file.metadata()?.len() > zstd::zstd_safe::compress_bound(limit as usize) as u64 {
+        return Err(invalid("its file is longer than that of any blob".to_owned()));
     }
-    Ok(content)
-}
-
-/// Reads the file at `path`. Returns `None` if it has more than `limit` bytes.
-fn read_within(path: &Path, limit: u64) -> io::Result<Option<Vec<u8>>> {
-    let file = fs::File::open(path)?;
-    let length = file.metadata()?.len();
-    if length > limit {
-        return Ok(None);
+    let mut decoder = zstd::Decoder::with_buffer(BufReader::with_capacity(PIECE, file))?
+        .take(limit.saturating_add(1));
+    let (mut hasher, mut piece, mut length) = (blake3::Hasher::new(), vec![0; PIECE], 0);
+    loop {
+        let count = decoder.read(&mut piece)?;
+        if count == 0 {
+            break;
+        }
+        length += count as u64;
+        if length > limit {
+            return Err(invalid(format!(
+                "its content has more than {limit} bytes, as many as a blob may have"
+            )));
+        }
+        hasher.update(&piece[..count]);
+        content.write_all(&piece[..count])?;
     }
-    let mut bytes = Vec::new();
-    file.take(length).read_to_end(&mut bytes)?;
-    Ok(Some(bytes))
+    if *hasher.finalize().as_bytes() != digest.0 {
+        return Err(invalid("its content does not match its name".to_owned()));
+    }
+    Ok(())
 }
 
 /// Lists the paths in `directory` in sorted order. A missing directory has none.

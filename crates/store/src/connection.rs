@@ -2,14 +2,16 @@
 
 use std::io;
 use std::net::Shutdown;
-use std::os::linux::net::SocketAddrExt;
-use std::os::unix::net::{SocketAddr, UnixStream};
+use std::os::unix::net::UnixStream;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use crate::core::PATIENCE;
 use crate::lock::Holder;
 use crate::wire::{ReadRequest, ReadResponse, invalid, receive, send};
+
+/// The longest time for which an answer is waited for. A process that is stopped gives none, and
+/// the store is read from disk instead.
+const PATIENCE: Duration = Duration::from_secs(5);
 
 /// The reader's end of a connection.
 pub(crate) struct Connection {
@@ -18,19 +20,15 @@ pub(crate) struct Connection {
 }
 
 impl Connection {
-    /// Connects to `holder` and checks that it answers within `patience`.
-    pub(crate) fn open(holder: &Holder, address: &str, patience: Duration) -> io::Result<Self> {
-        let stream = UnixStream::connect_addr(&SocketAddr::from_abstract_name(address)?)?;
-        let wait_up_to = |time| {
-            stream.set_read_timeout(Some(time)).and_then(|()| stream.set_write_timeout(Some(time)))
-        };
-        wait_up_to(patience)?;
+    /// Connects to `holder` and checks that it answers.
+    pub(crate) fn open(holder: &Holder) -> io::Result<Self> {
+        let stream = holder.connect()?;
+        stream.set_read_timeout(Some(PATIENCE))?;
+        stream.set_write_timeout(Some(PATIENCE))?;
         match ask(&stream, &ReadRequest::Contains(Vec::new()))? {
             ReadResponse::Contains(none) if none.is_empty() => {}
             _ => return Err(invalid("it did not answer the question")),
         }
-        // The patience that was left for the start says nothing about how long an answer may take.
-        wait_up_to(PATIENCE)?;
         Ok(Connection { stream: Mutex::new(stream), holder: holder.clone() })
     }
 
@@ -60,10 +58,7 @@ mod tests {
 
     /// Returns a connection to a holder that answers the first request as it should and every later
     /// one as `answer` does.
-    fn connected(
-        patience: Duration,
-        mut answer: impl FnMut(&mut UnixStream) + Send + 'static,
-    ) -> Connection {
+    fn connected(mut answer: impl FnMut(&mut UnixStream) + Send + 'static) -> Connection {
         let listening = Listening::bind().unwrap();
         let address = listening.address.clone();
         thread::spawn(move || {
@@ -74,20 +69,12 @@ mod tests {
                 answer(&mut stream);
             }
         });
-        Connection::open(&Holder::this_process(Some(address.clone())), &address, patience).unwrap()
-    }
-
-    #[test]
-    fn an_answer_is_waited_for_longer_than_what_was_left_of_the_start() {
-        let connection = connected(Duration::from_secs(77), |_| ());
-        let stream = connection.stream.lock().unwrap();
-        assert_eq!(stream.read_timeout().unwrap(), Some(PATIENCE));
-        assert_eq!(stream.write_timeout().unwrap(), Some(PATIENCE));
+        Connection::open(&Holder::this_process(Some(address), true)).unwrap()
     }
 
     #[test]
     fn a_late_answer_is_not_taken_for_that_to_the_next_question() {
-        let connection = connected(PATIENCE, |stream| {
+        let connection = connected(|stream| {
             // Two answers to one request stand for a late answer and the next one.
             let _ = stream.write_all(&[0, 0, 0, 0, PROTOCOL]);
             let _ = send(stream, &ReadResponse::Contains(vec![true]));

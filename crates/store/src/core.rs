@@ -2,24 +2,26 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError, RwLock};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use std::{fs, io, thread};
 
 use identity::{JobKey, STORED_LIMIT};
 
+use crate::access::Wanted;
 use crate::blob::Blobs;
-use crate::database::{Database, Fault};
+use crate::database::{Fault, LOG};
 use crate::durable;
-use crate::error::{OpenError, ReadError, WriteError};
-use crate::lock::{Acquired, Holder, Lock};
+use crate::error::{OpenError, WriteError};
+use crate::lock::{self, Acquired, Holder, Lock};
 use crate::manifest::{self, Manifest, Unreadable};
-use crate::record::{self, Unsealable};
+use crate::record;
+use crate::sealed::SealedRecords;
 use crate::volume;
 
-/// The longest time for which an opening waits until a reader, or a process that is starting, has
-/// released the store.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
+/// The longest time for which an opening waits for a process that has taken the lock to say who it
+/// is, and for one of an earlier version that only reads to end.
+const PATIENCE: Duration = Duration::from_secs(3);
 
 /// The time by which the promise of the manifest may lag behind the records during a run. A promise
 /// that is too low is harmless, and raising it costs twice as much as making a group of records
@@ -29,34 +31,33 @@ const LAG: Duration = Duration::from_millis(500);
 /// The directory of the sled database within the store.
 pub(crate) const RECORDS: &str = "records";
 
-/// Takes the lock. It waits for a reader to finish but not for another writer.
-pub(crate) fn lock_for_writing(
-    directory: &Path,
-    address: Option<String>,
-) -> Result<Lock, OpenError> {
-    let io =
-        |source| OpenError::Io { action: "lock the store", path: directory.to_owned(), source };
+/// The directory of the sound database while a salvage is writing it.
+pub(crate) const SALVAGED: &str = "records.salvaged";
+
+/// Takes the lock and signs it as `holder`. It does not wait for another writer.
+pub(crate) fn lock_for_writing(directory: &Path, holder: &Holder) -> Result<Lock, OpenError> {
+    let refused =
+        |source| OpenError::io("lock", Wanted::Write, &directory.join(lock::FILE), source);
     let start = Instant::now();
     loop {
-        match Lock::acquire(directory).map_err(io)? {
+        match Lock::acquire(directory).map_err(refused)? {
             Acquired::Lock(mut lock) => {
-                lock.sign(&Holder::this_process(address)).map_err(io)?;
+                if let Err(error) = lock.sign(holder) {
+                    WriteError::require_space(directory, 0)?;
+                    return Err(refused(error));
+                }
                 return Ok(lock);
             }
-            // An unsigned lock was taken this moment, and a lock without an address is held by a
-            // reader.
-            Acquired::Held(holder)
-                if holder.as_ref().is_some_and(|h| h.address.is_some())
-                    || start.elapsed() > PATIENCE =>
-            {
-                return Err(held_error(directory, holder));
+            // An unsigned lock was taken this moment.
+            Acquired::Held(found) if found.is_some() || start.elapsed() > PATIENCE => {
+                return Err(held_error(directory, found));
             }
             Acquired::Held(_) => thread::sleep(Duration::from_millis(5)),
         }
     }
 }
 
-pub(crate) fn held_error(directory: &Path, holder: Option<Holder>) -> OpenError {
+fn held_error(directory: &Path, holder: Option<Holder>) -> OpenError {
     let directory = directory.to_owned();
     match holder {
         Some(holder) => OpenError::Held {
@@ -73,10 +74,7 @@ pub(crate) fn held_error(directory: &Path, holder: Option<Holder>) -> OpenError 
 pub(crate) struct Core {
     pub(crate) directory: PathBuf,
     pub(crate) blobs: Blobs,
-    pub(crate) database: Database,
-    /// The keys of all records, so that counting them and looking one up cost nothing. A key is
-    /// here once its record is durable.
-    index: RwLock<BTreeSet<JobKey>>,
+    pub(crate) records: SealedRecords,
     /// The manifest as it is on the disk. It is locked during every change of the store, so changes
     /// happen one at a time.
     manifest: Mutex<Manifest>,
@@ -89,8 +87,7 @@ pub(crate) struct Core {
 impl Core {
     /// Opens the store in an existing directory whose lock is held.
     pub(crate) fn open(directory: &Path, lock: Lock) -> Result<Core, OpenError> {
-        let io =
-            |action| move |source| OpenError::Io { action, path: directory.to_owned(), source };
+        let io = |action| move |source| OpenError::io(action, Wanted::Write, directory, source);
         let damaged = |what: String| OpenError::Damaged { directory: directory.to_owned(), what };
         if let Some(kind) =
             volume::network_file_system(directory).map_err(io("examine the file system of"))?
@@ -98,45 +95,42 @@ impl Core {
             return Err(OpenError::NetworkFileSystem { directory: directory.to_owned(), kind });
         }
         durable::clear_unfinished(directory).map_err(io("clear"))?;
-        let manifest = read_or_create_manifest(directory)?;
-        let records = directory.join(RECORDS);
-        if manifest.records > 0 && !records.join("db").is_file() {
-            return Err(damaged(format!(
-                "it promises {} records and has no database",
-                manifest.records
-            )));
-        }
+        let manifest = match read_manifest(directory)? {
+            Some(manifest) => manifest,
+            None => create_manifest(directory)?,
+        };
+        let path = directory.join(RECORDS);
+        finish_salvage(directory).map_err(io("clear away an unfinished salvage in"))?;
+        require_log(directory, &manifest)?;
         // sled enlarges and rewrites its files when it opens them.
         WriteError::require_space(directory, 0)?;
-        durable::create_directory(&records).map_err(io("create the database in"))?;
-        let failed = |fault| match fault {
-            Fault::Io(source) => {
-                OpenError::Io { action: "open the database of", path: directory.to_owned(), source }
-            }
-            Fault::Damaged(what) => {
-                damaged(format!("the database of records cannot be opened: {what}"))
-            }
+        let failed = |fault: Fault| match fault {
+            Fault::Io(source) => OpenError::io("open the database", Wanted::Write, &path, source),
+            Fault::Damaged(what) => damaged(what),
         };
-        let database = Database::open(&records).map_err(failed)?;
-        let index = read_index(&database).map_err(damaged)?;
-        let found = index.len() as u64;
-        if found < manifest.records {
-            let promised = manifest.records;
-            return Err(damaged(format!(
-                "it promises {promised} records and only {found} can be found"
-            )));
+        durable::create_directory(&path).map_err(io("create the database in"))?;
+        let records = match SealedRecords::open(&path) {
+            // Nothing was acknowledged yet: the first commit makes a promise before it returns.
+            Err(fault) if manifest.records == 0 && fault.is_damage() => {
+                durable::put_aside(&path).map_err(io("put aside the damaged database of"))?;
+                durable::create_directory(&path).map_err(io("create the database in"))?;
+                SealedRecords::open(&path)
+            }
+            opened => opened,
         }
+        .map_err(failed)?;
+        let found = records.index().len() as u64;
+        require_promised(directory, &manifest, found)?;
         let core = Core {
             directory: directory.to_owned(),
             blobs: Blobs::of(directory),
-            database,
-            index: RwLock::new(index),
+            records,
             manifest: Mutex::new(manifest),
             raised: Mutex::new(None),
             _lock: lock,
         };
-        core.database.sync().map_err(failed)?;
-        core.database.sync_files().map_err(io("make durable the database of"))?;
+        core.records.database.sync().map_err(failed)?;
+        core.records.database.sync_files().map_err(io("make durable the database of"))?;
         let mut manifest = core.manifest();
         if found > manifest.records {
             // A kill came between a commit and its manifest. The records are durable now and are
@@ -145,10 +139,6 @@ impl Core {
         }
         drop(manifest);
         Ok(core)
-    }
-
-    pub(crate) fn index(&self) -> std::sync::RwLockReadGuard<'_, BTreeSet<JobKey>> {
-        self.index.read().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub(crate) fn manifest(&self) -> MutexGuard<'_, Manifest> {
@@ -173,42 +163,8 @@ impl Core {
         self.replace(manifest, next)
     }
 
-    pub(crate) fn contains(&self, key: &JobKey) -> bool {
-        self.index().contains(key)
-    }
-
-    pub(crate) fn keys(&self) -> Vec<JobKey> {
-        self.index().iter().copied().collect()
-    }
-
-    pub(crate) fn get(&self, key: &JobKey) -> Result<Option<Vec<u8>>, ReadError> {
-        if !self.contains(key) {
-            return Ok(None);
-        }
-        let Some(sealed) = self.database.get(key)? else {
-            if !self.contains(key) {
-                return Ok(None); // The record was removed this moment.
-            }
-            return Err(ReadError::Corrupt {
-                key: *key,
-                reason: "the database has lost it".to_owned(),
-            });
-        };
-        match record::unseal(key, &sealed) {
-            Ok(payload) => Ok(Some(payload.to_vec())),
-            Err(Unsealable::Version(found)) => Err(ReadError::Version { key: *key, found }),
-            Err(Unsealable::Corrupt(reason)) => {
-                Err(ReadError::Corrupt { key: *key, reason: reason.to_owned() })
-            }
-        }
-    }
-
-    pub(crate) fn records(&self) -> impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)> {
-        self.keys().into_iter().filter_map(|key| Some((key, self.get(&key).transpose()?)))
-    }
-
     fn writable(&self, bytes: u64) -> Result<(), WriteError> {
-        if let Some(earlier) = self.database.broken() {
+        if let Some(earlier) = self.records.database.broken() {
             return Err(WriteError::Database(earlier.to_owned()));
         }
         WriteError::require_space(&self.directory, bytes)
@@ -228,15 +184,11 @@ impl Core {
         }
         let mut manifest = self.manifest();
         self.writable(records.iter().map(|(_, record)| record.as_ref().len() as u64).sum())?;
-        self.database.insert(
+        self.records.database.insert(
             records.iter().map(|(key, record)| (key, record::seal(key, record.as_ref()))),
         )?;
-        self.database.sync()?;
-        let found = {
-            let mut index = self.index.write().unwrap_or_else(PoisonError::into_inner);
-            index.extend(records.iter().map(|(key, _)| *key));
-            index.len() as u64
-        };
+        self.records.database.sync()?;
+        let found = self.records.reindex(|index| index.extend(records.iter().map(|(key, _)| *key)));
         let mut raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner);
         if found <= manifest.records || raised.is_some_and(|last| last.elapsed() < LAG) {
             return Ok(());
@@ -249,27 +201,24 @@ impl Core {
     pub(crate) fn remove(&self, keys: &[JobKey]) -> Result<usize, WriteError> {
         let mut manifest = self.manifest();
         let present: BTreeSet<JobKey> =
-            keys.iter().copied().filter(|key| self.contains(key)).collect();
+            keys.iter().copied().filter(|key| self.records.contains(key)).collect();
         if present.is_empty() {
             return Ok(0);
         }
         self.writable(0)?;
         // The promise is lowered first, so that a kill between the two does not look like a loss.
-        let left = (self.index().len() - present.len()) as u64;
+        let left = (self.records.index().len() - present.len()) as u64;
         self.promise(&mut manifest, left)?;
-        self.index
-            .write()
-            .unwrap_or_else(PoisonError::into_inner)
-            .retain(|key| !present.contains(key));
-        self.database.remove(present.iter())?;
-        self.database.sync()?;
+        self.records.reindex(|index| index.retain(|key| !present.contains(key)));
+        self.records.database.remove(present.iter())?;
+        self.records.database.sync()?;
         Ok(present.len())
     }
 }
 
 impl Drop for Core {
     fn drop(&mut self) {
-        let found = self.index().len() as u64;
+        let found = self.records.index().len() as u64;
         let mut manifest = self.manifest();
         if found > manifest.records {
             // A failure does no harm, because the next opening counts again.
@@ -278,34 +227,82 @@ impl Drop for Core {
     }
 }
 
-fn read_or_create_manifest(directory: &Path) -> Result<Manifest, OpenError> {
+/// Reads the manifest, or returns `None` if there is neither a manifest nor a database.
+pub(crate) fn read_manifest(directory: &Path) -> Result<Option<Manifest>, OpenError> {
     let damaged = |what: String| OpenError::Damaged { directory: directory.to_owned(), what };
-    let io = |action| {
-        move |source| OpenError::Io { action, path: directory.join(manifest::FILE), source }
-    };
     match Manifest::read(directory) {
-        Ok(manifest) => Ok(manifest),
+        Ok(manifest) => Ok(Some(manifest)),
         Err(Unreadable::Format(found)) => {
             Err(OpenError::Format { directory: directory.to_owned(), found })
         }
         Err(Unreadable::Damaged(what)) => {
             Err(damaged(format!("its manifest.json cannot be read: {what}")))
         }
-        Err(Unreadable::Io(source)) => Err(io("read")(source)),
+        Err(Unreadable::Io(source)) => {
+            Err(OpenError::io("read", Wanted::Read, &directory.join(manifest::FILE), source))
+        }
         Err(Unreadable::Absent) if directory.join(RECORDS).exists() => {
             Err(damaged("its manifest.json is missing".to_owned()))
         }
-        Err(Unreadable::Absent) if !is_vacant(directory).map_err(io("look for"))? => {
-            Err(OpenError::NotAStore { directory: directory.to_owned() })
-        }
-        Err(Unreadable::Absent) => {
-            // The manifest is written before the database, so a database without a manifest means
-            // that the manifest was lost.
-            let manifest = Manifest::new(0, BTreeMap::new());
-            manifest.write(directory).map_err(io("write"))?;
-            Ok(manifest)
-        }
+        Err(Unreadable::Absent) => Ok(None),
     }
+}
+
+/// Creates the manifest of a store that is new. It is written before the database, so a database
+/// without a manifest means that the manifest was lost.
+fn create_manifest(directory: &Path) -> Result<Manifest, OpenError> {
+    let path = directory.join(manifest::FILE);
+    if !is_vacant(directory)
+        .map_err(|source| OpenError::io("look into", Wanted::Read, directory, source))?
+    {
+        return Err(OpenError::NotAStore { directory: directory.to_owned() });
+    }
+    let manifest = Manifest::new(0, BTreeMap::new());
+    manifest
+        .write(directory)
+        .map_err(|source| OpenError::io("write", Wanted::Write, &path, source))?;
+    Ok(manifest)
+}
+
+/// Refuses a store whose database is gone although its manifest promises records.
+pub(crate) fn require_log(directory: &Path, manifest: &Manifest) -> Result<(), OpenError> {
+    if manifest.records == 0 || directory.join(RECORDS).join(LOG).is_file() {
+        return Ok(());
+    }
+    Err(OpenError::Damaged {
+        directory: directory.to_owned(),
+        what: format!("it promises {} records and has no database", manifest.records),
+    })
+}
+
+/// Refuses a store that holds fewer records than its manifest promises.
+pub(crate) fn require_promised(
+    directory: &Path,
+    manifest: &Manifest,
+    found: u64,
+) -> Result<(), OpenError> {
+    if found >= manifest.records {
+        return Ok(());
+    }
+    let promised = manifest.records;
+    Err(OpenError::Damaged {
+        directory: directory.to_owned(),
+        what: format!("it promises {promised} records and only {found} can be found"),
+    })
+}
+
+/// Clears away what a killed salvage has left. A salvage that was killed at its last step is
+/// finished: the sound database takes the place from which the damaged one was put aside.
+fn finish_salvage(directory: &Path) -> io::Result<()> {
+    let (records, salvaged) = (directory.join(RECORDS), directory.join(SALVAGED));
+    if !durable::is_real_directory(&salvaged) {
+        return Ok(());
+    }
+    if records.exists() {
+        return fs::remove_dir_all(&salvaged);
+    }
+    fs::rename(&salvaged, &records)?;
+    durable::sync_directory(directory)
 }
 
 /// Returns true if the directory holds nothing except the leftovers of a killed opening or of a
@@ -320,24 +317,4 @@ pub(crate) fn is_vacant(directory: &Path) -> io::Result<bool> {
         }
     }
     Ok(true)
-}
-
-/// Reads the keys in the database, or returns what is wrong with it.
-fn read_index(database: &Database) -> Result<BTreeSet<JobKey>, String> {
-    let mut index = BTreeSet::new();
-    let mut foreign = 0;
-    let visited = database.visit(|key, _| match key.try_into() {
-        Ok(key) => drop(index.insert(JobKey(key))),
-        Err(_) => foreign += 1,
-    });
-    match visited {
-        Err(fault) => Err(format!(
-            "the database of records cannot be read: {fault} ({} records were found)",
-            index.len()
-        )),
-        Ok(()) if foreign > 0 => {
-            Err(format!("the database holds {foreign} entries whose keys are not of 32 bytes"))
-        }
-        Ok(()) => Ok(index),
-    }
 }

@@ -9,11 +9,13 @@ use std::cell::Cell;
 use std::fs::File;
 use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
-use std::sync::{Once, OnceLock};
+use std::sync::{Arc, Mutex, Once, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
-use std::{io, thread};
+use std::{fs, io, thread};
 
 use identity::JobKey;
+
+use crate::access;
 
 /// The size of sled's cache \[bytes\]. Records are small and read once, and sled's default of 1 GiB
 /// would be the largest part of a coordinator.
@@ -23,6 +25,9 @@ const CACHE_BYTES: u64 = 32 << 20;
 /// background thread does some time after closing.
 const CLOSING: Duration = Duration::from_secs(10);
 
+/// The number of threads that sled starts for its writes. It waits for ever if it gets none.
+const THREADS: usize = 7;
+
 /// A failure inside sled.
 #[derive(Debug)]
 pub(crate) enum Fault {
@@ -30,6 +35,24 @@ pub(crate) enum Fault {
     Io(io::Error),
     /// The database found its file inconsistent, or it panicked.
     Damaged(String),
+}
+
+impl Fault {
+    /// Returns true if the fault is about the bytes on the disk. Every other fault may be gone at
+    /// the next attempt.
+    pub(crate) fn is_damage(&self) -> bool {
+        match self {
+            Fault::Damaged(_) => true,
+            // sled has its own words for a lock.
+            Fault::Io(error) if error.kind() == io::ErrorKind::Other => !is_locked(error),
+            Fault::Io(error) => access::is_damage(error),
+        }
+    }
+}
+
+/// Returns true if sled says that its own lock is held.
+fn is_locked(error: &io::Error) -> bool {
+    error.to_string().contains("could not acquire lock")
 }
 
 impl std::fmt::Display for Fault {
@@ -89,6 +112,78 @@ fn message(payload: &(dyn Any + Send)) -> &str {
     text.unwrap_or("no reason given")
 }
 
+/// Lists the names of sled's files in `directory`: its configuration, its snapshots and its log, in
+/// this order. The log is the last because it goes on where a snapshot ends.
+pub(crate) fn own_files(directory: &Path) -> io::Result<Vec<String>> {
+    let mut names = Vec::new();
+    for entry in fs::read_dir(directory)? {
+        let name = entry?.file_name().to_string_lossy().into_owned();
+        // A snapshot that was never finished has another ending.
+        let digits = name.strip_prefix("snap.").unwrap_or_default();
+        let is_snapshot = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_hexdigit());
+        if is_snapshot || name == "conf" || name == LOG {
+            names.push(name);
+        }
+    }
+    names.sort_by_key(|name| (name == LOG, name.clone()));
+    Ok(names)
+}
+
+/// Starts as many threads at once as sled will, to find out whether the system allows it. They end
+/// before sled starts its own, which it keeps for the rest of the process.
+fn require_threads() -> io::Result<()> {
+    static ALLOWED: OnceLock<()> = OnceLock::new();
+    if ALLOWED.get().is_some() {
+        return Ok(());
+    }
+    // Every thread waits until this one lets go of the lock.
+    let gate = Arc::new(Mutex::new(()));
+    let closed = gate.lock().unwrap_or_else(PoisonError::into_inner);
+    let started: Vec<_> = (0..THREADS)
+        .map(|_| {
+            let gate = gate.clone();
+            thread::Builder::new().spawn(move || drop(gate.lock()))
+        })
+        .collect();
+    drop(closed);
+    let mut refused = None;
+    for thread in started {
+        match thread {
+            Ok(thread) => drop(thread.join()),
+            Err(error) => refused = Some(error),
+        }
+    }
+    match refused {
+        None => Ok(*ALLOWED.get_or_init(|| ())),
+        Some(error) => Err(io::Error::new(
+            io::ErrorKind::ResourceBusy,
+            format!(
+                "the database needs {THREADS} threads, and the system refuses them (see `ulimit \
+                 -u`): {error}"
+            ),
+        )),
+    }
+}
+
+/// Removes the snapshots that a killed process was writing. sled would take them for finished ones,
+/// and they only repeat the log.
+fn remove_unfinished_snapshots(directory: &Path) -> io::Result<()> {
+    for entry in fs::read_dir(directory)? {
+        let name = entry?.file_name();
+        let text = name.to_string_lossy();
+        if text.starts_with("snap.") && text.ends_with(".generating") {
+            fs::remove_file(directory.join(&name))?;
+        }
+    }
+    Ok(())
+}
+
+/// The name of sled's log.
+pub(crate) const LOG: &str = "db";
+
+/// The name of the directory in which sled keeps what is too large for its log.
+pub(crate) const LARGE: &str = "blobs";
+
 pub(crate) struct Database {
     /// The handle of sled, which is `None` only during the drop.
     sled: Option<sled::Db>,
@@ -100,8 +195,22 @@ pub(crate) struct Database {
 }
 
 impl Database {
-    /// Opens the database in `directory` and creates it if it is absent.
+    /// Opens the database in `directory` and creates it if it is absent. sled follows links and
+    /// writes to whatever it opens, so its own files must not be links.
     pub(crate) fn open(directory: &Path) -> Result<Self, Fault> {
+        require_threads().map_err(Fault::Io)?;
+        remove_unfinished_snapshots(directory).map_err(Fault::Io)?;
+        for file in own_files(directory).map_err(Fault::Io)? {
+            let path = directory.join(&file);
+            let kind = fs::symlink_metadata(&path).map_err(Fault::Io)?.file_type();
+            if kind.is_symlink() {
+                let reason = format!("{file} is a symbolic link, which is not followed");
+                return Err(Fault::Io(io::Error::new(io::ErrorKind::InvalidInput, reason)));
+            }
+            if !kind.is_file() {
+                return Err(Fault::Damaged(format!("{} is no regular file", path.display())));
+            }
+        }
         // There is no background flusher: every commit flushes, and closing waits for ever for a
         // flusher that panicked. The garbage that it would collect was measured: 100 000 records of
         // 1 KiB take the same 190 MB with and without it.
@@ -110,7 +219,7 @@ impl Database {
         let start = Instant::now();
         let sled = loop {
             match fenced(|| config.open()) {
-                Err(Fault::Io(error)) if error.to_string().contains("could not acquire lock") => {
+                Err(Fault::Io(error)) if is_locked(&error) => {
                     if start.elapsed() > CLOSING {
                         return Err(Fault::Io(error));
                     }
@@ -120,7 +229,7 @@ impl Database {
             }
         };
         let log =
-            File::options().read(true).write(true).open(directory.join("db")).map_err(Fault::Io)?;
+            File::options().read(true).write(true).open(directory.join(LOG)).map_err(Fault::Io)?;
         Ok(Database {
             sled: Some(sled),
             log,

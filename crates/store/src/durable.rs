@@ -3,14 +3,16 @@
 use std::fs::{self, File, Permissions};
 use std::io::{self, Write};
 use std::os::unix::fs::PermissionsExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use crate::access::inherit_owner;
 
 /// The prefix of a file that is still being written. Without its writer, such a file is a leftover
 /// of a kill.
 pub(crate) const UNFINISHED_PREFIX: &str = ".unfinished-";
 
 /// Writes `bytes` to `path` durably: the file is written beside it, fsync'ed and renamed over it,
-/// and the directory is fsync'ed.
+/// and the directory is fsync'ed. A directory in its place is put aside.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let directory = path.parent().unwrap_or(Path::new("."));
     let mut file = tempfile::Builder::new()
@@ -19,7 +21,11 @@ pub(crate) fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
         .permissions(Permissions::from_mode(0o666))
         .tempfile_in(directory)?;
     file.write_all(bytes)?;
+    inherit_owner(file.as_file(), path)?;
     file.as_file().sync_all()?;
+    if is_real_directory(path) {
+        put_aside(path)?;
+    }
     file.persist(path).map_err(|failed| failed.error)?;
     sync_directory(directory)
 }
@@ -29,13 +35,50 @@ pub(crate) fn sync_directory(directory: &Path) -> io::Result<()> {
     File::open(directory)?.sync_all()
 }
 
-/// Creates `directory` durably if it is absent. Its parent must exist.
+/// Creates `directory` durably if it is absent, and puts a file in its place aside. Its parent must
+/// exist.
 pub(crate) fn create_directory(directory: &Path) -> io::Result<()> {
     match fs::create_dir(directory) {
-        Ok(()) => sync_directory(directory.parent().unwrap_or(Path::new("."))),
-        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Ok(()),
-        Err(error) => Err(error),
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+            if directory.is_dir() {
+                return Ok(());
+            }
+            put_aside(directory)?;
+            fs::create_dir(directory)?;
+        }
+        outcome => outcome?,
     }
+    inherit_owner(&File::open(directory)?, directory)?;
+    sync_directory(directory.parent().unwrap_or(Path::new(".")))
+}
+
+/// Returns true if `path` itself is a directory and no link to one.
+pub(crate) fn is_real_directory(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|found| found.is_dir())
+}
+
+/// Renames what is at `path`, so that the name is free, and returns its new name. An empty
+/// directory is removed instead.
+pub(crate) fn put_aside(path: &Path) -> io::Result<Option<PathBuf>> {
+    if is_real_directory(path) && fs::remove_dir(path).is_ok() {
+        return Ok(None);
+    }
+    let mut number = 1u32;
+    loop {
+        let mut name = path.as_os_str().to_owned();
+        name.push(format!(".damaged-{number}"));
+        let aside = PathBuf::from(name);
+        if fs::symlink_metadata(&aside).is_err() {
+            fs::rename(path, &aside)?;
+            return Ok(Some(aside));
+        }
+        number += 1;
+    }
+}
+
+/// Removes a file. A directory in its place is put aside.
+pub(crate) fn remove(path: &Path) -> io::Result<()> {
+    if is_real_directory(path) { put_aside(path).map(drop) } else { fs::remove_file(path) }
 }
 
 /// Removes the files that killed writers have left in `directory`. The caller must know that nobody
@@ -43,7 +86,8 @@ pub(crate) fn create_directory(directory: &Path) -> io::Result<()> {
 pub(crate) fn clear_unfinished(directory: &Path) -> io::Result<()> {
     for entry in fs::read_dir(directory)? {
         let entry = entry?;
-        if entry.file_name().to_string_lossy().starts_with(UNFINISHED_PREFIX) {
+        let is_unfinished = entry.file_name().to_string_lossy().starts_with(UNFINISHED_PREFIX);
+        if is_unfinished && !entry.file_type()?.is_dir() {
             fs::remove_file(entry.path())?;
         }
     }

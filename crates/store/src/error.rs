@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use identity::{JobKey, STORED_LIMIT};
 
+use crate::access::{self, Wanted};
 use crate::database::Fault;
 use crate::digest::Digest;
 use crate::manifest::FORMAT;
@@ -30,25 +31,41 @@ pub enum OpenError {
         held_for: Duration,
     },
     /// Another process has the store open and did not say who it is.
-    #[error("the store {} is in use by another process", .directory.display())]
+    #[error(
+        "the store {} is in use by another process, which cannot be seen from here; it may run in \
+         another container",
+        .directory.display()
+    )]
     HeldByUnknown {
         /// The directory of the store.
         directory: PathBuf,
     },
-    /// The process that has the store open should answer readers and does not.
+    /// The store changed whenever it was copied for reading.
     #[error(
-        "the store {} is in use by process {pid} ({command}), which does not answer: {source}",
+        "the store {} is being written to without a pause, and no whole copy of its records could \
+         be taken to read from: {last}; try again in a moment, or on the side of the process that \
+         writes",
         .directory.display()
     )]
-    Unanswered {
+    Changing {
         /// The directory of the store.
         directory: PathBuf,
-        /// The process that has it open.
-        pid: u32,
-        /// The command line of that process.
-        command: String,
-        /// The error of the unanswered request.
-        source: io::Error,
+        /// The fault of the last copy in words.
+        last: String,
+    },
+    /// Reading takes a private copy of the records, and there is no room for one.
+    #[error(
+        "the records of the store {} are read from a private copy of {} MiB, for which there is no \
+         room: {tried}; let TMPDIR name a directory with room",
+        .directory.display(), bytes.div_ceil(1 << 20)
+    )]
+    NoRoom {
+        /// The directory of the store.
+        directory: PathBuf,
+        /// The size of the copy \[bytes\].
+        bytes: u64,
+        /// The places that were tried, each with its reason.
+        tried: String,
     },
     /// There is no store to read.
     #[error("there is no store in {}", .directory.display())]
@@ -102,6 +119,16 @@ pub enum OpenError {
         directory: PathBuf,
         /// The damage in words.
         what: String,
+    },
+    /// This user may not do that.
+    #[error("cannot {action} {}: {why}", .path.display())]
+    Refused {
+        /// The attempted action.
+        action: &'static str,
+        /// The path of the action.
+        path: PathBuf,
+        /// The reason in words.
+        why: String,
     },
     /// The operating system refused.
     #[error("cannot {action} {}: {source}", .path.display())]
@@ -174,6 +201,9 @@ pub enum ReadError {
     /// The database failed.
     #[error("the database of records failed: {0}")]
     Database(String),
+    /// The process that had the store open is gone, and the store cannot be opened anew.
+    #[error("the process that had the store open stopped answering: {0}")]
+    Gone(Box<OpenError>),
     /// The process that has the store open is gone, or its answers make no sense.
     #[error("process {pid}, which has the store open, stopped answering: {source}")]
     Unanswered {
@@ -238,6 +268,17 @@ pub enum WriteError {
         /// The error of the operating system.
         source: io::Error,
     },
+}
+
+impl OpenError {
+    /// Returns the error of an action on `path` that the system has refused.
+    pub(crate) fn io(action: &'static str, wanted: Wanted, path: &Path, source: io::Error) -> Self {
+        let path = path.to_owned();
+        match access::refusal(&path, wanted, &source) {
+            Some(why) => OpenError::Refused { action, path, why },
+            None => OpenError::Io { action, path, source },
+        }
+    }
 }
 
 impl From<Fault> for ReadError {

@@ -8,8 +8,8 @@
 //!   [`STORED_LIMIT`](identity::STORED_LIMIT) bytes.
 //! - `blobs/ab/…`: fields, height maps and definitions of studies, as zstd files that are named by
 //!   the BLAKE3 digest of their content.
-//! - `lock`: a file that is locked by the process that has the store open, and that says who it is
-//!   and where it answers readers.
+//! - `lock`: a file that is locked by the process that writes the store, and that says who it is
+//!   and where it answers readers. Only its owner may open it.
 //!
 //! The following holds whatever happens to the process or the machine:
 //!
@@ -21,13 +21,17 @@
 //!   that was truncated or replaced, which sled may open as an empty one, is refused with
 //!   [`OpenError::Damaged`].
 //! - Every record, blob and definition carries a checksum and is verified whenever it is read.
-//! - One process has the store open. While it is a run, others read through it ([`Store::read`]).
+//! - One process writes the store. Others read through it, or from a private copy of the records
+//!   ([`Store::read`]): reading changes nothing in the store, needs no right to write to it, and
+//!   holds up nobody.
+//! - A blob that was lost or damaged is found when it is read, and storing it again heals it.
 //!
 //! Three things are deliberately absent: transactions over several records (one job is one record),
 //! any reliance on sled's own flushing, and network file systems, whose locks and caches void all
 //! of the above.
 #![forbid(unsafe_code)]
 
+mod access;
 mod blob;
 mod connection;
 mod core;
@@ -35,11 +39,15 @@ mod database;
 mod digest;
 mod durable;
 mod error;
+mod export;
 mod lock;
 mod manifest;
 mod reader;
 mod record;
+mod replica;
 mod salvage;
+mod scratch;
+mod sealed;
 mod serve;
 mod store;
 mod verify;
@@ -49,7 +57,8 @@ mod wire;
 pub use blob::Blobs;
 pub use digest::{Digest, ParseDigestError};
 pub use error::{OpenError, ReadError, WriteError};
-pub use reader::{RecordOrigin, StoreReader};
+pub use export::{Export, ExportError};
+pub use reader::{CopyReason, RecordOrigin, StoreReader};
 pub use salvage::Salvage;
 pub use store::Store;
 pub use verify::{CompactError, Compaction, Verification};

@@ -2,11 +2,12 @@
 //! database can be checked against it.
 
 use std::collections::BTreeMap;
+use std::io;
 use std::path::Path;
-use std::{fs, io};
 
 use serde::{Deserialize, Serialize};
 
+use crate::access::{is_damage, read_within};
 use crate::digest::Digest;
 use crate::durable;
 
@@ -14,6 +15,9 @@ pub(crate) const FILE: &str = "manifest.json";
 
 /// The version of the layout of the whole directory that this crate writes.
 pub(crate) const FORMAT: u32 = 1;
+
+/// The largest manifest that is read \[bytes\]. It has room for half a million studies.
+const LIMIT: u64 = 64 << 20;
 
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -78,9 +82,10 @@ impl Manifest {
     }
 
     pub(crate) fn read(store: &Path) -> Result<Self, Unreadable> {
-        match fs::read(store.join(FILE)) {
+        match read_within(&store.join(FILE), LIMIT) {
             Ok(text) => Self::from_json(&text),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Err(Unreadable::Absent),
+            Err(error) if is_damage(&error) => Err(Unreadable::Damaged(error.to_string())),
             Err(error) => Err(Unreadable::Io(error)),
         }
     }

@@ -1,26 +1,35 @@
 //! This file opens the store for reading only, also while another process has it open.
 
-use std::fmt;
+use std::collections::BTreeMap;
+use std::io;
 use std::path::{Path, PathBuf};
-use std::thread;
-use std::time::{Duration, Instant};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::{fmt, fs};
 
 use identity::JobKey;
 
+use crate::access::{self, Wanted};
 use crate::blob::Blobs;
 use crate::connection::Connection;
-use crate::core::{Core, PATIENCE, RECORDS, held_error};
+use crate::core::RECORDS;
+use crate::digest::Digest;
 use crate::error::{OpenError, ReadError};
-use crate::lock::{Acquired, Holder, Lock};
+use crate::lock;
 use crate::manifest::{self, Manifest, Unreadable};
+use crate::replica::Replica;
 use crate::serve::first_records;
 use crate::wire::{KEYS_PER_REQUEST, ReadRequest, ReadResponse};
+
+/// The number of processes that may end one after the other while one question is asked.
+const ENDINGS: usize = 5;
 
 /// The origin of the records of a [`StoreReader`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RecordOrigin {
-    /// The records come from the files, which the reader has locked until it is dropped.
+    /// The records come from the files as they were when the reader was opened.
     Disk,
+    /// The records come from the files, and it cannot be ruled out that there are more.
+    Copy(CopyReason),
     /// The records come from the process that has the store open.
     Process {
         /// The id of the process.
@@ -30,75 +39,153 @@ pub enum RecordOrigin {
     },
 }
 
+/// The reason why a reader took a copy although a process may be writing the store.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum CopyReason {
+    /// A process has the store open and cannot be asked from here.
+    Unreachable {
+        /// The id of the process.
+        pid: u32,
+        /// The command line of the process.
+        command: String,
+    },
+    /// The store belongs to another user, whose processes do not answer.
+    Foreign {
+        /// The name of that user.
+        owner: String,
+    },
+    /// This user may not write to the store.
+    ReadOnly,
+}
+
 impl fmt::Display for RecordOrigin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            RecordOrigin::Disk => f.write_str("read from disk"),
+        let reason = match self {
+            RecordOrigin::Disk => return f.write_str("read from disk"),
             RecordOrigin::Process { pid, command } => {
-                write!(f, "served by the running process {pid} ({command})")
+                return write!(f, "served by the running process {pid} ({command})");
             }
+            RecordOrigin::Copy(reason) => reason,
+        };
+        f.write_str("read from a private copy of the records: ")?;
+        match reason {
+            CopyReason::Unreachable { pid, command } => write!(
+                f,
+                "process {pid} ({command}) is writing the store and does not answer here, so \
+                 results of the last moments may be missing"
+            ),
+            CopyReason::Foreign { owner } => write!(
+                f,
+                "the store belongs to {owner}; if a run is adding to it, results of the last \
+                 moments may be missing"
+            ),
+            CopyReason::ReadOnly => f.write_str("this user may not write to the store"),
         }
     }
 }
 
 enum Backing {
-    Disk(Box<Core>),
+    Disk { replica: Box<Replica>, origin: RecordOrigin },
     Process(Connection),
 }
 
+impl Backing {
+    /// Asks the process that has the store open, or else copies the records.
+    fn of(directory: &Path) -> Result<Self, OpenError> {
+        let mut writer = None;
+        if let Some(holder) = lock::last_holder(directory) {
+            if holder.answers
+                && let Ok(connection) = Connection::open(&holder)
+            {
+                return Ok(Backing::Process(connection));
+            }
+            // The words may be those of a dead process.
+            writer = lock::is_held(directory).then_some(holder);
+        }
+        let replica = Box::new(Replica::take(directory)?);
+        let origin = match (writer, access::other_owner(directory)) {
+            (Some(writer), _) => RecordOrigin::Copy(CopyReason::Unreachable {
+                pid: writer.pid,
+                command: writer.command,
+            }),
+            (None, _) if access::is_writable(directory) => RecordOrigin::Disk,
+            (None, Some(owner)) => RecordOrigin::Copy(CopyReason::Foreign { owner }),
+            (None, None) => RecordOrigin::Copy(CopyReason::ReadOnly),
+        };
+        Ok(Backing::Disk { replica, origin })
+    }
+}
+
+/// The record of a job, which may have none, or the fault of this record.
+type Answer = Result<Option<Vec<u8>>, ReadError>;
+
 /// A store that is only read. It shows durable records, and ever more of them while a run is
-/// writing.
+/// writing. When the process that answers ends, it goes on from disk.
 pub struct StoreReader {
     directory: PathBuf,
     blobs: Blobs,
-    source: Backing,
+    source: Mutex<Arc<Backing>>,
+}
+
+/// Returns true if there is a store in `directory`, whatever its state.
+pub(crate) fn is_there(directory: &Path) -> Result<bool, OpenError> {
+    for name in [manifest::FILE, RECORDS] {
+        let path = directory.join(name);
+        match fs::symlink_metadata(&path) {
+            Ok(_) => return Ok(true),
+            Err(error)
+                if matches!(
+                    error.kind(),
+                    io::ErrorKind::NotFound | io::ErrorKind::NotADirectory
+                ) => {}
+            Err(error) => return Err(OpenError::io("look for", Wanted::Read, &path, error)),
+        }
+    }
+    Ok(false)
 }
 
 impl StoreReader {
     pub(crate) fn open(directory: &Path) -> Result<StoreReader, OpenError> {
-        if !directory.join(manifest::FILE).is_file() && !directory.join(RECORDS).is_dir() {
+        if !is_there(directory)? {
             return Err(OpenError::Missing { directory: directory.to_owned() });
         }
-        let io =
-            |source| OpenError::Io { action: "lock the store", path: directory.to_owned(), source };
-        let start = Instant::now();
-        let source = loop {
-            let holder = match Lock::acquire(directory).map_err(io)? {
-                Acquired::Lock(mut lock) => {
-                    lock.sign(&Holder::this_process(None)).map_err(io)?;
-                    break Backing::Disk(Box::new(Core::open(directory, lock)?));
-                }
-                Acquired::Held(holder) => holder,
-            };
-            let patience = PATIENCE.saturating_sub(start.elapsed());
-            let served =
-                holder.as_ref().and_then(|holder| Some((holder, holder.address.as_ref()?)));
-            match served.map(|(holder, address)| {
-                (holder, Connection::open(holder, address, patience.max(Duration::from_millis(1))))
-            }) {
-                Some((_, Ok(connection))) => break Backing::Process(connection),
-                // The process has ended since or has not yet begun; once the patience has ended, it
-                // is stuck.
-                Some((holder, Err(source))) if patience.is_zero() => {
-                    let (pid, command) = (holder.pid, holder.command.clone());
-                    return Err(OpenError::Unanswered {
-                        directory: directory.to_owned(),
-                        pid,
-                        command,
-                        source,
-                    });
-                }
-                None if patience.is_zero() => return Err(held_error(directory, holder)),
-                _ => thread::sleep(Duration::from_millis(5)),
+        Ok(StoreReader {
+            directory: directory.to_owned(),
+            blobs: Blobs::of(directory),
+            source: Mutex::new(Arc::new(Backing::of(directory)?)),
+        })
+    }
+
+    fn source(&self) -> Arc<Backing> {
+        self.source.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Answers `question` and, if the process that should answer has ended, asks anew where the
+    /// records are now.
+    fn answered<T>(
+        &self,
+        question: impl Fn(&Backing) -> Result<T, ReadError>,
+    ) -> Result<T, ReadError> {
+        let mut endings = 0;
+        loop {
+            let source = self.source();
+            match question(&source) {
+                Err(ReadError::Unanswered { .. }) if endings < ENDINGS => endings += 1,
+                answer => return answer,
             }
-        };
-        Ok(StoreReader { directory: directory.to_owned(), blobs: Blobs::of(directory), source })
+            let mut current = self.source.lock().unwrap_or_else(PoisonError::into_inner);
+            // Another thread may have asked already.
+            if Arc::ptr_eq(&current, &source) {
+                let anew = Backing::of(&self.directory);
+                *current = Arc::new(anew.map_err(|error| ReadError::Gone(Box::new(error)))?);
+            }
+        }
     }
 
     /// Returns the origin of the records.
     pub fn origin(&self) -> RecordOrigin {
-        match &self.source {
-            Backing::Disk(_) => RecordOrigin::Disk,
+        match &*self.source() {
+            Backing::Disk { origin, .. } => origin.clone(),
             Backing::Process(connection) => RecordOrigin::Process {
                 pid: connection.holder.pid,
                 command: connection.holder.command.clone(),
@@ -109,10 +196,11 @@ impl StoreReader {
     /// Returns the keys of all records in ascending order.
     ///
     /// # Errors
-    /// [`ReadError::Unanswered`] if the process that has the store open does not answer.
+    /// [`ReadError::Unanswered`] or [`ReadError::Gone`] if neither a process that has the store
+    /// open answers nor the store can be read from disk.
     pub fn keys(&self) -> Result<Vec<JobKey>, ReadError> {
-        match &self.source {
-            Backing::Disk(core) => Ok(core.keys()),
+        self.answered(|source| match source {
+            Backing::Disk { replica, .. } => Ok(replica.records.keys()),
             Backing::Process(connection) => {
                 let mut keys: Vec<JobKey> = Vec::new();
                 loop {
@@ -127,39 +215,39 @@ impl StoreReader {
                     }
                 }
             }
-        }
+        })
     }
 
     /// Returns for each job whether it has a record.
     ///
     /// # Errors
-    /// [`ReadError::Unanswered`] if the process that has the store open does not answer.
+    /// Those of [`StoreReader::keys`].
     pub fn contains(&self, keys: &[JobKey]) -> Result<Vec<bool>, ReadError> {
-        let connection = match &self.source {
-            Backing::Disk(core) => return Ok(keys.iter().map(|key| core.contains(key)).collect()),
-            Backing::Process(connection) => connection,
-        };
-        let mut all = Vec::with_capacity(keys.len());
-        for batch in keys.chunks(KEYS_PER_REQUEST) {
-            match ask(connection, &ReadRequest::Contains(batch.iter().map(|key| key.0).collect()))?
-            {
-                ReadResponse::Contains(some) if some.len() == batch.len() => all.extend(some),
-                _ => return Err(nonsense(connection)),
+        self.answered(|source| {
+            let connection = match source {
+                Backing::Disk { replica, .. } => {
+                    return Ok(keys.iter().map(|key| replica.records.contains(key)).collect());
+                }
+                Backing::Process(connection) => connection,
+            };
+            let mut all = Vec::with_capacity(keys.len());
+            for batch in keys.chunks(KEYS_PER_REQUEST) {
+                let request = ReadRequest::Contains(batch.iter().map(|key| key.0).collect());
+                match ask(connection, &request)? {
+                    ReadResponse::Contains(some) if some.len() == batch.len() => all.extend(some),
+                    _ => return Err(nonsense(connection)),
+                }
             }
-        }
-        Ok(all)
+            Ok(all)
+        })
     }
 
     /// Returns the verified record of a job, or `None` if it has none.
     ///
     /// # Errors
-    /// Those of [`Store::get`](crate::Store::get), and [`ReadError::Unanswered`] if the process
-    /// that has the store open does not answer.
+    /// Those of [`Store::get`](crate::Store::get) and of [`StoreReader::keys`].
     pub fn get(&self, key: &JobKey) -> Result<Option<Vec<u8>>, ReadError> {
-        match self.first(std::slice::from_ref(key)).pop() {
-            Some(record) => record,
-            None => Ok(None),
-        }
+        self.first(std::slice::from_ref(key))?.pop().unwrap_or(Ok(None))
     }
 
     /// Iterates over all records and their keys in the order of the keys. A corrupt record does not
@@ -174,6 +262,7 @@ impl StoreReader {
     }
 
     /// Iterates over the records of `keys` in the given order. Keys without a record are left out.
+    /// The iterator ends with an error if no record can be had any more.
     pub fn select(
         &self,
         keys: Vec<JobKey>,
@@ -183,38 +272,43 @@ impl StoreReader {
         let mut next = 0;
         let replies = std::iter::from_fn(move || {
             let batch = &keys[next..keys.len().min(next + KEYS_AT_ONCE)];
-            let records = self.first(batch);
+            let first = *batch.first()?;
+            let records = match self.first(batch) {
+                Ok(records) => records,
+                Err(error) => {
+                    next = keys.len();
+                    return Some(vec![(first, Err(error))]);
+                }
+            };
             next += records.len();
             let found = batch
                 .iter()
                 .copied()
                 .zip(records)
                 .filter_map(|(key, record)| Some((key, record.transpose()?)));
-            (!batch.is_empty()).then(|| found.collect::<Vec<_>>())
+            Some(found.collect::<Vec<_>>())
         });
         replies.flatten()
     }
 
     /// Returns one answer for each of the first of `keys`, as many as fit into a response. If there
     /// is a key, there is at least one answer.
-    fn first(&self, keys: &[JobKey]) -> Vec<Result<Option<Vec<u8>>, ReadError>> {
-        let connection = match &self.source {
-            Backing::Disk(core) => return first_records(core, keys),
-            Backing::Process(connection) => connection,
-        };
-        match ask(connection, &ReadRequest::Get(keys.iter().map(|key| key.0).collect())) {
-            Ok(ReadResponse::Get(records))
-                if records.len() <= keys.len() && records.is_empty() == keys.is_empty() =>
-            {
-                keys.iter().zip(records).map(|(key, record)| record.into_result(key)).collect()
+    fn first(&self, keys: &[JobKey]) -> Result<Vec<Answer>, ReadError> {
+        self.answered(|source| {
+            let connection = match source {
+                Backing::Disk { replica, .. } => return Ok(first_records(&replica.records, keys)),
+                Backing::Process(connection) => connection,
+            };
+            match ask(connection, &ReadRequest::Get(keys.iter().map(|key| key.0).collect()))? {
+                ReadResponse::Get(records)
+                    if records.len() <= keys.len() && records.is_empty() == keys.is_empty() =>
+                {
+                    let found = keys.iter().zip(records);
+                    Ok(found.map(|(key, record)| record.into_result(key)).collect())
+                }
+                _ => Err(nonsense(connection)),
             }
-            Ok(_) => keys.iter().map(|_| Err(nonsense(connection))).collect(),
-            Err(ReadError::Unanswered { pid, source }) => {
-                let again = || std::io::Error::new(source.kind(), source.to_string());
-                keys.iter().map(|_| Err(ReadError::Unanswered { pid, source: again() })).collect()
-            }
-            Err(other) => vec![Err(other)],
-        }
+        })
     }
 
     /// Returns the blobs, which are plain files.
@@ -228,7 +322,7 @@ impl StoreReader {
     /// [`ReadError::Manifest`], [`ReadError::StudyMissing`], [`ReadError::Blob`] or
     /// [`ReadError::Io`] if the definition cannot be read.
     pub fn study(&self, name: &str) -> Result<Option<Vec<u8>>, ReadError> {
-        let digest = self.manifest()?.studies.get(name).copied();
+        let digest = self.studies()?.get(name).copied();
         digest.map(|digest| self.blobs.definition(name, &digest)).transpose()
     }
 
@@ -237,7 +331,12 @@ impl StoreReader {
     /// # Errors
     /// [`ReadError::Manifest`] or [`ReadError::Io`] if the manifest cannot be read.
     pub fn study_names(&self) -> Result<Vec<String>, ReadError> {
-        Ok(self.manifest()?.studies.into_keys().collect())
+        Ok(self.studies()?.into_keys().collect())
+    }
+
+    /// Returns the names of all studies with the blobs that hold their definitions.
+    pub(crate) fn studies(&self) -> Result<BTreeMap<String, Digest>, ReadError> {
+        Ok(self.manifest()?.studies)
     }
 
     fn manifest(&self) -> Result<Manifest, ReadError> {
@@ -260,7 +359,6 @@ fn ask(connection: &Connection, request: &ReadRequest) -> Result<ReadResponse, R
 }
 
 fn nonsense(connection: &Connection) -> ReadError {
-    let source =
-        std::io::Error::new(std::io::ErrorKind::InvalidData, "it did not answer the question");
+    let source = io::Error::new(io::ErrorKind::InvalidData, "it did not answer the question");
     ReadError::Unanswered { pid: connection.holder.pid, source }
 }

@@ -4,20 +4,17 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use rustix::io::Errno;
-
 use identity::JobKey;
 
-use crate::blob::Blobs;
-use crate::core::{RECORDS, lock_for_writing};
+use crate::access::Wanted;
+use crate::blob::{BlobFile, Blobs};
+use crate::core::{RECORDS, SALVAGED};
 use crate::database::{Database, Fault};
+use crate::digest::Digest;
 use crate::durable;
 use crate::error::{OpenError, ReadError, WriteError};
 use crate::manifest::{FILE, Manifest, Unreadable};
 use crate::record;
-
-/// The directory of the sound database while it is being written.
-const SALVAGED: &str = "records.salvaged";
 
 /// The result of a salvage.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,6 +24,11 @@ pub struct Salvage {
     /// The number of records that the manifest promised. It is `None` if the manifest could not be
     /// read either; then the names of the studies are lost with it.
     pub promised: Option<u64>,
+    /// The number of records that could be read and were given up because a blob that they refer to
+    /// is damaged or gone.
+    pub incomplete: usize,
+    /// The number of damaged blobs, which were removed.
+    pub removed_blobs: usize,
     /// The number of saved studies.
     pub studies: usize,
     /// The studies whose definition is damaged or gone. They are no longer listed, and running
@@ -36,15 +38,15 @@ pub struct Salvage {
     pub damaged: Option<PathBuf>,
 }
 
-pub(crate) fn salvage(directory: &Path) -> Result<Salvage, OpenError> {
+/// Saves what can be read of the store in `directory`, whose lock is held.
+pub(crate) fn salvage(
+    directory: &Path,
+    mut references: impl FnMut(&JobKey, &[u8]) -> Vec<Digest>,
+) -> Result<Salvage, OpenError> {
     let io = |action, path: &Path| {
         let path = path.to_owned();
-        move |source| OpenError::Io { action, path, source }
+        move |source| OpenError::io(action, Wanted::Write, &path, source)
     };
-    if !directory.join(FILE).exists() && !directory.join(RECORDS).exists() {
-        return Err(OpenError::Missing { directory: directory.to_owned() });
-    }
-    let _lock = lock_for_writing(directory, None)?;
     let (promised, studies) = match Manifest::read(directory) {
         Ok(manifest) => (Some(manifest.records), manifest.studies),
         Err(Unreadable::Format(found)) => {
@@ -64,11 +66,19 @@ pub(crate) fn salvage(directory: &Path) -> Result<Salvage, OpenError> {
 
     // sled enlarges and rewrites its files when it opens them.
     WriteError::require_space(directory, 0)?;
-    let sound = if records.exists() {
+    let mut sound = if records.exists() {
         readable(&records).map_err(io("read", &records))?
     } else {
         BTreeMap::new()
     };
+    let blobs = Blobs::of(directory);
+    let removed_blobs = remove_damaged(&blobs)?;
+    let found = sound.len();
+    sound.retain(|key, sealed| {
+        let payload = record::unseal(key, sealed).unwrap_or_default();
+        references(key, payload).iter().all(|digest| blobs.contains(digest))
+    });
+    let incomplete = found - sound.len();
     WriteError::require_space(directory, sound.values().map(|sealed| sealed.len() as u64).sum())?;
     let failed = |fault| match fault {
         Fault::Io(source) => io("write the database", &salvaged)(source),
@@ -81,28 +91,28 @@ pub(crate) fn salvage(directory: &Path) -> Result<Salvage, OpenError> {
     database.sync_files().map_err(io("make durable", &salvaged))?;
     drop(database);
 
-    let blobs = Blobs::of(directory);
     let (mut kept, mut lost) = (BTreeMap::new(), Vec::new());
     for (name, digest) in studies {
-        match blobs.get(&digest) {
-            Ok(Some(_)) => drop(kept.insert(name, digest)),
-            Err(ReadError::Io { path, source }) if !is_damage(&source) => {
-                return Err(io("read", &path)(source));
-            }
-            _ => lost.push(name),
+        if blobs.contains(&digest) {
+            kept.insert(name, digest);
+        } else {
+            lost.push(name);
         }
     }
     let manifest = Manifest::new(sound.len() as u64, kept);
     manifest.write(directory).map_err(io("write", &directory.join(FILE)))?;
-    let damaged = records.exists().then(|| unused(directory));
-    if let Some(damaged) = &damaged {
-        fs::rename(&records, damaged).map_err(io("put aside", &records))?;
-    }
+    let damaged = if records.exists() {
+        durable::put_aside(&records).map_err(io("put aside", &records))?
+    } else {
+        None
+    };
     fs::rename(&salvaged, &records).map_err(io("put into place", &salvaged))?;
     durable::sync_directory(directory).map_err(io("make durable", directory))?;
     Ok(Salvage {
         kept: sound.len(),
         promised,
+        incomplete,
+        removed_blobs,
         studies: manifest.studies.len(),
         lost_studies: lost,
         damaged,
@@ -144,20 +154,36 @@ fn readable(records: &Path) -> io::Result<BTreeMap<JobKey, Vec<u8>>> {
 fn unless_refused<T>(outcome: Result<T, Fault>) -> io::Result<Option<T>> {
     match outcome {
         Ok(had) => Ok(Some(had)),
-        Err(Fault::Io(error)) if !is_damage(&error) => Err(error),
-        Err(_) => Ok(None),
+        Err(fault) if fault.is_damage() => Ok(None),
+        Err(Fault::Io(error)) => Err(error),
+        Err(Fault::Damaged(_)) => Ok(None),
     }
 }
 
-/// Returns true if the error is about the bytes on the disk: the disk cannot read them, or sled
-/// makes no sense of them. Every other error may be gone at the next attempt.
-fn is_damage(error: &io::Error) -> bool {
-    match error.kind() {
-        io::ErrorKind::UnexpectedEof | io::ErrorKind::InvalidData => true,
-        // sled has its own words for a lock.
-        io::ErrorKind::Other => !error.to_string().contains("could not acquire lock"),
-        _ => Errno::from_io_error(error) == Some(Errno::IO),
+/// Removes the blobs that differ from what was written and returns how many there were.
+fn remove_damaged(blobs: &Blobs) -> Result<usize, OpenError> {
+    let refused = |error: ReadError| match error {
+        ReadError::Io { path, source } => OpenError::io("read", Wanted::Read, &path, source),
+        error => OpenError::Io {
+            action: "read",
+            path: blobs.directory().to_owned(),
+            source: io::Error::other(error.to_string()),
+        },
+    };
+    let mut removed = 0;
+    for found in blobs.files().map_err(refused)? {
+        let BlobFile::Blob { digest, path, .. } = found else { continue };
+        match blobs.is_sound(&digest) {
+            Ok(_) => {}
+            Err(ReadError::Blob { .. }) => {
+                durable::remove(&path)
+                    .map_err(|source| OpenError::io("remove", Wanted::Write, &path, source))?;
+                removed += 1;
+            }
+            Err(error) => return Err(refused(error)),
+        }
     }
+    Ok(removed)
 }
 
 /// Renames the files of a sled database that only repeat its log.
@@ -170,16 +196,4 @@ fn set_aside_derived(records: &Path) -> io::Result<()> {
         }
     }
     Ok(())
-}
-
-/// Returns a path for the damaged database that is not taken.
-fn unused(directory: &Path) -> PathBuf {
-    let mut number = 1u32;
-    loop {
-        let path = directory.join(format!("records.damaged-{number}"));
-        if !path.exists() {
-            return path;
-        }
-        number += 1;
-    }
 }

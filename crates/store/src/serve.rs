@@ -14,6 +14,8 @@ use identity::JobKey;
 
 use crate::core::Core;
 use crate::error::ReadError;
+use crate::lock::admitted;
+use crate::sealed::SealedRecords;
 use crate::wire::{
     ANSWER_OVERHEAD, Fetched, RESPONSE_LIMIT, ReadRequest, ReadResponse, receive, send,
 };
@@ -21,13 +23,13 @@ use crate::wire::{
 /// Returns the answers for the first of `keys`, in their order. There is at least one, and no more
 /// are added once they have [`RESPONSE_LIMIT`] bytes.
 pub(crate) fn first_records<'a>(
-    core: &Core,
+    held: &SealedRecords,
     keys: impl IntoIterator<Item = &'a JobKey>,
 ) -> Vec<Result<Option<Vec<u8>>, ReadError>> {
     let mut records = Vec::new();
     let mut bytes = 0;
     for key in keys {
-        let record = core.get(key);
+        let record = held.get(key);
         bytes +=
             record.as_ref().ok().and_then(Option::as_ref).map_or(0, Vec::len) + ANSWER_OVERHEAD;
         records.push(record);
@@ -109,7 +111,8 @@ fn accept(listener: &UnixListener, connections: &Connections, core: &Arc<Core>) 
                 continue;
             }
         };
-        if !admitted(&stream) {
+        // An abstract socket has no permissions, so the content must not be told to everybody.
+        if !admitted(&stream, rustix::process::geteuid()) {
             continue;
         }
         let Ok(handle) = stream.try_clone() else { continue };
@@ -125,33 +128,25 @@ fn accept(listener: &UnixListener, connections: &Connections, core: &Arc<Core>) 
     }
 }
 
-/// Returns true if the peer may read the files of the store. An abstract socket has no permissions,
-/// so the content must not be told to anybody else.
-fn admitted(stream: &UnixStream) -> bool {
-    let ours = rustix::process::geteuid();
-    rustix::net::sockopt::socket_peercred(stream)
-        .is_ok_and(|peer| peer.uid == ours || peer.uid.is_root())
-}
-
 fn answer(stream: UnixStream, core: &Core) {
     // Any failure means that the reader is gone or is no reader. The end of the stream tells it.
     while let Ok(request) = receive::<ReadRequest>(&stream) {
         let response = match request {
             ReadRequest::Keys(after) => {
                 let after = after.map_or(Bound::Unbounded, |key| Bound::Excluded(JobKey(key)));
-                let index = core.index();
+                let index = core.records.index();
                 let keys = index
                     .range((after, Bound::Unbounded))
                     .take(RESPONSE_LIMIT / size_of::<JobKey>());
                 ReadResponse::Keys(keys.map(|key| key.0).collect())
             }
             ReadRequest::Contains(keys) => ReadResponse::Contains(
-                keys.into_iter().map(|key| core.contains(&JobKey(key))).collect(),
+                keys.into_iter().map(|key| core.records.contains(&JobKey(key))).collect(),
             ),
             ReadRequest::Get(keys) => {
                 let keys: Vec<_> = keys.into_iter().map(JobKey).collect();
                 ReadResponse::Get(
-                    first_records(core, &keys).into_iter().map(Fetched::from).collect(),
+                    first_records(&core.records, &keys).into_iter().map(Fetched::from).collect(),
                 )
             }
         };

@@ -6,11 +6,13 @@ use std::sync::Arc;
 
 use identity::JobKey;
 
+use crate::access::Wanted;
 use crate::blob::Blobs;
-use crate::core::{Core, RECORDS, is_vacant, lock_for_writing};
+use crate::core::{Core, is_vacant, lock_for_writing};
+use crate::digest::Digest;
 use crate::error::{OpenError, ReadError, WriteError};
-use crate::manifest;
-use crate::reader::StoreReader;
+use crate::lock::Holder;
+use crate::reader::{StoreReader, is_there};
 use crate::salvage::{Salvage, salvage};
 use crate::serve::{Listening, Server};
 
@@ -31,25 +33,35 @@ impl Store {
     /// process that only reads is waited for), and [`OpenError::Damaged`] if the store holds less
     /// than its manifest promises.
     pub fn open(directory: &Path) -> Result<Store, OpenError> {
-        let io =
-            |action| move |source| OpenError::Io { action, path: directory.to_owned(), source };
+        let io = |action| move |source| OpenError::io(action, Wanted::Write, directory, source);
         fs::create_dir_all(directory).map_err(io("create the directory"))?;
         // The check comes before the lock, which would leave its file in somebody else's directory.
-        if !directory.join(manifest::FILE).exists()
-            && !directory.join(RECORDS).exists()
-            && !is_vacant(directory).map_err(io("look into"))?
-        {
+        // What another process has just made is there by the time of the second question.
+        if !is_vacant(directory).map_err(io("look into"))? && !is_there(directory)? {
             return Err(OpenError::NotAStore { directory: directory.to_owned() });
         }
         let listening = Listening::bind().map_err(io("open a socket for the readers of"))?;
-        let lock = lock_for_writing(directory, Some(listening.address.clone()))?;
+        let holder = Holder::this_process(Some(listening.address.clone()), true);
+        let lock = lock_for_writing(directory, &holder)?;
         let core = Arc::new(Core::open(directory, lock)?);
         let server = Server::start(listening, &core).map_err(io("answer the readers of"))?;
         Ok(Store { _server: server, core })
     }
 
+    /// Opens the store in `directory` like [`open`](Store::open), but creates none.
+    ///
+    /// # Errors
+    /// [`OpenError`]. In particular [`OpenError::Missing`] if there is no store.
+    pub fn open_existing(directory: &Path) -> Result<Store, OpenError> {
+        if !is_there(directory)? {
+            return Err(OpenError::Missing { directory: directory.to_owned() });
+        }
+        Self::open(directory)
+    }
+
     /// Opens the store in `directory` for reading: through the process that has it open, or else
-    /// from the disk. Reading creates nothing.
+    /// from a private copy of its records. Reading changes nothing in the store and holds up
+    /// nobody.
     ///
     /// # Errors
     /// [`OpenError`]. In particular [`OpenError::Missing`] if there is no store.
@@ -58,17 +70,31 @@ impl Store {
     }
 
     /// Saves what can be read of a damaged store, which is sound afterwards. The lost jobs will be
-    /// computed again. The damaged database is kept beside the new one.
+    /// computed again. The damaged database is kept beside the new one. Records are opaque to the
+    /// store, so `references` names the blobs that a record refers to; a record without them is
+    /// lost too.
     ///
     /// # Errors
     /// [`OpenError`] if the store cannot be locked, read or written.
-    pub fn salvage(directory: &Path) -> Result<Salvage, OpenError> {
-        salvage(directory)
+    pub fn salvage(
+        directory: &Path,
+        references: impl FnMut(&JobKey, &[u8]) -> Vec<Digest>,
+    ) -> Result<Salvage, OpenError> {
+        if !is_there(directory)? {
+            return Err(OpenError::Missing { directory: directory.to_owned() });
+        }
+        let listening = Listening::bind().map_err(|source| {
+            OpenError::io("open a socket for", Wanted::Write, directory, source)
+        })?;
+        // The socket shows that the process is alive. It answers nobody.
+        let holder = Holder::this_process(Some(listening.address.clone()), false);
+        let _lock = lock_for_writing(directory, &holder)?;
+        salvage(directory, references)
     }
 
     /// Returns true if the job has a record.
     pub fn contains(&self, key: &JobKey) -> bool {
-        self.core.contains(key)
+        self.core.records.contains(key)
     }
 
     /// Returns the verified record of a job, or `None` if it has none.
@@ -77,12 +103,12 @@ impl Store {
     /// [`ReadError::Corrupt`], [`ReadError::Version`] or [`ReadError::Database`] if the record
     /// cannot be read.
     pub fn get(&self, key: &JobKey) -> Result<Option<Vec<u8>>, ReadError> {
-        self.core.get(key)
+        self.core.records.get(key)
     }
 
     /// Returns the number of records.
     pub fn len(&self) -> usize {
-        self.core.index().len()
+        self.core.records.index().len()
     }
 
     /// Returns true if there is no record.
@@ -92,13 +118,13 @@ impl Store {
 
     /// Returns the keys of all records in ascending order.
     pub fn keys(&self) -> Vec<JobKey> {
-        self.core.keys()
+        self.core.records.keys()
     }
 
     /// Iterates over all records and their keys in the order of the keys. A corrupt record does not
     /// hide the others.
     pub fn records(&self) -> impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)> {
-        self.core.records()
+        self.core.records.records()
     }
 
     /// Writes records and replaces those of the same jobs. Once it has returned `Ok`, they survive
@@ -179,7 +205,7 @@ mod tests {
             store.commit(&[(*key, vec![key.0[0]; RESPONSE_LIMIT / 8])]).unwrap();
         }
         let lengths = |keys: &[JobKey]| -> Vec<_> {
-            first_records(store.core(), keys)
+            first_records(&store.core().records, keys)
                 .into_iter()
                 .map(|record| record.unwrap().map(|record| record.len()))
                 .collect()

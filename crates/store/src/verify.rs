@@ -1,14 +1,16 @@
 //! This file verifies everything in a store and removes what nothing refers to.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::io;
 use std::path::PathBuf;
-use std::{fs, io};
 
 use identity::JobKey;
 
 use crate::blob::BlobFile;
 use crate::digest::Digest;
+use crate::durable;
 use crate::error::{ReadError, WriteError};
+use crate::reader::StoreReader;
 use crate::store::Store;
 
 /// The result of verifying a store.
@@ -58,7 +60,7 @@ pub struct Compaction {
     pub bytes: u64,
 }
 
-impl Store {
+impl StoreReader {
     /// Reads and verifies everything. Records are opaque to the store, so `references` names the
     /// blobs that a record refers to.
     ///
@@ -71,7 +73,8 @@ impl Store {
     ) -> Result<Verification, ReadError> {
         let mut answer = Verification::default();
         let mut referenced = BTreeMap::new();
-        for (key, record) in self.records() {
+        // What a run adds meanwhile has its blobs before its record, and is not missed.
+        for (key, record) in self.records()? {
             match record {
                 Ok(record) => {
                     answer.records += 1;
@@ -82,21 +85,24 @@ impl Store {
                 Err(ReadError::Corrupt { reason, .. }) => {
                     answer.corrupt_records.push((key, reason))
                 }
+                Err(gone @ (ReadError::Gone(_) | ReadError::Unanswered { .. })) => {
+                    return Err(gone);
+                }
                 Err(other) => answer.corrupt_records.push((key, other.to_string())),
             }
         }
-        let studies = self.core().manifest().studies.clone();
+        let studies = self.studies()?;
         let mut present = BTreeSet::new();
         for found in self.blobs().files()? {
             match found {
                 BlobFile::Blob { digest, bytes, .. } => {
                     present.insert(digest);
-                    match self.blobs().get(&digest) {
-                        Ok(Some(_)) => {
+                    match self.blobs().is_sound(&digest) {
+                        Ok(true) => {
                             answer.blobs += 1;
                             answer.blob_bytes += bytes;
                         }
-                        Ok(None) => drop(present.remove(&digest)),
+                        Ok(false) => drop(present.remove(&digest)),
                         Err(ReadError::Blob { reason, .. }) => {
                             answer.corrupt_blobs.push((digest, reason))
                         }
@@ -122,7 +128,9 @@ impl Store {
         }
         Ok(answer)
     }
+}
 
+impl Store {
     /// Removes the blobs that are neither in `referenced` nor the definition of a study, and the
     /// leftovers of killed writers. It may be called only while nobody writes blobs whose digests
     /// are yet to appear in a record.
@@ -149,7 +157,7 @@ impl Store {
                 }
                 BlobFile::Stray(_) => continue,
             };
-            match fs::remove_file(&path) {
+            match durable::remove(&path) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => {
                     return Err(WriteError::io("remove the blob", &path, error).into());
                 }

@@ -8,7 +8,7 @@ use rustix::fs::{statfs, statvfs};
 /// The space that is never used \[bytes\]. sled extends its file by whole segments of 512 KiB and
 /// keeps several open, and the manifest is written beside its predecessor. With this reserve sled
 /// never meets a full disk, which it does not survive.
-const RESERVE: u64 = 8 << 20;
+pub(crate) const RESERVE: u64 = 8 << 20;
 
 /// The file systems on which neither `flock` nor the durability of a rename is reliable, by the
 /// magic number that `statfs` reports (linux/magic.h, and the sources of those that are not in it).

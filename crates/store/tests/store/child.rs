@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use store::Store;
+use store::{OpenError, Store};
 
 use super::{key, record, records};
 
@@ -54,6 +54,12 @@ impl Player {
     pub(crate) fn kill(&mut self) {
         self.process.kill().unwrap();
         self.process.wait().unwrap();
+    }
+
+    /// Ends the part and returns the lines that the process says.
+    pub(crate) fn transcript_of_dismissed(mut self) -> Vec<String> {
+        drop(self.process.stdin.take());
+        self.transcript()
     }
 
     /// Returns the lines that the process says until it ends, which it must do within a minute.
@@ -108,17 +114,25 @@ fn plays_its_part() {
             wait_for_dismissal();
         }
         "read" => {
-            let reader = Store::read(&directory).unwrap();
-            say(reader.origin());
+            match Store::read(&directory) {
+                Ok(reader) => {
+                    say(format!("{} records, {}", reader.keys().unwrap().len(), reader.origin()))
+                }
+                Err(error) => say(format!("refused: {error}")),
+            }
             wait_for_dismissal();
         }
         "race" => {
             let opened = Store::open(&directory);
-            say(if opened.is_ok() { "open" } else { "held" });
+            say(match &opened {
+                Ok(_) => "open".to_owned(),
+                Err(OpenError::Held { pid, .. }) => format!("held by {pid}"),
+                Err(error) => format!("refused: {error}"),
+            });
             wait_for_dismissal();
         }
         "inspect" => inspect(&directory, first),
-        "salvage" => match Store::salvage(&directory) {
+        "salvage" => match Store::salvage(&directory, |_, _| Vec::new()) {
             Ok(salvage) => say(format!("kept {}, studies {}", salvage.kept, salvage.studies)),
             Err(error) => say(format!("refused: {error}")),
         },
@@ -167,7 +181,8 @@ fn inspect(directory: &Path, count: u64) {
             Err(_) => reported += 1,
         }
     }
-    let verified = store.verify(|_, _| Vec::new());
+    // It answers its own process like any other.
+    let verified = Store::read(directory).unwrap().verify(|_, _| Vec::new());
     let corrupt = verified.as_ref().map_or(0, |found| found.corrupt_records.len());
     if corrupt != reported {
         return say(format!("VERIFY found {corrupt} of {reported} corrupt records"));

@@ -5,7 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use store::{OpenError, Store};
+use identity::JobKey;
+use store::{Digest, OpenError, Store};
 
 use super::child::{Player, command};
 use super::{key, record, records};
@@ -121,7 +122,7 @@ fn a_database_that_opens_empty_is_refused_and_can_be_salvaged() {
     assert!(error.to_string().contains("promises 1500 records"), "{error}");
     assert!(matches!(Store::read(directory.path()), Err(OpenError::Damaged { .. })));
 
-    let salvage = Store::salvage(directory.path()).unwrap();
+    let salvage = Store::salvage(directory.path(), |_, _| Vec::new()).unwrap();
     assert_eq!((salvage.kept, salvage.promised, salvage.studies), (0, Some(COUNT), 1));
     let store = Store::open(directory.path()).unwrap();
     assert_eq!(store.study("sweep").unwrap().unwrap(), b"mu = [0.1, 0.3]");
@@ -143,7 +144,7 @@ fn a_lost_manifest_is_said_and_every_record_salvaged() {
             matches!(&error, OpenError::Damaged { what, .. } if what.contains("manifest.json")),
             "{error}"
         );
-        let salvage = Store::salvage(directory.path()).unwrap();
+        let salvage = Store::salvage(directory.path(), |_, _| Vec::new()).unwrap();
         assert_eq!((salvage.kept as u64, salvage.promised, salvage.studies), (COUNT, None, 0));
         assert!(salvage.damaged.unwrap().join("db").is_file());
         let store = Store::open(directory.path()).unwrap();
@@ -165,7 +166,7 @@ fn what_only_repeats_the_log_costs_no_record() {
             matches!(Store::open(directory.path()), Err(OpenError::Damaged { .. })),
             "{prefix}"
         );
-        let salvage = Store::salvage(directory.path()).unwrap();
+        let salvage = Store::salvage(directory.path(), |_, _| Vec::new()).unwrap();
         assert_eq!((salvage.kept as u64, salvage.studies), (COUNT, 1), "{prefix}");
         let store = Store::open(directory.path()).unwrap();
         assert!((0..COUNT).all(|i| store.get(&key(i)).unwrap() == Some(record(i))));
@@ -181,7 +182,7 @@ fn a_database_cut_short_is_salvaged_up_to_the_cut() {
     fs::File::options().write(true).open(&log).unwrap().set_len(length * 9 / 10).unwrap();
     let error = Store::open(directory.path()).err().unwrap();
     assert!(matches!(error, OpenError::Damaged { .. }), "{error}");
-    let salvage = Store::salvage(directory.path()).unwrap();
+    let salvage = Store::salvage(directory.path(), |_, _| Vec::new()).unwrap();
     assert!((1000..COUNT as usize).contains(&salvage.kept), "{salvage:?}");
     assert_eq!(salvage.promised, Some(COUNT));
     let store = Store::open(directory.path()).unwrap();
@@ -197,19 +198,160 @@ fn a_later_format_is_left_alone() {
     fs::write(&manifest, br#"{ "format": 2 }"#).unwrap();
     let error = Store::open(directory.path()).err().unwrap();
     assert!(matches!(error, OpenError::Format { found: 2, .. }), "{error}");
-    assert!(matches!(Store::salvage(directory.path()), Err(OpenError::Format { found: 2, .. })));
+    assert!(matches!(
+        Store::salvage(directory.path(), |_, _| Vec::new()),
+        Err(OpenError::Format { found: 2, .. })
+    ));
     assert_eq!(fs::read(&manifest).unwrap(), br#"{ "format": 2 }"#);
 }
 
 #[test]
-fn a_salvage_killed_between_its_renames_is_taken_up_again() {
+fn a_killed_salvage_is_cleared_away_or_finished_by_the_next_writer() {
     let directory = tempfile::tempdir().unwrap();
     make(directory.path());
-    fs::rename(directory.path().join("records"), directory.path().join("records.salvaged"))
-        .unwrap();
-    assert!(matches!(Store::open(directory.path()), Err(OpenError::Damaged { .. })));
-    assert_eq!(Store::salvage(directory.path()).unwrap().kept as u64, COUNT);
+    let (records, salvaged) =
+        (directory.path().join("records"), directory.path().join("records.salvaged"));
+    copy(&records, &salvaged);
+    fs::write(salvaged.join("db"), b"half of it").unwrap();
     assert_eq!(Store::open(directory.path()).unwrap().len() as u64, COUNT);
+    assert!(!salvaged.exists());
+    // A kill between the last two steps leaves the sound database under its other name.
+    fs::rename(&records, &salvaged).unwrap();
+    assert_eq!(Store::open(directory.path()).unwrap().len() as u64, COUNT);
+    fs::rename(&records, &salvaged).unwrap();
+    let salvage = Store::salvage(directory.path(), |_, _| Vec::new()).unwrap();
+    assert_eq!(salvage.kept as u64, COUNT);
+}
+
+/// Every file in turn has a directory in its place, which is damage and no refusal of the system.
+#[test]
+fn a_directory_in_the_place_of_any_file_is_healed() {
+    let original = tempfile::tempdir().unwrap();
+    make(original.path());
+    let whole = files(original.path());
+    assert!(whole.len() >= 5, "{whole:?}");
+    for file in whole {
+        let name = file.strip_prefix(original.path()).unwrap();
+        for inner in [None, Some("file")] {
+            let copied = tempfile::tempdir().unwrap();
+            copy(original.path(), copied.path());
+            let path = copied.path().join(name);
+            fs::remove_file(&path).unwrap();
+            fs::create_dir(&path).unwrap();
+            if let Some(inner) = inner {
+                fs::write(path.join(inner), b"something").unwrap();
+            }
+            let salvage = match Store::salvage(copied.path(), |_, _| Vec::new()) {
+                Ok(salvage) => salvage,
+                Err(error) if name == Path::new("lock") && inner.is_some() => {
+                    assert!(error.to_string().contains("lock"), "{error}");
+                    continue;
+                }
+                Err(error) => panic!("{}: {error}", name.display()),
+            };
+            let is_log = name.ends_with("db");
+            let kept = if is_log { 0 } else { COUNT };
+            assert_eq!(salvage.kept as u64, kept, "{}", name.display());
+            let store = Store::open(copied.path()).unwrap();
+            store.put_study("sweep", b"mu = [0.1, 0.3]").unwrap();
+            store.commit(&records(0..COUNT)).unwrap();
+            drop(store);
+            assert_eq!(inspect(copied.path()), "sound", "{}", name.display());
+        }
+    }
+}
+
+/// sled's own files may be torn by a kill or a power failure before anything was acknowledged.
+#[test]
+fn a_store_that_promises_nothing_recovers_from_any_first_write() {
+    let original = tempfile::tempdir().unwrap();
+    drop(Store::open(original.path()).unwrap());
+    let log = fs::read(original.path().join("records/db")).unwrap();
+    let conf = fs::read(original.path().join("records/conf")).unwrap();
+    for (name, content) in [
+        ("db", vec![0xa5; log.len()]),
+        ("db", log[..log.len() / 3].to_vec()),
+        ("conf", conf[..conf.len() - 3].to_vec()),
+        ("conf", vec![0; conf.len()]),
+        ("snap.0000000000000027", b"torn".to_vec()),
+        ("snap.0000000000000027.generating", b"torn".to_vec()),
+    ] {
+        let copied = tempfile::tempdir().unwrap();
+        copy(original.path(), copied.path());
+        fs::write(copied.path().join("records").join(name), &content).unwrap();
+        let reader = Store::read(copied.path()).unwrap();
+        assert_eq!(reader.keys().unwrap(), []);
+        let store = Store::open(copied.path())
+            .unwrap_or_else(|error| panic!("{name} of {} bytes: {error}", content.len()));
+        store.commit(&records(0..10)).unwrap();
+        drop(store);
+        assert_eq!(Store::open(copied.path()).unwrap().len(), 10);
+    }
+}
+
+/// A killed process leaves such a file when it opens the store, and sled would read it.
+#[test]
+fn a_snapshot_that_was_never_finished_is_no_damage() {
+    let directory = tempfile::tempdir().unwrap();
+    make(directory.path());
+    let unfinished = directory.path().join("records/snap.7FFFFFFFFFFFFFFF.generating");
+    fs::write(&unfinished, b"half a snapsh").unwrap();
+    assert_eq!(Store::read(directory.path()).unwrap().keys().unwrap().len() as u64, COUNT);
+    assert_eq!(Store::open(directory.path()).unwrap().len() as u64, COUNT);
+    assert!(!unfinished.exists());
+}
+
+/// The record of a job whose fields are lost promises what it cannot keep.
+#[test]
+fn salvage_gives_up_records_whose_blob_is_lost_or_damaged() {
+    let directory = tempfile::tempdir().unwrap();
+    let store = Store::open(directory.path()).unwrap();
+    let digests: Vec<Digest> =
+        (0..4u8).map(|i| store.blobs().put(&vec![i; 5000]).unwrap()).collect();
+    let group: Vec<_> = (0..).zip(&digests[..3]).map(|(i, digest)| (key(i), digest.0)).collect();
+    store.commit(&group).unwrap();
+    store.put_study("sweep", b"a study").unwrap();
+    let path = |i: usize| store.blobs().path(&digests[i]);
+    fs::remove_file(path(0)).unwrap();
+    fs::write(path(1), b"garbage").unwrap();
+    fs::remove_file(path(3)).unwrap();
+    fs::create_dir(path(3)).unwrap();
+    drop(store);
+    let references = |_: &JobKey, record: &[u8]| vec![Digest(record.try_into().unwrap())];
+    let salvage = Store::salvage(directory.path(), references).unwrap();
+    assert_eq!((salvage.kept, salvage.incomplete, salvage.removed_blobs), (1, 2, 2));
+    assert_eq!((salvage.studies, salvage.lost_studies.len()), (1, 0));
+    let reader = Store::read(directory.path()).unwrap();
+    assert!(reader.verify(references).unwrap().is_sound());
+    assert_eq!(reader.keys().unwrap(), [key(2)]);
+}
+
+/// Whoever can write in the directory of a store must not lead its owner's writes elsewhere.
+#[test]
+fn no_link_is_followed_when_a_file_is_opened_for_writing() {
+    let original = tempfile::tempdir().unwrap();
+    make(original.path());
+    for file in files(original.path()) {
+        let name = file.strip_prefix(original.path()).unwrap();
+        let copied = tempfile::tempdir().unwrap();
+        copy(original.path(), copied.path());
+        let victim = copied.path().join("letter");
+        let path = copied.path().join(name);
+        let content = fs::read(&path).unwrap();
+        fs::rename(&path, &victim).unwrap();
+        std::os::unix::fs::symlink(&victim, &path).unwrap();
+        match Store::open(copied.path()) {
+            Ok(store) => {
+                store.commit(&records(COUNT..COUNT + 10)).unwrap();
+                store.put_study("sweep", b"mu = [0.2]").unwrap();
+            }
+            Err(error) => {
+                let said = error.to_string();
+                assert!(said.contains("symbolic link"), "{}: {said}", name.display());
+            }
+        }
+        assert_eq!(fs::read(&victim).unwrap(), content, "{}", name.display());
+    }
 }
 
 /// A sound store is not taken for a damaged one because its files could not be opened.
@@ -226,7 +368,7 @@ fn a_salvage_that_is_refused_a_file_leaves_all_as_it_is() {
     // The link points to itself: opening it is refused with ELOOP, also to root.
     std::os::unix::fs::symlink("conf", &conf).unwrap();
     let before = files(&copied.path().join("records"));
-    let error = Store::salvage(copied.path()).err().unwrap();
+    let error = Store::salvage(copied.path(), |_, _| Vec::new()).err().unwrap();
     assert!(matches!(&error, OpenError::Io { path, .. } if path.ends_with("records")), "{error}");
     assert_eq!(files(&copied.path().join("records")), before);
     fs::remove_file(&conf).unwrap();

@@ -73,7 +73,7 @@ fn a_disk_nearly_full_is_not_written_to() {
         // The store is not salvaged there either.
         let store = volume.join("store");
         assert!(matches!(
-            Store::salvage(&store),
+            Store::salvage(&store, |_, _| Vec::new()),
             Err(OpenError::Write(WriteError::DiskFull { .. }))
         ));
         assert!(

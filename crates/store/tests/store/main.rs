@@ -1,5 +1,5 @@
-//! These tests use the store as its users do: whole directories, several processes, kills, damage
-//! and a full disk.
+//! These tests use the store as its users do: whole directories, several processes, several users,
+//! kills, damage and a full disk.
 
 mod child;
 mod damage;
@@ -8,6 +8,7 @@ mod kill;
 mod model;
 mod readers;
 mod speed;
+mod users;
 
 use identity::JobKey;
 

@@ -134,7 +134,7 @@ fn verify_names_what_is_wrong_and_compact_keeps_what_is_needed() {
     std::fs::write(shelf.join("notes.txt"), b"mine").unwrap();
     let digests = |_: &JobKey, record: &[u8]| vec![Digest(record.try_into().unwrap())];
 
-    let found = store.verify(digests).unwrap();
+    let found = Store::read(directory.path()).unwrap().verify(digests).unwrap();
     assert_eq!((found.records, found.blobs, found.studies), (2, 3, 1));
     assert_eq!(found.missing_blobs, [(absent, key(2))]);
     assert_eq!(found.unreferenced_blobs, 1);
@@ -149,10 +149,10 @@ fn verify_names_what_is_wrong_and_compact_keeps_what_is_needed() {
     assert_eq!(std::fs::read(shelf.join("notes.txt")).unwrap(), b"mine");
 
     assert_eq!(store.blobs().put(&field(3)).unwrap(), absent);
-    assert!(store.verify(digests).unwrap().is_sound());
+    assert!(Store::read(directory.path()).unwrap().verify(digests).unwrap().is_sound());
     std::fs::write(store.blobs().path(&kept), b"garbage").unwrap();
     std::fs::remove_file(store.blobs().path(&Digest::of(b"a study"))).unwrap();
-    let found = store.verify(digests).unwrap();
+    let found = Store::read(directory.path()).unwrap().verify(digests).unwrap();
     assert_eq!(found.corrupt_blobs.iter().map(|(digest, _)| *digest).collect::<Vec<_>>(), [kept]);
     assert_eq!(
         found.lost_studies.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(),
