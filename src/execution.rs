@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use answers::{Results, choice, is_timed};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use indicatif::BinaryBytes;
 use runner::{Interrupt, Options, RunError};
 use store::Store;
@@ -90,13 +90,15 @@ fn compute(
         progress.finish();
         let summary = outcome.map_err(|error| {
             let advice = match error {
-                RunError::Postponed { .. } => "give it more memory (--memory) and ",
+                RunError::Postponed { .. } => "; give it more memory (--memory)",
                 _ => "",
             };
-            anyhow::Error::new(error).context(format!(
-                "the run stopped; what is done is kept: {advice}{}",
+            // The command stands last, so that it can be copied.
+            anyhow!(
+                "the run stopped: {:#}{advice}; what is done is kept, continue with: {}",
+                anyhow::Error::new(error),
                 resume_command(study, directory)
-            ))
+            )
         })?;
         tally.interrupted = summary.unfinished > 0;
         tally.computed += summary.done + summary.quarantined;
@@ -147,26 +149,26 @@ pub(crate) fn own_program() -> Result<PathBuf> {
         .context("cannot find this program's own file")
 }
 
-/// Returns the memory that the jobs of a run may use together \[bytes\]: what was asked for, or 80 %
-/// of what is available now, or 1 GiB where the system does not say. It says so where that is less
-/// than was asked for, or more than there is.
+/// Returns the memory that the jobs of a run may use together \[bytes\]: what was asked for, or
+/// 80 % of what is available now, or 1 GiB where the system does not say. It says so where that is
+/// less than was asked for, or more than there is.
 fn memory(args: &ExecutionArgs) -> u64 {
     let available = runner::available_memory();
     let wanted =
         args.memory.unwrap_or_else(|| available.map_or(1 << 30, |available| available / 10 * 8));
     let limit = runner::memory_within_limits().unwrap_or(u64::MAX);
-    if let Some(asked) = args.memory {
-        if asked > limit {
+    if let Some(request) = args.memory {
+        if request > limit {
             output::say(&format!(
                 "{} of memory for jobs instead of {}: a process may not reserve more here (`ulimit \
                  -v`)",
                 BinaryBytes(limit),
-                BinaryBytes(asked)
+                BinaryBytes(request)
             ));
-        } else if let Some(available) = available.filter(|&available| asked > available) {
+        } else if let Some(available) = available.filter(|&available| request > available) {
             output::say(&format!(
                 "warning: --memory {} is more than the {} that are available here",
-                BinaryBytes(asked),
+                BinaryBytes(request),
                 BinaryBytes(available)
             ));
         }

@@ -32,6 +32,11 @@ use crate::cli::{Cli, Command};
 use crate::output::Finish;
 
 fn main() -> ExitCode {
+    // Reading the command line takes more stack than there may be.
+    if let Err(error) = runner::enough_stack() {
+        output::complain(&error.into());
+        return Finish::Mistake.into();
+    }
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {

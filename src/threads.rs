@@ -22,7 +22,7 @@ pub(crate) fn share_among(count: usize) -> Result<()> {
 /// Limits the threads that other work is shared among, if RAYON_NUM_THREADS asks for more than the
 /// machine can use. Otherwise they start when they are needed.
 pub(crate) fn limit() -> Result<()> {
-    if asked_for().is_some_and(|asked| asked > most()) {
+    if asked_for().is_some_and(|count| count > most()) {
         let threads = rayon::ThreadPoolBuilder::new().num_threads(threads_asked_for());
         threads.build_global().context("cannot start threads")?;
     }
@@ -34,11 +34,11 @@ pub(crate) fn limit() -> Result<()> {
 fn threads_asked_for() -> usize {
     let most = most();
     match asked_for() {
-        Some(asked) if asked > most => {
-            output::say(&format!("{most} threads instead of RAYON_NUM_THREADS={asked}"));
+        Some(count) if count > most => {
+            output::say(&format!("{most} threads instead of RAYON_NUM_THREADS={count}"));
             most
         }
-        asked => asked.unwrap_or(0),
+        count => count.unwrap_or(0),
     }
 }
 

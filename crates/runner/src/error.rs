@@ -19,24 +19,24 @@ pub enum RunError {
     #[error("job {0} is given twice, but a key stands for one job")]
     Duplicate(JobKey),
     /// There is no place for the files of the run.
-    #[error("no directory for the run's files: {0}")]
+    #[error("no directory for the run's files")]
     Root(#[from] RootError),
     /// There is no room for a single worker.
     #[error("no worker can be started: {reason}")]
     Room {
-        /// What is missing.
+        /// The thing that is missing.
         reason: String,
     },
     /// Jobs or results cannot be handed over.
     #[error("jobs and results cannot be handed over: {reason}")]
     Delivery {
-        /// What went wrong.
+        /// The fault in words.
         reason: String,
     },
     /// Workers are lost by no fault of the jobs, and nothing gets done.
     #[error("workers are lost again and again, the last: {reason}")]
     Losses {
-        /// How the last of them was lost.
+        /// The end of the last of them.
         reason: String,
     },
     /// Everything that can be done is done, and some jobs are left for another run.

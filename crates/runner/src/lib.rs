@@ -47,7 +47,7 @@ pub use event::{Counts, Event, EventKind};
 pub use interrupt::Interrupt;
 pub use ipc::{WorkerArguments, WorkerError, work};
 pub use ledger::{Done, Ledger, Verdict};
-pub use limits::{LimitError, memory_within_limits, prepare_process};
+pub use limits::{LimitError, enough_stack, memory_within_limits, prepare_process};
 pub use memory::available_memory;
 pub use options::Options;
 pub use root::{RootError, remove_bodies, sweep_leftovers};

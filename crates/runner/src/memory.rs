@@ -4,17 +4,17 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// The memory that this process and its children may take now \[bytes\]: what the machine has
+/// Returns the memory that this process and its children may take now \[bytes\]: what the machine has
 /// available, or what is left of the limit of a container around it. It is `None` where the system
 /// does not tell.
 pub fn available_memory() -> Option<u64> {
     let of_machine = read_field(Path::new("/proc/meminfo"), "MemAvailable:").map(|kb| kb * 1024);
-    groups().iter().filter_map(Group::left).chain(of_machine).min()
+    groups().iter().filter_map(MemoryGroup::left).chain(of_machine).min()
 }
 
 /// A group of processes whose memory is limited together.
 #[derive(Debug, PartialEq)]
-struct Group {
+struct MemoryGroup {
     directory: PathBuf,
     version: Version,
 }
@@ -25,7 +25,7 @@ enum Version {
     V2,
 }
 
-impl Group {
+impl MemoryGroup {
     /// Returns what is left of the limit \[bytes\], or `None` if there is no limit. Cached files
     /// that nobody uses count as left, since the system gives them up first.
     fn left(&self) -> Option<u64> {
@@ -66,13 +66,13 @@ fn read_field(path: &Path, name: &str) -> Option<u64> {
 
 /// Returns the groups of this process that limit memory, from its own up to the outermost that can
 /// be seen from here.
-fn groups() -> Vec<Group> {
+fn groups() -> Vec<MemoryGroup> {
     let read = |path| std::fs::read_to_string(path).unwrap_or_default();
     groups_of(&read("/proc/self/cgroup"), &read("/proc/self/mountinfo"))
 }
 
 /// Finds the groups by the texts of `/proc/PID/cgroup` and `/proc/PID/mountinfo`.
-fn groups_of(memberships: &str, mounts: &str) -> Vec<Group> {
+fn groups_of(memberships: &str, mounts: &str) -> Vec<MemoryGroup> {
     let mut found = Vec::new();
     for membership in memberships.lines() {
         let mut parts = membership.splitn(3, ':').skip(1);
@@ -89,7 +89,7 @@ fn groups_of(memberships: &str, mounts: &str) -> Vec<Group> {
         let path = Path::new(path);
         let below = path.strip_prefix(&mount.root).unwrap_or(Path::new(""));
         for part in below.ancestors() {
-            found.push(Group { directory: mount.point.join(part), version });
+            found.push(MemoryGroup { directory: mount.point.join(part), version });
         }
     }
     found
@@ -148,7 +148,7 @@ impl Starvation {
 /// Counts the processes that the system has killed for want of memory.
 fn kills() -> u64 {
     let of_machine = read_field(Path::new("/proc/vmstat"), "oom_kill").unwrap_or(0);
-    of_machine + groups().iter().map(Group::kills).sum::<u64>()
+    of_machine + groups().iter().map(MemoryGroup::kills).sum::<u64>()
 }
 
 /// Returns the share of the last ten seconds in which some process waited for memory \[percent\].
@@ -190,7 +190,7 @@ mod tests {
     fn what_is_left_is_the_limit_without_what_is_used() {
         let place = tempfile::tempdir().unwrap();
         let write = |name: &str, text: &str| std::fs::write(place.path().join(name), text).unwrap();
-        let group = |version| Group { directory: place.path().to_owned(), version };
+        let group = |version| MemoryGroup { directory: place.path().to_owned(), version };
         assert_eq!(group(Version::V2).left(), None);
         write("memory.max", "max\n");
         assert_eq!(group(Version::V2).left(), None);

@@ -2,9 +2,9 @@
 //! dead runs left.
 //!
 //! The processes of a run meet in one directory of `/dev/shm`, where its shared memory is anyway:
-//! the path of a socket holds 108 bytes, and this one is short whatever TMPDIR and HOME are. Results
-//! and jobs that are too large for a message travel through another directory, on the volume that
-//! keeps the results; a link in the first leads to it.
+//! the path of a socket holds 108 bytes, and this one is short whatever TMPDIR and HOME are. Jobs
+//! and results that are too large for a message travel through another directory, on the volume
+//! that keeps the results; a link in the first leads to it.
 //!
 //! As long as it lives, a coordinator holds the kernel's lock (`flock`) on its directory. Whoever
 //! can take that lock may remove the directory and all shared memory of the same tag. Nobody judges
@@ -153,8 +153,8 @@ fn remove_run(path: &Path, tag: &str) {
     let _ = std::fs::remove_dir_all(path);
 }
 
-/// Makes a new directory and takes its lock. A sweep that sees it before it is locked takes it for a
-/// leftover, and then it is made again.
+/// Makes a new directory and takes its lock. A sweep that sees it before it is locked takes it for
+/// a leftover, and then it is made again.
 fn make_locked(path: &Path) -> std::io::Result<File> {
     for _ in 0..100 {
         match private_directory(path) {

@@ -64,8 +64,8 @@ impl Process {
         self.end.as_fd()
     }
 
-    /// Returns how the process ended, or `None` while it lives. `is_starved` says whether the system
-    /// killed processes for want of memory lately.
+    /// Returns how the process ended, or `None` while it lives. `is_starved` says whether the
+    /// system killed processes for want of memory lately.
     pub(crate) fn ended(&mut self, is_starved: impl FnOnce() -> bool) -> Option<Loss> {
         match self.child.try_wait() {
             Ok(None) => None,

@@ -87,7 +87,10 @@ impl ChannelNames {
             let fault = places.iter().find_map(|place| Some((place, try_out(place).err()?)));
             let why = match fault {
                 Some((place, fault)) => format!("{fault}, in {}", parent(place).display()),
-                None => error.to_string(),
+                None => format!(
+                    "iceoryx2 says {error}, although {} and {SHARED_MEMORY} can be written to",
+                    parent(&places[0]).display()
+                ),
             };
             TransportError { doing, why }
         }
