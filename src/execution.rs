@@ -1,11 +1,12 @@
 //! Runs what is left of a study, for `run`, `resume` and `cost`.
 
 use std::collections::HashSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use answers::{Results, choice, is_timed};
-use anyhow::{Context, Result};
-use runner::{Interrupt, Options};
+use anyhow::{Context, Result, anyhow};
+use indicatif::BinaryBytes;
+use runner::{Interrupt, Options, RunError};
 use store::Store;
 use study::Study;
 
@@ -19,18 +20,23 @@ use crate::summary::{RunTally, resume_command, summarise};
 use crate::time_left::{Calibration, TimeLeft};
 use crate::words::count;
 
+/// The directory in a store through which large jobs and results travel while a run lasts.
+const IN_TRANSIT: &str = "in-transit";
+
 /// Runs the jobs of a study that a store has no results of, and says what came of them.
 pub(crate) fn execute(study: Study, directory: &Path, args: &ExecutionArgs) -> Result<Finish> {
     let store = open_for(&study, directory)?;
     // A run that computes nothing still clears away what a killed one has left.
     runner::sweep_leftovers();
+    let in_transit = directory.join(IN_TRANSIT);
+    runner::remove_bodies(&in_transit)
+        .with_context(|| format!("cannot remove {}", in_transit.display()))?;
     let definition = study.definition();
     if !matches!(store.study(study.name()), Ok(Some(stored)) if stored == definition) {
         store.put_study(study.name(), &definition)?;
     }
     let interrupt = Interrupt::new().context("cannot prepare for Ctrl-C")?;
-    let raised = interrupt.clone();
-    ctrlc::set_handler(move || raised.raise()).context("cannot prepare for Ctrl-C")?;
+    runner::raise_on_signals(&interrupt).context("cannot prepare for Ctrl-C")?;
     let written = WrittenStore::new(&store);
     let tally = compute(&study, &written, directory, args, &interrupt)?;
     let source = StoreSource::Store(&written);
@@ -84,7 +90,7 @@ fn compute(
         if tasks.is_empty() {
             return Ok(tally);
         }
-        let options = options(args, study, tasks.len())?;
+        let options = options(args, study, directory, tasks.len())?;
         let left = TimeLeft::new(&tasks, options.workers, calibration);
         let mut progress = ProgressDisplay::new(&tasks, tally.cached, args.json, left);
         let outcome = runner::run(
@@ -97,10 +103,16 @@ fn compute(
         progress.finish();
         calibration = progress.calibration();
         let summary = outcome.map_err(|error| {
-            anyhow::Error::new(error).context(format!(
-                "the run stopped; what is done is kept: {}",
+            let advice = match error {
+                RunError::Postponed { .. } => "; give it more memory (--memory)",
+                _ => "",
+            };
+            // The command stands last, so that it can be copied.
+            anyhow!(
+                "the run stopped: {:#}{advice}; what is done is kept, continue with: {}",
+                anyhow::Error::new(error),
                 resume_command(study, directory)
-            ))
+            )
         })?;
         tally.interrupted = summary.unfinished > 0;
         tally.computed += summary.done + summary.quarantined;
@@ -118,9 +130,8 @@ pub(crate) fn workers(study: &Study, wanted: usize, jobs: usize) -> usize {
 }
 
 /// Returns the options of a run of so many jobs.
-fn options(args: &ExecutionArgs, study: &Study, jobs: usize) -> Result<Options> {
-    let program = std::env::current_exe().context("cannot find this program's own file")?;
-    let mut options = Options::new(Vec::new(), args.memory.unwrap_or_else(default_memory));
+fn options(args: &ExecutionArgs, study: &Study, directory: &Path, jobs: usize) -> Result<Options> {
+    let mut options = Options::new(Vec::new(), directory.join(IN_TRANSIT), memory(args));
     let cores = options.workers;
     let is_timed = is_timed(study.kind());
     if is_timed && args.workers.is_some_and(|workers| workers > 1) {
@@ -130,17 +141,51 @@ fn options(args: &ExecutionArgs, study: &Study, jobs: usize) -> Result<Options> 
     // There is a core for each worker; when there are fewer jobs than cores, the spare ones help. A
     // job that is timed starts its threads itself.
     let threads = if is_timed { 1 } else { (cores / options.workers).max(1) };
-    options.worker_command =
-        vec![program.into(), "worker".into(), "--threads".into(), threads.to_string().into()];
+    options.worker_command = vec![
+        own_program()?.into(),
+        "worker".into(),
+        "--threads".into(),
+        threads.to_string().into(),
+    ];
     Ok(options)
 }
 
-/// Returns 80 % of the memory that is available now \[bytes\], or 1 GiB where the system does not
-/// say.
-fn default_memory() -> u64 {
-    let available = std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| {
-        let line = text.lines().find(|line| line.starts_with("MemAvailable:"))?;
-        line.split_whitespace().nth(1)?.parse::<u64>().ok()
-    });
-    available.map_or(1 << 30, |kilobytes| kilobytes * 1024 / 10 * 8)
+/// Returns the program that is running, even if its file has been replaced meanwhile: a worker of
+/// another version would not understand its coordinator.
+pub(crate) fn own_program() -> Result<PathBuf> {
+    let image = Path::new(runner::RUNNING_IMAGE);
+    if image.exists() {
+        return Ok(image.to_owned());
+    }
+    std::env::current_exe()
+        .ok()
+        .or_else(|| std::env::args_os().next().map(PathBuf::from))
+        .context("cannot find this program's own file")
+}
+
+/// Returns the memory that the jobs of a run may use together \[bytes\]: what was asked for, or
+/// 80 % of what is available now, or 1 GiB where the system does not say. It says so where that is
+/// less than was asked for, or more than there is.
+fn memory(args: &ExecutionArgs) -> u64 {
+    let available = runner::available_memory();
+    let wanted =
+        args.memory.unwrap_or_else(|| available.map_or(1 << 30, |available| available / 10 * 8));
+    let limit = runner::memory_within_limits().unwrap_or(u64::MAX);
+    if let Some(request) = args.memory {
+        if request > limit {
+            output::say(&format!(
+                "{} of memory for jobs instead of {}: a process may not reserve more here (`ulimit \
+                 -v`)",
+                BinaryBytes(limit),
+                BinaryBytes(request)
+            ));
+        } else if let Some(available) = available.filter(|&available| request > available) {
+            output::say(&format!(
+                "warning: --memory {} is more than the {} that are available here",
+                BinaryBytes(request),
+                BinaryBytes(available)
+            ));
+        }
+    }
+    wanted.min(limit)
 }

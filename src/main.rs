@@ -26,12 +26,18 @@ mod words;
 
 use std::process::ExitCode;
 
+use anyhow::Result;
 use clap::Parser;
 
-use crate::cli::Cli;
+use crate::cli::{Cli, Command};
 use crate::output::Finish;
 
 fn main() -> ExitCode {
+    // Reading the command line takes more stack than there may be.
+    if let Err(error) = runner::enough_stack() {
+        output::complain(&error.into());
+        return Finish::Mistake.into();
+    }
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
@@ -44,11 +50,24 @@ fn main() -> ExitCode {
             };
         }
     };
-    match commands::run(cli.command) {
+    match prepare(&cli.command).and_then(|()| commands::run(cli.command)) {
         Ok(finish) => finish.into(),
         Err(error) => {
             output::complain(&error);
             Finish::Mistake.into()
+        }
+    }
+}
+
+/// Prepares the process for a command within the limits that the system sets it. The helpers of a
+/// run inherit that.
+fn prepare(command: &Command) -> Result<()> {
+    match command {
+        Command::Completions { .. } | Command::Worker { .. } | Command::Measured { .. } => Ok(()),
+        Command::Solve(_) => Ok(runner::prepare_process()?),
+        _ => {
+            runner::prepare_process()?;
+            threads::limit()
         }
     }
 }

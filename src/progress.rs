@@ -112,6 +112,15 @@ impl ProgressDisplay {
             EventKind::Retried { key, attempt, reason } => {
                 self.notice(&format!("attempt {attempt} of job {} failed: {reason}", short(key)))
             }
+            EventKind::WorkersLimited { workers, reason } => self
+                .notice(&format!("{} at a time: {reason}", count(*workers, "worker", "workers"))),
+            EventKind::Returned { key, reason } => {
+                self.notice(&format!("job {} goes back to the queue: {reason}", short(key)))
+            }
+            EventKind::Postponed { key, reason } => {
+                self.ended(key);
+                self.notice(&format!("job {} is left for another run: {reason}", short(key)));
+            }
             EventKind::WorkerLost { worker, how, .. } => {
                 self.notice(&format!("worker {worker} is lost: {how}"))
             }
@@ -122,7 +131,7 @@ impl ProgressDisplay {
             _ => {}
         }
         let counts = &event.counts;
-        self.bar.set_position((counts.done + counts.quarantined) as u64);
+        self.bar.set_position((counts.done + counts.quarantined + counts.postponed) as u64);
         self.bar.set_message(format!(
             "{} cached, {} failed, {} workers",
             self.cached, counts.quarantined, counts.workers

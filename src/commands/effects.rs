@@ -16,6 +16,7 @@ use study::record_format::decode_fields;
 use study::{Adaptive, Case, Job, Standing};
 
 use crate::cli::EffectsArgs;
+use crate::execution::own_program;
 use crate::job_list::JobList;
 use crate::output::{self, Finish, layout};
 use crate::study_file::read_study;
@@ -165,7 +166,7 @@ fn table(runs: &[EffectRun]) -> Result<DataTable> {
 
 /// Has a job solved `repeat` times by another process, so that its memory is that of the job.
 fn measure(order: &[u8], repeat: u32) -> Result<Measurement> {
-    let program = std::env::current_exe().context("cannot find this program's own file")?;
+    let program = own_program()?;
     let mut child = Command::new(program)
         .args(["measured", &repeat.to_string()])
         .stdin(Stdio::piped())

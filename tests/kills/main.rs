@@ -6,7 +6,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
-use std::os::unix::fs::MetadataExt;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -20,6 +19,7 @@ use store::{OpenError, Store};
 use study::{Record, Standing};
 
 mod kinds;
+mod limits;
 
 /// A study of two shapes and 64 jobs; those on the finest mesh take most of the time.
 const STUDY: &str = r#"
@@ -85,22 +85,28 @@ impl Place {
         self.path("store")
     }
 
+    /// Returns the directory through which large jobs and results of a run here travel.
+    fn bodies(&self) -> PathBuf {
+        self.store().join("in-transit")
+    }
+
     /// Starts `tribosweep` with these arguments on this store; its output goes to files.
     fn start(&self, arguments: &[&str]) -> Running {
+        self.start_program(Path::new(env!("CARGO_BIN_EXE_tribosweep")), arguments)
+    }
+
+    /// Starts another copy of the program.
+    fn start_program(&self, program: &Path, arguments: &[&str]) -> Running {
         let (out, err) = (self.path("out"), self.path("err"));
-        let mut command = Command::new(env!("CARGO_BIN_EXE_tribosweep"));
+        let mut command = Command::new(program);
         command.args(arguments).arg("--store").arg(self.store()).current_dir(self.directory.path());
-        command
-            .env(MARK, self.directory.path())
-            .env_remove("XDG_RUNTIME_DIR")
-            .env_remove("TRIBOSWEEP_STORE");
+        command.env(MARK, self.directory.path()).env_remove("TRIBOSWEEP_STORE");
         command
             .stdin(Stdio::null())
             .stdout(File::create(&out).unwrap())
             .stderr(File::create(&err).unwrap());
         let child = command.spawn().unwrap();
-        let stat = stat(child.id()).expect("a child that was not waited for is in /proc");
-        Running { tag: tag(child.id(), stat.start), child, out, err }
+        Running { bodies: self.bodies(), child, out, err }
     }
 
     fn start_run(&self, more: &[&str]) -> Running {
@@ -212,8 +218,9 @@ fn reference() -> &'static Results {
 /// A process of these tests, killed and reaped when dropped.
 struct Running {
     child: Child,
-    /// The beginning that the names of its shared memory and of its directory share.
-    tag: String,
+    /// The directory through which its large jobs and results travel, which tells its directory in
+    /// shared memory from others.
+    bodies: PathBuf,
     out: PathBuf,
     err: PathBuf,
 }
@@ -297,18 +304,12 @@ fn last_line(text: &str) -> Value {
 struct Stat {
     lives: bool,
     parent: u32,
-    /// The clock ticks between boot and its start.
-    start: u64,
 }
 
 fn stat(pid: u32) -> Option<Stat> {
     let text = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
     let fields: Vec<&str> = text[text.rfind(')')? + 1..].split_ascii_whitespace().collect();
-    Some(Stat {
-        lives: !matches!(fields[0], "Z" | "X"),
-        parent: fields[1].parse().ok()?,
-        start: fields[19].parse().ok()?,
-    })
+    Some(Stat { lives: !matches!(fields[0], "Z" | "X"), parent: fields[1].parse().ok()? })
 }
 
 fn pids() -> impl Iterator<Item = u32> {
@@ -318,43 +319,24 @@ fn pids() -> impl Iterator<Item = u32> {
         .filter_map(|entry| entry.file_name().to_str()?.parse().ok())
 }
 
-/// Returns the name that the runner gives to everything of a coordinator: process-id namespace,
-/// process id and start in base 36.
-fn tag(pid: u32, start: u64) -> String {
-    let namespace = fs::metadata("/proc/self/ns/pid").unwrap().ino() % (36 * 36);
-    let base36 = |mut number: u64, width: u32| {
-        let mut digits = String::new();
-        for _ in 0..width {
-            digits.insert(0, char::from_digit((number % 36) as u32, 36).unwrap());
-            number /= 36;
+/// Returns what runs have in shared memory whose large bodies travel through a directory, and shared
+/// memory of no run at all.
+fn belongings(bodies: &Path) -> Vec<PathBuf> {
+    let shared: Vec<PathBuf> =
+        fs::read_dir("/dev/shm").unwrap().flatten().map(|entry| entry.path()).collect();
+    let tag = |path: &PathBuf| {
+        let name = path.file_name()?.to_str()?.strip_prefix("tribo-")?;
+        Some(format!("/dev/shm/tribo-{}", name.get(..18)?))
+    };
+    let is_ours = |path: &&PathBuf| {
+        let Some(run) = tag(path) else { return false };
+        match fs::read_link(Path::new(&run).join("bodies")) {
+            Ok(target) => target == bodies,
+            // A run removes its directory last.
+            Err(_) => !Path::new(&run).exists() && fs::symlink_metadata(path).is_ok(),
         }
-        digits
     };
-    base36(namespace, 2) + &base36(pid.into(), 5) + &base36(start, 7)
-}
-
-/// Returns the files that a coordinator has in shared memory and in the directories of runs.
-fn belongings(tag: &str) -> Vec<PathBuf> {
-    let entries = |path: &Path| {
-        fs::read_dir(path)
-            .into_iter()
-            .flatten()
-            .flatten()
-            .map(|entry| entry.path())
-            .collect::<Vec<_>>()
-    };
-    let named = |path: &PathBuf, beginning: &str| {
-        path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(beginning))
-    };
-    let mut found: Vec<PathBuf> = entries(Path::new("/dev/shm"))
-        .into_iter()
-        .filter(|path| named(path, &format!("tribo{tag}")))
-        .collect();
-    for place in BTreeSet::from([std::env::temp_dir(), PathBuf::from("/tmp")]) {
-        let runs = entries(&place).into_iter().filter(|path| named(path, "tribo-"));
-        found.extend(runs.flat_map(|path| entries(&path)).filter(|path| named(path, tag)));
-    }
-    found
+    shared.iter().filter(is_ours).cloned().collect()
 }
 
 /// A generator of random numbers (SplitMix64).
@@ -460,7 +442,6 @@ fn killed_at_random_moments_a_study_completes_with_the_same_results() {
     let mut window = Duration::from_secs(1);
     let (mut hits, mut launches, mut studies, mut noticed, mut owned) =
         (Hits::default(), 0, 0, 0, 0);
-    let mut tags = Vec::new();
     while !hits.suffice() {
         studies += 1;
         let place = Place::new();
@@ -471,7 +452,6 @@ fn killed_at_random_moments_a_study_completes_with_the_same_results() {
             assert!(launches < 20 * KILLS, "only {hits:?} in {launches} launches");
             let begin = Instant::now();
             let mut running = place.start_run(&["--json"]);
-            tags.push(running.tag.clone());
             let plan = blows(&mut random, window);
             println!("study {studies}, launch {launches}: {plan:?}");
             let mut met = 0;
@@ -482,7 +462,7 @@ fn killed_at_random_moments_a_study_completes_with_the_same_results() {
                     break;
                 }
                 window = window.mul_f64(1.1);
-                owned += usize::from(!belongings(&running.tag).is_empty());
+                owned += usize::from(!belongings(&running.bodies).is_empty());
                 let before;
                 (before, met) = strike(&mut running, blow, &mut random);
                 hits.workers += before;
@@ -535,12 +515,9 @@ fn killed_at_random_moments_a_study_completes_with_the_same_results() {
             "a record has changed"
         );
         place.assert_undisturbed();
-        let left: Vec<PathBuf> = tags.iter().flat_map(|tag| belongings(tag)).collect();
-        assert!(
-            left.is_empty(),
-            "left behind by a killed run or by the last, {}: {left:?}",
-            tags.last().unwrap()
-        );
+        let left = belongings(&place.bodies());
+        assert!(left.is_empty(), "left behind by a killed run or by the last: {left:?}");
+        assert!(!place.bodies().exists());
     }
     println!(
         "{hits:?} in {launches} launches of {studies} studies; coordinators saw {noticed} workers die"
@@ -592,7 +569,7 @@ fn interrupted(signal: Signal) -> (Place, BTreeMap<String, Vec<u8>>) {
         );
         assert!(said.contains(&again), "{said}");
         assert_eq!(place.processes(), Vec::<u32>::new());
-        assert_eq!(belongings(&running.tag), Vec::<PathBuf>::new());
+        assert_eq!(belongings(&running.bodies), Vec::<PathBuf>::new());
         return (place, kept);
     }
     panic!("ten runs ended before they could be interrupted");
@@ -648,7 +625,7 @@ fn the_next_run_removes_what_a_killed_one_left_even_if_it_computes_nothing() {
     finished.succeed(&["run", "study.toml"]);
     let killed = Place::new();
     let mut running = killed.start_run(&[]);
-    while belongings(&running.tag).is_empty() {
+    while belongings(&running.bodies).is_empty() {
         assert!(!running.has_ended(), "it had nothing in shared memory\n{}", running.said());
         sleep(Duration::from_millis(1));
     }
@@ -656,5 +633,5 @@ fn the_next_run_removes_what_a_killed_one_left_even_if_it_computes_nothing() {
     assert_eq!(running.wait().signal(), Some(9));
     killed.assert_quiet();
     finished.succeed(&["run", "study.toml"]);
-    assert_eq!(belongings(&running.tag), Vec::<PathBuf>::new());
+    assert_eq!(belongings(&running.bodies), Vec::<PathBuf>::new());
 }

@@ -78,7 +78,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Ok(work(&arguments, || Echo)?);
     }
     let command = vec![std::env::current_exe()?.into(), "worker".into()];
-    let options = Options { workers: 2, ..Options::new(command, 1 << 30) };
+    let place = tempfile::tempdir()?;
+    let bodies = place.path().join("bodies");
+    let options = Options { workers: 2, ..Options::new(command, bodies, 1 << 30) };
     for cost in [1e-5, 0.01, 1.0] {
         let mut journal =
             Journal { file: tempfile::tempfile()?, commits: 0, kept: 0, syncing: Duration::ZERO };

@@ -13,8 +13,11 @@
 //! - A worker holds a little work ahead ([`dealing`]), according to the prediction corrected by the
 //!   real times of the jobs, so that neither transport nor disk stalls short jobs. A job longer
 //!   than that is never held behind another.
-//! - When a worker dies, the attempt is charged to the job that was running. The others that it
-//!   held go back uncharged.
+//! - When a worker dies, the attempt is charged to the job that was running if the job is to blame.
+//!   The others that it held go back uncharged.
+//! - What is no fault of a job leaves no record of it. A job whose worker lacked memory is tried
+//!   again with all memory for itself. If that is not enough, or the prediction is beyond the
+//!   limit, it is postponed: left for another run.
 
 mod dealing;
 #[cfg(any(test, debug_assertions))]
@@ -25,5 +28,5 @@ mod step;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use messages::{Action, Input};
+pub(crate) use messages::{Action, Hopeless, Input};
 pub(crate) use state::{Coordinator, Tally};

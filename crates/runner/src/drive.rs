@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use crate::coordinator::{Action, Coordinator, Input, Tally};
+use crate::coordinator::{Action, Coordinator, Hopeless, Input, Tally};
 use crate::error::RunError;
 use crate::event::{Counts, Event, EventKind};
 use crate::interrupt::Interrupt;
@@ -47,7 +47,8 @@ pub(crate) fn drive(
     interrupt: &Interrupt,
     on_event: &mut dyn FnMut(&Event),
 ) -> Result<Summary, RunError> {
-    let clock = Instant::now();
+    let start = Instant::now();
+    let mut clock = AwakeClock::new();
     let mut coordinator = Coordinator::new(tasks, options);
     let mut inbox = VecDeque::from([Input::Begin]);
     let mut interrupts = interrupt.raised();
@@ -56,7 +57,7 @@ pub(crate) fn drive(
     loop {
         let input = inbox.pop_front().unwrap_or(Input::Settled);
         let settled = input == Input::Settled;
-        for action in coordinator.step(input, clock.elapsed()) {
+        for action in coordinator.step(input, clock.time(Duration::ZERO)) {
             match action {
                 Action::Start(worker) => inbox.push_back(match transport.start(worker) {
                     Ok(pid) => Input::Spawned { worker, pid },
@@ -92,23 +93,67 @@ pub(crate) fn drive(
         if coordinator.finished() {
             break;
         }
-        let timeout = coordinator.alarm().map(|alarm| alarm.saturating_sub(clock.elapsed()));
+        let alarm = coordinator.alarm();
+        let left = alarm.map(|alarm| alarm.saturating_sub(clock.time(Duration::ZERO)));
+        // A busy worker wakes the coordinator at every heartbeat anyway. A shorter wait shows how
+        // long the coordinator itself stood still.
+        let timeout = left.map(|left| left.min(options.heartbeat.max(AwakeClock::SLACK)));
         inbox.extend(transport.wait(timeout)?);
+        clock.time(timeout.unwrap_or(Duration::MAX));
         interrupt.rearm();
         let raised = interrupt.raised();
         inbox.extend((interrupts..raised).map(|_| Input::Interrupt));
         interrupts = raised.max(interrupts);
         inbox.push_back(Input::Clock);
     }
-    let summary = summary(coordinator.counts(), coordinator.tally, clock.elapsed(), interrupts > 0);
+    let summary = summary(coordinator.counts(), coordinator.tally, start.elapsed(), interrupts > 0);
     on_event(&Event {
         seconds: summary.seconds,
         kind: EventKind::Finished,
         counts: coordinator.counts(),
     });
-    match hopeless {
-        Some(reason) => Err(RunError::Start { command: options.command_line(), reason }),
-        None => Ok(summary),
+    let jobs = coordinator.counts().postponed;
+    match (hopeless, coordinator.postponed_for()) {
+        (Some(Hopeless::Start(reason)), _) => {
+            Err(RunError::Start { command: options.command_line(), reason })
+        }
+        (Some(Hopeless::Losses(reason)), _) => Err(RunError::Losses { reason }),
+        (Some(Hopeless::Delivery(reason)), _) => Err(RunError::Delivery { reason }),
+        (None, Some(reason)) if !summary.interrupted => {
+            Err(RunError::Postponed { jobs, reason: reason.to_owned() })
+        }
+        _ => Ok(summary),
+    }
+}
+
+/// A clock that stands still while this process does, stopped by SIGSTOP or a debugger. The silence
+/// of workers in such a time says nothing about them: nobody listened, and most likely they were
+/// stopped as well.
+struct AwakeClock {
+    time: Duration,
+    last: Instant,
+}
+
+impl AwakeClock {
+    /// The time by which a step or a wait may take longer than expected and still counts.
+    const SLACK: Duration = Duration::from_secs(1);
+
+    fn new() -> AwakeClock {
+        AwakeClock { time: Duration::ZERO, last: Instant::now() }
+    }
+
+    /// Returns the time since the start in which the process was awake, if it meant to be busy or
+    /// to wait for at most `expected` since the last look at the clock.
+    fn time(&mut self, expected: Duration) -> Duration {
+        self.pass(Instant::now(), expected)
+    }
+
+    fn pass(&mut self, now: Instant, expected: Duration) -> Duration {
+        let passed = now.duration_since(self.last);
+        let most = expected.saturating_add(Self::SLACK);
+        self.time += if passed > most { expected } else { passed };
+        self.last = now;
+        self.time
     }
 }
 
@@ -116,12 +161,29 @@ fn summary(counts: Counts, tally: Tally, elapsed: Duration, interrupted: bool) -
     Summary {
         done: counts.done,
         quarantined: counts.quarantined,
-        unfinished: counts.waiting + counts.running,
+        unfinished: counts.waiting + counts.running + counts.postponed,
         failures: counts.failures,
         workers_lost: tally.lost,
         stale_results: tally.stale,
         worker_seconds: tally.busy,
         seconds: elapsed.as_secs_f64(),
         interrupted,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_in_which_the_process_stood_still_does_not_count() {
+        let mut clock = AwakeClock::new();
+        let start = clock.last;
+        let at = |seconds| start + Duration::from_secs_f64(seconds);
+        assert_eq!(clock.pass(at(0.5), Duration::ZERO), Duration::from_millis(500));
+        assert_eq!(clock.pass(at(1.5), Duration::from_secs(1)), Duration::from_millis(1500));
+        // It wanted to wait for a second and woke after 36.
+        assert_eq!(clock.pass(at(37.5), Duration::from_secs(1)), Duration::from_millis(2500));
+        assert_eq!(clock.pass(at(38.0), Duration::MAX), Duration::from_secs(3));
     }
 }

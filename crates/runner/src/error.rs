@@ -4,7 +4,7 @@ use std::error::Error;
 
 use identity::JobKey;
 
-use crate::root::{RootError, SHARED_MEMORY};
+use crate::root::RootError;
 
 /// The reason why a run could not go on. Everything committed before stays committed.
 #[derive(Debug, thiserror::Error)]
@@ -21,19 +21,31 @@ pub enum RunError {
     /// There is no place for the files of the run.
     #[error("no directory for the run's files")]
     Root(#[from] RootError),
-    /// Shared memory is nearly full, and going on would end in SIGBUS.
-    #[error(
-        "{path} has {free} bytes free, but {workers} workers need {needed}: free some, or use \
-         fewer workers",
-        path = SHARED_MEMORY
-    )]
-    SharedMemory {
-        /// The free shared memory \[bytes\].
-        free: u64,
-        /// The needed shared memory \[bytes\].
-        needed: u64,
-        /// The number of workers that need it.
-        workers: usize,
+    /// There is no room for a single worker.
+    #[error("no worker can be started: {reason}")]
+    Room {
+        /// The thing that is missing.
+        reason: String,
+    },
+    /// Jobs or results cannot be handed over.
+    #[error("jobs and results cannot be handed over: {reason}")]
+    Delivery {
+        /// The fault in words.
+        reason: String,
+    },
+    /// Workers are lost by no fault of the jobs, and nothing gets done.
+    #[error("workers are lost again and again, the last: {reason}")]
+    Losses {
+        /// The end of the last of them.
+        reason: String,
+    },
+    /// Everything that can be done is done, and some jobs are left for another run.
+    #[error("{} for another run: {reason}", left(*.jobs))]
+    Postponed {
+        /// The number of jobs that are left.
+        jobs: usize,
+        /// The reason why the last of them is left.
+        reason: String,
     },
     /// Workers do not start.
     #[error("workers cannot be started with `{command}`: {reason}")]
@@ -52,6 +64,10 @@ pub enum RunError {
     /// A rule of the coordinator is broken. This is checked only in debug builds.
     #[error("the coordinator contradicts itself: {0}")]
     Inconsistent(String),
+}
+
+fn left(jobs: usize) -> String {
+    if jobs == 1 { "1 job is left".into() } else { format!("{jobs} jobs are left") }
 }
 
 /// A failure of the connection between the coordinator and a worker.

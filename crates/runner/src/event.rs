@@ -17,8 +17,8 @@ pub struct Event {
     pub counts: Counts,
 }
 
-/// The number of jobs in every state. `waiting + running + saving + done + quarantined` is the
-/// number of jobs.
+/// The number of jobs in every state. `waiting + running + saving + done + quarantined +
+/// postponed` is the number of jobs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
     /// The number of jobs that are not handed out.
@@ -31,6 +31,9 @@ pub struct Counts {
     pub done: usize,
     /// The number of jobs that are durably set aside.
     pub quarantined: usize,
+    /// The number of jobs that this run cannot do, although they may be sound. Nothing is recorded
+    /// of them.
+    pub postponed: usize,
     /// The number of attempts that failed so far.
     pub failures: usize,
     /// The number of live workers.
@@ -43,6 +46,13 @@ pub struct Counts {
 pub enum EventKind {
     /// The run begins.
     RunStarted,
+    /// The run has fewer workers than were asked for.
+    WorkersLimited {
+        /// The number of workers that the run has at a time.
+        workers: usize,
+        /// The reason why it does not have more.
+        reason: String,
+    },
     /// A worker asked for its first job.
     WorkerStarted {
         /// The number of the worker. A replacement has a new one.
@@ -99,6 +109,22 @@ pub enum EventKind {
         /// The reason why it failed.
         reason: String,
     },
+    /// A job goes back to the queue, and nothing counts against it.
+    Returned {
+        /// The key of the job.
+        #[serde(serialize_with = "as_text")]
+        key: JobKey,
+        /// The reason why it was not finished.
+        reason: String,
+    },
+    /// A job is left for another run, and nothing is recorded of it.
+    Postponed {
+        /// The key of the job.
+        #[serde(serialize_with = "as_text")]
+        key: JobKey,
+        /// The reason why this run cannot do it.
+        reason: String,
+    },
     /// A job is durably set aside.
     Quarantined {
         /// The key of the job.
@@ -141,7 +167,7 @@ mod tests {
             counts: Counts { waiting: 1, failures: 1, ..Counts::default() },
         };
         let expected = format!(
-            r#"{{"seconds":1.5,"event":"retried","key":"{}","attempt":1,"reason":"signal 9","counts":{{"waiting":1,"running":0,"saving":0,"done":0,"quarantined":0,"failures":1,"workers":0}}}}"#,
+            r#"{{"seconds":1.5,"event":"retried","key":"{}","attempt":1,"reason":"signal 9","counts":{{"waiting":1,"running":0,"saving":0,"done":0,"quarantined":0,"postponed":0,"failures":1,"workers":0}}}}"#,
             "ab".repeat(32)
         );
         assert_eq!(serde_json::to_string(&event).unwrap(), expected);

@@ -9,9 +9,10 @@
 //! - A result is acknowledged to nobody before [`Ledger::commit`] has returned for it, and it is
 //!   committed once.
 //! - A worker that dies, hangs or stops is replaced, and its job is tried again. A job that fails
-//!   [`Options::attempts`] times is set aside with the reason, and the rest goes on.
+//!   [`Options::attempts`] times is set aside with the reason, and the rest goes on. What is no
+//!   fault of the job is not counted: full disks, want of memory, limits of the process.
 //! - When the coordinator dies, its workers die with it. The next run removes what they left in
-//!   shared memory.
+//!   shared memory, as soon as the kernel has released the lock that the coordinator held.
 //! - Waiting costs no processor time on either side.
 //!
 //! The crate runs on Linux only: it needs pidfd, eventfd, `/proc`, `/dev/shm` and the parent-death
@@ -25,11 +26,15 @@ mod interrupt;
 mod ipc;
 mod lease;
 mod ledger;
+mod limits;
+mod loss;
+mod memory;
 mod options;
 mod protocol;
 mod queue;
 mod root;
 mod run;
+mod signals;
 mod spill;
 mod supervise;
 mod task;
@@ -42,8 +47,12 @@ pub use event::{Counts, Event, EventKind};
 pub use interrupt::Interrupt;
 pub use ipc::{WorkerArguments, WorkerError, work};
 pub use ledger::{Done, Ledger, Verdict};
+pub use limits::{LimitError, enough_stack, memory_within_limits, prepare_process};
+pub use memory::available_memory;
 pub use options::Options;
-pub use root::{RootError, sweep_leftovers};
+pub use root::{RootError, remove_bodies, sweep_leftovers};
 pub use run::run;
+pub use signals::raise_on_signals;
+pub use supervise::RUNNING_IMAGE;
 pub use task::Task;
 pub use worker::Executor;

@@ -1,6 +1,7 @@
 //! The options of a run are plain data with a check.
 
 use std::ffi::OsString;
+use std::path::PathBuf;
 use std::time::Duration;
 
 use crate::error::RunError;
@@ -13,8 +14,12 @@ pub struct Options {
     /// The program and the arguments that start a worker.
     /// [`WorkerArguments`](crate::WorkerArguments) are appended as one argument.
     pub worker_command: Vec<OsString>,
+    /// The directory through which jobs and results travel that are too large for a message, on the
+    /// volume that keeps the results. The run makes it, and removes it with all that is in it. Only
+    /// one run may use it at a time.
+    pub bodies: PathBuf,
     /// The memory that all jobs which run at the same time may need together, by prediction
-    /// \[bytes\]. A job that needs more by itself is quarantined at once.
+    /// \[bytes\]. A job that needs more by itself is left for another run.
     pub memory_limit: u64,
     /// The address space that a worker may use beyond `memory_limit` for its program, its stacks
     /// and shared memory \[bytes\].
@@ -37,10 +42,11 @@ pub struct Options {
 impl Options {
     /// Returns the usual options: one worker per core, three attempts, and deadlines of one minute
     /// plus thirty times the prediction.
-    pub fn new(worker_command: Vec<OsString>, memory_limit: u64) -> Options {
+    pub fn new(worker_command: Vec<OsString>, bodies: PathBuf, memory_limit: u64) -> Options {
         Options {
             workers: std::thread::available_parallelism().map_or(1, usize::from),
             worker_command,
+            bodies,
             memory_limit,
             address_space_margin: 4 << 30,
             attempts: 3,

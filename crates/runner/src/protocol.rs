@@ -8,7 +8,7 @@ use bincode::{Decode, Encode};
 use crate::lease::LeaseId;
 
 /// The format version, which changes with every change of the layout below.
-const FORMAT: u8 = 1;
+const FORMAT: u8 = 2;
 /// The limit of the size of a message \[bytes\]. Without it, a length in garbage would be allocated
 /// before its content is missed.
 const LARGEST: usize = 64 << 20;
@@ -38,6 +38,9 @@ pub(crate) enum AttemptOutcome<B> {
     Completed(B),
     /// The attempt failed for this reason. The worker lives on.
     Failed(String),
+    /// The job or its result could not be handed over for this reason. It says nothing about the
+    /// job.
+    Undelivered(String),
 }
 
 /// The report of a worker about the end of one lease.
@@ -131,15 +134,17 @@ mod tests {
                     outcome: AttemptOutcome::Completed(Body::File { hash: [9; 32], length: 5 }),
                 },
                 Report { lease: 8, seconds: 0.0, outcome: AttemptOutcome::Failed("no".into()) },
+                Report { lease: 9, seconds: 0.0, outcome: AttemptOutcome::Undelivered("x".into()) },
             ],
             idle: true,
         };
-        let mut golden = vec![1, 3];
+        let mut golden = vec![2, 4];
         golden.extend([7, 0, 0, 0, 0, 0, 0, 0xe0, 0x3f, 0, 0, 2, 1, 2]);
         golden.extend([251, 0x2c, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1]);
         golden.extend([9; 32]);
         golden.push(5);
         golden.extend([8, 0, 0, 0, 0, 0, 0, 0, 0, 1, 2, b'n', b'o']);
+        golden.extend([9, 0, 0, 0, 0, 0, 0, 0, 0, 2, 1, b'x']);
         golden.push(1);
         assert_eq!(encode(&request).unwrap(), golden);
         assert_eq!(decode::<Request<Body>>(&golden).unwrap(), request);
@@ -148,16 +153,16 @@ mod tests {
     #[test]
     fn the_bytes_of_a_reply_are_these() {
         let reply = Reply::Jobs(vec![Assignment { lease: 1, payload: Body::Inline(vec![4]) }]);
-        assert_eq!(encode(&reply).unwrap(), [1, 0, 1, 1, 0, 1, 4]);
-        assert_eq!(encode(&Reply::<Body>::Stop).unwrap(), [1, 1]);
+        assert_eq!(encode(&reply).unwrap(), [2, 0, 1, 1, 0, 1, 4]);
+        assert_eq!(encode(&Reply::<Body>::Stop).unwrap(), [2, 1]);
     }
 
     #[test]
     fn what_is_not_a_message_is_refused() {
         assert!(matches!(decode::<Reply<Body>>(&[]), Err(MessageError::Empty)));
-        assert!(matches!(decode::<Reply<Body>>(&[2, 1]), Err(MessageError::Format(2))));
-        assert!(matches!(decode::<Reply<Body>>(&[1, 1, 0]), Err(MessageError::Rest(1))));
-        assert!(matches!(decode::<Reply<Body>>(&[1, 5]), Err(MessageError::Bincode(_))));
+        assert!(matches!(decode::<Reply<Body>>(&[1, 1]), Err(MessageError::Format(1))));
+        assert!(matches!(decode::<Reply<Body>>(&[2, 1, 0]), Err(MessageError::Rest(1))));
+        assert!(matches!(decode::<Reply<Body>>(&[2, 5]), Err(MessageError::Bincode(_))));
     }
 
     proptest! {

@@ -1,69 +1,96 @@
 //! This file holds the directory of a run, the names of its shared memory, and the removal of what
 //! dead runs left.
 //!
-//! Both names carry the same tag of 16 base-36 digits: the process-id namespace (2), the
-//! coordinator's process id (5) and start time (7), and the number of the run in that process (2).
-//! So a name alone tells whether its owner lives. Names are short because iceoryx2 puts root and
-//! prefix before its own in the path of a socket, which holds 108 bytes.
+//! The processes of a run meet in one directory of `/dev/shm`, where its shared memory is anyway:
+//! the path of a socket holds 108 bytes, and this one is short whatever TMPDIR and HOME are. Jobs
+//! and results that are too large for a message travel through another directory, on the volume
+//! that keeps the results; a link in the first leads to it.
+//!
+//! As long as it lives, a coordinator holds the kernel's lock (`flock`) on its directory. Whoever
+//! can take that lock may remove the directory and all shared memory of the same tag. Nobody judges
+//! by process ids: they mean nothing between containers that share `/dev/shm`.
 
-use std::fs::{DirBuilder, Metadata};
-use std::io::ErrorKind;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::fs::{DirBuilder, File, Metadata, Permissions};
+use std::io::{ErrorKind, Read};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
 
+use rustix::fs::{FlockOperation, Mode, OFlags, flock, open};
 use rustix::process::getuid;
 
 /// The directory of POSIX shared memory.
 pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
 /// The beginning of every name of the runner.
-const NAME: &str = "tribo";
-const TAG: usize = 16;
-/// The number of bytes that iceoryx2 leaves of a socket's path for root and prefix together.
-const LONGEST: usize = 60;
+const NAME: &str = "tribo-";
+/// The number of characters of a tag, with 6 random bits each: as many as fit twice into the path
+/// of a socket.
+const TAG: usize = 18;
+const TAG_CHARACTERS: &[u8; 64] =
+    b"0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz-_";
+/// The name of the link to the directory of large bodies.
+const BODIES: &str = "bodies";
 
 /// The reason why a run has no directory.
 #[derive(Debug, thiserror::Error)]
-#[error("none of {} can hold it: {}", list(.tried), .reasons.join("; "))]
+#[error("cannot make {}: {why}", .path.display())]
 pub struct RootError {
-    tried: Vec<PathBuf>,
-    reasons: Vec<String>,
+    path: PathBuf,
+    why: std::io::Error,
 }
 
-fn list(paths: &[PathBuf]) -> String {
-    paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
-}
-
-/// The directory of one run. When it is dropped, it is removed with all shared memory of the run.
+/// The directory of one run. When it is dropped, it is removed with all shared memory of the run
+/// and the directory of large bodies.
 #[derive(Debug)]
 pub(crate) struct Root {
     path: PathBuf,
     tag: String,
+    /// The directory of large bodies.
+    bodies: PathBuf,
+    /// The descriptor that holds the lock on the directory.
+    lock: File,
 }
 
 impl Root {
-    /// Makes a new directory, for this user only, in the first place whose path is short enough.
-    pub(crate) fn new() -> Result<Root, RootError> {
-        static RUNS: AtomicU64 = AtomicU64::new(0);
-        let owner = Owner::this(RUNS.fetch_add(1, Ordering::Relaxed));
-        let mut error = RootError { tried: places(), reasons: Vec::new() };
-        for place in &error.tried {
-            match owner.clone().and_then(|owner| create(place, owner.tag())) {
-                Ok(root) => return Ok(root),
-                Err(reason) => error.reasons.push(reason),
-            }
-        }
-        Err(error)
+    /// Makes a new directory, for this user only, and an empty one for large bodies.
+    pub(crate) fn new(bodies: &Path) -> Result<Root, RootError> {
+        let bodies = std::path::absolute(bodies)
+            .map_err(|why| RootError { path: bodies.to_owned(), why })?;
+        let mut path = PathBuf::from(SHARED_MEMORY);
+        let made = new_tag().and_then(|tag| {
+            path = Path::new(SHARED_MEMORY).join(format!("{NAME}{tag}"));
+            let lock = make_locked(&path)?;
+            Ok(Root { path: path.clone(), tag, bodies: bodies.clone(), lock })
+        });
+        let root = made.map_err(|why| RootError { path, why })?;
+        // Whoever holds the store may remove what a killed run left in it.
+        remove_bodies(&bodies)
+            .and_then(|()| private_directory(&bodies))
+            .map_err(|why| RootError { path: bodies.clone(), why })?;
+        let link = root.path.join(BODIES);
+        std::os::unix::fs::symlink(&bodies, &link)
+            .map_err(|why| RootError { path: link.clone(), why })?;
+        Ok(root)
     }
 
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
+    /// Makes the directory anew if somebody has removed it. Channels that are open live on without
+    /// it; new ones need it.
+    pub(crate) fn restore(&mut self) -> Result<(), RootError> {
+        let explain = |why| RootError { path: self.path.clone(), why };
+        if !is_gone(&self.lock).map_err(explain)? {
+            return Ok(());
+        }
+        self.lock = make_locked(&self.path).map_err(explain)?;
+        std::os::unix::fs::symlink(&self.bodies, self.path.join(BODIES)).map_err(explain)
+    }
+
     /// Returns the beginning of the names of one worker's channel. The end mark keeps worker 1
     /// apart from worker 10.
     pub(crate) fn prefix(&self, worker: u32) -> String {
-        format!("{NAME}{}{}_", self.tag, base36(worker.into(), 4))
+        format!("{NAME}{}{}_", self.tag, base36(worker))
     }
 
     /// Removes every trace of one channel.
@@ -71,98 +98,102 @@ impl Root {
         let prefix = self.prefix(worker);
         remove_prefixed(Path::new(SHARED_MEMORY), &prefix);
         remove_prefixed(&self.path, &prefix);
+        remove_prefixed(&self.bodies, &prefix);
     }
 }
 
 impl Drop for Root {
     fn drop(&mut self) {
-        remove_prefixed(Path::new(SHARED_MEMORY), &format!("{NAME}{}", self.tag));
-        let _ = std::fs::remove_dir_all(&self.path);
-        // The removal fails, as it should, while other runs are there.
-        let _ = self.path.parent().map(std::fs::remove_dir);
+        let _ = std::fs::remove_dir_all(&self.bodies);
+        remove_run(&self.path, &self.tag);
+    }
+}
+
+/// Returns the directory of large bodies of the run in this directory, as a path that stays valid
+/// when the run's directory is removed.
+pub(crate) fn bodies(root: &Path) -> PathBuf {
+    let link = root.join(BODIES);
+    std::fs::read_link(&link).unwrap_or(link)
+}
+
+/// Removes what a killed run left in the directory of large bodies that it was given. Only the
+/// holder of the store that it belongs to may do so.
+///
+/// # Errors
+/// The directory cannot be removed.
+pub fn remove_bodies(directory: &Path) -> std::io::Result<()> {
+    match std::fs::symlink_metadata(directory) {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(error),
+        Ok(found) if found.is_dir() => std::fs::remove_dir_all(directory),
+        // A link is removed and not followed.
+        Ok(_) => std::fs::remove_file(directory),
     }
 }
 
 /// Removes the shared memory and the directories of runs whose coordinator is dead, and returns the
-/// number of removed entries. Runs that live, other users and other software are left alone. So are
-/// runs in other process-id namespaces, whose life cannot be seen from here.
+/// number of removed directories. Runs that live, in whatever container, other users and other
+/// software are left alone.
 pub fn sweep_leftovers() -> usize {
     let mut removed = 0;
-    for entry in entries(Path::new(SHARED_MEMORY)) {
-        let tag = entry
-            .0
-            .strip_prefix(NAME)
-            .and_then(|rest| rest.get(..TAG).filter(|_| is_channel(&rest[TAG..])));
-        if tag.and_then(Owner::parse).is_some_and(|owner| owner.is_dead()) {
-            removed += usize::from(std::fs::remove_file(&entry.1).is_ok());
-        }
-    }
-    for (name, path) in places().iter().flat_map(|place| entries(place)) {
-        if name.len() == TAG && Owner::parse(&name).is_some_and(|owner| owner.is_dead()) {
-            removed += usize::from(std::fs::remove_dir_all(&path).is_ok());
+    for (name, path) in entries(Path::new(SHARED_MEMORY)) {
+        let Some(tag) = name.strip_prefix(NAME).filter(|tag| is_tag(tag)) else { continue };
+        // The lock is held during the removal, so that nobody else removes it as well.
+        if let Ok(Some(_lock)) = lock(&path) {
+            remove_run(&path, tag);
+            removed += 1;
         }
     }
     removed
 }
 
-/// Returns true if `rest` follows the tag in a name of shared memory: worker, end mark, and what
-/// iceoryx2 adds.
-fn is_channel(rest: &str) -> bool {
-    rest.split_once('_')
-        .is_some_and(|(worker, _)| worker.len() >= 4 && worker.bytes().all(is_digit))
+/// Removes the shared memory of a run and then its directory, which bears the lock.
+fn remove_run(path: &Path, tag: &str) {
+    remove_prefixed(Path::new(SHARED_MEMORY), &format!("{NAME}{tag}"));
+    let _ = std::fs::remove_dir_all(path);
 }
 
-/// Returns the places for directories of runs, the best first. Each belongs to this user alone.
-fn places() -> Vec<PathBuf> {
-    let mine = format!("{NAME}-{}", base36(getuid().as_raw().into(), 1));
-    let mut places = vec![std::env::temp_dir().join(&mine)];
-    if let Some(runtime) = std::env::var_os("XDG_RUNTIME_DIR") {
-        places.push(Path::new(&runtime).join(NAME));
+/// Makes a new directory and takes its lock. A sweep that sees it before it is locked takes it for
+/// a leftover, and then it is made again.
+fn make_locked(path: &Path) -> std::io::Result<File> {
+    for _ in 0..100 {
+        match private_directory(path) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            Err(error) => return Err(error),
+            Ok(()) => match lock(path) {
+                Ok(Some(lock)) if !is_gone(&lock)? => return Ok(lock),
+                Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+                _ => {}
+            },
+        }
+        std::thread::yield_now();
     }
-    places.push(Path::new("/tmp").join(mine));
-    places.retain(|place| place.is_absolute());
-    places.dedup();
-    places
+    Err(std::io::Error::other("it is removed whenever it is made"))
 }
 
-fn create(place: &Path, tag: String) -> Result<Root, String> {
-    let path = place.join(&tag);
-    let root = Root { path, tag };
-    if root.path.to_str().is_none() {
-        // The worker reads the path from its command line as text.
-        return Err(format!("{} is not UTF-8", place.display()));
+fn private_directory(path: &Path) -> std::io::Result<()> {
+    DirBuilder::new().mode(0o700).create(path)?;
+    // The umask may have taken rights from the owner.
+    std::fs::set_permissions(path, Permissions::from_mode(0o700))
+}
+
+/// Takes the lock of a directory of this user, or returns `None` if another has it.
+fn lock(path: &Path) -> std::io::Result<Option<File>> {
+    let flags = OFlags::RDONLY | OFlags::DIRECTORY | OFlags::NOFOLLOW | OFlags::CLOEXEC;
+    let directory = File::from(open(path, flags, Mode::empty())?);
+    if !is_mine(&directory.metadata()?) {
+        return Ok(None);
     }
-    let length = root.path.as_os_str().len() + root.prefix(0).len();
-    if length > LONGEST {
-        return Err(format!("{} is {} bytes too long", place.display(), length - LONGEST));
+    match flock(&directory, FlockOperation::NonBlockingLockExclusive) {
+        Ok(()) => Ok(Some(directory)),
+        Err(rustix::io::Errno::WOULDBLOCK) => Ok(None),
+        Err(error) => Err(error.into()),
     }
-    let private = || {
-        let mut builder = DirBuilder::new();
-        builder.mode(0o700);
-        builder
-    };
-    let explain = |error| format!("{}: {error}", place.display());
-    // The run that ends last removes the place. If that happens right now, the place is made again.
-    for _ in 0..10 {
-        match private().create(place) {
-            Err(error) if error.kind() != ErrorKind::AlreadyExists => return Err(explain(error)),
-            _ => {}
-        }
-        let found = std::fs::symlink_metadata(place);
-        if found.is_ok_and(|found| !found.is_dir() || !is_mine(&found) || found.mode() & 0o022 != 0)
-        {
-            return Err(format!(
-                "{} exists and is not a directory of this user alone",
-                place.display()
-            ));
-        }
-        match private().create(&root.path) {
-            Err(error) if error.kind() == ErrorKind::NotFound => continue,
-            Err(error) => return Err(explain(error)),
-            Ok(()) => return Ok(root),
-        }
-    }
-    Err(format!("{} is removed whenever it is made", place.display()))
+}
+
+/// Returns true if an open directory has been removed.
+fn is_gone(directory: &File) -> std::io::Result<bool> {
+    Ok(directory.metadata()?.nlink() == 0)
 }
 
 fn is_mine(metadata: &Metadata) -> bool {
@@ -170,7 +201,7 @@ fn is_mine(metadata: &Metadata) -> bool {
 }
 
 /// Lists the names and paths of the entries that belong to this user.
-fn entries(dir: &Path) -> Vec<(String, PathBuf)> {
+pub(crate) fn entries(dir: &Path) -> Vec<(String, PathBuf)> {
     let Ok(found) = std::fs::read_dir(dir) else { return Vec::new() };
     let mine =
         found.flatten().filter(|entry| entry.metadata().is_ok_and(|metadata| is_mine(&metadata)));
@@ -194,87 +225,20 @@ pub(crate) fn free_shared_memory() -> Option<u64> {
     rustix::fs::statvfs(SHARED_MEMORY).ok().map(|stat| stat.f_bavail.saturating_mul(stat.f_frsize))
 }
 
-/// The owner of a name.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Owner {
-    namespace: u64,
-    pid: u64,
-    /// The clock ticks between boot and the start of the process, which tell a reused process id.
-    start: u64,
-    run: u64,
+fn new_tag() -> std::io::Result<String> {
+    let mut random = [0; TAG];
+    File::open("/dev/urandom")?.read_exact(&mut random)?;
+    Ok(random.map(|byte| char::from(TAG_CHARACTERS[usize::from(byte % 64)])).iter().collect())
 }
 
-const NAMESPACES: u64 = 36 * 36;
-
-impl Owner {
-    fn this(run: u64) -> Result<Owner, String> {
-        let pid = std::process::id().into();
-        let ProcessStat { start, .. } =
-            process_stat(pid).ok_or("/proc does not show this process")?;
-        Ok(Owner {
-            namespace: namespace().ok_or("/proc does not show the process-id namespace")?,
-            pid,
-            start,
-            run: run % NAMESPACES,
-        })
-    }
-
-    fn tag(&self) -> String {
-        [(self.namespace, 2), (self.pid, 5), (self.start, 7), (self.run, 2)]
-            .map(|(number, width)| base36(number, width))
-            .concat()
-    }
-
-    fn parse(tag: &str) -> Option<Owner> {
-        if tag.len() != TAG || !tag.bytes().all(is_digit) {
-            return None;
-        }
-        let number = |range| u64::from_str_radix(tag.get(range)?, 36).ok();
-        Some(Owner {
-            namespace: number(0..2)?,
-            pid: number(2..7)?,
-            start: number(7..14)?,
-            run: number(14..16)?,
-        })
-    }
-
-    fn is_dead(&self) -> bool {
-        let gone = || {
-            process_stat(self.pid)
-                .is_none_or(|process| process.start != self.start || process.is_dead)
-        };
-        namespace() == Some(self.namespace) && gone()
-    }
+fn is_tag(text: &str) -> bool {
+    text.len() == TAG && text.bytes().all(|byte| TAG_CHARACTERS.contains(&byte))
 }
 
-fn is_digit(byte: u8) -> bool {
-    byte.is_ascii_digit() || byte.is_ascii_lowercase()
-}
-
-fn namespace() -> Option<u64> {
-    std::fs::metadata("/proc/self/ns/pid").ok().map(|metadata| metadata.ino() % NAMESPACES)
-}
-
-/// The fields of `/proc/PID/stat` that tell whether an owner lives.
-struct ProcessStat {
-    /// The clock ticks between boot and the start of the process.
-    start: u64,
-    /// It is true if the process is dead and only not yet reaped.
-    is_dead: bool,
-}
-
-fn process_stat(pid: u64) -> Option<ProcessStat> {
-    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
-    // The second field is the program's name in parentheses, which may contain anything.
-    let mut fields = stat[stat.rfind(')')? + 1..].split_ascii_whitespace();
-    let is_dead = matches!(fields.next()?, "Z" | "X");
-    Some(ProcessStat { start: fields.nth(18)?.parse().ok()?, is_dead })
-}
-
-fn base36(mut number: u64, width: usize) -> String {
+fn base36(mut number: u32) -> String {
     let mut digits = Vec::new();
-    while number > 0 || digits.len() < width {
-        digits.push(char::from_digit((number % 36) as u32, 36).unwrap_or('0'));
+    while number > 0 || digits.is_empty() {
+        digits.push(char::from_digit(number % 36, 36).unwrap_or('0'));
         number /= 36;
     }
     digits.iter().rev().collect()
@@ -284,56 +248,83 @@ fn base36(mut number: u64, width: usize) -> String {
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_tag_names_its_owner() {
-        let owner = Owner::this(3).unwrap();
-        assert_eq!(owner.tag().len(), TAG);
-        assert_eq!(Owner::parse(&owner.tag()), Some(owner));
-        assert!(!owner.is_dead());
-        assert!(Owner { start: owner.start + 1, ..owner }.is_dead(), "the process id was reused");
-        assert!(Owner { pid: 60_000_000, ..owner }.is_dead());
-        assert!(
-            !Owner { pid: 60_000_000, namespace: (owner.namespace + 1) % NAMESPACES, ..owner }
-                .is_dead(),
-            "not ours to judge"
-        );
-        assert_eq!(Owner::parse("0123456789abcde"), None);
-        assert_eq!(Owner::parse("0123456789ABCDEF"), None);
+    /// The number of bytes that iceoryx2 leaves of a socket's path for root and prefix together:
+    /// the path holds 107 bytes, a separator, a number of up to 39 digits and the suffix `.e`.
+    const LONGEST: usize = 107 - 1 - 39 - 2;
+
+    fn shm(name: String) -> PathBuf {
+        Path::new(SHARED_MEMORY).join(name)
     }
 
     #[test]
-    fn a_place_too_long_or_not_ours_is_refused() {
-        let tag = || Owner::this(1295).unwrap().tag();
-        let long = std::env::temp_dir().join("x".repeat(40));
-        assert!(create(&long, tag()).unwrap_err().contains("bytes too long"));
-        assert!(!long.exists());
-        assert!(create(Path::new("/proc"), tag()).unwrap_err().contains("/proc"));
-        let length = Root::new()
-            .map(|root| root.path().as_os_str().len() + root.prefix(36u32.pow(4) - 1).len());
-        assert!(length.unwrap() <= LONGEST);
+    fn every_name_fits_into_the_path_of_a_socket() {
+        let bodies = tempfile::tempdir().unwrap();
+        let root = Root::new(&bodies.path().join("b")).unwrap();
+        let length = root.path().as_os_str().len() + root.prefix(u32::MAX).len();
+        assert!(length <= LONGEST, "{length}");
+        assert!(is_tag(&root.tag));
+        let mode = std::fs::metadata(root.path()).unwrap().mode();
+        assert_eq!(mode & 0o777, 0o700);
     }
 
     #[test]
     fn a_sweep_takes_the_dead_and_leaves_the_rest() {
-        let live = Root::new().unwrap();
-        let dead = Owner { pid: 60_000_000, ..Owner::this(0).unwrap() };
-        let shm = |name: String| Path::new(SHARED_MEMORY).join(name);
-        let (ours, kept) = (
-            shm(format!("{NAME}{}0001_x.data", dead.tag())),
-            shm(format!("{}x.data", live.prefix(1))),
-        );
-        let stranger = shm(format!("{NAME}{}-notes", dead.tag()));
-        let dir = live.path().with_file_name(dead.tag());
+        let place = tempfile::tempdir().unwrap();
+        let live = Root::new(&place.path().join("live")).unwrap();
+        let dead = Root::new(&place.path().join("dead")).unwrap();
+        let (path, tag) = (dead.path().to_owned(), dead.tag.clone());
+        let bodies = place.path().join("dead");
+        // The lock of a killed process is released, and nothing else of it is cleaned up.
+        flock(&dead.lock, FlockOperation::Unlock).unwrap();
+        std::mem::forget(dead);
+        let (ours, kept) =
+            (shm(format!("{NAME}{tag}1_x.data")), shm(format!("{}x.data", live.prefix(1))));
+        let stranger = shm(format!("{NAME}{}", "notes-of-a-stranger"));
         for path in [&ours, &kept, &stranger] {
             std::fs::write(path, b"").unwrap();
         }
-        std::fs::create_dir_all(dir.join("nodes")).unwrap();
+        std::fs::create_dir_all(path.join("nodes")).unwrap();
         sweep_leftovers();
-        assert!(!ours.exists() && !dir.exists());
+        assert!(!ours.exists() && !path.exists());
         assert!(kept.exists() && stranger.exists() && live.path().exists());
+        assert!(bodies.exists(), "they belong to whoever holds the store");
+        remove_bodies(&bodies).unwrap();
+        assert!(!bodies.exists());
         std::fs::remove_file(stranger).unwrap();
         let path = live.path().to_owned();
         drop(live);
         assert!(!kept.exists() && !path.exists());
+    }
+
+    #[test]
+    fn a_directory_that_somebody_removes_is_made_again_under_the_same_name() {
+        let place = tempfile::tempdir().unwrap();
+        let mut root = Root::new(&place.path().join("b")).unwrap();
+        root.restore().unwrap();
+        std::fs::remove_dir_all(root.path()).unwrap();
+        root.restore().unwrap();
+        assert!(root.path().is_dir());
+        assert_eq!(bodies(root.path()), place.path().join("b"));
+        assert!(lock(root.path()).unwrap().is_none(), "and it is locked again");
+    }
+
+    #[test]
+    fn a_link_in_the_place_of_the_bodies_is_not_followed() {
+        let place = tempfile::tempdir().unwrap();
+        let (target, link) = (place.path().join("target"), place.path().join("b"));
+        std::fs::create_dir(&target).unwrap();
+        std::fs::write(target.join("precious"), b"").unwrap();
+        std::os::unix::fs::symlink(&target, &link).unwrap();
+        let root = Root::new(&link).unwrap();
+        assert!(target.join("precious").exists());
+        assert!(std::fs::symlink_metadata(&link).unwrap().is_dir());
+        drop(root);
+        assert!(target.join("precious").exists());
+    }
+
+    #[test]
+    fn a_root_without_a_place_is_an_error_in_words() {
+        let error = Root::new(Path::new("/proc/bodies")).unwrap_err().to_string();
+        assert!(error.starts_with("cannot make /proc/bodies: "), "{error}");
     }
 }

@@ -1,13 +1,15 @@
 //! This file holds the way in.
 
 use crate::drive::{Summary, drive};
-use crate::error::RunError;
-use crate::event::Event;
+use crate::error::{RunError, TransportError};
+use crate::event::{Counts, Event, EventKind};
 use crate::interrupt::Interrupt;
 use crate::ipc::Processes;
 use crate::ledger::Ledger;
+use crate::limits::{Room, room};
 use crate::options::Options;
 use crate::root::sweep_leftovers;
+use crate::signals::explain_missing_memory;
 use crate::task::Task;
 
 /// Runs the tasks in worker processes until each is done or set aside, or until `interrupt` is
@@ -33,6 +35,17 @@ pub fn run(
         return Err(RunError::Duplicate(pair[0]));
     }
     sweep_leftovers();
-    let mut transport = Processes::new(options, interrupt.clone())?;
-    drive(&tasks, ledger, options, &mut transport, interrupt, on_event)
+    let mut options = options.clone();
+    if let Some(Room { workers, reason }) = room(options.workers.min(tasks.len())) {
+        if workers == 0 {
+            return Err(RunError::Room { reason });
+        }
+        options.workers = workers;
+        let counts = Counts { waiting: tasks.len(), ..Counts::default() };
+        let kind = EventKind::WorkersLimited { workers, reason };
+        on_event(&Event { seconds: 0.0, kind, counts });
+    }
+    explain_missing_memory().map_err(TransportError::when("cannot prepare for full memory"))?;
+    let mut transport = Processes::new(&options, interrupt.clone())?;
+    drive(&tasks, ledger, &options, &mut transport, interrupt, on_event)
 }

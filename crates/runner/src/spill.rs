@@ -1,18 +1,40 @@
-//! Bodies that are too large for a message travel as files in the run's root. They are checked by
-//! their hash and removed when they are read.
+//! Bodies that are too large for a message travel as files, through a directory on the volume that
+//! keeps the results. They are checked by their hash and removed when they are read.
 
+use std::fs::{DirBuilder, File};
+use std::io::{ErrorKind, Write};
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::Path;
 
 use crate::protocol::Body;
 
-/// Writes a body to a file. There is no sync: the file need not outlive the run, and the page cache
-/// outlives both ends.
+/// Writes a body to a new file. There is no sync: the file need not outlive the run, and the page
+/// cache outlives both ends.
 pub(crate) fn store(path: &Path, bytes: &[u8]) -> Result<Body, String> {
-    std::fs::write(path, bytes).map_err(|error| {
-        let _ = std::fs::remove_file(path);
+    let written = create(path).and_then(|mut file| {
+        file.write_all(bytes).inspect_err(|_| {
+            let _ = std::fs::remove_file(path);
+        })
+    });
+    written.map_err(|error| {
         format!("cannot write {} bytes to {}: {error}", bytes.len(), path.display())
     })?;
     Ok(Body::File { hash: *blake3::hash(bytes).as_bytes(), length: bytes.len() as u64 })
+}
+
+/// Creates a file of this user alone. If somebody has removed the directory, it is made again.
+fn create(path: &Path) -> std::io::Result<File> {
+    let mut options = File::options();
+    options.write(true).create_new(true).mode(0o600);
+    match (options.open(path), path.parent()) {
+        (Err(error), Some(directory)) if error.kind() == ErrorKind::NotFound => {
+            match DirBuilder::new().mode(0o700).create(directory) {
+                Err(error) if error.kind() != ErrorKind::AlreadyExists => Err(error),
+                _ => options.open(path),
+            }
+        }
+        (opened, _) => opened,
+    }
 }
 
 /// Returns the bytes of a body. `path` is the path of its file, if it has one.
@@ -53,9 +75,27 @@ mod tests {
                 .ends_with("holds 8 bytes that are not the 8 that were sent")
         );
         assert!(
-            store(&dir.path().join("no/such"), b"x")
+            store(&dir.path().join("no/such/place"), b"x")
                 .unwrap_err()
                 .starts_with("cannot write 1 bytes")
         );
+    }
+
+    #[test]
+    fn a_directory_that_somebody_removes_is_made_again() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("bodies/body");
+        let body = store(&path, b"traction").unwrap();
+        assert_eq!(load(&path, body).unwrap(), b"traction");
+    }
+
+    #[test]
+    fn a_file_that_is_there_is_not_written_to() {
+        let dir = tempfile::tempdir().unwrap();
+        let (target, link) = (dir.path().join("target"), dir.path().join("body"));
+        std::fs::write(&target, b"precious").unwrap();
+        std::os::unix::fs::symlink(&target, &link).unwrap();
+        assert!(store(&link, b"traction").unwrap_err().contains("exists"));
+        assert_eq!(std::fs::read(&target).unwrap(), b"precious");
     }
 }

@@ -3,10 +3,15 @@
 
 use std::ffi::OsString;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
-use std::os::unix::process::{CommandExt, ExitStatusExt};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::os::unix::process::CommandExt;
+use std::process::{Child, Command, Stdio};
 
 use rustix::process::{Pid, PidfdFlags, Resource, Rlimit, Signal, getppid, pidfd_open, setrlimit};
+
+use crate::loss::{Cause, Loss};
+
+/// The path of the program that a process runs, even if its file has been replaced or removed.
+pub const RUNNING_IMAGE: &str = "/proc/self/exe";
 
 /// A worker process. It is killed and reaped when it is dropped.
 #[derive(Debug)]
@@ -24,6 +29,10 @@ impl Process {
     pub(crate) fn start(command: &[OsString], argument: &str) -> Result<Process, String> {
         let (program, arguments) = command.split_first().ok_or("no command")?;
         let mut command = Command::new(program);
+        // The command line shows the name by which the program was started.
+        if let Some(name) = std::env::args_os().next().filter(|_| *program == *RUNNING_IMAGE) {
+            command.arg0(name);
+        }
         command
             .args(arguments)
             .arg(argument)
@@ -55,12 +64,16 @@ impl Process {
         self.end.as_fd()
     }
 
-    /// Returns how the process ended, or `None` while it lives.
-    pub(crate) fn ended(&mut self) -> Option<String> {
+    /// Returns how the process ended, or `None` while it lives. `is_starved` says whether the
+    /// system killed processes for want of memory lately.
+    pub(crate) fn ended(&mut self, is_starved: impl FnOnce() -> bool) -> Option<Loss> {
         match self.child.try_wait() {
             Ok(None) => None,
-            Ok(Some(status)) => Some(describe(status)),
-            Err(error) => Some(format!("its exit status cannot be had: {error}")),
+            Ok(Some(status)) => Some(Loss::of(status, is_starved)),
+            Err(error) => Some(Loss {
+                how: format!("its exit status cannot be had: {error}"),
+                cause: Cause::Circumstances,
+            }),
         }
     }
 }
@@ -69,20 +82,6 @@ impl Drop for Process {
     fn drop(&mut self) {
         self.kill();
         let _ = self.child.wait();
-    }
-}
-
-fn describe(status: ExitStatus) -> String {
-    match (status.code(), status.signal()) {
-        (Some(code), _) => format!("exit status {code}"),
-        (None, Some(6)) => "signal 6, SIGABRT: out of memory, or a panic in a panic".into(),
-        (None, Some(7)) => {
-            "signal 7, SIGBUS: shared memory or a mapped file ran out of space".into()
-        }
-        (None, Some(9)) => "signal 9, SIGKILL".into(),
-        (None, Some(11)) => "signal 11, SIGSEGV: stack overflow, or a fault in memory".into(),
-        (None, Some(signal)) => format!("signal {signal}"),
-        (None, None) => status.to_string(),
     }
 }
 
@@ -95,6 +94,24 @@ pub(crate) fn die_with(coordinator: u32) -> Result<(), String> {
         Ok(())
     } else {
         Err(format!("process {coordinator}, its coordinator, is not its parent"))
+    }
+}
+
+/// Makes the system prefer a worker to its coordinator when it must kill for want of memory: a job
+/// can be tried again. A system that does not allow it changes nothing.
+pub(crate) fn volunteer_for_want_of_memory() {
+    let _ = std::fs::write("/proc/self/oom_score_adj", "500");
+}
+
+/// Gives the process the name of its program for lists of processes. One that was started through
+/// [`RUNNING_IMAGE`] would be called `exe`.
+pub(crate) fn keep_name() {
+    let name = std::env::args_os().next().and_then(|name| {
+        let name = std::path::Path::new(&name).file_name()?.as_encoded_bytes().to_owned();
+        std::ffi::CString::new(name).ok()
+    });
+    if let Some(name) = name {
+        let _ = rustix::thread::set_name(&name);
     }
 }
 

@@ -68,7 +68,7 @@ pub(crate) fn serve<E: Executor>(
 fn portion(results: &mut VecDeque<Report<Bytes>>) -> Vec<Report<Bytes>> {
     let size = |report: &Report<Bytes>| match &report.outcome {
         AttemptOutcome::Completed(bytes) => bytes.len(),
-        AttemptOutcome::Failed(reason) => reason.len(),
+        AttemptOutcome::Failed(reason) | AttemptOutcome::Undelivered(reason) => reason.len(),
     };
     let mut total = 0;
     let fits = |report: &&Report<Bytes>| {
@@ -87,7 +87,7 @@ fn attempt<E: Executor>(
 ) -> Report<Bytes> {
     let start = Instant::now();
     let outcome = match payload {
-        Err(reason) => AttemptOutcome::Failed(reason),
+        Err(reason) => AttemptOutcome::Undelivered(reason),
         Ok(payload) => {
             IN_JOB.store(true, Ordering::SeqCst);
             let result = catch_unwind(AssertUnwindSafe(|| executor.run(&payload)));

@@ -8,6 +8,7 @@ use std::error::Error;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
@@ -84,7 +85,11 @@ fn ourselves(test: &str) -> Vec<std::ffi::OsString> {
 }
 
 fn options() -> Options {
-    Options { workers: 2, ..Options::new(ourselves("worker"), 4 << 30) }
+    static NUMBER: AtomicU32 = AtomicU32::new(0);
+    let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+    let bodies = std::env::temp_dir().join(format!("runner-test-{}-{number}", std::process::id()));
+    let bodies = std::env::var_os(BODIES).map_or(bodies, PathBuf::from);
+    Options { workers: 2, ..Options::new(ourselves("worker"), bodies, 4 << 30) }
 }
 
 fn task(number: u64, payload: impl Into<String>) -> Task {
@@ -154,42 +159,49 @@ fn assert_squares(kept: &Kept, count: u64) {
     }
 }
 
-/// Lists what the runs of a process left in shared memory and in the directories of runs.
-fn leftovers(pid: u32) -> Vec<PathBuf> {
-    let mut digits = String::new();
-    let mut rest = pid;
-    for _ in 0..5 {
-        digits.insert(0, char::from_digit(rest % 36, 36).unwrap());
-        rest /= 36;
-    }
+/// Lists what runs whose large bodies travel through a directory left: their directories, and shared
+/// memory of the same tags.
+fn leftovers(bodies: &Path) -> Vec<PathBuf> {
+    let entries = |path: &Path| {
+        let found = std::fs::read_dir(path).into_iter().flatten().flatten();
+        found.map(|entry| entry.path()).collect::<Vec<_>>()
+    };
+    let shared = entries(Path::new("/dev/shm"));
+    let ours = shared.iter().filter(|path| {
+        std::fs::read_link(path.join("bodies")).is_ok_and(|target| target == bodies)
+    });
     let mut found = Vec::new();
-    let mut dirs = vec![PathBuf::from("/dev/shm")];
-    dirs.extend(
-        std::fs::read_dir(std::env::temp_dir())
-            .unwrap()
-            .flatten()
-            .map(|entry| entry.path())
-            .filter(|path| path.to_string_lossy().contains("/tribo-")),
-    );
-    for dir in dirs {
-        let names = std::fs::read_dir(dir).into_iter().flatten().flatten();
-        found.extend(names.map(|entry| entry.path()).filter(|path| {
-            let name = path.file_name().unwrap().to_string_lossy().into_owned();
-            name.strip_prefix("tribo").unwrap_or(&name).get(2..7) == Some(&digits)
-        }));
+    for run in ours {
+        let name = run.file_name().unwrap().to_str().unwrap();
+        let of_run =
+            |path: &&PathBuf| path.file_name().unwrap().to_string_lossy().starts_with(name);
+        found.extend(shared.iter().filter(of_run).cloned());
     }
+    // Shared memory without its directory belongs to nobody, and nobody would remove it.
+    let is_orphan = |path: &&PathBuf| {
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        let tag = name.strip_prefix("tribo-").and_then(|rest| rest.get(..18));
+        let is_left = |path: &PathBuf| std::fs::symlink_metadata(path).is_ok();
+        tag.is_some_and(|tag| !Path::new(&format!("/dev/shm/tribo-{tag}")).exists())
+            && is_left(path)
+    };
+    found.extend(shared.iter().filter(is_orphan).cloned());
+    found.extend(bodies.exists().then(|| bodies.to_owned()));
     found
 }
 
 #[test]
 fn every_job_runs_once_and_nothing_is_left() {
+    let place = tempfile::tempdir().unwrap();
+    let bodies = place.path().join("bodies");
     let exe = Command::new(&ourselves("a_clean_run")[0])
         .args(&ourselves("a_clean_run")[1..])
+        .env(BODIES, &bodies)
         .stdout(Stdio::null())
         .spawn();
     let mut child = exe.unwrap();
     assert!(child.wait().unwrap().success());
-    assert_eq!(leftovers(child.id()), Vec::<PathBuf>::new());
+    assert_eq!(leftovers(&bodies), Vec::<PathBuf>::new());
 }
 
 #[test]
@@ -328,16 +340,21 @@ fn a_job_cannot_take_more_memory_than_its_worker_may() {
         Options { memory_limit: 1 << 30, address_space_margin: 1 << 30, attempts: 2, ..options() };
     let mut hungry = task(2, "square 2");
     hungry.memory = 2 << 30;
-    let (summary, kept, _) =
+    let (summary, kept, events) =
         run(vec![task(0, "allocate 3000000000"), task(1, "allocate 1000"), hungry], &options);
-    assert_eq!(summary.unwrap().quarantined, 2);
-    assert!(kept.text(0).contains("SIGABRT: out of memory"), "{}", kept.text(0));
+    let error = summary.unwrap_err().to_string();
+    assert!(error.starts_with("2 jobs are left for another run: "), "{error}");
     assert_eq!(kept.text(1), "1000");
-    assert_eq!(
-        kept.text(2),
-        "needs 2147483648 bytes of memory by prediction, the limit is 1073741824"
-    );
-    assert_eq!(kept.results[&2].attempts, 0);
+    assert_eq!(kept.results.len(), 1, "nothing is recorded of what had too little memory");
+    let reasons: BTreeMap<u64, &str> = events
+        .iter()
+        .filter_map(|event| match &event.kind {
+            EventKind::Postponed { key, reason } => Some((number(*key), reason.as_str())),
+            _ => None,
+        })
+        .collect();
+    assert!(reasons[&0].contains("SIGABRT: out of memory"), "{reasons:?}");
+    assert_eq!(reasons[&2], "needs 2.0 GiB of memory by prediction, and the run may use 1.0 GiB");
 }
 
 #[test]
@@ -473,6 +490,7 @@ impl Ledger for Journal {
 
 const JOURNAL: &str = "RUNNER_TEST_JOURNAL";
 const JOBS: &str = "RUNNER_TEST_JOBS";
+const BODIES: &str = "RUNNER_TEST_BODIES";
 
 #[test]
 #[ignore = "the coordinator that other tests disturb"]
@@ -491,17 +509,31 @@ fn coordinator() {
     .unwrap();
 }
 
+/// Returns the directory of large bodies of the coordinator that keeps this journal.
+fn bodies_of(journal: &Path) -> PathBuf {
+    journal.with_extension("bodies")
+}
+
 /// Starts a coordinator in a process of its own, whose events can be read from its standard error.
 fn start_coordinator(
     journal: &Path,
     jobs: u32,
 ) -> (Child, impl Iterator<Item = serde_json::Value> + Send + use<>) {
-    let command = ourselves("coordinator");
+    start_coordinator_of("coordinator", journal, jobs)
+}
+
+fn start_coordinator_of(
+    test: &str,
+    journal: &Path,
+    jobs: u32,
+) -> (Child, impl Iterator<Item = serde_json::Value> + Send + use<>) {
+    let command = ourselves(test);
     let mut child = Command::new(&command[0]);
     child
         .args(&command[1..])
         .env(JOURNAL, journal)
         .env(JOBS, jobs.to_string())
+        .env(BODIES, bodies_of(journal))
         .stdout(Stdio::null())
         .stderr(Stdio::piped());
     let mut child = child.spawn().unwrap();
@@ -541,10 +573,10 @@ fn workers_killed_from_outside_even_while_they_start_change_no_result() {
     assert!(child.wait().unwrap().success());
     assert!(kills > 20, "{kills}");
     let mut done: Vec<u64> =
-        std::fs::read_to_string(path).unwrap().lines().map(|line| line.parse().unwrap()).collect();
+        std::fs::read_to_string(&path).unwrap().lines().map(|line| line.parse().unwrap()).collect();
     done.sort_unstable();
     assert_eq!(done, (0..1000).collect::<Vec<_>>(), "every job once");
-    assert_eq!(leftovers(child.id()), Vec::<PathBuf>::new());
+    assert_eq!(leftovers(&bodies_of(&path)), Vec::<PathBuf>::new());
 }
 
 fn lives(pid: u32) -> bool {
@@ -571,8 +603,9 @@ fn a_killed_coordinator_takes_its_workers_along_and_the_next_run_cleans_up() {
     let dir = tempfile::tempdir().unwrap();
     let mut seed = 3;
     for round in 0..5 {
-        let (mut child, mut events) =
-            start_coordinator(&dir.path().join(format!("{round}")), 100_000);
+        let journal = dir.path().join(format!("{round}"));
+        let bodies = bodies_of(&journal);
+        let (mut child, mut events) = start_coordinator(&journal, 100_000);
         let enough = 3 + scramble(&mut seed) % 300;
         let mut pids = Vec::new();
         for event in events.by_ref().take(enough as usize) {
@@ -581,7 +614,7 @@ fn a_killed_coordinator_takes_its_workers_along_and_the_next_run_cleans_up() {
             }
         }
         assert!(
-            !leftovers(child.id()).is_empty(),
+            !leftovers(&bodies).is_empty(),
             "round {round}: while it lives, nobody cleans up after it"
         );
         let listen = std::thread::spawn(move || events.for_each(drop));
@@ -596,6 +629,101 @@ fn a_killed_coordinator_takes_its_workers_along_and_the_next_run_cleans_up() {
         let (summary, kept, _) = run(squares(5), &options());
         assert_eq!(summary.unwrap().done, 5);
         assert_squares(&kept, 5);
-        assert_eq!(leftovers(child.id()), Vec::<PathBuf>::new(), "round {round}");
+        // The directory of large bodies belongs to whoever holds the store.
+        runner::remove_bodies(&bodies).unwrap();
+        assert_eq!(leftovers(&bodies), Vec::<PathBuf>::new(), "round {round}");
     }
+}
+
+#[test]
+fn a_result_that_cannot_be_handed_over_stops_the_run_and_charges_no_job() {
+    // A write beyond the limit is an error, and not a signal, once the process is prepared.
+    runner::prepare_process().unwrap();
+    let mut command = vec!["prlimit".into(), "--fsize=2000000".into()];
+    command.extend(ourselves("worker"));
+    let options = Options { worker_command: command, ..options() };
+    let mut tasks = squares(20);
+    tasks.extend((20..24).map(|number| Task { cost: 9.0, ..task(number, "huge 3000000") }));
+    let (summary, kept, events) = run(tasks, &options);
+    let error = summary.unwrap_err().to_string();
+    assert!(
+        error.contains("cannot be handed over: cannot write 3000000 bytes to ")
+            && error.ends_with("File too large (os error 27)"),
+        "{error}"
+    );
+    assert!(kept.results.keys().all(|&number| number < 20), "nothing is recorded as failed");
+    assert_eq!(events.last().unwrap().counts.failures, 0);
+    assert!(!options.bodies.exists());
+}
+
+#[test]
+#[ignore = "a coordinator without patience, which another test stops and continues"]
+fn coordinator_without_patience() {
+    let Some(path) = std::env::var_os(JOURNAL) else { return };
+    let mut journal =
+        Journal(std::fs::File::options().append(true).create(true).open(path).unwrap());
+    let options = Options {
+        heartbeat: Duration::from_millis(100),
+        silence: Duration::from_millis(1500),
+        grace: Duration::from_millis(1500),
+        patience: 0.0,
+        attempts: 1,
+        ..options()
+    };
+    let tasks = (0..2).map(|number| task(number, format!("sleep 800 {number}"))).collect();
+    runner::run(tasks, &mut journal, &options, &Interrupt::new().unwrap(), &mut |event| {
+        eprintln!("{}", serde_json::to_string(event).unwrap());
+    })
+    .unwrap();
+}
+
+#[test]
+fn a_run_that_is_stopped_as_a_whole_and_continued_blames_nobody() {
+    let dir = tempfile::tempdir().unwrap();
+    let journal = dir.path().join("journal");
+    let (mut child, mut events) = start_coordinator_of("coordinator_without_patience", &journal, 0);
+    let mut leased = 0;
+    for event in events.by_ref() {
+        leased += usize::from(event["event"] == "leased");
+        if leased == 2 {
+            break;
+        }
+    }
+    let group = || children(child.id()).into_iter().chain([child.id()]);
+    group().for_each(|pid| send(pid, Signal::STOP));
+    std::thread::sleep(Duration::from_millis(3500));
+    group().for_each(|pid| send(pid, Signal::CONT));
+    let lost: Vec<_> = events.filter(|event| event["event"] == "worker-lost").collect();
+    assert!(child.wait().unwrap().success());
+    assert_eq!(lost, Vec::<serde_json::Value>::new());
+    assert_eq!(std::fs::read_to_string(&journal).unwrap().lines().count(), 2);
+}
+
+#[test]
+fn a_job_that_the_system_kills_for_want_of_memory_is_left_for_another_run() {
+    let group = PathBuf::from(format!("/sys/fs/cgroup/memory/runner-test-{}", std::process::id()));
+    if std::fs::create_dir(&group).is_err() {
+        eprintln!("skipped, because no group of limited memory can be made here");
+        return;
+    }
+    std::fs::write(group.join("memory.limit_in_bytes"), "200000000").unwrap();
+    let join = format!("echo $$ > {}/cgroup.procs; exec \"$0\" \"$@\"", group.display());
+    let mut command = vec!["sh".into(), "-c".into(), join.into()];
+    command.extend(ourselves("worker"));
+    let options = Options { worker_command: command, ..options() };
+    let mut tasks: Vec<_> =
+        (0..20).map(|number| task(number, format!("sleep 20 {number}"))).collect();
+    tasks.push(Task { cost: 9.0, ..task(20, "allocate 600000000") });
+    let (summary, kept, events) = run(tasks, &options);
+    let error = summary.unwrap_err().to_string();
+    assert!(error.contains("the system had too little memory and killed it"), "{error}");
+    assert_eq!(kept.results.len(), 20, "the others are done");
+    let last = events.last().unwrap();
+    assert_eq!((last.counts.postponed, last.counts.failures), (1, 0));
+    assert!(
+        events.iter().any(|event| matches!(&event.kind, EventKind::Returned { reason, .. }
+            if reason.ends_with("it will run while no other job does"))),
+        "it is tried alone before"
+    );
+    std::fs::remove_dir(&group).unwrap();
 }

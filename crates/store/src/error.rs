@@ -251,6 +251,21 @@ pub enum WriteError {
         /// The space that must be free before writing is risked \[bytes\].
         needed: u64,
     },
+    /// The files of the store may not grow as they must. Nothing was written, and the write may be
+    /// tried again.
+    #[error(
+        "a file in {} may have {} MiB and needs {} MiB: raise the limit with `ulimit -f` and resume, \
+         nothing that was done is lost",
+        .path.display(), .largest >> 20, needed.div_ceil(1 << 20)
+    )]
+    FileLimit {
+        /// The path that was to be written.
+        path: PathBuf,
+        /// The largest size that a file may have \[bytes\].
+        largest: u64,
+        /// The size that must be allowed before writing is risked \[bytes\].
+        needed: u64,
+    },
     /// Writing failed half-way, now or earlier. The group was not acknowledged, and nothing more is
     /// written before the store is opened again.
     #[error(
@@ -303,6 +318,9 @@ impl WriteError {
             Ok(Space::Enough) => Ok(()),
             Ok(Space::Short { free, needed }) => {
                 Err(WriteError::DiskFull { path: directory.to_owned(), free, needed })
+            }
+            Ok(Space::Limited { largest, needed }) => {
+                Err(WriteError::FileLimit { path: directory.to_owned(), largest, needed })
             }
             Err(source) => Err(WriteError::io("find the free space of", directory, source)),
         }

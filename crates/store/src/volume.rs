@@ -4,6 +4,7 @@ use std::io;
 use std::path::Path;
 
 use rustix::fs::{statfs, statvfs};
+use rustix::process::{Resource, getrlimit};
 
 /// The space that is never used \[bytes\]. sled extends its file by whole segments of 512 KiB and
 /// keeps several open, and the manifest is written beside its predecessor. With this reserve sled
@@ -50,14 +51,29 @@ pub(crate) enum Space {
         /// The space that must be free before writing is risked \[bytes\].
         needed: u64,
     },
+    /// The database could grow beyond the largest size that a file may have.
+    Limited {
+        /// The largest size that a file may have \[bytes\].
+        largest: u64,
+        /// The size that must be allowed before writing is risked \[bytes\].
+        needed: u64,
+    },
 }
 
-/// Determines whether writing `bytes` could fill the file system of `directory`.
+/// Determines whether writing `bytes` to the store in `directory` could fill its file system, or
+/// make its database larger than a file may be.
 pub(crate) fn space(directory: &Path, bytes: u64) -> io::Result<Space> {
     let volume = statvfs(directory)?;
     let free = volume.f_bavail.saturating_mul(volume.f_frsize);
     // A record is written once to the log and again when its page is consolidated.
     let needed = bytes.saturating_mul(4).saturating_add(RESERVE);
+    if let Some(largest) = getrlimit(Resource::Fsize).current {
+        let database = directory.join("records").join("db");
+        let size = std::fs::metadata(database).map_or(0, |metadata| metadata.len());
+        if size.saturating_add(needed) > largest {
+            return Ok(Space::Limited { largest, needed: size.saturating_add(needed) });
+        }
+    }
     Ok(if free < needed { Space::Short { free, needed } } else { Space::Enough })
 }
 

@@ -38,6 +38,7 @@ impl Coordinator {
                 JobState::Saving => tally.saving += 1,
                 JobState::Done => tally.done += 1,
                 JobState::Quarantined => tally.quarantined += 1,
+                JobState::Postponed => tally.postponed += 1,
                 JobState::Leased(lease) => {
                     tally.running += 1;
                     let holder = self

@@ -3,6 +3,7 @@
 use crate::event::Event;
 use crate::lease::{LeaseId, WorkerId};
 use crate::ledger::Done;
+use crate::loss::Loss;
 use crate::protocol::Report;
 
 /// An input of the coordinator.
@@ -21,7 +22,7 @@ pub(crate) enum Input {
     /// A busy worker gives a sign of life.
     Heartbeat { worker: WorkerId },
     /// A worker process is gone. `running` is the lease that it began last.
-    Exited { worker: WorkerId, how: String, running: Option<LeaseId> },
+    Exited { worker: WorkerId, loss: Loss, running: Option<LeaseId> },
     /// The last [`Action::Commit`] is durable.
     Committed,
     /// Somebody asked once more to stop.
@@ -49,6 +50,17 @@ pub(crate) enum Action {
     Commit(Vec<Done>),
     /// The driver must tell the listener.
     Emit(Event),
-    /// The driver must give up, because workers cannot be started.
-    GiveUp(String),
+    /// The driver must give up.
+    GiveUp(Hopeless),
+}
+
+/// The reason why a run cannot go on.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Hopeless {
+    /// Workers cannot be started.
+    Start(String),
+    /// Workers are lost again and again, and nothing gets done.
+    Losses(String),
+    /// Jobs or results cannot be handed over.
+    Delivery(String),
 }

@@ -9,6 +9,7 @@ use super::messages::Action;
 use crate::event::{Counts, Event, EventKind};
 use crate::lease::{LeaseId, Leases, WorkerId};
 use crate::ledger::Done;
+use crate::loss::Loss;
 use crate::options::Options;
 use crate::queue::{GroupIndex, Queue};
 use crate::task::Task;
@@ -30,6 +31,8 @@ pub(super) enum JobState {
     Saving,
     Done,
     Quarantined,
+    /// The job is left for another run.
+    Postponed,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -40,8 +43,8 @@ pub(super) enum Phase {
     Ready,
     /// The worker was told to leave.
     Leaving,
-    /// The coordinator killed the worker for this reason, and it has not yet exited.
-    Killed(String),
+    /// The coordinator killed the worker, and it has not yet exited.
+    Killed(Loss),
 }
 
 #[derive(Debug)]
@@ -97,7 +100,13 @@ pub(crate) struct Coordinator {
     /// The decaying sum of the times that were predicted for them \[s\].
     pub(super) predicted: f64,
     pub(super) interrupts: u32,
+    /// The number of workers in a row that were lost by no fault of a job, since the last result.
+    pub(super) misfortunes: usize,
     pub(super) given_up: bool,
+    /// It is true if nothing in flight is waited for, because it could not be handed over.
+    pub(super) halted: bool,
+    /// The reason why the last postponed job was postponed.
+    pub(super) postponed_for: Option<String>,
     pub(super) counts: Counts,
     /// The sums over everything that finished, including on workers lost since.
     pub(crate) tally: Tally,
@@ -139,7 +148,10 @@ impl Coordinator {
             took: 0.0,
             predicted: 0.0,
             interrupts: 0,
+            misfortunes: 0,
             given_up: false,
+            halted: false,
+            postponed_for: None,
             counts: Counts { waiting: tasks.len(), ..Counts::default() },
             tally: Tally::default(),
             actions: Vec::new(),
@@ -160,6 +172,16 @@ impl Coordinator {
 
     pub(super) fn stopping(&self) -> bool {
         self.interrupts > 0 || self.given_up
+    }
+
+    /// Returns true if the jobs in flight are not waited for.
+    pub(super) fn stopping_now(&self) -> bool {
+        self.interrupts >= 2 || self.halted
+    }
+
+    /// Returns the reason why jobs are left for another run, if there are any.
+    pub(crate) fn postponed_for(&self) -> Option<&str> {
+        self.postponed_for.as_deref()
     }
 
     pub(super) fn emit(&mut self, kind: EventKind) {

@@ -3,17 +3,22 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use super::messages::{Action, Input};
+use super::messages::{Action, Hopeless, Input};
 use super::state::{Coordinator, JobState, Phase, Saving, Worker};
 use crate::event::EventKind;
 use crate::lease::{Lease, LeaseId, WorkerId};
 use crate::ledger::{Done, Verdict};
+use crate::limits::size;
+use crate::loss::{Cause, Loss};
 use crate::options::Options;
 use crate::protocol::{AttemptOutcome, Report};
 
 /// The number of workers in a row that die before asking for a job after which starting more is
 /// hopeless.
 const MOST_FAILED_STARTS: u32 = 10;
+/// The number of workers, beyond twice those of the run, that may be lost in a row by no fault of a
+/// job.
+const MOST_MISFORTUNES: usize = 10;
 /// The time that a worker may take to leave once it was told to.
 const LEAVING: Duration = Duration::from_secs(10);
 
@@ -49,13 +54,15 @@ impl Coordinator {
                 }
             }
             Input::Request { worker, idle, reports } => self.request(worker, idle, reports),
-            Input::Nonsense { worker, reason } => self.kill(worker, reason),
+            Input::Nonsense { worker, reason } => {
+                self.kill(worker, Loss { how: reason, cause: Cause::Circumstances });
+            }
             Input::Heartbeat { worker } => {
                 if let Some(worker) = self.workers.get_mut(&worker) {
                     worker.heard = self.now;
                 }
             }
-            Input::Exited { worker, how, running } => self.exited(worker, how, running),
+            Input::Exited { worker, loss, running } => self.exited(worker, loss, running),
             Input::Committed => self.committed(),
             Input::Interrupt => self.interrupt(),
             Input::Clock => self.look_at_the_clock(),
@@ -70,9 +77,11 @@ impl Coordinator {
             let (needed, limit) = (self.jobs[job].memory, self.options.memory_limit);
             if needed > limit && self.queue.take_this(job) {
                 self.counts.waiting -= 1;
-                let reason =
-                    format!("needs {needed} bytes of memory by prediction, the limit is {limit}");
-                self.save(job, None, 0.0, Err(reason));
+                let (needed, limit) = (size(needed), size(limit));
+                self.postpone(
+                    job,
+                    format!("needs {needed} of memory by prediction, and the run may use {limit}"),
+                );
             }
         }
     }
@@ -97,7 +106,8 @@ impl Coordinator {
             self.report(id, report);
         }
         if idle && self.workers.get(&id).is_some_and(|worker| !worker.leases.is_empty()) {
-            self.kill(id, "lost track of the jobs it was given".into());
+            let how = "lost track of the jobs it was given".into();
+            self.kill(id, Loss { how, cause: Cause::Circumstances });
         }
     }
 
@@ -114,12 +124,26 @@ impl Coordinator {
         self.tally.busy += seconds;
         match report.outcome {
             AttemptOutcome::Completed(bytes) => {
+                self.misfortunes = 0;
                 const MEMORY: f64 = 0.95;
                 self.took = MEMORY * self.took + seconds;
                 self.predicted = MEMORY * self.predicted + self.jobs[lease.job].cost;
                 self.save(lease.job, Some(id), seconds, Ok(bytes));
             }
             AttemptOutcome::Failed(reason) => self.failed(lease.job, Some(id), seconds, reason),
+            AttemptOutcome::Undelivered(reason) => {
+                self.give_back(lease.job, reason.clone());
+                self.give_up(Hopeless::Delivery(reason));
+                self.halted = true;
+                self.kill_all("the run was stopped");
+            }
+        }
+    }
+
+    fn give_up(&mut self, reason: Hopeless) {
+        if !self.given_up {
+            self.given_up = true;
+            self.actions.push(Action::GiveUp(reason));
         }
     }
 
@@ -134,6 +158,32 @@ impl Coordinator {
         } else {
             self.save(job, worker, seconds, Err(reason));
         }
+    }
+
+    /// Notes that an attempt came to nothing by no fault of the job. The job is held by nobody.
+    fn give_back(&mut self, job: usize, reason: String) {
+        self.put_back(job);
+        self.emit(EventKind::Returned { key: self.jobs[job].key, reason });
+    }
+
+    /// Notes that a job had too little memory. It is tried again with all memory for itself, and
+    /// left for another run if it had that.
+    fn starved(&mut self, job: usize, reason: String) {
+        let limit = self.options.memory_limit;
+        if self.jobs[job].memory < limit {
+            self.jobs[job].memory = limit;
+            self.give_back(job, format!("{reason}; it will run while no other job does"));
+        } else {
+            self.postpone(job, reason);
+        }
+    }
+
+    /// Leaves a job, which is held by nobody, for another run.
+    fn postpone(&mut self, job: usize, reason: String) {
+        self.jobs[job].state = JobState::Postponed;
+        self.counts.postponed += 1;
+        self.postponed_for = Some(reason.clone());
+        self.emit(EventKind::Postponed { key: self.jobs[job].key, reason });
     }
 
     fn put_back(&mut self, job: usize) {
@@ -198,14 +248,14 @@ impl Coordinator {
         }
     }
 
-    fn exited(&mut self, id: WorkerId, how: String, running: Option<LeaseId>) {
+    fn exited(&mut self, id: WorkerId, loss: Loss, running: Option<LeaseId>) {
         let Some(worker) = self.workers.remove(&id) else { return };
         self.queue.hold(worker.group, None);
         self.counts.workers -= 1;
         let expected = matches!(worker.phase, Phase::Leaving) && worker.leases.is_empty();
-        let how = match &worker.phase {
-            Phase::Killed(reason) => format!("{reason} ({how})"),
-            _ => how,
+        let Loss { how, cause } = match worker.phase {
+            Phase::Killed(why) => Loss { how: format!("{} ({})", why.how, loss.how), ..why },
+            _ => loss,
         };
         // The marker may name a lease that was reported since. Then the next one was about to
         // begin.
@@ -215,13 +265,16 @@ impl Coordinator {
         for lease in worker.leases {
             let Some(Lease { job, .. }) = self.leases.end(lease, id) else { continue };
             self.counts.running -= 1;
-            if Some(lease) == culprit && self.interrupts < 2 {
-                self.failed(job, None, 0.0, format!("its worker was lost: {how}"));
-            } else {
-                self.put_back(job);
+            let is_culprit = Some(lease) == culprit && !self.stopping_now();
+            let reason = format!("its worker was lost: {how}");
+            match cause {
+                Cause::Job if is_culprit => self.failed(job, None, 0.0, reason),
+                Cause::Memory if is_culprit => self.starved(job, reason),
+                Cause::Circumstances if is_culprit => self.give_back(job, reason),
+                _ => self.put_back(job),
             }
         }
-        if expected || self.interrupts >= 2 {
+        if expected || self.stopping_now() {
             return;
         }
         self.tally.lost += 1;
@@ -229,6 +282,13 @@ impl Coordinator {
         self.vacancies.push_back(id);
         if !worker.has_asked {
             self.not_started(how);
+        } else if cause != Cause::Job {
+            self.misfortunes += 1;
+            if self.misfortunes
+                >= self.options.workers.saturating_mul(2).saturating_add(MOST_MISFORTUNES)
+            {
+                self.give_up(Hopeless::Losses(how));
+            }
         }
     }
 
@@ -243,16 +303,20 @@ impl Coordinator {
             self.emit(EventKind::Interrupted { now: self.interrupts == 2 });
         }
         if self.interrupts >= 2 {
-            for id in self.workers.keys().copied().collect::<Vec<_>>() {
-                self.kill(id, "the run was interrupted".into());
-            }
+            self.kill_all("the run was interrupted");
         }
     }
 
-    fn kill(&mut self, id: WorkerId, reason: String) {
+    fn kill_all(&mut self, reason: &str) {
+        for id in self.workers.keys().copied().collect::<Vec<_>>() {
+            self.kill(id, Loss { how: reason.into(), cause: Cause::Circumstances });
+        }
+    }
+
+    fn kill(&mut self, id: WorkerId, why: Loss) {
         let Some(worker) = self.workers.get_mut(&id) else { return };
         if !matches!(worker.phase, Phase::Killed(_)) {
-            worker.phase = Phase::Killed(reason);
+            worker.phase = Phase::Killed(why);
             worker.awaits_reply = false;
             self.actions.push(Action::Kill(id));
         }
@@ -264,7 +328,7 @@ impl Coordinator {
             (time <= self.now).then_some((id, reason))
         };
         for (id, reason) in self.workers.iter().filter_map(late).collect::<Vec<_>>() {
-            self.kill(id, reason);
+            self.kill(id, Loss { how: reason, cause: Cause::Job });
         }
     }
 
@@ -313,7 +377,7 @@ impl Coordinator {
             self.committing = saving;
             self.actions.push(Action::Commit(done));
         }
-        if self.interrupts >= 2 {
+        if self.stopping_now() {
             return;
         }
         let asking = self
@@ -334,9 +398,8 @@ impl Coordinator {
         if self.failed_starts >= MOST_FAILED_STARTS {
             // The workers that did start go on. Without any, there is no hope.
             if present == 0 && wanted > 0 && !self.stopping() {
-                self.given_up = true;
                 let last = &self.last_failure;
-                self.actions.push(Action::GiveUp(format!(
+                self.give_up(Hopeless::Start(format!(
                     "{MOST_FAILED_STARTS} in a row ended before asking for a job, the last: {last}"
                 )));
             }

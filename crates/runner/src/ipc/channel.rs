@@ -1,15 +1,20 @@
 //! Both ends of a channel share its names, its services and the limits of a message.
 
+use std::fs::{File, Permissions};
+use std::io::{ErrorKind, Write};
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::PathBuf;
 use std::time::Duration;
 
 use iceoryx2::port::{BackpressureAction, BackpressureInfo};
 use iceoryx2::prelude::*;
+use rustix::fs::FallocateFlags;
 
 use crate::error::TransportError;
 use crate::lease::LeaseId;
+use crate::limits::RESERVE;
 use crate::protocol::{Body, encode};
-use crate::root::SHARED_MEMORY;
+use crate::root::{SHARED_MEMORY, bodies, entries};
 use crate::spill;
 
 /// The thread-safe variant of shared memory, so that a worker's heart can beat on a thread of its
@@ -29,18 +34,21 @@ pub(super) const HEARTBEAT: EventId = EventId::new(1);
 pub(super) const INITIAL: usize = 16 << 10;
 /// The largest body that travels in a message \[bytes\]. Larger ones travel as files.
 const LARGEST_INLINE: usize = 256 << 10;
-/// The shared memory that must stay free after growing \[bytes\], so that others do not meet SIGBUS
-/// either.
-pub(super) const RESERVE: u64 = 16 << 20;
 
 /// The names of a channel.
 #[derive(Clone, Debug)]
 pub(super) struct ChannelNames {
-    pub(super) root: PathBuf,
-    pub(super) prefix: String,
+    root: PathBuf,
+    prefix: String,
+    /// The directory of bodies that are too large for a message.
+    bodies: PathBuf,
 }
 
 impl ChannelNames {
+    pub(super) fn new(root: &std::path::Path, prefix: &str) -> ChannelNames {
+        ChannelNames { root: root.into(), prefix: prefix.into(), bodies: bodies(root) }
+    }
+
     pub(super) fn node(&self) -> Result<Node<Shm>, TransportError> {
         let what = "cannot set up shared memory";
         let mut config = Config::default();
@@ -50,6 +58,9 @@ impl ChannelNames {
         config.global.prefix =
             FileName::new(self.prefix.as_bytes()).map_err(TransportError::when(what))?;
         config.global.creation_timeout = Duration::from_secs(10);
+        // The path of a socket is short, and this is the end of it.
+        config.global.service.event_connection_suffix =
+            FileName::new(b".e").map_err(TransportError::when(what))?;
         // The leftovers of a dead worker are removed by their prefix, whatever state they are in.
         config.global.node.cleanup_dead_nodes_on_creation = false;
         config.global.node.cleanup_dead_nodes_on_destruction = false;
@@ -62,21 +73,86 @@ impl ChannelNames {
             .config(&config)
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create()
-            .map_err(TransportError::when(what))
+            .map_err(self.when(what))
+    }
+
+    /// Returns a function for `map_err` that adds to an error of iceoryx2 what was attempted and
+    /// what is wrong with the places that a channel needs. The error itself names neither.
+    pub(super) fn when<E: std::fmt::Display>(
+        &self,
+        doing: &'static str,
+    ) -> impl Fn(E) -> TransportError {
+        let places = [self.file("trial"), self.shared_memory("trial")];
+        move |error| {
+            let fault = places.iter().find_map(|place| Some((place, try_out(place).err()?)));
+            let why = match fault {
+                Some((place, fault)) => format!("{fault}, in {}", parent(place).display()),
+                None => format!(
+                    "iceoryx2 says {error}, although {} and {SHARED_MEMORY} can be written to",
+                    parent(&places[0]).display()
+                ),
+            };
+            TransportError { doing, why }
+        }
     }
 
     fn file(&self, name: &str) -> PathBuf {
         self.root.join(format!("{}{name}", self.prefix))
     }
 
+    fn shared_memory(&self, name: &str) -> PathBuf {
+        std::path::Path::new(SHARED_MEMORY).join(format!("{}{name}", self.prefix))
+    }
+
     pub(super) fn body(&self, lease: LeaseId, direction: &str) -> PathBuf {
-        self.file(&format!("{lease}-{direction}"))
+        self.bodies.join(format!("{}{lease}-{direction}", self.prefix))
+    }
+
+    /// Makes the system keep room for all shared memory of this channel, which it otherwise gives
+    /// page by page, and with SIGBUS when there is none. Also takes from others the right to write
+    /// to it, which iceoryx2 gives for some of it.
+    pub(super) fn reserve(&self) -> Result<(), TransportError> {
+        let reserve = |path: &std::path::Path| -> std::io::Result<()> {
+            let file = File::options().write(true).open(path)?;
+            let metadata = file.metadata()?;
+            if metadata.mode() & 0o077 != 0 {
+                file.set_permissions(Permissions::from_mode(0o600))?;
+            }
+            if metadata.len() > 0 {
+                rustix::fs::fallocate(&file, FallocateFlags::empty(), 0, metadata.len())?;
+            }
+            Ok(())
+        };
+        for (name, path) in entries(std::path::Path::new(SHARED_MEMORY)) {
+            // The other end may just have removed a segment.
+            match if name.starts_with(&self.prefix) { reserve(&path) } else { Ok(()) } {
+                Err(error) if error.kind() != ErrorKind::NotFound => {
+                    return Err(TransportError {
+                        doing: "cannot reserve shared memory",
+                        why: format!("{error}, in {SHARED_MEMORY}"),
+                    });
+                }
+                _ => {}
+            }
+        }
+        Ok(())
     }
 
     /// Returns the path of the file in which the worker notes the lease that it began last.
     pub(super) fn marker(&self) -> PathBuf {
         self.file("begun")
     }
+}
+
+/// Creates a small file and removes it.
+fn try_out(path: &std::path::Path) -> std::io::Result<()> {
+    let written = File::create_new(path).and_then(|mut file| file.write_all(&[1; 8192]));
+    let _ = std::fs::remove_file(path);
+    written
+}
+
+fn parent(path: &std::path::Path) -> &std::path::Path {
+    path.parent().unwrap_or(path)
 }
 
 pub(super) fn service(name: &str) -> Result<ServiceName, TransportError> {
@@ -106,20 +182,36 @@ pub(super) fn pack(
     }
 }
 
-/// The shared memory of a port, as the largest size that a message through it may have \[bytes\].
+/// The shared memory of a port.
 #[derive(Debug)]
-pub(super) struct PortMemory(pub(super) usize);
+pub(super) struct PortMemory {
+    /// The largest size that a message through it may have \[bytes\].
+    largest: usize,
+    /// The size up to which the system keeps room \[bytes\].
+    reserved: usize,
+}
 
 impl PortMemory {
+    pub(super) fn new(largest: usize) -> PortMemory {
+        PortMemory { largest, reserved: largest }
+    }
+
+    /// Returns true for the first message that needs more room than was reserved.
+    pub(super) fn has_grown(&mut self, length: usize) -> bool {
+        let has_grown = length > self.reserved;
+        self.reserved = self.reserved.max(length.next_power_of_two());
+        has_grown
+    }
+
     /// Returns true if a message of `length` bytes can be written without running out of shared
     /// memory. Segments grow by powers of two, old ones stay, and each holds a handful of messages.
     fn admits(&mut self, length: usize, free: impl FnOnce() -> Option<u64>) -> bool {
         let needed = 8 * (length as u64).next_power_of_two() + RESERVE;
-        if length > self.0 {
+        if length > self.largest {
             if free().is_some_and(|free| free < needed) {
                 return false;
             }
-            self.0 = length.next_power_of_two();
+            self.largest = length.next_power_of_two();
         }
         true
     }
@@ -160,7 +252,7 @@ mod tests {
         let sent = |memory: &mut PortMemory, free| {
             decode::<Body>(&memory.encode(|| Some(free), build).unwrap()).unwrap()
         };
-        let mut memory = PortMemory(INITIAL);
+        let mut memory = PortMemory::new(INITIAL);
         assert!(matches!(sent(&mut memory, RESERVE), Body::File { length: 100_000, .. }));
         assert_eq!(sent(&mut memory, 1 << 30), Body::Inline(bytes.clone()));
         assert_eq!(
@@ -168,7 +260,7 @@ mod tests {
             Body::Inline(bytes.clone()),
             "the memory that it grew to is there"
         );
-        let none = PortMemory(4).encode(|| Some(0), build).unwrap_err().to_string();
+        let none = PortMemory::new(4).encode(|| Some(0), build).unwrap_err().to_string();
         assert_eq!(none, "cannot send a message: /dev/shm is full");
     }
 }

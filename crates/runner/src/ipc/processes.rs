@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::os::fd::BorrowedFd;
+use std::sync::mpsc::channel;
 use std::time::Duration;
 
 use iceoryx2::active_request::ActiveRequest;
@@ -14,23 +15,24 @@ use rustix::io::Errno;
 
 use super::arguments::WorkerArguments;
 use super::channel::{
-    ChannelNames, DOWN, HEARTBEAT, INITIAL, JOBS, PortMemory, RESERVE, Shm, UP, backpressure, pack,
-    service,
+    ChannelNames, DOWN, HEARTBEAT, INITIAL, JOBS, PortMemory, Shm, UP, backpressure, pack, service,
 };
 use crate::coordinator::Input;
 use crate::error::{RunError, TransportError};
 use crate::interrupt::Interrupt;
 use crate::lease::{LeaseId, WorkerId};
+use crate::limits::{Room, shared_memory_for};
+use crate::memory::Starvation;
 use crate::options::Options;
 use crate::protocol::{Assignment, AttemptOutcome, Body, Reply, Report, Request, decode};
-use crate::root::{Root, SHARED_MEMORY, free_shared_memory};
+use crate::root::{Root, free_shared_memory};
 use crate::spill;
 use crate::supervise::Process;
 use crate::transport::Transport;
 
-/// The shared memory that one channel takes from the start \[bytes\], with room to spare (measured:
-/// 0.1 MiB).
-const CHANNEL: u64 = 1 << 20;
+/// The time that the making of a channel may take. iceoryx2 waits without end for a segment whose
+/// maker could not give it its size.
+const MAKING: Duration = Duration::from_secs(20);
 
 type Received = ActiveRequest<Shm, [u8], (), [u8], ()>;
 
@@ -58,11 +60,8 @@ struct Services {
 
 impl Services {
     fn create(names: &ChannelNames) -> Result<Services, TransportError> {
-        if free_shared_memory().is_some_and(|free| free < CHANNEL + RESERVE) {
-            return Err(TransportError {
-                doing: "cannot make a channel",
-                why: format!("{SHARED_MEMORY} is nearly full"),
-            });
+        if let Some(Room { reason, .. }) = shared_memory_for(1) {
+            return Err(TransportError { doing: "cannot make a channel", why: reason });
         }
         let node = names.node()?;
         let jobs = node.service_builder(&service(JOBS)?).request_response::<[u8], [u8]>();
@@ -75,14 +74,14 @@ impl Services {
             .max_active_requests_per_client(1)
             .max_loaned_requests(1);
         let jobs = jobs.max_response_buffer_size(1).max_borrowed_responses_per_pending_response(1);
-        let jobs = jobs.create().map_err(TransportError::when("cannot create a channel"))?;
+        let jobs = jobs.create().map_err(names.when("cannot create a channel"))?;
         let server = jobs
             .server_builder()
             .initial_max_slice_len(INITIAL)
             .allocation_strategy(AllocationStrategy::PowerOfTwo);
         let server =
             server.max_loaned_responses_per_request(1).set_backpressure_handler(backpressure);
-        let server = server.create().map_err(TransportError::when("cannot create a server"))?;
+        let server = server.create().map_err(names.when("cannot create a server"))?;
         let event = |name| {
             let event = node
                 .service_builder(&service(name)?)
@@ -93,17 +92,31 @@ impl Services {
             event
                 .event_id_max_value(HEARTBEAT.as_value())
                 .create()
-                .map_err(TransportError::when("cannot create an event"))
+                .map_err(names.when("cannot create an event"))
         };
         let up = event(UP)?
             .listener_builder()
             .create()
-            .map_err(TransportError::when("cannot create a listener"))?;
+            .map_err(names.when("cannot create a listener"))?;
         let down = event(DOWN)?
             .notifier_builder()
             .create()
-            .map_err(TransportError::when("cannot create a notifier"))?;
+            .map_err(names.when("cannot create a notifier"))?;
+        names.reserve()?;
         Ok(Services { node, server, up, down })
+    }
+
+    /// Creates the services of a channel on a thread of its own, which is left behind if that takes
+    /// too long.
+    fn create_in_time(names: &ChannelNames) -> Result<Services, TransportError> {
+        let doing = "cannot make a channel";
+        let (made, services) = channel();
+        let own_names = names.clone();
+        let make = move || drop(made.send(Services::create(&own_names)));
+        std::thread::Builder::new().spawn(make).map_err(TransportError::when(doing))?;
+        services.recv_timeout(MAKING).unwrap_or_else(|_| {
+            Err(names.when(doing)(format!("it is not made after {} s", MAKING.as_secs())))
+        })
     }
 }
 
@@ -113,38 +126,37 @@ pub(crate) struct Processes {
     channels: BTreeMap<WorkerId, Channel>,
     options: Options,
     interrupt: Interrupt,
+    starvation: Starvation,
     /// The directory is the last field, so that it is removed after everything that lives in it.
     root: Root,
 }
 
 impl Processes {
     pub(crate) fn new(options: &Options, interrupt: Interrupt) -> Result<Processes, RunError> {
-        let needed = (options.workers as u64).saturating_mul(CHANNEL).saturating_add(RESERVE);
-        if let Some(free) = free_shared_memory().filter(|&free| free < needed) {
-            return Err(RunError::SharedMemory { free, needed, workers: options.workers });
-        }
         Ok(Processes {
             channels: BTreeMap::new(),
             options: options.clone(),
             interrupt,
-            root: Root::new()?,
+            starvation: Starvation::watch(),
+            root: Root::new(&options.bodies)?,
         })
     }
 
-    fn open(&self, worker: WorkerId) -> Result<Channel, String> {
-        let names =
-            ChannelNames { root: self.root.path().into(), prefix: self.root.prefix(worker) };
+    fn open(&mut self, worker: WorkerId) -> Result<Channel, String> {
+        self.root.restore().map_err(|error| error.to_string())?;
+        let (root, prefix) = (self.root.path().to_owned(), self.root.prefix(worker));
+        let names = ChannelNames::new(&root, &prefix);
         let Services { node, server, up, down } =
-            Services::create(&names).map_err(|error| error.to_string())?;
+            Services::create_in_time(&names).map_err(|error| error.to_string())?;
         let arguments = WorkerArguments {
-            prefix: names.prefix.clone(),
+            prefix,
             coordinator: std::process::id(),
             address_space: self
                 .options
                 .memory_limit
                 .saturating_add(self.options.address_space_margin),
             heartbeat: self.options.heartbeat,
-            root: names.root.clone(),
+            root,
         };
         let process = Process::start(&self.options.worker_command, &arguments.to_string())?;
         Ok(Channel {
@@ -153,7 +165,7 @@ impl Processes {
             server,
             up,
             down,
-            memory: PortMemory(INITIAL),
+            memory: PortMemory::new(INITIAL),
             names,
             _node: node,
         })
@@ -189,16 +201,20 @@ impl Transport for Processes {
             Reply::Stop => Ok(Reply::Stop),
             Reply::Jobs(jobs) => {
                 let pack = |job: &Assignment<&[u8]>| {
-                    let payload = pack(job.payload, largest, || names.body(job.lease, "payload"))
-                        .map_err(TransportError::when("cannot hand out a job"))?;
+                    let payload = pack(job.payload, largest, || names.body(job.lease, "payload"))?;
                     Ok(Assignment { lease: job.lease, payload })
                 };
-                Ok(Reply::Jobs(jobs.iter().map(pack).collect::<Result<_, _>>()?))
+                let jobs = jobs.iter().map(pack).collect::<Result<_, String>>();
+                Ok(Reply::Jobs(jobs.map_err(TransportError::when("cannot hand out a job"))?))
             }
         };
         let message = channel.memory.encode(free_shared_memory, packed)?;
-        let sent = request.loan_slice_uninit(message.len()).map_err(|error| error.to_string());
-        let sent = sent.and_then(|loan| {
+        let loan = request.loan_slice_uninit(message.len()).map_err(|error| error.to_string());
+        let grown = channel.memory.has_grown(message.len());
+        let sent = loan.and_then(|loan| {
+            if grown {
+                names.reserve().map_err(|error| error.to_string())?;
+            }
             loan.write_from_slice(&message).send().map_err(|error| error.to_string())
         });
         let sent = sent.and_then(|()| channel.down.notify().map_err(|error| error.to_string()));
@@ -237,9 +253,10 @@ impl Transport for Processes {
             if talked || ended {
                 channel.hear(worker, &mut inputs);
             }
-            if let Some(how) = if ended { channel.process.ended() } else { None } {
+            let is_starved = || self.starvation.is_felt();
+            if let Some(loss) = if ended { channel.process.ended(is_starved) } else { None } {
                 let running = channel.begun();
-                inputs.push(Input::Exited { worker, how, running });
+                inputs.push(Input::Exited { worker, loss, running });
                 gone.push(worker);
             }
         }
@@ -294,9 +311,10 @@ impl Channel {
             let outcome = match outcome {
                 AttemptOutcome::Completed(body) => {
                     spill::load(&self.names.body(lease, "result"), body)
-                        .map_or_else(AttemptOutcome::Failed, AttemptOutcome::Completed)
+                        .map_or_else(AttemptOutcome::Undelivered, AttemptOutcome::Completed)
                 }
                 AttemptOutcome::Failed(reason) => AttemptOutcome::Failed(reason),
+                AttemptOutcome::Undelivered(reason) => AttemptOutcome::Undelivered(reason),
             };
             Report { lease, seconds, outcome }
         };

@@ -21,7 +21,9 @@ use crate::lease::LeaseId;
 use crate::protocol::{Assignment, AttemptOutcome, Body, Reply, Report, Request, decode};
 use crate::root::free_shared_memory;
 use crate::spill;
-use crate::supervise::{die_with, is_parent, limit_address_space};
+use crate::supervise::{
+    die_with, is_parent, keep_name, limit_address_space, volunteer_for_want_of_memory,
+};
 use crate::transport::{Bytes, Link};
 use crate::worker::{Executor, report_panics, serve};
 
@@ -45,6 +47,8 @@ pub fn work<E: Executor>(
     fresh: impl Fn() -> E,
 ) -> Result<(), WorkerError> {
     die_with(arguments.coordinator).map_err(WorkerError::Setup)?;
+    keep_name();
+    volunteer_for_want_of_memory();
     limit_address_space(arguments.address_space).map_err(WorkerError::Setup)?;
     report_panics();
     let mut wire = Wire::open(arguments)?;
@@ -68,10 +72,10 @@ struct Wire {
 
 impl Wire {
     fn open(arguments: &WorkerArguments) -> Result<Wire, TransportError> {
-        let names = ChannelNames { root: arguments.root.clone(), prefix: arguments.prefix.clone() };
+        let names = ChannelNames::new(&arguments.root, &arguments.prefix);
         let node = names.node()?;
         let jobs = node.service_builder(&service(JOBS)?).request_response::<[u8], [u8]>();
-        let jobs = jobs.open().map_err(TransportError::when("cannot open the channel"))?;
+        let jobs = jobs.open().map_err(names.when("cannot open the channel"))?;
         let client = jobs
             .client_builder()
             .initial_max_slice_len(INITIAL)
@@ -79,27 +83,28 @@ impl Wire {
         let client = client
             .set_backpressure_handler(backpressure)
             .create()
-            .map_err(TransportError::when("cannot create a client"))?;
+            .map_err(names.when("cannot create a client"))?;
         let event = |name| {
             node.service_builder(&service(name)?)
                 .event()
                 .open()
-                .map_err(TransportError::when("cannot open an event"))
+                .map_err(names.when("cannot open an event"))
         };
         let down = event(DOWN)?
             .listener_builder()
             .create()
-            .map_err(TransportError::when("cannot create a listener"))?;
+            .map_err(names.when("cannot create a listener"))?;
         let up = Arc::new(
             event(UP)?
                 .notifier_builder()
                 .create()
-                .map_err(TransportError::when("cannot create a notifier"))?,
+                .map_err(names.when("cannot create a notifier"))?,
         );
         let marker = File::create(names.marker())
             .map_err(TransportError::when("cannot create the marker"))?;
+        names.reserve()?;
         let pulse = Pulse::new(arguments.heartbeat, up.clone())?;
-        let (memory, coordinator) = (PortMemory(INITIAL), arguments.coordinator);
+        let (memory, coordinator) = (PortMemory::new(INITIAL), arguments.coordinator);
         Ok(Wire {
             pulse,
             response: None,
@@ -135,11 +140,12 @@ impl Link for Wire {
             let pack = |report: &Report<Bytes>| {
                 let outcome = match &report.outcome {
                     AttemptOutcome::Failed(reason) => AttemptOutcome::Failed(reason.clone()),
-                    // A result that cannot be handed over is a failed attempt and not a broken
-                    // worker.
+                    AttemptOutcome::Undelivered(reason) => {
+                        AttemptOutcome::Undelivered(reason.clone())
+                    }
                     AttemptOutcome::Completed(bytes) => {
                         pack(bytes, largest, || names.body(report.lease, "result"))
-                            .map_or_else(AttemptOutcome::Failed, AttemptOutcome::Completed)
+                            .map_or_else(AttemptOutcome::Undelivered, AttemptOutcome::Completed)
                     }
                 };
                 Report { lease: report.lease, seconds: report.seconds, outcome }
@@ -150,6 +156,9 @@ impl Link for Wire {
         let doing = "cannot send a request";
         let loan =
             self.client.loan_slice_uninit(message.len()).map_err(TransportError::when(doing))?;
+        if self.memory.has_grown(message.len()) {
+            names.reserve()?;
+        }
         let response =
             loan.write_from_slice(&message).send().map_err(TransportError::when(doing))?;
         // iceoryx2 does not report a delivery to nobody as an error.

@@ -10,6 +10,7 @@ use super::{Bytes, Link, Transport};
 use crate::coordinator::Input;
 use crate::error::TransportError;
 use crate::lease::{LeaseId, WorkerId};
+use crate::loss::{Cause, Loss};
 use crate::protocol::{Assignment, Reply, Request};
 use crate::worker::{Executor, serve};
 
@@ -33,7 +34,7 @@ impl<F> Threads<F> {
     fn exit(&mut self, worker: WorkerId, how: &str) -> Option<Input> {
         let (_, begun) = self.live.remove(&worker)?;
         let running = Some(begun.load(Ordering::SeqCst)).filter(|&lease| lease != 0);
-        Some(Input::Exited { worker, how: how.into(), running })
+        Some(Input::Exited { worker, loss: lost(how), running })
     }
 }
 
@@ -54,7 +55,7 @@ impl<E: Executor, F: Fn() -> E + Clone + Send + 'static> Transport for Threads<F
             let _ = serve(&mut end, fresh);
             let _ = end.to_us.send(Input::Exited {
                 worker,
-                how: "the thread ended".into(),
+                loss: lost("the thread ended"),
                 running: None,
             });
         });
@@ -92,8 +93,8 @@ impl<E: Executor, F: Fn() -> E + Clone + Send + 'static> Transport for Threads<F
         while let Some(input) = next {
             match input {
                 // A thread that was killed reports its end as well, but the exit was told already.
-                Input::Exited { worker, how, running: None } => {
-                    inputs.extend(self.exit(worker, &how))
+                Input::Exited { worker, loss, running: None } => {
+                    inputs.extend(self.exit(worker, &loss.how))
                 }
                 input => inputs.push(input),
             }
@@ -109,6 +110,10 @@ struct ThreadLink {
     to_us: Sender<Input>,
     begun: Arc<AtomicU64>,
     dies: fn(LeaseId) -> bool,
+}
+
+fn lost(how: &str) -> Loss {
+    Loss { how: how.into(), cause: Cause::Job }
 }
 
 fn broken() -> TransportError {
@@ -193,7 +198,11 @@ mod tests {
         attempts: u32,
         dies: fn(LeaseId) -> bool,
     ) -> (Summary, KeptResults) {
-        let options = Options { workers, attempts, ..Options::new(vec!["unused".into()], 1 << 30) };
+        let options = Options {
+            workers,
+            attempts,
+            ..Options::new(vec!["unused".into()], "unused".into(), 1 << 30)
+        };
         let mut kept = KeptResults::default();
         let mut threads = Threads::new(|| Reverse, dies);
         let summary = drive(

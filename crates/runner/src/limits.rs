@@ -1,0 +1,249 @@
+//! The limits of this process and of its user, and what a run needs of them.
+//!
+//! They are compared before anything starts: libraries meet a limit with a panic, a signal or an
+//! endless wait.
+
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+
+use crate::root::{SHARED_MEMORY, free_shared_memory};
+use crate::signals::refuse_oversized_writes;
+
+/// The descriptors that the coordinator needs for a worker (measured: 24).
+const FILES_PER_WORKER: u64 = 26;
+/// The descriptors that the program needs for everything else: the store, its readers, figures.
+const FILES: u64 = 40;
+/// The shared memory that one channel takes from the start \[bytes\], with room to spare (measured:
+/// 0.1 MiB).
+const CHANNEL: u64 = 1 << 20;
+/// The shared memory that must stay free \[bytes\], so that others do not meet SIGBUS either.
+pub(crate) const RESERVE: u64 = 16 << 20;
+/// The threads that a worker has, its process counted as one.
+const THREADS_PER_WORKER: usize = 3;
+/// The threads that the program needs for the store and for itself, beside one for each core.
+const THREADS: usize = 8;
+/// The address space that the program needs beyond what it has when it starts \[bytes\] (measured:
+/// 110 MiB); most of it is reserved for the arenas and stacks of threads, and not used.
+const ADDRESS_SPACE: u64 = 256 << 20;
+/// The private memory that the program needs beyond what it has when it starts \[bytes\] (measured:
+/// 50 MiB).
+const PRIVATE_MEMORY: u64 = 96 << 20;
+/// The address space that a worker needs beside its job \[bytes\] (measured: 170 MiB).
+const WORKER_ADDRESS_SPACE: u64 = 256 << 20;
+/// The private memory that a worker needs beside its job \[bytes\] (measured: 24 MiB).
+const WORKER_PRIVATE_MEMORY: u64 = 64 << 20;
+/// The stack that the first thread needs \[bytes\].
+const STACK: u64 = 1 << 20;
+
+/// A limit that leaves too little room.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct LimitError(String);
+
+/// Prepares the process for the work of any command: it may open as many files as its hard limit
+/// allows, and a write beyond the largest file size is an error instead of a signal.
+///
+/// # Errors
+/// [`LimitError`] if a limit of the process is so low that a library would fail without a word.
+pub fn prepare_process() -> Result<(), LimitError> {
+    let _ = refuse_oversized_writes();
+    let files = getrlimit(Resource::Nofile);
+    // The hard limit may be beyond what the kernel grants now; then the soft one stays.
+    let _ = setrlimit(Resource::Nofile, Rlimit { current: files.maximum, maximum: files.maximum });
+    enough_address_space()?;
+    let free = free_files().unwrap_or(u64::MAX);
+    if free < FILES {
+        return Err(LimitError(format!(
+            "{free} more files may be open here, and {FILES} are needed: raise the limit with \
+             `ulimit -n`"
+        )));
+    }
+    let threads = THREADS + std::thread::available_parallelism().map_or(1, usize::from);
+    let granted = threads_granted(threads);
+    if granted < threads {
+        return Err(LimitError(format!(
+            "this user may start {granted} more threads here, and {threads} are needed: raise the \
+             limit with `ulimit -u`, or end other processes"
+        )));
+    }
+    Ok(())
+}
+
+/// Checks that the first thread has enough stack to read a command line.
+///
+/// # Errors
+/// [`LimitError`] if it has not.
+pub fn enough_stack() -> Result<(), LimitError> {
+    match getrlimit(Resource::Stack).current.filter(|&stack| stack < STACK) {
+        Some(stack) => Err(LimitError(format!(
+            "the stack may have {} here, and {} are needed: raise the limit with `ulimit -s`",
+            size(stack),
+            size(STACK)
+        ))),
+        None => Ok(()),
+    }
+}
+
+fn enough_address_space() -> Result<(), LimitError> {
+    if memory_within_limits().is_some() {
+        reserve_little();
+    }
+    // Some systems count private memory only, and limit that.
+    let resources =
+        [(Resource::As, 0, ADDRESS_SPACE, "-v"), (Resource::Data, 5, PRIVATE_MEMORY, "-d")];
+    for (resource, column, more, option) in resources {
+        let Some(limit) = getrlimit(resource).current else { continue };
+        let needed = used_memory(column).saturating_add(more);
+        if limit < needed {
+            return Err(LimitError(format!(
+                "a process may reserve {} of memory here, and {} are needed: raise the limit with \
+                 `ulimit {option}`",
+                size(limit),
+                size(needed)
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Makes threads share two arenas, where each would reserve 64 MiB of address space for one of its
+/// own. That costs time only where many threads allocate at once.
+#[allow(unsafe_code)]
+fn reserve_little() {
+    #[cfg(target_env = "gnu")]
+    // SAFETY: mallopt may be called at any time, and this parameter takes any positive number.
+    unsafe {
+        nix::libc::mallopt(nix::libc::M_ARENA_MAX, 2);
+    }
+}
+
+/// Returns a number of pages in `/proc/self/statm` as \[bytes\]; 0 if it cannot be read.
+fn used_memory(column: usize) -> u64 {
+    let text = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
+    let pages = text.split_whitespace().nth(column).and_then(|pages| pages.parse::<u64>().ok());
+    pages.unwrap_or(0) * rustix::param::page_size() as u64
+}
+
+/// Returns the memory that a job may take by the limits that a worker inherits \[bytes\], or `None`
+/// if there is no limit.
+pub fn memory_within_limits() -> Option<u64> {
+    let limits = [(Resource::As, WORKER_ADDRESS_SPACE), (Resource::Data, WORKER_PRIVATE_MEMORY)];
+    let left = |(resource, own): (_, u64)| Some(getrlimit(resource).current?.saturating_sub(own));
+    limits.into_iter().filter_map(left).min()
+}
+
+/// The workers for which there is room.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Room {
+    pub(crate) workers: usize,
+    /// The reason why there is not room for more.
+    pub(crate) reason: String,
+}
+
+/// Returns how many workers have room, if it is fewer than `wanted`.
+pub(crate) fn room(wanted: usize) -> Option<Room> {
+    let limited = |workers: u64, reason: String| Room { workers: workers as usize, reason };
+    let mut rooms = Vec::new();
+    if let Some(files) = free_files() {
+        rooms.push(limited(
+            files.saturating_sub(FILES) / FILES_PER_WORKER,
+            format!("a worker needs {FILES_PER_WORKER} open files, and {files} more may be open (`ulimit -n`)"),
+        ));
+    }
+    rooms.extend(shared_memory_for(wanted));
+    // More are not tried: a machine that grants so many grants more.
+    let tried = (wanted.min(1024) * THREADS_PER_WORKER) + THREADS;
+    let granted = threads_granted(tried);
+    if granted < tried {
+        rooms.push(limited(
+            (granted.saturating_sub(THREADS) / THREADS_PER_WORKER) as u64,
+            format!(
+                "a worker needs {THREADS_PER_WORKER} threads, and this user may start {granted} \
+                 more (`ulimit -u`)"
+            ),
+        ));
+    }
+    rooms.into_iter().filter(|room| room.workers < wanted).min_by_key(|room| room.workers)
+}
+
+/// Returns how many channels have room in shared memory, if they are fewer than `wanted`.
+pub(crate) fn shared_memory_for(wanted: usize) -> Option<Room> {
+    let free = free_shared_memory()?;
+    let workers = (free.saturating_sub(RESERVE) / CHANNEL) as usize;
+    (workers < wanted).then(|| Room {
+        workers,
+        reason: format!(
+            "a worker needs {} in {SHARED_MEMORY}, which has {} free and must keep {} for others",
+            size(CHANNEL),
+            size(free),
+            size(RESERVE)
+        ),
+    })
+}
+
+/// Returns how many files the process may open beside those that are open, or `None` if there is no
+/// limit.
+fn free_files() -> Option<u64> {
+    let limit = getrlimit(Resource::Nofile).current?;
+    let open = std::fs::read_dir("/proc/self/fd").map_or(FILES, |found| found.count() as u64);
+    Some(limit.saturating_sub(open))
+}
+
+/// Starts threads that do nothing until there are `wanted` of them or the system grants no more,
+/// and returns their number. The limit is of the user and not of the process, so it is tried.
+fn threads_granted(wanted: usize) -> usize {
+    let mut threads = Vec::with_capacity(wanted);
+    let end = Arc::new((Mutex::new(false), Condvar::new()));
+    for _ in 0..wanted {
+        let end = end.clone();
+        let wait = move || {
+            let (ended, change) = &*end;
+            let ended = ended.lock().unwrap_or_else(PoisonError::into_inner);
+            drop(change.wait_while(ended, |ended| !*ended));
+        };
+        match std::thread::Builder::new().stack_size(64 << 10).spawn(wait) {
+            Ok(thread) => threads.push(thread),
+            Err(_) => break,
+        }
+    }
+    let granted = threads.len();
+    *end.0.lock().unwrap_or_else(PoisonError::into_inner) = true;
+    end.1.notify_all();
+    for thread in threads {
+        let _ = thread.join();
+    }
+    granted
+}
+
+/// Returns a size in words.
+pub(crate) fn size(bytes: u64) -> String {
+    let units = [(1u64 << 30, "GiB"), (1 << 20, "MiB"), (1 << 10, "KiB")];
+    match units.iter().find(|(unit, _)| bytes >= *unit) {
+        Some((unit, name)) => format!("{:.1} {name}", bytes as f64 / *unit as f64),
+        None => format!("{bytes} bytes"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn this_machine_has_room_for_a_worker() {
+        assert_eq!(room(1), None);
+        assert_eq!(threads_granted(3), 3);
+    }
+
+    #[test]
+    fn there_is_no_room_for_any_number_of_workers() {
+        let room = room(usize::MAX / 8).unwrap();
+        assert!(room.workers < usize::MAX / 8 && room.reason.starts_with("a worker needs"));
+    }
+
+    #[test]
+    fn sizes_are_said_in_the_largest_unit() {
+        let said = [0, 1023, 1024, 3 << 19, 5 << 30].map(size);
+        assert_eq!(said, ["0 bytes", "1023 bytes", "1.0 KiB", "1.5 MiB", "5.0 GiB"]);
+    }
+}

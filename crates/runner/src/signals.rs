@@ -1,0 +1,72 @@
+//! This file says what the process does when it gets a signal.
+
+#![allow(unsafe_code)]
+
+use std::os::fd::AsFd;
+use std::sync::OnceLock;
+
+use nix::libc;
+use nix::sys::signal::{SaFlags, SigAction, SigHandler, SigSet, Signal, sigaction};
+
+use crate::interrupt::Interrupt;
+
+/// The request that a signal raises.
+static RAISED: OnceLock<Interrupt> = OnceLock::new();
+
+/// Raises a request whenever the process gets SIGINT, SIGTERM or SIGHUP. A signal that is ignored
+/// when the program starts stays ignored, as `nohup` and `trap ''` want it. Only the first request
+/// of a process is raised.
+///
+/// # Errors
+/// The system refuses to tell the process about signals.
+pub fn raise_on_signals(interrupt: &Interrupt) -> std::io::Result<()> {
+    RAISED.get_or_init(|| interrupt.clone());
+    for signal in [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP] {
+        let before = set(signal, SigHandler::Handler(raise))?;
+        if matches!(before.handler(), SigHandler::SigIgn) {
+            set(signal, SigHandler::SigIgn)?;
+        }
+    }
+    Ok(())
+}
+
+extern "C" fn raise(_: libc::c_int) {
+    if let Some(interrupt) = RAISED.get() {
+        interrupt.raise();
+    }
+}
+
+/// Makes a write beyond the largest size that a file may have (`ulimit -f`) an error instead of a
+/// signal that ends the process. Processes that it starts inherit that.
+///
+/// # Errors
+/// The system refuses.
+pub(crate) fn refuse_oversized_writes() -> std::io::Result<()> {
+    set(Signal::SIGXFSZ, SigHandler::SigIgn).map(drop)
+}
+
+/// Lets the process end with words when it meets memory that the system cannot give it, because
+/// somebody else has filled the shared memory.
+///
+/// # Errors
+/// The system refuses to tell the process about signals.
+pub(crate) fn explain_missing_memory() -> std::io::Result<()> {
+    set(Signal::SIGBUS, SigHandler::Handler(explain)).map(drop)
+}
+
+extern "C" fn explain(_: libc::c_int) {
+    const WORDS: &[u8] =
+        b"error: the run stopped: shared memory ran out of space, because /dev/shm \
+        is full; what is done is kept: free some room there and start the same command again\n";
+    // The signal comes again as soon as this function returns, so the process ends here.
+    let _ = rustix::io::write(std::io::stderr().as_fd(), WORDS);
+    // SAFETY: `_exit` may be called in a signal handler; it runs no destructor.
+    unsafe { libc::_exit(1) }
+}
+
+fn set(signal: Signal, handler: SigHandler) -> std::io::Result<SigAction> {
+    let action = SigAction::new(handler, SaFlags::SA_RESTART, SigSet::empty());
+    // SAFETY: the handlers in this file do nothing but atomic operations, write(2) and _exit(2),
+    // which POSIX allows in a handler.
+    Ok(unsafe { sigaction(signal, &action) }?)
+}
