@@ -54,6 +54,14 @@ struct FailedJob {
     show: String,
 }
 
+impl FailedJob {
+    /// Returns the reason up to the details of it.
+    fn words(&self) -> &str {
+        let reason = self.reason.as_deref().unwrap_or("no reason is known");
+        reason.split(';').next().unwrap_or(reason)
+    }
+}
+
 /// The files of a figure, or why it was not drawn.
 type DrawnFigure = Result<Vec<PathBuf>>;
 
@@ -217,10 +225,10 @@ impl RunSummary<'_> {
     fn listed_failures(&self) -> String {
         let failures = self.failures();
         let mut alike: Vec<Vec<&FailedJob>> = Vec::new();
-        let mut known: HashMap<(&str, Option<&str>), usize> = HashMap::new();
+        let mut known: HashMap<(&str, String), usize> = HashMap::new();
         for failure in &failures {
-            let group =
-                *known.entry((&failure.status, failure.reason.as_deref())).or_insert(alike.len());
+            let kind = (failure.status.as_str(), without_numbers(failure.words()));
+            let group = *known.entry(kind).or_insert(alike.len());
             match alike.get_mut(group) {
                 Some(jobs) => jobs.push(failure),
                 None => alike.push(vec![failure]),
@@ -244,13 +252,29 @@ impl RunSummary<'_> {
 /// Returns the line about jobs that have failed for the same reason.
 fn failure_words(jobs: &[&FailedJob]) -> String {
     let Some(first) = jobs.first() else { return String::new() };
-    let reason = first.reason.as_deref().unwrap_or("no reason is known");
-    let reason = excerpt(reason, LONGEST_REASON);
+    let reason = excerpt(first.words(), LONGEST_REASON);
     let FailedJob { status, show, .. } = first;
     match jobs.len() {
         1 => format!("{status}: {reason}: {show}\n"),
-        n => format!("{n} {status}: {reason}; the first: {show}\n"),
+        n => format!("{n} {status}, the first: {reason}: {show}\n"),
     }
+}
+
+/// Returns a reason in which every number is the same, so that jobs that have failed alike are told
+/// together.
+fn without_numbers(reason: &str) -> String {
+    let is_part = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+');
+    let mut words = String::new();
+    for piece in reason.split_inclusive(|c: char| !c.is_ascii_alphanumeric() && !is_part(c)) {
+        let is_number = piece.starts_with(is_part) && piece.contains(|c: char| c.is_ascii_digit());
+        if is_number {
+            words.push('0');
+            words.extend(piece.chars().last().filter(|c| !c.is_ascii_alphanumeric()));
+        } else {
+            words += piece;
+        }
+    }
+    words
 }
 
 /// Draws each of the study's figures to files in the store's folder of figures. A figure that
@@ -269,4 +293,17 @@ fn draw_figures(results: &Results<'_>, directory: &Path) -> Vec<DrawnFigure> {
 /// Returns the command that continues a run.
 pub(crate) fn resume_command(study: &Study, directory: &Path) -> String {
     proposal::command(directory, ["resume", study.name()])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::without_numbers;
+
+    #[test]
+    fn reasons_that_differ_in_numbers_alone_are_alike() {
+        let reason = without_numbers("not converged in 2 iterations (residual 2.5e-1)");
+        assert_eq!(reason, without_numbers("not converged in 17 iterations (residual -3e+10)"));
+        assert_ne!(reason, without_numbers("not converged in 2 steps (residual 2.5e-1)"));
+        assert_eq!(without_numbers("steps[1]: x = 0.5"), "steps[0]: x = 0");
+    }
 }

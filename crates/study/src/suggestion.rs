@@ -251,7 +251,7 @@ mod tests {
             ("load", "loading.steps[0].normal_force"),
             ("force_z", "loading.steps[0].normal_force"),
             ("cof", "friction.mu"),
-            ("n", "mesh"),
+            ("grid", "mesh"),
         ] {
             assert_eq!(nearest_path(said).as_deref(), Some(meant), "{said}");
         }

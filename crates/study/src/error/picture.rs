@@ -32,18 +32,48 @@ impl Picture<'_> {
     pub(super) fn draw(&self, path: &str, text: &str, renderer: &Renderer) -> String {
         let Picture { message, help, primary, context } = self;
         let path = one_line(path);
-        let snippets = match context {
+        let groups = match context {
             Some(context) if are_near(text, primary.span, context.span) => {
-                vec![snippet(&path, text, &[*primary, *context])]
+                vec![vec![*primary, *context]]
             }
-            Some(context) => [primary, context].map(|mark| snippet(&path, text, &[*mark])).to_vec(),
-            None => vec![snippet(&path, text, &[*primary])],
+            Some(context) => vec![vec![*primary], vec![*context]],
+            None => vec![vec![*primary]],
         };
-        let mut group = Level::ERROR.primary_title(*message).elements(snippets);
+        let mut group = Level::ERROR
+            .primary_title(*message)
+            .elements(groups.iter().map(|marks| snippet(&path, text, marks)));
         if !help.is_empty() {
             group = group.element(Level::HELP.message(*help));
         }
-        renderer.render(&[group])
+        let drawn = renderer.render(&[group]);
+        // The column of a place in a line that is cut or escaped is not the one that is drawn.
+        let place = DrawnPlace::of(text, primary.span);
+        let position = |column: usize| format!("{path}:{}:{column}", place.line);
+        drawn.replacen(&position(place.drawn), &position(place.column), 1)
+    }
+}
+
+/// The position of a place, counted from 1.
+struct DrawnPlace {
+    line: usize,
+    /// The column in the file, in characters.
+    column: usize,
+    /// The column in the picture.
+    drawn: usize,
+}
+
+impl DrawnPlace {
+    fn of(text: &str, span: &Range<usize>) -> Self {
+        let start = text[..span.start].rfind('\n').map_or(0, |end| end + 1);
+        let line = line_around(text, span);
+        let place = span.start - start..(span.end - start).min(line.len());
+        let DrawnLine { text: drawn, places } = DrawnLine::of(line, &[place]);
+        let before = places.first().and_then(|place| drawn.get(..place.start)).unwrap_or_default();
+        Self {
+            line: text[..start].bytes().filter(|byte| *byte == b'\n').count() + 1,
+            column: text[start..span.start].chars().count() + 1,
+            drawn: before.chars().count() + 1,
+        }
     }
 }
 
@@ -100,14 +130,11 @@ fn snippet<'m>(path: &'m str, text: &str, marks: &[Mark<'m>]) -> Snippet<'m, Ann
         start += line.len() + 1;
     }
     source.pop();
-    marks.iter().zip(spans).fold(
-        Snippet::source(source).path(path).line_start(number),
-        |snippet, (mark, span)| {
-            snippet.annotation(
-                mark.kind.span(span).label((!mark.label.is_empty()).then_some(mark.label)),
-            )
-        },
-    )
+    let snippet = Snippet::source(source).path(path).line_start(number);
+    marks.iter().zip(spans).fold(snippet, |snippet, (mark, span)| {
+        let label = (!mark.label.is_empty()).then_some(mark.label);
+        snippet.annotation(mark.kind.span(span).label(label))
+    })
 }
 
 /// Returns whether a place is on the line that begins at an offset.
