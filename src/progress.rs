@@ -96,7 +96,7 @@ impl ProgressDisplay {
             let seconds_left = locked(&self.clock).seconds().map(|seconds| digits(seconds, 2));
             if let Ok(line) = serde_json::to_string(&EventLine { event, seconds_left }) {
                 // A reader that stops listening does not stop the run.
-                let _ = writeln!(std::io::stdout(), "{line}");
+                let _ = writeln!(std::io::stdout(), "{}", wording::escaped_json(&line));
             }
             return;
         }

@@ -1,12 +1,15 @@
 //! `answer`: the answers of a study beyond its rows.
 
+use std::path::Path;
+
 use answers::{Progress, Results};
 use anyhow::Result;
 
 use crate::answer_text::{answers_json, answers_words};
 use crate::cli::AnswerArgs;
 use crate::output::{self, Finish, layout};
-use crate::stored::{StoreSource, read_store, store_option, stored_study};
+use crate::proposal;
+use crate::stored::{StoreSource, read_store, stored_study};
 use crate::summary::{warning_lines, warning_words};
 use crate::words::count;
 
@@ -34,23 +37,20 @@ pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
     } else {
         text += &answers_words(results.answers()?);
     }
-    let store_option = store_option(&args.store.store);
-    text += &incomplete(&results, &store_option);
-    warning_lines(&results, &store_option).iter().for_each(|line| text += line);
+    let directory = &args.store.store;
+    text += &incomplete(&results, directory);
+    warning_lines(&results, directory).iter().for_each(|line| text += line);
     output::print(text.trim_start())
 }
 
 /// Says how many points have no solution, and the command that lists them; nothing if all have.
-fn incomplete(results: &Results<'_>, store_option: &str) -> String {
+fn incomplete(results: &Results<'_>, directory: &Path) -> String {
     let Progress { points, failed, left, .. } = results.progress();
     if failed + left == 0 {
         return String::new();
     }
     let of = count(points, "point", "points");
     let filter = if failed > 0 { "status != \"certified\"" } else { "status == null" };
-    format!(
-        "\n{failed} of {of} failed, {left} left: tribosweep query {} --where \
-         '{filter}'{store_option}\n",
-        results.study().name()
-    )
+    let query = ["query", results.study().name(), "--where", filter];
+    format!("\n{failed} of {of} failed, {left} left: {}\n", proposal::command(directory, query))
 }

@@ -8,6 +8,7 @@ use anyhow::{Result, bail};
 use crate::cli::PlotArgs;
 use crate::figures::{draw, figure_files, nothing_varies};
 use crate::output::{self, Finish};
+use crate::proposal;
 use crate::stored::{StoreSource, read_store, stored_study};
 
 /// Draws figures of a study to files.
@@ -74,9 +75,8 @@ fn chosen(args: &PlotArgs, results: &Results<'_>) -> Result<Vec<study::Figure>> 
                 _ => format!("the study suggests no figure: {}", nothing_varies(study)),
             };
             bail!(
-                "{why}; name its columns with --x and --y (`tribosweep query {} --columns` lists \
-                 them)",
-                args.name
+                "{why}; name its columns with --x and --y (`{}` lists them)",
+                proposal::command(&args.store.store, ["query", &args.name, "--columns"])
             )
         }
     };

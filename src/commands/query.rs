@@ -5,6 +5,7 @@ use anyhow::Result;
 use report::{Cell, DataTable, TableColumn};
 use study::Study;
 use study::columns::{Role, along_path};
+use wording::escaped_json;
 
 use crate::cli::{QueryArgs, TableFormat};
 use crate::output::{self, Finish, layout};
@@ -41,11 +42,11 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
         }
         table.select(&selected)?
     };
-    output::print(&match format {
-        TableFormat::Table => table.terminal(&layout()),
-        TableFormat::Csv => table.csv(),
-        TableFormat::Json => table.json(),
-    })
+    match format {
+        TableFormat::Table => output::print(&table.terminal(&layout())),
+        TableFormat::Csv => output::print_raw(&table.csv()),
+        TableFormat::Json => output::print_raw(&escaped_json(&table.json())),
+    }
 }
 
 /// Returns the columns that can be selected, as a table.

@@ -13,6 +13,7 @@ use study::encoding::DecodeError;
 
 use crate::cli::StoreCommand;
 use crate::output::{self, Finish};
+use crate::proposal;
 use crate::stored::{read_store, references};
 use crate::words::count;
 
@@ -127,7 +128,8 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
         if found.unreferenced_blobs > 0 && foreign == 0 {
             let files = count(found.unreferenced_blobs, "file is", "files are");
             text += &format!(
-                "{files} referred to by nothing; `tribosweep store compact` removes what is\n"
+                "{files} referred to by nothing; `{}` removes what is\n",
+                proposal::command(store.blobs().store(), ["store", "compact"])
             );
         }
         found
@@ -177,8 +179,8 @@ fn salvage(directory: &Path, json: bool) -> Result<Finish> {
     }
     for name in &salvaged.lost_studies {
         text += &format!(
-            "the definition of the study `{name}` was damaged; `tribosweep run` of its file brings \
-             it back\n"
+            "the definition of the study `{name}` was damaged; to run its file again brings it \
+             back\n"
         );
     }
     output::print(&text)
