@@ -1,13 +1,14 @@
 //! One result whole, to be read or as JSON: for `show` and `solve`.
 
 use answers::effects::{effects, missing_surface, reducible_case};
-use answers::patches::{self, Patch, patches};
+use answers::patches::{self, Patch, inclination_words, patches, place_on_rail};
 use answers::{AnswerTable, increments_of, path_columns, rows, tables_of, warnings};
 use anyhow::Result;
 use contact::model::Fields;
 use contact::punch::Surfaces;
 use report::DataTable;
 use study::columns::{Role, along_path};
+use study::job::PHYSICS_VERSION;
 use study::{Case, Column, Kind, Record, StudyPoint, Value};
 
 use crate::effect_text::effect_lines;
@@ -23,9 +24,23 @@ pub(crate) fn path(record: &Record) -> Result<DataTable> {
     Ok(table.select(&names)?)
 }
 
-/// Returns the patches of a contact that has several.
-fn several_patches(fields: Option<&Fields>) -> Option<Vec<Patch>> {
-    fields.map(patches).filter(|patches| patches.len() > 1)
+/// Returns the patches of a contact that has several; those of a wheel have their place on the rail.
+fn several_patches(
+    point: &StudyPoint,
+    record: &Record,
+    fields: Option<&Fields>,
+    surfaces: &Surfaces,
+) -> Result<Option<Vec<Patch>>> {
+    let Some(mut patches) = fields.map(patches).filter(|patches| patches.len() > 1) else {
+        return Ok(None);
+    };
+    // Another physics may have had another plane of contact.
+    let is_known =
+        record.physics == PHYSICS_VERSION && missing_surface(&point.job, surfaces).is_none();
+    if let Some(Case { scene, .. }) = point.job.case().filter(|_| is_known) {
+        place_on_rail(&mut patches, scene, surfaces)?;
+    }
+    Ok(Some(patches))
 }
 
 /// Returns everything about a record by column, without units; with its fields also its patches, if
@@ -77,7 +92,7 @@ pub(crate) fn json(
     for AnswerTable { title, table } in tables_of(record)? {
         said[title] = serde_json::from_str(&table.json())?;
     }
-    if let Some(patches) = several_patches(fields) {
+    if let Some(patches) = several_patches(&point, record, fields, surfaces)? {
         said["patches"] = serde_json::json!(patches);
     }
     Ok(said)
@@ -115,8 +130,9 @@ pub(crate) fn words(
     for AnswerTable { title, table } in tables_of(record)? {
         text += &format!("{title}\n{}", table.terminal(&layout()));
     }
-    if let Some(patches) = several_patches(fields) {
+    if let Some(patches) = several_patches(&point, record, fields, surfaces)? {
         text += &format!("patches\n{}", patches::table(&patches)?.terminal(&layout()));
+        text += &inclination_words(&patches).unwrap_or_default();
     }
     Ok(text)
 }

@@ -1,7 +1,8 @@
 //! The separate regions of a contact, read from its fields.
 
 use contact::assess;
-use contact::model::{Fields, State};
+use contact::model::{Fields, Scene, SceneError, State};
+use contact::punch::{RailPlace, Surfaces, rail_places};
 use report::{Cell, DataTable, TableColumn};
 use serde::Serialize;
 
@@ -22,6 +23,77 @@ pub struct Patch {
     x_to: f64,
     y_from: f64,
     y_to: f64,
+    /// The place of the centre of pressure on a rail.
+    #[serde(flatten)]
+    rail: Option<PatchOnRail>,
+}
+
+/// The place of a patch on a rail, in SI units.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PatchOnRail {
+    /// The coordinates y and z in the track.
+    track_y: f64,
+    track_z: f64,
+    /// The inclination of the rail under the patch.
+    angle: f64,
+    /// The inclination of the plane in which the patch was computed.
+    plane_angle: f64,
+}
+
+/// Puts the patches of a wheel on their rail. Those of another punch stay as they are.
+///
+/// # Errors
+/// A [`SceneError`] says that a profile is missing or that the wheel does not meet its rail.
+pub fn place_on_rail(
+    patches: &mut [Patch],
+    scene: &Scene,
+    surfaces: &Surfaces,
+) -> Result<(), SceneError> {
+    let centers: Vec<[f64; 2]> = patches.iter().map(|patch| [patch.x, patch.y]).collect();
+    let places = rail_places(scene, surfaces, &centers)?.unwrap_or_default();
+    for (patch, RailPlace { track: [_, track_y, track_z], rail_angle, plane_angle }) in
+        patches.iter_mut().zip(places)
+    {
+        patch.rail = Some(PatchOnRail { track_y, track_z, angle: rail_angle, plane_angle });
+    }
+    Ok(())
+}
+
+/// The inclination of a patch to its plane of contact from which on it is worth a warning \[rad\].
+/// The plane then shows the gap's curvature across the rail larger by 1/cos³, 1.5 %.
+const INCLINED: f64 = 0.1;
+
+/// Says how the patches of a wheel are inclined, and what the plane of contact makes of it.
+pub fn inclination_words(patches: &[Patch]) -> Option<String> {
+    let angles = |angle: fn(&PatchOnRail) -> f64| -> Vec<f64> {
+        patches.iter().filter_map(|patch| patch.rail.as_ref().map(angle)).collect()
+    };
+    let (rail, plane) = (angles(|rail| rail.angle), angles(|rail| rail.plane_angle));
+    if rail.len() < 2 {
+        return None;
+    }
+    let list = |angles: &[f64]| {
+        angles.iter().map(|angle| format!("{angle:.3}")).collect::<Vec<_>>().join(", ")
+    };
+    let is_shared = plane.windows(2).all(|two| two[0] == two[1]);
+    let planes = if is_shared {
+        format!("they share one plane of contact, inclined by {:.3} rad", plane[0])
+    } else {
+        format!("each has a plane of contact of its own, inclined by {} rad", list(&plane))
+    };
+    let off = rail.iter().zip(&plane).map(|(rail, plane)| (rail - plane).abs()).fold(0.0, f64::max);
+    let doubt = if off > INCLINED {
+        format!(
+            "\n  a patch is inclined to its plane by up to {off:.3} rad: the plane shows its gap \
+             steeper and its width smaller, and `normal_force` is along the normal of the plane"
+        )
+    } else {
+        String::new()
+    };
+    Some(format!(
+        "  the rail is inclined by {} rad under the patches; {planes}{doubt}\n",
+        list(&rail)
+    ))
 }
 
 /// Returns the patches of a contact, the one that carries most first.
@@ -49,6 +121,7 @@ fn patch(fields: &Fields, region: &[usize]) -> Patch {
         x_to: f64::NEG_INFINITY,
         y_from: f64::INFINITY,
         y_to: f64::NEG_INFINITY,
+        rail: None,
     };
     for &index in region {
         let pressure = fields.pressure.get(index).copied().unwrap_or(0.0);
@@ -79,10 +152,17 @@ pub fn table(patches: &[Patch]) -> Result<DataTable, AnswerError> {
     let heads =
         [("patch", "")].into_iter().chain([("area", "m²"), ("load", "N"), ("peak_pressure", "Pa")]);
     let heads = heads.chain(["x", "y", "x_from", "x_to", "y_from", "y_to"].map(|name| (name, "m")));
+    let on_rail = [("track_y", "m"), ("track_z", "m"), ("angle", "rad"), ("plane_angle", "rad")];
+    let is_on_rail = patches.iter().any(|patch| patch.rail.is_some());
+    let heads = heads.chain(on_rail.into_iter().filter(|_| is_on_rail));
     let rows = patches.iter().enumerate().map(|(index, p)| {
         let numbers =
             [p.area, p.load, p.peak_pressure, p.x, p.y, p.x_from, p.x_to, p.y_from, p.y_to];
-        [Cell::Integer(index as i64 + 1)].into_iter().chain(numbers.map(Cell::Number)).collect()
+        let place = p.rail.map(|rail| [rail.track_y, rail.track_z, rail.angle, rail.plane_angle]);
+        [Cell::Integer(index as i64 + 1)]
+            .into_iter()
+            .chain(numbers.into_iter().chain(place.into_iter().flatten()).map(Cell::Number))
+            .collect()
     });
     Ok(DataTable::new(
         heads.map(|(name, unit)| TableColumn::new(name, unit)).collect(),
@@ -127,7 +207,8 @@ mod tests {
                     x_from: 3.0,
                     x_to: 4.0,
                     y_from: 0.0,
-                    y_to: 4.0
+                    y_to: 4.0,
+                    rail: None,
                 },
                 Patch {
                     area: 4.0,
@@ -138,7 +219,8 @@ mod tests {
                     x_from: 0.0,
                     x_to: 2.0,
                     y_from: 0.0,
-                    y_to: 4.0
+                    y_to: 4.0,
+                    rail: None,
                 },
             ]
         );

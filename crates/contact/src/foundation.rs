@@ -22,7 +22,9 @@ mod layered;
 mod radial;
 
 pub use bodies::{Bodies, Kernels};
-pub(crate) use bodies::{contact_size, relative_bodies, surface, surface_compliance};
+pub(crate) use bodies::{
+    contact_size, layered_margin, relative_bodies, surface, surface_compliance,
+};
 pub use coefficient::Coefficient;
 pub use half_space::HalfSpace;
 pub use layered::Layered;

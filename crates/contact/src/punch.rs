@@ -8,23 +8,32 @@
 //! - `profile`: cross-sections of rails and wheels, and SIMPACK's text format;
 //! - `track`: positions of rails and wheelsets, and the frame of the plane of contact;
 //! - `wheel_rail`: the points at which a wheel touches a rail;
-//! - `contact_plane`: the gap between the two along the normal of a plane;
+//! - `overlap`: the regions in which a lowered wheel would overlap its rail, and their frames;
+//! - `facet`: the distance between the two along the normal of one plane;
+//! - `contact_plane`: the gap between the two, with a plane for each patch;
+//! - `placement`: the depth to which a scene lowers its wheel;
 //! - `gap`: g₀ of every shape, at a point and as a mean over an element;
 //! - `domain`: the Ω of a scene.
 
 mod contact_plane;
 mod curve;
 mod domain;
+mod facet;
 mod gap;
+mod overlap;
+mod placement;
 mod profile;
 mod surface;
 mod track;
 mod wheel_rail;
 
-pub use contact_plane::{ContactPlane, Extent};
+pub use contact_plane::ContactPlane;
 pub use curve::Curve;
 pub use domain::domain;
+pub(crate) use domain::domain_under;
+pub use facet::Extent;
 pub(crate) use gap::Gap;
+pub use placement::{RailPlace, rail_places};
 pub use profile::{Profile, ProfileError, ProfileKind};
 pub use surface::{Surface, SurfaceError, Surfaces};
 pub use track::{Frame, Position, Track, WheelRailError, Wheelset};

@@ -180,5 +180,11 @@ pub(crate) fn contact_size(scene: &Scene, size: impl Fn(f64) -> f64) -> f64 {
         let compliance = layered.compliance(1.0 / contact).nn / contact + punch;
         contact = (contact * size(compliance)).sqrt();
     }
-    1.2 * contact
+    layered_margin(scene) * contact
+}
+
+/// Returns the factor by which [`contact_size`] is larger than its guess: 1 without layers.
+pub(crate) fn layered_margin(scene: &Scene) -> f64 {
+    let foundation = &scene.foundation;
+    Layered::new(&foundation.layers, &foundation.base).map_or(1.0, |_| 1.2)
 }

@@ -41,14 +41,16 @@ fn follow(
     surfaces: &Surfaces,
     operators: &mut Operators,
 ) -> Result<(Outcome, Fields), SceneError> {
+    scene.validate()?;
+    numerics.validate()?;
     let gap = Gap::new(scene, surfaces)?;
-    let problem = Problem::new(scene, numerics, surfaces)?;
+    let problem = Problem::under(scene, numerics, &gap)?;
     let elements = [problem.grid.nx(), problem.grid.ny()];
     let effects = Effects::of(scene, numerics, elements, surfaces)?;
     let setup = PathSetup {
         scene,
         numerics,
-        surfaces,
+        gap: &gap,
         stages: effects.stages(scene),
         certified: certified(&effects),
         increments: increments(scene),
@@ -91,7 +93,7 @@ fn follow(
 struct PathSetup<'a> {
     scene: &'a Scene,
     numerics: &'a Numerics,
-    surfaces: &'a Surfaces,
+    gap: &'a Gap<'a>,
     /// The stages of Newton's method.
     stages: Vec<Stage>,
     /// The components of the operator that certifies.
@@ -269,7 +271,7 @@ fn first_increment(
     ladder: &mut Vec<Path>,
 ) -> Option<Path> {
     let numerics = Numerics { mesh: Mesh::Exact(elements), ..setup.numerics.clone() };
-    let problem = Problem::new(setup.scene, &numerics, setup.surfaces).ok()?;
+    let problem = Problem::under(setup.scene, &numerics, setup.gap).ok()?;
     let increment = setup.increments.first()?;
     let start = coarse_start(setup, operators, &problem, START_TOLERANCE, ladder);
     let mut path = Path::new(setup, problem, start, operators);
@@ -335,14 +337,13 @@ fn hertz(scene: &Scene, gap: &Gap<'_>, step: &StepOutcome) -> Option<Hertz> {
 fn rail_contact(gap: &Gap<'_>, step: &StepOutcome) -> Option<RailContact> {
     let (pair, plane) = gap.wheel_on_rail()?;
     let observables = &step.observables;
-    let frame = plane.frame();
-    let depth = step.motion.approach / frame.angle.cos();
+    let depth = plane.depth(step.motion.approach);
     let reference = pair.overlap_frame(depth.max(0.0));
     let load = observables.load;
     let center = [-observables.moment_y / load, observables.moment_x / load];
     // The point lies on the rail's surface, which the plane of contact only touches.
     let pressure_center = if load > 0.0 {
-        pair.onto_rail(frame.to_track([center[0], center[1], 0.0]))
+        pair.onto_rail(plane.to_track(center[0], center[1]))
     } else {
         reference.origin
     };

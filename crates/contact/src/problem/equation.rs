@@ -24,7 +24,7 @@ use crate::influence::{Components, Diagonals, Direction, Mirror, MirrorError, we
 use crate::model::{
     Dof, Numerics, PerDof, Projection, Scene, SceneError, rigid_displacement, rigid_modes,
 };
-use crate::punch::{Gap, Surfaces, domain};
+use crate::punch::{Gap, Surfaces, domain_under};
 
 /// Equation (3) on a grid, dimensionless. The fields of a problem are blocks of
 /// [components](Problem::components) \[n | x | y\], each as long as the grid.
@@ -97,8 +97,20 @@ impl Problem {
     ) -> Result<Self, SceneError> {
         scene.validate()?;
         numerics.validate()?;
-        let gap = Gap::new(scene, surfaces)?;
-        let domain = domain(scene, surfaces)?;
+        Self::under(scene, numerics, &Gap::new(scene, surfaces)?)
+    }
+
+    /// Binds a scene that is known to be valid, and whose `gap` is at hand, to a grid.
+    ///
+    /// # Errors
+    /// A [`SceneError`] reports what [`Problem::new`] does, except for a scene, settings or
+    /// surfaces without a meaning.
+    pub(crate) fn under(
+        scene: &Scene,
+        numerics: &Numerics,
+        gap: &Gap<'_>,
+    ) -> Result<Self, SceneError> {
+        let domain = domain_under(scene, gap)?;
         let layout = Layout::new(scene, numerics, &domain);
         let (nx, ny) = (layout.nx, layout.ny);
 

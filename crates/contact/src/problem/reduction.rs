@@ -277,14 +277,16 @@ fn asymmetry(
     surfaces: &Surfaces,
 ) -> Result<Ruling, SceneError> {
     let name = ["x", "y"][axis];
+    if !has_mirror(&scene.punch.shape, axis, surfaces) {
+        let reason = format!("the punch's shape is not known to be its own image in {name}");
+        return Ok(Ruling::on(reason));
+    }
     let domain = domain(scene, surfaces)?;
     let center = [domain.center_x, domain.center_y][axis];
     // A tilt about y lifts one side in x.
     let tilt = Dof::tilt_about(1 - axis);
     let legs = scene.loading.legs();
-    Ok(if !has_mirror(&scene.punch.shape, axis, surfaces) {
-        Ruling::on(format!("the punch's shape is not known to be its own image in {name}"))
-    } else if center != 0.0 {
+    Ok(if center != 0.0 {
         Ruling::on(format!("Ω is not centred in {name}"))
     } else if !elements[axis].is_multiple_of(2) {
         Ruling::on(format!("the number of elements along {name} is odd"))

@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use super::gap::{Gap, wheel_approach};
+use super::gap::Gap;
 use super::surface::Surfaces;
-use crate::foundation::contact_size;
+use crate::foundation::{contact_size, layered_margin};
 use crate::model::{Control, Dof, Domain, PerDof, Scene, SceneError, Shape};
 
 /// Returns the Ω of a scene: the one that the scene gives, or else the one that its punch and its
@@ -21,6 +21,17 @@ use crate::model::{Control, Dof, Domain, PerDof, Scene, SceneError, Shape};
 /// rail do not touch in a point with curvatures, or the wheel does not reach the rail. It may also
 /// say that a surface or a profile is missing.
 pub fn domain(scene: &Scene, surfaces: &Surfaces) -> Result<Domain, SceneError> {
+    match scene.domain {
+        Some(domain) => Ok(domain),
+        None => domain_under(scene, &Gap::new(scene, surfaces)?),
+    }
+}
+
+/// Returns the Ω of a scene whose `gap` is at hand, as [`domain`] does.
+///
+/// # Errors
+/// A [`SceneError`] says that Ω must be given, for the same reasons.
+pub(crate) fn domain_under(scene: &Scene, gap: &Gap<'_>) -> Result<Domain, SceneError> {
     if let Some(domain) = scene.domain {
         return Ok(domain);
     }
@@ -47,7 +58,7 @@ pub fn domain(scene: &Scene, surfaces: &Surfaces) -> Result<Domain, SceneError> 
             centred(width_x, width_y)
         }
         Shape::FlatDisk { radius } => centred(2.0 * radius, 2.0 * radius),
-        Shape::WheelOnRail(_) => wheel_domain(scene, &Gap::new(scene, surfaces)?)?,
+        Shape::WheelOnRail(_) => wheel_domain(scene, gap)?,
         Shape::Cone { angle } => {
             // Sneddon's formula is P = 2E*δ²/(π tan β).
             let pressed = |force: f64| {
@@ -88,11 +99,8 @@ fn wheel_domain(scene: &Scene, gap: &Gap<'_>) -> Result<Domain, SceneError> {
     let Some((_, plane)) = gap.wheel_on_rail() else {
         unreachable!("the caller's punch is a wheel")
     };
-    let no_curvatures = "must be given, for wheel and rail do not touch in a point with curvatures to estimate it from";
-    let deepest =
-        wheel_approach(scene, gap.curvatures()).ok_or_else(|| not_given(no_curvatures))?;
     let extent = plane
-        .overlap(deepest)
+        .overlap(plane.approach() * layered_margin(scene).powi(2))
         .ok_or_else(|| not_given("must be given, for the wheel does not reach the rail"))?;
     let span = |[low, high]: [f64; 2]| (high - low, 0.5 * (low + high));
     let ((width_x, center_x), (width_y, center_y)) = (span(extent.x), span(extent.s));

@@ -1,12 +1,11 @@
 //! The initial gap g₀ under a punch, and its mean over an element.
 
 use super::contact_plane::ContactPlane;
+use super::placement::contact_plane;
 use super::surface::{Surface, Surfaces};
 use super::track::{Position, Track, Wheelset};
 use super::wheel_rail::WheelOnRail;
-use crate::foundation::{contact_size, surface_compliance};
-use crate::model::{Control, Dof, Scene, SceneError, Shape};
-use crate::theory::{HertzEllipse, hertz_ellipse};
+use crate::model::{Scene, SceneError, Shape};
 
 /// A shape that is ready to be sampled: the shape of a scene with the height map or the profiles
 /// that it names.
@@ -66,11 +65,13 @@ impl<'a> Gap<'a> {
                     ),
                     expected: error.to_string(),
                 })?;
-                let ([a, b], _) = pair.curvatures().principal();
-                let approach = wheel_approach(scene, (a > 0.0).then_some([a, b])).unwrap_or(0.0);
-                let frame =
-                    pair.overlap_frame(approach.max(0.0) / pair.tangent_frame().angle.cos());
-                let plane = ContactPlane::new(&pair, frame);
+                let plane = contact_plane(scene, &pair).ok_or_else(|| SceneError {
+                    key: "loading".to_owned(),
+                    value: "the load or the approach".to_owned(),
+                    expected:
+                        "must be one that the rail bears before the wheel is 20 mm deep in it"
+                            .to_owned(),
+                })?;
                 Sampled::Plane(Box::new(pair), Box::new(plane))
             }
             _ => Sampled::Not,
@@ -187,31 +188,6 @@ fn mean_distance(x: f64, y: f64, hx: f64, hy: f64) -> f64 {
     let f = |x: f64, y: f64| x * y * x.hypot(y) / 3.0 + (cube_asinh(x, y) + cube_asinh(y, x)) / 6.0;
     let (x0, x1, y0, y1) = (x - hx / 2.0, x + hx / 2.0, y - hy / 2.0, y + hy / 2.0);
     (f(x1, y1) - f(x0, y1) - f(x1, y0) + f(x0, y0)) / (hx * hy)
-}
-
-/// Returns the deepest approach of a wheel's path \[m\]. Where the load is prescribed, the approach
-/// is that of Hertz's ellipse for the principal `curvatures` \[1/m\] of the gap; it is `None` if
-/// they are missing.
-pub(super) fn wheel_approach(scene: &Scene, curvatures: Option<[f64; 2]>) -> Option<f64> {
-    let mut deepest = f64::NEG_INFINITY;
-    for leg in scene.loading.legs() {
-        deepest = deepest.max(match leg.target[Dof::Approach] {
-            Control::Motion(approach) => approach,
-            Control::Force(force) => {
-                let [a, b] = curvatures?;
-                let pressed =
-                    |compliance: f64| hertz_ellipse(2.0 / compliance, 0.5 * a, 0.5 * b, force);
-                let size =
-                    |ellipse: HertzEllipse| (ellipse.semi_axis_x * ellipse.semi_axis_y).sqrt();
-                // The approach of an ellipse is proportional to the square of its size.
-                let surface = pressed(surface_compliance(scene));
-                surface.approach
-                    * (contact_size(scene, |compliance| size(pressed(compliance))) / size(surface))
-                        .powi(2)
-            }
-        });
-    }
-    Some(deepest)
 }
 
 #[cfg(test)]

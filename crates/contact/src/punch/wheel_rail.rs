@@ -89,13 +89,13 @@ pub(crate) struct Silhouette {
 
 /// The gap at a point of the silhouette.
 #[derive(Clone, Copy, Debug)]
-struct Clearance {
+pub(super) struct Clearance {
     /// The gap along z \[m\].
-    gap: f64,
+    pub(super) gap: f64,
     /// The point of the silhouette.
-    wheel: Silhouette,
+    pub(super) wheel: Silhouette,
     /// The point of the rail below it.
-    rail: CurvePoint,
+    pub(super) rail: CurvePoint,
 }
 
 impl WheelOnRail {
@@ -161,50 +161,6 @@ impl WheelOnRail {
         Frame { origin: self.touches[0].position, angle: self.touches[0].angle }
     }
 
-    /// Returns the frame at the centre of the overlap that appears around the touching point if the
-    /// wheel is lowered by `depth` \[m\]. Its angle is the mean inclination of the rail there. Both
-    /// are weighted with the square of the interpenetration, as CONTACT does it (E.A.H. Vollebregt,
-    /// User guide for CONTACT). For no depth it is the tangent frame.
-    pub fn overlap_frame(&self, depth: f64) -> Frame {
-        let touch = self.touches[0];
-        let overlap =
-            |t: f64| self.gap_at(t).map_or(f64::NEG_INFINITY, |clearance| depth - clearance.gap);
-        // The search goes outwards to the first sample without overlap, and halves the interval
-        // then.
-        let samples = self.wheel.samples(4);
-        let middle = samples.partition_point(|&t| t < touch.wheel);
-        let end = |outside: Option<&f64>, limit: f64| {
-            let (mut inside, mut outside) = (touch.wheel, outside.copied().unwrap_or(limit));
-            for _ in 0..60 {
-                let half = 0.5 * (inside + outside);
-                if overlap(half) > 0.0 { inside = half } else { outside = half }
-            }
-            inside
-        };
-        let low = end(samples[..middle].iter().rev().find(|t| overlap(**t) <= 0.0), 0.0);
-        let high = end(samples[middle..].iter().find(|t| overlap(**t) <= 0.0), self.wheel.length());
-        // The overlap is a parabola along x, and the integral of its square is proportional to the
-        // 5/2th power of its height.
-        const STEPS: usize = 2000;
-        let mut sums = [0.0; 4];
-        for i in 0..STEPS {
-            let t = low + (high - low) * (i as f64 + 0.5) / STEPS as f64;
-            if let Some(Clearance { gap, wheel, rail }) = self.gap_at(t) {
-                let weight = (depth - gap).max(0.0).powf(2.5) * wheel.angle.cos();
-                let values = [1.0, wheel.position[0], wheel.position[1], rail.angle()];
-                sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
-            }
-        }
-        let [total, x, y, angle] = sums;
-        let height = self.top.at(y / total).map(|point| point.position[1]);
-        match height {
-            Some(z) if total > 0.0 => {
-                Frame { origin: [x / total, y / total, z], angle: angle / total }
-            }
-            _ => self.tangent_frame(),
-        }
-    }
-
     /// Returns the curvatures of the gap at the touching point, in the tangent frame.
     pub fn curvatures(&self) -> Curvatures {
         let touch = self.touches[0];
@@ -245,6 +201,29 @@ impl WheelOnRail {
         [x, y, self.top.at(y).map_or(z, |point| point.position[1])]
     }
 
+    /// Returns the inclination \[rad\] of the rail at y \[m\] in the track, or `None` beside it.
+    pub(super) fn rail_angle(&self, y: f64) -> Option<f64> {
+        self.top.at(y).map(|point| point.angle())
+    }
+
+    /// Returns the parameter \[m\] of the rail's curve at its sample that is nearest to the point of
+    /// the silhouette with the parameter `wheel` \[m\] of the wheel's curve.
+    pub(super) fn rail_below(&self, wheel: f64) -> f64 {
+        let [_, y, z] = self.gap_at(wheel).map_or(self.touches[0].position, |clearance| {
+            let [y, z] = clearance.rail.position;
+            [0.0, y, z]
+        });
+        let distance = |t: f64| {
+            let [rail_y, rail_z] = self.rail.at(t).position;
+            (rail_y - y).hypot(rail_z - z)
+        };
+        self.rail
+            .samples(4)
+            .into_iter()
+            .min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
+            .unwrap_or(0.0)
+    }
+
     /// Converts a point in track coordinates \[m\] to (y, z) \[m\] in the coordinates of the rail's
     /// profile, with y towards the right as in the track.
     pub fn to_rail(&self, position: [f64; 3]) -> [f64; 2] {
@@ -272,7 +251,7 @@ impl WheelOnRail {
 
     /// Returns the gap along z \[m\] at a point of the silhouette, with that point and the point of
     /// the rail below it.
-    fn gap_at(&self, parameter: f64) -> Option<Clearance> {
+    pub(super) fn gap_at(&self, parameter: f64) -> Option<Clearance> {
         let wheel = self.silhouette(parameter)?;
         let rail = self.top.at(wheel.position[1])?;
         Some(Clearance { gap: rail.position[1] - wheel.position[2], wheel, rail })

@@ -109,6 +109,7 @@ impl Pressed {
 }
 
 struct Row {
+    side: Side,
     name: String,
     position: Position,
     height: f64,
@@ -121,7 +122,46 @@ struct Row {
     elements: f64,
 }
 
-fn rows() -> Vec<Row> {
+impl Row {
+    /// Returns the case as a scene with a wheel on a rail and the load given.
+    fn scene(&self) -> Scene {
+        let Position { lateral, yaw, roll } = self.position;
+        let shape = Shape::WheelOnRail(WheelRail {
+            wheel: "wheel".to_owned(),
+            rail: "rail".to_owned(),
+            side: self.side,
+            rolling_radius: 0.46,
+            gauge: WheelRail::GAUGE,
+            gauge_depth: WheelRail::GAUGE_DEPTH,
+            flange_back_distance: WheelRail::FLANGE_BACK_DISTANCE,
+            flange_back_to_origin: WheelRail::FLANGE_BACK_TO_ORIGIN,
+            lateral,
+            yaw,
+            roll,
+        });
+        let step = Step { normal_force: Some(self.force), ..Step::default() };
+        let mut scene = scene(shape, STEEL.shear_modulus, STEEL.poisson, 0.3, step);
+        scene.punch.material = Some(STEEL);
+        scene
+    }
+}
+
+/// Returns the profiles of the benchmark.
+fn profiles() -> Surfaces {
+    let mut surfaces = Surfaces::new();
+    let profile = |text| Arc::new(Profile::from_simpack(text).expect("a profile"));
+    surfaces.insert_profile(
+        "wheel".to_owned(),
+        profile(include_str!("../../../../sweeps/profiles/MBench_S1002_v3.prw")),
+    );
+    surfaces.insert_profile(
+        "rail".to_owned(),
+        profile(include_str!("../../../../sweeps/profiles/MBench_UIC60_v3.prr")),
+    );
+    surfaces
+}
+
+fn rows(of: Side) -> Vec<Row> {
     let text = reference("wheel_rail.csv");
     let mut lines = text.lines();
     let head: Vec<&str> = lines.next().unwrap().split(',').collect();
@@ -130,8 +170,9 @@ fn rows() -> Vec<Row> {
             let fields: Vec<&str> = line.split(',').collect();
             let text = |name: &str| fields[head.iter().position(|column| *column == name).unwrap()];
             let number = |name: &str| text(name).parse::<f64>().unwrap();
-            assert_eq!((text("wheel"), text("patch")), ("left", "1"));
+            assert_eq!(text("patch"), "1");
             Row {
+                side: if text("wheel") == "left" { Side::Left } else { Side::Right },
                 name: text("case").to_owned(),
                 position: Position {
                     lateral: number("wheelset_y_mm") * 1e-3,
@@ -149,6 +190,7 @@ fn rows() -> Vec<Row> {
                 elements: number("elements_in_contact"),
             }
         })
+        .filter(|row| row.side == of)
         .collect()
 }
 
@@ -169,12 +211,12 @@ fn the_benchmarks_positions_meet_contact() {
         "case      x      y      z  angle  height  approach   peak   area elements |  peak   area"
     );
     let composite = STEEL.shear_modulus / (1.0 - STEEL.poisson);
-    let rows = rows();
+    let rows = rows(Side::Left);
     assert_eq!(rows.len(), 11);
     for row in rows {
         let pair = benchmark(Side::Left, &row.position);
         let frame = pair.overlap_frame(row.approach / row.angle.cos());
-        let plane = ContactPlane::new(&pair, frame);
+        let plane = ContactPlane::new(&pair, frame, 0.0);
         let (approach, outcome) =
             Pressed::new(&plane, 1.03 * row.approach, ELEMENT).loaded(row.force, row.approach);
         let found = outcome.observables;
@@ -231,38 +273,13 @@ fn the_benchmarks_positions_meet_contact() {
 /// those of use: 0.05 mm, peak pressure 1 %, area 3 %.
 #[test]
 fn scenes_of_a_wheel_on_a_rail_meet_contact() {
-    let mut surfaces = Surfaces::new();
-    let profile = |text| Arc::new(Profile::from_simpack(text).expect("a profile"));
-    surfaces.insert_profile(
-        "wheel".to_owned(),
-        profile(include_str!("../../../../sweeps/profiles/MBench_S1002_v3.prw")),
-    );
-    surfaces.insert_profile(
-        "rail".to_owned(),
-        profile(include_str!("../../../../sweeps/profiles/MBench_UIC60_v3.prr")),
-    );
+    let surfaces = profiles();
     println!(
         "case     x      y      z in µm  angle in mrad  approach  peak  area in %  \
          Hertz's peak and area over ours"
     );
-    for row in rows() {
-        let Position { lateral, yaw, roll } = row.position;
-        let shape = Shape::WheelOnRail(WheelRail {
-            wheel: "wheel".to_owned(),
-            rail: "rail".to_owned(),
-            side: Side::Left,
-            rolling_radius: 0.46,
-            gauge: WheelRail::GAUGE,
-            gauge_depth: WheelRail::GAUGE_DEPTH,
-            flange_back_distance: WheelRail::FLANGE_BACK_DISTANCE,
-            flange_back_to_origin: WheelRail::FLANGE_BACK_TO_ORIGIN,
-            lateral,
-            yaw,
-            roll,
-        });
-        let step = Step { normal_force: Some(row.force), ..Step::default() };
-        let mut scene = scene(shape, STEEL.shear_modulus, STEEL.poisson, 0.3, step);
-        scene.punch.material = Some(STEEL);
+    for row in rows(Side::Left) {
+        let scene = row.scene();
         let numerics = numerics(Mesh::Across(64), Projection::Average, 1e-7);
         let (outcome, _) =
             contact::solve(&scene, &numerics, &surfaces, &mut contact::Operators::default())
@@ -305,6 +322,45 @@ fn scenes_of_a_wheel_on_a_rail_meet_contact() {
     }
 }
 
+/// The right wheel of the benchmark comes to its flange, on which the plane of contact is steep, and
+/// in case 11 it stands on its tread and on the root of its flange. The elements are CONTACT's.
+#[test]
+fn the_right_wheel_meets_contact_on_tread_and_flange() {
+    let surfaces = profiles();
+    println!(
+        "case     x      y      z in µm  angle in mrad  height in µm  approach  peak in %  elements"
+    );
+    for row in rows(Side::Right) {
+        let scene = row.scene();
+        let domain = domain(&scene, &surfaces).expect("an Ω");
+        let count = |width: f64| (width / ELEMENT).ceil() as u32;
+        let mesh = Mesh::Exact([count(domain.width_x), count(domain.width_y)]);
+        let numerics = numerics(mesh, Projection::Midpoint, 1e-6);
+        let (outcome, _) =
+            contact::solve(&scene, &numerics, &surfaces, &mut contact::Operators::default())
+                .unwrap();
+        assert_eq!(outcome.status, Status::Certified);
+        let (end, rail) = (outcome.last().unwrap(), outcome.rail.unwrap());
+        let percent = |value: f64, reference: f64| (value / reference - 1.0) * 100.0;
+        let off = [0, 1, 2].map(|c| (rail.track[c] - row.reference[c]) * 1e6);
+        let element = domain.width_x * domain.width_y
+            / (f64::from(count(domain.width_x)) * f64::from(count(domain.width_y)));
+        println!(
+            "{:>4} {:6.1} {:6.1} {:6.1} {:6.3} {:6.2} {:6.2} {:6.2} {:6.1} {} {mesh:?}",
+            row.name,
+            off[0],
+            off[1],
+            off[2],
+            (rail.angle - row.angle) * 1e3,
+            (rail.wheelset_height - row.height) * 1e6,
+            percent(end.motion.approach, row.approach),
+            percent(end.observables.peak_pressure, row.peak),
+            end.observables.contact_elements as f64 * element / (ELEMENT * ELEMENT) - row.elements,
+            end.observables.patches,
+        );
+    }
+}
+
 /// Returns points of an arc of `radius` around (0, `center`), upwards (−1) or downwards (1), `half`
 /// to either side.
 fn arc(center: f64, radius: f64, direction: f64, half: f64) -> Vec<[f64; 2]> {
@@ -337,7 +393,7 @@ fn a_spherical_wheel_on_a_round_rail_is_hertzs() {
         for side in [Side::Left, Side::Right] {
             let pair = WheelOnRail::new(&wheel, &rail, &wheelset, &track, side, &position)
                 .expect("a contact");
-            let plane = ContactPlane::new(&pair, pair.tangent_frame());
+            let plane = ContactPlane::new(&pair, pair.tangent_frame(), 0.0);
             for i in -20..=20 {
                 for j in -20..=20 {
                     let (x, s) = (3e-4 * f64::from(i), 3e-4 * f64::from(j));
@@ -363,7 +419,7 @@ fn a_spherical_wheel_on_a_round_rail_is_hertzs() {
     let (along, across) = (0.5 / radius, 0.5 / radius + 0.5 / crown);
     let force = 1e4;
     let hertz = hertz_ellipse(STEEL.shear_modulus / (1.0 - STEEL.poisson), along, across, force);
-    let plane = ContactPlane::new(&pair, pair.tangent_frame());
+    let plane = ContactPlane::new(&pair, pair.tangent_frame(), 0.0);
     let mut errors = Vec::new();
     for element in [0.4e-3, 0.2e-3] {
         let (approach, outcome) =
