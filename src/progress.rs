@@ -118,7 +118,6 @@ impl ProgressDisplay {
                 self.notice(&format!("job {} goes back to the queue: {reason}", short(key)))
             }
             EventKind::Postponed { key, reason } => {
-                self.ended(key);
                 self.notice(&format!("job {} is left for another run: {reason}", short(key)));
             }
             EventKind::WorkerLost { worker, how, .. } => {

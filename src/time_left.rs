@@ -172,12 +172,13 @@ impl TimeLeft {
                     self.busy += seconds;
                 }
             }
-            EventKind::Quarantined { key, .. } => {
+            EventKind::Quarantined { key, .. } | EventKind::Postponed { key, .. } => {
                 self.change(key, JobStage::Ended, now);
             }
-            EventKind::Retried { key, .. } => {
+            EventKind::Retried { key, .. } | EventKind::Returned { key, .. } => {
                 self.change(key, JobStage::Waiting, now);
             }
+            EventKind::WorkersLimited { workers, .. } => self.workers = *workers,
             EventKind::WorkerLost { worker, .. } => {
                 let lost = self.held.get(worker).map(|held| held.jobs.clone());
                 for key in lost.unwrap_or_default() {
