@@ -21,10 +21,9 @@ pub struct Warning {
 /// The relative error above which an estimate is large if nobody has asked for less.
 const LARGE: f64 = 0.1;
 
-/// The estimated errors that are looked at if nobody has asked for one: those of scalars whose
-/// limit is a number.
-const FIGURES: [&str; 7] =
-    ["load", "approach", "tangential_force", "shift", "moment", "rotation", "peak_pressure"];
+/// The estimated errors that are looked at if nobody has asked for one. Moments and rotations are
+/// often small differences, whose relative errors are large and mean little.
+const FIGURES: [&str; 5] = ["load", "approach", "tangential_force", "shift", "peak_pressure"];
 
 /// The errors that an estimate is held against.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -199,14 +198,14 @@ fn large(records: &[&&Record], subject: Subject, limit: &AskedError) -> Option<W
         .collect();
     let conditions: Vec<String> =
         worst.iter().map(|(figure, _)| format!("estimate_{figure} > {}", limit.is)).collect();
-    let limit = match limit.figure {
-        Some(_) => format!("the {} asked for", percent(limit.is)),
-        None => percent(limit.is),
+    let of = subject.of(count);
+    let is = percent(limit.is);
+    let (is, advice) = match limit.figure {
+        Some(_) => (format!("the {is} asked for"), "a smaller `until`"),
+        None => (is, "a finer `mesh`"),
     };
     let words = format!(
-        "estimated errors{} are above {limit}: {}; give a finer `mesh`, or an `accuracy` in place \
-         of it",
-        subject.of(count),
+        "estimated errors{of} are above {is}: {}; give {advice}, or an `accuracy` in place of it",
         listed.join(", ")
     );
     Some(Warning { words, filter: conditions.join(" || "), steps: false })

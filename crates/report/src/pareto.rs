@@ -35,10 +35,11 @@ impl NoisyPoint {
     }
 }
 
-/// Returns the points that no other one beats, as indices into `points`, in order of falling y and,
-/// for equal y, of x. Values of x that lie within the noise of each other are ties, which beat
-/// nothing: a point is beaten by one that has a smaller y and no clearly larger x, or an equal y
-/// and a clearly smaller x.
+/// Returns the points that no other one on the front beats, as indices into `points`, in order of
+/// falling y and, for equal y, of x. Values of x that lie within the noise of each other are ties:
+/// a point is beaten by one on the front that has a smaller y and no clearly larger x, and by any
+/// that has an equal y and a clearly smaller x. What is left out is tied with a point of the front
+/// or clearly beaten, since a chain of ties ends at the front and goes no further.
 ///
 /// Points that are not finite do not take part; of equal points all or none are on the front.
 pub fn pareto_front_within(points: &[NoisyPoint]) -> Vec<usize> {
@@ -48,15 +49,16 @@ pub fn pareto_front_within(points: &[NoisyPoint]) -> Vec<usize> {
     order.sort_by(|&a, &b| {
         by_value(points[a].y, points[b].y).then(by_value(points[a].x, points[b].x))
     });
-    // The least lower end of all points that are lower in y.
+    // The least lower end of the points of the front that are lower in y.
     let mut least = f64::INFINITY;
     let mut unbeaten: Vec<Vec<usize>> = Vec::new();
     for level in order.chunk_by(|&a, &b| by_value(points[a].y, points[b].y).is_eq()) {
         let ends = |i: usize| points[i].ends();
         let smallest = level.iter().map(|&i| ends(i)[1]).fold(f64::INFINITY, f64::min);
         let is_unbeaten = |&i: &usize| ends(i)[1] < least && ends(i)[0] <= smallest;
-        unbeaten.push(level.iter().copied().filter(is_unbeaten).collect());
-        least = level.iter().map(|&i| ends(i)[0]).fold(least, f64::min);
+        let chosen: Vec<usize> = level.iter().copied().filter(is_unbeaten).collect();
+        least = chosen.iter().map(|&i| ends(i)[0]).fold(least, f64::min);
+        unbeaten.push(chosen);
     }
     unbeaten.into_iter().rev().flatten().collect()
 }
@@ -113,6 +115,11 @@ mod tests {
             "what is not clearly dearer and better beats"
         );
         assert_eq!(front(&[(1.0, 0.1, 3.0), (1.3, 0.1, 2.0)]), [0, 1], "clearly dearer");
+        assert_eq!(
+            front(&[(1.0, 0.1, 3.0), (1.2, 0.1, 2.0), (1.4, 0.1, 1.0)]),
+            [0, 2],
+            "a chain of ties does not beat what is clearly cheaper than its end"
+        );
         let of = |x, noise| NoisyPoint { x, noise, y: 0.0 };
         assert!(of(1.0, 0.1).is_tied(&of(1.2, 0.1)) && !of(1.0, 0.0).is_tied(&of(1.2, 0.1)));
     }
