@@ -204,7 +204,10 @@ impl Database {
             let path = directory.join(&file);
             let kind = fs::symlink_metadata(&path).map_err(Fault::Io)?.file_type();
             if kind.is_symlink() {
-                let reason = format!("{file} is a symbolic link, which is not followed");
+                let reason = format!(
+                    "{file} is a symbolic link, which is not followed; put the file itself there, \
+                     or let `tribosweep store salvage` do without it"
+                );
                 return Err(Fault::Io(io::Error::new(io::ErrorKind::InvalidInput, reason)));
             }
             if !kind.is_file() {

@@ -240,13 +240,13 @@ fn a_directory_in_the_place_of_any_file_is_healed() {
             fs::create_dir(&path).unwrap();
             if let Some(inner) = inner {
                 fs::write(path.join(inner), b"something").unwrap();
+                if name == Path::new("lock") {
+                    let error = Store::open(copied.path()).err().unwrap().to_string();
+                    assert!(error.contains("store salvage` put it aside"), "{error}");
+                }
             }
             let salvage = match Store::salvage(copied.path(), |_, _| Vec::new()) {
                 Ok(salvage) => salvage,
-                Err(error) if name == Path::new("lock") && inner.is_some() => {
-                    assert!(error.to_string().contains("lock"), "{error}");
-                    continue;
-                }
                 Err(error) => panic!("{}: {error}", name.display()),
             };
             let is_log = name.ends_with("db");
@@ -340,16 +340,15 @@ fn no_link_is_followed_when_a_file_is_opened_for_writing() {
         let content = fs::read(&path).unwrap();
         fs::rename(&path, &victim).unwrap();
         std::os::unix::fs::symlink(&victim, &path).unwrap();
-        match Store::open(copied.path()) {
-            Ok(store) => {
-                store.commit(&records(COUNT..COUNT + 10)).unwrap();
-                store.put_study("sweep", b"mu = [0.2]").unwrap();
-            }
-            Err(error) => {
-                let said = error.to_string();
-                assert!(said.contains("symbolic link"), "{}: {said}", name.display());
-            }
-        }
+        let store = Store::open(copied.path()).or_else(|error| {
+            let said = error.to_string();
+            assert!(said.contains("symbolic link"), "{}: {said}", name.display());
+            Store::salvage(copied.path(), |_, _| Vec::new())?;
+            Store::open(copied.path())
+        });
+        let store = store.unwrap();
+        store.commit(&records(COUNT..COUNT + 10)).unwrap();
+        store.put_study("sweep", b"mu = [0.2]").unwrap();
         assert_eq!(fs::read(&victim).unwrap(), content, "{}", name.display());
     }
 }
@@ -359,21 +358,6 @@ fn no_link_is_followed_when_a_file_is_opened_for_writing() {
 fn a_salvage_that_is_refused_a_file_leaves_all_as_it_is() {
     let original = tempfile::tempdir().unwrap();
     make(original.path());
-
-    let copied = tempfile::tempdir().unwrap();
-    copy(original.path(), copied.path());
-    let conf = copied.path().join("records/conf");
-    let content = fs::read(&conf).unwrap();
-    fs::remove_file(&conf).unwrap();
-    // The link points to itself: opening it is refused with ELOOP, also to root.
-    std::os::unix::fs::symlink("conf", &conf).unwrap();
-    let before = files(&copied.path().join("records"));
-    let error = Store::salvage(copied.path(), |_, _| Vec::new()).err().unwrap();
-    assert!(matches!(&error, OpenError::Io { path, .. } if path.ends_with("records")), "{error}");
-    assert_eq!(files(&copied.path().join("records")), before);
-    fs::remove_file(&conf).unwrap();
-    fs::write(&conf, content).unwrap();
-    assert_eq!(Store::open(copied.path()).unwrap().len() as u64, COUNT);
 
     let mut refused = 0;
     for descriptors in 5..16 {
