@@ -9,7 +9,7 @@ use identity::JobKey;
 use crate::access::Wanted;
 use crate::blob::{BlobFile, Blobs};
 use crate::core::{RECORDS, SALVAGED};
-use crate::database::{Database, Fault};
+use crate::database::{Database, Fault, LARGE};
 use crate::digest::Digest;
 use crate::durable;
 use crate::error::{OpenError, ReadError, WriteError};
@@ -128,10 +128,12 @@ pub(crate) fn salvage(
 fn readable(records: &Path) -> io::Result<BTreeMap<JobKey, Vec<u8>>> {
     let mut sound = BTreeMap::new();
     // What a link leads to is not the store's, and nothing writes there.
-    let is_link =
-        |name: &str| fs::symlink_metadata(records.join(name)).is_ok_and(|found| found.is_symlink());
+    let is_foreign = |name: &str| {
+        fs::symlink_metadata(records.join(name))
+            .is_ok_and(|found| found.is_symlink() || (name == LARGE && !found.is_dir()))
+    };
     if durable::is_real_directory(records) {
-        set_aside(records, is_link)?;
+        set_aside(records, is_foreign)?;
     }
     let database = match unless_refused(Database::open(records))? {
         Some(database) => Some(database),

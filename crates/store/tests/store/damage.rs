@@ -326,6 +326,34 @@ fn salvage_gives_up_records_whose_blob_is_lost_or_damaged() {
     assert_eq!(reader.keys().unwrap(), [key(2)]);
 }
 
+/// sled removes files from there when it opens the store.
+#[test]
+fn no_link_to_a_directory_is_followed_either() {
+    let directory = tempfile::tempdir().unwrap();
+    let store = directory.path().join("store");
+    fs::create_dir(&store).unwrap();
+    make(&store);
+    let victim = directory.path().join("victim");
+    fs::create_dir(&victim).unwrap();
+    fs::write(victim.join("999999999"), b"a letter").unwrap();
+    let large = store.join("records/blobs");
+    for is_link in [true, false] {
+        fs::remove_dir_all(&large).unwrap();
+        if is_link {
+            std::os::unix::fs::symlink(&victim, &large).unwrap();
+        } else {
+            fs::write(&large, b"a file").unwrap();
+        }
+        let error = Store::open(&store).err().unwrap().to_string();
+        assert!(error.contains(if is_link { "symbolic link" } else { "another kind" }), "{error}");
+        let salvage = Store::salvage(&store, |_, _| Vec::new()).unwrap();
+        assert!(salvage.kept > 0, "{salvage:?}");
+        Store::open(&store).unwrap().commit(&records(0..COUNT)).unwrap();
+        assert_eq!(inspect(&store), "sound");
+    }
+    assert_eq!(fs::read(victim.join("999999999")).unwrap(), b"a letter");
+}
+
 /// Whoever can write in the directory of a store must not lead its owner's writes elsewhere.
 #[test]
 fn no_link_is_followed_when_a_file_is_opened_for_writing() {
