@@ -15,6 +15,9 @@ use rustix::process::geteuid;
 /// The largest part of the list of users that is read \[bytes\].
 const USERS_LIMIT: u64 = 1 << 20;
 
+/// The advice about something that is in the place of the lock.
+const WAY_OUT: &str = "remove it, or let `tribosweep store salvage` put it aside";
+
 /// The use of a file that the system refuses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Wanted {
@@ -71,16 +74,19 @@ pub(crate) fn open_private(path: &Path) -> io::Result<File> {
             // Somebody has just removed it.
             Err(error) if error.kind() == io::ErrorKind::NotFound => {}
             // An empty directory in its place is in nobody's way. A file is never removed by this.
-            Err(error) if error.kind() == io::ErrorKind::IsADirectory => fs::remove_dir(path)?,
+            Err(error) if error.kind() == io::ErrorKind::IsADirectory => {
+                fs::remove_dir(path).map_err(|_| other(format!("it is a directory; {WAY_OUT}")))?;
+            }
             Err(error) if Errno::from_io_error(&error) == Some(Errno::LOOP) => {
-                return Err(other("it is a symbolic link, which is not followed; remove it"));
+                let what = "it is a symbolic link, which is not followed";
+                return Err(other(format!("{what}; {WAY_OUT}")));
             }
             Err(error) => return Err(error),
         }
     };
     let found = file.metadata()?;
     if !found.is_file() {
-        return Err(other("it is no regular file; remove it"));
+        return Err(other(format!("it is no regular file; {WAY_OUT}")));
     }
     let user = geteuid();
     if found.uid() != user.as_raw() && !user.is_root() {

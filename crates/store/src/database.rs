@@ -165,6 +165,32 @@ fn require_threads() -> io::Result<()> {
     }
 }
 
+/// Refuses links and whatever else is of another kind than sled makes it: sled follows links and
+/// writes to what it opens.
+fn require_own_kinds(directory: &Path) -> Result<(), Fault> {
+    let mut names = own_files(directory).map_err(Fault::Io)?;
+    names.push(LARGE.to_owned());
+    for name in names {
+        let kind = match fs::symlink_metadata(directory.join(&name)) {
+            Ok(found) => found.file_type(),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+            Err(error) => return Err(Fault::Io(error)),
+        };
+        if kind.is_symlink() {
+            let reason = format!(
+                "{name} is a symbolic link, which is not followed; put what it leads to there, or \
+                 let `tribosweep store salvage` do without it"
+            );
+            return Err(Fault::Io(io::Error::new(io::ErrorKind::InvalidInput, reason)));
+        }
+        let is_as_made = if name == LARGE { kind.is_dir() } else { kind.is_file() };
+        if !is_as_made {
+            return Err(Fault::Damaged(format!("its {name} is of another kind")));
+        }
+    }
+    Ok(())
+}
+
 /// Removes the snapshots that a killed process was writing. sled would take them for finished ones,
 /// and they only repeat the log.
 fn remove_unfinished_snapshots(directory: &Path) -> io::Result<()> {
@@ -195,22 +221,11 @@ pub(crate) struct Database {
 }
 
 impl Database {
-    /// Opens the database in `directory` and creates it if it is absent. sled follows links and
-    /// writes to whatever it opens, so its own files must not be links.
+    /// Opens the database in `directory` and creates it if it is absent.
     pub(crate) fn open(directory: &Path) -> Result<Self, Fault> {
         require_threads().map_err(Fault::Io)?;
         remove_unfinished_snapshots(directory).map_err(Fault::Io)?;
-        for file in own_files(directory).map_err(Fault::Io)? {
-            let path = directory.join(&file);
-            let kind = fs::symlink_metadata(&path).map_err(Fault::Io)?.file_type();
-            if kind.is_symlink() {
-                let reason = format!("{file} is a symbolic link, which is not followed");
-                return Err(Fault::Io(io::Error::new(io::ErrorKind::InvalidInput, reason)));
-            }
-            if !kind.is_file() {
-                return Err(Fault::Damaged(format!("{} is no regular file", path.display())));
-            }
-        }
+        require_own_kinds(directory)?;
         // There is no background flusher: every commit flushes, and closing waits for ever for a
         // flusher that panicked. The garbage that it would collect was measured: 100 000 records of
         // 1 KiB take the same 190 MB with and without it.

@@ -9,7 +9,7 @@ use identity::JobKey;
 use crate::access::Wanted;
 use crate::blob::{BlobFile, Blobs};
 use crate::core::{RECORDS, SALVAGED};
-use crate::database::{Database, Fault};
+use crate::database::{Database, Fault, LARGE};
 use crate::digest::Digest;
 use crate::durable;
 use crate::error::{OpenError, ReadError, WriteError};
@@ -127,11 +127,19 @@ pub(crate) fn salvage(
 /// content of the database.
 fn readable(records: &Path) -> io::Result<BTreeMap<JobKey, Vec<u8>>> {
     let mut sound = BTreeMap::new();
+    // What a link leads to is not the store's, and nothing writes there.
+    let is_foreign = |name: &str| {
+        fs::symlink_metadata(records.join(name))
+            .is_ok_and(|found| found.is_symlink() || (name == LARGE && !found.is_dir()))
+    };
+    if durable::is_real_directory(records) {
+        set_aside(records, is_foreign)?;
+    }
     let database = match unless_refused(Database::open(records))? {
         Some(database) => Some(database),
         // The log alone is enough: without a snapshot and a configuration, sled derives them anew.
         None => {
-            set_aside_derived(records)?;
+            set_aside(records, |name| name.starts_with("snap.") || name == "conf")?;
             unless_refused(Database::open(records))?
         }
     };
@@ -186,12 +194,13 @@ fn remove_damaged(blobs: &Blobs) -> Result<usize, OpenError> {
     Ok(removed)
 }
 
-/// Renames the files of a sled database that only repeat its log.
-fn set_aside_derived(records: &Path) -> io::Result<()> {
+/// Renames those files of a sled database for which `is_concerned` holds, so that sled does not see
+/// them.
+fn set_aside(records: &Path, is_concerned: impl Fn(&str) -> bool) -> io::Result<()> {
     for entry in fs::read_dir(records)? {
         let name = entry?.file_name();
         let text = name.to_string_lossy();
-        if text.starts_with("snap.") || text == "conf" {
+        if is_concerned(&text) {
             fs::rename(records.join(&name), records.join(format!("damaged.{text}")))?;
         }
     }

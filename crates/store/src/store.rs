@@ -10,8 +10,9 @@ use crate::access::Wanted;
 use crate::blob::Blobs;
 use crate::core::{Core, is_vacant, lock_for_writing};
 use crate::digest::Digest;
+use crate::durable;
 use crate::error::{OpenError, ReadError, WriteError};
-use crate::lock::Holder;
+use crate::lock::{self, Holder};
 use crate::reader::{StoreReader, is_there};
 use crate::salvage::{Salvage, salvage};
 use crate::serve::{Listening, Server};
@@ -88,6 +89,12 @@ impl Store {
         })?;
         // The socket shows that the process is alive. It answers nobody.
         let holder = Holder::this_process(Some(listening.address.clone()), false);
+        let place = directory.join(lock::FILE);
+        // Something that is no file is in the place of the lock, so nobody can hold it.
+        if fs::symlink_metadata(&place).is_ok_and(|found| !found.is_file()) {
+            durable::put_aside(&place)
+                .map_err(|source| OpenError::io("put aside", Wanted::Write, &place, source))?;
+        }
         let _lock = lock_for_writing(directory, &holder)?;
         salvage(directory, references)
     }
