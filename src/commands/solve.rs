@@ -5,11 +5,12 @@ use std::ffi::OsStr;
 use std::time::Instant;
 
 use answers::choice::{Discovery, choose};
-use answers::{Performed, RecordMap, perform, warnings};
+use answers::{Performed, RecordMap, forecast, perform, warnings};
 use anyhow::{Context, Result, bail};
 use contact::Operators;
 use contact::model::Fields;
 use contact::punch::Surfaces;
+use indicatif::BinaryBytes;
 use study::edit::with_settings;
 use study::job::PHYSICS_VERSION;
 use study::{Adaptive, Job, Kind, Provenance, Record, Study};
@@ -84,7 +85,24 @@ fn run_command(args: &SolveArgs) -> String {
     wording::command([OsStr::new("run"), &wording::file_argument(&args.scene)])
 }
 
+/// Refuses a job that needs more memory than there is, by prediction: the system would kill the
+/// process.
+fn require_memory(job: &Job, surfaces: &Surfaces) -> Result<()> {
+    let needed = forecast(job, surfaces)?.memory;
+    let limits = [runner::memory_within_limits(), runner::available_memory()];
+    match limits.into_iter().flatten().min().filter(|&limit| needed > limit) {
+        Some(limit) => bail!(
+            "the scene needs {} of memory by prediction, and this process may use {}: choose a \
+             coarser mesh, or a machine or container with more memory (or `ulimit -v`)",
+            BinaryBytes(needed),
+            BinaryBytes(limit)
+        ),
+        None => Ok(()),
+    }
+}
+
 fn solve_job(job: &Job, surfaces: &Surfaces, operators: &mut Operators) -> Result<SolvedScene> {
+    require_memory(job, surfaces)?;
     let start = Instant::now();
     let Performed { ending, fields, times } = perform(job, surfaces, operators)?;
     let provenance =

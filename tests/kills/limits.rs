@@ -98,6 +98,21 @@ fn few_open_files_make_few_workers_and_a_soft_limit_is_raised() {
 }
 
 #[test]
+fn a_scene_that_needs_more_memory_than_there_is_is_refused_before_it_is_solved() {
+    let place = Place::with(LARGE);
+    for line in [
+        "ulimit -v 600000; $T solve study.toml --set friction.mu=0.3 --set mesh=2000",
+        "$T run study.toml --memory 1MiB",
+    ] {
+        let ended = shell(&place, line);
+        assert_eq!(ended.code, Some(1), "{line}: {}", ended.said);
+        assert!(ended.said.contains("of memory by prediction, and "), "{line}: {}", ended.said);
+    }
+    let status = place.succeed(&["run", "study.toml"]);
+    assert!(status.contains("4 points, 4 certified, 0 failed, 0 left; 4 of 4 jobs computed"));
+}
+
+#[test]
 fn more_threads_than_the_machine_can_use_are_not_started() {
     let place = Place::with(LARGE);
     for line in [

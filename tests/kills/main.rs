@@ -319,8 +319,8 @@ fn pids() -> impl Iterator<Item = u32> {
         .filter_map(|entry| entry.file_name().to_str()?.parse().ok())
 }
 
-/// Returns what runs have in shared memory whose large bodies travel through a directory, and shared
-/// memory of no run at all.
+/// Returns what runs have in shared memory whose large bodies travel through a directory, and
+/// shared memory of no run at all.
 fn belongings(bodies: &Path) -> Vec<PathBuf> {
     let shared: Vec<PathBuf> =
         fs::read_dir("/dev/shm").unwrap().flatten().map(|entry| entry.path()).collect();

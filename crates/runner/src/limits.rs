@@ -26,6 +26,8 @@ const THREADS: usize = 8;
 /// The address space that the program needs beyond what it has when it starts \[bytes\] (measured:
 /// 110 MiB); most of it is reserved for the arenas and stacks of threads, and not used.
 const ADDRESS_SPACE: u64 = 256 << 20;
+/// The address space of the stack of a thread, of which there is one for each core \[bytes\].
+const THREAD_STACK: u64 = 2 << 20;
 /// The private memory that the program needs beyond what it has when it starts \[bytes\] (measured:
 /// 50 MiB).
 const PRIVATE_MEMORY: u64 = 96 << 20;
@@ -59,7 +61,7 @@ pub fn prepare_process() -> Result<(), LimitError> {
              `ulimit -n`"
         )));
     }
-    let threads = THREADS + std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = THREADS + cores();
     let granted = threads_granted(threads);
     if granted < threads {
         return Err(LimitError(format!(
@@ -85,13 +87,19 @@ pub fn enough_stack() -> Result<(), LimitError> {
     }
 }
 
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
 fn enough_address_space() -> Result<(), LimitError> {
     if memory_within_limits().is_some() {
         reserve_little();
     }
     // Some systems count private memory only, and limit that.
-    let resources =
-        [(Resource::As, 0, ADDRESS_SPACE, "-v"), (Resource::Data, 5, PRIVATE_MEMORY, "-d")];
+    let resources = [
+        (Resource::As, 0, ADDRESS_SPACE + cores() as u64 * THREAD_STACK, "-v"),
+        (Resource::Data, 5, PRIVATE_MEMORY, "-d"),
+    ];
     for (resource, column, more, option) in resources {
         let Some(limit) = getrlimit(resource).current else { continue };
         let needed = used_memory(column).saturating_add(more);
@@ -129,7 +137,7 @@ fn used_memory(column: usize) -> u64 {
 /// if there is no limit.
 pub fn memory_within_limits() -> Option<u64> {
     let limits = [(Resource::As, WORKER_ADDRESS_SPACE), (Resource::Data, WORKER_PRIVATE_MEMORY)];
-    let left = |(resource, own): (_, u64)| Some(getrlimit(resource).current?.saturating_sub(own));
+    let left = |(resource, base): (_, u64)| Some(getrlimit(resource).current?.saturating_sub(base));
     limits.into_iter().filter_map(left).min()
 }
 

@@ -4,9 +4,9 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Returns the memory that this process and its children may take now \[bytes\]: what the machine has
-/// available, or what is left of the limit of a container around it. It is `None` where the system
-/// does not tell.
+/// Returns the memory that this process and its children may take now \[bytes\]: what the machine
+/// has available, or what is left of the limit of a container around it. It is `None` where the
+/// system does not tell.
 pub fn available_memory() -> Option<u64> {
     let of_machine = read_field(Path::new("/proc/meminfo"), "MemAvailable:").map(|kb| kb * 1024);
     groups().iter().filter_map(MemoryGroup::left).chain(of_machine).min()

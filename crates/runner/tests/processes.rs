@@ -159,8 +159,8 @@ fn assert_squares(kept: &Kept, count: u64) {
     }
 }
 
-/// Lists what runs whose large bodies travel through a directory left: their directories, and shared
-/// memory of the same tags.
+/// Lists what runs whose large bodies travel through a directory left: their directories, and
+/// shared memory of the same tags.
 fn leftovers(bodies: &Path) -> Vec<PathBuf> {
     let entries = |path: &Path| {
         let found = std::fs::read_dir(path).into_iter().flatten().flatten();
