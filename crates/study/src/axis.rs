@@ -37,8 +37,12 @@ use crate::key::{Key, Table};
 use crate::sheet::{Given, Setting, Sheet};
 use crate::value::Value;
 
-/// The largest number of points of one study, and of the values of all its axes.
-pub(crate) const MAX_POINTS: usize = 1_000_000;
+/// The largest number of points of one study, and of the values of all its axes. A plan takes 3 kB
+/// for each point and a run 10 kB, as measured.
+pub(crate) const MAX_POINTS: usize = 200_000;
+
+/// The largest number of load steps and layers of all points together. Each takes some 250 bytes.
+pub(crate) const MAX_ENTRIES: usize = 2_000_000;
 
 /// The largest number of axes of one study.
 pub(crate) const MAX_AXES: usize = 1000;

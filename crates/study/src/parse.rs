@@ -149,6 +149,7 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     let before = mistakes.len();
     sweep::refuse_absent(&groups, &base, &mut mistakes);
     sweep::refuse_alternatives(&groups, &base, &mut mistakes);
+    sweep::refuse_too_many_entries(&groups, &base, &mut mistakes);
     if mistakes.len() > before {
         // Entries have columns, and an index that is far off would make thousands of millions of
         // them.

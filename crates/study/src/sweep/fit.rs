@@ -6,11 +6,11 @@ use std::collections::{HashMap, HashSet};
 use toml::de::{DeTable, DeValue};
 
 use super::range::is_range;
-use crate::axis::{Choice, Group, MAX_AXES, MAX_POINTS, SweepAxis, Target};
+use crate::axis::{Choice, Group, MAX_AXES, MAX_ENTRIES, MAX_POINTS, SweepAxis, Target, count};
 use crate::error::{Mistake, are_enough};
 use crate::key::Key;
 use crate::read::Node;
-use crate::sheet::{Given, Sheet};
+use crate::sheet::{Given, Setting, Sheet};
 
 /// The size of a `[sweep]`, counted before anything is made of it.
 #[derive(Default)]
@@ -140,6 +140,35 @@ pub(super) fn refuse_overlaps(groups: &[Group], mistakes: &mut Vec<Mistake>) {
                     .context(owner.span.clone(), "the other one"),
             );
         }
+    }
+}
+
+/// Refuses points whose load steps and layers are too many in all, although each has no more than
+/// it may.
+pub(crate) fn refuse_too_many_entries(
+    groups: &[Group],
+    base: &[(Key, Given)],
+    mistakes: &mut Vec<Mistake>,
+) {
+    let choices = groups.iter().flat_map(|group| &group.axes).flat_map(|axis| &axis.choices);
+    let given = || base.iter().chain(choices.clone().flat_map(|choice| &choice.given));
+    let longest = |list: Key| {
+        let lengths = given().filter_map(|(key, given)| match given.setting {
+            Setting::Count(length) if *key == list => Some(length as usize),
+            _ => None,
+        });
+        lengths.max().unwrap_or(0)
+    };
+    let (points, entries) =
+        (count(groups).unwrap_or(0), longest(Key::Layers) + longest(Key::Steps));
+    if points.saturating_mul(entries) > MAX_ENTRIES {
+        let place =
+            groups.iter().flat_map(|group| &group.axes).max_by_key(|axis| axis.choices.len());
+        mistakes.push(Mistake::new(
+            place.map_or(0..0, |axis| axis.span.clone()),
+            format!("{points} points with up to {entries} load steps and layers each"),
+            format!("must be at most {MAX_ENTRIES} in all"),
+        ));
     }
 }
 

@@ -74,7 +74,7 @@ fn a_sweep_of_too_much_is_refused_before_it_is_read() {
         ("friction.mu = { from = 0, to = 1, count = 4000000000 }", "a range of 4000000000"),
         ("friction.mu = { from = 0, to = 1, count = 999999999999999999999 }", "cannot count"),
         (
-            "friction.mu = { from = 0, to = 1, count = 1000000 }\npunch.radius = { from = 1, to = 2, count = 1000000 }",
+            "friction.mu = { from = 0, to = 1, count = 200000 }\npunch.radius = { from = 1, to = 2, count = 200000 }",
             "values in all",
         ),
         (
@@ -85,6 +85,11 @@ fn a_sweep_of_too_much_is_refused_before_it_is_read() {
         let said = refused(&sphere("", &format!("[sweep]\n{sweep}\n")));
         assert!(said.contains(words), "{said}");
     }
+    let steps = "{ approach = 1 }, ".repeat(1000);
+    let long = SPHERE.replacen("{ approach = \"1 um\" }", &steps, 1);
+    let said =
+        refused(&format!("{long}[sweep]\nfriction.mu = {{ from = 0, to = 1, count = 2001 }}\n"));
+    assert!(said.contains("2001 points with up to 1000 load steps"), "{said}");
     let axes = large(|i| format!("\"loading.steps[{i}].shift_x\" = [0]\n"));
     let said = refused(&sphere("", &format!("[sweep]\n{axes}")));
     assert!(said.contains("axes") && said.contains("at most 1000"), "{said}");
