@@ -43,6 +43,7 @@ pub use interrupt::Interrupt;
 pub use ipc::{WorkerArguments, WorkerError, work};
 pub use ledger::{Done, Ledger, Verdict};
 pub use options::Options;
+pub use protocol::is_message;
 pub use root::{RootError, sweep_leftovers};
 pub use run::run;
 pub use task::Task;

@@ -53,3 +53,4 @@ pub use reader::{RecordOrigin, StoreReader};
 pub use salvage::Salvage;
 pub use store::Store;
 pub use verify::{CompactError, Compaction, Verification};
+pub use wire::is_message;
