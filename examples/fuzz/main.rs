@@ -1,74 +1,62 @@
-//! Reads mutated study files or filters in this process, and says what came of them: how many were
-//! accepted, which one took longest. A panic, or one that takes more than five seconds, ends with
-//! its seed, which makes the same text again. Memory is limited to a gibibyte.
+//! Feeds mutated study files, height maps, profiles, filters, records and messages to their
+//! readers, in process: none may panic, take more than a gibibyte or more than five seconds.
 //!
 //! ```text
-//! cargo run --release --example fuzz -- studies 100000 1     # kind, number, first seed
-//! cargo run --release --example fuzz -- filters 100000 1
-//! cargo run --release --example fuzz -- studies 1 17 show    # prints the text of seed 17
+//! cargo run --release --example fuzz -- --count 1000000 --seed 1
+//! cargo run --release --example fuzz -- --seed 1 --show 4711     # prints one input
 //! ```
+//!
+//! The inputs are read by child processes of limited memory. The child leaves the number of its
+//! input in a file before it reads it, so that the input that ends a child is known. A fault is a
+//! line that begins with FAULT; the last line is a summary in JSON. `scripts/attack` runs this.
 
-use std::error::Error;
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::time::{Duration, Instant};
-
-use rustix::process::{Resource, Rlimit, setrlimit};
-
+mod child;
+mod corpus;
 mod filters;
 mod mutation;
+mod parent;
 mod studies;
 
-/// The longest time that a text may take.
-const PATIENCE: Duration = Duration::from_secs(5);
+use std::error::Error;
+use std::process::ExitCode;
 
-/// The memory that the process may have \[bytes\].
-const MEMORY: u64 = 1 << 30;
+use clap::Parser;
 
-/// A kind of text that is mutated.
-struct Subject {
-    /// Makes the text of a seed.
-    text: fn(u64) -> String,
-    /// Reads it, and returns whether it was accepted.
-    read: fn(&str) -> bool,
+/// Feeds mutated input to every reader.
+#[derive(Parser)]
+struct Arguments {
+    /// The number of inputs.
+    #[arg(long, default_value_t = 10_000)]
+    count: u64,
+    /// The place where random numbers begin.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// The number of processes.
+    #[arg(long, default_value_t = 2)]
+    processes: u64,
+    /// Prints this input instead.
+    #[arg(long)]
+    show: Option<u64>,
+    /// Reads inputs from this one on and leaves the number of each in a file.
+    #[arg(long, hide = true, requires = "progress")]
+    from: Option<u64>,
+    #[arg(long, hide = true)]
+    progress: Option<std::path::PathBuf>,
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let mut arguments = std::env::args().skip(1);
-    let subject = match arguments.next().as_deref() {
-        Some("studies") => Subject { text: studies::text, read: studies::read },
-        Some("filters") => Subject { text: filters::text, read: filters::read },
-        _ => return Err("the kind is missing: studies or filters".into()),
-    };
-    let count: u64 = arguments.next().ok_or("the number is missing")?.parse()?;
-    let first: u64 = arguments.next().ok_or("the first seed is missing")?.parse()?;
-    if arguments.next().is_some() {
-        println!("{}", (subject.text)(first));
-        return Ok(());
+fn main() -> Result<ExitCode, Box<dyn Error>> {
+    let arguments = Arguments::parse();
+    let corpus = corpus::Corpus::new()?;
+    if let Some(number) = arguments.show {
+        let input = corpus.input(arguments.seed, number);
+        println!("{:?}\n{}", input.kind, String::from_utf8_lossy(&input.bytes));
+        return Ok(ExitCode::SUCCESS);
     }
-    setrlimit(Resource::As, Rlimit { current: Some(MEMORY), maximum: Some(MEMORY) })?;
-    let (mut accepted, mut faults) = (0, 0);
-    let mut slowest = (Duration::ZERO, first);
-    for seed in first..first.saturating_add(count) {
-        let text = (subject.text)(seed);
-        let start = Instant::now();
-        match catch_unwind(AssertUnwindSafe(|| (subject.read)(&text))) {
-            Ok(is_accepted) => accepted += u64::from(is_accepted),
-            Err(_) => {
-                eprintln!("seed {seed}: panic");
-                faults += 1;
-            }
-        }
-        let took = start.elapsed();
-        if took > PATIENCE {
-            eprintln!("seed {seed}: took {took:?}");
-            faults += 1;
-        }
-        slowest = slowest.max((took, seed));
+    if let (Some(from), Some(progress)) = (arguments.from, &arguments.progress) {
+        let inputs = (from..arguments.count).step_by(arguments.processes.max(1) as usize);
+        child::read(&corpus, arguments.seed, inputs, progress)?;
+        return Ok(ExitCode::SUCCESS);
     }
-    println!(
-        "{count} read, {accepted} accepted, {faults} faults; seed {} took longest, {:.1} ms",
-        slowest.1,
-        slowest.0.as_secs_f64() * 1e3
-    );
-    if faults > 0 { Err(format!("{faults} faults").into()) } else { Ok(()) }
+    let faults = parent::run(arguments.count, arguments.seed, arguments.processes.max(1))?;
+    Ok(if faults == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

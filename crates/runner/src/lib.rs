@@ -50,6 +50,7 @@ pub use ledger::{Done, Ledger, Verdict};
 pub use limits::{LimitError, enough_stack, memory_within_limits, prepare_process};
 pub use memory::available_memory;
 pub use options::Options;
+pub use protocol::is_message;
 pub use root::{RootError, remove_bodies, sweep_leftovers};
 pub use run::run;
 pub use signals::raise_on_signals;

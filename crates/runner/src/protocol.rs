@@ -113,6 +113,11 @@ pub(crate) fn decode<M: Decode<()>>(bytes: &[u8]) -> Result<M, MessageError> {
     }
 }
 
+/// Tells whether bytes are a message between a coordinator and a worker.
+pub fn is_message(bytes: &[u8]) -> bool {
+    decode::<Request<Body>>(bytes).is_ok() || decode::<Reply<Body>>(bytes).is_ok()
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;

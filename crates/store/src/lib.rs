@@ -62,3 +62,4 @@ pub use reader::{CopyReason, RecordOrigin, StoreReader};
 pub use salvage::Salvage;
 pub use store::Store;
 pub use verify::{CompactError, Compaction, Verification};
+pub use wire::is_message;

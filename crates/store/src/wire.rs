@@ -92,6 +92,11 @@ pub(crate) fn invalid(what: impl Into<String>) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, what.into())
 }
 
+/// Tells whether bytes are the body of a message between a reader and the holder of a store.
+pub fn is_message(body: &[u8]) -> bool {
+    decode::<ReadRequest>(body).is_ok() || decode::<ReadResponse>(body).is_ok()
+}
+
 pub(crate) fn send(mut stream: &UnixStream, message: &impl Encode) -> io::Result<()> {
     let mut frame = vec![0; 5];
     bincode::encode_into_std_write(message, &mut frame, standard())
@@ -122,7 +127,12 @@ pub(crate) fn receive<T: Decode<()>>(mut stream: &UnixStream) -> io::Result<T> {
     if body.len() != length as usize {
         return Err(io::ErrorKind::UnexpectedEof.into());
     }
-    match bincode::decode_from_slice(&body, standard().with_limit::<{ 2 * FRAME_LIMIT as usize }>())
+    decode(&body)
+}
+
+/// Decodes the body of a frame.
+fn decode<T: Decode<()>>(body: &[u8]) -> io::Result<T> {
+    match bincode::decode_from_slice(body, standard().with_limit::<{ 2 * FRAME_LIMIT as usize }>())
     {
         Ok((message, read)) if read == body.len() => Ok(message),
         Ok(_) => Err(invalid("a message goes on after its end")),

@@ -1,0 +1,170 @@
+//! The inputs from which others are made, and their readers.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::Path;
+
+use answers::{Performed, perform};
+use contact::Operators;
+use study::job::PHYSICS_VERSION;
+use study::{Provenance, Record, Study};
+
+use crate::mutation::{Dice, changed};
+use crate::{filters, studies};
+
+/// An input for a reader.
+pub(crate) struct Input {
+    pub(crate) kind: InputKind,
+    pub(crate) bytes: Vec<u8>,
+}
+
+/// The kind of an input, which says who reads it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum InputKind {
+    Study,
+    Map,
+    Profile,
+    Filter,
+    Record,
+    Message,
+}
+
+impl InputKind {
+    /// The kinds, each as often as its share of the inputs.
+    pub(crate) const SHARES: [InputKind; 10] = [
+        InputKind::Study,
+        InputKind::Study,
+        InputKind::Study,
+        InputKind::Map,
+        InputKind::Map,
+        InputKind::Profile,
+        InputKind::Filter,
+        InputKind::Filter,
+        InputKind::Record,
+        InputKind::Message,
+    ];
+}
+
+/// Inputs that are right, by their kind; those of texts stand with their readers.
+pub(crate) struct Corpus {
+    inputs: BTreeMap<InputKind, Vec<Vec<u8>>>,
+}
+
+/// A study whose result is a record of the corpus.
+const SOLVED: &str = "name = \"solved\"
+[scene]
+foundation.base = { shear_modulus = \"80 GPa\", poisson = 0.3 }
+punch = { shape = \"sphere\", radius = \"10 mm\" }
+friction.mu = 0.3
+loading.steps = [{ approach = \"1 um\" }, { shift_x = \"0.2 um\" }]
+numerics.mesh = 6
+";
+
+const MAPS: [&str; 8] = [
+    "0.0 1.0 2.0\n0.5 0.25 -1.5\n",
+    "# Width: 1.0 mm\n# Height: 1.0 mm\n# Value units: m\n1e-6\t2e-6\n3e-6\t4e-6\n",
+    "0;0,5;1\n1;1,5;-9999\n",
+    "0 0 1.5\n0 1 2.5\n1 0 3.5\n1 1 4.5\n",
+    "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 0.5\nNODATA_value -9999\n1 2\n3 -9999\n",
+    "1.0D-6,2.0d-6,\n3.0D-6,nan,\n",
+    "\u{feff}% x\n1 2 // y\n3 4 ; z\n",
+    "bad 1 2\n--- 3 4\n1e38 5 6\n",
+];
+
+const PROFILES: [&str; 2] = [
+    "0.0 0.0\n1.0 0.1\n2.0 0.4\n3.0 0.9\n4.0 1.6\n",
+    "ColumnDef=X,Y\nXYPOINTS=3\n\n-1.0 0.0\n0.0 1.0\n1.0 0.0\n",
+];
+
+impl Corpus {
+    /// Gathers the inputs from the repository and from one job.
+    pub(crate) fn new() -> Result<Self, Box<dyn Error>> {
+        let profiles = Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/profiles");
+        let mut inputs: BTreeMap<InputKind, Vec<Vec<u8>>> = BTreeMap::new();
+        for (kind, texts) in [(InputKind::Map, &MAPS[..]), (InputKind::Profile, &PROFILES[..])] {
+            inputs.insert(kind, texts.iter().map(|text| text.as_bytes().to_vec()).collect());
+        }
+        for name in ["MBench_S1002_v3.prw", "MBench_UIC60_v3.prr"] {
+            inputs.entry(InputKind::Profile).or_default().push(std::fs::read(profiles.join(name))?);
+        }
+        inputs.entry(InputKind::Map).or_default().extend([npy("<f8", 8), npy(">f4", 4)]);
+        inputs.insert(InputKind::Record, vec![record()?]);
+        inputs.insert(InputKind::Message, messages());
+        Ok(Self { inputs })
+    }
+
+    /// Makes the input with a number; the same seed and number give the same input.
+    pub(crate) fn input(&self, seed: u64, number: u64) -> Input {
+        let seed = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ number;
+        let mut dice = Dice::new(seed);
+        let kind = dice.pick(&InputKind::SHARES);
+        let bytes = match kind {
+            InputKind::Study => studies::text(seed).into_bytes(),
+            InputKind::Filter => filters::text(seed).into_bytes(),
+            InputKind::Map | InputKind::Profile | InputKind::Record | InputKind::Message => {
+                changed(&self.inputs[&kind], &mut dice)
+            }
+        };
+        Input { kind, bytes }
+    }
+
+    /// Reads an input as the program does.
+    pub(crate) fn read(Input { kind, bytes }: &Input) {
+        match kind {
+            InputKind::Study => _ = studies::read(&String::from_utf8_lossy(bytes)),
+            InputKind::Map => {
+                if let Ok(map) = study::surface::read(bytes, "um") {
+                    let _ = study::surface::decode_surface(&study::surface::encode_surface(&map));
+                }
+                let _ = study::surface::decode_surface(bytes);
+            }
+            InputKind::Profile => {
+                if let Ok(profile) = study::profile::read(bytes) {
+                    let _ =
+                        study::profile::decode_profile(&study::profile::encode_profile(&profile));
+                }
+                let _ = study::profile::decode_profile(bytes);
+            }
+            InputKind::Filter => {
+                _ = filters::read(&String::from_utf8_lossy(bytes));
+            }
+            InputKind::Record => {
+                if let Ok(record) = Record::decode(bytes) {
+                    let _ = (record.key(), record.parse_job(), record.encode());
+                }
+            }
+            InputKind::Message => {
+                let _ = (runner::is_message(bytes), store::is_message(bytes));
+            }
+        }
+    }
+}
+
+/// Returns an NPY file of 2 × 3 numbers of a type.
+fn npy(descr: &str, size: usize) -> Vec<u8> {
+    let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': (2, 3), }}\n");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(std::iter::repeat_n(0x3f, 6 * size));
+    bytes
+}
+
+/// Returns the bytes of the record of a small job.
+fn record() -> Result<Vec<u8>, Box<dyn Error>> {
+    let study = Study::parse(SOLVED, "solved.toml", &mut |_| Err("there are none".to_owned()))?;
+    let job = study.point(0).ok_or("the study has no point")?.job;
+    let Performed { ending, times, .. } =
+        perform(&job, study.surfaces(), &mut Operators::default())?;
+    let provenance = Provenance::timed("fuzz", 1.0, times);
+    let (physics, job) = (PHYSICS_VERSION, job.canonical());
+    Ok(Record { physics, job, ending, fields: None, provenance }.encode())
+}
+
+/// Returns bytes like those that coordinator and worker, and reader and holder, say to each other.
+fn messages() -> Vec<Vec<u8>> {
+    let request = [1, 1, 7, 0, 0, 0, 0, 0, 0, 0xe0, 0x3f, 0, 0, 2, 1, 2, 1];
+    let reply = [1, 0, 1, 1, 0, 1, 4];
+    let keys = [2, 0, 0];
+    vec![request.to_vec(), reply.to_vec(), keys.to_vec(), vec![2; 70]]
+}
