@@ -234,7 +234,7 @@ impl<'r> Results<'r> {
         let mut is_known = false;
         for figure in suggestions {
             match variation(&table, figure, noise)? {
-                Variation::Varies(figure) => return Ok(Some(figure)),
+                Variation::Varies(figure) => return Ok(Some(*figure)),
                 Variation::Constant => is_known = true,
                 Variation::Unknown => {}
             }

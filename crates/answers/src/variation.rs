@@ -11,7 +11,7 @@ use crate::error::AnswerError;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Variation {
     /// Something varies; the figure shows that and nothing else.
-    Varies(Figure),
+    Varies(Box<Figure>),
     /// Nothing varies.
     Constant,
     /// No curve has two points.
@@ -74,7 +74,7 @@ pub(crate) fn variation(
         return Ok(Variation::Constant);
     }
     let band = figure.band.clone().filter(|_| has_band);
-    Ok(Variation::Varies(Figure { y: shown, band, ..figure.clone() }))
+    Ok(Variation::Varies(Box::new(Figure { y: shown, band, ..figure.clone() })))
 }
 
 #[cfg(test)]
