@@ -154,7 +154,10 @@ fn require_threads() -> io::Result<()> {
         }
     }
     match refused {
-        None => Ok(*ALLOWED.get_or_init(|| ())),
+        None => {
+            let _ = ALLOWED.set(()); // Another thread may have found out the same.
+            Ok(())
+        }
         Some(error) => Err(io::Error::new(
             io::ErrorKind::ResourceBusy,
             format!(

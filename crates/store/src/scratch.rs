@@ -1,8 +1,8 @@
 //! A directory for a private copy, which is removed however its process ends.
 
-use std::fs::{self, File};
+use std::fs::{self, File, Permissions};
 use std::io;
-use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
 use rustix::fs::{FlockOperation, OFlags, flock, statvfs};
@@ -60,7 +60,10 @@ impl ScratchDirectory {
         }
         remove_abandoned(place);
         loop {
-            let directory = tempfile::Builder::new().prefix(PREFIX).tempdir_in(place)?;
+            let directory = tempfile::Builder::new()
+                .prefix(PREFIX)
+                .permissions(Permissions::from_mode(0o700))
+                .tempdir_in(place)?;
             // Another process may have taken it for an abandoned one before it was locked.
             match lock(directory.path())? {
                 Some(lock) if directory.path().is_dir() => {
