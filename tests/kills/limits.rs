@@ -189,6 +189,38 @@ fn a_signal_that_is_ignored_at_the_start_stays_ignored() {
     }
 }
 
+/// A run in another process-id namespace, as in a container that shares `/dev/shm`, is judged by the
+/// lock that it holds.
+#[test]
+fn a_run_in_another_container_is_left_alone_and_cleaned_up_after() {
+    if !is_root("make a namespace") {
+        return;
+    }
+    let (place, other) = (Place::with(&LARGE.replace("96", "192")), Place::with(LARGE));
+    let mut container = Command::new("unshare")
+        .args(["--pid", "--fork", "--kill-child", "--mount-proc"])
+        .args([env!("CARGO_BIN_EXE_tribosweep"), "run", "study.toml", "--store"])
+        .arg(place.store())
+        .current_dir(place.directory.path())
+        .env(MARK, place.directory.path())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    while belongings(&place.bodies()).len() < 10 {
+        assert!(container.try_wait().unwrap().is_none(), "it is over before it was seen");
+        sleep(Duration::from_millis(1));
+    }
+    other.succeed(&["run", "study.toml"]);
+    assert!(container.try_wait().unwrap().is_none(), "the other run was not beside it");
+    assert!(belongings(&place.bodies()).len() >= 10, "the files of a run that lives are gone");
+    container.kill().unwrap();
+    container.wait().unwrap();
+    place.assert_quiet();
+    other.succeed(&["run", "study.toml"]);
+    assert_eq!(belongings(&place.bodies()), Vec::<PathBuf>::new());
+}
+
 /// Starts a run and waits until it has a first result and workers, or has ended.
 fn begun(place: &Place, more: &[&str]) -> Running {
     let mut running = place.start_run(more);

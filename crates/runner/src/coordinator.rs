@@ -2,8 +2,8 @@
 //!
 //! It has no sockets, no clock, no processes and no database, so every fault can be played to it in
 //! a test. [`Coordinator::step`] takes one [`Input`] and returns the [`Action`]s that the driver
-//! must carry out, in order. The files build on each other: messages, state, dealing, step. They
-//! know leases, the queue and the protocol, and no transport.
+//! must carry out, in order. The files build on each other: messages, state, attempt, dealing,
+//! step. They know leases, the queue and the protocol, and no transport.
 //!
 //! - A job waits, is leased, is being saved, or is done. Done is final.
 //! - A reply to a worker is an acknowledgement: it is sent only when everything that the worker
@@ -19,6 +19,7 @@
 //!   again with all memory for itself. If that is not enough, or the prediction is beyond the
 //!   limit, it is postponed: left for another run.
 
+mod attempt;
 mod dealing;
 #[cfg(any(test, debug_assertions))]
 mod invariants;

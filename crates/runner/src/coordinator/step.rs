@@ -4,10 +4,9 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use super::messages::{Action, Hopeless, Input};
-use super::state::{Coordinator, JobState, Phase, Saving, Worker};
+use super::state::{Coordinator, Phase, Worker};
 use crate::event::EventKind;
 use crate::lease::{Lease, LeaseId, WorkerId};
-use crate::ledger::{Done, Verdict};
 use crate::limits::size;
 use crate::loss::{Cause, Loss};
 use crate::options::Options;
@@ -144,107 +143,6 @@ impl Coordinator {
         if !self.given_up {
             self.given_up = true;
             self.actions.push(Action::GiveUp(reason));
-        }
-    }
-
-    /// Notes that one attempt failed. The job is held by nobody.
-    fn failed(&mut self, job: usize, worker: Option<WorkerId>, seconds: f64, reason: String) {
-        self.jobs[job].failures += 1;
-        self.counts.failures += 1;
-        let (key, attempt) = (self.jobs[job].key, self.jobs[job].failures);
-        if attempt < self.options.attempts {
-            self.put_back(job);
-            self.emit(EventKind::Retried { key, attempt, reason });
-        } else {
-            self.save(job, worker, seconds, Err(reason));
-        }
-    }
-
-    /// Notes that an attempt came to nothing by no fault of the job. The job is held by nobody.
-    fn give_back(&mut self, job: usize, reason: String) {
-        self.put_back(job);
-        self.emit(EventKind::Returned { key: self.jobs[job].key, reason });
-    }
-
-    /// Notes that a job had too little memory. It is tried again with all memory for itself, and
-    /// left for another run if it had that.
-    fn starved(&mut self, job: usize, reason: String) {
-        let limit = self.options.memory_limit;
-        if self.jobs[job].memory < limit {
-            self.jobs[job].memory = limit;
-            self.give_back(job, format!("{reason}; it will run while no other job does"));
-        } else {
-            self.postpone(job, reason);
-        }
-    }
-
-    /// Leaves a job, which is held by nobody, for another run.
-    fn postpone(&mut self, job: usize, reason: String) {
-        self.jobs[job].state = JobState::Postponed;
-        self.counts.postponed += 1;
-        self.postponed_for = Some(reason.clone());
-        self.emit(EventKind::Postponed { key: self.jobs[job].key, reason });
-    }
-
-    fn put_back(&mut self, job: usize) {
-        self.jobs[job].state = JobState::Waiting;
-        self.queue.put(job);
-        self.counts.waiting += 1;
-    }
-
-    /// Notes that the job has its final result, which must be made durable.
-    fn save(
-        &mut self,
-        job: usize,
-        worker: Option<WorkerId>,
-        seconds: f64,
-        result: Result<Vec<u8>, String>,
-    ) {
-        let entry = &mut self.jobs[job];
-        entry.state = JobState::Saving;
-        let attempts = entry.failures + u32::from(result.is_ok());
-        let saving =
-            Saving { job, worker, seconds, attempts, quarantine: result.as_ref().err().cloned() };
-        let verdict = match result {
-            Ok(bytes) => Verdict::Completed(bytes),
-            Err(reason) => Verdict::Quarantined { reason },
-        };
-        self.unsaved.push((saving, Done { key: entry.key, verdict, worker, seconds, attempts }));
-        self.counts.saving += 1;
-        if let Some(worker) = worker.and_then(|id| self.workers.get_mut(&id)) {
-            worker.unsaved += 1;
-        }
-    }
-
-    fn committed(&mut self) {
-        let saved = std::mem::take(&mut self.committing);
-        let jobs = saved.len();
-        for Saving { job, worker, seconds, attempts, quarantine } in saved {
-            if let Some(worker) = worker.and_then(|id| self.workers.get_mut(&id)) {
-                worker.unsaved -= 1;
-            }
-            self.counts.saving -= 1;
-            let key = self.jobs[job].key;
-            match quarantine {
-                None => {
-                    self.jobs[job].state = JobState::Done;
-                    self.counts.done += 1;
-                    self.emit(EventKind::Done {
-                        key,
-                        worker: worker.unwrap_or(0),
-                        seconds,
-                        attempts,
-                    });
-                }
-                Some(reason) => {
-                    self.jobs[job].state = JobState::Quarantined;
-                    self.counts.quarantined += 1;
-                    self.emit(EventKind::Quarantined { key, reason, attempts });
-                }
-            }
-        }
-        if jobs > 0 {
-            self.emit(EventKind::Committed { jobs });
         }
     }
 

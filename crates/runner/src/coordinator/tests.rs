@@ -464,12 +464,8 @@ fn a_job_that_lacks_memory_is_tried_alone_and_then_left_for_another_run() {
     coordinator.step(requests(3, &[]), now);
     assert_eq!(assigned(&coordinator.step(Input::Settled, now)), []);
     coordinator.step(requests(2, &[1]), now);
-    coordinator.step(Input::Settled, now);
-    coordinator.step(Input::Committed, now);
-    let dealt = assigned(&coordinator.step(Input::Settled, now));
-    assert_eq!(dealt.len(), 1);
-    let worker = dealt[0].0;
-    coordinator.step(Input::Exited { worker, loss: gone(Cause::Memory), running: None }, now);
+    assert_eq!(assigned(&coordinator.step(Input::Settled, now)), [(3, vec![3])]);
+    coordinator.step(Input::Exited { worker: 3, loss: gone(Cause::Memory), running: None }, now);
     let counts = coordinator.counts();
     assert_eq!((counts.postponed, counts.quarantined, counts.failures), (1, 0, 0));
     assert_eq!(coordinator.postponed_for(), Some("its worker was lost: gone"));
