@@ -4,6 +4,7 @@ use std::path::Path;
 
 use answers::{Progress, Results};
 use anyhow::Result;
+use wording::one_line;
 
 use crate::answer_text::{answers_json, answers_words};
 use crate::cli::AnswerArgs;
@@ -30,7 +31,8 @@ pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
             "warnings": warning_words(&results),
         }));
     }
-    let mut text = format!("{}\n", results.study().question());
+    // A line end in it could make a line that looks like one of ours.
+    let mut text = format!("{}\n", one_line(results.study().question()));
     if results.answers()?.is_empty() {
         // The rows of the study are its answer.
         text += &format!("\n{}", results.usual_table()?.terminal(&layout()));

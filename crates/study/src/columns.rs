@@ -15,6 +15,7 @@ use std::collections::{BTreeSet, HashSet};
 
 use crate::axis::SweepAxis;
 use crate::key::Key;
+use crate::suggestion::nearest;
 use crate::units::Dimension;
 
 pub(crate) mod column;
@@ -111,4 +112,10 @@ pub fn find<'a>(columns: &'a [Column], name: &str) -> Option<&'a Column> {
         .iter()
         .find(|column| column.name == name)
         .or_else(|| columns.iter().find(|column| Some(&column.name) == of_path.as_ref()))
+}
+
+/// Returns the name of the column that was probably meant by one that is not there: others call it
+/// so, or spell it like this.
+pub fn nearest_name<'a>(columns: &'a [Column], name: &str) -> Option<&'a str> {
+    nearest(name, columns.iter().map(|column| column.name.as_ref()))
 }
