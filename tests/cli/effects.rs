@@ -113,7 +113,7 @@ fn a_plan_lists_effects_as_json() {
     let friction = effect(&groups[0], "friction");
     assert_eq!(
         (&friction["simulated"], &friction["reason"]),
-        (&false.into(), &"friction.mu = 0".into())
+        (&false.into(), &"friction.mu = 0, as in every scene that gives none".into())
     );
     let unknowns = |of: &Value| of["unknowns"].as_u64().unwrap();
     let seconds = |of: &Value| of["seconds"].as_f64().unwrap();

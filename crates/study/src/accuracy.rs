@@ -25,10 +25,11 @@ use contact::model::{Control, Dof, FigureErrors, Mesh, PerDof, Shape};
 use crate::axis::Group;
 use crate::error::{Mistake, Span};
 use crate::job::Job;
-use crate::key::{Key, nearest, one_of};
+use crate::key::{Key, one_of};
 use crate::kind::Kind;
-use crate::read::{self, Node, entries};
+use crate::read::{self, Node};
 use crate::sheet::{Given, Setting};
+use crate::suggestion::nearest;
 
 /// The quality that the results of a study must have.
 #[derive(Clone, Debug, PartialEq)]
@@ -143,12 +144,7 @@ pub(crate) fn read(
     let mut accuracy = Accuracy { of: None, is: f64::NAN, at_most: AT_MOST, span: node.span() };
     match node.get_ref() {
         DeValue::Table(table) => {
-            for (name, _) in entries(table)
-                .into_iter()
-                .filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref()))
-            {
-                mistakes.push(read::unknown(name.get_ref(), name.span(), "`[accuracy]`", KEYS));
-            }
+            read::refuse_unknown(table, "`[accuracy]`", KEYS, mistakes);
             match table.get("is").map(|node| read::proportion("accuracy.is", node)) {
                 Some(Ok(is)) => accuracy.is = is,
                 Some(Err(mistake)) => mistakes.push(mistake),

@@ -29,7 +29,7 @@ use crate::column_name::column_name;
 use crate::columns::{Column, find};
 use crate::error::{Mistake, Span};
 use crate::key::{Key, Quantity};
-use crate::read::{self, Node, entries};
+use crate::read::{self, Node};
 use crate::sheet::{Given, Setting};
 use crate::value::Value;
 
@@ -122,11 +122,7 @@ fn fields<'t, 'i, const N: usize>(
         ));
         return None;
     };
-    for (key, _) in
-        entries(table).into_iter().filter(|(key, _)| !keys.contains(&key.get_ref().as_ref()))
-    {
-        mistakes.push(read::unknown(key.get_ref(), key.span(), &format!("`[{name}]`"), keys));
-    }
+    read::refuse_unknown(table, &format!("`[{name}]`"), keys, mistakes);
     let found = needed.map(|key| table.get(key));
     for (key, _) in needed.iter().zip(&found).filter(|(_, found)| found.is_none()) {
         mistakes.push(Mistake::new(

@@ -48,7 +48,8 @@ pub(crate) fn with_article(word: &str) -> String {
 /// Returns whether a key belongs to the shape of the punch.
 fn is_of_shape(key: Key) -> bool {
     let punch = Table::find("punch").is_some_and(|punch| key.is_under(&punch));
-    punch && !matches!(key, Key::Shape | Key::PunchShearModulus | Key::PunchPoisson)
+    let material = Table::find("punch.material").is_some_and(|material| key.is_under(&material));
+    punch && !material && key != Key::Shape
 }
 
 /// Assembles scenes and numerics from a sheet, and notes what is missing or out of place.
@@ -96,7 +97,7 @@ impl<'a> Assembler<'a> {
         let scene = Scene {
             foundation: self.foundation(),
             punch: Punch { shape: self.shape(), material: self.material() },
-            friction: Friction { mu: self.number(Key::Mu) },
+            friction: Friction { mu: self.mu() },
             domain: self.domain(),
             loading: self.loading(),
         };
@@ -124,26 +125,30 @@ impl<'a> Assembler<'a> {
         Case { scene, numerics }
     }
 
+    /// Returns the coefficient of friction. A scene that says nothing of friction has none; a table
+    /// that was begun and holds nothing has lost something.
+    fn mu(&mut self) -> f64 {
+        let is_begun = Table::find("friction").is_some_and(|friction| self.places.has(&friction));
+        if is_begun { self.number(Key::Mu) } else { self.number_or(Key::Mu, 0.0) }
+    }
+
     pub(crate) fn foundation(&mut self) -> Foundation {
-        let layers = (0..self.sheet.length(Key::Layers)).map(|i| Layer {
-            shear_modulus: self.number(Key::LayerShearModulus(i)),
-            poisson: self.number(Key::LayerPoisson(i)),
-            thickness: self.number(Key::LayerThickness(i)),
+        let layers = (0..self.sheet.length(Key::Layers)).map(|i| {
+            let Material { shear_modulus, poisson } =
+                self.constants(Key::LayerShearModulus(i), Key::LayerPoisson(i));
+            Layer { shear_modulus, poisson, thickness: self.number(Key::LayerThickness(i)) }
         });
         let layers = layers.collect();
-        let is_given = |key| self.sheet.get(key).is_some();
-        if !is_given(Key::Base) && !is_given(Key::ShearModulus) && !is_given(Key::Poisson) {
-            self.miss(Key::Base, "");
-            return Foundation { layers, base: Base::Rigid };
-        }
+        let of_material = [Key::ShearModulus, Key::YoungsModulus, Key::Poisson];
         let Some(rigid) = self.sheet.get(Key::Base) else {
-            let material = Material {
-                shear_modulus: self.number(Key::ShearModulus),
-                poisson: self.number(Key::Poisson),
-            };
+            if of_material.iter().all(|key| self.sheet.get(*key).is_none()) {
+                self.miss(Key::Base, "");
+                return Foundation { layers, base: Base::Rigid };
+            }
+            let material = self.constants(Key::ShearModulus, Key::Poisson);
             return Foundation { layers, base: Base::Elastic(material) };
         };
-        for key in [Key::ShearModulus, Key::Poisson] {
+        for key in of_material {
             if let Some(given) = self.sheet.get(key) {
                 let message = format!("a rigid base has no `{}`", key.name());
                 let mistake = Mistake::new(
@@ -206,9 +211,16 @@ impl<'a> Assembler<'a> {
             _ => self.places.around(key),
         };
         let message = format!("`{}` is missing{why}", key.short());
-        let expected = format!("needs `{}`: {}", key.name(), key.expected());
+        let (alternative, meaning) = match key.alternative() {
+            Some(other) => (
+                format!(" or `{}`", other.name()),
+                format!("; `{}`: {}", other.name(), other.meaning()),
+            ),
+            None => (String::new(), String::new()),
+        };
+        let expected = format!("needs `{}`{alternative}: {}", key.name(), key.expected());
         self.mistakes.push(Mistake::new(span, message, expected).help(format!(
-            "`{}`: {}",
+            "`{}`: {}{meaning}",
             key.name(),
             key.meaning()
         )));
@@ -236,9 +248,44 @@ impl<'a> Assembler<'a> {
     }
 
     pub(crate) fn material(&mut self) -> Option<Material> {
-        let keys = [Key::PunchShearModulus, Key::PunchPoisson];
+        let keys = [Key::PunchShearModulus, Key::PunchYoungsModulus, Key::PunchPoisson];
         let any = keys.iter().any(|key| self.sheet.get(*key).is_some());
-        any.then(|| Material { shear_modulus: self.number(keys[0]), poisson: self.number(keys[1]) })
+        any.then(|| self.constants(Key::PunchShearModulus, Key::PunchPoisson))
+    }
+
+    /// Returns the material whose shear modulus or Young's modulus is given, and its Poisson's
+    /// ratio.
+    fn constants(&mut self, shear_modulus: Key, poisson: Key) -> Material {
+        let ratio = self.number(poisson);
+        let of_young =
+            shear_modulus.alternative().and_then(|key| Some((key, self.sheet.get(key)?)));
+        let modulus = match (self.sheet.get(shear_modulus), of_young) {
+            (Some(given), Some((key, of_young))) => {
+                // The one that stands later in the file is the one too many.
+                let (first, second) = if given.span.start <= of_young.span.start {
+                    ((shear_modulus, given), (key, of_young))
+                } else {
+                    ((key, of_young), (shear_modulus, given))
+                };
+                let message = format!(
+                    "`{}` cannot stand beside `{}`: each follows from the other",
+                    second.0.short(),
+                    first.0.name()
+                );
+                let mistake = Mistake::new(second.1.span.clone(), message, "give one of the two");
+                self.mistakes.push(mistake.context(first.1.span.clone(), "the other is here"));
+                f64::NAN
+            }
+            (None, Some((key, _))) => {
+                return Material::with_youngs_modulus(self.number(key), ratio);
+            }
+            (Some(_), None) => self.number(shear_modulus),
+            (None, None) => {
+                self.miss(shear_modulus, "");
+                f64::NAN
+            }
+        };
+        Material { shear_modulus: modulus, poisson: ratio }
     }
 
     fn domain(&mut self) -> Option<Domain> {
@@ -339,8 +386,11 @@ impl<'a> Assembler<'a> {
         let has = |key: Key| {
             needed(shape).contains(&key) || optional(shape).any(|optional| optional == key)
         };
-        for key in Key::ALL.iter().filter(|key| is_of_shape(**key) && !has(**key)) {
+        for key in Key::ALL {
             let Some(given) = self.sheet.get(*key) else { continue };
+            if !is_of_shape(*key) || has(*key) {
+                continue;
+            }
             let span = given.span.clone();
             let mistake = match key {
                 Key::Surface if is_map => match self.sheet.get(Key::File) {
@@ -387,12 +437,18 @@ impl<'a> Assembler<'a> {
 
 /// Turns an error that the scene itself found into a mistake at the place that gave the value.
 pub(crate) fn locate(error: &SceneError, sheet: &Sheet<'_>, places: &TablePlaces) -> Mistake {
-    let key = Key::find(&error.key);
+    // A shear modulus that follows from Young's modulus is not in the file.
+    let named = Key::find(&error.key);
+    let of_young = named.and_then(Key::alternative).filter(|key| {
+        sheet.get(*key).is_some() && named.is_none_or(|key| sheet.get(key).is_none())
+    });
+    let key = of_young.or(named);
+    let path = of_young.map_or_else(|| error.key.clone(), |key| key.short().into_owned());
     let message = |value: &str| match key.map(Key::quantity) {
         // The message about a list says what is wrong with it; it does not repeat the list.
-        Some(Quantity::List(_)) => format!("`{}` has {value}", error.key),
-        Some(Quantity::Effects) => format!("`{}` cannot name `{value}`", error.key),
-        _ => format!("`{}` cannot be {value}", error.key),
+        Some(Quantity::List(_)) => format!("`{path}` has {value}"),
+        Some(Quantity::Effects) => format!("`{path}` cannot name `{value}`"),
+        _ => format!("`{path}` cannot be {value}"),
     };
     match key.and_then(|key| Some((key, sheet.get(key)?))) {
         Some((key, given)) => {

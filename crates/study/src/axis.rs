@@ -26,17 +26,26 @@
 //! out altogether is made of what the axes set. The values between the ends of a range are rounded
 //! to 15 significant digits (13 with equal ratios). The range `{ from = 0, to = 1, count = 11 }`
 //! therefore holds 0.3 and not 0.30000000000000004, and shares its results with a list that says
-//! 0.3. No axis names a value twice.
+//! 0.3. No axis by itself names a value twice. Of axes that advance together, no
+//! two steps are the same.
 
 use std::borrow::Cow;
+use std::collections::HashSet;
 
 use crate::error::Span;
 use crate::key::{Key, Table};
 use crate::sheet::{Given, Setting, Sheet};
 use crate::value::Value;
 
-/// The largest number of points of one study.
-pub(crate) const MAX_POINTS: usize = 10_000_000;
+/// The largest number of points of one study, and of the values of all its axes. A plan takes 3 kB
+/// for each point and a run 10 kB, as measured.
+pub(crate) const MAX_POINTS: usize = 200_000;
+
+/// The largest number of load steps and layers of all points together. Each takes some 250 bytes.
+pub(crate) const MAX_ENTRIES: usize = 2_000_000;
+
+/// The largest number of axes of one study.
+pub(crate) const MAX_AXES: usize = 1000;
 
 /// One axis of a study.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,10 +72,10 @@ impl Target {
         }
     }
 
-    /// Returns whether the two set a key in common.
+    /// Returns whether the two set a key in common, or keys of which one stands for the other.
     pub(crate) fn overlaps(self, other: Target) -> bool {
         match (self, other) {
-            (Target::Key(a), Target::Key(b)) => a == b,
+            (Target::Key(a), Target::Key(b)) => a == b || a.alternative() == Some(b),
             (Target::Key(key), Target::Table(table)) | (Target::Table(table), Target::Key(key)) => {
                 key.is_under(&table)
             }
@@ -100,6 +109,23 @@ impl Choice {
             value => value,
         };
         Choice { shown, given: vec![(key, Given { setting, span: span.clone(), nth })], span }
+    }
+
+    /// Returns what makes the value differ from others of its axis. Bits count, not digits: two
+    /// values are the same if they make the same job.
+    pub(crate) fn identity(&self) -> String {
+        match &self.shown {
+            Value::Number(x) => format!("{:x}", (x + 0.0).to_bits()),
+            value => value.to_string(),
+        }
+    }
+
+    /// Returns whether it sets the same keys to the same values as another.
+    pub(crate) fn sets_the_same(&self, other: &Choice) -> bool {
+        self.given.len() == other.given.len()
+            && self.given.iter().zip(&other.given).all(|((key, given), (other_key, other))| {
+                key == other_key && given.setting == other.setting
+            })
     }
 }
 
@@ -140,6 +166,16 @@ impl SweepAxis {
         self.values().all(|value| matches!(value, Value::Number(_) | Value::Integer(_)))
     }
 
+    /// Returns the number of different values. Values may repeat if the axis advances with others.
+    pub(crate) fn distinct(&self) -> usize {
+        self.choices.iter().map(Choice::identity).collect::<HashSet<_>>().len()
+    }
+
+    /// Returns whether no value repeats.
+    pub(crate) fn is_distinct(&self) -> bool {
+        self.distinct() == self.choices.len()
+    }
+
     /// Writes its `index`-th value on a sheet.
     pub(crate) fn apply<'a>(&'a self, index: usize, sheet: &mut Sheet<'a>) {
         if let Target::Table(table) = &self.target {
@@ -163,6 +199,14 @@ impl Group {
     /// [`len`](Group::len) values.
     pub fn axes(&self) -> &[SweepAxis] {
         &self.axes
+    }
+
+    /// Returns the axes that tell its steps apart: the first that does so by itself, else all.
+    pub fn telling(&self) -> &[SweepAxis] {
+        match self.axes.iter().position(SweepAxis::is_distinct) {
+            Some(axis) => &self.axes[axis..=axis],
+            None => &self.axes,
+        }
     }
 
     /// Returns the number of steps that the group makes, at least one.

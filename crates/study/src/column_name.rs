@@ -2,8 +2,8 @@
 
 use crate::columns::{Column, along_path, find};
 use crate::error::Mistake;
-use crate::key::nearest;
 use crate::read::{self, Node};
+use crate::suggestion::nearest;
 
 /// Reads the name of a column, which must hold numbers if it is to be `numeric`.
 pub(crate) fn column_name(

@@ -10,10 +10,12 @@
 //! [`Record::along_path`](crate::Record::along_path)) each row is what the result would be if the
 //! path ended there.
 
+use std::borrow::Cow;
 use std::collections::{BTreeSet, HashSet};
 
 use crate::axis::SweepAxis;
 use crate::key::Key;
+use crate::suggestion::nearest;
 use crate::units::Dimension;
 
 pub(crate) mod column;
@@ -51,6 +53,8 @@ pub(crate) fn columns<'a>(
             source: ColumnSource::Axis(index),
         });
     }
+    let axes_columns: HashSet<Cow<'static, str>> =
+        columns.iter().map(|column| column.name.clone()).collect();
     let listed: HashSet<Key> = keys.into_iter().collect();
     // These are only the indices that occur, for the largest one may be any number.
     let indices = |list| {
@@ -61,13 +65,17 @@ pub(crate) fn columns<'a>(
             .collect::<BTreeSet<u32>>()
     };
     for key in Key::of_entries(indices) {
-        // A study gives a height map as a file, while a job has its hash.
-        let is_given = listed.contains(&key) || key == Key::Surface && listed.contains(&Key::File);
-        let has_default =
-            ["numerics.", "search."].iter().any(|table| key.path().starts_with(table));
+        // A study gives a height map as a file, while a job has its hash; and it may give Young's
+        // modulus, while a job has the shear modulus.
+        let is_given = listed.contains(&key)
+            || key == Key::Surface && listed.contains(&Key::File)
+            || !key.is_derived() && key.alternative().is_some_and(|key| listed.contains(&key));
+        // A scene without friction has μ = 0.
+        let has_default = key == Key::Mu
+            || ["numerics.", "search."].iter().any(|table| key.pattern().starts_with(table));
         let is_there = (is_given || has_default) && !refuses(key);
         let is_input = matches!(key, Key::File | Key::HeightUnit);
-        if is_there && !is_input && !columns.iter().any(|column| column.name == key.column()) {
+        if is_there && !is_input && !axes_columns.contains(&key.column()) {
             let (name, dimension, meaning) = (key.column(), key.dimension(), key.meaning());
             columns.push(Column {
                 name,
@@ -104,4 +112,10 @@ pub fn find<'a>(columns: &'a [Column], name: &str) -> Option<&'a Column> {
         .iter()
         .find(|column| column.name == name)
         .or_else(|| columns.iter().find(|column| Some(&column.name) == of_path.as_ref()))
+}
+
+/// Returns the name of the column that was probably meant by one that is not there: others call it
+/// so, or spell it like this.
+pub fn nearest_name<'a>(columns: &'a [Column], name: &str) -> Option<&'a str> {
+    nearest(name, columns.iter().map(|column| column.name.as_ref()))
 }

@@ -4,10 +4,11 @@
 use toml_edit::{DocumentMut, Item, Table as TomlTable, TableLike, Value as TomlValue};
 
 use crate::error::StudyError;
-use crate::key::{Key, Table, nearest_path};
+use crate::key::{Key, Table};
 use crate::kind::Kind;
 use crate::study::Study;
 use crate::study_files::ReadFile;
+use crate::suggestion::nearest_path;
 
 /// The meshes of the ladder that is made for a scene, in elements across Ω.
 const LADDER_MESHES: [i64; 9] = [8, 12, 16, 24, 32, 48, 64, 96, 128];
@@ -123,6 +124,11 @@ pub fn with_settings(
         let value: TomlValue = value.parse().unwrap_or_else(|_| TomlValue::from(value));
         if let Some(sweep) = document.get_mut("sweep").and_then(Item::as_table_like_mut) {
             remove_axis(sweep, key);
+            key.alternative().into_iter().for_each(|other| remove_axis(sweep, other));
+        }
+        if let Some(other) = key.alternative() {
+            // One of the two moduli takes the place of the other.
+            unset(document.as_item_mut(), &other.path());
         }
         if key == Key::Mesh {
             // A given mesh takes the place of the accuracy.
@@ -298,6 +304,21 @@ fn set(root: &mut Item, path: &str, value: TomlValue) -> Result<(), PlaceError> 
         }
     }
     Ok(())
+}
+
+/// Removes what stands at a path such as `scene.foundation.layers[0].poisson` below `root`, if
+/// anything does.
+fn unset(root: &mut Item, path: &str) -> Option<Item> {
+    let (front, last) = path.rsplit_once('.')?;
+    let mut item = root;
+    for segment in front.split('.') {
+        let (name, index) = split_index(segment);
+        item = item.as_table_like_mut()?.get_mut(name)?;
+        if let Some(index) = index {
+            item = item.get_mut(index)?;
+        }
+    }
+    item.as_table_like_mut()?.remove(last)
 }
 
 /// Splits `steps[0]` into `steps` and 0.

@@ -3,7 +3,12 @@
 use std::fmt;
 use std::ops::Range;
 
-use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
+use annotate_snippets::{AnnotationKind, Renderer};
+use wording::{excerpt, visible};
+
+mod picture;
+
+use picture::{Mark, Picture, floor};
 
 /// A place in a study's text, in byte offsets.
 pub type Span = Range<usize>;
@@ -41,6 +46,31 @@ impl Mistake {
         self
     }
 
+    /// Suggests a key that stands elsewhere, with what was expected as the advice beyond that.
+    pub(crate) fn instead(mut self, path: &str) -> Self {
+        self.help = std::mem::replace(&mut self.expected, format!("did you mean `{path}`?"));
+        self
+    }
+
+    /// Returns the mistake as it is drawn.
+    fn picture(&self) -> Picture<'_> {
+        let context = self.context.as_deref().map(|(span, reason)| Mark {
+            span,
+            label: reason,
+            kind: AnnotationKind::Context,
+        });
+        Picture {
+            message: &self.message,
+            help: &self.help,
+            primary: Mark {
+                span: &self.span,
+                label: &self.expected,
+                kind: AnnotationKind::Primary,
+            },
+            context,
+        }
+    }
+
     /// Adds a second place.
     pub(crate) fn context(mut self, span: Span, label: impl Into<String>) -> Self {
         self.context = Some(Box::new((span, label.into())));
@@ -59,10 +89,28 @@ pub struct StudyError {
 /// The number of mistakes that are shown; the others are only counted.
 const MOST_SHOWN: usize = 20;
 
+/// The number of mistakes after which no more are looked for.
+const MOST_COUNTED: usize = 1000;
+
+/// The length of the longest message, in characters. Messages quote what is in the file.
+const LONGEST_MESSAGE: usize = 400;
+
+/// The length of the longest advice, in characters. Advice lists what there is.
+const LONGEST_ADVICE: usize = 4000;
+
+/// Returns whether there are so many mistakes that no more need be looked for.
+pub(crate) fn are_enough(mistakes: &[Mistake]) -> bool {
+    mistakes.len() >= MOST_COUNTED
+}
+
 impl StudyError {
     pub(crate) fn new(path: &str, text: &str, mut mistakes: Vec<Mistake>) -> Self {
         for mistake in &mut mistakes {
             mistake.span = within(text, &mistake.span);
+            mistake.message = excerpt(&mistake.message, LONGEST_MESSAGE);
+            for advice in [&mut mistake.expected, &mut mistake.help] {
+                *advice = shortened(advice);
+            }
             if let Some(context) = &mut mistake.context {
                 context.0 = within(text, &context.0);
             }
@@ -93,29 +141,13 @@ impl StudyError {
             .mistakes
             .iter()
             .take(MOST_SHOWN)
-            .map(|mistake| self.show(mistake, &renderer))
+            .map(|mistake| mistake.picture().draw(&self.path, &self.text, &renderer))
             .collect();
         if let Some(rest) = self.mistakes.len().checked_sub(MOST_SHOWN).filter(|rest| *rest > 0) {
-            shown.push(format!("and {rest} more"));
+            let so_far = if are_enough(&self.mistakes) { " at least" } else { "" };
+            shown.push(format!("and {rest} more{so_far}"));
         }
         shown.join("\n\n")
-    }
-
-    fn show(&self, mistake: &Mistake, renderer: &Renderer) -> String {
-        let label = (!mistake.expected.is_empty()).then_some(mistake.expected.as_str());
-        let mut snippet = Snippet::source(self.text.as_str())
-            .path(self.path.as_str())
-            .annotation(AnnotationKind::Primary.span(mistake.span.clone()).label(label));
-        if let Some(context) = &mistake.context {
-            let (span, why) = context.as_ref();
-            snippet =
-                snippet.annotation(AnnotationKind::Context.span(span.clone()).label(why.as_str()));
-        }
-        let mut group = Level::ERROR.primary_title(mistake.message.as_str()).element(snippet);
-        if !mistake.help.is_empty() {
-            group = group.element(Level::HELP.message(mistake.help.as_str()));
-        }
-        renderer.render(&[group])
     }
 }
 
@@ -127,18 +159,19 @@ impl fmt::Display for StudyError {
 
 impl std::error::Error for StudyError {}
 
+/// Returns advice with its lines, cut if it is too long.
+fn shortened(advice: &str) -> String {
+    match advice.char_indices().nth(LONGEST_ADVICE) {
+        Some((end, _)) => format!("{}…", visible(&advice[..end])),
+        None => visible(advice).into_owned(),
+    }
+}
+
 /// Cuts the span to the text, to character boundaries and to its first line, so that it can always
 /// be shown.
 fn within(text: &str, span: &Span) -> Span {
-    let floor = |offset: usize| {
-        let mut offset = offset.min(text.len());
-        while !text.is_char_boundary(offset) {
-            offset -= 1;
-        }
-        offset
-    };
-    let start = floor(span.start);
-    let end = floor(span.end).max(start);
+    let start = floor(text, span.start);
+    let end = floor(text, span.end).max(start);
     let first_line = text[start..end].find('\n').map_or(end, |newline| start + newline);
     start..first_line
 }

@@ -23,13 +23,13 @@
 //! ```
 
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeArray, DeTable, DeValue};
 
 use crate::axis::{Group, SweepAxis};
 use crate::column_name::column_name;
 use crate::columns::{Column, along_path, find};
-use crate::error::{Mistake, Span};
-use crate::read::{self, Node, entries};
+use crate::error::{Mistake, Span, are_enough};
+use crate::read::{self, Node};
 
 /// A figure. All names in it but that of the figure are names of columns.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -92,10 +92,10 @@ impl Figure {
     /// Returns `None` without a numeric axis.
     pub(crate) fn over_longest_axis(groups: &[Group]) -> Option<Self> {
         // This keeps the first of the longest axes; `max_by_key` would return the last.
-        let x = firsts(groups)
+        let x = telling(groups)
             .filter(|axis| axis.is_numeric())
             .reduce(|a, b| if b.values().len() > a.values().len() { b } else { a })?;
-        let others = || firsts(groups).filter(|axis| axis.column() != x.column());
+        let others = || telling(groups).filter(|axis| axis.column() != x.column());
         let panels =
             others().find(|axis| !axis.is_numeric()).map(|axis| axis.column().into_owned());
         let series = others()
@@ -113,6 +113,9 @@ impl Figure {
     }
 }
 
+/// The largest number of figures of one study.
+const MOST_FIGURES: usize = 100;
+
 const KEYS: &[&str] = &[
     "name", "title", "x", "y", "series", "panels", "steps", "log_x", "log_y", "fit", "band",
     "front", "names",
@@ -129,6 +132,12 @@ pub(crate) fn read_figures(
         DeValue::Array(figures) => figures.iter().collect(),
         _ => vec![node],
     };
+    if nodes.len() > MOST_FIGURES {
+        let message = format!("the study has {} figures", nodes.len());
+        let expected = format!("must have at most {MOST_FIGURES}");
+        mistakes.push(Mistake::new(node.span(), message, expected));
+        return Vec::new();
+    }
     let mut figures: Vec<Figure> = Vec::new();
     let mut places: Vec<(String, Span)> = Vec::new();
     for (index, node) in nodes.into_iter().enumerate() {
@@ -183,11 +192,7 @@ fn read_figure(
     columns: &[Column],
     mistakes: &mut Vec<Mistake>,
 ) -> Option<Figure> {
-    for (name, _) in
-        entries(table).into_iter().filter(|(name, _)| !KEYS.contains(&name.get_ref().as_ref()))
-    {
-        mistakes.push(read::unknown(name.get_ref(), name.span(), "`[figure]`", KEYS));
-    }
+    read::refuse_unknown(table, "`[figure]`", KEYS, mistakes);
     let mut switch = |name: &str| {
         let node = table.get(name)?;
         read::switch(&format!("figure.{name}"), node).map_err(|mistake| mistakes.push(mistake)).ok()
@@ -225,10 +230,7 @@ fn read_figure(
         .and_then(|node| read_y("y", node, columns, mistakes))
         .or_else(|| band.is_some().then(Vec::new));
     let series = table.get("series").map(|node| match node.get_ref() {
-        DeValue::Array(names) => {
-            let read = names.iter().map(|node| column_name("figure.series", node, columns, false));
-            read.filter_map(|name| name.map_err(|mistake| mistakes.push(mistake)).ok()).collect()
-        }
+        DeValue::Array(names) => read_series(names, columns, mistakes),
         _ => {
             mistakes.push(read::mistyped(
                 "figure.series",
@@ -249,7 +251,7 @@ fn read_figure(
         }
     }
     let (x, y) = (x?, y?);
-    let others = firsts(groups)
+    let others = telling(groups)
         .map(|axis| axis.column().into_owned())
         .filter(|name| *name != x && panels.as_ref() != Some(name));
     let series = series.unwrap_or_else(|| others.collect());
@@ -267,6 +269,30 @@ fn read_figure(
         names,
         ..Figure::new(x, y)
     })
+}
+
+/// Reads the columns that tell curves apart.
+fn read_series(
+    nodes: &DeArray<'_>,
+    columns: &[Column],
+    mistakes: &mut Vec<Mistake>,
+) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for node in nodes.iter() {
+        if are_enough(mistakes) {
+            break;
+        }
+        match column_name("figure.series", node, columns, false) {
+            Ok(name) if names.contains(&name) => mistakes.push(Mistake::new(
+                node.span(),
+                format!("`figure.series`: `{name}` is listed twice"),
+                "once is enough",
+            )),
+            Ok(name) => names.push(name),
+            Err(mistake) => mistakes.push(mistake),
+        }
+    }
+    names
 }
 
 /// Reads a column or a list of columns of one unit; `None` if none of them can be used.
@@ -289,6 +315,9 @@ fn read_y(
     }
     let mut names: Vec<(String, Span)> = Vec::new();
     for node in nodes {
+        if are_enough(mistakes) {
+            break;
+        }
         let name = match column_name(&format!("figure.{key}"), node, columns, true) {
             Ok(name) => name,
             Err(mistake) => {
@@ -324,7 +353,8 @@ fn read_y(
     (!names.is_empty()).then(|| names.into_iter().map(|(name, _)| name).collect())
 }
 
-/// Returns one axis of each group that varies: those that advance with it say nothing more.
-pub(crate) fn firsts(groups: &[Group]) -> impl Iterator<Item = &SweepAxis> {
-    groups.iter().filter(|group| group.len() > 1).filter_map(|group| group.axes().first())
+/// Returns the axes that tell the steps of each group apart that varies: those that advance with
+/// them say nothing more.
+pub(crate) fn telling(groups: &[Group]) -> impl Iterator<Item = &SweepAxis> {
+    groups.iter().filter(|group| group.len() > 1).flat_map(Group::telling)
 }

@@ -11,7 +11,7 @@
 
 use std::borrow::Cow;
 
-use contact::model::Effect;
+use contact::model::{Effect, Foundation, Loading};
 
 use crate::units::Dimension;
 
@@ -129,7 +129,7 @@ macro_rules! keys {
             }
 
             /// Returns its path in a study file, with `i` for an index.
-            fn pattern(self) -> &'static str {
+            pub(crate) fn pattern(self) -> &'static str {
                 match self { $(Key::$name { .. } => $path,)* }
             }
 
@@ -154,13 +154,15 @@ use Dimension::{Angle, Force, Length, Moment, Pressure, Pure};
 use Quantity::{Choice, Count, Effects, LengthUnit, List, Number, Text};
 
 /// Examples of a layer and a load step.
-const LAYER: &str = "{ shear_modulus = \"80 GPa\", poisson = 0.3, thickness = \"0.5 mm\" }";
+const LAYER: &str = "{ youngs_modulus = \"210 GPa\", poisson = 0.3, thickness = \"0.5 mm\" }";
 const STEP: &str = "{ approach = \"1 um\" }";
 
 keys! {
     Layers, "scene.foundation.layers", "layers", List(LAYER), "number of layers of the foundation";
     LayerShearModulus(i: u32), "scene.foundation.layers[i].shear_modulus", "layer[i]_shear_modulus",
         Number(Pressure), "shear modulus G of a layer";
+    LayerYoungsModulus(i: u32), "scene.foundation.layers[i].youngs_modulus",
+        "layer[i]_youngs_modulus", Number(Pressure), "Young's modulus E of a layer";
     LayerPoisson(i: u32), "scene.foundation.layers[i].poisson", "layer[i]_poisson",
         Number(Pure), "Poisson's ratio ν of a layer";
     LayerThickness(i: u32), "scene.foundation.layers[i].thickness", "layer[i]_thickness",
@@ -169,6 +171,8 @@ keys! {
         Choice(&["rigid"]), "what the layers rest on, if it is not elastic";
     ShearModulus, "scene.foundation.base.shear_modulus", "shear_modulus",
         Number(Pressure), "shear modulus G of the foundation's base";
+    YoungsModulus, "scene.foundation.base.youngs_modulus", "youngs_modulus",
+        Number(Pressure), "Young's modulus E of the foundation's base";
     Poisson, "scene.foundation.base.poisson", "poisson",
         Number(Pure), "Poisson's ratio ν of the foundation's base";
     Shape, "scene.punch.shape", "shape",
@@ -213,6 +217,8 @@ keys! {
         Number(Angle), "roll of the wheelset about x, positive lowers the right wheel";
     PunchShearModulus, "scene.punch.material.shear_modulus", "punch_shear_modulus",
         Number(Pressure), "shear modulus G of an elastic punch";
+    PunchYoungsModulus, "scene.punch.material.youngs_modulus", "punch_youngs_modulus",
+        Number(Pressure), "Young's modulus E of an elastic punch";
     PunchPoisson, "scene.punch.material.poisson", "punch_poisson",
         Number(Pure), "Poisson's ratio ν of an elastic punch";
     Mu, "scene.friction.mu", "mu", Number(Pure), "coefficient of friction μ";
@@ -292,6 +298,34 @@ impl Key {
             }
         }
         keys
+    }
+
+    /// Returns the key that may be given in its place: a material has a shear modulus or Young's
+    /// modulus.
+    pub(crate) fn alternative(self) -> Option<Key> {
+        Some(match self {
+            Key::ShearModulus => Key::YoungsModulus,
+            Key::YoungsModulus => Key::ShearModulus,
+            Key::LayerShearModulus(index) => Key::LayerYoungsModulus(index),
+            Key::LayerYoungsModulus(index) => Key::LayerShearModulus(index),
+            Key::PunchShearModulus => Key::PunchYoungsModulus,
+            Key::PunchYoungsModulus => Key::PunchShearModulus,
+            _ => return None,
+        })
+    }
+
+    /// Returns whether a job has its value only by way of another key: a job keeps shear moduli.
+    pub(crate) fn is_derived(self) -> bool {
+        matches!(self, Key::YoungsModulus | Key::LayerYoungsModulus(_) | Key::PunchYoungsModulus)
+    }
+
+    /// Returns the largest number of entries of the list that it is.
+    pub(crate) fn longest(self) -> u32 {
+        match self {
+            Key::Layers => Foundation::MAX_LAYERS as u32,
+            // Each step has an increment at least.
+            _ => Loading::MAX_INCREMENTS,
+        }
     }
 
     /// Returns the list in which it stands.
@@ -382,7 +416,7 @@ impl Key {
 /// number or a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Table {
-    pattern: &'static str,
+    pub(crate) pattern: &'static str,
     column: &'static str,
     index: u32,
 }
@@ -505,7 +539,7 @@ fn is_inside(inner: &str, outer: &str) -> bool {
     inner.strip_prefix(outer).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
 }
 
-fn short(path: &str) -> &str {
+pub(crate) fn short(path: &str) -> &str {
     ["scene.", "numerics.", "search."]
         .iter()
         .find_map(|table| path.strip_prefix(table))
@@ -521,44 +555,11 @@ fn indexed(pattern: &'static str, index: Option<u32>) -> Cow<'static, str> {
 
 /// Replaces the index in a path by `[i]`, and returns the index as well; `None` if the index is not
 /// written as a number.
-fn pattern_of(path: &str) -> Option<(Cow<'_, str>, u32)> {
+pub(crate) fn pattern_of(path: &str) -> Option<(Cow<'_, str>, u32)> {
     let Some((list, rest)) = path.split_once('[') else { return Some((Cow::Borrowed(path), 0)) };
     let (digits, rest) = rest.split_once(']')?;
     let index: u32 = digits.parse().ok().filter(|index: &u32| index.to_string() == digits)?;
     Some((Cow::Owned(format!("{list}[i]{rest}")), index))
-}
-
-/// Returns the path, as short as may be, of the key or table that was probably meant.
-pub(crate) fn nearest_path(path: &str) -> Option<String> {
-    let (pattern, index) = pattern_of(path).unwrap_or((Cow::Borrowed(path), 0));
-    let keys = Key::ALL.iter().map(|key| short(key.pattern()));
-    let known = keys.chain(Table::ALL.iter().map(|table| short(table.pattern)));
-    nearest(&pattern, known).map(|suggestion| suggestion.replace("[i]", &format!("[{index}]")))
-}
-
-/// Returns the candidate that was probably meant: one that ends in the word as a path segment, else
-/// the nearest by spelling if one is near at all.
-pub(crate) fn nearest<'a>(
-    word: &str,
-    candidates: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
-    let candidates: Vec<&str> = candidates.into_iter().collect();
-    let ends_in_it = |candidate: &&&str| candidate.rsplit('.').next() == Some(word);
-    if let Some(candidate) = candidates.iter().find(ends_in_it) {
-        return Some(candidate);
-    }
-    let near = 1 + word.chars().count() / 4;
-    candidates
-        .into_iter()
-        .map(|candidate| {
-            (
-                strsim::damerau_levenshtein(&word.to_lowercase(), &candidate.to_lowercase()),
-                candidate,
-            )
-        })
-        .filter(|(distance, _)| *distance <= near)
-        .min_by_key(|(distance, _)| *distance)
-        .map(|(_, candidate)| candidate)
 }
 
 #[cfg(test)]
@@ -570,7 +571,7 @@ mod tests {
         let mut seen = std::collections::HashSet::new();
         let mut columns = std::collections::HashSet::new();
         let all = Key::all(|_| 12);
-        assert_eq!(all.len(), Key::ALL.len() + 11 * (3 + 13));
+        assert_eq!(all.len(), Key::ALL.len() + 11 * (4 + 13));
         for key in &all {
             assert!(seen.insert(key.path()) && seen.insert(key.short()), "{key:?}");
             assert_eq!(Key::find(&key.path()), Some(*key));
@@ -634,19 +635,6 @@ mod tests {
         assert!(
             inside("foundation.base", "foundation.base")
                 && inside("foundation.layers", "foundation")
-        );
-    }
-
-    #[test]
-    fn near_misses() {
-        let keys = || Key::ALL.iter().map(|key| short(key.pattern()));
-        assert_eq!(nearest("mu", keys()), Some("friction.mu"));
-        assert_eq!(nearest("friction.nu", keys()), Some("friction.mu"));
-        assert_eq!(nearest("colour", keys()), None);
-        assert_eq!(nearest("", keys()), None);
-        assert_eq!(
-            nearest_path("loading.steps[7].aproach").as_deref(),
-            Some("loading.steps[7].approach")
         );
     }
 }

@@ -138,7 +138,7 @@ impl Kind {
     ) -> Result<Job, Vec<Mistake>> {
         let spec = self.spec();
         let mut assembler = Assembler::new(sheet, surfaces, places);
-        for key in sheet.keys() {
+        for key in sheet.keys(|key| (spec.refuses)(key).is_some()) {
             if let (Some(why), Some(given)) = ((spec.refuses)(key), sheet.get(key)) {
                 let (name, key) = (spec.name, key.short());
                 let message = format!("a study of kind \"{name}\" has no `{key}`: {why}");

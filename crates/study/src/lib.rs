@@ -50,6 +50,7 @@ mod settings;
 mod sheet;
 mod study;
 mod study_files;
+mod suggestion;
 pub mod surface;
 mod sweep;
 pub mod units;

@@ -5,14 +5,15 @@ use toml::de::{DeTable, DeValue};
 
 use crate::adaptive::{self, Adaptive};
 use crate::axis::{self, Group};
-use crate::error::{Mistake, StudyError};
+use crate::error::{Mistake, StudyError, are_enough};
 use crate::figure;
-use crate::key::{Key, Table, nearest, one_of};
+use crate::key::{Key, Table, one_of};
 use crate::kind::Kind;
 use crate::read::{self, Reader, entries};
 use crate::sheet::{Given, TablePlaces};
 use crate::study::Study;
 use crate::study_files::{ReadFile, StudyFiles};
+use crate::suggestion::{nearest, standing_elsewhere};
 use crate::{accuracy, sweep};
 
 /// The names at the top of a study before those of the tables of kinds.
@@ -39,12 +40,20 @@ impl Study {
 
     /// Reads the height maps and profiles that any point needs, each once.
     fn read_surfaces(&mut self, files: &mut ReadFile<'_>) -> Vec<Mistake> {
-        let names_files = |key| matches!(key, Key::File | Key::Surface | Key::Wheel | Key::Rail);
-        if !axis::keys(&self.base, &self.groups).any(names_files) {
-            return Vec::new();
-        }
-        for index in 0..self.points {
-            let steps = axis::steps(&self.groups, index);
+        let names_files = |key| {
+            matches!(
+                key,
+                Key::Shape | Key::File | Key::HeightUnit | Key::Surface | Key::Wheel | Key::Rail
+            )
+        };
+        // Only these groups decide which files are needed; the others stay at their first step.
+        let deciding: Vec<bool> = self
+            .groups
+            .iter()
+            .map(|group| axis::keys(&[], std::slice::from_ref(group)).any(names_files))
+            .collect();
+        let mut steps = vec![0; self.groups.len()];
+        loop {
             // The files are read into the study, from which a sheet borrows.
             let needed = self.sheet(&steps).needed_files();
             for file in needed {
@@ -53,13 +62,28 @@ impl Study {
                     return vec![mistake];
                 }
             }
+            let counted = self.groups.iter().zip(&deciding).zip(&mut steps).rev();
+            let mut is_further = false;
+            for ((group, _), step) in counted.filter(|((_, deciding), _)| **deciding) {
+                *step = (*step + 1) % group.length;
+                if *step > 0 {
+                    is_further = true;
+                    break;
+                }
+            }
+            if !is_further {
+                return Vec::new();
+            }
         }
-        Vec::new()
     }
 
-    /// Assembles every point. First it goes along each axis with the others at their first value,
-    /// which reports each bad value once. If those are good, it goes through all points.
+    /// Assembles every point. If one cannot be assembled, it goes along each axis with the others
+    /// at their first value, which reports each bad value once.
     fn check(&self) -> Result<(), Vec<Mistake>> {
+        let check = |index| self.job(&axis::steps(&self.groups, index)).err();
+        let Some(first) = (0..self.points).into_par_iter().find_map_first(check) else {
+            return Ok(());
+        };
         let mut mistakes = Vec::new();
         for (varied, group) in self.groups.iter().enumerate().filter(|(_, group)| group.length > 1)
         {
@@ -67,39 +91,29 @@ impl Study {
             for step in 0..group.length {
                 steps[varied] = step;
                 mistakes.extend(self.job(&steps).err().into_iter().flatten());
-                if mistakes.len() > 1000 {
-                    break;
+                if are_enough(&mistakes) {
+                    return Err(mistakes);
                 }
             }
         }
-        if mistakes.is_empty() {
-            let check = |index| self.job(&axis::steps(&self.groups, index)).err();
-            mistakes = (0..self.points).into_par_iter().find_map_first(check).unwrap_or_default();
-        }
-        if mistakes.is_empty() { Ok(()) } else { Err(mistakes) }
+        Err(if mistakes.is_empty() { first } else { mistakes })
     }
 }
 
 fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<Mistake>> {
-    let (root, errors) = DeTable::parse_recoverable(text);
-    // What follows the first error is mostly its echo.
-    if let Some(error) = errors.first() {
+    // Only the first error is asked for: what follows is mostly its echo, and may be very much.
+    let root = DeTable::parse(text).map_err(|error| {
         let expected =
             if error.message() == "duplicate key" { "may be given only once" } else { "" };
-        return Err(vec![Mistake::new(
+        vec![Mistake::new(
             error.span().unwrap_or(0..0),
             format!("not valid TOML: {}", error.message()),
             expected,
-        )]);
-    }
+        )]
+    })?;
     let root = root.into_inner();
     let mut mistakes = Vec::new();
-    let names = names();
-    for (name, _) in entries(&root) {
-        if !names.contains(&name.get_ref().as_ref()) {
-            mistakes.push(read::unknown(name.get_ref(), name.span(), "the study", &names));
-        }
-    }
+    refuse_unknown(&root, &mut mistakes);
     let name = read_name(&root, &mut mistakes);
     let question = read_text(&root, "question", &mut mistakes).unwrap_or_default();
     let kind = read_kind(&root, &mut mistakes);
@@ -115,6 +129,8 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     let kind_table = kind.read_table(&root, &groups, &mut mistakes);
     let before = mistakes.len();
     sweep::refuse_absent(&groups, &base, &mut mistakes);
+    sweep::refuse_alternatives(&groups, &base, &mut mistakes);
+    sweep::refuse_too_many_entries(&groups, &base, &mut mistakes);
     if mistakes.len() > before {
         // Entries have columns, and an index that is far off would make thousands of millions of
         // them.
@@ -150,6 +166,22 @@ fn parse(text: &str, path: &str, files: &mut ReadFile<'_>) -> Result<Study, Vec<
     }
     study.check()?;
     Ok(study)
+}
+
+/// Notes the names at the top of a study that mean nothing there.
+fn refuse_unknown(root: &DeTable<'_>, mistakes: &mut Vec<Mistake>) {
+    let known = names();
+    let is_unknown = |name: &read::Name<'_>| !known.contains(&name.get_ref().as_ref());
+    for (name, _) in entries(root).into_iter().filter(|(name, _)| is_unknown(name)) {
+        if are_enough(mistakes) {
+            return;
+        }
+        let mistake = read::unknown(name.get_ref(), name.span(), "the study", &known);
+        mistakes.push(match standing_elsewhere(name.get_ref(), "") {
+            Some(path) if mistake.help.is_empty() => mistake.instead(&path),
+            _ => mistake,
+        });
+    }
 }
 
 fn read_base(

@@ -7,9 +7,10 @@ use toml::de::{DeInteger, DeTable, DeValue};
 
 use contact::model::{Effect, Mesh};
 
-use crate::error::{Mistake, Span};
-use crate::key::{Key, Quantity, Table, nearest, one_of};
+use crate::error::{Mistake, Span, are_enough};
+use crate::key::{Key, Quantity, Table, one_of};
 use crate::sheet::{Given, Setting, TablePlaces};
+use crate::suggestion::{nearest, standing_elsewhere};
 use crate::units::{Dimension, QuantityError, quantity};
 
 /// A value of the tree with its place.
@@ -35,6 +36,22 @@ pub(crate) fn noun(value: &DeValue<'_>) -> &'static str {
         DeValue::Datetime(_) => "a date",
         DeValue::Array(_) => "a list",
         DeValue::Table(_) => "a table",
+    }
+}
+
+/// Notes the keys of a table that are not among those `known`.
+pub(crate) fn refuse_unknown(
+    table: &DeTable<'_>,
+    place: &str,
+    known: &[&str],
+    mistakes: &mut Vec<Mistake>,
+) {
+    let is_unknown = |(name, _): &(&Name<'_>, _)| !known.contains(&name.get_ref().as_ref());
+    for (name, _) in entries(table).into_iter().filter(is_unknown) {
+        if are_enough(mistakes) {
+            return;
+        }
+        mistakes.push(unknown(name.get_ref(), name.span(), place, known));
     }
 }
 
@@ -85,6 +102,9 @@ impl<'p> Reader<'p> {
             self.places.add(table, span);
         }
         for (name, node) in entries {
+            if are_enough(self.mistakes) {
+                return;
+            }
             let path = format!("{}.{}", table.path(), name.get_ref());
             // An index is no part of a name.
             let (inner, key) = if name.get_ref().contains('[') {
@@ -103,18 +123,26 @@ impl<'p> Reader<'p> {
                 (Some(inner), ..) => {
                     self.mistakes.push(mistyped(&inner.short(), node, &inner.expected()))
                 }
-                (None, None, _) => {
-                    let place = format!("`{}`", table.path());
-                    let mistake = unknown(name.get_ref(), name.span(), &place, &table.names());
-                    self.mistakes.push(match name.get_ref().as_ref() {
-                        top @ ("accuracy" | "refine" | "bisect") => {
-                            mistake.help(format!("`{top}` stands at the top of the study"))
-                        }
-                        _ => mistake,
-                    });
-                }
+                (None, None, _) => self.unknown(table, name),
             }
         }
+    }
+
+    /// Notes a key that the table does not have.
+    fn unknown(&mut self, table: Table, name: &Name<'_>) {
+        let place = format!("`{}`", table.path());
+        let word = name.get_ref().as_ref();
+        let mistake = unknown(word, name.span(), &place, &table.names());
+        self.mistakes.push(match word {
+            top @ ("accuracy" | "refine" | "bisect") => {
+                mistake.help(format!("`{top}` stands at the top of the study"))
+            }
+            _ => match standing_elsewhere(word, table.pattern) {
+                // A name that is near in this table was suggested already.
+                Some(path) if mistake.help.is_empty() => mistake.instead(&path),
+                _ => mistake,
+            },
+        });
     }
 
     /// Reads the value of a key.
@@ -134,6 +162,15 @@ impl<'p> Reader<'p> {
         let length = u32::try_from(tables.len()).unwrap_or(u32::MAX);
         self.given
             .push((list, Given { setting: Setting::Count(length), span: node.span(), nth: None }));
+        if length > list.longest() {
+            // Nothing in a list that is too long is looked at.
+            let name = list.name();
+            return self.mistakes.push(Mistake::new(
+                node.span(),
+                format!("`{}` has {length} {name}", list.short()),
+                format!("must be at most {} {name}", list.longest()),
+            ));
+        }
         for (index, entry) in (0..length).zip(tables.iter()) {
             let Some(table) = Table::entry(list, index) else { continue };
             match entry.get_ref() {
@@ -177,6 +214,9 @@ pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Mistake> {
             _ => Err(wrong()),
         },
         Quantity::Text => match node.get_ref() {
+            DeValue::String(text) if text.chars().nth(LONGEST_TEXT).is_some() => {
+                Err(too_long(&key.short(), node))
+            }
             DeValue::String(text) if !text.trim().is_empty() => Ok(Setting::Word(text.to_string())),
             DeValue::String(_) => Err(Mistake::new(
                 node.span(),
@@ -281,6 +321,9 @@ fn not_a_quantity(name: &str, dimension: Dimension, error: QuantityError, span: 
             format!("did you mean \"{nearest}\"?"),
         )
         .help(format!("units of {} are {}", dimension.noun(), units())),
+        QuantityError::Comma { .. } => {
+            Mistake::new(span, message, "write a point before decimals, and nothing in thousands")
+        }
         QuantityError::NoUnit { text } => {
             let expected =
                 format!("write \"{text} {}\", or {text} without quotes for {0}", dimension.unit());
@@ -315,12 +358,24 @@ fn fraction(name: &str, text: &str, span: Span) -> Mistake {
     )
 }
 
+/// The length of the longest text, in characters.
+const LONGEST_TEXT: usize = 2000;
+
 /// Reads a text.
 pub(crate) fn text(name: &str, node: &Node<'_>) -> Result<String, Mistake> {
     match node.get_ref() {
+        DeValue::String(text) if text.chars().nth(LONGEST_TEXT).is_some() => {
+            Err(too_long(name, node))
+        }
         DeValue::String(text) => Ok(text.to_string()),
         _ => Err(mistyped(name, node, "a text")),
     }
+}
+
+/// Makes the mistake of a text that is too long.
+fn too_long(name: &str, node: &Node<'_>) -> Mistake {
+    let message = format!("`{name}` is a text of more than {LONGEST_TEXT} characters");
+    Mistake::new(node.span(), message, "must be shorter")
 }
 
 /// Reads true or false.

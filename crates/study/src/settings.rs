@@ -98,10 +98,12 @@ pub(crate) fn length(job: &Job, list: Key) -> u32 {
     }
 }
 
-/// Returns every key that a job has, with its value: the opposite of assembling the job.
+/// Returns every key that a job has, with its value: the opposite of assembling the job. Keys whose
+/// values follow from others are not among them.
 pub(crate) fn settings(job: &Job) -> Vec<(Key, Setting)> {
     Key::all(|list| length(job, list))
         .into_iter()
+        .filter(|key| !key.is_derived())
         .filter_map(|key| Some((key, setting(job, key)?)))
         .collect()
 }
@@ -112,10 +114,12 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
     match key {
         Key::Layers
         | Key::LayerShearModulus(_)
+        | Key::LayerYoungsModulus(_)
         | Key::LayerPoisson(_)
         | Key::LayerThickness(_)
         | Key::Base
         | Key::ShearModulus
+        | Key::YoungsModulus
         | Key::Poisson => of_foundation(parts.foundation, key),
         Key::Shape
         | Key::Radius
@@ -139,6 +143,7 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         // A job names its surface by content.
         Key::File | Key::HeightUnit => None,
         Key::PunchShearModulus => number(parts.material?.shear_modulus),
+        Key::PunchYoungsModulus => number(youngs_modulus_of(parts.material?)),
         Key::PunchPoisson => number(parts.material?.poisson),
         Key::Mu => number(parts.mu?),
         Key::DomainWidthX => number(parts.domain?.width_x),
@@ -179,13 +184,26 @@ fn of_foundation(Foundation { layers, base }: &Foundation, key: Key) -> Option<S
     match (key, base) {
         (Key::Layers, _) => Some(Setting::Count(count(layers.len()))),
         (Key::LayerShearModulus(index), _) => number(layer(index)?.shear_modulus),
+        (Key::LayerYoungsModulus(index), _) => number(youngs_modulus_of(&layer(index)?.material())),
         (Key::LayerPoisson(index), _) => number(layer(index)?.poisson),
         (Key::LayerThickness(index), _) => number(layer(index)?.thickness),
         (Key::Base, Base::Rigid) => word("rigid"),
         (Key::ShearModulus, Base::Elastic(material)) => number(material.shear_modulus),
+        (Key::YoungsModulus, Base::Elastic(material)) => number(youngs_modulus_of(material)),
         (Key::Poisson, Base::Elastic(material)) => number(material.poisson),
         _ => None,
     }
+}
+
+/// Returns Young's modulus E = 2G(1+ν): of the numbers that give the material's G, the one with the
+/// fewest digits, so that it is the number that a study gave.
+fn youngs_modulus_of(material: &Material) -> f64 {
+    let Material { shear_modulus, poisson } = *material;
+    let near = 2.0 * shear_modulus * (1.0 + poisson);
+    let mut rounded = (0..17).filter_map(|digits| format!("{near:.digits$e}").parse::<f64>().ok());
+    rounded
+        .find(|modulus| Material::with_youngs_modulus(*modulus, poisson) == *material)
+        .unwrap_or(near)
 }
 
 fn of_shape(shape: &Shape, key: Key) -> Option<Setting> {

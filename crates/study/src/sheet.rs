@@ -111,11 +111,12 @@ impl<'a> Sheet<'a> {
         self.0.retain(|key, _| !key.is_under(table));
     }
 
-    /// Returns the keys that are given, by their places.
-    pub(crate) fn keys(&self) -> Vec<Key> {
+    /// Returns those keys that are given for which something holds, by their places.
+    pub(crate) fn keys(&self, is_meant: impl Fn(Key) -> bool) -> Vec<Key> {
+        let meant = self.0.iter().filter(|(key, _)| is_meant(**key));
         let mut given: Vec<(usize, Key)> =
-            self.0.iter().map(|(key, given)| (given.span.start, *key)).collect();
-        given.sort_by_key(|(start, key)| (*start, key.path()));
+            meant.map(|(key, given)| (given.span.start, *key)).collect();
+        given.sort_by_cached_key(|(start, key)| (*start, key.path()));
         given.into_iter().map(|(_, key)| key).collect()
     }
 
@@ -186,13 +187,16 @@ impl<'a> Sheet<'a> {
 
 /// The places of the tables of a file, for keys that are missing from them.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct TablePlaces(Vec<(Table, Span)>);
+pub(crate) struct TablePlaces(HashMap<Table, Span>);
 
 impl TablePlaces {
     pub(crate) fn add(&mut self, table: Table, span: Span) {
-        if !self.0.iter().any(|(known, _)| *known == table) {
-            self.0.push((table, span));
-        }
+        self.0.entry(table).or_insert(span);
+    }
+
+    /// Returns whether the file has begun the table.
+    pub(crate) fn has(&self, table: &Table) -> bool {
+        self.0.contains_key(table)
     }
 
     /// Returns the place of the innermost table in the file that holds the key, else the start of
@@ -202,7 +206,7 @@ impl TablePlaces {
             .0
             .iter()
             .filter(|(table, _)| key.is_under(table))
-            .max_by_key(|(table, _)| table.path().len());
+            .max_by_key(|(table, _)| table.pattern.len());
         innermost.map_or(0..0, |(_, span)| span.clone())
     }
 }

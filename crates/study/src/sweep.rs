@@ -1,19 +1,21 @@
 //! Reads `[sweep]`, whose format [`axis`](crate::axis) describes, and refuses axes that do not fit
 //! each other or the scene.
 
-use std::collections::{HashMap, HashSet};
-
 use toml::de::DeValue;
 
 use crate::axis::{Choice, Group, MAX_POINTS, SweepAxis, Target, count};
-use crate::error::{Mistake, Span};
-use crate::key::{Key, Table, nearest_path};
+use crate::error::{Mistake, Span, are_enough};
+use crate::key::{Key, Table};
 use crate::read::{self, Name, Node, Reader, entries};
-use crate::sheet::{Given, Setting, Sheet};
+use crate::sheet::{Given, Setting};
+use crate::suggestion::nearest_path;
 use crate::value::Value;
 
+mod fit;
 mod range;
 
+pub(crate) use fit::{refuse_absent, refuse_alternatives, refuse_too_many_entries};
+use fit::{refuse_excess, refuse_overlaps, refuse_repeated_rows, refuse_repeats};
 use range::{AxisValues, is_range, read_range};
 
 /// Reads `[sweep]`.
@@ -24,12 +26,17 @@ pub(crate) fn read_sweep(text: &str, node: &Node<'_>, mistakes: &mut Vec<Mistake
     };
     let before = mistakes.len();
     let mut groups = Vec::new();
+    if let Some(mistake) = refuse_excess(table, node) {
+        mistakes.push(mistake);
+        return groups;
+    }
     for (name, node) in entries(table) {
         if name.get_ref() == "zip" {
             read_zips(text, node, &mut groups, mistakes);
         } else {
             let mut axes = Vec::new();
             read_axes(text, "", name, node, &mut axes, mistakes);
+            axes.iter().for_each(|axis| refuse_repeats(axis, mistakes));
             groups.extend(
                 axes.into_iter().map(|axis| Group { length: axis.choices.len(), axes: vec![axis] }),
             );
@@ -58,6 +65,9 @@ fn read_zips(text: &str, node: &Node<'_>, groups: &mut Vec<Group>, mistakes: &mu
         return mistakes.push(read::mistyped("zip", node, expected));
     };
     for zip in zips.iter() {
+        if are_enough(mistakes) {
+            return;
+        }
         let DeValue::Table(table) = zip.get_ref() else {
             mistakes.push(read::mistyped("zip", zip, expected));
             continue;
@@ -95,6 +105,7 @@ fn read_zips(text: &str, node: &Node<'_>, groups: &mut Vec<Group>, mistakes: &mu
             );
         }
         axes.retain(|axis| axis.choices.len() == length);
+        refuse_repeated_rows(&axes, mistakes);
         groups.push(Group { axes, length });
     }
 }
@@ -125,7 +136,6 @@ fn read_axes(
             _ => {
                 let choices = read_table_choices(text, table, node, mistakes);
                 if !choices.is_empty() {
-                    refuse_repeats(&path, &choices, mistakes);
                     axes.push(SweepAxis {
                         target: Target::Table(table),
                         choices,
@@ -138,7 +148,6 @@ fn read_axes(
     } else if let Some(key) = Key::find(&path) {
         let AxisValues { choices, is_log } = read_key_choices(key, node, mistakes);
         if !choices.is_empty() {
-            refuse_repeats(&path, &choices, mistakes);
             axes.push(SweepAxis { target: Target::Key(key), choices, log: is_log, span });
         }
     } else {
@@ -162,6 +171,9 @@ fn read_key_choices(key: Key, node: &Node<'_>, mistakes: &mut Vec<Mistake>) -> A
             }
             let mut choices = Vec::new();
             for value in values.iter() {
+                if are_enough(mistakes) {
+                    break;
+                }
                 match read::setting(key, value) {
                     Ok(setting) => choices.push(Choice::of_key(key, setting, value.span(), None)),
                     Err(mistake) => mistakes.push(mistake),
@@ -217,7 +229,14 @@ fn read_table_choices(
     if values.is_empty() {
         mistakes.push(empty(&path, node));
     }
-    values.iter().filter_map(|value| read_table_choice(text, table, value, mistakes)).collect()
+    let mut choices = Vec::new();
+    for value in values.iter() {
+        if are_enough(mistakes) {
+            break;
+        }
+        choices.extend(read_table_choice(text, table, value, mistakes));
+    }
+    choices
 }
 
 /// Describes the values of an axis over a table, for messages.
@@ -319,88 +338,4 @@ fn shape_of(given: &[(Key, Given)]) -> Option<String> {
         (Key::Shape, Setting::Word(shape)) => Some(shape.clone()),
         _ => None,
     })
-}
-
-fn refuse_repeats(path: &str, choices: &[Choice], mistakes: &mut Vec<Mistake>) {
-    let mut seen: HashMap<String, &Choice> = HashMap::new();
-    for choice in choices {
-        // Bits count, not digits: two values are the same if they make the same job.
-        let identity = match &choice.shown {
-            Value::Number(x) => format!("{:x}", (x + 0.0).to_bits()),
-            value => value.to_string(),
-        };
-        if let Some(first) = seen.insert(identity, choice) {
-            let message = format!("the axis `{path}` names {} twice", choice.shown);
-            let expected = match choice.given.as_slice() {
-                [(_, given)] if given.span == choice.span => "the values of an axis must differ",
-                _ => "needs a `label` of its own",
-            };
-            mistakes.push(
-                Mistake::new(choice.span.clone(), message, expected)
-                    .context(first.span.clone(), "first here"),
-            );
-            return;
-        }
-    }
-}
-
-fn refuse_overlaps(groups: &[Group], mistakes: &mut Vec<Mistake>) {
-    let axes: Vec<&SweepAxis> = groups.iter().flat_map(|group| &group.axes).collect();
-    for (index, axis) in axes.iter().enumerate() {
-        if let Some(owner) = axes[..index].iter().find(|owner| owner.target.overlaps(axis.target)) {
-            let message = match owner.path() == axis.path() {
-                true => format!("two axes vary `{}`", axis.path()),
-                false => {
-                    format!("two axes, `{}` and `{}`, set the same keys", owner.path(), axis.path())
-                }
-            };
-            mistakes.push(
-                Mistake::new(axis.span.clone(), message, "only one axis may set a key")
-                    .context(owner.span.clone(), "the other one"),
-            );
-        }
-    }
-}
-
-/// Refuses axes over entries that a list of the scene does not have.
-pub(crate) fn refuse_absent(groups: &[Group], base: &[(Key, Given)], mistakes: &mut Vec<Mistake>) {
-    for list in [Key::Layers, Key::Steps] {
-        let axes = || {
-            groups
-                .iter()
-                .flat_map(|group| &group.axes)
-                .filter_map(|axis| Some((axis, axis.target.entry()?)))
-        };
-        let in_list =
-            || axes().filter(|(_, (of, _))| *of == list).map(|(axis, (_, index))| (axis, index));
-        let scene = Sheet::new(base.iter().map(|(key, given)| (*key, given)));
-        let (length, has) = match scene.get(list) {
-            Some(_) => (scene.length(list), "has"),
-            None => {
-                let set: HashSet<u32> = in_list().map(|(_, index)| index).collect();
-                ((0..).find(|index| !set.contains(index)).unwrap_or(0), "is missing and would have")
-            }
-        };
-        for (axis, index) in in_list().filter(|(_, index)| *index >= length) {
-            let entries = match length {
-                0 => "no entries".to_owned(),
-                1 => "one entry, [0]".to_owned(),
-                n => format!("{n} entries, [0] to [{}]", n - 1),
-            };
-            let message = format!(
-                "there is no `{}[{index}]`: the scene's `{}` {has} {entries}",
-                list.short(),
-                list.name()
-            );
-            let mistake = Mistake::new(
-                axis.span.clone(),
-                message,
-                format!("needs an entry of `scene.{}` to vary", list.short()),
-            );
-            mistakes.push(match scene.get(list) {
-                Some(given) => mistake.context(given.span.clone(), "the entries are here"),
-                None => mistake,
-            });
-        }
-    }
 }

@@ -89,7 +89,7 @@ const fn times(symbol: &'static str, dimension: Dimension, factor: f64) -> Unit 
     Unit { symbol, dimension, scale: UnitScale::Times(factor) }
 }
 
-/// Every unit that a file may write. The letters µ and μ are read as u. There is no millipascal: it
+/// Every unit that a file may write, in one of its spellings. There is no millipascal: it
 /// would be a misspelt MPa.
 const UNITS: &[Unit] = &[
     ten("m", Dimension::Length, 0),
@@ -97,6 +97,7 @@ const UNITS: &[Unit] = &[
     ten("mm", Dimension::Length, -3),
     ten("um", Dimension::Length, -6),
     ten("nm", Dimension::Length, -9),
+    ten("pm", Dimension::Length, -12),
     ten("km", Dimension::Length, 3),
     times("in", Dimension::Length, 0.0254),
     ten("Pa", Dimension::Pressure, 0),
@@ -105,7 +106,12 @@ const UNITS: &[Unit] = &[
     ten("GPa", Dimension::Pressure, 9),
     ten("TPa", Dimension::Pressure, 12),
     ten("bar", Dimension::Pressure, 5),
+    ten("N/m^2", Dimension::Pressure, 0),
+    ten("kN/m^2", Dimension::Pressure, 3),
+    ten("MN/m^2", Dimension::Pressure, 6),
+    ten("N/cm^2", Dimension::Pressure, 4),
     ten("N/mm^2", Dimension::Pressure, 6),
+    ten("kN/mm^2", Dimension::Pressure, 9),
     times("psi", Dimension::Pressure, 6894.757293168361),
     times("ksi", Dimension::Pressure, 6894757.293168361),
     ten("rad", Dimension::Angle, 0),
@@ -114,19 +120,75 @@ const UNITS: &[Unit] = &[
     times("deg", Dimension::Angle, std::f64::consts::PI / 180.0),
     times("°", Dimension::Angle, std::f64::consts::PI / 180.0),
     ten("N", Dimension::Force, 0),
+    ten("nN", Dimension::Force, -9),
+    ten("uN", Dimension::Force, -6),
     ten("mN", Dimension::Force, -3),
     ten("kN", Dimension::Force, 3),
     ten("MN", Dimension::Force, 6),
     times("lbf", Dimension::Force, 4.4482216152605),
     ten("N m", Dimension::Moment, 0),
     ten("mN m", Dimension::Moment, -3),
+    ten("uN m", Dimension::Moment, -6),
     ten("N mm", Dimension::Moment, -3),
     ten("kN m", Dimension::Moment, 3),
 ];
 
+/// Words that people write who mean a unit, each with the unit.
+const MEANT: &[(&str, &str)] = &[
+    ("micron", "um"),
+    ("microns", "um"),
+    ("micrometer", "um"),
+    ("micrometers", "um"),
+    ("micrometre", "um"),
+    ("meter", "m"),
+    ("metre", "m"),
+    ("millimeter", "mm"),
+    ("millimetre", "mm"),
+    ("inch", "in"),
+    ("inches", "in"),
+    ("\"", "in"),
+    ("pascal", "Pa"),
+    ("degree", "deg"),
+    ("degrees", "deg"),
+    ("radian", "rad"),
+    ("radians", "rad"),
+    ("newton", "N"),
+    ("newtons", "N"),
+    ("lb", "lbf"),
+    ("lbs", "lbf"),
+];
+
+/// Returns the unit that a symbol stands for, however it is spelled.
 fn find(symbol: &str) -> Option<&'static Unit> {
-    let plain = symbol.replace(['µ', 'μ'], "u");
-    UNITS.iter().find(|unit| unit.symbol == plain)
+    // No unit is as long as this.
+    if symbol.len() > 32 {
+        return None;
+    }
+    let plain = plain(symbol);
+    UNITS.iter().find(|unit| self::plain(unit.symbol) == plain)
+}
+
+/// Returns the spelling of a symbol by which units are told apart: with u for µ, with plain digits,
+/// and without signs of multiplication and powers. Capitals count: "Nm" is a moment, "nm" a length.
+fn plain(symbol: &str) -> String {
+    let is_sign = |c: char| c.is_whitespace() || matches!(c, '^' | '*' | '·' | '⋅' | '.');
+    let letter = |c: char| match c {
+        'µ' | 'μ' => 'u',
+        '²' => '2',
+        c => c,
+    };
+    symbol.chars().filter(|c| !is_sign(*c)).map(letter).collect()
+}
+
+/// Returns the unit of a dimension that was probably meant by a symbol that is none.
+fn nearest(symbol: &str, wanted: Dimension) -> Option<&'static str> {
+    let lower = symbol.to_lowercase();
+    let meant = MEANT.iter().find(|(others, _)| *others == lower).map(|(_, unit)| *unit);
+    let is_wanted = |unit: &&str| find(unit).is_some_and(|unit| unit.dimension == wanted);
+    wanted
+        .units()
+        .find(|known| plain(known).eq_ignore_ascii_case(&plain(symbol)))
+        .or(meant.filter(is_wanted))
 }
 
 /// The reason why a text is not a quantity of the dimension that its key needs.
@@ -147,6 +209,12 @@ pub(crate) enum QuantityError {
     /// The number has no unit.
     #[error("`{text}` has no unit")]
     NoUnit {
+        /// The text.
+        text: String,
+    },
+    /// The number has a comma in place of a point, or in thousands.
+    #[error("`{text}` has a comma in its number")]
+    Comma {
         /// The text.
         text: String,
     },
@@ -183,9 +251,12 @@ pub(crate) fn quantity(text: &str, wanted: Dimension) -> Result<f64, QuantityErr
     if symbol.is_empty() {
         return Err(QuantityError::NoUnit { text: whole.to_owned() });
     }
+    if symbol.starts_with(',') {
+        return Err(QuantityError::Comma { text: whole.to_owned() });
+    }
     let unit = find(symbol).ok_or_else(|| QuantityError::UnknownUnit {
         unit: symbol.to_owned(),
-        nearest: wanted.units().find(|known| known.eq_ignore_ascii_case(symbol)),
+        nearest: nearest(symbol, wanted),
     })?;
     if unit.dimension != wanted {
         return Err(QuantityError::WrongDimension {
@@ -280,6 +351,17 @@ mod tests {
             ("1.5e3 um", Dimension::Length, 1.5e-3),
             ("-.7E+1 nm", Dimension::Length, -7e-9),
             ("210 N/mm^2", Dimension::Pressure, 210e6),
+            ("210 N/mm2", Dimension::Pressure, 210e6),
+            ("210 N/mm²", Dimension::Pressure, 210e6),
+            ("210 kN/mm^2", Dimension::Pressure, 210e9),
+            ("210 kN / mm2", Dimension::Pressure, 210e9),
+            ("3 MN/m²", Dimension::Pressure, 3e6),
+            ("2 µN", Dimension::Force, 2e-6),
+            ("2 Nm", Dimension::Moment, 2.0),
+            ("2 N·m", Dimension::Moment, 2.0),
+            ("2 N*mm", Dimension::Moment, 2e-3),
+            ("2 nm", Dimension::Length, 2e-9),
+            ("2\u{a0}mm", Dimension::Length, 2e-3),
             ("1 kN", Dimension::Force, 1000.0),
             ("90 deg", Dimension::Angle, std::f64::consts::FRAC_PI_2),
             ("180°", Dimension::Angle, std::f64::consts::PI),
@@ -296,16 +378,22 @@ mod tests {
         assert_eq!(refused("0.3 mm", Dimension::Pure), "`0.3 mm` is a length, not a pure number");
         assert_eq!(refused("80", Dimension::Pressure), "`80` has no unit");
         assert_eq!(refused("GPa", Dimension::Pressure), "`GPa` does not begin with a number");
+        assert_eq!(refused("0,5 mm", Dimension::Length), "`0,5 mm` has a comma in its number");
         assert_eq!(refused("", Dimension::Pressure), "`` does not begin with a number");
         assert_eq!(refused("1e999 m", Dimension::Length), "`1e999 m` is too large a number");
         assert_eq!(
             refused("1e99999999999 m", Dimension::Length),
             "`1e99999999999 m` is too large a number"
         );
-        assert_eq!(
-            quantity("80 mpa", Dimension::Pressure),
-            Err(QuantityError::UnknownUnit { unit: "mpa".into(), nearest: Some("MPa") })
-        );
+        let suggested = |text: &str, wanted| match quantity(text, wanted) {
+            Err(QuantityError::UnknownUnit { nearest, .. }) => nearest,
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(suggested("80 mpa", Dimension::Pressure), Some("MPa"));
+        assert_eq!(suggested("80 n/mm2", Dimension::Pressure), Some("N/mm^2"));
+        assert_eq!(suggested("3 microns", Dimension::Length), Some("um"));
+        assert_eq!(suggested("3 microns", Dimension::Pressure), None);
+        assert_eq!(suggested(&format!("3 {}", "m".repeat(100)), Dimension::Length), None);
     }
 
     proptest! {

@@ -175,10 +175,16 @@ fn label(study: &Study, points: &[StudyPoint], members: &[usize]) -> String {
     let mut said = Vec::new();
     for (group, values) in &taken {
         // A group that does not vary tells nothing.
-        let Some(axis) = group.axes().first().filter(|_| group.len() > 1 || values.len() > 1)
-        else {
+        let [axis, others @ ..] = group.telling() else { continue };
+        if group.len() == 1 && values.len() == 1 {
             continue;
-        };
+        }
+        if !others.is_empty() {
+            // Only their values together tell which steps these are.
+            let names: Vec<_> = group.telling().iter().map(SweepAxis::column).collect();
+            said.push(format!("{} steps of {}", values.len(), names.join(" with ")));
+            continue;
+        }
         if is_product {
             said.extend(axis_label(axis, values));
         } else {
@@ -188,8 +194,8 @@ fn label(study: &Study, points: &[StudyPoint], members: &[usize]) -> String {
     format!("{}{}", if is_product || said.is_empty() { "" } else { "such as " }, said.join("; "))
 }
 
-/// Returns the values that the first axis of each group takes at some points, each once with those
-/// of the axes that go together with it.
+/// Returns the values that the first [telling](Group::telling) axis of each group takes at some
+/// points, each once with those of the axes that go together with it.
 fn taken_values<'s>(
     study: &'s Study,
     points: &'s [StudyPoint],
@@ -200,9 +206,13 @@ fn taken_values<'s>(
     for group in study.groups() {
         let axes = first_axis..first_axis + group.axes().len();
         let mut known = HashSet::new();
+        let column = group.telling().first().map(SweepAxis::column);
+        let telling =
+            group.axes().iter().position(|axis| Some(axis.column()) == column).unwrap_or(0);
         let values = members.iter().filter_map(|member| {
             let values = &points[*member].values[axes.clone()];
-            known.insert(values.iter().map(ValueKey::from).collect::<Vec<_>>()).then(|| &values[0])
+            let is_new = known.insert(values.iter().map(ValueKey::from).collect::<Vec<_>>());
+            values.get(telling).filter(|_| is_new)
         });
         taken.push((group, values.collect()));
         first_axis = axes.end;

@@ -53,7 +53,7 @@ pub struct Layer {
 
 impl Layer {
     /// Returns the material of the layer.
-    pub(crate) fn material(&self) -> Material {
+    pub fn material(&self) -> Material {
         Material { shear_modulus: self.shear_modulus, poisson: self.poisson }
     }
 }
@@ -256,6 +256,13 @@ pub struct Domain {
 }
 
 impl Material {
+    /// Makes the material of Young's modulus E \[Pa\] and Poisson's ratio ν, with G = E/(2(1+ν)). A
+    /// ratio that no material has is kept, and does not spoil the modulus.
+    pub fn with_youngs_modulus(youngs_modulus: f64, poisson: f64) -> Self {
+        let shear_modulus = youngs_modulus / (2.0 * (1.0 + poisson.clamp(0.0, 0.5)));
+        Self { shear_modulus, poisson }
+    }
+
     /// Returns the compliance (1−ν)/G \[1/Pa\].
     pub(crate) fn compliance(&self) -> f64 {
         (1.0 - self.poisson) / self.shear_modulus

@@ -129,7 +129,7 @@ fn friction(scene: &Scene) -> Ruling {
     let coupled = coupled_surfaces(scene);
     let loads = tangential_loads(scene);
     if scene.friction.mu == 0.0 {
-        Ruling::off("friction.mu = 0")
+        Ruling::off("friction.mu = 0, as in every scene that gives none")
     } else if !coupled.on && loads == [false; 3] {
         Ruling::off(format!("{} and nothing moves the punch sideways", coupled.reason))
     } else if loads == [false; 3] {

@@ -16,7 +16,7 @@
 
 use super::solve::{self, SOLUTION};
 use super::spec::{KindSpec, KindTable, TableSpec, TableValue};
-use crate::axis::Group;
+use crate::axis::{Group, SweepAxis};
 use crate::columns::column::{Column, ColumnSource};
 use crate::columns::result_columns::result_columns;
 use crate::error::{Mistake, Span};
@@ -101,7 +101,20 @@ fn check(table: &KindTable, span: &Span, groups: &[Group], mistakes: &mut Vec<Mi
             );
             mistakes.push(mistake.help("leave `reference` out, or converge along the mesh"));
         }
-        Some(_) => {}
+        Some(Ladder { group, along, .. }) => {
+            let axes = groups[group].axes().iter();
+            let repeats = |axis: &&SweepAxis| axis.key() == Some(along) && !axis.is_distinct();
+            if let Some(axis) = axes.into_iter().find(repeats) {
+                let message =
+                    format!("the ladder is the axis `{}`, and a value of it repeats", axis.path());
+                mistakes.push(
+                    Mistake::new(axis.span.clone(), message, "must be different values").help(
+                        "what else varies needs an axis of its own, and has a ladder for each \
+                         value",
+                    ),
+                );
+            }
+        }
         None => {
             let names: Vec<String> =
                 wanted(table).iter().map(|key| format!("`{}`", key.name())).collect();
@@ -122,7 +135,7 @@ fn check(table: &KindTable, span: &Span, groups: &[Group], mistakes: &mut Vec<Mi
 /// axes.
 fn figure(table: &KindTable, groups: &[Group]) -> Option<Figure> {
     let Ladder { group, along, .. } = Ladder::of(table, groups)?;
-    let others = figure::firsts(groups).filter(|axis| !groups[group].axes().contains(axis));
+    let others = figure::telling(groups).filter(|axis| !groups[group].axes().contains(axis));
     let series = others.map(|axis| axis.column().into_owned()).collect();
     let y = ["error_pressure", "error_peak_pressure", "error_contact_area"].map(str::to_owned);
     let figure = Figure::new(along.column().into_owned(), y.to_vec());

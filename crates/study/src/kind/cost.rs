@@ -103,7 +103,7 @@ fn check(_: &KindTable, span: &Span, groups: &[Group], mistakes: &mut Vec<Mistak
         .iter()
         .flat_map(Group::axes)
         .find(|axis| axis.key() == Some(Key::Mesh))
-        .map_or(0, |axis| axis.values().len());
+        .map_or(0, SweepAxis::distinct);
     if meshes < 3 {
         mistakes.push(Mistake::new(
             span.clone(),
@@ -126,7 +126,7 @@ fn to_toml(job: &Job) -> String {
 /// Makes the figure of the claimed error over the time, with its front.
 fn figure(_: &KindTable, groups: &[Group]) -> Option<Figure> {
     let is_mesh = |axis: &&SweepAxis| axis.key() == Some(Key::Mesh);
-    let series = figure::firsts(groups)
+    let series = figure::telling(groups)
         .filter(|axis| !is_mesh(axis))
         .map(|axis| axis.column().into_owned())
         .collect();

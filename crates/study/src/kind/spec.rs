@@ -12,7 +12,7 @@ use crate::figure::Figure;
 use crate::job::Job;
 use crate::key::{Key, one_of};
 use crate::read;
-use crate::read::{Node, entries};
+use crate::read::Node;
 
 /// Everything that the crate knows of one kind of study. A kind that has much in common with the
 /// solving of scenes takes that from there.
@@ -97,12 +97,7 @@ impl TableSpec {
                 mistakes.push(read::mistyped(self.name, node, &expected));
                 return read;
             };
-            for (name, _) in entries(table) {
-                if !names.contains(&name.get_ref().as_ref()) {
-                    let place = format!("`[{}]`", self.name);
-                    mistakes.push(read::unknown(name.get_ref(), name.span(), &place, &names));
-                }
-            }
+            read::refuse_unknown(table, &format!("`[{}]`", self.name), &names, mistakes);
             for (name, value) in self.keys {
                 let Some(node) = table.get(*name) else { continue };
                 let path = format!("{}.{name}", self.name);

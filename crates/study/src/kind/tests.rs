@@ -50,7 +50,10 @@ fn entries_far_apart_cost_no_more_than_near_ones() {
         .filter(|column| column.role == Role::Key)
         .map(|column| column.name.as_ref())
         .collect();
-    assert_eq!(names[..3], ["layer4000000000_thickness", "approach", "step4294967295_shift_x"]);
+    assert_eq!(
+        names[..4],
+        ["layer4000000000_thickness", "mu", "approach", "step4294967295_shift_x"]
+    );
 }
 
 #[test]

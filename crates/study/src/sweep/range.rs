@@ -7,7 +7,7 @@ use contact::model::Mesh;
 use crate::axis::{Choice, MAX_POINTS};
 use crate::error::Mistake;
 use crate::key::{Key, Quantity};
-use crate::read::{self, Node, entries};
+use crate::read::{self, Node};
 use crate::sheet::Setting;
 use crate::units::Dimension;
 
@@ -42,16 +42,7 @@ pub(super) fn read_range(
             return Err(Mistake::new(node.span(), format!("`{path}` has no ranges"), expected));
         }
     };
-    for (name, _) in
-        entries(table).into_iter().filter(|(name, _)| !RANGE.contains(&name.get_ref().as_ref()))
-    {
-        mistakes.push(read::unknown(
-            name.get_ref(),
-            name.span(),
-            &format!("the range of `{path}`"),
-            RANGE,
-        ));
-    }
+    read::refuse_unknown(table, &format!("the range of `{path}`"), RANGE, mistakes);
     let required = |name: &str| {
         table.get(name).ok_or_else(|| {
             let message = format!("the range of `{path}` has no `{name}`");

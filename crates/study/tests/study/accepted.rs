@@ -123,6 +123,35 @@ fn zipped_axes_advance_together() {
 }
 
 #[test]
+fn a_value_may_repeat_where_another_advances() {
+    let sweep =
+        "[[sweep.zip]]\nfriction.mu = [0.1, 0.1, 0.2]\nfoundation.base.poisson = [0, 0.3, 0.3]\n";
+    let study = read(&format!("{SPHERE}{sweep}"));
+    assert_eq!(shown(&study, "mu"), ["0.1", "0.1", "0.2"]);
+    // No axis by itself tells the points apart, so the figure has both.
+    assert!(study.figures().iter().all(|figure| figure.x == "mu" && figure.series == ["poisson"]));
+    let sweep = "[[sweep.zip]]\nfriction.mu = [0.1, 0.1, 0.2]\nmesh = [8, 16, 32]\n";
+    assert_eq!(read(&format!("{SPHERE}{sweep}")).figures()[0].x, "mesh");
+    let refused = |sweep: &str| {
+        let study = Study::parse(&format!("{SPHERE}{sweep}"), "study.toml", &mut no_files);
+        study.expect_err(sweep).to_string()
+    };
+    let twice = refused("[[sweep.zip]]\nfriction.mu = [0.1, 0.2, 0.1]\nmesh = [8, 8, 8]\n");
+    assert!(twice.contains("at their step 3 where they are at step 1"), "{twice}");
+    let labels = refused(
+        "[[sweep.zip]]\npunch = [{ shape = \"sphere\", radius = 1 }, { shape = \"sphere\", radius = 2 }]\nmesh = [8, 16]\n",
+    );
+    assert!(labels.contains("names two tables sphere"), "{labels}");
+    let alone = refused("[sweep]\nfriction.mu = [0.1, 0.1]\n");
+    assert!(alone.contains("names 0.1 twice"), "{alone}");
+    let ladder = format!(
+        "kind = \"convergence\"\n{SPHERE}[[sweep.zip]]\nmesh = [8, 8, 16]\nfriction.mu = [0, 1, 0]\n"
+    );
+    let ladder = Study::parse(&ladder, "study.toml", &mut no_files).unwrap_err().to_string();
+    assert!(ladder.contains("a value of it repeats"), "{ladder}");
+}
+
+#[test]
 fn a_table_replaces_a_table() {
     let punches = r#"[sweep]
         punch = [

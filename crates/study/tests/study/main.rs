@@ -3,6 +3,8 @@
 mod accepted;
 mod edited;
 mod kinds;
+mod limits;
+mod materials;
 mod refused;
 mod simulate;
 mod sphere;
