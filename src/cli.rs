@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::proposal::{STORE_VARIABLE, USUAL_STORE};
+
 /// Parameter studies of elastic contact with Coulomb friction.
 #[derive(Parser)]
 #[command(
@@ -104,7 +106,7 @@ pub(crate) enum Command {
 #[derive(Args, Clone)]
 pub(crate) struct StoreArgs {
     /// Directory of the store
-    #[arg(long, env = "TRIBOSWEEP_STORE", default_value = ".tribosweep", value_name = "DIR")]
+    #[arg(long, env = STORE_VARIABLE, default_value = USUAL_STORE, value_name = "DIR")]
     pub(crate) store: PathBuf,
 }
 

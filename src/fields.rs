@@ -88,7 +88,7 @@ pub(crate) fn show_field(fields: &Fields, name: &str, file: Option<&Path>) -> Re
         } else {
             TerminalInk::Ascii
         };
-        return output::print(&field.terminal(output::terminal_width().unwrap_or(80), ink));
+        return output::print_raw(&field.terminal(output::terminal_width().unwrap_or(80), ink));
     };
     let bytes = match file.extension().and_then(OsStr::to_str) {
         Some("png") => report::png(&field.svg(), RESOLUTION)?,

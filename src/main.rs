@@ -16,6 +16,7 @@ mod ledger;
 mod one_result;
 mod output;
 mod progress;
+mod proposal;
 mod stored;
 mod study_file;
 mod summary;
@@ -34,8 +35,13 @@ fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
-            // A closed pipe is nobody's mistake.
-            let _ = error.print();
+            // The arguments that it quotes may hold anything. A closed pipe is nobody's mistake.
+            let plain = error.render().to_string();
+            if wording::visible(&plain) == plain {
+                let _ = error.print();
+            } else {
+                output::say(plain.trim_end());
+            }
             return if error.use_stderr() {
                 Finish::Mistake.into()
             } else {

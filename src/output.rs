@@ -7,6 +7,7 @@ use answers::AnswerError;
 use anyhow::{Context, Result};
 use report::TerminalLayout;
 use study::StudyError;
+use wording::{escaped_json, visible};
 
 /// The end of a command. An error is a mistake of the user or of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,8 +33,14 @@ impl From<Finish> for ExitCode {
     }
 }
 
-/// Prints to standard output. A reader that has gone away, as `head` does, is no error.
+/// Prints words to standard output, with everything [visible] that a terminal would obey.
 pub(crate) fn print(text: &str) -> Result<Finish> {
+    print_raw(&visible(text))
+}
+
+/// Prints to standard output what must stay as it is: colours, and formats that other programs
+/// read. A reader that has gone away, as `head` does, is no error.
+pub(crate) fn print_raw(text: &str) -> Result<Finish> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
@@ -43,24 +50,29 @@ pub(crate) fn print(text: &str) -> Result<Finish> {
     }
 }
 
-/// Says something beside the results, on standard error. A closed standard error is no error.
+/// Says something beside the results, on standard error, with everything [visible] that a terminal
+/// would obey. A closed standard error is no error.
 pub(crate) fn say(text: &str) {
+    say_raw(&visible(text));
+}
+
+fn say_raw(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
 }
 
 /// Prints a value as indented JSON.
 pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<Finish> {
-    print(&(serde_json::to_string_pretty(value)? + "\n"))
+    print_raw(&escaped_json(&(serde_json::to_string_pretty(value)? + "\n")))
 }
 
 /// Prints an error with its causes to standard error.
 pub(crate) fn complain(error: &anyhow::Error) {
     // The errors of a study are whole pictures of the file and begin with `error:` themselves.
-    let text = match study_error(error) {
-        Some(study) => study
-            .render(io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none())
-            .trim_end()
-            .to_owned(),
+    match study_error(error) {
+        Some(study) => {
+            let colours = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+            say_raw(study.render(colours).trim_end());
+        }
         None => {
             let mut said = String::new();
             for cause in error.chain().map(ToString::to_string) {
@@ -69,10 +81,9 @@ pub(crate) fn complain(error: &anyhow::Error) {
                     said = if said.is_empty() { cause } else { format!("{said}: {cause}") };
                 }
             }
-            format!("error: {said}")
+            say(&format!("error: {said}"));
         }
-    };
-    say(&text);
+    }
 }
 
 /// Returns the error as one in a study's file, if it is one.

@@ -59,7 +59,7 @@ impl ProgressDisplay {
         if self.json {
             if let Ok(line) = serde_json::to_string(event) {
                 // A reader that stops listening does not stop the run.
-                let _ = writeln!(std::io::stdout(), "{line}");
+                let _ = writeln!(std::io::stdout(), "{}", wording::escaped_json(&line));
             }
             return;
         }

@@ -1,5 +1,6 @@
 //! The contents of a store: studies by name, and records.
 
+use std::ffi::OsStr;
 use std::path::Path;
 
 use answers::{RecordMap, Records, RecordsError};
@@ -10,7 +11,7 @@ use store::{Blobs, ReadError, RecordOrigin, Store, StoreReader};
 use study::record_format::{decode_fields, job_text};
 use study::{Record, Study};
 
-use crate::output;
+use crate::{output, proposal};
 
 /// A store as the place that keeps records.
 #[derive(Clone, Copy)]
@@ -55,7 +56,10 @@ impl StoreSource<'_> {
 impl Records for StoreSource<'_> {
     fn select(&self, keys: &[JobKey]) -> Result<RecordMap, RecordsError> {
         let decoded = |(key, bytes): FetchedRecord| -> Result<(JobKey, Record)> {
-            let bytes = bytes.context("run `tribosweep store verify` to see the whole damage")?;
+            let bytes = bytes.with_context(|| {
+                let command = proposal::command(self.blobs().store(), ["store", "verify"]);
+                format!("run `{command}` to see the whole damage")
+            })?;
             let record =
                 Record::decode(&bytes).with_context(|| format!("the record of job {key}"))?;
             Ok((key, record))
@@ -81,9 +85,10 @@ pub(crate) fn fields(blobs: &Blobs, record: &Record) -> Result<Fields> {
     let kept = record.fields.as_ref().with_context(|| {
         format!("job {} left no fields: it is {}", record.key(), record.standing())
     })?;
-    let blob = blobs.kept(kept)?.context(
-        "the file with its fields is missing; `tribosweep store verify` says what else is",
-    )?;
+    let blob = blobs.kept(kept)?.with_context(|| {
+        let command = proposal::command(blobs.store(), ["store", "verify"]);
+        format!("the file with its fields is missing; `{command}` says what else is")
+    })?;
     Ok(decode_fields(&blob)?)
 }
 
@@ -92,8 +97,8 @@ pub(crate) fn fields(blobs: &Blobs, record: &Record) -> Result<Fields> {
 pub(crate) fn stored_study(reader: &StoreReader, name: &str) -> Result<Study> {
     let damaged = || {
         format!(
-            "the definition of the study `{name}` is damaged; `tribosweep run` of its file \
-             writes it anew"
+            "the definition of the study `{name}` is damaged; to run its file again writes it \
+             anew"
         )
     };
     if let Some(definition) = reader.study(name).with_context(damaged)? {
@@ -101,11 +106,13 @@ pub(crate) fn stored_study(reader: &StoreReader, name: &str) -> Result<Study> {
             .with_context(|| format!("the stored study `{name}`"));
     }
     let names = reader.study_names()?;
-    if std::path::Path::new(name).is_file() {
+    let file = Path::new(name);
+    if file.is_file() {
+        let run = [OsStr::new("run"), &wording::file_argument(file)];
         bail!(
-            "`{name}` is a file; name a study in the store instead ({}), or start it with \
-             `tribosweep run {name}`",
-            list(&names)
+            "`{name}` is a file; name a study in the store instead ({}), or start it with `{}`",
+            list(&names),
+            proposal::command(reader.blobs().store(), run)
         );
     }
     bail!("there is no study `{name}` in the store; it has {}", list(&names))
@@ -119,14 +126,5 @@ fn list(names: &[String]) -> String {
 pub(crate) fn tell_origin(reader: &StoreReader) {
     if let origin @ RecordOrigin::Process { .. } = reader.origin() {
         output::say(&origin.to_string());
-    }
-}
-
-/// Returns the option that names the store; nothing for the store where every command looks.
-pub(crate) fn store_option(directory: &Path) -> String {
-    if directory == Path::new(".tribosweep") {
-        String::new()
-    } else {
-        format!(" --store {}", directory.display())
     }
 }

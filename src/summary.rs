@@ -1,6 +1,6 @@
 //! The summary at the end of a run.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 use answers::{Results, WARNINGS, Warning};
@@ -8,18 +8,22 @@ use anyhow::{Context, Result};
 use report::DataTable;
 use serde::Serialize;
 use study::{Record, Study};
+use wording::{escaped_json, excerpt};
 
 use crate::answer_text::{answers_json, answers_words};
 use crate::figures;
 use crate::output::{self, Finish, layout};
-use crate::stored::store_option;
+use crate::proposal;
 use crate::words::{count, duration};
 
 /// The most rows of the table at the end of a run; `query` shows more.
 const SUMMARY_ROWS: usize = 24;
 
-/// The most failed jobs that are listed at the end of a run; `query` lists more.
+/// The most reasons of failures that are listed at the end of a run; `query` lists more.
 const LISTED_FAILURES: usize = 10;
+
+/// The length of the longest reason at the end of a run, in characters; `show` has it whole.
+const LONGEST_REASON: usize = 300;
 
 /// The counts of a run.
 #[derive(Default, Serialize)]
@@ -44,8 +48,18 @@ pub(crate) struct RunTally {
 struct FailedJob {
     key: String,
     status: String,
+    /// The reason, if it left one.
+    reason: Option<String>,
     /// The command that shows it.
     show: String,
+}
+
+impl FailedJob {
+    /// Returns the reason up to the details of it.
+    fn words(&self) -> &str {
+        let reason = self.reason.as_deref().unwrap_or("no reason is known");
+        reason.split(';').next().unwrap_or(reason)
+    }
 }
 
 /// The files of a figure, or why it was not drawn.
@@ -60,9 +74,9 @@ pub(crate) fn summarise(
 ) -> Result<Finish> {
     let progress = results.progress();
     let figures = if progress.done > 0 { draw_figures(results, directory) } else { Vec::new() };
-    let summary = RunSummary { results, store_option: store_option(directory), tally, figures };
+    let summary = RunSummary { results, directory, tally, figures };
     if json {
-        output::print(&format!("{}\n", summary.json()?))?;
+        output::print_raw(&escaped_json(&format!("{}\n", summary.json()?)))?;
     } else {
         output::print(&summary.words()?)?;
     }
@@ -76,8 +90,8 @@ pub(crate) fn summarise(
 /// Everything that a summary tells.
 struct RunSummary<'r> {
     results: &'r Results<'r>,
-    /// The option that names the store.
-    store_option: String,
+    /// The directory of the store.
+    directory: &'r Path,
     tally: RunTally,
     figures: Vec<DrawnFigure>,
 }
@@ -113,8 +127,7 @@ impl RunSummary<'_> {
         text += &self.missed_accuracy();
         text += &self.listed_failures();
         if self.tally.interrupted {
-            let RunSummary { results, store_option, .. } = self;
-            let command = resume(results.study(), store_option);
+            let command = resume_command(self.results.study(), self.directory);
             text += &format!("interrupted; continue with: {command}\n");
         }
         Ok(text)
@@ -122,19 +135,25 @@ impl RunSummary<'_> {
 
     /// Returns the first rows of the results.
     fn rows(&self) -> Result<String> {
-        let RunSummary { results, store_option, .. } = self;
-        let table = results.usual_table()?;
+        let table = self.results.usual_table()?;
         let rows = table.rows();
         let Some(rest) = rows.len().checked_sub(SUMMARY_ROWS).filter(|rest| *rest > 0) else {
             return Ok(table.terminal(&layout()));
         };
         let first = DataTable::new(table.columns().to_vec(), rows[..SUMMARY_ROWS].to_vec())?;
         let more = count(rest, "more row", "more rows");
-        let name = results.study().name();
-        Ok(format!(
-            "{}… {more}: tribosweep query {name}{store_option}\n",
-            first.terminal(&layout())
-        ))
+        let command = self.command(["query", self.name()]);
+        Ok(format!("{}… {more}: {command}\n", first.terminal(&layout())))
+    }
+
+    /// Returns the name of the study.
+    fn name(&self) -> &str {
+        self.results.study().name()
+    }
+
+    /// Returns a command on the store, ready to be pasted.
+    fn command<'w>(&self, words: impl IntoIterator<Item = &'w str>) -> String {
+        proposal::command(self.directory, words)
     }
 
     fn counts(&self) -> String {
@@ -168,16 +187,14 @@ impl RunSummary<'_> {
             return String::new();
         }
         let Warning { column, words, .. } = warning;
-        let (name, store_option) = (self.results.study().name(), &self.store_option);
         let points = count(concerned.len(), "point", "points");
         // A row of `query` without `--steps` is the end of a path.
         let has_steps =
             |record: &&Record| record.outcome().is_some_and(|outcome| outcome.steps.len() > 1);
-        let steps = if concerned.iter().any(has_steps) { " --steps" } else { "" };
-        format!(
-            "warning: elements of {points} {words}: tribosweep query {name}{steps} --where \
-             '{column} > 0'{store_option}\n"
-        )
+        let steps = concerned.iter().any(has_steps).then_some("--steps");
+        let filter = format!("{column} > 0");
+        let query = ["query", self.name()].into_iter().chain(steps).chain(["--where", &filter]);
+        format!("warning: elements of {points} {words}: {}\n", self.command(query))
     }
 
     fn missed_accuracy(&self) -> String {
@@ -186,10 +203,8 @@ impl RunSummary<'_> {
             return String::new();
         }
         let points = count(inaccurate, "point misses", "points miss");
-        let (name, store_option) = (self.results.study().name(), &self.store_option);
-        format!(
-            "warning: {points} the accuracy asked for: tribosweep answer {name}{store_option}\n"
-        )
+        let command = self.command(["answer", self.name()]);
+        format!("warning: {points} the accuracy asked for: {command}\n")
     }
 
     /// Returns the jobs that have ended without a solution, each once.
@@ -199,27 +214,67 @@ impl RunSummary<'_> {
             .filter(|record| !record.is_certified() && listed.insert(record.key()))
             .map(|record| {
                 let key = record.key().to_string();
-                let show = format!("tribosweep show {}{}", &key[..12], self.store_option);
-                FailedJob { key, status: record.standing().to_string(), show }
+                let show = self.command(["show", &key[..12]]);
+                let reason = record.ending.reason().map(str::to_owned);
+                FailedJob { key, status: record.standing().to_string(), reason, show }
             })
             .collect()
     }
 
+    /// Says why jobs have failed, each reason once, with the command that shows the first of them.
     fn listed_failures(&self) -> String {
         let failures = self.failures();
-        let listed = failures.iter().take(LISTED_FAILURES);
-        let mut text: String =
-            listed.map(|failure| format!("{}: {}\n", failure.status, failure.show)).collect();
-        if failures.len() > LISTED_FAILURES {
+        let mut alike: Vec<Vec<&FailedJob>> = Vec::new();
+        let mut known: HashMap<(&str, String), usize> = HashMap::new();
+        for failure in &failures {
+            let kind = (failure.status.as_str(), without_numbers(failure.words()));
+            let group = *known.entry(kind).or_insert(alike.len());
+            match alike.get_mut(group) {
+                Some(jobs) => jobs.push(failure),
+                None => alike.push(vec![failure]),
+            }
+        }
+        let listed = alike.iter().take(LISTED_FAILURES);
+        let mut text: String = listed.map(|jobs| failure_words(jobs)).collect();
+        if failures.len() > alike.len().min(LISTED_FAILURES) {
+            let filter = ["--where", "status != \"certified\"", "--select", "key,status,reason"];
+            let query = ["query", self.name()].into_iter().chain(filter);
             text += &format!(
-                "… {} more: tribosweep query {} --where 'status != \"certified\"'{}\n",
-                failures.len() - LISTED_FAILURES,
-                self.results.study().name(),
-                self.store_option
+                "all {}: {}\n",
+                count(failures.len(), "failed job", "failed jobs"),
+                self.command(query)
             );
         }
         text
     }
+}
+
+/// Returns the line about jobs that have failed for the same reason.
+fn failure_words(jobs: &[&FailedJob]) -> String {
+    let Some(first) = jobs.first() else { return String::new() };
+    let reason = excerpt(first.words(), LONGEST_REASON);
+    let FailedJob { status, show, .. } = first;
+    match jobs.len() {
+        1 => format!("{status}: {reason}: {show}\n"),
+        n => format!("{n} {status}, the first: {reason}: {show}\n"),
+    }
+}
+
+/// Returns a reason in which every number is the same, so that jobs that have failed alike are told
+/// together.
+fn without_numbers(reason: &str) -> String {
+    let is_part = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+');
+    let mut words = String::new();
+    for piece in reason.split_inclusive(|c: char| !c.is_ascii_alphanumeric() && !is_part(c)) {
+        let is_number = piece.starts_with(is_part) && piece.contains(|c: char| c.is_ascii_digit());
+        if is_number {
+            words.push('0');
+            words.extend(piece.chars().last().filter(|c| !c.is_ascii_alphanumeric()));
+        } else {
+            words += piece;
+        }
+    }
+    words
 }
 
 /// Draws each of the study's figures to files in the store's folder of figures. A figure that
@@ -237,9 +292,18 @@ fn draw_figures(results: &Results<'_>, directory: &Path) -> Vec<DrawnFigure> {
 
 /// Returns the command that continues a run.
 pub(crate) fn resume_command(study: &Study, directory: &Path) -> String {
-    resume(study, &store_option(directory))
+    proposal::command(directory, ["resume", study.name()])
 }
 
-fn resume(study: &Study, store_option: &str) -> String {
-    format!("tribosweep resume {}{store_option}", study.name())
+#[cfg(test)]
+mod tests {
+    use super::without_numbers;
+
+    #[test]
+    fn reasons_that_differ_in_numbers_alone_are_alike() {
+        let reason = without_numbers("not converged in 2 iterations (residual 2.5e-1)");
+        assert_eq!(reason, without_numbers("not converged in 17 iterations (residual -3e+10)"));
+        assert_ne!(reason, without_numbers("not converged in 2 steps (residual 2.5e-1)"));
+        assert_eq!(without_numbers("steps[1]: x = 0.5"), "steps[0]: x = 0");
+    }
 }

@@ -11,5 +11,5 @@ use crate::output::{self, Finish};
 pub(crate) fn completions(shell: Shell) -> Result<Finish> {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "tribosweep", &mut script);
-    output::print(&String::from_utf8_lossy(&script))
+    output::print_raw(&String::from_utf8_lossy(&script))
 }

@@ -1,6 +1,7 @@
 //! `plan`: the jobs that a study would run.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::ffi::OsStr;
 use std::io::IsTerminal;
 
 use answers::choice::{self, PointChoice};
@@ -20,7 +21,8 @@ use crate::effect_text::overview_words;
 use crate::execution::workers;
 use crate::job_list::{DistinctJob, JobList};
 use crate::output::{self, Finish, layout};
-use crate::stored::{StoreSource, store_option};
+use crate::proposal;
+use crate::stored::StoreSource;
 use crate::study_file::read_study;
 use crate::words::{count, duration};
 
@@ -80,11 +82,8 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Finish> {
     }
     text += &format!("\n{}", overview_words(&overview));
     if std::io::stdout().is_terminal() && plan.to_run > 0 {
-        text += &format!(
-            "run it with: tribosweep run {}{}\n",
-            args.study.display(),
-            store_option(&args.store.store)
-        );
+        let run = [OsStr::new("run"), &wording::file_argument(&args.study)];
+        text += &format!("run it with: {}\n", proposal::command(&args.store.store, run));
     }
     output::print(&text)
 }

@@ -10,6 +10,7 @@ use study::Study;
 use crate::cli::PlotArgs;
 use crate::figures::{draw, figure_files};
 use crate::output::{self, Finish};
+use crate::proposal;
 use crate::stored::{StoreSource, stored_study, tell_origin};
 
 /// Draws figures of a study to files.
@@ -67,9 +68,8 @@ fn chosen(args: &PlotArgs, study: &Study) -> Result<Vec<study::Figure>> {
         (None, Some(x), false) => study::Figure::new(x.clone(), y.clone()),
         _ => {
             bail!(
-                "the study suggests no figure; name its columns with --x and --y (`tribosweep \
-                 query {} --columns` lists them)",
-                args.name
+                "the study suggests no figure; name its columns with --x and --y (`{}` lists them)",
+                proposal::command(&args.store.store, ["query", &args.name, "--columns"])
             )
         }
     };

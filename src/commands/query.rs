@@ -1,11 +1,12 @@
 //! `query`: the results of a study as a table.
 
 use answers::Results;
-use anyhow::Result;
-use report::{Cell, DataTable, TableColumn};
+use anyhow::{Result, anyhow};
+use report::{Cell, DataTable, FilterError, TableColumn, TableError};
 use store::Store;
 use study::Study;
-use study::columns::{Role, along_path};
+use study::columns::{Role, along_path, nearest_name};
+use wording::escaped_json;
 
 use crate::cli::{QueryArgs, TableFormat};
 use crate::output::{self, Finish, layout};
@@ -17,6 +18,7 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
     tell_origin(&reader);
     let source = StoreSource::Reader(&reader);
     let results = Results::read(stored_study(&reader, &args.name)?, &source)?;
+    let meant = |error| with_suggestion(error, results.study());
     let format = if args.json { TableFormat::Json } else { args.format };
     let table = if args.columns {
         columns(results.study(), args.steps)?
@@ -33,21 +35,37 @@ pub(crate) fn query(args: &QueryArgs) -> Result<Finish> {
             results.table(&mentions.collect::<Vec<_>>())?
         };
         if let Some(expression) = &args.filter {
-            table = table.filter(expression)?;
+            table = table.filter(expression).map_err(|error| meant(error.into()))?;
             if table.rows().is_empty() {
                 output::say("no row matches");
             }
         }
         if !args.sort.is_empty() {
-            table = table.sort(&args.sort)?;
+            table = table.sort(&args.sort).map_err(|error| meant(error.into()))?;
         }
-        table.select(&selected)?
+        table.select(&selected).map_err(|error| meant(error.into()))?
     };
-    output::print(&match format {
-        TableFormat::Table => table.terminal(&layout()),
-        TableFormat::Csv => table.csv(),
-        TableFormat::Json => table.json(),
-    })
+    match format {
+        TableFormat::Table => output::print(&table.terminal(&layout())),
+        TableFormat::Csv => output::print_raw(&table.csv()),
+        TableFormat::Json => output::print_raw(&escaped_json(&table.json())),
+    }
+}
+
+/// Returns the error about a column that is not there with the column that others call so, unless
+/// it names one that is spelled like it.
+fn with_suggestion(error: anyhow::Error, study: &Study) -> anyhow::Error {
+    let unknown = match (error.downcast_ref::<TableError>(), error.downcast_ref::<FilterError>()) {
+        (Some(TableError::UnknownColumn(unknown)), _) => unknown,
+        (_, Some(FilterError::UnknownColumn(unknown))) => unknown,
+        _ => return error,
+    };
+    match nearest_name(&study.columns(), &unknown.name) {
+        Some(name) if unknown.close.is_empty() => {
+            anyhow!("there is no column `{}`; did you mean {name}?", unknown.name)
+        }
+        _ => error,
+    }
 }
 
 /// Returns the columns that can be selected, as a table.

@@ -7,12 +7,13 @@ use contact::punch::Surfaces;
 use identity::JobKey;
 use store::{Store, StoreReader};
 use study::Record;
+use wording::escaped_json;
 
 use crate::cli::ShowArgs;
 use crate::one_result::{json, path, words};
 use crate::output::{Finish, layout};
 use crate::stored::{stored_study, tell_origin};
-use crate::{fields, output, stored};
+use crate::{fields, output, proposal, stored};
 
 /// Shows one result, its path or one of its fields.
 pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
@@ -24,7 +25,11 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
 
     if args.steps {
         let path = path(&record)?;
-        return output::print(&if args.json { path.json() } else { path.terminal(&layout()) });
+        return if args.json {
+            output::print_raw(&escaped_json(&path.json()))
+        } else {
+            output::print(&path.terminal(&layout()))
+        };
     }
     if let Some(name) = &args.field {
         fields::check_field(name, args.output.as_deref())?;
@@ -59,8 +64,8 @@ fn find_key(reader: &StoreReader, beginning: &str) -> Result<JobKey> {
     match matching[..] {
         [key] => Ok(key),
         [] => bail!(
-            "no result has a key that begins with `{beginning}`; `tribosweep query STUDY --select \
-             key` lists keys"
+            "no result has a key that begins with `{beginning}`; `{} STUDY` lists keys",
+            proposal::command(reader.blobs().store(), ["query", "--select", "key"])
         ),
         _ => bail!(
             "{} results have keys that begin with `{beginning}`; give more of it",

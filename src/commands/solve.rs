@@ -1,6 +1,7 @@
 //! `solve`: one scene, in this process; nothing is stored.
 
 use std::collections::hash_map::Entry;
+use std::ffi::OsStr;
 use std::time::Instant;
 
 use answers::choice::{Discovery, choose};
@@ -40,7 +41,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<Finish> {
     let is_missed = matches!(solution.discovery, Some(Discovery::Beyond { .. }));
     let is_good = solution.record.is_certified() && !is_missed;
     show(args, &study, &solution)?;
-    say_doubts(&study, &solution);
+    say_doubts(args, &study, &solution);
     // The process ends, and with it its memory: to hand back a gigabyte first would take a
     // hundredth of the time to solve for it.
     std::mem::forget(operators);
@@ -68,13 +69,19 @@ fn single_scene(args: &SolveArgs) -> Result<Study> {
     if study.len() != 1 {
         bail!(
             "{} describes {} points; fix its axes with --set KEY=VALUE ({}), or run them all with \
-             `tribosweep run`",
+             `{}`",
             args.scene.display(),
             study.len(),
-            study.axes().map(|axis| axis.path()).collect::<Vec<_>>().join(", ")
+            study.axes().map(|axis| axis.path()).collect::<Vec<_>>().join(", "),
+            run_command(args)
         );
     }
     Ok(study)
+}
+
+/// Returns the command that runs the study instead.
+fn run_command(args: &SolveArgs) -> String {
+    wording::command([OsStr::new("run"), &wording::file_argument(&args.scene)])
 }
 
 fn solve_job(job: &Job, surfaces: &Surfaces, operators: &mut Operators) -> Result<SolvedScene> {
@@ -136,7 +143,11 @@ fn show(args: &SolveArgs, study: &Study, solution: &SolvedScene) -> Result<()> {
 }
 
 /// Says on standard error what is to be doubted in the result.
-fn say_doubts(study: &Study, SolvedScene { record, discovery, .. }: &SolvedScene) {
+fn say_doubts(
+    args: &SolveArgs,
+    study: &Study,
+    SolvedScene { record, discovery, .. }: &SolvedScene,
+) {
     for warning in WARNINGS.iter().filter(|warning| warning.concerns(record)) {
         output::say(&format!("warning: elements {}", warning.words));
     }
@@ -157,6 +168,7 @@ fn say_doubts(study: &Study, SolvedScene { record, discovery, .. }: &SolvedScene
         output::say(&format!("not certified: {reason}{last}"));
     }
     if let Some(Adaptive::Refine { .. }) = study.adaptive() {
-        output::say("solved on the study's first mesh; `tribosweep run` refines it");
+        let run = run_command(args);
+        output::say(&format!("solved on the study's first mesh; `{run}` refines it"));
     }
 }

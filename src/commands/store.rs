@@ -12,6 +12,7 @@ use study::encoding::DecodeError;
 
 use crate::cli::StoreCommand;
 use crate::output::{self, Finish};
+use crate::proposal;
 use crate::words::count;
 
 /// Checks or tidies a store.
@@ -122,7 +123,8 @@ fn verify(store: &Store, deep: bool, json: bool) -> Result<Finish> {
         if found.unreferenced_blobs > 0 && foreign == 0 {
             let files = count(found.unreferenced_blobs, "file is", "files are");
             text += &format!(
-                "{files} referred to by nothing; `tribosweep store compact` removes what is\n"
+                "{files} referred to by nothing; `{}` removes what is\n",
+                proposal::command(store.blobs().store(), ["store", "compact"])
             );
         }
         found
@@ -160,8 +162,8 @@ fn salvage(directory: &std::path::Path, json: bool) -> Result<Finish> {
     }
     for name in &salvaged.lost_studies {
         text += &format!(
-            "the definition of the study `{name}` was damaged; `tribosweep run` of its file brings \
-             it back\n"
+            "the definition of the study `{name}` was damaged; to run its file again brings it \
+             back\n"
         );
     }
     output::print(&text)

@@ -7,6 +7,7 @@ mod height_maps;
 mod kinds;
 mod paths;
 mod place;
+mod proposed;
 mod refused;
 mod said;
 mod store;

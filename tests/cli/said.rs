@@ -145,3 +145,29 @@ fn a_plan_names_the_points_that_a_study_chose() {
         "{said}"
     );
 }
+
+#[test]
+fn a_column_is_suggested_for_what_others_call_it() {
+    let place = Place::run();
+    for line in ["query small --select nu", "query small --sort nu", "query small --where nu>0"] {
+        let said = place.call(line);
+        assert_eq!(
+            (said.code, said.err.as_str()),
+            (1, "error: there is no column `nu`; did you mean poisson?\n")
+        );
+    }
+}
+
+#[test]
+fn a_scene_without_friction_is_planned_as_one_of_mu_0() {
+    let study = COUPLED.replace("friction.mu = 0.3\n", "");
+    let place = Place::with("free.toml", format!("name = \"free\"\n{study}"));
+    let said = place.call("plan free.toml");
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(
+        said.out
+            .contains("friction        off  friction.mu = 0, as in every scene that gives none"),
+        "{}",
+        said.out
+    );
+}

@@ -1,4 +1,4 @@
-//! Text that is safe in XML and on a terminal.
+//! Text that is safe in XML.
 
 /// Escapes a text for XML; characters that XML 1.0 cannot hold at all become `�`.
 pub(crate) fn escape(text: &str) -> String {
@@ -15,9 +15,4 @@ pub(crate) fn escape(text: &str) -> String {
         }
     }
     out
-}
-
-/// Makes control characters (escape sequences, line ends) visible as `�`.
-pub(crate) fn printable(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }

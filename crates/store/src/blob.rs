@@ -60,6 +60,11 @@ impl Blobs {
         Blobs { directory: store.join("blobs") }
     }
 
+    /// Returns the directory of the store.
+    pub fn store(&self) -> &Path {
+        self.directory.parent().unwrap_or(&self.directory)
+    }
+
     /// Returns the path of a blob, which need not exist.
     pub fn path(&self, digest: &Digest) -> PathBuf {
         let name = digest.to_string();

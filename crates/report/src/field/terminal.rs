@@ -2,11 +2,12 @@
 
 use std::fmt::Write;
 
+use wording::one_line;
+
 use super::color::{NOTHING, Shade, colors, state_color};
 use super::quantity::{Field, Values};
 use crate::axis::drawable;
 use crate::number::significant;
-use crate::text::printable;
 use crate::unit::PrefixedUnit;
 
 /// The means to draw a field in [`Field::terminal`].
@@ -46,7 +47,7 @@ impl Field {
             |extent: f64, most: usize| ((extent / pixel).round().clamp(1.0, most as f64)) as usize;
         let across = count(length, width);
         let rows = count(breadth, most_rows).div_ceil(2);
-        let mut out = format!("{}\n", printable(&self.title()));
+        let mut out = format!("{}\n", one_line(&self.title()));
         out += &match ink {
             TerminalInk::Color => self.in_color(across, rows),
             TerminalInk::Ascii => self.in_ascii(across, rows),
@@ -196,7 +197,7 @@ impl Field {
             line += RESET;
         }
         let high = significant(unit.of_si(shade.high), 4);
-        let _ = write!(line, " {high} {}", printable(&unit.name));
+        let _ = write!(line, " {high} {}", one_line(&unit.name));
         line
     }
 }
@@ -206,7 +207,7 @@ fn states_line(states: &[u8], names: &[String], ink: TerminalInk) -> String {
     let mut line = String::new();
     let occurs = |state: usize| states.iter().any(|&drawn| usize::from(drawn) == state);
     for (state, name) in names.iter().enumerate().filter(|(state, _)| occurs(*state)) {
-        let name = printable(name);
+        let name = one_line(name);
         let _ = match ink {
             TerminalInk::Color => {
                 let [r, g, b] = state_color(state);

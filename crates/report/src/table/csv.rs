@@ -12,18 +12,27 @@ impl DataTable {
     /// The quoting is that of RFC 4180. Lines end in a line feed alone, which every reader of CSV
     /// takes and which `awk` and `cut` need. Numbers have the fewest digits that read back as the
     /// same number; `NaN`, `inf` and `-inf` are spelled so. A missing value is an empty field.
+    ///
+    /// A text that begins with `=`, `+`, `-`, `@`, a tab or a line end gets a `'` in front, because
+    /// spreadsheets compute what begins so. Numbers never do.
     pub fn csv(&self) -> String {
-        let header = self.columns().iter().map(|c| c.name.clone()).collect();
+        let header = self.columns().iter().map(|c| inert(&c.name)).collect();
         let rows = self.rows().iter().map(|row| {
             row.iter()
                 .map(|cell| match cell {
                     Cell::Number(x) => exact(*x),
                     Cell::Integer(i) => i.to_string(),
-                    Cell::Text(text) => text.clone(),
+                    Cell::Text(text) => inert(text),
                     Cell::Missing => String::new(),
                 })
                 .collect()
         });
         write(std::iter::once(header).chain(rows))
     }
+}
+
+/// Returns a text that no spreadsheet takes for a formula.
+fn inert(text: &str) -> String {
+    let is_formula = text.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']);
+    if is_formula { format!("'{text}") } else { text.to_owned() }
 }

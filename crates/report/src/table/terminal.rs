@@ -4,11 +4,11 @@ use comfy_table::{
     CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, TableStyle, Width,
 };
 use unicode_width::UnicodeWidthStr;
+use wording::one_line;
 
 use super::cell::Cell;
 use super::rows::DataTable;
 use crate::number::{decade, exact, exponent, significant, trim_zeros};
-use crate::text::printable;
 use crate::unit::PrefixedUnit;
 
 /// The layout of a table in [`DataTable::terminal`].
@@ -54,8 +54,7 @@ impl DataTable {
     /// newline at the end.
     ///
     /// When the columns do not fit into the width, they are set in several blocks, each of which
-    /// begins with the first column. Control characters in text are shown as `�`, so that nothing
-    /// in a record can reach the terminal.
+    /// begins with the first column. Characters that a terminal would obey are shown escaped.
     pub fn terminal(&self, layout: &TerminalLayout) -> String {
         let columns: Vec<TypesetColumn> =
             (0..self.columns().len()).map(|i| self.set(i, layout)).collect();
@@ -79,9 +78,9 @@ impl DataTable {
         } else {
             PrefixedUnit::plain(&column.unit)
         };
-        let mut header = vec![printable(&column.name)];
+        let mut header = vec![one_line(&column.name).into_owned()];
         if !unit.name.is_empty() {
-            header.push(format!("[{}]", printable(&unit.name)));
+            header.push(format!("[{}]", one_line(&unit.name)));
         }
         let missing = if layout.unicode { "–" } else { "-" };
         let whole = self.cells(index).all(|cell| matches!(cell, Cell::Integer(_) | Cell::Missing));
@@ -99,7 +98,7 @@ impl DataTable {
             let text = |cell: &Cell| match cell {
                 Cell::Number(x) => significant(*x, layout.digits.clamp(1, 17)),
                 Cell::Integer(i) => i.to_string(),
-                Cell::Text(text) => printable(text),
+                Cell::Text(text) => one_line(text).into_owned(),
                 Cell::Missing => missing.to_owned(),
             };
             self.cells(index).map(text).collect()
