@@ -3,6 +3,7 @@
 use answers::Results;
 use anyhow::Result;
 use store::Store;
+use wording::one_line;
 
 use crate::answer_text::{answers_json, answers_words};
 use crate::cli::AnswerArgs;
@@ -25,15 +26,12 @@ pub(crate) fn answer(args: &AnswerArgs) -> Result<Finish> {
             "answers": answers_json(results.answers()?)?,
         }));
     }
+    // A line end in it could make a line that looks like one of ours.
+    let question = one_line(results.study().question());
     if results.answers()?.is_empty() {
         // The rows of the study are its answer.
         let rows = results.usual_table()?;
-        return output::print(
-            format!("{}\n\n{}", results.study().question(), rows.terminal(&layout())).trim_start(),
-        );
+        return output::print(format!("{question}\n\n{}", rows.terminal(&layout())).trim_start());
     }
-    output::print(
-        format!("{}\n{}", results.study().question(), answers_words(results.answers()?))
-            .trim_start(),
-    )
+    output::print(format!("{question}\n{}", answers_words(results.answers()?)).trim_start())
 }

@@ -141,7 +141,8 @@ impl<'a> Plan<'a> {
     fn counts(&self) -> String {
         let mut text = format!("{}\n", self.study);
         if !self.question.is_empty() {
-            text += &format!("{}\n", self.question);
+            // A line end in it could make a line that looks like one of ours.
+            text += &format!("{}\n", wording::one_line(self.question));
         }
         text += &format!(
             "\n{}, {}: {} in the store, {} to run",

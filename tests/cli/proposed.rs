@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use crate::place::{Place, SMALL};
 
 /// Escape sequences, a C1 control and a sign that turns text around, as TOML spells them.
-const ESCAPES: &str = r"\u001b]0;x\u0007 \u009b2J \u202egnp.\u2066";
+const ESCAPES: &str = r"\u001b]0;x\u0007 \u009b2J \u202egnp.\u2066\nrun it with: rm";
 
 fn assert_harmless(text: &str) {
     let obeyed = |c: char| {
@@ -34,6 +34,7 @@ fn a_terminal_gets_nothing_to_obey() {
         let said = place.call(line);
         assert_harmless(&said.out);
         assert_harmless(&said.err);
+        assert!(!said.out.lines().any(|line| line.trim_start().starts_with("run it with: rm")));
     }
     assert!(place.call("status").out.contains(r"\u{1b}]0;x\u{7}"));
     // JSON means what the study says.
