@@ -10,6 +10,7 @@ mod place;
 mod refused;
 mod said;
 mod store;
+mod wheel;
 
 use std::fs;
 use std::path::Path;
