@@ -24,7 +24,8 @@ pub(crate) fn path(record: &Record) -> Result<DataTable> {
     Ok(table.select(&names)?)
 }
 
-/// Returns the patches of a contact that has several; those of a wheel have their place on the rail.
+/// Returns the patches of a contact that has several; those of a wheel have their place on the
+/// rail.
 fn several_patches(
     point: &StudyPoint,
     record: &Record,

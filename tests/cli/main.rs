@@ -12,6 +12,7 @@ mod proposed;
 mod refused;
 mod said;
 mod store;
+mod wheel;
 
 use std::fs;
 use std::path::Path;

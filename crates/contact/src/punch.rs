@@ -13,7 +13,8 @@
 //! - `contact_plane`: the gap between the two, with a plane for each patch;
 //! - `placement`: the depth to which a scene lowers its wheel;
 //! - `gap`: g₀ of every shape, at a point and as a mean over an element;
-//! - `domain`: the Ω of a scene.
+//! - `domain`: the Ω of a scene;
+//! - `rail_place`: the places on a rail that belong to points of Ω.
 
 mod contact_plane;
 mod curve;
@@ -23,6 +24,7 @@ mod gap;
 mod overlap;
 mod placement;
 mod profile;
+mod rail_place;
 mod surface;
 mod track;
 mod wheel_rail;
@@ -33,8 +35,9 @@ pub use domain::domain;
 pub(crate) use domain::domain_under;
 pub use facet::Extent;
 pub(crate) use gap::Gap;
-pub use placement::{RailPlace, rail_places};
+pub(crate) use placement::PlacedWheel;
 pub use profile::{Profile, ProfileError, ProfileKind};
+pub use rail_place::{RailPlace, rail_places};
 pub use surface::{Surface, SurfaceError, Surfaces};
 pub use track::{Frame, Position, Track, WheelRailError, Wheelset};
 pub use wheel_rail::{Curvatures, WheelOnRail};

@@ -105,8 +105,9 @@ pub struct Hertz {
 /// midway between the rails at the height of their tops.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RailContact {
-    /// The contact reference point \[m\]: the centre of the undeformed bodies' overlap around the
-    /// point of first touch, weighted with the square of the interpenetration, as CONTACT has it.
+    /// The contact reference point \[m\]: the centre of the undeformed bodies' overlap, weighted
+    /// with the square of the interpenetration, as CONTACT has it. Where patches have planes of
+    /// their own, it is that of the one with the largest weight.
     pub track: [f64; 3],
     /// The (y, z) of the reference point in the rail profile's coordinates, with y to the right
     /// \[m\].

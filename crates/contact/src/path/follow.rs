@@ -9,7 +9,7 @@ use crate::model::{
     RailContact, Scene, SceneError, Status, StepOutcome, WorkDone,
 };
 use crate::problem::{Effects, Operator, Operators, Problem, Stage};
-use crate::punch::{Gap, Surfaces};
+use crate::punch::{Gap, PlacedWheel, Surfaces};
 use crate::solver::{self, Conditions, Start, StopRule};
 use crate::theory::hertz_ellipse;
 
@@ -335,7 +335,7 @@ fn hertz(scene: &Scene, gap: &Gap<'_>, step: &StepOutcome) -> Option<Hertz> {
 
 /// Returns the place where a wheel meets its rail after an increment.
 fn rail_contact(gap: &Gap<'_>, step: &StepOutcome) -> Option<RailContact> {
-    let (pair, plane) = gap.wheel_on_rail()?;
+    let PlacedWheel { pair, plane, .. } = gap.wheel_on_rail()?;
     let observables = &step.observables;
     let depth = plane.depth(step.motion.approach);
     let reference = pair.overlap_frame(depth.max(0.0));

@@ -127,21 +127,20 @@ impl Problem {
             expected: error.to_string(),
         };
         let grid = Grid::new(nx, ny, hx, hy, origin).map_err(grid_error)?;
-        let gaps: Vec<Option<f64>> = (0..grid.len())
-            .into_par_iter()
-            .map(|e| {
-                let [x, y] = grid.center(e);
-                if let Some(reach) = layout.disk {
-                    return (x.hypot(y) <= hx * reach * (1.0 + 1e-12)).then_some(0.0);
-                }
-                match numerics.projection {
-                    Projection::Average => {
-                        gap.mean(x * length, y * length, hx * length, hy * length)
-                    }
-                    Projection::Midpoint => gap.at(x * length, y * length),
-                }
-            })
-            .collect();
+        let xs: Vec<f64> = (0..nx).map(|i| grid.center(i)[0] * length).collect();
+        let row = |j: usize| -> Vec<Option<f64>> {
+            let [_, y] = grid.center(j * nx);
+            match layout.disk {
+                Some(reach) => (0..nx)
+                    .map(|i| {
+                        let [x, _] = grid.center(i);
+                        (x.hypot(y) <= hx * reach * (1.0 + 1e-12)).then_some(0.0)
+                    })
+                    .collect(),
+                None => gap.row(numerics.projection, &xs, y * length, [hx * length, hy * length]),
+            }
+        };
+        let gaps: Vec<Option<f64>> = (0..ny).into_par_iter().flat_map_iter(row).collect();
         let grid =
             grid.with_mask(gaps.iter().map(Option::is_some).collect()).map_err(grid_error)?;
         if grid.active_len() == 0 {

@@ -5,7 +5,7 @@
 //! are laid side by side in one plane of contact, at the distance that they have in space.
 
 use super::facet::{Extent, Facet};
-use super::overlap::Patch;
+use super::overlap::RailPatch;
 use super::track::Frame;
 use super::wheel_rail::WheelOnRail;
 
@@ -14,7 +14,7 @@ use super::wheel_rail::WheelOnRail;
 #[derive(Clone, Debug)]
 pub struct ContactPlane {
     /// The plane of each patch, in the order of rising s.
-    sheets: Vec<Sheet>,
+    planes: Vec<PatchPlane>,
     /// The depth by which the wheel is lowered \[m\].
     depth: f64,
     /// The approach at that depth \[m\].
@@ -23,7 +23,7 @@ pub struct ContactPlane {
 
 /// The part of the plane of contact that belongs to one patch.
 #[derive(Clone, Debug)]
-struct Sheet {
+struct PatchPlane {
     facet: Facet,
     /// The coordinate s in the plane of contact of the facet's origin \[m\].
     shift: f64,
@@ -38,8 +38,8 @@ const GAUSS: [(f64, f64); 3] = [
     (0.387_298_334_620_741_7, 5.0 / 18.0),
 ];
 
-impl Sheet {
-    /// Returns the range of the facet's own s that belongs to the sheet \[m\].
+impl PatchPlane {
+    /// Returns the range of the facet's own s that belongs to the plane \[m\].
     fn own_range(&self) -> [f64; 2] {
         self.range.map(|s| s - self.shift)
     }
@@ -51,50 +51,50 @@ impl ContactPlane {
     pub fn new(pair: &WheelOnRail, frame: Frame, depth: f64) -> Self {
         let facet = Facet::new(pair, frame, depth, pair.touches()[0].wheel);
         let range = [f64::NEG_INFINITY, f64::INFINITY];
-        Self::of_sheets(vec![Sheet { facet, shift: 0.0, range }], depth)
+        Self::of_planes(vec![PatchPlane { facet, shift: 0.0, range }], depth)
     }
 
     /// Creates the plane of the `patches` of a wheel that is lowered by `depth` \[m\], in the order
     /// of rising y. Without patches it is the tangent plane. The coordinates x and s have their
     /// origin in that of the first patch.
-    pub(super) fn of_patches(pair: &WheelOnRail, patches: &[Patch], depth: f64) -> Self {
+    pub(super) fn of_patches(pair: &WheelOnRail, patches: &[RailPatch], depth: f64) -> Self {
         let Some(first) = patches.first() else {
             return Self::new(pair, pair.tangent_frame(), depth);
         };
         let x = first.frame.origin[0];
-        let mut sheets: Vec<Sheet> = Vec::with_capacity(patches.len());
+        let mut planes: Vec<PatchPlane> = Vec::with_capacity(patches.len());
         let mut shift = 0.0;
         for (i, patch) in patches.iter().enumerate() {
             let [_, y, z] = patch.frame.origin;
             let frame = Frame { origin: [x, y, z], ..patch.frame };
             let mut low = f64::NEG_INFINITY;
-            if let Some((before, sheet)) =
-                i.checked_sub(1).map(|i| &patches[i]).zip(sheets.last_mut())
+            if let Some((before, plane)) =
+                i.checked_sub(1).map(|i| &patches[i]).zip(planes.last_mut())
             {
                 let [_, y0, z0] = before.frame.origin;
-                shift = sheet.shift + (y - y0).hypot(z - z0);
-                // The sheets meet midway between the patches.
-                low = 0.5 * (sheet.shift + before.edge(1) + shift + patch.edge(0));
-                sheet.range[1] = low;
+                shift = plane.shift + (y - y0).hypot(z - z0);
+                // The planes meet midway between the patches.
+                low = 0.5 * (plane.shift + before.edge(1) + shift + patch.edge(0));
+                plane.range[1] = low;
             }
             let facet = Facet::new(pair, frame, depth, patch.deepest());
-            sheets.push(Sheet { facet, shift, range: [low, f64::INFINITY] });
+            planes.push(PatchPlane { facet, shift, range: [low, f64::INFINITY] });
         }
-        Self::of_sheets(sheets, depth)
+        Self::of_planes(planes, depth)
     }
 
-    fn of_sheets(sheets: Vec<Sheet>, depth: f64) -> Self {
-        let least = sheets
+    fn of_planes(planes: Vec<PatchPlane>, depth: f64) -> Self {
+        let least = planes
             .iter()
-            .map(|sheet| sheet.facet.least_distance(sheet.own_range()))
+            .map(|plane| plane.facet.least_distance(plane.own_range()))
             .fold(f64::INFINITY, f64::min);
         let approach = if least.is_finite() { -least } else { 0.0 };
-        Self { sheets, depth, approach }
+        Self { planes, depth, approach }
     }
 
     /// Returns the frames of the planes of all patches, in the order of rising s.
     pub fn frames(&self) -> impl Iterator<Item = Frame> + '_ {
-        self.sheets.iter().map(|sheet| sheet.facet.frame())
+        self.planes.iter().map(|plane| plane.facet.frame())
     }
 
     /// Returns the approach \[m\] at which the wheel has the lateral position of its wheelset: the
@@ -115,27 +115,27 @@ impl ContactPlane {
 
     /// Returns the point (x, s) \[m\] of the plane in track coordinates \[m\].
     pub fn to_track(&self, x: f64, s: f64) -> [f64; 3] {
-        let sheet = self.sheet(s);
-        sheet.facet.frame().to_track([x, s - sheet.shift, 0.0])
+        let plane = self.plane(s);
+        plane.facet.frame().to_track([x, s - plane.shift, 0.0])
     }
 
     /// Returns the contact angle \[rad\] of the plane at s \[m\].
     pub fn angle(&self, s: f64) -> f64 {
-        self.sheet(s).facet.frame().angle
+        self.plane(s).facet.frame().angle
     }
 
-    /// Returns the sheet to which s belongs.
-    fn sheet(&self, s: f64) -> &Sheet {
-        let index = self.sheets.partition_point(|sheet| sheet.range[1] <= s);
-        &self.sheets[index.min(self.sheets.len() - 1)]
+    /// Returns the plane to which s belongs.
+    fn plane(&self, s: f64) -> &PatchPlane {
+        let index = self.planes.partition_point(|plane| plane.range[1] <= s);
+        &self.planes[index.min(self.planes.len() - 1)]
     }
 
     /// Returns the gap \[m\] along n at (x, s) \[m\]. It is 0 where the two bodies just touch, and
     /// `None` where one body is not above the other.
     pub fn gap(&self, x: f64, s: f64) -> Option<f64> {
-        let sheet = self.sheet(s);
+        let plane = self.plane(s);
         // A negative gap is rounding at the touching point and no penetration.
-        Some((sheet.facet.distance(x, s - sheet.shift)? + self.approach).max(0.0))
+        Some((plane.facet.distance(x, s - plane.shift)? + self.approach).max(0.0))
     }
 
     /// Returns the mean gap \[m\] over the element hx × hs \[m\] centred at (x, s) \[m\], or `None`
@@ -150,14 +150,38 @@ impl ContactPlane {
         Some(mean)
     }
 
+    /// Returns the [mean gaps](Self::mean_gap) \[m\] of a row of elements hx × hs \[m\] centred at
+    /// s \[m\] and each of the ascending `xs` \[m\].
+    pub(crate) fn mean_gaps(&self, xs: &[f64], s: f64, hx: f64, hs: f64) -> Vec<Option<f64>> {
+        let points: Vec<f64> =
+            xs.iter().flat_map(|x| GAUSS.map(|(along, _)| x + along * hx)).collect();
+        let mut means = vec![Some(0.0); xs.len()];
+        for (across, weight) in GAUSS {
+            let s = s + across * hs;
+            let plane = self.plane(s);
+            let distances = plane.facet.distances(&points, s - plane.shift);
+            for (mean, distances) in means.iter_mut().zip(distances.chunks_exact(GAUSS.len())) {
+                for (distance, (_, other)) in distances.iter().zip(GAUSS) {
+                    *mean = mean.zip(*distance).map(|(mean, distance)| {
+                        mean + weight * other * (distance + self.approach).max(0.0)
+                    });
+                }
+            }
+        }
+        means
+    }
+
     /// Returns the rectangle around all regions in which the undeformed bodies would overlap after
     /// an `approach` \[m\], with a margin of a twentieth of its widths at each side. It is `None`
     /// if nothing would overlap.
     pub fn overlap(&self, approach: f64) -> Option<Extent> {
-        let extents = self.sheets.iter().filter_map(|sheet| {
+        if approach <= 0.0 {
+            return None;
+        }
+        let extents = self.planes.iter().filter_map(|plane| {
             let Extent { x, s } =
-                sheet.facet.overlap(approach - self.approach, sheet.own_range())?;
-            Some(Extent { x, s: s.map(|s| s + sheet.shift) })
+                plane.facet.overlap(approach - self.approach, plane.own_range())?;
+            Some(Extent { x, s: s.map(|s| s + plane.shift) })
         });
         extents.reduce(Extent::with).map(|Extent { x, s }| {
             let wider =
@@ -173,6 +197,7 @@ mod tests {
 
     use super::*;
     use crate::model::Side;
+    use crate::punch::overlap::POINTS;
     use crate::punch::profile::Profile;
     use crate::punch::track::{Position, Track, Wheelset};
     use crate::punch::wheel_rail::tests::placed;
@@ -217,7 +242,7 @@ mod tests {
                     plane.gap(x, s)
                 );
                 // This check is made without the clamp, for the surfaces themselves must not cross.
-                let facet = &plane.sheets[0].facet;
+                let facet = &plane.planes[0].facet;
                 for i in -60..=60 {
                     for j in -60..=60 {
                         let (x, s) = (x + 1e-4 * f64::from(i), s + 1e-4 * f64::from(j));
@@ -264,8 +289,11 @@ mod tests {
             // The error of the midpoint rule itself is h²/24 of the second derivative over its
             // steps.
             let midpoint = (hx * hx * 2.2 + hs * hs * 5.0) / 24.0 / (count * count) as f64;
-            let mean = plane.mean_gap(x, s, hx, hs).unwrap();
-            assert!((mean - fine).abs() < 1e-6 * fine + midpoint, "{x} {s}: {mean:e} {fine:e}");
+            let row: Vec<f64> = (-20..=20).map(|i| x + hx * f64::from(i)).collect();
+            let in_row = plane.mean_gaps(&row, s, hx, hs)[20].unwrap();
+            for mean in [plane.mean_gap(x, s, hx, hs).unwrap(), in_row] {
+                assert!((mean - fine).abs() < 1e-6 * fine + midpoint, "{x} {s}: {mean:e} {fine:e}");
+            }
         }
     }
 
@@ -318,6 +346,40 @@ mod tests {
         assert!(one[0] > s && both[0] < s, "{one:?} {both:?} {s}");
         // Nothing overlaps somewhere between the two.
         assert!((1..20).any(|i| plane.gap(0.0, s * f64::from(i) / 20.0).unwrap() > reach));
+    }
+
+    #[test]
+    fn planes_of_their_own_stand_side_by_side_at_the_distance_in_space() {
+        let pair = benchmark(Side::Right, &Position { lateral: 4.8e-3, ..Position::default() });
+        let depth = 5e-5;
+        let overlaps = pair.patches(depth, POINTS).into_iter().flat_map(|patch| patch.overlaps);
+        let patches: Vec<RailPatch> = overlaps.map(|overlap| pair.patch(vec![overlap])).collect();
+        assert_eq!(patches.len(), 2, "{patches:?}");
+        let plane = ContactPlane::of_patches(&pair, &patches, depth);
+        let frames: Vec<Frame> = plane.frames().collect();
+        assert!((frames[0].angle - frames[1].angle).abs() > 0.1, "{frames:?}");
+        let [a, b] = [0, 1].map(|i| frames[i].origin);
+        let apart = (a[1] - b[1]).hypot(a[2] - b[2]);
+        for (patch, s) in patches.iter().zip([0.0, apart]) {
+            assert_eq!(plane.angle(s), patch.frame.angle);
+            let [_, y, z] = plane.to_track(0.0, s);
+            assert!((y - patch.frame.origin[1]).hypot(z - patch.frame.origin[2]) < 1e-12);
+            // Beside the shift of the approach, the gap is the distance along the patch's normal.
+            let facet = Facet::new(&pair, patch.frame, depth, patch.deepest());
+            let x = frames[0].origin[0] - patch.frame.origin[0];
+            for off in [-1e-3, 0.0, 5e-4] {
+                let distance = facet.distance(x, off).unwrap();
+                let gap = plane.gap(0.0, s + off).unwrap();
+                assert!((gap - distance - plane.approach()).abs() < 1e-13, "{gap} {distance}");
+            }
+        }
+        let deepest = patches
+            .iter()
+            .map(|patch| patch.overlaps[0].depth * patch.frame.angle.cos())
+            .fold(0.0, f64::max);
+        assert!((plane.approach() / deepest - 1.0).abs() < 1e-2);
+        let Extent { s, .. } = plane.overlap(plane.approach()).unwrap();
+        assert!(s[0] < 0.0 && s[1] > apart, "{s:?} {apart}");
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use super::gap::Gap;
 use super::surface::Surfaces;
-use crate::foundation::{contact_size, layered_margin};
+use crate::foundation::contact_size;
 use crate::model::{Control, Dof, Domain, PerDof, Scene, SceneError, Shape};
 
 /// Returns the Ω of a scene: the one that the scene gives, or else the one that its punch and its
@@ -96,11 +96,9 @@ fn wheel_domain(scene: &Scene, gap: &Gap<'_>) -> Result<Domain, SceneError> {
         value: "not given".to_owned(),
         expected: expected.to_owned(),
     };
-    let Some((_, plane)) = gap.wheel_on_rail() else {
-        unreachable!("the caller's punch is a wheel")
-    };
-    let extent = plane
-        .overlap(plane.approach() * layered_margin(scene).powi(2))
+    let Some(wheel) = gap.wheel_on_rail() else { unreachable!("the caller's punch is a wheel") };
+    let extent = wheel
+        .extent(scene)
         .ok_or_else(|| not_given("must be given, for the wheel does not reach the rail"))?;
     let span = |[low, high]: [f64; 2]| (high - low, 0.5 * (low + high));
     let ((width_x, center_x), (width_y, center_y)) = (span(extent.x), span(extent.s));

@@ -1,5 +1,7 @@
 //! A wheel and a rail seen along the normal of one plane.
 
+use std::f64::consts::PI;
+
 use super::curve::{Curve, Graph};
 use super::track::Frame;
 use super::wheel_rail::WheelOnRail;
@@ -70,8 +72,8 @@ struct Deepest {
 }
 
 impl Facet {
-    /// Lowers the wheel of `pair` by `depth` \[m\] and looks along the normal of `frame`, around the
-    /// parameter `around` of the wheel's curve \[m\].
+    /// Lowers the wheel of `pair` by `depth` \[m\] and looks along the normal of `frame`, around
+    /// the parameter `around` of the wheel's curve \[m\].
     pub(super) fn new(pair: &WheelOnRail, frame: Frame, depth: f64, around: f64) -> Self {
         let (sin, cos) = frame.angle.sin_cos();
         // The transpose of the rotation leads from the track to the wheel.
@@ -107,8 +109,8 @@ impl Facet {
         self.frame
     }
 
-    /// Returns the smallest distance \[m\] for s within `range` \[m\]. It is infinite where one body
-    /// is not above the other.
+    /// Returns the smallest distance \[m\] for s within `range` \[m\]. It is infinite where one
+    /// body is not above the other.
     pub(super) fn least_distance(&self, range: [f64; 2]) -> f64 {
         self.minima
             .iter()
@@ -117,10 +119,24 @@ impl Facet {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Returns the distance \[m\] along n at (x, s) \[m\], or `None` where one body is not above the
-    /// other.
+    /// Returns the distance \[m\] along n at (x, s) \[m\], or `None` where one body is not above
+    /// the other.
     pub(super) fn distance(&self, x: f64, s: f64) -> Option<f64> {
         Some(self.rail_height(s)? - self.wheel_height(x, s)?)
+    }
+
+    /// Returns a row of distances \[m\] along n: at s \[m\], for each of the ascending `xs` \[m\].
+    /// The wheel is nearly a circle along x, of which a polynomial through a few of its points is
+    /// as good as the points themselves.
+    pub(super) fn distances(&self, xs: &[f64], s: f64) -> Vec<Option<f64>> {
+        let Some(rail) = self.rail_height(s) else { return vec![None; xs.len()] };
+        let each = || xs.iter().map(|x| Some(rail - self.wheel_height(*x, s)?)).collect();
+        let (Some(low), Some(high)) = (xs.first(), xs.last()) else { return Vec::new() };
+        let is_worth_it = xs.len() > 2 * NODES && high - low < SMOOTH * self.radius;
+        match is_worth_it.then(|| Interpolant::new([*low, *high], |x| self.wheel_height(x, s))) {
+            Some(Some(wheel)) => xs.iter().map(|x| Some(rail - wheel.at(*x))).collect(),
+            Some(None) | None => each(),
+        }
     }
 
     /// Returns n of the rail at s.
@@ -218,9 +234,9 @@ impl Facet {
         extent
     }
 
-    /// Returns the length \[m\] by which the region with a distance below `limit` \[m\] reaches from
-    /// its `deepest` point on a line s = const, along x in the `direction` ±1, or `known` \[m\] if
-    /// it does not reach farther than that.
+    /// Returns the length \[m\] by which the region with a distance below `limit` \[m\] reaches
+    /// from its `deepest` point on a line s = const, along x in the `direction` ±1, or `known`
+    /// \[m\] if it does not reach farther than that.
     fn half_length(&self, deepest: &Deepest, direction: f64, known: f64, limit: f64) -> f64 {
         let &Deepest { x, s, depth } = deepest;
         let overlaps = |reach: f64| {
@@ -304,8 +320,8 @@ impl Facet {
     }
 }
 
-/// Samples the silhouette of a wheel that is lowered by `depth` \[m\] in contact coordinates, around
-/// the parameter `around` of the wheel's curve as far as s rises.
+/// Samples the silhouette of a wheel that is lowered by `depth` \[m\] in contact coordinates,
+/// around the parameter `around` of the wheel's curve as far as s rises.
 fn outline(pair: &WheelOnRail, frame: &Frame, depth: f64, around: f64) -> Vec<Outline> {
     let point_at = |t: f64| {
         let [x, y, z] = pair.silhouette(t)?.position;
@@ -332,6 +348,64 @@ fn outline(pair: &WheelOnRail, frame: &Frame, depth: f64, around: f64) -> Vec<Ou
     outline
 }
 
+/// The number of points through which the wheel's height is interpolated along x.
+const NODES: usize = 10;
+
+/// The length over the wheel's radius up to which it is interpolated. The coefficients of the
+/// polynomial then fall by a factor of 40 from one to the next but one.
+const SMOOTH: f64 = 0.3;
+
+/// The largest error of the interpolation that is taken \[m\], far below the error of any profile.
+const ROUGH: f64 = 1e-11;
+
+/// A polynomial through the values of a function at Chebyshev's points.
+struct Interpolant {
+    /// The middle and the half length of the range.
+    range: [f64; 2],
+    /// The coefficients of Chebyshev's polynomials.
+    coefficients: [f64; NODES],
+}
+
+impl Interpolant {
+    /// Interpolates `of` between the `ends`. It is `None` if the function has no value at a point,
+    /// or the polynomial is not good between its points.
+    fn new([low, high]: [f64; 2], of: impl Fn(f64) -> Option<f64>) -> Option<Self> {
+        let range = [0.5 * (low + high), 0.5 * (high - low)];
+        let angle = |i: usize| PI * (i as f64 + 0.5) / NODES as f64;
+        let mut values = [0.0; NODES];
+        for (i, value) in values.iter_mut().enumerate() {
+            *value = of(range[0] + range[1] * angle(i).cos())?;
+        }
+        let mut coefficients = [0.0; NODES];
+        for (k, coefficient) in coefficients.iter_mut().enumerate() {
+            let sum: f64 = values
+                .iter()
+                .enumerate()
+                .map(|(i, value)| value * (k as f64 * angle(i)).cos())
+                .sum();
+            *coefficient = sum * if k == 0 { 1.0 } else { 2.0 } / NODES as f64;
+        }
+        let interpolant = Self { range, coefficients };
+        for x in [low, range[0] + 0.3 * range[1], range[0] - 0.55 * range[1], high] {
+            if (interpolant.at(x) - of(x)?).abs() > ROUGH {
+                return None;
+            }
+        }
+        Some(interpolant)
+    }
+
+    /// Returns the value at x, by Clenshaw's recurrence.
+    fn at(&self, x: f64) -> f64 {
+        let [middle, half] = self.range;
+        let t = (x - middle) / half;
+        let (mut next, mut after) = (0.0, 0.0);
+        for coefficient in self.coefficients[1..].iter().rev() {
+            (next, after) = (2.0 * t * next - after + coefficient, next);
+        }
+        t * next - after + self.coefficients[0]
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -356,6 +430,28 @@ mod tests {
             let point = [0, 1, 2].map(|c| (0..3).map(|r| pair.rotation[r][c] * v[r]).sum::<f64>());
             let z = profile.at(point[1] - pair.wheel_origin).unwrap().position[1];
             assert!((point[0].hypot(point[2]) - 0.46 - z).abs() < 1e-13, "{x} {s}");
+        }
+    }
+
+    #[test]
+    fn a_row_of_distances_is_the_distances_one_by_one() {
+        let yawed = Position { lateral: 7e-3, yaw: 1.68e-2, roll: -6.393e-3 };
+        for side in [Side::Left, Side::Right] {
+            let pair = placed(side, &yawed).unwrap();
+            let facet = Facet::new(&pair, pair.tangent_frame(), 2e-5, pair.touches()[0].wheel);
+            let xs: Vec<f64> = (-120..=120).map(|i| 1e-4 * f64::from(i)).collect();
+            for j in -60..=60 {
+                let s = 5e-5 * f64::from(j);
+                for (x, row) in xs.iter().zip(facet.distances(&xs, s)) {
+                    let one = facet.distance(*x, s).unwrap();
+                    assert!((row.unwrap() - one).abs() < 1e-10, "{side:?} {x} {s}: {row:?} {one}");
+                }
+            }
+            // Beside the wheel there is none.
+            let beside: Vec<f64> = (0..40).map(|i| 0.4 + 5e-3 * f64::from(i)).collect();
+            let row = facet.distances(&beside, 0.0);
+            assert!(row.iter().zip(&beside).all(|(row, x)| *row == facet.distance(*x, 0.0)));
+            assert_eq!(row[39], None);
         }
     }
 }

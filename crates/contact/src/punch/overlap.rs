@@ -10,8 +10,12 @@ use super::wheel_rail::{Clearance, WheelOnRail};
 /// CONTACT (E.A.H. Vollebregt, User guide for CONTACT: the separation distance D_SEP).
 const SHARED: f64 = 8e-3;
 
-/// The number of points at which a region is integrated.
-const POINTS: usize = 200;
+/// The number of points at which a region is integrated for its frame. The frame is then good to
+/// 0.1 µm.
+pub(super) const POINTS: usize = 200;
+
+/// The number of points that suffices to estimate the load on a region.
+pub(super) const FEW_POINTS: usize = 40;
 
 /// A region in which the undeformed bodies would overlap.
 #[derive(Clone, Debug)]
@@ -53,7 +57,7 @@ impl Overlap {
 
 /// Neighbouring regions that share one plane of contact.
 #[derive(Clone, Debug)]
-pub(super) struct Patch {
+pub(super) struct RailPatch {
     /// The frame of the plane.
     pub(super) frame: Frame,
     /// The regions, in the order of rising y.
@@ -62,7 +66,7 @@ pub(super) struct Patch {
     weight: f64,
 }
 
-impl Patch {
+impl RailPatch {
     /// Returns the parameter of the wheel's curve where the gap of the patch is smallest \[m\].
     pub(super) fn deepest(&self) -> f64 {
         self.overlaps
@@ -89,16 +93,17 @@ impl WheelOnRail {
     /// CONTACT (E.A.H. Vollebregt, User guide for CONTACT). Of regions farther apart it is the
     /// frame of those with the largest weight. For no depth it is the tangent frame.
     pub fn overlap_frame(&self, depth: f64) -> Frame {
-        self.patches(depth)
+        self.patches(depth, POINTS)
             .iter()
             .max_by(|a, b| a.weight.total_cmp(&b.weight))
             .map_or_else(|| self.tangent_frame(), |patch| patch.frame)
     }
 
-    /// Returns the patches of the wheel that is lowered by `depth` \[m\], in the order of rising y.
-    pub(super) fn patches(&self, depth: f64) -> Vec<Patch> {
+    /// Returns the patches of the wheel that is lowered by `depth` \[m\], in the order of rising y,
+    /// with every region integrated at so many `points`.
+    pub(super) fn patches(&self, depth: f64, points: usize) -> Vec<RailPatch> {
         let mut groups: Vec<Vec<Overlap>> = Vec::new();
-        for overlap in self.overlaps(depth) {
+        for overlap in self.overlaps(depth, points) {
             match groups.last_mut() {
                 Some(group) if group[group.len() - 1].distance_to(&overlap) <= SHARED => {
                     group.push(overlap);
@@ -110,7 +115,7 @@ impl WheelOnRail {
     }
 
     /// Joins regions in one plane.
-    fn patch(&self, overlaps: Vec<Overlap>) -> Patch {
+    pub(super) fn patch(&self, overlaps: Vec<Overlap>) -> RailPatch {
         let weight: f64 = overlaps.iter().map(|overlap| overlap.weight).sum();
         let mean = |value: fn(&Overlap) -> f64| {
             overlaps.iter().map(|overlap| overlap.weight * value(overlap)).sum::<f64>() / weight
@@ -118,13 +123,13 @@ impl WheelOnRail {
         let (x, y) = (mean(|overlap| overlap.center[0]), mean(|overlap| overlap.center[1]));
         let frame =
             Frame { origin: self.onto_rail([x, y, 0.0]), angle: mean(|overlap| overlap.angle) };
-        Patch { frame, overlaps, weight }
+        RailPatch { frame, overlaps, weight }
     }
 
     /// Returns the regions in which the bodies overlap if the wheel is lowered by `depth` \[m\], in
     /// the order of rising y. Around each smallest gap a region reaches to the first sample without
     /// overlap.
-    pub(super) fn overlaps(&self, depth: f64) -> Vec<Overlap> {
+    fn overlaps(&self, depth: f64, points: usize) -> Vec<Overlap> {
         let mut spans: Vec<[f64; 2]> = Vec::new();
         let mut overlaps = Vec::new();
         for touch in self.touches().iter().filter(|touch| touch.gap < depth) {
@@ -133,7 +138,7 @@ impl WheelOnRail {
             }
             let span = self.span(depth, touch.wheel);
             spans.push(span);
-            overlaps.extend(self.overlap(depth, span, touch.wheel));
+            overlaps.extend(self.overlap(depth, span, touch.wheel, points));
         }
         overlaps.sort_by(|a: &Overlap, b| a.ends[0][0].total_cmp(&b.ends[0][0]));
         overlaps
@@ -160,7 +165,13 @@ impl WheelOnRail {
 
     /// Measures a region between two parameters of the wheel's curve. It is `None` for a region
     /// that is too small to have a size.
-    fn overlap(&self, depth: f64, [low, high]: [f64; 2], deepest: f64) -> Option<Overlap> {
+    fn overlap(
+        &self,
+        depth: f64,
+        [low, high]: [f64; 2],
+        deepest: f64,
+        points: usize,
+    ) -> Option<Overlap> {
         // The overlap is a parabola along x, so that at a height h its length is proportional to
         // √h, its area to h^(3/2), and the integral of its square to h^(5/2). The points lie as
         // Chebyshev's do: a root at the ends then costs no accuracy.
@@ -171,8 +182,8 @@ impl WheelOnRail {
         let mut last: Option<[f64; 2]> = None;
         let mut s = 0.0;
         let mut circle = 0.0;
-        for i in 0..POINTS {
-            let (sin, cos) = (PI * ((i as f64 + 0.5) / POINTS as f64 - 0.5)).sin_cos();
+        for i in 0..points {
+            let (sin, cos) = (PI * ((i as f64 + 0.5) / points as f64 - 0.5)).sin_cos();
             let Some(Clearance { gap, wheel, rail }) = self.gap_at(middle + half * sin) else {
                 continue;
             };

@@ -6,23 +6,129 @@
 //! solved: each region of the overlap is taken for an elliptic paraboloid, which carries what
 //! Hertz's theory says, and lowers the surface under the others as a point load does.
 
+use std::collections::VecDeque;
 use std::f64::consts::PI;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::contact_plane::ContactPlane;
-use super::gap::Gap;
-use super::overlap::{Overlap, Patch};
-use super::surface::Surfaces;
+use super::facet::Extent;
+use super::overlap::{FEW_POINTS, Overlap, POINTS, RailPatch};
+use super::profile::Profile;
+use super::track::{Position, Track, Wheelset};
 use super::wheel_rail::WheelOnRail;
 use crate::foundation::{contact_size, layered_margin, surface_compliance};
-use crate::model::{Control, Dof, Scene, SceneError};
+use crate::model::{Control, Dof, Scene, SceneError, WheelRail};
 use crate::theory::{HertzEllipse, hertz_ellipse};
 
 /// The greatest depth to which a wheel is lowered \[m\]. No rail is elastic so far.
 const DEEPEST: f64 = 0.02;
 
+/// A wheel as a scene places it.
+#[derive(Debug)]
+pub(crate) struct PlacedWheel {
+    /// The wheel on its rail, as the two just touch.
+    pub(crate) pair: WheelOnRail,
+    /// The plane of contact of the lowered wheel.
+    pub(crate) plane: ContactPlane,
+    /// The profiles of the wheel and the rail.
+    profiles: [Arc<Profile>; 2],
+    extent: OnceLock<Option<Extent>>,
+}
+
+impl PlacedWheel {
+    /// Returns the rectangle around all regions that overlap as deep as the path of `scene` leads,
+    /// which is the scene that places the wheel.
+    pub(super) fn extent(&self, scene: &Scene) -> Option<Extent> {
+        let reach = self.plane.approach() * layered_margin(scene).powi(2);
+        *self.extent.get_or_init(|| self.plane.overlap(reach))
+    }
+}
+
+/// The wheels that were last placed. A job is forecast several times and bound before it is solved,
+/// and to place a wheel takes longer than the rest of a forecast.
+#[derive(Debug, Default)]
+pub(super) struct PlacedWheels(Mutex<VecDeque<Kept>>);
+
+/// A wheel that was placed, with the scene that placed it.
+#[derive(Debug)]
+struct Kept {
+    scene: Scene,
+    wheel: Arc<PlacedWheel>,
+}
+
+/// The number of placed wheels that are kept, of some 0.3 MB each.
+const MOST_KEPT: usize = 64;
+
+impl PlacedWheels {
+    /// Places the wheel of `scene`, or returns it if it was placed before.
+    ///
+    /// # Errors
+    /// A [`SceneError`] says why the wheel does not meet its rail, or does not bear the load.
+    pub(super) fn place(
+        &self,
+        scene: &Scene,
+        rail: &WheelRail,
+        profiles: [&Arc<Profile>; 2],
+    ) -> Result<Arc<PlacedWheel>, SceneError> {
+        let is_same = |kept: &Kept| {
+            let Kept { scene: other, wheel } = kept;
+            (0..2).all(|i| Arc::ptr_eq(&wheel.profiles[i], profiles[i]))
+                && other.punch == scene.punch
+                && other.foundation == scene.foundation
+                && other.loading == scene.loading
+        };
+        // Nothing panics under the lock, and what is kept is never half done.
+        let kept = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = kept().iter().find(|kept| is_same(kept)) {
+            return Ok(known.wheel.clone());
+        }
+        let wheel = Arc::new(place(scene, rail, profiles)?);
+        let mut kept = kept();
+        kept.push_back(Kept { scene: scene.clone(), wheel: wheel.clone() });
+        if kept.len() > MOST_KEPT {
+            kept.pop_front();
+        }
+        Ok(wheel)
+    }
+}
+
+/// Puts the wheel of `scene` on its rail and lowers it as deep as the path asks for.
+fn place(
+    scene: &Scene,
+    rail: &WheelRail,
+    profiles: [&Arc<Profile>; 2],
+) -> Result<PlacedWheel, SceneError> {
+    let pair = WheelOnRail::new(
+        profiles[0],
+        profiles[1],
+        &Wheelset {
+            rolling_radius: rail.rolling_radius,
+            flange_back_distance: rail.flange_back_distance,
+            flange_back_to_origin: rail.flange_back_to_origin,
+        },
+        &Track { gauge: rail.gauge, gauge_depth: rail.gauge_depth },
+        rail.side,
+        &Position { lateral: rail.lateral, yaw: rail.yaw, roll: rail.roll },
+    );
+    let pair = pair.map_err(|error| SceneError {
+        key: "punch".to_owned(),
+        value: format!(
+            "lateral {:e} m, yaw {:e} rad, roll {:e} rad",
+            rail.lateral, rail.yaw, rail.roll
+        ),
+        expected: error.to_string(),
+    })?;
+    let plane = contact_plane(scene, &pair).ok_or_else(|| SceneError {
+        key: "loading".to_owned(),
+        value: "the load or the approach".to_owned(),
+        expected: "must be one that the rail bears before the wheel is 20 mm deep in it".to_owned(),
+    })?;
+    Ok(PlacedWheel { pair, plane, profiles: profiles.map(Arc::clone), extent: OnceLock::new() })
+}
+
 /// Returns the plane of contact of a wheel, lowered as deep as the path of `scene` asks for. It is
 /// `None` if no depth up to 20 mm does.
-pub(super) fn contact_plane(scene: &Scene, pair: &WheelOnRail) -> Option<ContactPlane> {
+fn contact_plane(scene: &Scene, pair: &WheelOnRail) -> Option<ContactPlane> {
     let deepest = scene.loading.legs().iter().try_fold(0.0_f64, |deepest, leg| {
         let depth = match leg.target[Dof::Approach] {
             Control::Motion(approach) => depth_of_approach(pair, approach),
@@ -30,7 +136,7 @@ pub(super) fn contact_plane(scene: &Scene, pair: &WheelOnRail) -> Option<Contact
         };
         depth.map(|depth| deepest.max(depth))
     })?;
-    let mut patches = pair.patches(deepest);
+    let mut patches = pair.patches(deepest, POINTS);
     if patches.len() > 1 {
         let bearing = Bearing::of(scene, &patches);
         let mut bears = bearing.regions.iter().map(Region::may_bear);
@@ -47,7 +153,7 @@ fn depth_of_approach(pair: &WheelOnRail, approach: f64) -> Option<f64> {
         return Some(0.0);
     }
     root(|depth| {
-        let patches = pair.patches(depth);
+        let patches = pair.patches(depth, FEW_POINTS);
         let reached = patches
             .iter()
             .flat_map(|patch| {
@@ -65,7 +171,7 @@ fn depth_of_load(scene: &Scene, pair: &WheelOnRail, force: f64) -> Option<f64> {
     }
     // The depth goes as the load to the power of 2/3.
     root(|depth| {
-        let patches = pair.patches(depth);
+        let patches = pair.patches(depth, FEW_POINTS);
         let bearing = Bearing::of(scene, &patches);
         (bearing.load() / (force * bearing.softening(scene, force).powi(3))).powf(2.0 / 3.0)
     })
@@ -88,8 +194,11 @@ fn root(of: impl Fn(f64) -> f64) -> Option<f64> {
         // The secant is held a little within the bracket, so that both ends move.
         let secant = low + (high - low) * (1.0 - low_value) / (high_value - low_value);
         let inset = 1e-3 * (high - low);
-        let middle = secant.clamp(low + inset, high - inset);
+        let middle = secant.max(low + inset).min(high - inset);
         let value = of(middle);
+        if value.is_nan() {
+            return None;
+        }
         if value < 1.0 {
             (low, low_value) = (middle, value);
         } else {
@@ -104,7 +213,7 @@ fn root(of: impl Fn(f64) -> f64) -> Option<f64> {
 
 /// Returns the depth along the normal of a patch's plane over the one along z, for a region that
 /// is inclined to the plane.
-fn along_normal(patch: &Patch, overlap: &Overlap) -> f64 {
+fn along_normal(patch: &RailPatch, overlap: &Overlap) -> f64 {
     overlap.angle.cos() / (overlap.angle - patch.frame.angle).cos()
 }
 
@@ -140,7 +249,7 @@ struct Bearing {
 
 impl Bearing {
     /// Estimates the loads on all regions of `patches`, in their order.
-    fn of(scene: &Scene, patches: &[Patch]) -> Self {
+    fn of(scene: &Scene, patches: &[RailPatch]) -> Self {
         let mut regions: Vec<Region> = patches
             .iter()
             .flat_map(|patch| {
@@ -204,34 +313,101 @@ impl Bearing {
     }
 }
 
-/// A place in the plane of contact between a wheel and a rail.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RailPlace {
-    /// The point of the rail, in track coordinates \[m\].
-    pub track: [f64; 3],
-    /// The inclination of the rail there \[rad\], from y towards z.
-    pub rail_angle: f64,
-    /// The inclination of the plane of contact there \[rad\]; patches far apart have planes of their
-    /// own.
-    pub plane_angle: f64,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Material, Shape, Side};
+    use crate::punch::wheel_rail::tests::placed;
 
-/// Returns the places on the rail of `points` (x, y) \[m\] in Ω. It is `None` if the punch of
-/// `scene` is no wheel, or a point is beside the rail.
-///
-/// # Errors
-/// A [`SceneError`] says that a profile is missing or that the wheel does not meet its rail.
-pub fn rail_places(
-    scene: &Scene,
-    surfaces: &Surfaces,
-    points: &[[f64; 2]],
-) -> Result<Option<Vec<RailPlace>>, SceneError> {
-    let gap = Gap::new(scene, surfaces)?;
-    let Some((pair, plane)) = gap.wheel_on_rail() else { return Ok(None) };
-    let place = |[x, y]: &[f64; 2]| {
-        let track = pair.onto_rail(plane.to_track(*x, *y));
-        let rail_angle = pair.rail_angle(track[1])?;
-        Some(RailPlace { track, rail_angle, plane_angle: plane.angle(*y) })
-    };
-    Ok(points.iter().map(place).collect())
+    const STEEL: Material = Material { shear_modulus: 82e9, poisson: 0.28 };
+
+    fn pressed(force: Option<f64>, approach: Option<f64>) -> Scene {
+        let mut scene = crate::model::sphere_on_half_space();
+        scene.foundation = crate::model::Foundation::half_space(STEEL);
+        scene.punch.material = Some(STEEL);
+        scene.punch.shape = Shape::Sphere { radius: 1.0 };
+        (scene.loading.steps[0].normal_force, scene.loading.steps[0].approach) = (force, approach);
+        scene
+    }
+
+    /// The loads and approaches are CONTACT's (tests/reference/wheel_rail.csv): on the tread, with
+    /// a gap that is far from a paraboloid, on two patches, and on the flange.
+    #[test]
+    fn the_depth_estimated_for_a_load_is_that_of_the_solution() {
+        for (side, lateral, yaw, roll, force, approach) in [
+            (Side::Left, 5e-3, 1.2e-2, -3.554e-4, 1.003e4, 2.232e-5),
+            (Side::Left, 0.0, 0.0, 0.0, 9997.0, 1.596e-5),
+            (Side::Right, 1e-3, 2.4e-3, -5.049e-5, 9827.0, 2.448e-5),
+            (Side::Right, 5e-3, 1.2e-2, -3.554e-4, 9619.0, 2.719e-5),
+            (Side::Right, 5.5e-3, 1.32e-2, -4.777e-4, 9629.0, 2.926e-5),
+            (Side::Right, 8e-3, 1.92e-2, -8.606e-3, 1.272e4, 3.494e-5),
+        ] {
+            let pair = placed(side, &Position { lateral, yaw, roll }).unwrap();
+            let plane = contact_plane(&pressed(Some(force), None), &pair).unwrap();
+            let off = plane.approach() / approach - 1.0;
+            println!("{side:?} {lateral}: {:.2} %", 100.0 * off);
+            assert!(off.abs() < 0.08, "{side:?} {lateral}: {off}");
+            // An approach that is given is met.
+            let plane = contact_plane(&pressed(None, Some(approach)), &pair).unwrap();
+            assert!((plane.approach() / approach - 1.0).abs() < 0.01, "{}", plane.approach());
+            assert!((plane.depth(approach) - pair_depth(&plane)).abs() < 1e-2 * approach);
+        }
+    }
+
+    /// Returns the depth by which a plane's wheel is lowered for its own approach.
+    fn pair_depth(plane: &ContactPlane) -> f64 {
+        plane.depth(plane.approach())
+    }
+
+    #[test]
+    fn loads_from_none_to_too_much_have_a_depth_or_none() {
+        let pair = placed(Side::Right, &Position::default()).unwrap();
+        let mut last = 0.0;
+        for exponent in -12..=6 {
+            let force = 10f64.powi(exponent);
+            let plane = contact_plane(&pressed(Some(force), None), &pair).unwrap();
+            assert!(plane.approach() > last, "{force} N: {:e}", plane.approach());
+            last = plane.approach();
+        }
+        assert!(contact_plane(&pressed(Some(1e12), None), &pair).is_none());
+        for none in [0.0, -1e-6] {
+            let plane = contact_plane(&pressed(None, Some(none)), &pair).unwrap();
+            assert!(plane.approach().abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_wheel_is_placed_once_for_one_scene() {
+        let wheels = PlacedWheels::default();
+        let profile = |text| Arc::new(Profile::from_simpack(text).unwrap());
+        let profiles = [
+            profile(include_str!("../../../../sweeps/profiles/MBench_S1002_v3.prw")),
+            profile(include_str!("../../../../sweeps/profiles/MBench_UIC60_v3.prr")),
+        ];
+        let rail = WheelRail {
+            wheel: "wheel".to_owned(),
+            rail: "rail".to_owned(),
+            side: Side::Left,
+            rolling_radius: 0.46,
+            gauge: WheelRail::GAUGE,
+            gauge_depth: WheelRail::GAUGE_DEPTH,
+            flange_back_distance: WheelRail::FLANGE_BACK_DISTANCE,
+            flange_back_to_origin: WheelRail::FLANGE_BACK_TO_ORIGIN,
+            lateral: 0.0,
+            yaw: 0.0,
+            roll: 0.0,
+        };
+        let place = |scene: &Scene, profiles: [&Arc<Profile>; 2]| {
+            wheels.place(scene, &rail, profiles).unwrap()
+        };
+        let (light, heavy) = (pressed(Some(1e3), None), pressed(Some(1e4), None));
+        let [wheel, top] = &profiles;
+        let first = place(&light, [wheel, top]);
+        assert!(Arc::ptr_eq(&first, &place(&light, [wheel, top])));
+        let other = place(&heavy, [wheel, top]);
+        assert!(other.plane.approach() > first.plane.approach());
+        // A profile that was read anew may be another one.
+        let again = Arc::new((**top).clone());
+        assert!(!Arc::ptr_eq(&first, &place(&light, [wheel, &again])));
+    }
 }

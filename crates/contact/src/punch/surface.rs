@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::placement::PlacedWheels;
 use super::profile::Profile;
 
 /// A sampled surface. A pixel's value is the surface's mean height over that pixel, positive
@@ -47,6 +48,7 @@ pub enum SurfaceError {
 pub struct Surfaces {
     maps: BTreeMap<String, Arc<Surface>>,
     profiles: BTreeMap<String, Arc<Profile>>,
+    placed: Arc<PlacedWheels>,
 }
 
 impl Surfaces {
@@ -73,6 +75,11 @@ impl Surfaces {
     /// Returns the profile of this name.
     pub fn profile(&self, name: &str) -> Option<&Arc<Profile>> {
         self.profiles.get(name)
+    }
+
+    /// Returns the wheels that were last placed with these profiles.
+    pub(super) fn placed(&self) -> &PlacedWheels {
+        &self.placed
     }
 }
 

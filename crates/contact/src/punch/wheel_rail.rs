@@ -119,11 +119,9 @@ impl WheelOnRail {
         let (rail, rail_origin) = placed(&rail, track, side)?;
         let wheel_origin =
             side.sign() * (0.5 * wheelset.flange_back_distance + wheelset.flange_back_to_origin);
-        let highest = rail
-            .samples(4)
-            .into_iter()
-            .min_by(|a, b| rail.at(*a).position[1].total_cmp(&rail.at(*b).position[1]));
-        let top = Graph::new(&rail, [1.0, 0.0], highest.unwrap_or(0.0));
+        let samples = rail.samples(4).into_iter().map(|t| [t, rail.at(t).position[1]]);
+        let highest = samples.min_by(|a, b| a[1].total_cmp(&b[1])).map_or(0.0, |sample| sample[0]);
+        let top = Graph::new(&rail, [1.0, 0.0], highest);
         let mut pair = Self {
             wheel,
             wheel_origin,
@@ -206,8 +204,8 @@ impl WheelOnRail {
         self.top.at(y).map(|point| point.angle())
     }
 
-    /// Returns the parameter \[m\] of the rail's curve at its sample that is nearest to the point of
-    /// the silhouette with the parameter `wheel` \[m\] of the wheel's curve.
+    /// Returns the parameter \[m\] of the rail's curve at its sample that is nearest to the point
+    /// of the silhouette with the parameter `wheel` \[m\] of the wheel's curve.
     pub(super) fn rail_below(&self, wheel: f64) -> f64 {
         let [_, y, z] = self.gap_at(wheel).map_or(self.touches[0].position, |clearance| {
             let [y, z] = clearance.rail.position;
@@ -217,11 +215,8 @@ impl WheelOnRail {
             let [rail_y, rail_z] = self.rail.at(t).position;
             (rail_y - y).hypot(rail_z - z)
         };
-        self.rail
-            .samples(4)
-            .into_iter()
-            .min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
-            .unwrap_or(0.0)
+        let samples = self.rail.samples(4).into_iter().map(|t| [t, distance(t)]);
+        samples.min_by(|a, b| a[1].total_cmp(&b[1])).map_or(0.0, |nearest| nearest[0])
     }
 
     /// Converts a point in track coordinates \[m\] to (y, z) \[m\] in the coordinates of the rail's
