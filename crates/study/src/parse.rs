@@ -43,18 +43,16 @@ impl Study {
         if !axis::keys(&self.base, &self.groups).any(names_files) {
             return Vec::new();
         }
+        let mut mistakes = Vec::new();
         for index in 0..self.points {
             let steps = axis::steps(&self.groups, index);
-            // The files are read into the study, from which a sheet borrows.
+            // The files are read into the study, from which a sheet borrows. One bad file is one
+            // mistake, however many points use it.
             let needed = self.sheet(&steps).needed_files();
-            for file in needed {
-                if let Err(mistake) = self.files.read(file, files) {
-                    // One bad file is one mistake, however many points use it.
-                    return vec![mistake];
-                }
-            }
+            mistakes
+                .extend(needed.into_iter().filter_map(|file| self.files.read(file, files).err()));
         }
-        Vec::new()
+        mistakes
     }
 
     /// Assembles every point. First it goes along each axis with the others at their first value,
