@@ -5,6 +5,7 @@
 #![forbid(unsafe_code)]
 
 mod answer_text;
+mod bounded_file;
 mod cli;
 mod commands;
 mod effect_text;

@@ -2,14 +2,14 @@
 
 use answers::effects::{effects, missing_surface, reducible_case};
 use answers::patches::{self, Patch, inclination_words, patches, place_on_rail};
-use answers::{AnswerTable, increments_of, path_columns, rows, tables_of, warnings};
+use answers::{AnswerTable, forecast, increments_of, path_columns, rows, tables_of, warnings};
 use anyhow::Result;
 use contact::model::Fields;
 use contact::punch::Surfaces;
 use report::DataTable;
 use study::columns::{Role, along_path};
 use study::job::PHYSICS_VERSION;
-use study::{Case, Column, Kind, Record, StudyPoint, Value};
+use study::{Case, Column, Job, Kind, Record, Study, StudyPoint, Value};
 
 use crate::effect_text::effect_lines;
 use crate::output::layout;
@@ -44,12 +44,30 @@ fn several_patches(
     Ok(Some(patches))
 }
 
+/// The files of a result's job.
+#[derive(Default)]
+pub(crate) struct UsedFiles {
+    /// The height map or the profiles.
+    pub(crate) surfaces: Surfaces,
+    /// The words about what was read, a line for each file.
+    pub(crate) words: Vec<String>,
+}
+
+impl UsedFiles {
+    /// Returns the files of a job from a study that has them.
+    pub(crate) fn of(study: &Study, job: &Job) -> Self {
+        let elements = forecast(job, study.surfaces()).map(|forecast| forecast.elements);
+        let words = elements.map(|elements| study.file_words(job, elements)).unwrap_or_default();
+        Self { surfaces: study.surfaces().clone(), words }
+    }
+}
+
 /// Returns everything about a record by column, without units; with its fields also its patches, if
 /// there are several.
 pub(crate) fn json(
     record: &Record,
     fields: Option<&Fields>,
-    surfaces: &Surfaces,
+    UsedFiles { surfaces, words }: &UsedFiles,
 ) -> Result<serde_json::Value> {
     let point = StudyPoint::of_record(record)?;
     let columns = point.job.kind().columns([], []);
@@ -69,6 +87,9 @@ pub(crate) fn json(
     let result = values(|role| role != Role::Key, &|column| column.value(&point, Some(record)));
     let job: serde_json::Value = serde_json::from_str(&record.job)?;
     let mut said = serde_json::json!({ "job": job, "result": result });
+    if !words.is_empty() {
+        said["files"] = serde_json::json!(words);
+    }
     if !record.is_certified() {
         // What a failed path came through is no result at the end that was asked for.
         if let Some(before) = record.before_failure() {
@@ -104,10 +125,12 @@ pub(crate) fn json(
 pub(crate) fn words(
     record: &Record,
     fields: Option<&Fields>,
-    surfaces: &Surfaces,
+    UsedFiles { surfaces, words }: &UsedFiles,
 ) -> Result<String> {
     let point = StudyPoint::of_record(record)?;
     let mut text = format!("{}\n\n", point.job.to_toml().trim_end());
+    text += &words.iter().map(|line| format!("{line}\n")).collect::<String>();
+    text += if words.is_empty() { "" } else { "\n" };
     text += &path_words(&point, record);
     text += &effect_words(&point, surfaces)?;
     let columns = point.job.kind().columns([], []);

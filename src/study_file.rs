@@ -4,13 +4,19 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use study::edit::EditError;
-use study::{ReadFile, Study};
+use study::{NamedFile, ReadFile, Study};
+
+use crate::bounded_file::{LARGEST_MAP, read_bounded, read_study_text};
 
 /// Reads a study file. Files that it names are looked for beside it.
 pub(crate) fn read_study(path: &Path) -> Result<Study> {
-    let text = std::fs::read_to_string(path)
-        .with_context(|| format!("cannot read the study file {}", path.display()))?;
-    Ok(parse_study(&text, path)?)
+    Ok(parse_study(&read_text(path)?, path)?)
+}
+
+/// Reads the text of a study file.
+pub(crate) fn read_text(path: &Path) -> Result<String> {
+    let text = read_study_text(path).map_err(anyhow::Error::msg);
+    text.with_context(|| format!("cannot read the study file {}", path.display()))
 }
 
 /// Parses the text of a study file as if it stood at `path`.
@@ -37,8 +43,18 @@ pub(crate) fn edit_study(
     })
 }
 
-/// Returns a reader of the files that a study at `path` names.
-fn files_beside(path: &Path) -> impl FnMut(&str) -> Result<Vec<u8>, String> {
-    let beside = path.parent().unwrap_or(Path::new("."));
-    move |name| std::fs::read(beside.join(name)).map_err(|error| error.to_string())
+/// Returns a reader of the files that a study at `path` names. Messages may quote a file only if
+/// it lies in the study's directory, wherever its name and links lead.
+fn files_beside(path: &Path) -> impl FnMut(&str) -> Result<NamedFile, String> {
+    let beside = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    move |name| {
+        let file = beside.join(name);
+        let bytes = read_bounded(&file, LARGEST_MAP)?;
+        let places = (std::fs::canonicalize(&file), std::fs::canonicalize(beside));
+        let may_quote = matches!(&places, (Ok(file), Ok(beside)) if file.starts_with(beside));
+        Ok(NamedFile { bytes, may_quote })
+    }
 }

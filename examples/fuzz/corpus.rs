@@ -6,8 +6,10 @@ use std::path::Path;
 
 use answers::{Performed, perform};
 use contact::Operators;
+use contact::punch::ProfileKind;
 use study::job::PHYSICS_VERSION;
-use study::{Provenance, Record, Study};
+use study::surface::{self, MapReading, MissingRule};
+use study::{Provenance, Record, Study, profile};
 
 use crate::mutation::{Dice, changed};
 use crate::{filters, studies};
@@ -113,17 +115,23 @@ impl Corpus {
         match kind {
             InputKind::Study => _ = studies::read(&String::from_utf8_lossy(bytes)),
             InputKind::Map => {
-                if let Ok(map) = study::surface::read(bytes, "um") {
-                    let _ = study::surface::decode_surface(&study::surface::encode_surface(&map));
+                for missing in [MissingRule::Fill, MissingRule::Exclude, MissingRule::Refuse] {
+                    let reading = MapReading { unit: Some("um"), missing, ..MapReading::default() };
+                    if let Ok(map) = surface::read(bytes, &reading) {
+                        let stored = surface::encode_surface(&map.surface);
+                        surface::decode_surface(&stored).expect("a map reads its own bytes");
+                    }
                 }
-                let _ = study::surface::decode_surface(bytes);
+                let _ = surface::decode_surface(bytes);
             }
             InputKind::Profile => {
-                if let Ok(profile) = study::profile::read(bytes) {
-                    let _ =
-                        study::profile::decode_profile(&study::profile::encode_profile(&profile));
+                for kind in [ProfileKind::Rail, ProfileKind::Wheel] {
+                    if let Ok(read) = profile::read(bytes, kind) {
+                        let stored = profile::encode_profile(&read.profile);
+                        profile::decode_profile(&stored).expect("a profile reads its own bytes");
+                    }
                 }
-                let _ = study::profile::decode_profile(bytes);
+                let _ = profile::decode_profile(bytes);
             }
             InputKind::Filter => {
                 _ = filters::read(&String::from_utf8_lossy(bytes));

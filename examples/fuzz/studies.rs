@@ -2,7 +2,7 @@
 
 use contact::model::Shape;
 use study::label::label;
-use study::{Job, Study};
+use study::{Job, NamedFile, Study};
 
 use crate::mutation::{Dice, mutated};
 
@@ -248,8 +248,8 @@ fn forecast(study: &Study, job: &Job) {
 }
 
 /// Gives out the files that studies name.
-fn file(name: &str) -> Result<Vec<u8>, String> {
-    Ok(match name {
+fn file(name: &str) -> Result<NamedFile, String> {
+    let bytes = match name {
         "map.csv" => b"0 1 2\n3 4 5\n6 7 8\n".to_vec(),
         _ if name.ends_with(".prw") => {
             include_bytes!("../../sweeps/profiles/MBench_S1002_v3.prw").to_vec()
@@ -258,5 +258,6 @@ fn file(name: &str) -> Result<Vec<u8>, String> {
             include_bytes!("../../sweeps/profiles/MBench_UIC60_v3.prr").to_vec()
         }
         _ => return Err("there is no such file".to_owned()),
-    })
+    };
+    Ok(NamedFile { bytes, may_quote: true })
 }

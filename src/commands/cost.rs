@@ -1,18 +1,17 @@
 //! `cost`: the time that accuracy costs.
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use study::edit::with_cost_ladder;
 
 use crate::cli::CostArgs;
 use crate::execution::execute;
 use crate::output::Finish;
-use crate::study_file::{edit_study, parse_study};
+use crate::study_file::{edit_study, parse_study, read_text};
 
 /// Runs a study of cost, or the one that is made for the scene of another study.
 pub(crate) fn cost(args: &CostArgs) -> Result<Finish> {
     let path = &args.study;
-    let text = std::fs::read_to_string(path)
-        .with_context(|| format!("cannot read the study file {}", path.display()))?;
+    let text = read_text(path)?;
     let study = parse_study(&edit_study(with_cost_ladder, &text, path, &args.set)?, path)?;
     execute(study, &args.store.store, &args.execution)
 }

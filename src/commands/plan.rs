@@ -42,6 +42,9 @@ struct Plan<'a> {
     workers: usize,
     largest_job_bytes: u64,
     effects: &'a [EffectGroup],
+    /// The words about the files that the study names.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    files: Vec<String>,
     /// The findings so far of a study that chooses points.
     #[serde(skip_serializing_if = "Option::is_none")]
     chosen: Option<serde_json::Value>,
@@ -133,6 +136,7 @@ impl<'a> Plan<'a> {
             workers,
             largest_job_bytes: forecasts().map(|forecast| forecast.memory).max().unwrap_or(0),
             effects: &overview.groups,
+            files: file_lines(study, jobs),
             chosen: found.map(|table| serde_json::from_str(&table.json())).transpose()?,
         })
     }
@@ -154,7 +158,8 @@ impl<'a> Plan<'a> {
         if self.increments > self.to_run as u64 {
             text += &format!(" with {} increments", self.increments);
         }
-        text + "\n"
+        text += "\n";
+        text + &self.files.iter().map(|line| format!("{line}\n")).collect::<String>()
     }
 
     fn predictions(&self) -> String {
@@ -167,6 +172,26 @@ impl<'a> Plan<'a> {
             BinaryBytes(self.largest_job_bytes)
         )
     }
+}
+
+/// The number of lines about files that a plan shows; the others are only counted.
+const MOST_FILES: usize = 12;
+
+/// Says what was read from the files of a study, each line once.
+fn file_lines(study: &Study, jobs: &JobList) -> Vec<String> {
+    let mut seen = HashSet::new();
+    let mut lines: Vec<String> = jobs
+        .distinct
+        .iter()
+        .flat_map(|job| study.file_words(&jobs.points[job.point].job, job.forecast.elements))
+        .filter(|line| seen.insert(line.clone()))
+        .collect();
+    if lines.len() > MOST_FILES {
+        let rest = lines.len() - MOST_FILES;
+        lines.truncate(MOST_FILES);
+        lines.push(format!("and {rest} more lines about files"));
+    }
+    lines
 }
 
 /// The jobs on meshes of the same size.

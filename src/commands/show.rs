@@ -10,7 +10,7 @@ use study::Record;
 use wording::escaped_json;
 
 use crate::cli::ShowArgs;
-use crate::one_result::{json, path, words};
+use crate::one_result::{UsedFiles, json, path, words};
 use crate::output::{Finish, layout};
 use crate::stored::{read_store, stored_study};
 use crate::{fields, output, proposal, stored};
@@ -54,11 +54,11 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
             stored::fields(reader.blobs(), &record).map_err(|error| output::complain(&error)).ok()
         })
         .flatten();
-    let surfaces = stored_surfaces(&reader, &record)?;
+    let files = stored_files(&reader, &record)?;
     if args.json {
-        return output::print_json(&json(&record, fields.as_ref(), &surfaces)?);
+        return output::print_json(&json(&record, fields.as_ref(), &files)?);
     }
-    let mut text = words(&record, fields.as_ref(), &surfaces)?;
+    let mut text = words(&record, fields.as_ref(), &files)?;
     warnings(&record).iter().for_each(|warning| text += &format!("warning: {}\n", warning.words));
     output::print(&text)
 }
@@ -83,17 +83,17 @@ fn find_key(reader: &StoreReader, beginning: &str) -> Result<JobKey> {
 
 /// Returns the height map or the profiles that a result's scene names, if some study of the store
 /// holds them.
-fn stored_surfaces(reader: &StoreReader, record: &Record) -> Result<Surfaces> {
+fn stored_files(reader: &StoreReader, record: &Record) -> Result<UsedFiles> {
     let job = record.parse_job()?;
     if effects::missing_surface(&job, &Surfaces::new()).is_none() {
-        return Ok(Surfaces::new());
+        return Ok(UsedFiles::default());
     }
     for name in reader.study_names()? {
         // A damaged study is no reason to show nothing.
         let Ok(study) = stored_study(reader, &name) else { continue };
         if effects::missing_surface(&job, study.surfaces()).is_none() {
-            return Ok(study.surfaces().clone());
+            return Ok(UsedFiles::of(&study, &job));
         }
     }
-    Ok(Surfaces::new())
+    Ok(UsedFiles::default())
 }

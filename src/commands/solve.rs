@@ -16,8 +16,9 @@ use study::job::PHYSICS_VERSION;
 use study::{Adaptive, Job, Kind, Provenance, Record, Study};
 
 use crate::cli::SolveArgs;
+use crate::one_result::UsedFiles;
 use crate::output::{Finish, layout};
-use crate::study_file::{edit_study, parse_study, read_study};
+use crate::study_file::{edit_study, parse_study, read_study, read_text};
 use crate::threads::share_among;
 use crate::{fields, one_result, output};
 
@@ -62,8 +63,7 @@ fn single_scene(args: &SolveArgs) -> Result<Study> {
     let study = if args.set.is_empty() {
         read_study(&args.scene)?
     } else {
-        let text = std::fs::read_to_string(&args.scene)
-            .with_context(|| format!("cannot read {}", args.scene.display()))?;
+        let text = read_text(&args.scene)?;
         let edited = edit_study(with_settings, &text, &args.scene, &args.set)?;
         parse_study(&edited, &args.scene)?
     };
@@ -141,6 +141,7 @@ fn solve_accurately(study: &Study, operators: &mut Operators) -> Result<SolvedSc
 /// Shows the result in the form that the arguments ask for.
 fn show(args: &SolveArgs, study: &Study, solution: &SolvedScene) -> Result<()> {
     let SolvedScene { record, fields, .. } = solution;
+    let files = UsedFiles::of(study, &record.parse_job()?);
     if let Some(name) = &args.field {
         let of_search = record
             .multiplicity()
@@ -149,9 +150,9 @@ fn show(args: &SolveArgs, study: &Study, solution: &SolvedScene) -> Result<()> {
         let fields = of_search.as_ref().or(fields.as_ref()).context("it has no fields")?;
         fields::show_field(fields, name, args.output.as_deref())?;
     } else if args.json {
-        output::print_json(&one_result::json(record, fields.as_ref(), study.surfaces())?)?;
+        output::print_json(&one_result::json(record, fields.as_ref(), &files)?)?;
     } else {
-        let mut text = one_result::words(record, fields.as_ref(), study.surfaces())?;
+        let mut text = one_result::words(record, fields.as_ref(), &files)?;
         if record.outcome().is_some_and(|outcome| outcome.steps.len() > 1) {
             text += &format!("path\n{}", one_result::path(record)?.terminal(&layout()));
         }

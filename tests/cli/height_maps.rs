@@ -57,10 +57,118 @@ fn height_maps_stand_beside_the_study_and_are_kept() {
     insta::assert_snapshot!(gone.err + "\n" + &ragged.err);
 }
 
+/// A bump on a grid of 4 × 4, as a list of x, y [mm] and z [µm] and as a matrix [µm].
+fn bump() -> [String; 2] {
+    let place = |k: usize| -0.375 + 0.25 * k as f64;
+    let height = |i: usize, j: usize| -50.0 * (place(i).powi(2) + place(j).powi(2));
+    let rows = |line: &dyn Fn(usize, usize) -> String, end: &str| -> String {
+        let row = |j: usize| (0..4).map(|i| line(i, j)).collect::<String>() + end;
+        (0..4).map(row).collect()
+    };
+    [
+        rows(&|i, j| format!("{} {} {}\n", place(i), place(j), height(i, j)), ""),
+        rows(&|i, j| format!("{} ", height(i, j)), "\n"),
+    ]
+}
+
+#[test]
+fn a_list_of_points_is_the_map_of_its_matrix_and_plan_says_what_was_read() {
+    let [list, matrix] = bump();
+    let place = Place::with("matrix.toml", ONE.replace("rough.csv", "bump.txt"));
+    place.write("list.toml", ONE.replace("rough.csv", "bump.xyz"));
+    place.write("bump.txt", matrix);
+    place.write("bump.xyz", list);
+    assert_eq!(place.call("run matrix.toml").code, 0);
+    assert_eq!(place.json("plan list.toml --json")["to_run"], 0, "it is the same job");
+    let plan = place.call("plan list.toml").out;
+    let said = "height map bump.xyz: 4 × 4 pixels, 250 um × 250 um each, heights from -14.06 um to \
+                -1.563 um; a list of x, y and z, whose middle at (0 m, 0 m) becomes the origin; \
+                heights in um";
+    assert!(plan.contains(said), "{plan}");
+    let said = "; a matrix of text, its first line at the lowest y; heights in um\n";
+    assert!(place.call("plan matrix.toml").out.contains(said));
+    let listed = place.call("query one --select key --format csv").out;
+    let key = listed.lines().nth(1).unwrap();
+    let finer = "are finer than the map: what is between the pixels is interpolated\n";
+    for command in
+        ["plan list.toml".to_owned(), "solve matrix.toml".to_owned(), format!("show {key}")]
+    {
+        let out = place.call(&command).out;
+        assert!(out.contains("4 × 4 pixels") && out.contains(finer), "{command}: {out}");
+    }
+    // Without widths those of the list hold; others are refused.
+    let bare = ONE.replace("rough.csv\"", "bump.xyz\", lateral_unit = \"mm\"");
+    place.write("list.toml", bare.replace(", width_x = \"1 mm\", width_y = \"1 mm\"", ""));
+    assert_eq!(place.json("plan list.toml --json")["to_run"], 0);
+    place.write("list.toml", bare.replace("width_x = \"1 mm\"", "width_x = \"2 mm\""));
+    let refused = place.call("plan list.toml");
+    assert!(refused.err.contains("half a step on either side, 0.001 m"), "{}", refused.err);
+}
+
+/// A study from a stranger shows nothing of files that lie elsewhere, and waits for none.
+#[test]
+fn files_outside_of_the_study_are_not_quoted_and_special_ones_are_refused() {
+    let place = Place::empty();
+    fs::create_dir(place.path("studies")).unwrap();
+    place.write("secret", "root:secret word\n");
+    std::os::unix::fs::symlink(place.path("secret"), place.path("studies/link")).unwrap();
+    place.write("studies/near", "root:secret word\n");
+    let absolute = place.path("secret").display().to_string();
+    for (file, is_quoted) in
+        [("../secret", false), ("link", false), (&*absolute, false), ("near", true)]
+    {
+        for text in [
+            ONE.replace("rough.csv", file),
+            ONE.replace("{ shape = \"height-map\", file = \"rough.csv\", unit = \"um\", width_x = \"1 mm\", width_y = \"1 mm\" }",
+                &format!("{{ shape = \"wheel-on-rail\", wheel = \"{file}\", rail = \"{file}\", side = \"left\", rolling_radius = 0.46 }}")),
+        ] {
+            place.write("studies/one.toml", text);
+            let said = place.call("plan studies/one.toml");
+            assert_eq!(said.code, 1);
+            assert_eq!(said.err.contains("secret word"), is_quoted, "{file}: {}", said.err);
+            assert!(said.err.contains("line 1"), "{}", said.err);
+        }
+    }
+    for (file, says) in [
+        ("/dev/zero", "it is a device, not a regular file"),
+        ("/", "it is a directory, not a regular file"),
+        ("large", "it may have at most 256.00 MiB"),
+    ] {
+        fs::File::create(place.path("studies/large")).unwrap().set_len(1 << 36).unwrap();
+        place.write("studies/one.toml", ONE.replace("rough.csv", file));
+        let said = place.call("plan studies/one.toml");
+        assert!(said.code == 1 && said.err.contains(says), "{file}: {}", said.err);
+    }
+    let said = place.call("plan /dev/zero");
+    assert!(said.err.contains("it is a device, not a regular file"), "{}", said.err);
+}
+
+/// Wheels in circulation say where their flanges are measured.
+#[test]
+fn headers_of_profiles_may_speak_of_measuring() {
+    let profiles = concat!(env!("CARGO_MANIFEST_DIR"), "/sweeps/profiles/");
+    let wheel = fs::read_to_string(format!("{profiles}MBench_S1002_v3.prw")).unwrap();
+    let place = Place::empty();
+    place.write("w.prw", wheel.replace("  header.end", "    meas.pos.e = +1.0e-02\n  HEADER.end"));
+    place.write("plain.prw", wheel);
+    fs::copy(format!("{profiles}MBench_UIC60_v3.prr"), place.path("r.prr")).unwrap();
+    let line = ONE.lines().find(|line| line.starts_with("punch")).unwrap();
+    let punch = r#"punch = { shape = "wheel-on-rail", wheel = "w.prw", rail = "r.prr", side = "left", rolling_radius = "460 mm" }"#;
+    let study = ONE.replace(line, punch).replace("approach = \"1 um\"", "normal_force = \"20 kN\"");
+    place.write("one.toml", &study);
+    place.write("plain.toml", study.replace("w.prw", "plain.prw"));
+    assert_eq!(place.call("run plain.toml").code, 0);
+    assert_eq!(place.json("plan one.toml --json")["to_run"], 0);
+    let plan = place.call("plan one.toml").out;
+    let said = "profile w.prw: a wheel, 399 points, y from -69.61 mm to 60 mm, z from -2.636 mm to 28 \
+                mm; in SIMPACK's format, mirrored in y; read past meas.pos.e\n";
+    assert!(plan.contains(said), "{plan}");
+}
+
 /// Two bumps that are far apart are a patch each, and carry the load together.
 #[test]
 fn separate_patches_are_listed() {
-    let place = Place::with("one.toml", ONE);
+    let place = Place::with("one.toml", ONE.replace("1 um", "1.5 um"));
     place.write(
         "rough.csv",
         "0,0,0,0,0,0\n0,2.9,0,0,0,0\n0,0,0,0,0,0\n0,0,0,0,0,0\n0,0,0,0,4,0\n0,0,0,0,0,0\n",
@@ -68,10 +176,11 @@ fn separate_patches_are_listed() {
     assert_eq!(place.call("run one.toml --workers 1").code, 0);
     let key =
         place.call("query one --select key --format csv").out.lines().nth(1).unwrap().to_owned();
-    // An approach of 1 µm reaches only the higher bump.
+    // An approach of 1.5 µm reaches only the higher bump: over an element, its mean height is two
+    // thirds of that at its centre.
     assert_eq!(place.json(&format!("show {key} --json"))["result"]["patches"], 1);
     assert!(!place.call(&format!("show {key}")).out.contains("\npatches\n"));
-    let deeper = ["solve", "one.toml", "--set", "approach=2 um"];
+    let deeper = ["solve", "one.toml", "--set", "approach=2.6 um"];
     let said = place.words(&deeper);
     assert!(said.out.contains("\npatches\n"), "{}{}", said.out, said.err);
     let solved: Value =

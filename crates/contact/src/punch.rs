@@ -3,9 +3,10 @@
 //!
 //! Knows [`model`](crate::model), [`theory`](crate::theory) and [`foundation`](crate::foundation);
 //! no grid and no operator. In reading order:
+//! - `interpolant`: the smooth surface through the pixels of a height map;
 //! - `surface`: height maps, and the collection of all height maps and profiles;
 //! - `curve`: smooth plane curves and their graphs over a direction;
-//! - `profile`: cross-sections of rails and wheels, and SIMPACK's text format;
+//! - `profile`: cross-sections of rails and wheels, and the text formats in which they come;
 //! - `track`: positions of rails and wheelsets, and the frame of the plane of contact;
 //! - `wheel_rail`: the points at which a wheel touches a rail;
 //! - `overlap`: the regions in which a lowered wheel would overlap its rail, and their frames;
@@ -21,6 +22,7 @@ mod curve;
 mod domain;
 mod facet;
 mod gap;
+mod interpolant;
 mod overlap;
 mod placement;
 mod profile;
@@ -36,7 +38,7 @@ pub(crate) use domain::domain_under;
 pub use facet::Extent;
 pub(crate) use gap::Gap;
 pub(crate) use placement::PlacedWheel;
-pub use profile::{Profile, ProfileError, ProfileKind};
+pub use profile::{LineFaults, Profile, ProfileError, ProfileKind, ReadProfile};
 pub use rail_place::{RailPlace, rail_places};
 pub use surface::{Surface, SurfaceError, Surfaces};
 pub use track::{Frame, Position, Track, WheelRailError, Wheelset};

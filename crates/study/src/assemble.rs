@@ -8,7 +8,11 @@ use contact::model::{
 use crate::error::Mistake;
 use crate::job::Case;
 use crate::key::{Key, Quantity, Table};
-use crate::sheet::{FileContent, NeededFile, Setting, Sheet, SurfaceNames, TablePlaces};
+use crate::sheet::{
+    FileContent, NamedMap, NeededFile, ProfileFile, Setting, Sheet, SurfaceNames, TablePlaces,
+};
+use crate::surface::MapExtent;
+use crate::units::{Compact, LengthUnit};
 
 /// Returns the keys that a shape needs beyond `shape`; `file` stands for `file` or `surface`.
 fn needed(shape: &str) -> &'static [Key] {
@@ -33,10 +37,18 @@ const WHEEL_ON_RAIL: &[(Key, f64)] = &[
     (Key::Roll, 0.0),
 ];
 
+/// The keys of a height map that say how its file is read.
+pub(crate) const HEIGHT_MAP: &[Key] =
+    &[Key::HeightUnit, Key::LateralUnit, Key::Missing, Key::MissingValue];
+
+/// The number of widths over which the heights of a map may range before they are doubted.
+const STEEPEST: f64 = 10.0;
+
 /// Returns the keys that a shape may have beyond those that it needs.
 fn optional(shape: &str) -> impl Iterator<Item = Key> {
-    let keys = if shape == "wheel-on-rail" { WHEEL_ON_RAIL } else { &[] };
-    keys.iter().map(|(key, _)| *key)
+    let of_wheels = if shape == "wheel-on-rail" { WHEEL_ON_RAIL } else { &[] };
+    let of_maps = if shape == "height-map" { HEIGHT_MAP } else { &[] };
+    of_wheels.iter().map(|(key, _)| *key).chain(of_maps.iter().copied())
 }
 
 /// Puts the indefinite article before a word.
@@ -307,6 +319,10 @@ impl<'a> Assembler<'a> {
         };
         self.refuse_foreign(shape);
         for key in needed(shape) {
+            if matches!(key, Key::WidthX | Key::WidthY) && shape == "height-map" {
+                // A file may state its extents.
+                continue;
+            }
             let given = self
                 .sheet
                 .get(*key)
@@ -326,11 +342,7 @@ impl<'a> Assembler<'a> {
                 Shape::FlatRectangle { width_x: number(Key::WidthX), width_y: number(Key::WidthY) }
             }
             "cone" => Shape::Cone { angle: number(Key::ConeAngle) },
-            "height-map" => Shape::HeightMap {
-                surface: self.surface(),
-                width_x: number(Key::WidthX),
-                width_y: number(Key::WidthY),
-            },
+            "height-map" => self.height_map(),
             "wheel-on-rail" => Shape::WheelOnRail(self.wheel_on_rail()),
             // The reader lets only the words of `Key::Shape` through.
             _ => none,
@@ -348,11 +360,9 @@ impl<'a> Assembler<'a> {
             self.sheet.number(key).unwrap_or_else(default)
         };
         let profile = |key| {
-            self.sheet
-                .word(key)
-                .and_then(|file| self.surfaces.profiles.get(file))
-                .cloned()
-                .unwrap_or_default()
+            let file = self.sheet.word(key).unwrap_or_default().to_owned();
+            let named = ProfileFile { file, is_wheel: key == Key::Wheel };
+            self.surfaces.profiles.get(&named).cloned().unwrap_or_default()
         };
         WheelRail {
             wheel: profile(Key::Wheel),
@@ -369,15 +379,93 @@ impl<'a> Assembler<'a> {
         }
     }
 
-    fn surface(&self) -> String {
+    fn height_map(&mut self) -> Shape {
         let needed = self.sheet.needed_files().into_iter().next();
-        match needed.map(|NeededFile { content, .. }| content) {
-            Some(FileContent::Map { file, unit }) => {
-                self.surfaces.maps.get(&(file, unit)).cloned().unwrap_or_default()
-            }
-            Some(FileContent::StoredMap(name)) => name,
-            _ => String::new(),
+        let none = NamedMap { name: String::new(), extents: [None; 2], relief: 0.0 };
+        let map = match needed.map(|NeededFile { content, .. }| content) {
+            Some(FileContent::Map(file)) => self.surfaces.maps.get(&file).cloned().unwrap_or(none),
+            Some(FileContent::StoredMap(name)) => NamedMap { name, ..none },
+            _ => none,
+        };
+        let [width_x, width_y] = self.widths(&map.extents);
+        let width = width_x.max(width_y);
+        if map.relief > STEEPEST * width
+            && let Some(file) = self.sheet.get(Key::File)
+        {
+            let message = format!(
+                "the heights in this file range over {} m, on a map {} m wide",
+                Compact(map.relief),
+                Compact(width)
+            );
+            let unit = self.sheet.get(Key::HeightUnit);
+            let mistake = Mistake::new(
+                unit.unwrap_or(file).span.clone(),
+                message,
+                "check `unit`, the widths, and whether numbers mark missing pixels",
+            );
+            self.mistakes.push(mistake.help(
+                "`missing_value` names a number that marks missing pixels; missing = \"none\" says \
+                 that all numbers are heights",
+            ));
         }
+        Shape::HeightMap { surface: map.name, width_x, width_y }
+    }
+
+    /// Returns the extents of a height map \[m\]: those that are given, which must agree with those
+    /// that the file states, else these.
+    fn widths(&mut self, extents: &[Option<MapExtent>; 2]) -> [f64; 2] {
+        let keys = [Key::WidthX, Key::WidthY];
+        let given = keys.map(|key| self.sheet.number(key));
+        // Coordinates whose unit nobody names may be in any, which the widths tell.
+        let ratio = LengthUnit::ratios().find(|ratio| {
+            let agrees = |axis: usize| match (given[axis], extents[axis]) {
+                (Some(width), Some(extent)) => extent.agrees(width / ratio),
+                _ => true,
+            };
+            (*ratio == 1.0 || extents.iter().flatten().all(|extent| extent.is_unit_free))
+                && agrees(0)
+                && agrees(1)
+        });
+        let mut widths = [f64::NAN; 2];
+        for (axis, key) in keys.into_iter().enumerate() {
+            widths[axis] = match (given[axis], extents[axis]) {
+                (Some(width), Some(extent)) if ratio.is_none() && !extent.agrees(width) => {
+                    self.refuse_width(key, width, &extent);
+                    width
+                }
+                (Some(width), _) => width,
+                (None, Some(extent)) => extent.width * ratio.unwrap_or(1.0),
+                (None, None) => {
+                    self.miss(key, ": a height-map needs it");
+                    f64::NAN
+                }
+            };
+        }
+        widths
+    }
+
+    fn refuse_width(&mut self, key: Key, width: f64, extent: &MapExtent) {
+        let Some(given) = self.sheet.get(key) else { return };
+        let place = match extent.line {
+            Some(line) => format!("line {line} of the file says"),
+            None => "the points of the file span, with half a step on either side,".to_owned(),
+        };
+        let mistake = Mistake::new(
+            given.span.clone(),
+            format!(
+                "`{}` cannot be {}: {place} {} m",
+                key.short(),
+                Compact(width),
+                Compact(extent.width)
+            ),
+            "must agree with the file, or be left out",
+        );
+        self.mistakes.push(match extent.is_unit_free {
+            true => {
+                mistake.help("if x and y are in another unit than the heights, say `lateral_unit`")
+            }
+            false => mistake,
+        });
     }
 
     /// Notes every key that is given for the punch although its shape does not have it.
@@ -386,9 +474,10 @@ impl<'a> Assembler<'a> {
         let has = |key: Key| {
             needed(shape).contains(&key) || optional(shape).any(|optional| optional == key)
         };
+        let is_foreign = |key: Key| !has(key) || is_map && HEIGHT_MAP.contains(&key);
         for key in Key::ALL {
             let Some(given) = self.sheet.get(*key) else { continue };
-            if !is_of_shape(*key) || has(*key) {
+            if !is_of_shape(*key) || !is_foreign(*key) {
                 continue;
             }
             let span = given.span.clone();
@@ -402,10 +491,14 @@ impl<'a> Assembler<'a> {
                     .context(file.span.clone(), "given here"),
                     None => continue,
                 },
-                Key::HeightUnit if is_map => match self.sheet.get(Key::Surface) {
+                key if is_map && HEIGHT_MAP.contains(key) => match self.sheet.get(Key::Surface) {
                     Some(_) if self.sheet.get(Key::File).is_none() => Mistake::new(
                         span,
-                        "a stored surface has no `unit`: its heights are in metres",
+                        format!(
+                            "a stored surface has no `{}`: its heights are in metres, and none is \
+                             missing",
+                            key.name()
+                        ),
                         "leave this out",
                     ),
                     _ => continue,

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use crate::encoding::{BLOB_LIMIT, DecodeError, decode, encode};
 use crate::error::StudyError;
 use crate::study::Study;
+use crate::study_files::NamedFile;
 
 /// The reason why a stored definition is no study.
 #[derive(Debug, thiserror::Error)]
@@ -35,7 +36,9 @@ impl Study {
             bytes,
         )?;
         let mut read = |name: &str| {
-            files.get(name).cloned().ok_or_else(|| "it is not in the study's definition".to_owned())
+            let bytes = files.get(name).cloned();
+            let bytes = bytes.ok_or_else(|| "it is not in the study's definition".to_owned())?;
+            Ok(NamedFile { bytes, may_quote: false })
         };
         Ok(Study::parse(&text, &path, &mut read)?)
     }

@@ -190,15 +190,22 @@ keys! {
     ConeAngle, "scene.punch.angle", "angle",
         Number(Angle), "angle between a cone and the plane of contact";
     File, "scene.punch.file", "file",
-        Text, "file with the heights of a height map: NPY or a matrix of text";
+        Text, "file with the heights of a height map: NPY, or a matrix or a list of x, y and z as text";
     HeightUnit, "scene.punch.unit", "unit",
-        LengthUnit, "unit of the heights in the file, m unless given";
+        LengthUnit, "unit of the heights in the file, that of its header or m unless given";
+    LateralUnit, "scene.punch.lateral_unit", "lateral_unit",
+        LengthUnit, "unit of x and y in the file, that of its header or of the heights unless given";
+    Missing, "scene.punch.missing", "missing",
+        Choice(&["fill", "exclude", "none"]), "what becomes of missing pixels: they are filled from \
+        their neighbours, they are no part of the sole, or there are none";
+    MissingValue, "scene.punch.missing_value", "missing_value",
+        Number(Pure), "height in the file, in its unit, that marks a missing pixel";
     Surface, "scene.punch.surface", "surface",
         Text, "name of a stored surface, the hash of its heights";
     Wheel, "scene.punch.wheel", "wheel",
-        Text, "file with the wheel's profile in SIMPACK's format; in a stored job, its hash";
+        Text, "file with the wheel's profile, of SIMPACK, of MiniProf or a list; in a stored job, its hash";
     Rail, "scene.punch.rail", "rail",
-        Text, "file with the rail's profile in SIMPACK's format; in a stored job, its hash";
+        Text, "file with the rail's profile, of SIMPACK, of MiniProf or a list; in a stored job, its hash";
     Side, "scene.punch.side", "side", Choice(&["left", "right"]), "which wheel of the wheelset";
     RollingRadius, "scene.punch.rolling_radius", "rolling_radius",
         Number(Length), "radius of the wheel at its profile's z = 0";

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use toml::de::{DeTable, DeValue};
 
 use crate::adaptive::{self, Adaptive};
+use crate::assemble::HEIGHT_MAP;
 use crate::axis::{self, Group};
 use crate::error::{Mistake, StudyError, are_enough};
 use crate::figure;
@@ -41,11 +42,9 @@ impl Study {
 
     /// Reads the height maps and profiles that any point needs, each once.
     fn read_surfaces(&mut self, files: &mut ReadFile<'_>) -> Vec<Mistake> {
-        let names_files = |key| {
-            matches!(
-                key,
-                Key::Shape | Key::File | Key::HeightUnit | Key::Surface | Key::Wheel | Key::Rail
-            )
+        let names_files = |key: Key| {
+            matches!(key, Key::Shape | Key::File | Key::Surface | Key::Wheel | Key::Rail)
+                || HEIGHT_MAP.contains(&key)
         };
         // Only these groups decide which files are needed; the others stay at their first step.
         let deciding: Vec<bool> = self
@@ -54,15 +53,13 @@ impl Study {
             .map(|group| axis::keys(&[], std::slice::from_ref(group)).any(names_files))
             .collect();
         let mut steps = vec![0; self.groups.len()];
+        let mut mistakes = Vec::new();
         loop {
-            // The files are read into the study, from which a sheet borrows.
+            // The files are read into the study, from which a sheet borrows. One bad file is one
+            // mistake, however many points use it.
             let needed = self.sheet(&steps).needed_files();
-            for file in needed {
-                if let Err(mistake) = self.files.read(file, files) {
-                    // One bad file is one mistake, however many points use it.
-                    return vec![mistake];
-                }
-            }
+            mistakes
+                .extend(needed.into_iter().filter_map(|file| self.files.read(file, files).err()));
             let counted = self.groups.iter().zip(&deciding).zip(&mut steps).rev();
             let mut is_further = false;
             for ((group, _), step) in counted.filter(|((_, deciding), _)| **deciding) {
@@ -72,8 +69,8 @@ impl Study {
                     break;
                 }
             }
-            if !is_further {
-                return Vec::new();
+            if !is_further || are_enough(&mistakes) {
+                return mistakes;
             }
         }
     }

@@ -226,7 +226,7 @@ pub(crate) fn setting(key: Key, node: &Node<'_>) -> Result<Setting, Mistake> {
             _ => Err(wrong()),
         },
         Quantity::LengthUnit => match node.get_ref() {
-            DeValue::String(unit) if crate::units::metres(unit).is_some() => {
+            DeValue::String(unit) if crate::units::LengthUnit::find(unit).is_some() => {
                 Ok(Setting::Word(unit.to_string()))
             }
             DeValue::String(unit) => {

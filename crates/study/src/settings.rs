@@ -141,7 +141,7 @@ pub(crate) fn setting(job: &Job, key: Key) -> Option<Setting> {
         | Key::Yaw
         | Key::Roll => of_shape(parts.shape.as_deref()?, key),
         // A job names its surface by content.
-        Key::File | Key::HeightUnit => None,
+        Key::File | Key::HeightUnit | Key::LateralUnit | Key::Missing | Key::MissingValue => None,
         Key::PunchShearModulus => number(parts.material?.shear_modulus),
         Key::PunchYoungsModulus => number(youngs_modulus_of(parts.material?)),
         Key::PunchPoisson => number(parts.material?.poisson),

@@ -8,6 +8,7 @@ use contact::model::{Effect, Mesh};
 
 use crate::error::Span;
 use crate::key::{Key, Table};
+use crate::surface::{MapExtent, MissingRule};
 use crate::units::Compact;
 use crate::value::Value;
 
@@ -67,13 +68,42 @@ pub(crate) struct Given {
 #[derive(Clone, Default)]
 pub(crate) struct Sheet<'a>(HashMap<Key, &'a Given>);
 
-/// The names of the surfaces that were read from files.
+/// The surfaces that were read from files.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SurfaceNames {
-    /// The names of height maps, by file name and unit.
-    pub(crate) maps: HashMap<(String, String), String>,
-    /// The names of profiles, by file name.
-    pub(crate) profiles: HashMap<String, String>,
+    /// The height maps, by file and the way to read it.
+    pub(crate) maps: HashMap<MapFile, NamedMap>,
+    /// The names of profiles, by file name and kind.
+    pub(crate) profiles: HashMap<ProfileFile, String>,
+}
+
+/// A file of heights, and what a point says about it.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct MapFile {
+    pub(crate) file: String,
+    pub(crate) unit: Option<String>,
+    pub(crate) lateral_unit: Option<String>,
+    pub(crate) missing: MissingRule,
+    /// The bits of the number that marks a missing pixel.
+    pub(crate) missing_value: Option<u64>,
+}
+
+/// A height map that was read.
+#[derive(Clone, Debug)]
+pub(crate) struct NamedMap {
+    /// The name of the surface.
+    pub(crate) name: String,
+    /// The extents along x and y that the file states.
+    pub(crate) extents: [Option<MapExtent>; 2],
+    /// The height of the highest pixel above the lowest one \[m\].
+    pub(crate) relief: f64,
+}
+
+/// A file with a profile, and the body whose profile it must be.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct ProfileFile {
+    pub(crate) file: String,
+    pub(crate) is_wheel: bool,
 }
 
 /// A file that a point needs.
@@ -87,14 +117,14 @@ pub(crate) struct NeededFile {
 }
 
 /// The content that a file must have.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum FileContent {
-    /// A height map in a unit of length.
-    Map { file: String, unit: String },
+    /// A height map.
+    Map(MapFile),
     /// A stored height map of this name.
     StoredMap(String),
-    /// A profile in a file of this name, or a stored one.
-    Profile(String),
+    /// A profile, or a stored one.
+    Profile(ProfileFile),
 }
 
 impl<'a> Sheet<'a> {
@@ -167,21 +197,35 @@ impl<'a> Sheet<'a> {
             let span = self.get(key)?.span.clone();
             Some(NeededFile { key, span, content: content(self.word(key)?.to_owned()) })
         };
-        let map = |file| {
-            let unit = self.word(Key::HeightUnit).unwrap_or("m").to_owned();
-            FileContent::Map { file, unit }
-        };
         let files = match self.word(Key::Shape) {
             Some("height-map") => {
                 let stored = || needed(Key::Surface, &FileContent::StoredMap);
-                [needed(Key::File, &map).or_else(stored), None]
+                [needed(Key::File, &|file| self.map(file)).or_else(stored), None]
             }
             Some("wheel-on-rail") => {
-                [Key::Wheel, Key::Rail].map(|key| needed(key, &FileContent::Profile))
+                [(Key::Wheel, true), (Key::Rail, false)].map(|(key, is_wheel)| {
+                    needed(key, &|file| FileContent::Profile(ProfileFile { file, is_wheel }))
+                })
             }
             _ => [None, None],
         };
         files.into_iter().flatten().collect()
+    }
+
+    fn map(&self, file: String) -> FileContent {
+        let word = |key| self.word(key).map(str::to_owned);
+        FileContent::Map(MapFile {
+            file,
+            unit: word(Key::HeightUnit),
+            lateral_unit: word(Key::LateralUnit),
+            missing: match self.word(Key::Missing) {
+                Some("fill") => MissingRule::Fill,
+                Some("exclude") => MissingRule::Exclude,
+                Some("none") => MissingRule::Keep,
+                _ => MissingRule::Refuse,
+            },
+            missing_value: self.number(Key::MissingValue).map(f64::to_bits),
+        })
     }
 }
 

@@ -1,66 +1,392 @@
 //! Height maps, which are read from NPY or text and kept as blobs under the hash of their content.
 //!
-//! An NPY header is read here rather than by a crate: the one at hand multiplies the shape
-//! unchecked and recurses on nested Python literals, so that a damaged file could take the process
-//! down.
+//! In reading order:
+//! - `heights`: the matrix of heights;
+//! - `npy`: matrices in NPY files;
+//! - `header`: what the header of a text says about its matrix;
+//! - `matrix`: matrices and lists as text;
+//! - `points`: lists of x, y and z whose points lie on a grid;
+//! - `missing`: pixels that a file marks as missing.
 
-use contact::punch::{Surface, SurfaceError};
+mod header;
+mod heights;
+mod matrix;
+mod missing;
+mod npy;
+mod points;
+#[cfg(test)]
+mod tests;
 
-use crate::encoding::{DecodeError, decode, encode};
-use crate::units::metres;
+use contact::punch::Surface;
 
-/// The largest number of heights of one map, a bound for files whose header is damaged.
-const MAX_HEIGHTS: usize = 1 << 27;
+use self::header::StatedWidth;
+use self::heights::HeightMatrix;
+use self::matrix::{ListUnits, MatrixText, compare_counts};
+use self::missing::Marks;
+pub use self::missing::MissingRule;
+use self::npy::{NPY_MAGIC, read_npy};
+use self::points::{PointGrid, PointList};
+use crate::encoding::{DecodeError, VERSION, decode_as, encode, encode_as};
+use crate::file_fault::{FileFaults, FilePlace};
+use crate::file_text::{decode_text, known_format};
+use crate::units::{Compact, LengthUnit};
 
-/// The reason why a file holds no height map.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum SurfaceFileError {
-    /// The heights are no surface.
-    #[error(transparent)]
-    Surface(#[from] SurfaceError),
-    /// The NPY file cannot be read.
-    #[error("it is an NPY file that {0}")]
-    Npy(String),
-    /// The file is neither NPY nor text.
-    #[error("it is neither an NPY file nor text")]
-    NotText,
-    /// Something in the text is not a number.
-    #[error("line {line}: `{text}` is not a finite number")]
-    NotANumber {
-        /// The line, counted from 1.
-        line: usize,
-        /// The text that stands there.
-        text: String,
-    },
-    /// The lines are of different length.
-    #[error("line {line} is not as long as those before it: {found} against {expected} numbers")]
-    Ragged {
-        /// The line, counted from 1.
-        line: usize,
-        /// The count of numbers on it.
-        found: usize,
-        /// The count of numbers on the lines before.
-        expected: usize,
-    },
-    /// The unit is no unit of length.
-    #[error("`{0}` is not a unit of length")]
-    Unit(String),
+/// The largest number of heights of a stored map, a bound for damaged bytes.
+const MAX_STORED: usize = 1 << 27;
+
+/// The number of rows beyond which three columns of text are taken for a list rather than a map.
+const LONGEST_STRIP: usize = 30;
+
+/// The format of a map of which some pixels are no part of the sole.
+const VERSION_WITH_ABSENT: u8 = 2;
+
+/// The way in which a study wants a file of heights to be read.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct MapReading<'a> {
+    /// The unit of the heights; without it that of the file's header, else the metre.
+    pub unit: Option<&'a str>,
+    /// The unit of coordinates in the file; without it that of its header, else that of the
+    /// heights.
+    pub lateral_unit: Option<&'a str>,
+    /// The treatment of missing pixels.
+    pub missing: MissingRule,
+    /// A number that marks a missing pixel, in the unit of the heights.
+    pub missing_value: Option<f64>,
 }
 
-/// Reads a matrix of heights in `unit`. The file is an NPY file of two dimensions, or text with a
-/// row on each line and numbers separated by commas, semicolons or blanks, in which `#` begins a
-/// comment. Rows run along y, the first one at the lowest y; columns run along x.
+/// A height map as it was read from a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeightMap {
+    /// The surface.
+    pub surface: Surface,
+    /// The extents along x and y that the file states, if it does.
+    pub extents: [Option<MapExtent>; 2],
+    /// The layout of the file, its unit and what was done, in words.
+    pub note: String,
+}
+
+/// An extent of a map as its file states it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MapExtent {
+    /// The extent \[m\].
+    pub width: f64,
+    /// The part of it by which it may be off, for its digits are few.
+    pub tolerance: f64,
+    /// The line that states it, counted from 1; `None` if all points of a list do.
+    pub line: Option<usize>,
+    /// The fact that neither the file nor the study names the unit of coordinates. It is taken to
+    /// be that of the heights unless the study's widths tell otherwise.
+    pub is_unit_free: bool,
+}
+
+impl MapExtent {
+    /// Returns whether a width \[m\] agrees with the extent.
+    pub(crate) fn agrees(&self, width: f64) -> bool {
+        (width - self.width).abs() <= self.tolerance * self.width
+    }
+}
+
+/// Reads a matrix of heights, or a list of points with x, y and z. The file is an NPY file of two
+/// dimensions, or text. In a matrix rows run along y, the first one at the lowest y; columns run
+/// along x. The README says which headers, marks and comments a text may have.
 ///
 /// # Errors
 ///
-/// Returns an error if the unit is no length, or if the bytes are no such matrix.
-pub fn read(bytes: &[u8], unit: &str) -> Result<Surface, SurfaceFileError> {
-    let to_metres = metres(unit).ok_or_else(|| SurfaceFileError::Unit(unit.to_owned()))?;
-    let HeightMatrix { rows, columns, mut heights } =
-        if bytes.starts_with(NPY_MAGIC) { read_npy(bytes)? } else { read_text(bytes)? };
-    // −0 becomes 0, so that equal heights have one name.
-    heights.iter_mut().for_each(|height| *height = to_metres(*height) + 0.0);
-    Ok(Surface::new(columns, rows, heights)?)
+/// Returns every fault of the file.
+pub fn read(bytes: &[u8], reading: &MapReading<'_>) -> Result<HeightMap, FileFaults> {
+    let unit = |symbol: Option<&str>| match symbol {
+        None => Ok(None),
+        Some(symbol) => LengthUnit::find(symbol)
+            .map(Some)
+            .ok_or_else(|| FileFaults::whole(format!("`{symbol}` is not a unit of length"))),
+    };
+    let units = StatedUnits { heights: unit(reading.unit)?, lateral: unit(reading.lateral_unit)? };
+    let mut marks = Marks::default();
+    let mut faults = FileFaults::default();
+    let raw = if bytes.starts_with(NPY_MAGIC) {
+        RawMap::of_npy(bytes, units, &mut faults)?
+    } else {
+        let text = match known_format(bytes) {
+            Some(format) => {
+                let message = format!("it is {format}; save the heights as text or NPY");
+                return Err(FileFaults::whole(message));
+            }
+            None => decode_text(bytes)
+                .ok_or_else(|| FileFaults::whole("it is neither an NPY file nor text"))?,
+        };
+        RawMap::of_text(&text, units, &mut marks, &mut faults)
+    };
+    raw.finish(reading, marks, faults)
+}
+
+/// The units that a study states.
+#[derive(Clone, Copy)]
+struct StatedUnits {
+    heights: Option<LengthUnit>,
+    lateral: Option<LengthUnit>,
+}
+
+impl StatedUnits {
+    fn heights(self) -> LengthUnit {
+        self.heights.unwrap_or(LengthUnit::METRE)
+    }
+
+    fn lateral(self) -> LengthUnit {
+        self.lateral.unwrap_or(self.heights())
+    }
+}
+
+/// A map before its missing pixels are dealt with.
+struct RawMap {
+    matrix: HeightMatrix,
+    unit: LengthUnit,
+    extents: [Option<MapExtent>; 2],
+    /// The number that the file's header says to mark missing pixels.
+    missing: Option<f64>,
+    layout: String,
+}
+
+impl RawMap {
+    fn of_npy(
+        bytes: &[u8],
+        units: StatedUnits,
+        faults: &mut FileFaults,
+    ) -> Result<Self, FileFaults> {
+        let unit = units.heights();
+        let matrix = read_npy(bytes, unit)?;
+        if matrix.heights.is_empty() {
+            faults.add(None, "", || "there are no heights in it".to_owned());
+        }
+        let none = RawMap {
+            matrix,
+            unit,
+            extents: [None; 2],
+            missing: None,
+            layout: "a matrix in NPY, its first row at the lowest y".to_owned(),
+        };
+        if none.matrix.columns != 3 {
+            return Ok(none);
+        }
+        // A matrix of NPY states its shape, so that only a whole grid is taken for a list.
+        Ok(match PointList::of(&none.matrix, false) {
+            PointList::Grid(_) if units.lateral() != unit => {
+                let mut matrix = none.matrix;
+                let ratio = units.lateral().metres_of(1.0) / unit.metres_of(1.0);
+                matrix.heights.chunks_mut(3).for_each(|point| {
+                    point[0] *= ratio;
+                    point[1] *= ratio;
+                });
+                match PointList::of(&matrix, false) {
+                    PointList::Grid(grid) => Self::of_points(grid, unit, false),
+                    _ => Self { matrix, ..none },
+                }
+            }
+            PointList::Grid(grid) => Self::of_points(grid, unit, units.lateral.is_none()),
+            PointList::Unusable(_) | PointList::None => none,
+        })
+    }
+
+    fn of_points(grid: PointGrid, unit: LengthUnit, is_unit_free: bool) -> Self {
+        let PointGrid { matrix, widths, centre, vacant } = grid;
+        let extents = widths.map(|width| {
+            let extent = MapExtent { width, tolerance: 1e-3, line: None, is_unit_free };
+            (width > 0.0).then_some(extent)
+        });
+        let mut layout = format!(
+            "a list of x, y and z, whose middle at ({} m, {} m) becomes the origin",
+            Compact(centre[0]),
+            Compact(centre[1])
+        );
+        if vacant > 0 {
+            layout += &format!(", {vacant} places of its grid without a point");
+        }
+        Self { matrix, unit, extents, missing: None, layout }
+    }
+
+    fn of_text(text: &str, units: StatedUnits, marks: &mut Marks, faults: &mut FileFaults) -> Self {
+        let text = MatrixText::new(text, faults);
+        let [title_x, title_y, title_z] = text.titles.unwrap_or_default();
+        let said = text.facts.height_unit.map(|fact| fact.value).or(title_z);
+        if let (Some(unit), Some(said)) = (units.heights, said)
+            && unit != said
+        {
+            let place = text.facts.height_unit.map(|fact| FilePlace::line(fact.line));
+            faults.add(place, "", || {
+                format!(
+                    "the header says that the heights are in {}, the study says {}",
+                    said.symbol(),
+                    unit.symbol()
+                )
+            });
+        }
+        let unit = units.heights.or(said).unwrap_or(LengthUnit::METRE);
+        let lateral_said = text.facts.lateral_unit.map(|fact| fact.value).or(title_x).or(title_y);
+        if let (Some(unit), Some(said)) = (units.lateral, lateral_said)
+            && unit != said
+        {
+            faults.add(None, "", || {
+                format!(
+                    "its header says that x and y are in {}, the study says {}",
+                    said.symbol(),
+                    unit.symbol()
+                )
+            });
+        }
+        let stated = units.lateral.or(lateral_said);
+        let lateral = stated.unwrap_or(unit);
+        let list_units = ListUnits { lateral, heights: unit, is_free: stated.is_none() };
+        if text.columns() >= 3
+            && let Some(list) = Self::of_list(&text, list_units, marks, faults)
+        {
+            return list;
+        }
+        let matrix = text.heights(unit, marks, faults);
+        if matrix.columns == 3 && matrix.rows > LONGEST_STRIP && text.facts.counts[0].is_none() {
+            faults.add(None, "", || {
+                format!(
+                    "it has 3 columns and {} rows: a list of x, y and z whose points lie on no \
+                     grid? If it is a matrix, save it as NPY",
+                    matrix.rows
+                )
+            });
+        }
+        compare_counts(&text.facts, &matrix, faults);
+        if faults.is_empty() && has_coordinates(&matrix) {
+            faults.add(None, "", || {
+                "its first row and its first column are evenly spaced and the others are not: they \
+                 look like coordinates; remove them, or save the matrix as NPY if they are heights"
+                    .to_owned()
+            });
+        }
+        let extent = |axis: usize, count: usize| {
+            let StatedWidth { width, tolerance, line, has_unit } =
+                text.facts.width(axis, count, lateral)?;
+            let is_unit_free = stated.is_none() && !has_unit;
+            Some(MapExtent { width, tolerance, line: Some(line), is_unit_free })
+        };
+        let first = if text.facts.is_north_first { "highest" } else { "lowest" };
+        RawMap {
+            extents: [extent(0, matrix.columns), extent(1, matrix.rows)],
+            matrix,
+            unit,
+            missing: text.facts.missing.map(|fact| fact.value),
+            layout: format!("a matrix of text, its first line at the {first} y"),
+        }
+    }
+
+    /// Reads three columns as a list of points; `None` if they are none.
+    fn of_list(
+        text: &MatrixText<'_>,
+        units: ListUnits,
+        marks: &mut Marks,
+        faults: &mut FileFaults,
+    ) -> Option<Self> {
+        let (mut own_marks, mut own_faults) = (Marks::default(), FileFaults::default());
+        let numbers = text.points(units, &mut own_marks, &mut own_faults);
+        let is_titled = text.titles.is_some();
+        if !own_faults.is_empty() {
+            if is_titled {
+                faults.append(own_faults);
+                let matrix = HeightMatrix { rows: 0, columns: 0, heights: Vec::new() };
+                let empty = PointGrid { matrix, widths: [0.0; 2], centre: [0.0; 2], vacant: 0 };
+                return Some(Self::of_points(empty, units.heights, false));
+            }
+            return None;
+        }
+        match PointList::of(&numbers, is_titled) {
+            PointList::None => None,
+            PointList::Unusable(reason) => {
+                faults.add(None, "", || reason);
+                None
+            }
+            PointList::Grid(_) if numbers.columns > 3 => {
+                faults.add(None, "", || {
+                    "it looks like a list of x, y and z with more columns; leave out those behind z"
+                        .to_owned()
+                });
+                None
+            }
+            PointList::Grid(grid) => {
+                (0..grid.vacant).for_each(|_| {
+                    own_marks.count("no point");
+                });
+                *marks = own_marks;
+                let facts = &text.facts;
+                let points = grid.matrix.rows * grid.matrix.columns;
+                let is_count = |count: usize| count == numbers.rows || count == points;
+                // `rows` of a list may count its points.
+                if !facts.counts.iter().flatten().any(|fact| is_count(fact.value)) {
+                    compare_counts(facts, &grid.matrix, faults);
+                }
+                let missing = facts.missing.map(|fact| fact.value);
+                Some(Self { missing, ..Self::of_points(grid, units.heights, units.is_free) })
+            }
+        }
+    }
+
+    /// Deals with missing pixels and makes the surface.
+    fn finish(
+        mut self,
+        reading: &MapReading<'_>,
+        mut marks: Marks,
+        mut faults: FileFaults,
+    ) -> Result<HeightMap, FileFaults> {
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let matrix = &mut self.matrix;
+        for height in matrix.heights.iter_mut().filter(|height| height.is_infinite()) {
+            *height = marks.count("inf");
+        }
+        let stated = reading.missing_value.or(self.missing);
+        matrix.recognise_marks(stated, reading.missing, self.unit, &mut marks);
+        if matches!(reading.missing, MissingRule::Refuse | MissingRule::Keep) {
+            matrix.refuse_missing(&marks, &mut faults);
+        }
+        faults.or(())?;
+        let absent = matrix.fill();
+        let missing = absent.iter().filter(|absent| **absent).count();
+        if missing == matrix.heights.len() {
+            return Err(FileFaults::whole("every pixel is missing"));
+        }
+        // −0 becomes 0, so that equal heights have one name.
+        matrix.heights.iter_mut().for_each(|height| *height += 0.0);
+        let heights = std::mem::take(&mut matrix.heights);
+        let whole = |error: contact::punch::SurfaceError| FileFaults::whole(error.to_string());
+        let mut surface = Surface::new(matrix.columns, matrix.rows, heights).map_err(whole)?;
+        let mut note = format!("{}; heights in {}", self.layout, self.unit.symbol());
+        if missing > 0 {
+            let pixels = if missing == 1 { "missing pixel" } else { "missing pixels" };
+            note += &format!("; {missing} {pixels} ({})", marks.words());
+            note += match reading.missing {
+                MissingRule::Exclude => " excluded from the sole",
+                _ => " filled from their edges inwards with the mean of their neighbours",
+            };
+        }
+        if missing > 0 && reading.missing == MissingRule::Exclude {
+            surface = surface.excluding(absent).map_err(whole)?;
+        }
+        Ok(HeightMap { surface, extents: self.extents, note })
+    }
+}
+
+/// Returns whether the first row and the first column look like the coordinates of the others.
+fn has_coordinates(HeightMatrix { rows, columns, heights }: &HeightMatrix) -> bool {
+    let (rows, columns) = (*rows, *columns);
+    if rows < 4 || columns < 4 {
+        return false;
+    }
+    let is_even = |value: &dyn Fn(usize) -> f64, count: usize| {
+        let step = (value(count - 1) - value(1)) / (count - 2) as f64;
+        let off = |k: usize| (value(k) - value(1) - (k - 1) as f64 * step).abs();
+        step != 0.0 && (1..count).all(|k| off(k) <= 1e-3 * step.abs())
+    };
+    let row = |j: usize| move |k: usize| heights[j * columns + k];
+    let column = |i: usize| move |k: usize| heights[k * columns + i];
+    is_even(&row(0), columns)
+        && is_even(&column(0), rows)
+        && !is_even(&row(1), columns)
+        && !is_even(&column(1), rows)
 }
 
 /// Returns the name of a surface in jobs and stores: the BLAKE3 hash of its bytes, in hexadecimal.
@@ -70,7 +396,14 @@ pub fn name(surface: &Surface) -> String {
 
 /// Returns the bytes of a surface.
 pub fn encode_surface(surface: &Surface) -> Vec<u8> {
-    encode(&(surface.columns() as u64, surface.rows() as u64, surface.heights()))
+    let sizes = (surface.columns() as u64, surface.rows() as u64);
+    match surface.absent() {
+        [] => encode(&(sizes.0, sizes.1, surface.heights())),
+        absent => {
+            let content = (sizes.0, sizes.1, surface.heights(), absent);
+            encode_as(VERSION_WITH_ABSENT, &content)
+        }
+    }
 }
 
 /// Reads the bytes that [`encode_surface`] wrote.
@@ -80,253 +413,18 @@ pub fn encode_surface(surface: &Surface) -> Vec<u8> {
 /// Returns an error if the bytes do not decode, or if their heights are no surface.
 pub fn decode_surface(bytes: &[u8]) -> Result<Surface, DecodeError> {
     const ITEM: &str = "the surface";
-    let (columns, rows, heights) =
-        decode::<(u64, u64, Vec<f64>), { MAX_HEIGHTS * 8 + 64 }>(ITEM, bytes)?;
+    const LIMIT: usize = MAX_STORED * 9 + 64;
+    const KNOWN: &[u8] = &[VERSION, VERSION_WITH_ABSENT];
     let size = |n: u64| usize::try_from(n).unwrap_or(usize::MAX);
-    Surface::new(size(columns), size(rows), heights)
-        .map_err(|error| DecodeError::Malformed { item: ITEM, reason: error.to_string() })
-}
-
-/// The heights of a file, row after row.
-struct HeightMatrix {
-    rows: usize,
-    columns: usize,
-    heights: Vec<f64>,
-}
-
-fn read_text(bytes: &[u8]) -> Result<HeightMatrix, SurfaceFileError> {
-    let text = std::str::from_utf8(bytes).map_err(|_| SurfaceFileError::NotText)?;
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let (mut rows, mut columns, mut heights) = (0, 0, Vec::new());
-    for (index, line) in text.lines().enumerate() {
-        let content = line.split('#').next().unwrap_or_default().trim();
-        if content.is_empty() {
-            continue;
-        }
-        let separator = [',', ';'].into_iter().find(|separator| content.contains(*separator));
-        let before = heights.len();
-        let mut push = |word: &str| -> Result<(), SurfaceFileError> {
-            let number = word.trim().parse::<f64>().ok().filter(|x| x.is_finite());
-            heights.push(number.ok_or_else(|| SurfaceFileError::NotANumber {
-                line: index + 1,
-                text: word.trim().to_owned(),
-            })?);
-            Ok(())
-        };
-        match separator {
-            Some(separator) => content.split(separator).try_for_each(&mut push)?,
-            None => content.split_whitespace().try_for_each(&mut push)?,
-        }
-        let found = heights.len() - before;
-        if rows > 0 && found != columns {
-            return Err(SurfaceFileError::Ragged { line: index + 1, found, expected: columns });
-        }
-        (rows, columns) = (rows + 1, found);
-    }
-    Ok(HeightMatrix { rows, columns, heights })
-}
-
-const NPY_MAGIC: &[u8] = b"\x93NUMPY";
-
-/// Reads an NPY file: <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>.
-fn read_npy(bytes: &[u8]) -> Result<HeightMatrix, SurfaceFileError> {
-    let bad = |fault: &str| SurfaceFileError::Npy(fault.to_owned());
-    let truncated = || bad("ends before its header does");
-    let (start, length) = match bytes.get(6) {
-        Some(1) => match bytes.get(8..10) {
-            Some(&[a, b]) => (10, usize::from(u16::from_le_bytes([a, b]))),
-            _ => return Err(truncated()),
-        },
-        Some(2 | 3) => match bytes.get(8..12) {
-            Some(&[a, b, c, d]) => (12, u32::from_le_bytes([a, b, c, d]) as usize),
-            _ => return Err(truncated()),
-        },
-        _ => return Err(bad("has an unknown version")),
+    let surface = if bytes.first() == Some(&VERSION_WITH_ABSENT) {
+        type Content = (u64, u64, Vec<f64>, Vec<bool>);
+        let (columns, rows, heights, absent) = decode_as::<Content, LIMIT>(KNOWN, ITEM, bytes)?;
+        let surface = Surface::new(size(columns), size(rows), heights);
+        surface.and_then(|surface| surface.excluding(absent))
+    } else {
+        type Content = (u64, u64, Vec<f64>);
+        let (columns, rows, heights) = decode_as::<Content, LIMIT>(KNOWN, ITEM, bytes)?;
+        Surface::new(size(columns), size(rows), heights)
     };
-    let end = start + length;
-    let header = bytes.get(start..end).ok_or_else(truncated)?;
-    let header = std::str::from_utf8(header).map_err(|_| bad("has a damaged header"))?;
-    let after =
-        |key: &str| header.split_once(&format!("'{key}':")).map(|(_, rest)| rest.trim_start());
-    let descr = after("descr")
-        .and_then(|rest| rest.strip_prefix('\''))
-        .and_then(|rest| rest.split('\'').next());
-    let descr = descr.ok_or_else(|| bad("does not hold plain numbers"))?;
-    let by_columns = match after("fortran_order") {
-        Some(rest) if rest.starts_with("True") => true,
-        Some(rest) if rest.starts_with("False") => false,
-        _ => return Err(bad("has a damaged header")),
-    };
-    let shape = after("shape")
-        .and_then(|rest| rest.strip_prefix('('))
-        .and_then(|rest| rest.split(')').next());
-    let shape = shape.ok_or_else(|| bad("has a damaged header"))?;
-    let sizes: Vec<&str> =
-        shape.split(',').map(str::trim).filter(|size| !size.is_empty()).collect();
-    let [rows, columns] = sizes[..] else {
-        return Err(SurfaceFileError::Npy(format!("has {} dimensions, not 2", sizes.len())));
-    };
-    let size = |text: &str| text.parse::<usize>().ok();
-    let count = size(rows)
-        .zip(size(columns))
-        .and_then(|(rows, columns)| Some((rows, columns, rows.checked_mul(columns)?)));
-    let Some((rows, columns, count)) = count.filter(|(_, _, count)| *count <= MAX_HEIGHTS) else {
-        return Err(SurfaceFileError::Npy(format!(
-            "is too large: {rows} × {columns} heights, more than {MAX_HEIGHTS}"
-        )));
-    };
-    let heights = numbers(descr, bytes.get(end..).unwrap_or_default(), count)?;
-    if !by_columns {
-        return Ok(HeightMatrix { rows, columns, heights });
-    }
-    let transposed = (0..rows).flat_map(|row| (0..columns).map(move |column| column * rows + row));
-    let heights = transposed.filter_map(|index| heights.get(index).copied()).collect();
-    Ok(HeightMatrix { rows, columns, heights })
-}
-
-fn numbers(descr: &str, body: &[u8], count: usize) -> Result<Vec<f64>, SurfaceFileError> {
-    macro_rules! read {
-        ($type:ty, $big:expr) => {{
-            const SIZE: usize = size_of::<$type>();
-            if body.len() != count * SIZE {
-                let message = format!(
-                    "has {} bytes of heights where its header says {}",
-                    body.len(),
-                    count * SIZE
-                );
-                return Err(SurfaceFileError::Npy(message));
-            }
-            let (chunks, _) = body.as_chunks::<SIZE>();
-            // At most 53 bits matter in a height.
-            let read = |bytes: &[u8; SIZE]| {
-                if $big { <$type>::from_be_bytes(*bytes) } else { <$type>::from_le_bytes(*bytes) }
-            };
-            Ok(chunks.iter().map(|bytes| read(bytes) as f64).collect())
-        }};
-    }
-    let big = descr.starts_with('>');
-    match descr.trim_start_matches(['<', '>', '|', '=']) {
-        "f8" => read!(f64, big),
-        "f4" => read!(f32, big),
-        "i8" => read!(i64, big),
-        "i4" => read!(i32, big),
-        "i2" => read!(i16, big),
-        "i1" => read!(i8, big),
-        "u8" => read!(u64, big),
-        "u4" => read!(u32, big),
-        "u2" => read!(u16, big),
-        "u1" => read!(u8, big),
-        _ => Err(SurfaceFileError::Npy(format!(
-            "holds `{descr}`, neither floating-point nor whole numbers"
-        ))),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    fn npy(descr: &str, fortran: &str, shape: &str, body: &[u8]) -> Vec<u8> {
-        let mut header =
-            format!("{{'descr': '{descr}', 'fortran_order': {fortran}, 'shape': {shape}, }}");
-        while (10 + header.len() + 1) % 64 != 0 {
-            header.push(' ');
-        }
-        header.push('\n');
-        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-        bytes.extend((header.len() as u16).to_le_bytes());
-        bytes.extend(header.as_bytes());
-        bytes.extend(body);
-        bytes
-    }
-
-    #[test]
-    fn text_and_npy_agree() {
-        let surface = read(b"# um\n1, 2, 3\n4, 5, 6 # last\n", "um").unwrap();
-        assert_eq!((surface.columns(), surface.rows()), (3, 2));
-        assert_eq!(surface.heights(), [1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6]);
-        assert_eq!(read(b"1;2;3\r\n4;5;6", "um").unwrap(), surface);
-        assert_eq!(read(b"\xef\xbb\xbf1 2\t3\n\n  4 5 6\n", "um").unwrap(), surface);
-        let doubles: Vec<u8> = (1..=6).flat_map(|x| f64::from(x).to_le_bytes()).collect();
-        assert_eq!(read(&npy("<f8", "False", "(2, 3)", &doubles), "um").unwrap(), surface);
-        let by_columns: Vec<u8> =
-            [1, 4, 2, 5, 3, 6].iter().flat_map(|x| i16::to_be_bytes(*x)).collect();
-        assert_eq!(read(&npy(">i2", "True", "(2, 3)", &by_columns), "um").unwrap(), surface);
-        assert_eq!(name(&surface), name(&read(b"1e-6 2e-6 3e-6\n4e-6 5e-6 6e-6", "m").unwrap()));
-        assert_ne!(name(&surface), name(&read(b"1 2\n3 4\n5 6", "um").unwrap()));
-    }
-
-    #[test]
-    fn the_bytes_and_the_name_are_fixed() {
-        let surface = read(b"1 2\n3 4\n0 -0\n", "m").unwrap();
-        insta::assert_snapshot!(name(&surface), @"bf3de6e0509f95f2996d7e0e6a2c6cfff94ac546ded61b5277b27200a61da07b");
-        assert_eq!(decode_surface(&encode_surface(&surface)), Ok(surface));
-        assert!(decode_surface(&encode(&(2u64, 2u64, vec![0.0; 3]))).is_err());
-        assert!(decode_surface(&encode(&(u64::MAX, u64::MAX, vec![0.0; 1]))).is_err());
-        assert!(decode_surface(&encode(&(1u64, 1u64, vec![f64::NAN]))).is_err());
-    }
-
-    #[test]
-    fn what_is_no_height_map_says_why() {
-        let message = |bytes: &[u8]| read(bytes, "um").unwrap_err().to_string();
-        assert_eq!(
-            message(b"1 2\n3"),
-            "line 2 is not as long as those before it: 1 against 2 numbers"
-        );
-        assert_eq!(message(b"1 2\n3 x"), "line 2: `x` is not a finite number");
-        assert_eq!(message(b"0,5;0,6"), "line 1: `5;0` is not a finite number");
-        assert_eq!(message(b"1 nan"), "line 1: `nan` is not a finite number");
-        assert_eq!(
-            message(b""),
-            "0 heights do not fill 0 columns × 0 rows; it must be a full rectangle of at least 1 × 1"
-        );
-        assert_eq!(message(&[0xff, 0xfe]), "it is neither an NPY file nor text");
-        assert_eq!(
-            message(&npy("<f8", "False", "(2,)", &[])),
-            "it is an NPY file that has 1 dimensions, not 2"
-        );
-        assert_eq!(
-            message(&npy("<f8", "False", "(1, 1)", &[0; 7])),
-            "it is an NPY file that has 7 bytes of heights where its header says 8"
-        );
-        assert_eq!(
-            message(&npy("<c16", "False", "(1, 1)", &[])),
-            "it is an NPY file that holds `<c16`, neither floating-point nor whole numbers"
-        );
-        assert!(
-            message(&npy("<f8", "False", "(99999999999, 99999999999)", &[])).contains("too large")
-        );
-        assert!(message(b"\x93NUMPY\x02\x00\xff\xff\xff\xff").contains("ends before"));
-        assert!(
-            message(&npy("<f8", "False", "(1, 1)", &f64::NAN.to_le_bytes()))
-                .contains("not a finite number")
-        );
-        assert_eq!(read(b"1", "GPa").unwrap_err().to_string(), "`GPa` is not a unit of length");
-    }
-
-    proptest! {
-        #[test]
-        fn damaged_files_never_panic(
-            at in any::<prop::sample::Index>(),
-            byte: u8,
-            cut in any::<prop::sample::Index>(),
-        ) {
-            let mut bytes = npy("<f8", "False", "(2, 3)", &[0; 48]);
-            let at = at.index(bytes.len());
-            bytes[at] = byte;
-            let _ = read(&bytes, "m");
-            bytes.truncate(cut.index(bytes.len()));
-            let _ = read(&bytes, "m");
-            let _ = decode_surface(&bytes);
-        }
-
-        #[test]
-        fn arbitrary_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
-            let _ = read(&bytes, "m");
-            let _ = read(&[NPY_MAGIC, &bytes].concat(), "m");
-            let _ = decode_surface(&[&[1], &bytes[..]].concat());
-        }
-    }
+    surface.map_err(|error| DecodeError::Malformed { item: ITEM, reason: error.to_string() })
 }

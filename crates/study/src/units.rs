@@ -70,6 +70,8 @@ impl Dimension {
 enum UnitScale {
     /// A power of ten, which is applied to the decimal text.
     Ten(i32),
+    /// A whole number times a power of ten below 1, which are applied to the decimal text.
+    Decimal(u64, i32),
     /// A conventional factor.
     Times(f64),
 }
@@ -83,6 +85,10 @@ struct Unit {
 
 const fn ten(symbol: &'static str, dimension: Dimension, exponent: i32) -> Unit {
     Unit { symbol, dimension, scale: UnitScale::Ten(exponent) }
+}
+
+const fn decimal(symbol: &'static str, dimension: Dimension, factor: u64, exponent: i32) -> Unit {
+    Unit { symbol, dimension, scale: UnitScale::Decimal(factor, exponent) }
 }
 
 const fn times(symbol: &'static str, dimension: Dimension, factor: f64) -> Unit {
@@ -99,7 +105,7 @@ const UNITS: &[Unit] = &[
     ten("nm", Dimension::Length, -9),
     ten("pm", Dimension::Length, -12),
     ten("km", Dimension::Length, 3),
-    times("in", Dimension::Length, 0.0254),
+    decimal("in", Dimension::Length, 254, -4),
     ten("Pa", Dimension::Pressure, 0),
     ten("kPa", Dimension::Pressure, 3),
     ten("MPa", Dimension::Pressure, 6),
@@ -125,7 +131,7 @@ const UNITS: &[Unit] = &[
     ten("mN", Dimension::Force, -3),
     ten("kN", Dimension::Force, 3),
     ten("MN", Dimension::Force, 6),
-    times("lbf", Dimension::Force, 4.4482216152605),
+    decimal("lbf", Dimension::Force, 44_482_216_152_605, -13),
     ten("N m", Dimension::Moment, 0),
     ten("mN m", Dimension::Moment, -3),
     ten("uN m", Dimension::Moment, -6),
@@ -239,7 +245,7 @@ pub(crate) enum QuantityError {
 }
 
 /// Returns the SI value of a text such as `80 GPa`, `0.5mm` or `10 µm`, correctly rounded if the
-/// unit is a power of ten.
+/// unit is a decimal number of SI units.
 ///
 /// # Errors
 ///
@@ -265,26 +271,83 @@ pub(crate) fn quantity(text: &str, wanted: Dimension) -> Result<f64, QuantityErr
             wanted,
         });
     }
-    let value = match unit.scale {
-        UnitScale::Ten(exponent) => shifted(number, exponent),
-        UnitScale::Times(factor) => number.parse::<f64>().ok().map(|x| x * factor),
-    };
-    value
+    scaled(number, unit.scale)
         .filter(|x| x.is_finite())
         .ok_or_else(|| QuantityError::TooLarge { text: whole.to_owned() })
 }
 
-/// Returns the function that turns numbers in a unit of length into metres; `None` if there is no
-/// such unit.
-pub(crate) fn metres(symbol: &str) -> Option<impl Fn(f64) -> f64 + use<>> {
-    let unit = find(symbol).filter(|unit| unit.dimension == Dimension::Length)?;
-    let scale = unit.scale;
-    // The doubles 10⁰ … 10²² are exact, so that either branch rounds once.
-    Some(move |x: f64| match scale {
-        UnitScale::Ten(exponent) if exponent < 0 => x / 10f64.powi(-exponent),
-        UnitScale::Ten(exponent) => x * 10f64.powi(exponent),
-        UnitScale::Times(factor) => x * factor,
-    })
+/// A unit of length, in which the heights of a file are given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LengthUnit {
+    symbol: &'static str,
+    scale: UnitScale,
+}
+
+impl LengthUnit {
+    /// The metre.
+    pub(crate) const METRE: LengthUnit = LengthUnit { symbol: "m", scale: UnitScale::Ten(0) };
+
+    /// Returns the unit of length with this symbol.
+    pub(crate) fn find(symbol: &str) -> Option<Self> {
+        let unit = find(symbol).filter(|unit| unit.dimension == Dimension::Length)?;
+        Some(LengthUnit { symbol: unit.symbol, scale: unit.scale })
+    }
+
+    /// Returns the symbol.
+    pub(crate) fn symbol(self) -> &'static str {
+        self.symbol
+    }
+
+    /// Returns the ratios that two units of length may have, 1 before the others.
+    pub(crate) fn ratios() -> impl Iterator<Item = f64> {
+        let powers = (1..=12).flat_map(|n| [10f64.powi(n), 1.0 / 10f64.powi(n)]);
+        std::iter::once(1.0).chain(powers)
+    }
+
+    /// Returns the metres of a decimal number of units, correctly rounded; `None` if the text is
+    /// no number.
+    pub(crate) fn metres(self, number: &str) -> Option<f64> {
+        scaled(number, self.scale)
+    }
+
+    /// Returns the metres of a double's number of units, rounded once where the unit is a power of
+    /// ten: the doubles 10⁰ … 10²² are exact.
+    pub(crate) fn metres_of(self, number: f64) -> f64 {
+        match self.scale {
+            UnitScale::Ten(exponent) if exponent < 0 => number / 10f64.powi(-exponent),
+            UnitScale::Ten(exponent) => number * 10f64.powi(exponent),
+            UnitScale::Decimal(factor, exponent) => number * factor as f64 / 10f64.powi(-exponent),
+            UnitScale::Times(factor) => number * factor,
+        }
+    }
+}
+
+/// Returns a decimal number times the scale of its unit.
+fn scaled(number: &str, scale: UnitScale) -> Option<f64> {
+    match scale {
+        UnitScale::Ten(0) => number.parse().ok(),
+        UnitScale::Ten(exponent) => shifted(number, exponent),
+        UnitScale::Decimal(factor, exponent) => match multiplied(number, factor) {
+            Some(product) => shifted(&product, exponent),
+            None => number.parse::<f64>().ok().map(|x| x * factor as f64 / 10f64.powi(-exponent)),
+        },
+        UnitScale::Times(factor) => number.parse::<f64>().ok().map(|x| x * factor),
+    }
+}
+
+/// Returns a decimal number times a whole one, exactly; `None` if it has too many digits or is no
+/// number.
+fn multiplied(number: &str, factor: u64) -> Option<String> {
+    let (mantissa, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
+    let (sign, digits) = match mantissa.strip_prefix(['+', '-']) {
+        Some(digits) if mantissa.starts_with('-') => ("-", digits),
+        Some(digits) => ("", digits),
+        None => ("", mantissa),
+    };
+    let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
+    let product = format!("{whole}{fraction}").parse::<u128>().ok()?.checked_mul(factor.into())?;
+    let exponent = exponent.parse::<i64>().ok()?.checked_sub(fraction.len() as i64)?;
+    Some(format!("{sign}{product}e{exponent}"))
 }
 
 /// Splits `1.5e3 um` into `1.5e3` and `um`; `None` if there is no number in front.
@@ -332,6 +395,25 @@ impl std::fmt::Display for Compact {
             write!(f, "{:e}", self.0)
         }
     }
+}
+
+/// Returns lengths \[m\] in words, with four digits, in the unit that fits the largest of them.
+pub(crate) fn lengths(metres: &[f64]) -> Vec<String> {
+    let largest = metres.iter().map(|x| x.abs()).fold(0.0, f64::max);
+    let fits = |(least, _): &&(f64, &str)| largest >= *least;
+    let units = [(1.0, "m"), (1e-3, "mm"), (1e-6, "um"), (0.0, "nm")];
+    let symbol = units.iter().find(fits).map_or("m", |(_, symbol)| symbol);
+    let unit = match symbol {
+        "m" => 1.0,
+        "mm" => 1e-3,
+        "um" => 1e-6,
+        _ => 1e-9,
+    };
+    let digits = |x: f64| {
+        let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
+        format!("{}", Compact(rounded))
+    };
+    metres.iter().map(|x| format!("{} {symbol}", digits(x / unit))).collect()
 }
 
 #[cfg(test)]
@@ -396,6 +478,15 @@ mod tests {
         assert_eq!(suggested(&format!("3 {}", "m".repeat(100)), Dimension::Length), None);
     }
 
+    #[test]
+    fn lengths_read_well() {
+        let shown = |metres: &[f64]| lengths(metres).join(", ");
+        assert_eq!(shown(&[31.25e-6, 1e-3 / 3.0]), "31.25 um, 333.3 um");
+        assert_eq!(shown(&[-28.127e-6, 0.375e-6]), "-28.13 um, 0.375 um");
+        assert_eq!(shown(&[0.0]), "0 nm");
+        assert_eq!(shown(&[-0.069612, 0.06]), "-69.61 mm, 60 mm");
+    }
+
     proptest! {
         #[test]
         fn any_text_is_a_quantity_or_an_error(text in "\\PC*") {
@@ -406,10 +497,25 @@ mod tests {
             }
         }
 
+        /// Every way to write a length gives the same bits.
+        #[test]
+        fn inches_are_millimetres_exactly(n in 0u64..1_000_000, digits in 0usize..6) {
+            let inches = format!("{}.{:0digits$}", n / 7, n % 10u64.pow(digits as u32));
+            let tenths: u128 = inches.replace('.', "").parse().unwrap();
+            let written = if digits == 0 { 1 } else { digits };
+            let millimetres = format!("{}e-{} mm", tenths * 254, written + 1);
+            prop_assert_eq!(
+                quantity(&format!("{inches} in"), Dimension::Length),
+                quantity(&millimetres, Dimension::Length)
+            );
+        }
+
         #[test]
         fn millimetres_are_metres_with_the_point_moved(n in -1_000_000i64..1_000_000) {
             prop_assert_eq!(quantity(&format!("{n} mm"), Dimension::Length), Ok(n as f64 / 1000.0));
-            prop_assert_eq!(metres("mm").map(|f| f(n as f64)), Some(n as f64 / 1000.0));
+            let millimetre = LengthUnit::find("mm").unwrap();
+            prop_assert_eq!(millimetre.metres_of(n as f64), n as f64 / 1000.0);
+            prop_assert_eq!(millimetre.metres(&n.to_string()), Some(n as f64 / 1000.0));
         }
     }
 }

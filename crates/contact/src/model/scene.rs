@@ -173,7 +173,8 @@ pub enum Shape {
         /// The angle between the cone's surface and the plane of contact, 0 < angle < π/2 \[rad\].
         angle: f64,
     },
-    /// A sampled surface, g₀ = max(heights) − heights; heights are positive towards the foundation.
+    /// A sampled surface, g₀ = max(h) − h, where h is the smooth surface through the heights at the
+    /// centres of the pixels, positive towards the foundation.
     HeightMap {
         /// The name of the surface in [`Surfaces`](crate::punch::Surfaces); in a stored job, the
         /// hash of its heights.

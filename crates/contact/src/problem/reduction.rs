@@ -313,7 +313,11 @@ fn has_mirror(shape: &Shape, axis: usize, surfaces: &Surfaces) -> bool {
                 (0, i, j) => j * columns + columns - 1 - i,
                 (_, i, j) => (rows - 1 - j) * columns + i,
             };
-            (0..heights.len()).all(|node| heights[node] == heights[image(node)])
+            let absent = |node: usize| map.absent().get(node);
+            (0..heights.len()).all(|node| {
+                let image = image(node);
+                heights[node] == heights[image] && absent(node) == absent(image)
+            })
         }),
         Shape::WheelOnRail(_) => false,
     }

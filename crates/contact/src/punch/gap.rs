@@ -117,7 +117,15 @@ impl<'a> Gap<'a> {
             | Shape::WheelOnRail(_) => true,
             Shape::FlatRectangle { width_x, width_y }
             | Shape::HeightMap { width_x, width_y, .. } => {
-                x.abs() <= 0.5 * width_x * slack && y.abs() <= 0.5 * width_y * slack
+                let is_inside =
+                    x.abs() <= 0.5 * width_x * slack && y.abs() <= 0.5 * width_y * slack;
+                let has_pixel =
+                    |surface: &Surface| surface.has_sole(x / width_x + 0.5, y / width_y + 0.5);
+                is_inside
+                    && match &self.sampled {
+                        Sampled::Map(surface) => has_pixel(surface),
+                        Sampled::Not | Sampled::Plane(..) => true,
+                    }
             }
             Shape::FlatDisk { radius } => x.hypot(y) <= radius * slack,
         }

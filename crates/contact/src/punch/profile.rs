@@ -1,18 +1,25 @@
-//! Profiles of rails and wheels, and the text format of SIMPACK for them (.prr, .prw).
+//! Profiles of rails and wheels, and the text formats in which they come.
 //!
 //! In a profile's own coordinates y points to the field side and z down, as for a rail and a wheel
 //! on the right of a track. The gauge face of a rail and the flange of a wheel lie at negative y.
+//!
+//! In reading order:
+//! - `words`: lines, numbers and faults of a text;
+//! - `kind`: the body, the points of a text, and the reasons why it gives none;
+//! - `smooth`: the smoothing spline;
+//! - `simpack`: SIMPACK's files (.prr, .prw);
+//! - `listed`: MiniProf's files (.ban, .whl) and plain lists of y and z.
+
+mod kind;
+mod listed;
+mod simpack;
+mod smooth;
+mod words;
 
 use super::curve::Curve;
-
-/// The body that a profile belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ProfileKind {
-    /// The cross-section of a rail.
-    Rail,
-    /// The cross-section of a wheel in a plane through its axis.
-    Wheel,
-}
+use kind::ReadPoints;
+pub use kind::{ProfileError, ProfileKind};
+pub use words::LineFaults;
 
 /// A cross-section of a rail or a wheel. Its curve runs in the order of rising y along the running
 /// surface, with the body below it (a rail) or above it (a wheel).
@@ -22,47 +29,13 @@ pub struct Profile {
     curve: Curve,
 }
 
-/// The reason why a text or a list of points is no profile.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ProfileError {
-    /// A line cannot be read in this format.
-    #[error("line {line}: `{found}`: {expected}")]
-    Line {
-        /// The number of the line, counted from 1.
-        line: usize,
-        /// The text of the line.
-        found: String,
-        /// The text that would be right.
-        expected: String,
-    },
-    /// Something that must be there is missing.
-    #[error("there is no {missing}; {expected}")]
-    Missing {
-        /// The name of what is missing.
-        missing: &'static str,
-        /// The text that would be right.
-        expected: &'static str,
-    },
-    /// The points make no curve.
-    #[error("{count} different points are left; a profile needs at least 3, of which {expected}")]
-    Points {
-        /// The number of points in use.
-        count: usize,
-        /// The condition that the points must meet.
-        expected: &'static str,
-    },
-    /// A point lies nowhere near a wheel or a rail.
-    #[error(
-        "point {index} (counted from 1) lies at ({y:e} m, {z:e} m); a profile lies within 10 m of its origin, check the unit of length"
-    )]
-    Far {
-        /// The number of the point, counted from 1, in the order in use.
-        index: usize,
-        /// The coordinate y \[m\].
-        y: f64,
-        /// The coordinate z \[m\].
-        z: f64,
-    },
+/// A profile as it was read from a text.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReadProfile {
+    /// The profile.
+    pub profile: Profile,
+    /// The format and what was done to the points, in words.
+    pub note: String,
 }
 
 /// The distance \[m\] below which two points are one. It is below what any file resolves, and a
@@ -92,21 +65,29 @@ impl Profile {
         Ok(Self { kind, curve })
     }
 
-    /// Reads the profile text of SIMPACK. The steps that the processing data ask for are carried
-    /// out in their order: minimum distance of points, shift, rotation, bounds, mirroring,
-    /// inversion, unit. Smoothing is refused, for the curve passes through the points. Their
-    /// weights have no effect, since only smoothing would use them.
+    /// Reads a profile of `kind` in SIMPACK's format, in MiniProf's, or as a list of y and z.
     ///
     /// # Errors
-    /// A [`ProfileError`] reports a line that cannot be read, an assignment that is missing, or
+    /// A [`ProfileError`] reports every line that cannot be read, or why the points are no profile
+    /// of this kind.
+    pub fn read(text: &str, kind: ProfileKind) -> Result<ReadProfile, ProfileError> {
+        let ReadPoints { kind, points, note } = match simpack::is_simpack(text) {
+            true => simpack::read(text)?,
+            false => listed::read(text, kind)?,
+        };
+        Ok(ReadProfile { profile: Self::from_points(kind, points)?, note })
+    }
+
+    /// Reads the profile text of SIMPACK. The steps that the processing data ask for are carried
+    /// out in their order: minimum distance of points, shift, rotation, bounds, mirroring,
+    /// inversion, unit, smoothing.
+    ///
+    /// # Errors
+    /// A [`ProfileError`] reports the lines that cannot be read, an assignment that is missing, or
     /// points that are refused by [`from_points`](Self::from_points).
     pub fn from_simpack(text: &str) -> Result<Self, ProfileError> {
-        let simpack = Simpack::read(text)?;
-        let kind = simpack.kind.ok_or(ProfileError::Missing {
-            missing: "profile type",
-            expected: "the header must say `type = 0` (rail) or 1 (wheel)",
-        })?;
-        Self::from_points(kind, simpack.processed()?)
+        let read = simpack::read(text)?;
+        Self::from_points(read.kind, read.points)
     }
 
     /// Returns the body that the profile belongs to.
@@ -118,250 +99,15 @@ impl Profile {
     pub fn curve(&self) -> &Curve {
         &self.curve
     }
-}
 
-/// A SIMPACK profile as it stands in the file, in the user's units.
-struct Simpack {
-    kind: Option<ProfileKind>,
-    /// The numbers of the user's units of length per metre and of angle per radian.
-    units: Option<[f64; 2]>,
-    least_distance: f64,
-    shift: [f64; 2],
-    rotation: f64,
-    /// The lower and upper bounds of y and of z. There is no bound where the lower one is not below
-    /// the upper one.
-    bounds: [[f64; 2]; 2],
-    mirrored: [bool; 2],
-    inverted: bool,
-    points: Vec<[f64; 2]>,
-}
-
-/// The block of the file that a line stands in.
-#[derive(Clone, Copy, PartialEq)]
-enum Section {
-    Outside,
-    Header,
-    Spline,
-    Points,
-}
-
-impl Simpack {
-    fn read(text: &str) -> Result<Self, ProfileError> {
-        let mut profile = Self {
-            kind: None,
-            units: None,
-            least_distance: 0.0,
-            shift: [0.0; 2],
-            rotation: 0.0,
-            bounds: [[1.0, 0.0]; 2],
-            mirrored: [false; 2],
-            inverted: false,
-            points: Vec::new(),
+    /// Returns the lowest and the highest y and z of the points \[m\].
+    pub fn extents(&self) -> [[f64; 2]; 2] {
+        let range = |axis: usize| {
+            let values = || self.curve.points().iter().map(|point| point[axis]);
+            [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
         };
-        let mut section = Section::Outside;
-        let mut units = [None, Some(1.0)];
-        for (index, line) in text.lines().enumerate() {
-            let (line, body) = (index + 1, without_comment(line).trim());
-            if body.is_empty() {
-                continue;
-            }
-            section = match (section, body) {
-                (Section::Outside, "header.begin") => Section::Header,
-                (Section::Header, "header.end") => Section::Outside,
-                (Section::Outside, "spline.begin") => Section::Spline,
-                (Section::Spline, "spline.end") => Section::Outside,
-                (Section::Spline, "point.begin") => Section::Points,
-                (Section::Points, "point.end") => Section::Spline,
-                (Section::Points, _) => {
-                    profile.points.push(point(line, body)?);
-                    section
-                }
-                (Section::Header | Section::Spline, _) => {
-                    let (key, value) = body
-                        .split_once('=')
-                        .ok_or_else(|| wrong(line, body, "must be `key = value`"))?;
-                    let assignment = ProfileSetting { line, key: key.trim(), value: value.trim() };
-                    if section == Section::Header {
-                        profile.header(&assignment)?
-                    } else {
-                        profile.processing(&assignment, &mut units)?
-                    }
-                    section
-                }
-                (Section::Outside, _) => {
-                    return Err(wrong(
-                        line,
-                        body,
-                        "must be `header.begin` or `spline.begin`: nothing else stands outside the two",
-                    ));
-                }
-            };
-        }
-        if section != Section::Outside {
-            return Err(ProfileError::Missing {
-                missing: "end of the last block",
-                expected: "every `.begin` must have its `.end`",
-            });
-        }
-        if let [Some(length), Some(angle)] = units {
-            profile.units = Some([length, angle]);
-        }
-        Ok(profile)
+        [range(0), range(1)]
     }
-
-    fn header(&mut self, assignment: &ProfileSetting) -> Result<(), ProfileError> {
-        match assignment.key {
-            "version" if assignment.value == "1" => {}
-            "version" => {
-                return Err(assignment.wrong("this is the version of the format; only 1 is known"));
-            }
-            "type" => {
-                self.kind = Some(match assignment.value {
-                    "0" => ProfileKind::Rail,
-                    "1" => ProfileKind::Wheel,
-                    _ => return Err(assignment.wrong("must be 0 (rail) or 1 (wheel)")),
-                });
-            }
-            _ => return Err(assignment.wrong("the header holds `version` and `type` only")),
-        }
-        Ok(())
-    }
-
-    fn processing(
-        &mut self,
-        assignment: &ProfileSetting,
-        units: &mut [Option<f64>; 2],
-    ) -> Result<(), ProfileError> {
-        match assignment.key {
-            // These keys say where the data came from.
-            "file" | "file.mtime" | "comment" | "type" => {}
-            "approx.smooth" => {
-                if assignment.number()? != 0.0 {
-                    return Err(assignment
-                        .wrong("smoothing is not done here; smooth the points before and set 0"));
-                }
-            }
-            "point.dist.min" => self.least_distance = assignment.number()?.max(0.0),
-            "shift.y" => self.shift[0] = assignment.number()?,
-            "shift.z" => self.shift[1] = assignment.number()?,
-            "rotate" => self.rotation = assignment.number()?,
-            "bound.y.min" => self.bounds[0][0] = assignment.number()?,
-            "bound.y.max" => self.bounds[0][1] = assignment.number()?,
-            "bound.z.min" => self.bounds[1][0] = assignment.number()?,
-            "bound.z.max" => self.bounds[1][1] = assignment.number()?,
-            "mirror.y" => self.mirrored[0] = assignment.flag()?,
-            "mirror.z" => self.mirrored[1] = assignment.flag()?,
-            "inversion" => self.inverted = assignment.flag()?,
-            "units.len.f" => units[0] = Some(assignment.unit()?),
-            "units.ang.f" => units[1] = Some(assignment.unit()?),
-            // These keys name the two units.
-            "units.len" | "units.ang" => {}
-            _ => {
-                return Err(assignment.wrong(
-                    "this key is not known; remove it or say what it means with a known one",
-                ));
-            }
-        }
-        Ok(())
-    }
-
-    /// Returns the points in use (y, z) \[m\].
-    fn processed(self) -> Result<Vec<[f64; 2]>, ProfileError> {
-        let [length, angle] = self.units.ok_or(ProfileError::Missing {
-            missing: "unit of length",
-            expected: "`units.len.f` must say how many units make a metre: 1000 for millimetres",
-        })?;
-        let mut kept: Vec<[f64; 2]> = Vec::with_capacity(self.points.len());
-        for point in self.points {
-            if kept.last().is_none_or(|last| {
-                (point[0] - last[0]).hypot(point[1] - last[1]) >= self.least_distance
-            }) {
-                kept.push(point);
-            }
-        }
-        let (sin, cos) = (self.rotation / angle).sin_cos();
-        for [y, z] in &mut kept {
-            let shifted = [*y + self.shift[0], *z + self.shift[1]];
-            [*y, *z] = [cos * shifted[0] - sin * shifted[1], sin * shifted[0] + cos * shifted[1]];
-        }
-        let inside = |v: f64, [low, high]: [f64; 2]| low >= high || (low..=high).contains(&v);
-        kept.retain(|&[y, z]| inside(y, self.bounds[0]) && inside(z, self.bounds[1]));
-        for point in &mut kept {
-            for (v, mirrored) in point.iter_mut().zip(self.mirrored) {
-                *v = if mirrored { -*v } else { *v } / length;
-            }
-        }
-        if self.inverted {
-            kept.reverse();
-        }
-        Ok(kept)
-    }
-}
-
-/// A setting `key = value` with the number of its line.
-struct ProfileSetting<'a> {
-    line: usize,
-    key: &'a str,
-    value: &'a str,
-}
-
-impl ProfileSetting<'_> {
-    fn wrong(&self, expected: &str) -> ProfileError {
-        wrong(self.line, &format!("{} = {}", self.key, self.value), expected)
-    }
-
-    fn number(&self) -> Result<f64, ProfileError> {
-        finite(self.value).ok_or_else(|| self.wrong("must be a finite number"))
-    }
-
-    fn unit(&self) -> Result<f64, ProfileError> {
-        Some(self.number()?)
-            .filter(|unit| unit.is_normal() && *unit > 0.0)
-            .ok_or_else(|| self.wrong("must be above 0"))
-    }
-
-    fn flag(&self) -> Result<bool, ProfileError> {
-        match self.value {
-            "0" => Ok(false),
-            "1" => Ok(true),
-            _ => Err(self.wrong("must be 0 (no) or 1 (yes)")),
-        }
-    }
-}
-
-fn wrong(line: usize, found: &str, expected: &str) -> ProfileError {
-    ProfileError::Line {
-        line,
-        found: found.chars().take(80).collect(),
-        expected: expected.to_owned(),
-    }
-}
-
-/// Reads a finite number; an exponent of Fortran's is accepted.
-fn finite(text: &str) -> Option<f64> {
-    text.replace(['d', 'D'], "e").parse().ok().filter(|v: &f64| v.is_finite())
-}
-
-/// Reads the coordinates y and z, and skips the weight that may follow.
-fn point(line: usize, body: &str) -> Result<[f64; 2], ProfileError> {
-    let numbers: Option<Vec<f64>> = body.split_whitespace().map(finite).collect();
-    match numbers.as_deref() {
-        Some([y, z] | [y, z, _]) => Ok([*y, *z]),
-        _ => Err(wrong(line, body, "must be y and z, perhaps with a weight, as finite numbers")),
-    }
-}
-
-/// Returns a line up to its comment, which a `!` outside of quotes begins.
-fn without_comment(line: &str) -> &str {
-    let mut quoted = false;
-    for (index, c) in line.char_indices() {
-        match c {
-            '\'' => quoted = !quoted,
-            '!' if !quoted => return &line[..index],
-            _ => {}
-        }
-    }
-    line
 }
 
 #[cfg(test)]
@@ -445,7 +191,8 @@ mod tests {
     #[test]
     fn refusals_say_where_and_what_would_be_right() {
         for (key, value, says) in [
-            ("approx.smooth", "5", "line 19: `approx.smooth = 5`: smoothing is not done here"),
+            ("approx.smooth", "-5", "line 19: `approx.smooth = -5`: must not be below 0"),
+            ("approx.smooth", "1e9", "smoothing leaves a straight line"),
             ("version", "2", "only 1 is known"),
             ("type", "2", "must be 0 (rail) or 1 (wheel)"),
             ("shift.y", "nan", "must be a finite number"),

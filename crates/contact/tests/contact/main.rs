@@ -10,7 +10,7 @@
 //! | `common` | the tests on any number of threads in `agreement`, `multiplicity`, `uniqueness_*` |
 //! | `foundation` | `layered_influence`, `foundations` |
 //! | `grid` | `layered_influence`, `convergence` (distances between grids) |
-//! | `punch` | `wheel_rail`, `closed_forms` (shapes), `hard_cases` (height maps, chosen Ω) |
+//! | `punch` | `wheel_rail`, `height_maps`, `closed_forms` (shapes), `hard_cases` (chosen Ω) |
 //! | `influence` | `layered_influence`, `peers` (coefficients of layers) |
 //! | `problem` | `effects` (reductions), `laws` (units, shared operators), `hard_cases` (range) |
 //! | `solver` | `agreement`, `beyond_uniqueness`, `peers`, `hard_cases` |
@@ -38,6 +38,8 @@ mod estimate;
 mod foundations;
 /// Scenes at the limits of double precision and of mechanics are solved, or refused in words.
 mod hard_cases;
+/// A height map is one smooth surface for every mesh and projection.
+mod height_maps;
 /// Laws hold of every solution, and the certificate notices every kind of wrong answer.
 mod laws;
 /// Influence coefficients of layers meet reference values and limits.

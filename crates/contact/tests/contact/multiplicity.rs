@@ -108,13 +108,21 @@ fn slipping_along(
     for entry in k..3 * k {
         f[entry] += sigma * p[entry];
     }
-    let heights: Vec<f64> = f[..k].iter().map(|f| f * flat.scale.length).collect();
-    let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let mut problem = bound(heights, highest);
-    problem.place(&PerDof::all(0.0));
+    // The mean of the map's surface over each element must be this; its pixels follow.
+    let wanted: Vec<f64> = f[..k].iter().map(|f| f * flat.scale.length).collect();
+    let (mut heights, mut approach) = (wanted.clone(), 0.0);
+    let mut problem = flat.clone();
+    for _ in 0..200 {
+        problem = bound(heights.clone(), 0.0);
+        problem.place(&PerDof::all(0.0));
+        let reached = problem.f[..k].iter().map(|f| f * flat.scale.length);
+        let off: Vec<f64> = wanted.iter().zip(reached).map(|(wanted, f)| wanted - f).collect();
+        approach = off.iter().sum::<f64>() / k as f64;
+        heights.iter_mut().zip(&off).for_each(|(height, off)| *height += off - approach);
+    }
     let w: Vec<f64> = f.iter().zip(&problem.f).map(|(f, rest)| f - rest).collect();
     problem.remember(&vec![0.0; 3 * k], &w, &PerDof::all(0.0));
-    (problem, PerDof::new([highest, 0.0, 0.0, 0.0, 0.0, 0.0]).map(Control::Motion))
+    (problem, PerDof::new([approach, 0.0, 0.0, 0.0, 0.0, 0.0]).map(Control::Motion))
 }
 
 /// Returns the directions in which a square of 2 × 2 elements is nearest to losing uniqueness: the

@@ -41,7 +41,6 @@ struct Pressed {
     scene: Scene,
     surfaces: Surfaces,
     elements: [u32; 2],
-    least: f64,
 }
 
 impl Pressed {
@@ -62,7 +61,6 @@ impl Pressed {
         let gaps: Vec<f64> = (0..columns * rows)
             .map(|e| gap(e).expect("a gap wherever the bodies overlap"))
             .collect();
-        let least = gaps.iter().copied().fold(f64::INFINITY, f64::min);
         let surface =
             Surface::new(columns, rows, gaps.iter().map(|gap| -gap).collect()).expect("a surface");
         let (width_x, width_y) = (columns as f64 * element, rows as f64 * element);
@@ -76,15 +74,13 @@ impl Pressed {
         scene.punch.material = Some(STEEL);
         let mut surfaces = Surfaces::new();
         surfaces.insert("gap".to_owned(), Arc::new(surface));
-        Self { scene, surfaces, elements: [columns as u32, rows as u32], least }
+        Self { scene, surfaces, elements: [columns as u32, rows as u32] }
     }
 
     /// Solves the contact with the bodies approached by `approach` \[m\] from where they touch.
     fn approached(&self, approach: f64) -> StepOutcome {
         let mut scene = self.scene.clone();
-        // A height map touches with its highest pixel, which need not be the point of contact.
-        scene.loading =
-            Loading::path(vec![Step { approach: Some(approach - self.least), ..Step::default() }]);
+        scene.loading = Loading::path(vec![Step { approach: Some(approach), ..Step::default() }]);
         certified_with(
             &scene,
             &numerics(Mesh::Exact(self.elements), Projection::Midpoint, 1e-5),

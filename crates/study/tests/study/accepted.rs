@@ -10,12 +10,14 @@ use contact::model::{
     Base, Domain, Effect, Foundation, Friction, Layer, Loading, Material, Mesh, Method, Numerics,
     Projection, Punch, Scene, Shape, Side, Step, WheelRail,
 };
+use contact::punch::ProfileKind;
 use study::key::Key;
-use study::{Case, Figure, Job, Study, Value, columns};
+use study::surface::MapReading;
+use study::{Case, Figure, Job, NamedFile, Study, Value, columns};
 
 use crate::sphere::SPHERE;
 
-fn no_files(name: &str) -> Result<Vec<u8>, String> {
+fn no_files(name: &str) -> Result<NamedFile, String> {
     Err(format!("{name}: no such file"))
 }
 
@@ -314,7 +316,7 @@ fn height_maps_come_from_files_in_any_unit() {
     let mut asked = Vec::new();
     let mut files = |name: &str| {
         asked.push(name.to_owned());
-        Ok(b"0, 1, 2\n3, 4, 5\n".to_vec())
+        named(b"0, 1, 2\n3, 4, 5\n".to_vec())
     };
     let sweep = "[sweep]\nmesh = [8, 16]\npunch.file = [\"rough.csv\", \"rougher.csv\"]\n";
     let study = Study::parse(&format!("{text}{sweep}"), "study.toml", &mut files).unwrap();
@@ -339,12 +341,12 @@ fn height_maps_come_from_files_in_any_unit() {
     let stored = study::surface::encode_surface(study.surfaces().get(surface).unwrap());
     let job = format!("name = \"job\"\n{}", points[0].job.to_toml());
     let alone = Study::parse(&job, "job.toml", &mut |name| {
-        if name == surface { Ok(stored.clone()) } else { no_files(name) }
+        if name == surface { named(stored.clone()) } else { no_files(name) }
     })
     .unwrap();
     assert_eq!(alone.points()[0].job, points[0].job);
     assert!(
-        Study::parse(&job, "job.toml", &mut |_| Ok(vec![1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0]))
+        Study::parse(&job, "job.toml", &mut |_| named(vec![1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0]))
             .is_err()
     );
 }
@@ -354,8 +356,8 @@ fn a_wheel_and_its_rail_come_from_files() {
     let punch = r#"punch = { shape = "wheel-on-rail", wheel = "w.prw", rail = "r.prr", side = "left", rolling_radius = "460 mm" }"#;
     let text = SPHERE.replace("punch = { shape = \"sphere\", radius = \"10 mm\" }", punch);
     let mut files = |name: &str| match name {
-        "w.prw" => Ok(WHEEL.to_vec()),
-        "r.prr" => Ok(RAIL.to_vec()),
+        "w.prw" => named(WHEEL.to_vec()),
+        "r.prr" => named(RAIL.to_vec()),
         _ => no_files(name),
     };
     let sweep = "[sweep]\npunch.lateral = { from = 0, to = \"10 mm\", count = 3 }\npunch.yaw = [0, \"1 mrad\"]\n";
@@ -521,22 +523,28 @@ const RAIL: &[u8] = include_bytes!("../../../../sweeps/profiles/MBench_UIC60_v3.
 fn profiles() -> &'static [(String, Vec<u8>); 2] {
     static PROFILES: OnceLock<[(String, Vec<u8>); 2]> = OnceLock::new();
     PROFILES.get_or_init(|| {
-        [WHEEL, RAIL].map(|file| {
-            let profile = study::profile::read(file).unwrap();
+        [(WHEEL, ProfileKind::Wheel), (RAIL, ProfileKind::Rail)].map(|(file, kind)| {
+            let profile = study::profile::read(file, kind).unwrap().profile;
             (study::profile::name(&profile), study::profile::encode_profile(&profile))
         })
     })
 }
 
 /// Gives out what is stored here.
-fn from_store(name: &str) -> Result<Vec<u8>, String> {
+fn from_store(name: &str) -> Result<NamedFile, String> {
     let found = profiles().iter().cloned().chain([stored()]).find(|(stored, _)| stored == name);
-    found.map(|(_, bytes)| bytes).ok_or_else(|| format!("{name}: no such file"))
+    named(found.map(|(_, bytes)| bytes).ok_or_else(|| format!("{name}: no such file"))?)
+}
+
+/// Gives out a file of which messages may repeat something.
+fn named(bytes: Vec<u8>) -> Result<NamedFile, String> {
+    Ok(NamedFile { bytes, may_quote: true })
 }
 
 /// Returns the name and the bytes of a surface.
 fn stored() -> (String, Vec<u8>) {
-    let surface = study::surface::read(b"0 1\n2 3", "nm").unwrap();
+    let reading = MapReading { unit: Some("nm"), ..MapReading::default() };
+    let surface = study::surface::read(b"0 1\n2 3", &reading).unwrap().surface;
     (study::surface::name(&surface), study::surface::encode_surface(&surface))
 }
 

@@ -1,6 +1,6 @@
 //! Malformed and absurd studies, each with the message of the reader.
 
-use study::Study;
+use study::{NamedFile, Study};
 
 /// A good study; every case below spoils it in one way.
 const GOOD: &str = r#"name = "good"
@@ -583,10 +583,11 @@ const CASES: &[(&str, &str, &str)] = &[
     ("letters beyond ASCII", "mu = 0.3", "μ = 0.3 # Reibung, größer als 0"),
 ];
 
-fn files(name: &str) -> Result<Vec<u8>, String> {
+fn files(name: &str) -> Result<NamedFile, String> {
+    let named = |bytes: &[u8]| Ok(NamedFile { bytes: bytes.to_vec(), may_quote: true });
     match name {
-        "flat.csv" => Ok(b"0 0\n0 0".to_vec()),
-        "ragged.csv" => Ok(b"1, 2\n3\n".to_vec()),
+        "flat.csv" => named(b"0 0\n0 0"),
+        "ragged.csv" => named(b"1, 2\n3\n"),
         _ => Err(format!("{name}: no such file")),
     }
 }

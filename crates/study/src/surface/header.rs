@@ -1,0 +1,479 @@
+//! The header of a text, which may say of the matrix below it the pixels, their size, units and the
+//! mark of missing ones. Profilometers, Gwyddion and programs for maps write such headers, with or
+//! without a comment sign.
+
+use crate::file_fault::{FileFaults, FilePlace};
+use crate::units::LengthUnit;
+
+/// A fact of a header, and the line that says it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Fact<T> {
+    pub(super) value: T,
+    pub(super) line: usize,
+}
+
+/// A length that a header gives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct StatedLength {
+    /// The number as it stands there.
+    number: f64,
+    /// Half a unit of its last digit.
+    half_digit: f64,
+    unit: Option<LengthUnit>,
+}
+
+/// The facts of a header.
+#[derive(Clone, Debug, Default)]
+pub(super) struct HeaderFacts {
+    /// The number of pixels along x and y.
+    pub(super) counts: [Option<Fact<usize>>; 2],
+    /// The extent along x and y.
+    widths: [Option<Fact<StatedLength>>; 2],
+    /// The distance of pixels along x and y.
+    steps: [Option<Fact<StatedLength>>; 2],
+    /// The unit of heights.
+    pub(super) height_unit: Option<Fact<LengthUnit>>,
+    /// The unit of coordinates.
+    pub(super) lateral_unit: Option<Fact<LengthUnit>>,
+    /// The number that marks a missing pixel.
+    pub(super) missing: Option<Fact<f64>>,
+    /// The first line is the northernmost one, as in the ASCII grids of maps.
+    pub(super) is_north_first: bool,
+    /// The header is that of an ASCII grid, whose lines may be broken anywhere.
+    pub(super) is_grid: bool,
+}
+
+/// A topic of a header.
+#[derive(Clone, Copy)]
+enum Topic {
+    Count(usize),
+    Width(usize),
+    Step(&'static [usize]),
+    HeightUnit,
+    LateralUnit,
+    Missing,
+    Factor,
+    Position,
+}
+
+/// The names of topics, in lower case and with blanks for `-` and `_`.
+const TOPICS: &[(Topic, &[&str])] = &[
+    (
+        Topic::Count(0),
+        &[
+            "ncols",
+            "columns",
+            "number of columns",
+            "x pixels",
+            "xpixels",
+            "pixels x",
+            "nx",
+            "xres",
+            "x resolution",
+            "x points",
+            "points x",
+            "num x",
+            "x size px",
+            "samples x",
+        ],
+    ),
+    (
+        Topic::Count(1),
+        &[
+            "nrows",
+            "rows",
+            "lines",
+            "number of rows",
+            "number of lines",
+            "y pixels",
+            "ypixels",
+            "pixels y",
+            "ny",
+            "yres",
+            "y resolution",
+            "y points",
+            "points y",
+            "num y",
+            "y size px",
+            "samples y",
+        ],
+    ),
+    (
+        Topic::Width(0),
+        &[
+            "width",
+            "breite",
+            "largeur",
+            "larghezza",
+            "anchura",
+            "largura",
+            "šířka",
+            "ширина",
+            "x length",
+            "length x",
+            "x width",
+            "width x",
+            "x range",
+            "range x",
+            "x size",
+            "size x",
+            "scan width",
+            "scan size x",
+            "x real",
+            "xreal",
+            "x extent",
+            "extent x",
+        ],
+    ),
+    (
+        Topic::Width(1),
+        &[
+            "height",
+            "höhe",
+            "hauteur",
+            "altezza",
+            "altura",
+            "výška",
+            "высота",
+            "y length",
+            "length y",
+            "y width",
+            "width y",
+            "y range",
+            "range y",
+            "y size",
+            "size y",
+            "scan height",
+            "scan size y",
+            "y real",
+            "yreal",
+            "y extent",
+            "extent y",
+        ],
+    ),
+    (
+        Topic::Step(&[0, 1]),
+        &[
+            "cellsize",
+            "cell size",
+            "pixel size",
+            "pixelsize",
+            "pixel spacing",
+            "spacing",
+            "lateral resolution",
+            "sampling",
+            "sampling interval",
+            "pixel pitch",
+            "pitch",
+            "lateral calibration",
+            "step",
+        ],
+    ),
+    (
+        Topic::Step(&[0]),
+        &[
+            "dx",
+            "x step",
+            "step x",
+            "delta x",
+            "x spacing",
+            "spacing x",
+            "scale x",
+            "x scale",
+            "pixel size x",
+            "x pixel size",
+            "pixel width",
+            "x increment",
+            "increment x",
+        ],
+    ),
+    (
+        Topic::Step(&[1]),
+        &[
+            "dy",
+            "y step",
+            "step y",
+            "delta y",
+            "y spacing",
+            "spacing y",
+            "scale y",
+            "y scale",
+            "pixel size y",
+            "y pixel size",
+            "pixel height",
+            "y increment",
+            "increment y",
+        ],
+    ),
+    (
+        Topic::HeightUnit,
+        &[
+            "value units",
+            "value unit",
+            "z unit",
+            "z units",
+            "zunit",
+            "unit z",
+            "units z",
+            "height unit",
+            "height units",
+            "unit of heights",
+            "data unit",
+            "unit data",
+            "einheiten",
+            "unités",
+            "unit",
+            "units",
+            "unidades de valor",
+            "unità valore",
+            "jednotky hodnot",
+            "z axis unit",
+        ],
+    ),
+    (
+        Topic::LateralUnit,
+        &[
+            "x unit",
+            "x units",
+            "xunit",
+            "unit x",
+            "y unit",
+            "y units",
+            "yunit",
+            "unit y",
+            "xy unit",
+            "xy units",
+            "lateral unit",
+            "lateral units",
+            "unit xy",
+            "units xy",
+        ],
+    ),
+    (
+        Topic::Missing,
+        &[
+            "nodata value",
+            "nodata",
+            "no data value",
+            "no data",
+            "missing value",
+            "missing",
+            "bad pixel",
+            "bad pixel value",
+            "invalid value",
+            "invalid",
+            "fill value",
+            "bad value",
+            "undefined value",
+            "void value",
+            "blank value",
+        ],
+    ),
+    (
+        Topic::Factor,
+        &[
+            "height conversion factor",
+            "z scale",
+            "zscale",
+            "scale z",
+            "z factor",
+            "height scale",
+            "bit2nm",
+            "z scale factor",
+            "scale factor",
+        ],
+    ),
+    (
+        Topic::Position,
+        &[
+            "xllcorner",
+            "yllcorner",
+            "xllcenter",
+            "yllcenter",
+            "xllcentre",
+            "yllcentre",
+            "channel",
+            "kanal",
+            "canal",
+            "title",
+            "comment",
+            "date",
+            "time",
+            "name",
+            "file",
+            "x offset",
+            "y offset",
+            "xoffset",
+            "yoffset",
+            "x origin",
+            "y origin",
+        ],
+    ),
+];
+
+impl HeaderFacts {
+    /// Notes what a line of a header says; returns whether it says something that is known. A line
+    /// that gives a known thing wrongly is a fault.
+    pub(super) fn note(&mut self, line: usize, body: &str, faults: &mut FileFaults) -> bool {
+        let Some(NamedValue { name, value }) = split_fact(body) else { return false };
+        let value = value.as_str();
+        let topic = TOPICS.iter().find(|(_, names)| names.contains(&name.as_str()));
+        let Some((topic, _)) = topic else { return false };
+        let mut refuse = |reason: &str| {
+            faults.add(Some(FilePlace::line(line)), body.trim(), || reason.to_owned());
+            true
+        };
+        self.is_grid |= matches!(name.as_str(), "ncols" | "nrows");
+        self.is_north_first |= matches!(name.as_str(), "ncols" | "nrows");
+        match topic {
+            Topic::Count(axis) => match value.parse::<usize>() {
+                Ok(count) => self.counts[*axis] = Some(Fact { value: count, line }),
+                Err(_) => return refuse("does not give a whole number of pixels"),
+            },
+            Topic::Width(axis) => {
+                // "Height" may also head the heights, without a number.
+                let Some(length) = StatedLength::read(value) else { return true };
+                let unit = length.unit_word.to_lowercase();
+                if matches!(unit.as_str(), "px" | "pixel" | "pixels" | "pts" | "points") {
+                    let count = length.stated.number;
+                    self.counts[*axis] = Some(Fact { value: count as usize, line });
+                } else if !length.unit_word.is_empty() && length.stated.unit.is_none() {
+                    return refuse("gives a width in what is no unit of length known here");
+                } else {
+                    self.widths[*axis] = Some(Fact { value: length.stated, line });
+                }
+            }
+            Topic::Step(axes) => {
+                let Some(length) = StatedLength::read(value) else { return true };
+                if !length.unit_word.is_empty() && length.stated.unit.is_none() {
+                    return refuse("gives a distance in what is no unit of length known here");
+                }
+                axes.iter().for_each(|axis| {
+                    self.steps[*axis] = Some(Fact { value: length.stated, line });
+                });
+            }
+            Topic::HeightUnit => match unit_of(value) {
+                Some(unit) => self.height_unit = Some(Fact { value: unit, line }),
+                None => return refuse("names what is no unit of length known here"),
+            },
+            Topic::LateralUnit => match unit_of(value) {
+                Some(unit) => self.lateral_unit = Some(Fact { value: unit, line }),
+                None => return refuse("names what is no unit of length known here"),
+            },
+            Topic::Missing => match value.replace(',', ".").parse::<f64>() {
+                Ok(number) if number.is_finite() => {
+                    self.missing = Some(Fact { value: number, line });
+                }
+                // A word marks missing pixels by itself.
+                _ => {}
+            },
+            Topic::Factor => match StatedLength::read(value) {
+                Some(length) if length.stated.number != 1.0 => {
+                    return refuse(
+                        "gives a factor of the heights, which is not applied here; apply it \
+                         before, and remove this line",
+                    );
+                }
+                _ => {}
+            },
+            Topic::Position => {}
+        }
+        true
+    }
+
+    /// Returns the width along x (0) or y (1) that the header states \[m\], with its tolerance, for
+    /// `count` pixels. Lengths without a unit are in `unit`.
+    pub(super) fn width(&self, axis: usize, count: usize, unit: LengthUnit) -> Option<StatedWidth> {
+        let stated = |fact: &Fact<StatedLength>, times: f64| {
+            let StatedLength { number, half_digit, unit: named } = fact.value;
+            let unit = named.or(self.lateral_unit.map(|fact| fact.value)).unwrap_or(unit);
+            StatedWidth {
+                width: unit.metres_of(number * times),
+                tolerance: (1e-3 * number.abs()).max(half_digit) / number.abs(),
+                line: fact.line,
+                has_unit: named.is_some(),
+            }
+        };
+        let by_width = self.widths[axis].as_ref().map(|fact| stated(fact, 1.0));
+        let by_step = || self.steps[axis].as_ref().map(|fact| stated(fact, count as f64));
+        by_width.or_else(by_step).filter(|stated| stated.width > 0.0)
+    }
+}
+
+/// The width of a map as its file states it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct StatedWidth {
+    /// The width \[m\].
+    pub(super) width: f64,
+    /// The part of it by which it may be off, for its digits are few.
+    pub(super) tolerance: f64,
+    /// The line that states it.
+    pub(super) line: usize,
+    /// The line names its unit.
+    pub(super) has_unit: bool,
+}
+
+/// A length with the word behind its number.
+struct ReadLength<'a> {
+    stated: StatedLength,
+    unit_word: &'a str,
+}
+
+impl StatedLength {
+    /// Reads `10.00 µm`; `None` if there is no number in front.
+    fn read(value: &str) -> Option<ReadLength<'_>> {
+        let end = value
+            .find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | ',' | '+' | '-' | 'e' | 'E')))
+            .unwrap_or(value.len());
+        let digits = value[..end].replace(',', ".");
+        let number: f64 = digits.parse().ok().filter(|number: &f64| number.is_finite())?;
+        let (mantissa, exponent) = digits.split_once(['e', 'E']).unwrap_or((&digits, "0"));
+        let decimals = mantissa.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+        let exponent = exponent.parse::<i32>().unwrap_or(0).saturating_sub(decimals as i32);
+        let half_digit = if decimals > 0 { 0.5 * 10f64.powi(exponent) } else { 0.0 };
+        let unit_word = value[end..].trim();
+        let unit = unit_of(unit_word);
+        Some(ReadLength { stated: StatedLength { number, half_digit, unit }, unit_word })
+    }
+}
+
+/// Splits `Name: value`, `name = value` or `NAME value` into the name in lower case and the value.
+fn split_fact(body: &str) -> Option<NamedValue> {
+    let body = body.trim();
+    let (name, value) = match body.split_once(['=', ':', '：']) {
+        Some((name, value)) => (name, value),
+        None => body.split_once(char::is_whitespace)?,
+    };
+    let value = value.trim().trim_matches(['=', ':']).trim();
+    // A unit may stand behind the name: `Width [mm] = 2`.
+    let (bare, unit) = match name.split_once(['[', '(']) {
+        Some((bare, unit)) if value.parse::<f64>().is_ok() => {
+            (bare, unit.trim_end_matches([']', ')']))
+        }
+        Some((bare, _)) => (bare, ""),
+        None => (name, ""),
+    };
+    let name = bare.to_lowercase().replace(['_', '-'], " ");
+    let name = name.split_whitespace().collect::<Vec<_>>().join(" ");
+    Some(NamedValue { name, value: format!("{value} {unit}").trim().to_owned() })
+}
+
+/// A name in lower case, and the value that a header gives for it.
+struct NamedValue {
+    name: String,
+    value: String,
+}
+
+/// Returns the unit of length that a word means: `µm`, `[mm]`, `micrometers`.
+pub(super) fn unit_of(word: &str) -> Option<LengthUnit> {
+    let word = word.trim().trim_matches(['[', ']', '(', ')', '"', '\'', '.']).trim();
+    let symbol = match word.to_lowercase().as_str() {
+        "meter" | "meters" | "metre" | "metres" => "m",
+        "millimeter" | "millimeters" | "millimetre" | "millimetres" => "mm",
+        "micrometer" | "micrometers" | "micrometre" | "micrometres" | "micron" | "microns" => "um",
+        "nanometer" | "nanometers" | "nanometre" | "nanometres" => "nm",
+        "inch" | "inches" => "in",
+        _ => word,
+    };
+    LengthUnit::find(symbol)
+}
