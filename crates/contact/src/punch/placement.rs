@@ -279,7 +279,7 @@ impl Bearing {
         let far = if scene.foundation.layers.is_empty() { compliance / (2.0 * PI) } else { 0.0 };
         // The regions lower each other by a few hundredths of what they are pressed in.
         for _ in 0..20 {
-            for i in 0..regions.len() {
+            for (i, stiffness) in stiffness.iter().enumerate() {
                 let lowering = (0..regions.len()).filter(|j| *j != i).map(|j| {
                     let ([a, b], [c, d]) = (regions[i].center, regions[j].center);
                     let apart = regions[i].semi_axes[1] + regions[j].semi_axes[1];
@@ -288,7 +288,7 @@ impl Bearing {
                 let lowering: f64 = lowering.sum();
                 let pressed = (regions[i].height - lowering).max(0.0);
                 regions[i].lowering = lowering;
-                regions[i].load = (pressed / stiffness[i]).powf(1.5);
+                regions[i].load = (pressed / stiffness).powf(1.5);
             }
         }
         Self { regions }

@@ -424,7 +424,8 @@ fn a_wheel_on_two_patches_has_the_plane_of_contacts() {
          elements {} together, {elements} apart",
         end.load, end.contact_elements
     );
-    assert!((0.1..0.6).contains(&counted), "{counted}");
+    // CONTACT's factor of ((8 mm − d)/4 mm)^0.8 is 0.26 for regions of overlap d = 7.3 mm apart.
+    assert!((0.1..0.5).contains(&counted), "{counted}");
 }
 
 /// A forecast counts the time to place the wheel, which few elements take no longer than.
