@@ -133,7 +133,7 @@ impl Facet {
         let each = || xs.iter().map(|x| Some(rail - self.wheel_height(*x, s)?)).collect();
         let (Some(low), Some(high)) = (xs.first(), xs.last()) else { return Vec::new() };
         let is_worth_it = xs.len() > 2 * NODES && high - low < SMOOTH * self.radius;
-        match is_worth_it.then(|| Interpolant::new([*low, *high], |x| self.wheel_height(x, s))) {
+        match is_worth_it.then(|| Chebyshev::new([*low, *high], |x| self.wheel_height(x, s))) {
             Some(Some(wheel)) => xs.iter().map(|x| Some(rail - wheel.at(*x))).collect(),
             Some(None) | None => each(),
         }
@@ -359,14 +359,14 @@ const SMOOTH: f64 = 0.3;
 const ROUGH: f64 = 1e-11;
 
 /// A polynomial through the values of a function at Chebyshev's points.
-struct Interpolant {
+struct Chebyshev {
     /// The middle and the half length of the range.
     range: [f64; 2],
     /// The coefficients of Chebyshev's polynomials.
     coefficients: [f64; NODES],
 }
 
-impl Interpolant {
+impl Chebyshev {
     /// Interpolates `of` between the `ends`. It is `None` if the function has no value at a point,
     /// or the polynomial is not good between its points.
     fn new([low, high]: [f64; 2], of: impl Fn(f64) -> Option<f64>) -> Option<Self> {
