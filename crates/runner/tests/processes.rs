@@ -664,13 +664,13 @@ fn coordinator_without_patience() {
         Journal(std::fs::File::options().append(true).create(true).open(path).unwrap());
     let options = Options {
         heartbeat: Duration::from_millis(100),
-        silence: Duration::from_millis(1500),
-        grace: Duration::from_millis(1500),
+        silence: Duration::from_millis(2500),
+        grace: Duration::from_millis(2500),
         patience: 0.0,
         attempts: 1,
         ..options()
     };
-    let tasks = (0..2).map(|number| task(number, format!("sleep 800 {number}"))).collect();
+    let tasks = (0..2).map(|number| task(number, format!("sleep 300 {number}"))).collect();
     runner::run(tasks, &mut journal, &options, &Interrupt::new().unwrap(), &mut |event| {
         eprintln!("{}", serde_json::to_string(event).unwrap());
     })
@@ -691,7 +691,7 @@ fn a_run_that_is_stopped_as_a_whole_and_continued_blames_nobody() {
     }
     let group = || children(child.id()).into_iter().chain([child.id()]);
     group().for_each(|pid| send(pid, Signal::STOP));
-    std::thread::sleep(Duration::from_millis(3500));
+    std::thread::sleep(Duration::from_millis(4500));
     group().for_each(|pid| send(pid, Signal::CONT));
     let lost: Vec<_> = events.filter(|event| event["event"] == "worker-lost").collect();
     assert!(child.wait().unwrap().success());
