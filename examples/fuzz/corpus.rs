@@ -59,7 +59,8 @@ foundation.base = { shear_modulus = \"80 GPa\", poisson = 0.3 }
 punch = { shape = \"sphere\", radius = \"10 mm\" }
 friction.mu = 0.3
 loading.steps = [{ approach = \"1 um\" }, { shift_x = \"0.2 um\" }]
-numerics.mesh = 6
+[numerics]
+mesh = 6
 ";
 
 const MAPS: [&str; 8] = [
