@@ -121,7 +121,7 @@ fn which_side_is_the_long_one_makes_no_difference() {
     let loaded = Step { normal_force: Some(0.01), ..Step::default() };
     let turned = |shape: [Shape; 2], step: &Step| {
         shape.map(|shape| {
-            let scene = scene(shape, 1.0, 0.3, 0.0, step.clone());
+            let scene = scene(shape, 1.0, 0.3, 0.0, *step);
             let numerics = numerics(Mesh::Across(16), Projection::Average, 1e-9);
             certified(&scene, &numerics).0.observables
         })

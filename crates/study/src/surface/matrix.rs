@@ -154,7 +154,7 @@ impl<'a> MatrixText<'a> {
                 break;
             }
         }
-        let mut rows = if columns == 0 { 0 } else { heights.len() / columns };
+        let mut rows = heights.len().checked_div(columns).unwrap_or(0);
         if let (true, [Some(nx), Some(ny)]) = (self.facts.is_grid, self.facts.counts)
             && nx.value.checked_mul(ny.value) == Some(heights.len())
         {
