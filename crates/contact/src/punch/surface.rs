@@ -8,7 +8,7 @@ use super::placement::PlacedWheels;
 use super::profile::Profile;
 
 /// A sampled surface. A pixel's value is the surface's height at the centre of that pixel, positive
-/// towards the foundation; between the centres the surface is smooth, see [`Interpolant`].
+/// towards the foundation; between the centres the surface is smooth, see `interpolant.rs`.
 #[derive(Clone, Debug)]
 pub struct Surface {
     columns: usize,

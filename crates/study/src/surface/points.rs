@@ -41,14 +41,17 @@ struct GridAxis {
 }
 
 impl PointList {
-    /// Tells whether rows of at least three numbers begin with the x, y and z of points, in any
-    /// order. `is_titled` says that the file calls them so.
+    /// Tells whether rows begin with the x, y and z of points, in any order. `is_titled` says that
+    /// the file calls them so.
     pub(super) fn of(numbers: &HeightMatrix, is_titled: bool) -> Self {
         let HeightMatrix { rows, columns, heights: numbers } = numbers;
         let unusable = |is_list: bool, reason: &str| match is_list {
             true => Self::Unusable(format!("it looks like a list of x, y and z, but {reason}")),
             false => Self::None,
         };
+        if *columns < 3 {
+            return unusable(is_titled, "its rows have fewer than three numbers");
+        }
         let coordinates = |axis: usize| numbers.iter().skip(axis).step_by(*columns).copied();
         let (Some(x), Some(y)) = (GridAxis::of(coordinates(0)), GridAxis::of(coordinates(1)))
         else {

@@ -306,6 +306,14 @@ fn coordinates_around_a_matrix_are_not_heights() {
     assert_eq!(surface("1 2 3 4\n2 3 4 5\n3 4 5 6\n4 5 6 7").columns(), 4);
 }
 
+/// Mutated input found that a separator at the ends of lines was counted as a third column.
+#[test]
+fn rows_of_two_numbers_are_no_points() {
+    let rows = "3.0D-6,2.0d-6,\n".repeat(5);
+    let read = surface(&format!("{rows}3.0D-6,2.0"));
+    assert_eq!((read.columns(), read.rows()), (2, 6));
+}
+
 proptest! {
     #[test]
     fn damaged_files_never_panic(
