@@ -48,8 +48,10 @@ pub(crate) fn lock_for_writing(directory: &Path, holder: &Holder) -> Result<Lock
                 }
                 return Ok(lock);
             }
-            // An unsigned lock was taken this moment.
-            Acquired::Held(found) if found.is_some() || start.elapsed() > PATIENCE => {
+            // An unsigned lock was taken this moment; one whose holder was killed is free the next.
+            Acquired::Held(found)
+                if found.as_ref().is_some_and(Holder::is_listed) || start.elapsed() > PATIENCE =>
+            {
                 return Err(held_error(directory, found));
             }
             Acquired::Held(_) => thread::sleep(Duration::from_millis(5)),

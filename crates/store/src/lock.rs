@@ -70,12 +70,18 @@ impl Holder {
     /// Returns true if the process is seen from here: by its socket, or by its number and command
     /// where the network is another one.
     fn is_seen(&self) -> bool {
-        self.connect().is_ok()
-            || fs::read(format!("/proc/{}/cmdline", self.pid)).is_ok_and(|line| {
-                let words = line.strip_suffix(b"\0").unwrap_or(&line).split(|byte| *byte == 0);
-                let words: Vec<_> = words.map(String::from_utf8_lossy).collect();
-                words.join(" ") == self.command
-            })
+        self.connect().is_ok() || self.is_listed()
+    }
+
+    /// Returns true if a process of this number and command is listed here. A holder that is seen
+    /// and not listed has another space of process numbers, or it was killed this moment and what
+    /// it was starting holds its files a little longer.
+    pub(crate) fn is_listed(&self) -> bool {
+        fs::read(format!("/proc/{}/cmdline", self.pid)).is_ok_and(|line| {
+            let words = line.strip_suffix(b"\0").unwrap_or(&line).split(|byte| *byte == 0);
+            let words: Vec<_> = words.map(String::from_utf8_lossy).collect();
+            words.join(" ") == self.command
+        })
     }
 
     /// Connects to the socket of the process. A socket of another user than that of the lock cannot

@@ -5,6 +5,7 @@
 //! - `npy`: matrices in NPY files;
 //! - `header`: what the header of a text says about its matrix;
 //! - `matrix`: matrices and lists as text;
+//! - `titles`: titles of columns and of heights, with their units;
 //! - `points`: lists of x, y and z whose points lie on a grid;
 //! - `missing`: pixels that a file marks as missing.
 
@@ -16,6 +17,7 @@ mod npy;
 mod points;
 #[cfg(test)]
 mod tests;
+mod titles;
 
 use contact::punch::Surface;
 
@@ -34,8 +36,9 @@ use crate::units::{Compact, LengthUnit};
 /// The largest number of heights of a stored map, a bound for damaged bytes.
 const MAX_STORED: usize = 1 << 27;
 
-/// The number of rows beyond which three columns of text are taken for a list rather than a map.
-const LONGEST_STRIP: usize = 30;
+/// The number of lines beyond which up to three columns, or rows, of text are taken for a list
+/// rather than a map.
+const LONGEST_STRIP: usize = 12;
 
 /// The format of a map of which some pixels are no part of the sole.
 const VERSION_WITH_ABSENT: u8 = 2;
@@ -104,7 +107,7 @@ pub fn read(bytes: &[u8], reading: &MapReading<'_>) -> Result<HeightMap, FileFau
     let mut marks = Marks::default();
     let mut faults = FileFaults::default();
     let raw = if bytes.starts_with(NPY_MAGIC) {
-        RawMap::of_npy(bytes, units, &mut faults)?
+        RawMap::of_npy(bytes, units, &mut marks, &mut faults)?
     } else {
         let text = match known_format(bytes) {
             Some(format) => {
@@ -150,6 +153,7 @@ impl RawMap {
     fn of_npy(
         bytes: &[u8],
         units: StatedUnits,
+        marks: &mut Marks,
         faults: &mut FileFaults,
     ) -> Result<Self, FileFaults> {
         let unit = units.heights();
@@ -164,11 +168,14 @@ impl RawMap {
             missing: None,
             layout: "a matrix in NPY, its first row at the lowest y".to_owned(),
         };
+        (0..none.matrix.heights.iter().filter(|height| height.is_nan()).count()).for_each(|_| {
+            marks.count("nan");
+        });
         if none.matrix.columns != 3 {
             return Ok(none);
         }
         // A matrix of NPY states its shape, so that only a whole grid is taken for a list.
-        Ok(match PointList::of(&none.matrix, false) {
+        let list = match PointList::of(&none.matrix, false) {
             PointList::Grid(_) if units.lateral() != unit => {
                 let mut matrix = none.matrix;
                 let ratio = units.lateral().metres_of(1.0) / unit.metres_of(1.0);
@@ -181,9 +188,19 @@ impl RawMap {
                     _ => Self { matrix, ..none },
                 }
             }
-            PointList::Grid(grid) => Self::of_points(grid, unit, units.lateral.is_none()),
-            PointList::Unusable(_) | PointList::None => none,
-        })
+            PointList::Grid(grid) => {
+                (0..grid.vacant).for_each(|_| {
+                    marks.count("no point");
+                });
+                Self::of_points(grid, unit, units.lateral.is_none())
+            }
+            PointList::Unusable(reason) => {
+                faults.add(None, "", || reason);
+                none
+            }
+            PointList::None => none,
+        };
+        Ok(list)
     }
 
     fn of_points(grid: PointGrid, unit: LengthUnit, is_unit_free: bool) -> Self {
@@ -204,7 +221,7 @@ impl RawMap {
     }
 
     fn of_text(text: &str, units: StatedUnits, marks: &mut Marks, faults: &mut FileFaults) -> Self {
-        let text = MatrixText::new(text, faults);
+        let mut text = MatrixText::new(text, faults);
         let [title_x, title_y, title_z] = text.titles.unwrap_or_default();
         let said = text.facts.height_unit.map(|fact| fact.value).or(title_z);
         if let (Some(unit), Some(said)) = (units.heights, said)
@@ -241,21 +258,28 @@ impl RawMap {
             return list;
         }
         let matrix = text.heights(unit, marks, faults);
-        if matrix.columns == 3 && matrix.rows > LONGEST_STRIP && text.facts.counts[0].is_none() {
+        if let Some(list) =
+            strip(&matrix).filter(|_| faults.is_empty() && text.facts.counts[0].is_none())
+        {
             faults.add(None, "", || {
+                let HeightMatrix { rows, columns, .. } = matrix;
                 format!(
-                    "it has 3 columns and {} rows: a list of x, y and z whose points lie on no \
-                     grid? If it is a matrix, save it as NPY",
-                    matrix.rows
+                    "it has {columns} {} and {rows} {}: {list}? If it is a matrix, save it as NPY",
+                    if columns == 1 { "column" } else { "columns" },
+                    if rows == 1 { "row" } else { "rows" },
                 )
             });
         }
         compare_counts(&text.facts, &matrix, faults);
-        if faults.is_empty() && has_coordinates(&matrix) {
+        text.facts.compare_lengths([matrix.columns, matrix.rows], lateral, faults);
+        if faults.is_empty()
+            && let Some(lines) = coordinates(&matrix)
+        {
             faults.add(None, "", || {
-                "its first row and its first column are evenly spaced and the others are not: they \
-                 look like coordinates; remove them, or save the matrix as NPY if they are heights"
-                    .to_owned()
+                format!(
+                    "{lines} evenly spaced and the others are not: they look like coordinates or \
+                     numbers of lines; remove them, or save the matrix as NPY if they are heights"
+                )
             });
         }
         let extent = |axis: usize, count: usize| {
@@ -370,12 +394,25 @@ impl RawMap {
     }
 }
 
-/// Returns whether the first row and the first column look like the coordinates of the others.
-fn has_coordinates(HeightMatrix { rows, columns, heights }: &HeightMatrix) -> bool {
+/// Returns what a long matrix of few columns or rows may be in place of a map.
+fn strip(HeightMatrix { rows, columns, .. }: &HeightMatrix) -> Option<&'static str> {
+    match (*rows).min(*columns) {
+        _ if (*rows).max(*columns) <= LONGEST_STRIP => None,
+        1 => Some("the heights of a map one after the other"),
+        2 => Some("a list of x and z"),
+        3 => Some("a list of x, y and z whose points lie on no grid"),
+        _ => None,
+    }
+}
+
+/// Returns which of the first row and the first column look like coordinates of the others, or like
+/// their numbers.
+fn coordinates(HeightMatrix { rows, columns, heights }: &HeightMatrix) -> Option<&'static str> {
     let (rows, columns) = (*rows, *columns);
     if rows < 4 || columns < 4 {
-        return false;
+        return None;
     }
+    // The corner may be anything.
     let is_even = |value: &dyn Fn(usize) -> f64, count: usize| {
         let step = (value(count - 1) - value(1)) / (count - 2) as f64;
         let off = |k: usize| (value(k) - value(1) - (k - 1) as f64 * step).abs();
@@ -383,10 +420,23 @@ fn has_coordinates(HeightMatrix { rows, columns, heights }: &HeightMatrix) -> bo
     };
     let row = |j: usize| move |k: usize| heights[j * columns + k];
     let column = |i: usize| move |k: usize| heights[k * columns + i];
-    is_even(&row(0), columns)
-        && is_even(&column(0), rows)
-        && !is_even(&row(1), columns)
-        && !is_even(&column(1), rows)
+    let is_first = |first: bool, others: [bool; 2]| first && others == [false; 2];
+    let middle = [rows / 2, columns / 2];
+    let is_row = is_first(
+        is_even(&row(0), columns),
+        [is_even(&row(1), columns), is_even(&row(middle[0]), columns)],
+    );
+    let is_column = is_first(
+        is_even(&column(0), rows),
+        [is_even(&column(1), rows), is_even(&column(middle[1]), rows)],
+    );
+    match (is_row, is_column) {
+        (true, true) => Some("its first row and its first column are"),
+        // Few heights may be evenly spaced by chance.
+        (true, false) if columns > 5 => Some("its first row is"),
+        (false, true) if rows > 5 => Some("its first column is"),
+        _ => None,
+    }
 }
 
 /// Returns the name of a surface in jobs and stores: the BLAKE3 hash of its bytes, in hexadecimal.

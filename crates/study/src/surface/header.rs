@@ -2,6 +2,7 @@
 //! mark of missing ones. Profilometers, Gwyddion and programs for maps write such headers, with or
 //! without a comment sign.
 
+use super::titles::{TitleUnit, height_unit, unit_of};
 use crate::file_fault::{FileFaults, FilePlace};
 use crate::units::LengthUnit;
 
@@ -53,6 +54,8 @@ enum Topic {
     LateralUnit,
     Missing,
     Factor,
+    Size,
+    Shape,
     Position,
 }
 
@@ -284,6 +287,28 @@ const TOPICS: &[(Topic, &[&str])] = &[
         ],
     ),
     (
+        Topic::Size,
+        &[
+            "size",
+            "dimension",
+            "dimensions",
+            "scan size",
+            "scan area",
+            "scan range",
+            "image size",
+            "map size",
+            "physical size",
+            "physical dimensions",
+            "real size",
+            "field of view",
+            "fov",
+            "measured area",
+            "area",
+            "resolution",
+        ],
+    ),
+    (Topic::Shape, &["shape", "array shape", "matrix shape"]),
+    (
         Topic::Position,
         &[
             "xllcorner",
@@ -312,6 +337,23 @@ const TOPICS: &[(Topic, &[&str])] = &[
 ];
 
 impl HeaderFacts {
+    /// Notes the unit that the title of heights gives; returns whether a line is their title.
+    pub(super) fn note_title(&mut self, line: usize, body: &str, faults: &mut FileFaults) -> bool {
+        match height_unit(body) {
+            Some(TitleUnit::Length(unit)) => {
+                self.height_unit = Some(Fact { value: unit, line });
+                true
+            }
+            Some(TitleUnit::Unknown) => {
+                faults.add(Some(FilePlace::line(line)), body.trim(), || {
+                    "gives heights in what is no unit of length known here".to_owned()
+                });
+                true
+            }
+            None => false,
+        }
+    }
+
     /// Notes what a line of a header says; returns whether it says something that is known. A line
     /// that gives a known thing wrongly is a fault.
     pub(super) fn note(&mut self, line: usize, body: &str, faults: &mut FileFaults) -> bool {
@@ -328,7 +370,14 @@ impl HeaderFacts {
         match topic {
             Topic::Count(axis) => match value.parse::<usize>() {
                 Ok(count) => self.counts[*axis] = Some(Fact { value: count, line }),
-                Err(_) => return refuse("does not give a whole number of pixels"),
+                // A resolution may be a distance of pixels as well.
+                Err(_) => match StatedLength::read(value).filter(|read| read.stated.unit.is_some())
+                {
+                    Some(ReadLength { stated, .. }) if name.ends_with("resolution") => {
+                        self.steps[*axis] = Some(Fact { value: stated, line });
+                    }
+                    _ => return refuse("does not give a whole number of pixels"),
+                },
             },
             Topic::Width(axis) => {
                 // "Height" may also head the heights, without a number.
@@ -367,6 +416,22 @@ impl HeaderFacts {
                 // A word marks missing pixels by itself.
                 _ => {}
             },
+            // Of a unit a program may say how many nanometres it has.
+            Topic::Factor if name == "bit2nm" && value.replace(',', ".").parse() == Ok(1.0) => {
+                self.height_unit = LengthUnit::find("nm").map(|value| Fact { value, line });
+            }
+            Topic::Size => self.note_size(line, value),
+            Topic::Shape => {
+                let sizes: Vec<Option<usize>> = value
+                    .split(|c: char| !c.is_ascii_digit())
+                    .filter(|digits| !digits.is_empty())
+                    .map(|digits| digits.parse().ok())
+                    .collect();
+                if let [Some(rows), Some(columns)] = sizes[..] {
+                    self.counts =
+                        [Some(Fact { value: columns, line }), Some(Fact { value: rows, line })];
+                }
+            }
             Topic::Factor => match StatedLength::read(value) {
                 Some(length) if length.stated.number != 1.0 => {
                     return refuse(
@@ -381,19 +446,101 @@ impl HeaderFacts {
         true
     }
 
+    /// Notes sizes along x and y: `512 x 512 pixels`, `60 µm x 80 µm`, `20 µm/px`. What is none of
+    /// these is a comment.
+    fn note_size(&mut self, line: usize, value: &str) {
+        // The x of pixels separates nothing.
+        let value = value.to_lowercase().replace(" by ", " x ");
+        let value = value.replace("pixel", "pt").replace("px", "pt");
+        for group in value.split([',', ';', '(']) {
+            let group = group.trim_matches([' ', ')']);
+            let parts: Vec<&str> = group.split(['x', '×', '*']).map(str::trim).collect();
+            let pair = match parts[..] {
+                [one] => [one, one],
+                [x, y] => [x, y],
+                _ => continue,
+            };
+            let [Some(x), Some(y)] = pair.map(StatedLength::read) else { continue };
+            let is_pixels = matches!(y.unit_word, "pt" | "pts" | "points");
+            let is_step = ["/pt", "/point", "per pt"].iter().any(|end| y.unit_word.ends_with(end));
+            for (axis, read) in [&x, &y].into_iter().enumerate() {
+                let unit = read.stated.unit.or(y.stated.unit);
+                let fact = Fact { value: StatedLength { unit, ..read.stated }, line };
+                if is_pixels && parts.len() == 2 {
+                    let count = read.stated.number as usize;
+                    self.counts[axis] = Some(Fact { value: count, line });
+                } else if is_step && unit.is_some() {
+                    self.steps[axis] = Some(fact);
+                } else if unit.is_some() {
+                    self.widths[axis] = Some(fact);
+                }
+            }
+        }
+    }
+
+    /// Notes where the header gives a width and a distance of pixels that do not agree for the
+    /// pixels that there are.
+    pub(super) fn compare_lengths(
+        &mut self,
+        counts: [usize; 2],
+        unit: LengthUnit,
+        faults: &mut FileFaults,
+    ) {
+        for (axis, count) in counts.into_iter().enumerate() {
+            let Some(width) = self.widths[axis] else { continue };
+            let is_bare = width.value.unit.is_none();
+            let is_count = is_bare && width.value.number == count as f64;
+            let Some(step) = self.steps[axis] else {
+                // A bare size may be a length or a number of pixels.
+                if is_count && self.lateral_unit.is_none() {
+                    self.widths[axis] = None;
+                }
+                continue;
+            };
+            let metres = |fact: &Fact<StatedLength>, times: f64| self.stated(fact, times, unit);
+            let (across, along) = (metres(&width, 1.0), metres(&step, count as f64));
+            let between = metres(&step, count as f64 - 1.0);
+            let agrees = |of: &StatedWidth| {
+                (across.width - of.width).abs()
+                    <= across.tolerance.max(of.tolerance) * of.width.abs()
+            };
+            if agrees(&along) {
+                continue;
+            }
+            // Some count from the first centre to the last one; then the distance tells the width.
+            if agrees(&between) || is_count {
+                self.widths[axis] = None;
+                continue;
+            }
+            let shown = crate::units::lengths(&[across.width, along.width]);
+            faults.add(Some(FilePlace::line(width.line)), "", || {
+                format!(
+                    "the header gives a width of {}, but the distance of pixels on line {} makes                      {} of {count} pixels",
+                    shown[0], step.line, shown[1]
+                )
+            });
+        }
+    }
+
+    /// Returns a stated length times a number \[m\]. Lengths without a unit are in `unit`.
+    fn stated(&self, fact: &Fact<StatedLength>, times: f64, unit: LengthUnit) -> StatedWidth {
+        let StatedLength { number, half_digit, unit: named } = fact.value;
+        let unit = named.or(self.lateral_unit.map(|fact| fact.value)).unwrap_or(unit);
+        StatedWidth {
+            // By its digits, so that it has the bits of the same width in a study.
+            width: unit
+                .metres(&format!("{:.11e}", number * times))
+                .unwrap_or_else(|| unit.metres_of(number * times)),
+            tolerance: (1e-3 * number.abs()).max(half_digit) / number.abs(),
+            line: fact.line,
+            has_unit: named.is_some(),
+        }
+    }
+
     /// Returns the width along x (0) or y (1) that the header states \[m\], with its tolerance, for
     /// `count` pixels. Lengths without a unit are in `unit`.
     pub(super) fn width(&self, axis: usize, count: usize, unit: LengthUnit) -> Option<StatedWidth> {
-        let stated = |fact: &Fact<StatedLength>, times: f64| {
-            let StatedLength { number, half_digit, unit: named } = fact.value;
-            let unit = named.or(self.lateral_unit.map(|fact| fact.value)).unwrap_or(unit);
-            StatedWidth {
-                width: unit.metres_of(number * times),
-                tolerance: (1e-3 * number.abs()).max(half_digit) / number.abs(),
-                line: fact.line,
-                has_unit: named.is_some(),
-            }
-        };
+        let stated = |fact: &Fact<StatedLength>, times: f64| self.stated(fact, times, unit);
         let by_width = self.widths[axis].as_ref().map(|fact| stated(fact, 1.0));
         let by_step = || self.steps[axis].as_ref().map(|fact| stated(fact, count as f64));
         by_width.or_else(by_step).filter(|stated| stated.width > 0.0)
@@ -432,7 +579,11 @@ impl StatedLength {
         let exponent = exponent.parse::<i32>().unwrap_or(0).saturating_sub(decimals as i32);
         let half_digit = if decimals > 0 { 0.5 * 10f64.powi(exponent) } else { 0.0 };
         let unit_word = value[end..].trim();
-        let unit = unit_of(unit_word);
+        let bare = ["/px", "/pixel", "/pt", "/point", "per pixel", "per pt"]
+            .iter()
+            .find_map(|end| unit_word.strip_suffix(end))
+            .unwrap_or(unit_word);
+        let unit = unit_of(bare);
         Some(ReadLength { stated: StatedLength { number, half_digit, unit }, unit_word })
     }
 }
@@ -462,18 +613,4 @@ fn split_fact(body: &str) -> Option<NamedValue> {
 struct NamedValue {
     name: String,
     value: String,
-}
-
-/// Returns the unit of length that a word means: `µm`, `[mm]`, `micrometers`.
-pub(super) fn unit_of(word: &str) -> Option<LengthUnit> {
-    let word = word.trim().trim_matches(['[', ']', '(', ')', '"', '\'', '.']).trim();
-    let symbol = match word.to_lowercase().as_str() {
-        "meter" | "meters" | "metre" | "metres" => "m",
-        "millimeter" | "millimeters" | "millimetre" | "millimetres" => "mm",
-        "micrometer" | "micrometers" | "micrometre" | "micrometres" | "micron" | "microns" => "um",
-        "nanometer" | "nanometers" | "nanometre" | "nanometres" => "nm",
-        "inch" | "inches" => "in",
-        _ => word,
-    };
-    LengthUnit::find(symbol)
 }

@@ -1,8 +1,9 @@
 //! Matrices and lists of heights as text.
 
-use super::header::{Fact, HeaderFacts, unit_of};
+use super::header::{Fact, HeaderFacts};
 use super::heights::{HeightMatrix, MAX_HEIGHTS};
-use super::missing::{Marks, is_mark};
+use super::missing::{Marks, is_mark, is_second_word};
+use super::titles::list_titles;
 use crate::file_fault::{FileFaults, FilePlace};
 use crate::file_text::{NumberReader, numbered_lines};
 use crate::units::LengthUnit;
@@ -60,19 +61,27 @@ impl<'a> MatrixText<'a> {
             }
             if let Some(comment) = comment(line) {
                 facts.note(number, comment, faults);
-                titles = titles.or_else(|| list_titles(comment).filter(|_| lines.is_empty()));
+                if lines.is_empty() {
+                    facts.note_title(number, comment, faults);
+                    titles = titles.or_else(|| list_titles(number, comment, faults));
+                }
                 continue;
             }
             let content = without_remark(line);
             let is_above = lines.is_empty();
             let is_word = content.trim_start().starts_with(char::is_alphabetic);
+            if is_above && is_word && facts.note_title(number, content, faults) {
+                continue;
+            }
             if is_above && is_word && facts.note(number, content, faults) {
                 continue;
             }
             if begins_with_a_number(content) {
                 lines.push(NumberLine { number, content });
-            } else if is_above && list_titles(content).is_some() {
-                titles = list_titles(content);
+            } else if let Some(units) =
+                is_above.then(|| list_titles(number, content, faults)).flatten()
+            {
+                titles = Some(units);
             } else {
                 faults.add(Some(FilePlace::line(number)), content, || {
                     "is neither a number nor a comment, and no known line of a header".to_owned()
@@ -240,7 +249,15 @@ impl NumberFormat {
     fn fields<'l>(self, line: &'l str) -> Box<dyn Iterator<Item = &'l str> + 'l> {
         let unquoted = |field: &'l str| field.trim().trim_matches('"').trim();
         match self.separator {
-            None => Box::new(line.split_whitespace().map(unquoted)),
+            None => {
+                let mut before = "";
+                let words = line.split_whitespace().filter(move |word| {
+                    let is_second = is_second_word(before, word);
+                    before = word;
+                    !is_second
+                });
+                Box::new(words.map(unquoted))
+            }
             Some(separator) => {
                 let line = line.trim_matches(' ');
                 let line = match self.has_trailing_separator {
@@ -303,10 +320,16 @@ fn comment(line: &str) -> Option<&str> {
     is_text.then(|| rest.trim_end_matches(['"', '\'', ',', ';']))
 }
 
-/// Returns a line up to the comment behind its numbers.
+/// Returns a line up to the comment behind its numbers. A sign within a word begins none: `1.#QNAN`
+/// is a mark, and `5%` no number.
 fn without_remark(line: &str) -> &str {
+    let follows_a_gap = |index: usize| {
+        line[..index].chars().next_back().is_none_or(|c| c.is_whitespace() || c == ',' || c == ';')
+    };
     let end = line
         .char_indices()
+        .filter(|(_, c)| matches!(c, '#' | '%' | '!' | '/'))
+        .filter(|(index, _)| follows_a_gap(*index))
         .find(|(index, c)| match c {
             '#' => !["N/A", "NUM!", "VALUE!", "DIV/0!", "REF!"]
                 .iter()
@@ -325,42 +348,6 @@ fn begins_with_a_number(line: &str) -> bool {
     let word = first.split([' ', '\t', ',', ';', '"']).next().unwrap_or_default();
     let digits = word.trim_start_matches(['+', '-', '\u{2212}', '.', ',']);
     digits.starts_with(|c: char| c.is_ascii_digit()) || is_mark(word)
-}
-
-/// Returns the units of x, y and z if a line has their titles: `X [mm]; Y [mm]; Z [µm]`.
-fn list_titles(line: &str) -> Option<[Option<LengthUnit>; 3]> {
-    let lower = line.to_lowercase();
-    let parts: Vec<&str> = match lower.contains([',', ';', '\t']) {
-        true => {
-            lower.split([',', ';', '\t']).map(str::trim).filter(|part| !part.is_empty()).collect()
-        }
-        false => lower.split_whitespace().filter(|part| !part.starts_with(['[', '('])).collect(),
-    };
-    let brackets: Vec<Option<LengthUnit>> = match lower.contains([',', ';', '\t']) {
-        true => parts.iter().map(|part| bracketed(part)).collect(),
-        false => lower
-            .split(['[', '('])
-            .skip(1)
-            .map(|rest| unit_of(rest.split([']', ')']).next()?))
-            .collect(),
-    };
-    let name = |part: &str| {
-        let part = part.trim_matches(['"', '\'']);
-        part.split(['[', '(', '/', ' ', '_']).next().unwrap_or_default().trim().to_owned()
-    };
-    let names: Vec<String> = parts.iter().map(|part| name(part)).collect();
-    let [x, y, z] = &names[..] else { return None };
-    let is_height = matches!(z.as_str(), "z" | "h" | "height" | "depth" | "elevation");
-    (x == "x" && y == "y" && is_height).then(|| match brackets[..] {
-        [x, y, z] => [x, y, z],
-        [one] => [one; 3],
-        _ => [None; 3],
-    })
-}
-
-fn bracketed(part: &str) -> Option<LengthUnit> {
-    let rest = part.split(['[', '(']).nth(1)?;
-    unit_of(rest.split([']', ')']).next()?)
 }
 
 fn not_a_number(field: &str, format: NumberFormat) -> String {

@@ -55,14 +55,18 @@ const WORDS: &[&str] = &[
     "masked",
     "empty",
     "nil",
-    "1.#qnan",
-    "-1.#qnan",
-    "1.#ind",
-    "-1.#ind",
-    "1.#inf",
-    "-1.#inf",
-    "1.#snan",
+    "<na>",
+    "n.a.",
+    "n.d.",
+    "no",
+    "no data",
+    "bad pixel",
+    "no value",
     "off",
+    "over",
+    "overflow",
+    "err",
+    "error",
     "dropout",
 ];
 
@@ -74,7 +78,20 @@ pub(super) fn is_mark(word: &str) -> bool {
         || is_of(&['?'])
         || is_of(&['_'])
         || is_of(&['.'])
+        // `1.#QNAN` and `-1.#IND00e+000` are what older Windows writes for NaN.
+        || word.trim_start_matches(['+', '-']).starts_with("1.#")
         || WORDS.contains(&word.to_lowercase().as_str())
+}
+
+/// Marks of two words, in lower case.
+const PAIRS: &[(&str, &str)] = &[("no", "data"), ("bad", "pixel"), ("no", "value")];
+
+/// Returns whether a word is the second one of a mark whose first one stands before it.
+pub(super) fn is_second_word(before: &str, word: &str) -> bool {
+    word.starts_with(|c: char| c.is_ascii_alphabetic())
+        && PAIRS.iter().any(|(first, second)| {
+            before.eq_ignore_ascii_case(first) && word.eq_ignore_ascii_case(second)
+        })
 }
 
 /// The marks of missing values that a file has, with how often each stands there.
@@ -117,6 +134,15 @@ fn is_marking(number: f64) -> bool {
     size >= 1e9 || nines.iter().any(near) || ends.iter().any(near)
 }
 
+/// The number of ranges of all other heights by which a round number lies apart that is taken for
+/// a mark, of whatever size it is.
+const FAR_APART: f64 = 20.0;
+
+/// Returns whether a number is a whole one other than 0.
+fn is_round(number: f64) -> bool {
+    number.abs() > 0.5 && (number - number.round()).abs() <= 1e-9 * number.abs()
+}
+
 impl HeightMatrix {
     /// Takes numbers that mark missing pixels for what they are: the one that is `stated`, in
     /// `unit`, and those that lie apart from all other heights and mark missing pixels elsewhere.
@@ -129,7 +155,9 @@ impl HeightMatrix {
     ) {
         let raw = |height: f64| height / unit.metres_of(1.0);
         let mut take = |heights: &mut [f64], mark: f64| {
-            let name = format!("{}", crate::units::Compact(mark));
+            // The mark was a height in metres; its last digits are those of the division.
+            let tidy: f64 = format!("{mark:.9e}").parse().unwrap_or(mark);
+            let name = format!("{}", crate::units::Compact(tidy));
             for height in heights.iter_mut() {
                 if (raw(*height) - mark).abs() <= 1e-6 * mark.abs() {
                     *height = marks.count(&name);
@@ -149,11 +177,16 @@ impl HeightMatrix {
             let below = ends.next_lowest - ends.lowest;
             let above = ends.highest - ends.next_highest;
             let is_apart = |distance: f64, rest: f64| distance > 0.0 && distance > rest.max(0.0);
-            if is_marking(raw(ends.lowest)) && is_apart(below, ends.highest - ends.next_lowest) {
+            // Of a pattern with few heights each may be meant.
+            let is_pattern = !has_more_than_four(&self.heights);
+            let marks_missing = |height: f64, distance: f64, rest: f64| {
+                let is_far = rest > 0.0 && distance > FAR_APART * rest;
+                is_apart(distance, rest)
+                    && (is_marking(raw(height)) || is_far && !is_pattern && is_round(raw(height)))
+            };
+            if marks_missing(ends.lowest, below, ends.highest - ends.next_lowest) {
                 take(&mut self.heights, raw(ends.lowest));
-            } else if is_marking(raw(ends.highest))
-                && is_apart(above, ends.next_highest - ends.lowest)
-            {
+            } else if marks_missing(ends.highest, above, ends.next_highest - ends.lowest) {
                 take(&mut self.heights, raw(ends.highest));
             } else if is_marking(raw(ends.lowest))
                 && is_marking(raw(ends.highest))
@@ -232,6 +265,21 @@ impl HeightMatrix {
             });
         }
     }
+}
+
+/// Returns whether there are more than four different heights.
+fn has_more_than_four(heights: &[f64]) -> bool {
+    let mut found: Vec<f64> = Vec::with_capacity(5);
+    for height in heights.iter().filter(|height| !height.is_nan()) {
+        if found.contains(height) {
+            continue;
+        }
+        found.push(*height);
+        if found.len() > 4 {
+            return true;
+        }
+    }
+    false
 }
 
 /// The two lowest and the two highest different heights.

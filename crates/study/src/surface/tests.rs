@@ -314,6 +314,141 @@ fn rows_of_two_numbers_are_no_points() {
     assert_eq!((read.columns(), read.rows()), (2, 6));
 }
 
+#[test]
+fn numbers_of_lines_and_columns_are_not_heights() {
+    let height = |i: usize, j: usize| format!("{}", (3 * i * i + 5 * j * j + i * j) % 11);
+    let row = |j: usize| (0..7).map(|i| height(i, j)).collect::<Vec<_>>().join(",");
+    let plain: String = (0..7).map(|j| row(j) + "\n").collect();
+    assert_eq!(surface(&plain).columns(), 7);
+    let titled = format!("0,1,2,3,4,5,6\n{plain}");
+    assert!(refusal(&titled).starts_with("its first row is evenly spaced"), "{}", refusal(&titled));
+    for first in [0, 1] {
+        let numbered: String = (0..7).map(|j| format!("{},{}\n", j + first, row(j))).collect();
+        let found = refusal(&numbered);
+        assert!(found.starts_with("its first column is evenly spaced"), "{found}");
+    }
+    // A slope is evenly spaced everywhere.
+    let slope: String = (0..7).map(|j| format!("{j} {} 9 8 7 6 5\n", j + 1)).collect();
+    assert_eq!(surface(&slope).columns(), 7);
+    for (text, says) in [
+        ("1\n".repeat(20), "1 column and 20 rows: the heights of a map one after the other?"),
+        ("1 2\n".repeat(20), "2 columns and 20 rows: a list of x and z?"),
+        (format!("{0}\n{0}\n{0}", "1 2 ".repeat(20)), "40 columns and 3 rows: a list of x, y"),
+    ] {
+        assert!(refusal(&text).contains(says), "{}", refusal(&text));
+    }
+}
+
+/// A sign within a word begins no comment: what stands before it is not the number.
+#[test]
+fn signs_within_words_begin_no_comment() {
+    for mark in ["1.#QNAN", "-1.#IND", "1.#INF00e+000", "No Data", "n.d.", "BAD PIXEL", "<NA>"] {
+        let found = refusal(&format!("1 2 3\n4 5 {mark}\n7 8 9"));
+        assert!(found.starts_with("1 of 9 pixels are missing"), "{mark}: {found}");
+    }
+    for word in ["0.5%", "1.5#bad", "1//2", "0.5!"] {
+        let found = refusal(&format!("1 2 3\n4 5 {word}\n7 8 9"));
+        assert!(found.contains("is not a finite number"), "{word}: {found}");
+    }
+    assert_eq!(surface("1 2 3 # a\n4 5 6 // b\n7 8 9\t% c").heights()[5], 6e-6);
+}
+
+#[test]
+fn titles_name_the_units_of_their_columns() {
+    let list = |title: &str| {
+        let point = |k: usize| format!("{},{},{}\n", k % 4, k / 4, (k * 7) % 5);
+        map(
+            format!("{title}\n{}", (0..16).map(point).collect::<String>()).as_bytes(),
+            MapReading::default(),
+        )
+    };
+    for title in [
+        "X [mm],Y [mm],Z [µm]",
+        "x_mm,y_mm,height_um",
+        "X/mm,Y/mm,Z/µm",
+        "x in mm,y in mm,z in microns",
+        "\"x (mm)\",\"y (mm)\",\"z (um)\"",
+        "x mm,y mm,z um",
+        "x [mm] y [mm] z [um]",
+    ] {
+        let read = list(title).unwrap_or_else(|why| panic!("{title}: {why}"));
+        assert_eq!(read.surface.heights()[1], 2e-6, "{title}");
+        assert_eq!(read.extents[0].map(|extent| extent.width), Some(4e-3), "{title}");
+    }
+    let found = list("x [mm],y [mm],z [counts]").unwrap_err();
+    assert!(found.contains("line 1: `counts` stands where a unit is due"), "{found}");
+    // The title of heights gives their unit, with a comment sign or without.
+    for title in ["# z [nm]", "Height Sensor(nm)", "\"Height (nm)\"", "% Topography / nm"] {
+        let text = format!("{title}\n1 2\n3 4\n");
+        let read = map(text.as_bytes(), MapReading::default()).unwrap();
+        assert_eq!(read.surface.heights()[3], 4e-9, "{title}");
+        let found = refusal(&text);
+        assert!(found.contains("heights are in nm, the study says um"), "{title}: {found}");
+    }
+    assert!(refusal("# Height (V)\n1 2\n3 4").contains("gives heights in what is no unit"));
+    assert_eq!(surface("# Height (see the paper)\n1 2\n3 4").columns(), 2);
+}
+
+#[test]
+fn sizes_in_headers_agree_with_each_other_and_the_matrix() {
+    let body = "1 2 3\n4 5 6\n";
+    let widths = |header: &str| {
+        let read = map(format!("{header}\n{body}").as_bytes(), MapReading::default());
+        read.map(|read| read.extents.map(|extent| extent.map(|extent| extent.width)))
+    };
+    let (three, two) = (Some(3e-5), Some(2e-5));
+    for header in [
+        "# Size: 3 x 2 pixels, 30 µm x 20 µm",
+        "# Dimensions: 30 um × 20 um",
+        "# Scan size: 30 x 20 um",
+        "# Resolution: 10 µm/pixel",
+        "# Lateral resolution: 10 µm/px",
+        "# X resolution: 10 um\n# Y resolution: 10 um",
+        // Some programs count from the first centre to the last one.
+        "# Width: 20 um\n# Height: 10 um\n# Pixel size: 10 um",
+        "# Size X: 3\n# Size Y: 2\n# Unit X: mm\n# Spacing X: 0.01\n# Spacing Y: 0.01",
+    ] {
+        assert_eq!(widths(header), Ok([three, two]), "{header}");
+    }
+    for (header, says) in [
+        ("# Width: 1 mm\n# Pixel size: 10 um", "the header gives a width of 1 mm, but"),
+        ("# shape: (3, 2)", "the header says 2 columns, below it there are 3"),
+        ("# Size: 4 x 2 px", "the header says 4 columns, below it there are 3"),
+    ] {
+        let found = widths(header).unwrap_err();
+        assert!(found.contains(says), "{header}: {found}");
+    }
+    assert_eq!(widths("# Size: large"), Ok([None, None]));
+    assert_eq!(
+        map(format!("# Bit2nm = 1.0\n{body}").as_bytes(), MapReading::default())
+            .unwrap()
+            .surface
+            .heights()[0],
+        1e-9
+    );
+}
+
+/// A round number far from all others marks missing pixels, of whatever size it is.
+#[test]
+fn round_numbers_far_apart_mark_missing_pixels() {
+    for mark in ["-99", "255", "4095", "-1000", "1e6", "-1e5"] {
+        let text = format!("0.1 0.25 0.3\n0.4 {mark} 0.6\n0.7 0.85 0.9\n");
+        let found = refusal(&text);
+        let shown = mark.replace("-1e5", "-100000");
+        assert!(found.contains(&format!("marked by `{shown}` (once)")), "{mark}: {found}");
+        let kept = MapReading { missing: MissingRule::Keep, ..in_unit("um") };
+        assert!(map(text.as_bytes(), kept).is_ok());
+    }
+    // A pattern has few heights, and a peak need not be round.
+    assert_eq!(surface("0 0 5\n0 0.01 5").columns(), 3);
+    assert_eq!(surface("0.1 0.25 0.3\n0.4 99.7 0.6\n0.7 0.85 0.9").columns(), 3);
+    let found = refusal("1 2 3\n4 1e38 6\n-999 8 9\n");
+    assert!(found.contains("`-999` (once), `1e38` (once)"), "{found}");
+    let body: Vec<u8> = [1.0, f64::NAN, 3.0, 4.0].iter().flat_map(|x| x.to_le_bytes()).collect();
+    let found = map(&npy("'<f8'", "False", "(2, 2)", &body), in_unit("nm")).unwrap_err();
+    assert!(found.contains("marked by `nan` (once)"), "{found}");
+}
+
 proptest! {
     #[test]
     fn damaged_files_never_panic(
