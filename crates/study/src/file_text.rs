@@ -108,6 +108,9 @@ impl NumberReader {
     /// exponent may be written with an `e` or, as in Fortran, a `d`.
     pub(crate) fn read(&mut self, word: &str) -> Option<f64> {
         let has_point = !self.has_decimal_comma;
+        if let Some(value) = self.unit.metres_at_once(word).filter(|_| has_point) {
+            return Some(value);
+        }
         let is_plain = |byte: u8| match byte {
             b'.' => has_point,
             _ => matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'e' | b'E'),

@@ -40,6 +40,9 @@ const MAX_STORED: usize = 1 << 27;
 /// rather than a map.
 const LONGEST_STRIP: usize = 12;
 
+/// The number of lines beyond which three columns, or rows, of an NPY file are taken for a list.
+const LONGEST_NPY_STRIP: usize = 100;
+
 /// The format of a map of which some pixels are no part of the sole.
 const VERSION_WITH_ABSENT: u8 = 2;
 
@@ -171,10 +174,19 @@ impl RawMap {
         (0..none.matrix.heights.iter().filter(|height| height.is_nan()).count()).for_each(|_| {
             marks.count("nan");
         });
-        if none.matrix.columns != 3 {
+        let HeightMatrix { rows, columns, .. } = none.matrix;
+        if rows.min(columns) == 3 && rows.max(columns) > LONGEST_NPY_STRIP && columns != 3 {
+            faults.add(None, "", || {
+                format!(
+                    "it has 3 rows of {columns} numbers, as lists of x, of y and of z have; save a \
+                     list with one point in a row, and a map with a fourth row"
+                )
+            });
+        }
+        if columns != 3 {
             return Ok(none);
         }
-        // A matrix of NPY states its shape, so that only a whole grid is taken for a list.
+        // A matrix of NPY states its shape, so that a short one is a list only if it is a grid.
         let list = match PointList::of(&none.matrix, false) {
             PointList::Grid(_) if units.lateral() != unit => {
                 let mut matrix = none.matrix;
@@ -198,7 +210,18 @@ impl RawMap {
                 faults.add(None, "", || reason);
                 none
             }
-            PointList::None => none,
+            PointList::None => {
+                if rows > LONGEST_NPY_STRIP {
+                    faults.add(None, "", || {
+                        format!(
+                            "it has 3 columns and {rows} rows, but is no list of x, y and z whose \
+                             points lie on a grid; sample the points on a grid, and save a map \
+                             with a fourth column"
+                        )
+                    });
+                }
+                none
+            }
         };
         Ok(list)
     }

@@ -104,8 +104,11 @@ fn read_zips(text: &str, node: &Node<'_>, groups: &mut Vec<Group>, mistakes: &mu
                     .context(first.span.clone(), "as many as here"),
             );
         }
+        // Rows are told apart only where each has all its values.
+        if axes.iter().all(|axis| axis.choices.len() == length) {
+            refuse_repeated_rows(&axes, mistakes);
+        }
         axes.retain(|axis| axis.choices.len() == length);
-        refuse_repeated_rows(&axes, mistakes);
         groups.push(Group { axes, length });
     }
 }

@@ -310,6 +310,12 @@ impl LengthUnit {
         scaled(number, self.scale)
     }
 
+    /// Returns the metres of a decimal number of units, correctly rounded; `None` if the text is no
+    /// number, or one that takes longer to read.
+    pub(crate) fn metres_at_once(self, number: &str) -> Option<f64> {
+        scaled_at_once_by(number, self.scale)
+    }
+
     /// Returns the metres of a double's number of units, rounded once where the unit is a power of
     /// ten: the doubles 10⁰ … 10²² are exact.
     pub(crate) fn metres_of(self, number: f64) -> f64 {
@@ -373,12 +379,16 @@ fn small_number(digits: &[u8]) -> Option<i32> {
 
 /// Returns a decimal number times the scale of its unit.
 fn scaled(number: &str, scale: UnitScale) -> Option<f64> {
-    let at_once = match scale {
+    scaled_at_once_by(number, scale).or_else(|| scaled_by_text(number, scale))
+}
+
+/// Returns a decimal number times the scale of its unit, if [`scaled_at_once`] can tell it.
+fn scaled_at_once_by(number: &str, scale: UnitScale) -> Option<f64> {
+    match scale {
         UnitScale::Ten(exponent) => scaled_at_once(number, 1, exponent),
         UnitScale::Decimal(factor, exponent) => scaled_at_once(number, factor, exponent),
         UnitScale::Times(_) => None,
-    };
-    at_once.or_else(|| scaled_by_text(number, scale))
+    }
 }
 
 /// Returns a decimal number of any length times the scale of its unit.

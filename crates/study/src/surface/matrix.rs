@@ -247,7 +247,16 @@ impl NumberFormat {
 
     /// Returns the fields of a line.
     fn fields<'l>(self, line: &'l str) -> Box<dyn Iterator<Item = &'l str> + 'l> {
-        let unquoted = |field: &'l str| field.trim().trim_matches('"').trim();
+        let unquoted = |field: &'l str| {
+            let is_bare = |byte: Option<&u8>| {
+                byte.is_some_and(|byte| byte.is_ascii_graphic() && *byte != b'"')
+            };
+            let bytes = field.as_bytes();
+            match is_bare(bytes.first()) && is_bare(bytes.last()) {
+                true => field,
+                false => field.trim().trim_matches('"').trim(),
+            }
+        };
         match self.separator {
             None => {
                 let mut before = "";
@@ -301,6 +310,10 @@ fn comment(line: &str) -> Option<&str> {
     if line.chars().count() > 3 && line.chars().all(is_ruler) {
         return Some("");
     }
+    // Most lines are numbers, and a file may have millions of them.
+    if !line.starts_with(['#', '%', '!', '*', ';', '"', '\'', '/']) {
+        return None;
+    }
     let mut words = line.split([' ', '\t', ',', ';']).filter(|word| !word.is_empty()).peekable();
     if words.peek().is_some() && words.all(begins_with_a_number) {
         return None;
@@ -323,6 +336,9 @@ fn comment(line: &str) -> Option<&str> {
 /// Returns a line up to the comment behind its numbers. A sign within a word begins none: `1.#QNAN`
 /// is a mark, and `5%` no number.
 fn without_remark(line: &str) -> &str {
+    if !['#', '%', '!', '/'].iter().any(|sign| line.contains(*sign)) {
+        return line.trim_end_matches(' ');
+    }
     let follows_a_gap = |index: usize| {
         line[..index].chars().next_back().is_none_or(|c| c.is_whitespace() || c == ',' || c == ';')
     };

@@ -339,6 +339,19 @@ fn numbers_of_lines_and_columns_are_not_heights() {
     }
 }
 
+/// An NPY file states its shape, but nobody has a map of three columns and hundreds of rows.
+#[test]
+fn lists_in_npy_files_are_no_maps() {
+    let scattered: Vec<u8> =
+        (0..600u32).flat_map(|k| f64::from(k * k * 7 % 1009).to_le_bytes()).collect();
+    let read = |shape: &str| map(&npy("'<f8'", "False", shape, &scattered), in_unit("um"));
+    assert!(
+        read("(200, 3)").unwrap_err().contains("it has 3 columns and 200 rows, but is no list")
+    );
+    assert!(read("(3, 200)").unwrap_err().contains("it has 3 rows of 200 numbers"));
+    assert_eq!(read("(150, 4)").unwrap().surface.columns(), 4);
+}
+
 /// A sign within a word begins no comment: what stands before it is not the number.
 #[test]
 fn signs_within_words_begin_no_comment() {

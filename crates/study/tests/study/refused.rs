@@ -607,6 +607,16 @@ fn every_refusal_is_clear() {
     insta::assert_snapshot!(said);
 }
 
+/// A list that is too short leaves rows without a value, which are no repetition.
+#[test]
+fn a_zip_of_unequal_lists_is_refused_for_their_lengths_alone() {
+    let zip = "[[sweep.zip]]\nmesh = [16, 16]\ntolerance = [1e-6]\n";
+    let text = GOOD.replace("[sweep]\n\"friction.mu\" = [0.1, 0.2]\n", zip);
+    let error = Study::parse(&text, "study.toml", &mut files).unwrap_err();
+    assert_eq!(error.mistakes().len(), 1, "{error}");
+    assert!(error.to_string().contains("axes that advance together need equally many"), "{error}");
+}
+
 #[test]
 fn no_two_cases_are_the_same() {
     let names: std::collections::HashSet<_> = CASES.iter().map(|(name, ..)| name).collect();
