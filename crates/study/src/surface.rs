@@ -175,7 +175,15 @@ impl RawMap {
             marks.count("nan");
         });
         let HeightMatrix { rows, columns, .. } = none.matrix;
-        if rows.min(columns) == 3 && rows.max(columns) > LONGEST_NPY_STRIP && columns != 3 {
+        let is_grid_on_its_side = || {
+            let heights = &none.matrix.heights;
+            let points =
+                (0..columns).flat_map(|point| (0..3).map(move |row| row * columns + point));
+            let points = points.filter_map(|place| heights.get(place).copied()).collect();
+            let list = HeightMatrix { rows: columns, columns: 3, heights: points };
+            matches!(PointList::of(&list, false), PointList::Grid(_))
+        };
+        if rows == 3 && columns > 3 && (columns > LONGEST_NPY_STRIP || is_grid_on_its_side()) {
             faults.add(None, "", || {
                 format!(
                     "it has 3 rows of {columns} numbers, as lists of x, of y and of z have; save a \

@@ -350,6 +350,12 @@ fn lists_in_npy_files_are_no_maps() {
     );
     assert!(read("(3, 200)").unwrap_err().contains("it has 3 rows of 200 numbers"));
     assert_eq!(read("(150, 4)").unwrap().surface.columns(), 4);
+    let grid: Vec<u8> = [|k: u32| k % 4, |k: u32| k / 4, |k: u32| k * 7 % 5]
+        .iter()
+        .flat_map(|number| (0..16).flat_map(|k| f64::from(number(k)).to_le_bytes()))
+        .collect();
+    let found = map(&npy("'<f8'", "False", "(3, 16)", &grid), in_unit("um")).unwrap_err();
+    assert!(found.contains("it has 3 rows of 16 numbers"), "{found}");
 }
 
 /// A sign within a word begins no comment: what stands before it is not the number.
