@@ -15,8 +15,20 @@ use study::units::Dimension;
 pub(crate) const RESOLUTION: f64 = 300.0;
 
 /// Returns the two files of a figure, given their name without ending.
-pub(crate) fn figure_files(stem: &Path) -> Vec<PathBuf> {
+fn figure_files(stem: &Path) -> Vec<PathBuf> {
     ["svg", "png"].map(|ending| PathBuf::from(format!("{}.{ending}", stem.display()))).to_vec()
+}
+
+/// Returns the two files of a figure whose name nobody has chosen, and refuses what is no file of
+/// its own: a link would lead to a file of somebody else, and a pipe would wait for a reader.
+pub(crate) fn own_files(stem: &Path) -> Result<Vec<PathBuf>> {
+    let files = figure_files(stem);
+    for file in &files {
+        if std::fs::symlink_metadata(file).is_ok_and(|found| !found.is_file()) {
+            bail!("{} is something else than a file; remove it", file.display());
+        }
+    }
+    Ok(files)
 }
 
 /// Draws a study's figure to files that end in .svg or .png, from the rows for which `filter`

@@ -59,8 +59,9 @@ impl<'a> WrittenStore<'a> {
         keys.par_iter().map(state).collect()
     }
 
-    /// Returns true if a record can be decoded and its fields are there. They are read whole, which
-    /// takes a hundredth of what computing them took, but only once.
+    /// Returns true if a record can be decoded and its fields are there. They are read whole, but
+    /// only once (measured: 50 ms for 60 grids of 96 × 96 that took 3 s to compute, 100 ms for 2000
+    /// of 16 × 16 that took 2.3 s).
     fn is_whole(&self, key: &JobKey, bytes: &[u8]) -> bool {
         if self.sound().contains(key) {
             return true;

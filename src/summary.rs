@@ -298,7 +298,7 @@ fn draw_figures(results: &Results<'_>, directory: &Path) -> Result<Vec<Result<Dr
     let draw = |figure: &study::Figure| {
         std::fs::create_dir_all(&folder)
             .with_context(|| format!("cannot make {}", folder.display()))?;
-        let files = figures::figure_files(&folder.join(figure.stem(results.study().name())));
+        let files = figures::own_files(&folder.join(figure.stem(results.study().name())))?;
         let missing = figures::draw(results, figure, None, &files)?;
         Ok(DrawnFigure { files, missing })
     };

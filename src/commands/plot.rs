@@ -6,7 +6,7 @@ use answers::Results;
 use anyhow::{Result, bail};
 
 use crate::cli::PlotArgs;
-use crate::figures::{draw, figure_files, nothing_varies};
+use crate::figures::{draw, nothing_varies, own_files};
 use crate::output::{self, Finish};
 use crate::proposal;
 use crate::stored::{StoreSource, read_store, stored_study};
@@ -28,10 +28,14 @@ pub(crate) fn plot(args: &PlotArgs) -> Result<Finish> {
     let (mut written, mut failed) = (Vec::new(), None);
     for figure in &figures {
         let stem = figure.stem(results.study().name());
-        let files =
-            args.output.clone().map_or_else(|| figure_files(Path::new(&stem)), |file| vec![file]);
-        match draw(&results, figure, args.filter.as_deref(), &files) {
-            Ok(missing) => {
+        let files = match &args.output {
+            Some(file) => Ok(vec![file.clone()]),
+            None => own_files(Path::new(&stem)),
+        };
+        let drawn = files
+            .and_then(|files| Ok((draw(&results, figure, args.filter.as_deref(), &files)?, files)));
+        match drawn {
+            Ok((missing, files)) => {
                 for (file, missing) in files.iter().zip(missing.iter().cycle()) {
                     output::say(&format!("{}: {missing}", file.display()));
                 }

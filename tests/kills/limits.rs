@@ -85,6 +85,30 @@ fn a_limit_of_the_process_ends_in_words() {
     }
 }
 
+/// The system counts the threads of a user, so this one has no others.
+#[test]
+fn few_threads_end_in_words() {
+    if !is_root("be another user") {
+        return;
+    }
+    let place = Place::with(&LARGE.replace("96", "16"));
+    let user = 200_000 + std::process::id();
+    let program = place.path("tribosweep");
+    fs::copy(env!("CARGO_BIN_EXE_tribosweep"), &program).unwrap();
+    std::os::unix::fs::chown(place.directory.path(), Some(user), Some(user)).unwrap();
+    let cores = std::thread::available_parallelism().unwrap().get();
+    for threads in [2, 9, 10, 12, 14, 15, 16, 19].map(|more| cores + more) {
+        let line = format!(
+            "exec setpriv --reuid {user} --clear-groups sh -c 'ulimit -u {threads}; \
+             exec ./tribosweep run study.toml --store store-{threads}'"
+        );
+        let ended = shell(&place, &line);
+        assert!(matches!(ended.code, Some(0 | 1)), "{line}: {:?}\n{}", ended.code, ended.said);
+        assert!(!ended.said.contains("panicked"), "{line}: {}", ended.said);
+        assert!(ended.code == Some(0) || ended.said.contains("`ulimit -u`"), "{}", ended.said);
+    }
+}
+
 #[test]
 fn few_open_files_make_few_workers_and_a_soft_limit_is_raised() {
     let place = Place::with(LARGE);
@@ -186,6 +210,57 @@ fn a_signal_that_is_ignored_at_the_start_stays_ignored() {
         let said = fs::read_to_string(place.path("err")).unwrap();
         assert_eq!(status.code(), Some(0), "SIG{name}: {status}\n{said}");
         assert_eq!(place.records().len(), JOBS);
+    }
+}
+
+/// Nothing reads the output of this run, which waits for that and hears no request.
+#[test]
+fn who_asks_a_third_time_ends_a_process_that_does_not_hear() {
+    let place = Place::with(LARGE);
+    let (_reader, mut writer) = std::io::pipe().unwrap();
+    std::io::Write::write_all(&mut writer, &[0; 64 << 10]).unwrap();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_tribosweep"))
+        .args(["run", "study.toml", "--store"])
+        .arg(place.store())
+        .current_dir(place.directory.path())
+        .env(MARK, place.directory.path())
+        .stdout(writer)
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    while place.records().is_empty() {
+        assert!(child.try_wait().unwrap().is_none());
+        sleep(Duration::from_millis(5));
+    }
+    for _ in 0..3 {
+        sleep(Duration::from_millis(300));
+        let _ = rustix::process::kill_process(Pid::from_child(&child), Signal::INT);
+    }
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    place.succeed(&["run", "study.toml"]);
+    place.assert_quiet();
+}
+
+#[test]
+fn a_pipe_or_a_link_in_the_place_of_a_figure_is_left_alone() {
+    let place = Place::with(LARGE);
+    place.succeed(&["run", "study.toml"]);
+    let figures = place.store().join("figures");
+    let names = fs::read_dir(&figures).unwrap().map(|entry| entry.unwrap().path());
+    let names: Vec<PathBuf> = names.collect();
+    assert!(!names.is_empty());
+    let precious = place.path("precious");
+    for kind in ["mkfifo", "ln -s ../../precious"] {
+        fs::write(&precious, "precious").unwrap();
+        for name in &names {
+            // The run before has written none of them.
+            let _ = fs::remove_file(name);
+        }
+        let line = format!("{kind} {}; exec timeout 20 $T run study.toml", names[0].display());
+        let ended = shell(&place, &line);
+        assert_eq!(ended.code, Some(0), "{line}: {}", ended.said);
+        assert!(ended.said.contains("is something else than a file; remove it"), "{}", ended.said);
+        assert_eq!(fs::read_to_string(&precious).unwrap(), "precious");
     }
 }
 

@@ -21,8 +21,9 @@ const CHANNEL: u64 = 1 << 20;
 pub(crate) const RESERVE: u64 = 16 << 20;
 /// The threads that a worker has, its process counted as one.
 const THREADS_PER_WORKER: usize = 3;
-/// The threads that the program needs for the store and for itself, beside one for each core.
-const THREADS: usize = 8;
+/// The threads that the program needs for the store and for itself, beside one for each core
+/// (measured: 9, and one more for each reader and while a worker is started).
+const THREADS: usize = 14;
 /// The address space that the program needs beyond what it has when it starts \[bytes\] (measured:
 /// 110 MiB); most of it is reserved for the arenas and stacks of threads, and not used.
 const ADDRESS_SPACE: u64 = 256 << 20;

@@ -13,9 +13,13 @@ use crate::interrupt::Interrupt;
 /// The request that a signal raises.
 static RAISED: OnceLock<Interrupt> = OnceLock::new();
 
+/// The number of requests that a run obeys: to finish the jobs in flight, and to stop at once.
+const HEARD: u32 = 2;
+
 /// Raises a request whenever the process gets SIGINT, SIGTERM or SIGHUP. A signal that is ignored
 /// when the program starts stays ignored, as `nohup` and `trap ''` want it. Only the first request
-/// of a process is raised.
+/// of a process is raised. Who asks three times is not heard, because the process waits for
+/// something else than its run, and then it ends at once.
 ///
 /// # Errors
 /// The system refuses to tell the process about signals.
@@ -30,9 +34,14 @@ pub fn raise_on_signals(interrupt: &Interrupt) -> std::io::Result<()> {
     Ok(())
 }
 
-extern "C" fn raise(_: libc::c_int) {
+extern "C" fn raise(signal: libc::c_int) {
     if let Some(interrupt) = RAISED.get() {
         interrupt.raise();
+        if interrupt.raised() > HEARD {
+            // SAFETY: `_exit` may be called in a signal handler; it runs no destructor. That loses
+            // nothing that is done, and the next run clears up.
+            unsafe { libc::_exit(128 + signal) }
+        }
     }
 }
 

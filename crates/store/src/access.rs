@@ -30,10 +30,15 @@ pub(crate) enum Wanted {
 /// Opens a regular file for reading.
 pub(crate) fn open_to_read(path: &Path) -> io::Result<File> {
     // Without the flag, opening a pipe would wait for its writer.
-    let file = File::options()
-        .read(true)
-        .custom_flags(OFlags::NONBLOCK.bits().cast_signed())
-        .open(path)?;
+    let opened =
+        File::options().read(true).custom_flags(OFlags::NONBLOCK.bits().cast_signed()).open(path);
+    let file = match opened {
+        // A socket, or a device that does not exist, cannot even be opened.
+        Err(error) if Errno::from_io_error(&error) == Some(Errno::NXIO) => {
+            return Err(not_regular());
+        }
+        opened => opened?,
+    };
     require_regular(&file)?;
     Ok(file)
 }
@@ -122,12 +127,14 @@ fn require_regular(file: &File) -> io::Result<()> {
     if kind.is_file() {
         return Ok(());
     }
-    let (error, what) = if kind.is_dir() {
-        (io::ErrorKind::IsADirectory, "it is a directory")
-    } else {
-        (io::ErrorKind::InvalidData, "it is not a regular file")
-    };
-    Err(io::Error::new(error, what))
+    if kind.is_dir() {
+        return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a directory"));
+    }
+    Err(not_regular())
+}
+
+fn not_regular() -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, "it is not a regular file")
 }
 
 fn other(reason: impl Into<String>) -> io::Error {

@@ -57,6 +57,22 @@ pub(crate) fn is_real_directory(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok_and(|found| found.is_dir())
 }
 
+/// Returns true if there is anything at `path`, be it a link that leads nowhere.
+pub(crate) fn is_present(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok()
+}
+
+/// Removes whatever is at `path`, a directory with all that is in it. A link is not followed.
+pub(crate) fn clear_away(path: &Path) -> io::Result<()> {
+    if is_real_directory(path) {
+        fs::remove_dir_all(path)
+    } else if is_present(path) {
+        fs::remove_file(path)
+    } else {
+        Ok(())
+    }
+}
+
 /// Renames what is at `path`, so that the name is free, and returns its new name. An empty
 /// directory is removed instead.
 pub(crate) fn put_aside(path: &Path) -> io::Result<Option<PathBuf>> {
@@ -68,7 +84,7 @@ pub(crate) fn put_aside(path: &Path) -> io::Result<Option<PathBuf>> {
         let mut name = path.as_os_str().to_owned();
         name.push(format!(".damaged-{number}"));
         let aside = PathBuf::from(name);
-        if fs::symlink_metadata(&aside).is_err() {
+        if !is_present(&aside) {
             fs::rename(path, &aside)?;
             return Ok(Some(aside));
         }

@@ -1,5 +1,6 @@
 //! This file copies a store whole, also while a run is writing it.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use identity::JobKey;
@@ -47,26 +48,30 @@ impl StoreReader {
     /// `destination`. Records are opaque to the store, so `references` names the blobs that a
     /// record refers to. What is damaged is left out and said.
     ///
+    /// The studies are named last and at once, so a copy that was cut short shows none, and to copy
+    /// to the same place again completes it.
+    ///
     /// # Errors
-    /// [`ExportError`] if there is a store in `destination`, or if reading or writing fails as a
-    /// whole. What was copied by then is a store that holds less.
+    /// [`ExportError`] if there is a store with studies in `destination`, or if reading or writing
+    /// fails as a whole. What was copied by then is a store without studies.
     pub fn export(
         &self,
         destination: &Path,
         mut references: impl FnMut(&JobKey, &[u8]) -> Vec<Digest>,
     ) -> Result<Export, ExportError> {
-        if is_there(destination)? {
-            return Err(ExportError::Occupied(destination.to_owned()));
+        let occupied = || ExportError::Occupied(destination.to_owned());
+        if is_there(destination)? && !Store::read(destination)?.study_names()?.is_empty() {
+            return Err(occupied());
         }
         let copy = Store::open(destination)?;
-        let mut done = Export::default();
-        // The names come first: the records of a study are there before anybody asks for them.
+        if !copy.study_names().is_empty() {
+            return Err(occupied());
+        }
+        let (mut done, mut studies) = (Export::default(), BTreeMap::new());
+        // A run that adds a study meanwhile adds its records later.
         for name in self.study_names()? {
             match self.study(&name) {
-                Ok(Some(definition)) => {
-                    copy.put_study(&name, &definition)?;
-                    done.studies += 1;
-                }
+                Ok(Some(definition)) => drop(studies.insert(name, definition)),
                 Ok(None) => {}
                 Err(error) => done.faults.push(format!("study {name}: {error}")),
             }
@@ -105,6 +110,8 @@ impl StoreReader {
             }
         }
         copy.commit(&group)?;
+        copy.put_studies(&studies)?;
+        done.studies = studies.len();
         Ok(done)
     }
 }

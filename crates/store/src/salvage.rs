@@ -56,17 +56,16 @@ pub(crate) fn salvage(
         Err(Unreadable::Absent | Unreadable::Damaged(_)) => (None, BTreeMap::new()),
     };
     let (records, salvaged) = (directory.join(RECORDS), directory.join(SALVAGED));
-    if !records.exists() && salvaged.exists() {
+    if !durable::is_present(&records) && durable::is_real_directory(&salvaged) {
         // An earlier salvage was killed at its last step.
         fs::rename(&salvaged, &records).map_err(io("put into place", &salvaged))?;
     }
-    if salvaged.exists() {
-        fs::remove_dir_all(&salvaged).map_err(io("remove", &salvaged))?;
-    }
+    durable::clear_away(&salvaged).map_err(io("remove", &salvaged))?;
 
     // sled enlarges and rewrites its files when it opens them.
     WriteError::require_space(directory, 0)?;
-    let mut sound = if records.exists() {
+    // Something else than a directory is in its place, and holds no records.
+    let mut sound = if records.is_dir() {
         readable(&records).map_err(io("read", &records))?
     } else {
         BTreeMap::new()
@@ -101,7 +100,7 @@ pub(crate) fn salvage(
     }
     let manifest = Manifest::new(sound.len() as u64, kept);
     manifest.write(directory).map_err(io("write", &directory.join(FILE)))?;
-    let damaged = if records.exists() {
+    let damaged = if durable::is_present(&records) {
         durable::put_aside(&records).map_err(io("put aside", &records))?
     } else {
         None

@@ -1,5 +1,6 @@
 //! This file holds the store as one process has it open for writing.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
@@ -167,13 +168,24 @@ impl Store {
     /// # Errors
     /// [`WriteError`] if the blob or the manifest cannot be written.
     pub fn put_study(&self, name: &str, definition: &[u8]) -> Result<(), WriteError> {
-        let digest = self.core.blobs.put(definition)?;
+        self.put_studies(&BTreeMap::from([(name.to_owned(), definition.to_owned())]))
+    }
+
+    /// Stores the definitions of studies under their names, all or none.
+    pub(crate) fn put_studies(
+        &self,
+        definitions: &BTreeMap<String, Vec<u8>>,
+    ) -> Result<(), WriteError> {
+        let mut digests = BTreeMap::new();
+        for (name, definition) in definitions {
+            digests.insert(name.clone(), self.core.blobs.put(definition)?);
+        }
         let mut manifest = self.core.manifest();
-        if manifest.studies.get(name) == Some(&digest) {
+        let mut next = manifest.clone();
+        next.studies.extend(digests);
+        if next.studies == manifest.studies {
             return Ok(());
         }
-        let mut next = manifest.clone();
-        next.studies.insert(name.to_owned(), digest);
         self.core.replace(&mut manifest, next)
     }
 

@@ -261,6 +261,41 @@ fn a_directory_in_the_place_of_any_file_is_healed() {
     }
 }
 
+/// A pipe, a socket, a file or a link that leads nowhere is in the place of what a salvage needs.
+#[test]
+fn anything_in_the_place_of_a_part_of_the_store_is_healed() {
+    let original = tempfile::tempdir().unwrap();
+    make(original.path());
+    for (name, kept) in [("manifest.json", COUNT), ("records", 0), ("records.salvaged", COUNT)] {
+        for kind in ["pipe", "socket", "file", "link"] {
+            let copied = tempfile::tempdir().unwrap();
+            copy(original.path(), copied.path());
+            let path = copied.path().join(name);
+            match fs::symlink_metadata(&path) {
+                Ok(found) if found.is_dir() => fs::remove_dir_all(&path).unwrap(),
+                Ok(_) => fs::remove_file(&path).unwrap(),
+                Err(_) => {}
+            }
+            match kind {
+                "pipe" => assert!(Command::new("mkfifo").arg(&path).status().unwrap().success()),
+                "socket" => drop(std::os::unix::net::UnixListener::bind(&path).unwrap()),
+                "file" => fs::write(&path, b"garbage").unwrap(),
+                _ => std::os::unix::fs::symlink("/nowhere/at all", &path).unwrap(),
+            }
+            let salvage = match Store::salvage(copied.path(), |_, _| Vec::new()) {
+                Ok(salvage) => salvage,
+                Err(error) => panic!("{kind} as {name}: {error}"),
+            };
+            assert_eq!(salvage.kept as u64, kept, "{kind} as {name}");
+            let store = Store::open(copied.path()).unwrap();
+            store.put_study("sweep", b"mu = [0.1, 0.3]").unwrap();
+            store.commit(&records(0..COUNT)).unwrap();
+            drop(store);
+            assert_eq!(inspect(copied.path()), "sound", "{kind} as {name}");
+        }
+    }
+}
+
 /// sled's own files may be torn by a kill or a power failure before anything was acknowledged.
 #[test]
 fn a_store_that_promises_nothing_recovers_from_any_first_write() {

@@ -352,6 +352,32 @@ fn a_live_store_is_exported_whole() {
 }
 
 #[test]
+fn an_export_that_was_cut_short_shows_no_study_and_is_completed() {
+    let directory = tempfile::tempdir().unwrap();
+    let (from, to) = (directory.path().join("store"), directory.path().join("copy"));
+    let store = Store::open(&from).unwrap();
+    store.commit(&records(0..700)).unwrap();
+    for name in ["one", "other"] {
+        store.put_study(name, name.as_bytes()).unwrap();
+    }
+    let reader = Store::read(&from).unwrap();
+    // A panic ends it as a kill would.
+    let killed = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+        reader.export(
+            &to,
+            |job, _| if *job == reader.keys().unwrap()[600] { panic!() } else { vec![] },
+        )
+    }));
+    assert!(killed.is_err());
+    assert_eq!(Store::read(&to).unwrap().study_names().unwrap(), Vec::<String>::new());
+    let done = reader.export(&to, |_, _| Vec::new()).unwrap();
+    assert_eq!((done.records, done.studies), (700, 2));
+    let copy = Store::read(&to).unwrap();
+    assert_eq!(copy.keys().unwrap(), reader.keys().unwrap());
+    assert_eq!(copy.study_names().unwrap(), ["one", "other"]);
+}
+
+#[test]
 fn reading_creates_nothing() {
     let directory = tempfile::tempdir().unwrap();
     assert!(matches!(Store::read(directory.path()), Err(OpenError::Missing { .. })));
