@@ -1,5 +1,6 @@
 //! The process that reads inputs.
 
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::fs::File;
 use std::os::unix::fs::FileExt;
@@ -9,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
-use crate::corpus::Corpus;
+use crate::corpus::{Corpus, InputKind};
 
 /// The memory that reading an input may take \[bytes\].
 const MEMORY: u64 = 1 << 30;
@@ -29,20 +30,27 @@ pub(crate) fn read(
     let progress = File::create(progress)?;
     // The parent says which input it was.
     std::panic::set_hook(Box::new(|_| ()));
+    let mut accepted: BTreeMap<InputKind, u64> = BTreeMap::new();
     for number in inputs {
         progress.write_all_at(&number.to_le_bytes(), 0)?;
         let input = corpus.input(seed, number);
         let start = Instant::now();
         let end = catch_unwind(AssertUnwindSafe(|| Corpus::read(&input)));
-        if let Err(panic) = end {
-            let words = panic.downcast_ref::<String>().map(String::as_str);
-            let words = words.or(panic.downcast_ref::<&str>().copied()).unwrap_or_default();
-            println!("FAULT input {number}, {:?}: panic: {words}", input.kind);
+        match end {
+            Ok(is_accepted) => *accepted.entry(input.kind).or_default() += u64::from(is_accepted),
+            Err(panic) => {
+                let words = panic.downcast_ref::<String>().map(String::as_str);
+                let words = words.or(panic.downcast_ref::<&str>().copied()).unwrap_or_default();
+                println!("FAULT input {number}, {:?}: panic: {words}", input.kind);
+            }
         }
         if start.elapsed() > PATIENCE {
             let seconds = start.elapsed().as_secs_f64();
             println!("FAULT input {number}, {:?}: {seconds:.1} s", input.kind);
         }
+    }
+    for (kind, count) in accepted {
+        println!("accepted {count} {kind:?}");
     }
     Ok(())
 }

@@ -93,6 +93,11 @@ impl Corpus {
         inputs.entry(InputKind::Map).or_default().extend([npy("<f8", 8), npy(">f4", 4)]);
         inputs.insert(InputKind::Record, vec![record()?]);
         inputs.insert(InputKind::Message, messages());
+        // What is refused before it is changed would try nothing.
+        let is_read = |message: &Vec<u8>| runner::is_message(message) || store::is_message(message);
+        if !inputs[&InputKind::Message].iter().all(is_read) {
+            return Err("a message of the corpus is none".into());
+        }
         Ok(Self { inputs })
     }
 
@@ -102,8 +107,8 @@ impl Corpus {
         let mut dice = Dice::new(seed);
         let kind = dice.pick(&InputKind::SHARES);
         let bytes = match kind {
-            InputKind::Study => studies::text(seed).into_bytes(),
-            InputKind::Filter => filters::text(seed).into_bytes(),
+            InputKind::Study => studies::text(&mut dice).into_bytes(),
+            InputKind::Filter => filters::text(&mut dice).into_bytes(),
             InputKind::Map | InputKind::Profile | InputKind::Record | InputKind::Message => {
                 changed(&self.inputs[&kind], &mut dice)
             }
@@ -111,40 +116,39 @@ impl Corpus {
         Input { kind, bytes }
     }
 
-    /// Reads an input as the program does.
-    pub(crate) fn read(Input { kind, bytes }: &Input) {
+    /// Reads an input as the program does, and returns whether it was accepted.
+    pub(crate) fn read(Input { kind, bytes }: &Input) -> bool {
         match kind {
-            InputKind::Study => _ = studies::read(&String::from_utf8_lossy(bytes)),
+            InputKind::Study => studies::read(&String::from_utf8_lossy(bytes)),
             InputKind::Map => {
+                let mut is_accepted = surface::decode_surface(bytes).is_ok();
                 for missing in [MissingRule::Fill, MissingRule::Exclude, MissingRule::Refuse] {
                     let reading = MapReading { unit: Some("um"), missing, ..MapReading::default() };
                     if let Ok(map) = surface::read(bytes, &reading) {
                         let stored = surface::encode_surface(&map.surface);
                         surface::decode_surface(&stored).expect("a map reads its own bytes");
+                        is_accepted = true;
                     }
                 }
-                let _ = surface::decode_surface(bytes);
+                is_accepted
             }
             InputKind::Profile => {
+                let mut is_accepted = profile::decode_profile(bytes).is_ok();
                 for kind in [ProfileKind::Rail, ProfileKind::Wheel] {
                     if let Ok(read) = profile::read(bytes, kind) {
                         let stored = profile::encode_profile(&read.profile);
                         profile::decode_profile(&stored).expect("a profile reads its own bytes");
+                        is_accepted = true;
                     }
                 }
-                let _ = profile::decode_profile(bytes);
+                is_accepted
             }
-            InputKind::Filter => {
-                _ = filters::read(&String::from_utf8_lossy(bytes));
-            }
-            InputKind::Record => {
-                if let Ok(record) = Record::decode(bytes) {
-                    let _ = (record.key(), record.parse_job(), record.encode());
-                }
-            }
-            InputKind::Message => {
-                let _ = (runner::is_message(bytes), store::is_message(bytes));
-            }
+            InputKind::Filter => filters::read(&String::from_utf8_lossy(bytes)),
+            InputKind::Record => Record::decode(bytes).is_ok_and(|record| {
+                let _ = (record.key(), record.parse_job(), record.encode());
+                true
+            }),
+            InputKind::Message => runner::is_message(bytes) || store::is_message(bytes),
         }
     }
 }
@@ -170,10 +174,16 @@ fn record() -> Result<Vec<u8>, Box<dyn Error>> {
     Ok(Record { physics, job, ending, fields: None, provenance }.encode())
 }
 
-/// Returns bytes like those that coordinator and worker, and reader and holder, say to each other.
+/// Returns what a worker, a coordinator and a reader say, without the format versions before it.
 fn messages() -> Vec<Vec<u8>> {
-    let request = [1, 1, 7, 0, 0, 0, 0, 0, 0, 0xe0, 0x3f, 0, 0, 2, 1, 2, 1];
-    let reply = [1, 0, 1, 1, 0, 1, 4];
-    let keys = [2, 0, 0];
-    vec![request.to_vec(), reply.to_vec(), keys.to_vec(), vec![2; 70]]
+    // A result in the message, one in a file, and a failure; the worker has nothing left.
+    let mut request = vec![3];
+    request.extend([7, 0, 0, 0, 0, 0, 0, 0xe0, 0x3f, 0, 0, 2, 1, 2]);
+    request.extend([251, 0x2c, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1]);
+    request.extend([9; 32]);
+    request.extend([5, 8, 0, 0, 0, 0, 0, 0, 0, 0, 1, 2, b'n', b'o', 1]);
+    let jobs = vec![0, 1, 1, 0, 1, 4];
+    let keys = vec![0, 0];
+    let records = [vec![2, 2], vec![9; 64]].concat();
+    vec![request, jobs, keys, records]
 }

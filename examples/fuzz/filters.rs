@@ -84,11 +84,10 @@ const DICTIONARY: &[&str] = &[
     "duration('1s')",
 ];
 
-/// Makes the filter of a seed.
-pub(crate) fn text(seed: u64) -> String {
-    let mut dice = Dice::new(seed);
+/// Makes a filter.
+pub(crate) fn text(dice: &mut Dice) -> String {
     let good = dice.pick(GOOD);
-    mutated(good, DICTIONARY, GOOD, &mut dice)
+    mutated(good, DICTIONARY, GOOD, dice)
 }
 
 /// Filters a table, and returns whether the filter was accepted.

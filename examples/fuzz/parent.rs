@@ -1,6 +1,9 @@
 //! The process that starts those that read inputs, and starts them anew when one ends early.
 
+use std::collections::BTreeMap;
 use std::error::Error;
+use std::fs::File;
+use std::io::{Read, Seek};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread::sleep;
@@ -8,11 +11,35 @@ use std::time::{Duration, Instant};
 
 use crate::child::PATIENCE;
 
-/// The faults among the inputs of one process, and the longest time between two looks at which it
-/// was still at the same input.
+/// What the processes have said.
 #[derive(Default)]
 struct Found {
     faults: Vec<String>,
+    /// The number of inputs that were accepted, by their kind.
+    accepted: BTreeMap<String, u64>,
+}
+
+impl Found {
+    /// Takes note of what a process has printed.
+    fn hear(&mut self, said: &str) {
+        for line in said.lines() {
+            let mut words = line.strip_prefix("accepted ").unwrap_or_default().split(' ');
+            match (words.next().and_then(|count| count.parse::<u64>().ok()), words.next()) {
+                (Some(count), Some(kind)) => {
+                    *self.accepted.entry(format!("{kind} inputs accepted")).or_default() += count;
+                }
+                _ => self.faults.push(line.to_owned()),
+            }
+        }
+    }
+
+    fn add(mut self, other: Found) -> Self {
+        self.faults.extend(other.faults);
+        for (kind, count) in other.accepted {
+            *self.accepted.entry(kind).or_default() += count;
+        }
+        self
+    }
 }
 
 /// Reads all inputs in a number of processes, prints the faults and a summary, and returns the
@@ -34,11 +61,14 @@ pub(crate) fn run(count: u64, seed: u64, processes: u64) -> Result<usize, Box<dy
             .map(|thread| thread.join().unwrap_or_else(|_| Err("a thread panicked".to_owned())))
             .collect::<Result<Vec<Found>, String>>()
     })?;
-    let faults: Vec<String> = found.into_iter().flat_map(|found| found.faults).collect();
+    let Found { faults, accepted } = found.into_iter().fold(Found::default(), Found::add);
     for fault in &faults {
         println!("{fault}");
     }
-    println!("{}", serde_json::json!({ "inputs": count, "panics, aborts, hangs": faults.len() }));
+    let mut summary = serde_json::json!(accepted);
+    summary["inputs"] = count.into();
+    summary["panics, aborts, hangs"] = faults.len().into();
+    println!("{summary}");
     Ok(faults.len())
 }
 
@@ -53,6 +83,8 @@ fn read_all(
     let mut found = Found::default();
     while from < count {
         std::fs::write(progress, [])?;
+        // Files take any number of lines; a pipe that nobody empties would stop the child.
+        let (mut out, mut err) = (tempfile::tempfile()?, tempfile::tempfile()?);
         let mut child = Command::new(std::env::current_exe()?)
             .args(["--from", &from.to_string(), "--count", &count.to_string()])
             .args(["--seed", &seed.to_string(), "--processes", &processes.to_string()])
@@ -60,8 +92,8 @@ fn read_all(
             .arg(progress)
             .env("RAYON_NUM_THREADS", "1")
             .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
+            .stdout(out.try_clone()?)
+            .stderr(err.try_clone()?)
             .spawn()?;
         let (mut at, mut since) = (None, Instant::now());
         let (status, hangs) = loop {
@@ -77,17 +109,15 @@ fn read_all(
             }
             sleep(Duration::from_millis(20));
         };
-        let output = child.wait_with_output()?;
-        let said = String::from_utf8_lossy(&output.stdout).into_owned();
-        found.faults.extend(said.lines().map(str::to_owned));
+        found.hear(&text_of(&mut out)?);
         if status.success() {
             break;
         }
         let Some(number) = number_in(progress) else {
-            let words = String::from_utf8_lossy(&output.stderr).into_owned();
+            let words = text_of(&mut err)?;
             return Err(format!("a process ended before its first input: {status}: {words}").into());
         };
-        let words = String::from_utf8_lossy(&output.stderr);
+        let words = text_of(&mut err)?;
         let end = words.lines().last().unwrap_or_default();
         let end = if hangs { "it hangs".to_owned() } else { format!("{status} {end}") };
         found.faults.push(format!("FAULT input {number}: {end}"));
@@ -100,4 +130,12 @@ fn read_all(
 fn number_in(progress: &Path) -> Option<u64> {
     let bytes = std::fs::read(progress).ok()?;
     Some(u64::from_le_bytes(bytes.try_into().ok()?))
+}
+
+/// Returns what stands in a file from its beginning.
+fn text_of(file: &mut File) -> std::io::Result<String> {
+    let mut bytes = Vec::new();
+    file.rewind()?;
+    file.read_to_end(&mut bytes)?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
 }

@@ -198,11 +198,10 @@ const DICTIONARY: &[&str] = &[
     "# \u{202e}",
 ];
 
-/// Makes the study file of a seed.
-pub(crate) fn text(seed: u64) -> String {
-    let mut dice = Dice::new(seed);
+/// Makes a study file.
+pub(crate) fn text(dice: &mut Dice) -> String {
     let good = dice.pick(GOOD);
-    mutated(good, DICTIONARY, GOOD, &mut dice)
+    mutated(good, DICTIONARY, GOOD, dice)
 }
 
 /// The largest number of points of which every one is looked at.

@@ -113,9 +113,11 @@ pub(crate) fn decode<M: Decode<()>>(bytes: &[u8]) -> Result<M, MessageError> {
     }
 }
 
-/// Tells whether bytes are a message between a coordinator and a worker.
-pub fn is_message(bytes: &[u8]) -> bool {
-    decode::<Request<Body>>(bytes).is_ok() || decode::<Reply<Body>>(bytes).is_ok()
+/// Tells whether bytes that follow the format version are a message between a coordinator and a
+/// worker.
+pub fn is_message(content: &[u8]) -> bool {
+    let bytes = [&[FORMAT], content].concat();
+    decode::<Request<Body>>(&bytes).is_ok() || decode::<Reply<Body>>(&bytes).is_ok()
 }
 
 #[cfg(test)]
