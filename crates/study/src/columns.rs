@@ -13,6 +13,7 @@
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashSet};
 
+use crate::assemble::HEIGHT_MAP;
 use crate::axis::SweepAxis;
 use crate::key::Key;
 use crate::suggestion::nearest;
@@ -74,7 +75,7 @@ pub(crate) fn columns<'a>(
         let has_default = key == Key::Mu
             || ["numerics.", "search."].iter().any(|table| key.pattern().starts_with(table));
         let is_there = (is_given || has_default) && !refuses(key);
-        let is_input = matches!(key, Key::File | Key::HeightUnit);
+        let is_input = key == Key::File || HEIGHT_MAP.contains(&key);
         if is_there && !is_input && !axes_columns.contains(&key.column()) {
             let (name, dimension, meaning) = (key.column(), key.dimension(), key.meaning());
             columns.push(Column {

@@ -33,6 +33,10 @@ use crate::file_fault::{FileFaults, FilePlace};
 use crate::file_text::{decode_text, known_format};
 use crate::units::{Compact, LengthUnit};
 
+/// The number of columns up to which a text may be a list of points: to read one as points before it
+/// is read as heights takes the time twice.
+const MOST_LIST_COLUMNS: usize = 8;
+
 /// The largest number of heights of a stored map, a bound for damaged bytes.
 const MAX_STORED: usize = 1 << 27;
 
@@ -196,19 +200,13 @@ impl RawMap {
         }
         // A matrix of NPY states its shape, so that a short one is a list only if it is a grid.
         let list = match PointList::of(&none.matrix, false) {
-            PointList::Grid(_) if units.lateral() != unit => {
-                let mut matrix = none.matrix;
-                let ratio = units.lateral().metres_of(1.0) / unit.metres_of(1.0);
-                matrix.heights.chunks_mut(3).for_each(|point| {
-                    point[0] *= ratio;
-                    point[1] *= ratio;
-                });
-                match PointList::of(&matrix, false) {
-                    PointList::Grid(grid) => Self::of_points(grid, unit, false),
-                    _ => Self { matrix, ..none },
+            PointList::Grid(mut grid) => {
+                if units.lateral() != unit {
+                    let ratio = units.lateral().metres_of(1.0) / unit.metres_of(1.0);
+                    for length in grid.widths.iter_mut().chain(&mut grid.centre) {
+                        *length *= ratio;
+                    }
                 }
-            }
-            PointList::Grid(grid) => {
                 (0..grid.vacant).for_each(|_| {
                     marks.count("no point");
                 });
@@ -283,7 +281,7 @@ impl RawMap {
         let stated = units.lateral.or(lateral_said);
         let lateral = stated.unwrap_or(unit);
         let list_units = ListUnits { lateral, heights: unit, is_free: stated.is_none() };
-        if text.columns() >= 3
+        if (3..=MOST_LIST_COLUMNS).contains(&text.columns())
             && let Some(list) = Self::of_list(&text, list_units, marks, faults)
         {
             return list;
@@ -393,7 +391,9 @@ impl RawMap {
         for height in matrix.heights.iter_mut().filter(|height| height.is_infinite()) {
             *height = marks.count("inf");
         }
-        let stated = reading.missing_value.or(self.missing);
+        // Whoever says that all numbers are heights overrules the file's header.
+        let of_header = self.missing.filter(|_| reading.missing != MissingRule::Keep);
+        let stated = reading.missing_value.or(of_header);
         matrix.recognise_marks(stated, reading.missing, self.unit, &mut marks);
         if matches!(reading.missing, MissingRule::Refuse | MissingRule::Keep) {
             matrix.refuse_missing(&marks, &mut faults);

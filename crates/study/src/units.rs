@@ -171,19 +171,26 @@ fn find(symbol: &str) -> Option<&'static Unit> {
         return None;
     }
     let plain = plain(symbol);
-    UNITS.iter().find(|unit| self::plain(unit.symbol) == plain)
+    let is_meant = |unit: &&Unit| {
+        let known = self::plain(unit.symbol);
+        known == plain || known.replace(' ', "") == plain
+    };
+    UNITS.iter().find(is_meant)
 }
 
 /// Returns the spelling of a symbol by which units are told apart: with u for µ, with plain digits,
-/// and without signs of multiplication and powers. Capitals count: "Nm" is a moment, "nm" a length.
+/// without signs of powers, and with a blank for each sign of multiplication. Capitals count: "Nm"
+/// is a moment, "nm" a length. So do blanks: "m m" is no millimetre.
 fn plain(symbol: &str) -> String {
-    let is_sign = |c: char| c.is_whitespace() || matches!(c, '^' | '*' | '·' | '⋅' | '.');
     let letter = |c: char| match c {
         'µ' | 'μ' => 'u',
         '²' => '2',
+        '*' | '·' | '⋅' | '.' => ' ',
         c => c,
     };
-    symbol.chars().filter(|c| !is_sign(*c)).map(letter).collect()
+    let letters: String = symbol.chars().filter(|c| *c != '^').map(letter).collect();
+    let words = |part: &str| part.split_whitespace().collect::<Vec<_>>().join(" ");
+    letters.split('/').map(words).collect::<Vec<_>>().join("/")
 }
 
 /// Returns the unit of a dimension that was probably meant by a symbol that is none.
@@ -414,6 +421,9 @@ fn multiplied(number: &str, factor: u64) -> Option<String> {
         None => ("", mantissa),
     };
     let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
+    if digits.bytes().any(|byte| !(byte.is_ascii_digit() || byte == b'.')) {
+        return None;
+    }
     let product = format!("{whole}{fraction}").parse::<u128>().ok()?.checked_mul(factor.into())?;
     let exponent = exponent.parse::<i64>().ok()?.checked_sub(fraction.len() as i64)?;
     Some(format!("{sign}{product}e{exponent}"))
@@ -469,15 +479,9 @@ impl std::fmt::Display for Compact {
 /// Returns lengths \[m\] in words, with four digits, in the unit that fits the largest of them.
 pub(crate) fn lengths(metres: &[f64]) -> Vec<String> {
     let largest = metres.iter().map(|x| x.abs()).fold(0.0, f64::max);
-    let fits = |(least, _): &&(f64, &str)| largest >= *least;
-    let units = [(1.0, "m"), (1e-3, "mm"), (1e-6, "um"), (0.0, "nm")];
-    let symbol = units.iter().find(fits).map_or("m", |(_, symbol)| symbol);
-    let unit = match symbol {
-        "m" => 1.0,
-        "mm" => 1e-3,
-        "um" => 1e-6,
-        _ => 1e-9,
-    };
+    let units = [(1.0, "m"), (1e-3, "mm"), (1e-6, "um")];
+    let fits = |(unit, _): &(f64, &str)| largest >= *unit;
+    let (unit, symbol) = units.into_iter().find(fits).unwrap_or((1e-9, "nm"));
     let digits = |x: f64| {
         let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
         format!("{}", Compact(rounded))

@@ -413,6 +413,9 @@ impl HeaderFacts {
                 Ok(number) if number.is_finite() => {
                     self.missing = Some(Fact { value: number, line });
                 }
+                _ if value.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)) => {
+                    return refuse("gives no plain number, in the unit of the heights");
+                }
                 // A word marks missing pixels by itself.
                 _ => {}
             },
@@ -452,7 +455,8 @@ impl HeaderFacts {
         // The x of pixels separates nothing.
         let value = value.to_lowercase().replace(" by ", " x ");
         let value = value.replace("pixel", "pt").replace("px", "pt");
-        for group in value.split([',', ';', '(']) {
+        // A comma without a blank is decimal.
+        for group in value.replace(", ", ";").split([';', '(']) {
             let group = group.trim_matches([' ', ')']);
             let parts: Vec<&str> = group.split(['x', '×', '*']).map(str::trim).collect();
             let pair = match parts[..] {
@@ -515,7 +519,7 @@ impl HeaderFacts {
             let shown = crate::units::lengths(&[across.width, along.width]);
             faults.add(Some(FilePlace::line(width.line)), "", || {
                 format!(
-                    "the header gives a width of {}, but the distance of pixels on line {} makes                      {} of {count} pixels",
+                    "the header gives a width of {}, but the distance of pixels on line {} makes {} of {count} pixels",
                     shown[0], step.line, shown[1]
                 )
             });

@@ -137,6 +137,9 @@ impl<'a> MatrixText<'a> {
                 if index >= self.format.least && field.is_empty() {
                     continue;
                 }
+                if heights.len() > MAX_HEIGHTS {
+                    break;
+                }
                 let reader = &mut readers[index.min(last_reader)];
                 heights.push(match reader.read(field) {
                     Some(height) => height,

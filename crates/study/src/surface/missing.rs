@@ -129,7 +129,8 @@ fn is_marking(number: f64) -> bool {
     let nines = [999.0, 9999.0, 99999.0, 999999.0, 9999999.0, 99999999.0, 999999999.0];
     let ends = [32767.0, 32768.0, 65535.0, 8388607.0, 8388608.0, 16777215.0];
     let near = |mark: &f64| {
-        (size - mark).abs() <= 1e-6 * mark || size == mark + 0.25 || size == mark + 0.9
+        // Nines may go on behind the point, 9999.9.
+        [0.0, 0.9].iter().any(|more| (size - mark - more).abs() <= 1e-6 * mark)
     };
     size >= 1e9 || nines.iter().any(near) || ends.iter().any(near)
 }
