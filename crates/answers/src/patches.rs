@@ -31,12 +31,13 @@ pub struct Patch {
 /// The place of a patch on a rail, in SI units.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PatchOnRail {
-    /// The coordinates y and z in the track.
+    /// The coordinate y in the track \[m\], positive to the right.
     track_y: f64,
+    /// The coordinate z in the track \[m\], positive downwards.
     track_z: f64,
-    /// The inclination of the rail under the patch.
+    /// The inclination of the rail under the patch \[rad\], from y towards z.
     angle: f64,
-    /// The inclination of the plane in which the patch was computed.
+    /// The inclination of the plane in which the patch was computed \[rad\], from y towards z.
     plane_angle: f64,
 }
 

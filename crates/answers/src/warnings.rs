@@ -91,8 +91,12 @@ pub fn warnings(record: &Record) -> Vec<Warning> {
 pub(crate) fn of_elements(records: &[&Record], subject: Subject) -> Vec<Warning> {
     let warning = |ElementCount { column, words, read }: &ElementCount| {
         let is_counted = |step: &StepOutcome| read(&step.observables) > 0;
-        let concerned: Vec<&&Record> =
-            records.iter().filter(|record| steps_of(record).iter().any(is_counted)).collect();
+        // The columns of a failed point are empty, so that no filter finds it.
+        let is_shown = |record: &Record| subject == Subject::OneResult || record.is_certified();
+        let concerned: Vec<&&Record> = records
+            .iter()
+            .filter(|record| is_shown(record) && steps_of(record).iter().any(is_counted))
+            .collect();
         (!concerned.is_empty()).then(|| Warning {
             words: format!("elements{} {words}", subject.of(concerned.len())),
             filter: format!("{column} > 0"),
@@ -106,7 +110,7 @@ fn steps_of(record: &Record) -> &[StepOutcome] {
     record.outcome().map_or(&[], |outcome| &outcome.steps)
 }
 
-/// Warns of certified results in contact whose error is not estimated, or is larger than what is
+/// Warns of certified results in contact whose error is not estimated, or is larger than the
 /// limit.
 pub(crate) fn of_estimates(
     records: &[&Record],

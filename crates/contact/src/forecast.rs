@@ -91,6 +91,15 @@ pub fn forecast(
     // The memory holds table and symbols of the certificate's operator and of the solver's, a dozen
     // whole fields, and forty Krylov vectors.
     let memory = 8.0 * ((16.0 + 12.0 + 40.0) * elements + 46.0 * unknowns as f64);
+    // A height map holds a height and four numbers for the slopes of each pixel, and a search for
+    // its highest point two more.
+    let pixels = match &scene.punch.shape {
+        Shape::HeightMap { surface, .. } => {
+            surfaces.get(surface).map_or(0, |map| map.columns() * map.rows())
+        }
+        _ => 0,
+    };
+    let memory = memory + 56.0 * pixels as f64;
     let seconds = set_up + assembly + seconds * increments + 1e-4;
     Ok(Forecast {
         elements: [layout.nx, layout.ny],

@@ -13,7 +13,7 @@ pub fn pareto_front(points: &[(f64, f64)]) -> Vec<usize> {
 /// A point whose x was measured with some noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NoisyPoint {
-    /// The measured value, not negative if there is noise.
+    /// The measured value.
     pub x: f64,
     /// The noise of x on either side, relative to x.
     pub noise: f64,

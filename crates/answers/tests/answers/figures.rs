@@ -114,7 +114,6 @@ fn a_suggested_figure_draws_what_the_scene_leaves_free_and_what_varies() {
 
 #[test]
 fn an_axis_along_which_nothing_varies_is_no_abscissa() {
-    // Without friction nothing depends on the seed of a random start, nor on the mesh of two.
     let of = |axes: &str| {
         let study = parse(&format!(
             "name = \"test\"\n{SPHERES}

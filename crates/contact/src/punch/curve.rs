@@ -201,8 +201,9 @@ impl Graph {
             }
             let newton = t - excess / self.along(point.tangent);
             let next = if (low..=high).contains(&newton) { newton } else { 0.5 * (low + high) };
-            // The error after the step is the square of the step times the curvature.
-            if excess == 0.0 || (next - t).abs() <= 1e-10 {
+            // The error after a step of Newton's is the square of the step times the curvature.
+            let is_near = next == newton && (next - t).abs() <= 1e-10;
+            if excess == 0.0 || is_near || high - low <= 1e-16 * (1.0 + t.abs()) {
                 return Some(next.clamp(start[1], end[1]));
             }
             t = next;

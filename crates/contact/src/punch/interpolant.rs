@@ -99,15 +99,19 @@ impl Interpolant {
             move |patch: &CubicPatch| patch.lowest() < level && patch.lowest().is_finite()
         };
         let found = parallel::bands(width * (self.nodes[1] - 1), |cells| {
-            let mut patches: Vec<CubicPatch> = cells
-                .filter(|cell| counts(cell % width, cell / width))
-                .map(|cell| self.patch_on_map(cell % width, cell / width))
-                .filter(below(0.0))
-                .collect();
-            keep_lowest(&mut patches, MOST);
-            patches
+            let low = cells.filter(|cell| counts(cell % width, cell / width)).filter_map(|cell| {
+                let lowest = self.patch_on_map(cell % width, cell / width).lowest();
+                (lowest < 0.0 && lowest.is_finite()).then_some((lowest, cell))
+            });
+            low.collect::<Vec<(f64, usize)>>()
         });
-        let mut patches = found.concat();
+        let mut cells = found.concat();
+        if cells.len() > MOST {
+            cells.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            cells.truncate(MOST);
+        }
+        let patch = |(_, cell): &(f64, usize)| self.patch_on_map(cell % width, cell / width);
+        let mut patches: Vec<CubicPatch> = cells.iter().map(patch).collect();
         let mut least = 0.0;
         for _ in 0..DEPTH {
             least = patches.iter().map(CubicPatch::corner).fold(least, f64::min);

@@ -212,7 +212,8 @@ impl WheelOnRail {
         let ends = ends?;
         let mean = first / length;
         let semi_axis_s = 2.0 * (second / length - mean * mean).max(0.0).sqrt();
-        // Over a paraboloid's base the mean height is half of the largest one.
+        // Weighted with the length along x, the mean height on the silhouette of a paraboloid is
+        // ¾ of the largest one.
         let height = 4.0 / 3.0 * volume / length;
         let curvature = circle / length;
         let overlap = Overlap {

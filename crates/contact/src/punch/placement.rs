@@ -118,23 +118,27 @@ fn place(
         ),
         expected: error.to_string(),
     })?;
-    let plane = contact_plane(scene, &pair).ok_or_else(|| SceneError {
+    let plane = contact_plane(scene, &pair).map_err(|control| SceneError {
         key: "loading".to_owned(),
-        value: "the load or the approach".to_owned(),
+        value: match control {
+            Control::Force(force) => format!("normal_force {force:e} N"),
+            Control::Motion(approach) => format!("approach {approach:e} m"),
+        },
         expected: "must be one that the rail bears before the wheel is 20 mm deep in it".to_owned(),
     })?;
     Ok(PlacedWheel { pair, plane, profiles: profiles.map(Arc::clone), extent: OnceLock::new() })
 }
 
-/// Returns the plane of contact of a wheel, lowered as deep as the path of `scene` asks for. It is
-/// `None` if no depth up to 20 mm does.
-fn contact_plane(scene: &Scene, pair: &WheelOnRail) -> Option<ContactPlane> {
+/// Returns the plane of contact of a wheel, lowered as deep as the path of `scene` asks for. If
+/// no depth up to 20 mm does, it returns what the path asks for there.
+fn contact_plane(scene: &Scene, pair: &WheelOnRail) -> Result<ContactPlane, Control> {
     let deepest = scene.loading.legs().iter().try_fold(0.0_f64, |deepest, leg| {
-        let depth = match leg.target[Dof::Approach] {
+        let control = leg.target[Dof::Approach];
+        let depth = match control {
             Control::Motion(approach) => depth_of_approach(pair, approach),
             Control::Force(force) => depth_of_load(scene, pair, force),
         };
-        depth.map(|depth| deepest.max(depth))
+        depth.map(|depth| deepest.max(depth)).ok_or(control)
     })?;
     let mut patches = pair.patches(deepest, POINTS);
     if patches.len() > 1 {
@@ -144,7 +148,7 @@ fn contact_plane(scene: &Scene, pair: &WheelOnRail) -> Option<ContactPlane> {
             patch.overlaps.iter().fold(false, |any, _| bears.next().unwrap_or(true) || any)
         });
     }
-    Some(ContactPlane::of_patches(pair, &patches, deepest))
+    Ok(ContactPlane::of_patches(pair, &patches, deepest))
 }
 
 /// Returns the depth at which the plane of contact has the prescribed `approach` \[m\].
@@ -350,13 +354,9 @@ mod tests {
             // An approach that is given is met.
             let plane = contact_plane(&pressed(None, Some(approach)), &pair).unwrap();
             assert!((plane.approach() / approach - 1.0).abs() < 0.01, "{}", plane.approach());
-            assert!((plane.depth(approach) - pair_depth(&plane)).abs() < 1e-2 * approach);
+            let depth = depth_of_approach(&pair, approach).unwrap();
+            assert!((plane.depth(plane.approach()) - depth).abs() < 1e-12, "{depth}");
         }
-    }
-
-    /// Returns the depth by which a plane's wheel is lowered for its own approach.
-    fn pair_depth(plane: &ContactPlane) -> f64 {
-        plane.depth(plane.approach())
     }
 
     #[test]
@@ -369,7 +369,7 @@ mod tests {
             assert!(plane.approach() > last, "{force} N: {:e}", plane.approach());
             last = plane.approach();
         }
-        assert!(contact_plane(&pressed(Some(1e12), None), &pair).is_none());
+        assert!(contact_plane(&pressed(Some(1e12), None), &pair).is_err());
         for none in [0.0, -1e-6] {
             let plane = contact_plane(&pressed(None, Some(none)), &pair).unwrap();
             assert!(plane.approach().abs() < 1e-12);

@@ -89,6 +89,7 @@ fn a_rough_map_has_one_limit() {
         [average[0] / midpoint[0] - 1.0, average[1] / midpoint[1] - 1.0].map(f64::abs)
     });
     assert!(fine[0] < 5e-3 && fine[1] < 0.02, "{coarse:?} {fine:?}");
+    assert!(fine[0] < coarse[0] && fine[1] < coarse[1], "{coarse:?} {fine:?}");
 }
 
 /// An excluded pixel cannot touch, whatever its height.

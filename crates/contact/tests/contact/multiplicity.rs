@@ -112,14 +112,21 @@ fn slipping_along(
     let wanted: Vec<f64> = f[..k].iter().map(|f| f * flat.scale.length).collect();
     let (mut heights, mut approach) = (wanted.clone(), 0.0);
     let mut problem = flat.clone();
+    let scale = wanted.iter().map(|height| height.abs()).fold(0.0, f64::max);
+    let mut rest = f64::INFINITY;
     for _ in 0..200 {
         problem = bound(heights.clone(), 0.0);
         problem.place(&PerDof::all(0.0));
         let reached = problem.f[..k].iter().map(|f| f * flat.scale.length);
         let off: Vec<f64> = wanted.iter().zip(reached).map(|(wanted, f)| wanted - f).collect();
         approach = off.iter().sum::<f64>() / k as f64;
+        rest = off.iter().map(|off| (off - approach).abs()).fold(0.0, f64::max);
+        if rest <= 1e-12 * scale {
+            break;
+        }
         heights.iter_mut().zip(&off).for_each(|(height, off)| *height += off - approach);
     }
+    assert!(rest <= 1e-12 * scale, "{rest:e} of {scale:e} is left");
     let w: Vec<f64> = f.iter().zip(&problem.f).map(|(f, rest)| f - rest).collect();
     problem.remember(&vec![0.0; 3 * k], &w, &PerDof::all(0.0));
     (problem, PerDof::new([approach, 0.0, 0.0, 0.0, 0.0, 0.0]).map(Control::Motion))

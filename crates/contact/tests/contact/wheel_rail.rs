@@ -169,7 +169,11 @@ fn rows(of: Side) -> Vec<Row> {
             let number = |name: &str| text(name).parse::<f64>().unwrap();
             assert_eq!(text("patch"), "1");
             Row {
-                side: if text("wheel") == "left" { Side::Left } else { Side::Right },
+                side: match text("wheel") {
+                    "left" => Side::Left,
+                    "right" => Side::Right,
+                    other => panic!("a wheel on the {other}"),
+                },
                 name: text("case").to_owned(),
                 position: Position {
                     lateral: number("wheelset_y_mm") * 1e-3,
@@ -319,6 +323,19 @@ fn scenes_of_a_wheel_on_a_rail_meet_contact() {
     }
 }
 
+/// Returns the mesh of elements that are at most as large as CONTACT's.
+fn fine_mesh(domain: &Domain) -> Mesh {
+    Mesh::Exact([domain.width_x, domain.width_y].map(|width| (width / ELEMENT).ceil() as u32))
+}
+
+fn solved_on(mesh: Mesh, scene: &Scene, surfaces: &Surfaces) -> contact::model::Outcome {
+    let numerics = numerics(mesh, Projection::Midpoint, 1e-6);
+    let (outcome, _) =
+        contact::solve(scene, &numerics, surfaces, &mut contact::Operators::default()).unwrap();
+    assert_eq!(outcome.status, Status::Certified);
+    outcome
+}
+
 /// The right wheel of the benchmark comes to its flange, on which the plane of contact is steep,
 /// and in case 11 it stands on its tread and on the root of its flange. The elements are CONTACT's.
 #[test]
@@ -327,21 +344,18 @@ fn the_right_wheel_meets_contact_on_tread_and_flange() {
     println!(
         "case     x      y      z in µm  angle in mrad  height in µm  approach  peak in %  elements"
     );
-    for row in rows(Side::Right) {
+    let rows = rows(Side::Right);
+    assert_eq!(rows.len(), 11);
+    for row in rows {
         let scene = row.scene();
         let domain = domain(&scene, &surfaces).expect("an Ω");
-        let count = |width: f64| (width / ELEMENT).ceil() as u32;
-        let mesh = Mesh::Exact([count(domain.width_x), count(domain.width_y)]);
-        let numerics = numerics(mesh, Projection::Midpoint, 1e-6);
-        let (outcome, _) =
-            contact::solve(&scene, &numerics, &surfaces, &mut contact::Operators::default())
-                .unwrap();
-        assert_eq!(outcome.status, Status::Certified);
+        let mesh = fine_mesh(&domain);
+        let outcome = solved_on(mesh, &scene, &surfaces);
         let (end, rail) = (outcome.last().unwrap(), outcome.rail.unwrap());
         let percent = |value: f64, reference: f64| (value / reference - 1.0) * 100.0;
         let off = [0, 1, 2].map(|c| (rail.track[c] - row.reference[c]) * 1e6);
-        let element = domain.width_x * domain.width_y
-            / (f64::from(count(domain.width_x)) * f64::from(count(domain.width_y)));
+        let [nx, ny] = mesh.sides().map(f64::from);
+        let element = domain.width_x * domain.width_y / (nx * ny);
         let angle = (rail.angle - row.angle) * 1e3;
         let height = (rail.wheelset_height - row.height) * 1e6;
         let approach = percent(end.motion.approach, row.approach);
@@ -386,14 +400,7 @@ fn a_wheel_on_two_patches_has_the_plane_of_contacts() {
     let both = domain(&scene, &surfaces).expect("an Ω");
     let solve = |domain: Domain| {
         let scene = Scene { domain: Some(domain), ..scene.clone() };
-        let count = |width: f64| (width / ELEMENT).ceil() as u32;
-        let mesh = Mesh::Exact([count(domain.width_x), count(domain.width_y)]);
-        let numerics = numerics(mesh, Projection::Midpoint, 1e-6);
-        let (outcome, _) =
-            contact::solve(&scene, &numerics, &surfaces, &mut contact::Operators::default())
-                .unwrap();
-        assert_eq!(outcome.status, Status::Certified);
-        outcome
+        solved_on(fine_mesh(&domain), &scene, &surfaces)
     };
     let outcome = solve(both);
     let rail = outcome.rail.unwrap();

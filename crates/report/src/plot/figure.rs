@@ -32,9 +32,8 @@ pub struct PlotPanel {
     /// The bands behind the curves. Bands with the same label look alike and have one entry in the
     /// legend, as series do.
     pub bands: Vec<PlotBand>,
-    /// True if the Pareto front is marked: the points of all series for which no other point has
-    /// both a smaller x and a smaller y
-    /// ([`pareto_front_within`](crate::pareto_front_within) their noise).
+    /// True if the Pareto front is marked: the points of all series that no other one beats within
+    /// the noise of x ([`pareto_front_within`](crate::pareto_front_within)).
     pub front: bool,
 }
 

@@ -41,8 +41,8 @@ pub struct FigureSpec<'a> {
     /// [`straight`](crate::fit::straight): a power law on logarithmic axes. The fitted data are
     /// drawn as points that are not joined.
     pub fit: bool,
-    /// True if the Pareto front of each panel is marked: the points of all its curves for which no
-    /// other point has both a smaller x and a smaller y.
+    /// True if the Pareto front of each panel is marked: the points of all its curves that no other
+    /// one beats within the noise of x.
     pub front: bool,
     /// The column of the noise of x on either side, relative to x: on a front, points whose x lie
     /// within it are ties, of which none beats the other.

@@ -190,7 +190,7 @@ impl Simpack {
             "units.len.f" => self.units[0] = Some(setting.unit()?),
             "units.ang.f" => self.units[1] = Some(setting.unit()?),
             "units.len" => self.named_unit = per_metre(setting.value),
-            // The type of the original file, and the name of the unit of angles.
+            // These keys name the type of the original file and the unit of angles.
             "type" | "units.ang" => {}
             key => self.read_past(key)?,
         }
@@ -320,6 +320,9 @@ fn point(body: &str) -> Result<WeightedPoint, &'static str> {
     let numbers: Option<Vec<f64>> = body.split_whitespace().map(finite).collect();
     match numbers.as_deref() {
         Some([y, z]) => Ok(WeightedPoint { place: [*y, *z], weight: 1.0 }),
+        Some([_, _, weight]) if *weight > 0.0 && !(1e-6..=1e6).contains(weight) => {
+            Err("must have a weight between 1e-6 and 1e6, or 0 for the usual one")
+        }
         Some([y, z, weight]) => {
             let weight = if *weight > 0.0 { *weight } else { 1.0 };
             Ok(WeightedPoint { place: [*y, *z], weight })
