@@ -33,14 +33,13 @@ pub(crate) fn read_bounded(path: &Path, largest: u64) -> Result<Vec<u8>, String>
     // The name may have become another's in the meantime.
     let metadata = file.metadata().map_err(words)?;
     refuse_special(metadata.file_type())?;
-    let too_large =
-        |size: String| format!("it has {size}; it may have at most {}", BinaryBytes(largest));
+    let most = BinaryBytes(largest);
     if metadata.len() > largest {
-        return Err(too_large(BinaryBytes(metadata.len()).to_string()));
+        return Err(format!("it has {}; it may have at most {most}", BinaryBytes(metadata.len())));
     }
     let bytes = read_at_most(file, metadata.len(), largest + 1).map_err(words)?;
     match bytes.len() as u64 > largest {
-        true => Err(too_large("more than that".to_owned())),
+        true => Err(format!("it has more than {most}, the most that it may have")),
         false => Ok(bytes),
     }
 }
@@ -98,7 +97,7 @@ mod tests {
         // The files of /proc state no size.
         assert_eq!(
             refusal(Path::new("/proc/self/status"), 9),
-            "it has more than that; it may have at most 9 B"
+            "it has more than 9 B, the most that it may have"
         );
         let sparse = directory.path().join("sparse");
         File::create(&sparse).unwrap().set_len(100 << 30).unwrap();

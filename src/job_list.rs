@@ -91,7 +91,7 @@ impl JobList {
     ) -> Result<JobsLeft> {
         let mut left = JobsLeft { tasks: Vec::new(), damaged: 0, texts: HashMap::new() };
         for (DistinctJob { point, forecast }, state) in
-            self.distinct.iter().zip(store.states(&self.keys()))
+            self.distinct.iter().zip(store.states(&self.keys())?)
         {
             let StudyPoint { job, key, .. } = &self.points[*point];
             let is_cached =

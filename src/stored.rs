@@ -43,18 +43,23 @@ impl<'a> WrittenStore<'a> {
     /// Returns the record of a job if it is there and whole.
     pub(crate) fn get(&self, key: &JobKey) -> Result<Option<Vec<u8>>, ReadError> {
         match self.store.get(key) {
-            Ok(Some(bytes)) if self.is_whole(key, &bytes) => Ok(Some(bytes)),
-            Ok(_) | Err(ReadError::Corrupt { .. }) => Ok(None),
+            Ok(Some(bytes)) => Ok(self.is_whole(key, &bytes)?.then_some(bytes)),
+            Ok(None) | Err(ReadError::Corrupt { .. }) => Ok(None),
             Err(error) => Err(error),
         }
     }
 
     /// Tells for each of `keys` in which state its record is.
-    pub(crate) fn states(&self, keys: &[JobKey]) -> Vec<RecordState> {
+    ///
+    /// # Errors
+    /// The system did not let a file be read, which says nothing about what stands in it.
+    pub(crate) fn states(&self, keys: &[JobKey]) -> Result<Vec<RecordState>, ReadError> {
         let state = |key: &JobKey| match self.get(key) {
-            Ok(None) if self.store.contains(key) => RecordState::Damaged,
-            Ok(None) => RecordState::Absent,
-            Ok(Some(_)) | Err(_) => RecordState::Present,
+            Ok(None) if self.store.contains(key) => Ok(RecordState::Damaged),
+            Ok(None) => Ok(RecordState::Absent),
+            Ok(Some(_)) => Ok(RecordState::Present),
+            Err(error @ ReadError::Io { .. }) => Err(error),
+            Err(_) => Ok(RecordState::Present),
         };
         keys.par_iter().map(state).collect()
     }
@@ -62,16 +67,22 @@ impl<'a> WrittenStore<'a> {
     /// Returns true if a record can be decoded and its fields are there. They are read whole, but
     /// only once (measured: 50 ms for 60 grids of 96 × 96 that took 3 s to compute, 100 ms for 2000
     /// of 16 × 16 that took 2.3 s).
-    fn is_whole(&self, key: &JobKey, bytes: &[u8]) -> bool {
+    ///
+    /// # Errors
+    /// The system did not let the file of fields be read.
+    fn is_whole(&self, key: &JobKey, bytes: &[u8]) -> Result<bool, ReadError> {
         if self.sound().contains(key) {
-            return true;
+            return Ok(true);
         }
         let is_whole = match Record::decode(bytes) {
             Ok(record) => {
                 record.key() == *key
-                    && record.fields.is_none_or(|kept| {
-                        self.store.blobs().is_kept(&kept).is_ok_and(|is_kept| is_kept)
-                    })
+                    && match record.fields.map(|kept| self.store.blobs().is_kept(&kept)) {
+                        None => true,
+                        Some(Ok(is_kept)) => is_kept,
+                        Some(Err(error @ ReadError::Io { .. })) => return Err(error),
+                        Some(Err(_)) => false,
+                    }
             }
             // It is whole for the version of the program that wrote it.
             Err(DecodeError::Version { .. }) => true,
@@ -80,7 +91,7 @@ impl<'a> WrittenStore<'a> {
         if is_whole {
             self.sound().insert(*key);
         }
-        is_whole
+        Ok(is_whole)
     }
 
     fn sound(&self) -> MutexGuard<'_, HashSet<JobKey>> {
@@ -131,10 +142,10 @@ impl StoreSource<'_> {
     }
 
     /// Returns true if the record of a job that was read can be built upon.
-    fn is_usable(&self, key: &JobKey, bytes: &[u8]) -> bool {
+    fn is_usable(&self, key: &JobKey, bytes: &[u8]) -> Result<bool, ReadError> {
         match self {
             StoreSource::Store(written) => written.is_whole(key, bytes),
-            StoreSource::Reader(_) => true,
+            StoreSource::Reader(_) => Ok(true),
         }
     }
 
@@ -164,9 +175,10 @@ impl Records for StoreSource<'_> {
         let wanted = |(key, bytes): FetchedRecord| {
             let bytes = bytes.ok().filter(|bytes| job_text(bytes).is_some_and(is_wanted))?;
             let record = Record::decode(&bytes).ok()?;
-            self.is_usable(&key, &bytes).then_some((key, record))
+            let usable = self.is_usable(&key, &bytes);
+            usable.map(|is_usable| is_usable.then_some((key, record))).transpose()
         };
-        Ok(self.all()?.filter_map(wanted).collect())
+        Ok(self.all()?.filter_map(wanted).collect::<Result<_, ReadError>>()?)
     }
 
     fn fields(&self, record: &Record) -> Result<Fields, RecordsError> {

@@ -32,11 +32,6 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
     }
     if let Some(name) = &args.field {
         fields::check_field(name, args.output.as_deref())?;
-        if !record.is_certified() {
-            output::say(
-                "not certified: the field is that of the last iterate, which is no solution",
-            );
-        }
         let fields = match record.multiplicity() {
             Some(found) => fields::solution_fields(found, args.solution)?,
             None => {
@@ -44,6 +39,11 @@ pub(crate) fn show(args: &ShowArgs) -> Result<Finish> {
                 stored::fields(reader.blobs(), &record)?
             }
         };
+        if !record.is_certified() {
+            output::say(
+                "not certified: the field is that of the last iterate, which is no solution",
+            );
+        }
         return fields::show_field(&fields, name, args.output.as_deref());
     }
     let end = record.outcome().filter(|_| record.is_certified()).and_then(Outcome::last);

@@ -148,7 +148,7 @@ fn salvage(directory: &Path, json: bool) -> Result<Finish> {
             "kept": salvaged.kept,
             "promised": salvaged.promised,
             "without_their_file": salvaged.incomplete,
-            "removed_files": salvaged.removed_blobs,
+            "damaged_files": salvaged.damaged_blobs,
             "studies": salvaged.studies,
             "lost_studies": salvaged.lost_studies,
             "former_database": salvaged.damaged,
@@ -167,9 +167,12 @@ fn salvage(directory: &Path, json: bool) -> Result<Finish> {
             damaged.display()
         );
     }
-    if salvaged.removed_blobs > 0 {
-        let files = count(salvaged.removed_blobs, "damaged file", "damaged files");
-        text += &format!("removed {files}\n");
+    if salvaged.damaged_blobs > 0 {
+        let files = count(salvaged.damaged_blobs, "damaged file", "damaged files");
+        text += &format!(
+            "put aside {files} of fields (their names end in .damaged-1); delete them when nothing is \
+             missed\n"
+        );
     }
     if salvaged.incomplete > 0 {
         let records = count(salvaged.incomplete, "record", "records");

@@ -121,6 +121,27 @@ pub(crate) fn inherit_owner(file: &File, path: &Path) -> io::Result<()> {
     fchown(file, Some(above.uid()), Some(above.gid()))
 }
 
+/// Opens a directory itself, and no link to one.
+pub(crate) fn open_directory(path: &Path) -> io::Result<File> {
+    let flags = OFlags::DIRECTORY | OFlags::NOFOLLOW;
+    File::options().read(true).custom_flags(flags.bits().cast_signed()).open(path)
+}
+
+/// Gives what root has made at `path`, a file or a directory, to whom the directory around it
+/// belongs. A link is left as it is, and what is gone is no error.
+pub(crate) fn hand_over(path: &Path) -> io::Result<()> {
+    if !geteuid().is_root() {
+        return Ok(());
+    }
+    let flags = OFlags::NOFOLLOW | OFlags::NONBLOCK;
+    match File::options().read(true).custom_flags(flags.bits().cast_signed()).open(path) {
+        Ok(file) => inherit_owner(&file, path),
+        Err(error) if Errno::from_io_error(&error) == Some(Errno::LOOP) => Ok(()),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(error),
+    }
+}
+
 /// Refuses what is not a regular file.
 fn require_regular(file: &File) -> io::Result<()> {
     let kind = file.metadata()?.file_type();
@@ -206,7 +227,7 @@ pub(crate) fn other_owner(path: &Path) -> Option<String> {
 }
 
 /// Returns the name of a user, or the number where the machine's list of users has no name.
-fn user_name(user: u32) -> String {
+pub(crate) fn user_name(user: u32) -> String {
     let mut list = String::new();
     let read =
         File::open("/etc/passwd").and_then(|file| file.take(USERS_LIMIT).read_to_string(&mut list));

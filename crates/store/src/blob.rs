@@ -300,7 +300,12 @@ fn entries(directory: &Path) -> Result<Vec<PathBuf>, ReadError> {
     let failed = |source| ReadError::Io { path: directory.to_owned(), source };
     let listing = match fs::read_dir(directory) {
         Ok(listing) => listing,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        // What stands in its place is put aside when the next blob is written.
+        Err(error)
+            if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) =>
+        {
+            return Ok(Vec::new());
+        }
         Err(source) => return Err(failed(source)),
     };
     let mut paths = listing

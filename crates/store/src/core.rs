@@ -192,7 +192,9 @@ impl Core {
         self.records.database.sync()?;
         let found = self.records.reindex(|index| index.extend(records.iter().map(|(key, _)| *key)));
         let mut raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner);
-        if found <= manifest.records || raised.is_some_and(|last| last.elapsed() < LAG) {
+        // A promise of nothing would let a database that is damaged pass for a new one.
+        let is_late = || raised.is_none_or(|last| last.elapsed() >= LAG);
+        if found <= manifest.records || manifest.records > 0 && !is_late() {
             return Ok(());
         }
         self.promise(&mut manifest, found)?;

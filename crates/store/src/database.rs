@@ -129,6 +129,14 @@ pub(crate) fn own_files(directory: &Path) -> io::Result<Vec<String>> {
     Ok(names)
 }
 
+/// Gives what sled has made in `directory` as root to the owner of the directory.
+fn hand_over(directory: &Path) -> io::Result<()> {
+    for name in own_files(directory)?.iter().map(String::as_str).chain([LARGE]) {
+        access::hand_over(&directory.join(name))?;
+    }
+    Ok(())
+}
+
 /// Starts as many threads at once as sled will, to find out whether the system allows it. They end
 /// before sled starts its own, which it keeps for the rest of the process.
 fn require_threads() -> io::Result<()> {
@@ -248,6 +256,7 @@ impl Database {
         };
         let log =
             File::options().read(true).write(true).open(directory.join(LOG)).map_err(Fault::Io)?;
+        hand_over(directory).map_err(Fault::Io)?;
         Ok(Database {
             sled: Some(sled),
             log,
@@ -350,5 +359,6 @@ impl Drop for Database {
             drop(sled);
             Ok(())
         });
+        let _ = hand_over(&self.directory); // The next opening does it where this one could not.
     }
 }

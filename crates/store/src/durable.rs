@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-use crate::access::inherit_owner;
+use crate::access::{self, inherit_owner};
 
 /// The prefix of a file that is still being written. Without its writer, such a file is a leftover
 /// of a kill.
@@ -48,7 +48,7 @@ pub(crate) fn create_directory(directory: &Path) -> io::Result<()> {
         }
         outcome => outcome?,
     }
-    inherit_owner(&File::open(directory)?, directory)?;
+    inherit_owner(&access::open_directory(directory)?, directory)?;
     sync_directory(directory.parent().unwrap_or(Path::new(".")))
 }
 

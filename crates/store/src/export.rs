@@ -89,8 +89,10 @@ impl StoreReader {
                 }
             };
             for digest in references(&key, &record) {
+                if copy.blobs().is_sound(&digest).is_ok_and(|is_sound| is_sound) {
+                    continue;
+                }
                 match self.blobs().get(&digest) {
-                    Ok(Some(_)) if copy.blobs().contains(&digest) => {}
                     Ok(Some(content)) => {
                         copy.blobs().put(&content)?;
                         done.blobs += 1;

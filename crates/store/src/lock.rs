@@ -175,6 +175,15 @@ pub(crate) fn is_held(directory: &Path) -> bool {
     })
 }
 
+/// Returns the owner of a lock that this user may not look at, so that it cannot know whether some
+/// process holds it.
+pub(crate) fn hidden_owner(directory: &Path) -> Option<String> {
+    let path = directory.join(FILE);
+    let refused = access::open_to_read(&path).err()?;
+    let owner = fs::symlink_metadata(&path).ok()?.uid();
+    (refused.kind() == io::ErrorKind::PermissionDenied).then(|| access::user_name(owner))
+}
+
 fn is_at(file: &File, path: &Path) -> io::Result<bool> {
     let ours = file.metadata()?;
     match fs::symlink_metadata(path) {

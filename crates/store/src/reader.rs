@@ -14,7 +14,7 @@ use crate::connection::Connection;
 use crate::core::RECORDS;
 use crate::digest::Digest;
 use crate::error::{OpenError, ReadError};
-use crate::lock;
+use crate::lock::{self, Holder};
 use crate::manifest::{self, Manifest, Unreadable};
 use crate::replica::Replica;
 use crate::serve::first_records;
@@ -103,17 +103,29 @@ impl Backing {
             writer = lock::is_held(directory).then_some(holder);
         }
         let replica = Box::new(Replica::take(directory)?);
-        let origin = match (writer, access::other_owner(directory)) {
-            (Some(writer), _) => RecordOrigin::Copy(CopyReason::Unreachable {
-                pid: writer.pid,
-                command: writer.command,
-            }),
-            (None, _) if access::is_writable(directory) => RecordOrigin::Disk,
-            (None, Some(owner)) => RecordOrigin::Copy(CopyReason::Foreign { owner }),
-            (None, None) => RecordOrigin::Copy(CopyReason::ReadOnly),
+        let origin = match writer {
+            Some(Holder { pid, command, .. }) => {
+                RecordOrigin::Copy(CopyReason::Unreachable { pid, command })
+            }
+            None => origin_of_idle(directory),
         };
         Ok(Backing::Disk { replica, origin })
     }
+}
+
+/// Returns the origin of what is read of a store that no process holds as far as this user knows.
+fn origin_of_idle(directory: &Path) -> RecordOrigin {
+    // A group may write to a store whose lock only its owner may look at.
+    if let Some(owner) = lock::hidden_owner(directory) {
+        return RecordOrigin::Copy(CopyReason::Foreign { owner });
+    }
+    if access::is_writable(directory) {
+        return RecordOrigin::Disk;
+    }
+    RecordOrigin::Copy(match access::other_owner(directory) {
+        Some(owner) => CopyReason::Foreign { owner },
+        None => CopyReason::ReadOnly,
+    })
 }
 
 /// The record of a job, which may have none, or the fault of this record.

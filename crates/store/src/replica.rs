@@ -17,7 +17,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use crate::access::{self, Wanted};
 use crate::core::{RECORDS, read_manifest, require_log, require_promised};
 use crate::database::{self, Fault, LARGE};
-use crate::error::OpenError;
+use crate::error::{OpenError, ReadError};
 use crate::manifest::Manifest;
 use crate::scratch::{ScratchDirectory, ScratchError};
 use crate::sealed::SealedRecords;
@@ -63,12 +63,18 @@ impl Replica {
             let last = match copied {
                 Ok(replica) if is_whole => return Ok(replica),
                 Ok(replica) => {
-                    if replica.records.records().all(|(_, record)| record.is_ok()) {
+                    // A record of another version is sound; one that was damaged before stays so,
+                    // and is not waited for for ever.
+                    let is_sound = |record: &Result<Vec<u8>, ReadError>| {
+                        matches!(record, Ok(_) | Err(ReadError::Version { .. }))
+                    };
+                    let is_late = start.elapsed() > PATIENCE;
+                    if is_late || replica.records.records().all(|(_, record)| is_sound(&record)) {
                         candidate = Some(replica);
                     }
                     "it changed meanwhile".to_owned()
                 }
-                Err(CopyError::Impossible(error)) => return Err(error),
+                Err(CopyError::Impossible(error)) => return candidate.ok_or(error),
                 // Nothing was acknowledged yet, so nothing is lost.
                 Err(CopyError::Damaged(_)) if is_whole && manifest.records == 0 => {
                     return Self::empty(directory);

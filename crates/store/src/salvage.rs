@@ -27,8 +27,8 @@ pub struct Salvage {
     /// The number of records that could be read and were given up because a blob that they refer to
     /// is damaged or gone.
     pub incomplete: usize,
-    /// The number of damaged blobs, which were removed.
-    pub removed_blobs: usize,
+    /// The number of damaged blobs, which were put aside.
+    pub damaged_blobs: usize,
     /// The number of saved studies.
     pub studies: usize,
     /// The studies whose definition is damaged or gone. They are no longer listed, and running
@@ -71,7 +71,7 @@ pub(crate) fn salvage(
         BTreeMap::new()
     };
     let blobs = Blobs::of(directory);
-    let removed_blobs = remove_damaged(&blobs)?;
+    let damaged_blobs = put_damaged_aside(&blobs)?;
     let found = sound.len();
     sound.retain(|key, sealed| {
         let payload = record::unseal(key, sealed).unwrap_or_default();
@@ -111,7 +111,7 @@ pub(crate) fn salvage(
         kept: sound.len(),
         promised,
         incomplete,
-        removed_blobs,
+        damaged_blobs,
         studies: manifest.studies.len(),
         lost_studies: lost,
         damaged,
@@ -167,8 +167,9 @@ fn unless_refused<T>(outcome: Result<T, Fault>) -> io::Result<Option<T>> {
     }
 }
 
-/// Removes the blobs that differ from what was written and returns how many there were.
-fn remove_damaged(blobs: &Blobs) -> Result<usize, OpenError> {
+/// Renames the blobs that differ from what was written, and returns how many there were. They are
+/// not removed: a disk that failed to read may read again.
+fn put_damaged_aside(blobs: &Blobs) -> Result<usize, OpenError> {
     let refused = |error: ReadError| match error {
         ReadError::Io { path, source } => OpenError::io("read", Wanted::Read, &path, source),
         error => OpenError::Io {
@@ -177,20 +178,20 @@ fn remove_damaged(blobs: &Blobs) -> Result<usize, OpenError> {
             source: io::Error::other(error.to_string()),
         },
     };
-    let mut removed = 0;
+    let mut aside = 0;
     for found in blobs.files().map_err(refused)? {
         let BlobFile::Blob { digest, path, .. } = found else { continue };
         match blobs.is_sound(&digest) {
             Ok(_) => {}
             Err(ReadError::Blob { .. }) => {
-                durable::remove(&path)
-                    .map_err(|source| OpenError::io("remove", Wanted::Write, &path, source))?;
-                removed += 1;
+                durable::put_aside(&path)
+                    .map_err(|source| OpenError::io("put aside", Wanted::Write, &path, source))?;
+                aside += 1;
             }
             Err(error) => return Err(refused(error)),
         }
     }
-    Ok(removed)
+    Ok(aside)
 }
 
 /// Renames those files of a sled database for which `is_concerned` holds, so that sled does not see

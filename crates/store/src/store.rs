@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use identity::JobKey;
 
-use crate::access::Wanted;
+use crate::access::{self, Wanted};
 use crate::blob::Blobs;
 use crate::core::{Core, is_vacant, lock_for_writing};
 use crate::digest::Digest;
@@ -36,7 +36,10 @@ impl Store {
     /// than its manifest promises.
     pub fn open(directory: &Path) -> Result<Store, OpenError> {
         let io = |action| move |source| OpenError::io(action, Wanted::Write, directory, source);
-        fs::create_dir_all(directory).map_err(io("create the directory"))?;
+        if !directory.exists() {
+            fs::create_dir_all(directory).map_err(io("create the directory"))?;
+            access::hand_over(directory).map_err(io("give to its owner the directory"))?;
+        }
         // The check comes before the lock, which would leave its file in somebody else's directory.
         // What another process has just made is there by the time of the second question.
         if !is_vacant(directory).map_err(io("look into"))? && !is_there(directory)? {

@@ -6,6 +6,9 @@ use std::path::Path;
 use rustix::fs::{statfs, statvfs};
 use rustix::process::{Resource, getrlimit};
 
+use crate::core::RECORDS;
+use crate::database::LOG;
+
 /// The space that is never used \[bytes\]. sled extends its file by whole segments of 512 KiB and
 /// keeps several open, and the manifest is written beside its predecessor. With this reserve sled
 /// never meets a full disk, which it does not survive.
@@ -68,7 +71,7 @@ pub(crate) fn space(directory: &Path, bytes: u64) -> io::Result<Space> {
     // A record is written once to the log and again when its page is consolidated.
     let needed = bytes.saturating_mul(4).saturating_add(RESERVE);
     if let Some(largest) = getrlimit(Resource::Fsize).current {
-        let database = directory.join("records").join("db");
+        let database = directory.join(RECORDS).join(LOG);
         let size = std::fs::metadata(database).map_or(0, |metadata| metadata.len());
         if size.saturating_add(needed) > largest {
             return Ok(Space::Limited { largest, needed: size.saturating_add(needed) });

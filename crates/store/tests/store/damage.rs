@@ -354,7 +354,7 @@ fn salvage_gives_up_records_whose_blob_is_lost_or_damaged() {
     drop(store);
     let references = |_: &JobKey, record: &[u8]| vec![Digest(record.try_into().unwrap())];
     let salvage = Store::salvage(directory.path(), references).unwrap();
-    assert_eq!((salvage.kept, salvage.incomplete, salvage.removed_blobs), (1, 2, 2));
+    assert_eq!((salvage.kept, salvage.incomplete, salvage.damaged_blobs), (1, 2, 2));
     assert_eq!((salvage.studies, salvage.lost_studies.len()), (1, 0));
     let reader = Store::read(directory.path()).unwrap();
     assert!(reader.verify(references).unwrap().is_sound());

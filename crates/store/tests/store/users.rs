@@ -135,6 +135,32 @@ fn an_owner_whose_lock_belongs_to_root_is_told_so_and_can_read() {
     assert!(said.starts_with("300 records, "), "{said}");
 }
 
+/// Root may be asked to mend a store, which stays its owner's.
+#[test]
+fn what_root_mends_stays_its_owners() {
+    let directory = tempfile::tempdir().unwrap();
+    if !rustix::process::geteuid().is_root() {
+        eprintln!("skipped: giving files away takes privileges that this user lacks");
+        return;
+    }
+    fs::set_permissions(directory.path(), Permissions::from_mode(0o755)).unwrap();
+    let home = directory.path().join("home");
+    fs::create_dir(&home).unwrap();
+    chown(&home, Some(STRANGER), Some(STRANGER)).unwrap();
+    let place = home.join("store");
+    let store = Store::open(&place).unwrap();
+    store.commit(&records(0..300)).unwrap();
+    drop(store);
+    let salvage = Store::salvage(&place, |_, _| Vec::new()).unwrap();
+    assert_eq!(salvage.kept, 300);
+    let others = Command::new("find")
+        .args([home.as_os_str(), "!".as_ref(), "-uid".as_ref()])
+        .arg(STRANGER.to_string())
+        .output()
+        .unwrap();
+    assert_eq!(String::from_utf8_lossy(&others.stdout), "");
+}
+
 /// sled waits for ever for threads that it does not get.
 #[test]
 fn too_few_threads_end_in_words() {
