@@ -116,7 +116,7 @@ fn results_of_points_that_failed_are_empty_and_match_nothing() {
         }
     }
     let csv = place.call("query pulled --select step1_force_x,load,status --format csv").out;
-    assert!(csv.contains("\n350.0,,failed\n") || csv.contains("\n350,,failed\n"), "{csv}");
+    assert!(csv.contains("\n350.0,,failed\n"), "{csv}");
 }
 
 #[test]
@@ -157,7 +157,7 @@ fn summaries_do_not_hide_failures() {
     let status = place.json("status --json");
     assert_eq!(status[0]["progress"]["failed"], 2);
 
-    // Two rungs of a ladder need more iterations than they are given.
+    // The finest rung of a ladder needs more iterations than it is given.
     let ladder = PULLED
         .replace("\"pulled\"", "\"ladder\"\nkind = \"convergence\"")
         .replace("mesh = 8", "mesh = 4\nmethod = \"seidel\"\nmax_iterations = 40")

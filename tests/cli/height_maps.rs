@@ -206,10 +206,7 @@ fn a_wheel_on_a_rail_is_run_and_resumed() {
         .replace("approach = \"1 um\"", "normal_force = \"20 kN\"")
         .replace("mesh = 6", "mesh = 16");
     let place = Place::with("one.toml", &study);
-    let profiles = concat!(env!("CARGO_MANIFEST_DIR"), "/sweeps/profiles/");
-    for (file, from) in [("w.prw", "MBench_S1002_v3.prw"), ("r.prr", "MBench_UIC60_v3.prr")] {
-        fs::copy(format!("{profiles}{from}"), place.path(file)).unwrap();
-    }
+    place.add_profiles();
     let said = place.call("run one.toml --workers 1");
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     for file in ["w.prw", "r.prr", "one.toml"] {

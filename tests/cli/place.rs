@@ -52,6 +52,14 @@ impl Place {
         fs::write(self.path(file), text).unwrap();
     }
 
+    /// Puts the profiles of a wheel and a rail here, as `w.prw` and `r.prr`.
+    pub(crate) fn add_profiles(&self) {
+        let profiles = concat!(env!("CARGO_MANIFEST_DIR"), "/sweeps/profiles/");
+        for (file, from) in [("w.prw", "MBench_S1002_v3.prw"), ("r.prr", "MBench_UIC60_v3.prr")] {
+            std::fs::copy(format!("{profiles}{from}"), self.path(file)).unwrap();
+        }
+    }
+
     pub(crate) fn command(&self, words: &[&str]) -> Command {
         let mut command = Command::new(PROGRAM);
         command.args(words).current_dir(self.0.path()).stdin(Stdio::null());

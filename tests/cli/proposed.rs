@@ -1,5 +1,5 @@
-//! What comes from foreign hands into what is said: names, paths and reasons, and the commands that
-//! are proposed with them.
+//! The program says names, paths and reasons that come from foreign hands, and proposes commands
+//! with them.
 
 use std::process::{Command, Stdio};
 

@@ -1,7 +1,5 @@
 //! A wheel that stands on two patches of its rail.
 
-use std::fs;
-
 use crate::place::{ONE, Place};
 
 /// The right wheel of the Manchester benchmark, 5 mm aside, stands on its tread and on the root of
@@ -17,10 +15,7 @@ fn patches_of_a_wheel_are_shown_with_their_angles() {
         .replace("approach = \"1 um\"", "normal_force = \"9619 N\"")
         .replace("mesh = 6", "mesh = 32");
     let place = Place::with("one.toml", &study);
-    let profiles = concat!(env!("CARGO_MANIFEST_DIR"), "/sweeps/profiles/");
-    for (file, from) in [("w.prw", "MBench_S1002_v3.prw"), ("r.prr", "MBench_UIC60_v3.prr")] {
-        fs::copy(format!("{profiles}{from}"), place.path(file)).unwrap();
-    }
+    place.add_profiles();
     let said = place.call("run one.toml --workers 1");
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     let key = place.json("query one --json --select key")["rows"][0]["key"].clone();
