@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
+use answers::shards::MOST_SHARDS;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::proposal::{STORE_VARIABLE, USUAL_STORE};
+use crate::shard_choice::{ShardChoice, shard_choice};
 
 /// Parameter studies of elastic contact with Coulomb friction.
 #[derive(Parser)]
@@ -24,12 +26,12 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Launch a study or continue it; what is in the store is not computed again
     #[command(
-        after_help = "Examples:\n  tribosweep run sweeps/stick-zone.toml\n  tribosweep run sweeps/stick-zone.toml --workers 4 --json > events.jsonl\n  tribosweep run sweeps/stick-zone.toml --retry-failed\n\nCtrl-C once stops after the jobs in flight, twice stops now. Either way the same command continues."
+        after_help = "Examples:\n  tribosweep run sweeps/stick-zone.toml\n  tribosweep run sweeps/stick-zone.toml --workers 4 --json > events.jsonl\n  tribosweep run sweeps/stick-zone.toml --retry-failed\n  tribosweep run sweeps/stick-zone.toml --shard 3/16 --export exports     a part of it, on one of several machines\n\nCtrl-C once stops after the jobs in flight, twice stops now. Either way the same command continues."
     )]
     Run(RunArgs),
     /// Say what a study would run: jobs, cached ones, predicted time and memory; runs nothing
     #[command(
-        after_help = "Examples:\n  tribosweep plan sweeps/stick-zone.toml\n  tribosweep plan sweeps/stick-zone.toml --json"
+        after_help = "Examples:\n  tribosweep plan sweeps/stick-zone.toml\n  tribosweep plan sweeps/stick-zone.toml --json\n  tribosweep plan sweeps/stick-zone.toml --shards 16     what each of 16 machines would have\n  tribosweep plan sweeps/stick-zone.toml --shard 3/16"
     )]
     Plan(PlanArgs),
     /// Measure what leaving effects out saves, on the first job of each group of jobs that call for
@@ -131,16 +133,31 @@ pub(crate) struct ExecutionArgs {
 pub(crate) struct RunArgs {
     /// The study file
     pub(crate) study: PathBuf,
+    /// Run one of so many parts of the study, for example 3/16; auto takes both numbers from the
+    /// job array of a scheduler, auto/16 only the index
+    #[arg(long, value_name = "I/N", value_parser = shard_choice)]
+    pub(crate) shard: Option<ShardChoice>,
+    /// Write the results to a file in this directory while they come, and go on from what is there
+    #[arg(long, value_name = "DIR")]
+    pub(crate) export: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) execution: ExecutionArgs,
-    #[command(flatten)]
-    pub(crate) store: StoreArgs,
+    /// Directory of the store [default: .tribosweep; with --export a directory for temporary files,
+    /// which is removed when all is exported]
+    #[arg(long, env = STORE_VARIABLE, value_name = "DIR")]
+    pub(crate) store: Option<PathBuf>,
 }
 
 #[derive(Args)]
 pub(crate) struct PlanArgs {
     /// The study file
     pub(crate) study: PathBuf,
+    /// Plan one of so many parts of the study, for example 3/16
+    #[arg(long, value_name = "I/N", value_parser = shard_choice)]
+    pub(crate) shard: Option<ShardChoice>,
+    /// Say what each of so many parts of the study would have
+    #[arg(long, value_name = "N", conflicts_with = "shard", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SHARDS)))]
+    pub(crate) shards: Option<u32>,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,

@@ -18,6 +18,7 @@ mod one_result;
 mod output;
 mod progress;
 mod proposal;
+mod shard_choice;
 mod stored;
 mod study_file;
 mod summary;
