@@ -187,9 +187,13 @@ fn a_store_with_any_name_can_be_run_in() {
     assert_eq!(output.status.code(), Some(0), "{output:?}");
 }
 
+/// The signals that a run hears, by name.
+const SIGNALS: [(&str, Signal); 4] =
+    [("HUP", Signal::HUP), ("INT", Signal::INT), ("TERM", Signal::TERM), ("USR1", Signal::USR1)];
+
 #[test]
 fn a_signal_that_is_ignored_at_the_start_stays_ignored() {
-    for (name, signal) in [("HUP", Signal::HUP), ("INT", Signal::INT), ("TERM", Signal::TERM)] {
+    for (name, signal) in SIGNALS {
         let place = Place::new();
         let store = place.store();
         let mut child = Command::new("sh")

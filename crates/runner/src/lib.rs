@@ -41,6 +41,7 @@ mod task;
 mod transport;
 mod worker;
 
+pub use coordinator::EarlyEnd;
 pub use drive::Summary;
 pub use error::{RunError, TransportError};
 pub use event::{Counts, Event, EventKind};

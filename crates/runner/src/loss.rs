@@ -50,6 +50,7 @@ impl Loss {
             }
             9 => ("SIGKILL", "", Cause::Job),
             11 => ("SIGSEGV", "stack overflow, or a fault in memory", Cause::Job),
+            10 => ("SIGUSR1", "", Cause::Circumstances),
             15 => ("SIGTERM", "", Cause::Circumstances),
             24 => ("SIGXCPU", "the limit of processor time, `ulimit -t`", Cause::Circumstances),
             25 => ("SIGXFSZ", "the limit of the size of a file, `ulimit -f`", Cause::Circumstances),

@@ -15,8 +15,8 @@ use rustix::process::{Pid, Signal, kill_process};
 
 use identity::JobKey;
 use runner::{
-    Done, Event, EventKind, Executor, Interrupt, Ledger, Options, RunError, Summary, Task, Verdict,
-    WorkerArguments,
+    Done, EarlyEnd, Event, EventKind, Executor, Interrupt, Ledger, Options, RunError, Summary,
+    Task, Verdict, WorkerArguments,
 };
 
 /// An executor whose job is a line of text: a verb and its arguments.
@@ -39,6 +39,11 @@ impl Executor for Script {
                 }
                 std::fs::write(mark, "").unwrap();
                 kill(std::process::id(), Signal::KILL)
+            }
+            ["end"] => {
+                send(std::process::id(), Signal::TERM);
+                send(std::process::id(), Signal::USR1);
+                b"deaf".into()
             }
             ["stop"] => kill(std::process::id(), Signal::STOP),
             ["hang"] => loop {
@@ -425,8 +430,39 @@ fn an_interrupt_keeps_what_is_in_flight_and_begins_nothing() {
         }
     });
     let summary = summary.unwrap();
-    assert!(summary.interrupted);
+    assert_eq!(summary.early_end, Some(EarlyEnd::Interrupted));
     assert_eq!((summary.done, summary.unfinished, kept.results.len(), leased), (2, 48, 2, 2));
+}
+
+#[test]
+fn what_is_in_flight_when_the_time_is_over_is_given_up_and_charged_with_nothing() {
+    let mut tasks = squares(20);
+    tasks.extend((20..24).map(|number| Task { cost: 1e-3, ..task(number, "hang") }));
+    let (until, overtime) = (Some(Duration::from_secs(2)), Duration::from_millis(500));
+    let (summary, kept, events) = run(tasks, &Options { until, overtime, ..options() });
+    let summary = summary.unwrap();
+    assert_eq!(summary.early_end, Some(EarlyEnd::InTime));
+    assert_eq!((summary.failures, summary.workers_lost, summary.quarantined), (0, 0, 0));
+    assert_eq!((summary.done + summary.unfinished, summary.done), (24, kept.results.len()));
+    assert!(kept.results.keys().all(|&number| number < 20), "what hangs has no result");
+    let times: Vec<_> = events
+        .iter()
+        .filter_map(|event| match event.kind {
+            EventKind::TimeUp { now } => Some((now, event.seconds)),
+            _ => None,
+        })
+        .collect();
+    assert!(matches!(times[..], [(false, stop), (true, end)] if stop >= 2.0 && end >= stop + 0.5));
+}
+
+#[test]
+fn a_worker_leaves_it_to_its_coordinator_to_end_in_time() {
+    let mut tasks = squares(20);
+    tasks.push(task(20, "end"));
+    let (summary, kept, _) = run(tasks, &options());
+    let summary = summary.unwrap();
+    assert_eq!((summary.done, summary.workers_lost, summary.failures), (21, 0, 0));
+    assert_eq!(kept.text(20), "deaf");
 }
 
 #[test]

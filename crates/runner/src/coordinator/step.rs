@@ -32,7 +32,9 @@ struct Deadline {
 impl Coordinator {
     /// Returns the time at which [`Input::Clock`] would change something if nothing else happens.
     pub(crate) fn alarm(&self) -> Option<Duration> {
-        self.workers.values().filter_map(|worker| Some(self.deadline(worker)?.time)).min()
+        let deadlines =
+            self.workers.values().filter_map(|worker| Some(self.deadline(worker)?.time));
+        deadlines.chain(self.time_limit()).min()
     }
 
     /// Hears `input` at the time `now` since the start of the run and returns the actions to carry
@@ -64,6 +66,8 @@ impl Coordinator {
             Input::Exited { worker, loss, running } => self.exited(worker, loss, running),
             Input::Committed => self.committed(),
             Input::Interrupt => self.interrupt(),
+            Input::End => self.end(),
+            Input::StoodStill(lost) => self.stood_still(lost),
             Input::Clock => self.look_at_the_clock(),
             Input::Settled => self.settle(),
         }
@@ -197,15 +201,15 @@ impl Coordinator {
 
     fn interrupt(&mut self) {
         self.interrupts += 1;
-        if self.interrupts <= 2 {
-            self.emit(EventKind::Interrupted { now: self.interrupts == 2 });
+        if self.requests() <= 2 {
+            self.emit(EventKind::Interrupted { now: self.requests() == 2 });
         }
-        if self.interrupts >= 2 {
+        if self.requests() >= 2 {
             self.kill_all("the run was interrupted");
         }
     }
 
-    fn kill_all(&mut self, reason: &str) {
+    pub(super) fn kill_all(&mut self, reason: &str) {
         for id in self.workers.keys().copied().collect::<Vec<_>>() {
             self.kill(id, Loss { how: reason.into(), cause: Cause::Circumstances });
         }
@@ -221,6 +225,7 @@ impl Coordinator {
     }
 
     fn look_at_the_clock(&mut self) {
+        self.keep_time();
         let late = |(&id, worker): (&WorkerId, &Worker)| {
             let Deadline { time, reason } = self.deadline(worker)?;
             (time <= self.now).then_some((id, reason))
@@ -275,6 +280,7 @@ impl Coordinator {
             self.committing = saving;
             self.actions.push(Action::Commit(done));
         }
+        self.keep_time();
         if self.stopping_now() {
             return;
         }
