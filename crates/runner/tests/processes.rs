@@ -45,6 +45,8 @@ impl Executor for Script {
                 send(std::process::id(), Signal::USR1);
                 b"deaf".into()
             }
+            ["abort"] => std::process::abort(),
+            ["recurse"] => recurse(0).to_string().into(),
             ["stop"] => kill(std::process::id(), Signal::STOP),
             ["hang"] => loop {
                 std::thread::sleep(Duration::from_secs(1));
@@ -63,6 +65,13 @@ impl Executor for Script {
             _ => panic!("no such verb: {text}"),
         }
     }
+}
+
+/// Calls itself until the stack is full.
+#[allow(unconditional_recursion)]
+fn recurse(depth: u64) -> u64 {
+    let room = std::hint::black_box([depth; 512]);
+    recurse(depth + 1) + room[511]
 }
 
 fn kill(pid: u32, signal: Signal) -> ! {
@@ -358,8 +367,22 @@ fn a_job_cannot_take_more_memory_than_its_worker_may() {
             _ => None,
         })
         .collect();
-    assert!(reasons[&0].contains("SIGABRT: out of memory"), "{reasons:?}");
+    assert!(reasons[&0].ends_with("SIGABRT: out of memory"), "{reasons:?}");
     assert_eq!(reasons[&2], "needs 2.0 GiB of memory by prediction, and the run may use 1.0 GiB");
+}
+
+#[test]
+fn a_job_that_aborts_its_worker_is_set_aside_unless_it_lacked_memory() {
+    let mut tasks = squares(20);
+    tasks.extend([task(20, "abort"), task(21, "recurse")]);
+    let (summary, mut kept, _) = run(tasks, &options());
+    let summary = summary.unwrap();
+    assert_eq!((summary.done, summary.quarantined, summary.failures), (20, 2, 6));
+    let lost = "its worker was lost: signal 6, SIGABRT: ";
+    assert_eq!(kept.text(20), format!("{lost}a panic in a panic, or a call of abort"));
+    assert_eq!(kept.text(21), format!("{lost}a stack overflow"));
+    kept.results.retain(|&number, _| number < 20);
+    assert_squares(&kept, 20);
 }
 
 #[test]
