@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use answers::{Results, choice, is_timed};
 use anyhow::{Context, Result, anyhow};
 use indicatif::BinaryBytes;
-use runner::{EarlyEnd, Interrupt, Options, RunError};
+use runner::{EarlyEnd, Interrupt, Options, RunError, Want};
 use store::Store;
 use study::Study;
 
@@ -112,7 +112,9 @@ fn compute(
         calibration = progress.calibration();
         let summary = outcome.map_err(|error| {
             let advice = match error {
-                RunError::Postponed { .. } => "; give it more memory (--memory)",
+                RunError::Postponed { want: Want::Memory, .. } => {
+                    "; give it more memory (--memory)"
+                }
                 _ => "",
             };
             // The command stands last, so that it can be copied.
@@ -197,7 +199,7 @@ fn memory(args: &ExecutionArgs) -> u64 {
         if request > limit {
             output::say(&format!(
                 "{} of memory for jobs instead of {}: a process may not reserve more here (`ulimit \
-                 -v`)",
+                 -v` or `ulimit -d`)",
                 BinaryBytes(limit),
                 BinaryBytes(request)
             ));

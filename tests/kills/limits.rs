@@ -74,6 +74,7 @@ fn a_limit_of_the_process_ends_in_words() {
         ("ulimit -v 800000; $T run study.toml", "4 certified"),
         ("ulimit -d 60000; $T run study.toml", "`ulimit -d`"),
         ("ulimit -d 140000; $T run study.toml", "4 certified"),
+        ("ulimit -d 140000; $T run study.toml --memory 8GiB", "`ulimit -v` or `ulimit -d`"),
         ("ulimit -n 48; $T run study.toml", "`ulimit -n`"),
         ("ulimit -n 100; $T run study.toml --workers 8", "`ulimit -n`"),
         ("ulimit -s 200; $T run study.toml", "`ulimit -s`"),

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use crate::coordinator::{Action, Coordinator, EarlyEnd, Hopeless, Input, Tally};
+use crate::coordinator::{Action, Coordinator, EarlyEnd, Hopeless, Input, Postponement, Tally};
 use crate::error::RunError;
 use crate::event::{Counts, Event, EventKind};
 use crate::interrupt::Interrupt;
@@ -122,8 +122,8 @@ pub(crate) fn drive(
         }
         (Some(Hopeless::Losses(reason)), _) => Err(RunError::Losses { reason }),
         (Some(Hopeless::Delivery(reason)), _) => Err(RunError::Delivery { reason }),
-        (None, Some(reason)) if summary.early_end.is_none() => {
-            Err(RunError::Postponed { jobs, reason: reason.to_owned() })
+        (None, Some(Postponement { reason, want })) if summary.early_end.is_none() => {
+            Err(RunError::Postponed { jobs, reason: reason.clone(), want: *want })
         }
         _ => Ok(summary),
     }

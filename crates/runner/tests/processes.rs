@@ -46,6 +46,7 @@ impl Executor for Script {
                 b"deaf".into()
             }
             ["abort"] => std::process::abort(),
+            ["leave"] => std::process::exit(3),
             ["recurse"] => recurse(0).to_string().into(),
             ["stop"] => kill(std::process::id(), Signal::STOP),
             ["hang"] => loop {
@@ -382,6 +383,32 @@ fn a_job_that_aborts_its_worker_is_set_aside_unless_it_lacked_memory() {
     assert_eq!(kept.text(20), format!("{lost}a panic in a panic, or a call of abort"));
     assert_eq!(kept.text(21), format!("{lost}a stack overflow"));
     kept.results.retain(|&number, _| number < 20);
+    assert_squares(&kept, 20);
+}
+
+#[test]
+fn many_jobs_that_lack_memory_are_left_one_by_one_and_the_rest_is_done() {
+    let options =
+        Options { workers: 1, memory_limit: 1 << 30, address_space_margin: 1 << 30, ..options() };
+    let mut tasks = squares(5);
+    tasks.extend((5..12).map(|number| Task { cost: 9.0, ..task(number, "allocate 3000000000") }));
+    let (summary, kept, events) = run(tasks, &options);
+    let error = summary.unwrap_err().to_string();
+    assert!(error.starts_with("7 jobs are left for another run: "), "{error}");
+    assert!(error.ends_with("SIGABRT: out of memory"), "{error}");
+    assert_squares(&kept, 5);
+    assert_eq!(events.last().unwrap().counts.failures, 0);
+}
+
+#[test]
+fn a_job_whose_worker_always_leaves_is_left_for_another_run_and_the_rest_is_done() {
+    let mut tasks = squares(20);
+    tasks.push(Task { cost: 9.0, ..task(20, "leave") });
+    let (summary, kept, _) = run(tasks, &options());
+    assert_eq!(
+        summary.unwrap_err().to_string(),
+        "1 job is left for another run: its worker was lost: exit status 3 (3 times)"
+    );
     assert_squares(&kept, 20);
 }
 

@@ -8,6 +8,7 @@ use serde::Serialize;
 use identity::JobKey;
 
 use super::messages::Action;
+use crate::error::Want;
 use crate::event::{Counts, Event, EventKind};
 use crate::lease::{LeaseId, Leases, WorkerId};
 use crate::ledger::Done;
@@ -23,6 +24,8 @@ pub(super) struct TrackedJob {
     pub(super) memory: u64,
     pub(super) bytes: usize,
     pub(super) failures: u32,
+    /// The number of workers that it lost by no fault of its own.
+    pub(super) returns: u32,
     pub(super) state: JobState,
 }
 
@@ -117,12 +120,20 @@ pub(crate) struct Coordinator {
     /// time.
     pub(super) halted: bool,
     /// The reason why the last postponed job was postponed.
-    pub(super) postponed_for: Option<String>,
+    pub(super) postponed_for: Option<Postponement>,
     pub(super) counts: Counts,
     /// The sums over everything that finished, including on workers lost since.
     pub(crate) tally: Tally,
     pub(super) actions: Vec<Action>,
     pub(super) now: Duration,
+}
+
+/// The reason why a job is left for another run.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Postponement {
+    /// The reason in words.
+    pub(crate) reason: String,
+    pub(crate) want: Want,
 }
 
 /// The cause for which a run ends before all its jobs do.
@@ -152,6 +163,7 @@ impl Coordinator {
             memory: task.memory,
             bytes: task.payload.len(),
             failures: 0,
+            returns: 0,
             state: JobState::Waiting,
         };
         Coordinator {
@@ -220,8 +232,8 @@ impl Coordinator {
     }
 
     /// Returns the reason why jobs are left for another run, if there are any.
-    pub(crate) fn postponed_for(&self) -> Option<&str> {
-        self.postponed_for.as_deref()
+    pub(crate) fn postponed_for(&self) -> Option<&Postponement> {
+        self.postponed_for.as_ref()
     }
 
     pub(super) fn emit(&mut self, kind: EventKind) {

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use super::messages::{Action, Hopeless, Input};
 use super::state::{Coordinator, Phase, Worker};
+use crate::error::Want;
 use crate::event::EventKind;
 use crate::lease::{Lease, LeaseId, WorkerId};
 use crate::limits::size;
@@ -15,8 +16,8 @@ use crate::protocol::{AttemptOutcome, Report};
 /// The number of workers in a row that die before asking for a job after which starting more is
 /// hopeless.
 const MOST_FAILED_STARTS: u32 = 10;
-/// The number of workers, beyond twice those of the run, that may be lost in a row by no fault of a
-/// job.
+/// The number of workers, beyond twice those of the run, that may be lost in a row by circumstances
+/// that no job has to do with.
 const MOST_MISFORTUNES: usize = 10;
 /// The time that a worker may take to leave once it was told to.
 const LEAVING: Duration = Duration::from_secs(10);
@@ -84,6 +85,7 @@ impl Coordinator {
                 self.postpone(
                     job,
                     format!("needs {needed} of memory by prediction, and the run may use {limit}"),
+                    Want::Memory,
                 );
             }
         }
@@ -172,7 +174,7 @@ impl Coordinator {
             match cause {
                 Cause::Job if is_culprit => self.failed(job, None, 0.0, reason),
                 Cause::Memory if is_culprit => self.starved(job, reason),
-                Cause::Circumstances if is_culprit => self.give_back(job, reason),
+                Cause::Circumstances if is_culprit => self.bereaved(job, reason),
                 _ => self.put_back(job),
             }
         }
@@ -184,7 +186,8 @@ impl Coordinator {
         self.vacancies.push_back(id);
         if !worker.has_asked {
             self.not_started(how);
-        } else if cause != Cause::Job {
+        } else if cause == Cause::Circumstances || cause == Cause::Memory && culprit.is_none() {
+            // Want of memory has an end of its own for each job that feels it.
             self.misfortunes += 1;
             if self.misfortunes
                 >= self.options.workers.saturating_mul(2).saturating_add(MOST_MISFORTUNES)

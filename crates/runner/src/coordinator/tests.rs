@@ -8,7 +8,8 @@ use proptest::prelude::*;
 use identity::JobKey;
 
 use super::messages::{Action, Hopeless, Input};
-use super::state::{Coordinator, EarlyEnd};
+use super::state::{Coordinator, EarlyEnd, Postponement};
+use crate::error::Want;
 use crate::event::EventKind;
 use crate::lease::{LeaseId, WorkerId};
 use crate::ledger::{Done, Verdict};
@@ -502,7 +503,8 @@ fn a_job_that_lacks_memory_is_tried_alone_and_then_left_for_another_run() {
     coordinator.step(Input::Exited { worker: 3, loss: gone(Cause::Memory), running: None }, now);
     let counts = coordinator.counts();
     assert_eq!((counts.postponed, counts.quarantined, counts.failures), (1, 0, 0));
-    assert_eq!(coordinator.postponed_for(), Some("its worker was lost: gone"));
+    let Postponement { reason, want } = coordinator.postponed_for().unwrap();
+    assert_eq!((reason.as_str(), *want), ("its worker was lost: gone", Want::Memory));
 }
 
 #[test]
@@ -510,14 +512,14 @@ fn a_job_that_needs_more_than_the_limit_is_left_for_another_run() {
     let mut coordinator = started(&alike(1, 1.0, 101), 1);
     assert_eq!(coordinator.counts().postponed, 1);
     assert!(coordinator.finished());
-    let reason = coordinator.postponed_for().unwrap();
+    let Postponement { reason, .. } = coordinator.postponed_for().unwrap();
     assert_eq!(reason, "needs 101 bytes of memory by prediction, and the run may use 100 bytes");
     assert_eq!(coordinator.step(Input::Settled, Duration::ZERO), [], "and nothing is recorded");
 }
 
 #[test]
 fn workers_that_are_lost_by_no_fault_of_a_job_charge_nothing_and_end_the_run_at_last() {
-    let mut coordinator = started(&alike(1, 1.0, 1), 1);
+    let mut coordinator = started(&alike(9, 1.0, 1), 1);
     for worker in 1..12 {
         let actions = loses(&mut coordinator, worker, Cause::Circumstances);
         assert!(actions.contains(&Action::Start(worker + 1)), "{actions:?}");
@@ -525,8 +527,46 @@ fn workers_that_are_lost_by_no_fault_of_a_job_charge_nothing_and_end_the_run_at_
     let actions = loses(&mut coordinator, 12, Cause::Circumstances);
     assert!(actions.contains(&Action::GiveUp(Hopeless::Losses("gone".into()))), "{actions:?}");
     let counts = coordinator.counts();
-    assert_eq!((counts.waiting, counts.failures, counts.saving), (1, 0, 0));
+    assert_eq!((counts.waiting, counts.failures, counts.saving), (5, 0, 0));
+    assert_eq!(counts.postponed, 4, "three losses each");
     assert!(coordinator.finished());
+}
+
+#[test]
+fn a_job_that_always_loses_its_worker_is_left_and_the_others_go_on() {
+    let mut coordinator = started(&alike(2, 1.0, 1), 1);
+    for worker in 1..=3 {
+        assert_eq!(coordinator.counts().postponed, 0);
+        loses(&mut coordinator, worker, Cause::Circumstances);
+    }
+    let counts = coordinator.counts();
+    assert_eq!((counts.postponed, counts.waiting, counts.failures), (1, 1, 0));
+    let Postponement { reason, want } = coordinator.postponed_for().unwrap();
+    assert_eq!(reason, "its worker was lost: gone (3 times)");
+    assert_eq!(*want, Want::Luck);
+    let now = Duration::from_secs(1);
+    coordinator.step(requests(4, &[]), now);
+    assert_eq!(assigned(&coordinator.step(Input::Settled, now)), [(4, vec![4])], "the other job");
+    reports(&mut coordinator, 4, 4, 1.0, now);
+    assert_eq!(coordinator.counts().done, 1);
+}
+
+/// Each of them has its worker twice, so together they lose more than are lost in vain.
+#[test]
+fn many_jobs_that_lack_memory_do_not_stop_the_run() {
+    let mut coordinator = started(&alike(8, 1.0, 40), 1);
+    for worker in 1..=14 {
+        let actions = loses(&mut coordinator, worker, Cause::Memory);
+        let has_given_up = actions.iter().any(|action| matches!(action, Action::GiveUp(_)));
+        assert!(!has_given_up && actions.contains(&Action::Start(worker + 1)), "{actions:?}");
+    }
+    let counts = coordinator.counts();
+    assert_eq!((counts.postponed, counts.waiting, counts.failures), (7, 1, 0));
+    let now = Duration::from_secs(1);
+    coordinator.step(requests(15, &[]), now);
+    assert_eq!(assigned(&coordinator.step(Input::Settled, now)), [(15, vec![15])]);
+    reports(&mut coordinator, 15, 15, 1.0, now);
+    assert_eq!(coordinator.counts().done, 1, "the job that has enough is done");
 }
 
 #[test]
