@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::proposal::{STORE_VARIABLE, USUAL_STORE};
 use crate::shard_choice::{ShardChoice, shard_choice};
+use crate::time_budget::TimeBudget;
 
 /// Parameter studies of elastic contact with Coulomb friction.
 #[derive(Parser)]
@@ -15,7 +16,7 @@ use crate::shard_choice::{ShardChoice, shard_choice};
     version,
     about,
     disable_help_subcommand = true,
-    after_help = "Start with:\n  tribosweep run sweeps/stick-zone.toml     launch or continue a study\n  tribosweep query stick-zone --sort mu     its results as a table\n\nExit codes: 0 all done, 1 a mistake in what was asked, 2 finished but some jobs failed, 130 interrupted."
+    after_help = "Start with:\n  tribosweep run sweeps/stick-zone.toml     launch or continue a study\n  tribosweep query stick-zone --sort mu     its results as a table\n\nExit codes: 0 all done, 1 a mistake in what was asked, 2 finished but some jobs failed, 75 stopped in time (the same command goes on), 130 interrupted."
 )]
 pub(crate) struct Cli {
     #[command(subcommand)]
@@ -26,7 +27,7 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Launch a study or continue it; what is in the store is not computed again
     #[command(
-        after_help = "Examples:\n  tribosweep run sweeps/stick-zone.toml\n  tribosweep run sweeps/stick-zone.toml --workers 4 --json > events.jsonl\n  tribosweep run sweeps/stick-zone.toml --retry-failed\n  tribosweep run sweeps/stick-zone.toml --shard 3/16 --export exports     a part of it, on one of several machines\n\nCtrl-C once stops after the jobs in flight, twice stops now. Either way the same command continues."
+        after_help = "Examples:\n  tribosweep run sweeps/stick-zone.toml\n  tribosweep run sweeps/stick-zone.toml --workers 4 --json > events.jsonl\n  tribosweep run sweeps/stick-zone.toml --retry-failed\n  tribosweep run sweeps/stick-zone.toml --until 55m\n  tribosweep run sweeps/stick-zone.toml --shard 3/16 --export exports     a part of it, on one of several machines\n\nCtrl-C once stops after the jobs in flight, twice stops now. SIGTERM and SIGUSR1 stop as --until does: no further job is begun, and jobs in flight are given up after 20 s. In every case the same command continues."
     )]
     Run(RunArgs),
     /// Say what a study would run: jobs, cached ones, predicted time and memory; runs nothing
@@ -124,6 +125,11 @@ pub(crate) struct ExecutionArgs {
     /// available]
     #[arg(long, value_name = "SIZE", value_parser = memory_size)]
     pub(crate) memory: Option<u64>,
+    /// Begin no job that would not end within this time, for example 55m or 1h30m, but always one,
+    /// and exit with code 75 if some are left. Jobs in flight may take a twentieth of it longer, at
+    /// most 20 s
+    #[arg(long, value_name = "DURATION", value_parser = TimeBudget::parse)]
+    pub(crate) until: Option<TimeBudget>,
     /// Print events as JSON lines on standard output instead of a progress bar
     #[arg(long)]
     pub(crate) json: bool,

@@ -23,6 +23,7 @@ mod stored;
 mod study_file;
 mod summary;
 mod threads;
+mod time_budget;
 mod time_left;
 mod wire;
 mod words;
