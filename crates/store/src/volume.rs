@@ -6,8 +6,7 @@ use std::path::Path;
 use rustix::fs::{statfs, statvfs};
 use rustix::process::{Resource, getrlimit};
 
-use crate::core::RECORDS;
-use crate::database::LOG;
+use crate::database::{LOG, RECORDS};
 
 /// The space that is never used \[bytes\]. sled extends its file by whole segments of 512 KiB and
 /// keeps several open, and the manifest is written beside its predecessor. With this reserve sled
