@@ -14,6 +14,8 @@ mod fields;
 mod figures;
 mod job_list;
 mod ledger;
+mod merge_rules;
+mod merged;
 mod one_result;
 mod output;
 mod progress;
