@@ -3,12 +3,13 @@
 //! This binary is also the worker, and the coordinator to be killed: children run the two ignored
 //! tests.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
@@ -174,35 +175,31 @@ fn assert_squares(kept: &Kept, count: u64) {
     }
 }
 
-/// Lists what runs whose large bodies travel through a directory left: their directories, and
-/// shared memory of the same tags.
+/// The tags of runs that were seen to live, by the directory of their large bodies.
+static TAGS: Mutex<BTreeMap<PathBuf, BTreeSet<String>>> = Mutex::new(BTreeMap::new());
+
+/// Lists what runs have whose large bodies travel through a directory: shared memory with the tag
+/// of a run that this function has seen before or sees now, and that directory.
 fn leftovers(bodies: &Path) -> Vec<PathBuf> {
-    let entries = |path: &Path| {
-        let found = std::fs::read_dir(path).into_iter().flatten().flatten();
-        found.map(|entry| entry.path()).collect::<Vec<_>>()
+    let found = std::fs::read_dir("/dev/shm").unwrap().flatten();
+    let shared: Vec<PathBuf> = found.map(|entry| entry.path()).collect();
+    let tag = |path: &PathBuf| {
+        let name = path.file_name()?.to_str()?.strip_prefix("tribo-")?;
+        Some(name.get(..18)?.to_owned())
     };
-    let shared = entries(Path::new("/dev/shm"));
-    let ours = shared.iter().filter(|path| {
+    let leads_here = |path: &&PathBuf| {
         std::fs::read_link(path.join("bodies")).is_ok_and(|target| target == bodies)
-    });
-    let mut found = Vec::new();
-    for run in ours {
-        let name = run.file_name().unwrap().to_str().unwrap();
-        let of_run =
-            |path: &&PathBuf| path.file_name().unwrap().to_string_lossy().starts_with(name);
-        found.extend(shared.iter().filter(of_run).cloned());
-    }
-    // Shared memory without its directory belongs to nobody, and nobody would remove it.
-    let is_orphan = |path: &&PathBuf| {
-        let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        let tag = name.strip_prefix("tribo-").and_then(|rest| rest.get(..18));
-        let is_left = |path: &PathBuf| std::fs::symlink_metadata(path).is_ok();
-        tag.is_some_and(|tag| !Path::new(&format!("/dev/shm/tribo-{tag}")).exists())
-            && is_left(path)
     };
-    found.extend(shared.iter().filter(is_orphan).cloned());
-    found.extend(bodies.exists().then(|| bodies.to_owned()));
-    found
+    let mut tags = TAGS.lock().unwrap_or_else(PoisonError::into_inner);
+    let own = tags.entry(bodies.to_owned()).or_default();
+    own.extend(shared.iter().filter(leads_here).filter_map(tag));
+    let is_own = |path: &&PathBuf| {
+        let is_left = std::fs::symlink_metadata(path).is_ok();
+        is_left && tag(path).is_some_and(|tag| own.contains(&tag))
+    };
+    let mut left: Vec<PathBuf> = shared.iter().filter(is_own).cloned().collect();
+    left.extend(bodies.exists().then(|| bodies.to_owned()));
+    left
 }
 
 #[test]
@@ -214,8 +211,13 @@ fn every_job_runs_once_and_nothing_is_left() {
         .env(BODIES, &bodies)
         .stdout(Stdio::null())
         .spawn();
-    let mut child = exe.unwrap();
+    let (mut child, mut most) = (exe.unwrap(), 0);
+    while child.try_wait().unwrap().is_none() {
+        most = most.max(leftovers(&bodies).len());
+        std::thread::sleep(Duration::from_millis(1));
+    }
     assert!(child.wait().unwrap().success());
+    assert!(most > 1, "it had nothing, so the search for it is wrong");
     assert_eq!(leftovers(&bodies), Vec::<PathBuf>::new());
 }
 
@@ -650,6 +652,8 @@ fn workers_killed_from_outside_even_while_they_start_change_no_result() {
     for event in events {
         if event["event"] == "done" && scramble(&mut seed).is_multiple_of(12) {
             let workers = children(child.id());
+            // What it has is known to be its own only while it lives.
+            leftovers(&bodies_of(&path));
             if !workers.is_empty() {
                 send(workers[(scramble(&mut seed) % workers.len() as u64) as usize], Signal::KILL);
                 kills += 1;
