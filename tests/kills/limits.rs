@@ -251,8 +251,7 @@ fn a_signal_that_is_ignored_at_the_start_stays_ignored() {
 }
 
 /// Nothing reads the output of this run, which waits for that and hears no request.
-#[test]
-fn who_asks_a_third_time_ends_a_process_that_does_not_hear() {
+fn ends_at_the_third(signal: Signal, code: i32) {
     let place = Place::with(LARGE);
     let (_reader, mut writer) = std::io::pipe().unwrap();
     std::io::Write::write_all(&mut writer, &[0; 64 << 10]).unwrap();
@@ -271,11 +270,17 @@ fn who_asks_a_third_time_ends_a_process_that_does_not_hear() {
     }
     for _ in 0..3 {
         sleep(Duration::from_millis(300));
-        let _ = rustix::process::kill_process(Pid::from_child(&child), Signal::INT);
+        let _ = rustix::process::kill_process(Pid::from_child(&child), signal);
     }
-    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert_eq!(child.wait().unwrap().code(), Some(code));
     place.succeed(&["run", "study.toml"]);
     place.assert_quiet();
+}
+
+#[test]
+fn who_asks_a_third_time_ends_a_process_that_does_not_hear() {
+    ends_at_the_third(Signal::INT, 130);
+    ends_at_the_third(Signal::TERM, 75);
 }
 
 #[test]

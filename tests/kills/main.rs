@@ -336,10 +336,10 @@ fn belongings(bodies: &Path) -> Vec<PathBuf> {
     let leads_here =
         |path: &&PathBuf| fs::read_link(path.join("bodies")).is_ok_and(|target| target == bodies);
     let mut tags = TAGS.lock().unwrap_or_else(PoisonError::into_inner);
-    let own = tags.entry(bodies.to_owned()).or_default();
-    own.extend(shared.iter().filter(leads_here).filter_map(tag));
+    let known = tags.entry(bodies.to_owned()).or_default();
+    known.extend(shared.iter().filter(leads_here).filter_map(tag));
     let is_own = |path: &&PathBuf| {
-        tag(path).is_some_and(|tag| own.contains(&tag)) && fs::symlink_metadata(path).is_ok()
+        tag(path).is_some_and(|tag| known.contains(&tag)) && fs::symlink_metadata(path).is_ok()
     };
     shared.iter().filter(is_own).cloned().collect()
 }

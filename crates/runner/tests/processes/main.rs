@@ -204,11 +204,11 @@ fn leftovers(bodies: &Path) -> Vec<PathBuf> {
         std::fs::read_link(path.join("bodies")).is_ok_and(|target| target == bodies)
     };
     let mut tags = TAGS.lock().unwrap_or_else(PoisonError::into_inner);
-    let own = tags.entry(bodies.to_owned()).or_default();
-    own.extend(shared.iter().filter(leads_here).filter_map(tag));
+    let known = tags.entry(bodies.to_owned()).or_default();
+    known.extend(shared.iter().filter(leads_here).filter_map(tag));
     let is_own = |path: &&PathBuf| {
         let is_left = std::fs::symlink_metadata(path).is_ok();
-        is_left && tag(path).is_some_and(|tag| own.contains(&tag))
+        is_left && tag(path).is_some_and(|tag| known.contains(&tag))
     };
     let mut left: Vec<PathBuf> = shared.iter().filter(is_own).cloned().collect();
     left.extend(bodies.exists().then(|| bodies.to_owned()));
@@ -237,16 +237,21 @@ fn every_job_runs_once_and_nothing_is_left() {
 #[test]
 #[ignore = "run in a process of its own by another test, which looks at what it leaves"]
 fn a_clean_run() {
-    let (summary, kept, events) = run(squares(500), &options());
+    let mut tasks = squares(500);
+    // It gives the test that looks the time to see the run alive.
+    tasks.push(task(500, "sleep 700 x"));
+    let (summary, mut kept, events) = run(tasks, &options());
     let summary = summary.unwrap();
+    assert_eq!(kept.results.remove(&500).map(|done| done.attempts), Some(1));
     assert_squares(&kept, 500);
     assert_eq!(
         (summary.done, summary.failures, summary.workers_lost, summary.stale_results),
-        (500, 0, 0, 0)
+        (501, 0, 0, 0)
     );
     assert!(matches!(events[0].kind, EventKind::RunStarted));
+    assert!(events.windows(2).all(|pair| pair[0].seconds <= pair[1].seconds), "one clock");
     let last = events.last().unwrap();
-    assert_eq!((&last.kind, last.counts.done, last.counts.workers), (&EventKind::Finished, 500, 0));
+    assert_eq!((&last.kind, last.counts.done, last.counts.workers), (&EventKind::Finished, 501, 0));
     for (number, done) in &kept.results {
         assert_eq!(done.attempts, 1, "job {number}");
     }
