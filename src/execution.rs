@@ -164,12 +164,12 @@ fn options(args: &ExecutionArgs, study: &Study, directory: &Path, jobs: usize) -
     options.workers = workers(study, args.workers.map_or(cores, |workers| workers as usize), jobs);
     // There is a core for each worker; when there are fewer jobs than cores, the spare ones help. A
     // job that is timed starts its threads itself.
-    let threads = if is_timed { 1 } else { (cores / options.workers).max(1) };
+    options.threads = if is_timed { 1 } else { (cores / options.workers).max(1) };
     options.worker_command = vec![
         own_program()?.into(),
         "worker".into(),
         "--threads".into(),
-        threads.to_string().into(),
+        options.threads.to_string().into(),
     ];
     Ok(options)
 }
