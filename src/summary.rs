@@ -48,6 +48,13 @@ pub(crate) struct RunTally {
     pub(crate) stopped_by: String,
 }
 
+impl RunTally {
+    /// Returns true if jobs are left.
+    pub(crate) fn is_partial(&self) -> bool {
+        self.interrupted || self.stopped_in_time
+    }
+}
+
 /// A job that has ended without a solution.
 #[derive(Serialize)]
 struct FailedJob {
@@ -74,16 +81,29 @@ impl FailedJob {
     }
 }
 
+/// The end of a run.
+pub(crate) struct Ending {
+    pub(crate) tally: RunTally,
+    /// The command that goes on with it.
+    pub(crate) continuation: String,
+    /// True if figures are drawn.
+    pub(crate) draws: bool,
+}
+
 /// Draws the figures of a study and says what came of a run.
 pub(crate) fn summarise(
     results: &Results<'_>,
     directory: &Path,
     json: bool,
-    tally: RunTally,
+    ending: Ending,
 ) -> Result<Finish> {
+    let Ending { tally, continuation, draws } = ending;
     let progress = results.progress();
-    let figures = if progress.done > 0 { draw_figures(results, directory)? } else { Vec::new() };
-    let summary = RunSummary { results, directory, tally, figures };
+    let figures = match draws && progress.done > 0 {
+        true => draw_figures(results, directory)?,
+        false => Vec::new(),
+    };
+    let summary = RunSummary { results, directory, tally, continuation, figures };
     if json {
         output::print_raw(&escaped_json(&format!("{}\n", summary.json()?)))?;
     } else {
@@ -104,6 +124,8 @@ struct RunSummary<'r> {
     /// The directory of the store.
     directory: &'r Path,
     tally: RunTally,
+    /// The command that goes on with it.
+    continuation: String,
     /// The figures, or why each was not drawn.
     figures: Vec<Result<DrawnFigure>>,
 }
@@ -149,8 +171,7 @@ impl RunSummary<'_> {
         text += &self.missed_accuracy();
         text += &self.listed_failures();
         if self.tally.interrupted {
-            let command = resume_command(self.results.study(), self.directory);
-            text += &format!("interrupted; continue with: {command}\n");
+            text += &format!("interrupted; continue with: {}\n", self.continuation);
         }
         text += &self.stopped();
         Ok(text)
