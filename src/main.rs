@@ -23,6 +23,7 @@ mod output;
 mod progress;
 mod proposal;
 mod shard_choice;
+mod shard_states;
 mod stored;
 mod study_file;
 mod summary;
