@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
+use answers::shards::Shard;
 use answers::{Results, choice, is_timed};
 use anyhow::{Context, Result, anyhow};
 use identity::JobKey;
@@ -27,6 +28,9 @@ const IN_TRANSIT: &str = "in-transit";
 
 /// The run of a shard, or of a whole study that is exported.
 pub(crate) struct ShardRun {
+    pub(crate) shard: Shard,
+    /// The place where the results will be found.
+    pub(crate) results: PathBuf,
     /// The export, if there is one.
     pub(crate) export: Option<ExportPlace>,
     /// The command that goes on with it.
@@ -53,11 +57,10 @@ pub(crate) fn execute(
     let interrupt = Interrupt::new().context("cannot prepare for Ctrl-C")?;
     runner::raise_on_signals(&interrupt).context("cannot prepare for Ctrl-C")?;
     let written = WrittenStore::new(&store);
-    // A figure of a part of a study misleads.
-    let draws = part.is_none();
-    let (place, continuation) = match part {
-        Some(ShardRun { export, command }) => (export, command),
-        None => (None, resume_command(&study, directory)),
+    let shard = part.as_ref().map(|part| part.shard);
+    let (place, continuation, shown) = match part {
+        Some(ShardRun { export, command, results, .. }) => (export, command, results),
+        None => (None, resume_command(&study, directory), directory.to_owned()),
     };
     let exporter =
         place.map(|place| Exporter::open(place, &study, &store, &interrupt)).transpose()?;
@@ -86,9 +89,9 @@ pub(crate) fn execute(
             path.display()
         ));
     }
-    let ending = Ending { tally: outcome?, continuation, draws };
+    let ending = Ending { tally: outcome?, continuation, shard };
     let source = StoreSource::Store(&written);
-    summarise(&Results::read(study, &source)?, directory, args.json, ending)
+    summarise(&Results::read(study, &source)?, &shown, args.json, ending)
 }
 
 /// Everything that the rounds of a run share.

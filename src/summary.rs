@@ -3,6 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
+use answers::shards::Shard;
 use answers::{Results, Warning};
 use anyhow::{Context, Result, anyhow};
 use report::DataTable;
@@ -86,8 +87,9 @@ pub(crate) struct Ending {
     pub(crate) tally: RunTally,
     /// The command that goes on with it.
     pub(crate) continuation: String,
-    /// True if figures are drawn.
-    pub(crate) draws: bool,
+    /// The shard, if it is the run of one. A figure of a part of a study misleads, so none is
+    /// drawn.
+    pub(crate) shard: Option<Shard>,
 }
 
 /// Draws the figures of a study and says what came of a run.
@@ -97,13 +99,13 @@ pub(crate) fn summarise(
     json: bool,
     ending: Ending,
 ) -> Result<Finish> {
-    let Ending { tally, continuation, draws } = ending;
+    let Ending { tally, continuation, shard } = ending;
     let progress = results.progress();
-    let figures = match draws && progress.done > 0 {
+    let figures = match shard.is_none() && progress.done > 0 {
         true => draw_figures(results, directory)?,
         false => Vec::new(),
     };
-    let summary = RunSummary { results, directory, tally, continuation, figures };
+    let summary = RunSummary { results, directory, tally, continuation, shard, figures };
     if json {
         output::print_raw(&escaped_json(&format!("{}\n", summary.json()?)))?;
     } else {
@@ -126,6 +128,7 @@ struct RunSummary<'r> {
     tally: RunTally,
     /// The command that goes on with it.
     continuation: String,
+    shard: Option<Shard>,
     /// The figures, or why each was not drawn.
     figures: Vec<Result<DrawnFigure>>,
 }
@@ -138,6 +141,7 @@ impl RunSummary<'_> {
         Ok(serde_json::json!({
             "event": "summary",
             "study": self.results.study().name(),
+            "shard": self.shard.map(|shard| shard.to_string()),
             "progress": self.results.progress(),
             "run": self.tally,
             "failures": self.failures(),
@@ -222,9 +226,10 @@ impl RunSummary<'_> {
         let RunSummary { results, tally, .. } = self;
         let progress = results.progress();
         format!(
-            "\n{}: {}, {} certified, {} failed, {} left; {} of {} computed in {}, {} from the \
+            "\n{}{}: {}, {} certified, {} failed, {} left; {} of {} computed in {}, {} from the \
              store\n",
             results.study().name(),
+            self.shard.map_or(String::new(), |shard| format!(", shard {shard}")),
             count(progress.points, "point", "points"),
             progress.done,
             progress.failed,

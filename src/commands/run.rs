@@ -22,14 +22,16 @@ pub(crate) fn run(args: &RunArgs) -> Result<Finish> {
     if args.shard.is_none() && args.export.is_none() {
         return execute(study, &usual(args), &args.execution, None);
     }
+    let mut part =
+        ShardRun { shard, results: usual(args), export: None, command: command(args, shard) };
     let Some(exports) = &args.export else {
-        let part = ShardRun { export: None, command: command(args, shard) };
         return execute(study, &usual(args), &args.execution, Some(part));
     };
     let name =
         ShardName { study: study.name().to_owned(), index: shard.index(), count: shard.count() };
-    let export = Some(ExportPlace::of(exports, name, &args.study));
-    let part = ShardRun { export, command: command(args, shard) };
+    let export = ExportPlace::of(exports, name, &args.study);
+    part.results.clone_from(&export.path);
+    part.export = Some(export);
     match &args.store {
         Some(store) => execute(study, store, &args.execution, Some(part)),
         None => {

@@ -7,6 +7,7 @@ mod failed;
 mod height_maps;
 mod in_time;
 mod kinds;
+mod merges;
 mod paths;
 mod place;
 mod proposed;
