@@ -19,7 +19,7 @@ use crate::ledger::StoreLedger;
 use crate::output::{self, Finish};
 use crate::progress::ProgressDisplay;
 use crate::stored::{StoreSource, WrittenStore};
-use crate::summary::{Ending, RunTally, resume_command, summarise};
+use crate::summary::{RunEnd, RunTally, resume_command, summarise};
 use crate::time_left::{Calibration, TimeLeft};
 use crate::words::count;
 
@@ -89,7 +89,7 @@ pub(crate) fn execute(
             path.display()
         ));
     }
-    let ending = Ending { tally: outcome?, continuation, shard };
+    let ending = RunEnd { tally: outcome?, continuation, shard };
     let source = StoreSource::Store(&written);
     summarise(&Results::read(study, &source)?, &shown, args.json, ending)
 }

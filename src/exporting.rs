@@ -25,13 +25,13 @@ const LAG: Duration = Duration::from_secs(10);
 /// The export of a run.
 pub(crate) struct Exporter {
     path: PathBuf,
-    shared: Arc<Shared>,
+    shared: Arc<SharedExport>,
     /// The thread that writes what waits.
     writing: Option<JoinHandle<()>>,
 }
 
 /// The part of an exporter that its thread shares.
-struct Shared {
+struct SharedExport {
     state: Mutex<ExportState>,
     changed: Condvar,
 }
@@ -102,7 +102,7 @@ impl Exporter {
                 ));
             }
         }
-        let shared = Arc::new(Shared {
+        let shared = Arc::new(SharedExport {
             state: Mutex::new(ExportState {
                 writer,
                 file,
@@ -188,7 +188,7 @@ impl Drop for Exporter {
     }
 }
 
-impl Shared {
+impl SharedExport {
     fn state(&self) -> MutexGuard<'_, ExportState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }

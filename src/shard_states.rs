@@ -26,7 +26,7 @@ pub(crate) struct StudyShards {
 pub(crate) struct ShardRow {
     shard: String,
     state: ShardStanding,
-    /// What it last said, if it has exported anything.
+    /// The note that it last left, if it has exported anything.
     #[serde(skip_serializing_if = "Option::is_none")]
     note: Option<ShardNote>,
     /// The time since its file last changed \[s\].

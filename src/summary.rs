@@ -83,7 +83,7 @@ impl FailedJob {
 }
 
 /// The end of a run.
-pub(crate) struct Ending {
+pub(crate) struct RunEnd {
     pub(crate) tally: RunTally,
     /// The command that goes on with it.
     pub(crate) continuation: String,
@@ -97,9 +97,9 @@ pub(crate) fn summarise(
     results: &Results<'_>,
     directory: &Path,
     json: bool,
-    ending: Ending,
+    ending: RunEnd,
 ) -> Result<Finish> {
-    let Ending { tally, continuation, shard } = ending;
+    let RunEnd { tally, continuation, shard } = ending;
     let progress = results.progress();
     let figures = match shard.is_none() && progress.done > 0 {
         true => draw_figures(results, directory)?,

@@ -38,7 +38,7 @@ fn write_shard(place: &Place, reader: &StoreReader, index: u32, note: &Value) {
 }
 
 fn finished() -> Value {
-    json!({"points": 2, "done": 2, "failed": 0, "left": 0, "finished": true, "file": "small.toml"})
+    json!({"jobs": 2, "done": 2, "failed": 0, "left": 0, "finished": true, "file": "small.toml"})
 }
 
 /// Returns a directory in which the study has run, and its exports of four shards.
@@ -64,7 +64,6 @@ fn a_directory_of_exports_is_read_like_the_merged_store() {
         "query small --json".to_owned(),
         "query small --sort=-mu --select mu,load,seconds".to_owned(),
         "query small --steps --format csv".to_owned(),
-        "status --json".to_owned(),
         "answer small".to_owned(),
         "plan small.toml".to_owned(),
         format!("show {key}"),
@@ -77,6 +76,12 @@ fn a_directory_of_exports_is_read_like_the_merged_store() {
             let other = place.call(&format!("{line} --store {store}"));
             assert_eq!((other.code, &other.out), (0, &own.out), "{line} --store {store}");
         }
+    }
+    // Exports say besides how far their shards are.
+    let progress =
+        |store: &str| place.json(&format!("status --json --store {store}"))[0]["progress"].clone();
+    for store in ["merged", "merged.tribosweep", "exports"] {
+        assert_eq!(progress(store), progress("run"), "{store}");
     }
     let said = place.call("query small --store exports").err;
     assert_eq!(said, "read from 4 exports\n");
@@ -98,7 +103,7 @@ fn a_merge_says_what_is_missing_and_how_to_compute_it() {
     let place = sharded();
     fs::rename(path(&place, 2), place.path("second.tribosweep")).unwrap();
     fs::remove_file(path(&place, 3)).unwrap();
-    let unfinished = json!({"points": 2, "done": 1, "failed": 0, "left": 1, "file": "small.toml"});
+    let unfinished = json!({"jobs": 2, "done": 1, "failed": 0, "left": 1, "file": "small.toml"});
     let reader = Store::read(&place.path(".tribosweep")).unwrap();
     write_shard(&place, &reader, 4, &unfinished);
     insta::assert_snapshot!(place.transcript(&[
