@@ -498,7 +498,7 @@ impl ExportSet {
         for (number, file) in paths.iter().enumerate() {
             files.push(ExportFile::open(file, number as u32, &mut places)?);
         }
-        places.sort_by_key(|place| (place.key, place.file));
+        places.sort_unstable_by_key(|place| (place.key, place.file));
         places.shrink_to_fit();
         let set = ExportSet { path: path.to_owned(), files, places, rules: rules.copied() };
         Ok(Some(Arc::new(set)))
