@@ -7,6 +7,7 @@ use std::path::Path;
 use answers::{Performed, perform};
 use contact::Operators;
 use contact::punch::ProfileKind;
+use store::{ExportHeader, ExportWriter, ShardName, Store};
 use study::job::PHYSICS_VERSION;
 use study::surface::{self, MapReading, MissingRule};
 use study::{Provenance, Record, Study, profile};
@@ -29,11 +30,12 @@ pub(crate) enum InputKind {
     Filter,
     Record,
     Message,
+    Export,
 }
 
 impl InputKind {
     /// The kinds, each as often as its share of the inputs.
-    pub(crate) const SHARES: [InputKind; 10] = [
+    pub(crate) const SHARES: [InputKind; 11] = [
         InputKind::Study,
         InputKind::Study,
         InputKind::Study,
@@ -44,6 +46,7 @@ impl InputKind {
         InputKind::Filter,
         InputKind::Record,
         InputKind::Message,
+        InputKind::Export,
     ];
 }
 
@@ -93,6 +96,10 @@ impl Corpus {
         inputs.entry(InputKind::Map).or_default().extend([npy("<f8", 8), npy(">f4", 4)]);
         inputs.insert(InputKind::Record, vec![record()?]);
         inputs.insert(InputKind::Message, messages());
+        inputs.insert(InputKind::Export, vec![export(&record()?)?]);
+        if !inputs[&InputKind::Export].iter().all(|bytes| is_export(bytes)) {
+            return Err("the export of the corpus is none".into());
+        }
         // What is refused before it is changed would try nothing.
         let is_read = |message: &Vec<u8>| runner::is_message(message) || store::is_message(message);
         if !inputs[&InputKind::Message].iter().all(is_read) {
@@ -109,9 +116,11 @@ impl Corpus {
         let bytes = match kind {
             InputKind::Study => studies::text(&mut dice).into_bytes(),
             InputKind::Filter => filters::text(&mut dice).into_bytes(),
-            InputKind::Map | InputKind::Profile | InputKind::Record | InputKind::Message => {
-                changed(&self.inputs[&kind], &mut dice)
-            }
+            InputKind::Map
+            | InputKind::Profile
+            | InputKind::Record
+            | InputKind::Message
+            | InputKind::Export => changed(&self.inputs[&kind], &mut dice),
         };
         Input { kind, bytes }
     }
@@ -149,6 +158,7 @@ impl Corpus {
                 true
             }),
             InputKind::Message => runner::is_message(bytes) || store::is_message(bytes),
+            InputKind::Export => is_export(bytes),
         }
     }
 }
@@ -172,6 +182,35 @@ fn record() -> Result<Vec<u8>, Box<dyn Error>> {
     let provenance = Provenance::timed("fuzz", 1.0, times);
     let (physics, job) = (PHYSICS_VERSION, job.canonical());
     Ok(Record { physics, job, ending, fields: None, provenance }.encode())
+}
+
+/// Returns an export with a study, a record and a file of fields.
+fn export(record: &[u8]) -> Result<Vec<u8>, Box<dyn Error>> {
+    let directory = tempfile::tempdir()?;
+    let (file, store) =
+        (directory.path().join("corpus.tribosweep"), directory.path().join("store"));
+    let shard = Some(ShardName { study: "solved".to_owned(), index: 1, count: 2 });
+    let mut writer =
+        ExportWriter::open(&file, &ExportHeader { program: "0.1.0".to_owned(), shard })?;
+    writer.put_study("solved", SOLVED.as_bytes())?;
+    let store = Store::open(&store)?;
+    let fields = store.blobs().put(&[7; 1000])?;
+    writer.append(&Record::decode(record)?.key(), record, store.blobs(), [fields])?;
+    writer.note(br#"{"done": 1, "finished": true}"#);
+    writer.close()?;
+    Ok(std::fs::read(&file)?)
+}
+
+/// Reads an export whole, from a file that has no name, and returns whether it is sound.
+fn is_export(bytes: &[u8]) -> bool {
+    let file = rustix::fs::memfd_create("export", rustix::fs::MemfdFlags::CLOEXEC)
+        .map(std::fs::File::from)
+        .expect("a file in memory can be made");
+    std::io::Write::write_all(&mut &file, bytes).expect("a file in memory takes what is small");
+    let path = format!("/proc/self/fd/{}", std::os::fd::AsRawFd::as_raw_fd(&file));
+    let Ok(reader) = Store::read(Path::new(&path)) else { return false };
+    let _ = (reader.study_names(), reader.exports());
+    reader.verify(|_, _| Vec::new()).is_ok_and(|found| found.is_sound())
 }
 
 /// Returns what a worker, a coordinator and a reader say, without the format versions before it.

@@ -18,7 +18,7 @@ use crate::digest::Digest;
 use crate::durable;
 use crate::error::{OpenError, ReadError};
 use crate::exports::{
-    EXTENSION, ExportHeader, ShardState, open_export, part_table, require_possible,
+    EXTENSION, ExportHeader, ExportSet, ShardState, open_export, part_table, require_possible,
 };
 use crate::frame::{
     BodySum, EXPORT_FORMAT, ExportFrame, FRAME_TARGET, FrameHead, FrameKind, FrameStep, FrameWalk,
@@ -28,6 +28,9 @@ use crate::frame::{
 
 /// The compression level, which is zstd's own default.
 const LEVEL: i32 = 3;
+
+/// The longest note \[bytes\].
+const NOTE_LIMIT: usize = TABLE_LIMIT / 4;
 
 /// The size of the pieces in which bodies are copied \[bytes\].
 const PIECE: usize = 128 << 10;
@@ -355,7 +358,9 @@ impl ExportWriter {
         let directory = directory_of(&self.path);
         let prefix = unfinished_prefix(&self.path);
         for entry in fs::read_dir(directory).map_err(failed)?.filter_map(Result::ok) {
-            if entry.file_name().to_string_lossy().starts_with(&prefix) {
+            // What follows is random and has no dot, so other names are not taken for ours.
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if name.strip_prefix(&prefix).is_some_and(|rest| !rest.contains('.')) {
                 // Whoever else removes it at this moment does the same.
                 let _ = fs::remove_file(entry.path());
             }
@@ -415,6 +420,17 @@ impl ExportWriter {
         self.studies.insert(name.to_owned(), digest);
         self.blobs.insert(digest);
         Ok(())
+    }
+
+    /// Returns the definition of a study that the file has.
+    ///
+    /// # Errors
+    /// [`ExportError::Open`] if the file cannot be read any more, [`ExportError::Blob`] if the
+    /// definition is damaged.
+    pub fn study(&self, name: &str) -> Result<Option<Vec<u8>>, ExportError> {
+        let Some(digest) = self.studies.get(name) else { return Ok(None) };
+        let Some(set) = ExportSet::open(&self.path, None)? else { return Ok(None) };
+        Ok(Some(Blobs::in_exports(set).definition(name, digest)?))
     }
 
     /// Adds the record of a job, after the blobs of `source` that it refers to and that are not in
@@ -478,16 +494,19 @@ impl ExportWriter {
         Ok(true)
     }
 
-    /// Keeps a note about the state of whoever writes; the last one counts. It may have at most a
-    /// quarter of a MiB and is written by the next [`flush`](ExportWriter::flush).
+    /// Keeps a note about the state of whoever writes; the last one counts. It is written by the
+    /// next [`flush`](ExportWriter::flush), which refuses one of more than a quarter of a MiB.
     pub fn note(&mut self, state: &[u8]) {
-        if state.len() <= TABLE_LIMIT / 4 && self.written_note.as_deref() != Some(state) {
-            self.note = Some(state.to_owned());
-        }
+        let is_new = self.written_note.as_deref() != Some(state);
+        self.note = is_new.then(|| state.to_owned());
     }
 
     fn write_note(&mut self) -> Result<(), ExportError> {
         if let Some(note) = self.note.take() {
+            if note.len() > NOTE_LIMIT {
+                let reason = format!("a note has {} bytes and may have {NOTE_LIMIT}", note.len());
+                return Err(ExportError::Impossible { path: self.path.clone(), reason });
+            }
             if let Err(error) = self.add_frame(FrameKind::Note, &note, &[]) {
                 self.note = Some(note);
                 return Err(error);

@@ -11,6 +11,14 @@
 //! - `lock`: a file that is locked by the process that writes the store, and that says who it is
 //!   and where it answers readers. Only its owner may open it.
 //!
+//! - `shards.json`: the shards of studies whose exports were merged into the store. It only serves
+//!   words about what is missing, and may be lost.
+//!
+//! An export is one file that holds the same: records, blobs and definitions of studies (`frame.rs`
+//! has its format). It only grows, needs no lock, and may lie where no store may. [`Store::read`]
+//! reads an export, or a directory of them, like a store; [`ExportWriter`] writes one;
+//! [`Store::import`] and [`merge_into_export`] unite stores and exports.
+//!
 //! The following holds whatever happens to the process or the machine:
 //!
 //! - Everything that [`Store::commit`] acknowledged is on the disk: the log is flushed and its file
@@ -24,6 +32,9 @@
 //! - One process writes the store. Others read through it, or from a private copy of the records
 //!   ([`Store::read`]): reading changes nothing in the store, needs no right to write to it, and
 //!   holds up nobody.
+//! - A merge gives the same records whatever the order of its sources and however often it is
+//!   repeated or cut short. Two results of one job that differ are reported, and neither is taken.
+//! - Of an export that is damaged or torn, everything else is read.
 //! - A blob that was lost or damaged is found when it is read, and storing it again heals it.
 //!
 //! Three things are deliberately absent: transactions over several records (one job is one record),

@@ -106,11 +106,15 @@ fn an_export_is_continued() {
     let mut writer = ExportWriter::open(&path, &shard(3, 16)).unwrap();
     assert!(writer.damage().is_empty());
     writer.put_study("sweep", b"mu = [0.1, 0.3]").unwrap();
+    assert_eq!(writer.study("sweep").unwrap().unwrap(), b"mu = [0.1, 0.3]");
+    assert_eq!(writer.study("other").unwrap(), None);
     assert!(matches!(
         writer.put_study("sweep", b"mu = [0.2]"),
         Err(ExportError::StudyDiffers { .. })
     ));
     writer.append(&key(3), &record(3), &blobs, []).unwrap();
+    writer.note(&vec![7; 1 << 20]);
+    assert!(writer.flush().unwrap_err().to_string().contains("a note has 1048576 bytes"));
     writer.flush().unwrap();
     // Whoever wrote to the file before writes to one without a name now.
     earlier.append(&key(4), &record(4), &blobs, []).unwrap();
@@ -173,6 +177,10 @@ fn an_export_that_was_cut_at_any_byte_is_read_up_to_its_last_whole_frame() {
         assert!(found.is_sound() || !has_header && length < 200, "{length}: {found:?}");
         assert_eq!(found.open_exports.len(), 1, "{length}");
         counts.push(found.records);
+        // Going on takes the disk some milliseconds.
+        if length % 23 != 0 {
+            continue;
+        }
         let mut writer = ExportWriter::open(&path, &shard(3, 16)).unwrap();
         assert_eq!(writer.len(), found.records);
         writer.append(&key(7), &record(7), &blobs, []).unwrap();
@@ -218,7 +226,10 @@ fn no_flipped_bit_in_an_export_passes_unnoticed() {
         };
         assert!(read.iter().all(|record| expected.contains(record) || is_earlier(record)));
         assert!(!read.is_empty(), "{offset}");
-        // Going on leaves out what is damaged and says so.
+        // Going on leaves out what is damaged; it takes the disk some milliseconds.
+        if offset % 23 != 0 {
+            continue;
+        }
         match ExportWriter::open(&path, &shard(3, 16)) {
             Ok(writer) => {
                 drop(writer);
@@ -339,4 +350,36 @@ fn an_export_without_room_keeps_what_was_flushed_and_goes_on_later() {
     assert!(flushed > 100 && (0..flushed).all(|i| reader.get(&key(i)).unwrap() == Some(record(i))));
     let writer = ExportWriter::open(&path, &shard(1, 2)).unwrap();
     assert!(writer.len() as u64 >= flushed && writer.damage().is_empty());
+}
+
+/// A process may have few files open, and a study many shards.
+#[test]
+fn many_exports_are_read_with_few_of_them_open() {
+    let directory = tempfile::tempdir().unwrap();
+    let blobs = blobs(directory.path());
+    let place = directory.path().join("exports");
+    let path = |i: u32| place.join(format!("{i:03}.tribosweep"));
+    for i in 1..=200 {
+        let mut writer = ExportWriter::open(&path(i), &shard(i, 200)).unwrap();
+        let bytes = ranked(RecordRank::Finished, i.into(), if i == 190 { 201 } else { 1 });
+        let fields = (i == 190).then(|| Digest::of(&field(201)));
+        writer.append(&key(i.into()), &bytes, &blobs, fields).unwrap();
+        writer.close().unwrap();
+    }
+    let open_files = || fs::read_dir("/proc/self/fd").unwrap().count();
+    let before = open_files();
+    let reader = Store::read_by(&place, &RULES).unwrap();
+    assert!(open_files() < before + 190, "other tests open files too");
+    let found = reader.verify(references).unwrap();
+    assert!(found.is_sound() && found.records == 200, "{found:?}");
+    assert_eq!(reader.blobs().get(&Digest::of(&field(201))).unwrap(), Some(field(201)));
+    assert!(reader.get(&key(195)).unwrap().is_some());
+    // A run that is started again puts another file in its place.
+    ExportWriter::open(&path(195), &shard(195, 200)).unwrap();
+    let refused = reader.get(&key(195)).unwrap_err().to_string();
+    assert!(refused.contains("195.tribosweep") && refused.contains("ask again"), "{refused}");
+    ExportWriter::open(&path(5), &shard(5, 200)).unwrap();
+    assert!(reader.get(&key(5)).unwrap().is_some(), "an open file stays as it was");
+    let again = Store::read_by(&place, &RULES).unwrap();
+    assert!(again.get(&key(195)).unwrap().is_some());
 }
