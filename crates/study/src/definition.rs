@@ -25,6 +25,11 @@ impl Study {
         encode(&(&self.path, &self.text, &self.files.bytes))
     }
 
+    /// Returns the files that the study names, each as its name in the study and its bytes.
+    pub fn named_files(&self) -> impl Iterator<Item = (&str, &[u8])> {
+        self.files.bytes.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()))
+    }
+
     /// Reads a [`definition`](Study::definition).
     ///
     /// # Errors
