@@ -98,6 +98,7 @@ pub(crate) fn submit(args: &SubmitArgs) -> Result<Finish> {
 
     let directory = args.directory.clone();
     let directory = directory.unwrap_or_else(|| format!("{}-shards", study.name()).into());
+    check_directory(&directory)?;
     let mut submission = submission(args, &study, &directory)?;
     let resources = resources(args, is_timed(study.kind()));
     let program = std::env::current_exe().context("cannot find this program's own file")?;
@@ -305,6 +306,21 @@ fn resources(args: &SubmitArgs, exclusive: bool) -> Resources {
         exclusive,
         passed: args.passed.clone(),
     }
+}
+
+/// Refuses a directory in which Slurm would find no log.
+fn check_directory(directory: &Path) -> Result<()> {
+    let path = std::path::absolute(directory).context("cannot find the current directory")?;
+    let Some(text) = path.to_str() else {
+        bail!("--directory must be a path in UTF-8");
+    };
+    if text.contains(['%', '\\', '\n']) {
+        bail!(
+            "Slurm takes % and \\ in a path for patterns: {}; give a --directory without them",
+            wording::excerpt(text, 200)
+        );
+    }
+    Ok(())
 }
 
 /// Returns what is to be submitted. A directory of an earlier submission must be of the same study

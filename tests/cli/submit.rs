@@ -241,6 +241,7 @@ fn mistakes_are_refused_before_anything_is_written() {
         "small.toml --shards 3 -- --constraint haswell",
         "small.toml --shards 3 -- script.sh",
         "small.toml --shards 3",
+        "small.toml --shards 3 --directory 50%off",
         "bad.toml --shards 1",
         "none.toml --shards 1",
     ];

@@ -50,11 +50,13 @@ if [ -n "$signal" ] && [ "$code" -gt 128 ] && [ "$code" -ne 130 ]; then
     code=75
 fi
 
+# A job that Slurm ends is queued again if its time was over. One that was cancelled could be, too,
+# and nobody wants that.
 job=${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID
-is_cancelled() { scontrol show job "$job" | grep -q '^ *JobState=CANCELLED'; }
+is_wanted() { scontrol show job "$job" | grep -Eq 'JobState=RUNNING|Reason=TimeLimit'; }
 if [ "$code" -ne 75 ]; then
     say "ends with $code"
-elif [ "$signal" = TERM ] && is_cancelled; then
+elif ! is_wanted; then
     say "is not finished, and was cancelled"
 elif [ "$restarts" -ge "$most_restarts" ]; then
     say "is not finished, and was started again $restarts times already, which is the most"
