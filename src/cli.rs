@@ -2,10 +2,13 @@
 
 use std::path::PathBuf;
 
+use answers::shards::MOST_SHARDS;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::proposal::{STORE_VARIABLE, USUAL_STORE};
+use crate::shard_choice::{ShardChoice, shard_choice};
 use crate::slurm::TimeLimit;
+use crate::time_budget::TimeBudget;
 
 /// Parameter studies of elastic contact with Coulomb friction.
 #[derive(Parser)]
@@ -14,7 +17,7 @@ use crate::slurm::TimeLimit;
     version,
     about,
     disable_help_subcommand = true,
-    after_help = "Start with:\n  tribosweep run sweeps/stick-zone.toml     launch or continue a study\n  tribosweep query stick-zone --sort mu     its results as a table\n\nExit codes: 0 all done, 1 a mistake in what was asked, 2 finished but some jobs failed, 130 interrupted."
+    after_help = "Start with:\n  tribosweep run sweeps/stick-zone.toml     launch or continue a study\n  tribosweep query stick-zone --sort mu     its results as a table\n\nExit codes: 0 all done, 1 a mistake in what was asked, 2 finished but some jobs failed, 75 stopped in time (the same command goes on), 130 interrupted."
 )]
 pub(crate) struct Cli {
     #[command(subcommand)]
@@ -25,7 +28,7 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Launch a study or continue it; what is in the store is not computed again
     #[command(
-        after_help = "Examples:\n  tribosweep run sweeps/stick-zone.toml\n  tribosweep run sweeps/stick-zone.toml --workers 4 --json > events.jsonl\n  tribosweep run sweeps/stick-zone.toml --retry-failed\n\nCtrl-C once stops after the jobs in flight, twice stops now. Either way the same command continues."
+        after_help = "Examples:\n  tribosweep run sweeps/stick-zone.toml\n  tribosweep run sweeps/stick-zone.toml --workers 4 --json > events.jsonl\n  tribosweep run sweeps/stick-zone.toml --retry-failed\n  tribosweep run sweeps/stick-zone.toml --until 55m\n  tribosweep run sweeps/stick-zone.toml --shard 3/16 --export exports     a part of it, on one of several machines\n\nCtrl-C once stops after the jobs in flight, twice stops now. SIGTERM and SIGUSR1 stop as --until does: no further job is begun, and jobs in flight are given up after 20 s. In every case the same command continues."
     )]
     Run(RunArgs),
     /// Hand a study to a cluster: an array of shards, and a merge after it
@@ -35,7 +38,7 @@ pub(crate) enum Command {
     Submit(SubmitArgs),
     /// Say what a study would run: jobs, cached ones, predicted time and memory; runs nothing
     #[command(
-        after_help = "Examples:\n  tribosweep plan sweeps/stick-zone.toml\n  tribosweep plan sweeps/stick-zone.toml --json"
+        after_help = "Examples:\n  tribosweep plan sweeps/stick-zone.toml\n  tribosweep plan sweeps/stick-zone.toml --json\n  tribosweep plan sweeps/stick-zone.toml --shards 16     what each of 16 machines would have\n  tribosweep plan sweeps/stick-zone.toml --shard 3/16"
     )]
     Plan(PlanArgs),
     /// Measure what leaving effects out saves, on the first job of each group of jobs that call for
@@ -128,6 +131,11 @@ pub(crate) struct ExecutionArgs {
     /// available]
     #[arg(long, value_name = "SIZE", value_parser = memory_size)]
     pub(crate) memory: Option<u64>,
+    /// Begin no job that would not end within this time, for example 55m or 1h30m, but always one,
+    /// and exit with code 75 if some are left. Jobs in flight may take a twentieth of it longer, at
+    /// most 20 s
+    #[arg(long, value_name = "DURATION", value_parser = TimeBudget::parse)]
+    pub(crate) until: Option<TimeBudget>,
     /// Print events as JSON lines on standard output instead of a progress bar
     #[arg(long)]
     pub(crate) json: bool,
@@ -137,10 +145,19 @@ pub(crate) struct ExecutionArgs {
 pub(crate) struct RunArgs {
     /// The study file
     pub(crate) study: PathBuf,
+    /// Run one of so many parts of the study, for example 3/16; auto takes both numbers from the
+    /// job array of a scheduler, auto/16 only the index
+    #[arg(long, value_name = "I/N", value_parser = shard_choice)]
+    pub(crate) shard: Option<ShardChoice>,
+    /// Write the results to a file in this directory while they come, and go on from what is there
+    #[arg(long, value_name = "DIR")]
+    pub(crate) export: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) execution: ExecutionArgs,
-    #[command(flatten)]
-    pub(crate) store: StoreArgs,
+    /// Directory of the store [default: .tribosweep; with --export a directory for temporary files,
+    /// which is removed when all is exported]
+    #[arg(long, env = STORE_VARIABLE, value_name = "DIR")]
+    pub(crate) store: Option<PathBuf>,
 }
 
 /// The schedulers of clusters.
@@ -158,7 +175,7 @@ pub(crate) struct SubmitArgs {
     #[arg(long, value_enum, default_value = "slurm")]
     pub(crate) engine: Engine,
     /// Parts of the study, each a job on one node
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SHARDS)))]
     pub(crate) shards: u32,
     /// Submit only these shards, separated by commas [default: all]
     #[arg(long, value_name = "SHARDS", value_delimiter = ',')]
@@ -206,6 +223,12 @@ pub(crate) struct SubmitArgs {
 pub(crate) struct PlanArgs {
     /// The study file
     pub(crate) study: PathBuf,
+    /// Plan one of so many parts of the study, for example 3/16
+    #[arg(long, value_name = "I/N", value_parser = shard_choice)]
+    pub(crate) shard: Option<ShardChoice>,
+    /// Say what each of so many parts of the study would have
+    #[arg(long, value_name = "N", conflicts_with = "shard", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SHARDS)))]
+    pub(crate) shards: Option<u32>,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,

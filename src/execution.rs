@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use answers::{Results, choice, is_timed};
 use anyhow::{Context, Result, anyhow};
 use indicatif::BinaryBytes;
-use runner::{Interrupt, Options, RunError};
+use runner::{EarlyEnd, Interrupt, Options, RunError, Want};
 use store::Store;
 use study::Study;
 
@@ -69,7 +69,7 @@ fn compute(
     let mut tally = RunTally::default();
     let mut calibration = Calibration::default();
     let (mut requested, mut computed) = (HashSet::new(), HashSet::new());
-    loop {
+    for round in 0.. {
         let points = match study.adaptive() {
             None => study.points(),
             Some(_) => choice::gather(study, &StoreSource::Store(store))?.choice.points,
@@ -90,9 +90,17 @@ fn compute(
         if tasks.is_empty() {
             return Ok(tally);
         }
-        let options = options(args, study, directory, tasks.len())?;
+        if round > 0 && args.until.as_ref().is_some_and(|budget| budget.left().is_zero()) {
+            stop_in_time(&mut tally, args, interrupt);
+            return Ok(tally);
+        }
+        let mut options = options(args, study, directory, tasks.len())?;
         let left = TimeLeft::new(&tasks, options.workers, calibration);
         let mut progress = ProgressDisplay::new(&tasks, tally.cached, args.json, left);
+        if let Some(budget) = &args.until {
+            (options.until, options.overtime) = (Some(budget.left()), budget.overtime());
+            options.begins_one = round == 0;
+        }
         let outcome = runner::run(
             tasks,
             &mut StoreLedger::new(store.store, texts),
@@ -104,7 +112,9 @@ fn compute(
         calibration = progress.calibration();
         let summary = outcome.map_err(|error| {
             let advice = match error {
-                RunError::Postponed { .. } => "; give it more memory (--memory)",
+                RunError::Postponed { want: Want::Memory, .. } => {
+                    "; give it more memory (--memory)"
+                }
                 _ => "",
             };
             // The command stands last, so that it can be copied.
@@ -114,13 +124,27 @@ fn compute(
                 resume_command(study, directory)
             )
         })?;
-        tally.interrupted = summary.unfinished > 0;
+        match summary.early_end {
+            Some(EarlyEnd::InTime) => stop_in_time(&mut tally, args, interrupt),
+            Some(EarlyEnd::Interrupted) => tally.interrupted = summary.unfinished > 0,
+            None => {}
+        }
         tally.computed += summary.done + summary.quarantined;
         tally.seconds += summary.seconds;
-        if tally.interrupted || study.adaptive().is_none() {
-            return Ok(tally);
+        if tally.interrupted || tally.stopped_in_time || study.adaptive().is_none() {
+            break;
         }
     }
+    Ok(tally)
+}
+
+/// Notes that a run stopped in time, and why.
+fn stop_in_time(tally: &mut RunTally, args: &ExecutionArgs, interrupt: &Interrupt) {
+    tally.stopped_in_time = true;
+    tally.stopped_by = match &args.until {
+        Some(budget) if interrupt.ends() == 0 => format!("--until {budget}"),
+        _ => "a signal asked for it".to_owned(),
+    };
 }
 
 /// Returns the number of workers out of `wanted` that have something to do; nothing else may run
@@ -175,7 +199,7 @@ fn memory(args: &ExecutionArgs) -> u64 {
         if request > limit {
             output::say(&format!(
                 "{} of memory for jobs instead of {}: a process may not reserve more here (`ulimit \
-                 -v`)",
+                 -v` or `ulimit -d`)",
                 BinaryBytes(limit),
                 BinaryBytes(request)
             ));

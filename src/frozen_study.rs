@@ -7,7 +7,7 @@ use std::path::{Component, Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use study::Study;
 
-use crate::study_file::read_study;
+use crate::study_file::read_large_study;
 
 /// The name of the directories that stand in place of those above the study.
 const LEVEL: &str = "in";
@@ -41,7 +41,7 @@ fn named(study: &Study) -> impl Iterator<Item = (&Path, &[u8])> {
 
 /// Tells whether the file of a study and those that it names have the content of another study's.
 pub(crate) fn is_same(study: &Study, file: &Path) -> Result<bool> {
-    let frozen = read_study(file)?;
+    let frozen = read_large_study(file)?;
     Ok(frozen.text() == study.text() && frozen.named_files().eq(study.named_files()))
 }
 

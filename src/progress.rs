@@ -127,6 +127,12 @@ impl ProgressDisplay {
                 self.notice("stopping after the jobs in flight; Ctrl-C again stops now")
             }
             EventKind::Interrupted { now: true } => self.notice("stopping now"),
+            EventKind::TimeUp { now: false } => {
+                self.notice("stopping in time: no further job is begun")
+            }
+            EventKind::TimeUp { now: true } => {
+                self.notice("stopping now: the jobs in flight are given up for another run")
+            }
             _ => {}
         }
         let counts = &event.counts;

@@ -41,6 +41,11 @@ pub(crate) struct RunTally {
     pub(crate) seconds: f64,
     /// The run was interrupted.
     pub(crate) interrupted: bool,
+    /// The run stopped in time, with jobs left.
+    pub(crate) stopped_in_time: bool,
+    /// The cause of that in words.
+    #[serde(skip)]
+    pub(crate) stopped_by: String,
 }
 
 /// A job that has ended without a solution.
@@ -84,10 +89,12 @@ pub(crate) fn summarise(
     } else {
         output::print(&summary.words()?)?;
     }
-    Ok(match (summary.tally.interrupted, progress.failed + results.inaccurate()) {
-        (true, _) => Finish::Interrupted,
-        (false, 0) => Finish::AllDone,
-        (false, _) => Finish::SomeFailed,
+    let RunTally { interrupted, stopped_in_time, .. } = summary.tally;
+    Ok(match progress.failed + results.inaccurate() {
+        _ if interrupted => Finish::Interrupted,
+        _ if stopped_in_time => Finish::StoppedInTime,
+        0 => Finish::AllDone,
+        _ => Finish::SomeFailed,
     })
 }
 
@@ -145,7 +152,26 @@ impl RunSummary<'_> {
             let command = resume_command(self.results.study(), self.directory);
             text += &format!("interrupted; continue with: {command}\n");
         }
+        text += &self.stopped();
         Ok(text)
+    }
+
+    /// Says that the run stopped in time, if it did.
+    fn stopped(&self) -> String {
+        let RunTally { jobs, cached, computed, stopped_in_time, stopped_by, .. } = &self.tally;
+        if !stopped_in_time {
+            return String::new();
+        }
+        let left = jobs.saturating_sub(cached + computed);
+        let verb = if left == 1 { "is" } else { "are" };
+        let jobs = count(*jobs, "job", "jobs");
+        // A study that chooses its points has more jobs than it knows of.
+        let known = if self.results.study().adaptive().is_some() { " known so far" } else { "" };
+        let advice = if *computed == 0 { ", but no job ended in this time" } else { "" };
+        format!(
+            "stopped in time ({stopped_by}): {left} of {jobs}{known} {verb} left; the same command \
+             goes on{advice}\n"
+        )
     }
 
     /// Returns the first rows of the results.

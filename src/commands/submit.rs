@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use answers::is_timed;
+use answers::shards::{Partition, Shard};
 use anyhow::{Context, Result, anyhow, bail};
 use serde::{Deserialize, Serialize};
 use study::Study;
@@ -19,11 +20,12 @@ use crate::output::{self, Finish};
 use crate::slurm::{
     Array, ControllerConfig, Resources, Scripts, arrays, check_passed, option_word,
 };
-use crate::study_file::read_study;
+use crate::study_file::read_large_study;
 use crate::words::{count, duration};
 
-/// The time before the end of its limit at which a shard is told to stop, at least \[s\].
-const LEAST_LEAD: u64 = 120;
+/// The time before the end of its limit at which a shard is told to stop \[s\]. Slurm may do it a
+/// minute earlier, and the shard gives up jobs in flight after 20 s.
+const LONGEST_LEAD: u64 = 120;
 
 /// The file with what was submitted, in the directory of the scripts.
 const SUBMISSION: &str = "submission.json";
@@ -86,15 +88,14 @@ pub(crate) fn submit(args: &SubmitArgs) -> Result<Finish> {
     for word in &args.passed {
         check_passed(word).map_err(anyhow::Error::msg)?;
     }
-    let study = read_study(&args.study)?;
-    let jobs = JobList::of(&study)?;
-    jobs.bind(&study, |_| false)?;
-    let shards = chosen_shards(args, jobs.distinct.len())?;
+    let study = read_large_study(&args.study)?;
+    let work = Work::of(&study, args.shards)?;
+    let shards = chosen_shards(args, &work)?;
     let config = config(args.dry_run)?;
     check_limits(&config, shards.len())?;
     let arrays = arrays(&shards, config.array_size);
-    let longest = jobs.distinct.iter().map(|job| job.forecast.seconds).fold(0.0, f64::max);
-    warn(args, &study, longest);
+    let lead = lead(args.time.as_ref().and_then(|time| time.seconds));
+    warn(args, &study, work.longest, lead);
 
     let directory = args.directory.clone();
     let directory = directory.unwrap_or_else(|| format!("{}-shards", study.name()).into());
@@ -110,7 +111,7 @@ pub(crate) fn submit(args: &SubmitArgs) -> Result<Finish> {
         exports: &submission.exports,
         merged: &submission.merged,
         resources: &resources,
-        lead: lead(longest, args.time.as_ref().and_then(|time| time.seconds)),
+        lead,
         restarts: args.restarts,
     };
     let mut calls: Vec<SbatchCall> = Vec::new();
@@ -194,13 +195,43 @@ impl SubmissionReport<'_> {
     }
 }
 
+/// The work that a study is, as far as its submission asks.
+struct Work {
+    /// The number of the sequences, of which each stays in one shard.
+    sequences: u64,
+    /// The forecast of the longest job, or of the longest sequence if there are too many jobs to
+    /// list \[s\].
+    longest: f64,
+}
+
+impl Work {
+    /// Cuts a study into shards, and refuses what cannot be run.
+    fn of(study: &Study, shards: u32) -> Result<Self> {
+        let partition = Partition::of(study, shards)?;
+        let mut sequences = 0;
+        for index in 1..=shards.into() {
+            sequences += partition.load(Shard::new(index, shards.into())?).sequences;
+        }
+        if !study.is_listed() {
+            // What is wrong with a point of so many, its shard says.
+            return Ok(Self { sequences, longest: partition.longest() });
+        }
+        let jobs = JobList::of(study)?;
+        jobs.bind(study, |_| false)?;
+        let seconds = jobs.distinct.iter().map(|job| job.forecast.seconds);
+        Ok(Self { sequences, longest: seconds.fold(0.0, f64::max) })
+    }
+}
+
 /// Returns the numbers of the shards that are to be submitted.
-fn chosen_shards(args: &SubmitArgs, jobs: usize) -> Result<Vec<u32>> {
-    if args.shards as usize > jobs {
+fn chosen_shards(args: &SubmitArgs, work: &Work) -> Result<Vec<u32>> {
+    if u64::from(args.shards) > work.sequences {
         bail!(
-            "the study has {}, so that it cannot have {} shards; --shards must be at most {jobs}",
-            count(jobs, "job", "jobs"),
-            args.shards
+            "the study has {} that may be apart, which cannot fill {} shards; --shards must be at \
+             most {}",
+            count(work.sequences as usize, "part", "parts"),
+            args.shards,
+            work.sequences
         );
     }
     if args.only.is_empty() {
@@ -259,7 +290,7 @@ fn check_limits(config: &ControllerConfig, shards: usize) -> Result<()> {
 }
 
 /// Says what deserves attention, though it is no mistake.
-fn warn(args: &SubmitArgs, study: &Study, longest: f64) {
+fn warn(args: &SubmitArgs, study: &Study, longest: f64, lead: u64) {
     let mut warnings = Vec::new();
     for file in fixed_files(study) {
         warnings.push(format!(
@@ -276,7 +307,7 @@ fn warn(args: &SubmitArgs, study: &Study, longest: f64) {
         );
     }
     if let Some(seconds) = args.time.as_ref().and_then(|time| time.seconds)
-        && longest > seconds.saturating_sub(lead(longest, Some(seconds))) as f64
+        && longest > seconds.saturating_sub(lead) as f64
     {
         warnings.push(format!(
             "the longest job is predicted to take {}, which a limit of {} may not leave it; a job \
@@ -288,12 +319,10 @@ fn warn(args: &SubmitArgs, study: &Study, longest: f64) {
     warnings.iter().for_each(|warning| output::say(&format!("warning: {warning}")));
 }
 
-/// Returns the time before the end at which a shard is told to stop \[s\]: enough for its longest
-/// job twice, since forecasts err, and less than half of the time limit.
-fn lead(longest: f64, limit: Option<u64>) -> u64 {
-    let wanted = ((2.0 * longest).ceil() as u64).clamp(LEAST_LEAD, 24 * 3600);
-    // Slurm rounds a limit up to whole minutes.
-    limit.map_or(LEAST_LEAD, |limit| wanted.min((limit.div_ceil(60) * 60 - 1) / 2))
+/// Returns the time before the end of a time limit at which a shard is told to stop \[s\]: less
+/// than half of the limit. Slurm rounds a limit up to whole minutes.
+fn lead(limit: Option<u64>) -> u64 {
+    limit.map_or(LONGEST_LEAD, |limit| LONGEST_LEAD.min((limit.div_ceil(60) * 60 - 1) / 2))
 }
 
 fn resources(args: &SubmitArgs, exclusive: bool) -> Resources {

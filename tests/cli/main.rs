@@ -5,6 +5,7 @@ mod adaptive;
 mod effects;
 mod failed;
 mod height_maps;
+mod in_time;
 mod kinds;
 mod paths;
 mod place;
@@ -64,6 +65,11 @@ fn mistakes_on_the_command_line_end_with_1() {
         &["run", "x.toml", "--workers", "many"],
         &["run", "x.toml", "--memory", "8 apples"],
         &["run", "x.toml", "--memory", "0"],
+        &["run", "x.toml", "--until", "0s"],
+        &["run", "x.toml", "--until", "55"],
+        &["run", "x.toml", "--until", "5 apples"],
+        &["resume", "x", "--until", "soon"],
+        &["cost", "x.toml", "--until", ""],
         &["run", "x.toml"],
         &["query", "x", "--format", "xml"],
         &["show", "00", "--output", "x.png"],

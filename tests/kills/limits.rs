@@ -74,6 +74,7 @@ fn a_limit_of_the_process_ends_in_words() {
         ("ulimit -v 800000; $T run study.toml", "4 certified"),
         ("ulimit -d 60000; $T run study.toml", "`ulimit -d`"),
         ("ulimit -d 140000; $T run study.toml", "4 certified"),
+        ("ulimit -d 140000; $T run study.toml --memory 8GiB", "`ulimit -v` or `ulimit -d`"),
         ("ulimit -n 48; $T run study.toml", "`ulimit -n`"),
         ("ulimit -n 100; $T run study.toml --workers 8", "`ulimit -n`"),
         ("ulimit -s 200; $T run study.toml", "`ulimit -s`"),
@@ -187,9 +188,13 @@ fn a_store_with_any_name_can_be_run_in() {
     assert_eq!(output.status.code(), Some(0), "{output:?}");
 }
 
+/// The signals that a run hears, by name.
+const SIGNALS: [(&str, Signal); 4] =
+    [("HUP", Signal::HUP), ("INT", Signal::INT), ("TERM", Signal::TERM), ("USR1", Signal::USR1)];
+
 #[test]
 fn a_signal_that_is_ignored_at_the_start_stays_ignored() {
-    for (name, signal) in [("HUP", Signal::HUP), ("INT", Signal::INT), ("TERM", Signal::TERM)] {
+    for (name, signal) in SIGNALS {
         let place = Place::new();
         let store = place.store();
         let mut child = Command::new("sh")

@@ -529,8 +529,8 @@ fn killed_at_random_moments_a_study_completes_with_the_same_results() {
     );
 }
 
-/// Interrupts a run in its middle, and returns the results that it kept and the place.
-fn interrupted(signal: Signal) -> (Place, BTreeMap<String, Vec<u8>>) {
+/// Stops a run in its middle, and returns the results that it kept and the place.
+fn stopped(signal: Signal) -> (Place, BTreeMap<String, Vec<u8>>) {
     // On a busy machine the study may be over before it is seen to have begun.
     for _ in 0..10 {
         let place = Place::new();
@@ -551,11 +551,9 @@ fn interrupted(signal: Signal) -> (Place, BTreeMap<String, Vec<u8>>) {
             continue;
         }
         let said = running.said();
-        assert_eq!(status.code(), Some(130), "{status}\n{said}");
         let kept = place.records();
         assert!(!kept.is_empty() && kept.len() < JOBS);
         let left = JOBS - kept.len();
-        assert!(said.contains("stopping after the jobs in flight"), "{said}");
         assert!(
             said.contains(&format!(
                 "{JOBS} points, {} certified, 0 failed, {left} left",
@@ -563,22 +561,32 @@ fn interrupted(signal: Signal) -> (Place, BTreeMap<String, Vec<u8>>) {
             )),
             "{said}"
         );
-        let again = format!(
-            "interrupted; continue with: tribosweep resume {NAME} --store {}\n",
-            place.store().display()
-        );
-        assert!(said.contains(&again), "{said}");
+        let store = place.store();
+        let again = format!("tribosweep resume {NAME} --store {}", store.display());
+        let end = format!("{left} of {JOBS} jobs are left; the same command goes on\n");
+        let (code, notice, end) = if signal == Signal::INT {
+            let end = format!("interrupted; continue with: {again}\n");
+            (130, "stopping after the jobs in flight; Ctrl-C again stops now\n", end)
+        } else {
+            let end = format!("stopped in time (a signal asked for it): {end}");
+            (75, "stopping in time: no further job is begun\n", end)
+        };
+        assert_eq!(status.code(), Some(code), "{status}\n{said}");
+        assert!(said.contains(notice) && said.contains(&end), "{said}");
         assert_eq!(place.processes(), Vec::<u32>::new());
         assert_eq!(belongings(&running.bodies), Vec::<PathBuf>::new());
         return (place, kept);
     }
-    panic!("ten runs ended before they could be interrupted");
+    panic!("ten runs ended before they could be stopped");
 }
 
-fn interrupt_and_resume(signal: Signal) {
-    let (place, kept) = interrupted(signal);
-    fs::remove_file(place.path("study.toml")).unwrap();
-    let summary = last_line(&place.succeed(&["resume", NAME, "--workers", "2", "--json"]));
+/// Stops a run in its middle, and finishes it by a command of these words.
+fn stop_and_go_on(signal: Signal, words: &[&str]) {
+    let (place, kept) = stopped(signal);
+    if !words.contains(&"study.toml") {
+        fs::remove_file(place.path("study.toml")).unwrap();
+    }
+    let summary = last_line(&place.succeed(&[words, &["--workers", "2", "--json"]].concat()));
     assert_eq!(summary["run"]["cached"], kept.len());
     assert_eq!(summary["run"]["computing"], JOBS - kept.len());
     let records = place.records();
@@ -591,12 +599,18 @@ fn interrupt_and_resume(signal: Signal) {
 
 #[test]
 fn ctrl_c_keeps_what_is_finished_and_resume_needs_no_file() {
-    interrupt_and_resume(Signal::INT);
+    stop_and_go_on(Signal::INT, &["resume", NAME]);
 }
 
 #[test]
 fn termination_keeps_what_is_finished_and_resume_needs_no_file() {
-    interrupt_and_resume(Signal::TERM);
+    stop_and_go_on(Signal::TERM, &["resume", NAME]);
+}
+
+/// Batch systems send this signal some time before they kill.
+#[test]
+fn the_signal_of_a_batch_system_stops_in_time_and_the_same_command_goes_on() {
+    stop_and_go_on(Signal::USR1, &["run", "study.toml"]);
 }
 
 #[test]
@@ -610,7 +624,7 @@ fn a_finished_study_computes_nothing() {
         let summary = last_line(&out);
         assert_eq!(
             summary["run"],
-            serde_json::json!({ "jobs": JOBS, "cached": JOBS, "computing": 0, "seconds": 0.0, "interrupted": false })
+            serde_json::json!({ "jobs": JOBS, "cached": JOBS, "computing": 0, "seconds": 0.0, "interrupted": false, "stopped_in_time": false })
         );
         assert_eq!(place.records(), records);
     }

@@ -145,6 +145,11 @@ pub enum EventKind {
         /// It is true if it was asked twice; then workers are killed.
         now: bool,
     },
+    /// The time of the run is up, or somebody asked for an end in time.
+    TimeUp {
+        /// It is true if the jobs in flight are given up; otherwise no further job is begun.
+        now: bool,
+    },
     /// The run ends.
     Finished,
 }

@@ -15,8 +15,8 @@ use rustix::process::{Pid, Signal, kill_process};
 
 use identity::JobKey;
 use runner::{
-    Done, Event, EventKind, Executor, Interrupt, Ledger, Options, RunError, Summary, Task, Verdict,
-    WorkerArguments,
+    Done, EarlyEnd, Event, EventKind, Executor, Interrupt, Ledger, Options, RunError, Summary,
+    Task, Verdict, WorkerArguments,
 };
 
 /// An executor whose job is a line of text: a verb and its arguments.
@@ -40,6 +40,14 @@ impl Executor for Script {
                 std::fs::write(mark, "").unwrap();
                 kill(std::process::id(), Signal::KILL)
             }
+            ["end"] => {
+                send(std::process::id(), Signal::TERM);
+                send(std::process::id(), Signal::USR1);
+                b"deaf".into()
+            }
+            ["abort"] => std::process::abort(),
+            ["leave"] => std::process::exit(3),
+            ["recurse"] => recurse(0).to_string().into(),
             ["stop"] => kill(std::process::id(), Signal::STOP),
             ["hang"] => loop {
                 std::thread::sleep(Duration::from_secs(1));
@@ -58,6 +66,13 @@ impl Executor for Script {
             _ => panic!("no such verb: {text}"),
         }
     }
+}
+
+/// Calls itself until the stack is full.
+#[allow(unconditional_recursion)]
+fn recurse(depth: u64) -> u64 {
+    let room = std::hint::black_box([depth; 512]);
+    recurse(depth + 1) + room[511]
 }
 
 fn kill(pid: u32, signal: Signal) -> ! {
@@ -353,8 +368,48 @@ fn a_job_cannot_take_more_memory_than_its_worker_may() {
             _ => None,
         })
         .collect();
-    assert!(reasons[&0].contains("SIGABRT: out of memory"), "{reasons:?}");
+    assert!(reasons[&0].ends_with("SIGABRT: out of memory"), "{reasons:?}");
     assert_eq!(reasons[&2], "needs 2.0 GiB of memory by prediction, and the run may use 1.0 GiB");
+}
+
+#[test]
+fn a_job_that_aborts_its_worker_is_set_aside_unless_it_lacked_memory() {
+    let mut tasks = squares(20);
+    tasks.extend([task(20, "abort"), task(21, "recurse")]);
+    let (summary, mut kept, _) = run(tasks, &options());
+    let summary = summary.unwrap();
+    assert_eq!((summary.done, summary.quarantined, summary.failures), (20, 2, 6));
+    let lost = "its worker was lost: signal 6, SIGABRT: ";
+    assert_eq!(kept.text(20), format!("{lost}a panic in a panic, or a call of abort"));
+    assert_eq!(kept.text(21), format!("{lost}a stack overflow"));
+    kept.results.retain(|&number, _| number < 20);
+    assert_squares(&kept, 20);
+}
+
+#[test]
+fn many_jobs_that_lack_memory_are_left_one_by_one_and_the_rest_is_done() {
+    let options =
+        Options { workers: 1, memory_limit: 1 << 30, address_space_margin: 1 << 30, ..options() };
+    let mut tasks = squares(5);
+    tasks.extend((5..12).map(|number| Task { cost: 9.0, ..task(number, "allocate 3000000000") }));
+    let (summary, kept, events) = run(tasks, &options);
+    let error = summary.unwrap_err().to_string();
+    assert!(error.starts_with("7 jobs are left for another run: "), "{error}");
+    assert!(error.ends_with("SIGABRT: out of memory"), "{error}");
+    assert_squares(&kept, 5);
+    assert_eq!(events.last().unwrap().counts.failures, 0);
+}
+
+#[test]
+fn a_job_whose_worker_always_leaves_is_left_for_another_run_and_the_rest_is_done() {
+    let mut tasks = squares(20);
+    tasks.push(Task { cost: 9.0, ..task(20, "leave") });
+    let (summary, kept, _) = run(tasks, &options());
+    assert_eq!(
+        summary.unwrap_err().to_string(),
+        "1 job is left for another run: its worker was lost: exit status 3 (3 times)"
+    );
+    assert_squares(&kept, 20);
 }
 
 #[test]
@@ -425,8 +480,39 @@ fn an_interrupt_keeps_what_is_in_flight_and_begins_nothing() {
         }
     });
     let summary = summary.unwrap();
-    assert!(summary.interrupted);
+    assert_eq!(summary.early_end, Some(EarlyEnd::Interrupted));
     assert_eq!((summary.done, summary.unfinished, kept.results.len(), leased), (2, 48, 2, 2));
+}
+
+#[test]
+fn what_is_in_flight_when_the_time_is_over_is_given_up_and_charged_with_nothing() {
+    let mut tasks = squares(20);
+    tasks.extend((20..24).map(|number| Task { cost: 1e-3, ..task(number, "hang") }));
+    let (until, overtime) = (Some(Duration::from_secs(2)), Duration::from_millis(500));
+    let (summary, kept, events) = run(tasks, &Options { until, overtime, ..options() });
+    let summary = summary.unwrap();
+    assert_eq!(summary.early_end, Some(EarlyEnd::InTime));
+    assert_eq!((summary.failures, summary.workers_lost, summary.quarantined), (0, 0, 0));
+    assert_eq!((summary.done + summary.unfinished, summary.done), (24, kept.results.len()));
+    assert!(kept.results.keys().all(|&number| number < 20), "what hangs has no result");
+    let times: Vec<_> = events
+        .iter()
+        .filter_map(|event| match event.kind {
+            EventKind::TimeUp { now } => Some((now, event.seconds)),
+            _ => None,
+        })
+        .collect();
+    assert!(matches!(times[..], [(false, stop), (true, end)] if stop >= 2.0 && end >= stop + 0.5));
+}
+
+#[test]
+fn a_worker_leaves_it_to_its_coordinator_to_end_in_time() {
+    let mut tasks = squares(20);
+    tasks.push(task(20, "end"));
+    let (summary, kept, _) = run(tasks, &options());
+    let summary = summary.unwrap();
+    assert_eq!((summary.done, summary.workers_lost, summary.failures), (21, 0, 0));
+    assert_eq!(kept.text(20), "deaf");
 }
 
 #[test]

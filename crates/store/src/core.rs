@@ -10,7 +10,7 @@ use identity::{JobKey, STORED_LIMIT};
 
 use crate::access::Wanted;
 use crate::blob::Blobs;
-use crate::database::{Fault, LOG};
+use crate::database::{Fault, LOG, RECORDS};
 use crate::durable;
 use crate::error::{OpenError, WriteError};
 use crate::lock::{self, Acquired, Holder, Lock};
@@ -27,9 +27,6 @@ const PATIENCE: Duration = Duration::from_secs(3);
 /// that is too low is harmless, and raising it costs twice as much as making a group of records
 /// durable (measured: 8 ms and 4 ms).
 const LAG: Duration = Duration::from_millis(500);
-
-/// The directory of the sled database within the store.
-pub(crate) const RECORDS: &str = "records";
 
 /// The directory of the sound database while a salvage is writing it.
 pub(crate) const SALVAGED: &str = "records.salvaged";

@@ -215,6 +215,9 @@ fn remove_unfinished_snapshots(directory: &Path) -> io::Result<()> {
     Ok(())
 }
 
+/// The directory of the database within the store.
+pub(crate) const RECORDS: &str = "records";
+
 /// The name of sled's log.
 pub(crate) const LOG: &str = "db";
 

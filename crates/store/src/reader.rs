@@ -11,7 +11,7 @@ use identity::JobKey;
 use crate::access::{self, Wanted};
 use crate::blob::Blobs;
 use crate::connection::Connection;
-use crate::core::RECORDS;
+use crate::database::RECORDS;
 use crate::digest::Digest;
 use crate::error::{OpenError, ReadError};
 use crate::lock::{self, Holder};

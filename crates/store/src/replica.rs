@@ -15,8 +15,8 @@ use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use crate::access::{self, Wanted};
-use crate::core::{RECORDS, read_manifest, require_log, require_promised};
-use crate::database::{self, Fault, LARGE};
+use crate::core::{read_manifest, require_log, require_promised};
+use crate::database::{self, Fault, LARGE, RECORDS};
 use crate::error::{OpenError, ReadError};
 use crate::manifest::Manifest;
 use crate::scratch::{ScratchDirectory, ScratchError};

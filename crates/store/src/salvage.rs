@@ -8,8 +8,8 @@ use identity::JobKey;
 
 use crate::access::Wanted;
 use crate::blob::{BlobFile, Blobs};
-use crate::core::{RECORDS, SALVAGED};
-use crate::database::{Database, Fault, LARGE};
+use crate::core::SALVAGED;
+use crate::database::{Database, Fault, LARGE, RECORDS};
 use crate::digest::Digest;
 use crate::durable;
 use crate::error::{OpenError, ReadError, WriteError};

@@ -120,6 +120,19 @@ impl Services {
     }
 }
 
+/// The number of descriptors of a channel that are waited for.
+const DESCRIPTORS: usize = 3;
+
+/// The descriptors of a channel that are ready.
+struct ChannelReady {
+    /// The worker sent an event.
+    talked: bool,
+    /// The process is gone.
+    ended: bool,
+    /// The process said something on standard error.
+    spoke: bool,
+}
+
 /// All workers of a run.
 #[derive(Debug)]
 pub(crate) struct Processes {
@@ -226,17 +239,24 @@ impl Transport for Processes {
     }
 
     fn wait(&mut self, timeout: Option<Duration>) -> Result<Vec<Input>, TransportError> {
-        let ready = {
+        let ready: Vec<ChannelReady> = {
             let mut fds = vec![PollFd::from_borrowed_fd(self.interrupt.wake(), PollFlags::IN)];
             for channel in self.channels.values() {
                 fds.push(PollFd::from_borrowed_fd(descriptor(&channel.up), PollFlags::IN));
-                fds.push(PollFd::from_borrowed_fd(channel.process.end(), PollFlags::IN));
+                let end = channel.process.end();
+                fds.push(PollFd::from_borrowed_fd(end, PollFlags::IN));
+                let words = channel.process.words().unwrap_or(end);
+                fds.push(PollFd::from_borrowed_fd(words, PollFlags::IN));
             }
             let timeout = timeout.and_then(|timeout| Timespec::try_from(timeout).ok());
             match poll(&mut fds, timeout.as_ref()) {
                 Ok(_) => fds[1..]
-                    .chunks(2)
-                    .map(|pair| (!pair[0].revents().is_empty(), !pair[1].revents().is_empty()))
+                    .chunks(DESCRIPTORS)
+                    .map(|of_channel| {
+                        let [talked, ended, spoke] =
+                            std::array::from_fn(|place| !of_channel[place].revents().is_empty());
+                        ChannelReady { talked, ended, spoke }
+                    })
                     .collect(),
                 Err(Errno::INTR) => Vec::new(),
                 Err(error) => {
@@ -249,7 +269,11 @@ impl Transport for Processes {
         };
         let mut inputs = Vec::new();
         let mut gone = Vec::new();
-        for ((&worker, channel), (talked, ended)) in self.channels.iter_mut().zip(ready) {
+        for ((&worker, channel), ready) in self.channels.iter_mut().zip(ready) {
+            let ChannelReady { talked, ended, spoke } = ready;
+            if spoke {
+                channel.process.pass_words_on();
+            }
             if talked || ended {
                 channel.hear(worker, &mut inputs);
             }

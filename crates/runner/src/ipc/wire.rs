@@ -20,6 +20,7 @@ use crate::error::TransportError;
 use crate::lease::LeaseId;
 use crate::protocol::{Assignment, AttemptOutcome, Body, Reply, Report, Request, decode};
 use crate::root::free_shared_memory;
+use crate::signals::leave_ends_to_the_coordinator;
 use crate::spill;
 use crate::supervise::{
     die_with, is_parent, keep_name, limit_address_space, volunteer_for_want_of_memory,
@@ -50,6 +51,7 @@ pub fn work<E: Executor>(
     keep_name();
     volunteer_for_want_of_memory();
     limit_address_space(arguments.address_space).map_err(WorkerError::Setup)?;
+    leave_ends_to_the_coordinator().map_err(|error| WorkerError::Setup(error.to_string()))?;
     report_panics();
     let mut wire = Wire::open(arguments)?;
     Ok(serve(&mut wire, fresh)?)
