@@ -270,8 +270,11 @@ fn mistakes_are_refused_before_anything_is_written() {
 #[test]
 fn times_of_different_nodes_are_warned_of() {
     let cost = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/sweeps/cost.toml"));
+    // A ladder stays in one shard, so that there must be two.
+    let ladders = cost.replace("[sweep]\n", "[sweep]\nfriction.mu = [0.1, 0.3]\n");
     let site = Site::with("cost.toml", cost);
-    let said = site.submit("cost.toml --shards 2 --dry-run");
+    site.0.write("ladders.toml", &ladders);
+    let said = site.submit("ladders.toml --shards 2 --dry-run");
     assert_eq!(said.code, 0, "{}", said.err);
     assert!(said.err.contains("those of different nodes do not compare"), "{}", said.err);
     assert!(said.out.contains("#SBATCH --exclusive\n"));
