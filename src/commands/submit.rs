@@ -434,7 +434,8 @@ fn write_directory(
     if directory.exists() {
         return write_scripts(scripts, directory);
     }
-    let mut draft = directory.as_os_str().to_owned();
+    // Without what may stand at the end of it, a slash.
+    let mut draft = directory.components().as_path().as_os_str().to_owned();
     draft.push(format!(".{}", std::process::id()));
     let draft = PathBuf::from(draft);
     let write = || {

@@ -125,7 +125,7 @@ fn more_shards_than_an_array_has_indices_take_several_arrays() {
     assert_eq!(submission["jobs"], serde_json::json!(["101", "102", "103", "104"]));
 
     // At most so many nodes at a time, whatever the number of arrays.
-    let said = site.submit("many.toml --shards 20 --nodes 3 --directory other --only 2,9,3");
+    let said = site.submit("many.toml --shards 20 --nodes 3 --directory other/place/ --only 2,9,3");
     assert_eq!(said.code, 0, "{}", said.err);
     assert_eq!(
         site.told(),
