@@ -89,13 +89,13 @@ pub(crate) fn submit(args: &SubmitArgs) -> Result<Finish> {
         check_passed(word).map_err(anyhow::Error::msg)?;
     }
     let study = read_large_study(&args.study)?;
-    let work = Work::of(&study, args.shards)?;
-    let shards = chosen_shards(args, &work)?;
+    let extent = StudyExtent::of(&study, args.shards)?;
+    let shards = chosen_shards(args, &extent)?;
     let config = config(args.dry_run)?;
     check_limits(&config, shards.len())?;
     let arrays = arrays(&shards, config.array_size);
     let lead = lead(args.time.as_ref().and_then(|time| time.seconds));
-    warn(args, &study, work.longest, lead);
+    warn(args, &study, extent.longest, lead);
 
     let directory = args.directory.clone();
     let directory = directory.unwrap_or_else(|| format!("{}-shards", study.name()).into());
@@ -195,8 +195,8 @@ impl SubmissionReport<'_> {
     }
 }
 
-/// The work that a study is, as far as its submission asks.
-struct Work {
+/// The extent of a study, as far as its submission asks.
+struct StudyExtent {
     /// The number of the sequences, of which each stays in one shard.
     sequences: u64,
     /// The forecast of the longest job, or of the longest sequence if there are too many jobs to
@@ -204,7 +204,7 @@ struct Work {
     longest: f64,
 }
 
-impl Work {
+impl StudyExtent {
     /// Cuts a study into shards, and refuses what cannot be run.
     fn of(study: &Study, shards: u32) -> Result<Self> {
         let partition = Partition::of(study, shards)?;
@@ -224,14 +224,14 @@ impl Work {
 }
 
 /// Returns the numbers of the shards that are to be submitted.
-fn chosen_shards(args: &SubmitArgs, work: &Work) -> Result<Vec<u32>> {
-    if u64::from(args.shards) > work.sequences {
+fn chosen_shards(args: &SubmitArgs, extent: &StudyExtent) -> Result<Vec<u32>> {
+    if u64::from(args.shards) > extent.sequences {
         bail!(
             "the study has {} that may be apart, which cannot fill {} shards; --shards must be at \
              most {}",
-            count(work.sequences as usize, "part", "parts"),
+            count(extent.sequences as usize, "part", "parts"),
             args.shards,
-            work.sequences
+            extent.sequences
         );
     }
     if args.only.is_empty() {
