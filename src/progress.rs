@@ -102,12 +102,8 @@ impl ProgressDisplay {
         }
         match &event.kind {
             EventKind::Quarantined { key, reason, attempts } => {
-                let tried = if *attempts == 0 {
-                    String::new()
-                } else {
-                    format!(" after {}", count(*attempts as usize, "attempt", "attempts"))
-                };
-                self.notice(&format!("job {} is set aside{tried}: {reason}", short(key)));
+                let tried = count(*attempts as usize, "attempt", "attempts");
+                self.notice(&format!("job {} is set aside after {tried}: {reason}", short(key)));
             }
             EventKind::Retried { key, attempt, reason } => {
                 self.notice(&format!("attempt {attempt} of job {} failed: {reason}", short(key)))

@@ -8,13 +8,14 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use answers::{RecordMap, Records, RecordsError};
 use anyhow::{Context, Result, bail};
 use contact::model::Fields;
-use identity::{JobKey, KeptFields};
+use identity::JobKey;
 use rayon::prelude::*;
-use store::{Blobs, Digest, OpenError, ReadError, RecordOrigin, Store, StoreReader};
+use store::{Blobs, OpenError, ReadError, RecordOrigin, Store, StoreReader};
 use study::encoding::DecodeError;
 use study::record_format::{decode_fields, job_text};
 use study::{Record, Study};
 
+use crate::merge_rules::RULES;
 use crate::{output, proposal};
 
 /// A store as the place that keeps records.
@@ -108,14 +109,6 @@ pub(crate) enum RecordState {
     Present,
     /// It or its file of fields is damaged or lost.
     Damaged,
-}
-
-/// Returns the files that a record refers to.
-pub(crate) fn references(record: &Record) -> Vec<Digest> {
-    match record.fields {
-        Some(KeptFields::Blob(digest)) => vec![Digest(digest)],
-        Some(KeptFields::Inside(_)) | None => Vec::new(),
-    }
 }
 
 /// A record as a store gives it.
@@ -231,13 +224,18 @@ fn list(names: &[String]) -> String {
     if names.is_empty() { "none so far".to_owned() } else { names.join(", ") }
 }
 
-/// Opens a store for reading. It says so if the numbers come from a running process, or if there
-/// may be more of them than this process can see.
+/// Opens a store for reading, or exports. It says so if the numbers come from a running process or
+/// from exports, or if there may be more of them than this process can see.
 pub(crate) fn read_store(directory: &Path) -> Result<StoreReader, OpenError> {
-    let reader = Store::read(directory)?;
+    let reader = Store::read_by(directory, &RULES)?;
     match reader.origin() {
         RecordOrigin::Disk => {}
         origin => output::say(&origin.to_string()),
+    }
+    for export in reader.exports() {
+        for reason in &export.damage {
+            output::say(&format!("{} is damaged: {reason}", export.path.display()));
+        }
     }
     Ok(reader)
 }

@@ -3,6 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
+use answers::shards::Shard;
 use answers::{Results, Warning};
 use anyhow::{Context, Result, anyhow};
 use report::DataTable;
@@ -48,6 +49,13 @@ pub(crate) struct RunTally {
     pub(crate) stopped_by: String,
 }
 
+impl RunTally {
+    /// Returns true if jobs are left.
+    pub(crate) fn is_partial(&self) -> bool {
+        self.interrupted || self.stopped_in_time
+    }
+}
+
 /// A job that has ended without a solution.
 #[derive(Serialize)]
 struct FailedJob {
@@ -74,16 +82,30 @@ impl FailedJob {
     }
 }
 
+/// The end of a run.
+pub(crate) struct RunEnd {
+    pub(crate) tally: RunTally,
+    /// The command that goes on with it.
+    pub(crate) continuation: String,
+    /// The shard, if it is the run of one. A figure of a part of a study misleads, so none is
+    /// drawn.
+    pub(crate) shard: Option<Shard>,
+}
+
 /// Draws the figures of a study and says what came of a run.
 pub(crate) fn summarise(
     results: &Results<'_>,
     directory: &Path,
     json: bool,
-    tally: RunTally,
+    ending: RunEnd,
 ) -> Result<Finish> {
+    let RunEnd { tally, continuation, shard } = ending;
     let progress = results.progress();
-    let figures = if progress.done > 0 { draw_figures(results, directory)? } else { Vec::new() };
-    let summary = RunSummary { results, directory, tally, figures };
+    let figures = match shard.is_none() && progress.done > 0 {
+        true => draw_figures(results, directory)?,
+        false => Vec::new(),
+    };
+    let summary = RunSummary { results, directory, tally, continuation, shard, figures };
     if json {
         output::print_raw(&escaped_json(&format!("{}\n", summary.json()?)))?;
     } else {
@@ -104,6 +126,9 @@ struct RunSummary<'r> {
     /// The directory of the store.
     directory: &'r Path,
     tally: RunTally,
+    /// The command that goes on with it.
+    continuation: String,
+    shard: Option<Shard>,
     /// The figures, or why each was not drawn.
     figures: Vec<Result<DrawnFigure>>,
 }
@@ -116,6 +141,7 @@ impl RunSummary<'_> {
         Ok(serde_json::json!({
             "event": "summary",
             "study": self.results.study().name(),
+            "shard": self.shard.map(|shard| shard.to_string()),
             "progress": self.results.progress(),
             "run": self.tally,
             "failures": self.failures(),
@@ -149,8 +175,7 @@ impl RunSummary<'_> {
         text += &self.missed_accuracy();
         text += &self.listed_failures();
         if self.tally.interrupted {
-            let command = resume_command(self.results.study(), self.directory);
-            text += &format!("interrupted; continue with: {command}\n");
+            text += &format!("interrupted; continue with: {}\n", self.continuation);
         }
         text += &self.stopped();
         Ok(text)
@@ -201,9 +226,10 @@ impl RunSummary<'_> {
         let RunSummary { results, tally, .. } = self;
         let progress = results.progress();
         format!(
-            "\n{}: {}, {} certified, {} failed, {} left; {} of {} computed in {}, {} from the \
+            "\n{}{}: {}, {} certified, {} failed, {} left; {} of {} computed in {}, {} from the \
              store\n",
             results.study().name(),
+            self.shard.map_or(String::new(), |shard| format!(", shard {shard}")),
             count(progress.points, "point", "points"),
             progress.done,
             progress.failed,

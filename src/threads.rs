@@ -44,9 +44,11 @@ fn threads_asked_for() -> usize {
 
 fn asked_for() -> Option<usize> {
     let text = std::env::var("RAYON_NUM_THREADS").ok()?;
-    // A number that is too large to be read is too large to be used.
-    if !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit()) {
-        Some(text.parse().unwrap_or(usize::MAX))
+    // The library reads a sign as well. A number that is too large to be read is too large to be
+    // used.
+    let digits = text.strip_prefix('+').unwrap_or(&text);
+    if !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit()) {
+        Some(digits.parse().unwrap_or(usize::MAX))
     } else {
         None
     }

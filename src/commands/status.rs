@@ -7,6 +7,7 @@ use store::StoreReader;
 
 use crate::cli::StatusArgs;
 use crate::output::{self, Finish, layout};
+use crate::shard_states::StudyShards;
 use crate::stored::{StoreSource, read_store, stored_study};
 
 /// Lists studies with their numbers of points.
@@ -20,6 +21,8 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
     let source = StoreSource::Reader(&reader);
     let mut rows = Vec::new();
     let mut listed = Vec::new();
+    let exports = reader.exports();
+    let mut sharded = Vec::new();
     for name in &names {
         let results = match read(&reader, name, &source) {
             Ok(results) => results,
@@ -33,9 +36,15 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
         };
         let (progress, inaccurate) = (results.progress(), results.inaccurate());
         let question = results.study().question();
-        listed.push(serde_json::json!({
+        let mut entry = serde_json::json!({
             "study": name, "question": question, "progress": progress, "inaccurate": inaccurate,
-        }));
+        });
+        let shards = StudyShards::of(name, &exports);
+        if let Some(shards) = &shards {
+            entry["shards"] = serde_json::to_value(&shards.rows)?;
+        }
+        listed.push(entry);
+        sharded.extend(shards);
         let mut row = vec![Cell::Text(name.clone())];
         row.extend(
             [progress.points, progress.done, progress.failed, progress.left, inaccurate]
@@ -56,7 +65,11 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
     }
     let heads = ["study", "points", "certified", "failed", "left", "inaccurate", "question"]
         .map(|name| TableColumn::new(name, ""));
-    output::print(&DataTable::new(heads.to_vec(), rows)?.terminal(&layout()))?;
+    let mut text = DataTable::new(heads.to_vec(), rows)?.terminal(&layout());
+    for shards in sharded {
+        text += &format!("\n{}", shards.words()?);
+    }
+    output::print(&text)?;
     Ok(finish)
 }
 

@@ -1,21 +1,25 @@
-//! `store verify`, `store salvage`, `store compact` and `store export`.
+//! `store verify`, `salvage`, `compact`, `export`, `import` and `merge`.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use answers::{Proof, proof};
-use anyhow::{Context, Result};
+use answers::{Proof, Results, proof};
+use anyhow::{Context, Result, anyhow};
 use identity::JobKey;
 use indicatif::BinaryBytes;
-use store::{Digest, Store, StoreReader};
+use store::{
+    Digest, MergeSelection, OpenError, RecordOrigin, Store, StoreReader, merge_into_export,
+    require_mergeable,
+};
 use study::Record;
 use study::encoding::DecodeError;
 
 use crate::cli::StoreCommand;
+use crate::merge_rules::{RULES, references};
 use crate::output::{self, Finish};
-use crate::proposal;
-use crate::stored::{read_store, references};
+use crate::stored::{StoreSource, read_store, stored_study};
 use crate::words::count;
+use crate::{merged, proposal};
 
 /// Checks a store, tidies it or copies it.
 pub(crate) fn store(command: &StoreCommand) -> Result<Finish> {
@@ -27,9 +31,11 @@ pub(crate) fn store(command: &StoreCommand) -> Result<Finish> {
         StoreCommand::Compact { json, store } => {
             compact(&Store::open_existing(&store.store)?, *json)
         }
-        StoreCommand::Export { destination, json, store } => {
-            export(&read_store(&store.store)?, destination, *json)
+        StoreCommand::Export { file, studies, json, store } => {
+            export(read_store(&store.store)?, file, studies, *json)
         }
+        StoreCommand::Import { sources, json, store } => import(sources, &store.store, *json),
+        StoreCommand::Merge { sources, into, json } => import(sources, into, *json),
     }
 }
 
@@ -82,6 +88,8 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
     );
     faults
         .extend(found.lost_studies.iter().map(|(name, reason)| format!("study {name}: {reason}")));
+    faults.extend(found.damaged_exports);
+    let is_exports = !store.exports().is_empty();
     if json {
         output::print_json(&serde_json::json!({
             "sound": sound,
@@ -94,6 +102,7 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
             "records_of_other_versions": foreign,
             "unreferenced_files": found.unreferenced_blobs,
             "stray_files": found.stray_files,
+            "open_exports": found.open_exports,
             "faults": faults,
         }))?;
     } else {
@@ -115,7 +124,9 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
             });
         }
         faults.iter().for_each(|fault| text += &format!("damaged: {fault}\n"));
-        if !sound {
+        if !sound && is_exports {
+            text += "to run their shards again computes what is damaged, and keeps the rest\n";
+        } else if !sound {
             text += "`tribosweep run` of the studies concerned computes again what they need; \
                      `tribosweep store salvage` gives up what no study needs any more\n";
         }
@@ -125,7 +136,7 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
                 count(foreign, "record is", "records are")
             );
         }
-        if found.unreferenced_blobs > 0 && foreign == 0 {
+        if found.unreferenced_blobs > 0 && foreign == 0 && !is_exports {
             let files = count(found.unreferenced_blobs, "file is", "files are");
             text += &format!(
                 "{files} referred to by nothing; `{}` removes what is\n",
@@ -136,6 +147,12 @@ fn verify(store: &StoreReader, deep: bool, json: bool) -> Result<Finish> {
             .stray_files
             .iter()
             .for_each(|file| text += &format!("not the store's: {}\n", file.display()));
+        for file in &found.open_exports {
+            text += &format!(
+                "no end: {} is being written, or its run was stopped, or it was cut short\n",
+                file.display()
+            );
+        }
         output::print(&text)?;
     }
     Ok(if sound { Finish::AllDone } else { Finish::SomeFailed })
@@ -211,23 +228,51 @@ fn compact(store: &Store, json: bool) -> Result<Finish> {
     output::print(&format!("removed {files} and {unfinished}, {}\n", BinaryBytes(done.bytes)))
 }
 
-fn export(store: &StoreReader, destination: &Path, json: bool) -> Result<Finish> {
-    let done = store.export(destination, |_, bytes| references_of(bytes))?;
-    if json {
-        output::print_json(&serde_json::json!({
-            "records": done.records, "files": done.blobs, "studies": done.studies,
-            "faults": done.faults,
-        }))?;
-    } else {
-        let mut text = format!(
-            "copied {}, {} and {} to {}\n",
-            count(done.records, "record", "records"),
-            count(done.blobs, "file", "files"),
-            count(done.studies, "study", "studies"),
-            destination.display()
-        );
-        done.faults.iter().for_each(|fault| text += &format!("left out: {fault}\n"));
-        output::print(&text)?;
+fn export(store: StoreReader, file: &Path, studies: &[String], json: bool) -> Result<Finish> {
+    let mut selection = MergeSelection::default();
+    if !studies.is_empty() {
+        let source = StoreSource::Reader(&store);
+        let mut keys = BTreeSet::new();
+        for name in studies {
+            let results = Results::read(stored_study(&store, name)?, &source)
+                .with_context(|| format!("study `{name}`"))?;
+            keys.extend(results.points().iter().map(|point| point.key));
+        }
+        selection.studies = Some(studies.iter().cloned().collect());
+        selection.keys = Some(keys);
     }
-    Ok(if done.faults.is_empty() { Finish::AllDone } else { Finish::SomeFailed })
+    let program = env!("CARGO_PKG_VERSION");
+    let done = merge_into_export(file, program, &[&store], &RULES, &selection)?;
+    merged::print_report(&done, &[store], file, json)
+}
+
+/// Merges stores and exports into the store or the export `target`.
+fn import(sources: &[PathBuf], target: &Path, json: bool) -> Result<Finish> {
+    let mut readers = Vec::new();
+    for source in sources {
+        let reader = Store::read_by(source, &RULES)?;
+        match reader.origin() {
+            RecordOrigin::Disk | RecordOrigin::Exports { .. } => {}
+            origin => output::say(&format!("{}: {origin}", source.display())),
+        }
+        readers.push(reader);
+    }
+    let opened: Vec<&StoreReader> = readers.iter().collect();
+    let is_file = target.extension().is_some_and(|extension| extension == "tribosweep");
+    let done = if is_file && !target.is_dir() {
+        let (program, all) = (env!("CARGO_PKG_VERSION"), MergeSelection::default());
+        merge_into_export(target, program, &opened, &RULES, &all)?
+    } else {
+        // A merge that is refused leaves no store behind.
+        require_mergeable(&opened, &RULES)?;
+        let store = Store::open(target).map_err(|error| match error {
+            OpenError::NetworkFileSystem { .. } => anyhow!(
+                "{error}, or merge into one file, which may lie there: --into {}.tribosweep",
+                target.display()
+            ),
+            error => error.into(),
+        })?;
+        store.import(&opened, &RULES)?
+    };
+    merged::print_report(&done, &readers, target, json)
 }

@@ -2,7 +2,7 @@
 //! command.
 
 use crate::adaptive::halved;
-use crate::place::{Place, SMALL};
+use crate::place::{PATH, Place, SMALL};
 
 /// The most starts after which a study must be done.
 const MOST_STARTS: usize = 200;
@@ -55,6 +55,23 @@ fn a_study_that_chooses_its_points_chooses_the_same_in_many_starts() {
     assert!(starts.len() > 1 && starts[0].contains(" known so far "), "{starts:?}");
     assert_eq!(other.call("run halved.toml").code, 0);
     assert_eq!(rows(&place, "halved"), rows(&other, "halved"));
+}
+
+/// A path of a thousand increments on many elements takes minutes.
+#[test]
+fn a_job_that_takes_too_long_is_given_up_and_leaves_no_record() {
+    let long = PATH.replace("mesh = 6", "mesh = 192").replace("cycles = 2", "cycles = 160");
+    let place = Place::with("path.toml", long.replace("[0.2, 0.6]", "[0.2]"));
+    for _ in 0..2 {
+        let said = place.call("run path.toml --until 1ms");
+        assert_eq!(said.code, 75, "{}", said.err);
+        let given_up = "stopping now: the jobs in flight are given up for another run\n";
+        assert!(said.err.contains(given_up), "{}", said.err);
+        let end = "stopped in time (--until 1ms): 1 of 1 job is left; the same command goes on, \
+                   but no job ended in this time\n";
+        assert!(said.out.ends_with(end), "{}", said.out);
+    }
+    assert_eq!(place.json("status path --json")[0]["progress"]["left"], 1);
 }
 
 #[test]

@@ -7,11 +7,13 @@ mod failed;
 mod height_maps;
 mod in_time;
 mod kinds;
+mod merges;
 mod paths;
 mod place;
 mod proposed;
 mod refused;
 mod said;
+mod shards;
 mod store;
 mod submit;
 mod wheel;
@@ -31,7 +33,8 @@ fn help_says_what_can_be_asked() {
     let mut lines: Vec<Vec<&str>> = vec![vec!["--help"], vec!["--version"]];
     lines.extend(commands.split(' ').map(|command| vec![command, "--help"]));
     lines.extend(
-        ["verify", "salvage", "compact", "export"].map(|command| vec!["store", command, "--help"]),
+        ["verify", "salvage", "compact", "export", "import", "merge"]
+            .map(|command| vec!["store", command, "--help"]),
     );
     let lines: Vec<&[&str]> = lines.iter().map(Vec::as_slice).collect();
     insta::assert_snapshot!(place.transcript(&lines));

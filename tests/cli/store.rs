@@ -103,7 +103,7 @@ fn salvage_gives_up_a_result_whose_file_is_lost() {
     assert_eq!(place.call("store verify").code, 2);
     let salvaged = place.json("store salvage --json");
     assert_eq!((&salvaged["kept"], &salvaged["without_their_file"]), (&10.into(), &2.into()));
-    assert_eq!(salvaged["removed_files"], 1);
+    assert_eq!(salvaged["damaged_files"], 1);
     assert_eq!(place.json("store verify --json")["sound"], true);
 }
 
@@ -193,18 +193,46 @@ fn commands_that_only_look_write_nothing() {
 }
 
 #[test]
-fn an_export_is_a_store() {
+fn an_export_is_read_like_a_store() {
     let place = Place::run();
     insta::assert_snapshot!(place.transcript(&[
+        &["store", "export", "copy.tribosweep"],
+        &["store", "verify", "--store", "copy.tribosweep"],
+        &["status", "--store", "copy.tribosweep"],
+        &["store", "export", "copy.tribosweep"],
+        &["store", "export", "some.tribosweep", "--study", "small", "--study", "small"],
+        &["store", "export", "some.tribosweep", "--study", "large"],
+        &["store", "import", "copy.tribosweep", "--store", "again"],
+        &["store", "import", "copy.tribosweep", "--store", "again"],
+        &["store", "merge", ".tribosweep", "--into", "whole"],
+        &["store", "verify", "--store", "whole"],
         &["store", "export", "copy"],
-        &["store", "verify", "--store", "copy"],
-        &["status", "--store", "copy"],
-        &["store", "export", "copy"],
-        &["store", "export", "elsewhere", "--store", "nowhere"],
+        &["store", "export", "elsewhere.tribosweep", "--store", "nowhere"],
+        &["store", "merge", "nowhere", "--into", "elsewhere"],
+        &["store", "merge", "small.toml", "--into", "elsewhere"],
+        &["run", "small.toml", "--store", "copy.tribosweep"],
+        &["resume", "small", "--store", "copy.tribosweep"],
+        &["store", "compact", "--store", "copy.tribosweep"],
     ]));
-    let query = |store: &str| place.call(&format!("query small --format csv --store {store}")).out;
-    assert_eq!(query("copy"), query(".tribosweep"));
-    assert!(!place.path("elsewhere").exists());
+    let keys = place.keys();
+    for line in [
+        "query small --format csv".to_owned(),
+        "query small --json".to_owned(),
+        "answer small".to_owned(),
+        "plan small.toml".to_owned(),
+        format!("show {} --json", keys[0]),
+        format!("show {} --field gap", keys[0]),
+    ] {
+        let said = |store: &str| place.call(&format!("{line} --store {store}"));
+        let own = said(".tribosweep");
+        for store in ["copy.tribosweep", "some.tribosweep", "again", "whole"] {
+            let other = said(store);
+            // Proposed commands name the store.
+            let out = other.out.replace(&format!(" --store {store}"), "");
+            assert_eq!((other.code, &out), (own.code, &own.out), "{line} of {store}");
+        }
+    }
+    assert!(!place.path("elsewhere").exists() && !place.path("copy").exists());
 }
 
 #[test]
@@ -376,10 +404,13 @@ fn a_store_in_use_is_read_through_the_run() {
     assert_eq!(place.json("plan many.toml --json")["points"], 4000);
     let verified = place.call("store verify --json");
     assert_eq!((verified.code, verified.err.starts_with(&served)), (0, true), "{}", verified.err);
-    let exported = place.call("store export copy --json");
+    let exported = place.call("store export copy.tribosweep --json");
     assert_eq!(exported.code, 0, "{}", exported.err);
     let exported: Value = serde_json::from_str(&exported.out).unwrap();
-    assert_eq!(place.json("store verify --json --store copy")["records"], exported["records"]);
+    assert_eq!(
+        place.json("store verify --json --store copy.tribosweep")["records"],
+        exported["added"]
+    );
 
     let interrupted =
         Command::new("sh").args(["-c", &format!("kill -INT {}", run.0.id())]).status().unwrap();

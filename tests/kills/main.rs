@@ -9,7 +9,7 @@ use std::fs::{self, File};
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 use std::thread::sleep;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
@@ -227,6 +227,8 @@ struct Running {
 
 impl Running {
     fn has_ended(&mut self) -> bool {
+        // What it has in shared memory is known to be its own only while it lives.
+        belongings(&self.bodies);
         self.child.try_wait().unwrap().is_some()
     }
 
@@ -319,24 +321,27 @@ fn pids() -> impl Iterator<Item = u32> {
         .filter_map(|entry| entry.file_name().to_str()?.parse().ok())
 }
 
-/// Returns what runs have in shared memory whose large bodies travel through a directory, and
-/// shared memory of no run at all.
+/// The tags of runs that were seen to live, by the directory of their large bodies.
+static TAGS: Mutex<BTreeMap<PathBuf, BTreeSet<String>>> = Mutex::new(BTreeMap::new());
+
+/// Returns what runs have in shared memory whose large bodies travel through a directory: what has
+/// the tag of a run that this function has seen before, or sees now.
 fn belongings(bodies: &Path) -> Vec<PathBuf> {
     let shared: Vec<PathBuf> =
         fs::read_dir("/dev/shm").unwrap().flatten().map(|entry| entry.path()).collect();
     let tag = |path: &PathBuf| {
         let name = path.file_name()?.to_str()?.strip_prefix("tribo-")?;
-        Some(format!("/dev/shm/tribo-{}", name.get(..18)?))
+        Some(name.get(..18)?.to_owned())
     };
-    let is_ours = |path: &&PathBuf| {
-        let Some(run) = tag(path) else { return false };
-        match fs::read_link(Path::new(&run).join("bodies")) {
-            Ok(target) => target == bodies,
-            // A run removes its directory last.
-            Err(_) => !Path::new(&run).exists() && fs::symlink_metadata(path).is_ok(),
-        }
+    let leads_here =
+        |path: &&PathBuf| fs::read_link(path.join("bodies")).is_ok_and(|target| target == bodies);
+    let mut tags = TAGS.lock().unwrap_or_else(PoisonError::into_inner);
+    let known = tags.entry(bodies.to_owned()).or_default();
+    known.extend(shared.iter().filter(leads_here).filter_map(tag));
+    let is_own = |path: &&PathBuf| {
+        tag(path).is_some_and(|tag| known.contains(&tag)) && fs::symlink_metadata(path).is_ok()
     };
-    shared.iter().filter(is_ours).cloned().collect()
+    shared.iter().filter(is_own).cloned().collect()
 }
 
 /// A generator of random numbers (SplitMix64).

@@ -32,7 +32,8 @@ pub struct Summary {
     pub stale_results: usize,
     /// The sum of the times that workers spent in jobs \[s\].
     pub worker_seconds: f64,
-    /// The time that the run took \[s\].
+    /// The time that the run took by the clock on the wall \[s\], which goes on while the process
+    /// stands still.
     pub seconds: f64,
     /// The cause for which the run ended before its jobs did, if it did.
     pub early_end: Option<EarlyEnd>,
@@ -111,7 +112,7 @@ pub(crate) fn drive(
         ..summary(coordinator.counts(), coordinator.tally)
     };
     on_event(&Event {
-        seconds: summary.seconds,
+        seconds: clock.time(Duration::ZERO).as_secs_f64(),
         kind: EventKind::Finished,
         counts: coordinator.counts(),
     });

@@ -8,7 +8,8 @@ use identity::JobKey;
 /// An event, with its time and the counts after it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Event {
-    /// The time since the start of the run \[s\].
+    /// The time since the start of the run \[s\], without that in which the process stood still,
+    /// stopped by a signal or a debugger.
     pub seconds: f64,
     /// The kind of the event.
     #[serde(flatten)]

@@ -11,6 +11,8 @@ use crate::error::RunError;
 pub struct Options {
     /// The number of worker processes at a time, at least 1.
     pub workers: usize,
+    /// The number of threads that a worker started by `worker_command` uses for a job, at least 1.
+    pub threads: usize,
     /// The program and the arguments that start a worker.
     /// [`WorkerArguments`](crate::WorkerArguments) are appended as one argument.
     pub worker_command: Vec<OsString>,
@@ -55,6 +57,7 @@ impl Options {
     pub fn new(worker_command: Vec<OsString>, bodies: PathBuf, memory_limit: u64) -> Options {
         Options {
             workers: std::thread::available_parallelism().map_or(1, usize::from),
+            threads: 1,
             worker_command,
             bodies,
             memory_limit,
@@ -79,6 +82,9 @@ impl Options {
         let refuse = |what| Err(RunError::Options { what });
         if self.workers == 0 {
             return refuse("workers is 0, at least 1 is needed");
+        }
+        if self.threads == 0 {
+            return refuse("threads is 0, at least 1 is needed");
         }
         if self.worker_command.is_empty() {
             return refuse(

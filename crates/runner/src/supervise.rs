@@ -36,8 +36,8 @@ const MOST_WORDS: usize = 128 << 10;
 
 impl Process {
     /// Starts `command` with one more argument. Its standard input and output are closed, and what
-    /// it says on standard error is passed on. It is in a process group of its own, so that Ctrl-C at the terminal
-    /// reaches the coordinator alone.
+    /// it says on standard error is passed on. It is in a process group of its own, so that Ctrl-C
+    /// at the terminal reaches the coordinator alone.
     pub(crate) fn start(command: &[OsString], argument: &str) -> Result<Process, String> {
         let (program, arguments) = command.split_first().ok_or("no command")?;
         let mut command = Command::new(program);

@@ -4,9 +4,11 @@
 //! uncompressed content. Such names make writing idempotent and reading verifiable. No lock is
 //! needed: any process may write blobs at any time.
 
+use std::collections::BTreeMap;
 use std::fs;
-use std::io::{self, BufReader, Read};
+use std::io::{self, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use identity::KeptFields;
 
@@ -14,6 +16,8 @@ use crate::access;
 use crate::digest::Digest;
 use crate::durable;
 use crate::error::{ReadError, WriteError};
+use crate::exports::{CompressedBlob, ExportSet};
+use crate::frame::{BodySum, Checksum};
 
 /// The compression level, which is zstd's own default: fields shrink by the same few per cent at
 /// every level that is worth its time.
@@ -40,6 +44,17 @@ const PIECE: usize = 128 << 10;
 #[derive(Clone, Debug)]
 pub struct Blobs {
     directory: PathBuf,
+    /// The exports that hold the blobs, where no directory does.
+    exports: Option<Arc<ExportSet>>,
+}
+
+/// The size of a compressed blob that was read whole and is sound, and its checksum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct CompressedSize {
+    /// The number of the copy among those that there are.
+    copy: usize,
+    pub(crate) length: u64,
+    pub(crate) sum: Checksum,
 }
 
 /// A file under `blobs/`.
@@ -61,7 +76,12 @@ pub(crate) enum BlobFile {
 impl Blobs {
     /// Returns the blobs of the store in the directory `store`.
     pub(crate) fn of(store: &Path) -> Self {
-        Blobs { directory: store.join("blobs") }
+        Blobs { directory: store.join("blobs"), exports: None }
+    }
+
+    /// Returns the blobs in exports.
+    pub(crate) fn in_exports(exports: Arc<ExportSet>) -> Self {
+        Blobs { directory: exports.path.join("blobs"), exports: Some(exports) }
     }
 
     /// Returns the directory of all blobs.
@@ -69,12 +89,15 @@ impl Blobs {
         &self.directory
     }
 
-    /// Returns the directory of the store.
+    /// Returns the directory of the store, or the path of the exports.
     pub fn store(&self) -> &Path {
+        if let Some(exports) = &self.exports {
+            return &exports.path;
+        }
         self.directory.parent().unwrap_or(&self.directory)
     }
 
-    /// Returns the path of a blob, which need not exist.
+    /// Returns the path of a blob in a store, where it need not exist.
     pub fn path(&self, digest: &Digest) -> PathBuf {
         let name = digest.to_string();
         self.directory.join(&name[..2]).join(format!("{}.zst", &name[2..]))
@@ -87,6 +110,7 @@ impl Blobs {
     /// [`WriteError::DiskFull`] if there is too little space, [`WriteError::Io`] if the content is
     /// too large or the operating system refuses.
     pub fn put(&self, content: &[u8]) -> Result<Digest, WriteError> {
+        self.require_directory()?;
         if content.len() as u64 > CONTENT_LIMIT {
             let reason = format!(
                 "it would have {} bytes, and a blob may have {CONTENT_LIMIT}",
@@ -105,13 +129,112 @@ impl Blobs {
         }
         let failed = |source| WriteError::io("write the blob", &path, source);
         let compressed = compress(content).map_err(failed)?;
+        self.prepare(&path, compressed.len() as u64)?;
+        durable::write(&path, &compressed).map_err(failed)?;
+        Ok(digest)
+    }
+
+    /// Creates the directory for the file of a blob and makes sure of the space for it.
+    fn prepare(&self, path: &Path, length: u64) -> Result<(), WriteError> {
         let shelf = path.parent().unwrap_or(&self.directory);
         durable::create_directory(&self.directory)
             .and_then(|()| durable::create_directory(shelf))
-            .map_err(failed)?;
-        WriteError::require_space(&self.directory, compressed.len() as u64)?;
-        durable::write(&path, &compressed).map_err(failed)?;
-        Ok(digest)
+            .map_err(|source| WriteError::io("write the blob", path, source))?;
+        WriteError::require_space(&self.directory, length)
+    }
+
+    fn require_directory(&self) -> Result<(), WriteError> {
+        if self.exports.is_none() {
+            return Ok(());
+        }
+        let source = io::Error::new(io::ErrorKind::ReadOnlyFilesystem, "exports are only read");
+        Err(WriteError::io("write a blob in", self.store(), source))
+    }
+
+    /// Stores a blob of `source`, as it is compressed there, unless a sound one is here already.
+    /// Returns true if it was stored.
+    ///
+    /// # Errors
+    /// The outer error is one of writing. The inner one says why the source does not give the blob.
+    pub(crate) fn adopt(
+        &self,
+        digest: &Digest,
+        source: &Blobs,
+    ) -> Result<Result<bool, ReadError>, WriteError> {
+        self.require_directory()?;
+        if self.is_sound(digest).is_ok_and(|is_sound| is_sound) {
+            return Ok(Ok(false));
+        }
+        let size = match source.compressed_size(digest) {
+            Ok(Some(size)) => size,
+            Ok(None) => return Ok(Err(source.missing(digest))),
+            Err(error) => return Ok(Err(error)),
+        };
+        let path = self.path(digest);
+        self.prepare(&path, size.length)?;
+        durable::write_with(&path, |file| source.copy_compressed(digest, &size, file))
+            .map_err(|source| WriteError::io("write the blob", &path, source))?;
+        Ok(Ok(true))
+    }
+
+    /// Returns the error of a blob that is not there.
+    pub(crate) fn missing(&self, digest: &Digest) -> ReadError {
+        let path = match &self.exports {
+            Some(exports) => exports.path.clone(),
+            None => self.path(digest),
+        };
+        ReadError::Blob { digest: *digest, path, reason: "it is missing".to_owned() }
+    }
+
+    /// Reads a blob whole and returns its size in the file; `None` if there is no such blob.
+    pub(crate) fn compressed_size(
+        &self,
+        digest: &Digest,
+    ) -> Result<Option<CompressedSize>, ReadError> {
+        self.read(digest, CONTENT_LIMIT, &mut io::sink())
+    }
+
+    /// Copies the compressed bytes of a blob whose size was found before.
+    pub(crate) fn copy_compressed(
+        &self,
+        digest: &Digest,
+        size: &CompressedSize,
+        target: &mut dyn Write,
+    ) -> io::Result<()> {
+        let copies = self.compressed(digest).map_err(io::Error::other)?;
+        let copy = copies.into_iter().nth(size.copy).ok_or(io::ErrorKind::NotFound)?;
+        let mut bytes = copy.bytes?.take(size.length);
+        let (mut sum, mut count, mut piece) = (BodySum::new(), 0, vec![0; PIECE]);
+        loop {
+            let read = bytes.read(&mut piece)?;
+            if read == 0 {
+                break;
+            }
+            count += read as u64;
+            sum.add(&piece[..read]);
+            target.write_all(&piece[..read])?;
+        }
+        match (count, sum.get()) == (size.length, size.sum) {
+            true => Ok(()),
+            false => Err(io::Error::other("the blob changed while it was copied")),
+        }
+    }
+
+    /// Returns the compressed bytes of a blob wherever they are.
+    fn compressed(&self, digest: &Digest) -> Result<Vec<CompressedBlob>, ReadError> {
+        if let Some(exports) = &self.exports {
+            return Ok(exports.compressed(digest).collect());
+        }
+        let path = self.path(digest);
+        let (length, bytes) = match access::open_to_read(&path) {
+            Ok(file) => match file.metadata() {
+                Ok(metadata) => (metadata.len(), Ok(Box::new(file) as Box<dyn Read>)),
+                Err(error) => (0, Err(error)),
+            },
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+            Err(error) => (0, Err(error)),
+        };
+        Ok(vec![CompressedBlob { path, length, bytes }])
     }
 
     /// Keeps the fields of a record: small ones are compressed for the record itself, others are
@@ -140,11 +263,18 @@ impl Blobs {
     pub fn kept(&self, kept: &KeptFields) -> Result<Option<Vec<u8>>, ReadError> {
         match kept {
             KeptFields::Blob(digest) => self.get(&Digest(*digest)),
-            KeptFields::Inside(compressed) => {
-                zstd::bulk::decompress(compressed, INLINE_CONTENT_LIMIT)
-                    .map(Some)
-                    .map_err(|error| ReadError::Inside { reason: error.to_string() })
-            }
+            KeptFields::Inside(compressed) => inside(compressed).map(Some),
+        }
+    }
+
+    /// Returns the name that the content of kept fields has as a blob, wherever it is kept.
+    ///
+    /// # Errors
+    /// [`ReadError::Inside`] if the bytes in the record are corrupt.
+    pub fn kept_digest(kept: &KeptFields) -> Result<Digest, ReadError> {
+        match kept {
+            KeptFields::Blob(digest) => Ok(Digest(*digest)),
+            KeptFields::Inside(compressed) => Ok(Digest::of(&inside(compressed)?)),
         }
     }
 
@@ -161,7 +291,7 @@ impl Blobs {
     /// Returns the content of a blob like [`get`](Blobs::get) if it has at most `limit` bytes.
     fn get_within(&self, digest: &Digest, limit: u64) -> Result<Option<Vec<u8>>, ReadError> {
         let mut content = Vec::new();
-        Ok(self.read(digest, limit, &mut content)?.then_some(content))
+        Ok(self.read(digest, limit, &mut content)?.map(|_| content))
     }
 
     /// Returns true if the blob is there and holds what its name says. It is read in pieces and not
@@ -170,7 +300,7 @@ impl Blobs {
     /// # Errors
     /// Those of [`get`](Blobs::get).
     pub fn is_sound(&self, digest: &Digest) -> Result<bool, ReadError> {
-        self.read(digest, CONTENT_LIMIT, &mut io::sink())
+        Ok(self.read(digest, CONTENT_LIMIT, &mut io::sink())?.is_some())
     }
 
     /// Returns true if what [`keep`](Blobs::keep) kept is there and can be read.
@@ -184,15 +314,15 @@ impl Blobs {
         }
     }
 
-    /// Reads a blob of at most `limit` bytes into `content` and verifies it. Returns false if there
-    /// is no such blob.
+    /// Reads a blob of at most `limit` bytes into `content`, verifies it and returns its size in
+    /// the file. Returns `None` if there is no such blob. Of several copies the first sound one
+    /// counts.
     fn read(
         &self,
         digest: &Digest,
         limit: u64,
-        content: &mut dyn io::Write,
-    ) -> Result<bool, ReadError> {
-        let path = self.path(digest);
+        content: &mut dyn BlobSink,
+    ) -> Result<Option<CompressedSize>, ReadError> {
         let failed = |path: PathBuf, error: io::Error| {
             if access::is_damage(&error) || error.kind() == io::ErrorKind::Other {
                 ReadError::Blob { digest: *digest, path, reason: error.to_string() }
@@ -200,15 +330,17 @@ impl Blobs {
                 ReadError::Io { path, source: error }
             }
         };
-        let file = match access::open_to_read(&path) {
-            Ok(file) => file,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
-            Err(error) => return Err(failed(path, error)),
-        };
-        match verified(file, digest, limit, content) {
-            Ok(()) => Ok(true),
-            Err(error) => Err(failed(path, error)),
+        let mut fault = None;
+        let copies = self.compressed(digest)?.into_iter().enumerate();
+        for (copy, CompressedBlob { path, length, bytes }) in copies {
+            let sound = bytes.and_then(|bytes| verified(bytes, length, digest, limit, content));
+            match sound {
+                Ok(sum) => return Ok(Some(CompressedSize { copy, length, sum })),
+                Err(error) => fault = fault.or(Some(failed(path, error))),
+            }
+            content.start_again();
         }
+        fault.map_or(Ok(None), Err)
     }
 
     /// Returns the definition of the study `name`, which the manifest says is the blob `digest`.
@@ -219,12 +351,26 @@ impl Blobs {
 
     /// Returns true if there is a file for the blob. Its content is not read.
     pub fn contains(&self, digest: &Digest) -> bool {
-        self.path(digest).is_file()
+        match &self.exports {
+            Some(exports) => exports.blob(digest).is_some(),
+            None => self.path(digest).is_file(),
+        }
     }
 
-    /// Lists every file under `blobs/` in the order of the names.
+    /// Lists every file under `blobs/` in the order of the names, or every blob in exports.
     pub(crate) fn files(&self) -> Result<Vec<BlobFile>, ReadError> {
         let mut found = Vec::new();
+        if let Some(exports) = &self.exports {
+            let mut listed = BTreeMap::new();
+            for file in &exports.files {
+                for (digest, place) in &file.blobs {
+                    let (path, bytes) = (file.path().to_owned(), place.length());
+                    let blob = BlobFile::Blob { digest: *digest, path, bytes };
+                    listed.entry(*digest).or_insert(blob);
+                }
+            }
+            return Ok(listed.into_values().collect());
+        }
         for shelf in entries(&self.directory)? {
             if !shelf.is_dir() {
                 found.push(BlobFile::Stray(shelf));
@@ -252,47 +398,91 @@ impl Blobs {
     }
 }
 
+/// Returns the content of fields that a record keeps itself.
+fn inside(compressed: &[u8]) -> Result<Vec<u8>, ReadError> {
+    zstd::bulk::decompress(compressed, INLINE_CONTENT_LIMIT)
+        .map_err(|error| ReadError::Inside { reason: error.to_string() })
+}
+
 /// Compresses `content` in one call, for which zstd reserves less memory than for a stream.
 fn compress(content: &[u8]) -> io::Result<Vec<u8>> {
     zstd::bulk::compress(content, LEVEL)
 }
 
-/// Decompresses the file of a blob into `content`.
+/// The receiver of the content of a blob, which forgets what it got of a copy that is damaged.
+trait BlobSink {
+    fn add(&mut self, piece: &[u8]);
+    fn start_again(&mut self);
+}
+
+impl BlobSink for Vec<u8> {
+    fn add(&mut self, piece: &[u8]) {
+        self.extend_from_slice(piece);
+    }
+
+    fn start_again(&mut self) {
+        self.clear();
+    }
+}
+
+impl BlobSink for io::Sink {
+    fn add(&mut self, _: &[u8]) {}
+
+    fn start_again(&mut self) {}
+}
+
+/// A reader that computes the checksum of what it reads.
+struct Summing<R> {
+    inner: R,
+    sum: BodySum,
+}
+
+impl<R: Read> Read for Summing<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.inner.read(buffer)?;
+        self.sum.add(&buffer[..count]);
+        Ok(count)
+    }
+}
+
+/// Decompresses a blob into `content` and returns the checksum of its `length` compressed bytes.
 ///
 /// # Errors
 /// The content is not that of `digest` or has more than `limit` bytes; it is then not decompressed
 /// to its end.
 fn verified(
-    file: fs::File,
+    compressed: impl Read,
+    length: u64,
     digest: &Digest,
     limit: u64,
-    content: &mut dyn io::Write,
-) -> io::Result<()> {
+    content: &mut dyn BlobSink,
+) -> io::Result<Checksum> {
     let invalid = |reason: String| io::Error::new(io::ErrorKind::InvalidData, reason);
-    if file.metadata()?.len() > zstd::zstd_safe::compress_bound(limit as usize) as u64 {
+    if length > zstd::zstd_safe::compress_bound(limit as usize) as u64 {
         return Err(invalid("its file is longer than that of any blob".to_owned()));
     }
-    let mut decoder = zstd::Decoder::with_buffer(BufReader::with_capacity(PIECE, file))?
-        .take(limit.saturating_add(1));
-    let (mut hasher, mut piece, mut length) = (blake3::Hasher::new(), vec![0; PIECE], 0);
+    let compressed = Summing { inner: compressed, sum: BodySum::new() };
+    let buffered = BufReader::with_capacity(PIECE, compressed);
+    let mut decoder = zstd::Decoder::with_buffer(buffered)?;
+    let (mut hasher, mut piece, mut count) = (blake3::Hasher::new(), vec![0; PIECE], 0);
     loop {
-        let count = decoder.read(&mut piece)?;
-        if count == 0 {
+        let read = decoder.read(&mut piece)?;
+        if read == 0 {
             break;
         }
-        length += count as u64;
-        if length > limit {
+        count += read as u64;
+        if count > limit {
             return Err(invalid(format!(
                 "its content has more than {limit} bytes, as many as a blob may have"
             )));
         }
-        hasher.update(&piece[..count]);
-        content.write_all(&piece[..count])?;
+        hasher.update(&piece[..read]);
+        content.add(&piece[..read]);
     }
     if *hasher.finalize().as_bytes() != digest.0 {
         return Err(invalid("its content does not match its name".to_owned()));
     }
-    Ok(())
+    Ok(decoder.finish().into_inner().sum.get())
 }
 
 /// Lists the paths in `directory` in sorted order. A missing directory has none.

@@ -14,13 +14,21 @@ pub(crate) const UNFINISHED_PREFIX: &str = ".unfinished-";
 /// Writes `bytes` to `path` durably: the file is written beside it, fsync'ed and renamed over it,
 /// and the directory is fsync'ed. A directory in its place is put aside.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    write_with(path, |file| file.write_all(bytes))
+}
+
+/// Writes what `fill` puts into a file durably to `path`, like [`write`].
+pub(crate) fn write_with(
+    path: &Path,
+    fill: impl FnOnce(&mut File) -> io::Result<()>,
+) -> io::Result<()> {
     let directory = path.parent().unwrap_or(Path::new("."));
     let mut file = tempfile::Builder::new()
         .prefix(UNFINISHED_PREFIX)
         // The umask is subtracted, as for any file; the default is 0600.
         .permissions(Permissions::from_mode(0o666))
         .tempfile_in(directory)?;
-    file.write_all(bytes)?;
+    fill(file.as_file_mut())?;
     inherit_owner(file.as_file(), path)?;
     file.as_file().sync_all()?;
     if is_real_directory(path) {

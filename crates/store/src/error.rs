@@ -9,6 +9,7 @@ use identity::{JobKey, STORED_LIMIT};
 use crate::access::{self, Wanted};
 use crate::database::{Fault, LOG, RECORDS};
 use crate::digest::Digest;
+use crate::frame::EXPORT_FORMAT;
 use crate::manifest::FORMAT;
 use crate::volume::{self, Space};
 
@@ -107,6 +108,39 @@ pub enum OpenError {
         /// The format of the store.
         found: u64,
     },
+    /// A file that is named like an export is none.
+    #[error(
+        "{} is not an export: {reason}; `tribosweep store export` and `run --export` write them",
+        .path.display()
+    )]
+    NotAnExport {
+        /// The path of the file.
+        path: PathBuf,
+        /// The reason in words.
+        reason: String,
+    },
+    /// A later version of this program wrote the export.
+    #[error(
+        "the export {} has format {found}, this program reads format {EXPORT_FORMAT}; use the \
+         version that wrote it",
+        .path.display()
+    )]
+    ExportFormat {
+        /// The path of the export.
+        path: PathBuf,
+        /// The format of the export.
+        found: u16,
+    },
+    /// Exports are only read.
+    #[error(
+        "{} holds exports, which are only read; bring them into a store with `tribosweep store \
+         merge`",
+        .path.display()
+    )]
+    OnlyRead {
+        /// The directory or the file.
+        path: PathBuf,
+    },
     /// The store does not hold what it promised. [`Store::salvage`](crate::Store::salvage) saves
     /// what can be read.
     #[error(
@@ -157,6 +191,43 @@ pub enum ReadError {
         key: JobKey,
         /// The damage in words.
         reason: String,
+    },
+    /// The record in an export differs from what was written.
+    #[error("the record of job {key} in {} is damaged: {reason}", .path.display())]
+    InExport {
+        /// The job of the record.
+        key: JobKey,
+        /// The export.
+        path: PathBuf,
+        /// The damage in words.
+        reason: String,
+    },
+    /// Two exports have different results of one job.
+    #[error(
+        "{} and {} have different results of job {key}: one of the machines that computed it is \
+         not to be trusted; compute it again and put aside the export that is wrong",
+        .first.display(), .second.display()
+    )]
+    Conflict {
+        /// The job.
+        key: JobKey,
+        /// An export with a result.
+        first: PathBuf,
+        /// An export with another result.
+        second: PathBuf,
+    },
+    /// Two exports have studies of one name that differ.
+    #[error(
+        "{} and {} have different studies called {name:?}; keep them in directories of their own",
+        .first.display(), .second.display()
+    )]
+    StudiesDiffer {
+        /// The name of the studies.
+        name: String,
+        /// An export with the study.
+        first: PathBuf,
+        /// An export with the other study.
+        second: PathBuf,
     },
     /// A later version of this program wrote the record.
     #[error("the record of job {key} has version {found}, which this program does not know")]

@@ -14,11 +14,13 @@ use crate::connection::Connection;
 use crate::database::RECORDS;
 use crate::digest::Digest;
 use crate::error::{OpenError, ReadError};
+use crate::exports::{ExportSet, ExportSummary};
 use crate::lock::{self, Holder};
 use crate::manifest::{self, Manifest, Unreadable};
 use crate::replica::Replica;
+use crate::rules::MergeRules;
 use crate::serve::first_records;
-use crate::wire::{KEYS_PER_REQUEST, ReadRequest, ReadResponse};
+use crate::wire::{KEYS_PER_REQUEST, RESPONSE_LIMIT, ReadRequest, ReadResponse};
 
 /// The number of processes that may end one after the other while one question is asked.
 const ENDINGS: usize = 5;
@@ -28,6 +30,11 @@ const ENDINGS: usize = 5;
 pub enum RecordOrigin {
     /// The records come from the files as they were when the reader was opened.
     Disk,
+    /// The records come from exports.
+    Exports {
+        /// The number of exports.
+        count: usize,
+    },
     /// The records come from the files, and it cannot be ruled out that there are more.
     Copy(CopyReason),
     /// The records come from the process that has the store open.
@@ -62,6 +69,10 @@ impl fmt::Display for RecordOrigin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let reason = match self {
             RecordOrigin::Disk => return f.write_str("read from disk"),
+            RecordOrigin::Exports { count } => {
+                let noun = if *count == 1 { "export" } else { "exports" };
+                return write!(f, "read from {count} {noun}");
+            }
             RecordOrigin::Process { pid, command } => {
                 return write!(f, "served by the running process {pid} ({command})");
             }
@@ -87,6 +98,7 @@ impl fmt::Display for RecordOrigin {
 enum Backing {
     Disk { replica: Box<Replica>, origin: RecordOrigin },
     Process(Connection),
+    Exports(Arc<ExportSet>),
 }
 
 impl Backing {
@@ -157,8 +169,18 @@ pub(crate) fn is_there(directory: &Path) -> Result<bool, OpenError> {
 }
 
 impl StoreReader {
-    pub(crate) fn open(directory: &Path) -> Result<StoreReader, OpenError> {
+    pub(crate) fn open(
+        directory: &Path,
+        rules: Option<&MergeRules>,
+    ) -> Result<StoreReader, OpenError> {
         if !is_there(directory)? {
+            if let Some(exports) = ExportSet::open(directory, rules)? {
+                return Ok(StoreReader {
+                    directory: directory.to_owned(),
+                    blobs: Blobs::in_exports(exports.clone()),
+                    source: Mutex::new(Arc::new(Backing::Exports(exports))),
+                });
+            }
             return Err(OpenError::Missing { directory: directory.to_owned() });
         }
         Ok(StoreReader {
@@ -198,6 +220,7 @@ impl StoreReader {
     pub fn origin(&self) -> RecordOrigin {
         match &*self.source() {
             Backing::Disk { origin, .. } => origin.clone(),
+            Backing::Exports(exports) => RecordOrigin::Exports { count: exports.files.len() },
             Backing::Process(connection) => RecordOrigin::Process {
                 pid: connection.holder.pid,
                 command: connection.holder.command.clone(),
@@ -213,6 +236,7 @@ impl StoreReader {
     pub fn keys(&self) -> Result<Vec<JobKey>, ReadError> {
         self.answered(|source| match source {
             Backing::Disk { replica, .. } => Ok(replica.records.keys()),
+            Backing::Exports(exports) => Ok(exports.keys()),
             Backing::Process(connection) => {
                 let mut keys: Vec<JobKey> = Vec::new();
                 loop {
@@ -239,6 +263,9 @@ impl StoreReader {
             let connection = match source {
                 Backing::Disk { replica, .. } => {
                     return Ok(keys.iter().map(|key| replica.records.contains(key)).collect());
+                }
+                Backing::Exports(exports) => {
+                    return Ok(keys.iter().map(|key| exports.contains(key)).collect());
                 }
                 Backing::Process(connection) => connection,
             };
@@ -279,11 +306,17 @@ impl StoreReader {
         &self,
         keys: Vec<JobKey>,
     ) -> impl Iterator<Item = (JobKey, Result<Vec<u8>, ReadError>)> {
-        // The number of keys is small because the caller may stop early.
+        // The number of keys is small because the caller may stop early. In exports the records of
+        // neighbouring keys are far apart, and each frame is read once for all that are asked for.
         const KEYS_AT_ONCE: usize = 256;
+        const KEYS_OF_EXPORTS: usize = 16_384;
+        let keys_at_once = match &*self.source() {
+            Backing::Exports(_) => KEYS_OF_EXPORTS,
+            Backing::Disk { .. } | Backing::Process(_) => KEYS_AT_ONCE,
+        };
         let mut next = 0;
         let replies = std::iter::from_fn(move || {
-            let batch = &keys[next..keys.len().min(next + KEYS_AT_ONCE)];
+            let batch = &keys[next..keys.len().min(next + keys_at_once)];
             let first = *batch.first()?;
             let records = match self.first(batch) {
                 Ok(records) => records,
@@ -309,6 +342,7 @@ impl StoreReader {
         self.answered(|source| {
             let connection = match source {
                 Backing::Disk { replica, .. } => return Ok(first_records(&replica.records, keys)),
+                Backing::Exports(exports) => return Ok(exports.first(keys, RESPONSE_LIMIT)),
                 Backing::Process(connection) => connection,
             };
             match ask(connection, &ReadRequest::Get(keys.iter().map(|key| key.0).collect()))? {
@@ -323,7 +357,27 @@ impl StoreReader {
         })
     }
 
-    /// Returns the blobs, which are plain files.
+    /// Returns the exports that are read, in the order of their names. A store has none.
+    pub fn exports(&self) -> Vec<ExportSummary> {
+        self.export_set().map_or_else(Vec::new, |exports| {
+            exports.files.iter().map(|file| file.summary.clone()).collect()
+        })
+    }
+
+    /// Returns the exports that are read, if it is exports.
+    pub(crate) fn export_set(&self) -> Option<Arc<ExportSet>> {
+        match &*self.source() {
+            Backing::Exports(exports) => Some(exports.clone()),
+            Backing::Disk { .. } | Backing::Process(_) => None,
+        }
+    }
+
+    /// Returns the path that was opened.
+    pub(crate) fn path(&self) -> &Path {
+        &self.directory
+    }
+
+    /// Returns the blobs, which are plain files or parts of exports.
     pub fn blobs(&self) -> &Blobs {
         &self.blobs
     }
@@ -332,7 +386,8 @@ impl StoreReader {
     ///
     /// # Errors
     /// [`ReadError::Manifest`], [`ReadError::StudyMissing`], [`ReadError::Blob`] or
-    /// [`ReadError::Io`] if the definition cannot be read.
+    /// [`ReadError::Io`] if the definition cannot be read, [`ReadError::StudiesDiffer`] if exports
+    /// disagree.
     pub fn study(&self, name: &str) -> Result<Option<Vec<u8>>, ReadError> {
         let digest = self.studies()?.get(name).copied();
         digest.map(|digest| self.blobs.definition(name, &digest)).transpose()
@@ -341,14 +396,18 @@ impl StoreReader {
     /// Returns the names of all studies in alphabetical order.
     ///
     /// # Errors
-    /// [`ReadError::Manifest`] or [`ReadError::Io`] if the manifest cannot be read.
+    /// [`ReadError::Manifest`] or [`ReadError::Io`] if the manifest cannot be read,
+    /// [`ReadError::StudiesDiffer`] if exports disagree.
     pub fn study_names(&self) -> Result<Vec<String>, ReadError> {
         Ok(self.studies()?.into_keys().collect())
     }
 
     /// Returns the names of all studies with the blobs that hold their definitions.
     pub(crate) fn studies(&self) -> Result<BTreeMap<String, Digest>, ReadError> {
-        Ok(self.manifest()?.studies)
+        match self.export_set() {
+            Some(exports) => exports.studies(|digest| self.blobs.get(digest).ok().flatten()),
+            None => Ok(self.manifest()?.studies),
+        }
     }
 
     fn manifest(&self) -> Result<Manifest, ReadError> {

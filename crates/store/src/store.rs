@@ -13,8 +13,10 @@ use crate::core::{Core, is_vacant, lock_for_writing};
 use crate::digest::Digest;
 use crate::durable;
 use crate::error::{OpenError, ReadError, WriteError};
+use crate::exports;
 use crate::lock::{self, Holder};
 use crate::reader::{StoreReader, is_there};
+use crate::rules::MergeRules;
 use crate::salvage::{Salvage, salvage};
 use crate::serve::{Listening, Server};
 
@@ -36,6 +38,9 @@ impl Store {
     /// than its manifest promises.
     pub fn open(directory: &Path) -> Result<Store, OpenError> {
         let io = |action| move |source| OpenError::io(action, Wanted::Write, directory, source);
+        if directory.is_file() && exports::are_there(directory)? {
+            return Err(OpenError::OnlyRead { path: directory.to_owned() });
+        }
         if !directory.exists() {
             fs::create_dir_all(directory).map_err(io("create the directory"))?;
             access::hand_over(directory).map_err(io("give to its owner the directory"))?;
@@ -43,6 +48,9 @@ impl Store {
         // The check comes before the lock, which would leave its file in somebody else's directory.
         // What another process has just made is there by the time of the second question.
         if !is_vacant(directory).map_err(io("look into"))? && !is_there(directory)? {
+            if exports::are_there(directory)? {
+                return Err(OpenError::OnlyRead { path: directory.to_owned() });
+            }
             return Err(OpenError::NotAStore { directory: directory.to_owned() });
         }
         let listening = Listening::bind().map_err(io("open a socket for the readers of"))?;
@@ -59,6 +67,9 @@ impl Store {
     /// [`OpenError`]. In particular [`OpenError::Missing`] if there is no store.
     pub fn open_existing(directory: &Path) -> Result<Store, OpenError> {
         if !is_there(directory)? {
+            if exports::are_there(directory)? {
+                return Err(OpenError::OnlyRead { path: directory.to_owned() });
+            }
             return Err(OpenError::Missing { directory: directory.to_owned() });
         }
         Self::open(directory)
@@ -66,12 +77,22 @@ impl Store {
 
     /// Opens the store in `directory` for reading: through the process that has it open, or else
     /// from a private copy of its records. Reading changes nothing in the store and holds up
-    /// nobody.
+    /// nobody. An export, or a directory of exports, is read like a store; each is read up to its
+    /// last whole frame, also while it grows.
     ///
     /// # Errors
     /// [`OpenError`]. In particular [`OpenError::Missing`] if there is no store.
     pub fn read(directory: &Path) -> Result<StoreReader, OpenError> {
-        StoreReader::open(directory)
+        StoreReader::open(directory, None)
+    }
+
+    /// Opens a store or exports for reading like [`read`](Store::read). Where exports have several
+    /// records of one job, the one counts that a [merge](Store::import) by these rules would keep.
+    ///
+    /// # Errors
+    /// Those of [`read`](Store::read).
+    pub fn read_by(directory: &Path, rules: &MergeRules) -> Result<StoreReader, OpenError> {
+        StoreReader::open(directory, Some(rules))
     }
 
     /// Saves what can be read of a damaged store, which is sound afterwards. The lost jobs will be

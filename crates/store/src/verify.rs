@@ -35,6 +35,11 @@ pub struct Verification {
     pub studies: usize,
     /// The names of the studies whose definition cannot be read, with the reason.
     pub lost_studies: Vec<(String, String)>,
+    /// The damage of exports that is neither in a record nor in a blob, in words.
+    pub damaged_exports: Vec<String>,
+    /// The exports that do not end as a whole one does: they are being written, their writer was
+    /// killed, or the file was cut short.
+    pub open_exports: Vec<PathBuf>,
     /// The files among the blobs that do not belong to the store.
     pub stray_files: Vec<PathBuf>,
 }
@@ -46,6 +51,7 @@ impl Verification {
             && self.corrupt_blobs.is_empty()
             && self.missing_blobs.is_empty()
             && self.lost_studies.is_empty()
+            && self.damaged_exports.is_empty()
     }
 }
 
@@ -89,6 +95,17 @@ impl StoreReader {
                     return Err(gone);
                 }
                 Err(other) => answer.corrupt_records.push((key, other.to_string())),
+            }
+        }
+        if let Some(set) = self.export_set() {
+            answer.damaged_exports = set.faults_of_replaced();
+        }
+        for export in self.exports() {
+            let path = export.path.display();
+            let words = export.damage.iter().map(|reason| format!("{path}: {reason}"));
+            answer.damaged_exports.extend(words);
+            if !export.is_closed {
+                answer.open_exports.push(export.path);
             }
         }
         let studies = self.studies()?;

@@ -30,6 +30,17 @@ impl Study {
         self.files.bytes.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()))
     }
 
+    /// Returns the bytes of what a definition says beside the path of its file, which differs from
+    /// machine to machine; `None` if the bytes do not decode.
+    pub fn definition_content(bytes: &[u8]) -> Option<Vec<u8>> {
+        let stored = decode::<(String, String, BTreeMap<String, Vec<u8>>), BLOB_LIMIT>(
+            "the study's definition",
+            bytes,
+        );
+        let (_, text, files) = stored.ok()?;
+        Some(encode(&(text, files)))
+    }
+
     /// Reads a [`definition`](Study::definition).
     ///
     /// # Errors

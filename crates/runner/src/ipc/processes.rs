@@ -15,7 +15,8 @@ use rustix::io::Errno;
 
 use super::arguments::WorkerArguments;
 use super::channel::{
-    ChannelNames, DOWN, HEARTBEAT, INITIAL, JOBS, PortMemory, Shm, UP, backpressure, pack, service,
+    ChannelNames, DOWN, EncodedMessage, HEARTBEAT, INITIAL, JOBS, PortMemory, Shm, UP,
+    backpressure, pack, service,
 };
 use crate::coordinator::Input;
 use crate::error::{RunError, TransportError};
@@ -221,14 +222,13 @@ impl Transport for Processes {
                 Ok(Reply::Jobs(jobs.map_err(TransportError::when("cannot hand out a job"))?))
             }
         };
-        let message = channel.memory.encode(free_shared_memory, packed)?;
-        let loan = request.loan_slice_uninit(message.len()).map_err(|error| error.to_string());
-        let grown = channel.memory.has_grown(message.len());
+        let EncodedMessage { bytes, grows } = channel.memory.encode(free_shared_memory, packed)?;
+        let loan = request.loan_slice_uninit(bytes.len()).map_err(|error| error.to_string());
         let sent = loan.and_then(|loan| {
-            if grown {
+            if grows {
                 names.reserve().map_err(|error| error.to_string())?;
             }
-            loan.write_from_slice(&message).send().map_err(|error| error.to_string())
+            loan.write_from_slice(&bytes).send().map_err(|error| error.to_string())
         });
         let sent = sent.and_then(|()| channel.down.notify().map_err(|error| error.to_string()));
         if sent.is_err() {

@@ -13,7 +13,8 @@ use iceoryx2::prelude::*;
 
 use super::arguments::{WorkerArguments, WorkerError};
 use super::channel::{
-    ChannelNames, DOWN, INITIAL, JOBS, PortMemory, Shm, TALK, UP, backpressure, pack, service,
+    ChannelNames, DOWN, EncodedMessage, INITIAL, JOBS, PortMemory, Shm, TALK, UP, backpressure,
+    pack, service,
 };
 use super::pulse::Pulse;
 use crate::error::TransportError;
@@ -154,15 +155,14 @@ impl Link for Wire {
             };
             Ok(Request { idle: request.idle, reports: request.reports.iter().map(pack).collect() })
         };
-        let message = self.memory.encode(free_shared_memory, packed)?;
+        let EncodedMessage { bytes, grows } = self.memory.encode(free_shared_memory, packed)?;
         let doing = "cannot send a request";
         let loan =
-            self.client.loan_slice_uninit(message.len()).map_err(TransportError::when(doing))?;
-        if self.memory.has_grown(message.len()) {
+            self.client.loan_slice_uninit(bytes.len()).map_err(TransportError::when(doing))?;
+        if grows {
             names.reserve()?;
         }
-        let response =
-            loan.write_from_slice(&message).send().map_err(TransportError::when(doing))?;
+        let response = loan.write_from_slice(&bytes).send().map_err(TransportError::when(doing))?;
         // iceoryx2 does not report a delivery to nobody as an error.
         if response.number_of_server_connections() == 0 {
             return Err(TransportError { doing, why: "nobody receives it".into() });

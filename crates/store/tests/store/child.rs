@@ -5,9 +5,9 @@ use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use store::{OpenError, Store};
+use store::{ExportHeader, ExportWriter, OpenError, ShardName, Store};
 
-use super::{key, record, records};
+use super::{RULES, key, record, records};
 
 const PART: &str = "TRIBOSWEEP_STORE_PART";
 const DIRECTORY: &str = "TRIBOSWEEP_STORE_DIRECTORY";
@@ -137,6 +137,8 @@ fn plays_its_part() {
             Err(error) => say(format!("refused: {error}")),
         },
         "fill" => fill(&directory, first),
+        "export" => export(&directory),
+        "merge" => merge(&directory),
         other => panic!("no such part: {other}"),
     }
 }
@@ -223,4 +225,31 @@ fn fill(directory: &Path, first: u64) {
     }
     drop(store);
     say("closed");
+}
+
+/// Adds records to an export without end and says after every flush how many are in it.
+fn export(directory: &Path) {
+    let shard = Some(ShardName { study: "sweep".to_owned(), index: 1, count: 2 });
+    let header = ExportHeader { program: "0.1.0".to_owned(), shard };
+    let mut writer = ExportWriter::open(&directory.join("one.tribosweep"), &header).unwrap();
+    let blobs = Store::read(&directory.join("one.tribosweep")).unwrap().blobs().clone();
+    let first = (0..).find(|i| !writer.contains(&key(*i))).unwrap();
+    for i in first.. {
+        let outcome = writer.append(&key(i), &record(i), &blobs, []).and_then(|()| {
+            let is_last = i % 10 == 9;
+            if is_last { writer.flush().map(|()| say(i + 1)) } else { Ok(()) }
+        });
+        if let Err(error) = outcome {
+            return say(format!("failed: {error}"));
+        }
+    }
+}
+
+/// Merges the exports beside the store into it.
+fn merge(directory: &Path) {
+    let store = Store::open(&directory.join("merged")).unwrap();
+    let reader = Store::read_by(&directory.join("exports"), &RULES).unwrap();
+    say("begins");
+    let report = store.import(&[&reader], &RULES).unwrap();
+    say(format!("added {}, already there {}", report.added, report.already_there));
 }

@@ -3,14 +3,17 @@
 
 mod child;
 mod damage;
+mod exports;
 mod full;
 mod kill;
+mod merge;
 mod model;
 mod readers;
 mod speed;
 mod users;
 
 use identity::JobKey;
+use store::{Digest, Examination, MergeRules, RecordRank};
 
 /// Returns the key of the `i`-th made-up job.
 fn key(i: u64) -> JobKey {
@@ -27,4 +30,37 @@ fn record(i: u64) -> Vec<u8> {
 
 fn records(range: std::ops::Range<u64>) -> Vec<(JobKey, Vec<u8>)> {
     range.map(|i| (key(i), record(i))).collect()
+}
+
+/// Returns a record of the `i`-th job as the rules of the tests read it: its rank, then what
+/// machines must agree on, then who computed it.
+fn ranked(rank: RecordRank, result: u64, machine: u8) -> Vec<u8> {
+    let mut bytes = vec![rank as u8];
+    bytes.extend(result.to_le_bytes());
+    bytes.push(machine);
+    bytes.extend(record(result));
+    bytes
+}
+
+/// The rules for those records. A record whose machine is 200 or more refers to a blob.
+const RULES: MergeRules = MergeRules {
+    examine: |_, bytes| {
+        let rank = match bytes.first() {
+            Some(0) => RecordRank::Foreign,
+            Some(1) => RecordRank::Unfinished,
+            Some(2) => RecordRank::Finished,
+            _ => return Err("it has no rank".to_owned()),
+        };
+        let machine = bytes.get(9).copied().unwrap_or(0);
+        let references = if machine >= 200 { vec![Digest::of(&field(machine))] } else { vec![] };
+        Ok(Examination { rank, references })
+    },
+    fingerprint: |bytes| Digest::of(&bytes[1..9]),
+    definition: |bytes| Digest::of(bytes.split(|byte| *byte == b'|').next_back().unwrap_or(&[])),
+    progress: |note| note.len() as u64,
+};
+
+/// Returns the content of the blob of a machine.
+fn field(machine: u8) -> Vec<u8> {
+    (0..3000u32).flat_map(|i| (i * u32::from(machine)).to_le_bytes()).collect()
 }

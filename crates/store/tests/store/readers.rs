@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
 use identity::{JobKey, STORED_LIMIT};
-use store::{CopyReason, Digest, OpenError, ReadError, RecordOrigin, Store};
+use store::{CopyReason, OpenError, ReadError, RecordOrigin, Store};
 
 use super::child::{Player, command};
 use super::{key, record, records};
@@ -321,60 +321,6 @@ fn a_copy_of_a_busy_store_has_all_that_was_promised() {
         rustix::process::kill_process(pid, rustix::process::Signal::KILL).unwrap();
         outcome.unwrap();
     });
-}
-
-#[test]
-fn a_live_store_is_exported_whole() {
-    let directory = tempfile::tempdir().unwrap();
-    let (from, to) = (directory.path().join("store"), directory.path().join("copy"));
-    let store = Store::open(&from).unwrap();
-    let blob = store.blobs().put(&[7; 5000]).unwrap();
-    let orphan = store.blobs().put(&[8; 5000]).unwrap();
-    let gone = Digest::of(b"gone");
-    store.commit(&records(0..700)).unwrap();
-    store.commit(&[(key(1000), blob.0.to_vec()), (key(1001), gone.0.to_vec())]).unwrap();
-    store.put_study("sweep", b"mu = [0.1, 0.3]").unwrap();
-    let references = |job: &JobKey, record: &[u8]| -> Vec<Digest> {
-        let refers = [key(1000), key(1001)].contains(job);
-        refers.then(|| Digest(record.try_into().unwrap())).into_iter().collect()
-    };
-    let reader = Store::read(&from).unwrap();
-    let done = reader.export(&to, references).unwrap();
-    assert_eq!((done.records, done.blobs, done.studies), (702, 1, 1));
-    assert!(matches!(&done.faults[..], [fault] if fault.contains("is missing")), "{done:?}");
-    let copy = Store::read(&to).unwrap();
-    assert_eq!(copy.keys().unwrap(), reader.keys().unwrap());
-    assert!((0..700).all(|i| copy.get(&key(i)).unwrap() == Some(record(i))));
-    assert_eq!(copy.study("sweep").unwrap().unwrap(), b"mu = [0.1, 0.3]");
-    assert!(copy.blobs().contains(&blob) && !copy.blobs().contains(&orphan));
-    let refused = reader.export(&to, references).unwrap_err().to_string();
-    assert!(refused.contains("is a store already"), "{refused}");
-}
-
-#[test]
-fn an_export_that_was_cut_short_shows_no_study_and_is_completed() {
-    let directory = tempfile::tempdir().unwrap();
-    let (from, to) = (directory.path().join("store"), directory.path().join("copy"));
-    let store = Store::open(&from).unwrap();
-    store.commit(&records(0..700)).unwrap();
-    for name in ["one", "other"] {
-        store.put_study(name, name.as_bytes()).unwrap();
-    }
-    let reader = Store::read(&from).unwrap();
-    // A panic ends it as a kill would.
-    let killed = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-        reader.export(
-            &to,
-            |job, _| if *job == reader.keys().unwrap()[600] { panic!() } else { vec![] },
-        )
-    }));
-    assert!(killed.is_err());
-    assert_eq!(Store::read(&to).unwrap().study_names().unwrap(), Vec::<String>::new());
-    let done = reader.export(&to, |_, _| Vec::new()).unwrap();
-    assert_eq!((done.records, done.studies), (700, 2));
-    let copy = Store::read(&to).unwrap();
-    assert_eq!(copy.keys().unwrap(), reader.keys().unwrap());
-    assert_eq!(copy.study_names().unwrap(), ["one", "other"]);
 }
 
 #[test]

@@ -1,0 +1,699 @@
+//! This file merges stores and exports into a store or into one export.
+//!
+//! The order of the sources does not matter, and neither does it how often they are merged. First
+//! the keys of all sources are compared, which takes some 90 bytes for each record. Then the jobs
+//! that have several records are decided without keeping any record, and at last every source is
+//! read once more, from its beginning to its end, and what it has to give is written.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use identity::JobKey;
+
+use crate::blob::Blobs;
+use crate::digest::Digest;
+use crate::durable;
+use crate::error::{OpenError, ReadError, WriteError};
+use crate::export::{ExportError, ExportWriter, require_name};
+use crate::exports::{ExportHeader, ExportSet, ShardName, ShardState};
+use crate::parts;
+use crate::reader::StoreReader;
+use crate::rules::{Candidate, Examination, MergeRules, RecordChoice, RecordRank};
+use crate::store::Store;
+
+/// The size of the records that are committed together \[bytes\].
+const GROUP_BYTES: usize = 4 << 20;
+
+/// The largest number of records that are committed together.
+const GROUP_RECORDS: usize = 16_384;
+
+/// The number of the target where the sources are numbered.
+const TARGET: u32 = u32::MAX;
+
+/// The choice of what is merged.
+#[derive(Clone, Debug, Default)]
+pub struct MergeSelection {
+    /// The names of the studies, if not all.
+    pub studies: Option<BTreeSet<String>>,
+    /// The jobs, if not all.
+    pub keys: Option<BTreeSet<JobKey>>,
+}
+
+/// A job of which two sources have different results. Nothing of it is changed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RecordConflict {
+    /// The job.
+    pub key: JobKey,
+    /// A source with a result.
+    pub first: PathBuf,
+    /// A source with another result.
+    pub second: PathBuf,
+}
+
+/// The result of a merge.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MergeReport {
+    /// The number of jobs that had no record before.
+    pub added: usize,
+    /// The number of jobs whose record took the place of one of lower rank.
+    pub replaced: usize,
+    /// The number of records in the sources that repeat what is there.
+    pub already_there: usize,
+    /// The number of records that were added and that another version of the program wrote. They
+    /// lie beside the others.
+    pub foreign: usize,
+    /// The number of blobs that were added, without the definitions of studies.
+    pub blobs: usize,
+    /// The number of studies that were added.
+    pub studies: usize,
+    /// The jobs with different results.
+    pub conflicts: Vec<RecordConflict>,
+    /// The faults of what was left out, in words.
+    pub faults: Vec<String>,
+    /// The shards whose results are in the target, with their last notes.
+    pub shards: Vec<ShardState>,
+}
+
+/// The reason why nothing, or nothing more, is merged.
+#[derive(Debug, thiserror::Error)]
+pub enum MergeError {
+    /// Two sources have studies of one name that differ. Nothing was written.
+    #[error(
+        "{} and {} have different studies called {name:?}, and nothing was merged; rename one of \
+         them, or merge them into different places",
+        .first.display(), .second.display()
+    )]
+    StudiesDiffer {
+        /// The name of the studies.
+        name: String,
+        /// A source with the study.
+        first: PathBuf,
+        /// A source with the other study.
+        second: PathBuf,
+    },
+    /// A study came in shards of different numbers. Nothing was written.
+    #[error(
+        "{} is {first_shard} and {} is {second_shard}: the shards are of different numbers, and \
+         nothing was merged; merge those of one number",
+        .first.display(), .second.display()
+    )]
+    ShardCounts {
+        /// A source with a shard.
+        first: PathBuf,
+        /// The shard.
+        first_shard: ShardName,
+        /// A source with a shard of another number.
+        second: PathBuf,
+        /// The other shard.
+        second_shard: ShardName,
+    },
+    /// A source or the target cannot be opened.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// A source cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The target cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// The target cannot be written.
+    #[error(transparent)]
+    Export(#[from] ExportError),
+}
+
+/// A place from which records come: a store, or one of several exports.
+struct MergeSource<'s> {
+    reader: &'s StoreReader,
+    /// The exports and the number of the one among them, if it is one.
+    export: Option<(Arc<ExportSet>, u32)>,
+    path: PathBuf,
+    /// True if this is what the target held before, of which everything stays.
+    is_target: bool,
+}
+
+impl MergeSource<'_> {
+    /// Lists what is read by `reader`.
+    fn all_of(reader: &StoreReader) -> Vec<MergeSource<'_>> {
+        let Some(set) = reader.export_set() else {
+            let path = reader.path().to_owned();
+            return vec![MergeSource { reader, export: None, path, is_target: false }];
+        };
+        let paths = set.files.iter().map(|file| file.path().to_owned());
+        paths
+            .zip(0..)
+            .map(|(path, number)| {
+                let export = Some((set.clone(), number));
+                MergeSource { reader, export, path, is_target: false }
+            })
+            .collect()
+    }
+
+    fn keys(&self) -> Result<Vec<JobKey>, ReadError> {
+        match &self.export {
+            Some((set, number)) => Ok(set.keys_of(*number).collect()),
+            None => self.reader.keys(),
+        }
+    }
+
+    fn studies(&self) -> Result<BTreeMap<String, Digest>, ReadError> {
+        match &self.export {
+            Some((set, number)) => Ok(set.files[*number as usize].studies.clone()),
+            None => self.reader.studies(),
+        }
+    }
+
+    fn shards(&self) -> Vec<ShardState> {
+        match &self.export {
+            Some((set, number)) => {
+                let summary = &set.files[*number as usize].summary;
+                let shard = summary.header.shard.clone();
+                let state = shard.map(|shard| ShardState { shard, note: summary.note.clone() });
+                state.into_iter().chain(summary.parts.iter().cloned()).collect()
+            }
+            None => parts::read(&self.path),
+        }
+    }
+
+    /// Visits the records that are `wanted`.
+    fn visit(
+        &self,
+        wanted: impl Fn(&JobKey) -> bool,
+        mut visit: impl FnMut(&JobKey, Result<&[u8], ReadError>) -> Result<(), MergeError>,
+    ) -> Result<(), MergeError> {
+        if let Some((set, number)) = &self.export {
+            return set.visit(*number, wanted, visit);
+        }
+        let keys = self.reader.keys()?.into_iter().filter(wanted).collect();
+        for (key, record) in self.reader.select(keys) {
+            match record {
+                Err(gone @ (ReadError::Gone(_) | ReadError::Unanswered { .. })) => {
+                    return Err(gone.into());
+                }
+                Ok(record) => visit(&key, Ok(&record))?,
+                Err(error) => visit(&key, Err(error))?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A job of which several sources, or a source and the target, have a record.
+struct SharedJob {
+    key: JobKey,
+    best: Option<Candidate>,
+    /// The number of the source of the best record.
+    holder: u32,
+    /// The number of a source whose result differs from the best.
+    rival: Option<u32>,
+    /// The rank of the record in the target.
+    before: Option<RecordRank>,
+}
+
+impl SharedJob {
+    fn meet(&mut self, source: u32, candidate: Candidate) {
+        match self.best.map_or(RecordChoice::Second, |best| best.against(&candidate)) {
+            RecordChoice::First => {}
+            RecordChoice::Second => (self.best, self.holder) = (Some(candidate), source),
+            RecordChoice::Conflict => self.rival = self.rival.or(Some(source)),
+        }
+    }
+}
+
+/// The place into which is merged.
+enum MergeTarget<'t> {
+    Store(&'t Store),
+    Export(&'t mut ExportWriter),
+}
+
+impl MergeTarget<'_> {
+    fn keeps(&self, key: &JobKey) -> bool {
+        match self {
+            MergeTarget::Store(store) => store.contains(key),
+            MergeTarget::Export(_) => false,
+        }
+    }
+
+    fn path(&self) -> &Path {
+        match self {
+            MergeTarget::Store(store) => store.blobs().store(),
+            MergeTarget::Export(writer) => writer.path(),
+        }
+    }
+
+    /// Stores a blob of `source` and returns true if it was not there.
+    fn adopt(
+        &mut self,
+        digest: &Digest,
+        source: &Blobs,
+    ) -> Result<Result<bool, ReadError>, MergeError> {
+        match self {
+            MergeTarget::Store(store) => Ok(store.blobs().adopt(digest, source)?),
+            MergeTarget::Export(writer) => match writer.put_blob(digest, source) {
+                Ok(is_new) => Ok(Ok(is_new)),
+                Err(ExportError::Blob(fault)) => Ok(Err(fault)),
+                Err(error) => Err(error.into()),
+            },
+        }
+    }
+
+    fn commit(&mut self, group: &mut Vec<(JobKey, Vec<u8>)>) -> Result<(), MergeError> {
+        match self {
+            MergeTarget::Store(store) => {
+                group.sort_unstable_by_key(|(key, _)| *key);
+                store.commit(group)?;
+            }
+            MergeTarget::Export(writer) => {
+                for (key, record) in group.iter() {
+                    writer.put_record(key, record)?;
+                }
+            }
+        }
+        group.clear();
+        Ok(())
+    }
+}
+
+/// The definition of a study that will be in the target.
+struct ChosenStudy {
+    digest: Digest,
+    /// The digest of what machines must agree on.
+    said: Digest,
+    /// The number of the first source that has the study.
+    source: u32,
+}
+
+/// A merge that is going on.
+struct Merge<'m> {
+    sources: Vec<MergeSource<'m>>,
+    rules: &'m MergeRules,
+    selection: &'m MergeSelection,
+    report: MergeReport,
+    /// The number of records of each source that are left out.
+    lost: Vec<usize>,
+    /// The blobs that records of the target refer to and that are not there.
+    lost_blobs: BTreeSet<Digest>,
+}
+
+impl<'m> Merge<'m> {
+    fn new(
+        readers: &[&'m StoreReader],
+        rules: &'m MergeRules,
+        selection: &'m MergeSelection,
+        target: &Path,
+        earlier: Option<&'m StoreReader>,
+    ) -> Self {
+        // What is named twice counts once, and nothing is merged into itself.
+        let same = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let mut seen = BTreeSet::from([same(target)]);
+        let earlier = earlier.into_iter().flat_map(MergeSource::all_of);
+        let mut sources: Vec<_> =
+            earlier.map(|source| MergeSource { is_target: true, ..source }).collect();
+        let others = readers.iter().flat_map(|reader| MergeSource::all_of(reader));
+        sources.extend(others.filter(|source| seen.insert(same(&source.path))));
+        let lost = vec![0; sources.len()];
+        Merge {
+            sources,
+            rules,
+            selection,
+            report: MergeReport::default(),
+            lost,
+            lost_blobs: BTreeSet::new(),
+        }
+    }
+
+    fn path(&self, source: u32, target: &Path) -> PathBuf {
+        let source = self.sources.get(source as usize);
+        source.map_or(target, |source| &source.path).to_owned()
+    }
+
+    fn run(mut self, target: &mut MergeTarget) -> Result<MergeReport, MergeError> {
+        let store = match target {
+            MergeTarget::Store(store) => Some(*store),
+            MergeTarget::Export(_) => None,
+        };
+        self.unite_shards(store)?;
+        let studies = self.compare_studies(store)?;
+        let shared = self.shared_jobs(target)?;
+        self.copy(&shared, target)?;
+        for job in &shared {
+            if let Some(rival) = job.rival {
+                let place = target.path();
+                let (first, second) = (self.path(job.holder, place), self.path(rival, place));
+                self.report.conflicts.push(RecordConflict { key: job.key, first, second });
+            }
+        }
+        // The studies are named last: a merge that was cut short shows none that is not whole.
+        self.put_studies(studies, target)?;
+        let shards = &self.report.shards;
+        match target {
+            MergeTarget::Store(store) if !shards.is_empty() => {
+                let directory = store.blobs().store();
+                parts::write(directory, shards).map_err(|source| {
+                    WriteError::io("write", &directory.join(parts::FILE), source)
+                })?;
+            }
+            MergeTarget::Store(_) => {}
+            MergeTarget::Export(writer) => {
+                shards.iter().try_for_each(|shard| writer.put_part(shard))?;
+            }
+        }
+        Ok(self.report)
+    }
+
+    /// Unites what the sources and the target know of shards.
+    fn unite_shards(&mut self, target: Option<&Store>) -> Result<(), MergeError> {
+        let mut shards: Vec<(PathBuf, ShardState)> = Vec::new();
+        if let Some(store) = target {
+            let directory = store.blobs().store();
+            let known = parts::read(directory).into_iter();
+            shards.extend(known.map(|shard| (directory.to_owned(), shard)));
+        }
+        for source in &self.sources {
+            let names = self.selection.studies.as_ref().filter(|_| !source.is_target);
+            let found = source.shards().into_iter();
+            let chosen =
+                found.filter(|state| names.is_none_or(|names| names.contains(&state.shard.study)));
+            shards.extend(chosen.map(|shard| (source.path.clone(), shard)));
+        }
+        let mut first: BTreeMap<&str, &(PathBuf, ShardState)> = BTreeMap::new();
+        for found in &shards {
+            let known = *first.entry(&found.1.shard.study).or_insert(found);
+            if known.1.shard.count != found.1.shard.count {
+                return Err(MergeError::ShardCounts {
+                    first: known.0.clone(),
+                    first_shard: known.1.shard.clone(),
+                    second: found.0.clone(),
+                    second_shard: found.1.shard.clone(),
+                });
+            }
+        }
+        let states = shards.into_iter().map(|(_, shard)| shard);
+        self.report.shards = parts::united(states, self.rules.progress);
+        Ok(())
+    }
+
+    /// Compares the definitions of studies and returns those that the target must get.
+    fn compare_studies(
+        &mut self,
+        target: Option<&Store>,
+    ) -> Result<BTreeMap<String, ChosenStudy>, MergeError> {
+        let mut chosen: BTreeMap<String, ChosenStudy> = BTreeMap::new();
+        let place = target.map_or(Path::new(""), |store| store.blobs().store());
+        if let Some(store) = target {
+            for name in store.study_names() {
+                // A definition that is damaged is healed by any other.
+                if let Ok(Some(bytes)) = store.study(&name) {
+                    let (digest, said) = (Digest::of(&bytes), (self.rules.definition)(&bytes));
+                    chosen.insert(name, ChosenStudy { digest, said, source: TARGET });
+                }
+            }
+        }
+        for (source, number) in self.sources.iter().zip(0..) {
+            for (name, digest) in source.studies()? {
+                let names = self.selection.studies.as_ref().filter(|_| !source.is_target);
+                if names.is_some_and(|names| !names.contains(&name)) {
+                    continue;
+                }
+                if chosen.get(&name).is_some_and(|known| known.digest == digest) {
+                    continue;
+                }
+                let said = match source.reader.blobs().definition(&name, &digest) {
+                    Ok(bytes) => (self.rules.definition)(&bytes),
+                    Err(error) => {
+                        let path = source.path.display();
+                        self.report.faults.push(format!("study {name} of {path}: {error}"));
+                        continue;
+                    }
+                };
+                let found = ChosenStudy { digest, said, source: number };
+                match chosen.get_mut(&name) {
+                    None => drop(chosen.insert(name, found)),
+                    Some(known) if known.said != said => {
+                        return Err(MergeError::StudiesDiffer {
+                            name,
+                            first: self.path(known.source, place),
+                            second: source.path.clone(),
+                        });
+                    }
+                    // Only the path of its file differs.
+                    Some(known) if known.digest > digest => *known = found,
+                    Some(_) => {}
+                }
+            }
+        }
+        chosen.retain(|_, study| study.source != TARGET);
+        Ok(chosen)
+    }
+
+    fn put_studies(
+        &mut self,
+        studies: BTreeMap<String, ChosenStudy>,
+        target: &mut MergeTarget,
+    ) -> Result<(), MergeError> {
+        let mut definitions = BTreeMap::new();
+        for (name, ChosenStudy { digest, source, .. }) in studies {
+            let source = &self.sources[source as usize];
+            let bytes = source.reader.blobs().definition(&name, &digest)?;
+            match target {
+                MergeTarget::Store(_) => drop(definitions.insert(name, bytes)),
+                MergeTarget::Export(writer) => writer.put_study(&name, &bytes)?,
+            }
+            self.report.studies += usize::from(!source.is_target);
+        }
+        if let MergeTarget::Store(store) = target {
+            store.put_studies(&definitions)?;
+        }
+        Ok(())
+    }
+
+    /// Decides the jobs that have several records, in the order of their keys.
+    fn shared_jobs(&mut self, target: &MergeTarget) -> Result<Vec<SharedJob>, MergeError> {
+        let mut all: Vec<JobKey> = Vec::new();
+        for source in &self.sources {
+            let keys = source.keys()?.into_iter();
+            all.extend(keys.filter(|key| is_selected(self.selection, source, key)));
+        }
+        all.sort_unstable();
+        let mut shared: Vec<SharedJob> = all
+            .chunk_by(|one, next| one == next)
+            .filter(|records| records.len() > 1 || target.keeps(&records[0]))
+            .map(|records| SharedJob {
+                key: records[0],
+                best: None,
+                holder: TARGET,
+                rival: None,
+                before: None,
+            })
+            .collect();
+        drop(all);
+        if let MergeTarget::Store(store) = target {
+            for job in &mut shared {
+                // A record that is damaged counts as absent, and a sound one heals it.
+                if let Ok(Some(record)) = store.get(&job.key)
+                    && let Ok(found) = (self.rules.examine)(&job.key, &record)
+                {
+                    // Its file may have been lost meanwhile, and is taken from any source.
+                    let blobs = found.references.into_iter();
+                    self.lost_blobs.extend(blobs.filter(|digest| !store.blobs().contains(digest)));
+                    job.before = Some(found.rank);
+                    job.meet(TARGET, Candidate::of(self.rules, found.rank, &record));
+                }
+            }
+        }
+        let keys: Vec<JobKey> = shared.iter().map(|job| job.key).collect();
+        let Merge { sources, rules, selection, report, lost, .. } = self;
+        for ((source, number), lost) in sources.iter().zip(0..).zip(lost) {
+            let is_shared = |key: &JobKey| {
+                is_selected(selection, source, key) && keys.binary_search(key).is_ok()
+            };
+            source.visit(is_shared, |key, record| {
+                let Ok(place) = keys.binary_search(key) else { return Ok(()) };
+                match examined(rules, key, record) {
+                    Ok((found, record)) => {
+                        if source.is_target {
+                            shared[place].before = Some(found.rank);
+                        }
+                        shared[place].meet(number, Candidate::of(rules, found.rank, record));
+                    }
+                    Err(reason) => {
+                        *lost += 1;
+                        report.faults.push(format!("{}: {reason}", source.path.display()));
+                    }
+                }
+                Ok(())
+            })?;
+        }
+        Ok(shared)
+    }
+
+    /// Writes the records that the target must get, with the blobs that they refer to.
+    fn copy(&mut self, shared: &[SharedJob], target: &mut MergeTarget) -> Result<(), MergeError> {
+        let Merge { sources, rules, selection, report, lost, lost_blobs } = self;
+        for digest in &*lost_blobs {
+            // A blob that nobody has is lost as it was before.
+            if let Ok(is_new) = adopted(digest, None, sources, target)? {
+                report.blobs += usize::from(is_new);
+            }
+        }
+        let job = |key: &JobKey| {
+            shared.binary_search_by_key(key, |job| job.key).ok().map(|place| &shared[place])
+        };
+        for ((source, number), lost) in sources.iter().zip(0..).zip(lost) {
+            let is_decided = |key: &JobKey| {
+                is_selected(selection, source, key)
+                    && job(key).is_none_or(|job| job.rival.is_none())
+            };
+            let given = source.keys()?.into_iter().filter(is_decided).count();
+            let (added, replaced) = (report.added, report.replaced);
+            let (mut group, mut bytes) = (Vec::new(), 0);
+            let is_wanted = |key: &JobKey| match job(key) {
+                None => is_decided(key),
+                // What the target had of a job in conflict stays.
+                Some(job) if job.rival.is_some() => source.is_target,
+                Some(job) => is_decided(key) && job.holder == number,
+            };
+            source.visit(is_wanted, |key, record| {
+                let (found, record) = match examined(rules, key, record) {
+                    Ok(examined) => examined,
+                    Err(reason) => {
+                        *lost += 1;
+                        report.faults.push(format!("{}: {reason}", source.path.display()));
+                        return Ok(());
+                    }
+                };
+                for digest in &found.references {
+                    match adopted(digest, Some(source), sources, target)? {
+                        Ok(is_new) => report.blobs += usize::from(is_new && !source.is_target),
+                        Err(error) => report.faults.push(format!("job {key}: {error}")),
+                    }
+                }
+                match job(key).and_then(|job| Some((job.before?, job.best?.rank))) {
+                    _ if source.is_target => {}
+                    None => {
+                        report.added += 1;
+                        report.foreign += usize::from(found.rank == RecordRank::Foreign);
+                    }
+                    Some((before, rank)) if before < rank => report.replaced += 1,
+                    // An equal result, with another provenance.
+                    Some(_) => {}
+                }
+                bytes += record.len();
+                group.push((*key, record.to_vec()));
+                if bytes >= GROUP_BYTES || group.len() >= GROUP_RECORDS {
+                    bytes = 0;
+                    target.commit(&mut group)?;
+                }
+                Ok(())
+            })?;
+            target.commit(&mut group)?;
+            if !source.is_target {
+                let written = report.added - added + report.replaced - replaced;
+                report.already_there += given.saturating_sub(written + *lost);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Returns true if the record of a job is taken from a source.
+fn is_selected(selection: &MergeSelection, source: &MergeSource, key: &JobKey) -> bool {
+    source.is_target || selection.keys.as_ref().is_none_or(|keys| keys.contains(key))
+}
+
+/// Stores a blob of the first of the sources that has a sound copy, and returns true if it was not
+/// there.
+fn adopted(
+    digest: &Digest,
+    first: Option<&MergeSource>,
+    sources: &[MergeSource],
+    target: &mut MergeTarget,
+) -> Result<Result<bool, ReadError>, MergeError> {
+    let mut outcome = None;
+    for source in first.into_iter().chain(sources) {
+        match (target.adopt(digest, source.reader.blobs())?, &outcome) {
+            (Ok(is_new), _) => return Ok(Ok(is_new)),
+            // The fault of the source of the record says most.
+            (Err(error), None) => outcome = Some(Err(error)),
+            (Err(_), Some(_)) => {}
+        }
+    }
+    Ok(outcome.unwrap_or(Ok(false)))
+}
+
+/// Examines a record that was read, or says what is wrong with it.
+fn examined<'r>(
+    rules: &MergeRules,
+    key: &JobKey,
+    record: Result<&'r [u8], ReadError>,
+) -> Result<(Examination, &'r [u8]), String> {
+    let record = record.map_err(|error| error.to_string())?;
+    let found = (rules.examine)(key, record);
+    found.map(|found| (found, record)).map_err(|reason| format!("record {key}: {reason}"))
+}
+
+impl Store {
+    /// Adds the studies, the records and the blobs of stores and exports to this store. The order
+    /// of the sources does not matter, and to do it again changes nothing. A merge that was cut
+    /// short is completed by the next one. Two different results of one job are a conflict: nothing
+    /// of that job is changed. What is damaged is left out and said.
+    ///
+    /// # Errors
+    /// [`MergeError::StudiesDiffer`] and [`MergeError::ShardCounts`] before anything is written,
+    /// and others if reading or writing fails as a whole.
+    pub fn import(
+        &self,
+        sources: &[&StoreReader],
+        rules: &MergeRules,
+    ) -> Result<MergeReport, MergeError> {
+        let selection = MergeSelection::default();
+        let merge = Merge::new(sources, rules, &selection, self.blobs().store(), None);
+        merge.run(&mut MergeTarget::Store(self))
+    }
+}
+
+/// Checks that stores and exports belong together before there is a store to merge them into.
+///
+/// # Errors
+/// [`MergeError::StudiesDiffer`] and [`MergeError::ShardCounts`], and [`MergeError::Read`] if a
+/// source cannot be read.
+pub fn require_mergeable(sources: &[&StoreReader], rules: &MergeRules) -> Result<(), MergeError> {
+    let all = MergeSelection::default();
+    let mut merge = Merge::new(sources, rules, &all, Path::new(""), None);
+    merge.unite_shards(None)?;
+    merge.compare_studies(None).map(drop)
+}
+
+/// Merges stores and exports into the export `target`, which takes its place when it is whole. What
+/// an export there holds already stays. Otherwise it is like [`Store::import`].
+///
+/// # Errors
+/// Those of [`Store::import`], and [`ExportError`] if the file at `target` is the export of a shard
+/// or no export at all.
+pub fn merge_into_export(
+    target: &Path,
+    program: &str,
+    sources: &[&StoreReader],
+    rules: &MergeRules,
+    selection: &MergeSelection,
+) -> Result<MergeReport, MergeError> {
+    require_name(target)?;
+    let earlier = durable::is_present(target).then(|| Store::read_by(target, rules)).transpose()?;
+    if let Some(shard) =
+        earlier.iter().flat_map(StoreReader::exports).find_map(|export| export.header.shard)
+    {
+        return Err(ExportError::OtherShard {
+            path: target.to_owned(),
+            found: shard.to_string(),
+            wanted: "a merge".to_owned(),
+        }
+        .into());
+    }
+    let header = ExportHeader { program: program.to_owned(), shard: None };
+    let mut writer = ExportWriter::beside(target, &header)?;
+    let merge = Merge::new(sources, rules, selection, target, earlier.as_ref());
+    let report = merge.run(&mut MergeTarget::Export(&mut writer))?;
+    writer.write_end()?;
+    writer.settle()?;
+    Ok(report)
+}

@@ -1,0 +1,86 @@
+//! This file says when two records of one job are the same result. Records are opaque to the store,
+//! so whoever merges them brings the rules.
+
+use identity::JobKey;
+
+use crate::digest::Digest;
+
+/// The rules by which records, definitions and notes of several sources become one.
+#[derive(Clone, Copy, Debug)]
+pub struct MergeRules {
+    /// Reads a record of a job, or says what is wrong with it.
+    pub examine: fn(&JobKey, &[u8]) -> Result<Examination, String>,
+    /// Computes the digest of what two machines must agree on in a record.
+    pub fingerprint: fn(&[u8]) -> Digest,
+    /// Computes the digest of what two machines must agree on in the definition of a study.
+    pub definition: fn(&[u8]) -> Digest,
+    /// Returns how far a shard is by its note; a larger number is further.
+    pub progress: fn(&[u8]) -> u64,
+}
+
+/// The findings about a record.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Examination {
+    /// The rank of the record among those of its job.
+    pub rank: RecordRank,
+    /// The blobs that the record refers to.
+    pub references: Vec<Digest>,
+}
+
+/// The rank of a record among those of its job. A higher one takes the place of a lower one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum RecordRank {
+    /// Another version of the program wrote it, and this one cannot read it.
+    Foreign,
+    /// The job was set aside without a result.
+    Unfinished,
+    /// The job has a result, which is the same on every machine.
+    Finished,
+}
+
+/// The standing of a record in the choice between those of one job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Candidate {
+    pub(crate) rank: RecordRank,
+    /// The beginning of the digest of what machines must agree on.
+    fingerprint: [u8; 16],
+    /// The beginning of the digest of all bytes. It decides between equal results, so that the
+    /// order in which they come does not.
+    bytes: [u8; 16],
+}
+
+/// The choice between two records of one job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum RecordChoice {
+    First,
+    Second,
+    /// Both are results, and they differ.
+    Conflict,
+}
+
+impl Candidate {
+    pub(crate) fn of(rules: &MergeRules, rank: RecordRank, record: &[u8]) -> Self {
+        let short = |digest: Digest| {
+            let mut first = [0; 16];
+            first.copy_from_slice(&digest.0[..16]);
+            first
+        };
+        let fingerprint = match rank {
+            RecordRank::Finished => short((rules.fingerprint)(record)),
+            RecordRank::Foreign | RecordRank::Unfinished => [0; 16],
+        };
+        Candidate { rank, fingerprint, bytes: short(Digest::of(record)) }
+    }
+
+    /// Chooses between this record and another one of the same job.
+    pub(crate) fn against(&self, other: &Candidate) -> RecordChoice {
+        use std::cmp::Ordering::{Equal, Greater, Less};
+        match self.rank.cmp(&other.rank) {
+            Greater => RecordChoice::First,
+            Less => RecordChoice::Second,
+            Equal if self.fingerprint != other.fingerprint => RecordChoice::Conflict,
+            Equal if self.bytes <= other.bytes => RecordChoice::First,
+            Equal => RecordChoice::Second,
+        }
+    }
+}

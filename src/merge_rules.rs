@@ -1,0 +1,117 @@
+//! The rules by which the records of several machines become one: what a record refers to, and what
+//! two machines must agree on.
+
+use identity::KeptFields;
+use serde::{Deserialize, Serialize};
+use store::{Blobs, Digest, Examination, MergeRules, RecordRank};
+use study::encoding::DecodeError;
+use study::{Record, Standing, Study};
+
+/// The rules of this program.
+pub(crate) const RULES: MergeRules = MergeRules {
+    examine: |key, bytes| match Record::decode(bytes) {
+        Ok(record) if record.key() == *key => {
+            let rank = match record.standing() {
+                Standing::Certified | Standing::Failed => RecordRank::Finished,
+                Standing::Quarantined => RecordRank::Unfinished,
+            };
+            Ok(Examination { rank, references: references(&record) })
+        }
+        Ok(_) => Err("it is the record of another job".to_owned()),
+        // The record is sound for the version of the program that wrote it.
+        Err(DecodeError::Version { .. }) => {
+            Ok(Examination { rank: RecordRank::Foreign, references: Vec::new() })
+        }
+        Err(error) => Err(error.to_string()),
+    },
+    fingerprint: |bytes| {
+        let Ok(mut record) = Record::decode(bytes) else { return Digest::of(bytes) };
+        // Equal fields may be kept in a file here and in the record there.
+        if let Some(Ok(digest)) = record.fields.as_ref().map(Blobs::kept_digest) {
+            record.fields = Some(KeptFields::Blob(digest.0));
+        }
+        Digest::of(&record.result_bytes())
+    },
+    definition: |bytes| match Study::definition_content(bytes) {
+        Some(content) => Digest::of(&content),
+        None => Digest::of(bytes),
+    },
+    progress: |bytes| match ShardNote::of(bytes) {
+        Some(note) if note.finished => u64::MAX,
+        Some(note) => note.done.saturating_add(note.failed),
+        None => 0,
+    },
+};
+
+/// Returns the files that a record refers to.
+pub(crate) fn references(record: &Record) -> Vec<Digest> {
+    match record.fields {
+        Some(KeptFields::Blob(digest)) => vec![Digest(digest)],
+        Some(KeptFields::Inside(_)) | None => Vec::new(),
+    }
+}
+
+/// The note that a shard leaves in its export.
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub(crate) struct ShardNote {
+    /// The jobs that the shard is known to have.
+    pub(crate) jobs: u64,
+    /// The jobs that are solved.
+    pub(crate) done: u64,
+    /// The jobs that have ended without a solution.
+    pub(crate) failed: u64,
+    /// The jobs without a result.
+    pub(crate) left: u64,
+    /// True if the shard has nothing more to do.
+    pub(crate) finished: bool,
+    /// The path of the study's file as it was given.
+    pub(crate) file: Option<String>,
+}
+
+impl ShardNote {
+    /// Reads a note; `None` if it is none that this program knows.
+    pub(crate) fn of(bytes: &[u8]) -> Option<Self> {
+        serde_json::from_slice(bytes).ok()
+    }
+
+    /// Returns the bytes of the note.
+    pub(crate) fn to_bytes(&self) -> Vec<u8> {
+        serde_json::to_vec(self).expect("a note is plain data")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn notes_are_read_leniently() {
+        let note = ShardNote::of(br#"{"done": 3, "finished": true, "later": [1]}"#).unwrap();
+        assert_eq!(note, ShardNote { done: 3, finished: true, ..ShardNote::default() });
+        assert_eq!(ShardNote::of(b"{}"), Some(ShardNote::default()));
+        assert_eq!(ShardNote::of(b"done"), None);
+        let progress = RULES.progress;
+        assert_eq!(progress(br#"{"done": 3, "failed": 1}"#), 4);
+        assert!(progress(br#"{"finished": true}"#) > progress(br#"{"done": 300}"#));
+        assert_eq!(progress(b"done"), 0);
+    }
+
+    #[test]
+    fn a_definition_is_the_same_wherever_its_file_is() {
+        let text = "name = \"x\"\n[scene]\nfoundation.base = { shear_modulus = \"80 GPa\", poisson \
+                    = 0.3 }\npunch = { shape = \"sphere\", radius = \"1 mm\" }\nloading.steps = [{ \
+                    approach = \"1 um\" }]\n[numerics]\nmesh = 6\n";
+        let study = |path: &str, text: &str| {
+            Study::parse(text, path, &mut |_| Err("there are none".to_owned()))
+                .unwrap()
+                .definition()
+        };
+        let (here, there) = (study("x.toml", text), study("/home/x.toml", text));
+        assert_ne!(here, there);
+        assert_eq!((RULES.definition)(&here), (RULES.definition)(&there));
+        let other = study("x.toml", &text.replace("mesh = 6", "mesh = 8"));
+        assert_ne!((RULES.definition)(&here), (RULES.definition)(&other));
+        assert_ne!((RULES.definition)(b"rubbish"), (RULES.definition)(b"other"));
+    }
+}

@@ -1,0 +1,189 @@
+//! A study in shards: every part by itself, in any order, gives what one machine gives.
+
+use std::fs::{self, File};
+use std::path::Path;
+
+use crate::adaptive::halved;
+use crate::place::{Place, SMALL, Said};
+
+/// Returns the table of a study by every column that says neither when nor how long.
+fn rows(place: &Place, study: &str, store: &str) -> String {
+    let columns = place.json(&format!("query {study} --columns --json --store {store}"));
+    let names: Vec<&str> = columns["rows"].as_array().unwrap().iter().filter_map(name).collect();
+    assert!(names.len() > 30);
+    let said = place.words(&[
+        "query",
+        study,
+        "--store",
+        store,
+        "--format",
+        "csv",
+        "--select",
+        &names.join(","),
+    ]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    said.out
+}
+
+/// Returns the name of a column, unless it tells of the run rather than of the result.
+fn name(column: &serde_json::Value) -> Option<&str> {
+    column["column"].as_str().filter(|_| column["kind"] != "provenance")
+}
+
+/// Runs a shard with its temporary files here.
+fn shard(place: &Place, line: &str) -> Said {
+    fs::create_dir_all(place.path("tmp")).unwrap();
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let output = place.command(&words).env("TMPDIR", place.path("tmp")).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    let code = output.status.code().expect("it ended by itself");
+    Said { code, out: text(output.stdout), err: text(output.stderr) }
+}
+
+/// Returns true if nothing is in the directory for temporary files.
+fn is_clean(place: &Place) -> bool {
+    fs::read_dir(place.path("tmp")).unwrap().next().is_none()
+}
+
+#[test]
+fn shards_in_any_order_give_the_results_of_one_machine() {
+    let line = halved("friction.mu", "[0.1, 0.5]", "mu > 0.3");
+    let axes = "[sweep]\n\"foundation.base.shear_modulus\" = [1e9, 2e9, 3e9]\n";
+    let lines = line.replace("[sweep]\n", axes);
+    assert_ne!(line, lines);
+    for (text, study) in [(SMALL, "small"), (&*lines, "halved")] {
+        let file = format!("{study}.toml");
+        let place = Place::with(&file, text);
+        assert_eq!(place.call(&format!("run {file}")).code, 0);
+        let whole = rows(&place, study, ".tribosweep");
+        for (count, order) in [(2, &[2, 1][..]), (3, &[2, 3, 1]), (8, &[8, 1, 5, 2, 7, 3, 6, 4])] {
+            let exports = format!("exports-{count}");
+            for index in order {
+                let said = shard(
+                    &place,
+                    &format!("run {file} --shard {index}/{count} --export {exports}"),
+                );
+                assert_eq!(said.code, 0, "{}", said.err);
+                assert!(is_clean(&place));
+            }
+            assert_eq!(rows(&place, study, &exports), whole);
+            let merged = place.call(&format!("store merge {exports} --into merged-{count}"));
+            assert_eq!(merged.code, 0, "{}{}", merged.out, merged.err);
+            assert_eq!(rows(&place, study, &format!("merged-{count}")), whole);
+            let status = place.call(&format!("status --store {exports}"));
+            assert!(
+                status.out.contains(&format!("{study}: {count} of {count} shards finished")),
+                "{}",
+                status.out
+            );
+        }
+    }
+}
+
+#[test]
+fn a_shard_goes_on_from_its_export_alone() {
+    let place = Place::with("small.toml", SMALL);
+    let line = "run small.toml --shard 1/2 --export exports --until 1ms --workers 1 --json";
+    let mut starts = 0;
+    loop {
+        let said = shard(&place, line);
+        starts += 1;
+        assert!(is_clean(&place));
+        if said.code == 0 {
+            break;
+        }
+        assert_eq!(said.code, 75, "{}", said.err);
+        assert!(starts < 100, "{}", said.err);
+        let status = place.json("status --store exports --json");
+        let state = &status[0]["shards"][0]["state"];
+        assert_eq!(state, "unfinished", "{status}");
+        let merged = place.call("store merge exports --into half");
+        assert_eq!(merged.code, 2);
+        assert!(merged.out.contains("missing 2: `tribosweep run small.toml --shard 2/2 --export"));
+    }
+    assert!(starts > 1);
+    let said = shard(&place, "run small.toml --shard 1/2 --export exports --json");
+    let summary: serde_json::Value =
+        serde_json::from_str(said.out.lines().last().unwrap()).unwrap();
+    assert_eq!(summary["run"]["computing"], 0, "{summary}");
+}
+
+#[test]
+fn a_torn_export_is_gone_on_from_what_is_whole() {
+    let place = Place::with("small.toml", SMALL);
+    assert_eq!(shard(&place, "run small.toml --shard 1/2 --export exports").code, 0);
+    let whole = rows(&place, "small", "exports");
+    let file = place.path("exports/small.1-of-2.tribosweep");
+    let length = fs::metadata(&file).unwrap().len();
+    File::options().write(true).open(&file).unwrap().set_len(length / 2).unwrap();
+    let said = shard(&place, "run small.toml --shard 1/2 --export exports");
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert_eq!(rows(&place, "small", "exports"), whole);
+}
+
+/// Everything that is refused leaves no export behind.
+#[test]
+fn shards_that_fit_nothing_are_refused_in_words() {
+    let place = Place::with("small.toml", SMALL);
+    for (line, words) in [
+        ("run small.toml --shard 0/2 --export e", "shards are counted from 1"),
+        ("run small.toml --shard 3/2 --export e", "there is no shard 3 of 2"),
+        ("run small.toml --shard 1/0 --export e", "1 to 1000000 shards, and not 0"),
+        ("run small.toml --shard auto --export e", "--shard auto works in an element of a job"),
+        ("plan small.toml --shards 0", "0 is not in 1..=1000000"),
+        ("plan small.toml --shards 2 --shard 1/2", "cannot be used with"),
+    ] {
+        let said = shard(&place, line);
+        assert_eq!(said.code, 1, "{line}");
+        assert!(said.err.contains(words), "{line}: {}", said.err);
+    }
+    assert!(!place.path("e").exists());
+    // An export of another number of shards, and one of another study of this name.
+    assert_eq!(shard(&place, "run small.toml --shard 1/2 --export e").code, 0);
+    fs::rename(place.path("e/small.1-of-2.tribosweep"), place.path("e/small.1-of-3.tribosweep"))
+        .unwrap();
+    let said = shard(&place, "run small.toml --shard 1/3 --export e");
+    assert_eq!(said.code, 1);
+    assert!(said.err.contains("holds shard 1/2 of the study `small`"), "{}", said.err);
+    place.write("other.toml", SMALL.replace("0.3", "0.25"));
+    fs::remove_file(place.path("e/small.1-of-3.tribosweep")).unwrap();
+    assert_eq!(shard(&place, "run small.toml --shard 1/2 --export e").code, 0);
+    let said = shard(&place, "run other.toml --shard 1/2 --export e");
+    assert_eq!(said.code, 1);
+    assert!(said.err.contains("holds another study called \"small\""), "{}", said.err);
+}
+
+/// A directory that somebody else has put in the place of the temporary store is not used.
+#[test]
+fn a_strange_temporary_directory_is_refused() {
+    let place = Place::with("small.toml", SMALL);
+    assert_eq!(shard(&place, "run small.toml --shard 1/2 --export e --until 1ms").code, 75);
+    fs::create_dir(place.path("elsewhere")).unwrap();
+    // The name is found by leaving a file in its place.
+    let said = shard(&place, "run small.toml --shard 2/2 --export /proc/nowhere");
+    assert_eq!(said.code, 1, "{}", said.out);
+    let left: Vec<_> = fs::read_dir(place.path("tmp")).unwrap().map(Result::unwrap).collect();
+    assert_eq!(left.len(), 1, "what is not exported is kept");
+    let local = left[0].path();
+    fs::remove_dir_all(&local).unwrap();
+    std::os::unix::fs::symlink(place.path("elsewhere"), &local).unwrap();
+    let said = shard(&place, "run small.toml --shard 2/2 --export e");
+    assert_eq!(said.code, 1);
+    assert!(said.err.contains("is not a directory of this user"), "{}", said.err);
+    assert!(fs::read_dir(place.path("elsewhere")).unwrap().next().is_none());
+}
+
+#[test]
+fn plans_show_what_each_shard_has() {
+    let place = Place::with("small.toml", SMALL);
+    let plan = place.json("plan small.toml --shards 4 --json");
+    let shards = plan["shards"].as_array().unwrap();
+    let points = |shard: &serde_json::Value| shard["points"].as_u64().unwrap();
+    assert_eq!(shards.iter().map(points).sum::<u64>(), 6);
+    for (index, listed) in (1..).zip(shards) {
+        let alone = place.json(&format!("plan small.toml --shard {index}/4 --json"));
+        assert_eq!(alone["points"], listed["points"]);
+        assert_eq!(alone["shard"], format!("{index}/4"));
+    }
+    assert!(!Path::new(&place.path(".tribosweep")).exists());
+}
