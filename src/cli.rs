@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::proposal::{STORE_VARIABLE, USUAL_STORE};
 use crate::shard_choice::{ShardChoice, shard_choice};
+use crate::slurm::TimeLimit;
 use crate::time_budget::TimeBudget;
 
 /// Parameter studies of elastic contact with Coulomb friction.
@@ -30,6 +31,11 @@ pub(crate) enum Command {
         after_help = "Examples:\n  tribosweep run sweeps/stick-zone.toml\n  tribosweep run sweeps/stick-zone.toml --workers 4 --json > events.jsonl\n  tribosweep run sweeps/stick-zone.toml --retry-failed\n  tribosweep run sweeps/stick-zone.toml --until 55m\n  tribosweep run sweeps/stick-zone.toml --shard 3/16 --export exports     a part of it, on one of several machines\n\nCtrl-C once stops after the jobs in flight, twice stops now. SIGTERM and SIGUSR1 stop as --until does: no further job is begun, and jobs in flight are given up after 20 s. In every case the same command continues."
     )]
     Run(RunArgs),
+    /// Hand a study to a cluster: an array of shards, and a merge after it
+    #[command(
+        after_help = "Examples:\n  tribosweep submit sweeps/stick-zone.toml --shards 16 --cpus-per-task 8 --time 2:00:00\n  tribosweep submit sweeps/stick-zone.toml --shards 16 --dry-run      shows the scripts, submits nothing\n  tribosweep submit sweeps/stick-zone.toml --shards 16 --only 3,7     those that a merge misses\n  tribosweep submit sweeps/stick-zone.toml --shards 16 -- --qos=long --constraint=haswell\n\nThe scripts and a copy of the study go to NAME-shards, the results to NAME-shards/NAME.tribosweep. A shard that runs out of time queues itself again and continues."
+    )]
+    Submit(SubmitArgs),
     /// Say what a study would run: jobs, cached ones, predicted time and memory; runs nothing
     #[command(
         after_help = "Examples:\n  tribosweep plan sweeps/stick-zone.toml\n  tribosweep plan sweeps/stick-zone.toml --json\n  tribosweep plan sweeps/stick-zone.toml --shards 16     what each of 16 machines would have\n  tribosweep plan sweeps/stick-zone.toml --shard 3/16"
@@ -152,6 +158,65 @@ pub(crate) struct RunArgs {
     /// which is removed when all is exported]
     #[arg(long, env = STORE_VARIABLE, value_name = "DIR")]
     pub(crate) store: Option<PathBuf>,
+}
+
+/// The schedulers of clusters.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum Engine {
+    /// An array of batch jobs by `sbatch`
+    Slurm,
+}
+
+#[derive(Args)]
+pub(crate) struct SubmitArgs {
+    /// The study file
+    pub(crate) study: PathBuf,
+    /// The scheduler
+    #[arg(long, value_enum, default_value = "slurm")]
+    pub(crate) engine: Engine,
+    /// Parts of the study, each a job on one node
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SHARDS)))]
+    pub(crate) shards: u32,
+    /// Submit only these shards, separated by commas [default: all]
+    #[arg(long, value_name = "SHARDS", value_delimiter = ',')]
+    pub(crate) only: Vec<u32>,
+    /// Shards that may run at the same time, each on a node [default: all]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) nodes: Option<u32>,
+    /// Processors of a shard, and so its workers
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(crate) cpus_per_task: u32,
+    /// Memory of a shard as sbatch has it, for example 16G [default: the cluster's]
+    #[arg(long, value_name = "SIZE", value_parser = slurm_memory)]
+    pub(crate) mem: Option<String>,
+    /// Time of a shard as sbatch has it, for example 2:00:00 [default: the cluster's]
+    #[arg(long, value_name = "TIME")]
+    pub(crate) time: Option<TimeLimit>,
+    /// Partition of the cluster
+    #[arg(long, value_name = "NAME", value_parser = slurm_name)]
+    pub(crate) partition: Option<String>,
+    /// Account that pays
+    #[arg(long, value_name = "NAME", value_parser = slurm_name)]
+    pub(crate) account: Option<String>,
+    /// Times that a shard may start again
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    pub(crate) restarts: u32,
+    /// Directory for the scripts, the copy of the study and what the jobs say [default:
+    /// NAME-shards]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) directory: Option<PathBuf>,
+    /// Directory for the results of the shards [default: exports in the directory of the scripts]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) exports: Option<PathBuf>,
+    /// Print the scripts and commands; write and submit nothing
+    #[arg(long)]
+    pub(crate) dry_run: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Other options for sbatch, each one word
+    #[arg(last = true, value_name = "SBATCH_OPTION")]
+    pub(crate) passed: Vec<String>,
 }
 
 #[derive(Args)]
@@ -464,4 +529,21 @@ fn memory_size(text: &str) -> Result<u64, String> {
     } else {
         Err("must be at least one byte and below 16 EiB".to_owned())
     }
+}
+
+/// Checks a size of memory that `sbatch` takes.
+fn slurm_memory(text: &str) -> Result<String, String> {
+    let digits = text.strip_suffix(['K', 'M', 'G', 'T', 'k', 'm', 'g', 't']).unwrap_or(text);
+    if !digits.is_empty() && digits.len() < 12 && digits.bytes().all(|byte| byte.is_ascii_digit()) {
+        Ok(text.to_owned())
+    } else {
+        Err("must be a whole number with K, M, G or T, for example 16G".to_owned())
+    }
+}
+
+/// Checks a name that `sbatch` takes.
+fn slurm_name(text: &str) -> Result<String, String> {
+    let is_name =
+        !text.is_empty() && !text.contains(char::is_whitespace) && wording::one_line(text) == text;
+    if is_name { Ok(text.to_owned()) } else { Err("must be a name without blanks".to_owned()) }
 }

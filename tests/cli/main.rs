@@ -15,6 +15,7 @@ mod refused;
 mod said;
 mod shards;
 mod store;
+mod submit;
 mod wheel;
 
 use std::fs;
@@ -28,7 +29,7 @@ use crate::place::{Place, SMALL, redacted};
 fn help_says_what_can_be_asked() {
     let place = Place::empty();
     let commands =
-        "run plan effects cost resume status answer query show plot solve store completions";
+        "run submit plan effects cost resume status answer query show plot solve store completions";
     let mut lines: Vec<Vec<&str>> = vec![vec!["--help"], vec!["--version"]];
     lines.extend(commands.split(' ').map(|command| vec![command, "--help"]));
     lines.extend(
@@ -44,7 +45,7 @@ fn help_says_what_can_be_asked() {
 #[test]
 fn examples_in_the_help_exist() {
     let place = Place::empty();
-    for command in ["run", "plan", "effects", "cost", "solve"] {
+    for command in ["run", "submit", "plan", "effects", "cost", "solve"] {
         let help = place.words(&[command, "--help"]).out;
         for file in help.split_whitespace().filter(|word| word.starts_with("sweeps/")) {
             assert!(

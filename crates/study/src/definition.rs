@@ -25,6 +25,11 @@ impl Study {
         encode(&(&self.path, &self.text, &self.files.bytes))
     }
 
+    /// Returns the files that the study names, each as its name in the study and its bytes.
+    pub fn named_files(&self) -> impl Iterator<Item = (&str, &[u8])> {
+        self.files.bytes.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()))
+    }
+
     /// Returns the bytes of what a definition says beside the path of its file, which differs from
     /// machine to machine; `None` if the bytes do not decode.
     pub fn definition_content(bytes: &[u8]) -> Option<Vec<u8>> {
