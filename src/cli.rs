@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use answers::shards::MOST_SHARDS;
+use answers::shards::{MOST_SHARDS, Shard};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::proposal::{STORE_VARIABLE, USUAL_STORE};
@@ -329,6 +329,9 @@ pub(crate) struct QueryArgs {
     /// One row for each increment of the loading paths; columns step, cycle and increment say which
     #[arg(long)]
     pub(crate) steps: bool,
+    /// Only the points of one of so many parts of the study, for example 3/16
+    #[arg(long, value_name = "I/N")]
+    pub(crate) shard: Option<Shard>,
     #[command(flatten)]
     pub(crate) store: StoreArgs,
 }

@@ -105,6 +105,15 @@ impl StudyShards {
             number(ShardStanding::Unfinished),
             number(ShardStanding::Missing)
         );
+        let sum = |part: fn(&ShardNote) -> u64| {
+            self.rows.iter().filter_map(|row| row.note.as_ref()).map(part).sum::<u64>() as usize
+        };
+        text += &format!(
+            "{} certified, {} failed, {} left in the shards that have exported\n",
+            count(sum(|note| note.done), "job", "jobs"),
+            sum(|note| note.failed),
+            sum(|note| note.left)
+        );
         if finished == self.rows.len() {
             return Ok(text);
         }

@@ -33,9 +33,13 @@ pub(crate) fn read_shard(path: &Path, choice: Option<ShardChoice>) -> Result<Stu
         return Ok(StudyShard { study: read_study(path)?, shard: Shard::WHOLE });
     };
     let shard = choice.shard()?;
-    let whole = read_large_study(path)?;
-    let indices = Partition::of(&whole, shard.count())?.indices(shard);
-    Ok(StudyShard { study: whole.restricted(indices)?, shard })
+    Ok(StudyShard { study: part(&read_large_study(path)?, shard)?, shard })
+}
+
+/// Returns a part of a study.
+pub(crate) fn part(study: &Study, shard: Shard) -> Result<Study> {
+    let indices = Partition::of(study, shard.count())?.indices(shard);
+    Ok(study.restricted(indices)?)
 }
 
 /// Reads the text of a study file.

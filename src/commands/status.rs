@@ -8,7 +8,7 @@ use store::StoreReader;
 use crate::cli::StatusArgs;
 use crate::output::{self, Finish, layout};
 use crate::shard_states::StudyShards;
-use crate::stored::{StoreSource, read_store, stored_study};
+use crate::stored::{StoreSource, read_store, stored_large_study, stored_study};
 
 /// Lists studies with their numbers of points.
 pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
@@ -24,6 +24,22 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
     let exports = reader.exports();
     let mut sharded = Vec::new();
     for name in &names {
+        let large = stored_large_study(&reader, name).ok().filter(|study| !study.is_listed());
+        if let Some(study) = large {
+            // Only its shards say how far it is.
+            let shards = StudyShards::of(name, &exports);
+            listed.push(serde_json::json!({
+                "study": name, "question": study.question(),
+                "progress": { "points": study.len() },
+                "shards": shards.as_ref().map(|shards| &shards.rows),
+            }));
+            let mut row = vec![Cell::Text(name.clone()), Cell::Integer(study.len() as i64)];
+            row.resize(6, Cell::Missing);
+            row.push(Cell::Text(study.question().to_owned()));
+            rows.push(row);
+            sharded.extend(shards);
+            continue;
+        }
         let results = match read(&reader, name, &source) {
             Ok(results) => results,
             // One damaged study must not hide the others, nor pass for one that is not there.

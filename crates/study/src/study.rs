@@ -53,6 +53,9 @@ use crate::sheet::{Given, Setting, Sheet, TablePlaces};
 use crate::study_files::StudyFiles;
 use crate::value::Value;
 
+/// The largest number of points that are listed at a time.
+pub const MOST_POINTS: usize = MAX_POINTS;
+
 /// A study of which every point makes sense.
 #[derive(Clone, Debug)]
 pub struct Study {
