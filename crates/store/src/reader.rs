@@ -20,10 +20,13 @@ use crate::manifest::{self, Manifest, Unreadable};
 use crate::replica::Replica;
 use crate::rules::MergeRules;
 use crate::serve::first_records;
-use crate::wire::{KEYS_PER_REQUEST, RESPONSE_LIMIT, ReadRequest, ReadResponse};
+use crate::wire::{KEYS_PER_REQUEST, ReadRequest, ReadResponse};
 
 /// The number of processes that may end one after the other while one question is asked.
 const ENDINGS: usize = 5;
+
+/// The size of the records that are read of exports at once \[bytes\].
+const EXPORTS_AT_ONCE: usize = 32 << 20;
 
 /// The origin of the records of a [`StoreReader`].
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -309,7 +312,7 @@ impl StoreReader {
         // The number of keys is small because the caller may stop early. In exports the records of
         // neighbouring keys are far apart, and each frame is read once for all that are asked for.
         const KEYS_AT_ONCE: usize = 256;
-        const KEYS_OF_EXPORTS: usize = 16_384;
+        const KEYS_OF_EXPORTS: usize = 65_536;
         let keys_at_once = match &*self.source() {
             Backing::Exports(_) => KEYS_OF_EXPORTS,
             Backing::Disk { .. } | Backing::Process(_) => KEYS_AT_ONCE,
@@ -342,7 +345,7 @@ impl StoreReader {
         self.answered(|source| {
             let connection = match source {
                 Backing::Disk { replica, .. } => return Ok(first_records(&replica.records, keys)),
-                Backing::Exports(exports) => return Ok(exports.first(keys, RESPONSE_LIMIT)),
+                Backing::Exports(exports) => return Ok(exports.first(keys, EXPORTS_AT_ONCE)),
                 Backing::Process(connection) => connection,
             };
             match ask(connection, &ReadRequest::Get(keys.iter().map(|key| key.0).collect()))? {
