@@ -1,5 +1,5 @@
-//! Measures a merge: writes the exports of 16 shards, merges them into a store, merges them again,
-//! and merges them into one export. Each merge is a process of its own, whose peak memory is said.
+//! Measures a merge: writes the exports of 16 shards, reads them as one store, merges them into a
+//! store, merges them again, and merges them into one export. Each merge is a process of its own, whose peak memory is said.
 //!
 //! ```text
 //! cargo run --release -p store --example merge-speed -- 1000000
@@ -47,6 +47,13 @@ fn measure(records: u64, place: &Path) -> Result<(), Box<dyn Error>> {
     let bytes = write(&exports, records)?;
     say("written to 16 exports", records, start);
     println!("  {:.0} bytes of file a record", bytes as f64 / records as f64);
+    let start = Instant::now();
+    let reader = Store::read_by(&exports, &RULES)?;
+    for (_, record) in reader.records()? {
+        record?;
+    }
+    say("read in the order of the keys", records, start);
+    drop(reader);
     for (what, target) in [
         ("merged into a store", "store"),
         ("merged into it again", "store"),

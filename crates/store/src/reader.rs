@@ -14,16 +14,20 @@ use crate::connection::Connection;
 use crate::database::RECORDS;
 use crate::digest::Digest;
 use crate::error::{OpenError, ReadError};
-use crate::exports::{ExportSet, ExportSummary};
+use crate::exports::{ExportSet, ExportSummary, ShardState};
 use crate::lock::{self, Holder};
 use crate::manifest::{self, Manifest, Unreadable};
+use crate::parts;
 use crate::replica::Replica;
 use crate::rules::MergeRules;
 use crate::serve::first_records;
-use crate::wire::{KEYS_PER_REQUEST, RESPONSE_LIMIT, ReadRequest, ReadResponse};
+use crate::wire::{KEYS_PER_REQUEST, ReadRequest, ReadResponse};
 
 /// The number of processes that may end one after the other while one question is asked.
 const ENDINGS: usize = 5;
+
+/// The size of the records that are read of exports at once \[bytes\].
+const EXPORTS_AT_ONCE: usize = 32 << 20;
 
 /// The origin of the records of a [`StoreReader`].
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -309,7 +313,7 @@ impl StoreReader {
         // The number of keys is small because the caller may stop early. In exports the records of
         // neighbouring keys are far apart, and each frame is read once for all that are asked for.
         const KEYS_AT_ONCE: usize = 256;
-        const KEYS_OF_EXPORTS: usize = 16_384;
+        const KEYS_OF_EXPORTS: usize = 65_536;
         let keys_at_once = match &*self.source() {
             Backing::Exports(_) => KEYS_OF_EXPORTS,
             Backing::Disk { .. } | Backing::Process(_) => KEYS_AT_ONCE,
@@ -342,7 +346,7 @@ impl StoreReader {
         self.answered(|source| {
             let connection = match source {
                 Backing::Disk { replica, .. } => return Ok(first_records(&replica.records, keys)),
-                Backing::Exports(exports) => return Ok(exports.first(keys, RESPONSE_LIMIT)),
+                Backing::Exports(exports) => return Ok(exports.first(keys, EXPORTS_AT_ONCE)),
                 Backing::Process(connection) => connection,
             };
             match ask(connection, &ReadRequest::Get(keys.iter().map(|key| key.0).collect()))? {
@@ -362,6 +366,15 @@ impl StoreReader {
         self.export_set().map_or_else(Vec::new, |exports| {
             exports.files.iter().map(|file| file.summary.clone()).collect()
         })
+    }
+
+    /// Lists the shards whose results are here, with their last notes. One that is in several files
+    /// is listed for each.
+    pub fn shards(&self) -> Vec<ShardState> {
+        match self.export_set() {
+            Some(set) => set.files.iter().flat_map(|file| file.summary.shards()).collect(),
+            None => parts::read(&self.directory),
+        }
     }
 
     /// Returns the exports that are read, if it is exports.
