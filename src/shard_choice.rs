@@ -212,6 +212,12 @@ mod tests {
         }
     }
 
+    /// Every shard of a partition can be exported.
+    #[test]
+    fn partitions_and_exports_have_the_same_bound() {
+        assert_eq!(answers::shards::MOST_SHARDS, store::SHARD_LIMIT);
+    }
+
     #[test]
     fn what_is_no_shard_is_refused_in_words() {
         for (choice, variables, words) in [
@@ -221,7 +227,7 @@ mod tests {
             ("auto/4", "PBS_ARRAY_INDEX=5", "there is no shard 5 of 4"),
             ("auto/4", "PBS_ARRAY_INDEX=0", "counted from 1"),
             ("auto/4", "PBS_ARRAY_INDEX=x", "`x` and no whole number"),
-            ("auto/0", "", "1 to 1000000 shards, and not 0"),
+            ("auto/0", "", "1 to 65536 shards, and not 0"),
             ("auto/x", "", "a shard is written INDEX/COUNT"),
             (
                 "auto",

@@ -26,7 +26,7 @@ use lattice::Lattice;
 use row::{Piece, SequenceRow};
 
 /// The largest number of shards of a study.
-pub const MOST_SHARDS: u32 = 1_000_000;
+pub const MOST_SHARDS: u32 = 65_536;
 
 /// One shard of so many, which is written 3/16.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
