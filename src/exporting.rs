@@ -86,7 +86,9 @@ impl Exporter {
         let header =
             ExportHeader { program: env!("CARGO_PKG_VERSION").to_owned(), shard: Some(shard) };
         let mut writer = ExportWriter::open(&path, &header)?;
-        writer.put_study(study.name(), &study.definition())?;
+        if !is_defined(&writer, study)? {
+            writer.put_study(study.name(), &study.definition())?;
+        }
         for damage in writer.damage() {
             output::say(&format!("{}: {damage}", path.display()));
         }
@@ -168,7 +170,10 @@ impl Exporter {
         self.stop();
         let mut state = self.shared.state();
         state.is_finished = is_finished;
-        let outcome = state.flush();
+        let outcome = state.flush().and_then(|()| match is_finished {
+            true => state.writer.close(),
+            false => Ok(()),
+        });
         outcome.with_context(|| format!("the export {} is not whole", self.path.display()))?;
         Ok(state.writer.len())
     }
@@ -180,6 +185,13 @@ impl Exporter {
             let _ = writing.join(); // It ends by itself, and leaves the rest to `close`.
         }
     }
+}
+
+/// Returns true if an export has the definition of a study, whatever the path of its file was.
+fn is_defined(writer: &ExportWriter, study: &Study) -> Result<bool, ExportError> {
+    let content = |definition: &[u8]| Study::definition_content(definition);
+    let stored = writer.study(study.name())?;
+    Ok(stored.is_some_and(|stored| content(&stored) == content(&study.definition())))
 }
 
 impl Drop for Exporter {

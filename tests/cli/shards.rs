@@ -121,6 +121,19 @@ fn a_torn_export_is_gone_on_from_what_is_whole() {
     assert_eq!(rows(&place, "small", "exports"), whole);
 }
 
+/// A cluster may have the file of a study in another place on each machine.
+#[test]
+fn a_shard_goes_on_under_another_path_of_its_study() {
+    let place = Place::with("small.toml", SMALL);
+    assert_eq!(shard(&place, "run small.toml --shard 1/2 --export e --until 1ms").code, 75);
+    fs::create_dir(place.path("there")).unwrap();
+    fs::copy(place.path("small.toml"), place.path("there/small.toml")).unwrap();
+    let said = shard(&place, "run there/small.toml --shard 1/2 --export e");
+    assert_eq!(said.code, 0, "{}", said.err);
+    let verified = place.call("store verify --store e");
+    assert_eq!(verified.code, 0, "{}{}", verified.out, verified.err);
+}
+
 /// Everything that is refused leaves no export behind.
 #[test]
 fn shards_that_fit_nothing_are_refused_in_words() {
