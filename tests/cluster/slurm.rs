@@ -142,15 +142,7 @@ impl Slurm {
 
     /// Kills a node with all that runs on it, as a power cut does.
     pub(crate) fn kill_node(&self, node: &str) {
-        self.operate(&["kill", node]);
-    }
-
-    pub(crate) fn boot_node(&self, node: &str) {
-        self.operate(&["boot", node]);
-    }
-
-    fn operate(&self, words: &[&str]) {
-        let output = script(&[words, &[self.directory.to_str().unwrap()]].concat());
+        let output = script(&["kill", node, self.directory.to_str().unwrap()]);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
 }
