@@ -113,10 +113,14 @@ impl Slurm {
                 let bytes = fs::read(process.path().join(file)).unwrap_or_default();
                 String::from_utf8_lossy(&bytes).split('\0').map(str::to_owned).collect()
             };
-            words("cmdline").get(1).is_some_and(|command| command == "worker") && {
+            let command = words("cmdline");
+            let is_worker = command.get(1).is_some_and(|name| name == "worker") && {
                 let environment = words("environ");
                 marks.iter().all(|mark| environment.contains(mark))
-            }
+            };
+            // A shard has one processor here, whatever its node has.
+            assert!(!is_worker || command[2..4] == ["--threads", "1"], "{command:?}");
+            is_worker
         })
     }
 
