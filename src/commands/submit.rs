@@ -95,7 +95,6 @@ pub(crate) fn submit(args: &SubmitArgs) -> Result<Finish> {
     let extent = StudyExtent::of(&study, args.shards)?;
     check_shards(args, &extent)?;
     let config = config(args.dry_run)?;
-    check_limits(&config, args.shards)?;
     let lead = lead(args.time.as_ref().and_then(|time| time.seconds));
     warn(args, &study, extent.longest, lead);
 
@@ -104,6 +103,7 @@ pub(crate) fn submit(args: &SubmitArgs) -> Result<Finish> {
     check_directory(&directory)?;
     let mut submission = submission(args, &study, &directory)?;
     let shards = chosen_shards(args, &study, &directory.join(&submission.exports))?;
+    check_limits(&config, shards.len())?;
     let arrays = arrays(&shards, config.array_size);
     let resources = resources(args, is_timed(study.kind()));
     let program = std::env::current_exe().context("cannot find this program's own file")?;
@@ -305,12 +305,12 @@ fn config(is_dry_run: bool) -> Result<ControllerConfig> {
     }
 }
 
-fn check_limits(config: &ControllerConfig, shards: u32) -> Result<()> {
+fn check_limits(config: &ControllerConfig, shards: usize) -> Result<()> {
     if config.array_size == 0 {
         bail!("this cluster allows no arrays: its MaxArraySize is 0");
     }
     // The merge is a job as well.
-    if shards >= config.jobs {
+    if shards >= config.jobs as usize {
         bail!(
             "the controller keeps at most {} jobs at a time (MaxJobCount), and {shards} shards with \
              their merge are more; a shard runs any number of jobs, so take fewer shards",
