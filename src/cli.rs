@@ -33,7 +33,7 @@ pub(crate) enum Command {
     Run(RunArgs),
     /// Hand a study to a cluster: an array of shards, and a merge after it
     #[command(
-        after_help = "Examples:\n  tribosweep submit sweeps/stick-zone.toml --shards 16 --cpus-per-task 8 --time 2:00:00\n  tribosweep submit sweeps/stick-zone.toml --shards 16 --dry-run      shows the scripts, submits nothing\n  tribosweep submit sweeps/stick-zone.toml --shards 16 --only 3,7     those that a merge misses\n  tribosweep submit sweeps/stick-zone.toml --shards 16 -- --qos=long --constraint=haswell\n\nThe scripts and a copy of the study go to NAME-shards, the results to NAME-shards/NAME.tribosweep. A shard that runs out of time queues itself again and continues."
+        after_help = "Examples:\n  tribosweep submit sweeps/stick-zone.toml --shards 16 --cpus-per-task 8 --time 2:00:00\n  tribosweep submit sweeps/stick-zone.toml --shards 16 --dry-run      shows the scripts, submits nothing\n  tribosweep submit sweeps/stick-zone.toml --shards 16 -- --qos=long --constraint=haswell\n\nThe scripts and a copy of the study go to NAME-shards, the results to NAME-shards/NAME.tribosweep. A shard that runs out of time queues itself again and continues. The same line again submits the shards that are not finished."
     )]
     Submit(SubmitArgs),
     /// Say what a study would run: jobs, cached ones, predicted time and memory; runs nothing
@@ -177,7 +177,7 @@ pub(crate) struct SubmitArgs {
     /// Parts of the study, each a job on one node
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SHARDS)))]
     pub(crate) shards: u32,
-    /// Submit only these shards, separated by commas [default: all]
+    /// Submit only these shards, separated by commas [default: those that are not finished]
     #[arg(long, value_name = "SHARDS", value_delimiter = ',')]
     pub(crate) only: Vec<u32>,
     /// Shards that may run at the same time, each on a node [default: all]

@@ -20,6 +20,7 @@ use crate::output::{self, Finish};
 use crate::progress::ProgressDisplay;
 use crate::stored::{StoreSource, WrittenStore};
 use crate::summary::{RunEnd, RunTally, resume_command, summarise};
+use crate::threads::usable;
 use crate::time_left::{Calibration, TimeLeft};
 use crate::words::count;
 
@@ -227,7 +228,7 @@ fn options(args: &ExecutionArgs, study: &Study, directory: &Path, jobs: usize) -
     options.workers = workers(study, args.workers.map_or(cores, |workers| workers as usize), jobs);
     // There is a core for each worker; when there are fewer jobs than cores, the spare ones help. A
     // job that is timed starts its threads itself.
-    options.threads = if is_timed { 1 } else { (cores / options.workers).max(1) };
+    options.threads = if is_timed { 1 } else { (usable(cores) / options.workers).max(1) };
     options.worker_command = vec![
         own_program()?.into(),
         "worker".into(),

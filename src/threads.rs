@@ -19,6 +19,12 @@ pub(crate) fn share_among(count: usize) -> Result<()> {
         .context("cannot start threads")
 }
 
+/// Returns how many of so many cores may be used: no more than RAYON_NUM_THREADS, by which a batch
+/// job says how many of a node's are its own.
+pub(crate) fn usable(cores: usize) -> usize {
+    asked_for().map_or(cores, |count| count.clamp(1, cores.max(1)))
+}
+
 /// Limits the threads that other work is shared among, if RAYON_NUM_THREADS asks for more than the
 /// machine can use. Otherwise they start when they are needed.
 pub(crate) fn limit() -> Result<()> {

@@ -4,7 +4,7 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use answers::shards::Shard;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use store::{Digest, ShardName};
 use study::Study;
 
@@ -35,7 +35,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Finish> {
     match &args.store {
         Some(store) => execute(study, store, &args.execution, Some(part)),
         None => {
-            let local = LocalStore::open(&label(&study, shard))?;
+            let local = LocalStore::open(&label(&study, shard, exports)?)?;
             let finish = execute(study, local.path(), &args.execution, Some(part))?;
             // Everything is in the export by now.
             local.remove()?;
@@ -48,10 +48,13 @@ fn usual(args: &RunArgs) -> PathBuf {
     args.store.clone().unwrap_or_else(|| USUAL_STORE.into())
 }
 
-/// Returns a name for the local store of a shard that no other study has.
-fn label(study: &Study, shard: Shard) -> String {
-    let digest = Digest::of(&study.definition()).to_string();
-    format!("{}-{}-{}-of-{}", study.name(), &digest[..8], shard.index(), shard.count())
+/// Returns a name for the local store of a shard that no other study has, nor the same study that
+/// exports to another place: both may run on a machine at a time.
+fn label(study: &Study, shard: Shard, exports: &Path) -> Result<String> {
+    let exports = std::path::absolute(exports).context("cannot find the current directory")?;
+    let unique = [&study.definition(), exports.as_os_str().as_encoded_bytes()].concat();
+    let digest = Digest::of(&unique).to_string();
+    Ok(format!("{}-{}-{}-of-{}", study.name(), &digest[..8], shard.index(), shard.count()))
 }
 
 /// Returns the command that goes on with a shard.

@@ -1,5 +1,6 @@
 //! `submit`: hands the shards of a study to a cluster's scheduler.
 
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
 use std::io::ErrorKind;
@@ -10,12 +11,14 @@ use answers::is_timed;
 use answers::shards::{Partition, Shard};
 use anyhow::{Context, Result, anyhow, bail};
 use serde::{Deserialize, Serialize};
+use store::{ExportSummary, Store};
 use study::Study;
 use wording::{file_argument, shell_word};
 
 use crate::cli::{Engine, SubmitArgs};
 use crate::frozen_study::{fixed_files, freeze, is_same, place};
 use crate::job_list::JobList;
+use crate::merge_rules::{RULES, ShardNote};
 use crate::output::{self, Finish};
 use crate::slurm::{
     Array, ControllerConfig, Resources, Scripts, arrays, check_passed, option_word,
@@ -90,10 +93,8 @@ pub(crate) fn submit(args: &SubmitArgs) -> Result<Finish> {
     }
     let study = read_large_study(&args.study)?;
     let extent = StudyExtent::of(&study, args.shards)?;
-    let shards = chosen_shards(args, &extent)?;
+    check_shards(args, &extent)?;
     let config = config(args.dry_run)?;
-    check_limits(&config, shards.len())?;
-    let arrays = arrays(&shards, config.array_size);
     let lead = lead(args.time.as_ref().and_then(|time| time.seconds));
     warn(args, &study, extent.longest, lead);
 
@@ -101,6 +102,9 @@ pub(crate) fn submit(args: &SubmitArgs) -> Result<Finish> {
     let directory = directory.unwrap_or_else(|| format!("{}-shards", study.name()).into());
     check_directory(&directory)?;
     let mut submission = submission(args, &study, &directory)?;
+    let shards = chosen_shards(args, &study, &directory.join(&submission.exports))?;
+    check_limits(&config, shards.len())?;
+    let arrays = arrays(&shards, config.array_size);
     let resources = resources(args, is_timed(study.kind()));
     let program = std::env::current_exe().context("cannot find this program's own file")?;
     let scripts = Scripts {
@@ -171,8 +175,10 @@ impl SubmissionReport<'_> {
         };
         let directory = shell_word(file_argument(self.directory));
         let verb = if self.dry_run { "would be submitted" } else { "submitted" };
-        let mut text =
-            format!("{}: {shards} {verb} in {arrays}, with a merge after them\n", self.study);
+        let mut text = match submitted {
+            0 => format!("{}: all shards are finished, only their merge {verb}\n", self.study),
+            _ => format!("{}: {shards} {verb} in {arrays}, with a merge after them\n", self.study),
+        };
         if self.dry_run {
             text += &format!("\nin {directory}, where array.sh and merge.sh would be:\n");
         } else {
@@ -223,8 +229,8 @@ impl StudyExtent {
     }
 }
 
-/// Returns the numbers of the shards that are to be submitted.
-fn chosen_shards(args: &SubmitArgs, extent: &StudyExtent) -> Result<Vec<u32>> {
+/// Refuses shards that there are not, or that would have nothing to do.
+fn check_shards(args: &SubmitArgs, extent: &StudyExtent) -> Result<()> {
     if u64::from(args.shards) > extent.sequences {
         bail!(
             "the study has {} that may be apart, which cannot fill {} shards; --shards must be at \
@@ -234,16 +240,41 @@ fn chosen_shards(args: &SubmitArgs, extent: &StudyExtent) -> Result<Vec<u32>> {
             extent.sequences
         );
     }
-    if args.only.is_empty() {
-        return Ok((1..=args.shards).collect());
-    }
-    let mut chosen = args.only.clone();
-    chosen.sort_unstable();
-    chosen.dedup();
-    match chosen.iter().find(|shard| !(1..=args.shards).contains(*shard)) {
+    match args.only.iter().find(|shard| !(1..=args.shards).contains(*shard)) {
         Some(shard) => bail!("--only {shard}: shards are numbered from 1 to {}", args.shards),
-        None => Ok(chosen),
+        None => Ok(()),
     }
+}
+
+/// Returns the numbers of the shards that are to be submitted: those that were chosen, or those
+/// that are not finished.
+fn chosen_shards(args: &SubmitArgs, study: &Study, exports: &Path) -> Result<Vec<u32>> {
+    if !args.only.is_empty() {
+        return Ok(BTreeSet::from_iter(args.only.iter().copied()).into_iter().collect());
+    }
+    let finished = finished_shards(study, args.shards, exports)?;
+    Ok((1..=args.shards).filter(|shard| !finished.contains(shard)).collect())
+}
+
+/// Returns the shards of a study that are finished by what they exported.
+fn finished_shards(study: &Study, shards: u32, exports: &Path) -> Result<BTreeSet<u32>> {
+    let is_export = |file: &fs::DirEntry| file.path().extension() == Some("tribosweep".as_ref());
+    let has_exports = fs::read_dir(exports)
+        .is_ok_and(|mut files| files.any(|file| file.is_ok_and(|file| is_export(&file))));
+    if !has_exports {
+        return Ok(BTreeSet::new());
+    }
+    let reader = Store::read_by(exports, &RULES)?;
+    let is_finished = |export: &ExportSummary| {
+        let note = export.note.as_deref().and_then(ShardNote::of);
+        // What is damaged is computed again.
+        export.damage.is_empty() && note.is_some_and(|note| note.finished)
+    };
+    let finished = reader.exports().into_iter().filter(is_finished);
+    let of_study = finished
+        .filter_map(|export| export.header.shard)
+        .filter(|shard| shard.study == study.name() && shard.count == shards);
+    Ok(of_study.map(|shard| shard.index).collect())
 }
 
 /// Returns the limits of the controller. A dry run does without one.
@@ -518,14 +549,15 @@ fn array_call(array: &Array, at_a_time: Option<u32>, before: Option<&SbatchCall>
     call(array.shards().collect(), words)
 }
 
-/// Returns the call that submits the merge after all arrays, however they end.
+/// Returns the call that submits the merge after all arrays, however they end; without an array,
+/// every shard is finished.
 fn merge_call(arrays: &[SbatchCall]) -> SbatchCall {
-    let words = vec![
-        "--parsable".to_owned(),
-        depend(&arrays.iter().collect::<Vec<_>>()),
-        "--kill-on-invalid-dep=yes".to_owned(),
-        MERGE_SCRIPT.to_owned(),
-    ];
+    let mut words = vec!["--parsable".to_owned()];
+    if !arrays.is_empty() {
+        words.push(depend(&arrays.iter().collect::<Vec<_>>()));
+        words.push("--kill-on-invalid-dep=yes".to_owned());
+    }
+    words.push(MERGE_SCRIPT.to_owned());
     call(Vec::new(), words)
 }
 

@@ -172,15 +172,17 @@ fn a_strange_temporary_directory_is_refused() {
     let place = Place::with("small.toml", SMALL);
     assert_eq!(shard(&place, "run small.toml --shard 1/2 --export e --until 1ms").code, 75);
     fs::create_dir(place.path("elsewhere")).unwrap();
-    // The name is found by leaving a file in its place.
-    let said = shard(&place, "run small.toml --shard 2/2 --export /proc/nowhere");
+    // The name, in which that of the exports has a part, is found where these cannot be written.
+    place.write("f", "");
+    let said = shard(&place, "run small.toml --shard 2/2 --export f");
     assert_eq!(said.code, 1, "{}", said.out);
+    fs::remove_file(place.path("f")).unwrap();
     let left: Vec<_> = fs::read_dir(place.path("tmp")).unwrap().map(Result::unwrap).collect();
     assert_eq!(left.len(), 1, "what is not exported is kept");
     let local = left[0].path();
     fs::remove_dir_all(&local).unwrap();
     std::os::unix::fs::symlink(place.path("elsewhere"), &local).unwrap();
-    let said = shard(&place, "run small.toml --shard 2/2 --export e");
+    let said = shard(&place, "run small.toml --shard 2/2 --export f");
     assert_eq!(said.code, 1);
     assert!(said.err.contains("is not a directory of this user"), "{}", said.err);
     assert!(fs::read_dir(place.path("elsewhere")).unwrap().next().is_none());

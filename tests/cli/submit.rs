@@ -176,6 +176,33 @@ fn a_copy_of_the_study_is_submitted_with_the_files_that_it_names() {
 }
 
 #[test]
+fn shards_that_are_finished_are_not_submitted_again() {
+    let site = Site::with("many.toml", &study(20));
+    assert_eq!(site.submit("many.toml --shards 10").code, 0);
+    let study = "many-shards/study/many.toml";
+    for shard in [1, 4, 9] {
+        let line = format!("run {study} --shard {shard}/10 --export many-shards/exports");
+        assert_eq!(site.0.call(&line).code, 0);
+    }
+    site.told();
+    assert_eq!(site.submit("many.toml --shards 10").code, 0);
+    assert!(
+        site.told()
+            .contains("--array=1-2,4-7 array.sh 1\nsbatch --parsable --array=1 array.sh 9\n")
+    );
+    assert_eq!(site.submit("many.toml --shards 10 --only 4").code, 0);
+    assert!(site.told().contains("--array=3 array.sh 1\n"));
+    for shard in (1..=10).filter(|shard| ![1, 4, 9].contains(shard)) {
+        let line = format!("run {study} --shard {shard}/10 --export many-shards/exports");
+        assert_eq!(site.0.call(&line).code, 0);
+    }
+    let said = site.submit("many.toml --shards 10");
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert!(said.out.starts_with("many: all shards are finished, only their merge submitted"));
+    assert!(site.told().ends_with("sbatch --parsable merge.sh\n"));
+}
+
+#[test]
 fn a_file_named_by_an_absolute_path_stays_and_is_said() {
     let site = Site::with("unused", "");
     let map = site.0.path("map.txt");

@@ -31,6 +31,7 @@ pub(crate) struct Said {
 impl Place {
     pub(crate) fn with(files: &[(&str, &str)]) -> Self {
         let place = Self(TempDir::new().unwrap());
+        fs::create_dir(place.path("tmp")).unwrap();
         for (file, text) in files {
             fs::write(place.path(file), text).unwrap();
         }
@@ -50,10 +51,12 @@ impl Place {
         if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) }.unwrap();
     }
 
-    /// Returns a program that is to run here, without what speaks for another store or cluster.
+    /// Returns a program that is to run here, with its temporary files, and without what speaks for
+    /// another store.
     pub(crate) fn program(&self, program: &str) -> Command {
         let mut command = Command::new(program);
         command.current_dir(self.0.path()).stdin(Stdio::null());
+        command.env("TMPDIR", self.path("tmp"));
         for variable in ["TRIBOSWEEP_STORE", "RUST_BACKTRACE"] {
             command.env_remove(variable);
         }
@@ -80,7 +83,10 @@ impl Place {
     /// Asserts that every column of a study's results that does not say who computed them is byte
     /// for byte the same in two stores, and so is the study's answer.
     pub(crate) fn assert_same(&self, study: &str, store: &str, other: &str) {
-        let said = |line: &str, store: &str| self.succeed(&format!("{line} --store {store}"));
+        let said = |line: &str, store: &str| {
+            // Commands that are proposed name the store.
+            self.succeed(&format!("{line} --store {store}")).replace(store, "[store]")
+        };
         let columns: Value =
             serde_json::from_str(&said(&format!("query {study} --columns --json"), store)).unwrap();
         let rows = columns["rows"].as_array().unwrap().iter();
@@ -94,6 +100,15 @@ impl Place {
             let (one, other) = (said(&line, store), said(&line, other));
             assert!(one.lines().count() > 1 || line.starts_with("answer"));
             assert!(one == other, "{line}\n{one}\n--\n{other}");
+        }
+    }
+
+    /// Asserts that an export still has some records, byte for byte. A record says when and where
+    /// it was computed, so that none of these jobs was computed again.
+    pub(crate) fn assert_kept(&self, records: &BTreeMap<String, Vec<u8>>, export: &str) {
+        let present = self.records(export);
+        for (key, record) in records {
+            assert_eq!(present.get(key), Some(record), "job {key} was computed again");
         }
     }
 

@@ -1,5 +1,6 @@
 //! A Slurm of two nodes that a test has for itself.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
@@ -24,11 +25,11 @@ pub(crate) struct Slurm {
 }
 
 /// Waits until something holds, and fails in words if it never does.
-pub(crate) fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
+fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
     let end = Instant::now() + PATIENCE;
     while !holds() {
         assert!(Instant::now() < end, "waited in vain until {what}");
-        sleep(Duration::from_millis(50));
+        sleep(Duration::from_millis(100));
     }
 }
 
@@ -48,11 +49,7 @@ impl Slurm {
         Some(Self { directory: directory.into() })
     }
 
-    /// Returns a command that speaks to this Slurm.
-    pub(crate) fn command(&self, program: &str) -> Command {
-        self.reach(Command::new(program))
-    }
-
+    /// Makes a command speak to this Slurm.
     fn reach(&self, mut command: Command) -> Command {
         for variable in ["SLURM_CONF_SERVER", "SLURM_CLUSTERS", "SLURM_JWT"] {
             command.env_remove(variable);
@@ -61,8 +58,11 @@ impl Slurm {
         command
     }
 
-    fn said(&self, program: &str, arguments: &[&str]) -> String {
-        let output = self.command(program).args(arguments).output().unwrap();
+    /// Runs a program that must succeed, and returns its standard output.
+    pub(crate) fn succeed(&self, program: &str, arguments: &[&str]) -> String {
+        let output = self.reach(Command::new(program)).args(arguments).output().unwrap();
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{program} {arguments:?}: {error}");
         String::from_utf8(output.stdout).unwrap()
     }
 
@@ -81,14 +81,47 @@ impl Slurm {
 
     /// Waits until no job is queued or runs.
     pub(crate) fn wait_for_all(&self) {
-        wait_until("all jobs have ended", || {
-            let output = self.command("squeue").arg("--noheader").output().unwrap();
-            output.status.success() && output.stdout.is_empty()
-        });
+        wait_until("all jobs have ended", || self.succeed("squeue", &["--noheader"]).is_empty());
     }
 
-    pub(crate) fn wait_for_state(&self, job: &str, state: &str) {
-        wait_until(&format!("{job} is {state}"), || self.field(job, "JobState") == state);
+    /// Waits until an element of an array computes something.
+    pub(crate) fn wait_for_workers(&self, job: &str) {
+        wait_until(&format!("{job} has workers"), || self.has_workers(job));
+    }
+
+    /// Stops an element that computes something as Slurm does before its time is over, and waits
+    /// until it is queued again.
+    pub(crate) fn stop_in_time(&self, job: &str) {
+        let before = self.restarts(job);
+        self.wait_for_workers(job);
+        self.succeed("scancel", &["--batch", "--signal=USR1", job]);
+        wait_until(&format!("{job} is queued again"), || self.restarts(job) > before);
+    }
+
+    /// Tells whether workers run for an element of an array, which carry the numbers of both in
+    /// their environment.
+    fn has_workers(&self, job: &str) -> bool {
+        let (array, element) = job.split_once('_').expect("an element of an array");
+        let marks = [
+            format!("SLURM_CONF={}", self.directory.join("slurm.conf").display()),
+            format!("SLURM_ARRAY_JOB_ID={array}"),
+            format!("SLURM_ARRAY_TASK_ID={element}"),
+        ];
+        fs::read_dir("/proc").unwrap().flatten().any(|process| {
+            // Processes end while they are looked at.
+            let words = |file: &str| -> Vec<String> {
+                let bytes = fs::read(process.path().join(file)).unwrap_or_default();
+                String::from_utf8_lossy(&bytes).split('\0').map(str::to_owned).collect()
+            };
+            let command = words("cmdline");
+            let is_worker = command.get(1).is_some_and(|name| name == "worker") && {
+                let environment = words("environ");
+                marks.iter().all(|mark| environment.contains(mark))
+            };
+            // A shard has one processor here, whatever its node has.
+            assert!(!is_worker || command[2..4] == ["--threads", "1"], "{command:?}");
+            is_worker
+        })
     }
 
     pub(crate) fn node_of(&self, job: &str) -> String {
@@ -102,7 +135,7 @@ impl Slurm {
 
     /// Returns a field of what the controller knows of a job.
     fn field(&self, job: &str, name: &str) -> String {
-        let said = self.said("scontrol", &["show", "job", "--oneliner", job]);
+        let said = self.succeed("scontrol", &["show", "job", "--oneliner", job]);
         let fields = said.split_whitespace().filter_map(|word| word.split_once('='));
         fields
             .filter(|(known, _)| *known == name)
@@ -113,15 +146,7 @@ impl Slurm {
 
     /// Kills a node with all that runs on it, as a power cut does.
     pub(crate) fn kill_node(&self, node: &str) {
-        self.operate(&["kill", node]);
-    }
-
-    pub(crate) fn boot_node(&self, node: &str) {
-        self.operate(&["boot", node]);
-    }
-
-    fn operate(&self, words: &[&str]) {
-        let output = script(&[words, &[self.directory.to_str().unwrap()]].concat());
+        let output = script(&["kill", node, self.directory.to_str().unwrap()]);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
 }
