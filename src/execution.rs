@@ -81,14 +81,16 @@ pub(crate) fn execute(
         keys.sort_unstable();
         let is_finished = outcome.as_ref().is_ok_and(|tally| !tally.is_partial());
         let path = exporter.path().to_owned();
-        let exported = exporter.close(&store, &keys, is_finished);
-        // What stopped the run says more.
-        let results = if outcome.is_ok() { exported? } else { exported.unwrap_or(0) };
-        output::say(&format!(
-            "exported {} to {}",
-            count(results, "result", "results"),
-            path.display()
-        ));
+        match (exporter.close(&store, &keys, is_finished), &outcome) {
+            (Ok(results), _) => output::say(&format!(
+                "exported {} to {}",
+                count(results, "result", "results"),
+                path.display()
+            )),
+            (Err(error), Ok(_)) => return Err(error),
+            // What stopped the run says more.
+            (Err(error), Err(_)) => output::say(&format!("warning: {error:#}")),
+        }
     }
     let ending = RunEnd { tally: outcome?, continuation, shard };
     let source = StoreSource::Store(&written);

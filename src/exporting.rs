@@ -1,18 +1,20 @@
 //! The export that a run writes while it goes on.
 //!
-//! Results are added after they are durable in the store, and reach the file within [`LAG`]. A run
-//! that starts again goes on from the file, wherever it runs.
+//! Results are added after they are durable in the store, and reach the file within [`LAG`]. A thread
+//! writes them, so that a file system that hangs holds up no run. A run that starts again goes on
+//! from the file, wherever it runs. The file counts as finished only if it has a result of every job.
 
 use std::collections::HashMap;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow, bail};
 use identity::JobKey;
 use runner::Interrupt;
-use store::{ExportError, ExportHeader, ExportWriter, ShardName, Store};
+use store::{Blobs, Digest, ExportError, ExportHeader, ExportWriter, ShardName, Store};
 use study::{Record, Study};
 
 use crate::merge_rules::{RULES, ShardNote, references};
@@ -21,6 +23,10 @@ use crate::words::count;
 
 /// The longest time for which a result waits to be written \[s\].
 const LAG: Duration = Duration::from_secs(10);
+
+/// The size of the results that may wait to be written \[bytes\]. What is beyond it is taken from the
+/// store when the run ends.
+const MOST_WAITING: usize = 64 << 20;
 
 /// The export of a run.
 pub(crate) struct Exporter {
@@ -32,26 +38,38 @@ pub(crate) struct Exporter {
 
 /// The part of an exporter that its thread shares.
 struct SharedExport {
-    state: Mutex<ExportState>,
+    waiting: Mutex<WaitingResults>,
     changed: Condvar,
+    /// The file. It is locked while it is written, and never by whoever only adds results.
+    state: Mutex<ExportState>,
 }
 
-struct ExportState {
-    writer: ExportWriter,
-    /// The path of the study file as it was given.
-    file: PathBuf,
-    /// The results in the file, and whether each is certified.
-    results: HashMap<JobKey, bool>,
-    /// The number of jobs that the study is known to have.
-    jobs: usize,
-    /// The time since which something waits to be written.
-    waiting: Option<Instant>,
+/// The results that wait to be written.
+#[derive(Default)]
+struct WaitingResults {
+    records: Vec<(JobKey, Vec<u8>)>,
+    bytes: usize,
+    /// The time since which the first one waits.
+    since: Option<Instant>,
     /// True when the run is over.
     is_over: bool,
-    /// True when nothing is left to run.
-    is_finished: bool,
-    /// True if a failure to write was said already.
-    has_complained: bool,
+}
+
+/// The file, and what is known of it.
+struct ExportState {
+    writer: ExportWriter,
+    /// The files of fields in the store.
+    blobs: Blobs,
+    /// The path of the study file as it was given.
+    file: PathBuf,
+    /// The records that the file had when the run began.
+    earlier: HashMap<JobKey, Digest>,
+    /// The results in the file, and whether each is certified.
+    results: HashMap<JobKey, bool>,
+    /// The number of jobs that the study is known to have; 0 as long as that is not known.
+    jobs: usize,
+    /// The last failure to write, in words, until it has gone.
+    fault: Option<String>,
     interrupt: Interrupt,
 }
 
@@ -93,30 +111,20 @@ impl Exporter {
             output::say(&format!("{}: {damage}", path.display()));
         }
         writer.flush()?;
-        if !writer.is_empty() {
-            let earlier = Store::read_by(&path, &RULES)?;
-            let report = store.import(&[&earlier], &RULES)?;
-            if report.added > 0 {
-                output::say(&format!(
-                    "goes on from {} in {}",
-                    count(report.added, "result", "results"),
-                    path.display()
-                ));
-            }
-        }
+        let earlier = if writer.is_empty() { HashMap::new() } else { restored(&path, store)? };
         let shared = Arc::new(SharedExport {
+            waiting: Mutex::default(),
+            changed: Condvar::new(),
             state: Mutex::new(ExportState {
                 writer,
+                blobs: store.blobs().clone(),
                 file,
+                earlier,
                 results: HashMap::new(),
                 jobs: 0,
-                waiting: None,
-                is_over: false,
-                is_finished: false,
-                has_complained: false,
+                fault: None,
                 interrupt: interrupt.clone(),
             }),
-            changed: Condvar::new(),
         });
         let seen = shared.clone();
         let writing = std::thread::Builder::new()
@@ -136,55 +144,95 @@ impl Exporter {
     pub(crate) fn expect(&self, store: &Store, jobs: usize, cached: &[JobKey]) {
         let mut state = self.shared.state();
         state.jobs = jobs;
-        for key in cached {
+        for key in cached.iter().filter(|key| store.contains(key)) {
             if state.results.contains_key(key) {
                 continue;
             }
-            if let Ok(Some(bytes)) = store.get(key) {
-                let is_there = state.writer.contains(key);
-                state.add(store, key, &bytes, is_there);
-            }
+            let outcome = match store.get(key) {
+                Ok(Some(bytes)) => state.add(key, &bytes).map_err(|error| state.explain(&error)),
+                Ok(None) => Ok(()),
+                Err(error) => Err(error.to_string()),
+            };
+            state.remember(outcome);
         }
-        self.shared.changed.notify_all();
     }
 
     /// Adds results that are durable in the store.
-    pub(crate) fn add(&self, store: &Store, records: &[(JobKey, Vec<u8>)]) {
-        let mut state = self.shared.state();
-        for (key, bytes) in records {
-            state.add(store, key, bytes, false);
+    pub(crate) fn add(&self, records: Vec<(JobKey, Vec<u8>)>) {
+        let mut waiting = self.shared.waiting();
+        let bytes: usize = records.iter().map(|(_, bytes)| bytes.len()).sum();
+        if waiting.bytes + bytes <= MOST_WAITING {
+            waiting.bytes += bytes;
+            waiting.records.extend(records);
+            waiting.since.get_or_insert_with(Instant::now);
+            self.shared.changed.notify_all();
         }
-        self.shared.changed.notify_all();
     }
 
-    /// Writes everything, and whether the run has nothing left to do; returns how many results the
-    /// file has.
+    /// Writes everything that the store has of these jobs, and whether the run has nothing left to
+    /// do; returns how many results the file has.
+    ///
+    /// # Errors
+    /// A result that the store has cannot be written.
     pub(crate) fn close(
         mut self,
         store: &Store,
         keys: &[JobKey],
         is_finished: bool,
     ) -> Result<usize> {
-        // What could not be written before is tried once more.
-        self.expect(store, keys.len(), keys);
         self.stop();
+        // What could not be written before is tried once more.
+        self.shared.state().fault = None;
+        self.expect(store, keys.len(), keys);
         let mut state = self.shared.state();
-        state.is_finished = is_finished;
-        let outcome = state.flush().and_then(|()| match is_finished {
+        let is_whole = keys
+            .iter()
+            .filter(|key| store.contains(key))
+            .all(|key| state.results.contains_key(key));
+        let is_finished = is_finished && is_whole && state.results.len() >= state.jobs;
+        let outcome = state.flush(is_finished).and_then(|()| match is_finished {
             true => state.writer.close(),
             false => Ok(()),
         });
-        outcome.with_context(|| format!("the export {} is not whole", self.path.display()))?;
-        Ok(state.writer.len())
+        let not_whole = || format!("the export {} is not whole", self.path.display());
+        outcome.with_context(not_whole)?;
+        match state.fault.take() {
+            Some(fault) if !is_whole => Err(anyhow!(fault).context(not_whole())),
+            _ if !is_whole => bail!("{}", not_whole()),
+            _ => Ok(state.results.len()),
+        }
     }
 
     fn stop(&mut self) {
-        self.shared.state().is_over = true;
+        self.shared.waiting().is_over = true;
         self.shared.changed.notify_all();
         if let Some(writing) = self.writing.take() {
             let _ = writing.join(); // It ends by itself, and leaves the rest to `close`.
         }
     }
+}
+
+/// Gives a store what an export holds, and returns the digests of the records in it.
+fn restored(path: &Path, store: &Store) -> Result<HashMap<JobKey, Digest>> {
+    let earlier = Store::read_by(path, &RULES)?;
+    let report = store.import(&[&earlier], &RULES)?;
+    if let Some(conflict) = report.conflicts.first() {
+        bail!(
+            "{} has another result of job {} than the store in {}; remove one of them",
+            path.display(),
+            conflict.key,
+            store.blobs().store().display()
+        );
+    }
+    for fault in &report.faults {
+        output::say(&format!("{}: {fault}", path.display()));
+    }
+    if report.added > 0 {
+        let results = count(report.added, "result", "results");
+        output::say(&format!("goes on from {results} in {}", path.display()));
+    }
+    let digest = |(key, bytes): (JobKey, Result<Vec<u8>, _>)| Some((key, Digest::of(&bytes.ok()?)));
+    Ok(earlier.records()?.filter_map(digest).collect())
 }
 
 /// Returns true if an export has the definition of a study, whatever the path of its file was.
@@ -201,73 +249,92 @@ impl Drop for Exporter {
 }
 
 impl SharedExport {
+    fn waiting(&self) -> MutexGuard<'_, WaitingResults> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn state(&self) -> MutexGuard<'_, ExportState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Writes what has waited long enough, until the run is over.
     fn write_in_time(&self) {
-        let mut state = self.state();
-        while !state.is_over {
-            let left = state.waiting.map(|since| LAG.saturating_sub(since.elapsed()));
-            match left {
-                Some(left) if left.is_zero() => {
-                    let outcome = state.flush();
-                    state.complain(outcome.err());
-                    // A disk that is full is tried again later.
-                    state.waiting = state.waiting.map(|_| Instant::now());
-                }
-                left => {
-                    let wait = left.unwrap_or(Duration::MAX.min(LAG));
-                    let waited = self.changed.wait_timeout(state, wait);
-                    state = waited.unwrap_or_else(PoisonError::into_inner).0;
-                }
+        loop {
+            let mut waiting = self.waiting();
+            while !waiting.is_over && waiting.since.is_none_or(|since| since.elapsed() < LAG) {
+                let left = waiting.since.map_or(LAG, |since| LAG.saturating_sub(since.elapsed()));
+                let waited = self.changed.wait_timeout(waiting, left);
+                waiting = waited.unwrap_or_else(PoisonError::into_inner).0;
             }
+            let WaitingResults { records, is_over, .. } = std::mem::take(&mut *waiting);
+            waiting.is_over = is_over;
+            drop(waiting);
+            let mut state = self.state();
+            for (key, bytes) in records {
+                let outcome = state.add(&key, &bytes).map_err(|error| state.explain(&error));
+                state.remember(outcome);
+            }
+            if is_over {
+                return;
+            }
+            let outcome = state.flush(false).map_err(|error| state.explain(&error));
+            state.remember(outcome);
         }
     }
 }
 
 impl ExportState {
     /// Adds a result, unless the file has it already.
-    fn add(&mut self, store: &Store, key: &JobKey, bytes: &[u8], is_there: bool) {
+    fn add(&mut self, key: &JobKey, bytes: &[u8]) -> Result<(), ExportError> {
+        let record = Record::decode(bytes).ok();
+        let blobs = record.as_ref().map(references).unwrap_or_default();
+        let is_there = self.earlier.get(key) == Some(&Digest::of(bytes))
+            && blobs.iter().all(|digest| self.writer.has_blob(digest));
         if !is_there {
-            let blobs = Record::decode(bytes).map(|record| references(&record));
-            let blobs = blobs.unwrap_or_default();
-            if let Err(error) = self.writer.append(key, bytes, store.blobs(), blobs) {
-                return self.complain(Some(error));
-            }
+            self.writer.append(key, bytes, &self.blobs, blobs)?;
         }
-        let is_certified = Record::decode(bytes).is_ok_and(|record| record.is_certified());
-        self.results.insert(*key, is_certified);
-        self.waiting.get_or_insert_with(Instant::now);
-    }
-
-    /// Writes everything durably, with how far the shard is.
-    fn flush(&mut self) -> Result<(), ExportError> {
-        let done = self.results.values().filter(|is_certified| **is_certified).count();
-        let note = ShardNote {
-            jobs: self.jobs as u64,
-            done: done as u64,
-            failed: (self.results.len() - done) as u64,
-            left: self.jobs.saturating_sub(self.results.len()) as u64,
-            finished: self.is_finished,
-            file: Some(self.file.display().to_string()),
-        };
-        self.writer.note(&note.to_bytes());
-        self.writer.flush()?;
-        self.waiting = None;
+        self.results.insert(*key, record.is_some_and(|record| record.is_certified()));
         Ok(())
     }
 
-    /// Says once that results cannot be written. If another process goes on with the file, the run
-    /// ends.
-    fn complain(&mut self, error: Option<ExportError>) {
-        let Some(error) = error else { return };
-        if matches!(error, ExportError::TakenOver { .. }) {
-            self.interrupt.raise();
+    /// Writes everything durably, with how far the shard is.
+    fn flush(&mut self, is_finished: bool) -> Result<(), ExportError> {
+        if self.jobs > 0 || is_finished {
+            let done = self.results.values().filter(|is_certified| **is_certified).count();
+            let note = ShardNote {
+                jobs: self.jobs as u64,
+                done: done as u64,
+                failed: (self.results.len() - done) as u64,
+                left: self.jobs.saturating_sub(self.results.len()) as u64,
+                finished: is_finished,
+                file: Some(self.file.display().to_string()),
+            };
+            self.writer.note(&note.to_bytes());
         }
-        if !std::mem::replace(&mut self.has_complained, true) {
-            output::say(&format!("warning: {error}; it is tried again"));
+        self.writer.flush()
+    }
+
+    /// Says what a failure means. If the file is another's now or gone, the run ends.
+    fn explain(&self, error: &ExportError) -> String {
+        let is_gone = match error {
+            ExportError::TakenOver { .. } => true,
+            ExportError::Io { source, .. } => source.kind() == io::ErrorKind::NotFound,
+            _ => false,
+        };
+        if is_gone {
+            self.interrupt.raise();
+            return format!("{error}; this run ends");
+        }
+        error.to_string()
+    }
+
+    /// Remembers a failure and says it, once as long as it lasts.
+    fn remember(&mut self, outcome: Result<(), String>) {
+        if let Err(fault) = outcome
+            && self.fault.as_ref() != Some(&fault)
+        {
+            output::say(&format!("warning: {fault}"));
+            self.fault = Some(fault);
         }
     }
 }

@@ -81,7 +81,7 @@ impl runner::Ledger for StoreLedger<'_> {
             results.into_iter().map(|done| self.record(done)).collect::<Result<Vec<_>, _>>()?;
         self.store.commit(&records)?;
         if let Some(exporter) = self.exporter {
-            exporter.add(self.store, &records);
+            exporter.add(records);
         }
         Ok(())
     }

@@ -1,15 +1,21 @@
 //! The store of a shard on the disk of its machine, which is there only while the shard runs.
 
-use std::fs::{self, DirBuilder};
+use std::fs::{self, DirBuilder, File};
 use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use rustix::fs::{FlockOperation, OFlags, flock};
 
-/// A directory for temporary files that belongs to a shard.
+use crate::output;
+
+/// A directory for temporary files that belongs to a shard. It is locked, so that nobody else uses
+/// it or what is left of it.
 pub(crate) struct LocalStore {
     path: PathBuf,
+    /// The directory itself, which holds the lock.
+    _lock: File,
 }
 
 impl LocalStore {
@@ -18,21 +24,44 @@ impl LocalStore {
         let user = rustix::process::geteuid().as_raw();
         let path = std::env::temp_dir().join(format!("tribosweep-{user}-{label}"));
         let failed = || format!("cannot make the directory {}", path.display());
-        match DirBuilder::new().mode(0o700).create(&path) {
-            Err(error) if error.kind() != io::ErrorKind::AlreadyExists => {
-                Err(error).with_context(failed)
+        loop {
+            if let Err(error) = DirBuilder::new().mode(0o700).recursive(false).create(&path)
+                && error.kind() != io::ErrorKind::AlreadyExists
+            {
+                return Err(error).with_context(failed);
             }
-            _ => {
-                // Everybody may make directories here, and links to other places.
-                let found = fs::symlink_metadata(&path).with_context(failed)?;
-                if !found.is_dir() || found.uid() != user {
-                    bail!(
-                        "{} is not a directory of this user; remove it, or name a directory on a \
-                         local disk: --store DIR",
-                        path.display()
-                    );
+            // Everybody may make directories here, and links to other places.
+            let strange = || {
+                format!(
+                    "{} is not a directory of this user; remove it, or name a directory on a local \
+                     disk: --store DIR",
+                    path.display()
+                )
+            };
+            let flags = OFlags::RDONLY | OFlags::DIRECTORY | OFlags::NOFOLLOW | OFlags::CLOEXEC;
+            let lock = match rustix::fs::open(&path, flags, rustix::fs::Mode::empty()) {
+                Ok(lock) => File::from(lock),
+                // Whoever used it has just removed it.
+                Err(rustix::io::Errno::NOENT) => continue,
+                Err(_) => bail!(strange()),
+            };
+            if lock.metadata().with_context(failed)?.uid() != user {
+                bail!(strange());
+            }
+            if flock(&lock, FlockOperation::NonBlockingLockExclusive).is_err() {
+                bail!(
+                    "another process is running this shard in {}; wait for it, or name another \
+                     directory: --store DIR",
+                    path.display()
+                );
+            }
+            // It may have been removed before it was locked.
+            let ours = lock.metadata().with_context(failed)?;
+            match fs::symlink_metadata(&path) {
+                Ok(there) if (there.dev(), there.ino()) == (ours.dev(), ours.ino()) => {
+                    return Ok(Self { path, _lock: lock });
                 }
-                Ok(Self { path })
+                _ => {}
             }
         }
     }
@@ -41,9 +70,10 @@ impl LocalStore {
         &self.path
     }
 
-    /// Removes the directory.
-    pub(crate) fn remove(self) -> Result<()> {
-        fs::remove_dir_all(&self.path)
-            .with_context(|| format!("cannot remove {}", self.path.display()))
+    /// Removes the directory, of which nothing is needed any more.
+    pub(crate) fn remove(self) {
+        if let Err(error) = fs::remove_dir_all(&self.path) {
+            output::say(&format!("warning: cannot remove {}: {error}", self.path.display()));
+        }
     }
 }

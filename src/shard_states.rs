@@ -1,12 +1,12 @@
 //! The state of the shards of a study, by what they last exported.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, SystemTime};
 
 use anyhow::Result;
 use report::{Cell, DataTable, TableColumn};
 use serde::Serialize;
-use store::ExportSummary;
+use store::{ExportSummary, ShardName};
 
 use crate::merge_rules::ShardNote;
 use crate::output::layout;
@@ -43,54 +43,59 @@ enum ShardStanding {
     Missing,
 }
 
-/// A note and the age of the file from which it is.
-struct AgedNote {
+/// What is known of one shard.
+#[derive(Default)]
+struct KnownShard {
     note: Option<ShardNote>,
     age: Option<Duration>,
+    is_finished: bool,
+}
+
+impl KnownShard {
+    /// Returns how far the shard is; a larger one is further.
+    fn progress(&self) -> (bool, u64) {
+        let ended = self.note.as_ref().map(|note| note.done.saturating_add(note.failed));
+        (self.is_finished, ended.unwrap_or(0))
+    }
 }
 
 impl StudyShards {
-    /// Returns the shards of a study among exports; `None` if it has none.
-    pub(crate) fn of(study: &str, exports: &[ExportSummary]) -> Option<Self> {
-        let mut count_of_shards = 0;
-        let mut known: BTreeMap<u32, AgedNote> = BTreeMap::new();
+    /// Returns the shards of a study among exports, for each number of shards that it came in.
+    pub(crate) fn of(study: &str, exports: &[ExportSummary]) -> Vec<Self> {
+        let mut known: BTreeMap<(u32, u32), KnownShard> = BTreeMap::new();
         let now = SystemTime::now();
+        let mut add = |shard: &ShardName, found: KnownShard| {
+            if shard.study != study {
+                return;
+            }
+            let entry = known.entry((shard.count, shard.index)).or_default();
+            if entry.note.is_none() || found.progress() > entry.progress() {
+                *entry = found;
+            }
+        };
         for export in exports {
             let age = export.changed.and_then(|changed| now.duration_since(changed).ok());
-            let whole = export.header.shard.iter().map(|shard| (shard, export.note.as_ref(), age));
-            // How old a part was when it was merged is not known.
-            let parts = export.parts.iter().map(|part| (&part.shard, part.note.as_ref(), None));
-            for (shard, note, age) in whole.chain(parts) {
-                if shard.study != study {
-                    continue;
-                }
-                count_of_shards = count_of_shards.max(shard.count);
-                let note = note.and_then(|note| ShardNote::of(note));
-                let further = |known: &AgedNote| {
-                    let done = |note: &Option<ShardNote>| {
-                        note.as_ref().map(|note| (note.finished, note.done + note.failed))
-                    };
-                    done(&note) > done(&known.note)
-                };
-                if known.get(&shard.index).is_none_or(further) {
-                    known.insert(shard.index, AgedNote { note, age });
-                }
+            if let Some(shard) = &export.header.shard {
+                let note = export.note.as_deref().and_then(ShardNote::of);
+                // What is finished is closed; a file that has lost its end is not.
+                let is_finished =
+                    export.is_closed && note.as_ref().is_some_and(|note| note.finished);
+                add(shard, KnownShard { note, age, is_finished });
+            }
+            for part in &export.parts {
+                let note = part.note.as_deref().and_then(ShardNote::of);
+                let is_finished = note.as_ref().is_some_and(|note| note.finished);
+                // How old a part was when it was merged is not known.
+                add(&part.shard, KnownShard { note, age: None, is_finished });
             }
         }
-        let mut row = |index: u32| {
-            let found = known.remove(&index);
-            let state = match &found {
-                None => ShardStanding::Missing,
-                Some(AgedNote { note: Some(note), .. }) if note.finished => ShardStanding::Finished,
-                Some(_) => ShardStanding::Unfinished,
-            };
-            let (note, age) = found.map_or((None, None), |found| (found.note, found.age));
-            let seconds_since_export = age.map(|age| age.as_secs_f64());
-            let shard = format!("{index}/{count_of_shards}");
-            ShardRow { shard, state, note, seconds_since_export }
+        let counts: BTreeSet<u32> = known.keys().map(|(count, _)| *count).collect();
+        let of_count = |count: u32| {
+            let row = |index: u32| ShardRow::of(index, count, known.remove(&(count, index)));
+            let rows = (1..=count).map(row).collect();
+            Self { study: study.to_owned(), rows }
         };
-        let rows: Vec<ShardRow> = (1..=count_of_shards).map(&mut row).collect();
-        (!rows.is_empty()).then(|| Self { study: study.to_owned(), rows })
+        counts.into_iter().map(of_count).collect()
     }
 
     /// Says how many shards are finished, and lists the others.
@@ -106,7 +111,11 @@ impl StudyShards {
             number(ShardStanding::Missing)
         );
         let sum = |part: fn(&ShardNote) -> u64| {
-            self.rows.iter().filter_map(|row| row.note.as_ref()).map(part).sum::<u64>() as usize
+            self.rows
+                .iter()
+                .filter_map(|row| row.note.as_ref())
+                .map(part)
+                .fold(0, u64::saturating_add) as usize
         };
         text += &format!(
             "{} certified, {} failed, {} left in the shards that have exported\n",
@@ -132,6 +141,18 @@ impl StudyShards {
 }
 
 impl ShardRow {
+    /// Returns the row of a shard of which something is known, or nothing.
+    fn of(index: u32, count: u32, found: Option<KnownShard>) -> Self {
+        let state = match &found {
+            None => ShardStanding::Missing,
+            Some(KnownShard { is_finished: true, .. }) => ShardStanding::Finished,
+            Some(_) => ShardStanding::Unfinished,
+        };
+        let KnownShard { note, age, .. } = found.unwrap_or_default();
+        let seconds_since_export = age.map(|age| age.as_secs_f64());
+        Self { shard: format!("{index}/{count}"), state, note, seconds_since_export }
+    }
+
     fn cells(&self) -> Vec<Cell> {
         let number = |value: fn(&ShardNote) -> u64| match &self.note {
             Some(note) => Cell::Integer(value(note) as i64),

@@ -4,8 +4,8 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use answers::shards::Shard;
-use anyhow::{Context, Result};
-use store::{Digest, ShardName};
+use anyhow::{Context, Result, bail};
+use store::{Digest, ShardName, Store};
 use study::Study;
 
 use crate::cli::RunArgs;
@@ -27,6 +27,15 @@ pub(crate) fn run(args: &RunArgs) -> Result<Finish> {
     let Some(exports) = &args.export else {
         return execute(study, &usual(args), &args.execution, Some(part));
     };
+    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let is_one = args.store.as_ref().is_some_and(|store| absolute(store) == absolute(exports));
+    if is_one || Store::is_at(exports)? {
+        bail!(
+            "{} is a store, and a store hides the exports in its directory; name another directory \
+             for them",
+            exports.display()
+        );
+    }
     let name =
         ShardName { study: study.name().to_owned(), index: shard.index(), count: shard.count() };
     let export = ExportPlace::of(exports, name, &args.study);
@@ -36,9 +45,14 @@ pub(crate) fn run(args: &RunArgs) -> Result<Finish> {
         Some(store) => execute(study, store, &args.execution, Some(part)),
         None => {
             let local = LocalStore::open(&label(&study, shard, exports)?)?;
-            let finish = execute(study, local.path(), &args.execution, Some(part))?;
-            // Everything is in the export by now.
-            local.remove()?;
+            let finish = execute(study, local.path(), &args.execution, Some(part));
+            let finish = finish.with_context(|| {
+                format!(
+                    "what is not exported is kept in {}, from where the same command goes on",
+                    local.path().display()
+                )
+            })?;
+            local.remove();
             Ok(finish)
         }
     }

@@ -28,10 +28,11 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
         if let Some(study) = large {
             // Only its shards say how far it is.
             let shards = StudyShards::of(name, &exports);
+            let listed_shards: Vec<_> = shards.iter().flat_map(|shards| &shards.rows).collect();
             listed.push(serde_json::json!({
                 "study": name, "question": study.question(),
                 "progress": { "points": study.len() },
-                "shards": shards.as_ref().map(|shards| &shards.rows),
+                "shards": listed_shards,
             }));
             let mut row = vec![Cell::Text(name.clone()), Cell::Integer(study.len() as i64)];
             row.resize(6, Cell::Missing);
@@ -56,8 +57,9 @@ pub(crate) fn status(args: &StatusArgs) -> Result<Finish> {
             "study": name, "question": question, "progress": progress, "inaccurate": inaccurate,
         });
         let shards = StudyShards::of(name, &exports);
-        if let Some(shards) = &shards {
-            entry["shards"] = serde_json::to_value(&shards.rows)?;
+        if !shards.is_empty() {
+            let all: Vec<_> = shards.iter().flat_map(|shards| &shards.rows).collect();
+            entry["shards"] = serde_json::to_value(all)?;
         }
         listed.push(entry);
         sharded.extend(shards);

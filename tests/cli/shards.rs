@@ -121,6 +121,84 @@ fn a_torn_export_is_gone_on_from_what_is_whole() {
     assert_eq!(rows(&place, "small", "exports"), whole);
 }
 
+/// The export lies on a file system that has no room for the fields of all results.
+#[test]
+fn a_shard_whose_export_is_not_whole_is_not_finished() {
+    let place = Place::with("small.toml", SMALL.replace("mesh = 6", "mesh = 64"));
+    let line = "run small.toml --shard 1/1 --export exports";
+    fs::create_dir(place.path("exports")).unwrap();
+    fs::create_dir(place.path("tmp")).unwrap();
+    let program = place.command(&[]);
+    let mount = "mount -t tmpfs -o size=64k tmpfs exports && exec \"$0\" \"$@\"";
+    let mut full = std::process::Command::new("unshare");
+    full.args(["-m", "sh", "-c", mount]).arg(program.get_program()).args(line.split(' '));
+    full.current_dir(place.path("")).env("TMPDIR", place.path("tmp"));
+    let tried = std::process::Command::new("unshare")
+        .args(["-m", "mount", "-t", "tmpfs", "tmpfs", "/tmp"])
+        .output();
+    if !tried.is_ok_and(|tried| tried.status.success()) {
+        eprintln!("skipped: mounting takes privileges that this user lacks");
+        return;
+    }
+    let ended = full.output().unwrap();
+    let said = String::from_utf8(ended.stderr).unwrap();
+    assert_eq!(ended.status.code(), Some(1), "{said}");
+    for words in ["there is no room for", "is not whole", "what is not exported is kept in"] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    let summary = shard(&place, &format!("{line} --json"));
+    assert_eq!(summary.code, 0, "{}", summary.err);
+    let summary: serde_json::Value =
+        serde_json::from_str(summary.out.lines().last().unwrap()).unwrap();
+    assert_eq!(summary["run"]["computing"], 0, "the local store has kept everything");
+    assert_eq!(place.call("store verify --store exports").code, 0);
+    assert!(is_clean(&place));
+}
+
+#[test]
+fn what_an_export_has_lost_comes_again_from_the_store() {
+    let place = Place::with("small.toml", SMALL.replace("mesh = 6", "mesh = 40"));
+    let line = "run small.toml --shard 1/1 --export exports --store store";
+    assert_eq!(place.call(line).code, 0);
+    let whole = rows(&place, "small", "exports");
+    let file = place.path("exports/small.1-of-1.tribosweep");
+    let bytes = fs::read(&file).unwrap();
+    for position in [bytes.len() / 8, bytes.len() / 2, bytes.len() * 7 / 8] {
+        let mut damaged = bytes.clone();
+        damaged[position] ^= 1;
+        fs::write(&file, damaged).unwrap();
+        assert_eq!(place.call("store verify --store exports").code, 2);
+        let said = place.call(line);
+        assert_eq!(said.code, 0, "{}", said.err);
+        let verified = place.call("store verify --store exports");
+        assert_eq!(verified.code, 0, "{}{}", verified.out, verified.err);
+        assert_eq!(rows(&place, "small", "exports"), whole);
+    }
+}
+
+#[test]
+fn shards_of_different_numbers_are_told_apart() {
+    let place = Place::with("small.toml", SMALL);
+    for shards in ["1/2", "2/2", "3/3"] {
+        let line = format!("run small.toml --shard {shards} --export exports");
+        assert_eq!(shard(&place, &line).code, 0);
+    }
+    let status = place.call("status --store exports").out;
+    for words in ["2 of 2 shards finished", "1 of 3 shards finished, 0 unfinished, 2 missing"] {
+        assert!(status.contains(words), "{words}: {status}");
+    }
+    for line in [
+        "run small.toml --shard 1/2 --export both --store both",
+        "run small.toml --shard 1/2 --export store",
+    ] {
+        fs::create_dir_all(place.path("store")).unwrap();
+        assert_eq!(place.call("run small.toml --store store").code, 0);
+        let said = shard(&place, line);
+        assert_eq!(said.code, 1, "{line}");
+        assert!(said.err.contains("a store hides the exports in its directory"), "{}", said.err);
+    }
+}
+
 /// A cluster may have the file of a study in another place on each machine.
 #[test]
 fn a_shard_goes_on_under_another_path_of_its_study() {

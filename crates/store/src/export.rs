@@ -384,7 +384,7 @@ impl ExportWriter {
     }
 
     /// Returns true if the file has the blob.
-    pub(crate) fn has_blob(&self, digest: &Digest) -> bool {
+    pub fn has_blob(&self, digest: &Digest) -> bool {
         self.blobs.contains(digest)
     }
 

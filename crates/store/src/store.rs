@@ -75,6 +75,14 @@ impl Store {
         Self::open(directory)
     }
 
+    /// Returns true if there is a store in `directory`, whatever its state.
+    ///
+    /// # Errors
+    /// [`OpenError::Io`] if the system does not let this be found out.
+    pub fn is_at(directory: &Path) -> Result<bool, OpenError> {
+        is_there(directory)
+    }
+
     /// Opens the store in `directory` for reading: through the process that has it open, or else
     /// from a private copy of its records. Reading changes nothing in the store and holds up
     /// nobody. An export, or a directory of exports, is read like a store; each is read up to its
